@@ -1,0 +1,38 @@
+#pragma once
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace aberfit {
+
+/// What a quantity of a study file measures; the SI unit it is stored in is in brackets.
+enum class Dimension {
+  kLength,            ///< [m]
+  kAngle,             ///< [rad]
+  kSpatialFrequency,  ///< [cycles/m]; a cycle counts 1, not 2 pi
+  kFraction,          ///< [1], also given in %
+  kPsd1d,             ///< [m^3]
+  kPsd2d,             ///< [m^4]
+  kNumber,            ///< [1], a plain number; no unit string is allowed
+};
+
+/// Thrown by parse_quantity; what() names the text and the units that are allowed.
+class UnitError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// SI value of text such as "632.8 nm", "10 cycles/mm", "2.5 /m", "3.2 arcsec", "1 %".
+/// Throws UnitError for a missing, unknown or wrong-dimension unit, for trailing text and for non-finite numbers.
+double parse_quantity(std::string_view text, Dimension dimension);
+
+/// Factor that takes a number in `unit` to SI (table column headers, psd_unit). Throws UnitError.
+double unit_factor(std::string_view unit, Dimension dimension);
+
+/// Human text with a sensible prefix, e.g. 1.2e-4 m -> "120 um". For tables and messages, not for files.
+std::string format_quantity(double si_value, Dimension dimension);
+
+/// The units a message may offer for a dimension, e.g. "nm, um, mm, cm, m, in".
+std::string allowed_units(Dimension dimension);
+
+}  // namespace aberfit

@@ -1,0 +1,74 @@
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "aberfit/focus/evaluate.h"
+#include "aberfit/terms/modal_covariance.h"
+#include "aberfit/terms/surface_operator.h"
+
+namespace aberfit {
+
+/// What is fitted: coefficients of `surface.terms()` such that the statistics of the traced surface meet the targets.
+struct FitProblem {
+  const Mirror& mirror;
+  const PupilSample& pupil;
+  const SurfaceOperator& surface;  ///< L at the pupil points
+  const CoefficientPrior& prior;   ///< whitens the coefficients
+  std::vector<Target> targets;
+  Centre centre = Centre::kNominal;
+  double focal_sigma = 0;  ///< scale of the focal spot [m]; smoothing widths are multiples of it
+};
+
+enum class PriorMode {
+  kNearStart,  ///< |xi - xi0|^2: the surface nearest to the seeded draw that hits the targets, keeps its roughness character
+  kZeroMean,   ///< |xi|^2: calibration of few or low-order terms
+};
+
+struct FitProgress {
+  int iteration = 0;
+  double cost = 0;             ///< half the sum of squared residuals
+  double worst_mismatch = 0;   ///< largest |S - T| / tolerance
+  double seconds = 0;
+};
+
+/// How it is fitted.
+struct FitOptions {
+  PriorMode prior = PriorMode::kNearStart;
+  int max_iterations = 100;
+  std::vector<double> smoothing = {0.1, 0.02};  ///< kernel half-widths in units of focal_sigma, one solve each, coarse to fine
+  double stop_at = 0.5;           ///< stop when every |S - T| <= stop_at * tolerance; solvers otherwise creep along the prior
+  double bound = 0;               ///< when > 0: |xi_i| <= bound, coefficients within so many prior standard deviations
+  int threads = 1;
+  std::function<bool(const FitProgress&)> progress;  ///< called after every iteration; false cancels
+};
+
+enum class FitStatus { kNotRun, kConverged, kNotConverged, kDegenerate, kCancelled, kFailed };
+std::string to_string(FitStatus status);
+
+/// What came.
+struct FitResult {
+  FitStatus status = FitStatus::kNotRun;
+  std::string message;  ///< the reason it stopped, one sentence
+  int iterations = 0;
+  int evaluations = 0;
+  double seconds = 0;
+  double initial_cost = 0, final_cost = 0;
+  Eigen::VectorXd white;         ///< xi
+  Eigen::VectorXd coefficients;  ///< F xi [m]
+  Eigen::VectorXd smooth_statistics;   ///< the smooth twins at the solution, in target order
+  // Posterior of the linearised problem (tolerances or standard errors as noise, prior as prior):
+  Eigen::VectorXd coefficient_std;     ///< [m]
+  Eigen::VectorXd statistic_std;       ///< posterior standard deviation of each predicted statistic
+  Eigen::VectorXd singular_values;     ///< of the whitened residual Jacobian, descending
+  int rank = 0;                        ///< directions of coefficient space that the targets determine better than the prior (singular value > 1)
+  int null_directions = 0;             ///< terms - numerical rank: directions the targets do not see at all
+};
+
+/// Solves for the coefficients with Ceres (trust region, CGNR on the whitened problem: identity plus low rank, so that cost stays near linear
+/// in rays and terms) and exact derivatives through L, the trace and the smooth statistics.
+/// start: white coordinates. Residuals: (S_k - T_k) / tolerance_k, and xi - xi0 (or xi).
+FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, const FitOptions& options);
+
+}  // namespace aberfit

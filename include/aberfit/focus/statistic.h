@@ -1,0 +1,52 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace aberfit {
+
+/// The focal statistics of PHYSICS 2. dz: plane, offset from z = f [m].
+struct EncircledEnergyRadius {
+  double fraction = 0.9;  ///< in (0, 1)
+  double dz = 0;          ///< [m]
+};
+/// Full width [m] at half maximum of N(z), the share of light inside a fixed ring. The ring radius is the encircled-energy radius of the
+/// same data at z = f, or a given length.
+struct RingFwhm {
+  double ring_fraction = 0.9;
+  std::optional<double> ring_radius;  ///< [m], wins over ring_fraction
+};
+/// N(z) itself: share of the light inside `ring_radius` at plane dz.
+struct RingThrough {
+  double ring_radius = 0;  ///< [m]
+  double dz = 0;           ///< [m]
+};
+struct ScatterRms {};   ///< RMS angle between a ray and its nominal ray [rad]
+struct ScatterMean {};  ///< mean of the same angle [rad]
+/// FWHM [m] of the focal-plane line spread profile, mean of x and y, smoothed by a Gaussian kernel of standard deviation `bandwidth`.
+struct SpotFwhm {
+  double bandwidth = 0;  ///< [m]
+};
+struct RmsRadius {
+  double dz = 0;  ///< [m]
+};
+struct RmsHeight {};  ///< RMS of the surface error over the pupil, mean removed [m]
+
+using Statistic = std::variant<EncircledEnergyRadius, RingFwhm, RingThrough, ScatterRms, ScatterMean, SpotFwhm, RmsRadius,
+                               RmsHeight>;
+
+/// Name with its SI unit as used in every result: `ee50_radius_m`, `ee50_radius_m@-1mm`, `ring_fwhm_m`, `ring_fwhm_m@ring=ee50`,
+/// `ring_through@0.5mm`, `scatter_rms_rad`, `scatter_mean_rad`, `spot_fwhm_m`, `rms_radius_m`, `rms_height_m`.
+/// Fractions and planes print with as many digits as they need, at most 6 significant ones.
+std::string statistic_name(const Statistic& statistic);
+
+/// One thing to be matched: a statistic, what it should be, and how closely.
+struct Target {
+  Statistic statistic;
+  double value = 0;           ///< in the statistic's unit
+  double standard_error = 0;  ///< sampling error of `value`, 0 for closed forms
+  double tolerance = 0;       ///< absolute, in the statistic's unit, > 0
+};
+
+}  // namespace aberfit

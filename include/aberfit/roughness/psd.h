@@ -1,0 +1,94 @@
+#pragma once
+#include <limits>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace aberfit {
+
+// Isotropic two-dimensional, two-sided power spectral densities of surface height, S(f) [m^4] over f [cycles/m] (PHYSICS 3).
+// Band limits belong to the model: S = 0 outside [f_min, f_max], and `rms` [m] is the RMS inside the band.
+// f_min = 0 and f_max = infinity are allowed where the moments exist.
+
+/// S = const.
+struct UniformPsd {
+  double rms = 0, f_min = 0, f_max = 0;
+};
+/// S proportional to (1 + (B f)^2)^(-exponent/2); B [m] (knee at f = 1/B), exponent: 2-D.
+struct KCorrelationPsd {
+  double rms = 0, correlation = 0, exponent = 0;
+  double f_min = 0, f_max = std::numeric_limits<double>::infinity();
+};
+/// S = amplitude (f / (1 cycle/m))^-exponent with amplitude [m^4], or scaled to `rms`; exactly one of the two is given.
+struct PowerLawPsd {
+  std::optional<double> rms, amplitude;
+  double exponent = 0, f_min = 0, f_max = 0;
+};
+/// ACF sigma^2 exp(-(r/l)^2): S = pi l^2 sigma^2 exp(-(pi l f)^2), unlimited band.
+struct GaussianPsd {
+  double rms = 0, correlation_length = 0;
+};
+/// Tabulated S, log-log interpolation between the points, zero outside.
+struct TablePsd {
+  std::vector<double> frequency;  ///< ascending, > 0 [cycles/m]
+  std::vector<double> psd;        ///< > 0 [m^4]
+};
+struct SumPsd;
+using PsdModel = std::variant<UniformPsd, KCorrelationPsd, PowerLawPsd, GaussianPsd, TablePsd, SumPsd>;
+struct SumPsd {
+  std::vector<PsdModel> parts;
+};
+
+/// Checks of a model that the study reader reports and the library asserts: empty text when usable, else a sentence that says what is wrong
+/// (negative rms, f_min > f_max, moments that do not exist, unsorted table, ...).
+std::string psd_problem(const PsdModel& model);
+
+/// A PSD model ready for evaluation. Precondition: psd_problem(model) is empty.
+class RadialPsd {
+ public:
+  explicit RadialPsd(const PsdModel& model);
+
+  /// S(f) [m^4] for f >= 0 [cycles/m]; 0 outside the band.
+  double operator()(double f) const;
+  double f_min() const { return f_min_; }
+  double f_max() const { return f_max_; }  ///< may be infinity
+  /// Frequencies where S or its derivative jumps or bends (band edges, knees, table points), ascending, within (0, inf).
+  const std::vector<double>& breakpoints() const { return breakpoints_; }
+  /// The same PSD with heights multiplied by `factor`.
+  RadialPsd scaled(double height_factor) const;
+  /// The part of this PSD inside [f_min, f_max].
+  RadialPsd band(double f_min, double f_max) const;
+
+ private:
+  struct Part {
+    PsdModel model;
+    double factor;  // amplitude that multiplies the shape of the model [m^4]
+    double f_min, f_max;
+  };
+  std::vector<Part> parts_;
+  std::vector<double> breakpoints_;
+  double f_min_ = 0, f_max_ = 0;
+};
+
+/// Integrals of an isotropic PSD over its band.
+struct PsdMoments {
+  double height_variance = 0;     ///< int S d2f [m^2]
+  double slope_variance = 0;      ///< int (2 pi f)^2 S d2f, both axes together
+  double f2_squared = 0;          ///< int (f^2 S)^2 d2f [m^2]; with slope_variance gives N_eff
+  double rms_height() const;          ///< [m]
+  double rms_slope_per_axis() const;  ///< sqrt(slope_variance / 2)
+};
+/// Adaptive Gauss-Kronrod over the pieces between breakpoints, relative error below 1e-12. slope_variance or f2_squared is infinity
+/// when the integral does not exist.
+PsdMoments psd_moments(const RadialPsd& psd);
+
+/// N_eff = area (int f^2 S d2f)^2 / int (f^2 S)^2 d2f: number of modes that carry the slope over an aperture of `area` [m^2].
+double effective_modes(const PsdMoments& moments, double area);
+
+/// ACF C(r) = 2 pi int S(f) J0(2 pi f r) f df [m^2] at r >= 0 [m].
+double autocorrelation(const RadialPsd& psd, double r);
+/// l_c = int_0^inf C(r)/C(0) dr = 2 pi int S df / (height variance) * 1/(2 pi)  [m]; infinity when int S df diverges at f = 0.
+double correlation_length(const RadialPsd& psd);
+
+}  // namespace aberfit

@@ -1,0 +1,47 @@
+#pragma once
+#include <array>
+#include <variant>
+#include <vector>
+
+namespace aberfit {
+
+/// Clear apertures in the x-y plane, centred on the axis unless the polygon says otherwise. Lengths [m].
+/// `margin`: width along every edge that random, Sobol and grid points keep clear of (the paper's edge margin).
+struct CircleAperture {
+  double diameter = 0;
+  double margin = 0;
+};
+struct AnnulusAperture {
+  double diameter = 0;
+  double inner_diameter = 0;
+  double margin = 0;
+};
+struct RectangleAperture {
+  double width = 0;   ///< along x
+  double height = 0;  ///< along y
+  double margin = 0;
+};
+struct PolygonAperture {
+  std::vector<std::array<double, 2>> vertices;  ///< corners in order, either sense, simple polygon
+  double margin = 0;
+};
+using Aperture = std::variant<CircleAperture, AnnulusAperture, RectangleAperture, PolygonAperture>;
+
+/// Radius of the smallest circle about the axis that holds the aperture [m]: R of the Zernike terms and of every formula.
+double aperture_radius(const Aperture& aperture);
+/// Clear area [m^2], margin not taken off.
+double aperture_area(const Aperture& aperture);
+/// Whether (x, y) is inside and at least `margin` away from every edge.
+bool aperture_contains(const Aperture& aperture, double x, double y, double margin);
+double aperture_margin(const Aperture& aperture);
+
+/// One node of the distribution of rho over the aperture.
+struct RadialNode {
+  double rho;     ///< distance from the axis [m]
+  double weight;  ///< share of the area; sums to 1 (single weights of non-star-shaped polygons may be negative)
+};
+/// Quadrature of functions of rho over the aperture: mean of g(rho) = sum weight g(rho). Circle and annulus: n-point Gauss-Legendre in
+/// rho^2. Rectangle and polygon: signed triangles from the axis to each edge, n x n Gauss-Legendre. Margin not taken off.
+std::vector<RadialNode> radial_quadrature(const Aperture& aperture, int n);
+
+}  // namespace aberfit

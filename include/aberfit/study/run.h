@@ -1,0 +1,28 @@
+#pragma once
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "aberfit/report/result.h"
+#include "aberfit/study/study.h"
+
+namespace aberfit {
+
+struct RunOptions {
+  int threads = 0;                 ///< 0: all the process may use
+  bool plots = true;               ///< drawn only when the study wants them too
+  std::string output_directory;    ///< empty: nothing is written
+  std::string coefficients_file;   ///< trace, verify: surface to use instead of a draw
+  std::function<void(const std::string&)> progress;  ///< one line of progress; called often
+};
+
+/// target -> fit -> verdict (the main path).
+ResultDocument run_fit(const Study& study, const RunOptions& options);
+/// Harvey-Shack branch, aberration-term branch and, where asked, published numbers side by side.
+nlohmann::ordered_json run_verify(const Study& study, const RunOptions& options, std::string* table);
+/// Forward statistics only.
+nlohmann::ordered_json run_trace(const Study& study, const RunOptions& options, std::string* table);
+/// The resolved study, the numbers of its scene, the model it needs and why, predicted cost. Computes no fit.
+nlohmann::ordered_json run_check(const Study& study, const RunOptions& options, std::string* table);
+
+}  // namespace aberfit

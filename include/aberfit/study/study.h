@@ -1,0 +1,140 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "aberfit/focus/evaluate.h"
+#include "aberfit/fit/calibrate.h"
+#include "aberfit/roughness/psd.h"
+#include "aberfit/scatter/convention.h"
+#include "aberfit/scene/aperture.h"
+#include "aberfit/scene/mirror.h"
+#include "aberfit/scene/pupil.h"
+#include "aberfit/terms/modal_covariance.h"
+
+// A study file in memory, format version 1. Member names follow the JSON keys; SI units and radians throughout.
+namespace aberfit {
+
+/// `psd.model: "table"`: what the file says and how to read it. The table itself is loaded by read_study.
+struct PsdTableFile {
+  std::string file;              ///< as written in the study, relative to it
+  std::string kind = "2d";       ///< "2d": two-sided [m^4]; "1d": one-sided profile PSD [m^3]
+  std::string frequency_unit = "/m";
+  std::string psd_unit = "m^4";
+  std::string of = "surface";    ///< "wavefront": heights are half
+  double scale = 1;              ///< height factor, to put a measured shape on another mirror
+  std::optional<double> f_min, f_max;  ///< band cut [cycles/m]
+  TablePsd table;                ///< loaded, converted to two-sided 2-D surface PSD
+};
+
+/// A node of the `psd` block: a closed model, a table file, or a sum of nodes.
+struct RoughnessModel;
+struct RoughnessSum {
+  std::vector<RoughnessModel> parts;
+};
+struct RoughnessModel {
+  std::variant<UniformPsd, KCorrelationPsd, PowerLawPsd, GaussianPsd, PsdTableFile, RoughnessSum> model;
+};
+
+enum class Theory { kAuto, kGeometric, kRays };
+
+/// One entry of target.statistics. Names: ee<percent>, ring_fwhm, ring_profile, scatter_rms, scatter_mean, spot_fwhm, rms_radius, rms_height.
+struct StatisticRequest {
+  std::string name;
+  std::vector<double> planes = {0};          ///< ee*, rms_radius: dz [m]
+  std::variant<std::string, double> ring = std::string("ee90");  ///< ring_fwhm, ring_profile: "ee<percent>" or a radius [m]
+  std::optional<double> bandwidth;           ///< spot_fwhm [m]
+  std::optional<double> value;               ///< the target itself, in the statistic's unit; absent: from theory
+  double standard_error = 0;                 ///< of a given value, in its unit
+  double tolerance = 1e-3;                   ///< relative to the target value (ring_profile: absolute share of the light)
+  std::string file;                          ///< ring_profile: CSV with columns dz [m], share
+  std::vector<double> profile_dz, profile_value;  ///< ring_profile: given inline or loaded from `file`
+};
+
+struct TargetSpec {
+  Theory theory = Theory::kAuto;
+  Convention convention = Convention::kPhysical;
+  std::vector<StatisticRequest> statistics;  ///< empty: the default set (DESIGN)
+};
+
+struct ZernikeSpec {
+  int n_min = 2;
+  std::optional<int> n_max;  ///< absent: the order that captures 99 % of the height variance
+};
+struct FourierSpec {
+  int count = 400;
+  FourierSampling sampling = FourierSampling::kLog;
+};
+struct TermsSpec {
+  std::optional<ZernikeSpec> zernike;
+  std::optional<FourierSpec> fourier;
+  std::vector<int> spherical;  ///< even powers 4..12
+  CovarianceKind covariance = CovarianceKind::kFull;
+};
+
+struct TraceSpec {
+  PupilOptions pupil;                        ///< JSON keys pupil, rays, seed sit side by side
+  std::optional<double> central_difference_step;  ///< [m]; absent: analytic normals
+  Centre centre = Centre::kNominal;
+};
+
+enum class FitStart { kDraw, kZero };
+struct FitSpec {
+  FitStart start = FitStart::kDraw;
+  std::uint64_t seed = 1;
+  PriorMode prior = PriorMode::kNearStart;
+  int max_iterations = 100;
+  int starts = 1;                    ///< tries from different draws; the best is kept
+  double spherical_rms = 1e-6;       ///< prior RMS height of the spherical terms [m]
+  double bound_sigmas = 0;           ///< > 0: coefficients within so many prior standard deviations
+};
+
+struct EquivalenceSpec {
+  double margin = 0.01;
+  double confidence = 0.95;
+};
+
+struct OutputSpec {
+  bool plots = true;
+};
+
+/// `verify`: how the Harvey-Shack branch makes its slope errors, and published numbers to be set beside ours.
+struct PhaseSynthesis {
+  double psd_level = 1e-20;   ///< P0 of the published formula
+  int modes = 10000;
+};
+struct PublishedNumber {
+  std::string label;
+  std::string quantity;       ///< key into the quantities of the verify result; empty: not reproducible, reading only
+  double value = 0;           ///< as printed, in the unit of `unit`
+  std::string unit;           ///< printed unit, e.g. "um", "arcsec", "rad/m"
+  double scale = 1;           ///< printed value times scale = SI value
+  std::string reading;        ///< what holds, what does not, in a sentence
+};
+struct VerifySpec {
+  std::optional<PhaseSynthesis> published_phase;
+  std::vector<PublishedNumber> published;
+};
+
+struct Study {
+  std::string path;   ///< file it was read from
+  std::string title;
+  Mirror mirror;
+  Aperture aperture;
+  double wavelength = 0;                     ///< [m]
+  std::optional<RoughnessModel> roughness;
+  TargetSpec target;
+  TermsSpec terms;
+  TraceSpec trace;
+  FitSpec fit;
+  EquivalenceSpec equivalence;
+  OutputSpec output;
+  VerifySpec verify;
+};
+
+/// The PSD model of a roughness node, tables included.
+PsdModel psd_model(const RoughnessModel& roughness);
+
+}  // namespace aberfit

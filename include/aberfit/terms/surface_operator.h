@@ -1,0 +1,53 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "aberfit/terms/term_set.h"
+
+namespace aberfit {
+
+/// Height and gradient of a term surface at a list of points, or (in the adjoint) one weight for each of them.
+struct SurfaceField {
+  Eigen::ArrayXd height;   ///< h [m]
+  Eigen::ArrayXd slope_x;  ///< dh/dx
+  Eigen::ArrayXd slope_y;  ///< dh/dy
+  Eigen::Index size() const { return height.size(); }
+  void resize(Eigen::Index n) {
+    height.resize(n);
+    slope_x.resize(n);
+    slope_y.resize(n);
+  }
+};
+
+/// The linear map L from coefficients to heights and slopes at fixed points, and its adjoint. No basis matrix is stored:
+/// values come from recurrences (see surface_operator.cpp for the method and its measured error). Immutable after construction, so
+/// one object may serve several threads; results do not depend on the thread count, to the last bit.
+class SurfaceOperator {
+ public:
+  /// x, y: point coordinates [m]. `threads`: how many threads apply and apply_transpose may use.
+  SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd y, int threads = 1);
+  ~SurfaceOperator();
+  SurfaceOperator(SurfaceOperator&&) noexcept;
+  SurfaceOperator& operator=(SurfaceOperator&&) noexcept;
+
+  const TermSet& terms() const;
+  Eigen::Index points() const;
+
+  /// field = L c. c: terms().size() entries [m]; field is resized to points().
+  void apply(const Eigen::VectorXd& coefficients, SurfaceField* field) const;
+
+  /// L^T g: for each coefficient the sum over points of g.height h + g.slope_x dh/dx + g.slope_y dh/dy of its term.
+  /// weights: points() entries.
+  Eigen::VectorXd apply_transpose(const SurfaceField& weights) const;
+
+  /// The same for weights that vanish outside `rays`: weights has rays.size() entries, entry i belongs to point rays[i].
+  Eigen::VectorXd apply_transpose(std::span<const std::uint32_t> rays, const SurfaceField& weights) const;
+
+ private:
+  struct Plan;
+  std::unique_ptr<const Plan> plan_;
+};
+
+}  // namespace aberfit

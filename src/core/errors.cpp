@@ -1,0 +1,24 @@
+#include "aberfit/core/errors.h"
+
+namespace aberfit {
+namespace {
+
+std::string message(const std::string& file, const std::string& pointer, const std::string& found,
+                    const std::string& allowed) {
+  std::string text = file;
+  if (!pointer.empty()) text += (text.empty() ? "" : ": ") + pointer;
+  if (!found.empty()) text += (text.empty() ? "found " : ": found ") + found;
+  if (!allowed.empty()) text += (text.empty() ? "allowed: " : "; allowed: ") + allowed;
+  return text;
+}
+
+}  // namespace
+
+InputError::InputError(std::string file, std::string pointer, std::string found, std::string allowed)
+    : std::runtime_error(message(file, pointer, found, allowed)),
+      file_(std::move(file)),
+      pointer_(std::move(pointer)),
+      found_(std::move(found)),
+      allowed_(std::move(allowed)) {}
+
+}  // namespace aberfit
