@@ -16,26 +16,31 @@ enum class Centre {
 /// What the statistics are functions of.
 struct FocusInput {
   const RayBundle& rays;
-  const RayBundle& nominal;       ///< the same pupil on the mirror without surface error: reference of the scatter angle
-  const Eigen::ArrayXd& height;   ///< surface error h at the pupil points [m]; may be empty when RmsHeight is not asked for
+  const RayBundle&
+      nominal;  ///< the same pupil on the mirror without surface error: reference of the scatter angle
+  const Eigen::ArrayXd&
+      height;  ///< surface error h at the pupil points [m]; may be empty when RmsHeight is not asked for
   Centre centre = Centre::kNominal;
 };
 
-/// Exact values (order statistics, counts, moments) in the order asked. NaN where a statistic does not exist (no light, ring never
-/// half full inside the search range, ...), each with a warning when `warnings` is given.
+/// Exact values (order statistics, counts, moments) in the order asked. NaN where a statistic does not exist
+/// (no light, ring never half full inside the search range, ...), each with a warning when `warnings` is
+/// given.
 Eigen::VectorXd evaluate_exact(const FocusInput& input, const std::vector<Statistic>& statistics, int threads,
                                Warnings* warnings = nullptr);
 
-/// Gradient of one smooth statistic: over rays, and over the heights of the pupil points (RmsHeight only; else empty).
+/// Gradient of one smooth statistic: over rays, and over the heights of the pupil points (RmsHeight only;
+/// else empty).
 struct StatisticGradient {
   RayGradient rays;
   Eigen::ArrayXd d_height;
 };
 
-/// Smooth twins: indicator functions of radius are replaced by the integral of a compact kernel of half-width `width` [m], which moves EE radii
-/// by O(width^2) relative to the spot (PHYSICS 8 says why: the raw order statistics have no usable derivative). Moments are exact.
-/// `gradients`, when given, gets one entry per statistic. False when a statistic or its derivative does not exist (degenerate focus).
-bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& statistics, double width, int threads,
-                     Eigen::VectorXd* values, std::vector<StatisticGradient>* gradients);
+/// Smooth twins: indicator functions of radius are replaced by the integral of a compact kernel of half-width
+/// `width` [m], which moves EE radii by O(width^2) relative to the spot (PHYSICS 8 says why: the raw order
+/// statistics have no usable derivative). Moments are exact. `gradients`, when given, gets one entry per
+/// statistic. False when a statistic or its derivative does not exist (degenerate focus).
+bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& statistics, double width,
+                     int threads, Eigen::VectorXd* values, std::vector<StatisticGradient>* gradients);
 
 }  // namespace aberfit

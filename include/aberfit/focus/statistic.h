@@ -11,8 +11,8 @@ struct EncircledEnergyRadius {
   double fraction = 0.9;  ///< in (0, 1)
   double dz = 0;          ///< [m]
 };
-/// Full width [m] at half maximum of N(z), the share of light inside a fixed ring. The ring radius is the encircled-energy radius of the
-/// same data at z = f, or a given length.
+/// Full width [m] at half maximum of N(z), the share of light inside a fixed ring. The ring radius is the
+/// encircled-energy radius of the same data at z = f, or a given length.
 struct RingFwhm {
   double ring_fraction = 0.9;
   std::optional<double> ring_radius;  ///< [m], wins over ring_fraction
@@ -24,7 +24,8 @@ struct RingThrough {
 };
 struct ScatterRms {};   ///< RMS angle between a ray and its nominal ray [rad]
 struct ScatterMean {};  ///< mean of the same angle [rad]
-/// FWHM [m] of the focal-plane line spread profile, mean of x and y, smoothed by a Gaussian kernel of standard deviation `bandwidth`.
+/// FWHM [m] of the focal-plane line spread profile, mean of x and y, smoothed by a Gaussian kernel of
+/// standard deviation `bandwidth`.
 struct SpotFwhm {
   double bandwidth = 0;  ///< [m]
 };
@@ -33,12 +34,13 @@ struct RmsRadius {
 };
 struct RmsHeight {};  ///< RMS of the surface error over the pupil, mean removed [m]
 
-using Statistic = std::variant<EncircledEnergyRadius, RingFwhm, RingThrough, ScatterRms, ScatterMean, SpotFwhm, RmsRadius,
-                               RmsHeight>;
+using Statistic = std::variant<EncircledEnergyRadius, RingFwhm, RingThrough, ScatterRms, ScatterMean,
+                               SpotFwhm, RmsRadius, RmsHeight>;
 
-/// Name with its SI unit as used in every result: `ee50_radius_m`, `ee50_radius_m@-1mm`, `ring_fwhm_m`, `ring_fwhm_m@ring=ee50`,
-/// `ring_through@0.5mm`, `scatter_rms_rad`, `scatter_mean_rad`, `spot_fwhm_m`, `rms_radius_m`, `rms_height_m`.
-/// Fractions and planes print with as many digits as they need, at most 6 significant ones.
+/// Name with its SI unit as used in every result: `ee50_radius_m`, `ee50_radius_m@-1mm`, `ring_fwhm_m`,
+/// `ring_fwhm_m@ring=ee50`, `ring_through@0.5mm`, `scatter_rms_rad`, `scatter_mean_rad`, `spot_fwhm_m`,
+/// `rms_radius_m`, `rms_height_m`. Fractions and planes print with as many digits as they need, at most 6
+/// significant ones.
 std::string statistic_name(const Statistic& statistic);
 
 /// One thing to be matched: a statistic, what it should be, and how closely.

@@ -1,0 +1,217 @@
+#include "aberfit/scene/pupil.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/quadrature.h"
+#include "aberfit/core/random.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kGoldenAngle = std::numbers::pi * (3.0 - 2.2360679774997896);
+
+struct Ring {
+  double inner, outer;  // [m]
+};
+
+std::optional<Ring> ring_of(const Aperture& aperture) {
+  if (const auto* circle = std::get_if<CircleAperture>(&aperture))
+    return Ring{0.0, circle->diameter / 2 - circle->margin};
+  if (const auto* annulus = std::get_if<AnnulusAperture>(&aperture))
+    return Ring{annulus->inner_diameter / 2 + annulus->margin, annulus->diameter / 2 - annulus->margin};
+  return std::nullopt;
+}
+
+[[noreturn]] void no_room() {
+  throw ComputationError("no pupil point fits inside the aperture and its margin");
+}
+
+struct Box {
+  double x0, x1, y0, y1;
+};
+
+Box bounding_box(const Aperture& aperture) {
+  if (const auto* rectangle = std::get_if<RectangleAperture>(&aperture))
+    return {-rectangle->width / 2, rectangle->width / 2, -rectangle->height / 2, rectangle->height / 2};
+  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture)) {
+    Box box{INFINITY, -INFINITY, INFINITY, -INFINITY};
+    for (const auto& [x, y] : polygon->vertices) {
+      box = {std::min(box.x0, x), std::max(box.x1, x), std::min(box.y0, y), std::max(box.y1, y)};
+    }
+    return box;
+  }
+  const double radius = aperture_radius(aperture);
+  return {-radius, radius, -radius, radius};
+}
+
+PupilSample equal_weights(const std::vector<double>& x, const std::vector<double>& y, PupilLayout layout) {
+  if (x.empty()) no_room();
+  const auto n = Eigen::Index(x.size());
+  return {Eigen::Map<const Eigen::ArrayXd>(x.data(), n), Eigen::Map<const Eigen::ArrayXd>(y.data(), n),
+          Eigen::ArrayXd::Constant(n, 1.0 / double(n)), layout};
+}
+
+PupilSample polar_pupil(const Ring& ring, std::int64_t rays) {
+  if (!(ring.outer > ring.inner)) no_room();
+  // Cells about as long as wide: spokes / rings = mean circumference / radial extent.
+  const double a = ring.inner, b = ring.outer;
+  const double mean_radius = 2.0 / 3.0 * (a * a + a * b + b * b) / (a + b);
+  const double aspect = kTwoPi * mean_radius / (b - a);
+  const auto spokes = std::max<std::int64_t>(8, 8 * std::llround(std::sqrt(double(rays) * aspect) / 8));
+  const auto rings = std::max<std::int64_t>(1, std::llround(double(rays) / double(spokes)));
+  const Quadrature rule = gauss_legendre(int(rings), a * a, b * b);
+
+  PupilSample pupil;
+  pupil.layout = PupilLayout::kPolar;
+  pupil.x.resize(rings * spokes);
+  pupil.y.resize(rings * spokes);
+  pupil.weight.resize(rings * spokes);
+  for (Eigen::Index i = 0, k = 0; i < rings; ++i) {
+    const double rho = std::sqrt(rule.nodes[i]);
+    const double weight = rule.weights[i] / ((b * b - a * a) * double(spokes));
+    // Turning the rings against each other keeps each ring exact and spares counts of discontinuous functions
+    // the alignment of spokes.
+    const double turn = kGoldenAngle * double(i);
+    for (Eigen::Index j = 0; j < spokes; ++j, ++k) {
+      const double angle = kTwoPi * double(j) / double(spokes) + turn;
+      pupil.x[k] = rho * std::cos(angle);
+      pupil.y[k] = rho * std::sin(angle);
+      pupil.weight[k] = weight;
+    }
+  }
+  return pupil;
+}
+
+// Points of [0,1)^2 by index: random numbers or a Sobol sequence.
+class UnitPoints {
+ public:
+  UnitPoints(PupilLayout layout, std::uint64_t seed, std::int64_t count) : stream_(seed, "pupil-random") {
+    if (layout == PupilLayout::kSobol) sobol_ = scrambled_sobol(count, seed);
+  }
+  std::array<double, 2> operator()(std::int64_t i) const {
+    if (sobol_.cols() == 0) return stream_.uniform_pair(std::uint64_t(i));
+    return {sobol_(0, i), sobol_(1, i)};
+  }
+
+ private:
+  RandomStream stream_;
+  Eigen::Array2Xd sobol_;
+};
+
+PupilSample scattered_pupil(const Aperture& aperture, const PupilOptions& options) {
+  std::vector<double> x, y;
+  x.reserve(std::size_t(options.rays));
+  y.reserve(std::size_t(options.rays));
+  if (const auto ring = ring_of(aperture)) {
+    if (!(ring->outer > ring->inner)) no_room();
+    const UnitPoints points(options.layout, options.seed, options.rays);
+    const double a2 = ring->inner * ring->inner, b2 = ring->outer * ring->outer;
+    for (std::int64_t i = 0; i < options.rays; ++i) {
+      const auto [u, v] = points(i);
+      const double rho = std::sqrt(a2 + (b2 - a2) * u);
+      x.push_back(rho * std::cos(kTwoPi * v));
+      y.push_back(rho * std::sin(kTwoPi * v));
+    }
+    return equal_weights(x, y, options.layout);
+  }
+  // Rejection from the bounding box; the share that fits is at least the share of the area, so a few boxes'
+  // worth is enough.
+  const Box box = bounding_box(aperture);
+  const double fill = aperture_area(aperture) / ((box.x1 - box.x0) * (box.y1 - box.y0));
+  const double margin = aperture_margin(aperture);
+  const auto limit = std::int64_t(double(options.rays) / fill * 1.5) + 1024;
+  for (int round = 0; round < 6 && std::int64_t(x.size()) < options.rays; ++round) {
+    x.clear();
+    y.clear();
+    const std::int64_t tries = limit << (2 * round);  // a wide margin leaves little of the area
+    const UnitPoints points(options.layout, options.seed, tries);
+    for (std::int64_t i = 0; i < tries && std::int64_t(x.size()) < options.rays; ++i) {
+      const auto [u, v] = points(i);
+      const double px = box.x0 + (box.x1 - box.x0) * u, py = box.y0 + (box.y1 - box.y0) * v;
+      if (!aperture_contains(aperture, px, py, margin)) continue;
+      x.push_back(px);
+      y.push_back(py);
+    }
+    if (x.empty()) no_room();
+  }
+  return equal_weights(x, y, options.layout);
+}
+
+PupilSample grid_pupil(const Aperture& aperture, std::int64_t rays) {
+  const double pitch = std::sqrt(aperture_area(aperture) / double(rays));
+  const double margin = aperture_margin(aperture);
+  const Box box = bounding_box(aperture);
+  const auto first = [pitch](double low) { return std::int64_t(std::floor(low / pitch)); };
+  const auto last = [pitch](double high) { return std::int64_t(std::ceil(high / pitch)); };
+  std::vector<double> x, y;
+  for (std::int64_t j = first(box.y0); j < last(box.y1); ++j) {
+    for (std::int64_t i = first(box.x0); i < last(box.x1); ++i) {
+      const double px = (double(i) + 0.5) * pitch, py = (double(j) + 0.5) * pitch;
+      if (!aperture_contains(aperture, px, py, margin)) continue;
+      x.push_back(px);
+      y.push_back(py);
+    }
+  }
+  return equal_weights(x, y, PupilLayout::kGrid);
+}
+
+// Owen's nested uniform scrambling of a 32-bit fraction: bit k is flipped by a random bit that depends on the
+// k bits above it.
+std::uint32_t owen_scramble(std::uint32_t value, std::uint64_t key) {
+  std::uint32_t result = 0;
+  for (int k = 0; k < 32; ++k) {
+    const std::uint64_t prefix = (std::uint64_t(1) << k) | (k == 0 ? 0 : value >> (32 - k));  // length-tagged
+    std::uint64_t hash = key + prefix * 0x9e3779b97f4a7c15ull;  // splitmix64 finaliser
+    hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9ull;
+    hash = (hash ^ (hash >> 27)) * 0x94d049bb133111ebull;
+    const std::uint32_t flip = std::uint32_t((hash ^ (hash >> 31)) >> 63);
+    result |= (((value >> (31 - k)) & 1u) ^ flip) << (31 - k);
+  }
+  return result;
+}
+
+}  // namespace
+
+Eigen::Array2Xd scrambled_sobol(std::int64_t count, std::uint64_t seed) {
+  const RandomStream stream(seed, "sobol-scramble");
+  const std::uint64_t key_x = stream.bits(0), key_y = stream.bits(1);
+  Eigen::Array2Xd points(2, count);
+  for (std::int64_t i = 0; i < count; ++i) {
+    std::uint32_t x = 0, y = 0, direction_x = 1u << 31, direction_y = 1u << 31;
+    for (std::uint64_t bits = std::uint64_t(i); bits != 0; bits >>= 1) {
+      if (bits & 1u) x ^= direction_x, y ^= direction_y;
+      direction_x >>= 1;                // van der Corput
+      direction_y ^= direction_y >> 1;  // Sobol's second dimension: the Pascal matrix modulo 2
+    }
+    points(0, i) = (double(owen_scramble(x, key_x)) + 0.5) * 0x1p-32;
+    points(1, i) = (double(owen_scramble(y, key_y)) + 0.5) * 0x1p-32;
+  }
+  return points;
+}
+
+PupilSample make_pupil(const Aperture& aperture, const PupilOptions& options) {
+  switch (options.layout) {
+    case PupilLayout::kPolar: {
+      const auto ring = ring_of(aperture);
+      if (!ring)
+        throw ComputationError(
+            "a polar pupil needs a circular or annular aperture; use sobol, grid or random");
+      return polar_pupil(*ring, options.rays);
+    }
+    case PupilLayout::kGrid:
+      return grid_pupil(aperture, options.rays);
+    case PupilLayout::kRandom:
+    case PupilLayout::kSobol:
+      break;
+  }
+  return scattered_pupil(aperture, options);
+}
+
+}  // namespace aberfit
