@@ -1,0 +1,46 @@
+#include "posterior.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace aberfit {
+namespace {
+
+// Directions below this share of the largest singular value are rounding, not information.
+constexpr double kNumericalRank = 1e-10;
+
+}  // namespace
+
+void fill_posterior(const FitProblem& problem, const Eigen::MatrixXd& jacobian, FitResult* result) {
+  const Eigen::Index statistics = jacobian.rows(), terms = jacobian.cols();
+  const Eigen::MatrixXd gram = jacobian * jacobian.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
+  const Eigen::Index shown = std::min(statistics, terms);
+  result->singular_values = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().reverse().head(shown);
+  const double largest = shown > 0 ? result->singular_values[0] : 0.0;
+  result->rank = int((result->singular_values.array() > 1.0).count());
+  result->null_directions = int(terms - (result->singular_values.array() > kNumericalRank * largest).count());
+
+  // Woodbury: (I + J^T J)^-1 = I - J^T M^-1 J with M = I + J J^T = C C^T. The prior variance of a
+  // coefficient, less what the data take away.
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(gram + Eigen::MatrixXd::Identity(statistics, statistics));
+  const Eigen::MatrixXd reduced = cholesky.matrixL().solve(jacobian);
+  Eigen::ArrayXd variance = Eigen::ArrayXd::Zero(terms);
+  for (const CoefficientPrior::Block& block : problem.prior.blocks()) {
+    const Eigen::VectorXd own = block.factor.rowwise().squaredNorm();
+    for (std::size_t i = 0; i < block.index.size(); ++i) variance[block.index[i]] = own[Eigen::Index(i)];
+  }
+  const Eigen::ArrayXd prior_variance = variance;
+  for (Eigen::Index k = 0; k < statistics; ++k)
+    variance -= problem.prior.colour(reduced.row(k).transpose()).array().square();
+  // The subtraction leaves rounding of the prior variance where a coefficient is very well determined.
+  result->coefficient_std = variance.max(1e-16 * prior_variance).sqrt();
+
+  const Eigen::MatrixXd solved = cholesky.solve(gram);  // J cov J^T = gram - gram M^-1 gram = M^-1 gram
+  result->statistic_std.resize(statistics);
+  for (Eigen::Index k = 0; k < statistics; ++k)
+    result->statistic_std[k] =
+        problem.targets[std::size_t(k)].tolerance * std::sqrt(std::max(0.0, solved(k, k)));
+}
+
+}  // namespace aberfit
