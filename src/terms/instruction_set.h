@@ -1,0 +1,34 @@
+#pragma once
+
+/// The kernels of this room are compiled once per instruction set and the processor's best is chosen at run
+/// time, so that one binary serves every x86-64. Other processors and compilers have kBaseline only.
+namespace aberfit {
+
+enum class InstructionSet {
+  kBaseline,  ///< what the build asked for: SSE2 on x86-64
+  kAvx2,      ///< x86-64-v3
+  kAvx512,    ///< x86-64-v4
+};
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define ABERFIT_X86_KERNELS 1
+#else
+#define ABERFIT_X86_KERNELS 0
+#endif
+
+/// Whether this binary and this processor can run kernels of `set`.
+inline bool is_supported([[maybe_unused]] InstructionSet set) {
+#if ABERFIT_X86_KERNELS
+  if (set == InstructionSet::kAvx512) return __builtin_cpu_supports("x86-64-v4") != 0;
+  if (set == InstructionSet::kAvx2) return __builtin_cpu_supports("x86-64-v3") != 0;
+#endif
+  return set == InstructionSet::kBaseline;
+}
+
+inline InstructionSet best_instruction_set() {
+  if (is_supported(InstructionSet::kAvx512)) return InstructionSet::kAvx512;
+  if (is_supported(InstructionSet::kAvx2)) return InstructionSet::kAvx2;
+  return InstructionSet::kBaseline;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,87 @@
+#include "zernike_kernel.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <stdexcept>
+
+#include "aberfit/terms/zernike.h"
+
+#define ABERFIT_KERNEL_BODY "zernike_kernel.inc"
+#include "each_instruction_set.inc"
+#undef ABERFIT_KERNEL_BODY
+
+namespace aberfit {
+
+ZernikeRows zernike_rows(const std::vector<ZernikeMode>& modes) {
+  std::vector<int> count;  // rows per m
+  for (const ZernikeMode mode : modes) {
+    if (!is_zernike_mode(mode))
+      throw std::invalid_argument(fmt::format(
+          "Zernike mode n = {}, m = {}: needs n >= 0, |m| <= n and n - |m| even", mode.n, mode.m));
+    const int m = std::abs(mode.m), k = (mode.n - m) / 2;
+    if (m >= int(count.size())) count.resize(std::size_t(m) + 1, 0);
+    count[std::size_t(m)] = std::max(count[std::size_t(m)], k + 1);
+  }
+
+  ZernikeRows rows;
+  rows.first.push_back(0);
+  std::vector<double> lambda;  // per row
+  for (int m = 0; m < int(count.size()); ++m) {
+    double leading = 1.0;
+    for (int k = 0; k < count[std::size_t(m)]; ++k) {
+      const double s = 2.0 * k + m, kk = double(k) * k * (double(k) + m) * (double(k) + m);
+      rows.recurrence.push_back(m == 0 ? 0.0 : -2.0 * m * m / (s * (s + 2.0)));
+      rows.recurrence.push_back(k == 0 ? 0.0 : 16.0 * kk / (s * s * (s - 1.0) * (s + 1.0)));
+      lambda.push_back(leading);
+      leading *= (s + 1.0) * (s + 2.0) / (4.0 * (k + 1.0) * (k + m + 1.0));
+    }
+    rows.first.push_back(int(lambda.size()));
+  }
+
+  for (const ZernikeMode mode : modes) {
+    const int m = std::abs(mode.m);
+    const std::size_t row = std::size_t(rows.first[std::size_t(m)] + (mode.n - m) / 2);
+    rows.slot.push_back(2 * row + (mode.m < 0 ? 1 : 0));
+    rows.scale.push_back(zernike_norm(mode) * lambda[row]);
+  }
+  return rows;
+}
+
+void zernike_forward(InstructionSet set, const ZernikeRows& rows, const double* packed, PointBlock* block) {
+  const int m_max = rows.m_max();
+#if ABERFIT_X86_KERNELS
+  if (set == InstructionSet::kAvx512)
+    return avx512::forward(m_max, rows.first.data(), rows.recurrence.data(), packed, block);
+  if (set == InstructionSet::kAvx2)
+    return avx2::forward(m_max, rows.first.data(), rows.recurrence.data(), packed, block);
+#endif
+  static_cast<void>(set);
+  baseline::forward(m_max, rows.first.data(), rows.recurrence.data(), packed, block);
+}
+
+void zernike_adjoint(InstructionSet set, const ZernikeRows& rows, const PointBlock& block, double* packed) {
+  const int m_max = rows.m_max();
+  if (rows.rows() == 0) return;
+  int longest = 0;
+  for (int m = 0; m <= m_max; ++m)
+    longest = std::max(longest, rows.first[std::size_t(m) + 1] - rows.first[std::size_t(m)]);
+  // One vector of partial sums per cosine and sine row of one m, eight lanes at most.
+  // Aligned, so that no access straddles two cache lines.
+  struct alignas(64) CacheLine {
+    double lane[8];
+  };
+  std::vector<CacheLine> lanes(std::size_t(longest) * 2);
+#if ABERFIT_X86_KERNELS
+  if (set == InstructionSet::kAvx512)
+    return avx512::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, lanes.front().lane,
+                           packed);
+  if (set == InstructionSet::kAvx2)
+    return avx2::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, lanes.front().lane, packed);
+#endif
+  static_cast<void>(set);
+  baseline::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, lanes.front().lane, packed);
+}
+
+}  // namespace aberfit
