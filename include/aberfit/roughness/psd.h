@@ -41,8 +41,14 @@ struct SumPsd {
 };
 
 /// Checks of a model that the study reader reports and the library asserts: empty text when usable, else a sentence that says what is wrong
-/// (negative rms, f_min > f_max, moments that do not exist, unsorted table, ...).
+/// (rms not positive, f_min >= f_max, a height variance that an `rms` needs and that does not exist, unsorted table, ...). A power law with
+/// `amplitude` may have any band: its moments may be infinite while, say, its Zernike covariances exist.
 std::string psd_problem(const PsdModel& model);
+
+/// amplitude f^-exponent, f in cycles/m, amplitude [m^4].
+struct PowerTerm {
+  double amplitude = 0, exponent = 0;
+};
 
 /// A PSD model ready for evaluation. Precondition: psd_problem(model) is empty.
 class RadialPsd {
@@ -57,10 +63,17 @@ class RadialPsd {
   const std::vector<double>& breakpoints() const { return breakpoints_; }
   /// The same PSD with heights multiplied by `factor`.
   RadialPsd scaled(double height_factor) const;
-  /// The part of this PSD inside [f_min, f_max].
+  /// The part of this PSD inside [f_min, f_max]; zero everywhere, with moments 0, when the two bands do not meet.
   RadialPsd band(double f_min, double f_max) const;
+  /// What S tends to for f -> 0 (parts whose band starts at 0) and for f -> infinity (parts whose band does not end): sums of
+  /// powers, exact to rounding beyond 1e-9 of the lowest and 1e9 of the highest breakpoint. They decide which integrals exist.
+  std::vector<PowerTerm> low_frequency_terms() const;
+  std::vector<PowerTerm> high_frequency_terms() const;
 
  private:
+  RadialPsd() = default;
+  void find_band();
+  friend double autocorrelation(const RadialPsd& psd, double r);  // closed forms need to know the models
   struct Part {
     PsdModel model;
     double factor;  // amplitude that multiplies the shape of the model [m^4]
@@ -79,16 +92,20 @@ struct PsdMoments {
   double rms_height() const;          ///< [m]
   double rms_slope_per_axis() const;  ///< sqrt(slope_variance / 2)
 };
-/// Adaptive Gauss-Kronrod over the pieces between breakpoints, relative error below 1e-12. slope_variance or f2_squared is infinity
-/// when the integral does not exist.
+/// Gauss-Legendre panels that resolve S between breakpoints, closed forms of its powers at 0 and infinity; relative error below 1e-12.
+/// An integral that does not exist is infinity (height_variance only where `amplitude` was given).
 PsdMoments psd_moments(const RadialPsd& psd);
 
 /// N_eff = area (int f^2 S d2f)^2 / int (f^2 S)^2 d2f: number of modes that carry the slope over an aperture of `area` [m^2].
+/// Infinity when only the slope variance diverges, NaN when both integrals do.
 double effective_modes(const PsdMoments& moments, double area);
 
-/// ACF C(r) = 2 pi int S(f) J0(2 pi f r) f df [m^2] at r >= 0 [m].
+/// ACF C(r) = 2 pi int S(f) J0(2 pi f r) f df [m^2] at r >= 0 [m]; infinity when the height variance is. Error below 1e-11 C(0):
+/// closed forms for the unlimited Gaussian, the k-correlation without band limits and the uniform band, otherwise Gauss-Legendre panels
+/// up to 2 pi f r = 30 and Filon panels of the Hankel amplitude beyond, so that the cost does not grow with r.
 double autocorrelation(const RadialPsd& psd, double r);
-/// l_c = int_0^inf C(r)/C(0) dr = 2 pi int S df / (height variance) * 1/(2 pi)  [m]; infinity when int S df diverges at f = 0.
+/// l_c = int_0^inf C(r)/C(0) dr = int S df / (height variance) [m]; infinity when int S df diverges at f = 0; NaN without a finite
+/// height variance.
 double correlation_length(const RadialPsd& psd);
 
 }  // namespace aberfit

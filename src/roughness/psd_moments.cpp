@@ -1,0 +1,85 @@
+#include <cmath>
+#include <numbers>
+
+#include "aberfit/roughness/psd.h"
+#include "aberfit/roughness/psd_integrals.h"
+
+namespace aberfit {
+namespace {
+
+using std::numbers::pi;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// int_a^b f^(p-1) df for a in [0, inf), b in (a, inf].
+double power_integral(double p, double a, double b) {
+  if (a == 0 && std::isinf(b)) return kInfinity;
+  if (a == 0) return p > 0 ? std::pow(b, p) / p : kInfinity;
+  if (std::isinf(b)) return p < 0 ? -std::pow(a, p) / p : kInfinity;
+  const double log_ratio = std::log(b / a);
+  return std::pow(a, p) * (p == 0 ? log_ratio : std::expm1(p * log_ratio) / p);
+}
+
+// int_a^b f^q S^order df, order 1 or 2, where S is the sum of `terms`.
+double power_terms_integral(const std::vector<PowerTerm>& terms, double q, int order, double a, double b) {
+  double sum = 0;
+  for (const PowerTerm& one : terms) {
+    if (order == 1) sum += one.amplitude * power_integral(q + 1 - one.exponent, a, b);
+    if (order == 2)
+      for (const PowerTerm& two : terms)
+        sum += one.amplitude * two.amplitude * power_integral(q + 1 - one.exponent - two.exponent, a, b);
+  }
+  return sum;
+}
+
+// 2 pi int_a^b f^(power+1) S^order df.
+double moment(const RadialPsd& psd, double power, int order, double a, double b) {
+  a = std::max(a, psd.f_min());
+  b = std::min(b, psd.f_max());
+  if (!(a < b)) return 0;
+  const PowerLawLimits limits = power_law_limits(psd);
+  double sum = 0;
+  if (a < limits.low) {
+    const double upper = std::min(b, limits.low);
+    sum += power_terms_integral(psd.low_frequency_terms(), power + 1, order, a, upper);
+    a = upper;
+  }
+  if (b > limits.high) {
+    const double lower = std::max(a, limits.high);
+    sum += power_terms_integral(psd.high_frequency_terms(), power + 1, order, lower, b);
+    b = lower;
+  }
+  if (a < b)
+    for (const PsdPanel& panel : resolved_panels(psd, a, b))
+      sum += (panel.weight * panel.f.pow(power + 1) * (order == 2 ? panel.psd.square() : panel.psd)).sum();
+  return 2 * pi * sum;
+}
+
+}  // namespace
+
+double PsdMoments::rms_height() const { return std::sqrt(height_variance); }
+double PsdMoments::rms_slope_per_axis() const { return std::sqrt(0.5 * slope_variance); }
+
+double radial_moment(const RadialPsd& psd, double power, double a, double b) {
+  return moment(psd, power, 1, a, b);
+}
+
+PsdMoments psd_moments(const RadialPsd& psd) {
+  PsdMoments moments;
+  moments.height_variance = moment(psd, 0, 1, 0, kInfinity);
+  moments.slope_variance = 4 * pi * pi * moment(psd, 2, 1, 0, kInfinity);
+  moments.f2_squared = moment(psd, 4, 2, 0, kInfinity);
+  return moments;
+}
+
+double effective_modes(const PsdMoments& moments, double area) {
+  const double f2 = moments.slope_variance / (4 * pi * pi);
+  return area * f2 * f2 / moments.f2_squared;
+}
+
+double correlation_length(const RadialPsd& psd) {
+  const double height_variance = radial_moment(psd, 0);
+  if (!std::isfinite(height_variance)) return std::numeric_limits<double>::quiet_NaN();
+  return radial_moment(psd, -1) / (2 * pi) / height_variance;
+}
+
+}  // namespace aberfit
