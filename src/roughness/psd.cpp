@@ -63,7 +63,7 @@ PowerTerm low_term(const Model&) {
   return {1.0, 0.0};
 }
 PowerTerm high_term(const PowerLawPsd& m) { return {1.0, m.exponent}; }
-PowerTerm high_term(const KCorrelationPsd& m) { return {std::pow(m.correlation, -m.exponent), m.exponent}; }
+PowerTerm high_term(const KCorrelationPsd& m) { return {1.0, m.exponent, 1 / m.correlation}; }
 template <class Model>
 PowerTerm high_term(const Model&) {  // the Gaussian falls faster than any power
   return {0.0, 0.0};
@@ -152,8 +152,9 @@ std::vector<PowerTerm> RadialPsd::low_frequency_terms() const {
   std::vector<PowerTerm> terms;
   for (const Part& part : parts_)
     if (part.f_min == 0) {
-      const PowerTerm term = std::visit([](const auto& m) { return low_term(m); }, part.model);
-      terms.push_back({term.amplitude * part.factor, term.exponent});
+      PowerTerm term = std::visit([](const auto& m) { return low_term(m); }, part.model);
+      term.amplitude *= part.factor;
+      terms.push_back(term);
     }
   return terms;
 }
@@ -162,8 +163,9 @@ std::vector<PowerTerm> RadialPsd::high_frequency_terms() const {
   std::vector<PowerTerm> terms;
   for (const Part& part : parts_)
     if (std::isinf(part.f_max)) {
-      const PowerTerm term = std::visit([](const auto& m) { return high_term(m); }, part.model);
-      if (term.amplitude > 0) terms.push_back({term.amplitude * part.factor, term.exponent});
+      PowerTerm term = std::visit([](const auto& m) { return high_term(m); }, part.model);
+      term.amplitude *= part.factor;
+      if (term.amplitude > 0) terms.push_back(term);
     }
   return terms;
 }

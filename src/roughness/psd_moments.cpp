@@ -10,25 +10,23 @@ namespace {
 using std::numbers::pi;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// int_a^b f^(p-1) df for a in [0, inf), b in (a, inf].
-double power_integral(double p, double a, double b) {
-  if (a == 0 && std::isinf(b)) return kInfinity;
-  if (a == 0) return p > 0 ? std::pow(b, p) / p : kInfinity;
-  if (std::isinf(b)) return p < 0 ? -std::pow(a, p) / p : kInfinity;
-  const double log_ratio = std::log(b / a);
-  return std::pow(a, p) * (p == 0 ? log_ratio : std::expm1(p * log_ratio) / p);
+// int t^(p-1) dt over the part of (0, inf) next to t = 1: from 1 up to `ratio` >= 1 (may be infinity), or from `ratio` < 1 (may be 0) to 1.
+double power_integral(double p, double ratio) {
+  if (ratio == 0) return p > 0 ? 1 / p : kInfinity;
+  if (std::isinf(ratio)) return p < 0 ? -1 / p : kInfinity;
+  return std::abs(p == 0 ? std::log(ratio) : std::expm1(p * std::log(ratio)) / p);
 }
 
-// int_a^b f^q S^order df, order 1 or 2, where S is the sum of `terms`.
-double power_terms_integral(const std::vector<PowerTerm>& terms, double q, int order, double a, double b) {
+// int f^q S^order df between `edge` and `other`, order 1 or 2, where S is the sum of `terms`. Written in f/edge, so that only values of S enter.
+double power_terms_integral(const std::vector<PowerTerm>& terms, double q, int order, double edge, double other) {
   double sum = 0;
   for (const PowerTerm& one : terms) {
-    if (order == 1) sum += one.amplitude * power_integral(q + 1 - one.exponent, a, b);
+    if (order == 1) sum += one(edge) * power_integral(q + 1 - one.exponent, other / edge);
     if (order == 2)
       for (const PowerTerm& two : terms)
-        sum += one.amplitude * two.amplitude * power_integral(q + 1 - one.exponent - two.exponent, a, b);
+        sum += one(edge) * two(edge) * power_integral(q + 1 - one.exponent - two.exponent, other / edge);
   }
-  return sum;
+  return std::pow(edge, q + 1) * sum;
 }
 
 // 2 pi int_a^b f^(power+1) S^order df.
@@ -40,7 +38,7 @@ double moment(const RadialPsd& psd, double power, int order, double a, double b)
   double sum = 0;
   if (a < limits.low) {
     const double upper = std::min(b, limits.low);
-    sum += power_terms_integral(psd.low_frequency_terms(), power + 1, order, a, upper);
+    sum += power_terms_integral(psd.low_frequency_terms(), power + 1, order, upper, a);
     a = upper;
   }
   if (b > limits.high) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
@@ -45,9 +46,13 @@ struct SumPsd {
 /// `amplitude` may have any band: its moments may be infinite while, say, its Zernike covariances exist.
 std::string psd_problem(const PsdModel& model);
 
-/// amplitude f^-exponent, f in cycles/m, amplitude [m^4].
+/// amplitude (f / reference)^-exponent [m^4].
 struct PowerTerm {
-  double amplitude = 0, exponent = 0;
+  double amplitude = 0;  ///< [m^4]
+  double exponent = 0;
+  double reference = 1;  ///< [cycles/m]; the knee, say, so that steep powers do not overflow
+
+  double operator()(double f) const { return amplitude * std::pow(f / reference, -exponent); }
 };
 
 /// A PSD model ready for evaluation. Precondition: psd_problem(model) is empty.
