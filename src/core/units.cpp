@@ -1,0 +1,320 @@
+#include "aberfit/core/units.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace aberfit {
+namespace {
+
+// A unit is factor * 10^exponent10 SI units. The power of ten is kept apart so that "632.8 nm" becomes the
+// double nearest to 632.8e-9 (the exponent is added to the text before it is converted), the same number a
+// program would write.
+struct Unit {
+  double factor = 1;
+  int exponent10 = 0;
+};
+
+struct NamedUnit {
+  std::string_view name;
+  Unit unit;
+};
+
+constexpr NamedUnit kLengths[] = {
+    {"pm", {1, -12}}, {"nm", {1, -9}}, {"um", {1, -6}}, {"\u00b5m", {1, -6}}, {"\u03bcm", {1, -6}},
+    {"mm", {1, -3}},  {"cm", {1, -2}}, {"m", {1, 0}},   {"km", {1, 3}},       {"in", {254, -4}}};
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr NamedUnit kAngles[] = {{"rad", {1, 0}},
+                                 {"mrad", {1, -3}},
+                                 {"urad", {1, -6}},
+                                 {"\u00b5rad", {1, -6}},
+                                 {"\u03bcrad", {1, -6}},
+                                 {"nrad", {1, -9}},
+                                 {"deg", {kDegree, 0}},
+                                 {"arcmin", {kDegree / 60, 0}},
+                                 {"arcsec", {kDegree / 3600, 0}},
+                                 {"mas", {kDegree / 3600, -3}}};
+constexpr NamedUnit kFractions[] = {{"%", {1, -2}}, {"ppm", {1, -6}}};
+// A cycle counts 1: these words carry no factor (and no 2 pi).
+constexpr std::string_view kCycles[] = {"cycles", "cycle", "cy", "lp", "1"};
+
+std::optional<Unit> find(std::span<const NamedUnit> units, std::string_view name) {
+  for (const NamedUnit& unit : units)
+    if (unit.name == name) return unit.unit;
+  return std::nullopt;
+}
+
+std::string_view trim(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+// Products and quotients of powers of lengths and cycles, such as "nm^2 mm^2", "um^2/(cycles/mm)^2", "1/m":
+//   expression = [factor] { [*] factor | / factor },  factor = (name | "(" expression ")") [^ integer]
+class UnitExpression {
+ public:
+  explicit UnitExpression(std::string_view text) : text_(text) {}
+
+  // The unit, when the whole text is an expression of metres to the given power.
+  std::optional<Unit> of_length_power(int power) {
+    Term term;
+    if (!expression(&term, 0) || position_ != text_.size() || term.length_power != power) return std::nullopt;
+    return term.unit;
+  }
+
+ private:
+  struct Term {
+    Unit unit;
+    int length_power = 0;
+  };
+
+  static void multiply(Term* product, const Term& term, int power) {
+    product->unit.factor *= std::pow(term.unit.factor, power);
+    product->unit.exponent10 += power * term.unit.exponent10;
+    product->length_power += power * term.length_power;
+  }
+
+  bool take(std::string_view symbol) {
+    while (position_ < text_.size() && text_[position_] == ' ') ++position_;
+    if (!text_.substr(position_).starts_with(symbol)) return false;
+    position_ += symbol.size();
+    return true;
+  }
+
+  bool expression(Term* product, int depth) {
+    if (depth > 4) return false;
+    Term term;
+    if (take("/")) {
+      if (!factor(&term, depth)) return false;
+      multiply(product, term, -1);
+    } else {
+      if (!factor(&term, depth)) return false;
+      multiply(product, term, 1);
+    }
+    for (;;) {
+      while (position_ < text_.size() && text_[position_] == ' ') ++position_;
+      if (position_ == text_.size() || text_[position_] == ')') return true;
+      const int sign = take("/") ? -1 : 1;
+      if (sign == 1) take("*");
+      term = Term{};
+      if (!factor(&term, depth)) return false;
+      multiply(product, term, sign);
+    }
+  }
+
+  bool factor(Term* result, int depth) {
+    Term base;
+    if (take("(")) {
+      if (!expression(&base, depth + 1) || !take(")")) return false;
+    } else if (!name(&base)) {
+      return false;
+    }
+    int power = 1;
+    if (take("^")) {
+      const char* end = text_.data() + text_.size();
+      const auto parsed = std::from_chars(text_.data() + position_, end, power);
+      if (parsed.ec != std::errc{} || std::abs(power) > 4) return false;
+      position_ = std::size_t(parsed.ptr - text_.data());
+    } else if (take("\u00b2")) {
+      power = 2;
+    } else if (take("\u00b3")) {
+      power = 3;
+    } else if (take("\u2074")) {
+      power = 4;
+    }
+    multiply(result, base, power);
+    return true;
+  }
+
+  bool name(Term* term) {
+    while (position_ < text_.size() && text_[position_] == ' ') ++position_;
+    std::size_t end = position_;
+    const auto ends_name = [&] {
+      const std::string_view rest = text_.substr(end);
+      for (const std::string_view stop : {" ", "/", "*", "^", "(", ")", "\u00b2", "\u00b3", "\u2074"})
+        if (rest.starts_with(stop)) return true;
+      return false;
+    };
+    while (end < text_.size() && !ends_name()) ++end;
+    const std::string_view word = text_.substr(position_, end - position_);
+    position_ = end;
+    for (const std::string_view cycle : kCycles)
+      if (word == cycle) return true;
+    const std::optional<Unit> length = find(kLengths, word);
+    if (!length) return false;
+    *term = {*length, 1};
+    return true;
+  }
+
+  std::string_view text_;
+  std::size_t position_ = 0;
+};
+
+std::optional<Unit> find_unit(std::string_view name, Dimension dimension) {
+  switch (dimension) {
+    case Dimension::kLength:
+      return find(kLengths, name);
+    case Dimension::kAngle:
+      return find(kAngles, name);
+    case Dimension::kFraction:
+      return find(kFractions, name);
+    case Dimension::kSpatialFrequency:
+      return UnitExpression(name).of_length_power(-1);
+    case Dimension::kPsd1d:
+      return UnitExpression(name).of_length_power(3);
+    case Dimension::kPsd2d:
+      return UnitExpression(name).of_length_power(4);
+    case Dimension::kNumber:
+      break;
+  }
+  return std::nullopt;
+}
+
+const char* dimension_name(Dimension dimension) {
+  switch (dimension) {
+    case Dimension::kLength:
+      return "a length";
+    case Dimension::kAngle:
+      return "an angle";
+    case Dimension::kSpatialFrequency:
+      return "a spatial frequency";
+    case Dimension::kFraction:
+      return "a fraction";
+    case Dimension::kPsd1d:
+      return "a 1-D power spectral density";
+    case Dimension::kPsd2d:
+      return "a 2-D power spectral density";
+    case Dimension::kNumber:
+      break;
+  }
+  return "a number";
+}
+
+// number * 10^shift, rounded once: the shift goes into the decimal text. Digits as std::from_chars accepts
+// them.
+double scaled_number(std::string_view digits, int shift) {
+  const std::size_t e = digits.find_first_of("eE");
+  int exponent = 0;
+  if (e != std::string_view::npos) {
+    std::size_t begin = e + 1;
+    if (begin < digits.size() && digits[begin] == '+') ++begin;
+    std::from_chars(digits.data() + begin, digits.data() + digits.size(), exponent);
+  }
+  const std::string text = fmt::format("{}e{}", digits.substr(0, e), exponent + shift);
+  double value = std::numeric_limits<double>::quiet_NaN();
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+struct Prefix {
+  const char* name;
+  double scale;  // SI units in one
+};
+
+// Largest prefix whose number is at least 1 once it is rounded to the digits shown, the smallest prefix for
+// anything below.
+std::string with_prefix(double value, std::span<const Prefix> ascending) {
+  const double shown = std::abs(scaled_number(fmt::format("{:.3e}", value), 0));
+  const Prefix* best = &ascending.front();
+  for (const Prefix& prefix : ascending)
+    if (shown >= prefix.scale * (1 - 1e-9)) best = &prefix;
+  return fmt::format("{:.4g} {}", value / best->scale, best->name);
+}
+
+}  // namespace
+
+double parse_quantity(std::string_view text, Dimension dimension) {
+  const std::string_view body = trim(text);
+  const auto fail = [&](std::string_view problem) {
+    throw UnitError(fmt::format("\"{}\" {}; expected {} such as {}", text, problem, dimension_name(dimension),
+                                allowed_units(dimension)));
+  };
+  double plain = 0;
+  const auto [end, error] = std::from_chars(body.data(), body.data() + body.size(), plain);
+  if (error == std::errc::invalid_argument) fail("does not begin with a number");
+  if (error == std::errc::result_out_of_range || !std::isfinite(plain)) fail("is not a finite number");
+  const std::string_view digits = body.substr(0, std::size_t(end - body.data()));
+  const std::string_view name = trim(body.substr(digits.size()));
+  if (dimension == Dimension::kNumber) {
+    if (!name.empty()) fail(fmt::format("has the unit \"{}\" where none is allowed", name));
+    return plain;
+  }
+  if (name.empty()) fail("has no unit");
+  const std::optional<Unit> unit = find_unit(name, dimension);
+  if (!unit) fail(fmt::format("has the unit \"{}\", which is not known here", name));
+  const double value = unit->factor * scaled_number(digits, unit->exponent10);
+  if (!std::isfinite(value)) fail("is not a finite number in SI units");
+  return value;
+}
+
+double unit_factor(std::string_view unit, Dimension dimension) {
+  const std::string_view name = trim(unit);
+  // A column of plain fractions or numbers has no unit, or "1".
+  if ((dimension == Dimension::kFraction || dimension == Dimension::kNumber) && (name.empty() || name == "1"))
+    return 1;
+  const std::optional<Unit> found = find_unit(name, dimension);
+  if (!found)
+    throw UnitError(fmt::format("\"{}\" is not a unit of {}; known: {}", unit, dimension_name(dimension),
+                                allowed_units(dimension)));
+  return found->factor * scaled_number("1", found->exponent10);
+}
+
+std::string format_quantity(double si_value, Dimension dimension) {
+  static constexpr Prefix kLengthPrefixes[] = {{"pm", 1e-12}, {"nm", 1e-9}, {"um", 1e-6},
+                                               {"mm", 1e-3},  {"m", 1},     {"km", 1e3}};
+  static constexpr Prefix kAnglePrefixes[] = {{"nrad", 1e-9}, {"urad", 1e-6}, {"mrad", 1e-3}, {"rad", 1}};
+  static constexpr Prefix kFrequencyPrefixes[] = {{"/m", 1}, {"/mm", 1e3}, {"/um", 1e6}};
+  const auto in = [&](double scale, const char* name) {
+    return fmt::format("{:.4g}{}", si_value / scale, name);
+  };
+  const bool prefixed = std::isfinite(si_value) && si_value != 0;
+  switch (dimension) {
+    case Dimension::kLength:
+      return prefixed ? with_prefix(si_value, kLengthPrefixes) : in(1, " m");
+    case Dimension::kAngle:
+      return prefixed ? with_prefix(si_value, kAnglePrefixes) : in(1, " rad");
+    case Dimension::kSpatialFrequency:
+      return prefixed ? with_prefix(si_value, kFrequencyPrefixes) : in(1, " /m");
+    case Dimension::kFraction:
+      return in(1e-2, " %");
+    // The units optical metrology plots them in.
+    case Dimension::kPsd1d:
+      return in(1e-21, " nm^2 mm");
+    case Dimension::kPsd2d:
+      return in(1e-24, " nm^2 mm^2");
+    case Dimension::kNumber:
+      break;
+  }
+  return in(1, "");
+}
+
+std::string allowed_units(Dimension dimension) {
+  switch (dimension) {
+    case Dimension::kLength:
+      return "pm, nm, um, mm, cm, m, km, in";
+    case Dimension::kAngle:
+      return "rad, mrad, urad, nrad, deg, arcmin, arcsec, mas";
+    case Dimension::kSpatialFrequency:
+      return "/m, /mm, /um, cycles/m, cycles/mm, lp/mm (a cycle is 1, not 2 pi)";
+    case Dimension::kFraction:
+      return "%, ppm, or a plain number without quotes";
+    case Dimension::kPsd1d:
+      return "m^3, um^3, nm^3, nm^2 mm, um^2 mm, nm^2/(cycles/mm)";
+    case Dimension::kPsd2d:
+      return "m^4, mm^4, um^4, nm^4, nm^2 mm^2, um^2 mm^2, nm^2/(cycles/mm)^2";
+    case Dimension::kNumber:
+      break;
+  }
+  return "a plain number without unit";
+}
+
+}  // namespace aberfit
