@@ -1,0 +1,143 @@
+#include "aberfit/equivalence/tost.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "aberfit/core/random.h"
+
+using namespace aberfit;
+
+namespace {
+
+constexpr double kQuantile95 = 1.6448536269514722;  // Phi^-1(0.95), tables
+constexpr double kQuantile99 = 2.3263478740408408;  // Phi^-1(0.99)
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+EquivalenceMetric judge(double target, double target_error, double model, double model_error,
+                        double margin = 0.01, double confidence = 0.95) {
+  return tost("ee90_radius_m", false, target, target_error, model, model_error, margin, confidence);
+}
+
+}  // namespace
+
+TEST(Tost, IntervalIsTheNormalQuantileTimesTheErrorOfTheRatio) {
+  // Target 80 um +- 0.4 um, model 81 um +- 0.3 um.
+  const EquivalenceMetric metric = judge(80e-6, 0.4e-6, 81e-6, 0.3e-6, 0.05, 0.99);
+  const double error = std::sqrt(std::pow(0.3 / 80.0, 2) + std::pow(81.0 / 80.0 * 0.4 / 80.0, 2));
+  constexpr double kRounding = 1e-15;  // a handful of operations on numbers of order 0.01
+  EXPECT_NEAR(metric.relative_difference, 0.0125, kRounding);
+  EXPECT_NEAR(metric.standard_error, error, kRounding);
+  EXPECT_NEAR(metric.interval[0], 0.0125 - kQuantile99 * error, kRounding);
+  EXPECT_NEAR(metric.interval[1], 0.0125 + kQuantile99 * error, kRounding);
+  EXPECT_EQ(metric.verdict, Verdict::kEquivalent);
+  EXPECT_EQ(metric.name, "ee90_radius_m");
+  EXPECT_EQ(metric.margin, 0.05);
+  EXPECT_EQ(metric.target, 80e-6);
+  EXPECT_EQ(metric.model, 81e-6);
+}
+
+TEST(Tost, VerdictFlipsWhereTheIntervalTouchesTheMargin) {
+  const double margin = 0.01, error = 0.001, reach = kQuantile95 * error, nudge = 1e-9;
+  const auto verdict = [&](double difference) {
+    return judge(1.0, 0.0, 1.0 + difference, error, margin).verdict;
+  };
+  for (const double sign : {-1.0, 1.0}) {
+    EXPECT_EQ(verdict(sign * (margin - reach - nudge)), Verdict::kEquivalent);
+    EXPECT_EQ(verdict(sign * (margin - reach + nudge)), Verdict::kUndecided);
+    EXPECT_EQ(verdict(sign * margin), Verdict::kUndecided);
+    EXPECT_EQ(verdict(sign * (margin + reach - nudge)), Verdict::kUndecided);
+    EXPECT_EQ(verdict(sign * (margin + reach + nudge)), Verdict::kDifferent);
+  }
+}
+
+TEST(Tost, WideIntervalProvesNothing) { EXPECT_EQ(judge(1.0, 0.2, 1.0, 0.2).verdict, Verdict::kUndecided); }
+
+TEST(Tost, ExactNumbersAreEquivalentOrDifferentButNeverUndecided) {
+  EXPECT_EQ(judge(2.0, 0.0, 2.015, 0.0, 0.01).verdict, Verdict::kEquivalent);
+  EXPECT_EQ(judge(2.0, 0.0, 2.025, 0.0, 0.01).verdict, Verdict::kDifferent);
+  EXPECT_EQ(judge(2.0, 0.0, 1.975, 0.0, 0.01).verdict, Verdict::kDifferent);
+  EXPECT_EQ(judge(2.0, 0.0, 2.0, 0.0, 0.0).verdict, Verdict::kEquivalent);
+  EXPECT_EQ(judge(2.0, 0.0, 2.0, 0.0).interval[1], 0.0);
+}
+
+TEST(Tost, WhatIsNotANumberIsDifferent) {
+  EXPECT_EQ(judge(kNaN, 0.0, 1.0, 0.0).verdict, Verdict::kDifferent);
+  EXPECT_EQ(judge(1.0, 0.0, kNaN, 0.0).verdict, Verdict::kDifferent);
+  EXPECT_EQ(judge(kNaN, 0.1, kNaN, 0.1).verdict, Verdict::kDifferent);
+  EXPECT_EQ(judge(1.0, 0.0, kInfinity, 0.0).verdict, Verdict::kDifferent);
+  EXPECT_EQ(judge(0.0, 0.0, 1e-6, 0.0).verdict, Verdict::kDifferent);
+}
+
+TEST(Tost, ZeroTargetMetByZeroModelIsNoDifference) {
+  EXPECT_EQ(judge(0.0, 0.0, 0.0, 0.0).verdict, Verdict::kEquivalent);
+  EXPECT_EQ(judge(0.0, 0.0, 0.0, 1e-6).verdict, Verdict::kUndecided);
+}
+
+TEST(Tost, UnknownStandardErrorLeavesTheVerdictOpen) {
+  EXPECT_EQ(judge(1.0, kNaN, 1.0, 0.0).verdict, Verdict::kUndecided);
+  EXPECT_EQ(judge(1.0, 0.0, 1.0, kNaN).verdict, Verdict::kUndecided);
+}
+
+TEST(Tost, DoesNotDependOnTheUnitOfTheStatistic) {
+  const EquivalenceMetric metres = judge(80e-6, 0.4e-6, 80.2e-6, 0.3e-6);
+  const EquivalenceMetric other = judge(-80.0, 0.4, -80.2, 0.3);
+  EXPECT_NEAR(metres.relative_difference, other.relative_difference, 1e-15);
+  EXPECT_NEAR(metres.interval[0], other.interval[0], 1e-15);
+  EXPECT_NEAR(metres.interval[1], other.interval[1], 1e-15);
+}
+
+// The promise of the test: whoever is exactly one margin away is called equivalent in 1 - confidence of all
+// experiments.
+TEST(Tost, DeclaresEquivalenceAtTheMarginAsOftenAsItsConfidenceAllows) {
+  constexpr int kExperiments = 200000;
+  const double margin = 0.01, model_error = 1.2e-3, target_error = 0.9e-3;
+  for (const double sign : {-1.0, 1.0}) {
+    const RandomStream noise(1, sign < 0 ? "tost-margin-below" : "tost-margin-above");
+    int equivalent = 0;
+    for (int i = 0; i < kExperiments; ++i) {
+      const auto [a, b] = noise.normal_pair(std::uint64_t(i));
+      const double target = 1.0 + target_error * a, model = 1.0 + sign * margin + model_error * b;
+      if (judge(target, target_error, model, model_error, margin).verdict == Verdict::kEquivalent)
+        ++equivalent;
+    }
+    const double rate = double(equivalent) / kExperiments;
+    // Binomial: sqrt(0.05 0.95 / 200000) = 4.9e-4, four of them; the ratio's second order moves z by 0.01,
+    // i.e. the rate by 1e-3.
+    EXPECT_NEAR(rate, 0.05, 4 * 4.9e-4 + 1e-3);
+  }
+}
+
+TEST(Tost, CallsIdenticalTruthsEquivalentWhenTheErrorsAreSmall) {
+  constexpr int kExperiments = 20000;
+  const RandomStream noise(1, "tost-identical");
+  int equivalent = 0;
+  for (int i = 0; i < kExperiments; ++i) {
+    const auto [a, b] = noise.normal_pair(std::uint64_t(i));
+    if (judge(1.0 + 2e-3 * a, 2e-3, 1.0 + 2e-3 * b, 2e-3).verdict == Verdict::kEquivalent) ++equivalent;
+  }
+  // Power = P(|d| < margin - 1.645 se) with se = 2.828e-3: 2 Phi((0.01 - 4.652e-3)/2.828e-3) - 1.
+  const double expected =
+      std::erf((0.01 - kQuantile95 * std::sqrt(2.0) * 2e-3) / (std::sqrt(2.0) * 2e-3) / std::sqrt(2.0));
+  EXPECT_NEAR(double(equivalent) / kExperiments, expected,
+              4 * std::sqrt(expected * (1 - expected) / kExperiments) + 1e-3);
+}
+
+TEST(OverallVerdict, IsTheWorstOfItsMetrics) {
+  EquivalenceMetric good, open, bad;
+  good.verdict = Verdict::kEquivalent;
+  open.verdict = Verdict::kUndecided;
+  bad.verdict = Verdict::kDifferent;
+  EXPECT_EQ(overall({good, good}), Verdict::kEquivalent);
+  EXPECT_EQ(overall({good, open, good}), Verdict::kUndecided);
+  EXPECT_EQ(overall({open, good, bad, good}), Verdict::kDifferent);
+  EXPECT_EQ(overall({}), Verdict::kUndecided);
+}
+
+TEST(Verdict, HasTheWordsOfTheResultFormat) {
+  EXPECT_EQ(to_string(Verdict::kEquivalent), "equivalent");
+  EXPECT_EQ(to_string(Verdict::kDifferent), "different");
+  EXPECT_EQ(to_string(Verdict::kUndecided), "undecided");
+}
