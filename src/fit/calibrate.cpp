@@ -157,6 +157,17 @@ std::string to_string(FitStatus status) {
   return "failed";
 }
 
+bool within_tolerance(const FitProblem& problem, const FitResult& result, double share) {
+  if (result.smooth_statistics.size() != Eigen::Index(problem.targets.size())) return false;
+  for (std::size_t k = 0; k < problem.targets.size(); ++k) {
+    const Target& target = problem.targets[k];
+    if (!(std::abs(result.smooth_statistics[Eigen::Index(k)] - target.value) <= share * target.tolerance)) return false;
+  }
+  return true;
+}
+
+std::string solver_version() { return CERES_VERSION_STRING; }
+
 FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, const FitOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   FitResult result;

@@ -71,4 +71,10 @@ struct FitResult {
 /// start: white coordinates. Residuals: (S_k - T_k) / tolerance_k, and xi - xi0 (or xi).
 FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, const FitOptions& options);
 
+/// Whether every smooth statistic of `result` is within `share` of its tolerance.
+bool within_tolerance(const FitProblem& problem, const FitResult& result, double share);
+
+/// Version of the Ceres library this one was built with.
+std::string solver_version();
+
 }  // namespace aberfit

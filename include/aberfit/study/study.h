@@ -100,21 +100,43 @@ struct OutputSpec {
   bool plots = true;
 };
 
-/// `verify`: how the Harvey-Shack branch makes its slope errors, and published numbers to be set beside ours.
+/// The paper's published phase synthesis: Phi = sum sqrt(P0 dA_k) cos(2 pi f_k.x + phi_k) [rad] over modes log-uniform in f, with dA_k taken
+/// with log10 and no factor 4 pi/lambda (PHYSICS 9). Kept to show what those formulas give.
 struct PhaseSynthesis {
-  double psd_level = 1e-20;   ///< P0 of the published formula
+  double psd_level = 1e-20;   ///< P0 as printed
   int modes = 10000;
+  double f_min = 2.5;         ///< [cycles/m]
+  double f_max = 1e6;         ///< [cycles/m]
 };
+
+/// Zernikes n = 2..n_max drawn independently with equal variance and a total RMS height: a candidate reading of the paper's aberration branch.
+struct IndependentTerms {
+  int n_max = 8;
+  double rms = 100e-9;  ///< [m]
+  int draws = 200;
+};
+
+/// What a formula of study/published.h works on; absent values come from the study.
+struct FormulaInputs {
+  std::optional<double> gradient_x, gradient_y;  ///< RMS phase gradient per axis [rad/m]
+  std::optional<double> wavelength, focal_length, diameter, rms, correlation_length;  ///< [m]
+  std::optional<double> f_min, f_max;            ///< [cycles/m]
+};
+
+/// A number printed elsewhere, to be set beside ours.
 struct PublishedNumber {
   std::string label;
-  std::string quantity;       ///< key into the quantities of the verify result; empty: not reproducible, reading only
-  double value = 0;           ///< as printed, in the unit of `unit`
-  std::string unit;           ///< printed unit, e.g. "um", "arcsec", "rad/m"
+  std::string quantity;       ///< key of the quantities of a verify result, or
+  std::string formula;        ///< a formula of study/published.h on `inputs`; both empty: nothing to compare, reading only
+  FormulaInputs inputs;
+  double value = 0;           ///< as printed
+  std::string unit;           ///< as printed
   double scale = 1;           ///< printed value times scale = SI value
-  std::string reading;        ///< what holds, what does not, in a sentence
+  std::string reading;        ///< what holds and what does not, in a sentence
 };
 struct VerifySpec {
   std::optional<PhaseSynthesis> published_phase;
+  std::optional<IndependentTerms> independent_terms;
   std::vector<PublishedNumber> published;
 };
 

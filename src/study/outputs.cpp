@@ -1,0 +1,50 @@
+#include "outputs.h"
+
+#include "aberfit/report/plots.h"
+#include "aberfit/scatter/ray_perturbation.h"
+
+namespace aberfit {
+namespace {
+
+constexpr int kMapSize = 257;  // points per side of the surface map; odd, so that the cuts pass through the vertex
+
+SurfaceOperator map_operator(const TermSet& terms, double radius, int threads) {
+  Eigen::ArrayXd x(kMapSize * kMapSize), y(kMapSize * kMapSize);
+  for (int j = 0; j < kMapSize; ++j) {
+    for (int i = 0; i < kMapSize; ++i) {
+      x[j * kMapSize + i] = radius * (2.0 * i / (kMapSize - 1) - 1);
+      y[j * kMapSize + i] = radius * (2.0 * j / (kMapSize - 1) - 1);
+    }
+  }
+  return SurfaceOperator(terms, std::move(x), std::move(y), threads);
+}
+
+void draw(const Study& study, const Scene& scene, const RunOptions& options, const PupilSample& pupil,
+          const RayBundle& nominal, ResultDocument* result) {
+  const int threads = result->provenance.threads;
+  SurfaceField field;
+  SurfaceOperator(result->terms, pupil.x, pupil.y, threads).apply(result->fit.coefficients, &field);
+  const RayBundle fitted = trace(study.mirror, pupil, field);
+  RayBundle target;
+  if (scene.psd)
+    target = trace_perturbed(study.mirror, pupil, scene.numbers.rms_slope_per_axis, study.target.convention,
+                             study.trace.pupil.seed);
+  const SurfaceOperator map = map_operator(result->terms, scene.radius, threads);
+  write_plots({*result, study.mirror, pupil, nominal, target, fitted, field, map, kMapSize, scene.focal_sigma},
+              options.output_directory, &result->warnings);
+}
+
+}  // namespace
+
+void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const PupilSample& pupil,
+               const RayBundle& nominal, ResultDocument* result) {
+  if (options.plots && study.output.plots) draw(study, scene, options, pupil, nominal, result);
+  const std::string folder = options.output_directory + "/";
+  write_file(folder + "coefficients.csv",
+             coefficients_csv(result->terms, result->fit.coefficients, result->fit.coefficient_std));
+  write_file(folder + "summary.txt", summary_table(*result, true));
+  // Last, so that a result.json always has its companions beside it.
+  write_file(folder + "result.json", to_json(*result).dump(2) + "\n");
+}
+
+}  // namespace aberfit

@@ -1,0 +1,41 @@
+#pragma once
+#include <optional>
+
+#include "aberfit/scatter/geometric_harvey_shack.h"
+#include "aberfit/scatter/regime.h"
+#include "aberfit/study/study.h"
+
+namespace aberfit {
+
+/// What every command derives from a study before it does its own work.
+struct Scene {
+  std::optional<RadialPsd> psd;        ///< of the specification
+  std::optional<RadialPsd> prior_psd;  ///< of the equivalent surface: heights halved in convention `paper`
+  double prior_height_factor = 1;
+  SceneNumbers numbers;
+  double radius = 0;       ///< aperture radius [m]
+  double focal_sigma = 0;  ///< scale of the focal spot [m]
+  std::optional<GeometricHarveyShack> theory;
+  double plane_unit() const { return focal_length * focal_sigma / radius; }  ///< natural unit of dz [m]
+  double focal_length = 0;
+};
+Scene make_scene(const Study& study);
+
+/// The terms of the study; absent orders and frequencies are chosen from the PSD. `captured`: share of its height variance.
+TermSet make_terms(const Study& study, const Scene& scene, double* captured);
+CoefficientPrior make_study_prior(const Study& study, const Scene& scene, const TermSet& terms);
+
+/// Number of exact dependencies between the m = 0 Zernikes and the spherical powers, judged by their slopes (a constant height moves no ray).
+int radial_overlap(const TermSet& terms);
+
+/// Statistics to fit with values and tolerances, and the ones held out, which have theory's value and no tolerance (empty when a value is given).
+struct TargetSets {
+  std::vector<Target> fitted, held_out;
+  std::string theory;  ///< "geometric", "rays", or "given"
+};
+TargetSets make_targets(const Study& study, const Scene& scene, int threads);
+
+/// Warnings that follow from the specification alone.
+Warnings scene_warnings(const Study& study, const Scene& scene, const TermSet& terms, double captured);
+
+}  // namespace aberfit

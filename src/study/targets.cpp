@@ -1,0 +1,184 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/parallel.h"
+#include "aberfit/core/random.h"
+#include "aberfit/scatter/ray_perturbation.h"
+#include "scene.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kDefaultTolerance = 1e-3;
+
+// The default statistics (DESIGN): fractions and planes in units of f sigma_f / R.
+constexpr double kFractions[] = {0.20, 0.35, 0.50, 0.65, 0.80, 0.90, 0.95};
+constexpr double kPlanes[] = {0, -1, 1, -2, 2, -3.5, 3.5, -5, 5};
+// Held out: fractions and planes in between, other rings, the mean angle.
+constexpr double kHeldOutFractions[] = {0.275, 0.425, 0.575, 0.725, 0.85, 0.925};
+constexpr double kHeldOutPlanes[] = {0, -0.5, 0.5, -1.5, 1.5, -2.75, 2.75, -4.25, 4.25};
+
+// Planes are rounded so that their names are exact.
+double plane(double units, const Scene& scene) {
+  return units == 0 ? 0 : 1e-6 * std::round(1e6 * units * scene.plane_unit());
+}
+
+struct Wanted {
+  Statistic statistic;
+  std::optional<double> value;
+  double standard_error = 0;
+  double tolerance = kDefaultTolerance;
+  bool absolute_tolerance = false;
+};
+
+std::vector<Wanted> default_statistics(const Scene& scene) {
+  std::vector<Wanted> wanted;
+  for (const double units : kPlanes)
+    for (const double fraction : kFractions)
+      wanted.push_back({EncircledEnergyRadius{fraction, plane(units, scene)}, {}});
+  wanted.push_back({RingFwhm{}, {}});
+  wanted.push_back({ScatterRms{}, {}});
+  wanted.push_back({RmsHeight{}, {}});
+  return wanted;
+}
+
+std::vector<Wanted> requested_statistics(const Study& study, const Scene& scene) {
+  std::vector<Wanted> wanted;
+  for (const StatisticRequest& request : study.target.statistics) {
+    const auto add = [&](const Statistic& statistic) {
+      wanted.push_back({statistic, request.value, request.standard_error, request.tolerance});
+    };
+    const std::string& name = request.name;
+    if (name.starts_with("ee")) {
+      for (const double dz : request.planes) add(EncircledEnergyRadius{std::stod(name.substr(2)) / 100, dz});
+    } else if (name == "rms_radius") {
+      for (const double dz : request.planes) add(RmsRadius{dz});
+    } else if (name.starts_with("ring_fwhm")) {
+      RingFwhm ring;
+      if (const auto* radius = std::get_if<double>(&request.ring)) ring.ring_radius = *radius;
+      else ring.ring_fraction = std::stod(std::get<std::string>(request.ring).substr(2)) / 100;
+      add(ring);
+    } else if (name == "ring_profile") {
+      const auto* given = std::get_if<double>(&request.ring);
+      if (!given && !scene.theory)
+        throw InputError(study.path, "/target/statistics/ring_profile/ring", "an encircled-energy ring without roughness",
+                         "a length, e.g. \"76 um\"");
+      const double ring = given ? *given
+                                : scene.theory->encircled_energy_radius(
+                                      std::stod(std::get<std::string>(request.ring).substr(2)) / 100, 0);
+      for (std::size_t k = 0; k < request.profile_dz.size(); ++k) {
+        wanted.push_back({RingThrough{ring, request.profile_dz[k]}, request.profile_value[k], request.standard_error,
+                          request.tolerance, true});
+      }
+    } else if (name == "scatter_rms") {
+      add(ScatterRms{});
+    } else if (name == "scatter_mean") {
+      add(ScatterMean{});
+    } else if (name == "spot_fwhm") {
+      add(SpotFwhm{request.bandwidth.value_or(0.1 * scene.focal_sigma)});
+    } else if (name == "rms_height") {
+      add(RmsHeight{});
+    }
+  }
+  return wanted;
+}
+
+std::vector<Statistic> held_out_statistics(const Scene& scene, const std::vector<Wanted>& fitted) {
+  std::vector<Statistic> held_out;
+  for (const double units : kHeldOutPlanes)
+    for (const double fraction : kHeldOutFractions)
+      held_out.push_back(EncircledEnergyRadius{fraction, plane(units, scene)});
+  held_out.push_back(RingFwhm{0.5, {}});
+  held_out.push_back(RingFwhm{0.8, {}});
+  held_out.push_back(ScatterMean{});
+  std::erase_if(held_out, [&](const Statistic& candidate) {
+    return std::any_of(fitted.begin(), fitted.end(), [&](const Wanted& wanted) {
+      return statistic_name(wanted.statistic) == statistic_name(candidate);
+    });
+  });
+  return held_out;
+}
+
+struct Predicted {
+  Eigen::VectorXd value, standard_error;
+};
+
+// Theory `rays`: Harvey-Shack by perturbed rays, in independent batches that give the standard error.
+Predicted predict_by_rays(const Study& study, const Scene& scene, const std::vector<Statistic>& statistics, int threads) {
+  constexpr int kBatches = 16;
+  constexpr std::int64_t kRaysPerBatch = 131072;
+  Eigen::MatrixXd values(Eigen::Index(statistics.size()), kBatches);
+  parallel_for(kBatches, threads, [&](std::size_t b) {
+    const std::uint64_t seed = RandomStream(study.trace.pupil.seed, "harvey-shack-target").bits(b);
+    const PupilSample pupil = make_pupil(study.aperture, {PupilLayout::kSobol, kRaysPerBatch, seed});
+    const RayBundle nominal = trace_nominal(study.mirror, pupil);
+    const RayBundle rays =
+        trace_perturbed(study.mirror, pupil, scene.numbers.rms_slope_per_axis, study.target.convention, seed);
+    // A ray model has no surface: its height is the specification's.
+    const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(rays.size());
+    values.col(Eigen::Index(b)) = evaluate_exact({rays, nominal, no_height, study.trace.centre}, statistics, 1);
+  });
+  Predicted predicted;
+  predicted.value = values.rowwise().mean();
+  predicted.standard_error =
+      ((values.colwise() - predicted.value).rowwise().squaredNorm() / (kBatches * (kBatches - 1.0))).cwiseSqrt();
+  for (std::size_t k = 0; k < statistics.size(); ++k) {
+    if (!std::holds_alternative<RmsHeight>(statistics[k])) continue;
+    predicted.value[Eigen::Index(k)] = (*scene.theory)(statistics[k]);
+    predicted.standard_error[Eigen::Index(k)] = 0;
+  }
+  return predicted;
+}
+
+Predicted predict(const Study& study, const Scene& scene, const std::vector<Statistic>& statistics, int threads) {
+  if (study.target.theory == Theory::kRays) return predict_by_rays(study, scene, statistics, threads);
+  Predicted predicted{Eigen::VectorXd(Eigen::Index(statistics.size())),
+                      Eigen::VectorXd::Zero(Eigen::Index(statistics.size()))};
+  parallel_for(statistics.size(), threads, [&](std::size_t k) {
+    predicted.value[Eigen::Index(k)] = (*scene.theory)(statistics[k]);
+  });
+  return predicted;
+}
+
+}  // namespace
+
+TargetSets make_targets(const Study& study, const Scene& scene, int threads) {
+  const std::vector<Wanted> wanted =
+      study.target.statistics.empty() ? default_statistics(scene) : requested_statistics(study, scene);
+  TargetSets sets;
+  const bool any_given = std::any_of(wanted.begin(), wanted.end(), [](const Wanted& w) { return w.value.has_value(); });
+  const bool all_given = std::all_of(wanted.begin(), wanted.end(), [](const Wanted& w) { return w.value.has_value(); });
+  if (!all_given && !scene.theory)
+    throw InputError(study.path, "/target/statistics", "a statistic without value",
+                     "a value for each, or a roughness block to predict them");
+  std::vector<Statistic> statistics;
+  for (const Wanted& w : wanted) statistics.push_back(w.statistic);
+  // Given values need not follow the theory, so nothing can be held out against it.
+  if (!any_given) {
+    for (const Statistic& s : held_out_statistics(scene, wanted)) statistics.push_back(s);
+  }
+  Predicted predicted;
+  if (!all_given) predicted = predict(study, scene, statistics, threads);
+  sets.theory = all_given ? "given" : study.target.theory == Theory::kRays ? "rays" : "geometric";
+  for (std::size_t k = 0; k < statistics.size(); ++k) {
+    Target target;
+    target.statistic = statistics[k];
+    const bool given = k < wanted.size() && wanted[k].value;
+    target.value = given ? *wanted[k].value : predicted.value[Eigen::Index(k)];
+    target.standard_error = given ? wanted[k].standard_error : predicted.standard_error[Eigen::Index(k)];
+    if (!std::isfinite(target.value))
+      throw ComputationError(fmt::format("the theory has no value for {} in this scene", statistic_name(statistics[k])));
+    if (k < wanted.size()) {
+      target.tolerance = wanted[k].tolerance * (wanted[k].absolute_tolerance ? 1.0 : std::abs(target.value));
+      sets.fitted.push_back(target);
+    } else {
+      sets.held_out.push_back(target);
+    }
+  }
+  return sets;
+}
+
+}  // namespace aberfit
