@@ -1,0 +1,68 @@
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/roughness/psd_integrals.h"
+#include "aberfit/terms/modal_covariance.h"
+#include "zernike_integrals.h"
+
+namespace aberfit {
+
+Eigen::MatrixXd zernike_covariance(const RadialPsd& psd, double radius, int m,
+                                   const std::vector<int>& n_values) {
+  assert(std::is_sorted(n_values.begin(), n_values.end()));
+  const Eigen::Index size = Eigen::Index(n_values.size());
+  if (size == 0) return {};
+  const int n_min = n_values.front();
+  const Eigen::MatrixXd table = zernike_covariance_table(psd, radius, n_min, n_values.back());
+  Eigen::MatrixXd covariance(size, size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const int n = n_values[std::size_t(i)];
+    assert(n >= std::abs(m) && (n - m) % 2 == 0);
+    for (Eigen::Index k = 0; k < size; ++k)
+      covariance(i, k) = table(n - n_min, n_values[std::size_t(k)] - n_min);
+  }
+  (void)m;  // which m it is decides only which n are allowed
+  return covariance;
+}
+
+namespace {
+
+double finite_height_variance(const RadialPsd& psd) {
+  const double variance = radial_moment(psd, 0);
+  if (!std::isfinite(variance) || variance == 0)
+    throw ComputationError(
+        "a share of the height variance needs a PSD whose height variance is finite and not zero");
+  return variance;
+}
+
+}  // namespace
+
+double captured_fraction(const RadialPsd& psd, double radius, int n_min, int n_max) {
+  const double total = finite_height_variance(psd);
+  if (n_max < n_min) return 0;
+  const Eigen::ArrayXd variances = zernike_variances(psd, radius, n_min, n_max);
+  double sum = 0;
+  for (int n = n_min; n <= n_max; ++n) sum += (n + 1) * variances[n - n_min];  // n + 1 signed m each
+  return sum / total;
+}
+
+int captured_order(const RadialPsd& psd, double radius, double fraction, int limit) {
+  constexpr int kFirst = 2;
+  const double total = finite_height_variance(psd);
+  // Doubling spares low orders the cost of the limit; each round starts afresh because the nodes depend on
+  // the top order.
+  for (int top = std::min(limit, 32);; top = std::min(limit, 2 * top)) {
+    if (top < kFirst) return limit;
+    const Eigen::ArrayXd variances = zernike_variances(psd, radius, kFirst, top);
+    double sum = 0;
+    for (int n = kFirst; n <= top; ++n) {
+      sum += (n + 1) * variances[n - kFirst];
+      if (sum >= fraction * total) return n;
+    }
+    if (top == limit) return limit;
+  }
+}
+
+}  // namespace aberfit
