@@ -1,15 +1,30 @@
 // Method. Points are taken in chunks of 4096 (the unit of work of a thread) and blocks of 256 (what fits the
 // first-level cache), and each family of terms adds itself to the block:
-//   Zernike    zernike_kernel.h: per |m| a Clenshaw recurrence in tau = 4 rho^2 - 2 over the radial order,
-//   cosine and sine sums and their
-//              derivatives side by side, times the harmonic (x + iy)^m carried from one m to the next.
-//              Cost 4.5 multiply-adds per term and point, whatever subset of modes is asked for below a given
-//              n.
-//   Fourier    fourier_kernel.h: a vectorised sine and cosine per mode and point.
-//   Spherical  spherical_terms.h: at most five even powers.
+// - Zernike, zernike_kernel.h: per |m| a Clenshaw recurrence in tau = 4 rho^2 - 2 over the radial order,
+//   cosine and sine sums and their derivatives side by side, times the harmonic (x + iy)^m carried from one m
+//   to the next; 4.5 multiply-adds per term and point, value and gradient.
+// - Fourier, fourier_kernel.h: a vectorised sine and cosine per mode and point.
+// - Spherical, spherical_terms.h: a handful of even powers.
 // The adjoint runs the same recurrences upwards and sums over the points of a block; each chunk gives one
 // partial vector, and these are added in chunk order, so neither the thread count nor the schedule changes a
 // bit.
+//
+// Error of one Zernike mode against its factorial sum in 200 digits, relative to its largest value (gradient)
+// over the disc (tests/terms/zernike_test.cpp): 4e-14 to n = 40, 2.5e-13 at n = 100, 2.2e-12 at n = 300. That
+// is at the rim, where the rounding of tau costs about n^2 eps / 16; between 0.1 and 0.9 of the radius it is
+// below 7e-15.
+//
+// Speed, 1e9 term-points (Fourier: mode-points, a mode being two terms) per second, value and gradient, one
+// thread on a Xeon server core (AVX-512, two multiply-add units), release build, 65536 points (8192 at n =
+// 300), median of at least 15 runs, quartiles within 5 %; beside it the same core with the AVX2 and the SSE2
+// kernels:
+//                     AVX-512            AVX2               SSE2
+//                     forward  adjoint   forward  adjoint   forward  adjoint
+//     n =   8,    45     4.5      3.5       3.0      2.3       1.4      1.2
+//     n =  20,   231     8.2      6.8       4.8      3.9       1.7      1.7
+//     n =  40,   861    10.4      9.1       5.7      4.8       1.9      1.9
+//     n = 300, 45451    12.7     11.4       5.3      4.7       2.0      2.1
+//     400 modes          1.7      1.6       1.0      1.0       0.3      0.3
 #include "aberfit/terms/surface_operator.h"
 
 #include <fmt/core.h>

@@ -93,7 +93,8 @@ std::vector<double> radii() {
 
 }  // namespace
 
-// Worst error seen: see the bounds; both evaluators stay well inside.
+// Worst seen: 5.3e-14 to n = 40, 3.2e-13 at n = 100, 2.8e-12 at n = 300 (reference), a little less for the
+// fused operator.
 TEST(Zernike, EveryModeTo40MatchesTheFactorialSumIn200Digits) {
   const DiscPoints points = disc_points(radii(), 7, 40);
   Errors worst;
@@ -110,7 +111,7 @@ TEST(Zernike, EveryModeTo40MatchesTheFactorialSumIn200Digits) {
 TEST(Zernike, HighOrdersMatchTheFactorialSumIn200Digits) {
   const DiscPoints points = disc_points(radii(), 7, 300);
   for (const int n : {41, 60, 75, 99, 100, 150, 199, 250, 299, 300}) {
-    // Rotationally symmetric or nearly so, the whole way to m = n, both signs.
+    // From rotational symmetry all the way to m = n, both signs.
     std::set<int> ms;
     for (const double share : {0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.97, 1.0}) {
       const int m = n - 2 * int(std::lround(n * (1 - share) / 2));
@@ -145,8 +146,8 @@ TEST(Zernike, IsOrthonormalOnTheDisc) {
             zernike(modes[k], rho * std::cos(theta), rho * std::sin(theta)).value;
     }
   const Eigen::MatrixXd gram = basis.transpose() * basis;
-  // 861 products of size <= 42 with weights that sum to 1, nodes good to n eps: seen 4e-14.
-  EXPECT_LE((gram - Eigen::MatrixXd::Identity(gram.rows(), gram.cols())).cwiseAbs().maxCoeff(), 1e-12);
+  // Rounding of nodes, weights and values of size <= sqrt(42): n eps and a margin; seen 5e-15.
+  EXPECT_LE((gram - Eigen::MatrixXd::Identity(gram.rows(), gram.cols())).cwiseAbs().maxCoeff(), 1e-13);
 }
 
 TEST(Zernike, LowOrdersMatchTheirTextbookForms) {

@@ -26,9 +26,10 @@ struct SurfaceField {
 /// one object may serve several threads; results do not depend on the thread count, to the last bit.
 class SurfaceOperator {
  public:
-  /// x, y: point coordinates [m], in the disc of `terms.radius` or slightly outside (Zernikes grow as rho^n beyond it). `threads`: how many
-  /// threads apply and apply_transpose may use. Throws std::invalid_argument for coordinates of different length, an (n, m) that is
-  /// no Zernike mode, an odd spherical power, or a radius that is not positive where Zernike or spherical terms need one.
+  /// x, y: point coordinates [m], in the disc of `terms.radius` or slightly outside (Zernikes grow as rho^n there).
+  /// `threads`: how many threads apply and apply_transpose may use.
+  /// Throws std::invalid_argument for x and y of different length, an (n, m) that is no Zernike mode, an odd spherical
+  /// power, or a radius that is not positive where Zernike or spherical terms need one.
   SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd y, int threads = 1);
   ~SurfaceOperator();
   SurfaceOperator(SurfaceOperator&&) noexcept;
