@@ -13,40 +13,47 @@ namespace aberfit {
 
 /// Slope RMS of one aperture zone over the overall slope RMS, beside the same ratio over draws of the prior.
 struct ZoneSlope {
-  double rho_min = 0, rho_max = 0;      ///< edges as fractions of the aperture radius
-  double ratio = 0;                     ///< of the fitted surface
-  double draws_low = 0, draws_high = 0; ///< 0.5 % and 99.5 % quantiles over draws
+  double rho_min = 0, rho_max = 0;       ///< edges as fractions of the aperture radius
+  double ratio = 0;                      ///< of the fitted surface
+  double draws_low = 0, draws_high = 0;  ///< 0.5 % and 99.5 % quantiles over draws
 };
 
 /// The fitted surface by the numbers of a scene (its own, not the specification's).
 struct EquivalentSurface {
-  double rms_height = 0;          ///< [m]
+  double rms_height = 0;  ///< [m]
   double rms_slope_per_axis = 0;
   double g = 0, kappa = 0;
-  double prior_height_factor = 1; ///< 0.5 when the prior was scaled for convention `paper`
+  double prior_height_factor = 1;  ///< 0.5 when the prior was scaled for convention `paper`
   std::vector<ZoneSlope> zones;
-  double captured_fraction = 0;   ///< share of the specification's height variance that the term set can carry; 0 without PSD
+  double captured_fraction =
+      0;  ///< share of the specification's height variance that the term set can carry; 0 without PSD
 };
 
+/// What made a result, so that it can be made again.
 struct Provenance {
-  std::string version;
+  std::string version;  ///< of aberfit
   std::uint64_t seed = 0;
   int threads = 1;
-  std::map<std::string, std::string> libraries;
+  std::map<std::string, std::string> libraries;  ///< name -> version, the compiler among them
 };
 
-/// Everything result.json holds for `kind: fit` (and, with an empty fit, `trace`). Statistic vectors run parallel to `targets`.
+/// Version of this library, its compiler and the libraries the report room can see (Eigen, Boost,
+/// nlohmann-json, fmt). A room with a library of its own (Ceres in fit) adds that entry itself.
+Provenance make_provenance(std::uint64_t seed, int threads);
+
+/// Everything result.json holds for `kind: fit` (and, with an empty fit, `trace`). Statistic vectors run
+/// parallel to `targets`.
 struct ResultDocument {
   std::string kind = "fit";
-  nlohmann::ordered_json study;   ///< the resolved study
+  nlohmann::ordered_json study;  ///< the resolved study
   bool has_roughness = false;
-  SceneNumbers scene;             ///< of the specification
-  std::string theory;             ///< "geometric" or "rays": the model that made the targets
+  SceneNumbers scene;  ///< of the specification
+  std::string theory;  ///< "geometric" or "rays": the model that made the targets
   std::vector<Target> targets;
   FitResult fit;
   TermSet terms;
   Eigen::Index rays = 0;
-  double radius = 0;              ///< normalisation radius [m]
+  double radius = 0;  ///< normalisation radius [m]
   EquivalentSurface surface;
   Eigen::VectorXd start, fitted, validated;
   Verdict verdict = Verdict::kUndecided;
@@ -56,19 +63,33 @@ struct ResultDocument {
 };
 
 /// result.json, format version 1 (plain SI numbers, unit in the key; NaN and infinity become null).
+/// `scene` is null without roughness; statistics vectors that were never computed are left out. `scene.model`
+/// is `theory`, the model that made the targets. Spherical terms: `value_m` is the height of the term at the
+/// rim, `coefficient` the same as c_2n of sum c_2n rho^2n [m^(1-2n)]. Two targets of one name (rings of
+/// different radius, say) get "#2", "#3", ... appended to the later ones.
 nlohmann::ordered_json to_json(const ResultDocument& result);
 
-/// Zernike (n, m, Noll index, value_m, std_m), Fourier and spherical coefficients as CSV with a commented header that says units and conventions.
-std::string coefficients_csv(const TermSet& terms, const Eigen::VectorXd& coefficients, const Eigen::VectorXd& std);
+/// Zernike, Fourier and spherical coefficients, one per row, in the order of `terms`, after a commented
+/// header that says units, signs and conventions. Columns: kind (zernike, cos, sin, spherical), n (radial
+/// order; power of rho), m, noll, fx_per_m, fy_per_m, value_m, std_m. Numbers carry the fewest digits that
+/// read back to the same bits. `std`: standard deviations [m], or empty: no values in that column.
+std::string coefficients_csv(const TermSet& terms, const Eigen::VectorXd& coefficients,
+                             const Eigen::VectorXd& std);
 
-/// Coefficients from a file that coefficients_csv wrote, fitted into `terms` (missing terms 0). Throws InputError; terms the set lacks are an error.
+/// Coefficients [m] from a file that coefficients_csv wrote, put into the order of `terms`; terms the file
+/// lacks are 0. An empty set (no terms) becomes the set of the file, radius included. Fourier frequencies
+/// match within 1e-9 of their length. Throws InputError with file and line: unreadable file, no or another
+/// normalisation radius, unknown kind, term the set lacks, the same term twice, something that is not a
+/// finite number.
 Eigen::VectorXd read_coefficients_csv(const std::string& path, TermSet* terms);
 
-/// The table people read on the terminal: scene, fit, target | fitted | fresh rays | difference | verdict, warnings.
-/// `width`: columns of the terminal; `all`: every statistic instead of the z = f ones and the worst.
+/// The table people read on the terminal, at most 100 columns: verdict, scene, fit, target | fitted | fresh
+/// rays | difference | verdict, slope zones, warnings. Lengths and angles in the unit that suits them. ASCII
+/// but for the study's own words. all: every statistic instead of those at z = f and the worst of the rest.
 std::string summary_table(const ResultDocument& result, bool all);
 
-/// Writes `text` to `path` whole or not at all: aside, then renamed. Creates the folder. Throws InputError when it cannot.
+/// Writes `text` to `path` whole or not at all: into a file beside it that is then renamed over it. Creates
+/// the folder. Throws InputError when it cannot; nothing is left behind then.
 void write_file(const std::string& path, const std::string& text);
 
 }  // namespace aberfit

@@ -1,0 +1,285 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <set>
+#include <string_view>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/report/result.h"
+#include "aberfit/terms/zernike.h"
+
+namespace aberfit {
+namespace {
+
+constexpr std::string_view kColumns = "kind,n,m,noll,fx_per_m,fy_per_m,value_m,std_m";
+constexpr std::string_view kRadiusKey = "# radius_m = ";
+// Frequencies of a set that another machine sampled anew may differ in the last bits of its sine and
+// logarithm.
+constexpr double kFrequencyMatch = 1e-9;
+
+constexpr std::string_view kHeader =
+    "# aberfit aberration coefficients, version 1\n"
+    "# Heights of the surface (not of the wavefront) in metres, positive towards the incoming light.\n"
+    "# zernike: Z_n^m orthonormal on the disc of radius radius_m (unit RMS), m > 0 cosine, m < 0 sine; "
+    "Noll's index counts from 1.\n"
+    "# cos, sin: amplitudes of cos and sin of 2 pi (fx x + fy y), frequencies in cycles per metre.\n"
+    "# spherical: value_m (rho / radius_m)^n, the height at the rim. std_m: standard deviation, empty where "
+    "unknown.\n";
+
+// Fewest digits that read back to the same double.
+std::string shortest(double value) { return fmt::format("{}", value); }
+
+std::string deviation(const Eigen::VectorXd& std, Eigen::Index i) {
+  return i < std.size() && std::isfinite(std[i]) ? shortest(std[i]) : "";
+}
+
+std::string_view trim(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+// One row of the file, not yet looked up in a set.
+struct Row {
+  enum class Kind { kZernike, kCos, kSin, kSpherical } kind = Kind::kZernike;
+  ZernikeMode mode;  // zernike
+  FourierMode wave;  // cos, sin
+  int power = 0;     // spherical
+  double value = 0;  // [m]
+  int line = 0;
+};
+
+class Reader {
+ public:
+  explicit Reader(const std::string& path) : path_(path) {}
+
+  std::vector<Row> read(double* radius) {
+    std::ifstream in(path_);
+    if (!in) throw InputError(path_, "", "a file that cannot be read", "a CSV file of coefficients");
+    std::vector<Row> rows;
+    std::optional<double> found_radius;
+    bool columns = false;
+    for (std::string line; std::getline(in, line);) {
+      ++line_;
+      const std::string_view text = trim(line);
+      if (text.empty()) continue;
+      if (text.starts_with(kRadiusKey.substr(0, kRadiusKey.find('=')))) {
+        found_radius = number(trim(text.substr(text.find('=') + 1)), "a radius [m]");
+        if (!(*found_radius > 0)) fail(text, "a radius above 0");
+      } else if (text.front() == '#') {
+        continue;
+      } else if (!columns) {
+        if (text != kColumns) fail(text, "the columns " + std::string(kColumns));
+        columns = true;
+      } else {
+        rows.push_back(row(text));
+      }
+    }
+    if (in.bad())
+      throw InputError(path_, "", "a file that cannot be read to its end", "a CSV file of coefficients");
+    if (!columns) throw InputError(path_, "", "no line of column names", std::string(kColumns));
+    if (!found_radius)
+      throw InputError(path_, "", "no radius", "a line \"" + std::string(kRadiusKey) + "...\"");
+    *radius = *found_radius;
+    return rows;
+  }
+
+ private:
+  [[noreturn]] void fail(std::string_view found, const std::string& allowed) const {
+    throw InputError(path_, "line " + std::to_string(line_), "\"" + std::string(found) + "\"", allowed);
+  }
+
+  double number(std::string_view text, const std::string& what) const {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+      fail(text, what + ": a finite number");
+    return value;
+  }
+
+  int integer(std::string_view text, const std::string& what) const {
+    int value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size()) fail(text, what + ": an integer");
+    return value;
+  }
+
+  Row row(std::string_view text) const {
+    std::array<std::string_view, 8> cell;
+    std::size_t count = 0, begin = 0;
+    for (;; ++count) {
+      const std::size_t comma = text.find(',', begin);
+      if (count < cell.size()) cell[count] = trim(text.substr(begin, comma - begin));
+      if (comma == std::string_view::npos) break;
+      begin = comma + 1;
+    }
+    if (count + 1 != cell.size()) fail(text, "8 cells: " + std::string(kColumns));
+
+    Row row;
+    row.line = line_;
+    if (cell[0] == "zernike") {
+      row.mode = {integer(cell[1], "n"), integer(cell[2], "m")};
+      if (!is_zernike_mode(row.mode)) fail(text, "n >= |m| with n - |m| even");
+      // The index is there for people; where it is given it must agree, or somebody renumbered the file in
+      // another scheme.
+      if (!cell[3].empty() && integer(cell[3], "noll") != noll_index(row.mode))
+        fail(cell[3], "Noll's index of this (n, m), " + std::to_string(noll_index(row.mode)));
+    } else if (cell[0] == "cos" || cell[0] == "sin") {
+      row.kind = cell[0] == "cos" ? Row::Kind::kCos : Row::Kind::kSin;
+      row.wave = {number(cell[4], "fx_per_m"), number(cell[5], "fy_per_m")};
+    } else if (cell[0] == "spherical") {
+      row.kind = Row::Kind::kSpherical;
+      row.power = integer(cell[1], "n");
+      if (row.power < 4 || row.power > 12 || row.power % 2 != 0) fail(cell[1], "n of 4, 6, 8, 10 or 12");
+    } else {
+      fail(cell[0], "zernike, cos, sin or spherical");
+    }
+    row.value = number(cell[6], "value_m");
+    if (!cell[7].empty()) number(cell[7], "std_m");
+    return row;
+  }
+
+  std::string path_;
+  int line_ = 0;
+};
+
+// Where each term of a set stands in the coefficient vector.
+class Places {
+ public:
+  explicit Places(const TermSet& terms) {
+    for (std::size_t i = 0; i < terms.zernike.size(); ++i)
+      zernike_[{terms.zernike[i].n, terms.zernike[i].m}] = Eigen::Index(i);
+    for (std::size_t i = 0; i < terms.fourier.size(); ++i)
+      fourier_.emplace(terms.fourier[i].fx,
+                       Wave{terms.fourier[i].fy, terms.fourier_begin() + 2 * Eigen::Index(i)});
+    for (std::size_t i = 0; i < terms.spherical.size(); ++i)
+      spherical_[terms.spherical[i]] = terms.spherical_begin() + Eigen::Index(i);
+  }
+
+  std::optional<Eigen::Index> of(const Row& row) const {
+    switch (row.kind) {
+      case Row::Kind::kZernike:
+        return lookup(zernike_, std::pair(row.mode.n, row.mode.m));
+      case Row::Kind::kSpherical:
+        return lookup(spherical_, row.power);
+      case Row::Kind::kCos:
+        return wave(row.wave);
+      case Row::Kind::kSin:
+        break;
+    }
+    const auto cosine = wave(row.wave);
+    return cosine ? std::optional(*cosine + 1) : std::nullopt;
+  }
+
+  std::optional<Eigen::Index> wave(const FourierMode& mode) const {
+    const double reach = kFrequencyMatch * std::hypot(mode.fx, mode.fy);
+    for (auto it = fourier_.lower_bound(mode.fx - reach);
+         it != fourier_.end() && it->first <= mode.fx + reach; ++it)
+      if (std::abs(it->second.fy - mode.fy) <= reach) return it->second.index;
+    return std::nullopt;
+  }
+
+ private:
+  struct Wave {
+    double fy;
+    Eigen::Index index;
+  };
+  template <typename Map>
+  static std::optional<Eigen::Index> lookup(const Map& map, const typename Map::key_type& key) {
+    const auto it = map.find(key);
+    return it == map.end() ? std::nullopt : std::optional(it->second);
+  }
+
+  std::map<std::pair<int, int>, Eigen::Index> zernike_;
+  std::multimap<double, Wave> fourier_;  // by fx
+  std::map<int, Eigen::Index> spherical_;
+};
+
+// The terms of a file in its own order, each once. A sine without its cosine brings the wave all the same.
+TermSet terms_of(const std::vector<Row>& rows, double radius) {
+  TermSet terms;
+  terms.radius = radius;
+  std::set<std::pair<int, int>> modes;
+  std::set<std::pair<double, double>> waves;
+  std::set<int> powers;
+  for (const Row& row : rows) {
+    if (row.kind == Row::Kind::kZernike) {
+      if (modes.emplace(row.mode.n, row.mode.m).second) terms.zernike.push_back(row.mode);
+    } else if (row.kind == Row::Kind::kSpherical) {
+      if (powers.insert(row.power).second) terms.spherical.push_back(row.power);
+    } else if (waves.emplace(row.wave.fx, row.wave.fy).second) {
+      terms.fourier.push_back(row.wave);
+    }
+  }
+  return terms;
+}
+
+std::string describe(const Row& row) {
+  switch (row.kind) {
+    case Row::Kind::kZernike:
+      return fmt::format("zernike n = {}, m = {}", row.mode.n, row.mode.m);
+    case Row::Kind::kSpherical:
+      return fmt::format("spherical n = {}", row.power);
+    default:
+      return fmt::format("{} wave fx = {} /m, fy = {} /m", row.kind == Row::Kind::kCos ? "cosine" : "sine",
+                         row.wave.fx, row.wave.fy);
+  }
+}
+
+}  // namespace
+
+std::string coefficients_csv(const TermSet& terms, const Eigen::VectorXd& coefficients,
+                             const Eigen::VectorXd& std) {
+  assert(coefficients.size() == terms.size());
+  std::string text(kHeader);
+  text += fmt::format("{}{}\n{}\n", kRadiusKey, shortest(terms.radius), kColumns);
+  Eigen::Index i = 0;
+  const auto value = [&] {
+    const std::string cells = shortest(coefficients[i]) + "," + deviation(std, i);
+    ++i;
+    return cells;
+  };
+  for (const ZernikeMode& mode : terms.zernike)
+    text += fmt::format("zernike,{},{},{},,,{}\n", mode.n, mode.m, noll_index(mode), value());
+  for (const FourierMode& mode : terms.fourier)
+    for (const char* kind : {"cos", "sin"})
+      text += fmt::format("{},,,,{},{},{}\n", kind, shortest(mode.fx), shortest(mode.fy), value());
+  for (const int power : terms.spherical) text += fmt::format("spherical,{},,,,,{}\n", power, value());
+  return text;
+}
+
+Eigen::VectorXd read_coefficients_csv(const std::string& path, TermSet* terms) {
+  double radius = 0;
+  const std::vector<Row> rows = Reader(path).read(&radius);
+  const auto fail = [&](const Row& row, const std::string& allowed) {
+    throw InputError(path, "line " + std::to_string(row.line), describe(row), allowed);
+  };
+  if (terms->size() == 0) {
+    *terms = terms_of(rows, radius);
+  } else if (std::abs(radius - terms->radius) > 1e-12 * radius &&
+             (!terms->zernike.empty() || !terms->spherical.empty())) {
+    throw InputError(path, "", fmt::format("radius_m = {}", radius),
+                     fmt::format("the normalisation radius of the terms, {}", terms->radius));
+  }
+
+  const Places places(*terms);
+  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(terms->size());
+  std::vector<int> line_of(std::size_t(terms->size()), 0);
+  for (const Row& row : rows) {
+    const std::optional<Eigen::Index> place = places.of(row);
+    if (!place) fail(row, "terms of the study's set");
+    int& line = line_of[std::size_t(*place)];
+    if (line != 0) fail(row, "each term once; this one stands on line " + std::to_string(line) + " already");
+    line = row.line;
+    coefficients[*place] = row.value;
+  }
+  return coefficients;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,217 @@
+#include "aberfit/report/result.h"
+
+#include <fmt/core.h>
+
+#include <Eigen/Core>
+#include <boost/version.hpp>
+#include <cassert>
+#include <cmath>
+
+#include "aberfit/terms/zernike.h"
+#include "statistic_label.h"
+
+namespace aberfit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// JSON has no NaN and no infinity: what does not exist is null.
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json numbers(const Eigen::VectorXd& values) {
+  Json list = Json::array();
+  for (const double value : values) list.push_back(number(value));
+  return list;
+}
+
+Json scene_json(const ResultDocument& result) {
+  if (!result.has_roughness) return nullptr;
+  const SceneNumbers& scene = result.scene;
+  return {{"rms_height_m", number(scene.rms_height)},
+          {"rms_slope_per_axis", number(scene.rms_slope_per_axis)},
+          {"correlation_length_m", number(scene.correlation_length)},
+          {"n_eff", number(scene.n_eff)},
+          {"g", number(scene.g)},
+          {"kappa", number(scene.kappa)},
+          {"tis", number(scene.tis)},
+          {"paper_ratio_r", number(scene.paper_ratio_r)},
+          {"realisation_spread", number(scene.realisation_spread)},
+          {"airy_ee90_m", number(scene.airy_ee90)},
+          {"rays_are_valid", scene.rays_are_valid},
+          {"model", result.theory},
+          {"reason", scene.reason}};
+}
+
+Json target_json(const ResultDocument& result, const std::vector<std::string>& names) {
+  Json json = Json::object();
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const Target& target = result.targets[k];
+    json[names[k]] = {{"value", number(target.value)},
+                      {"standard_error", number(target.standard_error)},
+                      {"tolerance", number(target.tolerance)}};
+  }
+  return json;
+}
+
+Json surface_json(const EquivalentSurface& surface) {
+  Json zones = Json::array();
+  for (const ZoneSlope& zone : surface.zones)
+    zones.push_back({{"rho_min", number(zone.rho_min)},
+                     {"rho_max", number(zone.rho_max)},
+                     {"slope_ratio", number(zone.ratio)},
+                     {"draws_low", number(zone.draws_low)},
+                     {"draws_high", number(zone.draws_high)}});
+  return {{"rms_height_m", number(surface.rms_height)},
+          {"rms_slope_per_axis", number(surface.rms_slope_per_axis)},
+          {"g", number(surface.g)},
+          {"kappa", number(surface.kappa)},
+          {"prior_height_factor", number(surface.prior_height_factor)},
+          {"captured_fraction", number(surface.captured_fraction)},
+          {"zones", zones}};
+}
+
+Json fit_json(const ResultDocument& result) {
+  const FitResult& fit = result.fit;
+  return {{"status", to_string(fit.status)},
+          {"message", fit.message},
+          {"iterations", fit.iterations},
+          {"evaluations", fit.evaluations},
+          {"seconds", number(fit.seconds)},
+          {"initial_cost", number(fit.initial_cost)},
+          {"final_cost", number(fit.final_cost)},
+          {"rank", fit.rank},
+          {"null_directions", fit.null_directions},
+          {"terms", result.terms.size()},
+          {"rays", result.rays},
+          {"equivalent_surface", surface_json(result.surface)},
+          {"singular_values", numbers(fit.singular_values)}};
+}
+
+Json coefficients_json(const ResultDocument& result) {
+  const TermSet& terms = result.terms;
+  const Eigen::VectorXd &c = result.fit.coefficients, &std = result.fit.coefficient_std;
+  if (c.size() == 0) return Json::object();
+  assert(c.size() == terms.size());
+  const auto value = [&](Eigen::Index i) { return number(c[i]); };
+  const auto spread = [&](Eigen::Index i) { return i < std.size() ? number(std[i]) : Json(nullptr); };
+
+  Json zernike = Json::array(), fourier = Json::array(), spherical = Json::object();
+  for (std::size_t i = 0; i < terms.zernike.size(); ++i) {
+    const ZernikeMode& mode = terms.zernike[i];
+    const Eigen::Index k = Eigen::Index(i);
+    zernike.push_back({{"n", mode.n},
+                       {"m", mode.m},
+                       {"noll", noll_index(mode)},
+                       {"value_m", value(k)},
+                       {"std_m", spread(k)}});
+  }
+  for (std::size_t i = 0; i < terms.fourier.size(); ++i) {
+    const Eigen::Index k = terms.fourier_begin() + 2 * Eigen::Index(i);
+    fourier.push_back({{"fx_per_m", number(terms.fourier[i].fx)},
+                       {"fy_per_m", number(terms.fourier[i].fy)},
+                       {"cos_m", value(k)},
+                       {"sin_m", value(k + 1)},
+                       {"cos_std_m", spread(k)},
+                       {"sin_std_m", spread(k + 1)}});
+  }
+  for (std::size_t i = 0; i < terms.spherical.size(); ++i) {
+    const Eigen::Index k = terms.spherical_begin() + Eigen::Index(i);
+    const int power = terms.spherical[i];
+    spherical["c" + std::to_string(power)] = {{"value_m", value(k)},
+                                              {"std_m", spread(k)},
+                                              {"coefficient", number(c[k] / std::pow(terms.radius, power))}};
+  }
+  return {{"radius_m", number(terms.radius)},
+          {"zernike", zernike},
+          {"fourier", fourier},
+          {"spherical", spherical}};
+}
+
+Json statistics_json(const ResultDocument& result, const std::vector<std::string>& names) {
+  Json json = Json::object();
+  const auto add = [&](const char* key, const Eigen::VectorXd& values) {
+    if (values.size() == 0) return;
+    assert(values.size() == Eigen::Index(names.size()));
+    Json list = Json::object();
+    for (std::size_t k = 0; k < names.size(); ++k) list[names[k]] = number(values[Eigen::Index(k)]);
+    json[key] = list;
+  };
+  add("start", result.start);
+  add("fitted", result.fitted);
+  add("validated", result.validated);
+  add("posterior_std", result.fit.statistic_std);
+  return json;
+}
+
+Json equivalence_json(const ResultDocument& result) {
+  Json metrics = Json::array();
+  for (const EquivalenceMetric& metric : result.metrics)
+    metrics.push_back({{"name", metric.name},
+                       {"held_out", metric.held_out},
+                       {"target", number(metric.target)},
+                       {"model", number(metric.model)},
+                       {"relative_difference", number(metric.relative_difference)},
+                       {"standard_error", number(metric.standard_error)},
+                       {"interval", Json::array({number(metric.interval[0]), number(metric.interval[1])})},
+                       {"margin", number(metric.margin)},
+                       {"verdict", to_string(metric.verdict)}});
+  return {{"verdict", to_string(result.verdict)}, {"metrics", metrics}};
+}
+
+Json warnings_json(const Warnings& warnings) {
+  Json list = Json::array();
+  for (const Warning& warning : warnings)
+    list.push_back({{"code", warning.code}, {"message", warning.message}});
+  return list;
+}
+
+Json provenance_json(const Provenance& provenance) {
+  Json libraries = Json::object();
+  for (const auto& [name, version] : provenance.libraries) libraries[name] = version;
+  return {{"version", provenance.version},
+          {"seed", provenance.seed},
+          {"threads", provenance.threads},
+          {"libraries", libraries}};
+}
+
+std::string compiler() {
+#if defined(__clang__)
+  return fmt::format("clang {}.{}.{}", __clang_major__, __clang_minor__, __clang_patchlevel__);
+#elif defined(__GNUC__)
+  return fmt::format("gcc {}.{}.{}", __GNUC__, __GNUC_MINOR__, __GNUC_PATCHLEVEL__);
+#else
+  return "unknown";
+#endif
+}
+
+}  // namespace
+
+Provenance make_provenance(std::uint64_t seed, int threads) {
+  Provenance provenance{ABERFIT_VERSION, seed, threads, {}};
+  provenance.libraries = {
+      {"compiler", compiler()},
+      {"eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
+      {"boost",
+       fmt::format("{}.{}.{}", BOOST_VERSION / 100000, BOOST_VERSION / 100 % 1000, BOOST_VERSION % 100)},
+      {"nlohmann-json", fmt::format("{}.{}.{}", NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
+                                    NLOHMANN_JSON_VERSION_PATCH)},
+      {"fmt", fmt::format("{}.{}.{}", FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100)}};
+  return provenance;
+}
+
+nlohmann::ordered_json to_json(const ResultDocument& result) {
+  const std::vector<std::string> names = unique_names(result.targets);
+  return {{"aberfit", 1},
+          {"kind", result.kind},
+          {"study", result.study},
+          {"scene", scene_json(result)},
+          {"target", target_json(result, names)},
+          {"fit", fit_json(result)},
+          {"coefficients", coefficients_json(result)},
+          {"statistics", statistics_json(result, names)},
+          {"equivalence", equivalence_json(result)},
+          {"warnings", warnings_json(result.warnings)},
+          {"provenance", provenance_json(result.provenance)}};
+}
+
+}  // namespace aberfit

@@ -1,0 +1,35 @@
+#pragma once
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "aberfit/core/units.h"
+#include "aberfit/focus/statistic.h"
+
+namespace aberfit {
+
+/// What the unit suffix of a statistic's name says: `..._m...` a length, `..._rad...` an angle, else a
+/// number.
+inline Dimension statistic_dimension(const std::string& name) {
+  const std::string stem = name.substr(0, name.find_first_of("@#"));
+  if (stem.ends_with("_m")) return Dimension::kLength;
+  if (stem.ends_with("_rad")) return Dimension::kAngle;
+  return Dimension::kNumber;
+}
+
+/// Names of the targets, made unique: a name that came before gets "#2", "#3", ... so that no statistic hides
+/// another in a JSON object.
+inline std::vector<std::string> unique_names(const std::vector<Target>& targets) {
+  std::vector<std::string> names;
+  names.reserve(targets.size());
+  for (const Target& target : targets) {
+    const std::string name = statistic_name(target.statistic);
+    std::string unique = name;
+    for (int k = 2; std::find(names.begin(), names.end(), unique) != names.end(); ++k)
+      unique = name + "#" + std::to_string(k);
+    names.push_back(unique);
+  }
+  return names;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,287 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "aberfit/core/units.h"
+#include "aberfit/report/result.h"
+#include "statistic_label.h"
+
+namespace aberfit {
+namespace {
+
+constexpr std::size_t kColumns = 100;
+constexpr std::size_t kIndent = 10;  // of what stands behind "Scene", "Fit", ...
+constexpr std::size_t kWorstFitted = 3, kWorstHeldOut = 5;
+
+// Words of `text` on lines of at most kColumns; the first line begins with `label`, the others are indented
+// as deep as `indent`.
+std::string paragraph(const std::string& label, const std::string& text, std::size_t indent = kIndent) {
+  std::string out, line = fmt::format("{:<{}}", label, indent);
+  bool empty = true;
+  std::istringstream words(text);
+  for (std::string word; words >> word; empty = false) {
+    if (!empty && line.size() + 1 + word.size() > kColumns) {
+      out += line + "\n";
+      line = std::string(indent, ' ');
+      empty = true;
+    }
+    line += (empty ? "" : " ") + word;
+  }
+  return out + line + "\n";
+}
+
+std::string quantity(double value, const std::string& name) {
+  return std::isfinite(value) ? format_quantity(value, statistic_dimension(name)) : "-";
+}
+
+std::string length(double value) { return format_quantity(value, Dimension::kLength); }
+
+// Slopes are small angles and read best as such.
+std::string slope(double value) { return format_quantity(value, Dimension::kAngle); }
+
+std::string percent(double fraction) {
+  const double value = 100.0 * fraction;
+  if (!std::isfinite(value)) return "-";
+  return std::abs(value) < 99.9995 ? fmt::format("{:+.3f}", value) : fmt::format("{:+.4g}", value);
+}
+
+std::string plural(long count, const std::string& thing) {
+  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
+}
+
+// The SI suffix goes where the value beside it carries its own unit: ee50_radius_m@-1mm -> ee50_radius@-1mm.
+std::string label(const std::string& name) {
+  const std::size_t stem = std::min(name.find_first_of("@#"), name.size());
+  const std::string head = name.substr(0, stem), tail = name.substr(stem);
+  for (const std::string suffix : {"_m", "_rad"})
+    if (head.ends_with(suffix)) return head.substr(0, head.size() - suffix.size()) + tail;
+  return name;
+}
+
+double confidence_of(const ResultDocument& result) {
+  const nlohmann::ordered_json::json_pointer pointer("/equivalence/confidence");
+  if (!result.study.is_object() || !result.study.contains(pointer) || !result.study[pointer].is_number())
+    return 0;
+  return result.study[pointer].get<double>();
+}
+
+std::string headline(const ResultDocument& result) {
+  if (result.metrics.empty()) {
+    if (result.fit.status == FitStatus::kNotRun) return paragraph("", "NOT JUDGED - nothing was fitted", 0);
+    return paragraph("", "NOT JUDGED - fit: " + to_string(result.fit.status), 0);
+  }
+  long different = 0, undecided = 0, held_out = 0;
+  double margin = 0;
+  for (const EquivalenceMetric& metric : result.metrics) {
+    different += metric.verdict == Verdict::kDifferent;
+    undecided += metric.verdict == Verdict::kUndecided;
+    held_out += metric.held_out;
+    margin = std::max(margin, metric.margin);
+  }
+  const long count = long(result.metrics.size());
+  std::string text = to_string(result.verdict);
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](char c) { return c >= 'a' && c <= 'z' ? char(c - 32) : c; });
+  if (different == 0 && undecided == 0) {
+    text += fmt::format(" - all {} within +-{:.4g} %", plural(count, "statistic"), 100 * margin);
+  } else {
+    text += fmt::format(" - of {}, {} different and {} undecided at +-{:.4g} %", plural(count, "statistic"),
+                        different, undecided, 100 * margin);
+  }
+  if (const double confidence = confidence_of(result); confidence > 0)
+    text += fmt::format(" with {:.4g} % confidence", 100 * confidence);
+  return paragraph("", text + fmt::format(" ({} fitted, {} held out)", count - held_out, held_out), 0);
+}
+
+std::string scene_lines(const ResultDocument& result) {
+  if (!result.has_roughness) return paragraph("Scene", "no roughness given; all targets are values");
+  const SceneNumbers& scene = result.scene;
+  std::string text = paragraph(
+      "Scene",
+      fmt::format(
+          "RMS height {}, RMS slope {} per axis, correlation length {}, {:.4g} modes carry the slope, "
+          "g {:.3g}, kappa {:.3g}, TIS {:.3g} %, Airy ee90 {}, the paper's R {:.3g}",
+          length(scene.rms_height), slope(scene.rms_slope_per_axis), length(scene.correlation_length),
+          scene.n_eff, scene.g, scene.kappa, 100 * scene.tis, length(scene.airy_ee90), scene.paper_ratio_r));
+  return text + paragraph("Model", fmt::format("{}; rays are {}: {}", result.theory,
+                                               scene.rays_are_valid ? "valid" : "NOT valid", scene.reason));
+}
+
+std::string fit_lines(const ResultDocument& result) {
+  const FitResult& fit = result.fit;
+  std::string out;
+  if (fit.status != FitStatus::kNotRun) {
+    out += paragraph("Fit", fmt::format("{} after {}, {}, {:.3g} s: {}", to_string(fit.status),
+                                        plural(fit.iterations, "iteration"),
+                                        plural(fit.evaluations, "evaluation"), fit.seconds, fit.message));
+    out +=
+        paragraph("", fmt::format("{}, {}, {}; {} of {} directions are set by the targets, {} unseen by them",
+                                  plural(long(result.terms.size()), "term"), plural(long(result.rays), "ray"),
+                                  plural(long(result.targets.size()), "target"), fit.rank,
+                                  result.terms.size(), fit.null_directions));
+  }
+  const EquivalentSurface& surface = result.surface;
+  if (surface.rms_height > 0) {
+    std::string text =
+        fmt::format("RMS height {}, RMS slope {} per axis, g {:.3g}, kappa {:.3g}",
+                    length(surface.rms_height), slope(surface.rms_slope_per_axis), surface.g, surface.kappa);
+    if (surface.captured_fraction > 0)
+      text += fmt::format("; the terms can carry {:.4g} % of the specified height variance",
+                          100 * surface.captured_fraction);
+    out += paragraph("Surface", text);
+  }
+  return out;
+}
+
+// One line of the statistics table.
+struct Line {
+  std::string name;
+  double target = NAN, fitted = NAN, fresh = NAN;
+  const EquivalenceMetric* metric = nullptr;
+  bool at_focus = false, held_out = false;
+
+  // How much this line deserves to be seen: verdict first, then the share of the margin that is used up.
+  std::pair<int, double> severity() const {
+    if (!metric) return {0, 0.0};
+    const int rank = metric->verdict == Verdict::kDifferent   ? 2
+                     : metric->verdict == Verdict::kUndecided ? 1
+                                                              : 0;
+    const double used = std::abs(metric->relative_difference) / metric->margin;
+    return {rank, std::isfinite(used) ? used : HUGE_VAL};
+  }
+};
+
+std::vector<Line> statistic_lines(const ResultDocument& result) {
+  std::map<std::string, const EquivalenceMetric*> judged;
+  for (const EquivalenceMetric& metric : result.metrics) judged.emplace(metric.name, &metric);
+  const std::vector<std::string> names = unique_names(result.targets);
+  std::vector<Line> lines;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const auto at = [&](const Eigen::VectorXd& v) {
+      return Eigen::Index(k) < v.size() ? v[Eigen::Index(k)] : NAN;
+    };
+    Line line{names[k], result.targets[k].value, at(result.fitted), at(result.validated), nullptr, true,
+              false};
+    const std::size_t plane = line.name.find('@');
+    line.at_focus = plane == std::string::npos || line.name.compare(plane, 6, "@ring=") == 0;
+    if (const auto it = judged.find(line.name); it != judged.end()) {
+      line.metric = it->second;
+      if (std::isnan(line.fresh)) line.fresh = it->second->model;
+      judged.erase(it);
+    }
+    lines.push_back(line);
+  }
+  for (const EquivalenceMetric& metric : result.metrics)
+    if (judged.contains(metric.name))
+      lines.push_back({metric.name, metric.target, NAN, metric.model, &metric, false, metric.held_out});
+  return lines;
+}
+
+// The `count` most severe of the lines that `wanted` picks, worst first, and how many there were.
+template <typename Wanted>
+std::vector<Line> worst(const std::vector<Line>& lines, std::size_t count, std::size_t* of, Wanted wanted) {
+  std::vector<Line> picked;
+  std::copy_if(lines.begin(), lines.end(), std::back_inserter(picked), wanted);
+  *of = picked.size();
+  std::stable_sort(picked.begin(), picked.end(),
+                   [](const Line& a, const Line& b) { return a.severity() > b.severity(); });
+  picked.resize(std::min(count, picked.size()));
+  return picked;
+}
+
+std::string table_row(const Line& line, std::size_t name_width) {
+  std::string difference = "-", interval = "-", verdict = "-";
+  if (const EquivalenceMetric* metric = line.metric) {
+    difference = percent(metric->relative_difference);
+    interval = percent(metric->interval[0]) + " .. " + percent(metric->interval[1]);
+    verdict = to_string(metric->verdict);
+    if (metric->verdict == Verdict::kDifferent) verdict = "DIFFERENT";
+  } else if (std::isfinite(line.target) && line.target != 0 && std::isfinite(line.fresh)) {
+    difference = percent(line.fresh / line.target - 1);
+  }
+  return fmt::format("  {:<{}} {:>10} {:>10} {:>10} {:>9}  {:>18}  {}\n", label(line.name), name_width,
+                     quantity(line.target, line.name), quantity(line.fitted, line.name),
+                     quantity(line.fresh, line.name), difference, interval, verdict);
+}
+
+std::string statistics_table(const ResultDocument& result, bool all) {
+  const std::vector<Line> lines = statistic_lines(result);
+  if (lines.empty()) return "";
+  struct Section {
+    std::string title;
+    std::vector<Line> lines;
+  };
+  std::vector<Section> sections;
+  std::size_t of = 0;
+  const auto fitted = [](const Line& line) { return !line.held_out; };
+  const auto held_out = [](const Line& line) { return line.held_out; };
+  if (all) {
+    Section section{"Fitted statistics", {}};
+    std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines), fitted);
+    sections.push_back(section);
+    section = {"Held-out statistics, judged but not fitted", {}};
+    std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines), held_out);
+    sections.push_back(section);
+  } else {
+    Section section{"Fitted statistics at the focus", {}};
+    std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines),
+                 [](const Line& l) { return l.at_focus; });
+    sections.push_back(section);
+    section.lines = worst(lines, kWorstFitted, &of, [&](const Line& l) { return fitted(l) && !l.at_focus; });
+    section.title = fmt::format("Fitted in other planes: the worst {} of {}", section.lines.size(), of);
+    sections.push_back(section);
+    section.lines = worst(lines, kWorstHeldOut, &of, held_out);
+    section.title =
+        fmt::format("Held out, judged but not fitted: the worst {} of {}", section.lines.size(), of);
+    sections.push_back(section);
+  }
+
+  std::size_t width = 20;
+  for (const Section& section : sections)
+    for (const Line& line : section.lines) width = std::max(width, label(line.name).size());
+  const double confidence = confidence_of(result);
+  const std::string interval =
+      confidence > 0 ? fmt::format("{:.3g} % interval [%]", 100 * (2 * confidence - 1)) : "interval [%]";
+  std::string out = fmt::format("\n  {:<{}} {:>10} {:>10} {:>10} {:>9}  {:>18}  {}\n", "", width, "target",
+                                "fitted", "fresh rays", "diff. [%]", interval, "verdict");
+  for (const Section& section : sections) {
+    if (section.lines.empty()) continue;
+    out += section.title + "\n";
+    for (const Line& line : section.lines) out += table_row(line, width);
+  }
+  return out;
+}
+
+std::string zone_table(const ResultDocument& result) {
+  if (result.surface.zones.empty()) return "";
+  std::string out =
+      "\nRMS slope by zone, as a share of the whole aperture's, beside draws of the specification\n";
+  out += fmt::format("  {:<20} {:>10}  {:>21}\n", "zone rho/R", "fitted", "99 % of draws");
+  for (const ZoneSlope& zone : result.surface.zones) {
+    const bool inside = zone.ratio >= zone.draws_low && zone.ratio <= zone.draws_high;
+    out += fmt::format("  {:<20} {:>10.3f}  {:>21}  {}\n",
+                       fmt::format("{:.3f} .. {:.3f}", zone.rho_min, zone.rho_max), zone.ratio,
+                       fmt::format("{:.3f} .. {:.3f}", zone.draws_low, zone.draws_high),
+                       inside ? "inside" : "OUTSIDE");
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string summary_table(const ResultDocument& result, bool all) {
+  std::string out = headline(result);
+  out += std::string(kColumns, '-') + "\n";
+  if (result.study.is_object() && result.study.contains("title") && result.study["title"].is_string())
+    out += paragraph("Study", result.study["title"].get<std::string>());
+  out += scene_lines(result) + fit_lines(result) + statistics_table(result, all) + zone_table(result);
+  if (!result.warnings.empty()) out += "\n";
+  for (const Warning& warning : result.warnings)
+    out += paragraph("WARNING", "[" + warning.code + "] " + warning.message);
+  return out;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,83 @@
+#pragma once
+#include <cmath>
+
+#include "aberfit/report/result.h"
+
+namespace aberfit {
+
+/// A finished fit as the study room would hand it over, with every kind of term and verdict in it.
+inline ResultDocument sample_result() {
+  ResultDocument result;
+  result.study = {{"aberfit", 1},
+                  {"title", "Stand-in scene, 100 nm RMS in 2.5-19.96 /m"},
+                  {"equivalence", {{"margin", 0.01}, {"confidence", 0.95}}}};
+  result.has_roughness = true;
+  result.scene.rms_height = 100e-9;
+  result.scene.rms_slope_per_axis = 6.32e-6;
+  result.scene.correlation_length = 0.0287;
+  result.scene.n_eff = 37.2;
+  result.scene.g = 1.98588;
+  result.scene.kappa = 0.91;
+  result.scene.tis = 0.9806;
+  result.scene.paper_ratio_r = 3.61;
+  result.scene.realisation_spread = 0.1066;
+  result.scene.airy_ee90 = 8.42e-6;
+  result.scene.rays_are_valid = true;
+  result.scene.reason =
+      "kappa is 0.85 or more and the spot is at least five times the diffraction-limited one";
+  result.theory = "geometric";
+  result.targets = {{EncircledEnergyRadius{0.5, 0.0}, 41.234e-6, 0.0, 4e-8},
+                    {EncircledEnergyRadius{0.9, 0.0}, 75.412e-6, 1e-8, 8e-8},
+                    {EncircledEnergyRadius{0.5, -1e-3}, 91.9e-6, 0.0, 9e-8},
+                    {RingFwhm{0.9, {}}, 2.985e-3, 0.0, 3e-6},
+                    {RingThrough{76e-6, 0.0}, 0.9, 0.0, 1e-3},
+                    {RingThrough{50e-6, 0.0}, 0.6, 0.0, 1e-3},
+                    {ScatterRms{}, 35.75e-6, 0.0, 4e-8},
+                    {RmsHeight{}, 100e-9, 0.0, 1e-10}};
+  const Eigen::Index count = Eigen::Index(result.targets.size());
+  Eigen::VectorXd value(count);
+  for (Eigen::Index k = 0; k < count; ++k) value[k] = result.targets[std::size_t(k)].value;
+  result.start = 1.1 * value;
+  result.fitted = 1.0005 * value;
+  result.validated = 1.002 * value;
+  result.validated[3] = std::nan("");
+  result.terms.radius = 0.2;
+  result.terms.zernike = {{2, -2}, {2, 0}, {2, 2}, {3, 1}};
+  result.terms.fourier = {{2.5, 1.0 / 3.0}, {-7.25, 0.1}};
+  result.terms.spherical = {4, 8};
+  result.fit.status = FitStatus::kConverged;
+  result.fit.message = "every statistic is within half its tolerance";
+  result.fit.iterations = 12;
+  result.fit.evaluations = 14;
+  result.fit.seconds = 3.25;
+  result.fit.initial_cost = 123.5;
+  result.fit.final_cost = 0.25;
+  result.fit.rank = 3;
+  result.fit.null_directions = 2;
+  result.fit.coefficients = Eigen::VectorXd::LinSpaced(result.terms.size(), -5e-8, 7e-8) / 3.0;
+  result.fit.coefficient_std = Eigen::VectorXd::Constant(result.terms.size(), 1e-9 / 7.0);
+  result.fit.statistic_std = 1e-3 * value;
+  result.fit.singular_values = Eigen::Vector3d(9.0, 4.0, 1.5);
+  result.rays = 16384;
+  result.radius = 0.2;
+  result.surface.rms_height = 99.9e-9;
+  result.surface.rms_slope_per_axis = 6.3e-6;
+  result.surface.g = 1.984;
+  result.surface.kappa = 0.9;
+  result.surface.captured_fraction = 0.9917;
+  result.surface.zones = {{0.0, 0.5, 0.97, 0.81, 1.18}, {0.5, 1.0, 1.25, 0.93, 1.06}};
+  for (const Eigen::Index k : {0, 1, 2, 3, 6, 7})
+    result.metrics.push_back(tost(statistic_name(result.targets[std::size_t(k)].statistic), false, value[k],
+                                  0.0, result.validated[k], 1e-3 * value[k], 0.01, 0.95));
+  result.metrics.push_back(tost("ee35_radius_m@2.75mm", true, 50e-6, 0.0, 50.2e-6, 5e-8, 0.01, 0.95));
+  result.metrics.push_back(tost("ee85_radius_m@-1.5mm", true, 80e-6, 0.0, 80.7e-6, 2e-7, 0.01, 0.95));
+  result.verdict = overall(result.metrics);
+  result.warnings = {
+      {"realisation-spread",
+       "Draws of this specification differ among themselves by about 10.7 % in ee90, because only 37 modes "
+       "carry the slope; a measured mirror will differ from the target by as much."}};
+  result.provenance = make_provenance(1, 2);
+  return result;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,109 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "aberfit/report/result.h"
+#include "sample_result.h"
+
+using namespace aberfit;
+
+namespace {
+
+std::vector<std::string> lines(const std::string& text) {
+  std::vector<std::string> all;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) all.push_back(line);
+  return all;
+}
+
+std::string line_with(const std::string& text, const std::string& word) {
+  for (const std::string& line : lines(text))
+    if (line.find(word) != std::string::npos) return line;
+  return "";
+}
+
+}  // namespace
+
+TEST(SummaryTable, PutsTheVerdictFirst) {
+  ResultDocument result = sample_result();
+  EXPECT_TRUE(
+      summary_table(result, false).starts_with("DIFFERENT - of 8 statistics, 1 different and 1 undecided"));
+  result.metrics.erase(result.metrics.begin() + 3);
+  result.verdict = overall(result.metrics);
+  EXPECT_TRUE(summary_table(result, false).starts_with("UNDECIDED - of 7 statistics"));
+  result.metrics.pop_back();
+  result.verdict = overall(result.metrics);
+  EXPECT_TRUE(
+      summary_table(result, false)
+          .starts_with(
+              "EQUIVALENT - all 6 statistics within +-1 % with 95 % confidence (5 fitted, 1 held out)"));
+  result.metrics.clear();
+  EXPECT_TRUE(summary_table(result, false).starts_with("NOT JUDGED"));
+}
+
+TEST(SummaryTable, FitsAHundredColumnsInPlainAscii) {
+  for (const bool all : {false, true}) {
+    const std::string text = summary_table(sample_result(), all);
+    EXPECT_TRUE(
+        std::all_of(text.begin(), text.end(), [](char c) { return c == '\n' || (c >= ' ' && c <= '~'); }));
+    for (const std::string& line : lines(text)) EXPECT_LE(line.size(), 100u) << line;
+    EXPECT_TRUE(text.ends_with("\n"));
+  }
+}
+
+TEST(SummaryTable, ShowsValuesInUnitsForPeople) {
+  const std::string text = summary_table(sample_result(), false);
+  const std::string row = line_with(text, "ee90_radius");
+  EXPECT_NE(row.find("75.41 um"), std::string::npos) << row;
+  EXPECT_NE(row.find("75.45 um"), std::string::npos) << row;  // fitted
+  EXPECT_NE(row.find("75.56 um"), std::string::npos) << row;  // fresh rays
+  EXPECT_NE(row.find("+0.200"), std::string::npos) << row;
+  EXPECT_NE(row.find("equivalent"), std::string::npos) << row;
+  EXPECT_NE(line_with(text, "scatter_rms").find("35.75 urad"), std::string::npos);
+  EXPECT_NE(line_with(text, "rms_height").find("100 nm"), std::string::npos);
+  EXPECT_NE(line_with(text, "Scene").find("6.32 urad"), std::string::npos);
+}
+
+TEST(SummaryTable, ShoutsWhatDoesNotExist) {
+  const std::string row = line_with(summary_table(sample_result(), false), "ring_fwhm");
+  EXPECT_NE(row.find("DIFFERENT"), std::string::npos) << row;
+  EXPECT_EQ(row.find("nan"), std::string::npos) << row;
+}
+
+TEST(SummaryTable, ListsTheWorstOfWhatItLeavesOutUnlessAllIsAsked) {
+  ResultDocument result = sample_result();
+  for (int i = 0; i < 20; ++i)
+    result.metrics.push_back(tost("ee" + std::to_string(30 + i) + "_radius_m@0.25mm", true, 1e-5, 0.0,
+                                  1e-5 * (1.0 + 1e-4 * i), 1e-9, 0.01, 0.95));
+  const std::string brief = summary_table(result, false), all = summary_table(result, true);
+  EXPECT_NE(brief.find("the worst 5 of 22"), std::string::npos);
+  EXPECT_NE(brief.find("ee85_radius@-1.5mm"),
+            std::string::npos);  // undecided, so worse than any equivalent one
+  EXPECT_NE(brief.find("ee49_radius@0.25mm"), std::string::npos);
+  EXPECT_EQ(brief.find("ee30_radius@0.25mm"), std::string::npos);
+  EXPECT_LT(brief.find("ee85_radius@-1.5mm"), brief.find("ee49_radius@0.25mm"));
+  for (const EquivalenceMetric& metric : result.metrics) {
+    std::string name = metric.name;
+    for (const std::string suffix : {"_m", "_rad"})
+      if (const std::size_t at = name.find(suffix + "@"); at != std::string::npos)
+        name.erase(at, suffix.size());
+    EXPECT_NE(all.find(name.substr(0, name.find_last_of('_'))), std::string::npos) << name;
+  }
+}
+
+TEST(SummaryTable, MarksZonesOutsideTheSpreadOfDraws) {
+  const std::string text = summary_table(sample_result(), false);
+  EXPECT_NE(line_with(text, "0.000 .. 0.500").find("inside"), std::string::npos);
+  EXPECT_NE(line_with(text, "0.500 .. 1.000").find("OUTSIDE"), std::string::npos);
+}
+
+TEST(SummaryTable, EndsWithTheWarningsAndTheirCodes) {
+  const std::string text = summary_table(sample_result(), false);
+  const std::size_t warning = text.find("WARNING   [realisation-spread] Draws of this");
+  ASSERT_NE(warning, std::string::npos);
+  EXPECT_GT(warning, text.find("zone rho/R"));
+  const std::vector<std::string> tail = lines(text.substr(warning));
+  ASSERT_GE(tail.size(), 2u);
+  EXPECT_TRUE(tail[1].starts_with(std::string(10, ' '))) << tail[1];
+}
