@@ -33,8 +33,15 @@ std::string paragraph(const std::string& label, const std::string& text, std::si
   return out + line + "\n";
 }
 
+// Always four significant digits, so that the numbers of a row line up and can be compared: 100.0 nm beside
+// 100.2 nm.
 std::string quantity(double value, const std::string& name) {
-  return std::isfinite(value) ? format_quantity(value, statistic_dimension(name)) : "-";
+  if (!std::isfinite(value)) return "-";
+  const std::string text = format_quantity(value, statistic_dimension(name));
+  const std::size_t unit = std::min(text.find(' '), text.size());
+  std::string digits = fmt::format("{:#.4g}", std::stod(text.substr(0, unit)));
+  if (digits.back() == '.') digits.pop_back();
+  return digits + text.substr(unit);
 }
 
 std::string length(double value) { return format_quantity(value, Dimension::kLength); }
@@ -88,12 +95,12 @@ std::string headline(const ResultDocument& result) {
   if (different == 0 && undecided == 0) {
     text += fmt::format(" - all {} within +-{:.4g} %", plural(count, "statistic"), 100 * margin);
   } else {
-    text += fmt::format(" - of {}, {} different and {} undecided at +-{:.4g} %", plural(count, "statistic"),
-                        different, undecided, 100 * margin);
+    text += fmt::format(" - {} of {} different, {} undecided, margin +-{:.4g} %", different,
+                        plural(count, "statistic"), undecided, 100 * margin);
   }
   if (const double confidence = confidence_of(result); confidence > 0)
-    text += fmt::format(" with {:.4g} % confidence", 100 * confidence);
-  return paragraph("", text + fmt::format(" ({} fitted, {} held out)", count - held_out, held_out), 0);
+    text += fmt::format(", {:.4g} % confidence", 100 * confidence);
+  return paragraph("", text + fmt::format("; {} fitted, {} held out", count - held_out, held_out), 0);
 }
 
 std::string scene_lines(const ResultDocument& result) {
@@ -196,7 +203,8 @@ std::string table_row(const Line& line, std::size_t name_width) {
   std::string difference = "-", interval = "-", verdict = "-";
   if (const EquivalenceMetric* metric = line.metric) {
     difference = percent(metric->relative_difference);
-    interval = percent(metric->interval[0]) + " .. " + percent(metric->interval[1]);
+    if (std::isfinite(metric->interval[0]) && std::isfinite(metric->interval[1]))
+      interval = percent(metric->interval[0]) + " .. " + percent(metric->interval[1]);
     verdict = to_string(metric->verdict);
     if (metric->verdict == Verdict::kDifferent) verdict = "DIFFERENT";
   } else if (std::isfinite(line.target) && line.target != 0 && std::isfinite(line.fresh)) {

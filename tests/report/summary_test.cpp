@@ -28,16 +28,16 @@ std::string line_with(const std::string& text, const std::string& word) {
 TEST(SummaryTable, PutsTheVerdictFirst) {
   ResultDocument result = sample_result();
   EXPECT_TRUE(
-      summary_table(result, false).starts_with("DIFFERENT - of 8 statistics, 1 different and 1 undecided"));
+      summary_table(result, false).starts_with("DIFFERENT - 1 of 8 statistics different, 1 undecided"));
   result.metrics.erase(result.metrics.begin() + 3);
   result.verdict = overall(result.metrics);
-  EXPECT_TRUE(summary_table(result, false).starts_with("UNDECIDED - of 7 statistics"));
+  EXPECT_TRUE(
+      summary_table(result, false).starts_with("UNDECIDED - 0 of 7 statistics different, 1 undecided"));
   result.metrics.pop_back();
   result.verdict = overall(result.metrics);
   EXPECT_TRUE(
       summary_table(result, false)
-          .starts_with(
-              "EQUIVALENT - all 6 statistics within +-1 % with 95 % confidence (5 fitted, 1 held out)"));
+          .starts_with("EQUIVALENT - all 6 statistics within +-1 %, 95 % confidence; 5 fitted, 1 held out"));
   result.metrics.clear();
   EXPECT_TRUE(summary_table(result, false).starts_with("NOT JUDGED"));
 }
@@ -61,7 +61,7 @@ TEST(SummaryTable, ShowsValuesInUnitsForPeople) {
   EXPECT_NE(row.find("+0.200"), std::string::npos) << row;
   EXPECT_NE(row.find("equivalent"), std::string::npos) << row;
   EXPECT_NE(line_with(text, "scatter_rms").find("35.75 urad"), std::string::npos);
-  EXPECT_NE(line_with(text, "rms_height").find("100 nm"), std::string::npos);
+  EXPECT_NE(line_with(text, "rms_height").find("100.0 nm"), std::string::npos);
   EXPECT_NE(line_with(text, "Scene").find("6.32 urad"), std::string::npos);
 }
 

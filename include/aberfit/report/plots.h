@@ -15,16 +15,19 @@ struct PlotInput {
   const Mirror& mirror;
   const PupilSample& pupil;
   const RayBundle& ideal;
-  const RayBundle& target;          ///< Harvey-Shack branch by ray perturbation; empty (size 0) when there is no roughness
+  const RayBundle&
+      target;  ///< Harvey-Shack branch by ray perturbation; empty (size 0) when there is no roughness
   const RayBundle& fitted;
-  const SurfaceField& fitted_field; ///< at the pupil points
+  const SurfaceField& fitted_field;     ///< at the pupil points
   const SurfaceOperator& surface_grid;  ///< L on a square grid of the aperture, row by row from -y to +y
-  int grid_size;                    ///< points per side
-  double focal_sigma;               ///< [m]
+  int grid_size;                        ///< points per side
+  double focal_sigma;                   ///< [m]
 };
 
-/// Writes data files, gnuplot scripts and - when gnuplot is there - PNG pictures below `directory`/plots. Returns the PNG paths; a missing or failing
-/// gnuplot is a warning (code `no-gnuplot`), the data and scripts stay usable.
-std::vector<std::string> write_plots(const PlotInput& input, const std::string& directory, Warnings* warnings);
+/// Writes data files, gnuplot scripts and - when gnuplot is there - PNG pictures below `directory`/plots.
+/// Returns the PNG paths; a missing or failing gnuplot is a warning (code `no-gnuplot`), the data and scripts
+/// stay usable.
+std::vector<std::string> write_plots(const PlotInput& input, const std::string& directory,
+                                     Warnings* warnings);
 
 }  // namespace aberfit
