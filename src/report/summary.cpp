@@ -100,7 +100,7 @@ std::string headline(const ResultDocument& result) {
   }
   if (const double confidence = confidence_of(result); confidence > 0)
     text += fmt::format(", {:.4g} % confidence", 100 * confidence);
-  return paragraph("", text + fmt::format("; {} fitted, {} held out", count - held_out, held_out), 0);
+  return paragraph("", text + fmt::format("; {} held out", held_out), 0);
 }
 
 std::string scene_lines(const ResultDocument& result) {
