@@ -44,7 +44,8 @@ TEST(Autocorrelation, OfASlowlyFallingKCorrelationAgreesWithItsBesselForm) {
     const double s = 1e-7, B = 0.02;
     const RadialPsd closed(KCorrelationPsd{s, B, c, 0, kInf});
     for (const double r : kDistances) {
-      const double parts = autocorrelation(closed.band(0, 130), r) + autocorrelation(closed.band(130, kInf), r);
+      const double parts =
+          autocorrelation(closed.band(0, 130), r) + autocorrelation(closed.band(130, kInf), r);
       EXPECT_NEAR(autocorrelation(closed, r), parts, kAcf * s * s) << c << " " << r;
     }
   }
@@ -71,8 +72,11 @@ TEST(Autocorrelation, AtZeroIsTheHeightVarianceForEveryModel) {
     table.frequency.push_back(2 * std::pow(1.2, i));
     table.psd.push_back(1e-17 * std::pow(table.frequency.back(), -1.5) * (1 + 0.3 * std::sin(7.0 * i)));
   }
-  const std::vector<PsdModel> models = {UniformPsd{1e-7, 2, 40}, KCorrelationPsd{1e-7, 0.1, 2.4, 1, 1e5},
-                                        PowerLawPsd{1e-7, {}, 2.4, 1, 1e5}, GaussianPsd{1e-7, 0.01}, table,
+  const std::vector<PsdModel> models = {UniformPsd{1e-7, 2, 40},
+                                        KCorrelationPsd{1e-7, 0.1, 2.4, 1, 1e5},
+                                        PowerLawPsd{1e-7, {}, 2.4, 1, 1e5},
+                                        GaussianPsd{1e-7, 0.01},
+                                        table,
                                         SumPsd{{UniformPsd{1e-7, 2, 40}, table}}};
   for (const PsdModel& model : models) {
     const RadialPsd psd(model);
@@ -109,9 +113,12 @@ TEST(Autocorrelation, IsInfiniteWithoutAFiniteHeightVariance) {
 }
 
 TEST(CorrelationLength, MatchesTheClosedForms) {
-  // Gaussian: int exp(-(r/l)^2) dr = sqrt(pi) l / 2; exponential ACF: B / (2 pi); uniform: 2 pi (b-a)/(2 pi) / (pi (b^2-a^2)) = 1/(pi (a+b)).
-  EXPECT_NEAR(correlation_length(RadialPsd(GaussianPsd{1e-7, 0.01})) / (0.5 * std::sqrt(pi) * 0.01), 1, 1e-12);
-  EXPECT_NEAR(correlation_length(RadialPsd(KCorrelationPsd{1e-7, 0.02, 3, 0, kInf})) / (0.02 / (2 * pi)), 1, 1e-12);
+  // Gaussian: int exp(-(r/l)^2) dr = sqrt(pi) l / 2; exponential ACF: B / (2 pi); uniform: 2 pi (b-a)/(2 pi)
+  // / (pi (b^2-a^2)) = 1/(pi (a+b)).
+  EXPECT_NEAR(correlation_length(RadialPsd(GaussianPsd{1e-7, 0.01})) / (0.5 * std::sqrt(pi) * 0.01), 1,
+              1e-12);
+  EXPECT_NEAR(correlation_length(RadialPsd(KCorrelationPsd{1e-7, 0.02, 3, 0, kInf})) / (0.02 / (2 * pi)), 1,
+              1e-12);
   EXPECT_NEAR(correlation_length(RadialPsd(UniformPsd{1e-7, 2.5, 39.92})) * pi * 42.42, 1, 1e-12);
   EXPECT_TRUE(std::isinf(correlation_length(RadialPsd(PowerLawPsd{1e-7, {}, 1.2, 0, 10}))));
   EXPECT_TRUE(std::isnan(correlation_length(RadialPsd(PowerLawPsd{{}, 1, 3, 0, 10}))));

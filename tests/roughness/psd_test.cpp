@@ -54,16 +54,19 @@ TEST(PsdMoments, OfAGaussianAreTheClosedForms) {
   const PsdMoments m = psd_moments(RadialPsd(GaussianPsd{s, l}));
   EXPECT_LT(relative(m.slope_variance, 4 * s * s / (l * l)), kMoment);
   // 2 pi int f^5 S^2 df with S^2 = (pi l^2 s^2)^2 exp(-2 (pi l f)^2): 2 pi (pi l^2 s^2)^2 / (2 pi^2 l^2)^3.
-  EXPECT_LT(relative(m.f2_squared, 2 * pi * std::pow(pi * l * l * s * s, 2) / std::pow(2 * pi * pi * l * l, 3)),
-            kMoment);
+  EXPECT_LT(
+      relative(m.f2_squared, 2 * pi * std::pow(pi * l * l * s * s, 2) / std::pow(2 * pi * pi * l * l, 3)),
+      kMoment);
   // Far tail alone: int_a^inf gives exp(-(pi l a)^2) = e^-355 of the variance.
   const double a = 6 / l;
   const double tail = radial_moment(RadialPsd(GaussianPsd{s, l}), 0, a, kInf);
-  EXPECT_LT(relative(tail, s * s * std::exp(-std::pow(pi * l * a, 2))), 1e-12);  // exp amplifies rounding by 355
+  EXPECT_LT(relative(tail, s * s * std::exp(-std::pow(pi * l * a, 2))),
+            1e-12);  // exp amplifies rounding by 355
 }
 
 TEST(PsdMoments, OfAKCorrelationAreTheClosedForms) {
-  // v = 1 + (B f)^2: slope integral of c = 6 is 4 pi^2 pi A/B^4 int (v-1) v^-3 dv = 4 pi^3 A/(2 B^4); variance pi A/(2 B^2).
+  // v = 1 + (B f)^2: slope integral of c = 6 is 4 pi^2 pi A/B^4 int (v-1) v^-3 dv = 4 pi^3 A/(2 B^4);
+  // variance pi A/(2 B^2).
   const double s = 1e-7, B = 0.04;
   const PsdMoments m = psd_moments(RadialPsd(KCorrelationPsd{s, B, 6.0, 0, kInf}));
   const double A = 2 * B * B * s * s / pi;
@@ -90,7 +93,8 @@ TEST(PsdMoments, OfASumAddAndCrossTermsCountInTheSquare) {
   EXPECT_LT(relative(m.height_variance, low * low + high * high), kMoment);
   const double s1 = low * low / (pi * 99), s2 = high * high / (pi * 2475);
   const auto sixth = [](double a, double b) { return pi / 3 * (std::pow(b, 6) - std::pow(a, 6)); };
-  const double square = s1 * s1 * sixth(1, 5) + (s1 + s2) * (s1 + s2) * sixth(5, 10) + s2 * s2 * sixth(10, 50);
+  const double square =
+      s1 * s1 * sixth(1, 5) + (s1 + s2) * (s1 + s2) * sixth(5, 10) + s2 * s2 * sixth(10, 50);
   EXPECT_LT(relative(m.f2_squared, square), kMoment);
   EXPECT_EQ(sum.breakpoints(), (std::vector<double>{1, 5, 10, 50}));
 }
@@ -126,7 +130,8 @@ TEST(PsdTable, InterpolatesPowersExactlyAndVanishesOutside) {
   EXPECT_LT(relative(psd(20.0), 1e-16 * std::pow(20.0, -2.5)), 1e-14);
   EXPECT_EQ(psd(0.99), 0);
   EXPECT_EQ(psd(20.01), 0);
-  EXPECT_LT(relative(psd_moments(psd).height_variance, 2 * pi * 1e-16 * (1 - std::pow(20.0, -0.5)) / 0.5), kMoment);
+  EXPECT_LT(relative(psd_moments(psd).height_variance, 2 * pi * 1e-16 * (1 - std::pow(20.0, -0.5)) / 0.5),
+            kMoment);
 }
 
 TEST(KCorrelation, ProfilePsdIsTheIntegralOfTheSurfacePsdOverTheOtherFrequency) {
@@ -134,12 +139,14 @@ TEST(KCorrelation, ProfilePsdIsTheIntegralOfTheSurfacePsdOverTheOtherFrequency) 
   const KCorrelation2d surface = k_correlation_1d_to_2d(profile);
   EXPECT_DOUBLE_EQ(surface.exponent, 2.7);
   for (const double fx : {0.0, 3.0, 20.0, 400.0}) {
-    // f_y = w tan(t) turns int dfy (w^2 + fy^2)^(-c/2) into w^(1-c) int cos(t)^(c-2) dt, w^2 = fx^2 + 1/B^2; t = tanh-sinh by hand:
-    // trapezoid in s with t = (pi/2) tanh(sinh(s)), where both ends decay double-exponentially.
+    // f_y = w tan(t) turns int dfy (w^2 + fy^2)^(-c/2) into w^(1-c) int cos(t)^(c-2) dt, w^2 = fx^2 + 1/B^2;
+    // t = tanh-sinh by hand: trapezoid in s with t = (pi/2) tanh(sinh(s)), where both ends decay
+    // double-exponentially.
     const double w = std::hypot(fx, 1 / surface.correlation), c = surface.exponent, h = 1.0 / 64;
     double sum = 0;
     for (int i = -400; i <= 400; ++i) {
-      const double s = i * h, q = std::exp(-2 * std::abs(std::sinh(s))), distance = pi * q / (1 + q);  // pi/2 - |t|
+      const double s = i * h, q = std::exp(-2 * std::abs(std::sinh(s))),
+                   distance = pi * q / (1 + q);  // pi/2 - |t|
       sum += std::pow(std::sin(distance), c - 2) * 0.5 * pi * std::cosh(s) * 4 * q / ((1 + q) * (1 + q)) * h;
     }
     const double integral = surface.amplitude * std::pow(surface.correlation, -c) * std::pow(w, 1 - c) * sum;

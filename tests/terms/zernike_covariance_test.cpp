@@ -157,13 +157,14 @@ TEST(ZernikeCovariance, IsLinearInThePsdAcrossAnyCutOfTheBand) {
 TEST(ZernikeCovariance, VariancesOfACompleteSetSumToTheHeightVariance) {
   const RadialPsd psd(UniformPsd{1e-7, 2.5, 19.96});
   double before = 0;
-  for (const int n_max : {10, 20, 40, 80, 160}) {
+  for (const int n_max : {5, 10, 15, 20, 25, 30}) {
     const double captured = captured_fraction(psd, 0.2, 0, n_max);
     EXPECT_GT(captured, before);
     EXPECT_LT(captured, 1 + 1e-12);
     before = captured;
   }
-  EXPECT_NEAR(before, 1, 1e-10);  // far beyond the band, 2 pi R f_max = 25, J_160 is nothing
+  EXPECT_NEAR(captured_fraction(psd, 0.2, 0, 160), 1,
+              1e-12);  // far beyond 2 pi R f_max = 25, J_160 is nothing
 }
 
 TEST(CapturedFraction, IsTheSumOfTheCovarianceDiagonals) {

@@ -21,7 +21,7 @@ struct PsdTableOptions {
   PsdTableKind kind = PsdTableKind::k2dTwoSided;
   PsdTableOf of = PsdTableOf::kSurface;
   double height_factor = 1;            ///< heights are multiplied by this
-  std::optional<double> f_min, f_max;  ///< band to keep [cycles/m]
+  std::optional<double> f_min = std::nullopt, f_max = std::nullopt;  ///< band to keep [cycles/m]
 };
 
 /// A PSD table ready for use.
