@@ -149,11 +149,14 @@ TEST(PsdTableFile, DenseTablesReturnTheKCorrelationTheyWereSampledFrom) {
     }
     EXPECT_LT(worst_two, bound * 1.0001);
     EXPECT_GT(worst_two, 0.5 * bound);
-    RecordProperty("worst_1d_over_bound_" + std::to_string(per_decade), std::to_string(worst_one / bound));
-    // 1-D: S2 depends on the slope of log S1, which the chords miss by D/2 of its derivative at the end where
-    // the kernel is singular; the singularity being integrable (inverse square root) leaves D^(3/2) as the
-    // order of the error.
-    EXPECT_LT(worst_one, 2 * std::pow(step, 1.5));
+    RecordProperty("worst_1d_over_step_1_5_" + std::to_string(per_decade),
+                   std::to_string(worst_one / std::pow(step, 1.5)));
+    // 1-D: a chord of log S1 misses its slope by k (v - D/2), k the curvature, v = ln(x/f); against the
+    // kernel dv/sqrt(2 v) that is k D^(3/2)/(3 sqrt 2) S1/(2 pi f) from the first interval, a smaller
+    // alternating rest from the others. Over the S2 of a local power s this is 0.47 k D^(3/2)/(s
+    // Beta((s+1)/2, 1/2)), with k <= s at and beyond the knee and Beta >= 2 for s <= 1: below 0.25 D^(3/2);
+    // twice that is allowed for the rest and for the other side of the knee. Largest seen: 0.26.
+    EXPECT_LT(worst_one, 0.5 * std::pow(step, 1.5));
   }
 }
 
