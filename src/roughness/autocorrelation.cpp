@@ -21,12 +21,15 @@ std::optional<double> closed_form(const GaussianPsd& m, double factor, double f_
   return factor / (pi * square(m.correlation_length)) * std::exp(-square(r / m.correlation_length));
 }
 
-// C(r) = 2 pi A / B^2 (a/2)^nu K_nu(a) / Gamma(nu + 1), a = 2 pi r / B, nu = c/2 - 1 (Hankel transform of (1 + x^2)^(-nu-1), DLMF 10.22.46).
-std::optional<double> closed_form(const KCorrelationPsd& m, double factor, double f_min, double f_max, double r) {
+// C(r) = 2 pi A / B^2 (a/2)^nu K_nu(a) / Gamma(nu + 1), a = 2 pi r / B, nu = c/2 - 1 (Hankel transform of (1
+// + x^2)^(-nu-1), DLMF 10.22.46).
+std::optional<double> closed_form(const KCorrelationPsd& m, double factor, double f_min, double f_max,
+                                  double r) {
   const double nu = 0.5 * m.exponent - 1, a = 2 * pi * r / m.correlation;
   if (f_min > 0 || std::isfinite(f_max)) return std::nullopt;
   const double scale = pi * factor / square(m.correlation);
-  if (a < 1e-200 || nu * std::log(2 / a) + std::lgamma(nu + 1) > 600) return std::nullopt;  // K_nu would overflow
+  if (a < 1e-200 || nu * std::log(2 / a) + std::lgamma(nu + 1) > 600)
+    return std::nullopt;  // K_nu would overflow
   if (a > 700) return 0.0;
   return 2 * scale * std::pow(0.5 * a, nu) * boost::math::cyl_bessel_k(nu, a) / std::tgamma(nu + 1);
 }
@@ -46,19 +49,42 @@ std::optional<double> closed_form(const Model&, double, double, double, double) 
   return std::nullopt;
 }
 
-// Any S with a finite height variance; r > 0.
-double by_quadrature(const RadialPsd& psd, double r) {
-  const double k = 2 * pi * r, turn = kHankelFrom / k;
+// The integral exists: known from the exponents alone, without integrating.
+bool has_finite_height_variance(const RadialPsd& psd) {
+  for (const PowerTerm& term : psd.low_frequency_terms())
+    if (!(term.exponent < 2)) return false;
+  for (const PowerTerm& term : psd.high_frequency_terms())
+    if (!(term.exponent > 2)) return false;
+  return true;
+}
+
+// Panels on which S is resolved, good for every r in [r_min, r_max], r_min > 0.
+struct SharedPanels {
+  double low_variance;  // int S d2f below the panels, where also J0 = 1 to rounding
+  std::vector<PsdPanel> panels;
+};
+
+SharedPanels shared_panels(const RadialPsd& psd, double r_min, double r_max) {
   const PowerLawLimits limits = power_law_limits(psd);
-  // Below `low` also J0 = 1 to rounding; above `high` the oscillation has averaged S away, or S is gone.
-  const double low = psd.f_min() > 0 ? psd.f_min() : std::min(limits.low, 1e-9 / k);
-  double high = limits.high;
-  if (std::isinf(psd.f_max())) high = std::max(high, 1e9 * turn);
-  double sum = psd.f_min() > 0 ? 0 : radial_moment(psd, 0, 0, low);
-  for (const PsdPanel& panel : resolved_panels(psd, low, std::min(high, turn)))
-    for (int j = 0; j < kPanelNodes; ++j)
-      sum += 2 * pi * panel.weight[j] * panel.psd[j] * panel.f[j] * boost::math::cyl_bessel_j(0, k * panel.f[j]);
-  for (const PsdPanel& panel : resolved_panels(psd, std::max(low, turn), high)) {
+  const double low = psd.f_min() > 0 ? psd.f_min() : std::min(limits.low, 1e-9 / (2 * pi * r_max));
+  // Above `high` the oscillation has averaged S away, or S is gone.
+  const double high =
+      std::isinf(psd.f_max()) ? std::max(limits.high, 1e9 * kHankelFrom / (2 * pi * r_min)) : limits.high;
+  return {psd.f_min() > 0 ? 0 : radial_moment(psd, 0, 0, low), resolved_panels(psd, low, high)};
+}
+
+// Any S with a finite height variance; r > 0.
+double by_quadrature(const SharedPanels& shared, double r) {
+  const double k = 2 * pi * r;
+  double sum = shared.low_variance;
+  for (const PsdPanel& panel : shared.panels) {
+    if (k * panel.a <
+        kHankelFrom) {  // an octave, so J0 turns at most 30 rad: 24 nodes resolve it to 1e-19 (j_48(15))
+      for (int j = 0; j < kPanelNodes; ++j)
+        sum += 2 * pi * panel.weight[j] * panel.psd[j] * panel.f[j] *
+               boost::math::cyl_bessel_j(0, k * panel.f[j]);
+      continue;
+    }
     const auto weights = oscillatory_weights(panel.a, panel.b, k);
     std::complex<double> total = 0;
     for (int j = 0; j < kPanelNodes; ++j) {
@@ -72,23 +98,35 @@ double by_quadrature(const RadialPsd& psd, double r) {
 
 }  // namespace
 
-double autocorrelation(const RadialPsd& psd, double r) {
-  const double height_variance = radial_moment(psd, 0);
-  if (r <= 0 || !std::isfinite(height_variance)) return height_variance;
-  double sum = 0;
+Eigen::ArrayXd autocorrelation(const RadialPsd& psd, const Eigen::ArrayXd& r) {
+  if (!has_finite_height_variance(psd))
+    return Eigen::ArrayXd::Constant(r.size(), std::numeric_limits<double>::infinity());
+  Eigen::ArrayXd result = Eigen::ArrayXd::Zero(r.size());
+  if ((r <= 0).any()) result = (r <= 0).select(radial_moment(psd, 0), result);
+  const Eigen::ArrayXd positive = (r > 0).select(r, std::numeric_limits<double>::infinity());
+  const double r_max = r.size() > 0 ? r.maxCoeff() : 0;
+  if (r_max <= 0) return result;
   for (const RadialPsd::Part& part : psd.parts_) {
-    const std::optional<double> closed = std::visit(
-        [&](const auto& m) { return closed_form(m, part.factor, part.f_min, part.f_max, r); }, part.model);
-    if (closed) {
-      sum += *closed;
-      continue;
+    std::optional<SharedPanels> shared;  // made when the first r without a closed form comes
+    for (Eigen::Index i = 0; i < r.size(); ++i) {
+      if (!(r[i] > 0)) continue;
+      const std::optional<double> closed =
+          std::visit([&](const auto& m) { return closed_form(m, part.factor, part.f_min, part.f_max, r[i]); },
+                     part.model);
+      if (!closed && !shared) {
+        RadialPsd alone;
+        alone.parts_.push_back(part);
+        alone.find_band();
+        shared = shared_panels(alone, positive.minCoeff(), r_max);
+      }
+      result[i] += closed ? *closed : by_quadrature(*shared, r[i]);
     }
-    RadialPsd alone;
-    alone.parts_.push_back(part);
-    alone.find_band();
-    sum += by_quadrature(alone, r);
   }
-  return sum;
+  return result;
+}
+
+double autocorrelation(const RadialPsd& psd, double r) {
+  return autocorrelation(psd, Eigen::ArrayXd::Constant(1, r))[0];
 }
 
 }  // namespace aberfit

@@ -16,7 +16,8 @@ double square(double x) { return x * x; }
 // int_1^q t^(p-1) dt = (q^p - 1)/p, without cancellation for p near 0 or q near 1; q may be infinite (p < 0).
 double power_integral(double p, double log_q) { return p == 0 ? log_q : std::expm1(p * log_q) / p; }
 
-// Shapes S/factor, their height variance over the model's own band for factor = 1, and what they tend to at both ends.
+// Shapes S/factor, their height variance over the model's own band for factor = 1, and what they tend to at
+// both ends.
 
 double shape(const UniformPsd&, double) { return 1.0; }
 double shape(const KCorrelationPsd& m, double f) {
@@ -28,8 +29,7 @@ double shape(const TablePsd& m, double f) {
   const auto above = std::upper_bound(m.frequency.begin(), m.frequency.end(), f);
   const std::size_t i =
       std::clamp<std::ptrdiff_t>(above - m.frequency.begin(), 1, std::ptrdiff_t(m.frequency.size()) - 1);
-  const double slope =
-      std::log(m.psd[i] / m.psd[i - 1]) / std::log(m.frequency[i] / m.frequency[i - 1]);
+  const double slope = std::log(m.psd[i] / m.psd[i - 1]) / std::log(m.frequency[i] / m.frequency[i - 1]);
   return m.psd[i - 1] * std::pow(f / m.frequency[i - 1], slope);
 }
 double shape(const SumPsd&, double) { return 0.0; }  // sums are flattened, so never a part
@@ -48,9 +48,8 @@ double factor(const KCorrelationPsd& m) {
 double factor(const PowerLawPsd& m) {
   if (m.amplitude) return *m.amplitude;
   const double p = 2 - m.exponent;
-  const double integral = m.f_min > 0
-                              ? std::pow(m.f_min, p) * power_integral(p, std::log(m.f_max / m.f_min))
-                              : std::pow(m.f_max, p) / p;
+  const double integral = m.f_min > 0 ? std::pow(m.f_min, p) * power_integral(p, std::log(m.f_max / m.f_min))
+                                      : std::pow(m.f_max, p) / p;
   return square(*m.rms) / (2 * pi * integral);
 }
 double factor(const GaussianPsd& m) { return pi * square(m.correlation_length * m.rms); }
@@ -102,7 +101,11 @@ RadialPsd::RadialPsd(const PsdModel& model) {
       parts_.insert(parts_.end(), flat.parts_.begin(), flat.parts_.end());
     }
   } else {
-    std::visit([&](const auto& m) { parts_.push_back({model, factor(m), lower_edge(m), upper_edge(m)}); }, model);
+    std::visit(
+        [&](const auto& m) {
+          parts_.push_back({model, factor(m), lower_edge(m), upper_edge(m)});
+        },
+        model);
   }
   find_band();
 }

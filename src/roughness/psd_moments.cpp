@@ -10,15 +10,18 @@ namespace {
 using std::numbers::pi;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// int t^(p-1) dt over the part of (0, inf) next to t = 1: from 1 up to `ratio` >= 1 (may be infinity), or from `ratio` < 1 (may be 0) to 1.
+// int t^(p-1) dt over the part of (0, inf) next to t = 1: from 1 up to `ratio` >= 1 (may be infinity), or
+// from `ratio` < 1 (may be 0) to 1.
 double power_integral(double p, double ratio) {
   if (ratio == 0) return p > 0 ? 1 / p : kInfinity;
   if (std::isinf(ratio)) return p < 0 ? -1 / p : kInfinity;
   return std::abs(p == 0 ? std::log(ratio) : std::expm1(p * std::log(ratio)) / p);
 }
 
-// int f^q S^order df between `edge` and `other`, order 1 or 2, where S is the sum of `terms`. Written in f/edge, so that only values of S enter.
-double power_terms_integral(const std::vector<PowerTerm>& terms, double q, int order, double edge, double other) {
+// int f^q S^order df between `edge` and `other`, order 1 or 2, where S is the sum of `terms`. Written in
+// f/edge, so that only values of S enter.
+double power_terms_integral(const std::vector<PowerTerm>& terms, double q, int order, double edge,
+                            double other) {
   double sum = 0;
   for (const PowerTerm& one : terms) {
     if (order == 1) sum += one(edge) * power_integral(q + 1 - one.exponent, other / edge);

@@ -41,15 +41,16 @@ PsdPanel panel_on(const RadialPsd& psd, double a, double b) {
   return panel;
 }
 
-// The last two Legendre coefficients stand for what the polynomial misses. The floor is the rounding of S itself: exp(-z) carries z eps,
-// which no halving removes.
+// The last two Legendre coefficients stand for what the polynomial misses. The floor is the rounding of S
+// itself: exp(-z) carries z eps, which no halving removes.
 bool resolved(const PsdPanel& panel) {
   const ReferencePanel& reference = reference_panel();
   const double top = panel.psd.abs().maxCoeff();
   if (top < 1e-290) return true;
   double missed = 0;
   for (int l = kPanelNodes - 2; l < kPanelNodes; ++l)
-    missed += (l + 0.5) * std::abs((reference.weight * panel.psd * reference.legendre.row(l).transpose()).sum());
+    missed +=
+        (l + 0.5) * std::abs((reference.weight * panel.psd * reference.legendre.row(l).transpose()).sum());
   return missed <= (kResolved + 4e-16 * std::abs(std::log(top))) * (2 * kPanelNodes) * top;
 }
 
@@ -64,7 +65,8 @@ void append_resolved(const RadialPsd& psd, double a, double b, int halvings, std
   }
 }
 
-// Spherical Bessel functions j_0 .. j_{kPanelNodes-1}: upward where that is stable, else downward (Miller) and normalised.
+// Spherical Bessel functions j_0 .. j_{kPanelNodes-1}: upward where that is stable, else downward (Miller)
+// and normalised.
 PanelArray spherical_bessel(double x) {
   PanelArray j = PanelArray::Zero();
   if (x < 1e-8) {  // the powers beyond are below rounding
@@ -110,7 +112,8 @@ std::vector<PsdPanel> resolved_panels(const RadialPsd& psd, double a, double b, 
     edges.push_back(*bend);
   edges.push_back(b);
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
-    const int octaves = std::max(1, int(std::ceil(std::log(edges[i + 1] / edges[i]) / std::log(max_ratio) - 1e-9)));
+    const int octaves =
+        std::max(1, int(std::ceil(std::log(edges[i + 1] / edges[i]) / std::log(max_ratio) - 1e-9)));
     double lower = edges[i];
     for (int k = 1; k <= octaves; ++k) {
       const double upper =
@@ -129,7 +132,8 @@ Eigen::Array<std::complex<double>, kPanelNodes, 1> oscillatory_weights(double a,
   const ReferencePanel& reference = reference_panel();
   const double half = 0.5 * (b - a), centre = 0.5 * (a + b);
   const PanelArray j = spherical_bessel(std::abs(omega) * half);
-  PanelArray even = PanelArray::Zero(), odd = PanelArray::Zero();  // real and imaginary part of sum (2l+1) i^l j_l P_l
+  PanelArray even = PanelArray::Zero(),
+             odd = PanelArray::Zero();  // real and imaginary part of sum (2l+1) i^l j_l P_l
   for (int l = 0; l < kPanelNodes; ++l) {
     const double coefficient = (l % 4 < 2 ? 1 : -1) * (2 * l + 1) * j[l];
     (l % 2 == 0 ? even : odd) += coefficient * reference.legendre.row(l).transpose();

@@ -17,7 +17,8 @@ std::string rms_problem(double rms) {
 std::string band_problem(double f_min, double f_max) {
   if (!(f_min >= 0) || !std::isfinite(f_min))
     return fmt::format("f_min is {:g} /m, it must be finite and not negative", f_min);
-  if (!(f_max > f_min)) return fmt::format("f_max ({:g} /m) must be greater than f_min ({:g} /m)", f_max, f_min);
+  if (!(f_max > f_min))
+    return fmt::format("f_max ({:g} /m) must be greater than f_min ({:g} /m)", f_max, f_min);
   return "";
 }
 
@@ -30,7 +31,9 @@ std::string first_of(std::initializer_list<std::string> problems) {
 std::string problem(const UniformPsd& m) {
   const std::string basic = first_of({rms_problem(m.rms), band_problem(m.f_min, m.f_max)});
   if (!basic.empty()) return basic;
-  return std::isfinite(m.f_max) ? "" : "a uniform PSD needs a finite f_max: its height variance grows without bound";
+  return std::isfinite(m.f_max)
+             ? ""
+             : "a uniform PSD needs a finite f_max: its height variance grows without bound";
 }
 
 std::string problem(const KCorrelationPsd& m) {
@@ -58,12 +61,14 @@ std::string problem(const PowerLawPsd& m) {
   if (!band.empty() || m.amplitude) return band;
   if (m.f_min == 0 && !(m.exponent < 2))
     return fmt::format(
-        "from f_min = 0 the exponent must be less than 2 for a finite height variance, it is {:g}; give f_min or "
+        "from f_min = 0 the exponent must be less than 2 for a finite height variance, it is {:g}; give "
+        "f_min or "
         "amplitude",
         m.exponent);
   if (std::isinf(m.f_max) && !(m.exponent > 2))
     return fmt::format(
-        "without f_max the exponent must be greater than 2 for a finite height variance, it is {:g}; give f_max "
+        "without f_max the exponent must be greater than 2 for a finite height variance, it is {:g}; give "
+        "f_max "
         "or amplitude",
         m.exponent);
   return "";
@@ -87,10 +92,11 @@ std::string problem(const TablePsd& m) {
       return fmt::format("table point {}: the frequency is {:g} /m, it must be positive and finite", i + 1,
                          m.frequency[i]);
     if (!positive(m.psd[i]))
-      return fmt::format("table point {}: the PSD is {:g} m^4, it must be positive and finite", i + 1, m.psd[i]);
+      return fmt::format("table point {}: the PSD is {:g} m^4, it must be positive and finite", i + 1,
+                         m.psd[i]);
     if (i > 0 && !(m.frequency[i] > m.frequency[i - 1]))
-      return fmt::format("table point {}: the frequency {:g} /m does not exceed the one before, {:g} /m", i + 1,
-                         m.frequency[i], m.frequency[i - 1]);
+      return fmt::format("table point {}: the frequency {:g} /m does not exceed the one before, {:g} /m",
+                         i + 1, m.frequency[i], m.frequency[i - 1]);
   }
   return "";
 }

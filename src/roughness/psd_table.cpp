@@ -16,7 +16,8 @@ namespace aberfit {
 namespace {
 
 constexpr const char* kAllowed =
-    "rows of two or more numbers (frequency, PSD), both positive, frequencies ascending; '#' comments; one header row";
+    "rows of two or more numbers (frequency, PSD), both positive, frequencies ascending; '#' comments; one "
+    "header row";
 
 std::vector<std::string_view> fields_of(std::string_view line) {
   constexpr std::string_view kSeparators = ",; \t\r";
@@ -52,7 +53,8 @@ TablePsd cut(const TablePsd& table, double f_min, double f_max) {
     if (table.frequency[i] >= f_min && table.frequency[i] <= f_max &&
         (result.frequency.empty() || table.frequency[i] > result.frequency.back()))
       add(table.frequency[i], table.psd[i]);
-  if (f_max < table.frequency.back() && f_max > result.frequency.back()) add(f_max, interpolate(table, f_max));
+  if (f_max < table.frequency.back() && f_max > result.frequency.back())
+    add(f_max, interpolate(table, f_max));
   return result;
 }
 
@@ -89,9 +91,10 @@ PsdTableResult psd_from_table(const std::vector<double>& frequency, const std::v
   if (options.kind == PsdTableKind::k1dOneSided) {
     result.tail_exponent = fitted_tail_exponent(table.frequency, table.psd);
     if (!(result.tail_exponent > 0))
-      throw InputError(source, "",
-                       fmt::format("a profile PSD that rises as f^{:g} over its last octave", -result.tail_exponent),
-                       "a profile PSD that falls at its end: the surface PSD needs its integral beyond");
+      throw InputError(
+          source, "",
+          fmt::format("a profile PSD that rises as f^{:g} over its last octave", -result.tail_exponent),
+          "a profile PSD that falls at its end: the surface PSD needs its integral beyond");
     TablePsd surface;
     const std::vector<double> psd_2d = abel_1d_to_2d(table.frequency, table.psd, result.tail_exponent);
     for (std::size_t i = 0; i < psd_2d.size(); ++i) {

@@ -112,6 +112,16 @@ TEST(Autocorrelation, IsInfiniteWithoutAFiniteHeightVariance) {
   EXPECT_TRUE(std::isinf(autocorrelation(RadialPsd(PowerLawPsd{{}, 0.02, 11.0 / 3, 0, kInf}), 0.1)));
 }
 
+TEST(Autocorrelation, AtManyDistancesIsThatAtEach) {
+  const RadialPsd psd(
+      SumPsd{{KCorrelationPsd{1e-7, 0.02, 2.6, 0.5, kInf}, TablePsd{{1, 3, 40}, {1e-17, 4e-17, 1e-18}}}});
+  Eigen::ArrayXd r(6);
+  r << 0.3, 0, 1e-3, 1e-9, 5, 0.02;
+  const Eigen::ArrayXd all = autocorrelation(psd, r);
+  for (int i = 0; i < r.size(); ++i)
+    EXPECT_NEAR(all[i], autocorrelation(psd, r[i]), kAcf * autocorrelation(psd, 0)) << r[i];
+}
+
 TEST(CorrelationLength, MatchesTheClosedForms) {
   // Gaussian: int exp(-(r/l)^2) dr = sqrt(pi) l / 2; exponential ACF: B / (2 pi); uniform: 2 pi (b-a)/(2 pi)
   // / (pi (b^2-a^2)) = 1/(pi (a+b)).

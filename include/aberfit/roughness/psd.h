@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -8,9 +9,9 @@
 
 namespace aberfit {
 
-// Isotropic two-dimensional, two-sided power spectral densities of surface height, S(f) [m^4] over f [cycles/m] (PHYSICS 3).
-// Band limits belong to the model: S = 0 outside [f_min, f_max], and `rms` [m] is the RMS inside the band.
-// f_min = 0 and f_max = infinity are allowed where the moments exist.
+// Isotropic two-dimensional, two-sided power spectral densities of surface height, S(f) [m^4] over f
+// [cycles/m] (PHYSICS 3). Band limits belong to the model: S = 0 outside [f_min, f_max], and `rms` [m] is the
+// RMS inside the band. f_min = 0 and f_max = infinity are allowed where the moments exist.
 
 /// S = const.
 struct UniformPsd {
@@ -21,7 +22,8 @@ struct KCorrelationPsd {
   double rms = 0, correlation = 0, exponent = 0;
   double f_min = 0, f_max = std::numeric_limits<double>::infinity();
 };
-/// S = amplitude (f / (1 cycle/m))^-exponent with amplitude [m^4], or scaled to `rms`; exactly one of the two is given.
+/// S = amplitude (f / (1 cycle/m))^-exponent with amplitude [m^4], or scaled to `rms`; exactly one of the two
+/// is given.
 struct PowerLawPsd {
   std::optional<double> rms, amplitude;
   double exponent = 0, f_min = 0, f_max = 0;
@@ -41,9 +43,10 @@ struct SumPsd {
   std::vector<PsdModel> parts;
 };
 
-/// Checks of a model that the study reader reports and the library asserts: empty text when usable, else a sentence that says what is wrong
-/// (rms not positive, f_min >= f_max, a height variance that an `rms` needs and that does not exist, unsorted table, ...). A power law with
-/// `amplitude` may have any band: its moments may be infinite while, say, its Zernike covariances exist.
+/// Checks of a model that the study reader reports and the library asserts: empty text when usable, else a
+/// sentence that says what is wrong (rms not positive, f_min >= f_max, a height variance that an `rms` needs
+/// and that does not exist, unsorted table, ...). A power law with `amplitude` may have any band: its moments
+/// may be infinite while, say, its Zernike covariances exist.
 std::string psd_problem(const PsdModel& model);
 
 /// amplitude (f / reference)^-exponent [m^4].
@@ -64,21 +67,25 @@ class RadialPsd {
   double operator()(double f) const;
   double f_min() const { return f_min_; }
   double f_max() const { return f_max_; }  ///< may be infinity
-  /// Frequencies where S or its derivative jumps or bends (band edges, knees, table points), ascending, within (0, inf).
+  /// Frequencies where S or its derivative jumps or bends (band edges, knees, table points), ascending,
+  /// within (0, inf).
   const std::vector<double>& breakpoints() const { return breakpoints_; }
   /// The same PSD with heights multiplied by `factor`.
   RadialPsd scaled(double height_factor) const;
-  /// The part of this PSD inside [f_min, f_max]; zero everywhere, with moments 0, when the two bands do not meet.
+  /// The part of this PSD inside [f_min, f_max]; zero everywhere, with moments 0, when the two bands do not
+  /// meet.
   RadialPsd band(double f_min, double f_max) const;
-  /// What S tends to for f -> 0 (parts whose band starts at 0) and for f -> infinity (parts whose band does not end): sums of
-  /// powers, exact to rounding beyond 1e-9 of the lowest and 1e9 of the highest breakpoint. They decide which integrals exist.
+  /// What S tends to for f -> 0 (parts whose band starts at 0) and for f -> infinity (parts whose band does
+  /// not end): sums of powers, exact to rounding beyond 1e-9 of the lowest and 1e9 of the highest breakpoint.
+  /// They decide which integrals exist.
   std::vector<PowerTerm> low_frequency_terms() const;
   std::vector<PowerTerm> high_frequency_terms() const;
 
  private:
   RadialPsd() = default;
   void find_band();
-  friend double autocorrelation(const RadialPsd& psd, double r);  // closed forms need to know the models
+  friend Eigen::ArrayXd autocorrelation(const RadialPsd& psd,
+                                        const Eigen::ArrayXd& r);  // closed forms need to know the models
   struct Part {
     PsdModel model;
     double factor;  // amplitude that multiplies the shape of the model [m^4]
@@ -91,26 +98,30 @@ class RadialPsd {
 
 /// Integrals of an isotropic PSD over its band.
 struct PsdMoments {
-  double height_variance = 0;     ///< int S d2f [m^2]
-  double slope_variance = 0;      ///< int (2 pi f)^2 S d2f, both axes together
-  double f2_squared = 0;          ///< int (f^2 S)^2 d2f [m^2]; with slope_variance gives N_eff
+  double height_variance = 0;         ///< int S d2f [m^2]
+  double slope_variance = 0;          ///< int (2 pi f)^2 S d2f, both axes together
+  double f2_squared = 0;              ///< int (f^2 S)^2 d2f [m^2]; with slope_variance gives N_eff
   double rms_height() const;          ///< [m]
   double rms_slope_per_axis() const;  ///< sqrt(slope_variance / 2)
 };
-/// Gauss-Legendre panels that resolve S between breakpoints, closed forms of its powers at 0 and infinity; relative error below 1e-12.
-/// An integral that does not exist is infinity (height_variance only where `amplitude` was given).
+/// Gauss-Legendre panels that resolve S between breakpoints, closed forms of its powers at 0 and infinity;
+/// relative error below 1e-12. An integral that does not exist is infinity (height_variance only where
+/// `amplitude` was given).
 PsdMoments psd_moments(const RadialPsd& psd);
 
-/// N_eff = area (int f^2 S d2f)^2 / int (f^2 S)^2 d2f: number of modes that carry the slope over an aperture of `area` [m^2].
-/// Infinity when only the slope variance diverges, NaN when both integrals do.
+/// N_eff = area (int f^2 S d2f)^2 / int (f^2 S)^2 d2f: number of modes that carry the slope over an aperture
+/// of `area` [m^2]. Infinity when only the slope variance diverges, NaN when both integrals do.
 double effective_modes(const PsdMoments& moments, double area);
 
-/// ACF C(r) = 2 pi int S(f) J0(2 pi f r) f df [m^2] at r >= 0 [m]; infinity when the height variance is. Error below 1e-11 C(0):
-/// closed forms for the unlimited Gaussian, the k-correlation without band limits and the uniform band, otherwise Gauss-Legendre panels
-/// up to 2 pi f r = 30 and Filon panels of the Hankel amplitude beyond, so that the cost does not grow with r.
+/// ACF C(r) = 2 pi int S(f) J0(2 pi f r) f df [m^2] at r >= 0 [m]; infinity when the height variance is.
+/// Error below 1e-11 C(0): closed forms for the unlimited Gaussian, the k-correlation without band limits and
+/// the uniform band, otherwise Gauss-Legendre panels up to 2 pi f r = 30 and Filon panels of the Hankel
+/// amplitude beyond, so that the cost does not grow with r.
 double autocorrelation(const RadialPsd& psd, double r);
-/// l_c = int_0^inf C(r)/C(0) dr = int S df / (height variance) [m]; infinity when int S df diverges at f = 0; NaN without a finite
-/// height variance.
+/// The same at many r, sharing the work on S: prefer it when S is a long table.
+Eigen::ArrayXd autocorrelation(const RadialPsd& psd, const Eigen::ArrayXd& r);
+/// l_c = int_0^inf C(r)/C(0) dr = int S df / (height variance) [m]; infinity when int S df diverges at f = 0;
+/// NaN without a finite height variance.
 double correlation_length(const RadialPsd& psd);
 
 }  // namespace aberfit

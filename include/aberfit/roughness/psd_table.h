@@ -20,38 +20,42 @@ struct PsdTableOptions {
   double psd_factor = 1;        ///< column 2 times this is in m^4 (2-D) or m^3 (1-D)
   PsdTableKind kind = PsdTableKind::k2dTwoSided;
   PsdTableOf of = PsdTableOf::kSurface;
-  double height_factor = 1;            ///< heights are multiplied by this
+  double height_factor = 1;                                          ///< heights are multiplied by this
   std::optional<double> f_min = std::nullopt, f_max = std::nullopt;  ///< band to keep [cycles/m]
 };
 
 /// A PSD table ready for use.
 struct PsdTableResult {
-  TablePsd psd;                         ///< surface, two-dimensional, two-sided; cut to the band
-  double variance_left_out = 0;         ///< share of the table's height variance outside the band, 0..1
-  double slope_variance_left_out = 0;   ///< the same for the slope variance
-  std::size_t not_positive = 0;         ///< points of a 1-D table whose 2-D PSD came out <= 0 (S1 rises there); left out
-  double tail_exponent = 0;             ///< 1-D tables: S1 is taken to fall as f^-tail_exponent beyond the last point
+  TablePsd psd;                        ///< surface, two-dimensional, two-sided; cut to the band
+  double variance_left_out = 0;        ///< share of the table's height variance outside the band, 0..1
+  double slope_variance_left_out = 0;  ///< the same for the slope variance
+  std::size_t not_positive =
+      0;                     ///< points of a 1-D table whose 2-D PSD came out <= 0 (S1 rises there); left out
+  double tail_exponent = 0;  ///< 1-D tables: S1 is taken to fall as f^-tail_exponent beyond the last point
 };
 
-/// Reads a text file of two or more columns, f and PSD, separated by comma, semicolon, space or tab. '#' starts a comment; one header row of names is
-/// allowed before the first row of numbers; further columns are ignored. Throws InputError, with the line, for anything else: numbers that
-/// are not numbers, not positive or not ascending, fewer than 2 rows, a band that misses the table.
+/// Reads a text file of two or more columns, f and PSD, separated by comma, semicolon, space or tab. '#'
+/// starts a comment; one header row of names is allowed before the first row of numbers; further columns are
+/// ignored. Throws InputError, with the line, for anything else: numbers that are not numbers, not positive
+/// or not ascending, fewer than 2 rows, a band that misses the table.
 PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& options);
 
-/// The same for columns already at hand, in file units; `source` names them in errors, `lines` (may be empty) their line numbers.
+/// The same for columns already at hand, in file units; `source` names them in errors, `lines` (may be empty)
+/// their line numbers.
 PsdTableResult psd_from_table(const std::vector<double>& frequency, const std::vector<double>& psd,
                               const PsdTableOptions& options, const std::string& source,
                               const std::vector<int>& lines = {});
 
 /// S2 [m^4] at the points of a one-sided profile PSD S1 [m^3] of an isotropic surface, by the Abel relation
 ///   S2(f) = -(1/(2 pi)) int_f^inf S1'(x) / sqrt(x^2 - f^2) dx
-/// (Church, Takacs and Leonard 1989; half the two-sided relation). Between points S1 is a power of f and each piece is integrated to 1e-14;
-/// beyond the last point S1 goes on as f^-tail_exponent for ever. Values may be negative where S1 rises. frequency: ascending, > 0 [cycles/m].
+/// (Church, Takacs and Leonard 1989; half the two-sided relation). Between points S1 is a power of f and each
+/// piece is integrated to 1e-14; beyond the last point S1 goes on as f^-tail_exponent for ever. Values may be
+/// negative where S1 rises. frequency: ascending, > 0 [cycles/m].
 std::vector<double> abel_1d_to_2d(const std::vector<double>& frequency, const std::vector<double>& psd_1d,
                                   double tail_exponent);
 
-/// Exponent of the power law fitted to log S1 over log f in the last octave of a table, at least its last three points (two when there are
-/// no more): what abel_1d_to_2d should assume beyond the end.
+/// Exponent of the power law fitted to log S1 over log f in the last octave of a table, at least its last
+/// three points (two when there are no more): what abel_1d_to_2d should assume beyond the end.
 double fitted_tail_exponent(const std::vector<double>& frequency, const std::vector<double>& psd_1d);
 
 }  // namespace aberfit
