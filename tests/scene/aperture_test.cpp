@@ -63,7 +63,7 @@ double mean_rho_power(const Aperture& aperture, int n, int half_power) {
 }
 
 constexpr double kRounding = 1e-13;
-// What the header promises for 16 points a piece; largest seen 4e-14.
+// What the header promises for 16 points a piece; largest seen below 5e-14.
 constexpr double kSixteenPoints = 1e-12;
 
 }  // namespace
