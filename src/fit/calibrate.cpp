@@ -30,19 +30,25 @@ class PriorResiduals : public ceres::CostFunction {
   Eigen::VectorXd centre_;
 };
 
-double worst_mismatch(const Eigen::VectorXd& residuals) {
-  return residuals.size() == 0 ? 0.0 : residuals.cwiseAbs().maxCoeff();
+// Largest residual of the targets; the guides behind them do not count.
+double worst_mismatch(const FitProblem& problem, const Eigen::VectorXd& residuals) {
+  return residuals.size() == 0 ? 0.0
+                               : residuals.head(Eigen::Index(problem.targets.size())).cwiseAbs().maxCoeff();
 }
 
 // Ends a solve as soon as every statistic is within tolerance, reports progress, and hears a wish to cancel.
 class Watch : public ceres::IterationCallback {
  public:
-  Watch(const FocusResiduals& residuals, const FitOptions& options, int iterations_before,
-        std::chrono::steady_clock::time_point begin)
-      : residuals_(residuals), options_(options), iterations_before_(iterations_before), begin_(begin) {}
+  Watch(const FitProblem& problem, const FocusResiduals& residuals, const FitOptions& options,
+        int iterations_before, std::chrono::steady_clock::time_point begin)
+      : problem_(problem),
+        residuals_(residuals),
+        options_(options),
+        iterations_before_(iterations_before),
+        begin_(begin) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    const double mismatch = worst_mismatch(residuals_.last().residuals);
+    const double mismatch = worst_mismatch(problem_, residuals_.last().residuals);
     if (options_.progress) {
       const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin_;
       if (!options_.progress(
@@ -57,6 +63,7 @@ class Watch : public ceres::IterationCallback {
   bool cancelled() const { return cancelled_; }
 
  private:
+  const FitProblem& problem_;
   const FocusResiduals& residuals_;
   const FitOptions& options_;
   int iterations_before_;
@@ -111,7 +118,7 @@ Solve solve_once(const FitProblem& problem, const Eigen::VectorXd& centre, const
   }
   ceres_problem.AddResidualBlock(&residuals, nullptr, blocks);
 
-  Watch watch(residuals, options, result->iterations, begin);
+  Watch watch(problem, residuals, options, result->iterations, begin);
   ceres::Solver::Options ceres_options =
       solver_options(std::max(0, options.max_iterations - result->iterations));
   ceres_options.callbacks.push_back(&watch);
@@ -125,7 +132,7 @@ Solve solve_once(const FitProblem& problem, const Eigen::VectorXd& centre, const
   if (watch.cancelled()) return {FitStatus::kCancelled, "cancelled"};
   if (!summary.IsSolutionUsable() || last->residuals.size() == 0)
     return {FitStatus::kFailed, "the solver failed: " + summary.message};
-  const double mismatch = worst_mismatch(last->residuals);
+  const double mismatch = worst_mismatch(problem, last->residuals);
   if (mismatch <= options.stop_at)
     return {FitStatus::kConverged,
             fmt::format("every statistic is within {:.2g} of its tolerance", mismatch)};
@@ -161,7 +168,8 @@ bool within_tolerance(const FitProblem& problem, const FitResult& result, double
   if (result.smooth_statistics.size() != Eigen::Index(problem.targets.size())) return false;
   for (std::size_t k = 0; k < problem.targets.size(); ++k) {
     const Target& target = problem.targets[k];
-    if (!(std::abs(result.smooth_statistics[Eigen::Index(k)] - target.value) <= share * target.tolerance)) return false;
+    if (!(std::abs(result.smooth_statistics[Eigen::Index(k)] - target.value) <= share * target.tolerance))
+      return false;
   }
   return true;
 }
@@ -187,11 +195,13 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
     return result;
   }
   double cost = options.prior == PriorMode::kNearStart ? 0.0 : start.squaredNorm();
-  for (std::size_t k = 0; k < problem.targets.size(); ++k) {
-    const double residual =
-        (values[Eigen::Index(k)] - problem.targets[k].value) / problem.targets[k].tolerance;
+  const auto add_cost = [&cost](double value, const Target& target) {
+    const double residual = (value - target.value) / target.tolerance;
     cost += residual * residual;
-  }
+  };
+  Eigen::Index at = 0;
+  for (const Target& target : problem.targets) add_cost(values[at++], target);
+  for (const Target& guide : problem.guides) add_cost(values[at++], guide);
   result.initial_cost = 0.5 * cost;
 
   FocusResiduals::Linearisation last;
@@ -202,7 +212,8 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
     if (solve.status == FitStatus::kFailed || solve.status == FitStatus::kCancelled) break;
   }
   result.coefficients = problem.prior.colour(result.white);
-  result.smooth_statistics = last.values;
+  result.smooth_statistics =
+      last.values.head(std::min<Eigen::Index>(last.values.size(), problem.targets.size()));
   if (last.jacobian.size() > 0) fill_posterior(problem, last.jacobian, &result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;

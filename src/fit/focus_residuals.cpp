@@ -23,6 +23,7 @@ FocusModel::FocusModel(const FitProblem& problem, double width, int threads)
       threads_(threads),
       nominal_(trace_nominal(problem.mirror, problem.pupil)) {
   for (const Target& target : problem.targets) statistics_.push_back(target.statistic);
+  for (const Target& guide : problem.guides) statistics_.push_back(guide.statistic);
 }
 
 bool FocusModel::operator()(const Eigen::VectorXd& white, Eigen::VectorXd* values,
@@ -53,8 +54,9 @@ bool FocusModel::operator()(const Eigen::VectorXd& white, Eigen::VectorXd* value
 }
 
 FocusResiduals::FocusResiduals(const FitProblem& problem, double width, int threads)
-    : problem_(problem), model_(problem, width, threads) {
-  set_num_residuals(int(problem.targets.size()));
+    : problem_(problem), targets_(problem.targets), model_(problem, width, threads) {
+  targets_.insert(targets_.end(), problem.guides.begin(), problem.guides.end());
+  set_num_residuals(int(targets_.size()));
   *mutable_parameter_block_sizes() = white_block_sizes(problem.prior.size());
 }
 
@@ -71,7 +73,7 @@ bool FocusResiduals::Evaluate(double const* const* parameters, double* residuals
   if (!model_(white, &values, jacobians ? &jacobian : nullptr)) return false;
   Eigen::VectorXd scaled(values.size());
   for (Eigen::Index k = 0; k < values.size(); ++k) {
-    const Target& target = problem_.targets[std::size_t(k)];
+    const Target& target = targets_[std::size_t(k)];
     scaled[k] = (values[k] - target.value) / target.tolerance;
     if (jacobians) jacobian.row(k) /= target.tolerance;
   }

@@ -15,7 +15,7 @@ std::vector<int> white_block_sizes(Eigen::Index terms);
 /// statistic: xi -> F xi -> L -> trace -> smooth statistics.
 class FocusModel {
  public:
-  FocusModel(const FitProblem& problem, double width, int threads);
+  FocusModel(const FitProblem& problem, double width, int threads);  ///< statistics: targets, then guides
 
   /// Statistics at `white`; `jacobian` (statistics x terms), when given, gets their derivatives. False when
   /// one does not exist.
@@ -47,6 +47,7 @@ class FocusResiduals : public ceres::CostFunction {
 
  private:
   const FitProblem& problem_;
+  std::vector<Target> targets_;  // with the guides behind them
   FocusModel model_;
   mutable Linearisation last_;
   mutable int evaluations_ = 0;

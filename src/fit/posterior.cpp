@@ -37,8 +37,9 @@ void fill_posterior(const FitProblem& problem, const Eigen::MatrixXd& jacobian, 
   result->coefficient_std = variance.max(1e-16 * prior_variance).sqrt();
 
   const Eigen::MatrixXd solved = cholesky.solve(gram);  // J cov J^T = gram - gram M^-1 gram = M^-1 gram
-  result->statistic_std.resize(statistics);
-  for (Eigen::Index k = 0; k < statistics; ++k)
+  const auto targets = Eigen::Index(problem.targets.size());
+  result->statistic_std.resize(targets);
+  for (Eigen::Index k = 0; k < targets; ++k)
     result->statistic_std[k] =
         problem.targets[std::size_t(k)].tolerance * std::sqrt(std::max(0.0, solved(k, k)));
 }

@@ -144,8 +144,7 @@ PupilSample scattered_pupil(const Aperture& aperture, const PupilOptions& option
   return equal_weights(x, y, options.layout);
 }
 
-PupilSample grid_pupil(const Aperture& aperture, std::int64_t rays) {
-  const double pitch = std::sqrt(aperture_area(aperture) / double(rays));
+PupilSample grid_of_pitch(const Aperture& aperture, double pitch) {
   const double margin = aperture_margin(aperture);
   const Box box = bounding_box(aperture);
   const auto first = [pitch](double low) { return std::int64_t(std::floor(low / pitch)); };
@@ -160,6 +159,14 @@ PupilSample grid_pupil(const Aperture& aperture, std::int64_t rays) {
     }
   }
   return equal_weights(x, y, PupilLayout::kGrid);
+}
+
+PupilSample grid_pupil(const Aperture& aperture, std::int64_t rays) {
+  const double pitch = std::sqrt(aperture_area(aperture) / double(rays));
+  const PupilSample grid = grid_of_pitch(aperture, pitch);
+  if (aperture_margin(aperture) == 0) return grid;
+  // The margin took its share of the points: a finer grid makes up for it.
+  return grid_of_pitch(aperture, pitch * std::sqrt(double(grid.size()) / double(rays)));
 }
 
 // Owen's nested uniform scrambling of a 32-bit fraction: bit k is flipped by a random bit that depends on the

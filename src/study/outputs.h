@@ -1,13 +1,12 @@
 #pragma once
-#include "scene.h"
-
 #include "aberfit/report/result.h"
 #include "aberfit/study/run.h"
+#include "scene.h"
 
 namespace aberfit {
 
-/// Writes result.json, coefficients.csv, summary.txt and - when wanted - the pictures of a fit below options.output_directory.
-/// A missing gnuplot becomes a warning of the result.
+/// Writes result.json, coefficients.csv, summary.txt and - when wanted - the pictures of a fit below
+/// options.output_directory. A missing gnuplot becomes a warning of the result.
 void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const PupilSample& pupil,
                const RayBundle& nominal, ResultDocument* result);
 

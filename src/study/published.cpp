@@ -26,14 +26,19 @@ const std::vector<Formula>& formulas() {
       {"mean_deflection", [](const Values& v) { return std::sqrt(kPi / 2) * v.per_axis(); }},
       {"rms_deflection", [](const Values& v) { return v.deflection(std::hypot(v.gx, v.gy)); }},
       {"focal_shift_std",
-       [](const Values& v) { return v.per_axis() * v.diameter / 2 / (v.focal_length * std::numbers::sqrt2); }},
+       [](const Values& v) {
+         return v.per_axis() * v.diameter / 2 / (v.focal_length * std::numbers::sqrt2);
+       }},
       {"largest_angle", [](const Values& v) { return std::asin(v.wavelength * v.f_max); }},
       {"paper_ratio_r",
        [](const Values& v) { return 2 * v.rms * v.diameter / (1.22 * v.wavelength * v.correlation_length); }},
-      {"uniform_psd_2d", [](const Values& v) { return v.rms * v.rms / (kPi * (v.f_max * v.f_max - v.f_min * v.f_min)); }},
+      {"uniform_psd_2d",
+       [](const Values& v) { return v.rms * v.rms / (kPi * (v.f_max * v.f_max - v.f_min * v.f_min)); }},
       {"uniform_psd_1d", [](const Values& v) { return v.rms * v.rms / (v.f_max - v.f_min); }},
       {"uniform_slope_total",
-       [](const Values& v) { return 2 * kPi * v.rms * std::sqrt((v.f_max * v.f_max + v.f_min * v.f_min) / 2); }},
+       [](const Values& v) {
+         return 2 * kPi * v.rms * std::sqrt((v.f_max * v.f_max + v.f_min * v.f_min) / 2);
+       }},
   };
   return table;
 }

@@ -38,8 +38,8 @@ struct Workbench {
     surface.apply(coefficients, &result);
     return result;
   }
-  Eigen::VectorXd exact(const Study& study, const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
-                        int threads, Warnings* warnings) const {
+  Eigen::VectorXd exact(const Study& study, const Eigen::VectorXd& coefficients,
+                        const std::vector<Statistic>& statistics, int threads, Warnings* warnings) const {
     const SurfaceField f = field(coefficients);
     const RayBundle rays = trace(study.mirror, pupil, f);
     return evaluate_exact({rays, nominal, f.height, study.trace.centre}, statistics, threads, warnings);
@@ -55,7 +55,8 @@ FitOptions fit_options(const Study& study, const RunOptions& options, int thread
   if (options.progress) {
     fit.progress = [&options, tries](const FitProgress& p) {
       options.progress(fmt::format("fit{}: iteration {}, worst mismatch {:.3g} tolerances, {:.1f} s",
-                                   tries > 0 ? fmt::format(" (start {})", tries + 1) : "", p.iteration, p.worst_mismatch, p.seconds));
+                                   tries > 0 ? fmt::format(" (start {})", tries + 1) : "", p.iteration,
+                                   p.worst_mismatch, p.seconds));
       return true;
     };
   }
@@ -63,11 +64,12 @@ FitOptions fit_options(const Study& study, const RunOptions& options, int thread
 }
 
 // Tries the seeded starts in turn and keeps the cheapest; stops at the first that meets every tolerance.
-FitResult fit_from_starts(const Study& study, const FitProblem& problem, const RunOptions& options, int threads,
-                          Eigen::VectorXd* start) {
+FitResult fit_from_starts(const Study& study, const FitProblem& problem, const RunOptions& options,
+                          int threads, Eigen::VectorXd* start) {
   FitResult best;
   for (int k = 0; k < study.fit.starts; ++k) {
-    const std::uint64_t seed = k == 0 ? study.fit.seed : RandomStream(study.fit.seed, "starts").bits(std::uint64_t(k));
+    const std::uint64_t seed =
+        k == 0 ? study.fit.seed : RandomStream(study.fit.seed, "starts").bits(std::uint64_t(k));
     const Eigen::VectorXd white = study.fit.start == FitStart::kZero
                                       ? Eigen::VectorXd::Zero(problem.prior.size()).eval()
                                       : draw_white(problem.prior.size(), seed);
@@ -84,20 +86,23 @@ FitResult fit_from_starts(const Study& study, const FitProblem& problem, const R
   return best;
 }
 
-EquivalentSurface describe_surface(const Study& study, const Scene& scene, const Workbench& bench, const TermSet& terms,
-                                   const CoefficientPrior& prior, const FitResult& fit, int threads) {
+EquivalentSurface describe_surface(const Study& study, const Scene& scene, const Workbench& bench,
+                                   const TermSet& terms, const CoefficientPrior& prior, const FitResult& fit,
+                                   int threads) {
   EquivalentSurface surface;
   surface.prior_height_factor = scene.prior_height_factor;
   const SurfaceField field = bench.field(fit.coefficients);
   const Eigen::ArrayXd& weight = bench.pupil.weight;
   const double mean = (weight * field.height).sum();
   surface.rms_height = std::sqrt((weight * (field.height - mean).square()).sum());
-  surface.rms_slope_per_axis = std::sqrt((weight * (field.slope_x.square() + field.slope_y.square())).sum() / 2);
+  surface.rms_slope_per_axis =
+      std::sqrt((weight * (field.slope_x.square() + field.slope_y.square())).sum() / 2);
   surface.g = 4 * EIGEN_PI * surface.rms_height / study.wavelength;
   if (scene.psd) {
     // Same shape of spectrum, the fitted surface's own height.
     const double factor = surface.rms_height / scene.numbers.rms_height;
-    surface.kappa = scene_numbers(scene.psd->scaled(factor), study.mirror, study.aperture, study.wavelength).kappa;
+    surface.kappa =
+        scene_numbers(scene.psd->scaled(factor), study.mirror, study.aperture, study.wavelength).kappa;
   }
   if (!terms.zernike.empty() || !terms.fourier.empty())
     surface.zones = zone_slopes(study, terms, prior, fit.coefficients, threads);
@@ -105,11 +110,12 @@ EquivalentSurface describe_surface(const Study& study, const Scene& scene, const
 }
 
 // Two one-sided tests of every fitted and held-out statistic on rays the fit has not seen.
-void judge(const Study& study, const TargetSets& targets, const FreshStatistics& fresh, ResultDocument* result) {
+void judge(const Study& study, const TargetSets& targets, const FreshStatistics& fresh,
+           ResultDocument* result) {
   const auto add = [&](const Target& target, bool held_out, Eigen::Index at) {
-    result->metrics.push_back(tost(statistic_name(target.statistic), held_out, target.value, target.standard_error,
-                                   fresh.value[at], fresh.standard_error[at], study.equivalence.margin,
-                                   study.equivalence.confidence));
+    result->metrics.push_back(tost(statistic_name(target.statistic), held_out, target.value,
+                                   target.standard_error, fresh.value[at], fresh.standard_error[at],
+                                   study.equivalence.margin, study.equivalence.confidence));
   };
   Eigen::Index at = 0;
   for (const Target& target : targets.fitted) add(target, false, at++);
@@ -118,25 +124,31 @@ void judge(const Study& study, const TargetSets& targets, const FreshStatistics&
   result->verdict = overall(result->metrics);
 }
 
-void warn_of_result(const Study& study, const Scene& scene, const FreshStatistics& fresh, ResultDocument* result) {
+void warn_of_result(const Study& study, const Scene& scene, const FreshStatistics& fresh,
+                    ResultDocument* result) {
   Warnings& warnings = result->warnings;
   if (scene.psd && scene.numbers.realisation_spread > study.equivalence.margin)
-    warnings.push_back({"realisation-spread",
-                        fmt::format("draws of this roughness differ by {:.1f} % in ee90 (0.65/sqrt(N_eff), N_eff = {:.0f}): the "
-                                    "verdict holds for the calibrated surface, not for any one real mirror",
-                                    100 * scene.numbers.realisation_spread, scene.numbers.n_eff)});
+    warnings.push_back(
+        {"realisation-spread",
+         fmt::format(
+             "draws of this roughness differ by {:.1f} % in ee90 (0.65/sqrt(N_eff), N_eff = {:.0f}): the "
+             "verdict holds for the calibrated surface, not for any one real mirror",
+             100 * scene.numbers.realisation_spread, scene.numbers.n_eff)});
   if (fresh.lost > 0)
-    warnings.push_back({"lost-rays", fmt::format("{} of {} fresh rays miss the focal region", fresh.lost, fresh.rays)});
+    warnings.push_back(
+        {"lost-rays", fmt::format("{} of {} fresh rays miss the focal region", fresh.lost, fresh.rays)});
   for (const ZoneSlope& zone : result->surface.zones) {
     if (zone.ratio >= zone.draws_low && zone.ratio <= zone.draws_high) continue;
-    warnings.push_back({"zone-slope", fmt::format("slope RMS in the zone {:.2f}-{:.2f} R is {:.3f} of the overall one; draws "
-                                                  "of the roughness give {:.3f}-{:.3f}",
-                                                  zone.rho_min, zone.rho_max, zone.ratio, zone.draws_low,
-                                                  zone.draws_high)});
+    warnings.push_back(
+        {"zone-slope",
+         fmt::format("slope RMS in the zone {:.2f}-{:.2f} R is {:.3f} of the overall one; draws "
+                     "of the roughness give {:.3f}-{:.3f}",
+                     zone.rho_min, zone.rho_max, zone.ratio, zone.draws_low, zone.draws_high)});
   }
   if (result->rays < 30 * result->terms.size() && result->targets.size() > 10)
-    warnings.push_back({"few-rays", fmt::format("{} rays for {} terms: the terms can follow single rays; use more rays",
-                                                result->rays, result->terms.size())});
+    warnings.push_back(
+        {"few-rays", fmt::format("{} rays for {} terms: the terms can follow single rays; use more rays",
+                                 result->rays, result->terms.size())});
 }
 
 }  // namespace
@@ -146,7 +158,9 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
     throw InputError(study.path, "/trace/normals", "central differences in a fit",
                      "\"analytic\" normals; `verify` and `trace` take central differences");
   const int threads = options.threads > 0 ? options.threads : available_threads();
-  const auto say = [&](const std::string& line) { if (options.progress) options.progress(line); };
+  const auto say = [&](const std::string& line) {
+    if (options.progress) options.progress(line);
+  };
 
   const Scene scene = make_scene(study);
   say("targets");
@@ -168,7 +182,8 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   const Workbench bench(study, result.terms, threads);
   result.rays = bench.pupil.size();
 
-  const FitProblem problem{study.mirror, bench.pupil, bench.surface, prior, targets.fitted, study.trace.centre, scene.focal_sigma};
+  const FitProblem problem{study.mirror,   bench.pupil,    bench.surface,      prior,
+                           targets.fitted, targets.guides, study.trace.centre, scene.focal_sigma};
   Eigen::VectorXd start;
   result.fit = fit_from_starts(study, problem, options, threads, &start);
   const std::vector<Statistic> fitted = statistics_of(targets.fitted);
@@ -178,8 +193,8 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   say("fresh rays");
   std::vector<Statistic> judged = fitted;
   for (const Target& target : targets.held_out) judged.push_back(target.statistic);
-  const FreshStatistics fresh =
-      evaluate_fresh(study, result.terms, result.fit.coefficients, judged, 4 * result.rays, threads, &result.warnings);
+  const FreshStatistics fresh = evaluate_fresh(study, result.terms, result.fit.coefficients, judged,
+                                               4 * result.rays, threads, &result.warnings);
   judge(study, targets, fresh, &result);
 
   say("zones");
@@ -189,7 +204,8 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   result.provenance = make_provenance(study.fit.seed, threads);
   result.provenance.libraries["ceres"] = solver_version();
 
-  if (!options.output_directory.empty()) write_fit(study, scene, options, bench.pupil, bench.nominal, &result);
+  if (!options.output_directory.empty())
+    write_fit(study, scene, options, bench.pupil, bench.nominal, &result);
   return result;
 }
 

@@ -24,7 +24,8 @@ using nlohmann::ordered_json;
 constexpr double kIdealRing = 10e-6;  // the ring the paper lays around the ideal focus
 
 // The surface of the aberration branch: from a file, or the study's seeded draw.
-Eigen::VectorXd surface_coefficients(const Study& study, const Scene& scene, const RunOptions& options, TermSet* terms) {
+Eigen::VectorXd surface_coefficients(const Study& study, const Scene& scene, const RunOptions& options,
+                                     TermSet* terms) {
   if (!options.coefficients_file.empty()) {
     *terms = TermSet{};
     terms->radius = scene.radius;
@@ -38,7 +39,8 @@ Eigen::VectorXd surface_coefficients(const Study& study, const Scene& scene, con
 SurfaceField surface_field(const Study& study, const PupilSample& pupil, const TermSet& terms,
                            const Eigen::VectorXd& coefficients, int threads) {
   if (study.trace.central_difference_step)
-    return central_difference_field(study.mirror, pupil, terms, coefficients, *study.trace.central_difference_step, threads);
+    return central_difference_field(study.mirror, pupil, terms, coefficients,
+                                    *study.trace.central_difference_step, threads);
   SurfaceField field;
   SurfaceOperator(terms, pupil.x, pupil.y, threads).apply(coefficients, &field);
   return field;
@@ -47,7 +49,8 @@ SurfaceField surface_field(const Study& study, const PupilSample& pupil, const T
 // EE at focus, ring widths, angles and spot: what both branches can be asked for.
 std::vector<Statistic> branch_statistics(const Scene& scene) {
   std::vector<Statistic> statistics;
-  for (const double fraction : {0.2, 0.5, 0.8, 0.9, 0.95}) statistics.push_back(EncircledEnergyRadius{fraction, 0});
+  for (const double fraction : {0.2, 0.5, 0.8, 0.9, 0.95})
+    statistics.push_back(EncircledEnergyRadius{fraction, 0});
   for (const double units : {-2.0, 2.0})
     statistics.push_back(EncircledEnergyRadius{0.9, 1e-6 * std::round(1e6 * units * scene.plane_unit())});
   statistics.push_back(RingFwhm{});
@@ -81,19 +84,23 @@ void add_ideal_quantities(const RayBundle& nominal, Quantities* quantities) {
       evaluate_exact({nominal, nominal, no_height, Centre::kNominal}, {EncircledEnergyRadius{}}, 1)[0];
 }
 
-double quantity(const Study& study, const PublishedNumber& row, std::size_t at, const Quantities& quantities) {
+double quantity(const Study& study, const PublishedNumber& row, std::size_t at,
+                const Quantities& quantities) {
   if (!row.formula.empty()) return evaluate_formula(row.formula, row.inputs, study);
   if (row.quantity.empty()) return std::nan("");
   const auto found = quantities.find(row.quantity);
   if (found == quantities.end()) {
     std::string known;
     for (const auto& [name, value] : quantities) known += (known.empty() ? "" : ", ") + name;
-    throw InputError(study.path, fmt::format("/verify/published/{}/quantity", at), "\"" + row.quantity + "\"", known);
+    throw InputError(study.path, fmt::format("/verify/published/{}/quantity", at), "\"" + row.quantity + "\"",
+                     known);
   }
   return found->second;
 }
 
-ordered_json number(double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr); }
+ordered_json number(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
+}
 
 // Text wrapped at `width` columns, continuation lines indented by `indent`.
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
@@ -117,7 +124,8 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
 
 ordered_json run_verify(const Study& study, const RunOptions& options, std::string* table) {
   if (!study.roughness)
-    throw InputError(study.path, "/roughness", "nothing", "a roughness block: verify compares with its Harvey-Shack prediction");
+    throw InputError(study.path, "/roughness", "nothing",
+                     "a roughness block: verify compares with its Harvey-Shack prediction");
   const int threads = options.threads > 0 ? options.threads : available_threads();
   const Scene scene = make_scene(study);
   const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
@@ -126,23 +134,26 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
 
   // Theory in closed form; Harvey-Shack by perturbed rays; aberration terms by a traced surface.
   Eigen::VectorXd theory(Eigen::Index(statistics.size()));
-  for (std::size_t k = 0; k < statistics.size(); ++k) theory[Eigen::Index(k)] = (*scene.theory)(statistics[k]);
+  for (std::size_t k = 0; k < statistics.size(); ++k)
+    theory[Eigen::Index(k)] = (*scene.theory)(statistics[k]);
   Branch harvey_shack, terms_branch;
   const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(pupil.size());
-  harvey_shack.rays = trace_perturbed(study.mirror, pupil, scene.numbers.rms_slope_per_axis, study.target.convention,
-                                      study.trace.pupil.seed);
+  harvey_shack.rays = trace_perturbed(study.mirror, pupil, scene.numbers.rms_slope_per_axis,
+                                      study.target.convention, study.trace.pupil.seed);
   harvey_shack.statistics =
       evaluate_exact({harvey_shack.rays, nominal, no_height, study.trace.centre}, statistics, threads);
   TermSet terms;
   const Eigen::VectorXd coefficients = surface_coefficients(study, scene, options, &terms);
   terms_branch.field = surface_field(study, pupil, terms, coefficients, threads);
   terms_branch.rays = trace(study.mirror, pupil, terms_branch.field);
-  terms_branch.statistics =
-      evaluate_exact({terms_branch.rays, nominal, terms_branch.field.height, study.trace.centre}, statistics, threads);
+  terms_branch.statistics = evaluate_exact(
+      {terms_branch.rays, nominal, terms_branch.field.height, study.trace.centre}, statistics, threads);
 
-  // A draw is one realisation: its scatter enters the test. A surface from a file is judged on its own statistics.
+  // A draw is one realisation: its scatter enters the test. A surface from a file is judged on its own
+  // statistics.
   const double spread = options.coefficients_file.empty() ? scene.numbers.realisation_spread : 0.0;
-  const double sampling = 0.51e-2 * std::sqrt(15000.0 / double(pupil.size()));  // PHYSICS 2, ee90 of random rays
+  const double sampling =
+      0.51e-2 * std::sqrt(15000.0 / double(pupil.size()));  // PHYSICS 2, ee90 of random rays
   std::vector<EquivalenceMetric> metrics;
   Quantities quantities;
   add_scene_quantities(scene.numbers, &quantities);
@@ -154,7 +165,8 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
     quantities["harvey_shack." + name] = harvey_shack.statistics[at];
     quantities["aberration_terms." + name] = terms_branch.statistics[at];
     metrics.push_back(tost(name, false, harvey_shack.statistics[at], sampling * harvey_shack.statistics[at],
-                           terms_branch.statistics[at], std::hypot(sampling, spread) * terms_branch.statistics[at],
+                           terms_branch.statistics[at],
+                           std::hypot(sampling, spread) * terms_branch.statistics[at],
                            study.equivalence.margin, study.equivalence.confidence));
   }
   add_paper_quantities("harvey_shack", study, scene, pupil, nominal, harvey_shack, &quantities);
@@ -165,13 +177,17 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
   ordered_json result = {{"aberfit", 1}, {"kind", "verify"}, {"study", resolved_study(study)}};
   result["convention"] = study.target.convention == Convention::kPaper ? "paper" : "physical";
   result["verdict"] = to_string(overall(metrics));
-  std::string text = fmt::format("{}\n\nBoth branches, {} rays, convention {}; realisation scatter {:.1f} % (draws of this roughness)\n\n",
-                                 study.title, pupil.size(), result["convention"].get<std::string>(), 100 * spread);
-  text += fmt::format("  {:<28} {:>13} {:>13} {:>13} {:>9}  {}\n", "statistic [SI]", "theory", "Harvey-Shack", "terms", "diff", "verdict");
+  std::string text = fmt::format(
+      "{}\n\nBoth branches, {} rays, convention {}; realisation scatter {:.1f} % (draws of this "
+      "roughness)\n\n",
+      study.title, pupil.size(), result["convention"].get<std::string>(), 100 * spread);
+  text += fmt::format("  {:<28} {:>13} {:>13} {:>13} {:>9}  {}\n", "statistic [SI]", "theory", "Harvey-Shack",
+                      "terms", "diff", "verdict");
   for (std::size_t k = 0; k < metrics.size(); ++k) {
     const EquivalenceMetric& m = metrics[k];
-    text += fmt::format("  {:<28} {:>13.6g} {:>13.6g} {:>13.6g} {:>8.2f}%  {}\n", m.name, theory[Eigen::Index(k)], m.target,
-                        m.model, 100 * m.relative_difference, to_string(m.verdict));
+    text +=
+        fmt::format("  {:<28} {:>13.6g} {:>13.6g} {:>13.6g} {:>8.2f}%  {}\n", m.name, theory[Eigen::Index(k)],
+                    m.target, m.model, 100 * m.relative_difference, to_string(m.verdict));
     result["statistics"][m.name] = {{"theory", number(theory[Eigen::Index(k)])},
                                     {"harvey_shack", number(m.target)},
                                     {"aberration_terms", number(m.model)},
@@ -179,10 +195,12 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
                                     {"interval", {number(m.interval[0]), number(m.interval[1])}},
                                     {"verdict", to_string(m.verdict)}};
   }
-  text += fmt::format("\n  verdict: {} at a margin of {:.3g} %\n", to_string(overall(metrics)), 100 * study.equivalence.margin);
+  text += fmt::format("\n  verdict: {} at a margin of {:.3g} %\n", to_string(overall(metrics)),
+                      100 * study.equivalence.margin);
 
   if (!study.verify.published.empty()) {
-    text += fmt::format("\nPublished numbers\n\n  {:<36} {:>14} {:>14}  {}\n", "published", "printed", "ours", "reading");
+    text += fmt::format("\nPublished numbers\n\n  {:<36} {:>14} {:>14}  {}\n", "published", "printed", "ours",
+                        "reading");
     result["published"] = ordered_json::array();
   }
   for (std::size_t k = 0; k < study.verify.published.size(); ++k) {
@@ -190,7 +208,8 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
     const double ours = quantity(study, row, k, quantities) / row.scale;
     const std::string printed = fmt::format("{:.6g} {}", row.value, row.unit);
     const std::string shown = std::isfinite(ours) ? fmt::format("{:.5g} {}", ours, row.unit) : "-";
-    text += fmt::format("  {:<36} {:>14} {:>14}  {}\n", row.label, printed, shown, wrapped(row.reading, 64, 70));
+    text +=
+        fmt::format("  {:<36} {:>14} {:>14}  {}\n", row.label, printed, shown, wrapped(row.reading, 64, 70));
     result["published"].push_back({{"label", row.label},
                                    {"unit", row.unit},
                                    {"printed", row.value},
@@ -202,7 +221,8 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
   Warnings warnings;
   if (!scene.numbers.rays_are_valid) warnings.push_back({"rays-not-valid", scene.numbers.reason});
   if (study.trace.central_difference_step)
-    warnings.push_back({"central-difference", "normals by central differences: a hidden low-pass filter (PHYSICS 8)"});
+    warnings.push_back(
+        {"central-difference", "normals by central differences: a hidden low-pass filter (PHYSICS 8)"});
   result["warnings"] = ordered_json::array();
   for (const Warning& warning : warnings) {
     result["warnings"].push_back({{"code", warning.code}, {"message", warning.message}});
@@ -231,18 +251,22 @@ ordered_json run_trace(const Study& study, const RunOptions& options, std::strin
   Warnings warnings;
   const Eigen::VectorXd values =
       evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, threads, &warnings);
-  if (rays.lost > 0) warnings.push_back({"lost-rays", fmt::format("{} of {} rays miss the focal region", rays.lost, rays.size())});
+  if (rays.lost > 0)
+    warnings.push_back(
+        {"lost-rays", fmt::format("{} of {} rays miss the focal region", rays.lost, rays.size())});
 
   ordered_json result = {{"aberfit", 1}, {"kind", "trace"}, {"study", resolved_study(study)}};
   result["rays"] = rays.size();
   result["lost_rays"] = rays.lost;
   result["terms"] = terms.size();
-  std::string text = fmt::format("{}\n\n{} rays ({} lost), {} terms\n\n  {:<28} {:>14} {:>14} {:>9}\n", study.title, rays.size(),
-                                 rays.lost, terms.size(), "statistic [SI]", "surface", "target", "diff");
+  std::string text =
+      fmt::format("{}\n\n{} rays ({} lost), {} terms\n\n  {:<28} {:>14} {:>14} {:>9}\n", study.title,
+                  rays.size(), rays.lost, terms.size(), "statistic [SI]", "surface", "target", "diff");
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const double value = values[Eigen::Index(k)], target = targets.fitted[k].value;
     const std::string name = statistic_name(statistics[k]);
-    text += fmt::format("  {:<28} {:>14.6g} {:>14.6g} {:>8.2f}%\n", name, value, target, 100 * (value / target - 1));
+    text += fmt::format("  {:<28} {:>14.6g} {:>14.6g} {:>8.2f}%\n", name, value, target,
+                        100 * (value / target - 1));
     result["statistics"][name] = number(value);
     result["target"][name] = number(target);
   }

@@ -14,7 +14,8 @@
 namespace aberfit {
 namespace {
 
-constexpr double kCapturedHeight = 0.99;  // default order: this share of the height variance
+constexpr double kCapturedHeight =
+    0.99;  // default order: this share of the height variance that is no piston or tilt
 constexpr int kLargestDefaultOrder = 100;
 constexpr double kArea = std::numbers::pi;
 
@@ -27,14 +28,21 @@ double scale_of_values(const Study& study) {
       return value / std::sqrt(-2 * std::log(1 - fraction));
     }
     if (request.name == "rms_radius" && value > 0) return value / std::numbers::sqrt2;
-    if (request.name == "scatter_rms" && value > 0) return value * study.mirror.focal_length / std::numbers::sqrt2;
-    if (request.name == "scatter_mean" && value > 0) return value * study.mirror.focal_length / 1.2533141373155;
+    if (request.name == "scatter_rms" && value > 0)
+      return value * study.mirror.focal_length / std::numbers::sqrt2;
+    if (request.name == "scatter_mean" && value > 0)
+      return value * study.mirror.focal_length / 1.2533141373155;
     if (request.name == "spot_fwhm" && value > 0) return value / 2.3548200450309493;
-    if (const auto* ring = std::get_if<double>(&request.ring); ring && request.name.starts_with("ring")) return *ring / 2.146;
+    if (const auto* ring = std::get_if<double>(&request.ring); ring && request.name.starts_with("ring"))
+      return *ring / 2.146;
   }
   throw InputError(study.path, "/target/statistics", "no value that gives the focal spot a size",
                    "a roughness block, or a value for an ee, rms_radius, scatter or spot statistic");
 }
+
+// Share of the height variance over the aperture that is neither piston nor tilt: what terms from n = 2 on
+// can carry.
+double movable_share(const Scene& scene) { return 1.0 - captured_fraction(*scene.psd, scene.radius, 0, 1); }
 
 }  // namespace
 
@@ -53,8 +61,8 @@ Scene make_scene(const Study& study) {
                      "a band limit f_max: rays need a finite slope");
   scene.prior_height_factor = study.target.convention == Convention::kPaper ? 0.5 : 1.0;
   scene.prior_psd.emplace(scene.psd->scaled(scene.prior_height_factor));
-  scene.theory.emplace(study.mirror, study.aperture, scene.numbers.rms_slope_per_axis, study.target.convention,
-                       scene.numbers.rms_height);
+  scene.theory.emplace(study.mirror, study.aperture, scene.numbers.rms_slope_per_axis,
+                       study.target.convention, scene.numbers.rms_height);
   scene.focal_sigma = scene.theory->focal_sigma();
   return scene;
 }
@@ -70,17 +78,22 @@ TermSet make_terms(const Study& study, const Scene& scene, double* captured) {
     if (spec.n_max) {
       n_max = *spec.n_max;
     } else if (scene.psd) {
-      n_max = captured_order(*scene.psd, scene.radius, kCapturedHeight, kLargestDefaultOrder);
+      n_max = captured_order(*scene.psd, scene.radius, kCapturedHeight * movable_share(scene),
+                             kLargestDefaultOrder);
     } else {
-      throw InputError(study.path, "/terms/zernike/n_max", "nothing", "an order: without roughness there is no default");
+      throw InputError(study.path, "/terms/zernike/n_max", "nothing",
+                       "an order: without roughness there is no default");
     }
     terms.zernike = zernike_modes(spec.n_min, n_max);
     covered_to = (n_max + 1) / (2 * kArea * scene.radius);
-    if (scene.psd) *captured = captured_fraction(*scene.psd, scene.radius, spec.n_min, n_max);
+    if (scene.psd)
+      *captured = captured_fraction(*scene.psd, scene.radius, spec.n_min, n_max) /
+                  (spec.n_min >= 2 ? movable_share(scene) : 1.0);
   }
   if (study.terms.fourier) {
     if (!scene.psd)
-      throw InputError(study.path, "/terms/fourier", "Fourier terms without roughness", "a roughness block: its band places them");
+      throw InputError(study.path, "/terms/fourier", "Fourier terms without roughness",
+                       "a roughness block: its band places them");
     const double low = std::max(covered_to, scene.psd->f_min());
     if (!(low < scene.psd->f_max()))
       throw InputError(study.path, "/terms/fourier",
@@ -104,7 +117,8 @@ CoefficientPrior make_study_prior(const Study& study, const Scene& scene, const 
     // No PSD: every Zernike gets the stated RMS.
     CoefficientPrior::Block block;
     for (Eigen::Index j = 0; j < Eigen::Index(terms.zernike.size()); ++j) block.index.push_back(j);
-    block.factor = study.fit.spherical_rms * Eigen::MatrixXd::Identity(block.index.size(), block.index.size());
+    block.factor =
+        study.fit.spherical_rms * Eigen::MatrixXd::Identity(block.index.size(), block.index.size());
     blocks.push_back(std::move(block));
   }
   if (!terms.spherical.empty()) blocks.push_back(spherical_prior_block(terms, study.fit.spherical_rms));
@@ -132,23 +146,29 @@ int radial_overlap(const TermSet& terms) {
 
 Warnings scene_warnings(const Study& study, const Scene& scene, const TermSet& terms, double captured) {
   Warnings warnings;
-  if (scene.psd && !scene.numbers.rays_are_valid) warnings.push_back({"rays-not-valid", scene.numbers.reason});
+  if (scene.psd && !scene.numbers.rays_are_valid)
+    warnings.push_back({"rays-not-valid", scene.numbers.reason});
   if (scene.prior_height_factor != 1)
     warnings.push_back({"prior-scaled",
-                        "convention `paper` deflects half as much as the law of reflection: the equivalent physical surface has half "
+                        "convention `paper` deflects half as much as the law of reflection: the equivalent "
+                        "physical surface has half "
                         "the specified height, and the prior is scaled with it"});
   if (study.terms.covariance == CovarianceKind::kDiagonal)
     warnings.push_back({"diagonal-covariance",
-                        "independent coefficients pile slope up at the rim: such a surface is not stationary and differs from a "
+                        "independent coefficients pile slope up at the rim: such a surface is not stationary "
+                        "and differs from a "
                         "Harvey-Shack target by tens of percent; use covariance `full`"});
   if (scene.psd && captured < kCapturedHeight - 5e-3)
-    warnings.push_back({"truncated-terms", fmt::format("the terms can carry {:.1f} % of the height variance of the "
-                                                       "specification; raise n_max",
-                                                       100 * captured)});
+    warnings.push_back(
+        {"truncated-terms", fmt::format("the terms can carry {:.1f} % of the height variance of the "
+                                        "specification; raise n_max",
+                                        100 * captured)});
   if (const int overlap = radial_overlap(terms); overlap > 0)
-    warnings.push_back({"m0-overlap", fmt::format("{} combination{} of the m = 0 Zernikes and the spherical powers bend{} no ray "
-                                                  "differently: only their sum is determined, the prior splits it",
-                                                  overlap, overlap == 1 ? "" : "s", overlap == 1 ? "s" : "")});
+    warnings.push_back(
+        {"m0-overlap",
+         fmt::format("{} combination{} of the m = 0 Zernikes and the spherical powers bend{} no ray "
+                     "differently: only their sum is determined, the prior splits it",
+                     overlap, overlap == 1 ? "" : "s", overlap == 1 ? "s" : "")});
   return warnings;
 }
 

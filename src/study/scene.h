@@ -21,16 +21,19 @@ struct Scene {
 };
 Scene make_scene(const Study& study);
 
-/// The terms of the study; absent orders and frequencies are chosen from the PSD. `captured`: share of its height variance.
+/// The terms of the study; absent orders and frequencies are chosen from the PSD. `captured`: share of its
+/// height variance, piston and tilt left out.
 TermSet make_terms(const Study& study, const Scene& scene, double* captured);
 CoefficientPrior make_study_prior(const Study& study, const Scene& scene, const TermSet& terms);
 
-/// Number of exact dependencies between the m = 0 Zernikes and the spherical powers, judged by their slopes (a constant height moves no ray).
+/// Number of exact dependencies between the m = 0 Zernikes and the spherical powers, judged by their slopes
+/// (a constant height moves no ray).
 int radial_overlap(const TermSet& terms);
 
-/// Statistics to fit with values and tolerances, and the ones held out, which have theory's value and no tolerance (empty when a value is given).
+/// Statistics to fit with values and tolerances; guides between them (default set only); and the ones held
+/// out, which have theory's value and no tolerance (empty when a value is given).
 struct TargetSets {
-  std::vector<Target> fitted, held_out;
+  std::vector<Target> fitted, guides, held_out;
   std::string theory;  ///< "geometric", "rays", or "given"
 };
 TargetSets make_targets(const Study& study, const Scene& scene, int threads);

@@ -16,8 +16,8 @@ struct Traced {
   RayBundle nominal, rays;
 };
 
-Traced trace_terms(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients, const PupilSample& pupil,
-                   int threads) {
+Traced trace_terms(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
+                   const PupilSample& pupil, int threads) {
   Traced traced;
   SurfaceOperator(terms, pupil.x, pupil.y, threads).apply(coefficients, &traced.field);
   traced.nominal = trace_nominal(study.mirror, pupil);
@@ -25,10 +25,10 @@ Traced trace_terms(const Study& study, const TermSet& terms, const Eigen::Vector
   return traced;
 }
 
-Eigen::VectorXd statistics_of(const Study& study, const Traced& traced, const std::vector<Statistic>& statistics,
-                              int threads, Warnings* warnings) {
-  return evaluate_exact({traced.rays, traced.nominal, traced.field.height, study.trace.centre}, statistics, threads,
-                        warnings);
+Eigen::VectorXd statistics_of(const Study& study, const Traced& traced,
+                              const std::vector<Statistic>& statistics, int threads, Warnings* warnings) {
+  return evaluate_exact({traced.rays, traced.nominal, traced.field.height, study.trace.centre}, statistics,
+                        threads, warnings);
 }
 
 constexpr double kZoneEdges[] = {0, 0.25, 0.5, 0.75, 1};
@@ -46,11 +46,13 @@ FreshStatistics evaluate_fresh(const Study& study, const TermSet& terms, const E
   Eigen::MatrixXd values(Eigen::Index(statistics.size()), kScrambles);
   parallel_for(kScrambles, threads, [&](std::size_t k) {
     parts[k] = make_pupil(study.aperture, {PupilLayout::kSobol, per_scramble, seeds.bits(k)});
-    values.col(Eigen::Index(k)) = statistics_of(study, trace_terms(study, terms, coefficients, parts[k], 1), statistics, 1, nullptr);
+    values.col(Eigen::Index(k)) =
+        statistics_of(study, trace_terms(study, terms, coefficients, parts[k], 1), statistics, 1, nullptr);
   });
   const Eigen::Index n = parts[0].size();
   PupilSample all{Eigen::ArrayXd(kScrambles * n), Eigen::ArrayXd(kScrambles * n),
-                  Eigen::ArrayXd::Constant(kScrambles * n, 1.0 / double(kScrambles * n)), PupilLayout::kSobol};
+                  Eigen::ArrayXd::Constant(kScrambles * n, 1.0 / double(kScrambles * n)),
+                  PupilLayout::kSobol};
   for (int k = 0; k < kScrambles; ++k) {
     all.x.segment(k * n, n) = parts[std::size_t(k)].x;
     all.y.segment(k * n, n) = parts[std::size_t(k)].y;
@@ -68,11 +70,13 @@ FreshStatistics evaluate_fresh(const Study& study, const TermSet& terms, const E
 
 std::vector<ZoneSlope> zone_slopes(const Study& study, const TermSet& terms, const CoefficientPrior& prior,
                                    const Eigen::VectorXd& coefficients, int threads) {
-  // Squared slopes of degree 2 n: a polar rule of n rings and 2 n spokes is exact over the disc, twice that is close enough per zone.
+  // Squared slopes of degree 2 n: a polar rule of n rings and 2 n spokes is exact over the disc, twice that
+  // is close enough per zone.
   const int order = terms.zernike.empty() ? 0 : terms.zernike.back().n;
   const std::int64_t points = std::clamp<std::int64_t>(4 * std::int64_t(order) * order, 4096, 65536);
   const bool round = study.aperture.index() < 2;
-  const PupilSample pupil = make_pupil(study.aperture, {round ? PupilLayout::kPolar : PupilLayout::kSobol, points, 1});
+  const PupilSample pupil =
+      make_pupil(study.aperture, {round ? PupilLayout::kPolar : PupilLayout::kSobol, points, 1});
   const SurfaceOperator surface(terms, pupil.x, pupil.y, 1);
   const double radius = aperture_radius(study.aperture);
   std::vector<std::size_t> zone_of(std::size_t(pupil.size()));

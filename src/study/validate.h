@@ -1,12 +1,11 @@
 #pragma once
-#include "scene.h"
-
 #include "aberfit/report/result.h"
+#include "scene.h"
 
 namespace aberfit {
 
-/// Statistics of a term surface on fresh rays: the mean surface's exact statistics on the union of kScrambles independently scrambled Sobol
-/// pupils, and their standard error from the spread between the scrambles.
+/// Statistics of a term surface on fresh rays: the mean surface's exact statistics on the union of kScrambles
+/// independently scrambled Sobol pupils, and their standard error from the spread between the scrambles.
 struct FreshStatistics {
   Eigen::VectorXd value, standard_error;
   Eigen::Index rays = 0, lost = 0;
@@ -16,7 +15,8 @@ FreshStatistics evaluate_fresh(const Study& study, const TermSet& terms, const E
                                const std::vector<Statistic>& statistics, std::int64_t rays, int threads,
                                Warnings* warnings);
 
-/// Slope RMS per aperture zone (edges 0, .25, .5, .75, 1) over the overall one, of `coefficients` and of draws from `prior`.
+/// Slope RMS per aperture zone (edges 0, .25, .5, .75, 1) over the overall one, of `coefficients` and of
+/// draws from `prior`.
 std::vector<ZoneSlope> zone_slopes(const Study& study, const TermSet& terms, const CoefficientPrior& prior,
                                    const Eigen::VectorXd& coefficients, int threads);
 

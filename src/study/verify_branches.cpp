@@ -21,30 +21,36 @@ double weighted_rms(const Eigen::ArrayXd& values, const Eigen::ArrayXd& weight) 
 
 }  // namespace
 
-void add_paper_quantities(const std::string& branch, const Study& study, const Scene& scene, const PupilSample& pupil,
-                          const RayBundle& nominal, const Branch& b, Quantities* quantities) {
+void add_paper_quantities(const std::string& branch, const Study& study, const Scene& scene,
+                          const PupilSample& pupil, const RayBundle& nominal, const Branch& b,
+                          Quantities* quantities) {
   Quantities& q = *quantities;
-  // Angular deflections of the ray on both axes; the phase gradient that gives them is 4 pi/lambda times larger (PHYSICS 9).
+  // Angular deflections of the ray on both axes; the phase gradient that gives them is 4 pi/lambda times
+  // larger (PHYSICS 9).
   const Eigen::ArrayXd dx = b.rays.tx - nominal.tx, dy = b.rays.ty - nominal.ty;
   const double deflection_x = weighted_rms(dx, pupil.weight), deflection_y = weighted_rms(dy, pupil.weight);
   q[branch + ".deflection_rms_x_rad"] = deflection_x;
   q[branch + ".deflection_rms_y_rad"] = deflection_y;
-  q[branch + ".mean_to_rms_deflection"] =
-      std::hypot((pupil.weight * dx).sum(), (pupil.weight * dy).sum()) / std::hypot(deflection_x, deflection_y);
+  q[branch + ".mean_to_rms_deflection"] = std::hypot((pupil.weight * dx).sum(), (pupil.weight * dy).sum()) /
+                                          std::hypot(deflection_x, deflection_y);
   q[branch + ".phase_gradient_rms_x_rad_per_m"] = 4 * kPi / study.wavelength * deflection_x;
   q[branch + ".phase_gradient_rms_y_rad_per_m"] = 4 * kPi / study.wavelength * deflection_y;
-  q[branch + ".phase_gradient_rms_rad_per_m"] = 4 * kPi / study.wavelength * std::hypot(deflection_x, deflection_y);
+  q[branch + ".phase_gradient_rms_rad_per_m"] =
+      4 * kPi / study.wavelength * std::hypot(deflection_x, deflection_y);
   const Eigen::ArrayXd height = b.field.size() > 0 ? b.field.height : Eigen::ArrayXd::Zero(pupil.size());
-  const double ring = evaluate_exact({b.rays, nominal, height, study.trace.centre}, {EncircledEnergyRadius{}}, 1)[0];
+  const double ring =
+      evaluate_exact({b.rays, nominal, height, study.trace.centre}, {EncircledEnergyRadius{}}, 1)[0];
   q[branch + ".ring_fwhm_counted_m"] = counted_ring_width(b.rays, ring, kPaperPitch, kPaperReach);
   q[branch + ".ring_fwhm_over_ee90_f_over_r"] =
-      evaluate_exact({b.rays, nominal, height, study.trace.centre}, {RingFwhm{}}, 1)[0] / (ring * study.mirror.focal_length / scene.radius);
+      evaluate_exact({b.rays, nominal, height, study.trace.centre}, {RingFwhm{}}, 1)[0] /
+      (ring * study.mirror.focal_length / scene.radius);
 }
 
 void add_published_phase(const Study& study, const PupilSample& pupil, const RayBundle& nominal, int threads,
                          Quantities* quantities) {
   const PhaseSynthesis& published = *study.verify.published_phase;
-  // Each mode stands for a ring of the frequency plane, its width taken with log10 where the measure of log-uniform modes is ln.
+  // Each mode stands for a ring of the frequency plane, its width taken with log10 where the measure of
+  // log-uniform modes is ln.
   const double decades = std::log10(published.f_max / published.f_min);
   const RandomStream stream(study.trace.pupil.seed, "published-phase");
   TermSet terms;
@@ -71,7 +77,8 @@ void add_published_phase(const Study& study, const PupilSample& pupil, const Ray
                          (4 * std::log(published.f_max / published.f_min));
   q["published_phase.gradient_expected_rad_per_m"] =
       std::sqrt(published.psd_level * 2 * kPi * decades * 4 * kPi * kPi * mean_f4 / 2);
-  q["published_phase.surface_rms_height_m"] = study.wavelength / (4 * kPi) * weighted_rms(field.height, pupil.weight);
+  q["published_phase.surface_rms_height_m"] =
+      study.wavelength / (4 * kPi) * weighted_rms(field.height, pupil.weight);
   // The rays of those gradients: D = -(lambda/4 pi) grad Phi added to the ray.
   const double scale = study.wavelength / (4 * kPi);
   Eigen::Array2Xd slope(2, pupil.size());
@@ -79,8 +86,10 @@ void add_published_phase(const Study& study, const PupilSample& pupil, const Ray
   slope.row(1) = scale * field.slope_y.transpose();
   const RayBundle rays = trace_perturbed(study.mirror, pupil, slope, Convention::kPaper);
   const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(pupil.size());
-  const std::vector<Statistic> statistics = {EncircledEnergyRadius{}, RingFwhm{}, ScatterMean{}, ScatterRms{}};
-  const Eigen::VectorXd values = evaluate_exact({rays, nominal, no_height, study.trace.centre}, statistics, threads);
+  const std::vector<Statistic> statistics = {EncircledEnergyRadius{}, RingFwhm{}, ScatterMean{},
+                                             ScatterRms{}};
+  const Eigen::VectorXd values =
+      evaluate_exact({rays, nominal, no_height, study.trace.centre}, statistics, threads);
   for (std::size_t k = 0; k < statistics.size(); ++k)
     q["published_phase." + statistic_name(statistics[k])] = values[Eigen::Index(k)];
 }
@@ -93,14 +102,16 @@ void add_independent_terms(const Study& study, int threads, Quantities* quantiti
   const PupilSample pupil = make_pupil(study.aperture, {PupilLayout::kSobol, 16384, study.trace.pupil.seed});
   const RayBundle nominal = trace_nominal(study.mirror, pupil);
   const SurfaceOperator surface(terms, pupil.x, pupil.y, 1);
-  const std::vector<Statistic> statistics = {EncircledEnergyRadius{}, RingFwhm{}, ScatterRms{}, ScatterMean{}};
+  const std::vector<Statistic> statistics = {EncircledEnergyRadius{}, RingFwhm{}, ScatterRms{},
+                                             ScatterMean{}};
   Eigen::MatrixXd values(Eigen::Index(statistics.size()), spec.draws);
   parallel_for(std::size_t(spec.draws), threads, [&](std::size_t d) {
     const std::uint64_t seed = RandomStream(study.fit.seed, "independent-terms").bits(d);
     SurfaceField field;
     surface.apply(spec.rms / std::sqrt(double(terms.size())) * draw_white(terms.size(), seed), &field);
     const RayBundle rays = trace(study.mirror, pupil, field);
-    values.col(Eigen::Index(d)) = evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, 1);
+    values.col(Eigen::Index(d)) =
+        evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, 1);
   });
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const auto row = values.row(Eigen::Index(k)).array();

@@ -17,6 +17,9 @@ struct FitProblem {
   const SurfaceOperator& surface;  ///< L at the pupil points
   const CoefficientPrior& prior;   ///< whitens the coefficients
   std::vector<Target> targets;
+  /// Statistics between the targets that only guide: they pull with their own, wider tolerance, but are not asked to meet it. Without them the
+  /// EE curve is free to wander between the fitted fractions and planes by what realisations differ (see `kGuideTolerance` in targets.cpp).
+  std::vector<Target> guides;
   Centre centre = Centre::kNominal;
   double focal_sigma = 0;  ///< scale of the focal spot [m]; smoothing widths are multiples of it
 };
@@ -29,7 +32,7 @@ enum class PriorMode {
 struct FitProgress {
   int iteration = 0;
   double cost = 0;             ///< half the sum of squared residuals
-  double worst_mismatch = 0;   ///< largest |S - T| / tolerance
+  double worst_mismatch = 0;   ///< largest |S - T| / tolerance over the targets
   double seconds = 0;
 };
 
@@ -58,7 +61,7 @@ struct FitResult {
   Eigen::VectorXd white;         ///< xi
   Eigen::VectorXd coefficients;  ///< F xi [m]
   Eigen::VectorXd smooth_statistics;   ///< the smooth twins at the solution, in target order
-  // Posterior of the linearised problem (tolerances or standard errors as noise, prior as prior):
+  // Posterior of the linearised problem (tolerances as noise of targets and guides, prior as prior):
   Eigen::VectorXd coefficient_std;     ///< [m]
   Eigen::VectorXd statistic_std;       ///< posterior standard deviation of each predicted statistic
   Eigen::VectorXd singular_values;     ///< of the whitened residual Jacobian, descending

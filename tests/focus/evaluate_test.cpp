@@ -1,0 +1,233 @@
+#include "aberfit/focus/evaluate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "aberfit/core/random.h"
+
+using namespace aberfit;
+
+namespace {
+
+constexpr double kF = 2.8, kR = 0.2;
+
+Mirror parabola() {
+  Mirror mirror;
+  mirror.focal_length = kF;
+  return mirror;
+}
+
+struct Scene {
+  PupilSample pupil;
+  RayBundle nominal, rays;
+  SurfaceField field;
+  FocusInput input() const { return {rays, nominal, field.height}; }
+};
+
+// Rays with independent Gaussian slope errors: a Rayleigh focus of sigma_f = 2 f s.
+Scene gaussian_scene(Eigen::Index n, double slope, std::uint64_t seed,
+                     PupilLayout layout = PupilLayout::kSobol) {
+  Scene scene;
+  scene.pupil = make_pupil(CircleAperture{2 * kR, 0}, {layout, n, seed});
+  scene.field.resize(scene.pupil.size());
+  const RandomStream stream(seed, "evaluate-test");
+  for (Eigen::Index i = 0; i < scene.pupil.size(); ++i) {
+    const auto [a, b] = stream.normal_pair(std::uint64_t(2 * i));
+    scene.field.slope_x[i] = slope * a;
+    scene.field.slope_y[i] = slope * b;
+    scene.field.height[i] = 1e-7 * stream.normal(std::uint64_t(2 * i + 1));
+  }
+  scene.nominal = trace_nominal(parabola(), scene.pupil);
+  scene.rays = trace(parabola(), scene.pupil, scene.field);
+  return scene;
+}
+
+}  // namespace
+
+TEST(EncircledEnergy, UniformDiscMatchesClosedForm) {
+  // The ideal mirror out of focus is a uniform disc: radius R |dz| / (f - z) to first order, ee_p = sqrt(p)
+  // times the rim's radius.
+  const PupilSample pupil = make_pupil(CircleAperture{2 * kR, 0}, {PupilLayout::kSobol, 1 << 17, 3});
+  const RayBundle rays = trace_nominal(parabola(), pupil);
+  const Eigen::ArrayXd height = Eigen::ArrayXd::Zero(rays.size());
+  const double dz = 1e-3;
+  for (const double p : {0.1, 0.5, 0.9}) {
+    // |X| = dz * 2 (r/2f) / (1 - (r/2f)^2), monotone in r, and p of the light lies within r = R sqrt(p).
+    const double t = kR * std::sqrt(p) / (2 * kF), exact = dz * 2 * t / (1 - t * t);
+    const double value = evaluate_exact({rays, rays, height}, {EncircledEnergyRadius{p, dz}}, 1)[0];
+    EXPECT_NEAR(value / exact, 1.0, 2e-5);  // one cell of 2^17 points is 0.4e-5 of the radius
+  }
+}
+
+TEST(EncircledEnergy, ExactRadiusIsTheInterpolatedOrderStatistic) {
+  // Weighted points in one plane, brute force.
+  const RandomStream stream(1, "order-statistic");
+  for (const Eigen::Index n : {1, 2, 3, 10, 1000}) {
+    RayBundle rays;
+    rays.x.resize(n);
+    rays.y.setZero(n);
+    rays.tx.setZero(n);
+    rays.ty.setZero(n);
+    rays.weight.resize(n);
+    std::vector<std::pair<double, double>> sorted;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      rays.x[i] = std::exp(2 * stream.normal(std::uint64_t(i)));  // long tail: the overflow bin is in use
+      rays.weight[i] = stream.uniform(std::uint64_t(5000 + i));
+      sorted.push_back({rays.x[i], rays.weight[i]});
+    }
+    std::sort(sorted.begin(), sorted.end());
+    const double total = rays.weight.sum();
+    for (const double p : {0.01, 0.3, 0.5, 0.9, 0.999}) {
+      double below = 0, expected = sorted.front().first, previous = 0;
+      for (std::size_t k = 0; k < sorted.size(); ++k) {
+        const double here = below + sorted[k].second / 2;
+        below += sorted[k].second;
+        if (here >= p * total) {
+          expected = k == 0 ? sorted[0].first
+                            : sorted[k - 1].first + (sorted[k].first - sorted[k - 1].first) *
+                                                        (p * total - previous) / (here - previous);
+          break;
+        }
+        expected = sorted[k].first;
+        previous = here;
+      }
+      const Eigen::ArrayXd none;
+      EXPECT_NEAR(evaluate_exact({rays, rays, none}, {EncircledEnergyRadius{p, 0}}, 1)[0] / expected, 1.0,
+                  1e-12)
+          << n << " " << p;
+    }
+  }
+}
+
+TEST(FocusStatistics, GaussianFocusMatchesPhysics2) {
+  const Eigen::Index n = 1 << 18;
+  const double s = 1e-6;  // small-angle and paraxial error 0.064 % at f/7 (PHYSICS 5), sampling ~0.13 %
+  const Scene scene = gaussian_scene(n, s, 11);
+  const double sigma = 2 * kF * s;
+  const Eigen::VectorXd v =
+      evaluate_exact(scene.input(),
+                     {EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.9, 0}, RingFwhm{}, ScatterRms{},
+                      ScatterMean{}, SpotFwhm{0.1 * sigma}, RmsRadius{}, RmsHeight{}},
+                     2);
+  const double slack = 0.00064 + 4.5 * 0.0013;
+  EXPECT_NEAR(v[0] / (1.17741002251547469 * sigma), 1.0, slack);
+  EXPECT_NEAR(v[1] / (2.14596602628934724 * sigma), 1.0, slack);
+  EXPECT_NEAR(v[2] / (2.80675976998768261 * v[1] * kF / kR), 1.0, slack);
+  EXPECT_NEAR(v[3] / (std::sqrt(2.0) * 2 * s), 1.0, slack);
+  EXPECT_NEAR(v[4] / v[3], 0.88622692545, slack);
+  EXPECT_NEAR(v[5] / (2.3548200450309493 * std::sqrt(1.01) * sigma), 1.0,
+              0.01);  // kernel adds 1 % of variance; slow convergence of a peak
+  EXPECT_NEAR(v[6] / (std::sqrt(2.0) * sigma), 1.0, slack);
+  EXPECT_NEAR(v[7] / 1e-7, 1.0, 4.5 / std::sqrt(2.0 * double(n)));
+}
+
+TEST(RingThrough, IdealMirrorHasTheClosedFormWidth) {
+  // N(dz) = (ring f / (R dz))^2 beyond the plateau, half at dz = sqrt2 ring f/R: FWHM 2 sqrt2 ring f/R,
+  // paraxially (t^2 = 1.3e-3 at the rim).
+  const PupilSample pupil = make_pupil(CircleAperture{2 * kR, 0}, {PupilLayout::kSobol, 1 << 18, 5});
+  const RayBundle rays = trace_nominal(parabola(), pupil);
+  const Eigen::ArrayXd none;
+  const double value = evaluate_exact({rays, rays, none}, {RingFwhm{0.9, 10e-6}}, 1)[0];
+  EXPECT_NEAR(value / (2 * std::sqrt(2.0) * 10e-6 * kF / kR), 1.0, 2e-3);
+}
+
+TEST(FocusStatistics, DoNotDependOnTheThreadCount) {
+  const Scene scene = gaussian_scene(20000, 6e-6, 2);
+  std::vector<Statistic> all = {EncircledEnergyRadius{0.5, 0},
+                                EncircledEnergyRadius{0.9, 1e-3},
+                                RingFwhm{},
+                                ScatterRms{},
+                                SpotFwhm{3e-6},
+                                RmsHeight{}};
+  const Eigen::VectorXd one = evaluate_exact(scene.input(), all, 1),
+                        two = evaluate_exact(scene.input(), all, 2);
+  for (Eigen::Index k = 0; k < one.size(); ++k) EXPECT_EQ(one[k], two[k]);
+}
+
+TEST(SmoothStatistics, ApproachTheExactOnesWithTheSquareOfTheWidth) {
+  const Scene scene = gaussian_scene(1 << 17, 6.3e-6, 3);
+  const double sigma = 2 * kF * 6.3e-6;
+  const std::vector<Statistic> statistics = {EncircledEnergyRadius{0.2, 0}, EncircledEnergyRadius{0.5, 0},
+                                             EncircledEnergyRadius{0.9, 0},
+                                             EncircledEnergyRadius{0.65, 1.5e-3}, RingFwhm{}};
+  const Eigen::VectorXd exact = evaluate_exact(scene.input(), statistics, 1);
+  Eigen::VectorXd smooth;
+  ASSERT_TRUE(evaluate_smooth(scene.input(), statistics, 0.02 * sigma, 1, &smooth, nullptr));
+  for (Eigen::Index k = 0; k < exact.size(); ++k)
+    EXPECT_NEAR(smooth[k] / exact[k], 1.0, 1.5e-3)
+        << k;  // bias 0.02^2/18 = 2e-5; the rest is sampling of the shell
+}
+
+TEST(SmoothStatistics, GradientsMatchDifferencesOfTheSmoothTwin) {
+  // Directional derivative along a random ray displacement, fourth-order differences; both centres; also near
+  // the axis (ray 0 goes through it).
+  Scene scene = gaussian_scene(3000, 6e-6, 4, PupilLayout::kRandom);
+  const double sigma = 2 * kF * 6e-6, width = 0.3 * sigma;
+  scene.rays.x[0] = scene.rays.y[0] = 0;
+  scene.rays.x[1] = scene.rays.x[2];  // tied radii
+  scene.rays.y[1] = scene.rays.y[2];
+  const std::vector<Statistic> statistics = {EncircledEnergyRadius{0.5, 0},
+                                             EncircledEnergyRadius{0.9, 1e-3},
+                                             RingFwhm{},
+                                             RingFwhm{0.5, 60e-6},
+                                             RingThrough{50e-6, 0.7e-3},
+                                             ScatterRms{},
+                                             ScatterMean{},
+                                             SpotFwhm{0.3 * sigma},
+                                             RmsRadius{-1e-3},
+                                             RmsHeight{}};
+  const RandomStream stream(9, "displacement");
+  const auto field = [&](std::uint64_t offset, double scale) {
+    Eigen::ArrayXd d(scene.rays.size());
+    for (Eigen::Index i = 0; i < d.size(); ++i) d[i] = scale * stream.normal(offset + std::uint64_t(i));
+    return d;
+  };
+  const Eigen::ArrayXd dx = field(0, sigma), dy = field(10000, sigma), dtx = field(20000, sigma / kF),
+                       dty = field(30000, sigma / kF), dh = field(40000, 1e-7);
+  for (const Centre centre : {Centre::kNominal, Centre::kCentroid}) {
+    const auto at = [&](double step) {
+      RayBundle rays = scene.rays;
+      rays.x += step * dx;
+      rays.y += step * dy;
+      rays.tx += step * dtx;
+      rays.ty += step * dty;
+      const Eigen::ArrayXd height = scene.field.height + step * dh;
+      Eigen::VectorXd values;
+      EXPECT_TRUE(
+          evaluate_smooth({rays, scene.nominal, height, centre}, statistics, width, 1, &values, nullptr));
+      return values;
+    };
+    Eigen::VectorXd values;
+    std::vector<StatisticGradient> gradients;
+    ASSERT_TRUE(evaluate_smooth({scene.rays, scene.nominal, scene.field.height, centre}, statistics, width, 2,
+                                &values, &gradients));
+    const double step = 2e-4;
+    const Eigen::VectorXd difference =
+        (8 * (at(step) - at(-step)) - (at(2 * step) - at(-2 * step))) / (12 * step);
+    for (std::size_t k = 0; k < statistics.size(); ++k) {
+      const StatisticGradient& g = gradients[k];
+      double sum = 0;
+      for (std::size_t j = 0; j < g.rays.rays.size(); ++j) {
+        const auto i = Eigen::Index(g.rays.rays[j]);
+        sum +=
+            g.rays.d_x[j] * dx[i] + g.rays.d_y[j] * dy[i] + g.rays.d_tx[j] * dtx[i] + g.rays.d_ty[j] * dty[i];
+      }
+      if (g.d_height.size() > 0) sum += (g.d_height * dh).sum();
+      // Truncation of the difference where the kernel's third derivative jumps, and rounding 1e-16/step.
+      EXPECT_NEAR(sum, difference[Eigen::Index(k)],
+                  2e-6 * std::abs(values[Eigen::Index(k)]) + 2e-5 * std::abs(sum))
+          << statistic_name(statistics[k]);
+    }
+  }
+}
+
+TEST(SmoothStatistics, RefuseAFocusWithoutExtent) {
+  const PupilSample pupil = make_pupil(CircleAperture{2 * kR, 0}, {PupilLayout::kPolar, 4096, 1});
+  const RayBundle rays = trace_nominal(parabola(), pupil);
+  const Eigen::ArrayXd height = Eigen::ArrayXd::Zero(rays.size());
+  Eigen::VectorXd values;
+  for (const Statistic& s : std::vector<Statistic>{EncircledEnergyRadius{0.5, 0}, ScatterRms{}, ScatterMean{},
+                                                   RmsHeight{}, RingFwhm{}})
+    EXPECT_FALSE(evaluate_smooth({rays, rays, height}, {s}, 1e-6, 1, &values, nullptr)) << statistic_name(s);
+}
