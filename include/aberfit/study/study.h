@@ -8,6 +8,7 @@
 #include "aberfit/focus/evaluate.h"
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/roughness/psd.h"
+#include "aberfit/roughness/psd_table.h"
 #include "aberfit/scatter/convention.h"
 #include "aberfit/scene/aperture.h"
 #include "aberfit/scene/mirror.h"
@@ -26,7 +27,7 @@ struct PsdTableFile {
   std::string of = "surface";    ///< "wavefront": heights are half
   double scale = 1;              ///< height factor, to put a measured shape on another mirror
   std::optional<double> f_min, f_max;  ///< band cut [cycles/m]
-  TablePsd table;                ///< loaded, converted to two-sided 2-D surface PSD
+  PsdTableResult table;          ///< loaded: two-sided 2-D surface PSD with `of`, `scale` and the cut applied; what was left out
 };
 
 /// A node of the `psd` block: a closed model, a table file, or a sum of nodes.

@@ -1,0 +1,10 @@
+#pragma once
+#include "aberfit/study/study.h"
+
+namespace aberfit {
+
+/// Rules that join several blocks of a study, or need what its files hold. Throws InputError at the key that
+/// breaks one.
+void check_study(const Study& study);
+
+}  // namespace aberfit

@@ -1,0 +1,222 @@
+#include "describe.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "describe_roughness.h"
+#include "describe_target.h"
+#include "describe_verify.h"
+#include "polygon.h"
+
+namespace aberfit {
+namespace {
+
+constexpr Dimension kLength = Dimension::kLength;
+constexpr Dimension kNumber = Dimension::kNumber;
+constexpr Need kRequired = Need::kRequired;
+constexpr Need kOptional = Need::kOptional;
+constexpr int kLargestOrder = 300;
+constexpr std::int64_t kMostRays = 1000000000;
+
+void describe_mirror(Visitor& v, Mirror& mirror) {
+  v.object(
+      {"mirror", "rotationally symmetric mirror without roughness", kRequired}, nullptr, [&](Visitor& m) {
+        m.quantity({"focal_length", "paraxial focal length [m]", kRequired, "\"2.8 m\""}, mirror.focal_length,
+                   kLength, Range::positive());
+        m.quantity({"conic", "conic constant: -1 parabola, 0 sphere"}, mirror.conic, kNumber, Range::any());
+        m.object({"spherical", "even powers added to the sag: sum of c_2n rho^2n, plain SI numbers"}, nullptr,
+                 [&](Visitor& s) {
+                   static const char* const kKeys[] = {"c4", "c6", "c8", "c10", "c12"};
+                   static const char* const kMeanings[] = {"[m^-3]", "[m^-5]", "[m^-7]", "[m^-9]", "[m^-11]"};
+                   for (std::size_t i = 0; i < mirror.spherical.size(); ++i)
+                     s.quantity({kKeys[i], kMeanings[i]}, mirror.spherical[i], kNumber, Range::any());
+                 });
+      });
+}
+
+void describe_margin(Visitor& v, double& margin, double limit) {
+  v.quantity({"margin", "width along every edge that random, Sobol and grid points keep clear of [m]",
+              kOptional, "\"1 mm\""},
+             margin, kLength, Range::non_negative());
+  v.check(margin < limit, "margin", format_quantity(margin, kLength),
+          "less than " + format_quantity(limit, kLength));
+}
+
+void describe_diameter(Visitor& v, double& diameter) {
+  v.quantity({"diameter", "outer diameter [m]", kRequired, "\"0.4 m\""}, diameter, kLength,
+             Range::positive());
+}
+
+void describe(Visitor& v, CircleAperture& a) {
+  describe_diameter(v, a.diameter);
+  describe_margin(v, a.margin, a.diameter / 2);
+}
+
+void describe(Visitor& v, AnnulusAperture& a) {
+  describe_diameter(v, a.diameter);
+  v.quantity({"inner_diameter", "diameter of the hole [m]", kRequired, "\"0.1 m\""}, a.inner_diameter,
+             kLength, Range::positive());
+  v.check(a.inner_diameter < a.diameter, "inner_diameter", format_quantity(a.inner_diameter, kLength),
+          "less than the outer diameter, " + format_quantity(a.diameter, kLength));
+  describe_margin(v, a.margin, (a.diameter - a.inner_diameter) / 4);
+}
+
+void describe(Visitor& v, RectangleAperture& a) {
+  v.quantity({"width", "size along x [m]", kRequired, "\"0.3 m\""}, a.width, kLength, Range::positive());
+  v.quantity({"height", "size along y [m]", kRequired, "\"0.2 m\""}, a.height, kLength, Range::positive());
+  describe_margin(v, a.margin, std::min(a.width, a.height) / 2);
+}
+
+void describe(Visitor& v, PolygonAperture& a) {
+  v.points({"vertices", "corners [x, y] in order [m], either sense; edges must not cross", kRequired,
+            R"([["-0.1 m", "-0.1 m"], ["0.1 m", "-0.1 m"], ["0 m", "0.15 m"]])"},
+           a.vertices, 3);
+  const std::string problem = v.reading() ? polygon_problem(a.vertices) : "";
+  v.check(problem.empty(), "vertices", problem, "a polygon with an area whose edges do not cross");
+  describe_margin(v, a.margin, std::numeric_limits<double>::infinity());
+}
+
+void describe_aperture(Visitor& v, Aperture& aperture) {
+  v.object({"aperture", "clear aperture, centred on the axis unless a polygon says otherwise", kRequired},
+           nullptr, [&](Visitor& a) {
+             std::size_t index = aperture.index();
+             a.tag({"shape", "outline; the keys beside it belong to the shape", kRequired}, index,
+                   {"circle", "annulus", "rectangle", "polygon"});
+             if (index != aperture.index() || a.reading()) switch (index) {
+                 case 0:
+                   aperture = CircleAperture{};
+                   break;
+                 case 1:
+                   aperture = AnnulusAperture{};
+                   break;
+                 case 2:
+                   aperture = RectangleAperture{};
+                   break;
+                 default:
+                   aperture = PolygonAperture{};
+                   break;
+               }
+             std::visit([&](auto& shape) { describe(a, shape); }, aperture);
+           });
+}
+
+void describe_light(Visitor& v, double& wavelength) {
+  v.object({"light", "collimated light along the axis", kRequired}, nullptr, [&](Visitor& l) {
+    // A wavelength in nanometres written as a plain number would pass any looser check.
+    l.quantity({"wavelength", "wavelength [m]", kRequired, "\"632.8 nm\""}, wavelength, kLength,
+               Range{1e-12, 1e-2});
+  });
+}
+
+void describe_terms(Visitor& v, TermsSpec& terms) {
+  bool given = terms.zernike || terms.fourier || !terms.spherical.empty();
+  v.object(
+      {"terms", "aberration terms to fit; absent: Zernikes that carry 99 % of the height variance", kOptional,
+       nullptr, "\"auto\" is not part of this version: leave terms out for the default"},
+      &given, [&](Visitor& t) {
+        bool zernike = terms.zernike.has_value(), fourier = terms.fourier.has_value();
+        t.object({"zernike", "all Zernike modes n_min <= n <= n_max"}, &zernike, [&](Visitor& z) {
+          if (!terms.zernike) terms.zernike.emplace();
+          z.integer({"n_min", "lowest radial order"}, terms.zernike->n_min, 0, kLargestOrder);
+          std::optional<std::int64_t> n_max;
+          if (terms.zernike->n_max) n_max = *terms.zernike->n_max;
+          z.integer(
+              {"n_max", "highest radial order; absent: the one that captures 99 % of the height variance",
+               kOptional, "20"},
+              n_max, 0, kLargestOrder);
+          z.check(!n_max || *n_max >= terms.zernike->n_min, "n_max", fmt::format("{}", n_max.value_or(0)),
+                  fmt::format("an integer from n_min = {} to {}", terms.zernike->n_min, kLargestOrder));
+          if (n_max) terms.zernike->n_max = int(*n_max);
+        });
+        t.object({"fourier", "plane waves that sample the band of the PSD"}, &fourier, [&](Visitor& f) {
+          if (!terms.fourier) terms.fourier.emplace();
+          f.integer({"count", "number of plane waves"}, terms.fourier->count, 1, 1000000);
+          f.choice_of({"sampling", "log: log-uniform rings; grid: Cartesian frequency grid"},
+                      terms.fourier->sampling, {"log", "grid"});
+        });
+        std::vector<std::size_t> powers;
+        for (const int power : terms.spherical) powers.push_back(std::size_t(power / 2 - 2));
+        t.choices({"spherical", "even powers of rho", kOptional, R"(["c4", "c6"])"}, powers,
+                  {"c4", "c6", "c8", "c10", "c12"});
+        t.choice_of(
+            {"covariance", "prior of the Zernikes: the PSD's full covariance, or its diagonal (the paper's)"},
+            terms.covariance, {"full", "diagonal"});
+        terms.spherical.clear();
+        for (const std::size_t power : powers) terms.spherical.push_back(int(2 * power + 4));
+        t.check(terms.zernike || terms.fourier || !terms.spherical.empty(), "", "no terms",
+                "at least one of zernike, fourier and spherical; leave terms out for the default");
+      });
+  if (v.reading() && !given) terms.zernike.emplace();  // "absent" and "zernike: {}" mean the same
+}
+
+void describe_trace(Visitor& v, TraceSpec& trace) {
+  v.object({"trace", "how rays are traced"}, nullptr, [&](Visitor& t) {
+    t.choice_of(
+        {"pupil", "layout of the rays; absent: polar, or sobol where the aperture is no circle or annulus"},
+        trace.pupil.layout, {"polar", "random", "sobol", "grid"});
+    t.integer({"rays", "wanted number of rays"}, trace.pupil.rays, 1, kMostRays);
+    t.seed({"seed", "of random and Sobol pupils"}, trace.pupil.seed);
+    bool differences = trace.central_difference_step.has_value();
+    t.word_or_object(
+        {"normals", "surface normals: analytic, or by central differences with a step"}, differences,
+        "analytic", [&](Visitor& n) {
+          n.object({"central_difference", "differences of the height", kRequired}, nullptr, [&](Visitor& c) {
+            double step = trace.central_difference_step.value_or(0);
+            c.quantity({"step", "step [m]", kRequired, "\"1 um\""}, step, kLength, Range::positive());
+            trace.central_difference_step = step;
+          });
+        });
+    if (!differences) trace.central_difference_step.reset();
+    t.choice_of({"centre", "centre of the statistics: nominal focus or centroid"}, trace.centre,
+                {"nominal", "centroid"});
+  });
+}
+
+void describe_fit(Visitor& v, FitSpec& fit) {
+  v.object({"fit", "how the terms are fitted"}, nullptr, [&](Visitor& f) {
+    f.choice_of({"start", "a seeded draw from the prior, or zero"}, fit.start, {"draw", "zero"});
+    f.seed({"seed", "of the draw"}, fit.seed);
+    f.choice_of(
+        {"prior",
+         "near-start keeps the roughness character of the draw; zero-mean for few or low-order terms"},
+        fit.prior, {"near-start", "zero-mean"});
+    f.integer({"max_iterations", "largest number of iterations"}, fit.max_iterations, 1, 1000000);
+    f.integer({"starts", "tries from different draws; the best is kept"}, fit.starts, 1, 10000);
+    f.quantity({"spherical_rms", "prior RMS height of the spherical terms [m]"}, fit.spherical_rms, kLength,
+               Range::positive());
+    f.quantity({"bound_sigmas", "above 0: keep coefficients within so many prior standard deviations"},
+               fit.bound_sigmas, kNumber, Range::non_negative());
+  });
+}
+
+}  // namespace
+
+void describe_study(Visitor& v, Study& study) {
+  std::int64_t version = 1;
+  v.integer({"aberfit", "version of the study format", kRequired, "1"}, version, 1, 1);
+  v.text({"title", "for people"}, study.title, true);
+  describe_mirror(v, study.mirror);
+  describe_aperture(v, study.aperture);
+  describe_light(v, study.wavelength);
+  describe_roughness(v, study.roughness);
+  describe_target(v, study.target);
+  describe_terms(v, study.terms);
+  // The polar layout exists for circles and annuli only, so it cannot be the default of other shapes.
+  if (v.reading() && study.aperture.index() > 1) study.trace.pupil.layout = PupilLayout::kSobol;
+  describe_trace(v, study.trace);
+  describe_fit(v, study.fit);
+  v.object({"equivalence", "two one-sided tests"}, nullptr, [&](Visitor& e) {
+    e.quantity({"margin", "largest relative difference that counts as equivalent", kOptional, "\"1 %\""},
+               study.equivalence.margin, Dimension::kFraction, Range{0, 1, true, true});
+    e.quantity({"confidence", "of each one-sided test"}, study.equivalence.confidence, Dimension::kFraction,
+               Range{0.5, 1, true, true});
+  });
+  v.object({"output", "what is written besides the result"}, nullptr, [&](Visitor& o) {
+    o.reserved("export", "\"export\" is not part of this version");
+    o.boolean({"plots", "whether pictures are drawn"}, study.output.plots);
+  });
+  describe_verify(v, study.verify);
+}
+
+}  // namespace aberfit

@@ -1,0 +1,114 @@
+#include "describe_target.h"
+
+#include "statistic_key.h"
+
+namespace aberfit {
+namespace {
+
+constexpr Dimension kLength = Dimension::kLength;
+
+void describe_value(Visitor& v, StatisticRequest& s) {
+  const bool angle = statistic_dimension(s.name) == Dimension::kAngle;
+  const Dimension dimension = statistic_dimension(s.name);
+  v.quantity(
+      {"tolerance", "how closely the fit is to meet it, relative to the value", Need::kOptional, "\"0.2 %\""},
+      s.tolerance, Dimension::kFraction, Range{0, 1, true, false});
+  v.quantity(
+      {"value",
+       angle ? "the target itself [rad]; absent: from theory" : "the target itself [m]; absent: from theory",
+       Need::kOptional, angle ? "\"36 urad\"" : "\"76 um\""},
+      s.value, dimension, Range::positive());
+  v.quantity({"standard_error", "sampling error of the given value, in its unit"}, s.standard_error,
+             dimension, Range::non_negative());
+  v.check(s.value.has_value() || s.standard_error == 0, "standard_error", "standard_error without value",
+          "standard_error beside a value only");
+}
+
+void describe_planes(Visitor& v, StatisticRequest& s) {
+  v.quantities({"planes", "planes dz from z = f [m]", Need::kOptional, "[\"0 mm\", \"-1 mm\"]"}, s.planes,
+               kLength, Range::any(), false);
+  for (std::size_t i = 0; i < s.planes.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      v.check(s.planes[i] != s.planes[j], "planes/" + std::to_string(i),
+              format_quantity(s.planes[i], kLength) + " twice", "every plane once");
+  v.check(!s.value || s.planes.size() == 1, "planes",
+          std::to_string(s.planes.size()) + " planes for one value", "one plane where value is given");
+}
+
+void describe_ring(Visitor& v, StatisticRequest& s) {
+  v.word_or_quantity(
+      {"ring", "radius of the ring [m], or the encircled-energy radius at z = f that it has (\"ee90\")",
+       Need::kOptional, "\"ee90\""},
+      s.ring, kEncircledEnergyName, kLength, Range::positive());
+}
+
+void describe_profile(Visitor& v, StatisticRequest& s) {
+  describe_ring(v, s);
+  v.quantity({"tolerance", "how closely the fit is to meet it, absolute share of the light"}, s.tolerance,
+             Dimension::kFraction, Range{0, 1, true, false});
+  v.text({"file", "CSV table of dz [m] and share of the light, one pair a line; relative to the study file",
+          Need::kOptional, "\"ring_through.csv\""},
+         s.file, true);
+  // The resolved study names the file, not what was loaded from it.
+  std::vector<double> dz, values;
+  if (s.file.empty() && !v.reading()) dz = s.profile_dz, values = s.profile_value;
+  v.quantities(
+      {"dz", "planes of `values` [m], ascending; instead of file", Need::kOptional, "[\"-1 mm\", \"0 mm\"]"},
+      dz, kLength, Range::any(), true);
+  v.quantities(
+      {"values", "share of the light inside the ring, one for each dz", Need::kOptional, "[0.4, 0.9]"},
+      values, Dimension::kFraction, Range{0, 1}, false);
+  if (!v.reading()) return;
+  const bool in_line = !dz.empty() || !values.empty();
+  v.check(s.file.empty() != !in_line, in_line ? "file" : "values",
+          in_line ? "file beside dz and values" : "neither file nor values", "either file, or dz and values");
+  v.check(dz.size() == values.size(), "values",
+          std::to_string(values.size()) + " values for " + std::to_string(dz.size()) + " planes dz",
+          "as many as dz");
+  s.profile_dz = dz;
+  s.profile_value = values;
+}
+
+void describe_statistic(Visitor& v, StatisticRequest& s, bool ring_in_key) {
+  if (s.name == "ring_profile") return describe_profile(v, s);
+  if (s.name == "ring_fwhm" && !ring_in_key) describe_ring(v, s);
+  if (s.name == "spot_fwhm")
+    v.quantity(
+        {"bandwidth", "standard deviation of the Gaussian kernel that smooths the line spread profile [m]",
+         Need::kOptional, "\"5 um\""},
+        s.bandwidth, kLength, Range::positive());
+  describe_value(v, s);
+  if (s.name == "rms_radius" || is_encircled_energy(s.name)) describe_planes(v, s);
+}
+
+}  // namespace
+
+void describe_target(Visitor& v, TargetSpec& target) {
+  v.object({"target", "what the fitted surface has to match"}, nullptr, [&](Visitor& t) {
+    t.choice_of({"theory", "where targets without a value come from", Need::kOptional, nullptr,
+                 "\"ghs\" is not part of this version"},
+                target.theory, {"auto", "geometric", "rays"});
+    t.choice_of({"convention", "physical: a ray turns by twice the slope; paper: by the slope"},
+                target.convention, {"physical", "paper"});
+    std::vector<std::string> keys = keys_of(target.statistics);
+    std::vector<StatisticRequest> requests = target.statistics;
+    t.keyed({"statistics", "focal statistics to match; none: the default set", Need::kOptional,
+             R"({"ee50": {"planes": ["0 mm", "-1 mm"]}, "ring_fwhm": {"ring": "ee90"}, "rms_height": {}})"},
+            keys, statistic_keys(), [&](Visitor& s, std::size_t i) {
+              requests.resize(keys.size());
+              StatisticRequest fresh = request_of(keys[i]);
+              if (s.reading() || requests[i].name != fresh.name) requests[i] = std::move(fresh);
+              describe_statistic(s, requests[i], keys[i].find('@') != std::string::npos);
+            });
+    if (!t.reading()) return;
+    requests.resize(keys.size());
+    target.statistics = requests;
+    const std::vector<std::string> canonical = keys_of(requests);
+    for (std::size_t i = 0; i < canonical.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        t.check(canonical[i] != canonical[j], "statistics/" + keys[i],
+                "the statistic of \"" + keys[j] + "\" again", "every statistic once");
+  });
+}
+
+}  // namespace aberfit

@@ -1,0 +1,117 @@
+#include "load_files.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+
+#include "aberfit/core/errors.h"
+#include "statistic_key.h"
+
+namespace aberfit {
+namespace {
+
+// Path of a data file next to the study; throws unless it is a readable file.
+std::string locate(const Study& study, const std::string& file, const std::string& pointer) {
+  const std::filesystem::path path = std::filesystem::path(study.path).parent_path() / file;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error) || !std::ifstream(path))
+    throw InputError(study.path, pointer, fmt::format("\"{}\", which is no readable file", file),
+                     "a file, relative to the folder of the study");
+  return path.string();
+}
+
+void load_tables(const Study& study, RoughnessModel& node, const std::string& pointer) {
+  if (auto* sum = std::get_if<RoughnessSum>(&node.model)) {
+    for (std::size_t i = 0; i < sum->parts.size(); ++i)
+      load_tables(study, sum->parts[i], fmt::format("{}/parts/{}", pointer, i));
+  }
+  auto* table = std::get_if<PsdTableFile>(&node.model);
+  if (!table) return;
+  PsdTableOptions options;
+  const bool profile = table->kind == "1d";
+  options.frequency_factor = unit_factor(table->frequency_unit, Dimension::kSpatialFrequency);
+  options.psd_factor = unit_factor(table->psd_unit, profile ? Dimension::kPsd1d : Dimension::kPsd2d);
+  options.kind = profile ? PsdTableKind::k1dOneSided : PsdTableKind::k2dTwoSided;
+  options.of = table->of == "wavefront" ? PsdTableOf::kWavefront : PsdTableOf::kSurface;
+  options.height_factor = table->scale;
+  options.f_min = table->f_min;
+  options.f_max = table->f_max;
+  const std::string path = locate(study, table->file, pointer + "/file");
+  try {
+    table->table = read_psd_table(path, options);
+  } catch (const InputError& error) {
+    throw InputError(study.path, pointer + "/file", fmt::format("in \"{}\": {}", table->file, error.found()),
+                     error.allowed());
+  }
+}
+
+// Two numbers of a CSV line; false for anything else.
+bool two_numbers(std::string_view line, double* first, double* second) {
+  const auto skip = [&](std::string_view characters) {
+    line.remove_prefix(std::min(line.find_first_not_of(characters), line.size()));
+  };
+  for (double* value : {first, second}) {
+    skip(" \t");
+    const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), *value);
+    if (error != std::errc{} || !std::isfinite(*value)) return false;
+    line.remove_prefix(std::size_t(end - line.data()));
+    if (value == first) {
+      const std::size_t before = line.size();
+      skip(" \t,;");
+      if (line.size() == before) return false;
+    }
+  }
+  skip(" \t\r");
+  return line.empty();
+}
+
+// '#' starts a comment; one row of names may stand before the numbers.
+void load_profile(const Study& study, StatisticRequest& request, const std::string& pointer) {
+  const char* const allowed =
+      "two columns, dz [m] ascending and share of the light from 0 to 1; at least 2 rows";
+  std::ifstream file(locate(study, request.file, pointer));
+  const auto fail = [&](int number, const std::string& line) {
+    throw InputError(study.path, pointer,
+                     fmt::format("in \"{}\", line {}: \"{}\"", request.file, number, line.substr(0, 60)),
+                     allowed);
+  };
+  request.profile_dz.clear();
+  request.profile_value.clear();
+  bool header_seen = false;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const std::string text = line.substr(0, line.find('#'));
+    if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
+    double dz = 0, share = 0;
+    if (!two_numbers(text, &dz, &share)) {
+      const bool names = text.find_first_of("0123456789") != text.find_first_not_of(" \t") && !header_seen;
+      if (!names || !request.profile_dz.empty()) fail(number, line);
+      header_seen = true;
+      continue;
+    }
+    const bool ascending = request.profile_dz.empty() || dz > request.profile_dz.back();
+    if (!ascending || !(share >= 0 && share <= 1)) fail(number, line);
+    request.profile_dz.push_back(dz);
+    request.profile_value.push_back(share);
+  }
+  if (request.profile_dz.size() < 2)
+    throw InputError(study.path, pointer,
+                     fmt::format("in \"{}\": {} rows", request.file, request.profile_dz.size()), allowed);
+}
+
+}  // namespace
+
+void load_files(Study& study) {
+  if (study.roughness) load_tables(study, *study.roughness, "/roughness/psd");
+  const std::vector<std::string> keys = keys_of(study.target.statistics);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    StatisticRequest& request = study.target.statistics[i];
+    if (!request.file.empty()) load_profile(study, request, "/target/statistics/" + keys[i] + "/file");
+  }
+}
+
+}  // namespace aberfit

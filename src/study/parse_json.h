@@ -1,0 +1,15 @@
+#pragma once
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace aberfit {
+
+/// `text` as JSON, keys in the order of the file. Throws InputError for a syntax error (with line and
+/// column), for a key that occurs twice in one object (with its JSON pointer), for numbers beyond double and
+/// for nesting deeper than 64 levels. `path` names the file.
+nlohmann::ordered_json parse_json(const std::string& text, const std::string& path);
+
+/// `pointer` + "/" + key with ~ and / escaped (RFC 6901).
+std::string child_pointer(const std::string& pointer, const std::string& key);
+
+}  // namespace aberfit

@@ -1,0 +1,77 @@
+#include "aberfit/study/read_study.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "aberfit/core/errors.h"
+#include "check_study.h"
+#include "describe.h"
+#include "load_files.h"
+#include "parse_json.h"
+#include "reader.h"
+#include "schema.h"
+#include "writer.h"
+
+namespace aberfit {
+
+Study parse_study(const std::string& text, const std::string& path) {
+  const nlohmann::ordered_json json = parse_json(text, path);
+  Study study;
+  study.path = path;
+  Reader(json, study.path, "").read_object([&](Visitor& v) { describe_study(v, study); });
+  load_files(study);
+  check_study(study);
+  return study;
+}
+
+Study read_study(const std::string& path) {
+  std::error_code error;
+  std::ifstream file(path, std::ios::binary);
+  if (!file || !std::filesystem::is_regular_file(path, error))
+    throw InputError(path, "", "no readable file", "a study file (JSON)");
+  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  return parse_study(text, path);
+}
+
+nlohmann::ordered_json resolved_study(const Study& study) {
+  Study copy = study;  // visitors take references that they may write to
+  Writer writer;
+  describe_study(writer, copy);
+  return std::move(writer.json);
+}
+
+nlohmann::ordered_json study_schema() {
+  Study study;
+  nlohmann::ordered_json definitions = nlohmann::ordered_json::object();
+  nlohmann::ordered_json root =
+      SchemaWriter::object_schema([&](Visitor& v) { describe_study(v, study); }, &definitions);
+  nlohmann::ordered_json schema;
+  schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
+  schema["title"] = "aberfit study, format version 1";
+  schema["description"] =
+      "Quantities are strings with a unit (\"632.8 nm\") or plain numbers in SI units. Paths are relative to "
+      "the study "
+      "file. roughness is needed unless every statistic has a value.";
+  schema.update(root);
+  schema["$defs"] = std::move(definitions);
+  return schema;
+}
+
+PsdModel psd_model(const RoughnessModel& roughness) {
+  struct {
+    PsdModel operator()(const PsdTableFile& table) const { return table.table.psd; }
+    PsdModel operator()(const RoughnessSum& sum) const {
+      SumPsd result;
+      for (const RoughnessModel& part : sum.parts) result.parts.push_back(psd_model(part));
+      return result;
+    }
+    PsdModel operator()(const UniformPsd& model) const { return model; }
+    PsdModel operator()(const KCorrelationPsd& model) const { return model; }
+    PsdModel operator()(const PowerLawPsd& model) const { return model; }
+    PsdModel operator()(const GaussianPsd& model) const { return model; }
+  } convert;
+  return std::visit(convert, roughness.model);
+}
+
+}  // namespace aberfit

@@ -1,0 +1,67 @@
+#include "statistic_key.h"
+
+#include <regex>
+#include <set>
+
+namespace aberfit {
+
+// No leading or trailing zeros, so that one statistic has one key and duplicates show.
+const char* const kEncircledEnergyName =
+    R"(ee(0\.(0[0-9]{0,2}[1-9]|[0-9]{0,3}[1-9])|[1-9][0-9]?(\.[0-9]{0,3}[1-9])?))";
+
+namespace {
+
+const std::string kRingPrefix = "ring_fwhm@";
+
+}  // namespace
+
+const std::vector<KeyPattern>& statistic_keys() {
+  static const std::vector<KeyPattern> patterns = {
+      {"", kEncircledEnergyName, "ee50"},
+      {"ring_fwhm", "", "ring_fwhm"},
+      {"", kRingPrefix + kEncircledEnergyName, "ring_fwhm@ee50"},
+      {"ring_profile", "", "ring_profile"},
+      {"scatter_rms", "", "scatter_rms"},
+      {"scatter_mean", "", "scatter_mean"},
+      {"spot_fwhm", "", "spot_fwhm"},
+      {"rms_radius", "", "rms_radius"},
+      {"rms_height", "", "rms_height"},
+  };
+  return patterns;
+}
+
+bool is_encircled_energy(const std::string& key) {
+  static const std::regex pattern(kEncircledEnergyName);
+  return std::regex_match(key, pattern);
+}
+
+Dimension statistic_dimension(const std::string& name) {
+  if (name == "scatter_rms" || name == "scatter_mean") return Dimension::kAngle;
+  return Dimension::kLength;
+}
+
+std::vector<std::string> keys_of(const std::vector<StatisticRequest>& requests) {
+  // The plain key stands for a given length or, where there is none, for the usual ring.
+  bool length_given = false;
+  for (const StatisticRequest& request : requests)
+    length_given |= request.name == "ring_fwhm" && std::holds_alternative<double>(request.ring);
+  std::vector<std::string> keys;
+  for (const StatisticRequest& request : requests) {
+    const std::string* ring = std::get_if<std::string>(&request.ring);
+    const bool in_key = request.name == "ring_fwhm" && ring != nullptr && (*ring != "ee90" || length_given);
+    keys.push_back(in_key ? kRingPrefix + *ring : request.name);
+  }
+  return keys;
+}
+
+StatisticRequest request_of(const std::string& key) {
+  StatisticRequest request;
+  request.name = key;
+  if (key.starts_with(kRingPrefix)) {
+    request.name = "ring_fwhm";
+    request.ring = key.substr(kRingPrefix.size());
+  }
+  return request;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,31 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "aberfit/core/units.h"
+#include "aberfit/study/study.h"
+#include "visitor.h"
+
+namespace aberfit {
+
+/// ECMA regular expression of "ee<percent>": percent in (0, 100), at most four decimals, one spelling for
+/// each value.
+extern const char* const kEncircledEnergyName;
+
+/// Kinds of keys of target.statistics.
+const std::vector<KeyPattern>& statistic_keys();
+
+/// Whether `key` names an encircled energy fraction.
+bool is_encircled_energy(const std::string& key);
+
+/// Dimension of the value of a statistic by its name without "@...".
+Dimension statistic_dimension(const std::string& name);
+
+/// Keys under which `requests` are written: names, and ring_fwhm@<ee> where several ring widths are asked
+/// for.
+std::vector<std::string> keys_of(const std::vector<StatisticRequest>& requests);
+
+/// A request with the name (and ring) that the key says.
+StatisticRequest request_of(const std::string& key);
+
+}  // namespace aberfit

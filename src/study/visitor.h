@@ -1,0 +1,145 @@
+#pragma once
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "aberfit/core/units.h"
+
+// The study format is described once (describe.cpp); reading, writing the resolved study and writing the JSON
+// Schema are three visitors of that description, so a key cannot be known to one and unknown to another.
+namespace aberfit {
+
+enum class Need { kRequired, kOptional };
+
+/// One key of an object: its name, what it means (for the schema), and whether it may be absent. An absent
+/// optional key leaves the value that the structure came with: the default.
+struct Field {
+  const char* key;
+  const char* meaning;
+  Need need = Need::kOptional;
+  const char* example = nullptr;  ///< JSON text for the schema
+  const char* note = nullptr;     ///< sentence for whoever gives a value that is not allowed
+};
+
+/// Interval of allowed numbers in SI units.
+struct Range {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool low_open = false, high_open = false;
+
+  static Range any() { return {}; }
+  static Range positive() { return {0, std::numeric_limits<double>::infinity(), true, false}; }
+  static Range non_negative() { return {0, std::numeric_limits<double>::infinity(), false, false}; }
+  bool contains(double value) const {
+    return (low_open ? value > low : value >= low) && (high_open ? value < high : value <= high);
+  }
+};
+
+/// Kinds of keys of an object whose keys are data (target.statistics).
+struct KeyPattern {
+  std::string literal;  ///< the key itself, or empty
+  std::string regex;    ///< ECMA regular expression of the whole key when `literal` is empty
+  std::string sample;   ///< a key of that kind
+};
+
+/// Every call names a key of the object being visited. Values are read (reader), written (writer) or
+/// documented (schema).
+class Visitor {
+ public:
+  using Body = std::function<void(Visitor&)>;
+  virtual ~Visitor() = default;
+
+  /// String with unit or plain SI number. Empty: absent.
+  virtual void quantity(const Field& field, std::optional<double>& value, Dimension dimension,
+                        Range range) = 0;
+  /// Array of such; `ascending`: strictly.
+  virtual void quantities(const Field& field, std::vector<double>& values, Dimension dimension, Range range,
+                          bool ascending) = 0;
+  /// A quantity or one of the words that match `regex` ("ee90").
+  virtual void word_or_quantity(const Field& field, std::variant<std::string, double>& value,
+                                const std::string& regex, Dimension dimension, Range range) = 0;
+  /// Array of [x, y] lengths.
+  virtual void points(const Field& field, std::vector<std::array<double, 2>>& points, std::size_t least) = 0;
+  virtual void integer(const Field& field, std::optional<std::int64_t>& value, std::int64_t low,
+                       std::int64_t high) = 0;
+  /// Any unsigned 64-bit integer.
+  virtual void seed(const Field& field, std::uint64_t& value) = 0;
+  virtual void boolean(const Field& field, bool& value) = 0;
+  virtual void text(const Field& field, std::string& value, bool may_be_empty) = 0;
+  virtual void choice(const Field& field, std::size_t& index, const std::vector<std::string>& names) = 0;
+  /// Array of distinct choices.
+  virtual void choices(const Field& field, std::vector<std::size_t>& indices,
+                       const std::vector<std::string>& names) = 0;
+  /// The choice that says which other keys the object has; to be called before them.
+  virtual void tag(const Field& field, std::size_t& index, const std::vector<std::string>& names) = 0;
+  /// An object. `present` (may be null: always there) tells whether an optional object was given.
+  /// `definition` names it in the schema, which a description that contains itself needs.
+  virtual void object(const Field& field, bool* present, const Body& body,
+                      const char* definition = nullptr) = 0;
+  /// Either the word or an object.
+  virtual void word_or_object(const Field& field, bool& is_object, const std::string& word,
+                              const Body& body) = 0;
+  /// Array of objects; `resize` makes room, `body` describes element i.
+  virtual void list(const Field& field, std::size_t count, std::size_t least,
+                    const std::function<void(std::size_t)>& resize,
+                    const std::function<void(Visitor&, std::size_t)>& body,
+                    const char* definition = nullptr) = 0;
+  /// Object whose keys are data; `keys` are its keys, `body` describes the value of keys[i].
+  virtual void keyed(const Field& field, std::vector<std::string>& keys,
+                     const std::vector<KeyPattern>& patterns,
+                     const std::function<void(Visitor&, std::size_t)>& body) = 0;
+  /// A key that a user may expect but this version does not have; `sentence` says what to do instead.
+  virtual void reserved(const char* /*key*/, const char* /*sentence*/) {}
+
+  /// Rule between keys of the object being visited, checked by the reader only: where `holds` is false, `key`
+  /// is at fault.
+  virtual void check(bool /*holds*/, const std::string& /*key*/, const std::string& /*found*/,
+                     const std::string& /*allowed*/) {}
+  /// Whether values come from a file, so that a default may depend on other keys.
+  virtual bool reading() const { return false; }
+
+  // Shorthands for members that always have a value.
+  void quantity(const Field& field, double& value, Dimension dimension, Range range) {
+    std::optional<double> optional = value;
+    quantity(field, optional, dimension, range);
+    value = optional.value_or(value);
+  }
+  /// Infinity is written as an absent key.
+  void quantity_or_infinity(const Field& field, double& value, Dimension dimension, Range range) {
+    std::optional<double> optional;
+    if (std::isfinite(value)) optional = value;
+    quantity(field, optional, dimension, range);
+    value = optional.value_or(std::numeric_limits<double>::infinity());
+  }
+  template <typename Integer>
+  void integer(const Field& field, Integer& value, std::int64_t low, std::int64_t high) {
+    std::optional<std::int64_t> optional = value;
+    integer(field, optional, low, high);
+    value = Integer(optional.value_or(value));
+  }
+  /// Enumerators in the order of `names`, counted from 0.
+  template <typename Enum>
+  void choice_of(const Field& field, Enum& value, const std::vector<std::string>& names) {
+    std::size_t index = std::size_t(value);
+    choice(field, index, names);
+    value = Enum(index);
+  }
+  /// A choice stored as its word.
+  void word(const Field& field, std::string& value, const std::vector<std::string>& names) {
+    std::size_t index = 0;
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (names[i] == value) index = i;
+    choice(field, index, names);
+    value = names[index];
+  }
+};
+
+}  // namespace aberfit
