@@ -1,0 +1,330 @@
+#include "aberfit/study/read_study.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "study/scratch_folder.h"
+#include "study/study_texts.h"
+
+namespace aberfit {
+namespace {
+
+using test::changed;
+using test::ScratchFolder;
+using test::with_psd;
+
+Study parse(const std::string& text) { return parse_study(text, "study.json"); }
+
+template <typename Model>
+Model model_of(const std::string& psd) {
+  return std::get<Model>(parse(with_psd(psd)).roughness.value().model);
+}
+
+const StatisticRequest& find(const Study& study, const std::string& name, std::size_t skip = 0) {
+  for (const StatisticRequest& request : study.target.statistics)
+    if (request.name == name && skip-- == 0) return request;
+  throw std::runtime_error("no statistic " + name);
+}
+
+TEST(ReadStudy, FillsInTheDefaultsOfTheMinimalStudy) {
+  const Study study = parse(test::kMinimalStudy);
+  EXPECT_EQ(study.path, "study.json");
+  EXPECT_EQ(study.mirror.focal_length, 2.8);
+  EXPECT_EQ(study.mirror.conic, -1);
+  EXPECT_EQ(study.mirror.spherical, (std::array<double, 5>{}));
+  EXPECT_EQ(std::get<CircleAperture>(study.aperture).diameter, 0.4);
+  EXPECT_EQ(std::get<CircleAperture>(study.aperture).margin, 0);
+  EXPECT_EQ(study.wavelength, 632.8e-9);
+  const auto& psd = std::get<UniformPsd>(study.roughness.value().model);
+  EXPECT_EQ(psd.rms, 100e-9);
+  EXPECT_EQ(psd.f_min, 2.5);
+  EXPECT_EQ(psd.f_max, 39.92);
+  EXPECT_EQ(study.target.theory, Theory::kAuto);
+  EXPECT_EQ(study.target.convention, Convention::kPhysical);
+  EXPECT_TRUE(study.target.statistics.empty());
+  ASSERT_TRUE(study.terms.zernike.has_value());  // their order is chosen when the study runs
+  EXPECT_EQ(study.terms.zernike->n_min, 2);
+  EXPECT_FALSE(study.terms.zernike->n_max.has_value());
+  EXPECT_FALSE(study.terms.fourier.has_value());
+  EXPECT_TRUE(study.terms.spherical.empty());
+  EXPECT_EQ(study.terms.covariance, CovarianceKind::kFull);
+  EXPECT_EQ(study.trace.pupil.layout, PupilLayout::kPolar);
+  EXPECT_EQ(study.trace.pupil.rays, 16384);
+  EXPECT_EQ(study.trace.pupil.seed, 1u);
+  EXPECT_FALSE(study.trace.central_difference_step.has_value());
+  EXPECT_EQ(study.trace.centre, Centre::kNominal);
+  EXPECT_EQ(study.fit.start, FitStart::kDraw);
+  EXPECT_EQ(study.fit.prior, PriorMode::kNearStart);
+  EXPECT_EQ(study.fit.max_iterations, 100);
+  EXPECT_EQ(study.equivalence.margin, 0.01);
+  EXPECT_EQ(study.equivalence.confidence, 0.95);
+  EXPECT_TRUE(study.output.plots);
+  EXPECT_FALSE(study.verify.published_phase.has_value());
+  EXPECT_FALSE(study.verify.independent_terms.has_value());
+}
+
+TEST(ReadStudy, ReadsEveryBlock) {
+  const Study study = parse(test::kFullStudy);
+  EXPECT_EQ(study.title, "every block");
+  EXPECT_EQ(study.mirror.spherical, (std::array<double, 5>{1e-9, 0, 0, 0, 2.5}));
+  EXPECT_EQ(std::get<CircleAperture>(study.aperture).margin, 1e-3);
+  EXPECT_EQ(study.target.theory, Theory::kRays);
+  EXPECT_EQ(study.target.convention, Convention::kPaper);
+  ASSERT_EQ(study.target.statistics.size(), 10u);
+  EXPECT_EQ(study.target.statistics.front().name, "ee50");  // in the order of the file
+  EXPECT_EQ(study.target.statistics.back().name, "rms_height");
+  EXPECT_EQ(find(study, "ee50").planes, (std::vector<double>{0, -1e-3}));
+  EXPECT_EQ(find(study, "ee50").tolerance, 1e-3);
+  EXPECT_EQ(find(study, "ee97.5").tolerance, 2e-3);
+  EXPECT_EQ(find(study, "ee97.5").planes, std::vector<double>{0});
+  EXPECT_EQ(std::get<std::string>(find(study, "ring_fwhm").ring), "ee90");
+  EXPECT_EQ(std::get<std::string>(find(study, "ring_fwhm", 1).ring), "ee50");
+  EXPECT_EQ(find(study, "ring_fwhm", 1).tolerance, 3e-3);
+  EXPECT_EQ(std::get<double>(find(study, "ring_profile").ring), 76e-6);
+  EXPECT_EQ(find(study, "ring_profile").profile_dz, (std::vector<double>{-1e-3, 0, 1e-3}));
+  EXPECT_EQ(find(study, "ring_profile").profile_value, (std::vector<double>{0.4, 0.9, 0.4}));
+  EXPECT_EQ(find(study, "scatter_rms").value, 36e-6);
+  EXPECT_EQ(find(study, "scatter_rms").standard_error, 0.1e-6);
+  EXPECT_EQ(find(study, "spot_fwhm").bandwidth, 5e-6);
+  EXPECT_EQ(find(study, "rms_radius").value, 60e-6);
+  EXPECT_FALSE(find(study, "rms_height").value.has_value());
+  EXPECT_EQ(study.terms.zernike->n_min, 1);
+  EXPECT_EQ(study.terms.zernike->n_max, 20);
+  EXPECT_EQ(study.terms.fourier->count, 400);
+  EXPECT_EQ(study.terms.fourier->sampling, FourierSampling::kGrid);
+  EXPECT_EQ(study.terms.spherical, (std::vector<int>{4, 6}));
+  EXPECT_EQ(study.terms.covariance, CovarianceKind::kDiagonal);
+  EXPECT_EQ(study.trace.pupil.layout, PupilLayout::kSobol);
+  EXPECT_EQ(study.trace.pupil.rays, 10000);
+  EXPECT_EQ(study.trace.pupil.seed, std::numeric_limits<std::uint64_t>::max());
+  EXPECT_EQ(study.trace.central_difference_step, 1e-6);
+  EXPECT_EQ(study.trace.centre, Centre::kCentroid);
+  EXPECT_EQ(study.fit.start, FitStart::kZero);
+  EXPECT_EQ(study.fit.seed, 7u);
+  EXPECT_EQ(study.fit.prior, PriorMode::kZeroMean);
+  EXPECT_EQ(study.fit.max_iterations, 50);
+  EXPECT_EQ(study.fit.starts, 3);
+  EXPECT_EQ(study.fit.spherical_rms, 2e-6);
+  EXPECT_EQ(study.fit.bound_sigmas, 4);
+  EXPECT_EQ(study.equivalence.confidence, 0.9);
+  EXPECT_FALSE(study.output.plots);
+  EXPECT_EQ(study.verify.published_phase->modes, 5000);
+  EXPECT_EQ(study.verify.published_phase->f_max, 1e6);
+  EXPECT_EQ(study.verify.independent_terms->draws, 20);
+  ASSERT_EQ(study.verify.published.size(), 2u);
+  EXPECT_EQ(study.verify.published[0].quantity, "harvey_shack.ee90_radius_m");
+  EXPECT_EQ(study.verify.published[0].scale, 1e-6);
+  EXPECT_EQ(study.verify.published[1].formula, "mean_deflection");
+  EXPECT_EQ(study.verify.published[1].inputs.gradient_y, 253.7);
+  EXPECT_EQ(study.verify.published[1].inputs.rms, 100e-9);
+  EXPECT_FALSE(study.verify.published[1].inputs.diameter.has_value());
+}
+
+TEST(ReadStudy, ReadsEveryPsdModel) {
+  const auto k = model_of<KCorrelationPsd>(
+      R"({"model": "k-correlation", "rms": "20 nm", "B": "50 mm", "exponent": 3.5, "f_min": "1 /m", "f_max": "1 /mm"})");
+  EXPECT_EQ(k.rms, 20e-9);
+  EXPECT_EQ(k.correlation, 50e-3);
+  EXPECT_EQ(k.exponent, 3.5);
+  EXPECT_EQ(k.f_min, 1);
+  EXPECT_EQ(k.f_max, 1e3);
+  const auto open =
+      model_of<KCorrelationPsd>(R"({"model": "k-correlation", "rms": "20 nm", "B": "50 mm", "exponent": 5})");
+  EXPECT_EQ(open.f_min, 0);
+  EXPECT_TRUE(std::isinf(open.f_max));
+
+  const auto by_rms = model_of<PowerLawPsd>(
+      R"({"model": "power-law", "rms": "20 nm", "exponent": 3, "f_min": "1 /m", "f_max": "10 cycles/mm"})");
+  EXPECT_EQ(by_rms.rms, 20e-9);
+  EXPECT_FALSE(by_rms.amplitude.has_value());
+  EXPECT_EQ(by_rms.f_max, 1e4);
+  const auto by_amplitude = model_of<PowerLawPsd>(
+      R"({"model": "power-law", "amplitude": "3 nm^2 mm^2", "exponent": 5, "f_min": "1 /m"})");
+  EXPECT_FALSE(by_amplitude.rms.has_value());
+  EXPECT_EQ(by_amplitude.amplitude, 3e-24);
+  EXPECT_TRUE(std::isinf(by_amplitude.f_max));
+
+  const auto gaussian =
+      model_of<GaussianPsd>(R"({"model": "gaussian", "rms": "5 nm", "correlation_length": "2 cm"})");
+  EXPECT_EQ(gaussian.rms, 5e-9);
+  EXPECT_EQ(gaussian.correlation_length, 0.02);
+}
+
+TEST(ReadStudy, ReadsSumsOfSums) {
+  const Study study = parse(with_psd(R"({"model": "sum", "parts": [
+      {"model": "gaussian", "rms": "3 nm", "correlation_length": "2 cm"},
+      {"model": "sum", "parts": [{"model": "uniform", "rms": "4 nm", "f_min": 1, "f_max": 100}]}]})"));
+  const PsdModel model = psd_model(study.roughness.value());
+  const auto& sum = std::get<SumPsd>(model);
+  ASSERT_EQ(sum.parts.size(), 2u);
+  EXPECT_EQ(std::get<GaussianPsd>(sum.parts[0]).rms, 3e-9);
+  EXPECT_EQ(std::get<UniformPsd>(std::get<SumPsd>(sum.parts[1]).parts.at(0)).f_max, 100);
+  // Independent parts: variances add, 3-4-5. The moments are good to 1e-12.
+  EXPECT_NEAR(psd_moments(RadialPsd(model)).rms_height() / 5e-9, 1, 1e-12);
+}
+
+TEST(ReadStudy, LoadsTablesRelativeToTheStudyInTheirUnits) {
+  const ScratchFolder folder;
+  folder.write("psd.csv", "f [1/mm], PSD [nm^2 mm^2]\n0.01, 100\n0.1, 10\n1, 0.01\n");
+  const auto read = [&](const std::string& keys) {
+    const std::string path =
+        folder.write("study.json", with_psd(R"({"model": "table", "file": "psd.csv")" + keys + "}"));
+    return read_study(path);
+  };
+  const std::string units = R"(, "frequency_unit": "1/mm", "psd_unit": "nm^2 mm^2")";
+  const double kRounding = 1e-15;
+
+  const Study study = read(units);
+  const auto& file = std::get<PsdTableFile>(study.roughness.value().model);
+  EXPECT_EQ(file.file, "psd.csv");
+  ASSERT_EQ(file.table.psd.frequency.size(), 3u);
+  EXPECT_NEAR(file.table.psd.frequency[1] / 100, 1, kRounding);
+  EXPECT_NEAR(file.table.psd.psd[1] / 10e-24, 1, kRounding);
+  const auto table = std::get<TablePsd>(psd_model(study.roughness.value()));
+  EXPECT_EQ(table.psd, file.table.psd.psd);
+
+  // A wavefront has twice the surface's heights, a scale of 3 nine times its PSD.
+  const Study wavefront = read(units + R"(, "of": "wavefront", "scale": 3)");
+  EXPECT_NEAR(std::get<PsdTableFile>(wavefront.roughness->model).table.psd.psd[1] / 22.5e-24, 1, kRounding);
+
+  const Study cut = read(units + R"(, "f_min": "0.02 /mm", "f_max": "0.5 /mm")");
+  const TablePsd& kept = std::get<PsdTableFile>(cut.roughness->model).table.psd;
+  EXPECT_NEAR(kept.frequency.front() / 20, 1, kRounding);
+  EXPECT_NEAR(kept.frequency.back() / 500, 1, kRounding);
+  EXPECT_GT(std::get<PsdTableFile>(cut.roughness->model).table.variance_left_out, 0);
+}
+
+TEST(ReadStudy, ReadsProfileTablesInProfileUnits) {
+  const ScratchFolder folder;
+  folder.write("profile.csv", "1 1e-15\n10 1e-17\n100 1e-19\n1000 1e-21\n");
+  const std::string path =
+      folder.write("study.json", with_psd(R"({"model": "table", "file": "profile.csv", "kind": "1d"})"));
+  const auto file = std::get<PsdTableFile>(read_study(path).roughness.value().model);
+  EXPECT_EQ(file.psd_unit, "m^3");
+  // S2 = (A/4) f^-3 integrated over y with f^2 + y^2 is (A/2) f^-2: half of the one-sided S1 = A f^-2 of this
+  // table. The table goes on as the same power law, so the conversion has no truncation error.
+  EXPECT_NEAR(file.table.psd.psd[1] / (1e-15 / 4 * 1e-3), 1, 1e-9);
+}
+
+TEST(ReadStudy, LoadsRingProfilesFromFiles) {
+  const ScratchFolder folder;
+  folder.write("profile.csv", "# measured\r\ndz,share\r\n-1e-3, 0.4\r\n0;0.9\r\n\r\n1e-3\t0.4 # last\r\n");
+  const std::string path = folder.write(
+      "study.json", changed("/target/statistics/ring_profile", R"({"file": "profile.csv", "ring": "ee50"})"));
+  const Study study = read_study(path);
+  const StatisticRequest& profile = find(study, "ring_profile");
+  EXPECT_EQ(profile.profile_dz, (std::vector<double>{-1e-3, 0, 1e-3}));
+  EXPECT_EQ(profile.profile_value, (std::vector<double>{0.4, 0.9, 0.4}));
+}
+
+TEST(ReadStudy, ReadsEveryAperture) {
+  const auto aperture = [](const std::string& text) { return parse(changed("/aperture", text)).aperture; };
+  const auto annulus = std::get<AnnulusAperture>(
+      aperture(R"({"shape": "annulus", "diameter": 0.4, "inner_diameter": "10 cm"})"));
+  EXPECT_EQ(annulus.inner_diameter, 0.1);
+  const auto rectangle = std::get<RectangleAperture>(
+      aperture(R"({"shape": "rectangle", "width": "0.3 m", "height": 0.2, "margin": "1 mm"})"));
+  EXPECT_EQ(rectangle.width, 0.3);
+  EXPECT_EQ(rectangle.height, 0.2);
+  EXPECT_EQ(rectangle.margin, 1e-3);
+  const auto polygon = std::get<PolygonAperture>(aperture(
+      R"({"shape": "polygon", "vertices": [["-10 cm", 0], [0.1, 0], [0, "0.15 m"], [-0.05, 0.05]]})"));
+  ASSERT_EQ(polygon.vertices.size(), 4u);
+  EXPECT_EQ(polygon.vertices[0], (std::array<double, 2>{-0.1, 0}));
+  EXPECT_EQ(polygon.vertices[2], (std::array<double, 2>{0, 0.15}));
+}
+
+TEST(ReadStudy, TakesSobolRaysWherePolarOnesDoNotExist) {
+  const std::string rectangle = R"({"shape": "rectangle", "width": 0.3, "height": 0.2})";
+  EXPECT_EQ(parse(changed("/aperture", rectangle)).trace.pupil.layout, PupilLayout::kSobol);
+  const std::string annulus = R"({"shape": "annulus", "diameter": 0.4, "inner_diameter": 0.1})";
+  EXPECT_EQ(parse(changed("/aperture", annulus)).trace.pupil.layout, PupilLayout::kPolar);
+}
+
+TEST(ReadStudy, NeedsNoRoughnessWhereEveryTargetIsAValue) {
+  const Study study = parse(R"({
+      "aberfit": 1, "mirror": {"focal_length": 2.8}, "aperture": {"shape": "circle", "diameter": 0.4},
+      "light": {"wavelength": 6.328e-7}, "target": {"statistics": {"ee90": {"value": "76 um"}}},
+      "terms": {"spherical": ["c12"]}, "fit": {"prior": "zero-mean"}})");
+  EXPECT_FALSE(study.roughness.has_value());
+  EXPECT_FALSE(study.terms.zernike.has_value());
+  EXPECT_EQ(study.terms.spherical, std::vector<int>{12});
+}
+
+TEST(ReadStudy, TellsRingWidthsApartByTheirRings) {
+  const Study study =
+      parse(changed("/target/statistics",
+                    R"({"ring_fwhm@ee90": {}, "ring_fwhm": {"ring": "80 um"}, "ring_fwhm@ee50": {}})"));
+  EXPECT_EQ(std::get<std::string>(study.target.statistics[0].ring), "ee90");
+  EXPECT_EQ(std::get<double>(study.target.statistics[1].ring), 80e-6);
+  EXPECT_EQ(std::get<std::string>(study.target.statistics[2].ring), "ee50");
+  for (const StatisticRequest& request : study.target.statistics) EXPECT_EQ(request.name, "ring_fwhm");
+}
+
+// The resolved study must be a valid study of the same meaning: written, read and written again it stays the
+// same to the last digit.
+TEST(ResolvedStudy, ReadsBackAsItself) {
+  const ScratchFolder folder;
+  folder.write_data();
+  folder.write("profile.csv", "-1e-3 0.4\n0 0.9\n1e-3 0.4\n");
+  const std::vector<std::string> texts = {
+      test::kMinimalStudy,
+      test::kFullStudy,
+      with_psd(R"({"model": "k-correlation", "rms": "20 nm", "B": "0.1 in", "exponent": 4.7})"),
+      with_psd(R"({"model": "power-law", "amplitude": "3 nm^2 mm^2", "exponent": 5, "f_min": "1 /m"})"),
+      with_psd(R"({"model": "gaussian", "rms": "5 nm", "correlation_length": "2 cm"})"),
+      with_psd(R"({"model": "table", "file": "psd.csv", "of": "wavefront", "scale": 0.3, "f_min": 2})"),
+      with_psd(
+          R"({"model": "sum", "parts": [{"model": "gaussian", "rms": "3 nm", "correlation_length": "2 cm"},
+                  {"model": "table", "file": "psd.csv", "kind": "1d"}]})"),
+      changed("/aperture",
+              R"({"shape": "annulus", "diameter": 0.4, "inner_diameter": "1 in", "margin": "1 mm"})"),
+      changed("/aperture", R"({"shape": "rectangle", "width": 0.3, "height": "0.2 m"})"),
+      changed("/aperture", R"({"shape": "polygon", "vertices": [[0, 0], ["0.1 m", 0], [0, "3 in"]]})"),
+      changed(
+          "/target/statistics",
+          R"({"ring_fwhm@ee90": {}, "ring_fwhm": {"ring": "80 um"}, "ring_fwhm@ee50": {"value": "3 mm"}})"),
+      changed("/target/statistics/ring_profile", R"({"file": "profile.csv"})"),
+      changed("/terms", R"({"spherical": ["c8", "c4"]})"),
+      changed("/target/statistics/scatter_mean", R"({"value": "3.24 arcsec"})"),
+  };
+  for (const std::string& text : texts) {
+    SCOPED_TRACE(text);
+    const std::string path = folder.write("study.json", text);
+    const Study study = read_study(path);
+    const nlohmann::ordered_json resolved = resolved_study(study);
+    const Study again = parse_study(resolved.dump(2), path);
+    EXPECT_EQ(resolved_study(again).dump(2), resolved.dump(2));
+    // What is loaded from files is not part of the resolved text.
+    for (std::size_t i = 0; i < study.target.statistics.size(); ++i) {
+      EXPECT_EQ(again.target.statistics[i].profile_dz, study.target.statistics[i].profile_dz);
+      EXPECT_EQ(again.target.statistics[i].name, study.target.statistics[i].name);
+      EXPECT_EQ(again.target.statistics[i].ring, study.target.statistics[i].ring);
+    }
+  }
+}
+
+TEST(ResolvedStudy, HoldsEveryDefaultInSiUnits) {
+  const nlohmann::ordered_json resolved = resolved_study(parse(test::kMinimalStudy));
+  const nlohmann::ordered_json expected = nlohmann::ordered_json::parse(R"({
+    "aberfit": 1,
+    "mirror": {"focal_length": 2.8, "conic": -1.0, "spherical": {"c4": 0.0, "c6": 0.0, "c8": 0.0, "c10": 0.0, "c12": 0.0}},
+    "aperture": {"shape": "circle", "diameter": 0.4, "margin": 0.0},
+    "light": {"wavelength": 6.328e-7},
+    "roughness": {"psd": {"model": "uniform", "rms": 1e-7, "f_min": 2.5, "f_max": 39.92}},
+    "target": {"theory": "auto", "convention": "physical", "statistics": {}},
+    "terms": {"zernike": {"n_min": 2}, "spherical": [], "covariance": "full"},
+    "trace": {"pupil": "polar", "rays": 16384, "seed": 1, "normals": "analytic", "centre": "nominal"},
+    "fit": {"start": "draw", "seed": 1, "prior": "near-start", "max_iterations": 100, "starts": 1, "spherical_rms": 1e-6,
+            "bound_sigmas": 0.0},
+    "equivalence": {"margin": 0.01, "confidence": 0.95},
+    "output": {"plots": true},
+    "verify": {"published": []}
+  })");
+  EXPECT_EQ(resolved.dump(1), expected.dump(1));
+}
+
+}  // namespace
+}  // namespace aberfit
