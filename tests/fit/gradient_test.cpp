@@ -1,0 +1,112 @@
+#include <ceres/gradient_checker.h>
+#include <gtest/gtest.h>
+
+#include "../../src/fit/focus_residuals.h"
+#include "fit_scene.h"
+
+using namespace aberfit;
+
+namespace {
+
+// Every kind of statistic, in and out of focus.
+std::vector<Statistic> every_statistic(double focal_sigma) {
+  return {EncircledEnergyRadius{0.2, 0},
+          EncircledEnergyRadius{0.9, 0},
+          EncircledEnergyRadius{0.5, 0.7e-3},
+          EncircledEnergyRadius{0.8, -0.7e-3},
+          RingFwhm{},
+          RingFwhm{0.5, {}},
+          RingFwhm{0.9, 2 * focal_sigma},
+          RingThrough{focal_sigma, 3e-4},
+          ScatterRms{},
+          ScatterMean{},
+          SpotFwhm{0.3 * focal_sigma},
+          RmsRadius{2e-4},
+          RmsHeight{}};
+}
+
+std::vector<Target> targets_of(const std::vector<Statistic>& statistics, const FitScene& scene) {
+  std::vector<Target> targets;
+  for (const Statistic& s : statistics) {
+    double unit = scene.focal_sigma;
+    if (std::holds_alternative<ScatterRms>(s) || std::holds_alternative<ScatterMean>(s))
+      unit = scene.focal_sigma / 2.8;
+    if (std::holds_alternative<RingThrough>(s)) unit = 1.0;
+    if (std::holds_alternative<RmsHeight>(s)) unit = 1e-7 * scene.focal_sigma / 3e-5;
+    targets.push_back({s, unit, 0, unit});
+  }
+  return targets;
+}
+
+// Ridders differences of every residual against the analytic Jacobian.
+void check_gradient(const FitScene& scene, const Eigen::VectorXd& white, double width, double precision) {
+  const std::vector<Target> targets = targets_of(every_statistic(scene.focal_sigma), scene);
+  for (const Target& target : targets) {
+    const FitProblem problem = scene.problem({target});
+    const FocusResiduals residual(problem, width * scene.focal_sigma, 1);
+    ceres::NumericDiffOptions how;
+    how.relative_step_size = 1e-3;
+    how.ridders_relative_initial_step_size = 3e-3;
+    const std::vector<const ceres::Manifold*>* no_manifolds = nullptr;
+    ceres::GradientChecker checker(&residual, no_manifolds, how);
+    std::vector<const double*> blocks;
+    Eigen::Index at = 0;
+    for (const int size : residual.parameter_block_sizes()) {
+      blocks.push_back(white.data() + at);
+      at += size;
+    }
+    ceres::GradientChecker::ProbeResults results;
+    checker.Probe(blocks.data(), precision, &results);
+    ASSERT_TRUE(results.return_value) << statistic_name(target.statistic);
+    // Compared on the scale of the whole gradient: single entries may vanish.
+    double largest = 0, error = 0;
+    for (std::size_t b = 0; b < results.jacobians.size(); ++b) {
+      largest = std::max(largest, results.jacobians[b].cwiseAbs().maxCoeff());
+      error = std::max(error, (results.jacobians[b] - results.numeric_jacobians[b]).cwiseAbs().maxCoeff());
+    }
+    EXPECT_GT(largest, 0) << statistic_name(target.statistic);
+    EXPECT_LT(error / largest, precision) << statistic_name(target.statistic);
+  }
+}
+
+// The kernel has three continuous derivatives, so differences of its sums over some hundred rays are good to
+// about 1e-6.
+constexpr double kPrecision = 5e-6;
+
+}  // namespace
+
+TEST(FocusResiduals, GradientsHoldAtGenericPoints) {
+  const FitScene scene(5, {4, 6}, 1500, PupilLayout::kRandom);
+  for (const std::uint64_t seed : {2u, 3u, 4u})
+    check_gradient(scene, draw_white(scene.prior.size(), seed), 0.5, kPrecision);
+}
+
+TEST(FocusResiduals, GradientsHoldAtAThousandthOfADraw) {
+  FitScene scene(5, {4}, 1500, PupilLayout::kRandom);
+  scene.focal_sigma *= 1e-3;  // the kernel follows the spot
+  check_gradient(scene, 1e-3 * draw_white(scene.prior.size(), 2), 0.5, kPrecision);
+}
+
+TEST(FocusResiduals, GradientsHoldWithARayThroughTheCentreAndTiedRadii) {
+  // A polar pupil and a rotationally symmetric surface: every ring of rays is tied, to rounding; one more ray
+  // runs along the axis.
+  FitScene scene(4, {4}, 1200, PupilLayout::kPolar);
+  const Eigen::Index n = scene.pupil.size();
+  for (Eigen::ArrayXd* values : {&scene.pupil.x, &scene.pupil.y, &scene.pupil.weight})
+    values->conservativeResize(n + 1);
+  scene.pupil.x[n] = scene.pupil.y[n] = 0;
+  scene.pupil.weight[n] = 1.0 / double(n);
+  scene.surface = SurfaceOperator(scene.terms, scene.pupil.x, scene.pupil.y, 1);
+  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(scene.terms.size());
+  for (std::size_t j = 0; j < scene.terms.zernike.size(); ++j)
+    if (scene.terms.zernike[j].m == 0) coefficients[Eigen::Index(j)] = 4e-8;
+  check_gradient(scene, scene.prior.whiten(coefficients), 0.8, 1e-5);
+}
+
+TEST(Calibrate, ZeroCoefficientsAreDegenerate) {
+  const FitScene scene(4, {}, 1000, PupilLayout::kPolar);
+  const FitProblem problem = scene.problem({{EncircledEnergyRadius{0.9, 0}, 3e-5, 0, 3e-8}});
+  const FitResult result = calibrate(problem, Eigen::VectorXd::Zero(scene.prior.size()), {});
+  EXPECT_EQ(result.status, FitStatus::kDegenerate);
+  EXPECT_FALSE(result.message.empty());
+}
