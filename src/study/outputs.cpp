@@ -31,9 +31,9 @@ void draw(const Study& study, const Scene& scene, const RunOptions& options, con
     target = trace_perturbed(study.mirror, pupil, scene.numbers.rms_slope_per_axis, study.target.convention,
                              study.trace.pupil.seed);
   const SurfaceOperator map = map_operator(result->terms, scene.radius, threads);
-  write_plots(
-      {*result, study.mirror, pupil, nominal, target, fitted, field, map, kMapSize, scene.focal_sigma},
-      options.output_directory, &result->warnings);
+  write_plots({*result, study.mirror, study.aperture, pupil, nominal, target, fitted, field, map, kMapSize,
+               scene.focal_sigma},
+              options.output_directory, &result->warnings);
 }
 
 }  // namespace

@@ -1,0 +1,13 @@
+#pragma once
+#include <string>
+
+namespace aberfit {
+
+/// Full path of the gnuplot program on PATH; empty when there is none.
+std::string find_gnuplot();
+
+/// Runs `gnuplot --default-settings script` in `directory` and waits for it. No shell takes part, so any
+/// folder name will do. Returns an empty text on success, else what gnuplot or the system said, on one line.
+std::string run_gnuplot(const std::string& gnuplot, const std::string& directory, const std::string& script);
+
+}  // namespace aberfit

@@ -1,0 +1,68 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "aberfit/core/units.h"
+#include "aberfit/report/plots.h"
+
+namespace aberfit {
+
+/// One picture before it is drawn: a gnuplot script `name`.gp that makes `name`.png, and the data files it
+/// reads.
+struct Picture {
+  std::string name;
+  std::string script;
+  std::vector<std::pair<std::string, std::string>> data;  ///< file name, text
+};
+
+// What each picture shows is said where it is made; nullopt-like pictures (nothing to show) have an empty
+// name.
+Picture ee_curves_picture(const PlotInput& input);
+Picture ring_through_picture(const PlotInput& input);
+Picture focal_images_picture(const PlotInput& input);
+Picture gradients_picture(const PlotInput& input);
+Picture surface_picture(const PlotInput& input, const SurfaceField& grid);
+Picture profile_picture(const PlotInput& input, const SurfaceField& grid);
+Picture coefficients_picture(const PlotInput& input);
+
+// Shared by the makers of pictures:
+
+/// A unit of an axis: SI value * per_si = number on the axis.
+struct AxisUnit {
+  double per_si = 1;
+  std::string name;
+};
+/// The unit in which `largest` [m] or [rad] has few digits before the point.
+AxisUnit length_unit(double largest);
+AxisUnit angle_unit(double largest);
+
+/// format_quantity with the micro sign.
+std::string display(double value, Dimension dimension);
+
+/// gnuplot string literal of any text: single-quoted (nothing in it is executed or expanded), control
+/// characters as blanks.
+std::string gnuplot_text(const std::string& text);
+
+/// Opens every script: how to draw again, terminal, fonts, grid, the shared line colours. Size [pixels].
+std::string script_head(const std::string& name, int width, int height);
+
+/// `text`, then the study's title when it has one; shortened to fit the width of a picture.
+std::string picture_title(const PlotInput& input, const std::string& text);
+
+/// Where the study centres its statistics (`trace.centre`).
+Centre plot_centre(const ResultDocument& result);
+
+/// Data file: the sentences of `header` as comments, then one row per entry of the columns, 9 digits.
+std::string columns_file(const std::vector<std::string>& header, const std::vector<Eigen::ArrayXd>& columns);
+
+/// Data file of gnuplot's `matrix` kind: row by row, 6 digits.
+std::string matrix_file(const std::vector<std::string>& header, const Eigen::ArrayXXd& matrix);
+
+/// Colours told apart with every common colour blindness (Okabe & Ito 2008).
+inline constexpr const char* kIdealColour = "#666666";
+inline constexpr const char* kTargetColour = "#0072B2";
+inline constexpr const char* kFittedColour = "#D55E00";
+
+}  // namespace aberfit

@@ -1,0 +1,318 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "focus_curves.h"
+#include "picture.h"
+
+namespace aberfit {
+namespace {
+
+struct Branch {
+  const char* key;  // in file names
+  const char* label;
+  const RayBundle* rays;
+  int line;  // gnuplot line type
+};
+
+// Ideal, target and fitted, the target only where there is one.
+std::vector<Branch> branches(const PlotInput& input) {
+  std::vector<Branch> all = {{"ideal", "ideal mirror", &input.ideal, 1}};
+  if (input.target.size() > 0) all.push_back({"target", "target (Harvey-Shack)", &input.target, 2});
+  all.push_back({"fitted", "fitted surface", &input.fitted, 3});
+  return all;
+}
+
+const RayBundle& reference(const PlotInput& input) {
+  return input.target.size() > 0 ? input.target : input.fitted;
+}
+
+const char* reference_name(const PlotInput& input) {
+  return input.target.size() > 0 ? "target" : "fitted surface";
+}
+
+// The same estimators as in the result, so that picture and table agree.
+double statistic(const PlotInput& input, const RayBundle& rays, const Statistic& wanted) {
+  static const Eigen::ArrayXd kNoHeight;
+  return evaluate_exact({rays, input.ideal, kNoHeight, plot_centre(input.result)}, {wanted}, 1)[0];
+}
+
+// A spot size to scale axes by: of the roughness, or of the rays where there is no roughness to speak of.
+double spot_scale(const PlotInput& input) {
+  if (input.focal_sigma > 0) return input.focal_sigma;
+  for (const RayBundle* rays : {&input.fitted, &input.ideal})
+    if (const double radius = statistic(input, *rays, RmsRadius{}); radius > 1e-12)
+      return radius / std::sqrt(2.0);
+  return 1e-6;
+}
+
+std::string length_text(double value) {
+  return std::isfinite(value) ? display(value, Dimension::kLength) : "none";
+}
+
+// f sigma_f / R: the defocus at which the geometric blur of the rim equals the spot.
+double plane_unit(const PlotInput& input) {
+  return input.mirror.focal_length * spot_scale(input) / aperture_radius(input.aperture);
+}
+
+// Step between tics of about `wanted`: 1, 2 or 5 times a power of ten.
+double nice_step(double wanted) {
+  if (!(wanted > 0)) return 1;
+  const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (wanted <= factor * decade) return factor * decade;
+  return 10 * decade;
+}
+
+// Targets of EE radii at the focus: (radius, fraction).
+std::pair<Eigen::ArrayXd, Eigen::ArrayXd> fitted_fractions(const ResultDocument& result) {
+  std::vector<double> radius, fraction;
+  for (const Target& target : result.targets)
+    if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic); ee && ee->dz == 0) {
+      radius.push_back(target.value);
+      fraction.push_back(ee->fraction);
+    }
+  const auto array = [](const std::vector<double>& v) {
+    return Eigen::ArrayXd(Eigen::Map<const Eigen::ArrayXd>(v.data(), Eigen::Index(v.size())));
+  };
+  return {array(radius), array(fraction)};
+}
+
+}  // namespace
+
+/// EE(r) at z = f, below it the difference fitted - target with one standard error of the target's rays.
+Picture ee_curves_picture(const PlotInput& input) {
+  const std::string name = "ee_curves";
+  constexpr int kPoints = 501;
+  const bool has_target = input.target.size() > 0;
+  const double reach = std::max(statistic(input, reference(input), EncircledEnergyRadius{0.98, 0.0}),
+                                statistic(input, input.fitted, EncircledEnergyRadius{0.98, 0.0}));
+  const double last = reach > 0 ? 1.2 * reach : 4 * spot_scale(input);
+  const Eigen::ArrayXd radii = Eigen::ArrayXd::LinSpaced(kPoints, 0.0, last);
+  const Centre centre = plot_centre(input.result);
+  const Eigen::ArrayXd none = Eigen::ArrayXd::Constant(kPoints, NAN);
+  const auto curve = [&](const RayBundle& rays) { return encircled_energy_curve(rays, centre, 0.0, radii); };
+  const Eigen::ArrayXd ideal = curve(input.ideal), fitted = curve(input.fitted);
+  const Eigen::ArrayXd target = has_target ? curve(input.target) : none;
+  // Binomial error of a share counted with unequal weights: N_eff = (sum w)^2 / sum w^2 (Kish 1965).
+  const Eigen::ArrayXd& weight = input.target.weight;
+  const double n_eff = has_target ? weight.sum() * weight.sum() / weight.square().sum() : NAN;
+  const Eigen::ArrayXd error = (target * (1.0 - target) / n_eff).sqrt();
+
+  Picture picture{name, script_head(name, 1200, 950), {}};
+  picture.data.emplace_back(
+      name + ".dat",
+      columns_file(
+          {"Share of the light within a radius of the centre at z = f",
+           "columns: radius_m ideal target fitted standard_error_of_target (shares; nan: no target)"},
+          {radii, ideal, target, fitted, error}));
+  const auto [target_radius, target_fraction] = fitted_fractions(input.result);
+  if (target_radius.size() > 0)
+    picture.data.emplace_back(
+        "ee_targets.dat",
+        columns_file({"Encircled-energy radii the fit was asked for at z = f", "columns: radius_m fraction"},
+                     {target_radius, target_fraction}));
+
+  const AxisUnit unit = length_unit(last);
+  std::string plots;
+  for (const Branch& branch : branches(input)) {
+    const double ee50 = statistic(input, *branch.rays, EncircledEnergyRadius{0.5, 0.0});
+    const double ee90 = statistic(input, *branch.rays, EncircledEnergyRadius{0.9, 0.0});
+    // A perfect focus has radii of rounding errors, which nobody wants to read.
+    const std::string text =
+        ee90 < 1e-6 * last ? "a point" : "ee50 " + length_text(ee50) + ", ee90 " + length_text(ee90);
+    const int column = branch.rays == &input.ideal ? 2 : branch.rays == &input.target ? 3 : 4;
+    plots += fmt::format("{}'{}.dat' using ($1*u):{} with lines linetype {} title {}",
+                         plots.empty() ? "" : ", \\\n  ", name, column, branch.line,
+                         gnuplot_text(fmt::format("{}: {}", branch.label, text)));
+    if (ee90 >= 1e-6 * last && column > 2)
+      picture.script += fmt::format(
+          "set arrow from {0:.9g},0 to {0:.9g},0.5 nohead linetype {2} linewidth 0.8\n"
+          "set arrow from {1:.9g},0 to {1:.9g},0.9 nohead linetype {2} linewidth 0.8\n",
+          ee50 * unit.per_si, ee90 * unit.per_si, branch.line);
+  }
+  if (target_radius.size() > 0)
+    plots +=
+        ", \\\n  'ee_targets.dat' using ($1*u):2 with points pointtype 6 pointsize 1.4 linewidth 1.5 "
+        "linecolor rgb "
+        "'black' title 'values fitted to'";
+
+  picture.script += fmt::format(
+      "u = {:.9g}  # axis units per metre\n"
+      "set xrange [0:{:.9g}]\n"
+      "set lmargin 11\nset rmargin 3\n"
+      "set multiplot title {} font 'DejaVu Sans,16'\n"
+      "set size 1,{}\nset origin 0,{}\n"
+      "set ylabel 'share of the light within the radius'\n"
+      "set yrange [0:1.05]\nset ytics 0.1\n"
+      "set key maxcols 2\n"
+      "{}plot {}\n",
+      unit.per_si, last * unit.per_si, picture_title(input, "Encircled energy at z = f"),
+      has_target ? 0.63 : 0.95, has_target ? 0.32 : 0.0,
+      has_target ? "set format x ''\n" : fmt::format("set xlabel 'radius [{}]'\n", unit.name), plots);
+  const double difference = std::max((fitted - target).abs().maxCoeff(), error.maxCoeff());
+  if (has_target)
+    picture.script += fmt::format(
+        "unset arrow\n"
+        "set size 1,0.34\nset origin 0,0\n"
+        "set format x '%g'\nset xlabel 'radius [{0}]'\n"
+        "set ylabel 'difference [% of light]'\n"
+        "set autoscale y\nset ytics {3:.9g}\n"
+        "plot '{1}.dat' using ($1*u):(-100*$5):(100*$5) with filledcurves fillcolor rgb '#cfe3f2' title "
+        "'sampling error of the target, 1 sigma', \\\n"
+        "  0 with lines linecolor rgb '#666666' linewidth 1 notitle, \\\n"
+        "  '{1}.dat' using ($1*u):(100*($4-$3)) with lines linecolor rgb '{2}' linewidth 2 title "
+        "'fitted - target'\n",
+        unit.name, name, kFittedColour, nice_step(100 * difference / 2));
+  picture.script += "unset multiplot\n";
+  return picture;
+}
+
+/// N(z) through one ring, the target's ee90 at z = f, for all three surfaces.
+Picture ring_through_picture(const PlotInput& input) {
+  const std::string name = "ring_through";
+  constexpr int kPoints = 1001;
+  constexpr double kReach = 5;  // in units of ring f / R; half maximum is near 1.4
+  double ring = statistic(input, reference(input), EncircledEnergyRadius{0.9, 0.0});
+  if (!(ring > 1e-12)) ring = 2 * spot_scale(input);
+  const double last = kReach * ring * input.mirror.focal_length / aperture_radius(input.aperture);
+  const Eigen::ArrayXd planes = Eigen::ArrayXd::LinSpaced(kPoints, -last, last);
+  const Centre centre = plot_centre(input.result);
+  const auto curve = [&](const RayBundle& rays) -> Eigen::ArrayXd {
+    if (rays.size() == 0) return Eigen::ArrayXd::Constant(kPoints, NAN);
+    return ring_through_curve(rays, centre, ring, planes);
+  };
+  Picture picture{name, script_head(name, 1200, 800), {}};
+  picture.data.emplace_back(
+      name + ".dat",
+      columns_file(
+          {fmt::format("Share of the light inside a ring of radius {:.9g} m, centred on the focus", ring),
+           "columns: plane_dz_m (offset from z = f) ideal target fitted (shares; nan: no target)"},
+          {planes, curve(input.ideal), curve(input.target), curve(input.fitted)}));
+  std::string plots;
+  for (const Branch& branch : branches(input)) {
+    const double fwhm = statistic(input, *branch.rays, RingFwhm{0.9, ring});
+    const int column = branch.rays == &input.ideal ? 2 : branch.rays == &input.target ? 3 : 4;
+    plots += fmt::format("{}'{}.dat' using ($1*u):{} with lines linetype {} title {}",
+                         plots.empty() ? "" : ", \\\n  ", name, column, branch.line,
+                         gnuplot_text(fmt::format("{}: FWHM {}", branch.label, length_text(fwhm))));
+  }
+  const AxisUnit unit = length_unit(last);
+  picture.script += fmt::format(
+      "u = {:.9g}  # axis units per metre\n"
+      "set multiplot title {} font 'DejaVu Sans,16'\n"
+      "set size 1,0.94\nset origin 0,0\n"
+      "set xlabel 'plane: distance from z = f along the axis [{}]'\n"
+      "set ylabel {}\n"
+      "set xrange [{:.9g}:{:.9g}]\nset yrange [0:1.05]\nset ytics 0.1\n"
+      "set key maxcols 3\n"
+      "plot {}, \\\n  {:.9g} with lines linecolor rgb '#999999' linewidth 0.8 title 'half maximum of the "
+      "{}'\n"
+      "unset multiplot\n",
+      unit.per_si, picture_title(input, "Light through a ring"), unit.name,
+      gnuplot_text("share of the light inside a ring of radius " + length_text(ring)), -last * unit.per_si,
+      last * unit.per_si, plots, 0.5 * curve(reference(input)).maxCoeff(), reference_name(input));
+  return picture;
+}
+
+/// Spots as a camera would see them: three planes by three surfaces, logarithmic, one common scale.
+Picture focal_images_picture(const PlotInput& input) {
+  const std::string name = "focal_images";
+  constexpr int kPixels = 129;  // odd, so that the centre is a pixel
+  constexpr double kHalfWidth =
+      5.0;  // in units of the spot's sigma: 2 for the blur of defocus and 3 for the spot
+  constexpr double kDecades = 2.5;  // below the brightest pixel of target and fitted surface
+  struct Plane {
+    const char* key;
+    double units;
+  };
+  constexpr Plane kPlanes[] = {{"before", -2.0}, {"focus", 0.0}, {"behind", 2.0}};
+  const double half = kHalfWidth * spot_scale(input), pixel = 2 * half / kPixels;
+  const double ring = statistic(input, reference(input), EncircledEnergyRadius{0.9, 0.0});
+  const AxisUnit unit = length_unit(half);
+  const std::vector<Branch> rows = branches(input);
+  const int row_height = 415, head_height = 130;
+  const int height = head_height + row_height * int(rows.size());
+
+  Picture picture{name, "", {}};
+  double brightest = 0;
+  std::string panels;
+  const double left = 0.08, panel_width = 0.255, bottom = 85.0 / height,
+               panel_height = (row_height - 45.0) / height;
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    for (std::size_t column = 0; column < std::size(kPlanes); ++column) {
+      const double dz = kPlanes[column].units * plane_unit(input);
+      const Eigen::ArrayXXd image =
+          focal_image(*rows[row].rays, plot_centre(input.result), dz, half, kPixels);
+      if (row > 0) brightest = std::max(brightest, image.maxCoeff());
+      const std::string file = fmt::format("{}_{}_{}.dat", name, rows[row].key, kPlanes[column].key);
+      picture.data.emplace_back(
+          file, matrix_file({fmt::format("Share of the light per pixel, {} at dz = {:.9g} m from z = f",
+                                         rows[row].label, dz),
+                             fmt::format("{0} x {0} pixels of {1:.9g} m; rows from -y to +y, columns from -x "
+                                         "to +x; the first pixel "
+                                         "is centred on {2:.9g} m in x and y",
+                                         kPixels, pixel, -half + 0.5 * pixel)},
+                            image));
+      const double x0 = left + double(column) * 0.272;
+      const double y0 = bottom + double(rows.size() - 1 - row) * row_height / height;
+      panels +=
+          fmt::format("set lmargin at screen {:.4f}\nset rmargin at screen {:.4f}\n", x0, x0 + panel_width);
+      panels +=
+          fmt::format("set bmargin at screen {:.4f}\nset tmargin at screen {:.4f}\n", y0, y0 + panel_height);
+      panels += row == 0
+                    ? fmt::format("set title {} offset 0,-0.5\n",
+                                  gnuplot_text(dz == 0 ? "z = f"
+                                                       : fmt::format("{} {} f", length_text(std::abs(dz)),
+                                                                     dz < 0 ? "before z =" : "behind z =")))
+                    : "unset title\n";
+      panels += row + 1 == rows.size() ? fmt::format("set format x '%g'\nset xlabel 'x [{}]'\n", unit.name)
+                                       : "set format x ''\nunset xlabel\n";
+      panels += column == 0
+                    ? fmt::format("set format y '%g'\nset ylabel {}\n",
+                                  gnuplot_text(fmt::format("{}      y [{}]", rows[row].label, unit.name)))
+                    : "set format y ''\nunset ylabel\n";
+      // One colour box for all, beside the last panel.
+      panels += row == 0 && column == 2
+                    ? fmt::format("set colorbox user origin screen 0.895,{:.4f} size screen 0.016,{:.4f}\n",
+                                  bottom, 1.0 - bottom - double(head_height - 85) / height - 45.0 / height)
+                    : "unset colorbox\n";
+      panels += fmt::format(
+          "plot '{}' matrix using ($1*p+o):($2*p+o):($3*b>lowest?$3*b:lowest) with image notitle", file);
+      if (ring > 0 && ring < half)
+        panels +=
+            ", \\\n  [0:2*pi] '+' using (ring*cos($1)):(ring*sin($1)) with lines linecolor rgb 'white' "
+            "linewidth 1 "
+            "dashtype 2 notitle";
+      panels += "\n";
+    }
+  }
+
+  picture.script = script_head(name, 1500, height);
+  picture.script += fmt::format(
+      "p = {:.9g}; o = {:.9g}  # pixel and first pixel [{}]\n"
+      "b = {:.9g}  # share per pixel -> brightness relative to the brightest pixel of target and fitted "
+      "surface\n"
+      "lowest = {:.9g}\n"
+      "ring = {:.9g}  # ee90 radius at z = f [{}]\n"
+      "set samples 181\n"
+      "set multiplot title {} font 'DejaVu Sans,16'\n"
+      "unset grid\nunset key\n"
+      "set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\nset size ratio -1\n"
+      "set tics out\n"
+      "set logscale cb\nset cbrange [lowest:1]\n"
+      "set cblabel 'light per pixel, relative to the brightest of a rough mirror; dashed: ee90 of the {} at "
+      "z = f' offset 1.5,0\n"
+      "set palette defined (0 '#000004', 1 '#1b0c41', 2 '#4a0c6b', 3 '#781c6d', 4 '#a52c60', 5 '#cf4446', 6 "
+      "'#ed6925', 7 "
+      "'#fb9b06', 8 '#f7d13d', 9 '#fcffa4')\n",
+      pixel * unit.per_si, (-half + 0.5 * pixel) * unit.per_si, unit.name,
+      brightest > 0 ? 1.0 / brightest : 1.0, std::pow(10.0, -kDecades), ring * unit.per_si, unit.name,
+      picture_title(input, "Spots near focus"), -half * unit.per_si, half * unit.per_si, -half * unit.per_si,
+      half * unit.per_si, reference_name(input));
+  picture.script += panels + "unset multiplot\n";
+  return picture;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,456 @@
+#include "aberfit/report/plots.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+#include <regex>
+#include <sstream>
+
+#include "plot_scene.h"
+
+using namespace aberfit;
+namespace fs = std::filesystem;
+
+namespace {
+
+// Exceeded by the curve of N random points once in 1e6 experiments: Dvoretzky-Kiefer-Wolfowitz bound with
+// Massart's constant, sup |F_N - F| <= sqrt(ln(2 / alpha) / (2 N)).
+double dkw(Eigen::Index count) { return std::sqrt(std::log(2 / 1e-6) / (2.0 * double(count))); }
+constexpr double kPrinted = 1e-8;     // relative rounding of a column of nine digits
+constexpr double kPrintedMap = 1e-5;  // and of a map of six
+
+std::string content(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+std::vector<std::vector<double>> rows(const fs::path& path) {
+  std::ifstream in(path);
+  EXPECT_TRUE(in) << path;
+  std::vector<std::vector<double>> all;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("#")) continue;
+    std::vector<double> row;
+    std::istringstream cells(line);
+    for (std::string cell; cells >> cell;) row.push_back(std::strtod(cell.c_str(), nullptr));
+    all.push_back(row);
+  }
+  return all;
+}
+
+bool has_gnuplot() {
+  std::istringstream path(std::getenv("PATH") ? std::getenv("PATH") : "");
+  for (std::string folder; std::getline(path, folder, ':');)
+    if (::access((folder + "/gnuplot").c_str(), X_OK) == 0) return true;
+  return false;
+}
+
+// Sets PATH for the life of the object.
+class Path {
+ public:
+  explicit Path(const std::string& value) : before_(std::getenv("PATH") ? std::getenv("PATH") : "") {
+    ::setenv("PATH", value.c_str(), 1);
+  }
+  ~Path() { ::setenv("PATH", before_.c_str(), 1); }
+
+ private:
+  std::string before_;
+};
+
+const std::vector<std::string> kNames = {"ee_curves", "ring_through", "focal_images", "surface",
+                                         "profile",   "coefficients", "gradients"};
+
+// Surface error of the scene, written anew from the definitions: Zernikes by their explicit low-order
+// polynomials would be long, so the truth scene of the maps has waves and spherical terms only.
+struct Truth {
+  const TermSet& terms;
+  const Eigen::VectorXd& c;
+  double height(double x, double y) const {
+    double h = 0;
+    for (std::size_t k = 0; k < terms.fourier.size(); ++k) {
+      const double phase = 2 * std::numbers::pi * (terms.fourier[k].fx * x + terms.fourier[k].fy * y);
+      h += c[Eigen::Index(2 * k)] * std::cos(phase) + c[Eigen::Index(2 * k + 1)] * std::sin(phase);
+    }
+    for (std::size_t k = 0; k < terms.spherical.size(); ++k)
+      h += c[terms.spherical_begin() + Eigen::Index(k)] *
+           std::pow(std::hypot(x, y) / terms.radius, terms.spherical[k]);
+    return h;
+  }
+  double slope(double x, double y, bool along_x) const {
+    double s = 0;
+    for (std::size_t k = 0; k < terms.fourier.size(); ++k) {
+      const FourierMode& f = terms.fourier[k];
+      const double phase = 2 * std::numbers::pi * (f.fx * x + f.fy * y);
+      s += 2 * std::numbers::pi * (along_x ? f.fx : f.fy) *
+           (c[Eigen::Index(2 * k + 1)] * std::cos(phase) - c[Eigen::Index(2 * k)] * std::sin(phase));
+    }
+    for (std::size_t k = 0; k < terms.spherical.size(); ++k) {
+      const int n = terms.spherical[k];
+      const double rho = std::hypot(x, y);
+      if (rho > 0)
+        s += c[terms.spherical_begin() + Eigen::Index(k)] * n * std::pow(rho / terms.radius, n - 1) /
+             terms.radius * (along_x ? x : y) / rho;
+    }
+    return s;
+  }
+};
+
+// The pictures of the plain scene, drawn once for all tests that only read them.
+class Plots : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    root() = fs::path(::testing::TempDir()) / ("aberfit plots' \"$HOME\" " + std::to_string(::getpid()));
+    fs::remove_all(root());
+    scene() = new PlotScene();
+    scene()->result.study["title"] = "It's a `touch executed` @test, 50 % {a}_b^c \"quoted\" \\n $0";
+    drawn() = scene()->write((root() / "run").string(), &warnings());
+  }
+  static void TearDownTestSuite() {
+    delete scene();
+    fs::remove_all(root());
+  }
+  static fs::path& root() {
+    static fs::path value;
+    return value;
+  }
+  static PlotScene*& scene() {
+    static PlotScene* value = nullptr;
+    return value;
+  }
+  static std::vector<std::string>& drawn() {
+    static std::vector<std::string> value;
+    return value;
+  }
+  static Warnings& warnings() {
+    static Warnings value;
+    return value;
+  }
+  static fs::path file(const std::string& name) { return root() / "run" / "plots" / name; }
+};
+
+}  // namespace
+
+TEST_F(Plots, EncircledEnergyOfAGaussianBundleIsRayleighs) {
+  const double sigma = scene()->focal_sigma;
+  const auto table = rows(file("ee_curves.dat"));
+  ASSERT_EQ(table.size(), 501u);
+  double worst = 0;
+  for (const auto& row : table)
+    worst = std::max(worst, std::abs(row[2] + std::expm1(-0.5 * std::pow(row[0] / sigma, 2))));
+  EXPECT_LT(worst, dkw(scene()->target.size()));
+  EXPECT_GT(table.back()[0], 2.8 * sigma);  // shows 98 % and more
+  EXPECT_EQ(table.front()[2], 0.0);
+}
+
+TEST_F(Plots, EncircledEnergyCountsRaysExactly) {
+  const RayBundle& rays = scene()->fitted;
+  const auto table = rows(file("ee_curves.dat"));
+  for (std::size_t k = 0; k < table.size(); k += 50) {
+    const double radius = table[k][0];
+    const double low =
+        (rays.weight * ((rays.x.square() + rays.y.square()).sqrt() <= radius * (1 - kPrinted)).cast<double>())
+            .sum();
+    const double high =
+        (rays.weight * ((rays.x.square() + rays.y.square()).sqrt() <= radius * (1 + kPrinted)).cast<double>())
+            .sum();
+    EXPECT_GE(table[k][3], low - kPrinted);
+    EXPECT_LE(table[k][3], high + kPrinted);
+  }
+}
+
+TEST_F(Plots, StandardErrorOfTheTargetIsBinomial) {
+  const auto row = rows(file("ee_curves.dat"))[200];
+  EXPECT_NEAR(row[4], std::sqrt(row[2] * (1 - row[2]) / double(scene()->target.size())), kPrinted);
+}
+
+TEST_F(Plots, RingThroughOfTheIdealParabolaIsItsGeometry) {
+  const std::string header = content(file("ring_through.dat"));
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(header, found, std::regex("ring of radius ([^ ]+) m")));
+  const double ring = std::stod(found[1]), f = PlotScene::kFocalLength, radius = PlotScene::kRadius;
+  // 2.146 sigma: ee90 of a Gaussian; its sampling error is that of the share, 5 sqrt(0.09/N), over the
+  // density at ee90.
+  const double share_error = 5 * std::sqrt(0.09 / double(scene()->target.size()));
+  EXPECT_NEAR(ring / (2.14596603 * scene()->focal_sigma), 1.0, share_error / (0.1 * 2.14596603 * 2.14596603));
+  const auto table = rows(file("ring_through.dat"));
+  double flank = 0;
+  for (const auto& row : table) {
+    // A ray from rho crosses plane dz at dz (rho/f)/(1 - (rho/2f)^2): uniform points inside the rho whose
+    // crossing is the ring.
+    const double t = row[0] == 0 ? HUGE_VAL : ring / std::abs(row[0]);
+    const double rho = std::isinf(t) ? HUGE_VAL : 2 * f * (std::sqrt(1 + t * t) - 1) / t;
+    const double expected = std::min(1.0, std::pow(rho / radius, 2));
+    EXPECT_NEAR(row[1], expected, dkw(scene()->ideal.size()))
+        << row[0];  // a scrambled Sobol pupil does better than random points
+    // The paraxial form min(1, (ring f / (R dz))^2) lacks the factor (1 - t^2)^2, t = R/2f, at the rim.
+    const double paraxial = row[0] == 0 ? 1.0 : std::min(1.0, std::pow(ring * f / (radius * row[0]), 2));
+    EXPECT_NEAR(expected, paraxial, 2 * std::pow(radius / (2 * f), 2)) << row[0];
+    if (row[1] > 0.4 && row[1] < 0.6) flank += 1;
+  }
+  EXPECT_GT(flank, 20);  // the half maximum is well inside the picture
+  EXPECT_LT(table.front()[1], 0.1);
+  EXPECT_LT(table.back()[1], 0.1);
+}
+
+TEST_F(Plots, RingThroughAgreesWithCountingPlaneByPlane) {
+  const std::string header = content(file("ring_through.dat"));
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(header, found, std::regex("ring of radius ([^ ]+) m")));
+  const double ring = std::stod(found[1]);
+  const auto table = rows(file("ring_through.dat"));
+  const RayBundle& rays = scene()->fitted;
+  for (std::size_t k = 0; k < table.size(); k += 97) {
+    const double dz = table[k][0];
+    const Eigen::ArrayXd distance =
+        ((rays.x + dz * rays.tx).square() + (rays.y + dz * rays.ty).square()).sqrt();
+    // Nine printed digits of ring and plane may move single rays across the edge.
+    const double slack = 1e-7 * ring;
+    EXPECT_GE(table[k][3], (rays.weight * (distance <= ring - slack).cast<double>()).sum() - kPrinted);
+    EXPECT_LE(table[k][3], (rays.weight * (distance <= ring + slack).cast<double>()).sum() + kPrinted);
+  }
+}
+
+TEST_F(Plots, FocalImagesHoldTheLightOfTheirWindow) {
+  const auto sum_and_mean = [&](const std::string& name) {
+    const auto image = rows(file(name));
+    EXPECT_EQ(image.size(), 129u);
+    double sum = 0, x = 0, y = 0;
+    for (std::size_t j = 0; j < image.size(); ++j) {
+      EXPECT_EQ(image[j].size(), 129u);
+      for (std::size_t i = 0; i < image[j].size(); ++i) {
+        EXPECT_GE(image[j][i], 0.0);
+        sum += image[j][i];
+        x += image[j][i] * (double(i) - 64);
+        y += image[j][i] * (double(j) - 64);
+      }
+    }
+    return std::array{sum, x / sum, y / sum};
+  };
+  // Five sigma hold all of the Gaussian but 4e-6 of it and the pixels' rim.
+  EXPECT_NEAR(sum_and_mean("focal_images_target_focus.dat")[0], 1.0, 1e-4 + 129 * 129 * 1e-11);
+  EXPECT_NEAR(sum_and_mean("focal_images_ideal_before.dat")[0], 1.0, 1e-4);
+  const auto focus = rows(file("focal_images_ideal_focus.dat"));
+  EXPECT_NEAR(focus[64][64], 1.0, 1e-5);  // one point in the middle pixel
+  // Bilinear shares keep the centroid: that of the fitted rays in units of pixels.
+  const double pixel = 10 * scene()->focal_sigma / 129;
+  const RayBundle& rays = scene()->fitted;
+  const auto fitted = sum_and_mean("focal_images_fitted_focus.dat");
+  EXPECT_NEAR(fitted[0], 1.0, 1e-4);
+  EXPECT_NEAR(fitted[1], (rays.weight * rays.x).sum() / pixel, 1e-2);
+  EXPECT_NEAR(fitted[2], (rays.weight * rays.y).sum() / pixel, 1e-2);
+}
+
+TEST_F(Plots, SlopeDensitiesAreNormalisedAndKeepTheirMoments) {
+  const auto table = rows(file("gradients.dat"));
+  ASSERT_EQ(table.size(), 81u);
+  const double width = table[1][0] - table[0][0];
+  for (const int column : {1, 2}) {
+    const Eigen::ArrayXd& slope = column == 1 ? scene()->field.slope_x : scene()->field.slope_y;
+    double sum = 0, mean = 0, square = 0;
+    for (const auto& row : table) {
+      sum += row[std::size_t(column)] * width;
+      mean += row[std::size_t(column)] * width * row[0];
+      square += row[std::size_t(column)] * width * row[0] * row[0];
+    }
+    const Eigen::ArrayXd& weight = scene()->pupil.weight;
+    const double sigma2 = (weight * slope.square()).sum();
+    EXPECT_NEAR(sum, 1.0, 2e-3);  // the share beyond four standard deviations
+    EXPECT_NEAR(mean, (weight * slope).sum(), 0.02 * std::sqrt(sigma2));
+    EXPECT_NEAR(square / sigma2, 1.0, 0.03);  // bins of a tenth of sigma: width^2/12, and the tails
+  }
+  const auto dots = rows(file("gradients_scatter.dat"));
+  EXPECT_NEAR(double(dots.size()), 5000, 5 * std::sqrt(5000.0));
+}
+
+TEST_F(Plots, CoefficientsAddUpByRadialOrder) {
+  const ResultDocument& result = scene()->result;
+  const auto zernike = rows(file("coefficients_zernike.dat")), orders = rows(file("coefficients_orders.dat"));
+  ASSERT_EQ(zernike.size(), result.terms.zernike.size());
+  ASSERT_EQ(orders.size(), 5u);  // n = 2 .. 6
+  for (std::size_t j = 0; j < zernike.size(); ++j)
+    EXPECT_EQ(zernike[j][0], double(4 + j));  // Noll 4 .. 28 without a gap
+  for (const auto& order : orders) {
+    double square = 0;
+    for (std::size_t i = 0; i < result.terms.zernike.size(); ++i)
+      if (result.terms.zernike[i].n == order[0])
+        square += std::pow(result.fit.coefficients[Eigen::Index(i)], 2);
+    EXPECT_NEAR(order[1] / std::sqrt(square), 1.0, kPrinted);
+  }
+  const auto fourier = rows(file("coefficients_fourier.dat"));
+  ASSERT_EQ(fourier.size(), 60u);
+  const Eigen::Index k = result.terms.fourier_begin() + 2 * 7;
+  EXPECT_NEAR(fourier[7][3] / std::hypot(result.fit.coefficients[k], result.fit.coefficients[k + 1]), 1.0,
+              kPrinted);
+  const auto spherical = rows(file("coefficients_spherical.dat"));
+  ASSERT_EQ(spherical.size(), 2u);
+  EXPECT_EQ(spherical[1][0], 6.0);
+}
+
+TEST_F(Plots, EveryDataFileSaysWhatItHoldsAndInWhichUnit) {
+  int files = 0;
+  for (const auto& entry : fs::directory_iterator(file(""))) {
+    if (entry.path().extension() != ".dat") continue;
+    ++files;
+    const std::string text = content(entry.path());
+    EXPECT_TRUE(text.starts_with("# ")) << entry.path();
+    const std::string header = text.substr(0, text.find("\n", text.find("\n# ") + 1));
+    EXPECT_TRUE(std::regex_search(header, std::regex("_m|\\[m\\]| m |rad\\]|_rad|share"))) << header;
+  }
+  EXPECT_EQ(files, 2 + 1 + 9 + 1 + 1 + 4 + 2);
+}
+
+TEST_F(Plots, ScriptsNameOnlyFilesBesideThem) {
+  for (const std::string& name : kNames) {
+    const std::string script = content(file(name + ".gp"));
+    ASSERT_FALSE(script.empty()) << name;
+    EXPECT_EQ(script.find(root().string()), std::string::npos) << name;
+    EXPECT_EQ(script.find("'/"), std::string::npos) << name;
+    EXPECT_NE(script.find("set output '" + name + ".png'"), std::string::npos) << name;
+    const std::regex data("'([a-z0-9_]+\\.dat)'");
+    int count = 0;
+    for (std::sregex_iterator it(script.begin(), script.end(), data), end; it != end; ++it, ++count)
+      EXPECT_TRUE(fs::exists(file((*it)[1]))) << name << " reads " << (*it)[1];
+    EXPECT_GT(count, 0) << name;
+  }
+}
+
+TEST_F(Plots, PicturesAreThereWhenGnuplotIs) {
+  if (!has_gnuplot()) {
+    EXPECT_TRUE(drawn().empty());
+    ASSERT_EQ(warnings().size(), 1u);
+    EXPECT_EQ(warnings()[0].code, "no-gnuplot");
+    return;
+  }
+  EXPECT_TRUE(warnings().empty()) << warnings()[0].message;
+  ASSERT_EQ(drawn().size(), kNames.size());
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    EXPECT_EQ(drawn()[i], file(kNames[i] + ".png").string());
+    const std::string png = content(drawn()[i]);
+    ASSERT_GT(png.size(), 20000u) << kNames[i];  // an empty frame of this size takes about 5 kB
+    EXPECT_TRUE(png.starts_with("\x89PNG\r\n\x1a\n")) << kNames[i];
+    const auto big_endian = [&](std::size_t at) {
+      unsigned value = 0;
+      for (std::size_t k = 0; k < 4; ++k) value = value << 8 | static_cast<unsigned char>(png[at + k]);
+      return value;
+    };
+    const std::string size = "size " + std::to_string(big_endian(16)) + "," + std::to_string(big_endian(20));
+    EXPECT_NE(content(file(kNames[i] + ".gp")).find(size), std::string::npos) << kNames[i] << " " << size;
+    EXPECT_GE(big_endian(16), 1200u);
+    EXPECT_GE(big_endian(20), 700u);
+    EXPECT_TRUE(png.substr(png.size() - 8, 4) == "IEND") << kNames[i];  // whole
+  }
+}
+
+TEST_F(Plots, TitleOfTheStudyIsTextAndNeverACommand) {
+  EXPECT_FALSE(fs::exists(file("executed")));
+  for (const std::string& name : kNames) {
+    const std::string script = content(file(name + ".gp"));
+    EXPECT_NE(script.find("It''s a `touch executed` @test, 50 % {a}_b^c \"quoted\" \\n $0'"),
+              std::string::npos)
+        << name;
+  }
+}
+
+TEST_F(Plots, SurfaceMapAndCutsShowTheSurfaceAndNothingOutsideTheAperture) {
+  PlotScene annulus(AnnulusAperture{2 * PlotScene::kRadius, 0.1, 0}, 2000);
+  const fs::path folder = root() / "annulus";
+  // Waves and spherical terms only, whose truth is short to write.
+  annulus.result.fit.coefficients.head(annulus.result.terms.fourier_begin()).setZero();
+  const TermSet truth_terms{
+      PlotScene::kRadius, {}, annulus.result.terms.fourier, annulus.result.terms.spherical};
+  const Eigen::VectorXd truth_coefficients = annulus.result.fit.coefficients.tail(
+      annulus.result.terms.size() - annulus.result.terms.fourier_begin());
+  const Truth truth{truth_terms, truth_coefficients};
+  const Path no_gnuplot("/nonexistent");
+  annulus.write(folder.string(), nullptr);
+
+  const auto map = rows(folder / "plots" / "surface.dat");
+  ASSERT_EQ(map.size(), std::size_t(PlotScene::kGrid));
+  constexpr double kHeight =
+      1e-13;  // operator error: 1e-12 of 100 nm and less; printing: six digits of 300 nm
+  constexpr double kLargest = 4e-7;
+  int inside = 0;
+  for (int j = 0; j < PlotScene::kGrid; ++j) {
+    ASSERT_EQ(map[std::size_t(j)].size(), std::size_t(PlotScene::kGrid));
+    for (int i = 0; i < PlotScene::kGrid; ++i) {
+      const double x = PlotScene::line(i), y = PlotScene::line(j), rho = std::hypot(x, y);
+      const double value = map[std::size_t(j)][std::size_t(i)];
+      if (rho > PlotScene::kRadius * (1 + 1e-6) || rho < 0.05 * (1 - 1e-6)) {
+        EXPECT_TRUE(std::isnan(value)) << x << " " << y;
+      } else if (rho < PlotScene::kRadius * (1 - 1e-6) && rho > 0.05 * (1 + 1e-6)) {
+        ++inside;
+        EXPECT_NEAR(value, truth.height(x, y), kHeight + kPrintedMap * kLargest) << x << " " << y;
+      }
+    }
+  }
+  EXPECT_GT(inside, 10000);
+
+  const auto cuts = rows(folder / "plots" / "profile.dat");
+  ASSERT_EQ(cuts.size(), std::size_t(PlotScene::kGrid));
+  for (int i = 0; i < PlotScene::kGrid; ++i) {
+    const double t = PlotScene::line(i);
+    const auto& row = cuts[std::size_t(i)];
+    EXPECT_NEAR(row[0], t, kPrinted);
+    if (std::abs(t) < 0.05 * (1 - 1e-6)) {
+      EXPECT_TRUE(std::isnan(row[1]) && std::isnan(row[2]) && std::isnan(row[3]) && std::isnan(row[4])) << t;
+    } else if (std::abs(t) > 0.05 * (1 + 1e-6)) {
+      EXPECT_NEAR(row[1], truth.height(t, 0), kHeight) << t;
+      EXPECT_NEAR(row[2], truth.height(0, t), kHeight) << t;
+      EXPECT_NEAR(row[3], truth.slope(t, 0, true), 1e-11) << t;
+      EXPECT_NEAR(row[4], truth.slope(0, t, false), 1e-11) << t;
+    }
+  }
+}
+
+TEST_F(Plots, MissingGnuplotIsAWarningThatSaysWhatToDo) {
+  const fs::path folder = root() / "without";
+  fs::create_directories(folder / "plots");
+  std::ofstream(folder / "plots" / "surface.png") << "of an earlier run";
+  const Path no_gnuplot("/nonexistent:");
+  Warnings found;
+  EXPECT_TRUE(PlotScene(CircleAperture{0.4, 0}, 2000).write(folder.string(), &found).empty());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].code, "no-gnuplot");
+  for (const char* word : {"not on PATH", "install gnuplot", "gnuplot *.gp"})
+    EXPECT_NE(found[0].message.find(word), std::string::npos) << found[0].message;
+  EXPECT_FALSE(fs::exists(folder / "plots" / "surface.png"));
+  for (const std::string& name : kNames) EXPECT_TRUE(fs::exists(folder / "plots" / (name + ".gp"))) << name;
+}
+
+TEST_F(Plots, FailingGnuplotIsAWarningWithItsOwnWords) {
+  const fs::path folder = root() / "failing", tools = root() / "tools";
+  fs::create_directories(tools);
+  std::ofstream(tools / "gnuplot")
+      << "#!/bin/sh\necho half > surface.png\necho 'unknown terminal pngcairo' >&2\nexit 3\n";
+  fs::permissions(tools / "gnuplot", fs::perms::owner_all);
+  const Path path(tools.string() + ":/bin");
+  Warnings found;
+  EXPECT_TRUE(PlotScene(CircleAperture{0.4, 0}, 2000).write(folder.string(), &found).empty());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].code, "no-gnuplot");
+  EXPECT_NE(found[0].message.find("unknown terminal pngcairo"), std::string::npos) << found[0].message;
+}
+
+TEST_F(Plots, WithoutRoughnessOrFitShowWhatThereIs) {
+  PlotScene bare(CircleAperture{0.4, 0}, 4000);
+  bare.target = RayBundle{};
+  bare.result.has_roughness = false;
+  bare.result.fit.coefficients.resize(0);
+  bare.result.targets.clear();
+  bare.focal_sigma = 0;
+  const fs::path folder = root() / "bare";
+  Warnings found;
+  const std::vector<std::string> pictures = bare.write(folder.string(), &found);
+  if (has_gnuplot()) {
+    EXPECT_TRUE(found.empty()) << found[0].message;
+    EXPECT_EQ(pictures.size(), 4u);  // no surface, profile or coefficients
+  }
+  EXPECT_TRUE(std::isnan(rows(folder / "plots" / "ee_curves.dat")[100][2]));
+  EXPECT_FALSE(fs::exists(folder / "plots" / "focal_images_target_focus.dat"));
+  EXPECT_FALSE(fs::exists(folder / "plots" / "surface.gp"));
+}
