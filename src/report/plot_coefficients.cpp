@@ -24,6 +24,66 @@ bool has_deviations(const ResultDocument& result) { return result.fit.coefficien
 // One panel: what to set, and what to plot.
 using Panels = std::vector<std::string>;
 
+// Coefficients by Noll index: on a linear axis with the band of their standard deviations about zero; over
+// decades their magnitude, with colours for the sign and the standard deviation as a line.
+std::string value_panel(const AxisUnit& unit, const Eigen::ArrayXd& noll, bool steep, double lowest,
+                        bool band) {
+  const std::string file = "'coefficients_zernike.dat'";
+  const double count = double(noll.size());
+  std::string panel = fmt::format(
+      "s = {:.9g}  # axis units per metre\nset xlabel 'Noll index j'\nset xrange [{:.9g}:{:.9g}]\n",
+      unit.per_si, noll.minCoeff() - 1, noll.maxCoeff() + 1);
+  if (steep) {
+    const double size = count > 400 ? 0.35 : 0.7;
+    panel += fmt::format(
+        "set ylabel 'size of Zernike coefficient [{0}]'\nset logscale y\nset yrange [{5:.9g}:*]\nset format "
+        "y '%g'\n"
+        "plot {1} using 1:($4>0?$4*s:1/0) with points pointtype 7 pointsize {2} linecolor rgb '{3}' title "
+        "'positive', \\\n"
+        "  {1} using 1:($4<0?-$4*s:1/0) with points pointtype 7 pointsize {2} linecolor rgb '{4}' title "
+        "'negative'",
+        unit.name, file, size, kTargetColour, kFittedColour, lowest * unit.per_si);
+    if (band)
+      panel += fmt::format(
+          ", \\\n  {} using 1:($5>0?$5*s:1/0) with lines linecolor rgb 'black' linewidth 1.5 dashtype 1 "
+          "title 'posterior standard deviation'",
+          file);
+    return panel + "\n";
+  }
+  panel += fmt::format("set ylabel 'Zernike coefficient [{}]'\nplot ", unit.name);
+  if (band)
+    panel += file +
+             " using 1:(-$5*s):($5*s) with filledcurves fillcolor rgb '#d5d5d5' title 'posterior standard "
+             "deviation, "
+             "about zero', \\\n  ";
+  return panel +
+         fmt::format(
+             "{0} using 1:($4*s) with impulses linecolor rgb '{1}' linewidth {2} dashtype 1 notitle, \\\n"
+             "  {0} using 1:($4*s) with points pointtype 7 pointsize {3} linecolor rgb '{1}' title 'fitted "
+             "value'\n",
+             file, kTargetColour, count > 400 ? 0.6 : 1.5, count > 400 ? 0.25 : 0.6);
+}
+
+// RMS height of each radial order; bars where they can stand on zero.
+std::string order_panel(const AxisUnit& unit, const Eigen::ArrayXd& radial, bool steep, bool band) {
+  std::string panel = fmt::format(
+      "s = {0:.9g}  # axis units per metre\n"
+      "set xlabel 'radial order n'\nset ylabel 'RMS height of one order [{1}]'\nset xrange "
+      "[{2:.9g}:{3:.9g}]\n{4}"
+      "plot 'coefficients_orders.dat' using 1:($2*s) with {5} linecolor rgb '{6}' title 'fitted'",
+      unit.per_si, unit.name, radial.minCoeff() - 1, radial.maxCoeff() + 1,
+      steep ? "set logscale y\nset format y '%g'\n"
+            : "set yrange [0:*]\nset boxwidth 0.7\nset style fill solid 0.6 noborder\n",
+      steep ? "linespoints pointtype 7 pointsize 0.8 dashtype 1" : "boxes", kTargetColour);
+  if (band)
+    panel += fmt::format(
+        ", \\\n  '' using 1:($3*s) with linespoints pointtype 6 linecolor rgb '{}' dashtype 3 title "
+        "'posterior "
+        "standard deviation'",
+        kFittedColour);
+  return panel + "\n";
+}
+
 void zernike_panels(const ResultDocument& result, Picture* picture, Panels* panels) {
   const std::vector<ZernikeMode>& modes = result.terms.zernike;
   const Eigen::Index count = Eigen::Index(modes.size());
@@ -66,43 +126,14 @@ void zernike_panels(const ResultDocument& result, Picture* picture, Panels* pane
                     "columns: n rms_height_m rms_std_m"},
                    {radial, rms, spread}));
 
-  const AxisUnit unit = length_unit(std::max(largest(value), largest(std)));
-  const std::string band =
-      has_deviations(result)
-          ? fmt::format(
-                "'coefficients_zernike.dat' using 1:(-$5*{0:.9g}):($5*{0:.9g}) with filledcurves "
-                "fillcolor rgb '#d5d5d5' title 'posterior standard deviation, about zero', \\\n  ",
-                unit.per_si)
-          : "";
+  // Linear axes while all orders can be read on them.
+  const bool steep = rms.minCoeff() > 0 && largest(rms) > 30 * rms.minCoeff();
+  const bool band = has_deviations(result);
+  // A coefficient that happens to be next to nothing must not stretch the axis.
+  const double lowest = rms.minCoeff() / 300;
   panels->push_back(
-      fmt::format("set xlabel 'Noll index j'\nset ylabel 'Zernike coefficient [{0}]'\n"
-                  "set xrange [{1:.9g}:{2:.9g}]\n"
-                  "plot {3}'coefficients_zernike.dat' using 1:($4*{4:.9g}) with impulses linecolor rgb '{5}' "
-                  "linewidth {6:.2g} notitle, \\\n"
-                  "  '' using 1:($4*{4:.9g}) with points pointtype 7 pointsize {7:.2g} linecolor rgb '{5}' "
-                  "title 'fitted value'\n",
-                  unit.name, noll[0] - 1, noll[count - 1] + 1, band, unit.per_si, kTargetColour,
-                  count > 400 ? 0.6 : 1.5, count > 400 ? 0.25 : 0.6));
-
-  const AxisUnit order_unit = length_unit(std::max(largest(rms), largest(spread)));
-  const std::string order_spread =
-      has_deviations(result)
-          ? fmt::format(
-                ", \\\n  '' using 1:($3*{:.9g}) with linespoints pointtype 6 linecolor rgb '{}' dashtype 2 "
-                "title 'posterior standard deviation'",
-                order_unit.per_si, kFittedColour)
-          : "";
-  // A logarithmic axis only where it is needed and possible: bars keep their foot at zero otherwise.
-  const bool logarithmic = rms.minCoeff() > 0 && largest(rms) > 30 * rms.minCoeff();
-  panels->push_back(fmt::format(
-      "set xlabel 'radial order n'\nset ylabel 'RMS height of one order [{0}]'\n"
-      "set xrange [{1:.9g}:{2:.9g}]\n{3}"
-      "plot 'coefficients_orders.dat' using 1:($2*{4:.9g}) with {5} linecolor rgb '{6}' title 'fitted'{7}\n",
-      order_unit.name, radial[0] - 1, radial[radial.size() - 1] + 1,
-      logarithmic ? "set logscale y\nset format y '%g'\n"
-                  : "set yrange [0:*]\nset boxwidth 0.7\nset style fill solid 0.6 noborder\n",
-      order_unit.per_si, logarithmic ? "linespoints pointtype 7 pointsize 0.8" : "boxes", kTargetColour,
-      order_spread));
+      value_panel(length_unit(std::max(largest(value), largest(std))), noll, steep, lowest, band));
+  panels->push_back(order_panel(length_unit(std::max(largest(rms), largest(spread))), radial, steep, band));
 }
 
 void fourier_panel(const ResultDocument& result, Picture* picture, Panels* panels) {

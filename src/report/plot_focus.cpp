@@ -88,7 +88,9 @@ Picture ee_curves_picture(const PlotInput& input) {
   const bool has_target = input.target.size() > 0;
   const double reach = std::max(statistic(input, reference(input), EncircledEnergyRadius{0.98, 0.0}),
                                 statistic(input, input.fitted, EncircledEnergyRadius{0.98, 0.0}));
-  const double last = reach > 0 ? 1.2 * reach : 4 * spot_scale(input);
+  const auto [target_radius, target_fraction] = fitted_fractions(input.result);
+  const double asked = target_radius.size() > 0 ? target_radius.maxCoeff() : 0.0;
+  const double last = reach > 0 ? std::max(1.2 * reach, 1.05 * asked) : 4 * spot_scale(input);
   const Eigen::ArrayXd radii = Eigen::ArrayXd::LinSpaced(kPoints, 0.0, last);
   const Centre centre = plot_centre(input.result);
   const Eigen::ArrayXd none = Eigen::ArrayXd::Constant(kPoints, NAN);
@@ -107,7 +109,6 @@ Picture ee_curves_picture(const PlotInput& input) {
           {"Share of the light within a radius of the centre at z = f",
            "columns: radius_m ideal target fitted standard_error_of_target (shares; nan: no target)"},
           {radii, ideal, target, fitted, error}));
-  const auto [target_radius, target_fraction] = fitted_fractions(input.result);
   if (target_radius.size() > 0)
     picture.data.emplace_back(
         "ee_targets.dat",
@@ -302,8 +303,7 @@ Picture focal_images_picture(const PlotInput& input) {
       "set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\nset size ratio -1\n"
       "set tics out\n"
       "set logscale cb\nset cbrange [lowest:1]\n"
-      "set cblabel 'light per pixel, relative to the brightest of a rough mirror; dashed: ee90 of the {} at "
-      "z = f' offset 1.5,0\n"
+      "set cblabel 'light per pixel / brightest of a rough mirror   (dashed: ee90 at z = f)' offset 1.5,0\n"
       "set palette defined (0 '#000004', 1 '#1b0c41', 2 '#4a0c6b', 3 '#781c6d', 4 '#a52c60', 5 '#cf4446', 6 "
       "'#ed6925', 7 "
       "'#fb9b06', 8 '#f7d13d', 9 '#fcffa4')\n",

@@ -54,17 +54,21 @@ Eigen::ArrayXd cut(const Eigen::ArrayXXd& map, bool along_x) {
 Picture surface_picture(const PlotInput& input, const SurfaceField& grid) {
   const std::string name = "surface";
   const Eigen::ArrayXXd map = mirror_map(input, grid.height, kWithoutRim);
-  double low = HUGE_VAL, high = -HUGE_VAL;
-  for (Eigen::Index i = 0; i < map.size(); ++i) {
-    if (std::isnan(map.data()[i])) continue;
-    low = std::min(low, map.data()[i]);
-    high = std::max(high, map.data()[i]);
+  double low = HUGE_VAL, high = -HUGE_VAL, x_reach = 0, y_reach = 0;
+  for (int row = 0; row < input.grid_size; ++row) {
+    for (int column = 0; column < input.grid_size; ++column) {
+      if (std::isnan(map(row, column))) continue;
+      low = std::min(low, map(row, column));
+      high = std::max(high, map(row, column));
+      x_reach = std::max(x_reach, std::abs(grid_line(input, column)));
+      y_reach = std::max(y_reach, std::abs(grid_line(input, row)));
+    }
   }
   const double radius = aperture_radius(input.aperture),
                largest = std::max({std::abs(low), std::abs(high), 1e-15});
   const double rms = moments(input.fitted_field.height, input.pupil.weight).second;
   const AxisUnit lateral = length_unit(radius), height = length_unit(largest);
-  const double step = 2 * radius / (input.grid_size - 1);
+  const double step = 2 * radius / (input.grid_size - 1), frame = 0.02 * radius + step;
 
   Picture picture{name, script_head(name, 1200, 1050), {}};
   picture.data.emplace_back(name + ".dat",
@@ -91,8 +95,9 @@ Picture surface_picture(const PlotInput& input, const SurfaceField& grid) {
       picture_title(input, "Fitted surface error"), lateral.name, lateral.name,
       gnuplot_text(fmt::format("height [{}], towards the light   (RMS {}, peak to valley {})", height.name,
                                display(rms, Dimension::kLength), display(high - low, Dimension::kLength))),
-      -1.03 * radius * lateral.per_si, 1.03 * radius * lateral.per_si, -1.03 * radius * lateral.per_si,
-      1.03 * radius * lateral.per_si, -largest * height.per_si, largest * height.per_si, name);
+      -(x_reach + frame) * lateral.per_si, (x_reach + frame) * lateral.per_si,
+      -(y_reach + frame) * lateral.per_si, (y_reach + frame) * lateral.per_si, -largest * height.per_si,
+      largest * height.per_si, name);
   return picture;
 }
 
