@@ -9,23 +9,29 @@ namespace aberfit {
 
 /// Dimensionless numbers of a scene that say which model it needs (PHYSICS 7).
 struct SceneNumbers {
-  double rms_height = 0;          ///< [m]
+  double rms_height = 0;  ///< [m]
   double rms_slope_per_axis = 0;
   double correlation_length = 0;  ///< [m]
-  double n_eff = 0;               ///< modes that carry the slope
+  double n_eff = 0;               ///< modes that carry the slope; 0 when the slope is infinite
   double g = 0;                   ///< 4 pi sigma / lambda
-  double kappa = 0;               ///< how nearly quadratic the structure function is where it matters; >= 0.85: rays are right
+  double kappa =
+      0;  ///< how nearly quadratic the structure function is where it matters; >= 0.85: rays are right
   double tis = 0;                 ///< total integrated scatter 1 - exp(-g^2)
   double paper_ratio_r = 0;       ///< 2 sigma D / (1.22 lambda l_c): shown, decides nothing
   double realisation_spread = 0;  ///< 0.65 / sqrt(n_eff): relative spread of ee90 between draws
-  double airy_ee90 = 0;           ///< 1.9014 lambda f / D [m] (full circle)
-  bool rays_are_valid = false;    ///< kappa >= kKappaOfRays and ray ee90 >= 5 Airy ee90
-  std::string reason;             ///< one sentence
+  double airy_ee90 = 0;  ///< 1.9014 lambda f / D [m]: that of a full circle of diameter D = 2 aperture_radius
+  bool rays_are_valid = false;  ///< kappa >= kKappaOfRays and ray ee90 >= 5 Airy ee90
+  std::string reason;           ///< one sentence
 };
 
 /// kappa from which the ray ee90 and ee50 are within 10 % of GHS (PHYSICS 7, golden/ghs_ee.csv).
 inline constexpr double kKappaOfRays = 0.85;
 
-SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture, double wavelength);
+/// Numbers of a roughness on a mirror, wavelength > 0 [m]. kappa = E(x1), E(x) = g^2 (1 - C(x)/sigma^2), x1 =
+/// sqrt2 lambda/(4 pi slope). The ray ee90 compared is the paraxial one of convention `physical`, 2.146 * 2 f
+/// slope. Where the slope or the height variance is infinite, kappa is 0, rays_are_valid is false and the
+/// reason says so.
+SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
+                           double wavelength);
 
 }  // namespace aberfit

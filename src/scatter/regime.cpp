@@ -1,0 +1,82 @@
+#include "aberfit/scatter/regime.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "aberfit/core/units.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kAiryEe90 = 1.9014;                   // of a full circle, in lambda f/D
+constexpr double kGaussianEe90 = 2.14596602628934724;  // sqrt(2 ln 10), in sigma_f
+constexpr double kSpotsOfRays =
+    5.0;  // ray ee90 over Airy ee90 from which diffraction does not show (PHYSICS 7)
+
+std::string length(double metres) { return format_quantity(metres, Dimension::kLength); }
+
+std::string explain(const SceneNumbers& n, double ray_ee90) {
+  if (n.rms_height == 0) return "The surface is perfectly smooth: there is no scatter to model by rays.";
+  if (!std::isfinite(n.rms_height))
+    return "The height variance of this PSD is infinite (its integral diverges at low frequency), so g, the "
+           "autocorrelation and kappa do "
+           "not exist, and nothing says that rays are right; give it a lowest frequency.";
+  if (!std::isfinite(n.rms_slope_per_axis))
+    return fmt::format(
+        "The slope variance of this PSD is infinite (the slope integral diverges at high frequency), so "
+        "surface slopes, rays and "
+        "kappa do not exist; rms height {} gives g = {:.3g}.",
+        length(n.rms_height), n.g);
+  if (n.kappa < kKappaOfRays)
+    return fmt::format(
+        "kappa = {:.3g} is below {} (g = {:.3g}): the surface is too smooth or its spectrum too wide for "
+        "slopes to "
+        "decide where light goes, so wave optics is needed and rays mislead.",
+        n.kappa, kKappaOfRays, n.g);
+  if (ray_ee90 < kSpotsOfRays * n.airy_ee90)
+    return fmt::format(
+        "kappa = {:.3g} is at least {}, but the ray ee90 of {} is only {:.3g} times the Airy ee90 of {} "
+        "(below {}): rays "
+        "need to be convolved with the Airy pattern.",
+        n.kappa, kKappaOfRays, length(ray_ee90), ray_ee90 / n.airy_ee90, length(n.airy_ee90), kSpotsOfRays);
+  return fmt::format(
+      "kappa = {:.3g} is at least {} and the ray ee90 of {} is {:.3g} times the Airy ee90 of {} (at least "
+      "{}): geometric "
+      "rays are the right model.",
+      n.kappa, kKappaOfRays, length(ray_ee90), ray_ee90 / n.airy_ee90, length(n.airy_ee90), kSpotsOfRays);
+}
+
+}  // namespace
+
+SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
+                           double wavelength) {
+  const PsdMoments moments = psd_moments(psd);
+  const double diameter = 2.0 * aperture_radius(aperture);
+  SceneNumbers n;
+  n.rms_height = moments.rms_height();
+  n.rms_slope_per_axis = moments.rms_slope_per_axis();
+  n.g = 4.0 * std::numbers::pi * n.rms_height / wavelength;
+  n.tis = -std::expm1(-n.g * n.g);
+  n.airy_ee90 = kAiryEe90 * wavelength * mirror.focal_length / diameter;
+  if (n.rms_height > 0 && std::isfinite(n.rms_height)) {
+    n.correlation_length = correlation_length(psd);
+    n.paper_ratio_r = 2.0 * n.rms_height * diameter / (1.22 * wavelength * n.correlation_length);
+    // Without a slope variance x1 is 0, where E is 0: kappa stays 0, and so does n_eff, whose two integrals
+    // diverge.
+    if (std::isfinite(n.rms_slope_per_axis)) {
+      n.n_eff = effective_modes(moments, aperture_area(aperture));
+      const double x1 = std::numbers::sqrt2 * wavelength / (4.0 * std::numbers::pi * n.rms_slope_per_axis);
+      n.kappa = n.g * n.g * (1.0 - autocorrelation(psd, x1) / moments.height_variance);
+      n.realisation_spread = 0.65 / std::sqrt(n.n_eff);
+    }
+  }
+  const double ray_ee90 = kGaussianEe90 * 2.0 * mirror.focal_length * n.rms_slope_per_axis;
+  n.rays_are_valid =
+      n.kappa >= kKappaOfRays && std::isfinite(ray_ee90) && ray_ee90 >= kSpotsOfRays * n.airy_ee90;
+  n.reason = explain(n, ray_ee90);
+  return n;
+}
+
+}  // namespace aberfit
