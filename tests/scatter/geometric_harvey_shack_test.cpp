@@ -196,7 +196,7 @@ TEST(GeometricHarveyShack, HalfCrossingsAreHalfOfTheMaximum) {
   const GeometricHarveyShack model = parabola(1e-5, Convention::kPhysical);
   const double ring = model(EncircledEnergyRadius{0.5, 0.0}), peak = model.ring_peak(ring);
   const double most = model.encircled_energy(ring, peak);
-  // Second method: bracket each crossing in the tests own bisection.
+  // Second method: plain bisection for each crossing.
   double width = 0;
   for (const double side : {-1.0, 1.0}) {
     double in = peak, out = peak + side * 0.02;

@@ -37,7 +37,7 @@ class GeometricHarveyShack {
   /// beyond |dz| = f/2.
   double ring_fwhm(double ring_radius) const;
   /// Plane dz [m] in which the ring holds most light: zero of dN/dz beside the best of a scan (a step is a
-  /// quarter of the ring's depth).
+  /// quarter of the ring's depth, more where the zones' foci spread over 200 depths).
   double ring_peak(double ring_radius) const;
   /// RMS distance from the axis at plane dz [m], both axes together.
   double rms_radius(double dz) const;
