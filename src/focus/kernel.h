@@ -20,4 +20,27 @@ inline double kernel_integral(double u) {
   return 0.5 + (35.0 / 32.0) * u * (1.0 - u2 * (1.0 - u2 * (0.6 - u2 / 7.0)));
 }
 
+/// Smooth twin of "inside `radius`" as a function of the squared distance r^2 of a ray: kernel integral of
+/// (radius^2 - r^2)/(2 radius width), which is the plain (radius - r)/width where width << radius, is smooth
+/// at the centre too and falls to 0 with the radius.
+struct SmoothDisc {
+  double radius, radius2, scale;  // scale = 1 / (2 radius width)
+  double inside2, outside2;       // squared distances within which every ray counts, beyond which none does
+  SmoothDisc(double r, double width)
+      : radius(r),
+        radius2(r * r),
+        scale(0.5 / (r * width)),
+        inside2(r * r - 2 * r * width),
+        outside2(r * r + 2 * r * width) {}
+
+  double share(double r2) const { return kernel_integral((radius2 - r2) * scale); }
+  /// - d share / d(r^2).
+  double density(double r2) const { return kernel_density((radius2 - r2) * scale) * scale; }
+  /// d share / d radius, given density(r2).
+  double d_radius(double density_r2, double r2) const { return density_r2 * (radius2 + r2) / radius; }
+};
+
+/// A spot this much smaller than the kernel is no spot: the derivative of its radius means nothing.
+inline constexpr double kSmallestSpotInWidths = 1e-3;
+
 }  // namespace aberfit

@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "kernel.h"
+#include <limits>
 
 namespace aberfit {
 namespace {
@@ -99,42 +98,43 @@ double RadialDistribution::exact_radius(double fraction) const {
 }
 
 template <typename Visit>
-void RadialDistribution::visit_shell(double radius, double width, const Visit& visit) const {
-  const std::size_t low = bin_of(std::max(0.0, radius - width)), high = bin_of(radius + width);
+void RadialDistribution::visit_shell(const SmoothDisc& disc, const Visit& visit) const {
+  const std::size_t low = bin_of(std::sqrt(std::max(0.0, disc.inside2))),
+                    high = bin_of(std::sqrt(disc.outside2));
   for (std::uint32_t k = first_[low]; k < first_[high + 1]; ++k) {
     const std::uint32_t i = order_[k];
-    visit(i, (radius - radius_[i]) / width);
+    visit(i, radius_[i] * radius_[i]);
   }
 }
 
 RadialDistribution::Count RadialDistribution::smooth_count(double radius, double width) const {
-  Count count{weight_before_[bin_of(std::max(0.0, radius - width))], 0.0};
-  visit_shell(radius, width, [&](std::uint32_t i, double u) {
+  const SmoothDisc disc(radius, width);
+  Count count{weight_before_[bin_of(std::sqrt(std::max(0.0, disc.inside2)))], 0.0};
+  visit_shell(disc, [&](std::uint32_t i, double r2) {
     const double weight = rays_.weight[Eigen::Index(i)];
-    count.weight += weight * kernel_integral(u);
-    count.density += weight * kernel_density(u);
+    count.weight += weight * disc.share(r2);
+    count.density += weight * disc.d_radius(disc.density(r2), r2);
   });
-  count.density /= width;
   return count;
 }
 
 std::optional<double> RadialDistribution::smooth_radius(double fraction, double width) const {
   const double wanted = fraction * total_;
-  double radius = exact_radius(fraction);
-  if (!(radius > width)) return std::nullopt;
-  // The exact quantile is within one width: half of the kernel's mass cannot move further.
-  double low = radius - width, high = radius + width;
-  for (int iteration = 0; iteration < 60; ++iteration) {
+  const double exact = exact_radius(fraction);
+  if (!(exact > kSmallestSpotInWidths * width)) return std::nullopt;
+  double radius = exact, low = 0, high = std::numeric_limits<double>::infinity();
+  for (int iteration = 0; iteration < 100; ++iteration) {
     const Count count = smooth_count(radius, width);
     const double excess = count.weight - wanted;
     (excess > 0 ? high : low) = radius;
     if (count.density > 0) {
       const double step = excess / count.density;
-      if (std::abs(step) <= 1e-14 * radius) return radius - step;
+      if (std::abs(step) <= 1e-11 * radius) return radius - step;  // quadratic: the next step would be rounding
       radius -= step;
     }
-    if (!(count.density > 0) || !(radius > low && radius < high)) radius = 0.5 * (low + high);
-    if (high - low <= 1e-15 * high) break;
+    if (!(count.density > 0) || !(radius > low && radius < high))
+      radius = std::isfinite(high) ? 0.5 * (low + high) : 2 * low;
+    if (std::isfinite(high) && high - low <= 1e-15 * high) break;
   }
   if (smooth_count(radius, width).density > 0) return radius;
   return std::nullopt;
@@ -142,7 +142,7 @@ std::optional<double> RadialDistribution::smooth_radius(double fraction, double 
 
 void RadialDistribution::count_gradient(double radius, double width, double scale,
                                         RayGradient* gradient) const {
-  const double unit = -scale / width;
+  const SmoothDisc disc(radius, width);
   double centre_d_x = 0, centre_d_y = 0;
   const auto append = [&](std::uint32_t i, double d_x, double d_y) {
     gradient->rays.push_back(i);
@@ -151,12 +151,12 @@ void RadialDistribution::count_gradient(double radius, double width, double scal
     gradient->d_tx.push_back(dz_ * d_x);
     gradient->d_ty.push_back(dz_ * d_y);
   };
-  visit_shell(radius, width, [&](std::uint32_t i, double u) {
+  visit_shell(disc, [&](std::uint32_t i, double r2) {
     const auto k = Eigen::Index(i);
-    const double share = unit * rays_.weight[k] * kernel_density(u);
-    if (share == 0.0 || radius_[i] == 0.0) return;
-    const double d_x = share * (rays_.x[k] + dz_ * rays_.tx[k] - centre_x_) / radius_[i];
-    const double d_y = share * (rays_.y[k] + dz_ * rays_.ty[k] - centre_y_) / radius_[i];
+    const double share = -2 * scale * rays_.weight[k] * disc.density(r2);
+    if (share == 0.0) return;
+    const double d_x = share * (rays_.x[k] + dz_ * rays_.tx[k] - centre_x_);
+    const double d_y = share * (rays_.y[k] + dz_ * rays_.ty[k] - centre_y_);
     append(i, d_x, d_y);
     centre_d_x -= d_x;
     centre_d_y -= d_y;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "aberfit/trace/ray_bundle.h"
+#include "kernel.h"
 
 namespace aberfit {
 
@@ -39,7 +40,7 @@ class RadialDistribution {
  private:
   std::size_t bin_of(double r) const;
   template <typename Visit>
-  void visit_shell(double radius, double width, const Visit& visit) const;
+  void visit_shell(const SmoothDisc& disc, const Visit& visit) const;
 
   const RayBundle& rays_;
   double dz_;

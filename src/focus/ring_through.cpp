@@ -82,41 +82,36 @@ std::optional<RingWidth> width_of(const Profile& profile) {
 class SmoothShare {
  public:
   SmoothShare(const RayBundle& rays, double ring, double cx, double cy, double width)
-      : rays_(rays), ring_(ring), cx_(cx), cy_(cy), width_(width), total_(rays.weight.sum()) {}
+      : rays_(rays), disc_(ring, width), cx_(cx), cy_(cy), total_(rays.weight.sum()) {}
 
   struct Value {
     double share, d_z, d_ring;
   };
   Value operator()(double z) const {
     Value value{0, 0, 0};
-    const double inside = std::max(0.0, ring_ - width_), outside = ring_ + width_;
-    const double inside2 = inside * inside, outside2 = outside * outside;
     for (Eigen::Index i = 0; i < rays_.size(); ++i) {
       const double x = rays_.x[i] + z * rays_.tx[i] - cx_, y = rays_.y[i] + z * rays_.ty[i] - cy_;
       const double r2 = x * x + y * y;
-      if (r2 >= outside2) continue;
-      if (r2 <= inside2 && inside > 0) {
+      if (r2 >= disc_.outside2) continue;
+      if (r2 <= disc_.inside2) {
         value.share += rays_.weight[i];
         continue;
       }
-      const double r = std::sqrt(r2), u = (ring_ - r) / width_, density = rays_.weight[i] * kernel_density(u);
-      value.share += rays_.weight[i] * kernel_integral(u);
-      value.d_ring += density;
-      if (r > 0) value.d_z -= density * (x * rays_.tx[i] + y * rays_.ty[i]) / r;
+      const double density = rays_.weight[i] * disc_.density(r2);
+      value.share += rays_.weight[i] * disc_.share(r2);
+      value.d_ring += disc_.d_radius(density, r2);
+      value.d_z -= 2 * density * (x * rays_.tx[i] + y * rays_.ty[i]);
     }
-    return {value.share / total_, value.d_z / (width_ * total_), value.d_ring / (width_ * total_)};
+    return {value.share / total_, value.d_z / total_, value.d_ring / total_};
   }
 
   // Appends scale * dN(z) over the rays.
   void gradient(double z, double scale, RayGradient* gradient) const {
-    const double unit = -scale / (width_ * total_);
-    const double inside = std::max(0.0, ring_ - width_), outside = ring_ + width_;
     for (Eigen::Index i = 0; i < rays_.size(); ++i) {
       const double x = rays_.x[i] + z * rays_.tx[i] - cx_, y = rays_.y[i] + z * rays_.ty[i] - cy_;
       const double r2 = x * x + y * y;
-      if (r2 >= outside * outside || r2 <= inside * inside || r2 == 0.0) continue;
-      const double r = std::sqrt(r2);
-      const double share = unit * rays_.weight[i] * kernel_density((ring_ - r) / width_) / r;
+      if (r2 >= disc_.outside2 || r2 <= disc_.inside2) continue;
+      const double share = -2 * scale / total_ * rays_.weight[i] * disc_.density(r2);
       if (share == 0.0) continue;
       gradient->rays.push_back(std::uint32_t(i));
       gradient->d_x.push_back(share * x);
@@ -128,7 +123,8 @@ class SmoothShare {
 
  private:
   const RayBundle& rays_;
-  double ring_, cx_, cy_, width_, total_;
+  SmoothDisc disc_;
+  double cx_, cy_, total_;
 };
 
 // Root of f in [a, b] with f(a) f(b) <= 0 by secant steps kept inside a shrinking bracket (Illinois).
@@ -174,7 +170,7 @@ std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, double ring_ra
                                            double centre_y, double width, RayGradient* gradient,
                                            double* d_ring) {
   const auto start = exact_ring_width(rays, ring_radius, centre_x, centre_y);
-  if (!start || !(ring_radius > width)) return std::nullopt;
+  if (!start || !(ring_radius > kSmallestSpotInWidths * width)) return std::nullopt;
   const SmoothShare share(rays, ring_radius, centre_x, centre_y, width);
   RingWidth result = *start;
   // The peak: where dN/dz changes sign around the counted one. The window grows until it holds a sign change.

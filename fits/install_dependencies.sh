@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# Installs what aberfit is built from and tested with: Debian packages only. Does nothing when all are there.
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build
+  libceres-dev libeigen3-dev nlohmann-json3-dev libfftw3-dev   # fixed choice of the project, with GoogleTest
+  libboost-dev librandom123-dev libcli11-dev libfmt-dev
+  gnuplot-nox fonts-dejavu-core                                # pictures
+  libgtest-dev python3-jsonschema                              # tests
+)
+
+missing=()
+for package in "${packages[@]}"; do
+  status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
+  [ "$status" = installed ] || missing+=("$package")
+done
+[ ${#missing[@]} -eq 0 ] && exit 0
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "aberfit needs these Debian packages, and neither root nor sudo is at hand: ${missing[*]}" >&2; exit 1; }
+  as_root=(sudo)
+fi
+echo "installing: ${missing[*]}"
+"${as_root[@]}" apt-get update -q
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}"

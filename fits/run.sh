@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# Sets everything up on a fresh Debian machine and runs a study: dependencies, release build, fit, verdict, pictures.
+#   bash fits/run.sh [STUDY.json]      default: the paper's mirror, fits/paper-physical/study.json
+set -euo pipefail
+study=$(realpath "${1:-$(dirname "$0")/paper-physical/study.json}")
+cd "$(dirname "$0")/.."
+bash fits/install_dependencies.sh
+[ -f build/release/build.ninja ] || cmake --preset release
+cmake --build build/release --target aberfit_program
+name=$(basename "$(dirname "$study")")
+status=0
+build/release/aberfit fit "$study" -o "out/$name" || status=$?
+if compgen -G "out/$name/plots/*.png" >/dev/null; then
+  echo; echo "Pictures:"
+  printf '  %s\n' "out/$name"/plots/*.png
+fi
+exit $status
