@@ -41,7 +41,7 @@ ordered_json run_check(const Study& study, const RunOptions& options, std::strin
   const double seconds = predicted_seconds(rays, double(terms.size()), statistics, threads);
 
   ordered_json result = {{"aberfit", 1}, {"kind", "check"}, {"study", resolved_study(study)}};
-  std::string text = study.title + "\n\n";
+  std::string text = study.title.empty() ? "" : study.title + "\n\n";
   const auto row = [&](const std::string& label, const std::string& value) {
     text += fmt::format("  {:<34} {}\n", label, value);
   };

@@ -104,7 +104,7 @@ EquivalentSurface describe_surface(const Study& study, const Scene& scene, const
     surface.kappa =
         scene_numbers(scene.psd->scaled(factor), study.mirror, study.aperture, study.wavelength).kappa;
   }
-  if (!terms.zernike.empty() || !terms.fourier.empty())
+  if ((!terms.zernike.empty() || !terms.fourier.empty()) && surface.rms_slope_per_axis > 0)
     surface.zones = zone_slopes(study, terms, prior, fit.coefficients, threads);
   return surface;
 }

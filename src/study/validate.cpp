@@ -109,6 +109,7 @@ std::vector<ZoneSlope> zone_slopes(const Study& study, const TermSet& terms, con
   const auto own = ratios(coefficients);
   std::vector<ZoneSlope> zones;
   for (std::size_t z = 0; z < kZones; ++z) {
+    if (!std::isfinite(draws[0][z])) continue;  // inside the hole of an annulus: no such zone
     std::vector<double> values;
     for (const auto& draw : draws) values.push_back(draw[z]);
     std::sort(values.begin(), values.end());
