@@ -1,0 +1,19 @@
+// How many Zernike terms does a roughness need? The share of its height variance that the orders 2..n carry
+// over the aperture; piston and tilt (n = 0, 1) move no light out of the focus and are counted apart.
+#include <fmt/format.h>
+
+#include "aberfit/terms/modal_covariance.h"
+
+int main() {
+  const double radius = 0.2;  // of the aperture [m]
+  const aberfit::RadialPsd psd(aberfit::UniformPsd{.rms = 100e-9, .f_min = 2.5, .f_max = 39.92});
+
+  const double lost = aberfit::captured_fraction(psd, radius, 0, 1);
+  fmt::print("piston and tilt hold {:.4f} % of the height variance\n", 100 * lost);
+  for (const int n_max : {10, 20, 30, 40, 50})
+    fmt::print("n_max {}: {:4} terms carry {:.4f} %\n", n_max, aberfit::zernike_modes(2, n_max).size(),
+               100 * aberfit::captured_fraction(psd, radius, 2, n_max));
+
+  const int enough = aberfit::captured_order(psd, radius, 0.99 * (1 - lost), 100);
+  fmt::print("99 % of the rest takes n_max {}: {} terms\n", enough, aberfit::zernike_modes(2, enough).size());
+}
