@@ -199,7 +199,7 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
                       100 * study.equivalence.margin);
 
   if (!study.verify.published.empty()) {
-    text += fmt::format("\nPublished numbers\n\n  {:<36} {:>14} {:>14}  {}\n", "published", "printed", "ours",
+    text += fmt::format("\nPublished numbers\n\n  {:<44} {:>14} {:>16}  {}\n", "published", "printed", "ours",
                         "reading");
     result["published"] = ordered_json::array();
   }
@@ -209,7 +209,7 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
     const std::string printed = fmt::format("{:.6g} {}", row.value, row.unit);
     const std::string shown = std::isfinite(ours) ? fmt::format("{:.5g} {}", ours, row.unit) : "-";
     text +=
-        fmt::format("  {:<36} {:>14} {:>14}  {}\n", row.label, printed, shown, wrapped(row.reading, 64, 70));
+        fmt::format("  {:<44} {:>14} {:>16}  {}\n", row.label, printed, shown, wrapped(row.reading, 64, 80));
     result["published"].push_back({{"label", row.label},
                                    {"unit", row.unit},
                                    {"printed", row.value},

@@ -194,7 +194,10 @@ TargetSets make_targets(const Study& study, const Scene& scene, int threads) {
     target.standard_error = given ? wanted[k].standard_error : predicted.standard_error[Eigen::Index(k)];
     if (!std::isfinite(target.value))
       throw ComputationError(
-          fmt::format("the theory has no value for {} in this scene", statistic_name(statistics[k])));
+          fmt::format("the theory has no value for {}: with an RMS slope of {:.3g} per axis there is no "
+                      "focus to speak of; check "
+                      "rms and f_max of the roughness",
+                      statistic_name(statistics[k]), scene.numbers.rms_slope_per_axis));
     if (k < wanted.size()) {
       target.tolerance = wanted[k].tolerance * (wanted[k].absolute_tolerance ? 1.0 : std::abs(target.value));
       sets.fitted.push_back(target);
