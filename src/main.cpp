@@ -8,6 +8,7 @@
 #include <exception>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/report/result.h"
@@ -82,15 +83,30 @@ void say_where(const Arguments& arguments) {
   if (!arguments.quiet) fmt::print(stderr, "results in {}\n", arguments.output_directory);
 }
 
-// A folder that cannot be one is found out before the computing, not after it.
+// A folder that cannot be written to is found out before the computing, not after it: by writing a file
+// there. Leaves no trace, so that a run that fails later leaves none either.
 void choose_output_directory(Arguments* arguments) {
+  namespace fs = std::filesystem;
   if (arguments->output_directory.empty())
     arguments->output_directory = default_output_directory(arguments->study_file);
+  const fs::path folder = fs::absolute(arguments->output_directory).lexically_normal();
+  std::vector<fs::path> absent;  // innermost first
   std::error_code error;
-  const auto status = std::filesystem::status(arguments->output_directory, error);
-  if (std::filesystem::exists(status) && !std::filesystem::is_directory(status))
-    throw aberfit::InputError(arguments->output_directory, "", "something that is no folder",
-                              "a folder to write to");
+  for (fs::path p = folder; p.has_relative_path() && !fs::exists(p, error); p = p.parent_path())
+    absent.push_back(p);
+  const auto remove_absent = [&absent] {
+    std::error_code ignored;
+    for (const fs::path& p : absent) fs::remove(p, ignored);  // only where empty
+  };
+  try {
+    const fs::path probe = folder / (".aberfit-" + std::to_string(getpid()));
+    aberfit::write_file(probe.string(), "");
+    fs::remove(probe, error);
+    remove_absent();
+  } catch (const aberfit::InputError& failure) {
+    remove_absent();
+    throw aberfit::InputError(arguments->output_directory, "", failure.found(), "a folder to write to");
+  }
 }
 
 int fit(Arguments arguments) {

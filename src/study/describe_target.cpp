@@ -8,8 +8,8 @@ namespace {
 constexpr Dimension kLength = Dimension::kLength;
 
 void describe_value(Visitor& v, StatisticRequest& s) {
-  const bool angle = statistic_dimension(s.name) == Dimension::kAngle;
-  const Dimension dimension = statistic_dimension(s.name);
+  const bool angle = request_dimension(s.name) == Dimension::kAngle;
+  const Dimension dimension = request_dimension(s.name);
   v.quantity(
       {"tolerance", "how closely the fit is to meet it, relative to the value", Need::kOptional, "\"0.2 %\""},
       s.tolerance, Dimension::kFraction, Range{0, 1, true, false});

@@ -35,7 +35,7 @@ bool is_encircled_energy(const std::string& key) {
   return std::regex_match(key, pattern);
 }
 
-Dimension statistic_dimension(const std::string& name) {
+Dimension request_dimension(const std::string& name) {
   if (name == "scatter_rms" || name == "scatter_mean") return Dimension::kAngle;
   return Dimension::kLength;
 }

@@ -19,7 +19,7 @@ const std::vector<KeyPattern>& statistic_keys();
 bool is_encircled_energy(const std::string& key);
 
 /// Dimension of the value of a statistic by its name without "@...".
-Dimension statistic_dimension(const std::string& name);
+Dimension request_dimension(const std::string& name);
 
 /// Keys under which `requests` are written: names, and ring_fwhm@<ee> where several ring widths are asked
 /// for.
