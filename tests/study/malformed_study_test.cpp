@@ -1,12 +1,11 @@
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <set>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/study/read_study.h"
+#include "study/run_program.h"
 #include "study/scratch_folder.h"
 #include "study/study_texts.h"
 
@@ -14,6 +13,7 @@ namespace aberfit {
 namespace {
 
 using test::MalformedStudy;
+using test::run_program;
 using test::ScratchFolder;
 
 // The deep one stops at the 64th level; the table names the beginning of its pointer.
@@ -56,14 +56,6 @@ TEST(MalformedStudy, ThatDoesNotExistIsAnInputError) {
       EXPECT_EQ(error.file(), path);
     }
   }
-}
-
-// Runs the program in `folder`; returns its exit code, its output in files "out" and "err" there.
-int run_program(const ScratchFolder& folder, const std::string& arguments) {
-  const std::string command =
-      "cd '" + folder.file("") + "' && '" ABERFIT_PROGRAM "' " + arguments + " > stdout.txt 2> stderr.txt";
-  const int status = std::system(command.c_str());
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 // All of them, each with another command: nothing but the message may come out, and nothing may be written.

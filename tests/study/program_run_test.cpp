@@ -1,0 +1,239 @@
+// The program from the outside, on studies that take no time: what it writes, prints and returns.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "aberfit/study/read_study.h"
+#include "study/run_program.h"
+#include "study/scratch_folder.h"
+
+namespace aberfit {
+namespace {
+
+using nlohmann::ordered_json;
+using test::read_file;
+using test::run_program;
+using test::ScratchFolder;
+
+// Three statistics of a low-frequency roughness, the Zernikes up to n = 8, few rays. `statistics` and `rest`
+// (further blocks, each with a comma before it) go into the text.
+std::string tiny_study(const std::string& statistics, const std::string& rest = "") {
+  return R"({
+  "aberfit": 1, "title": "tiny",
+  "mirror": { "focal_length": "2.8 m" },
+  "aperture": { "shape": "circle", "diameter": "0.4 m" },
+  "light": { "wavelength": "632.8 nm" },
+  "roughness": { "psd": { "model": "uniform", "rms": "200 nm", "f_min": "2.5 /m", "f_max": "6 /m" } },
+  "terms": { "zernike": { "n_max": 8 } },
+  "trace": { "rays": 4096 },
+  "target": { "statistics": { )" +
+         statistics + " } }" + rest + "\n}\n";
+}
+
+// Targets from theory: judged at statistics held out as well, which 42 terms do not meet.
+const std::string kFromTheory = tiny_study(R"("ee50": {}, "ee90": {}, "scatter_rms": {})");
+// Targets given as values: nothing is held out, and three numbers are easily met.
+const std::string kFromValues = tiny_study(
+    R"("ee50": { "value": "27 um" }, "ee90": { "value": "48 um" }, "scatter_rms": { "value": "11.4 urad" })",
+    R"(, "equivalence": { "margin": "5 %" })");
+
+std::set<std::string> entries(const std::string& folder) {
+  std::set<std::string> names;
+  if (!std::filesystem::exists(folder)) return names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    names.insert(entry.path().filename().string());
+  return names;
+}
+
+ordered_json read_json(const std::string& path) { return ordered_json::parse(read_file(path)); }
+
+// A result without what a second run may change.
+ordered_json comparable(ordered_json result) {
+  EXPECT_GT(result["fit"]["seconds"], 0.0);
+  EXPECT_GE(result["provenance"]["threads"], 1);
+  result["fit"].erase("seconds");
+  result["provenance"].erase("threads");
+  return result;
+}
+
+class ProgramRun : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(std::filesystem::exists(ABERFIT_PROGRAM)) << "build the program first: " ABERFIT_PROGRAM;
+    folder_.write("theory.json", kFromTheory);
+    folder_.write("values.json", kFromValues);
+  }
+  int run(const std::string& arguments) const { return run_program(folder_, arguments); }
+  std::string file(const std::string& name) const { return folder_.file(name); }
+  std::string out() const { return read_file(file("stdout.txt")); }
+  std::string err() const { return read_file(file("stderr.txt")); }
+  // 0 where a fit converged to something equivalent, else 1: what a result says the exit code is.
+  static int exit_code_of(const ordered_json& result) {
+    return result["fit"]["status"] == "converged" && result["equivalence"]["verdict"] == "equivalent" ? 0 : 1;
+  }
+
+  ScratchFolder folder_;
+};
+
+TEST_F(ProgramRun, FitWritesThreeFilesAndReturnsItsVerdict) {
+  std::set<int> codes;
+  for (const char* name : {"theory", "values"}) {
+    SCOPED_TRACE(name);
+    const std::string results = std::string("results/of/") + name;
+    const int code = run(std::string("fit ") + name + ".json --no-plots -o " + results);
+    EXPECT_EQ(entries(file(results)),
+              (std::set<std::string>{"coefficients.csv", "result.json", "summary.txt"}));
+    const ordered_json result = read_json(file(results + "/result.json"));
+    EXPECT_EQ(result["kind"], "fit");
+    EXPECT_EQ(result["fit"]["terms"], 42);
+    EXPECT_EQ(result["statistics"]["fitted"].size(), 3u);
+    EXPECT_EQ(code, exit_code_of(result));
+    codes.insert(code);
+    // The table on the terminal says the same, and the angle is one.
+    std::string verdict = result["equivalence"]["verdict"];
+    if (verdict == "equivalent") {
+      EXPECT_EQ(out().find("EQUIVALENT"), 0u) << out();
+    } else {
+      EXPECT_EQ(out().find("EQUIVALENT"), std::string::npos) << out();
+    }
+    const std::string summary = read_file(file(results + "/summary.txt"));
+    const std::size_t at = summary.find("scatter_rms");
+    ASSERT_NE(at, std::string::npos);
+    EXPECT_NE(summary.substr(at, 60).find(" urad"), std::string::npos) << summary.substr(at, 60);
+    EXPECT_NE(err().find("results in " + results), std::string::npos) << err();
+  }
+  EXPECT_EQ(codes, (std::set<int>{0, 1})) << "one of each is what this test is about";
+}
+
+TEST_F(ProgramRun, FitDrawsUnlessToldNotTo) {
+  run("fit values.json -o drawn");
+  EXPECT_TRUE(entries(file("drawn")).contains("plots"));
+  EXPECT_TRUE(entries(file("drawn/plots")).contains("ee_curves.gp"));
+  run("fit values.json --no-plots -o plain");
+  EXPECT_FALSE(entries(file("plain")).contains("plots"));
+  folder_.write("unplotted.json", tiny_study(R"("ee90": {})", R"(, "output": { "plots": false })"));
+  run("fit unplotted.json -o quiet");
+  EXPECT_TRUE(entries(file("quiet")).contains("result.json"));
+  EXPECT_FALSE(entries(file("quiet")).contains("plots"));
+}
+
+TEST_F(ProgramRun, JsonIsAllThatStandsOnStandardOutput) {
+  run("fit values.json --no-plots --json --quiet -o results");
+  EXPECT_EQ(ordered_json::parse(out()), read_json(file("results/result.json")));
+  EXPECT_EQ(err(), "");
+  run("--json verify values.json --no-plots -o verified");  // before the command it means the same
+  EXPECT_EQ(ordered_json::parse(out()), read_json(file("verified/result.json")));
+  for (const char* command : {"trace", "check"}) {
+    EXPECT_EQ(run(std::string(command) + " values.json --json"), 0);
+    EXPECT_EQ(ordered_json::parse(out())["kind"], command);
+    EXPECT_EQ(err(), "");
+  }
+}
+
+TEST_F(ProgramRun, TraceOfTheFittedCoefficientsGivesTheFittedStatistics) {
+  run("fit theory.json --no-plots -o results");
+  ASSERT_EQ(run("trace theory.json --coefficients results/coefficients.csv --json"), 0) << err();
+  const ordered_json traced = ordered_json::parse(out())["statistics"];
+  const ordered_json result = read_json(file("results/result.json"));
+  const ordered_json& fitted = result["statistics"]["fitted"];
+  ASSERT_EQ(fitted.size(), 3u);
+  ASSERT_EQ(traced.size(), 3u);
+  const double kRelative =
+      1e-9;  // coefficients are written to the last bit: what is left is the order of sums
+  for (const auto& item : fitted.items()) {
+    const double value = item.value();
+    EXPECT_NEAR(traced[item.key()].get<double>(), value, kRelative * value) << item.key();
+    // The draw the fit started from is another surface: the file is what was traced.
+    EXPECT_GT(std::abs(result["statistics"]["start"][item.key()].get<double>() / value - 1), 1e-4);
+  }
+  // verify takes the same surface.
+  run("verify theory.json --coefficients results/coefficients.csv --json --no-plots -o verified");
+  const ordered_json verified = ordered_json::parse(out())["statistics"];
+  for (const char* name : {"ee50_radius_m", "ee90_radius_m", "scatter_rms_rad"}) {
+    const double value = fitted[name];
+    EXPECT_NEAR(verified[name]["aberration_terms"].get<double>(), value, kRelative * value) << name;
+  }
+}
+
+TEST_F(ProgramRun, VerifyReturnsItsVerdictAndTheOthersZero) {
+  folder_.write("lenient.json",
+                tiny_study(R"("ee90": {})", R"(, "equivalence": { "margin": "50 %", "confidence": 0.55 })"));
+  std::set<int> codes;
+  for (const char* name : {"theory.json", "lenient.json"}) {
+    SCOPED_TRACE(name);
+    const int code = run(std::string("verify ") + name + " -o verified");
+    EXPECT_EQ(entries(file("verified")), (std::set<std::string>{"result.json", "summary.txt"}));
+    EXPECT_EQ(read_file(file("verified/summary.txt")), out());
+    EXPECT_EQ(code, read_json(file("verified/result.json"))["verdict"] == "equivalent" ? 0 : 1);
+    codes.insert(code);
+  }
+  EXPECT_EQ(codes, (std::set<int>{0, 1})) << "one of each is what this test is about";
+  const std::set<std::string> before = entries(file(""));
+  for (const char* arguments : {"trace theory.json", "check theory.json", "schema"}) {
+    EXPECT_EQ(run(arguments), 0) << arguments;
+    EXPECT_NE(out(), "") << arguments;
+  }
+  EXPECT_EQ(entries(file("")), before) << "they print, they do not write";
+}
+
+TEST_F(ProgramRun, ResultsDependNeitherOnThreadsNorOnTheRun) {
+  run("fit theory.json --no-plots --threads 1 -o one");
+  run("fit theory.json --no-plots --threads 2 -o two");
+  run("fit theory.json --no-plots --threads 2 -o again");
+  const ordered_json one = read_json(file("one/result.json"));
+  const ordered_json two = read_json(file("two/result.json"));
+  EXPECT_EQ(one["provenance"]["threads"], 1);
+  EXPECT_EQ(two["provenance"]["threads"], 2);
+  // As text, so that every digit of every number counts.
+  EXPECT_EQ(comparable(two).dump(1), comparable(one).dump(1));
+  EXPECT_EQ(comparable(read_json(file("again/result.json"))).dump(1), comparable(two).dump(1));
+  EXPECT_EQ(read_file(file("two/coefficients.csv")), read_file(file("one/coefficients.csv")));
+  for (const char* command : {"trace", "verify"}) {
+    const std::string rest = std::string(command) + " theory.json --json" +
+                             (std::string(command) == "verify" ? " -o verified" : "");
+    run("--threads 1 " + rest);
+    const std::string first = out();
+    run("--threads 2 " + rest);
+    EXPECT_EQ(out(), first) << command;
+    EXPECT_GT(first.size(), 100u);
+  }
+}
+
+TEST_F(ProgramRun, TheResolvedStudyOfAResultIsAStudyThatGivesItAgain) {
+  run("fit theory.json --no-plots -o first");
+  const ordered_json first = read_json(file("first/result.json"));
+  folder_.write("resolved.json", first["study"].dump(2));
+  EXPECT_EQ(resolved_study(read_study(file("resolved.json"))), first["study"]);
+  run("fit resolved.json --no-plots -o second");
+  EXPECT_EQ(comparable(read_json(file("second/result.json"))).dump(1), comparable(first).dump(1));
+  EXPECT_EQ(read_file(file("second/coefficients.csv")), read_file(file("first/coefficients.csv")));
+}
+
+// A study that the computation cannot deliver (exit code 3) tells whether it was begun: a ring wider than
+// half the mirror holds all light even half-way to the mirror, so its width does not exist.
+TEST_F(ProgramRun, AnUnwritableFolderIsRefusedBeforeAnythingIsComputed) {
+  folder_.write("impossible.json", tiny_study(R"("ring_fwhm": { "ring": "0.12 m" })"));
+  folder_.write("file", "in the way");
+  const std::set<std::string> before = [this] {
+    run("fit impossible.json -o new/folder");
+    return entries(file(""));
+  }();
+  EXPECT_EQ(run("fit impossible.json -o new/folder"), 3) << err();
+  EXPECT_NE(err().find("ring_fwhm_m"), std::string::npos) << err();
+  EXPECT_FALSE(before.contains("new")) << "a run that fails leaves nothing behind";
+  for (const char* command : {"fit impossible.json", "fit theory.json", "verify theory.json"}) {
+    for (const char* where : {"file", "file/below", "/dev/null/below"}) {
+      SCOPED_TRACE(std::string(command) + " -o " + where);
+      EXPECT_EQ(run(std::string(command) + " --json -o " + where), 2);
+      EXPECT_NE(err().find(where), std::string::npos) << err();
+      EXPECT_EQ(out(), "");
+    }
+  }
+  EXPECT_EQ(entries(file("")), before);
+  EXPECT_EQ(read_file(file("file")), "in the way");
+}
+
+}  // namespace
+}  // namespace aberfit

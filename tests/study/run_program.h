@@ -1,0 +1,20 @@
+#pragma once
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <string>
+
+#include "study/scratch_folder.h"
+
+namespace aberfit::test {
+
+/// Runs the program in `folder`; returns its exit code, its output in the files stdout.txt and stderr.txt
+/// there.
+inline int run_program(const ScratchFolder& folder, const std::string& arguments) {
+  const std::string command =
+      "cd '" + folder.file("") + "' && '" ABERFIT_PROGRAM "' " + arguments + " > stdout.txt 2> stderr.txt";
+  const int status = std::system(command.c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+}  // namespace aberfit::test
