@@ -98,6 +98,7 @@ EquivalentSurface describe_surface(const Study& study, const Scene& scene, const
   surface.rms_slope_per_axis =
       std::sqrt((weight * (field.slope_x.square() + field.slope_y.square())).sum() / 2);
   surface.g = 4 * EIGEN_PI * surface.rms_height / study.wavelength;
+  surface.kappa = std::nan("");  // unknown without a spectrum
   if (scene.psd) {
     // Same shape of spectrum, the fitted surface's own height.
     const double factor = surface.rms_height / scene.numbers.rms_height;
