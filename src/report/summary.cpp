@@ -133,8 +133,9 @@ std::string fit_lines(const ResultDocument& result) {
   const EquivalentSurface& surface = result.surface;
   if (surface.rms_height > 0) {
     std::string text =
-        fmt::format("RMS height {}, RMS slope {} per axis, g {:.3g}, kappa {:.3g}",
-                    length(surface.rms_height), slope(surface.rms_slope_per_axis), surface.g, surface.kappa);
+        fmt::format("RMS height {}, RMS slope {} per axis, g {:.3g}", length(surface.rms_height),
+                    slope(surface.rms_slope_per_axis), surface.g);
+    if (std::isfinite(surface.kappa)) text += fmt::format(", kappa {:.3g}", surface.kappa);
     if (surface.captured_fraction > 0)
       text += fmt::format("; the terms can carry {:.4g} % of the specified height variance",
                           100 * surface.captured_fraction);
