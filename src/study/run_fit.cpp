@@ -63,6 +63,11 @@ FitOptions fit_options(const Study& study, const RunOptions& options, int thread
   return fit;
 }
 
+// Whether the solver got anywhere: a degenerate or failed try has no cost to compare.
+bool has_solution(const FitResult& fit) {
+  return fit.status == FitStatus::kConverged || fit.status == FitStatus::kNotConverged;
+}
+
 // Tries the seeded starts in turn and keeps the cheapest; stops at the first that meets every tolerance.
 FitResult fit_from_starts(const Study& study, const FitProblem& problem, const RunOptions& options,
                           int threads, Eigen::VectorXd* start) {
@@ -76,8 +81,7 @@ FitResult fit_from_starts(const Study& study, const FitProblem& problem, const R
     const FitOptions how = fit_options(study, options, threads, k);
     FitResult result = calibrate(problem, white, how);
     const bool met = result.status == FitStatus::kConverged && within_tolerance(problem, result, how.stop_at);
-    if (best.status == FitStatus::kNotRun || result.final_cost < best.final_cost ||
-        best.status == FitStatus::kFailed || best.status == FitStatus::kDegenerate) {
+    if (!has_solution(best) || (has_solution(result) && result.final_cost < best.final_cost)) {
       best = std::move(result);
       *start = white;
     }

@@ -54,9 +54,9 @@ void check_gradient(const FitScene& scene, const Eigen::VectorXd& white, double 
     ceres::GradientChecker checker(&residual, no_manifolds, how);
     std::vector<const double*> blocks;
     Eigen::Index at = 0;
-    for (const int size : residual.parameter_block_sizes()) {
+    for (const int length : residual.parameter_block_sizes()) {
       blocks.push_back(white.data() + at);
-      at += size;
+      at += length;
     }
     ceres::GradientChecker::ProbeResults results;
     checker.Probe(blocks.data(), precision, &results);
