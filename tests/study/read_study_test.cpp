@@ -51,7 +51,7 @@ TEST(ReadStudy, FillsInTheDefaultsOfTheMinimalStudy) {
   EXPECT_TRUE(study.terms.spherical.empty());
   EXPECT_EQ(study.terms.covariance, CovarianceKind::kFull);
   EXPECT_EQ(study.trace.pupil.layout, PupilLayout::kPolar);
-  EXPECT_EQ(study.trace.pupil.rays, 16384);
+  EXPECT_EQ(study.trace.pupil.rays, 65536);
   EXPECT_EQ(study.trace.pupil.seed, 1u);
   EXPECT_FALSE(study.trace.central_difference_step.has_value());
   EXPECT_EQ(study.trace.centre, Centre::kNominal);

@@ -171,7 +171,7 @@ TEST(StudySchema, DocumentsUnitsAndDefaults) {
   EXPECT_NE(wavelength["description"].get<std::string>().find("nm, um, mm"), std::string::npos);
   EXPECT_EQ(wavelength["examples"], ordered_json({"632.8 nm"}));
   EXPECT_FALSE(wavelength.contains("default"));
-  EXPECT_EQ(schema["properties"]["trace"]["properties"]["rays"]["default"], 16384);
+  EXPECT_EQ(schema["properties"]["trace"]["properties"]["rays"]["default"], 65536);
   EXPECT_EQ(schema["properties"]["equivalence"]["properties"]["margin"]["default"], 0.01);
 }
 

@@ -15,7 +15,7 @@ enum class PupilLayout {
 
 struct PupilOptions {
   PupilLayout layout = PupilLayout::kPolar;
-  std::int64_t rays = 16384;  ///< wanted number; grid and polar come near it, random and sobol meet it
+  std::int64_t rays = 65536;  ///< wanted number; grid and polar come near it, random and sobol meet it
   std::uint64_t seed = 1;     ///< random and sobol
 };
 
