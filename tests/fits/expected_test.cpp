@@ -37,8 +37,8 @@ TEST_P(ReferenceStudy, GivesWhatItsExpectedFileSays) {
 INSTANTIATE_TEST_SUITE_P(Fits, ReferenceStudy,
                          testing::Values("paper-physical", "paper-harvey-shack", "paper-published-values",
                                          "spherical", "measured-zygo"),
-                         [](const auto& info) {
-                           std::string name = info.param;
+                         [](const auto& study) {
+                           std::string name = study.param;
                            std::erase(name, '-');
                            return name;
                          });

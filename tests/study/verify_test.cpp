@@ -101,8 +101,9 @@ TEST(Verify, ReproducesThePaper) {
   // Every row has a value of ours, or is there to say that none exists.
   for (const auto& row : result["published"]) {
     EXPECT_FALSE(row["reading"].get<std::string>().empty());
-    if (row["ours"].is_null())
+    if (row["ours"].is_null()) {
       EXPECT_NE(row["reading"].get<std::string>().find("Not reproducible"), std::string::npos) << row;
+    }
   }
   EXPECT_NE(table.find("reading"), std::string::npos);
 }
