@@ -17,7 +17,7 @@ namespace {
 constexpr double kCapturedHeight =
     0.99;  // default order: this share of the height variance that is no piston or tilt
 constexpr int kLargestDefaultOrder = 100;
-constexpr double kArea = std::numbers::pi;
+constexpr double kPi = std::numbers::pi;
 
 // Spot scale of a study that gives its targets as values: the first value that has one.
 double scale_of_values(const Study& study) {
@@ -85,7 +85,7 @@ TermSet make_terms(const Study& study, const Scene& scene, double* captured) {
                        "an order: without roughness there is no default");
     }
     terms.zernike = zernike_modes(spec.n_min, n_max);
-    covered_to = (n_max + 1) / (2 * kArea * scene.radius);
+    covered_to = (n_max + 1) / (2 * kPi * scene.radius);
     if (scene.psd)
       *captured = captured_fraction(*scene.psd, scene.radius, spec.n_min, n_max) /
                   (spec.n_min >= 2 ? movable_share(scene) : 1.0);
