@@ -79,7 +79,7 @@ TEST(Architecture, EveryIncludeKeepsTheOrderOfTheRoomsAndTheirLibraries) {
     seen.insert(file.parent_path().filename().string());
   }
   // The rooms that exist were read: an empty walk would pass for the wrong reason.
-  for (const char* room : {"core", "scene", "roughness", "terms", "trace", "focus", "scatter", "fit",
+  for (const char* room : {"core", "scene", "measured", "roughness", "terms", "trace", "focus", "scatter", "fit",
                            "equivalence", "report", "study"})
     EXPECT_TRUE(seen.contains(room)) << room;
 }
@@ -124,7 +124,7 @@ TEST(SourceRules, TellEveryKindOfBreach) {
       {"src/core/a.cpp", "#include <Random123/philox.h>", ""},
       {"src/roughness/a.cpp", "#include <Random123/philox.h>", "no place in roughness"},
       {"src/equivalence/a.cpp", "#include <boost/math/distributions/normal.hpp>", ""},
-      {"src/fit/a.cpp", "#include <boost/math/distributions/normal.hpp>", "no place in fit"},
+      {"src/focus/a.cpp", "#include <boost/math/distributions/normal.hpp>", "no place in focus"},
       {"src/scatter/a.cpp", "#include <boost/multiprecision/cpp_int.hpp>", "no library that DESIGN names"},
       {"src/core/a.cpp", "#include <omp.h>", ""},
       {"src/terms/a.cpp", "#include <omp.h>", "no place in terms"},

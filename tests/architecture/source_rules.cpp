@@ -26,12 +26,12 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"fmt/", all},
       {"Random123/", {"core"}},
       {"omp.h", {"core"}},
-      {"boost/math/", {"core", "roughness", "terms", "scatter", "equivalence"}},
+      {"boost/math/", {"core", "roughness", "terms", "scatter", "fit", "equivalence"}},
       {"boost/version.hpp", {"report"}},  // a number for the provenance, no code
       {"fftw3.h", {"roughness", "terms", "scatter"}},
       {"fitsio.h", {"measured"}},
       {"ceres/", {"fit"}},
-      {"nlohmann/", {"report", "study", kProgram}},
+      {"nlohmann/", {"measured", "report", "study", kProgram}},  // DABAM metadata, results, studies,
       {"CLI/", {kProgram}},
       // The operating system: processes and files of gnuplot and the reports, the terminal of the program.
       {"unistd.h", {"report", kProgram}},

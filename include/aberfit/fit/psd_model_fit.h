@@ -1,0 +1,75 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "aberfit/core/warning.h"
+#include "aberfit/roughness/psd.h"
+#include "aberfit/roughness/psd_estimate.h"
+
+namespace aberfit {
+
+/// Shapes of PSD that can be fitted. In one dimension (profiles) the fitted function is the profile PSD of
+/// the isotropic surface.
+enum class PsdFamily {
+  kAuto,  ///< all of the others, chosen by the information criterion
+  kPowerLaw,
+  kKCorrelation,
+  kUniform,
+  kPowerLawAndFloor,  ///< plus a uniform part: instrument noise, or very fine roughness
+  kKCorrelationAndFloor,
+  kTwoKCorrelations,
+};
+std::string to_string(PsdFamily family);
+
+struct PsdFitOptions {
+  PsdFamily family = PsdFamily::kAuto;
+  double f_min = 0, f_max = 0;  ///< bins to use [cycles/m]; 0: all that are trusted (see fit_psd_model)
+  double confidence = 0.95;
+  int max_iterations = 200;
+};
+
+/// One number of a fitted model.
+struct PsdParameter {
+  std::string name;  ///< "rms", "B", "exponent", "amplitude", "floor", ...; exponent is 2-D
+  std::string unit;  ///< SI
+  double value = 0, std = 0;
+  double lower = 0, upper = 0;  ///< confidence interval; may be asymmetric
+  bool identified =
+      true;  ///< false: the data do not determine it; value is NaN and a bound or nothing is known
+};
+
+enum class PsdFitStatus { kNotRun, kConverged, kNotConverged, kFailed };
+std::string to_string(PsdFitStatus status);
+
+struct PsdCandidate {
+  PsdFamily family = PsdFamily::kAuto;
+  int parameters = 0;
+  double log_likelihood = 0;
+  double criterion = 0;  ///< AICc; smaller is better
+};
+
+struct PsdModelFit {
+  PsdFitStatus status = PsdFitStatus::kNotRun;
+  std::string message;
+  PsdFamily family = PsdFamily::kAuto;
+  PsdModel model;  ///< two-dimensional, two-sided surface PSD in the band of the bins used: ready for a
+                   ///< study; floor left out where it is noise of a profile
+  std::vector<PsdParameter> parameters;
+  Eigen::MatrixXd covariance;   ///< of the internal (log) parameters, sandwich form
+  double f_min = 0, f_max = 0;  ///< band used [cycles/m]
+  Eigen::ArrayXd expected;      ///< E[psd] of the model at every bin of the estimate
+  double log_likelihood = 0, criterion = 0;
+  double goodness = 0;  ///< p-value of the residuals, given the model
+  std::vector<PsdCandidate> candidates;
+  Warnings warnings;  ///< `not-identified`, `poor-fit`, ...
+};
+
+/// Fits PSD models to the bins of an estimate by the Whittle (gamma) likelihood of chi-squared bins, E =
+/// response * S: no logarithm, so no log bias (Whittle 1953; response as in Sykulski et al. 2019, "debiased
+/// Whittle"). Covariance of the parameters in sandwich form from the bins' joint covariance. The lowest bins,
+/// which detrending took height from, are weighted through the response; bins below 1.5 resolutions are left
+/// out.
+PsdModelFit fit_psd_model(const PsdEstimate& estimate, const PsdFitOptions& options = {});
+
+}  // namespace aberfit

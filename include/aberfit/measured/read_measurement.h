@@ -1,0 +1,59 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "aberfit/measured/height_map.h"
+#include "aberfit/measured/profile.h"
+
+namespace aberfit {
+
+enum class MeasuredFormat {
+  kAuto,          ///< by content, then by name; see detect_format
+  kDabam,         ///< DABAM profile: <name>.txt (JSON) and <name>.dat
+  kProfileText,   ///< columns x, value, further scan lines
+  kMapText,       ///< a matrix of numbers, first line = top row, or columns x, y, z
+  kZygo,          ///< MetroPro .dat, binary
+  kCodeVInt,      ///< CODE V interferogram
+  kFits,          ///< FITS image
+  kZemaxGridSag,  ///< OpticStudio grid sag .DAT
+};
+
+/// A measured file and everything about it that the file may not say itself. What is absent is taken from the
+/// file; where the file does not say it either, reading fails with an InputError that names the option.
+struct MeasuredSource {
+  std::string path;
+  MeasuredFormat format = MeasuredFormat::kAuto;
+  int column = 1;                           ///< profiles: which scan line, from 1
+  std::optional<ProfileQuantity> quantity;  ///< profile text: required unless a header names it
+  std::optional<bool> wavefront;   ///< true: heights are those of a reflected wavefront, twice the surface's
+  std::optional<double> x_factor;  ///< text: positions times this are [m]
+  std::optional<double> value_factor;  ///< text, FITS without BUNIT: values times this are [m] or [rad]
+  std::optional<double> pitch;         ///< maps: pixel scale [m]
+  std::optional<double> wavelength;    ///< [m], for values in waves or radians
+};
+
+using Measurement = std::variant<Profile, HeightMap>;
+
+/// Reads any supported file. Throws InputError (file, place, found, allowed) for a file that is missing,
+/// damaged, truncated, of an unknown format, or that leaves open what it means.
+Measurement read_measurement(const MeasuredSource& source);
+
+/// What a file looks like; kAuto when nothing fits. Reads at most a few kilobytes. Throws InputError when it
+/// cannot be opened.
+MeasuredFormat detect_format(const std::string& path);
+/// "dabam", "profile", "map", "zygo", "codev-int", "fits", "zemax-grid-sag", "auto".
+std::string to_string(MeasuredFormat format);
+
+// The readers behind it, one file each; the same errors.
+std::vector<Profile> read_dabam(
+    const std::string& path);  ///< every scan line; path of the .txt, the .dat or without suffix
+std::vector<Profile> read_profile_text(const MeasuredSource& source);
+HeightMap read_map_text(const MeasuredSource& source);
+HeightMap read_zygo(const MeasuredSource& source);
+HeightMap read_codev_int(const MeasuredSource& source);
+HeightMap read_fits(const MeasuredSource& source);
+HeightMap read_zemax_grid_sag(const MeasuredSource& source);
+
+}  // namespace aberfit
