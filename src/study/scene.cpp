@@ -18,6 +18,7 @@ constexpr double kCapturedHeight =
     0.99;  // default order: this share of the height variance that is no piston or tilt
 constexpr int kLargestDefaultOrder = 100;
 constexpr double kPi = std::numbers::pi;
+constexpr double kNoticedShare = 1e-3;  // a band cut that leaves out less is not worth a word
 
 // Spot scale of a study that gives its targets as values: the first value that has one.
 double scale_of_values(const Study& study) {
@@ -38,6 +39,28 @@ double scale_of_values(const Study& study) {
   }
   throw InputError(study.path, "/target/statistics", "no value that gives the focal spot a size",
                    "a roughness block, or a value for an ee, rms_radius, scatter or spot statistic");
+}
+
+// What reading the tables of the specification left out of them.
+void warn_of_tables(const RoughnessModel& node, Warnings* warnings) {
+  if (const auto* sum = std::get_if<RoughnessSum>(&node.model))
+    for (const RoughnessModel& part : sum->parts) warn_of_tables(part, warnings);
+  const auto* file = std::get_if<PsdTableFile>(&node.model);
+  if (!file) return;
+  const PsdTableResult& table = file->table;
+  if (table.variance_left_out > kNoticedShare || table.slope_variance_left_out > kNoticedShare)
+    warnings->push_back(
+        {"band-cut",
+         fmt::format("the band {:.4g} to {:.4g} /m kept of \"{}\" leaves out {:.1f} % of the table's height "
+                     "variance and {:.1f} % of its slope variance; rays follow slopes",
+                     table.psd.frequency.front(), table.psd.frequency.back(), file->file,
+                     100 * table.variance_left_out, 100 * table.slope_variance_left_out)});
+  if (table.not_positive > 0)
+    warnings->push_back(
+        {"psd-points-left-out",
+         fmt::format("{} point{} of \"{}\" left out: the profile PSD rises there and has no isotropic "
+                     "two-dimensional counterpart",
+                     table.not_positive, table.not_positive == 1 ? "" : "s", file->file)});
 }
 
 // Share of the height variance over the aperture that is neither piston nor tilt: what terms from n = 2 on
@@ -146,6 +169,7 @@ int radial_overlap(const TermSet& terms) {
 
 Warnings scene_warnings(const Study& study, const Scene& scene, const TermSet& terms, double captured) {
   Warnings warnings;
+  if (study.roughness) warn_of_tables(*study.roughness, &warnings);
   if (scene.psd && !scene.numbers.rays_are_valid)
     warnings.push_back({"rays-not-valid", scene.numbers.reason});
   if (scene.prior_height_factor != 1)
