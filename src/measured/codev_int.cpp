@@ -1,0 +1,220 @@
+// CODE V interferogram files (.INT) with gridded data. Sources: Gwyddion modules/file/codevfile.c and prysm
+// prysm/io.py; where the two differ (order of nx and ny in what prysm writes) Gwyddion is followed.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "aberfit/measured/write_map.h"
+#include "map_reading.h"
+
+namespace aberfit {
+namespace {
+
+constexpr std::int64_t kDefaultNoData = 32767;
+constexpr double kMetresPerMicrometre = 1e-6;
+
+struct IntHeader {
+  std::int64_t columns = 0, rows = 0;
+  bool wavefront = false;
+  std::optional<double> wavelength;  // [m]
+  double counts_per_wave = 0;        // SSZ
+  std::int64_t no_data = kDefaultNoData;
+  std::optional<double> x_scale;  // XSC: width of the map / its height
+};
+
+std::string upper(std::string_view word) {
+  std::string text(word);
+  for (char& c : text) c = c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c;
+  return text;
+}
+
+bool is_grid_header(std::string_view line) {
+  const auto word = detail::words(line);
+  return word.size() >= 3 && upper(word[0]) == "GRD" && detail::number<std::int64_t>(word[1]) &&
+         detail::number<std::int64_t>(word[2]);
+}
+
+void require_height_type(const std::string& path, const std::string& place, const std::string& type) {
+  static const std::map<std::string, std::string> others = {{"FIL", "an intensity filter"},
+                                                            {"THV", "a variation of coating thickness"},
+                                                            {"BIR", "birefringence"},
+                                                            {"CAO", "an orientation of crystal axes"}};
+  const std::string allowed = "SUR (surface) or WFR (wavefront)";
+  if (const auto other = others.find(type); other != others.end())
+    throw InputError(path, place, type + ", " + other->second + " and no heights", allowed);
+  if (type != "SUR" && type != "WFR") throw InputError(path, place, "type " + detail::quoted(type), allowed);
+}
+
+IntHeader read_header(const std::string& path, const std::string& place, std::string_view line) {
+  const auto word = detail::words(line);
+  const auto fail = [&](const std::string& found, const std::string& allowed) {
+    throw InputError(path, place, found, allowed);
+  };
+  const std::string kind = upper(word[0]);
+  if (kind == "ZFR" || kind == "ZRN")
+    fail(kind + ", a file of Zernike coefficients", "a grid, whose header begins with GRD");
+  if (!is_grid_header(line) || word.size() < 4)
+    fail(detail::quoted(line), "the header GRD nx ny SUR|WFR WVL w SSZ s [NDA n] [XSC x]");
+  IntHeader header;
+  // The first number counts the points along x.
+  header.columns = *detail::number<std::int64_t>(word[1]);
+  header.rows = *detail::number<std::int64_t>(word[2]);
+  if (header.columns < 1 || header.rows < 1 || header.columns > detail::kMostMapPoints ||
+      header.rows > detail::kMostMapPoints / header.columns)
+    fail(fmt::format("a grid of {} x {} points", header.columns, header.rows),
+         fmt::format("1 to {} points", detail::kMostMapPoints));
+  const std::string type = upper(word[3]);
+  require_height_type(path, place, type);
+  header.wavefront = type == "WFR";
+  for (std::size_t i = 4; i < word.size(); ++i) {
+    const std::string key = upper(word[i]);
+    if (key == "NNB" || key == "NNR") continue;  // how to interpolate, no matter here
+    if (key != "WVL" && key != "SSZ" && key != "NDA" && key != "XSC")
+      fail(detail::quoted(word[i]), "WVL, SSZ, NDA, XSC or NNB");
+    const std::string_view text = i + 1 < word.size() ? word[++i] : std::string_view();
+    const auto value = detail::number<double>(text);
+    if (key == "NDA") {
+      const auto mark = detail::number<std::int64_t>(text);
+      if (!mark) fail("NDA " + detail::quoted(text), "an integer");
+      header.no_data = *mark;
+    } else if (!value || *value <= 0) {
+      fail(key + " " + detail::quoted(text), "a positive number");
+    } else if (key == "WVL") {
+      header.wavelength = *value * kMetresPerMicrometre;
+    } else if (key == "SSZ") {
+      header.counts_per_wave = *value;
+    } else {
+      header.x_scale = *value;
+    }
+  }
+  if (header.counts_per_wave == 0) fail("no SSZ", "SSZ, the counts per wavelength");
+  return header;
+}
+
+// Title and header: the first two lines with content that are no comments; a blank title is no line.
+std::string_view find_header(const std::string& path, detail::LineReader* lines, std::string* label) {
+  std::string_view title, line;
+  if (!lines->next_with_content(&title))
+    throw InputError(path, "line 1", "no text", "a title and a header GRD nx ny SUR|WFR ...");
+  // A file without a title shows its header at once; the numbers after it are no second one.
+  detail::LineReader after_title = *lines;
+  const bool header_follows =
+      after_title.next_with_content(&line) && line.find_first_not_of("+-0123456789 \t") != line.npos;
+  if (is_grid_header(title) && !header_follows) return title;
+  *label = detail::one_line(title, 80);
+  if (!lines->next_with_content(&line))
+    throw InputError(path, lines->place(), "the end of the file", "a header GRD nx ny SUR|WFR ...");
+  return line;
+}
+
+}  // namespace
+
+HeightMap read_codev_int(const MeasuredSource& source) {
+  detail::require_sane_options(source);
+  const std::string& path = source.path;
+  const std::string bytes = detail::read_map_bytes(path);
+  detail::LineReader lines(bytes);
+  std::string label;
+  const std::string_view header_line = find_header(path, &lines, &label);
+  const std::string header_place = lines.place();
+  const IntHeader header = read_header(path, header_place, header_line);
+  const std::optional<double> wavelength = source.wavelength ? source.wavelength : header.wavelength;
+  if (!wavelength) throw InputError(path, header_place, "no WVL", "WVL [um], or option wavelength");
+  // Every value takes a digit and a blank, so what the file cannot hold is not allocated.
+  const std::int64_t points = header.columns * header.rows;
+  if (points > std::int64_t(lines.bytes_left() / 2 + 1))
+    throw InputError(path, header_place,
+                     fmt::format("a grid of {} x {} points before {} bytes of data", header.columns,
+                                 header.rows, lines.bytes_left()),
+                     "a file that holds every point");
+  const double factor =
+      *wavelength / header.counts_per_wave * detail::surface_per_height(source.wavefront, header.wavefront);
+
+  // There is no length in the file. A given pitch is that of the rows; XSC, where the file says it, makes the
+  // columns' of it, else the pixels are square.
+  const double pitch_y = source.pitch.value_or(0);
+  const double pitch_x =
+      header.x_scale ? pitch_y * *header.x_scale * double(header.rows) / double(header.columns) : pitch_y;
+  HeightMap map = detail::empty_map(header.rows, header.columns, pitch_x, pitch_y);
+  map.label = label;
+  std::int64_t point = 0;
+  std::string_view line;
+  while (lines.next_with_content(&line))
+    for (const std::string_view word : detail::words(line)) {
+      const auto value = detail::number<std::int64_t>(word);
+      if (!value) throw InputError(path, lines.place(), detail::quoted(word), "an integer");
+      if (point == points)
+        throw InputError(path, lines.place(), "a number after the last point",
+                         fmt::format("{} x {} numbers", header.columns, header.rows));
+      // The top row comes first.
+      if (*value != header.no_data)
+        map.height(header.rows - 1 - point / header.columns, point % header.columns) =
+            factor * double(*value);
+      ++point;
+    }
+  if (point < points)
+    throw InputError(path, lines.place(), fmt::format("the end of the file after {} numbers", point),
+                     fmt::format("{} x {} numbers", header.columns, header.rows));
+  return map;
+}
+
+std::string codev_int_text(const HeightMap& map, double wavelength, const std::string& title) {
+  if (valid_count(map) == 0) throw std::invalid_argument("CODE V INT: the map has no valid point");
+  if (!(wavelength > 0 && std::isfinite(wavelength)))
+    throw std::invalid_argument("CODE V INT: the wavelength must be positive");
+  if (!(map.pitch_x > 0) != !(map.pitch_y > 0))
+    throw std::invalid_argument("CODE V INT: the map has one pitch only");
+  // 32767 marks missing data, so the largest count is one less on both sides of zero. It belongs to the
+  // largest |h|: a factor from the signed maximum overflows for a map that lies below zero.
+  constexpr double kMostCounts = 32766;
+  double largest = 0;
+  for (const double h : map.height.reshaped())
+    if (std::isfinite(h)) largest = std::max(largest, std::abs(h));
+  // Counts are made with the numbers as printed, so that printing them costs no accuracy.
+  const std::string wavelength_text = fmt::format("{:.7g}", wavelength / kMetresPerMicrometre);
+  const double printed_wavelength = std::stod(wavelength_text) * kMetresPerMicrometre;
+  const std::string scale_text =
+      fmt::format("{:.9g}", largest > 0 ? kMostCounts * printed_wavelength / largest : 1.0);
+  const double counts_per_metre = std::stod(scale_text) / printed_wavelength;
+  if (!std::isfinite(counts_per_metre) || counts_per_metre <= 0 || largest * counts_per_metre > 32766.5)
+    throw std::invalid_argument("CODE V INT: heights too small or too large for the format");
+
+  std::string name = detail::one_line(title, 80);
+  if (name.empty() || name[0] == '!' || is_grid_header(name))
+    name = ("Map " + name).substr(0, 80);  // would be taken for a comment or the header
+  std::string header = fmt::format("GRD {} {} SUR WVL {} SSZ {} NDA {}", map.columns(), map.rows(),
+                                   wavelength_text, scale_text, kDefaultNoData);
+  const double aspect =
+      (map.pitch_x > 0 ? map.pitch_x / map.pitch_y : 1) * double(map.columns()) / double(map.rows());
+  if (std::abs(aspect - 1) > 1e-12) header += fmt::format(" XSC {:.9g}", aspect);
+  constexpr std::size_t kLongestRecord = 80;
+  if (header.size() > kLongestRecord)
+    throw std::invalid_argument("CODE V INT: the header is longer than a record of 80 characters: " + header);
+
+  std::string text = name + "\r\n" + header + "\r\n";
+  text.reserve(text.size() + 8 * std::size_t(map.height.size()));
+  for (Eigen::Index row = map.rows() - 1; row >= 0; --row) {
+    std::size_t length = 0;
+    for (Eigen::Index column = 0; column < map.columns(); ++column) {
+      const double h = map.height(row, column);
+      const std::string count =
+          std::to_string(std::isfinite(h) ? std::llround(h * counts_per_metre) : kDefaultNoData);
+      if (length > 0 && length + 1 + count.size() > kLongestRecord) {
+        text += "\r\n";
+        length = 0;
+      }
+      if (length > 0) text += ' ';
+      text += count;
+      length += count.size() + (length > 0 ? 1 : 0);
+    }
+    text += "\r\n";
+  }
+  return text;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,222 @@
+// FITS images of heights or wavefronts, and the OPD files of POPPY (poppy/poppy_core.py, FITSOpticalElement).
+#include <fitsio.h>
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "aberfit/measured/write_map.h"
+#include "fits_layout.h"
+#include "map_reading.h"
+
+namespace aberfit {
+namespace {
+
+std::string message(int status) {
+  char text[FLEN_STATUS] = "";
+  fits_get_errstatus(status, text);
+  return fmt::format("CFITSIO error {} ({})", status, text);
+}
+
+// CFITSIO on bytes in memory: no path ever meets its extended file names.
+class MemoryFits {
+ public:
+  MemoryFits(const std::string& path, std::string* bytes)
+      : path_(path), buffer_(bytes->data()), size_(bytes->size()) {
+    int status = 0;
+    fits_open_memfile(&file_, "memory", READONLY, &buffer_, &size_, 0, nullptr, &status);
+    check(status, "");
+  }
+  ~MemoryFits() {
+    int ignored = 0;
+    if (file_ != nullptr) fits_close_file(file_, &ignored);
+    fits_clear_errmsg();
+  }
+  MemoryFits(const MemoryFits&) = delete;
+  MemoryFits& operator=(const MemoryFits&) = delete;
+
+  fitsfile* get() const { return file_; }
+  void check(int status, const std::string& key) const {
+    if (status != 0) throw InputError(path_, key, message(status), "a FITS image that keeps to the standard");
+  }
+  std::optional<std::string> text(const char* key) const {
+    char value[FLEN_VALUE] = "";
+    int status = 0;
+    fits_read_key(file_, TSTRING, key, value, nullptr, &status);
+    if (absent(status)) return std::nullopt;
+    check(status, key);
+    return detail::one_line(value, FLEN_VALUE);
+  }
+  std::optional<double> positive(const char* key) const {
+    double value = 0;
+    int status = 0;
+    fits_read_key(file_, TDOUBLE, key, &value, nullptr, &status);
+    if (absent(status)) return std::nullopt;
+    check(status, key);
+    if (!(value > 0 && std::isfinite(value)))
+      throw InputError(path_, key, fmt::format("{}", value), "a positive number [m]");
+    return value;
+  }
+
+ private:
+  static bool absent(int status) { return status == KEY_NO_EXIST || status == VALUE_UNDEFINED; }
+
+  const std::string& path_;
+  void* buffer_;
+  std::size_t size_;
+  fitsfile* file_ = nullptr;
+};
+
+enum class Unit { kMetre, kRadian, kWave };
+
+// [m] (or the unit itself) per unit of the file.
+std::pair<double, Unit> unit_of(const std::string& path, const char* key, std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+  const std::string found = detail::quoted(text);
+  if (text.size() > 1 && text.ends_with('s')) text.pop_back();
+  if (text == "m" || text == "meter" || text == "metre") return {1, Unit::kMetre};
+  if (text == "mm" || text == "millimeter" || text == "millimetre") return {1e-3, Unit::kMetre};
+  if (text == "um" || text == "micron" || text == "micrometer" || text == "micrometre")
+    return {1e-6, Unit::kMetre};
+  if (text == "nm" || text == "nanometer" || text == "nanometre") return {1e-9, Unit::kMetre};
+  if (text == "pm" || text == "picometer" || text == "picometre") return {1e-12, Unit::kMetre};
+  if (text == "rad" || text == "radian") return {1, Unit::kRadian};
+  if (text == "wave" || text == "wavelength") return {1, Unit::kWave};
+  throw InputError(path, key, found, "m, mm, um, micron, nm, pm, radian or wave, or option value_factor");
+}
+
+// What one unit of the image is in metres: of the wavefront, or of the surface where that is what was
+// measured.
+double metres_per_value(const MeasuredSource& source, const MemoryFits& file) {
+  // BUNIT is the standard's; Z_UNIT is what PROPER's prop_writemap writes.
+  std::optional<std::pair<double, Unit>> unit;
+  for (const char* key : {"BUNIT", "Z_UNIT"}) {
+    const std::optional<std::string> text = unit ? std::nullopt : file.text(key);
+    if (!text || text->empty()) continue;
+    try {
+      unit = unit_of(source.path, key, *text);
+    } catch (const InputError&) {
+      if (!source.value_factor) throw;  // the option says it
+    }
+  }
+  if (!unit && !source.value_factor)
+    throw InputError(source.path, "BUNIT", "no unit of the values", "the key BUNIT, or option value_factor");
+  const Unit kind = unit ? unit->second : Unit::kMetre;
+  double factor = source.value_factor ? *source.value_factor : unit->first;
+  if (kind == Unit::kMetre) return factor;
+  if (!source.wavelength)
+    throw InputError(source.path, "BUNIT", kind == Unit::kRadian ? "radians" : "waves",
+                     "a length, or option wavelength");
+  if (kind == Unit::kRadian) factor /= 2 * std::numbers::pi;
+  return factor * *source.wavelength;
+}
+
+double pitch(const MeasuredSource& source, const MemoryFits& file) {
+  if (source.pitch) return *source.pitch;
+  // POPPY's two and PROPER's; PIXSCALE is left alone, it is an angle as often as a length.
+  for (const char* key : {"PIXELSCL", "PUPLSCAL", "PIXSIZE"})
+    if (const auto value = file.positive(key)) return *value;
+  return 0;
+}
+
+}  // namespace
+
+HeightMap read_fits(const MeasuredSource& source) {
+  detail::require_sane_options(source);
+  std::string bytes = detail::read_map_bytes(source.path);
+  const detail::FitsImage image = detail::find_fits_image(source.path, bytes);
+  if (!source.wavefront)
+    throw InputError(source.path, "option wavefront", "nothing",
+                     "true (heights of a reflected wavefront) or false (heights of the surface); FITS has no "
+                     "key that says it");
+  // Only what was checked goes to CFITSIO, with the last block filled up, as it reads whole blocks.
+  constexpr std::uint64_t kBlock = 2880;
+  bytes.resize(std::size_t((image.end + kBlock - 1) / kBlock * kBlock), '\0');
+  const MemoryFits file(source.path, &bytes);
+  int status = 0;
+  fits_movabs_hdu(file.get(), image.hdu, nullptr, &status);
+  file.check(status, fmt::format("header {}", image.hdu));
+  const double factor = metres_per_value(source, file) * detail::surface_per_height(source.wavefront, false);
+  const double p = pitch(source, file);
+  int dimensions = 0;
+  fits_get_img_dim(file.get(), &dimensions, &status);
+  file.check(status, "NAXIS");
+  std::vector<LONGLONG> size(std::size_t(std::max(dimensions, 2)), 0), first(size.size(), 1);
+  fits_get_img_sizell(file.get(), dimensions, size.data(), &status);
+  file.check(status, "NAXISn");
+  if (size[0] != image.columns || size[1] != image.rows)
+    throw InputError(source.path, "NAXISn",
+                     fmt::format("{} x {} pixels in one reading of the header, {} x {} in another", size[0],
+                                 size[1], image.columns, image.rows),
+                     "a header without ambiguous keys");
+
+  // Row 0 of FITS is the lowest, as ours is. BSCALE, BZERO and BLANK are applied by CFITSIO.
+  HeightMap map = detail::empty_map(image.rows, image.columns, p, p);
+  double invalid = std::numeric_limits<double>::quiet_NaN();
+  int any_invalid = 0;
+  fits_read_pixll(file.get(), TDOUBLE, first.data(), image.columns * image.rows, &invalid, map.height.data(),
+                  &any_invalid, &status);
+  file.check(status, "image");
+  map.height *= factor;
+  map.height = map.height.isFinite().select(map.height, invalid);
+  if (const auto name = file.text("OBJECT")) map.label = *name;
+  return map;
+}
+
+std::string fits_opd_bytes(const HeightMap& map) {
+  constexpr double kEqual = 1e-6;
+  if (!(map.pitch_x > 0 && map.pitch_y > 0))
+    throw std::invalid_argument("FITS OPD: the pitch of the map is unknown");
+  if (std::abs(map.pitch_x / map.pitch_y - 1) > kEqual)
+    throw std::invalid_argument("FITS OPD: the format has one pixel scale, the map has two");
+  const Eigen::Index side = std::max(map.rows(), map.columns());
+  const Eigen::Index row0 = (side - map.rows()) / 2, column0 = (side - map.columns()) / 2;
+  Grid opd = Grid::Zero(side, side);
+  using Mask = Eigen::Array<unsigned char, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Mask mask = Mask::Zero(side, side);
+  for (Eigen::Index row = 0; row < map.rows(); ++row)
+    for (Eigen::Index column = 0; column < map.columns(); ++column)
+      if (const double h = map.height(row, column); std::isfinite(h)) {
+        opd(row0 + row, column0 + column) = 2 * h;
+        mask(row0 + row, column0 + column) = 1;
+      }
+
+  void* buffer = nullptr;
+  std::size_t size = 0;
+  const auto grow = [](void* old, std::size_t bytes) { return std::realloc(old, bytes); };
+  fitsfile* file = nullptr;
+  int status = 0;
+  fits_create_memfile(&file, &buffer, &size, 1 << 20, grow, &status);
+  long axes[2] = {long(side), long(side)};
+  const auto text = [&](const char* key, std::string value, const char* comment) {
+    fits_write_key(file, TSTRING, key, value.data(), comment, &status);
+  };
+  LONGLONG end = 0;
+  if (status == 0) {
+    fits_create_img(file, DOUBLE_IMG, 2, axes, &status);
+    text("BUNIT", "meter", "optical path difference, 2 x surface height");
+    double scale = map.pitch_x;
+    fits_write_key(file, TDOUBLE, "PIXELSCL", &scale, "[m] per pixel", &status);
+    if (const std::string label = detail::one_line(map.label, 68); !label.empty()) text("OBJECT", label, "");
+    fits_write_img(file, TDOUBLE, 1, opd.size(), opd.data(), &status);
+    // POPPY takes the first image and never looks at this one.
+    fits_create_img(file, BYTE_IMG, 2, axes, &status);
+    text("EXTNAME", "MASK", "1: measured, 0: outside or no data");
+    fits_write_img(file, TBYTE, 1, mask.size(), mask.data(), &status);
+    fits_flush_file(file, &status);
+    fits_get_hduaddrll(file, nullptr, nullptr, &end, &status);
+    int ignored = 0;
+    fits_close_file(file, &ignored);
+  }
+  const std::unique_ptr<void, decltype(&std::free)> owner(buffer, &std::free);
+  if (status != 0 || std::size_t(end) > size) throw std::runtime_error("FITS OPD: " + message(status));
+  return std::string(static_cast<const char*>(buffer), std::size_t(end));
+}
+
+}  // namespace aberfit
