@@ -64,6 +64,21 @@ class MemoryFits {
     return value;
   }
 
+  /// BSCALE and BZERO must be numbers of use; CFITSIO takes a scale of 0 and makes one value of all pixels.
+  void require_scale() const {
+    for (const char* key : {"BSCALE", "BZERO"}) {
+      double value = 1;
+      int status = 0;
+      fits_read_key(file_, TDOUBLE, key, &value, nullptr, &status);
+      if (absent(status)) continue;
+      check(status, key);
+      const bool scale = std::string_view(key) == "BSCALE";
+      if (!std::isfinite(value) || (scale && value == 0))
+        throw InputError(path_, key, fmt::format("{}", value),
+                         scale ? "a number other than 0" : "a finite number");
+    }
+  }
+
  private:
   static bool absent(int status) { return status == KEY_NO_EXIST || status == VALUE_UNDEFINED; }
 
@@ -155,6 +170,8 @@ HeightMap read_fits(const MeasuredSource& source) {
                      fmt::format("{} x {} pixels in one reading of the header, {} x {} in another", size[0],
                                  size[1], image.columns, image.rows),
                      "a header without ambiguous keys");
+
+  file.require_scale();
 
   // Row 0 of FITS is the lowest, as ours is. BSCALE, BZERO and BLANK are applied by CFITSIO.
   HeightMap map = detail::empty_map(image.rows, image.columns, p, p);

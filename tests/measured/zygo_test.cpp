@@ -1,0 +1,244 @@
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+#include "aberfit/measured/read_measurement.h"
+#include "map_mutation.h"
+#include "map_samples.h"
+
+namespace aberfit {
+namespace {
+
+using test::contains;
+using test::refusal;
+using test::ScratchFolder;
+
+const std::string kSample = ABERFIT_TEST_DATA "/prysm-zygo/valid_zygo_dat_file.dat";
+
+MeasuredSource source_of(const std::string& path) {
+  MeasuredSource source;
+  source.path = path;
+  return source;
+}
+
+void put(std::string* bytes, std::size_t at, std::uint32_t value, int width) {
+  for (int i = 0; i < width; ++i) (*bytes)[at + std::size_t(i)] = char(value >> (8 * (width - 1 - i)));
+}
+void put_float(std::string* bytes, std::size_t at, float value) {
+  put(bytes, at, std::bit_cast<std::uint32_t>(value), 4);
+}
+
+// A file made byte by byte from the table of offsets.
+struct ZygoFile {
+  std::uint32_t magic = 0x881B0370, header_bytes = 834;
+  std::uint32_t intensity_width = 0, intensity_height = 0, frames = 0;
+  std::uint32_t columns = 4, rows = 3;
+  float scale = 0.5f, wavelength = 6.328e-7f, obliquity = 1, lateral = 1e-4f;
+  std::uint32_t phase_resolution = 1, sign = 0;
+  std::string comment = "Sphere 7";
+
+  // 1000 counts a column, 100,000 a row from the top; (top row, column 1) is invalid.
+  std::int32_t count(std::uint32_t row_from_top, std::uint32_t column) const {
+    if (row_from_top == 0 && column == 1) return 2147483640;
+    return std::int32_t(1000 * column) - std::int32_t(100000 * row_from_top);
+  }
+  std::string bytes() const {
+    const std::size_t intensity = 2 * std::size_t(intensity_width) * intensity_height * std::max(1u, frames);
+    std::string file(header_bytes + intensity + 4 * std::size_t(columns) * rows, '\0');
+    put(&file, 0, magic, 4);
+    put(&file, 6, header_bytes, 4);
+    put(&file, 52, intensity_width, 2);
+    put(&file, 54, intensity_height, 2);
+    put(&file, 56, frames, 2);
+    put(&file, 68, columns, 2);
+    put(&file, 70, rows, 2);
+    put(&file, 72, 4 * columns * rows, 4);
+    file.replace(80, comment.size(), comment);
+    put_float(&file, 164, scale);
+    put_float(&file, 168, wavelength);
+    put_float(&file, 176, obliquity);
+    put_float(&file, 184, lateral);
+    put(&file, 218, phase_resolution, 2);
+    put(&file, 232, sign, 2);
+    for (std::size_t i = 0; i < intensity; ++i) file[header_bytes + i] = char(0x5a);
+    std::size_t at = header_bytes + intensity;
+    for (std::uint32_t r = 0; r < rows; ++r)
+      for (std::uint32_t c = 0; c < columns; ++c, at += 4) put(&file, at, std::uint32_t(count(r, c)), 4);
+    return file;
+  }
+  // Surface height by the formula raw S O W / R.
+  double height(std::uint32_t row_from_top, std::uint32_t column) const {
+    const double counts[] = {4096, 32768, 131072};
+    return (sign ? -1.0 : 1.0) * count(row_from_top, column) * double(scale) * double(obliquity) *
+           double(wavelength) / counts[phase_resolution];
+  }
+};
+
+void expect_reads_as(const ZygoFile& file) {
+  const ScratchFolder folder;
+  const HeightMap map = read_zygo(source_of(folder.write("a.dat", file.bytes())));
+  ASSERT_EQ(map.rows(), Eigen::Index(file.rows));
+  ASSERT_EQ(map.columns(), Eigen::Index(file.columns));
+  for (std::uint32_t r = 0; r < file.rows; ++r)
+    for (std::uint32_t c = 0; c < file.columns; ++c) {
+      const double found = map.height(file.rows - 1 - r, c);  // the top row comes first in the file
+      if (r == 0 && c == 1) {
+        EXPECT_TRUE(std::isnan(found));
+      } else {
+        EXPECT_NEAR(found, file.height(r, c), 1e-15 * std::abs(file.height(r, c)));
+      }
+    }
+}
+
+TEST(Zygo, SampleAgreesWithItsReadme) {
+  const HeightMap map = read_zygo(source_of(kSample));
+  EXPECT_EQ(map.columns(), 425);
+  EXPECT_EQ(map.rows(), 432);
+  EXPECT_EQ(valid_count(map), 136359);
+  EXPECT_NEAR(map.pitch_x, 1.1792420264e-4, 1e-13);
+  EXPECT_EQ(map.pitch_x, map.pitch_y);
+  EXPECT_NEAR(map.x(0), -map.x(424), 1e-15);
+  double sum = 0, squares = 0, low = 1, high = -1;
+  for (const double h : map.height.reshaped())
+    if (std::isfinite(h)) sum += h, squares += h * h, low = std::min(low, h), high = std::max(high, h);
+  const double mean = sum / 136359;
+  EXPECT_NEAR(std::sqrt(squares / 136359 - mean * mean), 44.591e-9, 0.5e-12);  // last digit of the README
+  EXPECT_NEAR(high - low, 330.70e-9, 5e-12);
+}
+
+TEST(Zygo, SampleAgreesPointByPointWithAReadingFromItsEnd) {
+  // The phase is the last thing in the file: read backwards from the end, without the header's lengths.
+  const std::string bytes = test::read_file(kSample);
+  const HeightMap map = read_zygo(source_of(kSample));
+  std::size_t at = bytes.size();
+  const double per_count = 0.5 * double(6.32799981e-7f) / 32768;
+  for (Eigen::Index r = 0; r < 432; ++r)  // last row of the file = lowest
+    for (Eigen::Index c = 424; c >= 0; --c) {
+      std::int64_t count = 0;
+      at -= 4;
+      for (std::size_t i = 0; i < 4; ++i) count = count * 256 + static_cast<unsigned char>(bytes[at + i]);
+      if (count >= std::int64_t(1) << 31) count -= std::int64_t(1) << 32;
+      if (count >= 2147483640) {
+        ASSERT_TRUE(std::isnan(map.height(r, c)));
+      } else {
+        ASSERT_NEAR(map.height(r, c), double(count) * per_count, 1e-15 * std::abs(double(count) * per_count));
+      }
+    }
+}
+
+TEST(Zygo, ReadsEveryHeaderFormatPhaseResolutionAndSign) {
+  for (const std::uint32_t magic : {0x881B036Fu, 0x881B0370u, 0x881B0371u})
+    for (std::uint32_t resolution = 0; resolution < 3; ++resolution)
+      for (std::uint32_t sign = 0; sign < 2; ++sign) {
+        SCOPED_TRACE(::testing::Message() << std::hex << magic << " " << resolution << " " << sign);
+        ZygoFile file;
+        file.magic = magic;
+        file.header_bytes = magic == 0x881B0371u ? 4096 : 834;
+        file.phase_resolution = resolution;
+        file.sign = sign;
+        expect_reads_as(file);
+      }
+}
+
+TEST(Zygo, SkipsTheIntensityWithAllItsFrames) {
+  for (const std::uint32_t frames : {0u, 1u, 5u}) {
+    ZygoFile file;
+    file.intensity_width = 7;
+    file.intensity_height = 5;
+    file.frames = frames;
+    expect_reads_as(file);
+  }
+}
+
+TEST(Zygo, AppliesObliquityAndScale) {
+  ZygoFile file;
+  file.obliquity = 1.25f;
+  file.scale = 1;
+  expect_reads_as(file);
+}
+
+TEST(Zygo, TakesEveryCodeFrom2147483640AsInvalid) {
+  const ScratchFolder folder;
+  std::string bytes = ZygoFile().bytes();
+  const std::uint32_t codes[] = {2147483639, 2147483640, 2147483646, 2147483647};
+  for (std::size_t i = 0; i < 4; ++i) put(&bytes, 834 + 4 * (4 + i), codes[i], 4);  // the middle row
+  const HeightMap map = read_zygo(source_of(folder.write("a.dat", bytes)));
+  EXPECT_TRUE(std::isfinite(map.height(1, 0)));
+  for (Eigen::Index c = 1; c < 4; ++c) EXPECT_TRUE(std::isnan(map.height(1, c)));
+}
+
+TEST(Zygo, TakesPitchWavelengthAndWavefrontFromTheOptions) {
+  const ScratchFolder folder;
+  ZygoFile file;
+  file.lateral = 0;
+  MeasuredSource source = source_of(folder.write("a.dat", file.bytes()));
+  EXPECT_EQ(read_zygo(source).pitch_x, 0);
+  EXPECT_EQ(read_zygo(source).label, "Sphere 7");
+  source.pitch = 2e-3;
+  EXPECT_EQ(read_zygo(source).pitch_x, 2e-3);
+  EXPECT_NEAR(read_zygo(source).x0, -3e-3, 1e-15);
+  const double surface = read_zygo(source).height(0, 3);
+  source.wavefront = true;
+  EXPECT_NEAR(read_zygo(source).height(0, 3), surface / 2, 1e-12 * std::abs(surface));
+  source.wavefront = false;
+  EXPECT_EQ(read_zygo(source).height(0, 3), surface);
+  source.wavelength = 2 * double(file.wavelength);
+  EXPECT_NEAR(read_zygo(source).height(0, 3), 2 * surface, 1e-12 * std::abs(surface));
+}
+
+TEST(Zygo, RefusesWhatItCannotReadAndSaysWhere) {
+  const ScratchFolder folder;
+  const auto refused = [&](const std::string& bytes) {
+    const std::string path = folder.write("a.dat", bytes);
+    const InputError error = refusal([&] { read_zygo(source_of(path)); });
+    EXPECT_EQ(error.file(), path);
+    return error;
+  };
+  const auto with = [](std::size_t at, std::uint32_t value, int width) {
+    std::string bytes = ZygoFile().bytes();
+    put(&bytes, at, value, width);
+    return bytes;
+  };
+  InputError error = refused(with(0, 0x6F031B88, 4));
+  EXPECT_EQ(error.pointer(), "byte 0");
+  EXPECT_TRUE(contains(error.found(), "little-endian")) << error.what();
+  EXPECT_FALSE(contains(refused(with(0, 0x12345678, 4)).found(), "little-endian"));
+  EXPECT_EQ(refused(with(6, 4096, 4)).pointer(), "byte 6");
+  EXPECT_EQ(refused(with(6, 0xffffffff, 4)).pointer(), "byte 6");
+  EXPECT_EQ(refused(with(68, 0, 2)).pointer(), "byte 68");
+  EXPECT_EQ(refused(with(72, 47, 4)).pointer(), "byte 72");
+  EXPECT_EQ(refused(with(218, 3, 2)).pointer(), "byte 218");
+  EXPECT_EQ(refused(with(164, 0, 4)).pointer(), "byte 164");
+  EXPECT_EQ(refused(with(176, 0x7fc00000, 4)).pointer(), "byte 176");  // NaN
+  EXPECT_EQ(refused(with(184, 0xbf800000, 4)).pointer(), "byte 184");  // -1
+  // A wavelength in micrometres or nanometres instead of metres.
+  EXPECT_EQ(refused(with(168, std::bit_cast<std::uint32_t>(0.6328f), 4)).pointer(), "byte 168");
+  // Frames that the file does not have, 65535 x 65535 x 65535 of them; no memory is asked for.
+  std::string huge = ZygoFile().bytes();
+  for (const std::size_t at : {52u, 54u, 56u}) put(&huge, at, 65535, 2);
+  EXPECT_TRUE(contains(refused(huge).found(), "too early"));
+  std::string wide = ZygoFile().bytes();
+  put(&wide, 68, 65535, 2), put(&wide, 70, 65535, 2), put(&wide, 72, 0, 4);
+  EXPECT_TRUE(contains(refused(wide).found(), "too early"));
+  const std::string whole = ZygoFile().bytes();
+  for (const std::size_t length : {std::size_t(0), std::size_t(3), std::size_t(500), whole.size() - 1})
+    refused(whole.substr(0, length));
+  refusal([&] { read_zygo(source_of(folder.file("missing.dat"))); });
+  refusal([&] { read_zygo(source_of(folder.file("."))); });
+}
+
+TEST(Zygo, DamagedFilesAreRefusedOrReadNeverACrash) {
+  ZygoFile file;
+  file.intensity_width = file.intensity_height = 4;
+  const auto count = test::read_damaged(file.bytes(), 240, "zygo", 1400,
+                                        [](const std::string& path) { return read_zygo(source_of(path)); });
+  EXPECT_GT(count.refused, 300);
+  EXPECT_GT(count.read, 100);
+  ::testing::Test::RecordProperty("refused", count.refused);
+}
+
+}  // namespace
+}  // namespace aberfit
