@@ -1,0 +1,182 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/measured/read_measurement.h"
+#include "text_columns.h"
+
+namespace aberfit {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kHead = 8192;
+
+// The beginning of a regular file; nothing when it cannot be opened.
+std::optional<std::string> head_of(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return std::nullopt;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  std::string head(kHead, '\0');
+  file.read(head.data(), std::streamsize(head.size()));
+  head.resize(std::size_t(file.gcount()));
+  return head;
+}
+
+bool is_dabam_metadata(std::string_view head) {
+  if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
+  const std::size_t first = head.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && head[first] == '{' &&
+         head.find("\"FILE_FORMAT\"") != std::string_view::npos;
+}
+
+// Of the .txt, of the .dat beside a .txt, or of the path without suffix.
+bool is_dabam(const std::string& path, const std::optional<std::string>& head) {
+  if (head && is_dabam_metadata(*head)) return true;
+  const fs::path name(path);
+  const bool data = lower_case(name.extension().string()) == ".dat";
+  if (!data && head) return false;
+  const std::optional<std::string> metadata =
+      head_of(data ? fs::path(name).replace_extension(".txt").string() : path + ".txt");
+  return metadata && is_dabam_metadata(*metadata);
+}
+
+// Lines of the head, without the last one when it is cut off.
+std::vector<std::string_view> lines_of(std::string_view head) {
+  if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
+  if (head.size() >= kHead - 3) {
+    const std::size_t end = head.find_last_of("\r\n");
+    // One line longer than the head: its first part tells the columns apart from prose, no more.
+    if (end != std::string_view::npos) head = head.substr(0, end);
+  }
+  std::vector<std::string_view> lines;
+  while (!head.empty()) {
+    const std::size_t end = std::min(head.find_first_of("\r\n"), head.size());
+    lines.push_back(trimmed(head.substr(0, end)));
+    head.remove_prefix(std::min(end + 1, head.size()));
+  }
+  return lines;
+}
+
+// Comments with '!', a title, then "GRD nx ny ..." or "ZFR n ...".
+bool is_codev_int(const std::vector<std::string_view>& lines) {
+  int seen = 0;
+  for (const std::string_view line : lines) {
+    if (line.empty() || line.front() == '!') continue;
+    if (line.starts_with("GRD ") || line.starts_with("ZFR ")) return true;
+    if (++seen == 2) return false;
+  }
+  return false;
+}
+
+// Numbers of a line; nothing when a field is none.
+std::optional<std::vector<double>> numbers_of(std::string_view line) {
+  std::vector<std::string_view> fields;
+  split(line, delimiter_of(line), &fields);
+  std::vector<double> numbers;
+  for (const std::string_view field : fields) {
+    const std::optional<double> number = parse_cell(field);
+    if (!number) return std::nullopt;
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+// nx ny delx dely unitflag xdec ydec, then lines of four numbers or five.
+bool is_zemax_grid_sag(const std::vector<std::string_view>& lines) {
+  std::size_t seen = 0;
+  for (const std::string_view line : lines) {
+    if (line.empty() || line.front() == '!') continue;
+    const auto numbers = numbers_of(line);
+    if (!numbers) return false;
+    const auto count = [](double n) { return n >= 5 && n == std::floor(n); };
+    if (seen == 0 && !(numbers->size() == 7 && count((*numbers)[0]) && count((*numbers)[1]))) return false;
+    if (seen > 0 && numbers->size() != 4 && numbers->size() != 5) return false;
+    ++seen;
+  }
+  return seen >= 2;
+}
+
+// Columns of numbers: a map when the file says so or when the first column does not go one way, else a
+// profile.
+MeasuredFormat columns_format(const std::vector<std::string_view>& lines) {
+  std::size_t columns = 0, rows = 0;
+  bool map_key = false, profile_key = false, ascending = true, descending = true, names_seen = false;
+  double before = 0;
+  for (std::string_view line : lines) {
+    if (line.starts_with("#")) {
+      const auto key = comment_key(line);
+      map_key = map_key || (key && (key->first == "pitch" || key->first == "layout"));
+      profile_key = profile_key || (key && key->first == "quantity");
+      continue;
+    }
+    line = trimmed(line.substr(0, line.find('#')));
+    if (line.empty()) continue;
+    const auto numbers = numbers_of(line);
+    if (!numbers && rows == 0 && !names_seen) {
+      names_seen = true;
+      continue;
+    }
+    if (!numbers || (rows > 0 && numbers->size() != columns)) return MeasuredFormat::kAuto;
+    columns = numbers->size();
+    const double first = numbers->front();
+    if (rows > 0) {
+      ascending = ascending && first > before;
+      descending = descending && first < before;
+    }
+    before = first;
+    ++rows;
+  }
+  if (rows == 0 || columns < 2) return MeasuredFormat::kAuto;
+  if (map_key) return MeasuredFormat::kMapText;
+  if (profile_key || columns == 2) return MeasuredFormat::kProfileText;
+  return rows > 1 && (ascending || descending) ? MeasuredFormat::kProfileText : MeasuredFormat::kMapText;
+}
+
+}  // namespace
+
+MeasuredFormat detect_format(const std::string& path) {
+  const std::optional<std::string> head = head_of(path);
+  const auto begins = [&](std::string_view magic) { return head && head->starts_with(magic); };
+  for (const char version : {'\x6f', '\x70', '\x71'})
+    if (begins(std::string("\x88\x1b\x03") + version)) return MeasuredFormat::kZygo;
+  if (begins("SIMPLE  =")) return MeasuredFormat::kFits;
+  if (is_dabam(path, head)) return MeasuredFormat::kDabam;
+  if (!head)
+    throw InputError(path, "", "a file that cannot be opened", "the name of a file that can be read");
+  if (head->find('\0') != std::string::npos) return MeasuredFormat::kAuto;
+  const std::vector<std::string_view> lines = lines_of(*head);
+  if (is_codev_int(lines)) return MeasuredFormat::kCodeVInt;
+  if (is_zemax_grid_sag(lines)) return MeasuredFormat::kZemaxGridSag;
+  return columns_format(lines);
+}
+
+std::string to_string(MeasuredFormat format) {
+  switch (format) {
+    case MeasuredFormat::kAuto:
+      return "auto";
+    case MeasuredFormat::kDabam:
+      return "dabam";
+    case MeasuredFormat::kProfileText:
+      return "profile";
+    case MeasuredFormat::kMapText:
+      return "map";
+    case MeasuredFormat::kZygo:
+      return "zygo";
+    case MeasuredFormat::kCodeVInt:
+      return "codev-int";
+    case MeasuredFormat::kFits:
+      return "fits";
+    case MeasuredFormat::kZemaxGridSag:
+      return "zemax-grid-sag";
+  }
+  return "";
+}
+
+}  // namespace aberfit

@@ -1,0 +1,198 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
+#include "aberfit/measured/read_measurement.h"
+#include "text_columns.h"
+#include "text_columns_names.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kHole = std::numeric_limits<double>::quiet_NaN();
+
+ColumnName name_of(const TextTable& table, std::size_t column) {
+  return table.names.empty() ? ColumnName{} : parse_column_name(table.names[column]);
+}
+
+// Three columns are points unless the file says otherwise: no map has a width of three.
+bool holds_points(const TextTable& table) {
+  if (const auto layout = key_value(table, "layout")) {
+    if (lower_case(*layout) == "matrix") return false;
+    if (lower_case(*layout) == "columns" && table.columns == 3) return true;
+    fail_at_line(table.path, table.keys.at("layout").line, in_quotes(*layout),
+                 "matrix, or columns where there are three: x, y, height");
+  }
+  return table.columns == 3;
+}
+
+double value_factor_of(const MeasuredSource& source, const TextTable& table, const std::string& unit) {
+  const std::optional<bool> wavefront = is_wavefront(source, table);
+  if (!wavefront)
+    throw InputError(table.path, "", "no word whether the heights are of the surface or of a wavefront",
+                     "the option 'wavefront', or a header line '# of: surface' or '# of: wavefront'");
+  const double halve = *wavefront ? 0.5 : 1;
+  if (source.value_factor) return halve * *source.value_factor;
+  if (unit.empty())
+    throw InputError(table.path, "", "heights without unit",
+                     "the option 'value_factor', or a header line such as '# unit: nm'");
+  return halve * height_factor(unit, source, table, "unit of the heights");
+}
+
+double scaled(const TextTable& table, std::size_t row, std::size_t column, double factor) {
+  const double value = table(row, column) * factor;
+  if (std::isinf(value))
+    fail_at_line(table.path, table.lines[row], "a value beyond the range of a double in SI units",
+                 "finite numbers");
+  return value;
+}
+
+HeightMap matrix_map(const MeasuredSource& source, const TextTable& table) {
+  const std::size_t rows = table.rows(), columns = table.columns;
+  if (rows < 2 || columns < 2)
+    throw InputError(table.path, "", fmt::format("{} rows and {} columns", rows, columns),
+                     "a matrix of at least 2 x 2 heights, or columns x, y, height");
+  const std::optional<double> pitch = source.pitch ? source.pitch : length_key(table, "pitch");
+  if (!pitch)
+    throw InputError(table.path, "", "a matrix of heights without pixel scale",
+                     "the option 'pitch', or a header line such as '# pitch = 0.1 mm'");
+  const double factor = value_factor_of(source, table, key_value(table, "unit").value_or(""));
+  HeightMap map;
+  map.pitch_x = map.pitch_y = *pitch;
+  map.height.resize(Eigen::Index(rows), Eigen::Index(columns));
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t column = 0; column < columns; ++column)
+      map.height(Eigen::Index(rows - 1 - row), Eigen::Index(column)) = scaled(table, row, column, factor);
+  return map;
+}
+
+// The regular nodes that the positions of one axis lie on.
+struct Axis {
+  double first = 0, step = 0;
+  double nodes = 0;  // a double: bad files ask for more than an integer holds
+};
+
+// Positions are rounded in the file: those closer than a millionth of the range are one, and each may lie a
+// twentieth of a step off its node.
+constexpr double kSamePosition = 1e-6;
+constexpr double kOffNode = 0.05;
+
+Axis axis_of(const TextTable& table, std::size_t column) {
+  std::vector<double> positions(table.rows());
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    positions[row] = table(row, column);
+    if (std::isnan(positions[row]))
+      fail_at_line(table.path, table.lines[row], "a row without position", "numbers x and y");
+  }
+  std::sort(positions.begin(), positions.end());
+  const double range = positions.back() - positions.front();
+  const std::string where = column == 0 ? "x" : "y";
+  if (!(range > 0) || !std::isfinite(range))
+    throw InputError(table.path, "column " + where, range == 0 ? "one position only" : "an infinite range",
+                     "points on a regular grid of at least 2 x 2");
+  // Rounding spoils a single gap, not the whole range: the smallest gap only counts the nodes.
+  double smallest = range;
+  for (std::size_t i = 1; i < positions.size(); ++i)
+    if (const double gap = positions[i] - positions[i - 1]; gap > kSamePosition * range)
+      smallest = std::min(smallest, gap);
+  // The largest plausible gaps tell the step apart from its rounding: the mean of the gaps within a tenth.
+  double sum = 0;
+  double count = 0;
+  for (std::size_t i = 1; i < positions.size(); ++i)
+    if (const double gap = positions[i] - positions[i - 1];
+        gap > kSamePosition * range && gap < (1 + 2 * kOffNode) * smallest) {
+      sum += gap;
+      ++count;
+    }
+  const double step = count > 0 ? sum / count : range;
+  return {positions.front(), range / std::round(range / step), std::round(range / step) + 1};
+}
+
+Eigen::Index node_of(const TextTable& table, std::size_t row, std::size_t column, const Axis& axis) {
+  const double node = (table(row, column) - axis.first) / axis.step;
+  if (std::abs(node - std::round(node)) > kOffNode)
+    fail_at_line(table.path, table.lines[row],
+                 fmt::format("{} {:.10g}", column == 0 ? "x" : "y", table(row, column)),
+                 fmt::format("points on a regular grid; the others have the step {:.10g}", axis.step));
+  return Eigen::Index(std::round(node));
+}
+
+// Factor of the positions: the option, the unit of the name, or the pixel scale over the step. What the file
+// and the option `pitch` say must agree.
+double position_factor(const MeasuredSource& source, const TextTable& table, std::size_t column,
+                       const Axis& axis) {
+  const std::string named = name_of(table, column).unit;
+  const std::string unit = named.empty() ? key_value(table, "x_unit").value_or("") : named;
+  const std::optional<double> pitch = source.pitch ? source.pitch : length_key(table, "pitch");
+  if (!source.x_factor && unit.empty()) {
+    if (pitch) return *pitch / axis.step;
+    throw InputError(table.path, fmt::format("column {}", column + 1), "positions without unit",
+                     "the option 'x_factor' or 'pitch', or a row of names such as 'x_mm, y_mm, height_nm'");
+  }
+  const double factor =
+      source.x_factor ? *source.x_factor : length_factor(unit, table, fmt::format("column {}", column + 1));
+  if (pitch && std::abs(axis.step * factor / *pitch - 1) > kOffNode)
+    throw InputError(table.path, fmt::format("column {}", column + 1),
+                     fmt::format("a step of {:.6g} m and a pitch of {:.6g} m", axis.step * factor, *pitch),
+                     "a pitch that agrees with the positions, or none");
+  return factor;
+}
+
+HeightMap point_map(const MeasuredSource& source, const TextTable& table) {
+  const Axis x = axis_of(table, 0), y = axis_of(table, 1);
+  // A pupil fills most of its grid; a grid that is almost empty means positions on none.
+  constexpr double kLeastFilled = 0.01;
+  if (!(double(table.rows()) >= kLeastFilled * x.nodes * y.nodes))
+    throw InputError(table.path, "",
+                     fmt::format("{} points for a grid of {:g} x {:g}", table.rows(), x.nodes, y.nodes),
+                     "points on a regular grid, at least 1 % of it");
+  const auto [word, named] = name_of(table, 2);
+  if (quantity_of_word(word) == ProfileQuantity::kSlope)
+    throw InputError(table.path, "column 3", in_quotes(word), "heights; slopes are read as profiles only");
+  const double factor =
+      value_factor_of(source, table, named.empty() ? key_value(table, "unit").value_or("") : named);
+  const double x_factor = position_factor(source, table, 0, x),
+               y_factor = position_factor(source, table, 1, y);
+  HeightMap map;
+  map.x0 = x.first * x_factor;
+  map.y0 = y.first * y_factor;
+  map.pitch_x = x.step * x_factor;
+  map.pitch_y = y.step * y_factor;
+  if (!std::isfinite(map.x0 + map.y0 + map.pitch_x * x.nodes + map.pitch_y * y.nodes) ||
+      !(map.pitch_x > 0 && map.pitch_y > 0))
+    throw InputError(table.path, "", "positions beyond the range of a double in SI units",
+                     "finite positions");
+  map.height.setConstant(Eigen::Index(y.nodes), Eigen::Index(x.nodes), kHole);
+  std::vector<bool> taken(std::size_t(map.height.size()));
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    const Eigen::Index i = node_of(table, row, 1, y), j = node_of(table, row, 0, x);
+    const std::size_t node = std::size_t(i * map.height.cols() + j);
+    if (taken[node])
+      fail_at_line(table.path, table.lines[row],
+                   fmt::format("the point ({:.10g}, {:.10g}) twice", table(row, 0), table(row, 1)),
+                   "each point once");
+    taken[node] = true;
+    map.height(i, j) = scaled(table, row, 2, factor);
+  }
+  return map;
+}
+
+}  // namespace
+
+HeightMap read_map_text(const MeasuredSource& source) {
+  check_option(source, source.x_factor, "x_factor", true);
+  check_option(source, source.value_factor, "value_factor", false);
+  check_option(source, source.pitch, "pitch", true);
+  const TextTable table = read_text_table(source.path, {});
+  HeightMap map = holds_points(table) ? point_map(source, table) : matrix_map(source, table);
+  if (!map.height.isFinite().any())
+    throw InputError(table.path, "", "no height at all, only holes", "at least one number");
+  map.label = key_value(table, "label").value_or("");
+  return map;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/measured/read_measurement.h"
+#include "text_columns.h"
+#include "text_columns_names.h"
+#include "text_columns_profile.h"
+
+namespace aberfit {
+namespace {
+
+constexpr std::size_t kMostColumns = 10000;
+
+std::string column_pointer(std::size_t column, const ColumnName& name) {
+  return name.word.empty() ? fmt::format("column {}", column + 1)
+                           : fmt::format("column {} {}", column + 1, in_quotes(name.word));
+}
+
+bool unit_measures(const std::string& unit, ProfileQuantity quantity, const MeasuredSource& source,
+                   const TextTable& table) {
+  try {
+    if (quantity == ProfileQuantity::kSlope)
+      angle_factor(unit, table, "");
+    else if (lower_case(unit).substr(0, 4) != "wave")  // a height, even without its wavelength
+      height_factor(unit, source, table, "");
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+// The option; else the word of the column, "# quantity:", or the unit.
+ProfileQuantity quantity_of(const MeasuredSource& source, const TextTable& table, const ColumnName& name,
+                            const std::string& pointer) {
+  if (source.quantity) return *source.quantity;
+  if (const auto said = quantity_of_word(name.word)) return *said;
+  if (const auto key = key_value(table, "quantity")) {
+    if (const auto said = quantity_of_word(*key)) return *said;
+    fail_at_line(table.path, table.keys.at("quantity").line, in_quotes(*key), "height or slope");
+  }
+  for (const ProfileQuantity quantity : {ProfileQuantity::kHeight, ProfileQuantity::kSlope})
+    if (!name.unit.empty() && unit_measures(name.unit, quantity, source, table)) return quantity;
+  throw InputError(
+      table.path, pointer, "no word whether it holds heights or slopes",
+      "the option 'quantity', or a header row such as 'x_mm, height_nm' or 'x (mm), slope (urad)'");
+}
+
+double value_factor_of(const MeasuredSource& source, const TextTable& table, const ColumnName& name,
+                       ProfileQuantity quantity, const std::string& pointer) {
+  if (source.value_factor) return *source.value_factor;
+  const std::string unit = name.unit.empty() ? key_value(table, "unit").value_or("") : name.unit;
+  if (unit.empty())
+    throw InputError(table.path, pointer, "values without unit",
+                     "the option 'value_factor', or a header row such as 'x_mm, height_nm'");
+  if (quantity == ProfileQuantity::kHeight) return height_factor(unit, source, table, pointer);
+  return angle_factor(unit, table, pointer);
+}
+
+double x_factor_of(const MeasuredSource& source, const TextTable& table, const ColumnName& name) {
+  if (source.x_factor) return *source.x_factor;
+  const std::string unit = name.unit.empty() ? key_value(table, "x_unit").value_or("") : name.unit;
+  const std::string pointer = column_pointer(0, name);
+  if (unit.empty())
+    throw InputError(table.path, pointer, "positions without unit",
+                     "the option 'x_factor', or a header row such as 'x_mm, height_nm'");
+  return length_factor(unit, table, pointer);
+}
+
+}  // namespace
+
+std::vector<Profile> read_profile_text(const MeasuredSource& source) {
+  check_option(source, source.x_factor, "x_factor", true);
+  check_option(source, source.value_factor, "value_factor", false);
+  const TextTable table = read_text_table(source.path, {});
+  if (table.columns < 2)
+    fail_at_line(table.path, table.lines.front(), "1 column",
+                 "2 or more: position, value, further scan lines");
+  if (table.columns > kMostColumns)
+    fail_at_line(table.path, table.lines.front(), fmt::format("{} columns", table.columns),
+                 fmt::format("at most {} columns; a matrix of heights is read as a map", kMostColumns));
+  const auto name = [&](std::size_t column) {
+    return table.names.empty() ? ColumnName{} : parse_column_name(table.names[column]);
+  };
+  ProfileColumns columns;
+  columns.x_factor = x_factor_of(source, table, name(0));
+  const double halve = is_wavefront(source, table).value_or(false) ? 0.5 : 1;
+  std::vector<Profile> profiles;
+  for (std::size_t column = 1; column < table.columns; ++column) {
+    const std::string pointer = column_pointer(column, name(column));
+    columns.value = column;
+    columns.quantity = quantity_of(source, table, name(column), pointer);
+    columns.value_factor = halve * value_factor_of(source, table, name(column), columns.quantity, pointer);
+    profiles.push_back(profile_of(table, columns));
+    const std::string title = table.names.empty() ? "" : table.names[column];
+    profiles.back().label = key_value(table, "label").value_or(title);
+  }
+  return profiles;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,135 @@
+#include "text_columns_names.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
+
+namespace aberfit {
+namespace {
+
+bool is_waves(std::string_view unit) {
+  const std::string lower = lower_case(unit);
+  return lower == "waves" || lower == "wave";
+}
+
+std::optional<double> factor(const std::string& unit, Dimension dimension) {
+  try {
+    return unit_factor(unit, dimension);
+  } catch (const UnitError&) {
+    return std::nullopt;
+  }
+}
+
+bool is_unit(const std::string& text) {
+  return !text.empty() &&
+         (factor(text, Dimension::kLength) || factor(text, Dimension::kAngle) || is_waves(text));
+}
+
+double factor_or_fail(const std::string& unit, Dimension dimension, const TextTable& table,
+                      const std::string& pointer, const std::string& more) {
+  if (const std::optional<double> known = factor(unit, dimension)) return *known;
+  throw InputError(table.path, pointer, unit.empty() ? "no unit" : "unit " + in_quotes(unit),
+                   allowed_units(dimension) + more);
+}
+
+}  // namespace
+
+ColumnName parse_column_name(const std::string& name) {
+  std::string text(trimmed(name));
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = text.substr(1, text.size() - 2);
+  // The first bracket that holds a unit, else the first bracket: "SLOPE[urad][W/B4C]".
+  ColumnName result;
+  std::size_t word_end = std::string::npos;
+  for (std::size_t open = text.find_first_of("(["); open != std::string::npos;
+       open = text.find_first_of("([", open + 1)) {
+    const std::size_t close = text.find(text[open] == '(' ? ')' : ']', open);
+    if (close == std::string::npos) break;
+    const std::string inside(trimmed(std::string_view(text).substr(open + 1, close - open - 1)));
+    if (word_end != std::string::npos && !is_unit(inside)) continue;
+    if (word_end == std::string::npos) word_end = open;
+    result.unit = inside;
+    if (is_unit(inside)) break;
+  }
+  if (word_end == std::string::npos) {
+    const std::size_t sign = text.find_last_of("_/ ");
+    if (sign != std::string::npos && sign > 0 && is_unit(text.substr(sign + 1))) {
+      word_end = sign;
+      result.unit = text.substr(sign + 1);
+    }
+  }
+  result.word = lower_case(trimmed(std::string_view(text).substr(0, word_end)));
+  return result;
+}
+
+std::optional<ProfileQuantity> quantity_of_word(const std::string& word) {
+  const std::string lower = lower_case(word);
+  const auto has = [&](const char* part) { return lower.find(part) != std::string::npos; };
+  if (has("slope") || has("dz/dx") || has("angle") || has("tilt")) return ProfileQuantity::kSlope;
+  if (has("height") || has("heigth") || has("sag") || has("figure") || has("opd") || has("wavefront") ||
+      lower == "z" || lower == "h")
+    return ProfileQuantity::kHeight;
+  return std::nullopt;
+}
+
+double length_factor(const std::string& unit, const TextTable& table, const std::string& pointer) {
+  return factor_or_fail(unit, Dimension::kLength, table, pointer, "");
+}
+
+double angle_factor(const std::string& unit, const TextTable& table, const std::string& pointer) {
+  return factor_or_fail(unit, Dimension::kAngle, table, pointer, "");
+}
+
+double height_factor(const std::string& unit, const MeasuredSource& source, const TextTable& table,
+                     const std::string& pointer) {
+  if (!is_waves(unit)) return factor_or_fail(unit, Dimension::kLength, table, pointer, ", waves");
+  check_option(source, source.wavelength, "wavelength", true);
+  const std::optional<double> wavelength =
+      source.wavelength ? source.wavelength : length_key(table, "wavelength");
+  if (!wavelength)
+    throw InputError(table.path, pointer, "heights in waves and no wavelength",
+                     "the option 'wavelength' or a header line such as '# wavelength = 632.8 nm'");
+  return *wavelength;
+}
+
+std::optional<bool> is_wavefront(const MeasuredSource& source, const TextTable& table) {
+  if (source.wavefront) return source.wavefront;
+  const std::optional<std::string> of = key_value(table, "of");
+  if (!of) return std::nullopt;
+  if (lower_case(*of) == "wavefront") return true;
+  if (lower_case(*of) == "surface") return false;
+  fail_at_line(table.path, table.keys.at("of").line, in_quotes(*of), "surface or wavefront");
+}
+
+std::optional<std::string> key_value(const TextTable& table, const std::string& key) {
+  const auto found = table.keys.find(key);
+  if (found == table.keys.end()) return std::nullopt;
+  return found->second.value;
+}
+
+std::optional<double> length_key(const TextTable& table, const std::string& key) {
+  const std::optional<std::string> text = key_value(table, key);
+  if (!text) return std::nullopt;
+  const long line = table.keys.at(key).line;
+  double value = 0;
+  try {
+    value = parse_quantity(*text, Dimension::kLength);
+  } catch (const UnitError&) {
+    fail_at_line(table.path, line, in_quotes(*text), "a length with its unit such as '0.1 mm'");
+  }
+  if (!(value > 0)) fail_at_line(table.path, line, in_quotes(*text), "a length above zero");
+  return value;
+}
+
+void check_option(const MeasuredSource& source, const std::optional<double>& value, const char* option,
+                  bool positive) {
+  if (!value || (std::isfinite(*value) && *value != 0 && (!positive || *value > 0))) return;
+  throw InputError(source.path, fmt::format("option '{}'", option), fmt::format("{:g}", *value),
+                   positive ? "a finite number above zero" : "a finite number other than zero");
+}
+
+}  // namespace aberfit

@@ -1,0 +1,42 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "aberfit/measured/profile.h"
+#include "aberfit/measured/read_measurement.h"
+#include "text_columns.h"
+
+namespace aberfit {
+
+/// Name of a column taken apart: "height_nm", "height (nm)", "height [nm]", "height/nm", "height nm" ->
+/// "height", "nm". The word is in lower case; the unit is empty when there is none.
+struct ColumnName {
+  std::string word, unit;
+};
+ColumnName parse_column_name(const std::string& name);
+
+/// What a word or a title says: "slope", "dz/dx" -> slope; "height", "sag", "z" ... -> height.
+std::optional<ProfileQuantity> quantity_of_word(const std::string& word);
+
+/// SI units in one `unit` of height: a length; "waves" times the wavelength. `pointer` and `option` go into
+/// the message: where the unit stands and which option replaces it. Throws InputError.
+double height_factor(const std::string& unit, const MeasuredSource& source, const TextTable& table,
+                     const std::string& pointer);
+/// SI units in one `unit`, for a length or an angle. Throws InputError.
+double length_factor(const std::string& unit, const TextTable& table, const std::string& pointer);
+double angle_factor(const std::string& unit, const TextTable& table, const std::string& pointer);
+
+/// True for a wavefront: the option, or "# of: surface" or "# of: wavefront"; nothing when neither says it.
+std::optional<bool> is_wavefront(const MeasuredSource& source, const TextTable& table);
+
+/// A positive length [m] after "# key:"; nothing without the key. Throws InputError.
+std::optional<double> length_key(const TextTable& table, const std::string& key);
+/// Value of a key, or nothing.
+std::optional<std::string> key_value(const TextTable& table, const std::string& key);
+
+/// Throws InputError naming `option` unless the option, where given, is finite and not zero (above zero when
+/// `positive`).
+void check_option(const MeasuredSource& source, const std::optional<double>& value, const char* option,
+                  bool positive);
+
+}  // namespace aberfit

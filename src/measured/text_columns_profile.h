@@ -1,0 +1,18 @@
+#pragma once
+#include "aberfit/measured/profile.h"
+#include "text_columns.h"
+
+namespace aberfit {
+
+struct ProfileColumns {
+  std::size_t x = 0, value = 1;           ///< columns of the table, from 0
+  double x_factor = 1, value_factor = 1;  ///< to [m] and to [m] or [rad]
+  ProfileQuantity quantity = ProfileQuantity::kHeight;
+};
+
+/// One scan line of a table. Rows that descend are turned round. Throws InputError, with the line, for a
+/// position that is missing, twice there or out of order, for numbers that leave the range of a double in SI,
+/// and for fewer than two values.
+Profile profile_of(const TextTable& table, const ProfileColumns& columns);
+
+}  // namespace aberfit

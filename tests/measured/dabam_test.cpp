@@ -1,0 +1,243 @@
+// The shared DABAM files against a second, plain parser, and what damaged ones are told.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <regex>
+#include <sstream>
+
+#include "aberfit/measured/read_measurement.h"
+#include "measured/mutation.h"
+
+namespace aberfit::test {
+namespace {
+
+const std::string kData = std::string(ABERFIT_TEST_DATA) + "/dabam/";
+
+// A number of the metadata, found in the text of the JSON.
+double metadata_number(const std::string& json, const std::string& key, double otherwise) {
+  std::smatch match;
+  const std::regex pattern("\"" + key + "\"\\s*:\\s*\"?([-+.0-9eE]+)");
+  return std::regex_search(json, match, pattern) ? std::stod(match[1]) : otherwise;
+}
+
+// As numpy.loadtxt does it: skip the header, split at blanks.
+std::vector<std::vector<double>> plain_rows(const std::string& path, int skip) {
+  std::istringstream file(file_bytes(path));
+  std::vector<std::vector<double>> rows;
+  std::string line;
+  for (int number = 0; std::getline(file, line); ++number) {
+    if (number < skip) continue;
+    std::istringstream fields(line);
+    std::vector<double> row;
+    for (double value; fields >> value;) row.push_back(value);
+    if (!row.empty()) rows.push_back(row);
+  }
+  return rows;
+}
+
+struct Expected {
+  const char* id;
+  std::size_t scans;
+  Eigen::Index points;
+  ProfileQuantity quantity;
+  double length;  // of the scan [m], from the README and the metadata; NaN where they do not say it
+};
+
+constexpr ProfileQuantity kSlope = ProfileQuantity::kSlope, kHeight = ProfileQuantity::kHeight;
+// Counts of rows by `wc -l` less the header; scan lines and quantities from the README and the metadata. The
+// columns of 010 are height, residual height, slope and residual slope of one scan line.
+const Expected kExpected[] = {
+    {"001", 1, 1201, kSlope, 1.2},     {"004", 1, 161, kSlope, 0.032},    {"007", 1, 100, kSlope, 0.099},
+    {"010", 1, 435, kHeight, 0.44268}, {"019", 1, 1751, kSlope, 0.350},   {"022", 1, 2261, kSlope, 1.130},
+    {"024", 4, 775, kSlope, 0.774},    {"025", 12, 171, kSlope, 0.2},     {"039", 1, 1001, kSlope, 1.0},
+    {"049", 1, 1201, kSlope, 1.2},     {"071", 1, 9230, kSlope, 0.96846}, {"083", 1, 681, kHeight, 0.5},
+    {"094", 3, 241, kSlope, 0.12},     {"095", 1, 207, kSlope, 0.059832}};
+
+TEST(Dabam, EverySharedFileReadsAsASecondParserReadsIt) {
+  for (const Expected& expected : kExpected) {
+    SCOPED_TRACE(expected.id);
+    const std::string stem = kData + "dabam-" + expected.id;
+    const std::string json = file_bytes(stem + ".txt");
+    const auto rows = plain_rows(stem + ".dat", int(metadata_number(json, "FILE_HEADER_LINES", -1)));
+    const bool pairs = metadata_number(json, "FILE_FORMAT", 0) >= 3;
+    const std::vector<Profile> profiles = read_dabam(stem + ".txt");
+    ASSERT_EQ(profiles.size(), expected.scans);
+    for (std::size_t scan = 0; scan < profiles.size(); ++scan) {
+      const Profile& profile = profiles[scan];
+      const std::string n = std::to_string(scan + 1);
+      const double x_factor =
+          metadata_number(json, "X" + n + "_FACTOR", metadata_number(json, "X1_FACTOR", NAN));
+      const double y_factor = metadata_number(json, "Y" + n + "_FACTOR", NAN);
+      ASSERT_EQ(profile.size(), expected.points);
+      ASSERT_EQ(std::size_t(profile.size()), rows.size());
+      EXPECT_EQ(profile.quantity, expected.quantity);
+      EXPECT_EQ(valid_count(profile), expected.points);
+      EXPECT_NE(profile.label.find(expected.id), std::string::npos);
+      // The product of two doubles, rounded once on both sides.
+      constexpr double kRounding = 1e-15;
+      for (Eigen::Index i = 0; i < profile.size(); ++i) {
+        const std::vector<double>& row = rows[std::size_t(i)];
+        const double x = row[pairs ? 2 * scan : 0] * x_factor;
+        const double y = row[pairs ? 2 * scan + 1 : scan + 1] * y_factor;
+        ASSERT_LE(std::abs(profile.x[i] - x), kRounding * std::abs(x)) << "row " << i;
+        ASSERT_LE(std::abs(profile.value[i] - y), kRounding * std::abs(y)) << "row " << i;
+        ASSERT_TRUE(i == 0 || profile.x[i] > profile.x[i - 1]) << "row " << i;
+      }
+      // Stated ends are rounded to a pitch at most.
+      const double length = profile.x[profile.size() - 1] - profile.x[0];
+      EXPECT_NEAR(length, expected.length, 1e-3 * expected.length);
+    }
+  }
+}
+
+TEST(Dabam, RmsSlopesAreWhatTheOwnersState) {
+  // Detrended by their owners already; their instruments, not ours, define the last percents.
+  struct Case {
+    const char* id;
+    double stated;
+  };
+  for (const Case& c : {Case{"025", 0.072352e-6}, Case{"095", 0.37e-6}}) {
+    const Profile profile = read_dabam(kData + "dabam-" + c.id).front();
+    const double rms = std::sqrt((profile.value - profile.value.mean()).square().mean());
+    EXPECT_NEAR(rms, c.stated, 0.05 * c.stated) << c.id;
+  }
+}
+
+TEST(Dabam, TxtDatAndBareNameGiveTheSame) {
+  const Profile by_txt = read_dabam(kData + "dabam-004.txt").front();
+  for (const char* name : {"dabam-004.dat", "dabam-004"}) {
+    const Profile other = read_dabam(kData + name).front();
+    EXPECT_TRUE((other.x == by_txt.x).all() && (other.value == by_txt.value).all()) << name;
+    EXPECT_EQ(other.label, by_txt.label);
+  }
+}
+
+// Writes both files and reads them.
+std::vector<Profile> read_text(const Scratch& scratch, const std::string& json, const std::string& data) {
+  scratch.write("a.dat", data);
+  return read_dabam(scratch.write("a.txt", json));
+}
+
+TEST(Dabam, AllFourFormatsGiveTheirQuantityAndScanLines) {
+  const Scratch scratch;
+  const std::string rows = "0 1 0.5 10\n1 2 1.5 20\n2 4 2.5 40\n";
+  const std::string more = R"("X1_FACTOR": 0.001, "Y1_FACTOR": 1e-6, "X2_FACTOR": 1, "Y2_FACTOR": 1e-9})";
+  for (const int format : {1, 2, 3, 4}) {
+    SCOPED_TRACE(format);
+    const auto profiles =
+        read_text(scratch, "{\"FILE_FORMAT\": " + std::to_string(format) + ", " + more, rows);
+    ASSERT_EQ(profiles.size(), format >= 3 ? 2u : 1u);  // formats 1, 2: the factor of column 2 is another one
+    EXPECT_EQ(profiles[0].quantity, format % 2 == 1 ? kSlope : kHeight);
+    EXPECT_EQ(profiles[0].x[2], 2 * 0.001);
+    EXPECT_EQ(profiles[0].value[2], 4 * 1e-6);
+    if (format < 3) continue;
+    EXPECT_EQ(profiles[1].x[2], 2.5);
+    EXPECT_EQ(profiles[1].value[2], 40 * 1e-9);
+  }
+  // Further pairs without factors of their own have the first's.
+  const auto pairs =
+      read_text(scratch, R"({"FILE_FORMAT": 3, "X1_FACTOR": 0.001, "Y1_FACTOR": "1e-6"})", rows);
+  ASSERT_EQ(pairs.size(), 2u);
+  EXPECT_EQ(pairs[1].x[0], 0.5 * 0.001);
+  EXPECT_EQ(pairs[1].value[0], 10 * 1e-6);
+}
+
+TEST(Dabam, NamedColumnsAloneAreRead) {
+  const Scratch scratch;
+  const auto profiles = read_text(scratch,
+                                  R"({"FILE_FORMAT": 2, "X1_FACTOR": 1, "Y1_FACTOR": 1, "Y2_FACTOR": 1,
+                                      "COLUMN_INDEX_ABSCISSAS": 2, "COLUMN_INDEX_ORDINATES": "1"})",
+                                  "9 5 0\n9 6 1\n9 7 2\n");
+  ASSERT_EQ(profiles.size(), 1u);
+  EXPECT_EQ(profiles[0].x[2], 2);
+  EXPECT_EQ(profiles[0].value[2], 7);
+}
+
+TEST(Dabam, HolesStayHolesAndDescendingRowsAreTurned) {
+  const Scratch scratch;
+  const Profile profile =
+      read_text(
+          scratch,
+          R"({"FILE_FORMAT": 1, "FILE_HEADER_LINES": "1", "X1_FACTOR": 1, "Y1_FACTOR": 1, "LENGTH": ""})",
+          "x 1 slope\n3 nan\n2.5 5\n1 --\n0 7\n")
+          .front();
+  EXPECT_EQ(profile.x[0], 0);
+  EXPECT_EQ(profile.x[3], 3);
+  EXPECT_EQ(profile.value[0], 7);
+  EXPECT_TRUE(std::isnan(profile.value[1]));
+  EXPECT_EQ(profile.value[2], 5);
+  EXPECT_TRUE(std::isnan(profile.value[3]));
+  EXPECT_EQ(valid_count(profile), 2);
+}
+
+TEST(Dabam, EveryFaultIsToldWithItsPlace) {
+  const Scratch scratch;
+  const std::string good = R"({"FILE_FORMAT": 1, "X1_FACTOR": 1, "Y1_FACTOR": 1})";
+  struct Case {
+    std::string json, data, message;
+  };
+  const Case cases[] = {
+      {good, "0 1\n1 abc\n", "a.dat: line 2: found 'abc'; allowed: a number"},
+      {good, "0 1\n1 inf\n", "a.dat: line 2: found 'inf'; allowed: a finite number"},
+      {good, "0 1\n1 1e999\n", "a.dat: line 2: found '1e999'"},
+      {good, "0 1\n1 2\n1 3\n", "a.dat: line 3: found position 1 twice"},
+      {good, "0 1\n2 2\n1 3\n4 4\n", "a.dat: line 3: found position 1 after 2"},
+      {good, "0 1\n1 2 3\n", "a.dat: line 2: found 3 columns; allowed: 2 columns, as in line 1"},
+      {good, "0 1\n", "found 1 row of numbers"},
+      {good, "0\n1\n", "a.dat: line 1: found 1 columns"},
+      {good, "", "a.dat: found no row of numbers"},
+      {good, "nan 1\n1 2\n", "a.dat: line 1: found a row without position"},
+      {good, "0 nan\n1 2\n", "a.dat: column 2: found 1 numbers"},
+      {"[]", "0 1\n1 2\n", "a.txt: found JSON array"},
+      {"{\n\"FILE_FORMAT\" 1}", "0 1\n1 2\n", "a.txt: line 2: found '\"FILE_FORMAT\" 1}'"},
+      {"", "0 1\n1 2\n", "a.txt: line 1"},
+      {"{}", "0 1\n1 2\n", "a.txt: /FILE_FORMAT: found nothing; allowed: 1 (slope)"},
+      {R"({"FILE_FORMAT": 5, "X1_FACTOR": 1, "Y1_FACTOR": 1})", "0 1\n1 2\n", "/FILE_FORMAT: found '5'"},
+      {R"({"FILE_FORMAT": 1, "X1_FACTOR": "mm", "Y1_FACTOR": 1})", "0 1\n1 2\n",
+       "/X1_FACTOR: found '\"mm\"'"},
+      {R"({"FILE_FORMAT": 1, "X1_FACTOR": -1, "Y1_FACTOR": 1})", "0 1\n1 2\n", "a factor above zero"},
+      {R"({"FILE_FORMAT": 1, "X1_FACTOR": 1, "Y1_FACTOR": 1e999})", "0 1\n1 2\n", "range of a double"},
+      {R"({"FILE_FORMAT": 1, "X1_FACTOR": 1})", "0 1\n1 2\n", "/Y1_FACTOR: found nothing"},
+      {R"({"FILE_FORMAT": 1, "FILE_HEADER_LINES": 900, "X1_FACTOR": 1, "Y1_FACTOR": 1})", "0 1\n1 2\n",
+       "found the end of the file after 2 lines; allowed: rows of numbers after 900 header lines"},
+      {R"({"FILE_FORMAT": 1, "FILE_HEADER_LINES": -1, "X1_FACTOR": 1, "Y1_FACTOR": 1})", "0 1\n1 2\n",
+       "/FILE_HEADER_LINES: found '-1'"},
+      {R"({"FILE_FORMAT": 3, "X1_FACTOR": 1, "Y1_FACTOR": 1})", "0 1 2\n1 2 3\n",
+       "found 3 columns; allowed: pairs"},
+      {R"({"FILE_FORMAT": 1, "X1_FACTOR": 1, "Y1_FACTOR": 1, "COLUMN_INDEX_ORDINATES": 4})", "0 1\n1 2\n",
+       "found 2 columns; allowed: 5 or more"},
+      {R"({"FILE_FORMAT": 1, "X1_FACTOR": 1e10, "Y1_FACTOR": 1})", "0 1\n1e305 2\n", "a.dat: line 2"},
+  };
+  for (const Case& c : cases) {
+    const std::string message = input_error([&] { read_text(scratch, c.json, c.data); });
+    EXPECT_NE(message.find(c.message), std::string::npos) << "got: " << message << "\nwanted: " << c.message;
+  }
+  std::filesystem::remove(scratch.path("a.dat"));
+  EXPECT_NE(input_error([&] { read_dabam(scratch.path("a")); }).find("a.dat: found no file"),
+            std::string::npos);
+  EXPECT_NE(input_error([&] { read_dabam(scratch.path("b")); }).find("b.txt: found a file that cannot be"),
+            std::string::npos);
+}
+
+TEST(Dabam, DamagedFilesAreReadOrRefused) {
+  const Scratch scratch;
+  const std::string json = file_bytes(kData + "dabam-024.txt");
+  // The first rows are enough: damages find their way into every part of a short file.
+  const std::string data = file_bytes(kData + "dabam-024.dat").substr(0, 4000 + 87);
+  const auto whole_lines = data.substr(0, data.rfind('\n') + 1);
+  const std::string metadata_path = scratch.write("a.txt", json),
+                    data_path = scratch.write("a.dat", whole_lines);
+  const auto read = [&] { read_dabam(metadata_path); };
+  const MutationCounts of_data = read_mutations(whole_lines, data_path, 400, "DabamData", read);
+  scratch.write("a.dat", whole_lines);
+  const MutationCounts of_metadata = read_mutations(json, metadata_path, 400, "DabamMetadata", read);
+  // Both outcomes occur: the damages neither miss nor kill every file.
+  for (const MutationCounts& counts : {of_data, of_metadata}) {
+    EXPECT_GT(counts.read, 20);
+    EXPECT_GT(counts.refused, 100);
+  }
+  RecordProperty("read", of_data.read + of_metadata.read);
+}
+
+}  // namespace
+}  // namespace aberfit::test

@@ -1,0 +1,86 @@
+// Formats told apart by their content.
+#include <gtest/gtest.h>
+
+#include "aberfit/measured/read_measurement.h"
+#include "measured/mutation.h"
+
+namespace aberfit::test {
+namespace {
+
+const std::string kData = std::string(ABERFIT_TEST_DATA) + "/dabam/";
+
+TEST(DetectFormat, TellsEveryFormatByItsContent) {
+  const Scratch scratch;
+  std::string long_matrix;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 4000; ++j) long_matrix += "1.5 ";
+    long_matrix += "\n";
+  }
+  struct Case {
+    std::string bytes;
+    MeasuredFormat format;
+  };
+  const Case cases[] = {
+      {"\x88\x1b\x03\x6f rest", MeasuredFormat::kZygo},
+      {"\x88\x1b\x03\x70 rest", MeasuredFormat::kZygo},
+      {"\x88\x1b\x03\x71 rest", MeasuredFormat::kZygo},
+      {"\x88\x1b\x03\x72 rest", MeasuredFormat::kAuto},
+      {"SIMPLE  =                    T / a FITS file", MeasuredFormat::kFits},
+      {"! a remark\r\n! another\r\na title, 1 2 3\r\nGRD 2 2 SUR WVL 0.6328 SSZ 100\r\n1 2 3 4\r\n",
+       MeasuredFormat::kCodeVInt},
+      {"a title\nZFR 3 WFR WVL 0.5 SSZ 1\n0\n1\n2\n", MeasuredFormat::kCodeVInt},
+      {"a title\nno header\nGRD 2 2 SUR\n", MeasuredFormat::kAuto},
+      {"! grid sag\n5 6 0.1 0.1 0 0 0\n0 0 0 0\n0.5 0 0 0\n", MeasuredFormat::kZemaxGridSag},
+      {"5 5 0.1 0.1 0 0 0\n0 0 0 0 0\n0 0 0 0 1\n", MeasuredFormat::kZemaxGridSag},
+      {"4 5 0.1 0.1 0 0 0\n0 0 0 0 0\n", MeasuredFormat::kAuto},
+      {"5 5 1 1 1 1 1\n6 5 1 1 1 1 1\n4 5 1 1 1 1 1\n", MeasuredFormat::kMapText},
+      {"{\n \"FILE_FORMAT\": 1 }", MeasuredFormat::kDabam},
+      {"{\n \"aberfit\": 1 }", MeasuredFormat::kAuto},
+      {"x_mm,height_nm\n0,1\n1,2\n", MeasuredFormat::kProfileText},
+      {"# remarks\n3\t1\t5\n2\t1\t6\n1\tnan\t7\n", MeasuredFormat::kProfileText},
+      {"x y z\n0 0 1\n1 0 2\n0 1 3\n1 1 4\n", MeasuredFormat::kMapText},
+      {"0.5 0.6 0.7 0.8\n0.4 0.2 0.1 0\n0.6 0.5 0.4 0.1\n", MeasuredFormat::kMapText},
+      {"# pitch = 1 mm\n0 1 2\n1 2 3\n", MeasuredFormat::kMapText},
+      {"\xef\xbb\xbf# quantity: slope\n0 1 2\n0 2 3\n", MeasuredFormat::kProfileText},
+      {long_matrix, MeasuredFormat::kMapText},
+      {"some prose\nand more prose\n", MeasuredFormat::kAuto},
+      {"1\n2\n3\n", MeasuredFormat::kAuto},
+      {"", MeasuredFormat::kAuto},
+      {std::string("1 2\n2 3\0\n", 9), MeasuredFormat::kAuto},
+  };
+  for (const Case& c : cases)
+    EXPECT_EQ(to_string(detect_format(scratch.write("a.bin", c.bytes))), to_string(c.format))
+        << c.bytes.substr(0, 60);
+}
+
+TEST(DetectFormat, KnowsDabamByEitherFileAndByTheBareName) {
+  for (const char* name : {"dabam-001", "dabam-001.txt", "dabam-001.dat", "dabam-025.dat", "dabam-083.dat"})
+    EXPECT_EQ(to_string(detect_format(kData + name)), "dabam") << name;
+  // The same numbers without their metadata are columns.
+  const Scratch scratch;
+  EXPECT_EQ(to_string(detect_format(scratch.write("lone.dat", file_bytes(kData + "dabam-083.dat")))),
+            "profile");
+}
+
+TEST(DetectFormat, NamesTheFileThatCannotBeOpened) {
+  const Scratch scratch;
+  for (const std::string& path : {scratch.path("missing.dat"), scratch.path("")}) {
+    const std::string message = input_error([&] { detect_format(path); });
+    EXPECT_NE(message.find(path + ": found a file that cannot be opened"), std::string::npos) << message;
+  }
+}
+
+TEST(DetectFormat, AnyDamageLeavesAnAnswer) {
+  const Scratch scratch;
+  const std::string codev = "! a\ntitle\nGRD 2 2 SUR WVL 0.6328 SSZ 100\n1 2 3 4\n";
+  for (const std::string& original :
+       {codev, file_bytes(kData + "dabam-004.txt"), file_bytes(kData + "dabam-010.dat")}) {
+    const std::string path = scratch.path("a.dat");
+    const MutationCounts counts =
+        read_mutations(original, path, 200, "DetectFormat", [&] { detect_format(path); });
+    EXPECT_EQ(counts.read, 200);  // the file is there, so there is no fault to tell
+  }
+}
+
+}  // namespace
+}  // namespace aberfit::test

@@ -1,0 +1,174 @@
+// Maps as text, a matrix or points: orientation, units, grids, and every fault told with its place.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "aberfit/measured/read_measurement.h"
+#include "measured/mutation.h"
+
+namespace aberfit::test {
+namespace {
+
+HeightMap read_text(const Scratch& scratch, const std::string& text, MeasuredSource source = {}) {
+  source.path = scratch.write("a.txt", text);
+  return read_map_text(source);
+}
+
+const std::string kKeys = "# of: surface\n# pitch = 0.1 mm\n# unit: nm\n";
+
+TEST(MapText, FirstLineOfAMatrixIsTheTopRow) {
+  const Scratch scratch;
+  const HeightMap map = read_text(scratch, kKeys + "# label: a plate\n1 2 3 4\n5 -- nan 8\n9 10 11 12\n");
+  ASSERT_EQ(map.rows(), 3);
+  ASSERT_EQ(map.columns(), 4);
+  EXPECT_EQ(map.height(0, 0), 9 * 1e-9);  // lowest y
+  EXPECT_EQ(map.height(2, 3), 4 * 1e-9);  // top right
+  EXPECT_EQ(map.height(1, 0), 5 * 1e-9);
+  EXPECT_TRUE(std::isnan(map.height(1, 1)) && std::isnan(map.height(1, 2)));
+  EXPECT_EQ(map.pitch_x, 0.1e-3);
+  EXPECT_EQ(map.pitch_y, 0.1e-3);
+  EXPECT_EQ(map.label, "a plate");
+}
+
+TEST(MapText, OptionsStandForTheHeader) {
+  const Scratch scratch;
+  MeasuredSource source;
+  source.pitch = 0.5;
+  source.value_factor = 4;
+  source.wavefront = true;
+  const HeightMap map = read_text(scratch, "1,2\n3,4\n", source);
+  EXPECT_EQ(map.pitch_x, 0.5);
+  EXPECT_EQ(map.height(0, 1), 8);  // 4 * 4, halved
+  source.value_factor.reset();
+  source.wavelength = 2;
+  EXPECT_EQ(read_text(scratch, "# unit: waves\n1,2\n3,4\n", source).height(0, 1),
+            4);  // 4 waves of 2 m, halved
+  EXPECT_EQ(read_text(scratch, kKeys + "1,2\n3,4\n", source).pitch_x, 0.5);
+}
+
+// Points of a disc on a 41 x 31 grid, positions rounded to three digits, in an order that jumps about.
+TEST(MapText, PointsInAnyOrderFindTheirNodes) {
+  const Scratch scratch;
+  constexpr int kColumns = 41, kRows = 31;
+  constexpr double kStepX = 1.0 / 3, kStepY = 2.0 / 7;
+  std::vector<std::string> lines;
+  const auto inside = [](int i, int j) { return std::hypot((j - 20) / 20.0, (i - 15) / 15.0) <= 1; };
+  for (int i = 0; i < kRows; ++i)
+    for (int j = 0; j < kColumns; ++j) {
+      if (!inside(i, j)) continue;
+      char line[80];
+      std::snprintf(line, sizeof line, "%.3f, %.3f, %d\n", (j - 20) * kStepX, (i - 15) * kStepY, 100 * i + j);
+      lines.emplace_back(line);
+    }
+  const std::size_t count = lines.size();
+  std::vector<std::string> shuffled;
+  for (std::size_t k = 0; k < count; ++k) shuffled.push_back(lines[k * 389 % count]);
+  ASSERT_NE(count % 389, 0u);
+  std::string text = "# of: wavefront\nx_mm, y_mm, height_nm\n";
+  for (const std::string& line : shuffled) text += line;
+  const HeightMap map = read_text(scratch, text);
+  ASSERT_EQ(map.rows(), kRows);
+  ASSERT_EQ(map.columns(), kColumns);
+  // Both ends are rounded to half a micrometre.
+  constexpr double kEnd = 0.5e-6;
+  EXPECT_NEAR(map.pitch_x, kStepX * 1e-3, 2 * kEnd / (kColumns - 1));
+  EXPECT_NEAR(map.pitch_y, kStepY * 1e-3, 2 * kEnd / (kRows - 1));
+  EXPECT_NEAR(map.x0, -20 * kStepX * 1e-3, kEnd);
+  EXPECT_NEAR(map.y0, -15 * kStepY * 1e-3, kEnd);
+  for (int i = 0; i < kRows; ++i)
+    for (int j = 0; j < kColumns; ++j) {
+      if (inside(i, j))
+        ASSERT_DOUBLE_EQ(map.height(i, j), 0.5e-9 * (100 * i + j)) << i << " " << j;
+      else
+        ASSERT_TRUE(std::isnan(map.height(i, j))) << i << " " << j;
+    }
+}
+
+TEST(MapText, PitchStandsForTheUnitOfPositions) {
+  const Scratch scratch;
+  MeasuredSource source;
+  source.pitch = 0.25;
+  const std::string points = "# of: surface\n# unit: nm\n10 5 1\n11 5 2\n12 5 3\n10 6 4\n11 6 5\n12 6 6\n";
+  const HeightMap map = read_text(scratch, points, source);
+  EXPECT_EQ(map.pitch_x, 0.25);
+  EXPECT_EQ(map.pitch_y, 0.25);
+  EXPECT_EQ(map.x0, 2.5);
+  EXPECT_EQ(map.height(1, 2), 6 * 1e-9);
+  // Three columns that are a matrix all the same.
+  const HeightMap matrix = read_text(scratch, "# layout: matrix\n" + points, source);
+  EXPECT_EQ(matrix.rows(), 6);
+  EXPECT_EQ(matrix.columns(), 3);
+}
+
+TEST(MapText, EveryFaultIsToldWithItsPlaceOrOption) {
+  const Scratch scratch;
+  struct Case {
+    std::string text, message;
+  };
+  const std::string p = "# of: surface\nx_mm,y_mm,height_nm\n";
+  const std::string grid = "0,0,1\n1,0,2\n2,0,3\n0,1,4\n1,1,5\n2,1,6\n";
+  const Case cases[] = {
+      {kKeys + "1 2\n3 x\n", "a.txt: line 5: found 'x'; allowed: a number"},
+      {kKeys + "1 2\n3 inf\n", "line 5: found 'inf'; allowed: a finite number"},
+      {kKeys + "1 2\n3 4 5\n", "line 5: found 3 columns; allowed: 2 columns, as in line 4"},
+      {kKeys + "1 2\n", "found 1 rows and 2 columns"},
+      {kKeys + "nan nan\n-- nan\n", "found no height at all"},
+      {"# unit: nm\n# of: surface\n1 2\n3 4\n", "allowed: the option 'pitch', or a header line"},
+      {"# pitch = 1 mm\n# unit: nm\n1 2\n3 4\n",
+       "allowed: the option 'wavefront', or a header line '# of: surface'"},
+      {"# pitch = 1 mm\n# of: surface\n1 2\n3 4\n", "allowed: the option 'value_factor', or a header line"},
+      {"# pitch = 1\n# of: surface\n# unit: nm\n1 2\n3 4\n",
+       "line 1: found '1'; allowed: a length with its unit"},
+      {"# pitch = -1 mm\n# of: surface\n# unit: nm\n1 2\n3 4\n",
+       "line 1: found '-1 mm'; allowed: a length above"},
+      {"# pitch = 1 mm\n# of: surface\n# unit: furlong\n1 2\n3 4\n", "unit 'furlong'; allowed: pm, nm"},
+      {"# layout: spiral\n" + kKeys + "1 2\n3 4\n", "line 1: found 'spiral'; allowed: matrix, or columns"},
+      {p + grid + "2,1,7\n", "line 9: found the point (2, 1) twice"},
+      {p + grid + "1.5,1,7\n", "grid"},
+      {p + grid + "1.00001,1,7\n", "at least 1 %"},
+      {p + "0,0,1\n3,0,2\n6,0,3\n0,1,4\n3,1,5\n6,1,6\n4.9,1,7\n", "regular grid"},
+      {p + "0,0,1\n1e-3,1,2\n1,1e-3,3\n", "found 3 points for a grid of 1001 x 1001"},
+      {p + "0,0,1\n1e-300,1,2\n1e300,1e-3,3\n", "grid"},
+      {p + "0,0,1\n0,1,2\n0,2,3\n", "column x: found one position only"},
+      {p + "-1.7e308,0,1\n1.7e308,1,2\n0,2,3\n", "column x: found an infinite range"},
+      {p + "0,nan,1\n0,1,2\n1,2,3\n", "line 3: found a row without position"},
+      {"# of: surface\nx,y,height_nm\n" + grid,
+       "column 1: found positions without unit; allowed: the option"},
+      {"# of: surface\nx_mm,y_mm,slope_urad\n" + grid, "column 3: found 'slope'"},
+      {"# pitch: 5 mm\n" + p + grid, "a step of 0.001 m and a pitch of 0.005 m"},
+      {"", "found no row of numbers"},
+  };
+  for (const Case& c : cases) {
+    const std::string message = input_error([&] { read_text(scratch, c.text); });
+    EXPECT_NE(message.find(c.message), std::string::npos) << "got: " << message << "\nwanted: " << c.message;
+  }
+  MeasuredSource source;
+  source.pitch = NAN;
+  EXPECT_NE(input_error([&] {
+              read_text(scratch, kKeys + "1 2\n3 4\n", source);
+            }).find("option 'pitch': found nan"),
+            std::string::npos);
+}
+
+TEST(MapText, DamagedFilesAreReadOrRefused) {
+  const Scratch scratch;
+  std::string matrix = kKeys, points = "# of: surface\nx_mm;y_mm;height_nm\n";
+  for (int i = 0; i < 12; ++i) {
+    for (int j = 0; j < 9; ++j) {
+      matrix += std::to_string(i * j % 7 - 3.5) + (j == 8 ? "\n" : "\t");
+      points += std::to_string(0.5 * j) + ";" + std::to_string(0.25 * i) + ";" + std::to_string(i - j) + "\n";
+    }
+  }
+  MeasuredSource source;
+  source.path = scratch.path("a.txt");
+  for (const std::string& text : {matrix, points}) {
+    const MutationCounts counts =
+        read_mutations(text, source.path, 500, "MapText", [&] { read_map_text(source); });
+    EXPECT_GT(counts.read, 20);
+    EXPECT_GT(counts.refused, 100);
+  }
+}
+
+}  // namespace
+}  // namespace aberfit::test
