@@ -125,7 +125,7 @@ TEST(MapText, EveryFaultIsToldWithItsPlaceOrOption) {
       {"# pitch = 1 mm\n# of: surface\n# unit: furlong\n1 2\n3 4\n", "unit 'furlong'; allowed: pm, nm"},
       {"# layout: spiral\n" + kKeys + "1 2\n3 4\n", "line 1: found 'spiral'; allowed: matrix, or columns"},
       {p + grid + "2,1,7\n", "line 9: found the point (2, 1) twice"},
-      {p + grid + "1.5,1,7\n", "grid"},
+      {p + grid + "1.3,1,7\n", "regular grid; the others have the step"},
       {p + grid + "1.00001,1,7\n", "at least 1 %"},
       {p + "0,0,1\n3,0,2\n6,0,3\n0,1,4\n3,1,5\n6,1,6\n4.9,1,7\n", "regular grid"},
       {p + "0,0,1\n1e-3,1,2\n1,1e-3,3\n", "found 3 points for a grid of 1001 x 1001"},
