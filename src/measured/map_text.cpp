@@ -94,14 +94,13 @@ Axis axis_of(const TextTable& table, std::size_t column) {
   if (!(range > 0) || !std::isfinite(range))
     throw InputError(table.path, "column " + where, range == 0 ? "one position only" : "an infinite range",
                      "points on a regular grid of at least 2 x 2");
-  // Rounding spoils a single gap, not the whole range: the smallest gap only counts the nodes.
+  // Rounding spoils single gaps, hardly their mean: the step is the mean of all gaps close to the smallest,
+  // and the whole range over the number of steps once that is known.
   double smallest = range;
   for (std::size_t i = 1; i < positions.size(); ++i)
     if (const double gap = positions[i] - positions[i - 1]; gap > kSamePosition * range)
       smallest = std::min(smallest, gap);
-  // The largest plausible gaps tell the step apart from its rounding: the mean of the gaps within a tenth.
-  double sum = 0;
-  double count = 0;
+  double sum = 0, count = 0;
   for (std::size_t i = 1; i < positions.size(); ++i)
     if (const double gap = positions[i] - positions[i - 1];
         gap > kSamePosition * range && gap < (1 + 2 * kOffNode) * smallest) {
