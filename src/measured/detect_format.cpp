@@ -47,19 +47,27 @@ bool is_dabam(const std::string& path, const std::optional<std::string>& head) {
   return metadata && is_dabam_metadata(*metadata);
 }
 
-// Lines of the head, without the last one when it is cut off.
+// Lines of the head. A last one that is cut off stays only when it is long, as a row of a matrix is; its last
+// field goes.
 std::vector<std::string_view> lines_of(std::string_view head) {
+  constexpr std::size_t kLong = kHead / 4;
+  const bool cut = head.size() == kHead;
   if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
-  if (head.size() >= kHead - 3) {
-    const std::size_t end = head.find_last_of("\r\n");
-    // One line longer than the head: its first part tells the columns apart from prose, no more.
-    if (end != std::string_view::npos) head = head.substr(0, end);
-  }
   std::vector<std::string_view> lines;
   while (!head.empty()) {
     const std::size_t end = std::min(head.find_first_of("\r\n"), head.size());
+    const bool without_end = end == head.size();
     lines.push_back(trimmed(head.substr(0, end)));
     head.remove_prefix(std::min(end + 1, head.size()));
+    if (cut && without_end) {
+      std::string_view& last = lines.back();
+      const std::size_t separator = last.find_last_of(" \t,;");
+      if (last.size() < kLong || separator == std::string_view::npos) {
+        lines.pop_back();
+      } else {
+        last = trimmed(last.substr(0, separator));
+      }
+    }
   }
   return lines;
 }
@@ -105,11 +113,13 @@ bool is_zemax_grid_sag(const std::vector<std::string_view>& lines) {
 
 // Columns of numbers: a map when the file says so or when the first column does not go one way, else a
 // profile.
-MeasuredFormat columns_format(const std::vector<std::string_view>& lines) {
+MeasuredFormat columns_format(const std::vector<std::string_view>& lines, bool cut) {
   std::size_t columns = 0, rows = 0;
   bool map_key = false, profile_key = false, ascending = true, descending = true, names_seen = false;
-  double before = 0;
-  for (std::string_view line : lines) {
+  bool same_second = true;
+  double before = 0, second = 0;
+  for (const std::string_view& whole : lines) {
+    std::string_view line = whole;
     if (line.starts_with("#")) {
       const auto key = comment_key(line);
       map_key = map_key || (key && (key->first == "pitch" || key->first == "layout"));
@@ -123,9 +133,14 @@ MeasuredFormat columns_format(const std::vector<std::string_view>& lines) {
       names_seen = true;
       continue;
     }
+    // The row at the end of the head may be cut off.
+    if (cut && numbers && rows > 0 && numbers->size() < columns && &whole == &lines.back()) continue;
     if (!numbers || (rows > 0 && numbers->size() != columns)) return MeasuredFormat::kAuto;
     columns = numbers->size();
     const double first = numbers->front();
+    // Points x, y, height along a row of the map: x ascends, y stays.
+    if (columns == 3 && rows > 0) same_second = same_second && (*numbers)[1] == second;
+    if (columns == 3) second = (*numbers)[1];
     if (rows > 0) {
       ascending = ascending && first > before;
       descending = descending && first < before;
@@ -136,6 +151,7 @@ MeasuredFormat columns_format(const std::vector<std::string_view>& lines) {
   if (rows == 0 || columns < 2) return MeasuredFormat::kAuto;
   if (map_key) return MeasuredFormat::kMapText;
   if (profile_key || columns == 2) return MeasuredFormat::kProfileText;
+  if (columns == 3 && same_second) return MeasuredFormat::kMapText;
   return rows > 1 && (ascending || descending) ? MeasuredFormat::kProfileText : MeasuredFormat::kMapText;
 }
 
@@ -154,7 +170,7 @@ MeasuredFormat detect_format(const std::string& path) {
   const std::vector<std::string_view> lines = lines_of(*head);
   if (is_codev_int(lines)) return MeasuredFormat::kCodeVInt;
   if (is_zemax_grid_sag(lines)) return MeasuredFormat::kZemaxGridSag;
-  return columns_format(lines);
+  return columns_format(lines, head->size() == kHead);
 }
 
 std::string to_string(MeasuredFormat format) {

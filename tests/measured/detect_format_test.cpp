@@ -16,6 +16,11 @@ TEST(DetectFormat, TellsEveryFormatByItsContent) {
     for (int j = 0; j < 4000; ++j) long_matrix += "1.5 ";
     long_matrix += "\n";
   }
+  std::string long_rows, long_profile;  // the head ends within a row
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 900; ++j) long_rows += std::to_string((i * j) % 7) + "," + (j == 899 ? "0\n" : "");
+  }
+  for (int i = 0; i < 2000; ++i) long_profile += std::to_string(i) + "\t0.125\t0.5\n";
   struct Case {
     std::string bytes;
     MeasuredFormat format;
@@ -38,11 +43,15 @@ TEST(DetectFormat, TellsEveryFormatByItsContent) {
       {"{\n \"aberfit\": 1 }", MeasuredFormat::kAuto},
       {"x_mm,height_nm\n0,1\n1,2\n", MeasuredFormat::kProfileText},
       {"# remarks\n3\t1\t5\n2\t1\t6\n1\tnan\t7\n", MeasuredFormat::kProfileText},
+      {"0 7 1\n1 7 2\n2 7 3\n", MeasuredFormat::kMapText},  // a row of points: y stays
       {"x y z\n0 0 1\n1 0 2\n0 1 3\n1 1 4\n", MeasuredFormat::kMapText},
       {"0.5 0.6 0.7 0.8\n0.4 0.2 0.1 0\n0.6 0.5 0.4 0.1\n", MeasuredFormat::kMapText},
       {"# pitch = 1 mm\n0 1 2\n1 2 3\n", MeasuredFormat::kMapText},
       {"\xef\xbb\xbf# quantity: slope\n0 1 2\n0 2 3\n", MeasuredFormat::kProfileText},
       {long_matrix, MeasuredFormat::kMapText},
+      {"# of: surface\n# pitch = 1 mm\n" + long_matrix, MeasuredFormat::kMapText},
+      {long_rows, MeasuredFormat::kMapText},
+      {long_profile, MeasuredFormat::kProfileText},
       {"some prose\nand more prose\n", MeasuredFormat::kAuto},
       {"1\n2\n3\n", MeasuredFormat::kAuto},
       {"", MeasuredFormat::kAuto},
