@@ -20,7 +20,7 @@ TEST(DetectFormat, TellsEveryFormatByItsContent) {
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 900; ++j) long_rows += std::to_string((i * j) % 7) + "," + (j == 899 ? "0\n" : "");
   }
-  for (int i = 0; i < 2000; ++i) long_profile += std::to_string(i) + "\t0.125\t0.5\n";
+  for (int i = 0; i < 2000; ++i) long_profile += std::to_string(i) + "\t" + std::to_string(i % 9) + "\t0.5\n";
   struct Case {
     std::string bytes;
     MeasuredFormat format;
