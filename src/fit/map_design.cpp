@@ -1,0 +1,190 @@
+// Rows of the design come from one SurfaceOperator per term and block of points: a single term costs one
+// recurrence up to its own order, so that a block of P terms costs about P n_max / 4 term-points. One
+// operator of all terms applied to P unit vectors would cost P^2, and zernike() point by point is a scalar
+// loop. Measured (release, one thread, AVX-512): see fit_map.
+#include "map_design.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "aberfit/core/parallel.h"
+#include "aberfit/terms/surface_operator.h"
+#include "singular_values.h"
+
+namespace aberfit {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Singular values below this share of the largest are rounding of the basis, not information.
+constexpr double kNumericalRank = 1e-12;
+constexpr Index kBlockPoints = 1024;
+// Blocks whose triangles are held at a time; they are stacked in order, whoever computed them.
+constexpr Index kWaveBlocks = 16;
+
+MatrixXd design_of(const TermSet& terms, const Eigen::ArrayXd& x, const Eigen::ArrayXd& y) {
+  MatrixXd design(x.size(), terms.size());
+  SurfaceField field;
+  Index column = 0;
+  const auto add = [&](const TermSet& one) {
+    const SurfaceOperator surface(one, x, y, 1);
+    for (Index k = 0; k < one.size(); ++k) {
+      surface.apply(VectorXd::Unit(one.size(), k), &field);
+      design.col(column++) = field.height;
+    }
+  };
+  for (const ZernikeMode& mode : terms.zernike) add({terms.radius, {mode}, {}, {}});
+  for (const FourierMode& mode : terms.fourier) add({terms.radius, {}, {mode}, {}});
+  for (const int power : terms.spherical) add({terms.radius, {}, {}, {power}});
+  return design;
+}
+
+// The triangle of the QR decomposition of `rows`, with zero rows below where there are fewer rows than
+// columns.
+MatrixXd triangle_of(const MatrixXd& rows) {
+  const Eigen::HouseholderQR<MatrixXd> qr(rows);
+  MatrixXd triangle = MatrixXd::Zero(rows.cols(), rows.cols());
+  const Index filled = std::min(rows.rows(), rows.cols());
+  triangle.topRows(filled) = qr.matrixQR().topRows(filled).triangularView<Eigen::Upper>();
+  return triangle;
+}
+
+// R of [A | height] (Demmel, Grigori, Hoemmen & Langou 2012, TSQR): triangles of blocks, stacked and reduced.
+MatrixXd factor_of(const TermSet& terms, const MapPoints& points, int threads) {
+  const Index columns = terms.size() + 1, block_points = std::max(kBlockPoints, 4 * columns);
+  const Index blocks = (points.size() + block_points - 1) / block_points;
+  MatrixXd factor = MatrixXd::Zero(columns, columns);
+  for (Index wave = 0; wave < blocks; wave += kWaveBlocks) {
+    const Index count = std::min(kWaveBlocks, blocks - wave);
+    MatrixXd stack((count + 1) * columns, columns);
+    stack.topRows(columns) = factor;
+    parallel_for(std::size_t(count), threads, [&](std::size_t b) {
+      const Index begin = (wave + Index(b)) * block_points;
+      const Index size = std::min(block_points, points.size() - begin);
+      MatrixXd rows(size, columns);
+      rows.leftCols(columns - 1) =
+          design_of(terms, points.x.segment(begin, size), points.y.segment(begin, size));
+      rows.col(columns - 1) = points.height.segment(begin, size);
+      stack.middleRows((Index(b) + 1) * columns, columns) = triangle_of(rows);
+    });
+    factor = triangle_of(stack);
+  }
+  return factor;
+}
+
+VectorXd column_norms(const TermSet& terms, const MapPoints& points, int threads) {
+  const Index blocks = (points.size() + kBlockPoints - 1) / kBlockPoints;
+  MatrixXd squares(terms.size(), blocks);
+  parallel_for(std::size_t(blocks), threads, [&](std::size_t b) {
+    const Index begin = Index(b) * kBlockPoints, size = std::min(kBlockPoints, points.size() - begin);
+    squares.col(Index(b)) = design_of(terms, points.x.segment(begin, size), points.y.segment(begin, size))
+                                .colwise()
+                                .squaredNorm()
+                                .transpose();
+  });
+  return squares.rowwise().sum().cwiseSqrt();
+}
+
+// A column of zeros (the sine of frequency 0) stays as it is and shows as a missing rank.
+VectorXd inverse_scale(const VectorXd& norm) {
+  return norm.unaryExpr([](double n) { return n > 0 ? 1 / n : 1.0; });
+}
+
+double bounded_ratio(double largest, double smallest) {
+  const double eps = std::numeric_limits<double>::epsilon();
+  return largest > 0 ? largest / std::max(smallest, eps * largest) : 1 / eps;
+}
+
+// Moves coefficients and root along the null space to where the counted coefficients are smallest.
+void to_minimum_norm(const MatrixXd& null_space, const std::vector<bool>& free, MapSolution* solution) {
+  std::vector<Index> counted;
+  for (Index j = 0; j < null_space.rows(); ++j)
+    if (!free[std::size_t(j)]) counted.push_back(j);
+  const Eigen::CompleteOrthogonalDecomposition<MatrixXd> reach(null_space(counted, Eigen::all));
+  const VectorXd step = reach.solve(solution->coefficients(counted));
+  solution->coefficients -= null_space * step;
+  const MatrixXd steps = reach.solve(solution->root(counted, Eigen::all));
+  solution->root -= null_space * steps;
+}
+
+}  // namespace
+
+MapSolution solve_by_qr(const TermSet& terms, const MapPoints& points, const std::vector<bool>& free,
+                        int threads) {
+  const Index count = terms.size();
+  const MatrixXd factor = factor_of(terms, points, threads);
+  MapSolution solution;
+  solution.column_norm = factor.leftCols(count).colwise().norm().transpose();
+  const VectorXd inverse = inverse_scale(solution.column_norm);
+  const MatrixXd scaled = factor.topLeftCorner(count, count) * inverse.asDiagonal();
+  const SingularValues svd = singular_values(scaled);
+  const VectorXd& singular = svd.values;
+  const Index rank = (singular.array() > kNumericalRank * singular[0]).count();
+  solution.rank = int(rank);
+  solution.condition_number = bounded_ratio(singular[0], singular[count - 1]);
+  solution.root =
+      inverse.asDiagonal() * svd.right.leftCols(rank) * singular.head(rank).cwiseInverse().asDiagonal();
+  solution.coefficients =
+      solution.root * (svd.left.leftCols(rank).transpose() * factor.topRightCorner(count, 1));
+  if (rank < count)
+    to_minimum_norm(inverse.asDiagonal() * svd.right.rightCols(count - rank), free, &solution);
+  return solution;
+}
+
+MapSolution solve_by_conjugate_gradients(const TermSet& terms, const MapPoints& points, int threads) {
+  constexpr int kIterations = 5000;
+  constexpr double kRelativeGradient = 1e-13;
+  MapSolution solution;
+  solution.column_norm = column_norms(terms, points, threads);
+  solution.rank = int(terms.size());
+  const VectorXd inverse = inverse_scale(solution.column_norm);
+  const SurfaceOperator surface(terms, points.x, points.y, threads);
+  SurfaceField field, weights;
+  weights.resize(points.size());
+  weights.slope_x.setZero();
+  weights.slope_y.setZero();
+  const auto gradient = [&](const Eigen::ArrayXd& residual) -> VectorXd {
+    weights.height = residual;
+    return inverse.cwiseProduct(surface.apply_transpose(weights));
+  };
+
+  VectorXd scaled = VectorXd::Zero(terms.size());
+  Eigen::ArrayXd residual = points.height;
+  VectorXd descent = gradient(residual), direction = descent;
+  const double first = descent.squaredNorm();
+  double now = first;
+  std::vector<double> diagonal, beside;  // Lanczos matrix of the normal equations
+  double alpha_before = 1, beta = 0;
+  for (int i = 0; i < kIterations && now > kRelativeGradient * kRelativeGradient * first; ++i) {
+    surface.apply(inverse.cwiseProduct(direction), &field);
+    const double alpha = now / field.height.matrix().squaredNorm();
+    scaled += alpha * direction;
+    residual -= alpha * field.height;
+    descent = gradient(residual);
+    if (i > 0) beside.push_back(std::sqrt(beta) / alpha_before);
+    diagonal.push_back(1 / alpha + (i > 0 ? beta / alpha_before : 0.0));
+    const double next = descent.squaredNorm();
+    beta = next / now;
+    direction = descent + beta * direction;
+    alpha_before = alpha;
+    now = next;
+  }
+  solution.converged = now <= kRelativeGradient * kRelativeGradient * first;
+  solution.coefficients = inverse.cwiseProduct(scaled);
+  if (diagonal.empty()) return solution;
+  Eigen::SelfAdjointEigenSolver<MatrixXd> lanczos;
+  lanczos.computeFromTridiagonal(Eigen::Map<const VectorXd>(diagonal.data(), Index(diagonal.size())),
+                                 Eigen::Map<const VectorXd>(beside.data(), Index(beside.size())),
+                                 Eigen::EigenvaluesOnly);
+  const VectorXd& values = lanczos.eigenvalues();
+  solution.condition_number = std::sqrt(bounded_ratio(values[values.size() - 1], std::max(values[0], 0.0)));
+  return solution;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,210 @@
+#include "aberfit/fit/map_fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "aberfit/core/random.h"
+#include "aberfit/terms/surface_operator.h"
+#include "independent_points.h"
+#include "map_design.h"
+
+namespace aberfit {
+namespace {
+
+using Eigen::ArrayXd;
+using Eigen::Index;
+using Eigen::VectorXd;
+
+// Most terms a dense triangle is made for: 18 MB and some seconds of singular values.
+constexpr Index kDenseTerms = 1500;
+constexpr double kRimRounding = 1e-9;  // a circle through points must hold them
+
+void check(const HeightMap& map, const MapFitOptions& options) {
+  if (!(map.pitch_x > 0) || !(map.pitch_y > 0))
+    throw std::invalid_argument("fit_map: the map has no pitch, so that its points have no place");
+  if (!(options.held_out >= 0 && options.held_out < 1))
+    throw std::invalid_argument(fmt::format("fit_map: held_out is {}, must be in [0, 1)", options.held_out));
+}
+
+// Points of the map with their index in the grid, and the share of them that the fit does not see.
+struct ChosenPoints {
+  MapPoints fitted, held_out;
+  std::vector<Index> fitted_index;
+  double largest_distance = 0;
+};
+
+MapPoints gather(const HeightMap& map, const std::vector<Index>& index) {
+  const Index count = Index(index.size());
+  MapPoints points{ArrayXd(count), ArrayXd(count), ArrayXd(count)};
+  for (Index i = 0; i < count; ++i) {
+    const Index at = index[std::size_t(i)];
+    points.x[i] = map.x(at % map.columns());
+    points.y[i] = map.y(at / map.columns());
+    points.height[i] = map.height.data()[at];
+  }
+  return points;
+}
+
+ChosenPoints choose(const HeightMap& map, double radius, const MapFitOptions& options) {
+  const RandomStream stream(options.seed, "map-fit-held-out");
+  ChosenPoints chosen;
+  std::vector<Index> held_out;
+  for (Index at = 0; at < map.height.size(); ++at) {
+    if (!std::isfinite(map.height.data()[at])) continue;
+    const double distance = std::hypot(map.x(at % map.columns()), map.y(at / map.columns()));
+    if (radius > 0 && distance > radius * (1 + kRimRounding)) continue;
+    chosen.largest_distance = std::max(chosen.largest_distance, distance);
+    (stream.uniform(std::uint64_t(at)) < options.held_out ? held_out : chosen.fitted_index).push_back(at);
+  }
+  chosen.fitted = gather(map, chosen.fitted_index);
+  chosen.held_out = gather(map, held_out);
+  return chosen;
+}
+
+// The terms with the piston and tilt they lack, appended to the Zernikes.
+struct JointTerms {
+  TermSet terms;
+  std::vector<bool> added;       // per term
+  std::vector<Index> requested;  // where the terms of the caller are
+};
+
+JointTerms join(const TermSet& terms, double largest_distance) {
+  JointTerms joint{terms, {}, {}};
+  // Plane waves need no radius, the added tilt does: any length of the map's size.
+  if (!(joint.terms.radius > 0) && terms.zernike.empty() && terms.spherical.empty())
+    joint.terms.radius = largest_distance > 0 ? largest_distance : 1;
+  for (const ZernikeMode mode : {ZernikeMode{0, 0}, ZernikeMode{1, -1}, ZernikeMode{1, 1}})
+    if (std::find(terms.zernike.begin(), terms.zernike.end(), mode) == terms.zernike.end())
+      joint.terms.zernike.push_back(mode);
+  joint.added.assign(std::size_t(joint.terms.size()), false);
+  for (Index j = 0; j < joint.terms.size(); ++j) {
+    const bool added = j >= terms.fourier_begin() && j < joint.terms.fourier_begin();
+    joint.added[std::size_t(j)] = added;
+    if (!added) joint.requested.push_back(j);
+  }
+  return joint;
+}
+
+double rms(const ArrayXd& values) { return values.size() > 0 ? std::sqrt(values.square().mean()) : 0.0; }
+
+// rho^p is a sum of the m = 0 Zernikes up to n = p; the piston is always in the fit.
+bool overlaps_m0(const TermSet& terms) {
+  const auto has = [&](int n) {
+    return std::find(terms.zernike.begin(), terms.zernike.end(), ZernikeMode{n, 0}) != terms.zernike.end();
+  };
+  return std::any_of(terms.spherical.begin(), terms.spherical.end(), [&](int power) {
+    for (int n = 2; n <= power; n += 2)
+      if (!has(n)) return false;
+    return true;
+  });
+}
+
+ArrayXd residual_at(const TermSet& terms, const VectorXd& coefficients, const MapPoints& points,
+                    int threads) {
+  SurfaceField field;
+  SurfaceOperator(terms, points.x, points.y, threads).apply(coefficients, &field);
+  return points.height - field.height;
+}
+
+// Standard deviations from the residuals and how far they are correlated.
+void fill_uncertainty(const HeightMap& map, const ChosenPoints& points, const ArrayXd& residual,
+                      const JointTerms& joint, const MapSolution& solution, int threads,
+                      MapFitResult* result) {
+  Grid grid = Grid::Zero(map.rows(), map.columns());
+  for (Index i = 0; i < residual.size(); ++i) grid.data()[points.fitted_index[std::size_t(i)]] = residual[i];
+  const double neighbours = correlated_neighbours(grid, map.pitch_x, map.pitch_y, threads);
+  result->independent_points = double(residual.size()) / neighbours;
+  // The fit takes `rank` of the independent residuals along.
+  double left = result->independent_points - double(solution.rank);
+  if (left < 1) {
+    left = 1;
+    result->warnings.push_back(
+        {"few-independent-points",
+         fmt::format("the residuals amount to {:.3g} independent points, no more than the {} terms fitted: "
+                     "their standard deviations are rough",
+                     result->independent_points, solution.rank)});
+  }
+  const double variance = residual.square().sum() / left;  // s^2 times points / independent points
+  const Index count = Index(joint.requested.size());
+  if (solution.root.size() == 0) {
+    result->coefficient_std = std::sqrt(variance) * solution.column_norm(joint.requested).cwiseInverse();
+    return;
+  }
+  const Eigen::MatrixXd root = solution.root(joint.requested, Eigen::all);
+  result->covariance = Eigen::MatrixXd::Zero(count, count);
+  result->covariance.selfadjointView<Eigen::Lower>().rankUpdate(root, variance);
+  result->covariance.triangularView<Eigen::StrictlyUpper>() = result->covariance.transpose();
+  result->coefficient_std = result->covariance.diagonal().cwiseSqrt();
+}
+
+void fill_status(const TermSet& terms, const JointTerms& joint, const MapSolution& solution,
+                 MapFitResult* result) {
+  const int added = int(joint.terms.size() - terms.size());
+  result->rank = std::max(0, solution.rank - added);
+  result->condition_number = solution.condition_number;
+  if (!solution.converged || !result->coefficients.allFinite()) {
+    result->status = MapFitResult::Status::kFailed;
+    result->message = "the solution did not settle: the terms are nearly dependent on this mask";
+    return;
+  }
+  if (solution.rank == joint.terms.size()) {
+    result->status = MapFitResult::Status::kConverged;
+    result->message = fmt::format("{} terms from {} points, condition number {:.3g}", terms.size(),
+                                  result->points, result->condition_number);
+    return;
+  }
+  result->status = MapFitResult::Status::kRankDeficient;
+  result->message =
+      fmt::format("the points tell {} of {} terms apart; of all solutions the one of least norm is given",
+                  result->rank, terms.size());
+  if (overlaps_m0(terms))
+    result->warnings.push_back({"m0-overlap",
+                                "spherical powers are sums of the m = 0 Zernikes fitted beside them: how the "
+                                "height is shared between the two is a convention (least norm)"});
+}
+
+}  // namespace
+
+MapFitResult fit_map(const HeightMap& map, const TermSet& terms, const MapFitOptions& options) {
+  check(map, options);
+  MapFitResult result;
+  const ChosenPoints points = choose(map, terms.radius, options);
+  result.points = points.fitted.size();
+  result.held_out_points = points.held_out.size();
+  if (result.points == 0 || terms.size() == 0) {
+    result.status = MapFitResult::Status::kFailed;
+    result.message = terms.size() == 0 ? "there are no terms to fit"
+                                       : "no valid point of the map lies within the radius of the terms";
+    return result;
+  }
+  ArrayXd all(result.points + result.held_out_points);
+  all << points.fitted.height, points.held_out.height;
+  result.rms_map = rms(all - all.mean());
+
+  const JointTerms joint = join(terms, points.largest_distance);
+  const bool dense = joint.terms.size() <= kDenseTerms;
+  const MapSolution solution =
+      dense ? solve_by_qr(joint.terms, points.fitted, joint.added, options.threads)
+            : solve_by_conjugate_gradients(joint.terms, points.fitted, options.threads);
+  if (!dense)
+    result.warnings.push_back(
+        {"iterative-solution",
+         fmt::format("{} terms are too many for a dense solution: standard deviations are those of terms "
+                     "orthogonal on the mask (a lower bound), there is no covariance and no rank",
+                     terms.size())});
+  result.coefficients = solution.coefficients(joint.requested);
+  const ArrayXd residual = residual_at(joint.terms, solution.coefficients, points.fitted, options.threads);
+  result.rms_residual = rms(residual);
+  result.rms_held_out =
+      rms(residual_at(joint.terms, solution.coefficients, points.held_out, options.threads));
+  fill_status(terms, joint, solution, &result);
+  if (result.status != MapFitResult::Status::kFailed)
+    fill_uncertainty(map, points, residual, joint, solution, options.threads, &result);
+  return result;
+}
+
+}  // namespace aberfit
