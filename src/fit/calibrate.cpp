@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <stdexcept>
 
 #include "focus_residuals.h"
 #include "posterior.h"
@@ -30,25 +31,74 @@ class PriorResiduals : public ceres::CostFunction {
   Eigen::VectorXd centre_;
 };
 
-// Largest residual of the targets; the guides behind them do not count.
-double worst_mismatch(const FitProblem& problem, const Eigen::VectorXd& residuals) {
-  return residuals.size() == 0 ? 0.0
-                               : residuals.head(Eigen::Index(problem.targets.size())).cwiseAbs().maxCoeff();
+// The residual blocks of one solve: focal statistics, PSD bins, or both.
+struct Blocks {
+  std::unique_ptr<FocusResiduals> focus;
+  std::unique_ptr<SpectrumResiduals> spectrum;
+
+  Blocks(const FitProblem& problem, double width, int threads) {
+    if (!problem.targets.empty() || !problem.guides.empty())
+      focus = std::make_unique<FocusResiduals>(problem, width, threads);
+    if (problem.spectrum && problem.spectrum->bins() > 0)
+      spectrum = std::make_unique<SpectrumResiduals>(problem);
+  }
+  bool empty() const { return !focus && !spectrum; }
+  int evaluations() const {
+    return std::max(focus ? focus->evaluations() : 0, spectrum ? spectrum->evaluations() : 0);
+  }
+};
+
+// Values and derivatives of all blocks at one point; empty where a block is absent or had none.
+struct LastPoint {
+  WhiteResiduals::Linearisation focus, spectrum;
+
+  LastPoint() = default;
+  explicit LastPoint(const Blocks& blocks) {
+    if (blocks.focus) focus = blocks.focus->last();
+    if (blocks.spectrum) spectrum = blocks.spectrum->last();
+  }
+  Eigen::MatrixXd jacobian() const {
+    Eigen::MatrixXd all(focus.jacobian.rows() + spectrum.jacobian.rows(),
+                        std::max(focus.jacobian.cols(), spectrum.jacobian.cols()));
+    if (focus.jacobian.rows() > 0) all.topRows(focus.jacobian.rows()) = focus.jacobian;
+    if (spectrum.jacobian.rows() > 0) all.bottomRows(spectrum.jacobian.rows()) = spectrum.jacobian;
+    return all;
+  }
+};
+
+bool complete(const Blocks& blocks, const LastPoint& last) {
+  return (!blocks.focus || last.focus.residuals.size() > 0) &&
+         (!blocks.spectrum || last.spectrum.residuals.size() > 0);
+}
+
+// Largest residual of the targets and PSD bins; the guides behind the targets do not count.
+double worst_mismatch(const FitProblem& problem, const Blocks& blocks) {
+  const auto largest = [](const auto& residuals) {
+    return residuals.size() == 0 ? 0.0 : residuals.cwiseAbs().maxCoeff();
+  };
+  double worst = 0;
+  if (blocks.focus) {
+    const Eigen::VectorXd& residuals = blocks.focus->last().residuals;
+    worst = largest(
+        residuals.head(std::min<Eigen::Index>(residuals.size(), Eigen::Index(problem.targets.size()))));
+  }
+  if (blocks.spectrum) worst = std::max(worst, largest(blocks.spectrum->last().residuals));
+  return worst;
 }
 
 // Ends a solve as soon as every statistic is within tolerance, reports progress, and hears a wish to cancel.
 class Watch : public ceres::IterationCallback {
  public:
-  Watch(const FitProblem& problem, const FocusResiduals& residuals, const FitOptions& options,
-        int iterations_before, std::chrono::steady_clock::time_point begin)
+  Watch(const FitProblem& problem, const Blocks& blocks, const FitOptions& options, int iterations_before,
+        std::chrono::steady_clock::time_point begin)
       : problem_(problem),
-        residuals_(residuals),
+        blocks_(blocks),
         options_(options),
         iterations_before_(iterations_before),
         begin_(begin) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    const double mismatch = worst_mismatch(problem_, residuals_.last().residuals);
+    const double mismatch = worst_mismatch(problem_, blocks_);
     if (options_.progress) {
       const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin_;
       if (!options_.progress(
@@ -64,7 +114,7 @@ class Watch : public ceres::IterationCallback {
 
  private:
   const FitProblem& problem_;
-  const FocusResiduals& residuals_;
+  const Blocks& blocks_;
   const FitOptions& options_;
   int iterations_before_;
   std::chrono::steady_clock::time_point begin_;
@@ -96,16 +146,16 @@ struct Solve {
 
 // One solve at one smoothing width from result->white, which it moves.
 Solve solve_once(const FitProblem& problem, const Eigen::VectorXd& centre, const FitOptions& options,
-                 double width, std::chrono::steady_clock::time_point begin,
-                 FocusResiduals::Linearisation* last, FitResult* result) {
+                 double width, std::chrono::steady_clock::time_point begin, LastPoint* last,
+                 FitResult* result) {
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  FocusResiduals residuals(problem, width * problem.focal_sigma, options.threads);
+  const Blocks residuals(problem, width * problem.focal_sigma, options.threads);
   std::vector<std::unique_ptr<PriorResiduals>> priors;
   ceres::Problem ceres_problem(ownership);
   std::vector<double*> blocks;
   Eigen::Index at = 0;
-  for (const int size : residuals.parameter_block_sizes()) {
+  for (const int size : white_block_sizes(problem.prior.size())) {
     blocks.push_back(result->white.data() + at);
     ceres_problem.AddParameterBlock(blocks.back(), size);
     priors.push_back(std::make_unique<PriorResiduals>(centre.segment(at, size)));
@@ -116,7 +166,8 @@ Solve solve_once(const FitProblem& problem, const Eigen::VectorXd& centre, const
     }
     at += size;
   }
-  ceres_problem.AddResidualBlock(&residuals, nullptr, blocks);
+  if (residuals.focus) ceres_problem.AddResidualBlock(residuals.focus.get(), nullptr, blocks);
+  if (residuals.spectrum) ceres_problem.AddResidualBlock(residuals.spectrum.get(), nullptr, blocks);
 
   Watch watch(problem, residuals, options, result->iterations, begin);
   ceres::Solver::Options ceres_options =
@@ -128,20 +179,59 @@ Solve solve_once(const FitProblem& problem, const Eigen::VectorXd& centre, const
   result->iterations += std::max(0, int(summary.iterations.size()) - 1);
   result->evaluations += residuals.evaluations();
   result->final_cost = summary.final_cost;
-  *last = residuals.last();
+  *last = LastPoint(residuals);
   if (watch.cancelled()) return {FitStatus::kCancelled, "cancelled"};
-  if (!summary.IsSolutionUsable() || last->residuals.size() == 0)
+  if (!summary.IsSolutionUsable() || !complete(residuals, *last))
     return {FitStatus::kFailed, "the solver failed: " + summary.message};
-  const double mismatch = worst_mismatch(problem, last->residuals);
+  const double mismatch = worst_mismatch(problem, residuals);
   if (mismatch <= options.stop_at)
-    return {FitStatus::kConverged,
-            fmt::format("every statistic is within {:.2g} of its tolerance", mismatch)};
+    return {FitStatus::kConverged, fmt::format("every target is within {:.2g} of its tolerance", mismatch)};
   if (summary.termination_type == ceres::CONVERGENCE)
     return {FitStatus::kConverged,
             fmt::format("the cost is at a minimum; the largest mismatch is {:.3g} tolerances", mismatch)};
   return {FitStatus::kNotConverged,
           fmt::format("stopped after {} iterations; the largest mismatch is {:.3g} tolerances",
                       result->iterations, mismatch)};
+}
+
+void check_spectrum(const FitProblem& problem) {
+  const Eigen::Index bins = problem.spectrum ? problem.spectrum->bins() : 0;
+  const auto check = [bins](const Eigen::VectorXd& values, const char* name) {
+    if (values.size() != bins || !values.allFinite() || !(values.array() > 0).all())
+      throw std::invalid_argument(
+          fmt::format("FitProblem: {} needs one positive number for each of {} PSD bins", name, bins));
+  };
+  check(problem.spectrum_target, "spectrum_target");
+  check(problem.spectrum_tolerance, "spectrum_tolerance");
+}
+
+// Half the squares of the target residuals at the start; why not, where a block has no derivative there.
+struct StartCost {
+  double value = 0;
+  std::string trouble;
+};
+StartCost start_cost(const FitProblem& problem, const Eigen::VectorXd& start, double width, int threads) {
+  const Blocks blocks(problem, width, threads);
+  StartCost cost;
+  WhiteResiduals::Linearisation here;
+  if (blocks.empty()) cost.trouble = "there is nothing to fit: neither targets nor guides nor PSD bins";
+  if (blocks.focus) {
+    if (blocks.focus->linearise(start, false, &here))
+      cost.value += 0.5 * here.residuals.squaredNorm();
+    else
+      cost.trouble =
+          "a focal statistic has no derivative at the start (all rays on one point, or a kernel wider than "
+          "the spot): start from a draw instead of the perfect mirror";
+  }
+  if (blocks.spectrum) {
+    if (blocks.spectrum->linearise(start, true, &here))
+      cost.value += 0.5 * here.residuals.squaredNorm();
+    else
+      cost.trouble =
+          "a PSD bin of the surface is zero at the start, so that its logarithm has no value: start from a "
+          "draw instead of the perfect mirror, and ask only for bins that the terms reach";
+  }
+  return cost;
 }
 
 }  // namespace
@@ -165,7 +255,14 @@ std::string to_string(FitStatus status) {
 }
 
 bool within_tolerance(const FitProblem& problem, const FitResult& result, double share) {
-  if (result.smooth_statistics.size() != Eigen::Index(problem.targets.size())) return false;
+  const Eigen::Index bins = problem.spectrum ? problem.spectrum->bins() : 0;
+  if (result.smooth_statistics.size() != Eigen::Index(problem.targets.size()) ||
+      result.spectrum.size() != bins)
+    return false;
+  for (Eigen::Index b = 0; b < bins; ++b)
+    if (!(std::abs(std::log(result.spectrum[b] / problem.spectrum_target[b])) <=
+          share * problem.spectrum_tolerance[b]))
+      return false;
   for (std::size_t k = 0; k < problem.targets.size(); ++k) {
     const Target& target = problem.targets[k];
     if (!(std::abs(result.smooth_statistics[Eigen::Index(k)] - target.value) <= share * target.tolerance))
@@ -178,43 +275,37 @@ std::string solver_version() { return CERES_VERSION_STRING; }
 
 FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, const FitOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
+  check_spectrum(problem);
   FitResult result;
   result.white = start;
   result.coefficients = problem.prior.colour(start);
   const Eigen::VectorXd centre =
       options.prior == PriorMode::kNearStart ? start : Eigen::VectorXd::Zero(start.size()).eval();
 
-  Eigen::VectorXd values;
   const double first_width = options.smoothing.front() * problem.focal_sigma;
-  if (!FocusModel(problem, first_width, options.threads)(start, &values, nullptr)) {
+  const StartCost cost = start_cost(problem, start, first_width, options.threads);
+  if (!cost.trouble.empty()) {
     result.status = FitStatus::kDegenerate;
-    result.message =
-        "a focal statistic has no derivative at the start (all rays on one point, or a kernel wider than the "
-        "spot): start "
-        "from a draw instead of the perfect mirror";
+    result.message = cost.trouble;
     return result;
   }
-  double cost = options.prior == PriorMode::kNearStart ? 0.0 : start.squaredNorm();
-  const auto add_cost = [&cost](double value, const Target& target) {
-    const double residual = (value - target.value) / target.tolerance;
-    cost += residual * residual;
-  };
-  Eigen::Index at = 0;
-  for (const Target& target : problem.targets) add_cost(values[at++], target);
-  for (const Target& guide : problem.guides) add_cost(values[at++], guide);
-  result.initial_cost = 0.5 * cost;
+  result.initial_cost =
+      cost.value + (options.prior == PriorMode::kNearStart ? 0.0 : 0.5 * start.squaredNorm());
 
-  FocusResiduals::Linearisation last;
+  LastPoint last;
   for (const double width : options.smoothing) {
     const Solve solve = solve_once(problem, centre, options, width, begin, &last, &result);
     result.status = solve.status;
     result.message = solve.message;
     if (solve.status == FitStatus::kFailed || solve.status == FitStatus::kCancelled) break;
+    if (problem.targets.empty() && problem.guides.empty()) break;  // the spectrum knows no smoothing
   }
   result.coefficients = problem.prior.colour(result.white);
   result.smooth_statistics =
-      last.values.head(std::min<Eigen::Index>(last.values.size(), problem.targets.size()));
-  if (last.jacobian.size() > 0) fill_posterior(problem, last.jacobian, &result);
+      last.focus.values.head(std::min<Eigen::Index>(last.focus.values.size(), problem.targets.size()));
+  result.spectrum = last.spectrum.values;
+  if (const Eigen::MatrixXd jacobian = last.jacobian(); jacobian.size() > 0)
+    fill_posterior(problem, jacobian, &result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
 }

@@ -1,6 +1,7 @@
 #include "focus_residuals.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "aberfit/core/parallel.h"
 
@@ -53,41 +54,75 @@ bool FocusModel::operator()(const Eigen::VectorXd& white, Eigen::VectorXd* value
   return jacobian->allFinite();
 }
 
-FocusResiduals::FocusResiduals(const FitProblem& problem, double width, int threads)
-    : problem_(problem), targets_(problem.targets), model_(problem, width, threads) {
-  targets_.insert(targets_.end(), problem.guides.begin(), problem.guides.end());
-  set_num_residuals(int(targets_.size()));
-  *mutable_parameter_block_sizes() = white_block_sizes(problem.prior.size());
+WhiteResiduals::WhiteResiduals(int residuals, Eigen::Index terms) {
+  set_num_residuals(residuals);
+  *mutable_parameter_block_sizes() = white_block_sizes(terms);
 }
 
-bool FocusResiduals::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
+bool WhiteResiduals::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   ++evaluations_;
   const std::vector<int>& sizes = parameter_block_sizes();
-  Eigen::VectorXd white(problem_.prior.size());
+  Eigen::VectorXd white(std::accumulate(sizes.begin(), sizes.end(), Eigen::Index(0)));
   Eigen::Index begin = 0;
   for (std::size_t b = 0; b < sizes.size(); begin += sizes[b], ++b)
     white.segment(begin, sizes[b]) = Eigen::Map<const Eigen::VectorXd>(parameters[b], sizes[b]);
 
-  Eigen::VectorXd values;
-  Eigen::MatrixXd jacobian;
-  if (!model_(white, &values, jacobians ? &jacobian : nullptr)) return false;
-  Eigen::VectorXd scaled(values.size());
-  for (Eigen::Index k = 0; k < values.size(); ++k) {
-    const Target& target = targets_[std::size_t(k)];
-    scaled[k] = (values[k] - target.value) / target.tolerance;
-    if (jacobians) jacobian.row(k) /= target.tolerance;
-  }
-  Eigen::Map<Eigen::VectorXd>(residuals, scaled.size()) = scaled;
+  Linearisation here;
+  if (!linearise(white, jacobians != nullptr, &here)) return false;
+  Eigen::Map<Eigen::VectorXd>(residuals, here.residuals.size()) = here.residuals;
   if (!jacobians) return true;
 
   begin = 0;
   for (std::size_t b = 0; b < sizes.size(); begin += sizes[b], ++b) {
     if (!jacobians[b]) continue;
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    Eigen::Map<RowMajor>(jacobians[b], jacobian.rows(), sizes[b]) = jacobian.middleCols(begin, sizes[b]);
+    Eigen::Map<RowMajor>(jacobians[b], here.jacobian.rows(), sizes[b]) =
+        here.jacobian.middleCols(begin, sizes[b]);
   }
-  last_ = {std::move(values), std::move(scaled), std::move(jacobian)};
+  last_ = std::move(here);
   return true;
+}
+
+FocusResiduals::FocusResiduals(const FitProblem& problem, double width, int threads)
+    : WhiteResiduals(int(problem.targets.size() + problem.guides.size()), problem.prior.size()),
+      targets_(problem.targets),
+      model_(problem, width, threads) {
+  targets_.insert(targets_.end(), problem.guides.begin(), problem.guides.end());
+}
+
+bool FocusResiduals::linearise(const Eigen::VectorXd& white, bool with_jacobian,
+                               Linearisation* result) const {
+  if (!model_(white, &result->values, with_jacobian ? &result->jacobian : nullptr)) return false;
+  result->residuals.resize(result->values.size());
+  for (Eigen::Index k = 0; k < result->values.size(); ++k) {
+    const Target& target = targets_[std::size_t(k)];
+    result->residuals[k] = (result->values[k] - target.value) / target.tolerance;
+    if (with_jacobian) result->jacobian.row(k) /= target.tolerance;
+  }
+  return true;
+}
+
+SpectrumResiduals::SpectrumResiduals(const FitProblem& problem)
+    : WhiteResiduals(int(problem.spectrum->bins()), problem.prior.size()), problem_(problem) {}
+
+bool SpectrumResiduals::linearise(const Eigen::VectorXd& white, bool with_jacobian,
+                                  Linearisation* result) const {
+  Eigen::MatrixXd slopes;  // dS/dc
+  problem_.spectrum->evaluate(problem_.prior.colour(white), &result->values,
+                              with_jacobian ? &slopes : nullptr);
+  const Eigen::ArrayXd bins = result->values;
+  if (!bins.isFinite().all() || !(bins > 0).all()) return false;
+  const Eigen::ArrayXd tolerance = problem_.spectrum_tolerance;
+  result->residuals = (bins / problem_.spectrum_target.array()).log() / tolerance;
+  if (with_jacobian) {
+    // d log S = dS / S;
+    result->jacobian.resize(bins.size(), white.size());
+    for (Eigen::Index b = 0; b < bins.size(); ++b)
+      result->jacobian.row(b) =
+          problem_.prior.colour_transpose((slopes.row(b) / (bins[b] * tolerance[b])).transpose()).transpose();
+    return result->jacobian.allFinite();
+  }
+  return result->residuals.allFinite();
 }
 
 }  // namespace aberfit

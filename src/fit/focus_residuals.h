@@ -29,28 +29,53 @@ class FocusModel {
   RayBundle nominal_;
 };
 
-/// (S_k - T_k) / tolerance_k as one Ceres cost over all white blocks. Remembers the residuals and the
-/// Jacobian of the last point at which Ceres asked for derivatives: that is the accepted point when an
+/// Residuals of the white coordinates as one Ceres cost over all white blocks. Remembers values, residuals
+/// and Jacobian of the last point at which Ceres asked for derivatives: that is the accepted point when an
 /// iteration ends.
-class FocusResiduals : public ceres::CostFunction {
+class WhiteResiduals : public ceres::CostFunction {
  public:
-  FocusResiduals(const FitProblem& problem, double width, int threads);
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
   struct Linearisation {
-    Eigen::VectorXd values;  ///< smooth statistics
+    Eigen::VectorXd values;  ///< what is compared with the targets: smooth statistics, PSD bins [m^4]
     Eigen::VectorXd residuals;
     Eigen::MatrixXd jacobian;  ///< of the residuals
   };
   const Linearisation& last() const { return last_; }
   int evaluations() const { return evaluations_; }
 
+  /// Values and residuals at `white` and, when asked for, the residuals' Jacobian. False where they do not
+  /// exist.
+  virtual bool linearise(const Eigen::VectorXd& white, bool with_jacobian, Linearisation* result) const = 0;
+
+ protected:
+  WhiteResiduals(int residuals, Eigen::Index terms);
+
  private:
-  const FitProblem& problem_;
-  std::vector<Target> targets_;  // with the guides behind them
-  FocusModel model_;
   mutable Linearisation last_;
   mutable int evaluations_ = 0;
+};
+
+/// (S_k - T_k) / tolerance_k, targets, then guides.
+class FocusResiduals : public WhiteResiduals {
+ public:
+  FocusResiduals(const FitProblem& problem, double width, int threads);
+  bool linearise(const Eigen::VectorXd& white, bool with_jacobian, Linearisation* result) const override;
+
+ private:
+  std::vector<Target> targets_;  // with the guides behind them
+  FocusModel model_;
+};
+
+/// log(S_b / T_b) / tolerance_b of the surface's own PSD bins. False where a bin is not positive: there its
+/// logarithm has no value.
+class SpectrumResiduals : public WhiteResiduals {
+ public:
+  explicit SpectrumResiduals(const FitProblem& problem);
+  bool linearise(const Eigen::VectorXd& white, bool with_jacobian, Linearisation* result) const override;
+
+ private:
+  const FitProblem& problem_;
 };
 
 }  // namespace aberfit

@@ -3,9 +3,9 @@
 
 namespace aberfit {
 
-/// Fills the posterior fields of `result` from the residual Jacobian in white coordinates (statistics x
-/// terms): covariance (I + J^T J)^-1 by way of the small matrix I + J J^T, so that cost is linear in the
-/// number of terms.
+/// Fills the posterior fields of `result` from the residual Jacobian in white coordinates (targets,
+/// guides and PSD bins x terms): covariance (I + J^T J)^-1 by way of the small matrix I + J J^T, so that cost
+/// is linear in the number of terms.
 void fill_posterior(const FitProblem& problem, const Eigen::MatrixXd& jacobian, FitResult* result);
 
 }  // namespace aberfit

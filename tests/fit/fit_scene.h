@@ -6,7 +6,7 @@
 namespace aberfit {
 
 /// A small scene for fits: f/7 parabola, Zernikes n = 2..n_max and the given spherical powers, prior from a
-/// uniform PSD of 100 nm.
+/// uniform PSD of 100 nm over a band [cycles/m].
 struct FitScene {
   Mirror mirror;
   PupilSample pupil;
@@ -15,12 +15,13 @@ struct FitScene {
   CoefficientPrior prior;
   double focal_sigma;
 
-  FitScene(int n_max, std::vector<int> spherical, std::int64_t rays, PupilLayout layout, double scale = 1.0)
+  FitScene(int n_max, std::vector<int> spherical, std::int64_t rays, PupilLayout layout, double scale = 1.0,
+           double f_min = 0.5, double f_max = 5)
       : mirror(parabola()),
         pupil(make_pupil(CircleAperture{0.4, 0}, {layout, rays, 1})),
         terms(make_terms(n_max, std::move(spherical))),
         surface(terms, pupil.x, pupil.y, 1),
-        prior(prior_of(terms, scale)) {
+        prior(prior_of(terms, scale, f_min, f_max)) {
     // Scale of the spot: RMS radius of a draw over sqrt 2.
     SurfaceField field;
     surface.apply(prior.colour(draw_white(prior.size(), 1)), &field);
@@ -45,11 +46,11 @@ struct FitScene {
     terms.spherical = std::move(spherical);
     return terms;
   }
-  static CoefficientPrior prior_of(const TermSet& all, double scale) {
+  static CoefficientPrior prior_of(const TermSet& all, double scale, double f_min, double f_max) {
     TermSet zernike = all;
     zernike.spherical.clear();
     std::vector<CoefficientPrior::Block> blocks;
-    const RadialPsd psd(UniformPsd{100e-9 * scale, 0.5, 5});
+    const RadialPsd psd(UniformPsd{100e-9 * scale, f_min, f_max});
     if (zernike.size() > 0) blocks = make_prior(zernike, psd, CovarianceKind::kFull).blocks();
     if (!all.spherical.empty()) blocks.push_back(spherical_prior_block(all, 50e-9 * scale));
     return CoefficientPrior(all.size(), std::move(blocks));

@@ -7,10 +7,12 @@
 #include "aberfit/focus/evaluate.h"
 #include "aberfit/terms/modal_covariance.h"
 #include "aberfit/terms/surface_operator.h"
+#include "aberfit/terms/surface_spectrum.h"
 
 namespace aberfit {
 
-/// What is fitted: coefficients of `surface.terms()` such that the statistics of the traced surface meet the targets.
+/// What is fitted: coefficients of `surface.terms()` such that the statistics of the traced surface meet the targets, and the surface's own
+/// PSD the spectral ones. Either kind may be absent.
 struct FitProblem {
   const Mirror& mirror;
   const PupilSample& pupil;
@@ -22,6 +24,11 @@ struct FitProblem {
   std::vector<Target> guides;
   Centre centre = Centre::kNominal;
   double focal_sigma = 0;  ///< scale of the focal spot [m]; smoothing widths are multiples of it
+  /// PSD bins of the surface as targets beside the statistics; null: none. Residuals: log(S_b(c) / T_b) / tolerance_b. S_b is the surface's
+  /// own bin, not a noisy estimate, so its logarithm has no bias.
+  const SurfaceSpectrum* spectrum = nullptr;
+  Eigen::VectorXd spectrum_target = {};     ///< [m^4], positive, one per bin
+  Eigen::VectorXd spectrum_tolerance = {};  ///< of the natural logarithm of the PSD, positive, one per bin
 };
 
 enum class PriorMode {
@@ -32,7 +39,7 @@ enum class PriorMode {
 struct FitProgress {
   int iteration = 0;
   double cost = 0;             ///< half the sum of squared residuals
-  double worst_mismatch = 0;   ///< largest |S - T| / tolerance over the targets
+  double worst_mismatch = 0;   ///< largest |S - T| / tolerance over the targets, log PSD bins included
   double seconds = 0;
 };
 
@@ -41,7 +48,7 @@ struct FitOptions {
   PriorMode prior = PriorMode::kNearStart;
   int max_iterations = 100;
   std::vector<double> smoothing = {0.1, 0.02};  ///< kernel half-widths in units of focal_sigma, one solve each, coarse to fine
-  double stop_at = 0.5;           ///< stop when every |S - T| <= stop_at * tolerance; solvers otherwise creep along the prior
+  double stop_at = 0.5;           ///< stop when every |S - T| <= stop_at * tolerance, log PSD bins included; solvers otherwise creep along the prior
   double bound = 0;               ///< when > 0: |xi_i| <= bound, coefficients within so many prior standard deviations
   int threads = 1;
   std::function<bool(const FitProgress&)> progress;  ///< called after every iteration; false cancels
@@ -61,7 +68,8 @@ struct FitResult {
   Eigen::VectorXd white;         ///< xi
   Eigen::VectorXd coefficients;  ///< F xi [m]
   Eigen::VectorXd smooth_statistics;   ///< the smooth twins at the solution, in target order
-  // Posterior of the linearised problem (tolerances as noise of targets and guides, prior as prior):
+  Eigen::VectorXd spectrum;            ///< PSD bins at the solution [m^4]; empty without spectral targets
+  // Posterior of the linearised problem (tolerances as noise of targets, guides and log PSD bins, prior as prior):
   Eigen::VectorXd coefficient_std;     ///< [m]
   Eigen::VectorXd statistic_std;       ///< posterior standard deviation of each predicted statistic
   Eigen::VectorXd singular_values;     ///< of the whitened residual Jacobian, descending
@@ -71,10 +79,12 @@ struct FitResult {
 
 /// Solves for the coefficients with Ceres (trust region, CGNR on the whitened problem: identity plus low rank, so that cost stays near linear
 /// in rays and terms) and exact derivatives through L, the trace and the smooth statistics.
-/// start: white coordinates. Residuals: (S_k - T_k) / tolerance_k, and xi - xi0 (or xi).
+/// start: white coordinates. Residuals: (S_k - T_k) / tolerance_k, log(S_b / T_b) / tolerance_b, and xi - xi0 (or xi).
+/// kDegenerate where a statistic or a log PSD bin has no value or derivative at the start. Throws std::invalid_argument for spectral targets
+/// that do not fit the spectrum's bins or are not positive.
 FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, const FitOptions& options);
 
-/// Whether every smooth statistic of `result` is within `share` of its tolerance.
+/// Whether every smooth statistic and log PSD bin of `result` is within `share` of its tolerance.
 bool within_tolerance(const FitProblem& problem, const FitResult& result, double share);
 
 /// Version of the Ceres library this one was built with.
