@@ -16,7 +16,7 @@ std::string map_csv(const HeightMap& map) {
   std::string text;
   const std::string name = detail::one_line(map.label, 200);
   if (!name.empty()) text += "# " + name + "\n";
-  text += "# x [m],y [m],h [m]\n";
+  text += "# of: surface\n# x_m,y_m,height_m\n";
   for (Eigen::Index row = 0; row < map.rows(); ++row)
     for (Eigen::Index column = 0; column < map.columns(); ++column)
       if (std::isfinite(map.height(row, column)))
