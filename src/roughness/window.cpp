@@ -1,0 +1,89 @@
+#include "window.h"
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+namespace aberfit {
+namespace {
+
+using std::numbers::pi;
+
+double window_value(WindowKind window, double t) {
+  const double c = std::cos(2 * pi * t);
+  switch (window) {
+    case WindowKind::kNone:
+      return 1;
+    case WindowKind::kHann:
+      return 0.5 - 0.5 * c;
+    case WindowKind::kHamming:
+      return 0.54 - 0.46 * c;
+    case WindowKind::kBlackmanHarris:  // four terms, -92 dB (Harris 1978, table 1)
+      return 0.35875 - 0.48829 * c + 0.14128 * std::cos(4 * pi * t) - 0.01168 * std::cos(6 * pi * t);
+    case WindowKind::kWelch:
+      return 1 - (2 * t - 1) * (2 * t - 1);
+    case WindowKind::kTukey: {
+      const double edge = std::min(t, 1 - t) / 0.25;
+      return edge >= 1 ? 1 : 0.5 - 0.5 * std::cos(pi * edge);
+    }
+  }
+  return 1;
+}
+
+}  // namespace
+
+std::string to_string(WindowKind window) {
+  switch (window) {
+    case WindowKind::kNone:
+      return "none";
+    case WindowKind::kHann:
+      return "hann";
+    case WindowKind::kHamming:
+      return "hamming";
+    case WindowKind::kBlackmanHarris:
+      return "blackman-harris";
+    case WindowKind::kWelch:
+      return "welch";
+    case WindowKind::kTukey:
+      return "tukey";
+  }
+  return "none";
+}
+
+Eigen::ArrayXd window_values(WindowKind window, Eigen::Index n) {
+  Eigen::ArrayXd w(n);
+  for (Eigen::Index i = 0; i < n; ++i) w[i] = window_value(window, (double(i) + 0.5) / double(n));
+  return w;
+}
+
+int main_lobe(WindowKind window) {
+  switch (window) {
+    case WindowKind::kNone:
+      return 1;
+    case WindowKind::kBlackmanHarris:
+      return 4;
+    default:
+      return 2;
+  }
+}
+
+double lobe(const Eigen::ArrayXd& window, double nu) {
+  std::complex<double> sum = 0;
+  const double step = -2 * pi * nu / double(window.size());
+  for (Eigen::Index i = 0; i < window.size(); ++i) sum += std::polar(window[i], step * (double(i) + 0.5));
+  return std::norm(sum) / (double(window.size()) * window.square().sum());
+}
+
+Eigen::ArrayXd ordinate_covariance(const Eigen::ArrayXd& window) {
+  const Eigen::ArrayXd squared = window.square();
+  const double scale = double(window.size()) / squared.sum();
+  Eigen::ArrayXd result(9);
+  // lobe() of w^2 is |sum|^2/(n sum w^4); undo its normalisation.
+  for (int d = 0; d <= 8; ++d) {
+    const double value = lobe(squared, d) * squared.square().mean() * scale * scale;
+    result[d] = value < 1e-4 ? 0 : value;
+  }
+  return result;
+}
+
+}  // namespace aberfit
