@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -5,6 +6,7 @@
 #include "aberfit/core/quadrature.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "aberfit/roughness/random_surface.h"
+#include "profile_spectrum.h"
 
 namespace aberfit {
 namespace {
@@ -23,25 +25,39 @@ double power_tail(const PowerTerm& term, double f, double h) {
 
 }  // namespace
 
-double profile_psd(const RadialPsd& psd, double f) {
-  assert(f > 0);
-  if (f >= psd.f_max()) return 0;
-  // In u with f'^2 = f^2 + u^2 the integrand S(f') f'/sqrt(f'^2 - f^2) df' is S du: nothing singular at f.
-  static const Quadrature rule = gauss_legendre(32, 0.0, 1.0);
-  double top = psd.f_max(), sum = 0;
-  if (std::isinf(top)) {
-    top = std::max(power_law_limits(psd).high, 2 * f);
-    for (const PowerTerm& term : psd.high_frequency_terms()) sum += power_tail(term, f, top);
+ProfileSpectrum::ProfileSpectrum(const RadialPsd& psd, double lowest) : psd_(psd), tail_from_(psd.f_max()) {
+  assert(lowest > 0);
+  if (std::isinf(tail_from_)) {
+    tail_ = psd.high_frequency_terms();
+    tail_from_ = std::max(power_law_limits(psd).high, 2 * lowest);
   }
+  panels_ = resolved_panels(psd, std::max(lowest, psd.f_min()), tail_from_);
+}
+
+double ProfileSpectrum::operator()(double f) const {
+  assert(f > 0);
+  if (f >= psd_.f_max()) return 0;
+  if (!tail_.empty() && 2 * f > tail_from_) return ProfileSpectrum(psd_, f)(f);
+  static const Quadrature rule = gauss_legendre(32, 0.0, 1.0);
+  double sum = 0;
+  for (const PowerTerm& term : tail_) sum += power_tail(term, f, tail_from_);
   const auto across = [f](double g) { return std::sqrt((g - f) * (g + f)); };
-  for (const PsdPanel& panel : resolved_panels(psd, std::max(f, psd.f_min()), top)) {
-    const double from = across(panel.a), width = across(panel.b) - from;
+  auto panel =
+      std::partition_point(panels_.begin(), panels_.end(), [f](const PsdPanel& p) { return p.b <= f; });
+  // Next to f, in u with g^2 = f^2 + u^2: S g/sqrt(g^2 - f^2) dg is S du, nothing singular. Panels are an
+  // octave wide at most, so that from 2 f on the root is as smooth as S and its nodes serve.
+  for (; panel != panels_.end() && panel->a < 2 * f; ++panel) {
+    const double from = across(std::max(panel->a, f)), width = across(panel->b) - from;
     for (Eigen::Index j = 0; j < rule.nodes.size(); ++j) {
       const double g = std::hypot(f, from + width * rule.nodes[j]);
-      sum += width * rule.weights[j] * psd(std::min(g, psd.f_max()));  // rounding must not leave the band
+      sum += width * rule.weights[j] * psd_(std::min(g, psd_.f_max()));  // rounding must not leave the band
     }
   }
+  for (; panel != panels_.end(); ++panel)
+    sum += (panel->weight * panel->psd / (1 - (f / panel->f).square()).sqrt()).sum();
   return 4 * sum;
 }
+
+double profile_psd(const RadialPsd& psd, double f) { return ProfileSpectrum(psd, f)(f); }
 
 }  // namespace aberfit

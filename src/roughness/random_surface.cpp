@@ -12,6 +12,7 @@
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/random.h"
 #include "aberfit/roughness/fourier_transform.h"
+#include "profile_spectrum.h"
 #include "spectrum_cells.h"
 
 namespace aberfit {
@@ -205,9 +206,12 @@ Profile random_profile(const RadialPsd& psd, Eigen::Index points, double pitch,
   check(1, points, pitch, options);
   // S1 bends sharply, with infinite slope, at a frequency where S jumps. A quarter: one-sided, and the
   // lattice of one row counts its only row twice.
-  const QuadrantVariance variance = [&psd, jump = jumps(psd)](double a, double b, double, double) {
-    const auto s1 = [&psd](double f) { return profile_psd(psd, f); };
-    if (low_cell(a, b) || jumps_between(jump, a, b)) return 0.25 * integral_in_pieces(s1, a, b, jump);
+  const double longest = double(points) * double(options.oversize) * pitch *
+                         std::pow(std::max(2, options.oversize), options.scales - 1);
+  const ProfileSpectrum s1(psd, 0.1 / longest);  // cells start at half a step of the largest grid
+  const QuadrantVariance variance = [&s1, jump = jumps(psd)](double a, double b, double, double) {
+    if (low_cell(a, b) || jumps_between(jump, a, b))
+      return 0.25 * integral_in_pieces(std::cref(s1), a, b, jump);
     const double middle = 0.5 * (a + b), width = b - a;
     return 0.125 * width * (s1(middle - kGaussNode * width) + s1(middle + kGaussNode * width));
   };

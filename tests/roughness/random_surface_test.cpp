@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr double kProfile = 1e-9;  // of S1, as the header promises
-// Cells beyond the eighth are integrated with two nodes a side; the largest error seen is 2e-6 of the
+// Cells beyond the eighth are integrated with two nodes a side; the largest error seen is 6.4e-7 of the
 // variance.
 constexpr double kCells = 1e-5;
 

@@ -23,9 +23,11 @@ class SurfaceSpectrum {
 std::unique_ptr<SurfaceSpectrum> zernike_spectrum(const TermSet& terms, const Eigen::ArrayXd& low,
                                                   const Eigen::ArrayXd& high);
 
-/// Any terms: the surface on a square grid over the disc's inscribed square goes through the same estimator
-/// (detrend, window, bins) as a measurement. Bins are those of the estimator inside [f_min, f_max]; `low`,
-/// `high` get their edges.
+/// Any terms: the surface on a square grid of grid_size x grid_size points in the middle of equal cells over
+/// the disc's inscribed square (side sqrt(2) radius) goes through the same estimator (detrend, window, bins)
+/// as a measured map; lines are not taken out. `low`, `high` get the edges of the estimator's bins, all of
+/// them. Throws std::invalid_argument for a radius that is not positive, a grid below 4 x 4 and a detrending
+/// that leaves nothing.
 std::unique_ptr<SurfaceSpectrum> estimated_spectrum(const TermSet& terms, const PsdEstimatorOptions& options,
                                                     int grid_size, int threads, Eigen::ArrayXd* low,
                                                     Eigen::ArrayXd* high);
