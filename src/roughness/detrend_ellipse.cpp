@@ -1,4 +1,4 @@
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -53,12 +53,13 @@ EllipseFit fit_ellipse(const Profile& profile) {
   const Eigen::VectorXd value = profile.value(valid).matrix();
   // Piston and tilt (of slopes: only the tilt, a constant) are linear: they are projected out of everything.
   const Eigen::MatrixXd linear = legendre_basis(x, -half, half, slope ? 0 : 1);
-  const auto decomposition = linear.householderQr();
-  const auto project = [&](const Eigen::VectorXd& v) {
-    return Eigen::VectorXd(v - linear * decomposition.solve(v));
+  const Eigen::LDLT<Eigen::MatrixXd> normal_linear(linear.transpose() * linear);
+  const auto fit_linear = [&](const Eigen::VectorXd& v) {
+    return Eigen::VectorXd(normal_linear.solve(linear.transpose() * v));
   };
+  const auto project = [&](const Eigen::VectorXd& v) { return Eigen::VectorXd(v - linear * fit_linear(v)); };
   const Eigen::MatrixXd quadric = legendre_basis(x, -half, half, slope ? 1 : 2);
-  const Eigen::VectorXd bend = quadric.householderQr().solve(value);
+  const Eigen::VectorXd bend = (quadric.transpose() * quadric).ldlt().solve(quadric.transpose() * value);
   // P_2 = (3 t^2 - 1)/2 and P_1 = t, t = x/half: second derivative of the height.
   const double curvature = slope ? bend[1] / half : 3 * bend[2] / (half * half);
   const double sign = curvature < 0 ? -1 : 1;
@@ -84,7 +85,7 @@ EllipseFit fit_ellipse(const Profile& profile) {
           jacobian.col(k) = project(model(x, half, up, slope) - model(x, half, down, slope)) / 2e-4;
         }
         if (!jacobian.allFinite()) break;
-        Eigen::Matrix3d normal = jacobian.transpose() * jacobian;
+        const Eigen::Matrix3d normal = jacobian.transpose() * jacobian;
         const Eigen::Vector3d right = jacobian.transpose() * residual;
         bool moved = false;
         double gain = 0;
@@ -92,7 +93,7 @@ EllipseFit fit_ellipse(const Profile& profile) {
           Eigen::Matrix3d damped = normal;
           damped.diagonal() *= 1 + damping;
           damped.diagonal().array() += 1e-14 * normal.trace();
-          const Eigen::Vector3d delta = damped.completeOrthogonalDecomposition().solve(right);
+          const Eigen::Vector3d delta = damped.ldlt().solve(right);
           if (!(delta.norm() < 3)) continue;
           const double there = (data - project(model(x, half, shape + delta, slope))).squaredNorm();
           if (there < cost) gain = (cost - there) / cost, cost = there, shape += delta, moved = true;
@@ -107,7 +108,7 @@ EllipseFit fit_ellipse(const Profile& profile) {
   const Eigen::VectorXd fitted = model(x, half, best.shape, slope),
                         all = model(everywhere, half, best.shape, slope);
   if (!all.allFinite()) return result;
-  const Eigen::VectorXd rest = decomposition.solve(Eigen::VectorXd(sign * value - fitted));
+  const Eigen::VectorXd rest = fit_linear(sign * value - fitted);
   result.converged = true;
   result.p = std::exp(-best.shape[0]);
   result.q = std::exp(-best.shape[1]);

@@ -8,6 +8,7 @@
 #include "periodogram.h"
 #include "psd_estimator_mill.h"
 #include "psd_estimator_response.h"
+#include "spectral_lines.h"
 #include "window.h"
 
 namespace aberfit {
@@ -88,20 +89,36 @@ struct PsdEstimator::Plan {
 
   // ordinate: periodogram, one-sided [m^3] or two-sided [m^4].
   PsdEstimate estimate(const Eigen::ArrayXd& ordinate) const {
+    if (!options.find_lines) return binned(ordinate, bins, response, relative_covariance);
+    const double correlation = 2 * correlation_x.sum() - correlation_x[0];
+    const LineSearch search = find_lines(mill().grid, ordinate, main_lobe(options.window), correlation,
+                                         response.node_frequency, response.transfer);
+    if (search.lines.empty()) return binned(ordinate, bins, response, relative_covariance);
+    const OrdinateBins fewer = logarithmic_bins(mill().grid, options.bins_per_decade, search.left_out);
+    const EstimatorResponse adjusted = estimator_response(mill(), fewer, options.window, threads);
+    PsdEstimate result =
+        binned(ordinate, fewer, adjusted,
+               bin_covariance(mill().grid, fewer, correlation_x, correlation_y, adjusted.low));
+    result.lines = search.lines;
+    return result;
+  }
+
+  PsdEstimate binned(const Eigen::ArrayXd& ordinate, const OrdinateBins& in_bins,
+                     const EstimatorResponse& expectation, const Eigen::MatrixXd& covariance) const {
     PsdEstimate result;
     result.kind = profile_mill ? PsdTableKind::k1dOneSided : PsdTableKind::k2dTwoSided;
     result.options = options;
     result.resolution = mill().grid.resolution();
     result.nyquist = mill().grid.nyquist();
-    result.frequency = bins.frequency, result.low = bins.low, result.high = bins.high,
-    result.count = bins.count;
-    result.psd = bins.mean(ordinate);
-    result.node_frequency = response.node_frequency;
-    result.response = response.matrix;
-    result.relative_covariance = relative_covariance;
+    result.frequency = in_bins.frequency, result.low = in_bins.low, result.high = in_bins.high,
+    result.count = in_bins.count;
+    result.psd = in_bins.mean(ordinate);
+    result.node_frequency = expectation.node_frequency;
+    result.response = expectation.matrix;
+    result.relative_covariance = covariance;
     result.dof = 2 / result.relative_covariance.diagonal().array();
-    result.lower.resize(bins.size()), result.upper.resize(bins.size());
-    for (Eigen::Index b = 0; b < bins.size(); ++b) {
+    result.lower.resize(in_bins.size()), result.upper.resize(in_bins.size());
+    for (Eigen::Index b = 0; b < in_bins.size(); ++b) {
       const boost::math::chi_squared distribution(result.dof[b]);
       const double tail = 0.5 * (1 - options.confidence), level = result.psd[b] * result.dof[b];
       result.lower[b] = level / quantile(complement(distribution, tail));
@@ -148,7 +165,8 @@ PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
   ComplexGrid samples = plan.profile_mill->windowed(detrended);
   const OrdinateGrid& grid = plan.mill().grid;
   const double pitch = 1 / (grid.cols * grid.step_x);
-  PsdEstimate result = plan.estimate((2 * pitch / plan.mill().window_power()) * plan.mill().power(&samples));
+  PsdEstimate result =
+      plan.estimate((2 * pitch / plan.mill().window_power()) * plan.mill().power(std::move(samples)));
   result.rms_height = rms(detrended);
   result.rms_slope = slope_rms(profile, detrended, plan.options.detrend);
   result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
@@ -163,7 +181,7 @@ PsdEstimate PsdEstimator::operator()(const HeightMap& map) const {
     throw std::invalid_argument("the map does not have the geometry this estimator was made for");
   ComplexGrid samples = plan.map_mill->windowed(detrend(plan.map_mill->region(map), plan.options.detrend));
   const double scale = map.pitch_x * map.pitch_y / plan.mill().window_power();
-  PsdEstimate result = plan.estimate(scale * plan.mill().power(&samples));
+  PsdEstimate result = plan.estimate(scale * plan.mill().power(std::move(samples)));
   const HeightMap detrended = detrend(map, plan.options.detrend);
   result.rms_height = rms(detrended);
   result.rms_slope = slope_rms(detrended);

@@ -1,4 +1,4 @@
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -131,9 +131,17 @@ MapMill::MapMill(const HeightMap& geometry, const PsdEstimatorOptions& options) 
           gram(a, b) -= across_(h % grid.cols, ax) * down_(h / grid.cols, ay) * across_(h % grid.cols, bx) *
                         down_(h / grid.cols, by);
       }
-    inverse_gram_ = gram.completeOrthogonalDecomposition().pseudoInverse();
+    inverse_gram_ = gram.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
   }
   prepare(options.window);
+  along_x_ = std::make_unique<FourierTransform>(1, grid.cols);
+  along_y_ = std::make_unique<FourierTransform>(1, grid.rows);
+  across_transform_ = window_x.matrix().asDiagonal() * across_;
+  down_transform_ = window_y.matrix().asDiagonal() * down_;
+  for (Eigen::Index i = 0; i < across_.cols(); ++i) {
+    (*along_x_)(across_transform_.col(i).data());
+    (*along_y_)(down_transform_.col(i).data());
+  }
 }
 
 void MapMill::bridge(ComplexGrid* samples) const {
@@ -149,38 +157,60 @@ void MapMill::bridge(ComplexGrid* samples) const {
     samples->data()[holes_[h]] = {filled(Eigen::Index(h), 0), filled(Eigen::Index(h), 1)};
 }
 
-ComplexGrid MapMill::wave(double u, double v) const {
-  Eigen::VectorXcd ex(grid.cols), ey(grid.rows);
-  for (int i = 0; i < grid.cols; ++i) ex[i] = std::polar(1.0, 2 * pi * u * i / grid.cols);
-  for (int j = 0; j < grid.rows; ++j) ey[j] = std::polar(1.0, 2 * pi * v * j / grid.rows);
-  ComplexGrid samples(grid.rows, grid.cols);
+MapMill::Separable MapMill::separable(double u, double v) const {
+  Separable wave{Eigen::VectorXcd(grid.cols), Eigen::VectorXcd(grid.rows), {}};
+  for (int i = 0; i < grid.cols; ++i) wave.x[i] = std::polar(1.0, 2 * pi * u * i / grid.cols);
+  for (int j = 0; j < grid.rows; ++j) wave.y[j] = std::polar(1.0, 2 * pi * v * j / grid.rows);
   const Eigen::Index n = Eigen::Index(products_.size());
-  Eigen::VectorXcd coefficient;
-  if (n > 0) {
-    // Moments of the separable wave over the full rectangle, minus those of the holes.
-    const Eigen::VectorXcd mx = across_.transpose() * ex, my = down_.transpose() * ey;
-    Eigen::VectorXcd moment(n);
-    for (Eigen::Index a = 0; a < n; ++a) {
-      const auto [i, j] = products_[std::size_t(a)];
-      moment[a] = mx[i] * my[j];
-      for (const int h : holes_)
-        moment[a] -=
-            ex[h % grid.cols] * ey[h / grid.cols] * across_(h % grid.cols, i) * down_(h / grid.cols, j);
-    }
-    coefficient = inverse_gram_ * moment;
+  if (n == 0) return wave;
+  // Moments of the separable wave over the full rectangle, minus those of the holes.
+  const Eigen::VectorXcd mx = across_.transpose() * wave.x, my = down_.transpose() * wave.y;
+  Eigen::VectorXcd moment(n);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    const auto [i, j] = products_[std::size_t(a)];
+    moment[a] = mx[i] * my[j];
+    for (const int h : holes_)
+      moment[a] -=
+          wave.x[h % grid.cols] * wave.y[h / grid.cols] * across_(h % grid.cols, i) * down_(h / grid.cols, j);
   }
+  const Eigen::VectorXcd coefficient = inverse_gram_ * moment;
+  wave.shape = Eigen::MatrixXcd::Zero(across_.cols(), across_.cols());
+  for (Eigen::Index a = 0; a < n; ++a)
+    wave.shape(products_[std::size_t(a)].first, products_[std::size_t(a)].second) = coefficient[a];
+  return wave;
+}
+
+ComplexGrid MapMill::wave(double u, double v) const {
+  const Separable wave = separable(u, v);
+  ComplexGrid samples(grid.rows, grid.cols);
+  Eigen::MatrixXcd along;
+  if (wave.shape.size() > 0) along = wave.shape * down_.transpose();
   for (int j = 0; j < grid.rows; ++j) {
-    samples.row(j) = (ey[j] * ex).transpose().array();
-    if (n == 0) continue;
-    Eigen::VectorXcd along = Eigen::VectorXcd::Zero(across_.cols());
-    for (Eigen::Index a = 0; a < n; ++a)
-      along[products_[std::size_t(a)].first] += coefficient[a] * down_(j, products_[std::size_t(a)].second);
-    for (Eigen::Index i = 0; i < along.size(); ++i)
-      samples.row(j) -= along[i] * across_.col(i).transpose().array().cast<std::complex<double>>();
+    samples.row(j) = (wave.y[j] * wave.x).transpose().array();
+    for (Eigen::Index i = 0; i < along.rows(); ++i)
+      samples.row(j) -= along(i, j) * across_.col(i).transpose().array().cast<std::complex<double>>();
   }
   bridge(&samples);
   apply_window(&samples);
   return samples;
+}
+
+ComplexGrid MapMill::wave_transform(double u, double v) const {
+  if (!holes_.empty()) return Mill::wave_transform(u, v);
+  // Without holes all stays separable and two short transforms are enough.
+  const Separable wave = separable(u, v);
+  Eigen::VectorXcd x = wave.x.cwiseProduct(window_x.matrix()), y = wave.y.cwiseProduct(window_y.matrix());
+  (*along_x_)(x.data());
+  (*along_y_)(y.data());
+  ComplexGrid result(grid.rows, grid.cols);
+  Eigen::MatrixXcd along;
+  if (wave.shape.size() > 0) along = wave.shape * down_transform_.transpose();
+  for (int j = 0; j < grid.rows; ++j) {
+    result.row(j) = (y[j] * x).transpose().array();
+    for (Eigen::Index i = 0; i < along.rows(); ++i)
+      result.row(j) -= along(i, j) * across_transform_.col(i).transpose().array();
+  }
+  return result;
 }
 
 HeightMap MapMill::region(const HeightMap& map) const {

@@ -14,9 +14,15 @@ void Mill::apply_window(ComplexGrid* samples) const {
   for (int j = 0; j < grid.rows; ++j) samples->row(j) *= window_y[j] * window_x.transpose();
 }
 
-Eigen::ArrayXd Mill::power(ComplexGrid* windowed) const {
-  (*transform)(windowed->data());
-  return windowed->reshaped<Eigen::RowMajor>().abs2();
+Eigen::ArrayXd Mill::power(ComplexGrid windowed) const {
+  (*transform)(windowed.data());
+  return windowed.reshaped<Eigen::RowMajor>().abs2();
+}
+
+ComplexGrid Mill::wave_transform(double u, double v) const {
+  ComplexGrid samples = wave(u, v);
+  (*transform)(samples.data());
+  return samples;
 }
 
 }  // namespace aberfit

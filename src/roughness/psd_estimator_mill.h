@@ -22,14 +22,16 @@ class Mill {
   virtual ~Mill() = default;
   /// Windowed samples of the surface exp(2 pi i (u step_x x + v step_y y)).
   virtual ComplexGrid wave(double u, double v) const = 0;
+  /// Its discrete Fourier transform.
+  virtual ComplexGrid wave_transform(double u, double v) const;
 
   OrdinateGrid grid;
   Eigen::ArrayXd window_x, window_y;  ///< window_y is a single 1 for a profile
 
   /// sum over samples of the squared window.
   double window_power() const { return window_x.square().sum() * window_y.square().sum(); }
-  /// |transform|^2 of windowed samples, which are destroyed.
-  Eigen::ArrayXd power(ComplexGrid* windowed) const;
+  /// |transform|^2 of windowed samples.
+  Eigen::ArrayXd power(ComplexGrid windowed) const;
   void apply_window(ComplexGrid* samples) const;
 
  protected:
@@ -67,6 +69,7 @@ class MapMill : public Mill {
  public:
   MapMill(const HeightMap& geometry, const PsdEstimatorOptions& options);
   ComplexGrid wave(double u, double v) const override;
+  ComplexGrid wave_transform(double u, double v) const override;
   /// The part of the map that is estimated from: largest rectangle inside its outline.
   HeightMap region(const HeightMap& map) const;
   /// Windowed samples of a region that is detrended already.
@@ -74,6 +77,12 @@ class MapMill : public Mill {
 
  private:
   void bridge(ComplexGrid* samples) const;
+  // x(i) y(j) - sum_ab shape(a, b) P_a(i) P_b(j): a detrended wave, holes apart.
+  struct Separable {
+    Eigen::VectorXcd x, y;
+    Eigen::MatrixXcd shape;
+  };
+  Separable separable(double u, double v) const;
 
   Eigen::Index row_ = 0, column_ = 0;
   std::vector<int> holes_;  // places in the grid
@@ -86,6 +95,8 @@ class MapMill : public Mill {
   Eigen::MatrixXd across_, down_;  // Legendre polynomials of the columns and of the rows
   std::vector<std::pair<int, int>> products_;
   Eigen::MatrixXd inverse_gram_;
+  std::unique_ptr<FourierTransform> along_x_, along_y_;
+  Eigen::MatrixXcd across_transform_, down_transform_;  // of the windowed polynomials
 };
 
 /// Rectangle of whole pixels.

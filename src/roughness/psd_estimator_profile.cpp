@@ -1,4 +1,4 @@
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -76,7 +76,8 @@ ProfileMill::ProfileMill(const Profile& geometry, const PsdEstimatorOptions& opt
   const int degree = polynomial_degree(options.detrend, true);
   if (degree >= 0) {
     const Eigen::MatrixXd shapes = legendre_basis(x_, x_[0], x_[n - 1], degree);
-    basis_ = shapes.householderQr().householderQ() * Eigen::MatrixXd::Identity(n, degree + 1);
+    const Eigen::MatrixXd gram = shapes.transpose() * shapes;
+    basis_ = gram.llt().matrixL().solve(shapes.transpose()).transpose();
   }
   prepare(options.window);
 }

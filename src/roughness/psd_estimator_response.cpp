@@ -16,7 +16,7 @@ constexpr int kNodesPerDecade = 100;    // linear interpolation of f^-4 between 
 constexpr int kProfileAllWaves = 2400;  // samples; up to here every wave of a profile is sent
 constexpr int kProfileLow = 96, kMapLow = 8, kSmallMapLow = 12;  // ordinates below which every wave is sent
 constexpr int kSmallMap = 150 * 150;                             // points
-constexpr int kProfileWavesPerDecade = 120, kMapWavesPerDecade = 24, kMapDirections = 6;
+constexpr int kProfileWavesPerDecade = 120, kMapWavesPerDecade = 24, kMapDirections = 4;
 
 struct Wave {
   double u, v, measure;
@@ -24,7 +24,7 @@ struct Wave {
 
 // Blocks of one ordinate by one ordinate are cut into sub x sub cells.
 int profile_cells(int a) { return a < 2 ? 16 : a < 4 ? 8 : a < 12 ? 4 : 2; }
-int map_cells(double radius) { return radius < 1.6 ? 8 : radius < 3.5 ? 4 : 2; }
+int map_cells(double radius) { return radius < 1 ? 8 : radius < 3.5 ? 4 : 2; }
 
 class Nodes {
  public:
@@ -145,8 +145,8 @@ EstimatorResponse estimator_response(const Mill& mill, const OrdinateBins& bins,
   std::vector<Eigen::ArrayXd> in_bins(waves.size());
   std::vector<Eigen::VectorXcd> at_low(waves.size());
   parallel_for(waves.size(), threads, [&](std::size_t i) {
-    ComplexGrid samples = mill.wave(waves[i].u, waves[i].v);
-    in_bins[i] = 2 * scale * bins.mean(mill.power(&samples));
+    const ComplexGrid samples = mill.wave_transform(waves[i].u, waves[i].v);
+    in_bins[i] = 2 * scale * bins.mean(samples.reshaped<Eigen::RowMajor>().abs2());
     at_low[i].resize(lows);
     for (Eigen::Index a = 0; a < lows; ++a) at_low[i][a] = samples.data()[result.low.index[std::size_t(a)]];
   });
@@ -196,8 +196,7 @@ EstimatorResponse estimator_response(const Mill& mill, const OrdinateBins& bins,
   std::vector<double> kept(selected.size());
   parallel_for(selected.size(), threads, [&](std::size_t i) {
     const auto [u, v, group] = selected[i];
-    ComplexGrid samples = mill.wave(u, v);
-    Eigen::ArrayXd power = mill.power(&samples);
+    Eigen::ArrayXd power = mill.wave_transform(u, v).reshaped<Eigen::RowMajor>().abs2();
     double measured = 0, ideal = 0;
     const int k0 = int(std::floor(u)), l0 = int(std::floor(v));
     for (int l = grid.profile() ? 0 : l0 - lobe_half + 1; l <= (grid.profile() ? 0 : l0 + lobe_half); ++l)

@@ -1,0 +1,259 @@
+#include "spectral_lines.h"
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace aberfit {
+namespace {
+
+using std::numbers::ln2;
+using std::numbers::pi;
+
+// False alarms per spectrum [probability]; ten times below what is promised, for the continuum's
+// approximations.
+constexpr double kFalseAlarm = 1e-4;
+constexpr int kFirst = 8;  // ordinate
+
+double median(std::vector<double>* values) {
+  const auto middle = values->begin() + std::ptrdiff_t(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+// P(peak > x continuum) for an exponential ordinate over a continuum that is the median of n_effective
+// others: relative variance of that median 2.08/n, hence nu = 0.96 n degrees of freedom, F(2, nu).
+double exceedance(double x, double n_effective) {
+  const double half = std::max(0.48 * n_effective, 1.0);
+  return std::pow(1 + x / half, -half);
+}
+double anywhere(double p, double looks) { return -std::expm1(looks * std::log1p(-std::min(p, 1 - 1e-16))); }
+
+// Piecewise linear log level over log f.
+struct Trend {
+  std::vector<double> log_f, log_level;
+  double operator()(double f) const {
+    if (log_f.empty()) return 1;
+    if (log_f.size() == 1) return std::exp(log_level[0]);
+    const double x = std::log(f);
+    std::size_t i = std::size_t(std::upper_bound(log_f.begin(), log_f.end(), x) - log_f.begin());
+    i = std::clamp<std::size_t>(i, 1, log_f.size() - 1);
+    const double t = (x - log_f[i - 1]) / (log_f[i] - log_f[i - 1]);
+    return std::exp(log_level[i - 1] + t * (log_level[i] - log_level[i - 1]));
+  }
+};
+
+double passed(double f, const Eigen::ArrayXd& nodes, const Eigen::ArrayXd& transfer) {
+  const Eigen::Index n = std::upper_bound(nodes.begin(), nodes.end(), f) - nodes.begin();
+  return std::max(transfer[std::clamp<Eigen::Index>(n, 0, transfer.size() - 1)], 1e-6);
+}
+
+LineSearch profile_lines(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, double correlation,
+                         const Eigen::ArrayXd& nodes, const Eigen::ArrayXd& transfer) {
+  LineSearch search;
+  const int last = (grid.cols - 1) / 2;
+  Trend trend;
+  for (int from = 1; from <= last;) {
+    const int to = std::min(last + 1, std::max(from + 9, int(from * 1.5)));
+    std::vector<double> values(p.begin() + from, p.begin() + to);
+    if (values.size() < 5 && !trend.log_f.empty()) break;
+    trend.log_f.push_back(std::log(0.5 * (from + to - 1)));
+    trend.log_level.push_back(std::log(std::max(median(&values) / ln2, std::numeric_limits<double>::min())));
+    from = to;
+  }
+  Eigen::ArrayXd continuum = Eigen::ArrayXd::Zero(last + 1), chance = Eigen::ArrayXd::Ones(last + 1);
+  std::vector<int> peaks;
+  for (int k = kFirst; k <= last; ++k) {
+    const int reach = std::clamp(int(0.3 * k), 16, 100);
+    std::vector<double> around;
+    for (int i = std::max(1, k - reach); i <= std::min(last, k + reach); ++i)
+      if (std::abs(i - k) > half + 1) around.push_back(p[i] / trend(i));
+    if (around.size() < 8) continue;
+    const double n = double(around.size()) / correlation;
+    continuum[k] = trend(k) * median(&around) / ln2;
+    chance[k] = anywhere(exceedance(p[k] / continuum[k], n), last);
+    if (chance[k] < kFalseAlarm) peaks.push_back(k);
+  }
+  std::sort(peaks.begin(), peaks.end(),
+            [&](int a, int b) { return p[a] / continuum[a] > p[b] / continuum[b]; });
+  for (const int k : peaks) {
+    if (!search.left_out.empty() && search.left_out[std::size_t(k)]) continue;
+    search.left_out.resize(std::size_t(grid.size()), 0);
+    int low = std::max(1, k - half), high = std::min(last, k + half);
+    // Skirts of a strong line stand out, too, and belong to it.
+    while (low > kFirst && chance[low - 1] < kFalseAlarm && p[low - 1] < p[low]) --low;
+    while (high < last && chance[high + 1] < kFalseAlarm && p[high + 1] < p[high]) ++high;
+    SpectralLine line;
+    double power = 0, weighted = 0, weight = 0;
+    for (int i = low; i <= high; ++i) {
+      const double over = p[i] - continuum[k] * trend(i) / trend(k);
+      power += over;
+      if (std::abs(i - k) <= half) weight += std::max(over, 0.0), weighted += std::max(over, 0.0) * i;
+      search.left_out[std::size_t(i)] = search.left_out[std::size_t(grid.conjugate(i))] = 1;
+    }
+    line.frequency = weighted / weight * grid.step_x;
+    line.angle = std::numeric_limits<double>::quiet_NaN();
+    line.rms = std::sqrt(std::max(power, 0.0) * grid.step_x / passed(line.frequency, nodes, transfer));
+    line.strength = p[k] / continuum[k];
+    line.false_alarm = chance[k];
+    search.lines.push_back(line);
+  }
+  return search;
+}
+
+int ring_of(const OrdinateGrid& grid, int i) {
+  return int(std::lround(grid.frequency(i) / grid.coarse_step()));
+}
+
+void plane_waves(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, double correlation,
+                 const Eigen::ArrayXd& nodes, const Eigen::ArrayXd& transfer, LineSearch* search) {
+  const double nyquist = grid.nyquist() * (1 - 1e-9);
+  const int rings = int(nyquist / grid.coarse_step()) + 1;
+  std::vector<std::vector<double>> in_ring(std::size_t(rings) + 1);
+  for (int i = 0; i < grid.size(); ++i) {
+    const double f = grid.frequency(i);
+    if (f > 0 && f < nyquist) in_ring[std::size_t(ring_of(grid, i))].push_back(p[i]);
+  }
+  Trend trend;
+  for (int r = 1; r <= rings; ++r)
+    if (in_ring[std::size_t(r)].size() >= 8) {
+      trend.log_f.push_back(std::log(r * grid.coarse_step()));
+      trend.log_level.push_back(
+          std::log(std::max(median(&in_ring[std::size_t(r)]) / ln2, std::numeric_limits<double>::min())));
+    }
+  struct Peak {
+    int at;
+    double continuum, strength, chance;
+  };
+  std::vector<Peak> peaks;
+  const double looks = 0.4 * grid.size();
+  for (int i = 0; i < grid.size(); ++i) {
+    const double f = grid.frequency(i);
+    const int k = grid.k(i), l = grid.l(i);
+    if (f >= nyquist || f < kFirst * grid.coarse_step() || l < 0 || (l == 0 && k < 0)) continue;
+    const double level = trend(f);
+    if (p[i] < 15 * level) continue;
+    std::vector<double> around;
+    for (int dl = -half - 3; dl <= half + 3; ++dl)
+      for (int dk = -half - 3; dk <= half + 3; ++dk)
+        if (std::abs(dl) > half || std::abs(dk) > half) {
+          const int other = grid.index(k + dk, l + dl);
+          if (grid.frequency(other) > 0) around.push_back(p[other] * level / trend(grid.frequency(other)));
+        }
+    const double n = double(around.size()) / (correlation * correlation);
+    const double continuum =
+        std::max(level, median(&around) / ln2);  // of anisotropic surfaces: the higher one
+    const double chance = anywhere(exceedance(p[i] / continuum, n), looks);
+    if (chance < kFalseAlarm) peaks.push_back({i, continuum, p[i] / continuum, chance});
+  }
+  std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.strength > b.strength; });
+  for (const Peak& peak : peaks) {
+    if (!search->left_out.empty() && search->left_out[std::size_t(peak.at)]) continue;
+    search->left_out.resize(std::size_t(grid.size()), 0);
+    const int k0 = grid.k(peak.at), l0 = grid.l(peak.at);
+    double power = 0, weight = 0, x = 0, y = 0;
+    for (int l = l0 - half; l <= l0 + half; ++l)
+      for (int k = k0 - half; k <= k0 + half; ++k) {
+        const int at = grid.index(k, l);
+        const double over = p[at] - peak.continuum;
+        power += over;
+        weight += std::max(over, 0.0), x += std::max(over, 0.0) * k, y += std::max(over, 0.0) * l;
+        search->left_out[std::size_t(at)] = search->left_out[std::size_t(grid.conjugate(at))] = 1;
+      }
+    SpectralLine line;
+    const double fx = x / weight * grid.step_x, fy = y / weight * grid.step_y;
+    line.frequency = std::hypot(fx, fy);
+    line.angle = std::atan2(fy, fx);
+    if (line.angle < 0) line.angle += pi;
+    if (line.angle >= pi) line.angle -= pi;
+    line.rms = std::sqrt(2 * std::max(power, 0.0) * grid.step_x * grid.step_y /
+                         passed(line.frequency, nodes, transfer));
+    line.strength = peak.strength;
+    line.false_alarm = peak.chance;
+    search->lines.push_back(line);
+  }
+}
+
+// Rings: means over annuli one coarse step wide against a straight line in log-log through their neighbours.
+void rings(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, double correlation,
+           const Eigen::ArrayXd& nodes, const Eigen::ArrayXd& transfer, LineSearch* search) {
+  const double nyquist = grid.nyquist() * (1 - 1e-9);
+  const int last = int(nyquist / grid.coarse_step() - 0.5);
+  std::vector<double> sum(std::size_t(std::max(last, 0)) + 2, 0), count = sum;
+  const std::vector<char> lines = search->left_out;
+  for (int i = 0; i < grid.size(); ++i) {
+    const int ring = ring_of(grid, i);
+    if (ring == 0 || ring > last || (!lines.empty() && lines[std::size_t(i)])) continue;
+    sum[std::size_t(ring)] += p[i], count[std::size_t(ring)] += 0.5;
+  }
+  struct Peak {
+    int ring;
+    double level, strength, chance;
+  };
+  std::vector<Peak> peaks;
+  for (int r = kFirst; r <= last; ++r) {
+    const std::size_t here = std::size_t(r);
+    if (count[here] < kFirst) continue;
+    std::vector<double> x, y, rest;
+    for (int j = std::max(3, r - 12); j <= std::min(last, r + 12); ++j)
+      if (std::abs(j - r) > half + 1 && count[std::size_t(j)] > 4)
+        x.push_back(std::log(double(j) / r)),
+            y.push_back(std::log(0.5 * sum[std::size_t(j)] / count[std::size_t(j)]));
+    if (x.size() < 8) continue;
+    std::vector<double> slopes;  // Theil-Sen: another ring nearby does not matter
+    for (std::size_t a = 0; a < x.size(); ++a)
+      for (std::size_t b = a + 1; b < x.size(); ++b) slopes.push_back((y[b] - y[a]) / (x[b] - x[a]));
+    const double slope = median(&slopes);
+    for (std::size_t a = 0; a < x.size(); ++a) rest.push_back(y[a] - slope * x[a]);
+    const double level = median(&rest);
+    for (double& value : rest) value = std::abs(value - level);
+    const double theory = correlation / std::sqrt(count[here]), seen = 1.4826 * median(&rest);
+    const double mean = 0.5 * sum[here] / count[here], sigma = 1.3 * std::max(theory, seen);
+    const double z = (std::log(mean) - level) / sigma;
+    if (!(z > 3)) continue;
+    const boost::math::students_t distribution(double(x.size()) - 2);
+    const double chance = anywhere(cdf(complement(distribution, z)), last);
+    if (chance < kFalseAlarm) peaks.push_back({r, std::exp(level), mean / std::exp(level), chance});
+  }
+  std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.strength > b.strength; });
+  std::vector<char> taken(sum.size(), 0);
+  for (const Peak& peak : peaks) {
+    if (taken[std::size_t(peak.ring)]) continue;
+    search->left_out.resize(std::size_t(grid.size()), 0);
+    double power = 0, weight = 0, weighted = 0;
+    for (int r = std::max(1, peak.ring - half); r <= std::min(last, peak.ring + half); ++r)
+      taken[std::size_t(r)] = 1;
+    for (int i = 0; i < grid.size(); ++i) {
+      const int r = ring_of(grid, i);
+      if (std::abs(r - peak.ring) > half || (!lines.empty() && lines[std::size_t(i)])) continue;
+      const double over = p[i] - peak.level;
+      power += over;
+      weight += over, weighted += over * grid.frequency(i);
+      search->left_out[std::size_t(i)] = 1;
+    }
+    SpectralLine line;
+    line.frequency = weight > 0 ? weighted / weight : peak.ring * grid.coarse_step();
+    line.angle = std::numeric_limits<double>::quiet_NaN();
+    line.rms =
+        std::sqrt(std::max(power, 0.0) * grid.step_x * grid.step_y / passed(line.frequency, nodes, transfer));
+    line.strength = peak.strength;
+    line.false_alarm = peak.chance;
+    search->lines.push_back(line);
+  }
+}
+
+}  // namespace
+
+LineSearch find_lines(const OrdinateGrid& grid, const Eigen::ArrayXd& ordinate, int lobe_half,
+                      double correlation, const Eigen::ArrayXd& node_frequency,
+                      const Eigen::ArrayXd& transfer) {
+  if (grid.profile()) return profile_lines(grid, ordinate, lobe_half, correlation, node_frequency, transfer);
+  LineSearch search;
+  plane_waves(grid, ordinate, lobe_half, correlation, node_frequency, transfer, &search);
+  rings(grid, ordinate, lobe_half, correlation, node_frequency, transfer, &search);
+  return search;
+}
+
+}  // namespace aberfit
