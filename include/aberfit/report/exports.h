@@ -33,21 +33,32 @@ struct ExportInput {
   std::string title;
 };
 
-/// The surface and its analytic derivatives on a grid over the square around the aperture.
+/// The surface and its analytic derivatives on a grid over the square around the aperture (its bounding box
+/// made square, rim on the outermost rows and columns; middle off the axis only for a polygon). Two cells
+/// beyond the rim keep the values of the terms, so that every cell of an aperture wider than two pitches has
+/// four corners; everything farther out is NaN in all four grids, as is what has grown to 1000 times the
+/// largest height inside. Read with bicubic interpolation at 257 points, n <= 20: RMS error below 1e-4 of the
+/// RMS height, EE90 within 0.1 %; read bilinearly the slopes are 16 % off. Throws std::invalid_argument for a
+/// wavelength that is not positive, fewer than 5 points, or coefficients that are not finite or not one per
+/// term.
 GridSag sample_surface(const ExportInput& input);
 
 /// File name and content of one export. Throws std::invalid_argument for a format that cannot hold the
-/// surface (a Zernike listing of Fourier terms).
+/// surface (a Zernike listing of Fourier terms, or of more than the 231 Zernike Standard terms of n <= 20).
+/// Spherical terms go into the listings exactly, as Zernikes of m = 0. The margin of the aperture is not
+/// taken off.
 std::pair<std::string, std::string> export_file(ExportFormat format, const ExportInput& input);
 
 /// Zernike Standard coefficients of such a listing, by Noll index from 1 [waves], with the wavelength [m] and
-/// normalisation radius [m] it states.
+/// normalisation radius [m] it states. The listing is of the surface; one that does not say so (OpticStudio's
+/// own is of the wavefront, twice the surface) is an InputError, as is any damage.
 struct ZernikeListing {
   double wavelength = 0, radius = 0;
   std::vector<double> waves;
 };
 ZernikeListing read_zernike_listing(const std::string& path);
-/// Fringe coefficients [m] from 1 of a CODE V ZFR file.
+/// Fringe coefficients [m] of the surface, from 1, peak-normalised, of a CODE V ZFR file; those of a WFR file
+/// are halved. InputError names file, line, what was found and what is allowed.
 std::vector<double> read_codev_zfr(const std::string& path);
 
 }  // namespace aberfit
