@@ -54,15 +54,29 @@ struct PsdEstimate {
   Eigen::MatrixXd relative_covariance;
   std::vector<SpectralLine> lines;
   PsdEstimatorOptions options;
-  double rms_height = 0;  ///< of the detrended data, unwindowed [m]
-  double rms_slope = 0;   ///< along the profile; maps: per axis, central differences of the valid neighbours
+  /// Of the detrended heights, unwindowed, each valid sample once [m]. Slopes become heights by the trapezoid
+  /// rule on the true positions first. Maps: of all valid points, also those outside the estimated rectangle.
+  double rms_height = 0;
+  /// Slope data: of the slopes minus their polynomial, one degree less than the heights'. Height data: of the
+  /// derivative of the detrended heights, second-order differences on the true positions (one-sided at both
+  /// ends) where all neighbours are valid. Maps: per axis, central differences at points that are valid like
+  /// both their neighbours; root of the mean of both axes' mean squares.
+  double rms_slope = 0;
   double resolution = 0;  ///< frequency step of the ordinates [cycles/m]
   double nyquist = 0;     ///< [cycles/m]
   Warnings warnings;
 };
 
 /// An estimator for one geometry (positions, valid points), reusable for many surfaces of that geometry: the
-/// response is worked out once.
+/// response is worked out once (again for a surface with lines, whose ordinates are left out).
+/// Profiles: heights (trapezoid rule), detrended, holes bridged linearly, uneven pitch resampled by a cubic
+/// spline. Maps: largest axis-aligned rectangle inside the outline of the valid points, its sides cut to
+/// products of 2, 3, 5, 7; detrended there, holes bridged harmonically. Then window, |FFT|^2 over the sum of
+/// the squared window, bins from the lowest ordinate to below the (smaller) Nyquist frequency; the ordinates
+/// 0 and Nyquist are not used. The response knows no surface beyond Nyquist (aliasing) nor below
+/// resolution/16. An ellipse enters it as a polynomial of degree 4. relative_covariance is that of the
+/// window, of the lowest ordinates with detrending; leakage of a red spectrum without window correlates bins
+/// more than it says. Throws std::invalid_argument like estimate_psd.
 class PsdEstimator {
  public:
   PsdEstimator(const Profile& geometry, const PsdEstimatorOptions& options, int threads = 1);
