@@ -28,15 +28,17 @@ constexpr Index kBlockPoints = 1024;
 // Blocks whose triangles are held at a time; they are stacked in order, whoever computed them.
 constexpr Index kWaveBlocks = 16;
 
-MatrixXd design_of(const TermSet& terms, const Eigen::ArrayXd& x, const Eigen::ArrayXd& y) {
-  MatrixXd design(x.size(), terms.size());
+// Rows begin .. begin + size of the weighted A.
+MatrixXd design_of(const TermSet& terms, const MapPoints& points, Index begin, Index size) {
+  const Eigen::ArrayXd x = points.x.segment(begin, size), y = points.y.segment(begin, size);
+  MatrixXd design(size, terms.size());
   SurfaceField field;
   Index column = 0;
   const auto add = [&](const TermSet& one) {
     const SurfaceOperator surface(one, x, y, 1);
     for (Index k = 0; k < one.size(); ++k) {
       surface.apply(VectorXd::Unit(one.size(), k), &field);
-      design.col(column++) = field.height;
+      design.col(column++) = field.height * points.root_weight.segment(begin, size);
     }
   };
   for (const ZernikeMode& mode : terms.zernike) add({terms.radius, {mode}, {}, {}});
@@ -68,9 +70,8 @@ MatrixXd factor_of(const TermSet& terms, const MapPoints& points, int threads) {
       const Index begin = (wave + Index(b)) * block_points;
       const Index size = std::min(block_points, points.size() - begin);
       MatrixXd rows(size, columns);
-      rows.leftCols(columns - 1) =
-          design_of(terms, points.x.segment(begin, size), points.y.segment(begin, size));
-      rows.col(columns - 1) = points.height.segment(begin, size);
+      rows.leftCols(columns - 1) = design_of(terms, points, begin, size);
+      rows.col(columns - 1) = points.height.segment(begin, size) * points.root_weight.segment(begin, size);
       stack.middleRows((Index(b) + 1) * columns, columns) = triangle_of(rows);
     });
     factor = triangle_of(stack);
@@ -83,10 +84,7 @@ VectorXd column_norms(const TermSet& terms, const MapPoints& points, int threads
   MatrixXd squares(terms.size(), blocks);
   parallel_for(std::size_t(blocks), threads, [&](std::size_t b) {
     const Index begin = Index(b) * kBlockPoints, size = std::min(kBlockPoints, points.size() - begin);
-    squares.col(Index(b)) = design_of(terms, points.x.segment(begin, size), points.y.segment(begin, size))
-                                .colwise()
-                                .squaredNorm()
-                                .transpose();
+    squares.col(Index(b)) = design_of(terms, points, begin, size).colwise().squaredNorm().transpose();
   });
   return squares.rowwise().sum().cwiseSqrt();
 }
@@ -150,12 +148,12 @@ MapSolution solve_by_conjugate_gradients(const TermSet& terms, const MapPoints& 
   weights.slope_x.setZero();
   weights.slope_y.setZero();
   const auto gradient = [&](const Eigen::ArrayXd& residual) -> VectorXd {
-    weights.height = residual;
+    weights.height = residual * points.root_weight;
     return inverse.cwiseProduct(surface.apply_transpose(weights));
   };
 
   VectorXd scaled = VectorXd::Zero(terms.size());
-  Eigen::ArrayXd residual = points.height;
+  Eigen::ArrayXd residual = points.height * points.root_weight;
   VectorXd descent = gradient(residual), direction = descent;
   const double first = descent.squaredNorm();
   double now = first;
@@ -163,6 +161,7 @@ MapSolution solve_by_conjugate_gradients(const TermSet& terms, const MapPoints& 
   double alpha_before = 1, beta = 0;
   for (int i = 0; i < kIterations && now > kRelativeGradient * kRelativeGradient * first; ++i) {
     surface.apply(inverse.cwiseProduct(direction), &field);
+    field.height *= points.root_weight;
     const double alpha = now / field.height.matrix().squaredNorm();
     scaled += alpha * direction;
     residual -= alpha * field.height;

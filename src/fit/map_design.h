@@ -9,11 +9,13 @@ namespace aberfit {
 /// Heights at points of a map; positions relative to the axis [m].
 struct MapPoints {
   Eigen::ArrayXd x, y, height;
+  Eigen::ArrayXd root_weight;  ///< square roots of the weights of the points
 
   Eigen::Index size() const { return x.size(); }
 };
 
-/// Least-squares solution of A c = height, A being the heights of the terms at the points (points x terms).
+/// Weighted least-squares solution of A c = height, A being the heights of the terms at the points (points x
+/// terms); below, A and height have their rows multiplied by root_weight.
 struct MapSolution {
   Eigen::VectorXd coefficients;  ///< [m]
   Eigen::MatrixXd root;          ///< (A^T A)^+ = root root^T; empty where it was not worked out

@@ -9,6 +9,7 @@
 
 #include "aberfit/core/random.h"
 #include "aberfit/terms/surface_operator.h"
+#include "area_weights.h"
 #include "independent_points.h"
 #include "map_design.h"
 
@@ -39,7 +40,7 @@ struct ChosenPoints {
 
 MapPoints gather(const HeightMap& map, const std::vector<Index>& index) {
   const Index count = Index(index.size());
-  MapPoints points{ArrayXd(count), ArrayXd(count), ArrayXd(count)};
+  MapPoints points{ArrayXd(count), ArrayXd(count), ArrayXd(count), ArrayXd::Ones(count)};
   for (Index i = 0; i < count; ++i) {
     const Index at = index[std::size_t(i)];
     points.x[i] = map.x(at % map.columns());
@@ -52,15 +53,19 @@ MapPoints gather(const HeightMap& map, const std::vector<Index>& index) {
 ChosenPoints choose(const HeightMap& map, double radius, const MapFitOptions& options) {
   const RandomStream stream(options.seed, "map-fit-held-out");
   ChosenPoints chosen;
-  std::vector<Index> held_out;
+  std::vector<Index> held_out, known;  // known: what the fit may see, also beyond the radius
   for (Index at = 0; at < map.height.size(); ++at) {
     if (!std::isfinite(map.height.data()[at])) continue;
+    const bool kept_back = stream.uniform(std::uint64_t(at)) < options.held_out;
+    if (!kept_back) known.push_back(at);
     const double distance = std::hypot(map.x(at % map.columns()), map.y(at / map.columns()));
     if (radius > 0 && distance > radius * (1 + kRimRounding)) continue;
     chosen.largest_distance = std::max(chosen.largest_distance, distance);
-    (stream.uniform(std::uint64_t(at)) < options.held_out ? held_out : chosen.fitted_index).push_back(at);
+    (kept_back ? held_out : chosen.fitted_index).push_back(at);
   }
   chosen.fitted = gather(map, chosen.fitted_index);
+  if (options.weighting == MapWeighting::kArea)
+    chosen.fitted.root_weight = area_weights(map, known, chosen.fitted_index).sqrt();
   chosen.held_out = gather(map, held_out);
   return chosen;
 }

@@ -9,7 +9,14 @@
 
 namespace aberfit {
 
+enum class MapWeighting {
+  kArea,  ///< a point stands for its own cell and its share of the holes beside it, so that it hardly matters
+          ///< which pixels dropped out
+  kPoints,  ///< all points alike
+};
+
 struct MapFitOptions {
+  MapWeighting weighting = MapWeighting::kArea;
   double held_out = 0.1;  ///< share of the valid points kept back, drawn by seed
   std::uint64_t seed = 1;
   int threads = 1;
