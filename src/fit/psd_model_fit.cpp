@@ -1,0 +1,309 @@
+#include "aberfit/fit/psd_model_fit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "psd_shape_fit.h"
+
+namespace aberfit {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// A factor e either way, one standard deviation: such a number is not known.
+constexpr double kLargestLogStd = 1.0;
+constexpr double kPoorFit = 1e-3;
+// A richer family must win by this much of the criterion, else the simpler one is taken.
+constexpr double kWorthwhile = 2.0;
+
+const PsdFamily kFamilies[] = {PsdFamily::kUniform,
+                               PsdFamily::kPowerLaw,
+                               PsdFamily::kKCorrelation,
+                               PsdFamily::kPowerLawAndFloor,
+                               PsdFamily::kKCorrelationAndFloor,
+                               PsdFamily::kTwoKCorrelations};
+
+double chi_squared_quantile(double probability, double freedom) {
+  return boost::math::quantile(boost::math::chi_squared(freedom), probability);
+}
+
+// A family's limit, and what of the family the data do not determine where the limit does as well.
+struct Limit {
+  PsdFamily family;
+  int freedom;  // parameters that lose their meaning there
+  std::string reason;
+  struct Unknown {
+    std::string name, unit;
+    int internal;   // index in theta
+    int direction;  // side on which the data still bound it; 0: neither
+  };
+  std::vector<Unknown> unknown;
+};
+
+std::vector<Limit> limits_of(PsdFamily family) {
+  // Index of theta: k-correlation 0 level, 1 log B, 2 log exponent; power law 0 level, 1 exponent; then the
+  // floor.
+  switch (family) {
+    case PsdFamily::kKCorrelation:
+      return {{PsdFamily::kUniform,
+               2,
+               "a uniform PSD does as well: if there is a knee, it lies above the band",
+               {{"B", "m", 1, +1}, {"exponent", "1", 2, 0}}},
+              {PsdFamily::kPowerLaw,
+               1,
+               "a power law does as well: the knee lies below the band",
+               {{"B", "m", 1, -1}}}};
+    case PsdFamily::kPowerLawAndFloor:
+      return {{PsdFamily::kPowerLaw, 1, "the floor cannot be told from zero", {{"floor", "m", 2, +1}}}};
+    case PsdFamily::kKCorrelationAndFloor:
+      return {{PsdFamily::kKCorrelation, 1, "the floor cannot be told from zero", {{"floor", "m", 3, +1}}},
+              {PsdFamily::kPowerLawAndFloor,
+               1,
+               "a power law and a floor do as well: the knee lies below the band",
+               {{"B", "m", 1, -1}}}};
+    case PsdFamily::kTwoKCorrelations:
+      return {{PsdFamily::kKCorrelation,
+               3,
+               "one k-correlation does as well as two",
+               {{"rms_2", "m", 3, 0}, {"B_2", "m", 4, 0}, {"exponent_2", "1", 5, 0}}},
+              {PsdFamily::kKCorrelationAndFloor,
+               2,
+               "a floor does as well as the second k-correlation",
+               {{"B_2", "m", 4, 0}, {"exponent_2", "1", 5, 0}}}};
+    default:
+      return {};
+  }
+}
+
+class Fitter {
+ public:
+  Fitter(const PsdEstimate& estimate, const PsdBand& band, const PsdFitOptions& options)
+      : estimate_(estimate), band_(band), options_(options) {}
+
+  const PsdShapeFit& fit(PsdFamily family) {
+    const auto found = fits_.find(family);
+    if (found != fits_.end()) return found->second;
+    return fits_.emplace(family, fit_shape(band_, family, options_.max_iterations)).first->second;
+  }
+
+  bool eligible(PsdFamily family) const {
+    return count(family) + 1 <= int(band_.bins.size()) && count(family) + 1 < band_.effective_bins;
+  }
+
+  int count(PsdFamily family) const {
+    return parameter_count(PsdShape{family, band_.kind, band_.f_min, band_.f_max});
+  }
+
+  // AICc; Takeuchi's form of the penalty, because bins that correlate inflate likelihood ratios
+  // (`overdispersion`), and independent bins as sample size.
+  PsdCandidate candidate(PsdFamily family) {
+    const PsdShapeFit& shape = fit(family);
+    PsdCandidate candidate{family, count(family), shape.log_likelihood, kInfinity};
+    const double k = candidate.parameters, room = band_.effective_bins - k - 1;
+    if (shape.theta.size() > 0 && room > 0)
+      candidate.criterion =
+          -2 * shape.log_likelihood + std::max(1.0, shape.overdispersion) * 2 * k * (1 + (k + 1) / room);
+    return candidate;
+  }
+
+  // Simplest family within reach of the best.
+  PsdFamily choose(PsdModelFit* result) {
+    double best = kInfinity;
+    for (const PsdFamily family : kFamilies) {
+      if (!eligible(family)) continue;
+      result->candidates.push_back(candidate(family));
+      best = std::min(best, result->candidates.back().criterion);
+    }
+    const PsdCandidate* chosen = nullptr;
+    for (const PsdCandidate& c : result->candidates) {
+      if (c.criterion > best + kWorthwhile) continue;
+      if (!chosen || c.parameters < chosen->parameters ||
+          (c.parameters == chosen->parameters && c.criterion < chosen->criterion))
+        chosen = &c;
+    }
+    return chosen ? chosen->family : PsdFamily::kUniform;
+  }
+
+  // Steps down to the limits that do as well, noting what is thereby unknown.
+  PsdFamily reduce(PsdFamily family, PsdModelFit* result) {
+    for (const Limit& limit : limits_of(family)) {
+      const PsdShapeFit &full = fit(family), &less = fit(limit.family);
+      const double inflation = std::max(1.0, full.overdispersion);
+      const double gain = 2 * (full.log_likelihood - less.log_likelihood) / inflation;
+      if (gain > chi_squared_quantile(options_.confidence, limit.freedom)) continue;
+      std::string names;
+      for (const Limit::Unknown& unknown : limit.unknown) {
+        result->parameters.push_back(bounded(full, unknown, inflation));
+        names += (names.empty() ? "" : " and ") + unknown.name;
+      }
+      result->warnings.push_back(
+          {"not-identified", fmt::format("the data do not determine {}: {}", names, limit.reason)});
+      return reduce(limit.family, result);
+    }
+    return family;
+  }
+
+  void report(PsdFamily family, PsdModelFit* result) {
+    const PsdShapeFit& shape = fit(family);
+    result->family = family;
+    result->f_min = band_.f_min;
+    result->f_max = band_.f_max;
+    result->message = shape.message;
+    if (shape.theta.size() == 0) {
+      result->status = PsdFitStatus::kFailed;
+      return;
+    }
+    result->status = shape.converged ? PsdFitStatus::kConverged : PsdFitStatus::kNotConverged;
+    result->covariance = shape.covariance;
+    result->log_likelihood = shape.log_likelihood;
+    result->criterion = candidate(family).criterion;
+    result->goodness = goodness_of_fit(band_, shape);
+    result->model = surface_model(shape.shape, shape.theta);
+    add_expected(shape, result);
+    add_parameters(shape, result);
+    if (result->goodness < kPoorFit)
+      result->warnings.push_back(
+          {"poor-fit",
+           fmt::format("the bins scatter about the model more than chance allows (p = {:.1e}); the "
+                       "intervals assume the model",
+                       result->goodness)});
+    if (band_.kind == PsdTableKind::k1dOneSided &&
+        (family == PsdFamily::kPowerLawAndFloor || family == PsdFamily::kKCorrelationAndFloor))
+      result->warnings.push_back(
+          {"floor-left-out", "the floor is taken for noise of the instrument and is left out of the model"});
+  }
+
+ private:
+  // The row of a parameter that the data only bound.
+  PsdParameter bounded(const PsdShapeFit& full, const Limit::Unknown& unknown, double inflation) const {
+    PsdParameter row{unknown.name, unknown.unit, kNaN, kNaN, unknown.name == "exponent" ? -kInfinity : 0,
+                     kInfinity,    false};
+    if (unknown.direction == 0) return row;
+    // One-sided: the two-sided interval of 2 confidence - 1 ends there.
+    const double drop = 0.5 * inflation * chi_squared_quantile(2 * options_.confidence - 1, 1);
+    const double at =
+        profile_bound(band_, full, unknown.internal, unknown.direction, drop, options_.max_iterations);
+    if (!std::isfinite(at)) return row;
+    VectorXd theta = full.theta;
+    theta[unknown.internal] = at;
+    for (const PsdShapeParameter& parameter : shape_parameters(full.shape, theta))
+      if (parameter.name == unknown.name)
+        (unknown.direction > 0 ? row.upper : row.lower) = parameter.natural(parameter.coordinate);
+    return row;
+  }
+
+  void add_expected(const PsdShapeFit& shape, PsdModelFit* result) const {
+    std::vector<Index> nodes;
+    for (Index n = 0; n < estimate_.node_frequency.size(); ++n)
+      if (estimate_.node_frequency[n] > 0) nodes.push_back(n);
+    result->expected = estimate_.response(Eigen::all, nodes) *
+                       shape_values(shape.shape, shape.theta, band_.node).value.matrix();
+  }
+
+  // Wald intervals in the coordinate (mostly the logarithm), where the likelihood is closest to a parabola.
+  void add_parameters(const PsdShapeFit& shape, PsdModelFit* result) const {
+    const double z = boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * options_.confidence);
+    std::vector<PsdParameter> rows;
+    for (const PsdShapeParameter& parameter : shape_parameters(shape.shape, shape.theta)) {
+      // 0 * infinity is no variance at all: only directions that the parameter depends on count.
+      double variance = 0;
+      for (Index i = 0; i < parameter.gradient.size(); ++i)
+        for (Index j = 0; j < parameter.gradient.size(); ++j)
+          if (parameter.gradient[i] != 0 && parameter.gradient[j] != 0)
+            variance += parameter.gradient[i] * parameter.gradient[j] * shape.covariance(i, j);
+      const double std = std::sqrt(variance), at = parameter.coordinate;
+      PsdParameter row{parameter.name, parameter.unit};
+      row.value = parameter.natural(at);
+      row.std = parameter.logarithmic ? std * std::exp(at) : std;
+      row.lower = parameter.natural(at - z * std);
+      row.upper = parameter.natural(at + z * std);
+      // An amplitude extrapolated over decades is uncertain by factors and yet known.
+      row.identified = std <= kLargestLogStd || (parameter.name == "amplitude" && std::isfinite(std));
+      if (!row.identified) {
+        row.value = row.std = kNaN;
+        result->warnings.push_back(
+            {"not-identified", fmt::format("the data do not determine {}: it may be anything within a factor "
+                                           "of e and beyond",
+                                           row.name)});
+      }
+      rows.push_back(row);
+    }
+    result->parameters.insert(result->parameters.begin(), rows.begin(), rows.end());
+  }
+
+  const PsdEstimate& estimate_;
+  const PsdBand& band_;
+  const PsdFitOptions& options_;
+  std::map<PsdFamily, PsdShapeFit> fits_;
+};
+
+}  // namespace
+
+std::string to_string(PsdFamily family) {
+  switch (family) {
+    case PsdFamily::kAuto:
+      return "auto";
+    case PsdFamily::kPowerLaw:
+      return "power-law";
+    case PsdFamily::kKCorrelation:
+      return "k-correlation";
+    case PsdFamily::kUniform:
+      return "uniform";
+    case PsdFamily::kPowerLawAndFloor:
+      return "power-law+floor";
+    case PsdFamily::kKCorrelationAndFloor:
+      return "k-correlation+floor";
+    case PsdFamily::kTwoKCorrelations:
+      return "two-k-correlations";
+  }
+  return "";
+}
+
+std::string to_string(PsdFitStatus status) {
+  switch (status) {
+    case PsdFitStatus::kNotRun:
+      return "not run";
+    case PsdFitStatus::kConverged:
+      return "converged";
+    case PsdFitStatus::kNotConverged:
+      return "not converged";
+    case PsdFitStatus::kFailed:
+      return "failed";
+  }
+  return "";
+}
+
+PsdModelFit fit_psd_model(const PsdEstimate& estimate, const PsdFitOptions& options) {
+  assert(options.confidence > 0.5 && options.confidence < 1 && options.max_iterations > 0);
+  PsdModelFit result;
+  const PsdBand band = usable_band(estimate, options.f_min, options.f_max);
+  Fitter fitter(estimate, band, options);
+  const PsdFamily least = options.family == PsdFamily::kAuto ? PsdFamily::kUniform : options.family;
+  if (int(band.bins.size()) < fitter.count(least) + 1) {
+    result.status = PsdFitStatus::kFailed;
+    result.message = fmt::format("{} usable bins in the band are too few for the {} parameters of {}",
+                                 band.bins.size(), fitter.count(least), to_string(least));
+    result.expected = Eigen::ArrayXd::Constant(estimate.psd.size(), kNaN);
+    return result;
+  }
+  PsdFamily family = options.family;
+  if (family == PsdFamily::kAuto)
+    family = fitter.choose(&result);
+  else
+    result.candidates.push_back(fitter.candidate(family));
+  if (fitter.fit(family).theta.size() > 0) family = fitter.reduce(family, &result);
+  fitter.report(family, &result);
+  return result;
+}
+
+}  // namespace aberfit

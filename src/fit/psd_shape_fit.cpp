@@ -1,0 +1,355 @@
+#include "psd_shape_fit.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+namespace aberfit {
+namespace {
+
+using Eigen::ArrayXd;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kLowestBin = 1.5;  // resolutions; below, detrending has taken the height
+// Directions of the bins' correlation matrix below this share of its largest variance are combinations that
+// the estimator holds fixed; they carry rounding, not data.
+constexpr double kLeastVariance = 1e-6;
+// Floors that add less than this to the lowest bin are none.
+constexpr double kLeastFloor = 1e-6;
+
+MatrixXd inverse_on_range(const MatrixXd& symmetric) {
+  const VectorXd scale = symmetric.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scale.asDiagonal() * symmetric * scale.asDiagonal());
+  const double least = kLeastVariance * eigen.eigenvalues().maxCoeff();
+  const VectorXd inverse =
+      eigen.eigenvalues().unaryExpr([least](double value) { return value > least ? 1 / value : 0.0; });
+  return scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() *
+         scale.asDiagonal();
+}
+
+// E = response S and G = d log E / d theta (bins x parameters); false where E is not positive.
+struct Prediction {
+  ArrayXd expected;
+  MatrixXd gradient;
+};
+bool predict(const PsdBand& band, const PsdShape& shape, const VectorXd& theta, Prediction* prediction) {
+  const PsdShapeValues values = shape_values(shape, theta, band.node);
+  prediction->expected = band.response * values.value.matrix();
+  if (!(prediction->expected > 0).all() || !prediction->expected.allFinite()) return false;
+  prediction->gradient.noalias() = band.response * values.derivative;
+  prediction->gradient.array().colwise() /= prediction->expected;
+  return prediction->gradient.allFinite();
+}
+
+// Deviance residuals: r = sign(u) sqrt(dof (q - 1 - log q)), q = psd/E, u = log q, so that half their sum of
+// squares is minus the Whittle log-likelihood, up to a constant, and least squares finds its very maximum.
+class DevianceResiduals : public ceres::CostFunction {
+ public:
+  DevianceResiduals(const PsdBand& band, const PsdShape& shape) : band_(band), shape_(shape) {
+    set_num_residuals(int(band.psd.size()));
+    mutable_parameter_block_sizes()->push_back(parameter_count(shape));
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
+    const int n = parameter_block_sizes()[0];
+    Prediction prediction;
+    if (!predict(band_, shape_, Eigen::Map<const VectorXd>(parameters[0], n), &prediction)) return false;
+    for (Index b = 0; b < band_.psd.size(); ++b) {
+      const double u = std::log(band_.psd[b] / prediction.expected[b]);
+      // h = (e^u - 1 - u) / u^2 and m = (e^u - 1) / u, by series near 0 where they cancel: r = u sqrt(dof h).
+      const bool near = std::abs(u) < 0.02;
+      const double h = near ? 0.5 + u * (1. / 6 + u * (1. / 24 + u * (1. / 120 + u / 720)))
+                            : (std::expm1(u) - u) / (u * u);
+      const double m = std::abs(u) < 1e-8 ? 1 + 0.5 * u : std::expm1(u) / u;
+      residuals[b] = u * std::sqrt(band_.dof[b] * h);
+      if (!std::isfinite(residuals[b])) return false;
+      if (jacobians && jacobians[0]) {
+        const double slope = 0.5 * std::sqrt(band_.dof[b] / h) * m;  // dr/du, and du = -d log E
+        for (int p = 0; p < n; ++p) jacobians[0][b * n + p] = -slope * prediction.gradient(b, p);
+      }
+    }
+    return true;
+  }
+
+ private:
+  const PsdBand& band_;
+  const PsdShape shape_;
+};
+
+double log_likelihood(const PsdBand& band, const ArrayXd& expected) {
+  return -0.5 * (band.dof * (expected.log() + band.psd / expected)).sum();
+}
+
+struct Optimum {
+  VectorXd theta;
+  double cost = kInfinity;
+  bool converged = false;
+  std::string message;
+};
+
+// One descent; parameter `fixed` (if >= 0) stays where it is.
+Optimum descend(const PsdBand& band, const PsdShape& shape, const PsdShapeBounds& bounds, VectorXd theta,
+                int max_iterations, int fixed = -1) {
+  theta = theta.cwiseMax(bounds.lower).cwiseMin(bounds.upper);
+  ceres::Problem problem;
+  problem.AddResidualBlock(new DevianceResiduals(band, shape), nullptr, theta.data());
+  for (int p = 0; p < theta.size(); ++p) {
+    problem.SetParameterLowerBound(theta.data(), p, bounds.lower[p]);
+    problem.SetParameterUpperBound(theta.data(), p, bounds.upper[p]);
+  }
+  if (fixed >= 0) {
+    if (theta.size() == 1)
+      problem.SetParameterBlockConstant(theta.data());
+    else
+      problem.SetManifold(theta.data(), new ceres::SubsetManifold(int(theta.size()), {fixed}));
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = max_iterations;
+  options.function_tolerance = 1e-12;
+  options.parameter_tolerance = 1e-10;
+  options.gradient_tolerance = 1e-10;
+  options.logging_type = ceres::SILENT;
+  options.num_threads = 1;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  Optimum optimum{theta, summary.final_cost, summary.termination_type == ceres::CONVERGENCE, summary.message};
+  if (!summary.IsSolutionUsable()) optimum.cost = kInfinity;
+  return optimum;
+}
+
+// Straight line through log level over log f of the bins in [from, to).
+struct Line {
+  double level = 0, exponent = 0;  // at log f = at
+};
+Line line_through(const ArrayXd& log_f, const ArrayXd& log_level, const ArrayXd& weight, double at) {
+  const double w = weight.sum(), x = (weight * log_f).sum() / w, y = (weight * log_level).sum() / w;
+  const double xx = (weight * (log_f - x).square()).sum();
+  const double slope = xx > 0 ? (weight * (log_f - x) * (log_level - y)).sum() / xx : 0;
+  return {y + slope * (at - x), -slope};
+}
+
+// Starts from the levels the data would have without leakage.
+std::vector<VectorXd> starts(const PsdBand& band, const PsdShape& shape) {
+  const ArrayXd sum = band.response.rowwise().sum();
+  const ArrayXd log_level = (band.psd / sum).log();
+  const ArrayXd log_f =
+      ((band.response * band.node.matrix()).array() / sum).max(band.f_min).min(band.f_max).log();
+  const double low = std::log(band.f_min), high = std::log(band.f_max), pivot = std::log(shape.pivot());
+  const Line line = line_through(log_f, log_level, band.dof.min(100), pivot);
+  const double profile = shape.kind == PsdTableKind::k1dOneSided ? 1 : 0;
+  const double last = log_level.tail(std::max<Index>(1, log_level.size() / 8)).mean();
+  // Level and exponent of a knee at `at`: the exponent that brings the flat part down to the last bins.
+  const auto knee = [&](double share, double end) {
+    const double at = low + share * (high - low);
+    const ArrayXd below = (log_f < at).cast<double>();
+    const double flat = below.sum() > 0 ? (below * log_level).sum() / below.sum() : log_level[0];
+    const double exponent = std::clamp((flat - end) / std::max(high - at, 0.3), 0.3, 8.0);
+    const double at_pivot = flat - 0.5 * exponent * std::log1p(std::exp(2 * (pivot - at)));
+    return Eigen::Vector3d(at_pivot, -at, std::log(exponent));
+  };
+  std::vector<VectorXd> found;
+  const auto add = [&found](std::initializer_list<double> values) {
+    found.push_back(Eigen::Map<const VectorXd>(values.begin(), Index(values.size())));
+  };
+  switch (shape.family) {
+    case PsdFamily::kUniform:
+      add({log_level.mean()});
+      break;
+    case PsdFamily::kPowerLaw:
+      add({line.level, line.exponent + profile});
+      break;
+    case PsdFamily::kPowerLawAndFloor: {
+      add({line.level, line.exponent + profile, last - 2});
+      const Index half = std::max<Index>(2, log_f.size() / 2);
+      const Line upper =
+          line_through(log_f.head(half), log_level.head(half), band.dof.head(half).min(100), pivot);
+      add({upper.level, upper.exponent + profile, last});
+      break;
+    }
+    case PsdFamily::kKCorrelation:
+      for (const double share : {0.1, 0.35, 0.6}) {
+        const Eigen::Vector3d k = knee(share, last);
+        add({k[0], k[1], k[2]});
+      }
+      break;
+    case PsdFamily::kKCorrelationAndFloor:
+      for (const double share : {0.1, 0.4})
+        for (const double below : {0.1, 2.0}) {
+          const Eigen::Vector3d k = knee(share, last - below);
+          add({k[0], k[1], k[2] + 0.3, last - below});
+        }
+      break;
+    case PsdFamily::kTwoKCorrelations:
+      for (const double share : {0.1, 0.3})
+        for (const double step : {1.0, 3.0}) {
+          const Eigen::Vector3d first = knee(share, last - 1), second = knee(0.75, last - 1.5);
+          const double flat = last + 0.5;
+          add({first[0], first[1], first[2], flat, second[1], std::log(step)});
+        }
+      break;
+    case PsdFamily::kAuto:
+      break;
+  }
+  return found;
+}
+
+PsdShapeBounds bounds_of(const PsdBand& band, const PsdShape& shape) {
+  return shape_bounds(shape, kLeastFloor * (band.psd / band.response.rowwise().sum().array()).minCoeff());
+}
+
+// Solves G^T C^-1 (psd/E - 1) = 0 from the likelihood's maximum by Fisher scoring. Keeps the start where it
+// does not settle near it.
+void refine(const PsdBand& band, const PsdShape& shape, const std::vector<int>& free, VectorXd* theta) {
+  VectorXd at = *theta;
+  for (int iteration = 0; iteration < 50; ++iteration) {
+    Prediction prediction;
+    if (!predict(band, shape, at, &prediction)) return;
+    const MatrixXd G = prediction.gradient(Eigen::all, free);
+    const MatrixXd weighted = band.precision * G;
+    const Eigen::LDLT<MatrixXd> information(G.transpose() * weighted);
+    VectorXd step = information.solve(weighted.transpose() * (band.psd / prediction.expected - 1).matrix());
+    if (!step.allFinite()) return;
+    const double longest = step.cwiseAbs().maxCoeff();
+    if (longest > 0.5) step *= 0.5 / longest;
+    for (std::size_t k = 0; k < free.size(); ++k) at[free[k]] += step[Index(k)];
+    if (longest < 1e-9) {
+      *theta = at;
+      return;
+    }
+  }
+}
+
+}  // namespace
+
+PsdBand usable_band(const PsdEstimate& estimate, double f_min, double f_max) {
+  PsdBand band;
+  band.kind = estimate.kind;
+  const ArrayXd sum = estimate.response.rowwise().sum();
+  for (Index b = 0; b < estimate.psd.size(); ++b) {
+    const double f = estimate.frequency[b];
+    const bool wanted = f >= f_min && (!(f_max > 0) || f <= f_max);
+    if (wanted && f >= kLowestBin * estimate.resolution && estimate.psd[b] > 0 && estimate.dof[b] > 0 &&
+        sum[b] > 0)
+      band.bins.push_back(b);
+  }
+  if (band.bins.empty()) return band;
+  band.psd = estimate.psd(band.bins);
+  band.dof = estimate.dof(band.bins);
+  band.f_min = estimate.low[band.bins.front()];
+  band.f_max = estimate.high[band.bins.back()];
+  std::vector<Index> nodes;
+  for (Index n = 0; n < estimate.node_frequency.size(); ++n)
+    if (estimate.node_frequency[n] > 0) nodes.push_back(n);
+  band.node = estimate.node_frequency(nodes);
+  band.response = estimate.response(band.bins, nodes);
+  band.relative_covariance = estimate.relative_covariance(band.bins, band.bins);
+  band.precision = inverse_on_range(band.relative_covariance);
+  const VectorXd scale = band.relative_covariance.diagonal().cwiseSqrt().cwiseInverse();
+  band.effective_bins = std::pow(double(band.bins.size()), 2) /
+                        (scale.asDiagonal() * band.relative_covariance * scale.asDiagonal()).squaredNorm();
+  return band;
+}
+
+PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations) {
+  PsdShapeFit fit;
+  fit.shape = {family, band.kind, band.f_min, band.f_max};
+  const PsdShapeBounds bounds = bounds_of(band, fit.shape);
+  // Short descents tell the basins apart; only the best is followed to its end.
+  constexpr int kScouting = 12;
+  Optimum best;
+  const std::vector<VectorXd> from = starts(band, fit.shape);
+  for (const VectorXd& start : from) {
+    const Optimum optimum = descend(band, fit.shape, bounds, start,
+                                    from.size() > 1 ? std::min(kScouting, max_iterations) : max_iterations);
+    if (optimum.cost < best.cost) best = optimum;
+  }
+  if (best.cost < kInfinity && !best.converged)
+    best = descend(band, fit.shape, bounds, best.theta, max_iterations);
+  if (!(best.cost < kInfinity)) {
+    fit.message = "no start has a finite likelihood";
+    return fit;
+  }
+  fit.converged = best.converged;
+  fit.message = best.message;
+  fit.theta = best.theta;
+
+  Prediction prediction;
+  predict(band, fit.shape, fit.theta, &prediction);
+  fit.log_likelihood = log_likelihood(band, prediction.expected);
+  std::vector<int> free;
+  for (int p = 0; p < fit.theta.size(); ++p) {
+    const bool inside = fit.theta[p] > bounds.lower[p] + 1e-6 && fit.theta[p] < bounds.upper[p] - 1e-6;
+    const bool felt = (prediction.gradient.col(p).array().square() * band.dof).sum() > 1e-6;
+    if (inside && felt) free.push_back(p);
+  }
+  const int n = int(fit.theta.size());
+  fit.covariance = MatrixXd::Zero(n, n);
+  fit.covariance.diagonal().setConstant(kInfinity);
+  if (!free.empty()) {
+    refine(band, fit.shape, free, &fit.theta);
+    predict(band, fit.shape, fit.theta, &prediction);
+    const MatrixXd G = prediction.gradient(Eigen::all, free);
+    // Sandwich of the estimating equation with weights W: (G^T W G)^-1 G^T W C W G (...)^-1, W = C^-1.
+    const MatrixXd W = band.precision;
+    const MatrixXd bread = (G.transpose() * W * G).ldlt().solve(MatrixXd::Identity(G.cols(), G.cols()));
+    const MatrixXd meat = G.transpose() * W * band.relative_covariance * W * G;
+    fit.covariance(free, free) = bread * meat * bread;
+    // The likelihood's own: H = G^T D G, J = G^T D C D G, D = dof / 2.
+    const MatrixXd DG = (0.5 * band.dof).matrix().asDiagonal() * G;
+    const MatrixXd H = G.transpose() * DG, J = DG.transpose() * band.relative_covariance * DG;
+    fit.overdispersion = H.ldlt().solve(J).trace() / double(free.size());
+  }
+  fit.expected = prediction.expected;
+  return fit;
+}
+
+double profile_bound(const PsdBand& band, const PsdShapeFit& fit, int index, int direction, double drop,
+                     int max_iterations) {
+  const PsdShapeBounds bounds = bounds_of(band, fit.shape);
+  const auto cost_at = [&](double value, VectorXd* theta) {
+    (*theta)[index] = value;
+    const Optimum optimum = descend(band, fit.shape, bounds, *theta, max_iterations, index);
+    *theta = optimum.theta;
+    return optimum.cost;
+  };
+  VectorXd theta = fit.theta;
+  const double least = descend(band, fit.shape, bounds, theta, max_iterations).cost;
+  const double end = direction > 0 ? bounds.upper[index] : bounds.lower[index];
+  double inside = fit.theta[index], outside = inside;
+  for (double step = 0.25;; step *= 1.6) {
+    outside = inside + direction * step;
+    if (direction * (outside - end) >= 0) outside = end;
+    if (cost_at(outside, &theta) - least > drop) break;
+    if (outside == end) return direction * kInfinity;
+    inside = outside;
+  }
+  for (int bisection = 0; bisection < 12; ++bisection) {
+    const double middle = 0.5 * (inside + outside);
+    (cost_at(middle, &theta) - least > drop ? outside : inside) = middle;
+  }
+  return 0.5 * (inside + outside);
+}
+
+double goodness_of_fit(const PsdBand& band, const PsdShapeFit& fit) {
+  // Cube roots of chi-squared bins are normal to 1e-2 in probability from two degrees of freedom on (Wilson
+  // and Hilferty 1931).
+  const ArrayXd spread = 2 / (9 * band.dof);
+  const VectorXd score = (((band.psd / fit.expected).pow(1. / 3) - (1 - spread)) / spread.sqrt()).matrix();
+  const VectorXd scale = band.relative_covariance.diagonal().cwiseSqrt();
+  const double chi_squared = score.dot(scale.asDiagonal() * band.precision * scale.asDiagonal() * score);
+  const double freedom = double(band.bins.size()) - double(fit.theta.size());
+  if (!(freedom > 0)) return 1;
+  return boost::math::cdf(boost::math::complement(boost::math::chi_squared(freedom), chi_squared));
+}
+
+}  // namespace aberfit

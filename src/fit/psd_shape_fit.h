@@ -1,0 +1,56 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "psd_shape.h"
+
+namespace aberfit {
+
+/// The bins of an estimate that take part in a fit.
+struct PsdBand {
+  PsdTableKind kind = PsdTableKind::k2dTwoSided;
+  double f_min = 0, f_max = 0;          ///< edges of the outermost bins [cycles/m]
+  std::vector<Eigen::Index> bins;       ///< their rows in the estimate
+  Eigen::ArrayXd psd, dof;              ///< [m^3 or m^4]; > 0
+  Eigen::ArrayXd node;                  ///< [cycles/m], > 0
+  Eigen::MatrixXd response;             ///< bins x nodes
+  Eigen::MatrixXd relative_covariance;  ///< of psd / E
+  Eigen::MatrixXd precision;            ///< its inverse, directions of vanishing variance left out
+  double effective_bins = 0;  ///< independent bins that carry as much: n^2 / sum of squared correlations
+};
+
+/// The trusted bins inside [f_min, f_max] (0: no limit): from 1.5 resolutions on, with positive PSD and
+/// response.
+PsdBand usable_band(const PsdEstimate& estimate, double f_min, double f_max);
+
+/// A shape fitted to a band.
+struct PsdShapeFit {
+  PsdShape shape;
+  bool converged = false;
+  std::string message;
+  Eigen::VectorXd theta;
+  Eigen::ArrayXd expected;     ///< E of the bins used
+  Eigen::MatrixXd covariance;  ///< of theta, for bins that correlate; infinite on the diagonal where the data
+                               ///< say nothing or the parameter is at its bound
+  double log_likelihood = 0;   ///< Whittle, up to a constant of the data
+  double overdispersion = 1;   ///< mean eigenvalue of H^-1 J: by how much correlation of the bins inflates
+                               ///< likelihood ratios
+};
+
+/// Maximum of the Whittle likelihood -sum dof/2 (log E + psd/E) over several starts, refined by the
+/// quasi-likelihood of the joint covariance: G^T C^-1 (psd/E - 1) = 0 with G = d log E / d theta (McCullagh
+/// and Nelder 1989, 9.3), which counts a correlated bin once and has the least variance of all linear
+/// estimating equations; unbiased like the likelihood's own.
+PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations);
+
+/// Starting from `fit`, the value of parameter `index` towards `direction` (+1, -1) where the maximum of the
+/// Whittle likelihood over the others falls `drop` below that of `fit`; infinite (of that sign) when it does
+/// not within the bounds.
+double profile_bound(const PsdBand& band, const PsdShapeFit& fit, int index, int direction, double drop,
+                     int max_iterations);
+
+/// p-value of the residuals: Wilson-Hilferty normal scores of psd / E, decorrelated, as chi-squared.
+double goodness_of_fit(const PsdBand& band, const PsdShapeFit& fit);
+
+}  // namespace aberfit
