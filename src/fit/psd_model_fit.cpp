@@ -138,6 +138,7 @@ class Fitter {
   PsdFamily reduce(PsdFamily family, PsdModelFit* result) {
     for (const Limit& limit : limits_of(family)) {
       const PsdShapeFit &full = fit(family), &less = fit(limit.family);
+      if (level_profile(less)) continue;
       const double inflation = std::max(1.0, full.overdispersion);
       const double gain = 2 * (full.log_likelihood - less.log_likelihood) / inflation;
       if (gain > chi_squared_quantile(options_.confidence, limit.freedom)) continue;
@@ -184,6 +185,15 @@ class Fitter {
   }
 
  private:
+  // A profile of constant S1 is no limit of low knees: the surface's exponent would be 1 there, and its level
+  // undetermined.
+  bool level_profile(const PsdShapeFit& fit) const {
+    const bool power =
+        fit.shape.family == PsdFamily::kPowerLaw || fit.shape.family == PsdFamily::kPowerLawAndFloor;
+    return power && band_.kind == PsdTableKind::k1dOneSided &&
+           !(fit.theta[1] - 1 > 2 * std::sqrt(fit.covariance(1, 1)));
+  }
+
   // The row of a parameter that the data only bound.
   PsdParameter bounded(const PsdShapeFit& full, const Limit::Unknown& unknown, double inflation) const {
     PsdParameter row{unknown.name, unknown.unit, kNaN, kNaN, unknown.name == "exponent" ? -kInfinity : 0,

@@ -1,5 +1,7 @@
 #include "psd_shape.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <boost/math/special_functions/digamma.hpp>
 #include <cassert>
@@ -253,7 +255,7 @@ std::vector<PsdShapeParameter> shape_parameters(const PsdShape& shape, const Vec
   const bool several_knees = std::count(parts.begin(), parts.end(), Part::kKnee) > 1;
   int at = 0, knee = 0;
   for (const Part part : parts) {
-    const std::string suffix = several_knees ? "_" + std::to_string(++knee) : "";
+    const std::string suffix = several_knees ? fmt::format("_{}", ++knee) : "";
     parameters.push_back(
         rms_parameter(shape, part, theta, at, part == Part::kFloor ? "floor" : "rms" + suffix));
     if (part == Part::kKnee) {

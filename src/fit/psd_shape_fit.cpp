@@ -50,8 +50,6 @@ bool predict(const PsdBand& band, const PsdShape& shape, const VectorXd& theta, 
   return prediction->gradient.allFinite();
 }
 
-// Deviance residuals: r = sign(u) sqrt(dof (q - 1 - log q)), q = psd/E, u = log q, so that half their sum of
-// squares is minus the Whittle log-likelihood, up to a constant, and least squares finds its very maximum.
 class DevianceResiduals : public ceres::CostFunction {
  public:
   DevianceResiduals(const PsdBand& band, const PsdShape& shape) : band_(band), shape_(shape) {
@@ -101,7 +99,7 @@ Optimum descend(const PsdBand& band, const PsdShape& shape, const PsdShapeBounds
                 int max_iterations, int fixed = -1) {
   theta = theta.cwiseMax(bounds.lower).cwiseMin(bounds.upper);
   ceres::Problem problem;
-  problem.AddResidualBlock(new DevianceResiduals(band, shape), nullptr, theta.data());
+  problem.AddResidualBlock(deviance_residuals(band, shape).release(), nullptr, theta.data());
   for (int p = 0; p < theta.size(); ++p) {
     problem.SetParameterLowerBound(theta.data(), p, bounds.lower[p]);
     problem.SetParameterUpperBound(theta.data(), p, bounds.upper[p]);
@@ -231,6 +229,10 @@ void refine(const PsdBand& band, const PsdShape& shape, const std::vector<int>& 
 
 }  // namespace
 
+std::unique_ptr<ceres::CostFunction> deviance_residuals(const PsdBand& band, const PsdShape& shape) {
+  return std::make_unique<DevianceResiduals>(band, shape);
+}
+
 PsdBand usable_band(const PsdEstimate& estimate, double f_min, double f_max) {
   PsdBand band;
   band.kind = estimate.kind;
@@ -282,6 +284,9 @@ PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations)
   fit.converged = best.converged;
   fit.message = best.message;
   fit.theta = best.theta;
+  // Of two knees the lower in frequency is the first.
+  if (family == PsdFamily::kTwoKCorrelations && fit.theta[1] < fit.theta[4])
+    fit.theta << best.theta.tail(3), best.theta.head(3);
 
   Prediction prediction;
   predict(band, fit.shape, fit.theta, &prediction);

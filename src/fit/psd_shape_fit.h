@@ -1,5 +1,8 @@
 #pragma once
+#include <ceres/cost_function.h>
+
 #include <Eigen/Core>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -37,6 +40,11 @@ struct PsdShapeFit {
   double overdispersion = 1;   ///< mean eigenvalue of H^-1 J: by how much correlation of the bins inflates
                                ///< likelihood ratios
 };
+
+/// Deviance residuals of the parameters of `shape`, one per bin: r = sign(u) sqrt(dof (q - 1 - log q)),
+/// q = psd/E, u = log q. Half their sum of squares is minus the Whittle log-likelihood, up to a constant of
+/// the data, so least squares finds its very maximum. `band` must outlive the result.
+std::unique_ptr<ceres::CostFunction> deviance_residuals(const PsdBand& band, const PsdShape& shape);
 
 /// Maximum of the Whittle likelihood -sum dof/2 (log E + psd/E) over several starts, refined by the
 /// quasi-likelihood of the joint covariance: G^T C^-1 (psd/E - 1) = 0 with G = d log E / d theta (McCullagh
