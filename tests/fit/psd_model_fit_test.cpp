@@ -178,6 +178,7 @@ TEST(PsdModelFit, ResidualDerivativesMatchDifferences) {
           band.psd[b] = model[b] * std::exp(away * (b % 2 ? 1 : -2));
         const auto residuals = deviance_residuals(band, shape);
         ceres::NumericDiffOptions options;
+        options.ridders_relative_initial_step_size = 1e-3;
         const std::vector<const ceres::Manifold*> none = {nullptr};
         ceres::GradientChecker checker(residuals.get(), &none, options);
         ceres::GradientChecker::ProbeResults results;
