@@ -1,6 +1,9 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
+#include <deque>
 #include <limits>
+#include <memory>
+#include <mutex>
 #include <stdexcept>
 
 #include "aberfit/roughness/psd_estimate.h"
@@ -87,6 +90,36 @@ struct PsdEstimator::Plan {
     relative_covariance = bin_covariance(mill().grid, bins, correlation_x, correlation_y, response.low);
   }
 
+  // The bins without the ordinates of lines. Surfaces of one machine have their lines in one place: the last
+  // few answers are kept.
+  struct WithoutLines {
+    std::vector<char> left_out;
+    OrdinateBins bins;
+    EstimatorResponse response;
+    Eigen::MatrixXd relative_covariance;
+  };
+  static constexpr std::size_t kKept = 8;
+  mutable std::mutex kept_mutex;
+  mutable std::deque<std::shared_ptr<const WithoutLines>> kept;
+
+  std::shared_ptr<const WithoutLines> without(const std::vector<char>& left_out) const {
+    {
+      const std::lock_guard lock(kept_mutex);
+      for (const auto& known : kept)
+        if (known->left_out == left_out) return known;
+    }
+    auto made = std::make_shared<WithoutLines>();
+    made->left_out = left_out;
+    made->bins = logarithmic_bins(mill().grid, options.bins_per_decade, left_out);
+    made->response = estimator_response(mill(), made->bins, options.window, threads);
+    made->relative_covariance =
+        bin_covariance(mill().grid, made->bins, correlation_x, correlation_y, made->response.low);
+    const std::lock_guard lock(kept_mutex);
+    kept.push_front(made);
+    if (kept.size() > kKept) kept.pop_back();
+    return made;
+  }
+
   // ordinate: periodogram, one-sided [m^3] or two-sided [m^4].
   PsdEstimate estimate(const Eigen::ArrayXd& ordinate) const {
     if (!options.find_lines) return binned(ordinate, bins, response, relative_covariance);
@@ -94,11 +127,8 @@ struct PsdEstimator::Plan {
     const LineSearch search = find_lines(mill().grid, ordinate, main_lobe(options.window), correlation,
                                          response.node_frequency, response.transfer);
     if (search.lines.empty()) return binned(ordinate, bins, response, relative_covariance);
-    const OrdinateBins fewer = logarithmic_bins(mill().grid, options.bins_per_decade, search.left_out);
-    const EstimatorResponse adjusted = estimator_response(mill(), fewer, options.window, threads);
-    PsdEstimate result =
-        binned(ordinate, fewer, adjusted,
-               bin_covariance(mill().grid, fewer, correlation_x, correlation_y, adjusted.low));
+    const std::shared_ptr<const WithoutLines> rest = without(search.left_out);
+    PsdEstimate result = binned(ordinate, rest->bins, rest->response, rest->relative_covariance);
     result.lines = search.lines;
     return result;
   }
