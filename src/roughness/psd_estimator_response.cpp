@@ -41,6 +41,11 @@ class Nodes {
     row[i] += (1 - t) * amount;
     row[i + 1] += t * amount;
   }
+  double interpolated(const Eigen::ArrayXd& at_nodes, double f) const {
+    const Eigen::Index i = place(f);
+    const double t = std::clamp((f - frequency[i]) / (frequency[i + 1] - frequency[i]), 0.0, 1.0);
+    return (1 - t) * at_nodes[i] + t * at_nodes[i + 1];
+  }
   Eigen::Index place(double f) const {
     return std::clamp(Eigen::Index(std::floor((std::log(f) - low_) / step_)), Eigen::Index(0),
                       frequency.size() - 2);
@@ -268,7 +273,7 @@ EstimatorResponse estimator_response(const Mill& mill, const OrdinateBins& bins,
             }
           }
           nodes.add(measure, f, cell);
-          const double passed = cell * result.transfer[nodes.place(f)];
+          const double passed = cell * nodes.interpolated(result.transfer, f);
           for (const int bin : touched) nodes.add(matrix.row(bin), f, passed * share[bin] / bins.count[bin]);
         }
     }
