@@ -116,16 +116,19 @@ class Fitter {
     return candidate;
   }
 
-  // Simplest family within reach of the best.
+  // Simplest family within reach of the best of those whose every parameter the data determine.
   PsdFamily choose(PsdModelFit* result) {
+    std::vector<PsdCandidate> known;
     double best = kInfinity;
     for (const PsdFamily family : kFamilies) {
       if (!eligible(family)) continue;
       result->candidates.push_back(candidate(family));
-      best = std::min(best, result->candidates.back().criterion);
+      if (fit(family).theta.size() == 0 || !all_determined(fit(family))) continue;
+      known.push_back(result->candidates.back());
+      best = std::min(best, known.back().criterion);
     }
     const PsdCandidate* chosen = nullptr;
-    for (const PsdCandidate& c : result->candidates) {
+    for (const PsdCandidate& c : known) {
       if (c.criterion > best + kWorthwhile) continue;
       if (!chosen || c.parameters < chosen->parameters ||
           (c.parameters == chosen->parameters && c.criterion < chosen->criterion))
@@ -220,31 +223,58 @@ class Fitter {
                        shape_values(shape.shape, shape.theta, band_.node).value.matrix();
   }
 
-  // Wald intervals in the coordinate (mostly the logarithm), where the likelihood is closest to a parabola.
+  // Standard deviation of a coordinate. A parameter at the end of its range counts as known there for the
+  // others, and as unknown itself.
+  static double deviation(const PsdShapeParameter& parameter, const Eigen::MatrixXd& covariance) {
+    if (parameter.internal >= 0 && std::isinf(covariance(parameter.internal, parameter.internal)))
+      return kInfinity;
+    double variance = 0;
+    for (Index i = 0; i < parameter.gradient.size(); ++i)
+      for (Index j = 0; j < parameter.gradient.size(); ++j)
+        if (std::isfinite(covariance(i, j)))
+          variance += parameter.gradient[i] * parameter.gradient[j] * covariance(i, j);
+    return std::sqrt(variance);
+  }
+
+  // An amplitude extrapolated over decades is uncertain by factors and yet known.
+  static bool determined(const PsdShapeParameter& parameter, double std) {
+    return parameter.name == "amplitude" ? std::isfinite(std) : std <= kLargestLogStd;
+  }
+
+  bool all_determined(const PsdShapeFit& shape) const {
+    for (const PsdShapeParameter& parameter : shape_parameters(shape.shape, shape.theta))
+      if (!determined(parameter, deviation(parameter, shape.covariance))) return false;
+    return true;
+  }
+
+  // Wald intervals in the coordinate (mostly the logarithm), where the likelihood is closest to a parabola;
+  // from the profile of the likelihood where it is none.
   void add_parameters(const PsdShapeFit& shape, PsdModelFit* result) const {
     const double z = boost::math::quantile(boost::math::normal(), 0.5 + 0.5 * options_.confidence);
     std::vector<PsdParameter> rows;
     for (const PsdShapeParameter& parameter : shape_parameters(shape.shape, shape.theta)) {
-      // 0 * infinity is no variance at all: only directions that the parameter depends on count.
-      double variance = 0;
-      for (Index i = 0; i < parameter.gradient.size(); ++i)
-        for (Index j = 0; j < parameter.gradient.size(); ++j)
-          if (parameter.gradient[i] != 0 && parameter.gradient[j] != 0)
-            variance += parameter.gradient[i] * parameter.gradient[j] * shape.covariance(i, j);
-      const double std = std::sqrt(variance), at = parameter.coordinate;
+      const double std = deviation(parameter, shape.covariance), at = parameter.coordinate;
       PsdParameter row{parameter.name, parameter.unit};
       row.value = parameter.natural(at);
       row.std = parameter.logarithmic ? std * std::exp(at) : std;
       row.lower = parameter.natural(at - z * std);
       row.upper = parameter.natural(at + z * std);
-      // An amplitude extrapolated over decades is uncertain by factors and yet known.
-      row.identified = std <= kLargestLogStd || (parameter.name == "amplitude" && std::isfinite(std));
+      row.identified = determined(parameter, std);
       if (!row.identified) {
         row.value = row.std = kNaN;
+        double ends[2] = {-kInfinity, kInfinity};
+        if (parameter.internal >= 0)
+          for (const int direction : {-1, 1})
+            ends[direction > 0] = profile_bound(
+                band_, shape, parameter.internal, direction,
+                0.5 * std::max(1.0, shape.overdispersion) * chi_squared_quantile(options_.confidence, 1),
+                options_.max_iterations);
+        row.lower = parameter.natural(ends[0]);
+        row.upper = parameter.natural(ends[1]);
         result->warnings.push_back(
-            {"not-identified", fmt::format("the data do not determine {}: it may be anything within a factor "
-                                           "of e and beyond",
-                                           row.name)});
+            {"not-identified",
+             fmt::format("the data do not determine {}: it may be anything from {:.3g} to {:.3g} {}",
+                         row.name, row.lower, row.upper, row.unit)});
       }
       rows.push_back(row);
     }
