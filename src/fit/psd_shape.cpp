@@ -232,8 +232,10 @@ PsdShapeBounds shape_bounds(const PsdShape& shape, double floor_level) {
   PsdShapeBounds bounds{VectorXd(n), VectorXd(n)};
   int at = 0;
   for (const Part part : parts_of(shape.family)) {
-    bounds.lower[at] = std::log(floor_level);
-    bounds.upper[at] = std::log(floor_level) + 200;
+    // The level at the pivot of a steep part may lie far below the others.
+    const double lowest = std::log(floor_level), reach = 200;
+    bounds.lower[at] = part == Part::kFloor ? lowest : lowest - reach;
+    bounds.upper[at] = lowest + reach;
     if (part == Part::kKnee) {
       bounds.lower[at + 1] = std::log(1 / (kKneeReach * shape.f_max));
       bounds.upper[at + 1] = std::log(kKneeReach / shape.f_min);

@@ -93,8 +93,9 @@ Profile random_line(const std::function<double(double)>& spectrum, const RandomS
     values[std::size_t(k)] = std::sqrt(spectrum(k * step) * step) * std::complex<double>(re, im);
   }
   fourier_transform(1, n, values.data());
-  Profile profile{Eigen::ArrayXd::LinSpaced(kPoints, 0, double(kPoints - 1) * kPitch),
-                  Eigen::ArrayXd(kPoints)};
+  Profile profile;
+  profile.x = Eigen::ArrayXd::LinSpaced(kPoints, 0, double(kPoints - 1) * kPitch);
+  profile.value.resize(kPoints);
   for (Index i = 0; i < kPoints; ++i) profile.value[i] = values[std::size_t(i)].real();
   return profile;
 }
