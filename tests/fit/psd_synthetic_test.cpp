@@ -66,7 +66,7 @@ std::vector<Model> models() {
        {{"B", 0.01}, {"exponent", 3}}},
       {"k-correlation and floor map",
        PsdFamily::kKCorrelationAndFloor,
-       SumPsd{{KCorrelationPsd{1e-9, 0.012, 4}, UniformPsd{8e-10, 0, 1000}}},
+       SumPsd{{KCorrelationPsd{1e-9, 0.012, 4}, UniformPsd{6.5e-10, 0, 1000}}},
        {},
        {{"B", 0.012}, {"exponent", 4}}},
       {"power law profile",
@@ -130,7 +130,7 @@ struct MapWay {
     options.oversize = 2;
     options.scales = model.family == PsdFamily::kPowerLaw ? 3 : 1;
     // Four numbers need a wider band for the asymptotics to hold.
-    const Index more = model.family == PsdFamily::kKCorrelationAndFloor ? 48 : 0;
+    const Index more = model.family == PsdFamily::kKCorrelationAndFloor ? 64 : 0;
     return random_surface(RadialPsd(model.roughness), kRows + more, kColumns + more, kPitch, options);
   }
   static void add_line(double amplitude, double phase, Data* data) {
