@@ -116,25 +116,23 @@ class Fitter {
     return candidate;
   }
 
-  // Simplest family within reach of the best of those whose every parameter the data determine.
+  // Simplest family within reach of the best of those whose every parameter the data determine; where these
+  // all fail to describe the data and another does not, that one.
   PsdFamily choose(PsdModelFit* result) {
-    std::vector<PsdCandidate> known;
-    double best = kInfinity;
+    std::vector<PsdCandidate> known, all;
     for (const PsdFamily family : kFamilies) {
       if (!eligible(family)) continue;
-      result->candidates.push_back(candidate(family));
-      if (fit(family).theta.size() == 0 || !all_determined(fit(family))) continue;
-      known.push_back(result->candidates.back());
-      best = std::min(best, known.back().criterion);
+      const PsdCandidate made = candidate(family);
+      result->candidates.push_back(made);
+      if (fit(family).theta.size() == 0) continue;
+      all.push_back(made);
+      if (all_determined(fit(family))) known.push_back(made);
     }
-    const PsdCandidate* chosen = nullptr;
-    for (const PsdCandidate& c : known) {
-      if (c.criterion > best + kWorthwhile) continue;
-      if (!chosen || c.parameters < chosen->parameters ||
-          (c.parameters == chosen->parameters && c.criterion < chosen->criterion))
-        chosen = &c;
-    }
-    return chosen ? chosen->family : PsdFamily::kUniform;
+    if (all.empty()) return PsdFamily::kUniform;
+    const PsdFamily any = simplest(all), certain = known.empty() ? any : simplest(known);
+    const bool better =
+        goodness_of_fit(band_, fit(certain)) < kPoorFit && goodness_of_fit(band_, fit(any)) >= kPoorFit;
+    return better ? any : certain;
   }
 
   // Steps down to the limits that do as well, noting what is thereby unknown.
@@ -188,6 +186,20 @@ class Fitter {
   }
 
  private:
+  static PsdFamily simplest(const std::vector<PsdCandidate>& candidates) {
+    double best = kInfinity;
+    for (const PsdCandidate& c : candidates) best = std::min(best, c.criterion);
+    const PsdCandidate* chosen = &candidates.front();
+    bool found = false;
+    for (const PsdCandidate& c : candidates) {
+      if (c.criterion > best + kWorthwhile) continue;
+      if (!found || c.parameters < chosen->parameters ||
+          (c.parameters == chosen->parameters && c.criterion < chosen->criterion))
+        chosen = &c, found = true;
+    }
+    return chosen->family;
+  }
+
   // A profile of constant S1 is no limit of low knees: the surface's exponent would be 1 there, and its level
   // undetermined.
   bool level_profile(const PsdShapeFit& fit) const {

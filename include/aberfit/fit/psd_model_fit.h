@@ -71,7 +71,8 @@ struct PsdModelFit {
 /// 1989, 9.3), which also gives the covariance of the parameters; 1-4 % smaller errors than without.
 /// Intervals are Wald's in the logarithm (power-law exponent: in itself). The lowest bins, which detrending
 /// took height from, are weighted through the response; bins below 1.5 resolutions are left out. kAuto takes
-/// the simplest family within 2 of the least criterion among those whose every parameter the data determine.
+/// the simplest family within 2 of the least criterion among those whose every parameter the data determine,
+/// or among all where only then the model describes the data (`goodness`).
 /// A family whose limit (knee outside the band, no floor) does as well at `confidence` is given up for that
 /// limit: `family` says so, the parameter is not identified and bounded by the profile likelihood. Over a
 /// profile a uniform surface is a disc of frequencies that ends at f_max; a floor is white noise of the
