@@ -64,7 +64,7 @@ ChosenPoints choose(const HeightMap& map, double radius, const MapFitOptions& op
     (kept_back ? held_out : chosen.fitted_index).push_back(at);
   }
   chosen.fitted = gather(map, chosen.fitted_index);
-  if (options.weighting == MapWeighting::kArea)
+  if (options.weighting == MapWeighting::kArea && !chosen.fitted_index.empty())
     chosen.fitted.root_weight = area_weights(map, known, chosen.fitted_index).sqrt();
   chosen.held_out = gather(map, held_out);
   return chosen;
