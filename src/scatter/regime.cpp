@@ -12,8 +12,6 @@ namespace {
 
 constexpr double kAiryEe90 = 1.9014;                   // of a full circle, in lambda f/D
 constexpr double kGaussianEe90 = 2.14596602628934724;  // sqrt(2 ln 10), in sigma_f
-constexpr double kSpotsOfRays =
-    5.0;  // ray ee90 over Airy ee90 from which diffraction does not show (PHYSICS 7)
 
 std::string length(double metres) { return format_quantity(metres, Dimension::kLength); }
 
@@ -35,20 +33,26 @@ std::string explain(const SceneNumbers& n, double ray_ee90) {
         "slopes to "
         "decide where light goes, so wave optics is needed and rays mislead.",
         n.kappa, kKappaOfRays, n.g);
-  if (ray_ee90 < kSpotsOfRays * n.airy_ee90)
+  if (ray_ee90 < kAiryRadiiForRays * n.airy_ee90)
     return fmt::format(
         "kappa = {:.3g} is at least {}, but the ray ee90 of {} is only {:.3g} times the Airy ee90 of {} "
         "(below {}): rays "
         "need to be convolved with the Airy pattern.",
-        n.kappa, kKappaOfRays, length(ray_ee90), ray_ee90 / n.airy_ee90, length(n.airy_ee90), kSpotsOfRays);
+        n.kappa, kKappaOfRays, length(ray_ee90), ray_ee90 / n.airy_ee90, length(n.airy_ee90),
+        kAiryRadiiForRays);
   return fmt::format(
       "kappa = {:.3g} is at least {} and the ray ee90 of {} is {:.3g} times the Airy ee90 of {} (at least "
       "{}): geometric "
       "rays are the right model.",
-      n.kappa, kKappaOfRays, length(ray_ee90), ray_ee90 / n.airy_ee90, length(n.airy_ee90), kSpotsOfRays);
+      n.kappa, kKappaOfRays, length(ray_ee90), ray_ee90 / n.airy_ee90, length(n.airy_ee90),
+      kAiryRadiiForRays);
 }
 
 }  // namespace
+
+double airy_ee90(const Mirror& mirror, const Aperture& aperture, double wavelength) {
+  return kAiryEe90 * wavelength * mirror.focal_length / (2.0 * aperture_radius(aperture));
+}
 
 SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                            double wavelength) {
@@ -59,7 +63,7 @@ SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Ape
   n.rms_slope_per_axis = moments.rms_slope_per_axis();
   n.g = 4.0 * std::numbers::pi * n.rms_height / wavelength;
   n.tis = -std::expm1(-n.g * n.g);
-  n.airy_ee90 = kAiryEe90 * wavelength * mirror.focal_length / diameter;
+  n.airy_ee90 = airy_ee90(mirror, aperture, wavelength);
   if (n.rms_height > 0 && std::isfinite(n.rms_height)) {
     n.correlation_length = correlation_length(psd);
     n.paper_ratio_r = 2.0 * n.rms_height * diameter / (1.22 * wavelength * n.correlation_length);
@@ -74,7 +78,7 @@ SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Ape
   }
   const double ray_ee90 = kGaussianEe90 * 2.0 * mirror.focal_length * n.rms_slope_per_axis;
   n.rays_are_valid =
-      n.kappa >= kKappaOfRays && std::isfinite(ray_ee90) && ray_ee90 >= kSpotsOfRays * n.airy_ee90;
+      n.kappa >= kKappaOfRays && std::isfinite(ray_ee90) && ray_ee90 >= kAiryRadiiForRays * n.airy_ee90;
   n.reason = explain(n, ray_ee90);
   return n;
 }

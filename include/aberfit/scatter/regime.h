@@ -26,6 +26,12 @@ struct SceneNumbers {
 
 /// kappa from which the ray ee90 and ee50 are within 10 % of GHS (PHYSICS 7, golden/ghs_ee.csv).
 inline constexpr double kKappaOfRays = 0.85;
+/// Ray ee90 over Airy ee90 from which diffraction does not show (PHYSICS 7).
+inline constexpr double kAiryRadiiForRays = 5;
+
+/// ee90 of the perfect mirror by diffraction, 1.9014 lambda f / D [m]: that of a full circle of diameter D =
+/// 2 aperture_radius.
+double airy_ee90(const Mirror& mirror, const Aperture& aperture, double wavelength);
 
 /// Numbers of a roughness on a mirror, wavelength > 0 [m]. kappa = E(x1), E(x) = g^2 (1 - C(x)/sigma^2), x1 =
 /// sqrt2 lambda/(4 pi slope). The ray ee90 compared is the paraxial one of convention `physical`, 2.146 * 2 f
