@@ -4,9 +4,12 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
+#include <charconv>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -25,7 +28,10 @@ struct Arguments {
   std::string study_file;
   std::string output_directory;
   std::string coefficients_file;
+  std::vector<std::string> measured_files;         // psd
+  std::map<std::string, std::string> psd_options;  // psd: keys of a `psd` block of model "measured"
   int threads = 0;
+  bool keep_lines = false;
   bool no_plots = false, json = false, quiet = false;
 };
 
@@ -118,8 +124,8 @@ int fit(Arguments arguments) {
   print(arguments, arguments.json ? to_json(result) : ordered_json(), summary_table(result, false));
   say_where(arguments);
   if (result.fit.status == aberfit::FitStatus::kFailed) return kComputationFailed;
-  const bool met =
-      result.fit.status == aberfit::FitStatus::kConverged && result.verdict == aberfit::Verdict::kEquivalent;
+  const bool judged_well = result.map.has_value() || result.verdict == aberfit::Verdict::kEquivalent;
+  const bool met = result.fit.status == aberfit::FitStatus::kConverged && judged_well;
   return met ? kDone : kNotMet;
 }
 
@@ -133,6 +139,92 @@ int verify(Arguments arguments) {
   print(arguments, result, table);
   say_where(arguments);
   return result.at("verdict") == to_string(aberfit::Verdict::kEquivalent) ? kDone : kNotMet;
+}
+
+// Options of `psd FILE`: each is the key of the study format of the same name.
+struct PsdOption {
+  const char* flag;
+  const char* key;
+  const char* type;
+  const char* meaning;
+};
+constexpr std::array kPsdOptions = {
+    PsdOption{"--format", "format", "NAME",
+              "dabam, profile, map, zygo, codev-int, fits, zemax-grid-sag (default: by content)"},
+    PsdOption{"--column", "column", "N", "profiles: which scan line, from 1"},
+    PsdOption{"--quantity", "quantity", "NAME", "profiles in columns: height or slope"},
+    PsdOption{"--of", "of", "NAME", "surface or wavefront"},
+    PsdOption{"--x-unit", "x_unit", "UNIT", "unit of the positions, where the file does not say"},
+    PsdOption{"--value-unit", "value_unit", "UNIT", "unit of heights or slopes, where the file does not say"},
+    PsdOption{"--pitch", "pitch", "LENGTH", "maps: distance of neighbouring points, e.g. \"0.1 mm\""},
+    PsdOption{"--wavelength", "wavelength", "LENGTH", "of the instrument, for values in waves or radians"},
+    PsdOption{"--scale", "scale", "X", "factor on the heights"},
+    PsdOption{"--detrend", "detrend", "NAME", "none, polynomial (default), ellipse, zernike"},
+    PsdOption{"--degree", "degree", "N", "of the polynomial or the Zernikes (default 2)"},
+    PsdOption{"--window", "window", "NAME", "none, hann (default), hamming, blackman-harris, welch, tukey"},
+    PsdOption{"--bins-per-decade", "bins_per_decade", "N", "logarithmic bins (default 12)"},
+    PsdOption{"--confidence", "confidence", "P", "of the intervals, e.g. \"95 %\""},
+    PsdOption{
+        "--family", "family", "NAME",
+        "auto (default), power-law, k-correlation, uniform, power-law-and-floor, k-correlation-and-floor, "
+        "two-k-correlations"},
+    PsdOption{"--f-min", "f_min", "FREQ", "lower edge of the band to fit, e.g. \"20 /m\""},
+    PsdOption{"--f-max", "f_max", "FREQ", "upper edge of the band to fit, e.g. \"1 /mm\""},
+};
+
+// A number where the whole text is one, so that plain SI numbers do as in a study.
+ordered_json option_value(const std::string& text) {
+  std::int64_t whole = 0;
+  double number = 0;
+  const char *begin = text.data(), *end = begin + text.size();
+  if (const auto [at, error] = std::from_chars(begin, end, whole); error == std::errc{} && at == end)
+    return whole;
+  if (const auto [at, error] = std::from_chars(begin, end, number); error == std::errc{} && at == end)
+    return number;
+  return text;
+}
+
+// What is measured: a study's measurement, or files with the options of the command line.
+aberfit::MeasuredPsd measured(const Arguments& arguments, std::string* title) {
+  const std::string& first = arguments.measured_files.front();
+  if (std::filesystem::path(first).extension() == ".json") {
+    if (arguments.measured_files.size() > 1 || !arguments.psd_options.empty() || arguments.keep_lines)
+      throw aberfit::InputError("command line", "", "options or further files beside a study",
+                                "the study alone: they are keys of its `psd` block");
+    const aberfit::Study study = aberfit::read_study(first);
+    *title = study.title;
+    return aberfit::measured_psd_of(study);
+  }
+  ordered_json source = ordered_json::object(), block;
+  for (const auto& [key, value] : arguments.psd_options)
+    (key == "detrend" || key == "degree" || key == "window" || key == "bins_per_decade" ||
+             key == "confidence" || key == "family" || key == "f_min" || key == "f_max"
+         ? block
+         : source)[key] = option_value(value);
+  for (const std::string& file : arguments.measured_files) {
+    source["file"] = file;
+    if (&file == &first)
+      block.update(source);
+    else
+      block["further"].push_back(source);
+  }
+  if (arguments.keep_lines) block["find_lines"] = false;
+  *title = std::filesystem::path(first).filename().string();
+  return aberfit::read_measured(block, "command line", arguments.threads);
+}
+
+int psd(Arguments arguments) {
+  arguments.study_file = arguments.measured_files.front();
+  ProgressLine progress(!arguments.quiet);
+  if (progress.shown()) progress.show("measuring");
+  std::string title, table;
+  const aberfit::MeasuredPsd result = measured(arguments, &title);
+  choose_output_directory(&arguments);
+  const ordered_json json = aberfit::run_psd(result, title, run_options(arguments, &progress), &table);
+  progress.clear();
+  print(arguments, json, table);
+  say_where(arguments);
+  return result.result.status == aberfit::PsdFitStatus::kConverged ? kDone : kNotMet;
 }
 
 template <typename Run>
@@ -189,6 +281,21 @@ int run(int argc, char** argv) {
   coefficients(verify_command);
   CLI::App* trace_command = command("trace", "Focal statistics of a surface, nothing else");
   coefficients(trace_command);
+  CLI::App* psd_command = app.add_subcommand(
+      "psd", "Measured profile or map -> PSD -> model with uncertainties, as a roughness block for a study");
+  psd_command
+      ->add_option("FILE", arguments.measured_files,
+                   "Measured files of one surface (several: their bands are stitched), or one study (.json)")
+      ->required();
+  output(psd_command);
+  for (const PsdOption& option : kPsdOptions)
+    psd_command
+        ->add_option_function<std::string>(
+            option.flag,
+            [&arguments, &option](const std::string& value) { arguments.psd_options[option.key] = value; },
+            option.meaning)
+        ->type_name(option.type);
+  psd_command->add_flag("--keep-lines", arguments.keep_lines, "Leave periodic structure in the bins");
   CLI::App* check_command = command("check", "The resolved study, the model it needs and why; runs nothing");
   CLI::App* schema_command = app.add_subcommand("schema", "JSON Schema of the study format");
 
@@ -200,6 +307,7 @@ int run(int argc, char** argv) {
   if (*fit_command) return fit(arguments);
   if (*verify_command) return verify(arguments);
   if (*trace_command) return forward(arguments, aberfit::run_trace);
+  if (*psd_command) return psd(arguments);
   if (*check_command) return forward(arguments, aberfit::run_check);
   if (*schema_command) fmt::print("{}\n", aberfit::study_schema().dump(2));
   return kDone;

@@ -63,9 +63,12 @@ std::string script_head(const std::string& name, int width, int height) {
 
 std::string picture_title(const PlotInput& input, const std::string& text) {
   const nlohmann::ordered_json& study = input.result.study;
-  std::string title = text;
-  if (study.is_object() && study.contains("title") && study["title"].is_string() && study["title"] != "")
-    title += " - " + study["title"].get<std::string>();
+  const bool named = study.is_object() && study.contains("title") && study["title"].is_string();
+  return picture_title(text, named ? study["title"].get<std::string>() : "");
+}
+
+std::string picture_title(const std::string& text, const std::string& of) {
+  std::string title = of.empty() ? text : text + " - " + of;
   constexpr std::size_t kWidest = 105;  // bytes at the title's font over 1200 pixels
   if (title.size() > kWidest) {
     std::size_t end = kWidest;
@@ -74,6 +77,11 @@ std::string picture_title(const PlotInput& input, const std::string& text) {
     title = title.substr(0, end) + "...";
   }
   return gnuplot_text(title);
+}
+
+std::string signed_palette() {
+  return "set palette defined (-1 '#053061', -0.75 '#2166ac', -0.5 '#4393c3', -0.25 '#b0d2e6', 0 '#f7f7f7', "
+         "0.25 '#f6bfa6', 0.5 '#d6604d', 0.75 '#b2182b', 1 '#67001f')\n";
 }
 
 Centre plot_centre(const ResultDocument& result) {

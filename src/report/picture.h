@@ -17,6 +17,10 @@ struct Picture {
   std::vector<std::pair<std::string, std::string>> data;  ///< file name, text
 };
 
+/// Writes data and scripts below `directory`/plots and draws them; see write_plots.
+std::vector<std::string> draw_pictures(const std::vector<Picture>& pictures, const std::string& directory,
+                                       Warnings* warnings);
+
 // What each picture shows is said where it is made; nullopt-like pictures (nothing to show) have an empty
 // name.
 Picture ee_curves_picture(const PlotInput& input);
@@ -50,6 +54,11 @@ std::string script_head(const std::string& name, int width, int height);
 
 /// `text`, then the study's title when it has one; shortened to fit the width of a picture.
 std::string picture_title(const PlotInput& input, const std::string& text);
+/// The same with the title at hand.
+std::string picture_title(const std::string& text, const std::string& title);
+
+/// gnuplot's `set palette` for signed values, blue over white to red.
+std::string signed_palette();
 
 /// Where the study centres its statistics (`trace.centre`).
 Centre plot_centre(const ResultDocument& result);

@@ -87,9 +87,7 @@ Picture surface_picture(const PlotInput& input, const SurfaceField& grid) {
       "set xlabel 'x [{}]'\nset ylabel 'y [{}]'\nset cblabel {} offset 1.5,0\n"
       "set size ratio -1\nset tics out\n"
       "set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\nset cbrange [{:.9g}:{:.9g}]\n"
-      "set palette defined (-1 '#053061', -0.75 '#2166ac', -0.5 '#4393c3', -0.25 '#b0d2e6', 0 '#f7f7f7', "
-      "0.25 '#f6bfa6', "
-      "0.5 '#d6604d', 0.75 '#b2182b', 1 '#67001f')\n"
+      "{}"
       "plot '{}.dat' matrix using ($1*p+o):($2*p+o):($3*s) with image\n",
       step * lateral.per_si, -radius * lateral.per_si, lateral.name, height.per_si,
       picture_title(input, "Fitted surface error"), lateral.name, lateral.name,
@@ -97,7 +95,7 @@ Picture surface_picture(const PlotInput& input, const SurfaceField& grid) {
                                display(rms, Dimension::kLength), display(high - low, Dimension::kLength))),
       -(x_reach + frame) * lateral.per_si, (x_reach + frame) * lateral.per_si,
       -(y_reach + frame) * lateral.per_si, (y_reach + frame) * lateral.per_si, -largest * height.per_si,
-      largest * height.per_si, name);
+      largest * height.per_si, signed_palette(), name);
   return picture;
 }
 

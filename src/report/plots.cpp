@@ -28,9 +28,13 @@ std::vector<Picture> all_pictures(const PlotInput& input) {
 
 std::vector<std::string> write_plots(const PlotInput& input, const std::string& directory,
                                      Warnings* warnings) {
+  return draw_pictures(all_pictures(input), directory, warnings);
+}
+
+std::vector<std::string> draw_pictures(const std::vector<Picture>& pictures, const std::string& directory,
+                                       Warnings* warnings) {
   namespace fs = std::filesystem;
   const fs::path folder = fs::path(directory) / "plots";
-  const std::vector<Picture> pictures = all_pictures(input);
   for (const Picture& picture : pictures) {
     for (const auto& [file, text] : picture.data) write_file((folder / file).string(), text);
     write_file((folder / (picture.name + ".gp")).string(), picture.script);

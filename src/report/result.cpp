@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "aberfit/terms/zernike.h"
+#include "json_number.h"
 #include "statistic_label.h"
 
 namespace aberfit {
@@ -15,14 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// JSON has no NaN and no infinity: what does not exist is null.
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json numbers(const Eigen::VectorXd& values) {
-  Json list = Json::array();
-  for (const double value : values) list.push_back(number(value));
-  return list;
-}
+Json number(double value) { return json_number(value); }
 
 Json scene_json(const ResultDocument& result) {
   if (!result.has_roughness) return nullptr;
@@ -84,7 +78,7 @@ Json fit_json(const ResultDocument& result) {
           {"terms", result.terms.size()},
           {"rays", result.rays},
           {"equivalent_surface", surface_json(result.surface)},
-          {"singular_values", numbers(fit.singular_values)}};
+          {"singular_values", json_numbers(fit.singular_values)}};
 }
 
 Json coefficients_json(const ResultDocument& result) {
@@ -143,6 +137,28 @@ Json statistics_json(const ResultDocument& result, const std::vector<std::string
   return json;
 }
 
+Json spectrum_json(const ResultDocument& result) {
+  Json bins = Json::array();
+  for (const SpectrumBin& bin : result.spectrum)
+    bins.push_back({{"low_per_m", bin.low},
+                    {"high_per_m", bin.high},
+                    {"target_m4", number(bin.target)},
+                    {"fitted_m4", number(bin.fitted)},
+                    {"tolerance", bin.tolerance}});
+  return bins;
+}
+
+Json map_json(const MapFitResult& map) {
+  return {{"points", map.points},
+          {"held_out_points", map.held_out_points},
+          {"rms_map_m", number(map.rms_map)},
+          {"rms_residual_m", number(map.rms_residual)},
+          {"rms_held_out_m", number(map.rms_held_out)},
+          {"independent_points", number(map.independent_points)},
+          {"condition_number", number(map.condition_number)},
+          {"rank", map.rank}};
+}
+
 Json equivalence_json(const ResultDocument& result) {
   Json metrics = Json::array();
   for (const EquivalenceMetric& metric : result.metrics)
@@ -156,22 +172,6 @@ Json equivalence_json(const ResultDocument& result) {
                        {"margin", number(metric.margin)},
                        {"verdict", to_string(metric.verdict)}});
   return {{"verdict", to_string(result.verdict)}, {"metrics", metrics}};
-}
-
-Json warnings_json(const Warnings& warnings) {
-  Json list = Json::array();
-  for (const Warning& warning : warnings)
-    list.push_back({{"code", warning.code}, {"message", warning.message}});
-  return list;
-}
-
-Json provenance_json(const Provenance& provenance) {
-  Json libraries = Json::object();
-  for (const auto& [name, version] : provenance.libraries) libraries[name] = version;
-  return {{"version", provenance.version},
-          {"seed", provenance.seed},
-          {"threads", provenance.threads},
-          {"libraries", libraries}};
 }
 
 std::string compiler() {
@@ -199,19 +199,31 @@ Provenance make_provenance(std::uint64_t seed, int threads) {
   return provenance;
 }
 
+nlohmann::ordered_json to_json(const Provenance& provenance) {
+  Json libraries = Json::object();
+  for (const auto& [name, version] : provenance.libraries) libraries[name] = version;
+  return {{"version", provenance.version},
+          {"seed", provenance.seed},
+          {"threads", provenance.threads},
+          {"libraries", libraries}};
+}
+
 nlohmann::ordered_json to_json(const ResultDocument& result) {
   const std::vector<std::string> names = unique_names(result.targets);
-  return {{"aberfit", 1},
-          {"kind", result.kind},
-          {"study", result.study},
-          {"scene", scene_json(result)},
-          {"target", target_json(result, names)},
-          {"fit", fit_json(result)},
-          {"coefficients", coefficients_json(result)},
-          {"statistics", statistics_json(result, names)},
-          {"equivalence", equivalence_json(result)},
-          {"warnings", warnings_json(result.warnings)},
-          {"provenance", provenance_json(result.provenance)}};
+  Json json = {{"aberfit", 1},
+               {"kind", result.kind},
+               {"study", result.study},
+               {"scene", scene_json(result)},
+               {"target", target_json(result, names)},
+               {"fit", fit_json(result)},
+               {"coefficients", coefficients_json(result)},
+               {"statistics", statistics_json(result, names)}};
+  if (!result.spectrum.empty()) json["spectrum"] = spectrum_json(result);
+  if (result.map) json["map"] = map_json(*result.map);
+  json["equivalence"] = equivalence_json(result);
+  json["warnings"] = json_warnings(result.warnings);
+  json["provenance"] = to_json(result.provenance);
+  return json;
 }
 
 }  // namespace aberfit

@@ -7,31 +7,13 @@
 
 #include "aberfit/core/units.h"
 #include "aberfit/report/result.h"
+#include "paragraph.h"
 #include "statistic_label.h"
 
 namespace aberfit {
 namespace {
 
-constexpr std::size_t kColumns = 100;
-constexpr std::size_t kIndent = 10;  // of what stands behind "Scene", "Fit", ...
 constexpr std::size_t kWorstFitted = 3, kWorstHeldOut = 5;
-
-// Words of `text` on lines of at most kColumns; the first line begins with `label`, the others are indented
-// as deep as `indent`.
-std::string paragraph(const std::string& label, const std::string& text, std::size_t indent = kIndent) {
-  std::string out, line = fmt::format("{:<{}}", label, indent);
-  bool empty = true;
-  std::istringstream words(text);
-  for (std::string word; words >> word; empty = false) {
-    if (!empty && line.size() + 1 + word.size() > kColumns) {
-      out += line + "\n";
-      line = std::string(indent, ' ');
-      empty = true;
-    }
-    line += (empty ? "" : " ") + word;
-  }
-  return out + line + "\n";
-}
 
 // Always four significant digits, so that the numbers of a row line up and can be compared: 100.0 nm beside
 // 100.2 nm.
@@ -76,6 +58,13 @@ double confidence_of(const ResultDocument& result) {
 }
 
 std::string headline(const ResultDocument& result) {
+  if (result.map)
+    return paragraph(
+        "",
+        fmt::format(
+            "NOT JUDGED - least-squares terms of a measured map: residual {} RMS, {} on the points kept back",
+            length(result.map->rms_residual), length(result.map->rms_held_out)),
+        0);
   if (result.metrics.empty()) {
     if (result.fit.status == FitStatus::kNotRun) return paragraph("", "NOT JUDGED - nothing was fitted", 0);
     return paragraph("", "NOT JUDGED - fit: " + to_string(result.fit.status), 0);
@@ -92,6 +81,8 @@ std::string headline(const ResultDocument& result) {
   std::string text = to_string(result.verdict);
   std::transform(text.begin(), text.end(), text.begin(),
                  [](char c) { return c >= 'a' && c <= 'z' ? char(c - 32) : c; });
+  if (result.fit.status != FitStatus::kConverged && result.fit.status != FitStatus::kNotRun)
+    text += " (the fit: " + to_string(result.fit.status) + ")";
   if (different == 0 && undecided == 0) {
     text += fmt::format(" - all {} within +-{:.4g} %", plural(count, "statistic"), 100 * margin);
   } else {
@@ -104,6 +95,13 @@ std::string headline(const ResultDocument& result) {
 }
 
 std::string scene_lines(const ResultDocument& result) {
+  if (const auto& map = result.map)
+    return paragraph(
+        "Map",
+        fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, rank {} of {}, "
+                    "residuals worth {:.0f} independent points",
+                    map->points, map->held_out_points, length(map->rms_map), map->condition_number, map->rank,
+                    result.terms.size(), map->independent_points));
   if (!result.has_roughness) return paragraph("Scene", "no roughness given; all targets are values");
   const SceneNumbers& scene = result.scene;
   std::string text = paragraph(
@@ -120,7 +118,10 @@ std::string scene_lines(const ResultDocument& result) {
 std::string fit_lines(const ResultDocument& result) {
   const FitResult& fit = result.fit;
   std::string out;
-  if (fit.status != FitStatus::kNotRun) {
+  if (result.map) {
+    out += paragraph("Fit", fmt::format("{}, {:.3g} s; traced with {}", to_string(fit.status), fit.seconds,
+                                        plural(long(result.rays), "ray")));
+  } else if (fit.status != FitStatus::kNotRun) {
     out += paragraph("Fit", fmt::format("{} after {}, {}, {:.3g} s: {}", to_string(fit.status),
                                         plural(fit.iterations, "iteration"),
                                         plural(fit.evaluations, "evaluation"), fit.seconds, fit.message));
@@ -132,9 +133,8 @@ std::string fit_lines(const ResultDocument& result) {
   }
   const EquivalentSurface& surface = result.surface;
   if (surface.rms_height > 0) {
-    std::string text =
-        fmt::format("RMS height {}, RMS slope {} per axis, g {:.3g}", length(surface.rms_height),
-                    slope(surface.rms_slope_per_axis), surface.g);
+    std::string text = fmt::format("RMS height {}, RMS slope {} per axis, g {:.3g}",
+                                   length(surface.rms_height), slope(surface.rms_slope_per_axis), surface.g);
     if (std::isfinite(surface.kappa)) text += fmt::format(", kappa {:.3g}", surface.kappa);
     if (surface.captured_fraction > 0)
       text += fmt::format("; the terms can carry {:.4g} % of the specified height variance",
@@ -235,7 +235,8 @@ std::string statistics_table(const ResultDocument& result, bool all) {
     std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines), held_out);
     sections.push_back(section);
   } else {
-    Section section{"Fitted statistics at the focus", {}};
+    Section section{
+        result.map ? "Statistics of the terms at the focus, by rays" : "Fitted statistics at the focus", {}};
     std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines),
                  [](const Line& l) { return l.at_focus; });
     sections.push_back(section);
@@ -264,6 +265,17 @@ std::string statistics_table(const ResultDocument& result, bool all) {
   return out;
 }
 
+std::string spectrum_table(const ResultDocument& result) {
+  if (result.spectrum.empty()) return "";
+  std::string out = fmt::format("\nPSD bins of the term surface\n  {:<24} {:>14} {:>14} {:>9}\n",
+                                "band [cycles/m]", "target [m^4]", "fitted [m^4]", "diff. [%]");
+  for (const SpectrumBin& bin : result.spectrum)
+    out += fmt::format("  {:<24} {:>14.4g} {:>14.4g} {:>9}\n",
+                       fmt::format("{:.4g} .. {:.4g}", bin.low, bin.high), bin.target, bin.fitted,
+                       percent(bin.fitted / bin.target - 1));
+  return out;
+}
+
 std::string zone_table(const ResultDocument& result) {
   if (result.surface.zones.empty()) return "";
   std::string out =
@@ -286,7 +298,8 @@ std::string summary_table(const ResultDocument& result, bool all) {
   out += std::string(kColumns, '-') + "\n";
   if (result.study.is_object() && result.study.contains("title") && result.study["title"].is_string())
     out += paragraph("Study", result.study["title"].get<std::string>());
-  out += scene_lines(result) + fit_lines(result) + statistics_table(result, all) + zone_table(result);
+  out += scene_lines(result) + fit_lines(result) + statistics_table(result, all) + spectrum_table(result) +
+         zone_table(result);
   if (!result.warnings.empty()) out += "\n";
   for (const Warning& warning : result.warnings)
     out += paragraph("WARNING", "[" + warning.code + "] " + warning.message);

@@ -64,13 +64,34 @@ void check_without_roughness(const Study& study) {
     fail("/terms/zernike/n_max", "nothing", "required: the highest radial order");
 }
 
+// Known before the fit, so said before the fit.
+void check_exports(const Study& study) {
+  constexpr int kListedOrder = 20;  // of OpticStudio's Zernike surfaces: 231 terms
+  const auto& zernike = study.terms.zernike;
+  for (std::size_t i = 0; i < study.output.exports.size(); ++i) {
+    const ExportFormat format = study.output.exports[i];
+    const bool noll = format == ExportFormat::kZernikeNoll, fringe = format == ExportFormat::kCodeVZfr;
+    const auto fail = [&](const std::string& why) {
+      throw InputError(study.path, "/output/export/" + std::to_string(i),
+                       '"' + export_names()[std::size_t(format)] + "\" " + why,
+                       "a map instead: zemax-grid-sag, codev-int, fits-opd, csv");
+    };
+    if ((noll || fringe) && study.terms.fourier)
+      fail("with Fourier terms, which a Zernike listing cannot hold");
+    if (noll && zernike && zernike->n_max.value_or(0) > kListedOrder)
+      fail("with n_max above 20, where its listing ends");
+  }
+}
+
 }  // namespace
 
 void check_study(const Study& study) {
   check_aperture(study);
+  check_exports(study);
   if (study.trace.pupil.layout == PupilLayout::kPolar && study.aperture.index() > 1)
     throw InputError(study.path, "/trace/pupil", "\"polar\"",
                      "\"random\", \"sobol\", \"grid\": the polar layout is for circles and annuli");
+  if (study.target.map) return;  // neither targets nor terms need a roughness
   if (study.roughness)
     check_psd(study, *study.roughness, "/roughness/psd");
   else

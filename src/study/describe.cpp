@@ -213,8 +213,15 @@ void describe_study(Visitor& v, Study& study) {
                Range{0.5, 1, true, true});
   });
   v.object({"output", "what is written besides the result"}, nullptr, [&](Visitor& o) {
-    o.reserved("export", "\"export\" is not part of this version");
     o.boolean({"plots", "whether pictures are drawn"}, study.output.plots);
+    std::vector<std::size_t> exports;
+    for (const ExportFormat format : study.output.exports) exports.push_back(std::size_t(format));
+    o.choices({"export", "the fitted surface for other programs", kOptional,
+               R"(["zemax-grid-sag", "zernike-noll"])"},
+              exports, export_names());
+    study.output.exports.clear();
+    for (const std::size_t format : exports) study.output.exports.push_back(ExportFormat(format));
+    o.integer({"export_grid", "points per side of exported maps"}, study.output.export_grid, 5, 8193);
   });
   describe_verify(v, study.verify);
 }

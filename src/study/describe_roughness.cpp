@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "describe_measured.h"
+
 namespace aberfit {
 namespace {
 
@@ -74,15 +76,6 @@ void describe(Visitor& v, GaussianPsd& m) {
              m.correlation_length, kLength, Range::positive());
 }
 
-void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension dimension) {
-  if (!v.reading()) return;
-  try {
-    unit_factor(unit, dimension);
-  } catch (const UnitError&) {
-    v.check(false, key, '"' + unit + '"', allowed_units(dimension));
-  }
-}
-
 void describe(Visitor& v, PsdTableFile& m) {
   v.text({"file", "table of frequency and PSD, one pair a line; relative to the study file", kRequired,
           "\"m3_psd.csv\""},
@@ -110,10 +103,12 @@ void describe(Visitor& v, PsdTableFile& m) {
 }
 
 // In the order of RoughnessModel::model.
-const std::vector<std::string> kModels = {"uniform",  "k-correlation", "power-law",
-                                          "gaussian", "table",         "sum"};
+const std::vector<std::string> kModels = {"uniform", "k-correlation", "power-law", "gaussian",
+                                          "table",   "measured",      "sum"};
 
 void describe_model(Visitor& v, RoughnessModel& node);
+
+void describe(Visitor& v, MeasuredPsd& m) { describe_measured_psd(v, m); }
 
 void describe(Visitor& v, RoughnessSum& m) {
   v.list(
@@ -142,6 +137,9 @@ void make_model(RoughnessModel& node, std::size_t index) {
     case 4:
       node.model = PsdTableFile{};
       break;
+    case 5:
+      node.model = MeasuredPsd{};
+      break;
     default:
       node.model = RoughnessSum{};
       break;
@@ -150,14 +148,14 @@ void make_model(RoughnessModel& node, std::size_t index) {
 
 void describe_model(Visitor& v, RoughnessModel& node) {
   std::size_t index = node.model.index();
-  v.tag({"model", "which PSD; the keys beside it belong to the model", kRequired, nullptr,
-         "\"measured\" is not part of this version: make a PSD table of the measurement and use \"table\""},
-        index, kModels);
+  v.tag({"model", "which PSD; the keys beside it belong to the model", kRequired}, index, kModels);
   if (index != node.model.index() || v.reading()) make_model(node, index);
   std::visit([&](auto& model) { describe(v, model); }, node.model);
 }
 
 }  // namespace
+
+void describe_psd_block(Visitor& v, RoughnessModel& node) { describe_model(v, node); }
 
 void describe_roughness(Visitor& v, std::optional<RoughnessModel>& roughness) {
   bool present = roughness.has_value();

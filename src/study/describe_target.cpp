@@ -1,5 +1,6 @@
 #include "describe_target.h"
 
+#include "describe_measured.h"
 #include "statistic_key.h"
 
 namespace aberfit {
@@ -81,6 +82,25 @@ void describe_statistic(Visitor& v, StatisticRequest& s, bool ring_in_key) {
   if (s.name == "rms_radius" || is_encircled_energy(s.name)) describe_planes(v, s);
 }
 
+void describe_psd_target(Visitor& v, PsdTarget& target) {
+  v.quantity({"f_min", "lower edge of the bins [cycles/m]; absent: of the band that the terms carry",
+              Need::kOptional, "\"5 /m\""},
+             target.f_min, Dimension::kSpatialFrequency, Range::positive());
+  v.quantity({"f_max", "upper edge of the bins [cycles/m]; absent: of the band that the terms carry",
+              Need::kOptional, "\"20 /m\""},
+             target.f_max, Dimension::kSpatialFrequency, Range::positive());
+  v.check(!target.f_min || !target.f_max || *target.f_min < *target.f_max, "f_max",
+          format_quantity(target.f_max.value_or(0), Dimension::kSpatialFrequency),
+          "a spatial frequency above f_min");
+  v.integer({"bins_per_decade", "logarithmic bins"}, target.bins_per_decade, 1, 100);
+  v.quantity({"tolerance", "how closely the fit is to meet log PSD", Need::kOptional, "\"5 %\""},
+             target.tolerance, Dimension::kFraction, Range{0, 1, true, false});
+  v.word({"method",
+          "closed-form: of Zernikes over the whole disc; estimator: any terms, on a grid through the "
+          "estimator of a measurement"},
+         target.method, {"closed-form", "estimator"});
+}
+
 }  // namespace
 
 void describe_target(Visitor& v, TargetSpec& target) {
@@ -100,7 +120,21 @@ void describe_target(Visitor& v, TargetSpec& target) {
               if (s.reading() || requests[i].name != fresh.name) requests[i] = std::move(fresh);
               describe_statistic(s, requests[i], keys[i].find('@') != std::string::npos);
             });
+    bool psd = target.psd.has_value(), map = target.map.has_value();
+    t.object({"psd",
+              "PSD bins of the term surface to match as well: the expectation of the same bins under the "
+              "roughness"},
+             &psd, [&](Visitor& p) {
+               if (!target.psd) target.psd.emplace();
+               describe_psd_target(p, *target.psd);
+             });
+    t.object({"map", "measured map to fit by least squares, instead of statistics"}, &map, [&](Visitor& m) {
+      if (!target.map) target.map.emplace();
+      describe_map_target(m, *target.map);
+    });
     if (!t.reading()) return;
+    t.check(!map || (keys.empty() && !psd), "map", "a map beside statistics or psd",
+            "either a map, or statistics and psd");
     requests.resize(keys.size());
     target.statistics = requests;
     const std::vector<std::string> canonical = keys_of(requests);

@@ -9,6 +9,8 @@
 #include <string_view>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/core/parallel.h"
+#include "measured_psd.h"
 #include "statistic_key.h"
 
 namespace aberfit {
@@ -24,10 +26,17 @@ std::string locate(const Study& study, const std::string& file, const std::strin
   return path.string();
 }
 
-void load_tables(const Study& study, RoughnessModel& node, const std::string& pointer) {
+void load_roughness(const Study& study, RoughnessModel& node, const std::string& pointer) {
   if (auto* sum = std::get_if<RoughnessSum>(&node.model)) {
     for (std::size_t i = 0; i < sum->parts.size(); ++i)
-      load_tables(study, sum->parts[i], fmt::format("{}/parts/{}", pointer, i));
+      load_roughness(study, sum->parts[i], fmt::format("{}/parts/{}", pointer, i));
+  }
+  if (auto* measured = std::get_if<MeasuredPsd>(&node.model)) {
+    locate(study, measured->source.file, pointer + "/file");
+    for (std::size_t i = 0; i < measured->further.size(); ++i)
+      locate(study, measured->further[i].file, fmt::format("{}/further/{}/file", pointer, i));
+    measure_psd(*measured, std::filesystem::path(study.path).parent_path().string(), study.path, pointer,
+                available_threads());
   }
   auto* table = std::get_if<PsdTableFile>(&node.model);
   if (!table) return;
@@ -106,7 +115,8 @@ void load_profile(const Study& study, StatisticRequest& request, const std::stri
 }  // namespace
 
 void load_files(Study& study) {
-  if (study.roughness) load_tables(study, *study.roughness, "/roughness/psd");
+  if (study.roughness) load_roughness(study, *study.roughness, "/roughness/psd");
+  if (study.target.map) locate(study, study.target.map->source.file, "/target/map/file");
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     StatisticRequest& request = study.target.statistics[i];

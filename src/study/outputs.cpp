@@ -1,5 +1,8 @@
 #include "outputs.h"
 
+#include <stdexcept>
+
+#include "aberfit/report/exports.h"
 #include "aberfit/report/plots.h"
 #include "aberfit/scatter/ray_perturbation.h"
 
@@ -36,6 +39,21 @@ void draw(const Study& study, const Scene& scene, const RunOptions& options, con
               options.output_directory, &result->warnings);
 }
 
+// A fit that is done is not lost for a format that cannot hold it.
+void write_exports(const Study& study, const std::string& folder, ResultDocument* result) {
+  const ExportInput input{result->terms,    result->fit.coefficients, study.aperture,
+                          study.wavelength, study.output.export_grid, study.title};
+  for (const ExportFormat format : study.output.exports) {
+    try {
+      const auto [name, content] = export_file(format, input);
+      write_file(folder + name, content);
+    } catch (const std::invalid_argument& error) {
+      result->warnings.push_back(
+          {"export-left-out", export_names()[std::size_t(format)] + ": " + error.what()});
+    }
+  }
+}
+
 }  // namespace
 
 void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const PupilSample& pupil,
@@ -44,6 +62,7 @@ void write_fit(const Study& study, const Scene& scene, const RunOptions& options
   const std::string folder = options.output_directory + "/";
   write_file(folder + "coefficients.csv",
              coefficients_csv(result->terms, result->fit.coefficients, result->fit.coefficient_std));
+  write_exports(study, folder + "exports/", result);
   write_file(folder + "summary.txt", summary_table(*result, true));
   // Last, so that a result.json always has its companions beside it.
   write_file(folder + "result.json", to_json(*result).dump(2) + "\n");

@@ -3,11 +3,15 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
 
 #include "aberfit/core/errors.h"
 #include "check_study.h"
 #include "describe.h"
+#include "describe_measured.h"
+#include "describe_roughness.h"
 #include "load_files.h"
+#include "measured_psd.h"
 #include "parse_json.h"
 #include "reader.h"
 #include "schema.h"
@@ -32,6 +36,38 @@ Study read_study(const std::string& path) {
     throw InputError(path, "", "no readable file", "a study file (JSON)");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
   return parse_study(text, path);
+}
+
+MeasuredPsd read_measured(const nlohmann::ordered_json& block, const std::string& source, int threads) {
+  MeasuredPsd measured;
+  Reader(block, source, "").read_object([&](Visitor& v) { describe_measured_psd(v, measured); });
+  measure_psd(measured, "", source, "", threads);
+  return measured;
+}
+
+nlohmann::ordered_json psd_block(const RoughnessModel& roughness) {
+  RoughnessModel copy = roughness;
+  Writer writer;
+  describe_psd_block(writer, copy);
+  return std::move(writer.json);
+}
+
+RoughnessModel roughness_model(const PsdModel& model) {
+  struct {
+    RoughnessModel operator()(const TablePsd&) const {
+      throw std::invalid_argument("a table has no closed form");
+    }
+    RoughnessModel operator()(const SumPsd& sum) const {
+      RoughnessSum result;
+      for (const PsdModel& part : sum.parts) result.parts.push_back(roughness_model(part));
+      return {result};
+    }
+    RoughnessModel operator()(const UniformPsd& m) const { return {m}; }
+    RoughnessModel operator()(const KCorrelationPsd& m) const { return {m}; }
+    RoughnessModel operator()(const PowerLawPsd& m) const { return {m}; }
+    RoughnessModel operator()(const GaussianPsd& m) const { return {m}; }
+  } convert;
+  return std::visit(convert, model);
 }
 
 nlohmann::ordered_json resolved_study(const Study& study) {
@@ -61,6 +97,7 @@ nlohmann::ordered_json study_schema() {
 PsdModel psd_model(const RoughnessModel& roughness) {
   struct {
     PsdModel operator()(const PsdTableFile& table) const { return table.table.psd; }
+    PsdModel operator()(const MeasuredPsd& measured) const { return measured.result.model; }
     PsdModel operator()(const RoughnessSum& sum) const {
       SumPsd result;
       for (const RoughnessModel& part : sum.parts) result.parts.push_back(psd_model(part));

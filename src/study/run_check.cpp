@@ -5,6 +5,7 @@
 #include "aberfit/scene/characterisation.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/run.h"
+#include "run_map_fit.h"
 #include "scene.h"
 
 namespace aberfit {
@@ -27,9 +28,31 @@ double predicted_seconds(double rays, double terms, double statistics, int threa
   return (kTypicalIterations * (2 * forward + adjoint) + fresh) / threads;
 }
 
+// A study of a measured map has no specification: what is fitted, and where it comes from.
+ordered_json check_map_study(const Study& study, std::string* table) {
+  const HeightMap map = load_map(study);
+  const TermSet terms = map_terms(study, aperture_radius(study.aperture));
+  std::string text = study.title.empty() ? "" : study.title + "\n\n";
+  text += fmt::format("  {:<34} {} x {} points, {} valid, pitch {}\n", "map", map.columns(), map.rows(),
+                      valid_count(map), format_quantity(map.pitch_x, Dimension::kLength));
+  text += fmt::format("  {:<34} {} by least squares\n", "terms", terms.size());
+  if (table) *table = text;
+  return {{"aberfit", 1},
+          {"kind", "check"},
+          {"study", resolved_study(study)},
+          {"map",
+           {{"columns", map.columns()},
+            {"rows", map.rows()},
+            {"valid", valid_count(map)},
+            {"pitch_m", map.pitch_x}}},
+          {"terms", {{"count", terms.size()}}},
+          {"warnings", ordered_json::array()}};
+}
+
 }  // namespace
 
 ordered_json run_check(const Study& study, const RunOptions& options, std::string* table) {
+  if (study.target.map) return check_map_study(study, table);
   const int threads = options.threads > 0 ? options.threads : available_threads();
   const Scene scene = make_scene(study);
   double captured = 0;

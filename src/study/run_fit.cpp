@@ -10,7 +10,9 @@
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/run.h"
 #include "outputs.h"
+#include "run_map_fit.h"
 #include "scene.h"
+#include "spectrum_target.h"
 #include "validate.h"
 
 namespace aberfit {
@@ -162,6 +164,7 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   if (study.trace.central_difference_step)
     throw InputError(study.path, "/trace/normals", "central differences in a fit",
                      "\"analytic\" normals; `verify` and `trace` take central differences");
+  if (study.target.map) return run_map_fit(study, options);
   const int threads = options.threads > 0 ? options.threads : available_threads();
   const auto say = [&](const std::string& line) {
     if (options.progress) options.progress(line);
@@ -187,12 +190,19 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   const Workbench bench(study, result.terms, threads);
   result.rays = bench.pupil.size();
 
-  const FitProblem problem{study.mirror,   bench.pupil,    bench.surface,      prior,
-                           targets.fitted, targets.guides, study.trace.centre, scene.focal_sigma};
+  const SpectrumTarget spectrum = make_spectrum_target(study, scene, result.terms, prior, threads);
+  FitProblem problem{study.mirror,   bench.pupil,    bench.surface,      prior,
+                     targets.fitted, targets.guides, study.trace.centre, scene.focal_sigma};
+  problem.spectrum = spectrum.spectrum.get();
+  problem.spectrum_target = spectrum.value;
+  problem.spectrum_tolerance = spectrum.tolerance;
   Eigen::VectorXd start;
   result.fit = fit_from_starts(study, problem, options, threads, &start);
   const std::vector<Statistic> fitted = statistics_of(targets.fitted);
   result.start = bench.exact(study, prior.colour(start), fitted, threads, nullptr);
+  for (Eigen::Index b = 0; b < spectrum.value.size(); ++b)
+    result.spectrum.push_back({spectrum.low[b], spectrum.high[b], spectrum.value[b], result.fit.spectrum[b],
+                               spectrum.tolerance[b]});
   result.fitted = bench.exact(study, result.fit.coefficients, fitted, threads, &result.warnings);
 
   say("fresh rays");

@@ -41,10 +41,14 @@ double scale_of_values(const Study& study) {
                    "a roughness block, or a value for an ee, rms_radius, scatter or spot statistic");
 }
 
-// What reading the tables of the specification left out of them.
-void warn_of_tables(const RoughnessModel& node, Warnings* warnings) {
+// What reading the tables of the specification left out of them, and what measuring it ran into.
+void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
   if (const auto* sum = std::get_if<RoughnessSum>(&node.model))
-    for (const RoughnessModel& part : sum->parts) warn_of_tables(part, warnings);
+    for (const RoughnessModel& part : sum->parts) warn_of_data(part, warnings);
+  if (const auto* measured = std::get_if<MeasuredPsd>(&node.model)) {
+    for (const Warnings* told : {&measured->estimate.warnings, &measured->result.warnings})
+      warnings->insert(warnings->end(), told->begin(), told->end());
+  }
   const auto* file = std::get_if<PsdTableFile>(&node.model);
   if (!file) return;
   const PsdTableResult& table = file->table;
@@ -169,7 +173,7 @@ int radial_overlap(const TermSet& terms) {
 
 Warnings scene_warnings(const Study& study, const Scene& scene, const TermSet& terms, double captured) {
   Warnings warnings;
-  if (study.roughness) warn_of_tables(*study.roughness, &warnings);
+  if (study.roughness) warn_of_data(*study.roughness, &warnings);
   if (scene.psd && !scene.numbers.rays_are_valid)
     warnings.push_back({"rays-not-valid", scene.numbers.reason});
   if (scene.prior_height_factor != 1)

@@ -320,7 +320,7 @@ TEST(ResolvedStudy, HoldsEveryDefaultInSiUnits) {
     "fit": {"start": "draw", "seed": 1, "prior": "near-start", "max_iterations": 100, "starts": 1, "spherical_rms": 1e-6,
             "bound_sigmas": 0.0},
     "equivalence": {"margin": 0.01, "confidence": 0.95},
-    "output": {"plots": true},
+    "output": {"plots": true, "export": [], "export_grid": 257},
     "verify": {"published": []}
   })");
   EXPECT_EQ(resolved.dump(1), expected.dump(1));

@@ -1,11 +1,13 @@
 #pragma once
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "aberfit/equivalence/tost.h"
 #include "aberfit/fit/calibrate.h"
+#include "aberfit/fit/map_fit.h"
 #include "aberfit/scatter/regime.h"
 #include "aberfit/terms/term_set.h"
 
@@ -40,6 +42,14 @@ struct Provenance {
 /// Version of this library, its compiler and the libraries the report room can see (Eigen, Boost,
 /// nlohmann-json, fmt). A room with a library of its own (Ceres in fit) adds that entry itself.
 Provenance make_provenance(std::uint64_t seed, int threads);
+nlohmann::ordered_json to_json(const Provenance& provenance);
+
+/// A PSD bin that was fitted along.
+struct SpectrumBin {
+  double low = 0, high = 0;       ///< [cycles/m]
+  double target = 0, fitted = 0;  ///< [m^4]
+  double tolerance = 0;           ///< of log PSD
+};
 
 /// Everything result.json holds for `kind: fit` (and, with an empty fit, `trace`). Statistic vectors run
 /// parallel to `targets`.
@@ -56,6 +66,8 @@ struct ResultDocument {
   double radius = 0;  ///< normalisation radius [m]
   EquivalentSurface surface;
   Eigen::VectorXd start, fitted, validated;
+  std::vector<SpectrumBin> spectrum;  ///< empty where no PSD bins were asked for
+  std::optional<MapFitResult> map;    ///< least-squares fit of a measured map; statistics then have no target
   Verdict verdict = Verdict::kUndecided;
   std::vector<EquivalenceMetric> metrics;
   Warnings warnings;

@@ -6,12 +6,23 @@
 
 namespace aberfit {
 
-/// Reads and checks a study file (format version 1), loading the tables it names (paths relative to the study file).
-/// Throws InputError with file, JSON pointer, what was found and what is allowed: unknown keys (with the nearest known one), duplicate keys,
-/// wrong types, missing or wrong units, values out of range, unreadable files.
+/// Reads and checks a study file (format version 1), loading the tables it names (paths relative to the study
+/// file). Throws InputError with file, JSON pointer, what was found and what is allowed: unknown keys (with
+/// the nearest known one), duplicate keys, wrong types, missing or wrong units, values out of range,
+/// unreadable files.
 Study read_study(const std::string& path);
 /// The same from text; `path` names the file in messages and anchors relative paths.
 Study parse_study(const std::string& text, const std::string& path);
+
+/// Measurement -> PSD -> model from a `psd` block of model "measured" (without the key "model"): what
+/// `aberfit psd FILE` does with its options. Paths are relative to the working directory; `source` names the
+/// block in errors.
+MeasuredPsd read_measured(const nlohmann::ordered_json& block, const std::string& source, int threads);
+
+/// A `psd` block as JSON, SI numbers.
+nlohmann::ordered_json psd_block(const RoughnessModel& roughness);
+/// The node that stands for a model in a study.
+RoughnessModel roughness_model(const PsdModel& model);
 
 /// The study with every default filled in: itself a valid study with the same meaning.
 nlohmann::ordered_json resolved_study(const Study& study);

@@ -9,10 +9,10 @@
 namespace aberfit {
 
 struct RunOptions {
-  int threads = 0;                 ///< 0: all the process may use
-  bool plots = true;               ///< drawn only when the study wants them too
-  std::string output_directory;    ///< empty: nothing is written
-  std::string coefficients_file;   ///< trace, verify: surface to use instead of a draw
+  int threads = 0;                                   ///< 0: all the process may use
+  bool plots = true;                                 ///< drawn only when the study wants them too
+  std::string output_directory;                      ///< empty: nothing is written
+  std::string coefficients_file;                     ///< trace, verify: surface to use instead of a draw
   std::function<void(const std::string&)> progress;  ///< one line of progress; called often
 };
 
@@ -22,6 +22,12 @@ ResultDocument run_fit(const Study& study, const RunOptions& options);
 nlohmann::ordered_json run_verify(const Study& study, const RunOptions& options, std::string* table);
 /// Forward statistics only.
 nlohmann::ordered_json run_trace(const Study& study, const RunOptions& options, std::string* table);
+/// The measurement of a study (the first, where a sum has several). Throws InputError when it has none.
+const MeasuredPsd& measured_psd_of(const Study& study);
+/// What read_study or read_measured made of a measurement, reported: files, pictures, the table,
+/// result.json's content.
+nlohmann::ordered_json run_psd(const MeasuredPsd& measured, const std::string& title,
+                               const RunOptions& options, std::string* table);
 /// The resolved study, the numbers of its scene, the model it needs and why, predicted cost. Computes no fit.
 nlohmann::ordered_json run_check(const Study& study, const RunOptions& options, std::string* table);
 

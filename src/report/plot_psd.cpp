@@ -1,0 +1,124 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "aberfit/report/psd_report.h"
+#include "picture.h"
+
+namespace aberfit {
+namespace {
+
+constexpr const char* kLineColour = "#CC79A7";
+
+/// Bins with their intervals, what the fitted model makes the estimator expect, and lines.
+Picture psd_picture(const PsdReport& report) {
+  const PsdEstimate& e = report.estimate;
+  const bool profiles = e.kind == PsdTableKind::k1dOneSided;
+  const std::string name = "psd";
+  Eigen::ArrayXd model = Eigen::ArrayXd::Constant(e.frequency.size(), NAN);
+  for (Eigen::Index b = 0; b < std::min(model.size(), report.fit.expected.size()); ++b)
+    if (e.frequency[b] >= report.fit.f_min && e.frequency[b] <= report.fit.f_max)
+      model[b] = report.fit.expected[b];
+  Picture picture{name, script_head(name, 1200, 800), {}};
+  picture.data.emplace_back(
+      name + ".dat",
+      columns_file({fmt::format("PSD of the surface in {}",
+                                profiles ? "m^3, one-sided, of the profile" : "m^4, two-sided"),
+                    "frequency [1/m], PSD, lower and upper end of the interval, model through the estimator"},
+                   {e.frequency, e.psd, e.lower, e.upper, model}));
+  // Axes: cycles/mm, and the units in which opticians quote PSDs.
+  std::string marks;
+  for (const SpectralLine& line : e.lines)
+    marks += fmt::format(
+        "set arrow from first {0:.9g}, graph 0 to first {0:.9g}, graph 1 nohead linecolor rgb '{1}' dashtype "
+        "2\n",
+        1e-3 * line.frequency, kLineColour);
+  picture.script += fmt::format(
+      "u = 1e-3  # cycles/mm\n"
+      "s = {0}  # nm^2 and mm\n"
+      "set termoption enhanced\n"
+      "set title {1} noenhanced\n"
+      "set logscale xy\nset format x '10^{{%L}}'\nset format y '10^{{%L}}'\n"
+      "set xlabel 'spatial frequency [cycles/mm]'\nset ylabel '{2}'\n"
+      "set grid xtics ytics\n"
+      "{3}"
+      "plot '{4}.dat' using ($1*u):($2*s):($3*s):($4*s) with yerrorbars pointtype 7 pointsize 0.8 linecolor "
+      "rgb '{5}' "
+      "linewidth 1.2 dashtype 1 title 'estimate, {6:.4g} % intervals', \\\n"
+      "  '' using ($1*u):($5*s) with lines linecolor rgb '{7}' linewidth 2.5 dashtype 1 title 'model: "
+      "{8}'{9}\n",
+      profiles ? "1e21" : "1e24",
+      picture_title(profiles ? "PSD of the profile" : "PSD of the surface", report.title),
+      profiles ? "one-sided PSD [nm² mm]" : "two-sided 2-D PSD [nm² mm²]", marks, name, kTargetColour,
+      100 * e.options.confidence, kFittedColour, to_string(report.fit.family),
+      e.lines.empty()
+          ? ""
+          : fmt::format(
+                ", \\\n  NaN with lines linecolor rgb '{}' dashtype 2 title 'spectral lines, left out'",
+                kLineColour));
+  return picture;
+}
+
+Picture profile_data_picture(const PsdReport& report, const Profile& measured, const std::string& name) {
+  const Profile heights = detrend(heights_of(measured), report.estimate.options.detrend);
+  const AxisUnit lateral = length_unit(heights.x.abs().maxCoeff());
+  double largest = 0;
+  for (const double h : heights.value)
+    if (std::isfinite(h)) largest = std::max(largest, std::abs(h));
+  const AxisUnit height = length_unit(largest);
+  Picture picture{name, script_head(name, 1200, 600), {}};
+  picture.data.emplace_back(name + ".dat",
+                            columns_file({"Detrended heights of the measured profile: x [m], height [m]"},
+                                         {heights.x, heights.value}));
+  picture.script += fmt::format(
+      "set title {}\nset xlabel 'x [{}]'\nset ylabel 'height [{}]'\nunset key\n"
+      "plot '{}.dat' using ($1*{:.9g}):($2*{:.9g}) with lines linecolor rgb '{}' linewidth 1.5\n",
+      picture_title("Measured profile, detrended", report.title), lateral.name, height.name, name,
+      lateral.per_si, height.per_si, kTargetColour);
+  return picture;
+}
+
+Picture map_data_picture(const PsdReport& report, const HeightMap& measured, const std::string& name) {
+  HeightMap map = detrend(measured, report.estimate.options.detrend);
+  centre_on_grid(&map);
+  double largest = 1e-15;
+  for (Eigen::Index j = 0; j < map.rows(); ++j)
+    for (Eigen::Index i = 0; i < map.columns(); ++i)
+      if (std::isfinite(map.height(j, i))) largest = std::max(largest, std::abs(map.height(j, i)));
+  const double reach = std::max(std::abs(map.x0), std::abs(map.y0));
+  const AxisUnit lateral = length_unit(reach), height = length_unit(largest);
+  Picture picture{name, script_head(name, 1200, 1050), {}};
+  picture.data.emplace_back(
+      name + ".dat",
+      matrix_file({"Detrended heights of the measured map [m]; nan where nothing was measured",
+                   fmt::format("rows from -y to +y, {:.9g} m apart; columns from -x to +x, {:.9g} m apart",
+                               map.pitch_y, map.pitch_x)},
+                  map.height));
+  picture.script += fmt::format(
+      "set title {}\nunset key\nunset grid\nset xlabel 'x [{}]'\nset ylabel 'y [{}]'\n"
+      "set cblabel 'height [{}]' offset 1.5,0\nset size ratio -1\nset tics out\n"
+      "set cbrange [{:.9g}:{:.9g}]\n{}"
+      "plot '{}.dat' matrix using ($1*{:.9g}+{:.9g}):($2*{:.9g}+{:.9g}):($3*{:.9g}) with image\n",
+      picture_title("Measured map, detrended", report.title), lateral.name, lateral.name, height.name,
+      -largest * height.per_si, largest * height.per_si, signed_palette(), name, map.pitch_x * lateral.per_si,
+      map.x0 * lateral.per_si, map.pitch_y * lateral.per_si, map.y0 * lateral.per_si, height.per_si);
+  return picture;
+}
+
+}  // namespace
+
+std::vector<std::string> write_psd_plots(const PsdReport& report, const std::string& directory,
+                                         Warnings* warnings) {
+  std::vector<Picture> pictures = {psd_picture(report)};
+  for (std::size_t i = 0; i < report.data.size(); ++i) {
+    const std::string name = i == 0 ? "data" : fmt::format("data_{}", i + 1);
+    if (const auto* profile = std::get_if<Profile>(&report.data[i]))
+      pictures.push_back(profile_data_picture(report, *profile, name));
+    else
+      pictures.push_back(map_data_picture(report, std::get<HeightMap>(report.data[i]), name));
+  }
+  return draw_pictures(pictures, directory, warnings);
+}
+
+}  // namespace aberfit

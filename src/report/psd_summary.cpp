@@ -1,0 +1,112 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "aberfit/core/units.h"
+#include "aberfit/report/psd_report.h"
+#include "aberfit/roughness/k_correlation.h"
+#include "paragraph.h"
+
+namespace aberfit {
+namespace {
+
+std::string length(double value) { return format_quantity(value, Dimension::kLength); }
+std::string frequency(double value) { return format_quantity(value, Dimension::kSpatialFrequency); }
+
+struct Described {
+  std::string operator()(const Profile& profile) const {
+    const Eigen::Index n = profile.size();
+    return fmt::format("{} profile, {} samples ({} valid) over {}, pitch {}{}",
+                       profile.quantity == ProfileQuantity::kSlope ? "slope" : "height", n,
+                       valid_count(profile), length(n > 0 ? profile.x[n - 1] - profile.x[0] : 0),
+                       length(median_pitch(profile)), profile.label.empty() ? "" : "; " + profile.label);
+  }
+  std::string operator()(const HeightMap& map) const {
+    return fmt::format("map, {} x {} points ({} valid), pitch {}{}", map.columns(), map.rows(),
+                       valid_count(map), length(map.pitch_x), map.label.empty() ? "" : "; " + map.label);
+  }
+};
+
+std::string estimator_line(const PsdEstimate& e) {
+  static const char* const kShapes[] = {"nothing removed", "polynomial of degree {} removed",
+                                        "best-fit ellipse removed", "Zernikes to n = {} removed"};
+  std::string shape = kShapes[std::size_t(e.options.detrend.shape)];
+  if (const auto at = shape.find("{}"); at != std::string::npos)
+    shape.replace(at, 2, std::to_string(e.options.detrend.degree));
+  return fmt::format("{}, {} window, {} bins from {} to {}; RMS height {}, RMS slope {}", shape,
+                     to_string(e.options.window), e.frequency.size(), frequency(e.low[0]),
+                     frequency(e.high[e.high.size() - 1]), length(e.rms_height),
+                     format_quantity(e.rms_slope, Dimension::kAngle));
+}
+
+std::string value_with_unit(double value, const std::string& unit) {
+  if (!std::isfinite(value)) return "-";
+  if (unit == "m") return length(value);
+  if (unit == "/m" || unit == "1/m") return frequency(value);
+  return fmt::format("{:.4g}{}{}", value, unit.empty() || unit == "1" ? "" : " ", unit == "1" ? "" : unit);
+}
+
+std::string parameter_rows(const PsdReport& report) {
+  std::string text = fmt::format("\n  {:<16} {:>16} {:>34}\n", "parameter", "value",
+                                 fmt::format("{:.4g} % interval", 100 * report.estimate.options.confidence));
+  for (const PsdParameter& p : report.fit.parameters) {
+    const std::string interval =
+        fmt::format("{} .. {}", value_with_unit(p.lower, p.unit), value_with_unit(p.upper, p.unit));
+    text += fmt::format("  {:<16} {:>16} {:>34}{}\n", p.name, value_with_unit(p.value, p.unit), interval,
+                        p.identified ? "" : "   not identified");
+  }
+  return text;
+}
+
+// The straight line through the bins in the form that drawings carry: one-dimensional, A/f^B over a band.
+std::string drawing_line(const PsdReport& report) {
+  const PsdSlope slope = psd_slope(report.estimate, report.fit.f_min, report.fit.f_max);
+  double level = slope.level, exponent = slope.exponent;
+  if (report.estimate.kind == PsdTableKind::k2dTwoSided) {
+    if (!(exponent > 1.05)) return "";  // such a surface has no finite profile PSD
+    exponent -= 1;
+    // K of the 1-D/2-D pair of k_correlation.h in the power-law limit.
+    level *= 2 * std::sqrt(std::numbers::pi) * std::tgamma(exponent / 2) / std::tgamma((exponent + 1) / 2);
+  }
+  return paragraph(
+      "Drawing",
+      fmt::format("profile PSD A/f^B (as ISO 10110-8) with B = {:.3f} +- {:.3f} and A = {:.4g} m^(3-B), "
+                  "f in cycles/m, over {} to {}",
+                  exponent, slope.exponent_std, level, frequency(report.fit.f_min),
+                  frequency(report.fit.f_max)));
+}
+
+std::string lines_rows(const PsdEstimate& estimate) {
+  std::string text;
+  for (const SpectralLine& line : estimate.lines) {
+    const std::string direction = std::isfinite(line.angle)
+                                      ? fmt::format(", along {:.0f} deg", line.angle * 180 / std::numbers::pi)
+                                      : "";
+    text += paragraph(
+        "Line", fmt::format("{} (period {}){}: RMS {}, {:.3g} times the continuum", frequency(line.frequency),
+                            length(1 / line.frequency), direction, length(line.rms), line.strength));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string summary_table(const PsdReport& report) {
+  std::string text = report.title.empty() ? "" : report.title + "\n\n";
+  for (std::size_t i = 0; i < report.data.size(); ++i)
+    text += paragraph("Data", report.files.at(i) + ": " + std::visit(Described{}, report.data[i]));
+  text += paragraph("PSD", estimator_line(report.estimate));
+  text += lines_rows(report.estimate);
+  const PsdModelFit& fit = report.fit;
+  text += paragraph("Model", fmt::format("{} over {} to {}: {} ({}); p-value of the residuals {:.3g}",
+                                         to_string(fit.family), frequency(fit.f_min), frequency(fit.f_max),
+                                         to_string(fit.status), fit.message, fit.goodness));
+  text += parameter_rows(report) + "\n" + drawing_line(report);
+  text += "\nFor a study:\n\"roughness\": " + report.roughness.dump() + "\n";
+  for (const Warning& warning : report.warnings)
+    text += "\n" + paragraph("Warning", warning.code + ": " + warning.message);
+  return text;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,117 @@
+#include "describe_measured.h"
+
+#include <fmt/format.h>
+
+namespace aberfit {
+namespace {
+
+constexpr Need kRequired = Need::kRequired;
+constexpr Need kOptional = Need::kOptional;
+
+const std::vector<std::string> kFormats = {"auto", "dabam",     "profile", "map",
+                                           "zygo", "codev-int", "fits",    "zemax-grid-sag"};
+
+// A choice that may be left open: absent means that the file says it.
+void describe_open_choice(Visitor& v, const Field& field, std::string& value,
+                          std::vector<std::string> names) {
+  names.insert(names.begin(), "auto");
+  if (value.empty()) value = "auto";
+  v.word(field, value, names);
+  if (value == "auto") value.clear();
+}
+
+void describe_source(Visitor& v, MeasuredFile& m) {
+  v.text({"file", "measured profile or map; relative to the study file", kRequired, "\"m3.fits\""}, m.file,
+         false);
+  v.word({"format", "auto: by content"}, m.format, kFormats);
+  v.integer({"column", "profiles: which scan line, from 1"}, m.column, 1, 100000);
+  describe_open_choice(v, {"quantity", "profiles in columns: what the values are; auto: as the file says"},
+                       m.quantity, {"height", "slope"});
+  describe_open_choice(v,
+                       {"of", "what was measured; a wavefront is twice the surface; auto: as the file says"},
+                       m.of, {"surface", "wavefront"});
+  v.text({"x_unit", "unit of the positions, where the file does not say", kOptional, "\"mm\""}, m.x_unit,
+         true);
+  if (!m.x_unit.empty()) check_unit(v, "x_unit", m.x_unit, Dimension::kLength);
+  v.text({"value_unit", "unit of heights or slopes, where the file does not say", kOptional, "\"nm\""},
+         m.value_unit, true);
+  if (!m.value_unit.empty())
+    check_unit(v, "value_unit", m.value_unit, m.quantity == "slope" ? Dimension::kAngle : Dimension::kLength);
+  v.quantity({"pitch", "maps: distance of neighbouring points [m], where the file does not say", kOptional,
+              "\"0.1 mm\""},
+             m.pitch, Dimension::kLength, Range::positive());
+  v.quantity({"wavelength", "of the instrument [m], for values in waves or radians; absent: as the file says",
+              kOptional, "\"632.8 nm\""},
+             m.wavelength, Dimension::kLength, Range{1e-12, 1e-2});
+  v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale,
+             Dimension::kNumber, Range::positive());
+}
+
+void describe_estimator(Visitor& v, PsdEstimatorOptions& e) {
+  v.choice_of({"detrend", "shape taken off first"}, e.detrend.shape,
+              {"none", "polynomial", "ellipse", "zernike"});
+  v.integer({"degree", "of the polynomial, or highest radial order of the Zernikes"}, e.detrend.degree, 0,
+            30);
+  v.choice_of({"window", "taper against leakage"}, e.window,
+              {"none", "hann", "hamming", "blackman-harris", "welch", "tukey"});
+  v.integer({"bins_per_decade", "logarithmic bins"}, e.bins_per_decade, 1, 100);
+  v.boolean({"find_lines", "take periodic structure (turning marks) out of the bins and report it as lines"},
+            e.find_lines);
+  v.quantity({"confidence", "of the intervals"}, e.confidence, Dimension::kFraction,
+             Range{0.5, 1, true, true});
+}
+
+void describe_model_fit(Visitor& v, PsdFitOptions& f) {
+  v.choice_of({"family", "model to fit; auto: chosen by the information criterion"}, f.family,
+              {"auto", "power-law", "k-correlation", "uniform", "power-law-and-floor",
+               "k-correlation-and-floor", "two-k-correlations"});
+  std::optional<double> low, high;
+  if (f.f_min > 0) low = f.f_min;
+  if (f.f_max > 0) high = f.f_max;
+  v.quantity({"f_min", "lower edge of the band to fit and to use [cycles/m]; absent: of the data", kOptional,
+              "\"20 /m\""},
+             low, Dimension::kSpatialFrequency, Range::positive());
+  v.quantity({"f_max", "upper edge of the band to fit and to use [cycles/m]; absent: of the data", kOptional,
+              "\"1 /mm\""},
+             high, Dimension::kSpatialFrequency, Range::positive());
+  v.check(!low || !high || *low < *high, "f_max",
+          format_quantity(high.value_or(0), Dimension::kSpatialFrequency), "a spatial frequency above f_min");
+  f.f_min = low.value_or(0);
+  f.f_max = high.value_or(0);
+}
+
+}  // namespace
+
+void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension dimension) {
+  if (!v.reading()) return;
+  try {
+    unit_factor(unit, dimension);
+  } catch (const UnitError&) {
+    v.check(false, key, '"' + unit + '"', allowed_units(dimension));
+  }
+}
+
+void describe_measured_psd(Visitor& v, MeasuredPsd& m) {
+  describe_source(v, m.source);
+  v.list(
+      {"further", "the same surface by other instruments, whose bands are stitched to this one"},
+      m.further.size(), 0, [&](std::size_t count) { m.further.resize(count); },
+      [&](Visitor& f, std::size_t i) { describe_source(f, m.further[i]); });
+  describe_estimator(v, m.estimator);
+  describe_model_fit(v, m.fit);
+  m.fit.confidence = m.estimator.confidence;
+}
+
+void describe_map_target(Visitor& v, MapTarget& target) {
+  describe_source(v, target.source);
+  v.word({"origin",
+          "where the axis goes through the map: middle of the smallest circle around the valid points, of "
+          "the grid, or the "
+          "file's own origin"},
+         target.origin, {"circle", "grid", "file"});
+  v.quantity({"held_out", "share of the valid points kept back for judging"}, target.fit.held_out,
+             Dimension::kFraction, Range{0, 0.9});
+  v.seed({"seed", "of the points kept back"}, target.fit.seed);
+}
+
+}  // namespace aberfit

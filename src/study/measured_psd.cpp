@@ -1,0 +1,84 @@
+#include "measured_psd.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <stdexcept>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
+
+namespace aberfit {
+namespace {
+
+MeasuredFormat format_of(const std::string& word) {
+  for (const MeasuredFormat format :
+       {MeasuredFormat::kDabam, MeasuredFormat::kProfileText, MeasuredFormat::kMapText, MeasuredFormat::kZygo,
+        MeasuredFormat::kCodeVInt, MeasuredFormat::kFits, MeasuredFormat::kZemaxGridSag})
+    if (to_string(format) == word) return format;
+  return MeasuredFormat::kAuto;
+}
+
+MeasuredSource source_of(const MeasuredFile& file, const std::string& path) {
+  MeasuredSource source;
+  source.path = path;
+  source.format = format_of(file.format);
+  source.column = file.column;
+  if (!file.quantity.empty())
+    source.quantity = file.quantity == "slope" ? ProfileQuantity::kSlope : ProfileQuantity::kHeight;
+  if (!file.of.empty()) source.wavefront = file.of == "wavefront";
+  const Dimension value = file.quantity == "slope" ? Dimension::kAngle : Dimension::kLength;
+  if (!file.x_unit.empty()) source.x_factor = unit_factor(file.x_unit, Dimension::kLength);
+  if (!file.value_unit.empty()) source.value_factor = unit_factor(file.value_unit, value);
+  source.pitch = file.pitch;
+  source.wavelength = file.wavelength;
+  return source;
+}
+
+PsdEstimate estimate(const Measurement& data, const PsdEstimatorOptions& options, int threads) {
+  return std::visit([&](const auto& measured) { return estimate_psd(measured, options, threads); }, data);
+}
+
+}  // namespace
+
+Measurement load_measurement(const MeasuredFile& file, const std::string& path) {
+  Measurement data = read_measurement(source_of(file, path));
+  if (auto* profile = std::get_if<Profile>(&data)) profile->value *= file.scale;
+  if (auto* map = std::get_if<HeightMap>(&data)) map->height *= file.scale;
+  return data;
+}
+
+void measure_psd(MeasuredPsd& measured, const std::string& folder, const std::string& where,
+                 const std::string& pointer, int threads) {
+  measured.data.clear();
+  std::vector<PsdEstimate> bands;
+  for (std::size_t i = 0; i <= measured.further.size(); ++i) {
+    const MeasuredFile& file = i == 0 ? measured.source : measured.further[i - 1];
+    const std::string key = pointer + (i == 0 ? "/file" : fmt::format("/further/{}/file", i - 1));
+    const std::string path = (std::filesystem::path(folder) / file.file).string();
+    try {
+      measured.data.push_back(load_measurement(file, path));
+      bands.push_back(estimate(measured.data.back(), measured.estimator, threads));
+    } catch (const InputError& error) {
+      throw InputError(where, key,
+                       fmt::format("in \"{}\"{}{}: {}", file.file, error.pointer().empty() ? "" : ", ",
+                                   error.pointer(), error.found()),
+                       error.allowed());
+    } catch (const std::invalid_argument& error) {
+      throw InputError(where, key, fmt::format("\"{}\": {}", file.file, error.what()),
+                       "a measurement whose PSD can be estimated");
+    }
+  }
+  try {
+    measured.estimate = bands.size() == 1 ? std::move(bands.front()) : stitch(bands);
+  } catch (const std::invalid_argument& error) {
+    throw InputError(where, pointer + "/further", error.what(), "measurements of one kind, profiles or maps");
+  }
+  measured.result = fit_psd_model(measured.estimate, measured.fit);
+  if (measured.result.status == PsdFitStatus::kFailed)
+    throw InputError(where, pointer + "/file",
+                     fmt::format("\"{}\": {}", measured.source.file, measured.result.message),
+                     "a PSD that a model fits; try another band (f_min, f_max), family or detrend");
+}
+
+}  // namespace aberfit

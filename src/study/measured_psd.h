@@ -1,0 +1,18 @@
+#pragma once
+#include <string>
+
+#include "aberfit/study/study.h"
+
+namespace aberfit {
+
+/// Reads one measurement; `path` is where the file lies, `wavelength` [m] turns waves and radians into
+/// lengths. Throws InputError.
+Measurement load_measurement(const MeasuredFile& file, const std::string& path);
+
+/// Measurement -> PSD -> model: fills data, estimate and result of `measured`. `folder`: what its files are
+/// relative to; `where`, `pointer`: named in errors, which are InputErrors for data no PSD can be had from.
+/// `wavelength`: 0 when unknown.
+void measure_psd(MeasuredPsd& measured, const std::string& folder, const std::string& where,
+                 const std::string& pointer, int threads);
+
+}  // namespace aberfit
