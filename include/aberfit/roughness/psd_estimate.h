@@ -44,13 +44,16 @@ struct PsdEstimate {
   Eigen::ArrayXd psd;             ///< mean of the periodogram ordinates [m^3 or m^4]
   Eigen::ArrayXd count;           ///< ordinates averaged
   Eigen::ArrayXd
-      dof;  ///< effective degrees of freedom: psd ~ E chi^2_dof / dof; window and overlap allowed for
+      dof;  ///< effective degrees of freedom: psd ~ E chi^2_dof / dof; 2 / relative_covariance(b, b)
   Eigen::ArrayXd lower, upper;  ///< confidence interval of the mean level, chi-squared [m^3 or m^4]
   /// Expectation of the estimator: E[psd] = response * S(node_frequency), S of the same kind as psd. Holds
   /// leakage, holes, detrending, uneven pitch, integration of slopes and excluded lines.
   Eigen::ArrayXd node_frequency;
   Eigen::MatrixXd response;  ///< bins x nodes
-  /// cov(psd_b, psd_c) = relative_covariance(b, c) E_b E_c.
+  /// cov(psd_b, psd_c) = relative_covariance(b, c) E_b E_c: 2 / (n_b n_c) times the sum over all pairs of
+  /// ordinates of both bins (n_b, n_c of them, conjugates counted) of |sum w^2 exp(2 pi i d t)|^2 /
+  /// (sum w^2)^2, d: their distance; of Hann's window 1, 4/9, 1/36 per axis for d = 0, 1, 2. The lowest
+  /// ordinates (profiles: 8, maps: 3 steps) feel the detrending, too.
   Eigen::MatrixXd relative_covariance;
   std::vector<SpectralLine> lines;
   PsdEstimatorOptions options;
@@ -70,10 +73,15 @@ struct PsdEstimate {
 /// An estimator for one geometry (positions, valid points), reusable for many surfaces of that geometry: the
 /// response is worked out once (again for a surface with lines, whose ordinates are left out).
 /// Profiles: heights (trapezoid rule), detrended, holes bridged linearly, uneven pitch resampled by a cubic
-/// spline. Maps: largest axis-aligned rectangle inside the outline of the valid points, its sides cut to
-/// products of 2, 3, 5, 7; detrended there, holes bridged harmonically. Then window, |FFT|^2 over the sum of
-/// the squared window, bins from the lowest ordinate to below the (smaller) Nyquist frequency; the ordinates
-/// 0 and Nyquist are not used. The response knows no surface beyond Nyquist (aliasing) nor below
+/// spline. Maps: largest axis-aligned rectangle without a point outside the outline (outside: invalid points
+/// that steps along rows and columns over invalid points join to the edge of the grid; of equal areas the one
+/// with the lowest last row, then last column). Each side is cut to the next lower product of 2, 3, 5, 7,
+/// half of the loss, rounded down, at its low end; there the shape is fitted to the valid points and taken
+/// off, then each hole becomes the mean of its neighbours in row and column, weighted by 1/pitch^2 (a
+/// harmonic bridge). Then the (separable) window, sample i at (i + 1/2)/n of its length, |FFT|^2 over the sum
+/// of the squared window, times the area of a point (profiles: 2 pitch), bins from the lowest ordinate to
+/// below the (smaller) Nyquist frequency, edges at resolution 10^((k - 1/2)/bins_per_decade) for whole k; the
+/// ordinates 0 and Nyquist are not used. The response knows no surface beyond Nyquist (aliasing) nor below
 /// resolution/16. An ellipse enters it as a polynomial of degree 4. relative_covariance is that of the
 /// window, of the lowest ordinates with detrending; leakage of a red spectrum without window correlates bins
 /// more than it says. Throws std::invalid_argument like estimate_psd.
@@ -99,8 +107,9 @@ class PsdEstimator {
 PsdEstimate estimate_psd(const Profile& profile, const PsdEstimatorOptions& options, int threads = 1);
 PsdEstimate estimate_psd(const HeightMap& map, const PsdEstimatorOptions& options, int threads = 1);
 
-/// Exponent and level of the straight line through log psd over log f (bins of [f_min, f_max], weighted by
-/// dof, the logarithm's bias psi(dof/2) - log(dof/2) taken off): psd ~ level (f / 1 per m)^-exponent.
+/// Exponent and level of the straight line through log psd over log f (bins whose `frequency` lies in
+/// [f_min, f_max], weighted by dof, the logarithm's bias psi(dof/2) - log(dof/2) taken off): psd ~ level (f /
+/// 1 per m)^-exponent.
 struct PsdSlope {
   double exponent = 0, exponent_std = 0;
   double level = 0;  ///< [m^3 or m^4] at 1 cycle/m
