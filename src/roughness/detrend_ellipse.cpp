@@ -1,7 +1,7 @@
-#include <Eigen/Cholesky>
-#include <array>
+#include <Eigen/QR>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "detrend_basis.h"
@@ -9,34 +9,36 @@
 namespace aberfit {
 namespace {
 
-// Height of a mirror ellipse over its tangent at the pole; p, q: arms [m], theta: grazing angle [rad]. From
-// |P - F1| + |P - F2| = p + q with F1 = (-p cos, p sin), F2 = (q cos, q sin), squared once and solved for z:
-//   z = 2 s x^2 / (-b + sqrt(b^2 - 4 a x^2)), b = (2 x c (p - q) - 4 p q)/(p + q), a = 1 - (s (p - q)/(p +
-//   q))^2.
-double ellipse_height(double x, double inverse_p, double inverse_q, double theta) {
-  const double s = std::sin(theta), c = std::cos(theta), p = 1 / inverse_p, q = 1 / inverse_q, l = p + q;
-  const double minus_b = (4 * p * q - 2 * x * c * (p - q)) / l, a = 1 - std::pow(s * (p - q) / l, 2);
-  const double root = minus_b * minus_b - 4 * a * x * x;
-  if (root < 0 || minus_b <= 0) return std::numeric_limits<double>::quiet_NaN();  // beyond the ellipse's end
-  return 2 * s * x * x / (minus_b + std::sqrt(root));
-}
+constexpr double kNoShape = 1e-12;       // of the values: what is left of a plane by rounding
+constexpr double kLeastProduct = 1e-10;  // half^2/(p q): with less the ellipse is a parabola
 
-// The model in the profile's own quantity without piston and tilt; shape = (log 1/p, log 1/q, log theta).
-Eigen::VectorXd model(const Eigen::ArrayXd& x, double half, const Eigen::Vector3d& shape, bool slope) {
-  const double u = std::exp(shape[0]), v = std::exp(shape[1]), theta = std::exp(shape[2]);
+// Mirror ellipse over its tangent at the pole. From |P - F1| + |P - F2| = p + q with F1 = (-p cos, p sin), F2
+// = (q cos, q sin), squared once and solved for z:
+//   z = E x^2 / (2 - D x + 2 sqrt(1 - D x - G x^2)),
+//   E = sin(theta) (1/p + 1/q), D = cos(theta) (1/q - 1/p), G = 1/(p q).
+// E is linear, and D and G are nearly so (cubic and quartic of the height), whereas in p, q and theta the
+// valley of the least squares is long and bent. `shape` = (D half, G half^2); the result is z/E or its
+// derivative, NaN beyond the ellipse's end.
+Eigen::VectorXd unit_ellipse(const Eigen::ArrayXd& x, double half, const Eigen::Vector2d& shape, bool slope) {
+  const double d = shape[0] / half, g = shape[1] / (half * half);
   Eigen::VectorXd z(x.size());
-  const double h = 1e-3 * half;  // truncation h^2 z'''/6: below 1e-6 of the slope's cubic part
-  for (Eigen::Index i = 0; i < x.size(); ++i)
-    z[i] = slope ? (8 * (ellipse_height(x[i] + h, u, v, theta) - ellipse_height(x[i] - h, u, v, theta)) -
-                    (ellipse_height(x[i] + 2 * h, u, v, theta) - ellipse_height(x[i] - 2 * h, u, v, theta))) /
-                       (12 * h)
-                 : ellipse_height(x[i], u, v, theta);
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const double t = x[i], inside = 1 - d * t - g * t * t;
+    if (!(inside > 0)) {
+      z[i] = std::numeric_limits<double>::quiet_NaN();
+      continue;
+    }
+    const double root = std::sqrt(inside), below = 2 - d * t + 2 * root;
+    z[i] = slope ? (2 * t + t * t * (d + (d + 2 * g * t) / root) / below) / below : t * t / below;
+  }
   return z;
 }
 
 struct Attempt {
   double cost = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d shape;
+  double factor = 0;  // E
+  Eigen::Vector2d shape = Eigen::Vector2d::Zero();
+  Eigen::VectorXd unit, residual;
 };
 
 }  // namespace
@@ -51,69 +53,84 @@ EllipseFit fit_ellipse(const Profile& profile) {
   const double low = profile.x[valid.front()], high = profile.x[valid.back()], half = 0.5 * (high - low);
   const Eigen::ArrayXd everywhere = profile.x - 0.5 * (low + high), x = everywhere(valid);
   const Eigen::VectorXd value = profile.value(valid).matrix();
-  // Piston and tilt (of slopes: only the tilt, a constant) are linear: they are projected out of everything.
+  // Piston and tilt (of slopes: only the tilt, a constant) are linear, too: they are projected out of
+  // everything.
   const Eigen::MatrixXd linear = legendre_basis(x, -half, half, slope ? 0 : 1);
-  const Eigen::LDLT<Eigen::MatrixXd> normal_linear(linear.transpose() * linear);
-  const auto fit_linear = [&](const Eigen::VectorXd& v) {
-    return Eigen::VectorXd(normal_linear.solve(linear.transpose() * v));
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> linear_part(linear);
+  const auto project = [&](const Eigen::VectorXd& v) {
+    return Eigen::VectorXd(v - linear * linear_part.solve(v));
   };
-  const auto project = [&](const Eigen::VectorXd& v) { return Eigen::VectorXd(v - linear * fit_linear(v)); };
-  const Eigen::MatrixXd quadric = legendre_basis(x, -half, half, slope ? 1 : 2);
-  const Eigen::VectorXd bend = (quadric.transpose() * quadric).ldlt().solve(quadric.transpose() * value);
-  // P_2 = (3 t^2 - 1)/2 and P_1 = t, t = x/half: second derivative of the height.
-  const double curvature = slope ? bend[1] / half : 3 * bend[2] / (half * half);
-  const double sign = curvature < 0 ? -1 : 1;
-  const Eigen::VectorXd data = project(sign * value);
-  if (!(std::abs(curvature) > 0)) return result;
-  const double quadratic_cost = (value - quadric * bend).squaredNorm();
+  const Eigen::VectorXd data = project(value);
+  const auto attempt_at = [&](const Eigen::Vector2d& shape) {
+    Attempt attempt;
+    attempt.shape = shape;
+    attempt.unit = project(unit_ellipse(x, half, shape, slope));
+    attempt.factor = attempt.unit.dot(data) / attempt.unit.squaredNorm();
+    attempt.residual = data - attempt.factor * attempt.unit;
+    const double cost = attempt.residual.squaredNorm();
+    if (std::isfinite(cost)) attempt.cost = cost;
+    return attempt;
+  };
 
   Attempt best;
-  for (const double theta : {1e-3, 4e-3, 2e-2, 0.2})
-    for (const double ratio : {1e-3, 0.03, 0.3, 3., 30., 1e3}) {
-      // curvature = sin(theta) (1/p + 1/q)/2 fixes the scale.
-      const double total = 2 * std::abs(curvature) / std::sin(theta);
-      Eigen::Vector3d shape(std::log(total * ratio / (1 + ratio)), std::log(total / (1 + ratio)),
-                            std::log(theta));
-      double cost = (data - project(model(x, half, shape, slope))).squaredNorm(), damping = 1e-3;
-      if (!std::isfinite(cost)) continue;
-      for (int step = 0; step < 60; ++step) {
-        const Eigen::VectorXd residual = data - project(model(x, half, shape, slope));
-        Eigen::MatrixXd jacobian(x.size(), 3);
-        for (int k = 0; k < 3; ++k) {
-          Eigen::Vector3d up = shape, down = shape;
-          up[k] += 1e-4, down[k] -= 1e-4;
-          jacobian.col(k) = project(model(x, half, up, slope) - model(x, half, down, slope)) / 2e-4;
+  // The first start is the parabola: the result is at least as near to the data.
+  for (const double product : {kLeastProduct, 0.1})
+    for (const double skew : {0., -0.5, 0.5}) {
+      Attempt now = attempt_at({skew, product});
+      double damping = 1e-6;
+      for (int step = 0; step < 100 && std::isfinite(now.cost); ++step) {
+        Eigen::MatrixXd jacobian(x.size(), 2);  // E follows the shape (Kaufman 1975)
+        for (int k = 0; k < 2; ++k) {
+          Eigen::Vector2d up = now.shape, down = now.shape;
+          const double h = 1e-5;  // truncation h^2
+          up[k] += h, down[k] -= h;
+          const Eigen::VectorXd change =
+              now.factor / (2 * h) *
+              project(unit_ellipse(x, half, up, slope) - unit_ellipse(x, half, down, slope));
+          jacobian.col(k) = change - now.unit * (now.unit.dot(change) / now.unit.squaredNorm());
         }
         if (!jacobian.allFinite()) break;
-        const Eigen::Matrix3d normal = jacobian.transpose() * jacobian;
-        const Eigen::Vector3d right = jacobian.transpose() * residual;
-        bool moved = false;
+        const Eigen::Vector2d length = jacobian.colwise().norm();
         double gain = 0;
-        for (int attempt = 0; attempt < 12 && !moved; ++attempt, damping *= 5) {
-          Eigen::Matrix3d damped = normal;
-          damped.diagonal() *= 1 + damping;
-          damped.diagonal().array() += 1e-14 * normal.trace();
-          const Eigen::Vector3d delta = damped.ldlt().solve(right);
-          if (!(delta.norm() < 3)) continue;
-          const double there = (data - project(model(x, half, shape + delta, slope))).squaredNorm();
-          if (there < cost) gain = (cost - there) / cost, cost = there, shape += delta, moved = true;
+        for (int trial = 0; trial < 25; ++trial, damping *= 5) {
+          Eigen::MatrixXd stacked(x.size() + 2, 2);
+          stacked << jacobian, Eigen::MatrixXd((std::sqrt(damping) * length).asDiagonal());
+          Eigen::VectorXd right = Eigen::VectorXd::Zero(x.size() + 2);
+          right.head(x.size()) = now.residual;
+          Eigen::Vector2d there = now.shape + stacked.completeOrthogonalDecomposition().solve(right);
+          if (there[1] < kLeastProduct) {  // at its bound, and the skew the best one there
+            const Eigen::VectorXd only = jacobian.col(0),
+                                  rest = now.residual - jacobian.col(1) * (kLeastProduct - now.shape[1]);
+            there = {now.shape[0] + only.dot(rest) / (only.squaredNorm() * (1 + damping)), kLeastProduct};
+          }
+          Attempt next = attempt_at(there);
+          if (next.cost < now.cost) {
+            gain = 1 - next.cost / now.cost;
+            now = std::move(next);
+            break;
+          }
         }
-        if (moved) damping = std::max(damping / 100, 1e-12);
-        if (!moved || gain < 1e-10) break;
+        if (gain < 1e-12) break;
+        damping = std::max(damping / 100, 1e-15);
       }
-      if (cost < best.cost) best = {cost, shape};
+      if (now.cost < best.cost) best = std::move(now);
     }
-  // A plane or a sphere fixes no arms; what does not even reach the parabola is no ellipse.
-  if (!(best.cost <= quadratic_cost * (1 + 1e-9))) return result;
-  const Eigen::VectorXd fitted = model(x, half, best.shape, slope),
-                        all = model(everywhere, half, best.shape, slope);
+  // A plane fixes no arms.
+  if (!(std::abs(best.factor) * best.unit.norm() > kNoShape * value.norm())) return result;
+  const Eigen::VectorXd all = unit_ellipse(everywhere, half, best.shape, slope);
   if (!all.allFinite()) return result;
-  const Eigen::VectorXd rest = fit_linear(sign * value - fitted);
+  const Eigen::VectorXd rest = linear_part.solve(value - best.factor * Eigen::VectorXd(all(valid)));
+  // E^2/S + D^2/(S - 4 G) = 1 with S = (1/p + 1/q)^2; the other root has S below 4 G and E^2.
+  const double e = std::abs(best.factor), d = best.shape[0] / half, g = best.shape[1] / (half * half);
+  const double middle = 0.5 * (4 * g + e * e + d * d);
+  const double s = middle + std::sqrt(std::max(0.0, middle * middle - 4 * g * e * e));
+  const double sum = std::sqrt(s), difference = std::sqrt(std::max(0.0, s - 4 * g));
+  const double larger = 0.5 * (sum + difference), smaller = g / larger;  // 1/p and 1/q
   result.converged = true;
-  result.p = std::exp(-best.shape[0]);
-  result.q = std::exp(-best.shape[1]);
-  result.grazing_angle = std::exp(best.shape[2]);
-  result.shape = sign * (all + legendre_basis(everywhere, -half, half, slope ? 0 : 1) * rest).array();
+  result.p = 1 / (d < 0 ? larger : smaller);
+  result.q = 1 / (d < 0 ? smaller : larger);
+  result.grazing_angle = std::asin(std::min(1.0, e / sum));
+  result.shape = (best.factor * all + legendre_basis(everywhere, -half, half, slope ? 0 : 1) * rest).array();
   return result;
 }
 

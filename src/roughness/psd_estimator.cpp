@@ -187,10 +187,14 @@ PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
       !same_valid(profile.value, plan.profile.value))
     throw std::invalid_argument("the profile does not have the geometry this estimator was made for");
   const Profile heights = heights_of(profile);
-  Warnings warnings;
-  if (plan.options.detrend.shape == DetrendShape::kEllipse && !fit_ellipse(heights).converged)
-    warnings.push_back(
+  if (plan.options.detrend.shape == DetrendShape::kEllipse && !fit_ellipse(heights).converged) {
+    PsdEstimatorOptions parabola = plan.options;
+    parabola.detrend = {DetrendShape::kPolynomial, 2};
+    PsdEstimate result = PsdEstimator(profile, parabola, plan.threads)(profile);
+    result.warnings.push_back(
         {"ellipse-fit-failed", "no mirror ellipse fits the profile; a parabola was taken off instead"});
+    return result;
+  }
   const Profile detrended = detrend(heights, plan.options.detrend);
   ComplexGrid samples = plan.profile_mill->windowed(detrended);
   const OrdinateGrid& grid = plan.mill().grid;
@@ -199,7 +203,6 @@ PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
       plan.estimate((2 * pitch / plan.mill().window_power()) * plan.mill().power(std::move(samples)));
   result.rms_height = rms(detrended);
   result.rms_slope = slope_rms(profile, detrended, plan.options.detrend);
-  result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
   return result;
 }
 
