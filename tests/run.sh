@@ -6,4 +6,4 @@ cd "$(dirname "$0")/.."
 bash fits/install_dependencies.sh
 [ -f build/release/build.ninja ] || cmake --preset release
 cmake --build build/release
-exec ctest --test-dir build/release --output-on-failure --timeout 900 "$@"
+exec ctest --test-dir build/release --output-on-failure --timeout 900 --parallel "$(nproc)" "$@"

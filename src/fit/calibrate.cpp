@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "focus_residuals.h"
@@ -108,6 +109,13 @@ class Watch : public ceres::IterationCallback {
       }
     }
     if (mismatch <= options_.stop_at) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    // All tolerances met but `stop_at` not in sight: the rest is creeping along the prior.
+    if (mismatch < (1 - kWorthwhile) * best_) {
+      best_ = mismatch;
+      since_best_ = 0;
+    } else if (++since_best_ >= kPatience && mismatch <= 1) {
+      return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    }
     return ceres::SOLVER_CONTINUE;
   }
   bool cancelled() const { return cancelled_; }
@@ -119,6 +127,10 @@ class Watch : public ceres::IterationCallback {
   int iterations_before_;
   std::chrono::steady_clock::time_point begin_;
   bool cancelled_ = false;
+  static constexpr double kWorthwhile = 0.1;  // share by which the worst mismatch has to fall
+  static constexpr int kPatience = 5;         // iterations in which it has to
+  double best_ = std::numeric_limits<double>::infinity();
+  int since_best_ = 0;
 };
 
 ceres::Solver::Options solver_options(int iterations) {
@@ -184,7 +196,7 @@ Solve solve_once(const FitProblem& problem, const Eigen::VectorXd& centre, const
   if (!summary.IsSolutionUsable() || !complete(residuals, *last))
     return {FitStatus::kFailed, "the solver failed: " + summary.message};
   const double mismatch = worst_mismatch(problem, residuals);
-  if (mismatch <= options.stop_at)
+  if (mismatch <= std::max(1.0, options.stop_at))
     return {FitStatus::kConverged, fmt::format("every target is within {:.2g} of its tolerance", mismatch)};
   if (summary.termination_type == ceres::CONVERGENCE)
     return {FitStatus::kConverged,

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "aberfit/core/errors.h"
@@ -82,7 +83,8 @@ FitResult fit_from_starts(const Study& study, const FitProblem& problem, const R
                                       : draw_white(problem.prior.size(), seed);
     const FitOptions how = fit_options(study, options, threads, k);
     FitResult result = calibrate(problem, white, how);
-    const bool met = result.status == FitStatus::kConverged && within_tolerance(problem, result, how.stop_at);
+    const bool met = result.status == FitStatus::kConverged &&
+                     within_tolerance(problem, result, std::max(1.0, how.stop_at));
     if (!has_solution(best) || (has_solution(result) && result.final_cost < best.final_cost)) {
       best = std::move(result);
       *start = white;

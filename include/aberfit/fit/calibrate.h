@@ -48,7 +48,9 @@ struct FitOptions {
   PriorMode prior = PriorMode::kNearStart;
   int max_iterations = 100;
   std::vector<double> smoothing = {0.1, 0.02};  ///< kernel half-widths in units of focal_sigma, one solve each, coarse to fine
-  double stop_at = 0.5;           ///< stop when every |S - T| <= stop_at * tolerance, log PSD bins included; solvers otherwise creep along the prior
+  /// Stop when every |S - T| <= stop_at * tolerance, log PSD bins included, or when all tolerances are met and the worst mismatch has
+  /// stopped falling; solvers otherwise creep along the prior. Met tolerances are kConverged either way.
+  double stop_at = 0.5;
   double bound = 0;               ///< when > 0: |xi_i| <= bound, coefficients within so many prior standard deviations
   int threads = 1;
   std::function<bool(const FitProgress&)> progress;  ///< called after every iteration; false cancels
