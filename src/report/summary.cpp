@@ -279,7 +279,7 @@ std::string spectrum_table(const ResultDocument& result) {
 std::string zone_table(const ResultDocument& result) {
   if (result.surface.zones.empty()) return "";
   std::string out =
-      "\nRMS slope by zone, as a share of the whole aperture's, beside draws of the specification\n";
+      "\nRMS slope by zone, as a share of the whole aperture's, beside draws of the prior\n";
   out += fmt::format("  {:<20} {:>10}  {:>21}\n", "zone rho/R", "fitted", "99 % of draws");
   for (const ZoneSlope& zone : result.surface.zones) {
     const bool inside = zone.ratio >= zone.draws_low && zone.ratio <= zone.draws_high;

@@ -151,7 +151,7 @@ void warn_of_result(const Study& study, const Scene& scene, const FreshStatistic
     warnings.push_back(
         {"zone-slope",
          fmt::format("slope RMS in the zone {:.2f}-{:.2f} R is {:.3f} of the overall one; draws "
-                     "of the roughness give {:.3f}-{:.3f}",
+                     "of the prior give {:.3f}-{:.3f}",
                      zone.rho_min, zone.rho_max, zone.ratio, zone.draws_low, zone.draws_high)});
   }
   if (result->rays < 30 * result->terms.size() && result->targets.size() > 10)
