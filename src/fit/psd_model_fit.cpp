@@ -25,6 +25,9 @@ constexpr double kLargestLogStd = 1.0;
 constexpr double kPoorFit = 1e-3;
 // A richer family must win by this much of the criterion, else the simpler one is taken.
 constexpr double kWorthwhile = 2.0;
+// Where no family describes the data, one with undetermined parameters must win by a likelihood ratio of e^5
+// over those without.
+constexpr double kMuchBetter = 10.0;
 
 const PsdFamily kFamilies[] = {PsdFamily::kUniform,
                                PsdFamily::kPowerLaw,
@@ -87,13 +90,16 @@ std::vector<Limit> limits_of(PsdFamily family) {
 
 class Fitter {
  public:
-  Fitter(const PsdEstimate& estimate, const PsdBand& band, const PsdFitOptions& options)
-      : estimate_(estimate), band_(band), options_(options) {}
+  // with_model_error: for data that no family describes.
+  Fitter(const PsdEstimate& estimate, const PsdBand& band, const PsdFitOptions& options,
+         bool with_model_error)
+      : estimate_(estimate), band_(band), options_(options), with_model_error_(with_model_error) {}
 
   const PsdShapeFit& fit(PsdFamily family) {
     const auto found = fits_.find(family);
     if (found != fits_.end()) return found->second;
-    return fits_.emplace(family, fit_shape(band_, family, options_.max_iterations)).first->second;
+    const auto fitted = with_model_error_ ? fit_shape_with_model_error : fit_shape;
+    return fits_.emplace(family, fitted(band_, family, options_.max_iterations)).first->second;
   }
 
   bool eligible(PsdFamily family) const {
@@ -109,7 +115,7 @@ class Fitter {
   PsdCandidate candidate(PsdFamily family) {
     const PsdShapeFit& shape = fit(family);
     PsdCandidate candidate{family, count(family), shape.log_likelihood, kInfinity};
-    const double k = candidate.parameters, room = band_.effective_bins - k - 1;
+    const double k = candidate.parameters + (with_model_error_ ? 1 : 0), room = band_.effective_bins - k - 1;
     if (shape.theta.size() > 0 && room > 0)
       candidate.criterion =
           -2 * shape.log_likelihood + std::max(1.0, shape.overdispersion) * 2 * k * (1 + (k + 1) / room);
@@ -117,7 +123,8 @@ class Fitter {
   }
 
   // Simplest family within reach of the best of those whose every parameter the data determine; where these
-  // all fail to describe the data and another does not, that one.
+  // all fail to describe the data and another does not, that one. With a model error, the best of all where
+  // it is much better.
   PsdFamily choose(PsdModelFit* result) {
     std::vector<PsdCandidate> known, all;
     for (const PsdFamily family : kFamilies) {
@@ -130,6 +137,8 @@ class Fitter {
     }
     if (all.empty()) return PsdFamily::kUniform;
     const PsdFamily any = simplest(all), certain = known.empty() ? any : simplest(known);
+    if (with_model_error_)
+      return criterion_of(all, any) + kMuchBetter < criterion_of(known, certain) ? any : certain;
     const bool better =
         goodness_of_fit(band_, fit(certain)) < kPoorFit && goodness_of_fit(band_, fit(any)) >= kPoorFit;
     return better ? any : certain;
@@ -170,22 +179,38 @@ class Fitter {
     result->log_likelihood = shape.log_likelihood;
     result->criterion = candidate(family).criterion;
     result->goodness = goodness_of_fit(band_, shape);
+    result->model_error = shape.model_error;
     result->model = surface_model(shape.shape, shape.theta);
     add_expected(shape, result);
     add_parameters(shape, result);
     if (result->goodness < kPoorFit)
       result->warnings.push_back(
           {"poor-fit",
-           fmt::format("the bins scatter about the model more than chance allows (p = {:.1e}); the "
-                       "intervals assume the model",
-                       result->goodness)});
+           shape.model_error > 0
+               ? fmt::format(
+                     "the model misses the bins typically by a factor {:.2f}, more than chance allows (p = "
+                     "{:.1e}); the intervals allow for it",
+                     std::exp(shape.model_error), result->goodness)
+               : fmt::format("the bins scatter about the model more than chance allows (p = {:.1e}); the "
+                             "intervals assume the model",
+                             result->goodness)});
     if (band_.kind == PsdTableKind::k1dOneSided &&
         (family == PsdFamily::kPowerLawAndFloor || family == PsdFamily::kKCorrelationAndFloor))
       result->warnings.push_back(
           {"floor-left-out", "the floor is taken for noise of the instrument and is left out of the model"});
   }
 
+  bool describes(PsdFamily family) {
+    return fit(family).theta.size() == 0 || goodness_of_fit(band_, fit(family)) >= kPoorFit;
+  }
+
  private:
+  static double criterion_of(const std::vector<PsdCandidate>& candidates, PsdFamily family) {
+    for (const PsdCandidate& c : candidates)
+      if (c.family == family) return c.criterion;
+    return kInfinity;
+  }
+
   static PsdFamily simplest(const std::vector<PsdCandidate>& candidates) {
     double best = kInfinity;
     for (const PsdCandidate& c : candidates) best = std::min(best, c.criterion);
@@ -259,6 +284,15 @@ class Fitter {
     return true;
   }
 
+  static std::string known_of(const PsdParameter& row, const double (&ends)[2]) {
+    const std::string unit = row.unit == "1" ? "" : fmt::format(" {}", row.unit);
+    if (std::isfinite(ends[0]) && std::isfinite(ends[1]))
+      return fmt::format("it lies between {:.3g} and {:.3g}{}", row.lower, row.upper, unit);
+    if (std::isfinite(ends[0])) return fmt::format("it is at least {:.3g}{}", row.lower, unit);
+    if (std::isfinite(ends[1])) return fmt::format("it is at most {:.3g}{}", row.upper, unit);
+    return "nothing is known about it";
+  }
+
   // Wald intervals in the coordinate (mostly the logarithm), where the likelihood is closest to a parabola;
   // from the profile of the likelihood where it is none.
   void add_parameters(const PsdShapeFit& shape, PsdModelFit* result) const {
@@ -283,10 +317,8 @@ class Fitter {
                 options_.max_iterations);
         row.lower = parameter.natural(ends[0]);
         row.upper = parameter.natural(ends[1]);
-        result->warnings.push_back(
-            {"not-identified",
-             fmt::format("the data do not determine {}: it may be anything from {:.3g} to {:.3g} {}",
-                         row.name, row.lower, row.upper, row.unit)});
+        result->warnings.push_back({"not-identified", fmt::format("the data do not determine {}: {}",
+                                                                  row.name, known_of(row, ends))});
       }
       rows.push_back(row);
     }
@@ -296,6 +328,7 @@ class Fitter {
   const PsdEstimate& estimate_;
   const PsdBand& band_;
   const PsdFitOptions& options_;
+  const bool with_model_error_;
   std::map<PsdFamily, PsdShapeFit> fits_;
 };
 
@@ -312,9 +345,9 @@ std::string to_string(PsdFamily family) {
     case PsdFamily::kUniform:
       return "uniform";
     case PsdFamily::kPowerLawAndFloor:
-      return "power-law+floor";
+      return "power-law-and-floor";
     case PsdFamily::kKCorrelationAndFloor:
-      return "k-correlation+floor";
+      return "k-correlation-and-floor";
     case PsdFamily::kTwoKCorrelations:
       return "two-k-correlations";
   }
@@ -339,7 +372,7 @@ PsdModelFit fit_psd_model(const PsdEstimate& estimate, const PsdFitOptions& opti
   assert(options.confidence > 0.5 && options.confidence < 1 && options.max_iterations > 0);
   PsdModelFit result;
   const PsdBand band = usable_band(estimate, options.f_min, options.f_max);
-  Fitter fitter(estimate, band, options);
+  Fitter fitter(estimate, band, options, false);
   const PsdFamily least = options.family == PsdFamily::kAuto ? PsdFamily::kUniform : options.family;
   if (int(band.bins.size()) < fitter.count(least) + 1) {
     result.status = PsdFitStatus::kFailed;
@@ -348,14 +381,30 @@ PsdModelFit fit_psd_model(const PsdEstimate& estimate, const PsdFitOptions& opti
     result.expected = Eigen::ArrayXd::Constant(estimate.psd.size(), kNaN);
     return result;
   }
-  PsdFamily family = options.family;
-  if (family == PsdFamily::kAuto)
-    family = fitter.choose(&result);
-  else
-    result.candidates.push_back(fitter.candidate(family));
-  if (fitter.fit(family).theta.size() > 0) family = fitter.reduce(family, &result);
-  fitter.report(family, &result);
-  return result;
+  const auto chosen = [&](Fitter& by, PsdModelFit* into) {
+    if (options.family == PsdFamily::kAuto) return by.choose(into);
+    into->candidates.push_back(by.candidate(options.family));
+    return options.family;
+  };
+  const auto finish = [&](Fitter& by, PsdFamily family, PsdModelFit* into) {
+    if (by.fit(family).theta.size() > 0) family = by.reduce(family, into);
+    by.report(family, into);
+    return family;
+  };
+  const PsdFamily family = chosen(fitter, &result);
+  PsdModelFit plain = result;
+  if (fitter.describes(family) && fitter.describes(finish(fitter, family, &result))) return result;
+
+  // No sampling error explains the residuals: the bins with most ordinates would have it all their way.
+  Fitter allowing(estimate, band, options, true);
+  PsdModelFit allowed;
+  const PsdFamily other = chosen(allowing, &allowed);
+  if (allowing.fit(other).theta.size() > 0) {
+    finish(allowing, other, &allowed);
+    if (allowed.model_error > 0) return allowed;
+  }
+  finish(fitter, family, &plain);
+  return plain;
 }
 
 }  // namespace aberfit

@@ -1,14 +1,19 @@
 #include "psd_shape_fit.h"
 
 #include <ceres/ceres.h>
+#include <fmt/format.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/special_functions/digamma.hpp>
+#include <boost/math/special_functions/trigamma.hpp>
 #include <cmath>
 #include <limits>
 #include <memory>
+
+#include "psd_shape_error.h"
 
 namespace aberfit {
 namespace {
@@ -61,6 +66,7 @@ class DevianceResiduals : public ceres::CostFunction {
     const int n = parameter_block_sizes()[0];
     Prediction prediction;
     if (!predict(band_, shape_, Eigen::Map<const VectorXd>(parameters[0], n), &prediction)) return false;
+    if (band_.model_error > 0) return evaluate_logs(prediction, residuals, jacobians);
     for (Index b = 0; b < band_.psd.size(); ++b) {
       const double u = std::log(band_.psd[b] / prediction.expected[b]);
       // h = (e^u - 1 - u) / u^2 and m = (e^u - 1) / u, by series near 0 where they cancel: r = u sqrt(dof h).
@@ -79,6 +85,18 @@ class DevianceResiduals : public ceres::CostFunction {
   }
 
  private:
+  bool evaluate_logs(const Prediction& prediction, double* residuals, double** jacobians) const {
+    const Index bins = band_.psd.size();
+    const ArrayXd weight = (band_.log_variance + band_.model_error * band_.model_error).rsqrt();
+    Eigen::Map<ArrayXd> r(residuals, bins);
+    r = weight * log_residuals(band_, prediction.expected);
+    if (jacobians && jacobians[0])
+      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
+          jacobians[0], bins, prediction.gradient.cols()) =
+          -(weight.matrix().asDiagonal() * prediction.gradient);
+    return r.allFinite();
+  }
+
   const PsdBand& band_;
   const PsdShape shape_;
 };
@@ -91,7 +109,7 @@ struct Optimum {
   VectorXd theta;
   double cost = kInfinity;
   bool converged = false;
-  std::string message;
+  int iterations = 0;  // of all descents that led here
 };
 
 // One descent; parameter `fixed` (if >= 0) stays where it is.
@@ -122,7 +140,8 @@ Optimum descend(const PsdBand& band, const PsdShape& shape, const PsdShapeBounds
   options.num_threads = 1;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  Optimum optimum{theta, summary.final_cost, summary.termination_type == ceres::CONVERGENCE, summary.message};
+  Optimum optimum{theta, summary.final_cost, summary.termination_type == ceres::CONVERGENCE,
+                  std::max(0, int(summary.iterations.size()) - 1)};
   if (!summary.IsSolutionUsable()) optimum.cost = kInfinity;
   return optimum;
 }
@@ -229,6 +248,54 @@ void refine(const PsdBand& band, const PsdShape& shape, const std::vector<int>& 
   }
 }
 
+// Best of the descents from all starts, into `fit`; false where none has a finite likelihood.
+bool search(const PsdBand& band, const PsdShapeBounds& bounds, const std::vector<VectorXd>& from,
+            int max_iterations, PsdShapeFit* fit) {
+  // Short descents tell the basins apart; only the best is followed to its end.
+  constexpr int kScouting = 12;
+  Optimum best;
+  for (const VectorXd& start : from) {
+    const Optimum optimum = descend(band, fit->shape, bounds, start,
+                                    from.size() > 1 ? std::min(kScouting, max_iterations) : max_iterations);
+    if (optimum.cost < best.cost) best = optimum;
+  }
+  if (best.cost < kInfinity && !best.converged) {
+    const int scouted = from.size() > 1 ? best.iterations : 0;
+    best = descend(band, fit->shape, bounds, best.theta, max_iterations);
+    best.iterations += scouted;
+  }
+  if (!(best.cost < kInfinity)) {
+    fit->message = "no start has a finite likelihood";
+    return false;
+  }
+  fit->converged = best.converged;
+  fit->message =
+      fmt::format("{} after {} iterations", best.converged ? "settled" : "not settled", best.iterations);
+  fit->theta = best.theta;
+  // Of two knees the lower in frequency is the first.
+  if (fit->shape.family == PsdFamily::kTwoKCorrelations && fit->theta[1] < fit->theta[4])
+    fit->theta << best.theta.tail(3), best.theta.head(3);
+  return true;
+}
+
+// Parameters inside their range that the data feel.
+std::vector<int> free_parameters(const PsdShapeBounds& bounds, const VectorXd& theta,
+                                 const MatrixXd& gradient, const ArrayXd& weight) {
+  std::vector<int> free;
+  for (int p = 0; p < theta.size(); ++p) {
+    const bool inside = theta[p] > bounds.lower[p] + 1e-6 && theta[p] < bounds.upper[p] - 1e-6;
+    const bool felt = (gradient.col(p).array().square() * weight).sum() > 1e-6;
+    if (inside && felt) free.push_back(p);
+  }
+  return free;
+}
+
+MatrixXd unknown_covariance(Index n) {
+  MatrixXd covariance = MatrixXd::Zero(n, n);
+  covariance.diagonal().setConstant(kInfinity);
+  return covariance;
+}
+
 }  // namespace
 
 std::unique_ptr<ceres::CostFunction> deviance_residuals(const PsdBand& band, const PsdShape& shape) {
@@ -248,7 +315,11 @@ PsdBand usable_band(const PsdEstimate& estimate, double f_min, double f_max) {
   }
   if (band.bins.empty()) return band;
   band.psd = estimate.psd(band.bins);
+  band.frequency = estimate.frequency(band.bins);
   band.dof = estimate.dof(band.bins);
+  band.log_bias =
+      band.dof.unaryExpr([](double dof) { return boost::math::digamma(0.5 * dof); }) - (0.5 * band.dof).log();
+  band.log_variance = band.dof.unaryExpr([](double dof) { return boost::math::trigamma(0.5 * dof); });
   band.f_min = estimate.low[band.bins.front()];
   band.f_max = estimate.high[band.bins.back()];
   std::vector<Index> nodes;
@@ -268,40 +339,12 @@ PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations)
   PsdShapeFit fit;
   fit.shape = {family, band.kind, band.f_min, band.f_max};
   const PsdShapeBounds bounds = bounds_of(band, fit.shape);
-  // Short descents tell the basins apart; only the best is followed to its end.
-  constexpr int kScouting = 12;
-  Optimum best;
-  const std::vector<VectorXd> from = starts(band, fit.shape);
-  for (const VectorXd& start : from) {
-    const Optimum optimum = descend(band, fit.shape, bounds, start,
-                                    from.size() > 1 ? std::min(kScouting, max_iterations) : max_iterations);
-    if (optimum.cost < best.cost) best = optimum;
-  }
-  if (best.cost < kInfinity && !best.converged)
-    best = descend(band, fit.shape, bounds, best.theta, max_iterations);
-  if (!(best.cost < kInfinity)) {
-    fit.message = "no start has a finite likelihood";
-    return fit;
-  }
-  fit.converged = best.converged;
-  fit.message = best.message;
-  fit.theta = best.theta;
-  // Of two knees the lower in frequency is the first.
-  if (family == PsdFamily::kTwoKCorrelations && fit.theta[1] < fit.theta[4])
-    fit.theta << best.theta.tail(3), best.theta.head(3);
-
+  if (!search(band, bounds, starts(band, fit.shape), max_iterations, &fit)) return fit;
   Prediction prediction;
   predict(band, fit.shape, fit.theta, &prediction);
   fit.log_likelihood = log_likelihood(band, prediction.expected);
-  std::vector<int> free;
-  for (int p = 0; p < fit.theta.size(); ++p) {
-    const bool inside = fit.theta[p] > bounds.lower[p] + 1e-6 && fit.theta[p] < bounds.upper[p] - 1e-6;
-    const bool felt = (prediction.gradient.col(p).array().square() * band.dof).sum() > 1e-6;
-    if (inside && felt) free.push_back(p);
-  }
-  const int n = int(fit.theta.size());
-  fit.covariance = MatrixXd::Zero(n, n);
-  fit.covariance.diagonal().setConstant(kInfinity);
+  const std::vector<int> free = free_parameters(bounds, fit.theta, prediction.gradient, band.dof);
+  fit.covariance = unknown_covariance(fit.theta.size());
   if (!free.empty()) {
     refine(band, fit.shape, free, &fit.theta);
     predict(band, fit.shape, fit.theta, &prediction);
@@ -320,8 +363,52 @@ PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations)
   return fit;
 }
 
-double profile_bound(const PsdBand& band, const PsdShapeFit& fit, int index, int direction, double drop,
+PsdShapeFit fit_shape_with_model_error(const PsdBand& band, PsdFamily family, int max_iterations) {
+  PsdShapeFit fit;
+  fit.shape = {family, band.kind, band.f_min, band.f_max};
+  const PsdShapeBounds bounds = bounds_of(band, fit.shape);
+  PsdBand weighted = band;
+  weighted.model_error = 1;
+  std::vector<VectorXd> from = starts(band, fit.shape);
+  // The weights hardly move the curve, and the curve hardly moves them: a few turns settle both.
+  constexpr int kTurns = 8;
+  constexpr double kSettled = 0.01;  // relative, of tau
+  Prediction prediction;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    if (!search(weighted, bounds, from, max_iterations, &fit)) return fit;
+    predict(band, fit.shape, fit.theta, &prediction);
+    const double before = weighted.model_error;
+    const double tau =
+        independent_model_error(band, log_residuals(band, prediction.expected), int(fit.theta.size()));
+    if (!(tau > 0)) break;
+    weighted.model_error = tau;
+    from = {fit.theta};
+    if (std::abs(tau - before) <= kSettled * before) break;
+  }
+  fit.expected = prediction.expected;
+  fit.weight_error = weighted.model_error;
+  const ArrayXd residuals = log_residuals(band, fit.expected);
+  const ArrayXd weight = (band.log_variance + fit.weight_error * fit.weight_error).inverse();
+  fit.log_likelihood = log_likelihood_with_model_error(band, residuals);
+  const std::vector<int> free = free_parameters(bounds, fit.theta, prediction.gradient, weight);
+  fit.covariance = unknown_covariance(fit.theta.size());
+  if (free.empty()) return fit;
+  const MatrixXd G = prediction.gradient(Eigen::all, free);
+  const PsdModelError error = restricted_model_error(band, residuals, G);
+  fit.model_error = error.deviation;
+  fit.model_error_length = error.length;
+  const MatrixXd WG = weight.matrix().asDiagonal() * G;
+  const MatrixXd H = G.transpose() * WG, J = WG.transpose() * log_covariance(band, error) * WG;
+  const MatrixXd bread = H.ldlt().solve(MatrixXd::Identity(H.rows(), H.cols()));
+  fit.covariance(free, free) = bread * J * bread;
+  fit.overdispersion = (bread * J).trace() / double(free.size());
+  return fit;
+}
+
+double profile_bound(const PsdBand& unweighted, const PsdShapeFit& fit, int index, int direction, double drop,
                      int max_iterations) {
+  PsdBand band = unweighted;
+  band.model_error = fit.weight_error;
   const PsdShapeBounds bounds = bounds_of(band, fit.shape);
   const auto cost_at = [&](double value, VectorXd* theta) {
     (*theta)[index] = value;

@@ -15,12 +15,17 @@ struct PsdBand {
   PsdTableKind kind = PsdTableKind::k2dTwoSided;
   double f_min = 0, f_max = 0;          ///< edges of the outermost bins [cycles/m]
   std::vector<Eigen::Index> bins;       ///< their rows in the estimate
+  Eigen::ArrayXd frequency;             ///< of the bins [cycles/m]
   Eigen::ArrayXd psd, dof;              ///< [m^3 or m^4]; > 0
+  Eigen::ArrayXd log_bias;              ///< of log psd: psi(dof/2) - log(dof/2)
+  Eigen::ArrayXd log_variance;          ///< of log psd: psi'(dof/2)
   Eigen::ArrayXd node;                  ///< [cycles/m], > 0
   Eigen::MatrixXd response;             ///< bins x nodes
   Eigen::MatrixXd relative_covariance;  ///< of psd / E
   Eigen::MatrixXd precision;            ///< its inverse, directions of vanishing variance left out
   double effective_bins = 0;  ///< independent bins that carry as much: n^2 / sum of squared correlations
+  double model_error = 0;     ///< tau that weights the bins beside their sampling error; 0: the likelihood of
+                              ///< chi-squared bins
 };
 
 /// The trusted bins inside [f_min, f_max] (0: no limit): from 1.5 resolutions on, with positive PSD and
@@ -39,11 +44,16 @@ struct PsdShapeFit {
   double log_likelihood = 0;   ///< Whittle, up to a constant of the data
   double overdispersion = 1;   ///< mean eigenvalue of H^-1 J: by how much correlation of the bins inflates
                                ///< likelihood ratios
+  double model_error = 0;      ///< tau allowed for; 0: none
+  double model_error_length = 0;  ///< of its correlation in log f
+  double weight_error = 0;        ///< tau of the weights: independent bins
 };
 
 /// Deviance residuals of the parameters of `shape`, one per bin: r = sign(u) sqrt(dof (q - 1 - log q)),
 /// q = psd/E, u = log q. Half their sum of squares is minus the Whittle log-likelihood, up to a constant of
-/// the data, so least squares finds its very maximum. `band` must outlive the result.
+/// the data, so least squares finds its very maximum. With a model error tau: log residuals
+/// (psd_shape_error.h) over sqrt(log_variance + tau^2), which misses above and below weigh alike. `band` must
+/// outlive the result.
 std::unique_ptr<ceres::CostFunction> deviance_residuals(const PsdBand& band, const PsdShape& shape);
 
 /// Maximum of the Whittle likelihood -sum dof/2 (log E + psd/E) over several starts, refined by the
@@ -52,9 +62,16 @@ std::unique_ptr<ceres::CostFunction> deviance_residuals(const PsdBand& band, con
 /// estimating equations; unbiased like the likelihood's own.
 PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations);
 
+/// Least squares of the log residuals over several starts, weighted by 1 / (psi'(dof/2) + tau^2): every
+/// decade counts by its bins, however many ordinates they hold. tau by Paule and Mandel for the weights, by
+/// restricted likelihood with its correlation for the covariance, which is the sandwich of these weights
+/// between correlated bins. log_likelihood: that of independent normal log bins, at its own maximum over tau;
+/// compare it only with its like. model_error stays 0 where sampling explains the residuals.
+PsdShapeFit fit_shape_with_model_error(const PsdBand& band, PsdFamily family, int max_iterations);
+
 /// Starting from `fit`, the value of parameter `index` towards `direction` (+1, -1) where the maximum of the
-/// Whittle likelihood over the others falls `drop` below that of `fit`; infinite (of that sign) when it does
-/// not within the bounds.
+/// likelihood (Whittle's, or that with the model error of `fit`) over the others falls `drop` below that of
+/// `fit`; infinite (of that sign) when it does not within the bounds.
 double profile_bound(const PsdBand& band, const PsdShapeFit& fit, int index, int direction, double drop,
                      int max_iterations);
 

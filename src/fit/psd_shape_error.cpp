@@ -1,0 +1,98 @@
+#include "psd_shape_error.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+#include <limits>
+
+namespace aberfit {
+namespace {
+
+using Eigen::ArrayXd;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// A model error below a thousandth is none; one above e^3 is not looked for.
+constexpr double kLeast = 1e-3, kMost = 20;
+// Steps of about the bins' spacing (12 a decade) up to half a decade.
+const double kLengths[] = {0, 0.15, 0.3, 0.6, 1.2};
+constexpr int kBits = 12;  // of log tau: 2e-4
+
+MatrixXd correlation(const ArrayXd& frequency, double length) {
+  const Index n = frequency.size();
+  if (!(length > 0)) return MatrixXd::Identity(n, n);
+  const ArrayXd log_f = frequency.log();
+  MatrixXd R(n, n);
+  for (Index c = 0; c < n; ++c) R.col(c) = (-(log_f - log_f[c]).abs() / length).exp().matrix();
+  return R;
+}
+
+// Minus twice the restricted log-likelihood, up to a constant.
+double restricted_deviance(const MatrixXd& covariance, const VectorXd& r, const MatrixXd& G) {
+  const Eigen::LLT<MatrixXd> root(covariance);
+  if (root.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+  const VectorXd white = root.matrixL().solve(r);
+  const MatrixXd shape = root.matrixL().solve(G);
+  const Eigen::LLT<MatrixXd> information(shape.transpose() * shape);
+  if (information.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+  const VectorXd projected = information.matrixL().solve(shape.transpose() * white);
+  return 2 * root.matrixLLT().diagonal().array().log().sum() +
+         2 * information.matrixLLT().diagonal().array().log().sum() + white.squaredNorm() -
+         projected.squaredNorm();
+}
+
+}  // namespace
+
+ArrayXd log_residuals(const PsdBand& band, const ArrayXd& expected) {
+  return (band.psd / expected).log() - band.log_bias;
+}
+
+MatrixXd log_covariance(const PsdBand& band, const PsdModelError& error) {
+  const VectorXd scale = (band.log_variance / band.relative_covariance.diagonal().array()).sqrt().matrix();
+  return scale.asDiagonal() * band.relative_covariance * scale.asDiagonal() +
+         error.deviation * error.deviation * correlation(band.frequency, error.length);
+}
+
+double independent_model_error(const PsdBand& band, const ArrayXd& residuals, int parameters) {
+  const double freedom = double(residuals.size()) - parameters;
+  const auto excess = [&](double square) {
+    return (residuals.square() / (band.log_variance + square)).sum() - freedom;
+  };
+  if (!(freedom > 0) || !(excess(kLeast * kLeast) > 0)) return 0;
+  double low = std::log(kLeast), high = std::log(kMost);
+  for (int bisection = 0; bisection < 40; ++bisection) {
+    const double middle = 0.5 * (low + high);
+    (excess(std::exp(2 * middle)) > 0 ? low : high) = middle;
+  }
+  return std::exp(0.5 * (low + high));
+}
+
+double log_likelihood_with_model_error(const PsdBand& band, const ArrayXd& residuals) {
+  const auto minus = [&](double log_tau) {
+    const ArrayXd variance = band.log_variance + std::exp(2 * log_tau);
+    return 0.5 * (variance.log() + residuals.square() / variance).sum();
+  };
+  return -boost::math::tools::brent_find_minima(minus, std::log(kLeast), std::log(kMost), 2 * kBits).second;
+}
+
+PsdModelError restricted_model_error(const PsdBand& band, const ArrayXd& residuals,
+                                     const MatrixXd& gradient) {
+  const MatrixXd sampling = log_covariance(band, {});
+  PsdModelError best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double length : kLengths) {
+    const MatrixXd R = correlation(band.frequency, length);
+    const auto deviance = [&](double log_tau) {
+      return restricted_deviance(sampling + std::exp(2 * log_tau) * R, residuals.matrix(), gradient);
+    };
+    const auto [log_tau, value] =
+        boost::math::tools::brent_find_minima(deviance, std::log(kLeast), std::log(kMost), kBits);
+    if (value < least) least = value, best = {std::exp(log_tau), length};
+  }
+  if (best.deviation < 2 * kLeast) return {};
+  return best;
+}
+
+}  // namespace aberfit
