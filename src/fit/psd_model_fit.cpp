@@ -25,9 +25,9 @@ constexpr double kLargestLogStd = 1.0;
 constexpr double kPoorFit = 1e-3;
 // A richer family must win by this much of the criterion, else the simpler one is taken.
 constexpr double kWorthwhile = 2.0;
-// Where no family describes the data, one with undetermined parameters must win by a likelihood ratio of e^5
-// over those without.
-constexpr double kMuchBetter = 10.0;
+// Where no family describes the data, one with undetermined parameters must win by this over those without:
+// "strong" evidence (Kass and Raftery 1995).
+constexpr double kMuchBetter = 6.0;
 
 const PsdFamily kFamilies[] = {PsdFamily::kUniform,
                                PsdFamily::kPowerLaw,
@@ -98,8 +98,23 @@ class Fitter {
   const PsdShapeFit& fit(PsdFamily family) {
     const auto found = fits_.find(family);
     if (found != fits_.end()) return found->second;
-    const auto fitted = with_model_error_ ? fit_shape_with_model_error : fit_shape;
-    return fits_.emplace(family, fitted(band_, family, options_.max_iterations)).first->second;
+    return fits_
+        .emplace(family, with_model_error_
+                             ? fit_shape_with_model_error(band_, family, options_.max_iterations)
+                             : fit_shape(band_, family, options_.max_iterations))
+        .first->second;
+  }
+
+  // Fits once more from where another fitter ended: least squares of logs see valleys that the likelihood,
+  // steep as the bins' thousands of degrees of freedom make it, hides behind ridges.
+  void retry(Fitter& from) {
+    for (auto& [family, fit] : fits_) {
+      const VectorXd& start = from.fit(family).theta;
+      if (start.size() == 0) continue;
+      const PsdShapeFit again = fit_shape(band_, family, options_.max_iterations, {start});
+      if (again.theta.size() > 0 && (fit.theta.size() == 0 || again.log_likelihood > fit.log_likelihood))
+        fit = again;
+    }
   }
 
   bool eligible(PsdFamily family) const {
@@ -111,14 +126,15 @@ class Fitter {
   }
 
   // AICc; Takeuchi's form of the penalty, because bins that correlate inflate likelihood ratios
-  // (`overdispersion`), and independent bins as sample size.
+  // (`overdispersion`), and independent bins as sample size. With a model error the inflation would be that
+  // of each family's own misses, a reward for simple families; tau counts as a parameter.
   PsdCandidate candidate(PsdFamily family) {
     const PsdShapeFit& shape = fit(family);
     PsdCandidate candidate{family, count(family), shape.log_likelihood, kInfinity};
     const double k = candidate.parameters + (with_model_error_ ? 1 : 0), room = band_.effective_bins - k - 1;
+    const double inflation = with_model_error_ ? 1 : std::max(1.0, shape.overdispersion);
     if (shape.theta.size() > 0 && room > 0)
-      candidate.criterion =
-          -2 * shape.log_likelihood + std::max(1.0, shape.overdispersion) * 2 * k * (1 + (k + 1) / room);
+      candidate.criterion = -2 * shape.log_likelihood + inflation * 2 * k * (1 + (k + 1) / room);
     return candidate;
   }
 
@@ -150,7 +166,8 @@ class Fitter {
       const PsdShapeFit &full = fit(family), &less = fit(limit.family);
       if (level_profile(less)) continue;
       const double inflation = std::max(1.0, full.overdispersion);
-      const double gain = 2 * (full.log_likelihood - less.log_likelihood) / inflation;
+      const double gain =
+          2 * (full.log_likelihood - less.log_likelihood) / (with_model_error_ ? 1 : inflation);
       if (gain > chi_squared_quantile(options_.confidence, limit.freedom)) continue;
       std::string names;
       for (const Limit::Unknown& unknown : limit.unknown) {
@@ -391,20 +408,22 @@ PsdModelFit fit_psd_model(const PsdEstimate& estimate, const PsdFitOptions& opti
     by.report(family, into);
     return family;
   };
-  const PsdFamily family = chosen(fitter, &result);
-  PsdModelFit plain = result;
+  PsdFamily family = chosen(fitter, &result);
   if (fitter.describes(family) && fitter.describes(finish(fitter, family, &result))) return result;
 
-  // No sampling error explains the residuals: the bins with most ordinates would have it all their way.
   Fitter allowing(estimate, band, options, true);
+  fitter.retry(allowing);
+  result = {};
+  family = chosen(fitter, &result);
+  finish(fitter, family, &result);
+  if (fitter.describes(result.family)) return result;
+
+  // Sampling errors do not explain the residuals: the bins of most ordinates would have it all their way.
   PsdModelFit allowed;
-  const PsdFamily other = chosen(allowing, &allowed);
-  if (allowing.fit(other).theta.size() > 0) {
-    finish(allowing, other, &allowed);
-    if (allowed.model_error > 0) return allowed;
-  }
-  finish(fitter, family, &plain);
-  return plain;
+  family = chosen(allowing, &allowed);
+  if (allowing.fit(family).theta.size() == 0) return result;
+  finish(allowing, family, &allowed);
+  return allowed.model_error > 0 ? allowed : result;
 }
 
 }  // namespace aberfit

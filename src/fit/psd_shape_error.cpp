@@ -5,6 +5,7 @@
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace aberfit {
 namespace {
@@ -18,7 +19,9 @@ using Eigen::VectorXd;
 constexpr double kLeast = 1e-3, kMost = 20;
 // Steps of about the bins' spacing (12 a decade) up to half a decade.
 const double kLengths[] = {0, 0.15, 0.3, 0.6, 1.2};
-constexpr int kBits = 12;  // of log tau: 2e-4
+constexpr int kScan = 10;
+constexpr int kBits = 10;  // of log tau: 1e-3
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 MatrixXd correlation(const ArrayXd& frequency, double length) {
   const Index n = frequency.size();
@@ -29,18 +32,31 @@ MatrixXd correlation(const ArrayXd& frequency, double length) {
   return R;
 }
 
-// Minus twice the restricted log-likelihood, up to a constant.
+// Minus twice the restricted log-likelihood of r ~ N(0, covariance) beside the columns of G, up to a
+// constant.
 double restricted_deviance(const MatrixXd& covariance, const VectorXd& r, const MatrixXd& G) {
   const Eigen::LLT<MatrixXd> root(covariance);
-  if (root.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+  if (root.info() != Eigen::Success) return kInfinity;
   const VectorXd white = root.matrixL().solve(r);
   const MatrixXd shape = root.matrixL().solve(G);
   const Eigen::LLT<MatrixXd> information(shape.transpose() * shape);
-  if (information.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+  if (information.info() != Eigen::Success) return kInfinity;
   const VectorXd projected = information.matrixL().solve(shape.transpose() * white);
   return 2 * root.matrixLLT().diagonal().array().log().sum() +
          2 * information.matrixLLT().diagonal().array().log().sum() + white.squaredNorm() -
          projected.squaredNorm();
+}
+
+// Minimum over log tau: flat towards zero with a ditch where the error is, so looked for step by step first.
+template <class Function>
+std::pair<double, double> least_over_log_tau(const Function& at) {
+  const double from = std::log(kLeast), step = (std::log(kMost) - from) / kScan;
+  double nearest = from, lowest = kInfinity;
+  for (int k = 0; k <= kScan; ++k) {
+    const double value = at(from + k * step);
+    if (value < lowest) lowest = value, nearest = from + k * step;
+  }
+  return boost::math::tools::brent_find_minima(at, nearest - step, nearest + step, kBits);
 }
 
 }  // namespace
@@ -74,25 +90,23 @@ double log_likelihood_with_model_error(const PsdBand& band, const ArrayXd& resid
     const ArrayXd variance = band.log_variance + std::exp(2 * log_tau);
     return 0.5 * (variance.log() + residuals.square() / variance).sum();
   };
-  return -boost::math::tools::brent_find_minima(minus, std::log(kLeast), std::log(kMost), 2 * kBits).second;
+  return -least_over_log_tau(minus).second;
 }
 
 PsdModelError restricted_model_error(const PsdBand& band, const ArrayXd& residuals,
                                      const MatrixXd& gradient) {
   const MatrixXd sampling = log_covariance(band, {});
   PsdModelError best;
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const double length : kLengths) {
     const MatrixXd R = correlation(band.frequency, length);
     const auto deviance = [&](double log_tau) {
       return restricted_deviance(sampling + std::exp(2 * log_tau) * R, residuals.matrix(), gradient);
     };
-    const auto [log_tau, value] =
-        boost::math::tools::brent_find_minima(deviance, std::log(kLeast), std::log(kMost), kBits);
+    const auto [log_tau, value] = least_over_log_tau(deviance);
     if (value < least) least = value, best = {std::exp(log_tau), length};
   }
-  if (best.deviation < 2 * kLeast) return {};
-  return best;
+  return best.deviation < 2 * kLeast ? PsdModelError{} : best;
 }
 
 }  // namespace aberfit

@@ -23,7 +23,9 @@ Eigen::MatrixXd log_covariance(const PsdBand& band, const PsdModelError& error);
 /// independent (Paule and Mandel 1982; the limit of DerSimonian and Laird's). 0 where sampling explains all.
 double independent_model_error(const PsdBand& band, const Eigen::ArrayXd& residuals, int parameters);
 
-/// Maximum over tau of the likelihood of independent normal log residuals.
+/// Maximum over tau of the likelihood of independent normal log residuals. Bins taken as independent, because
+/// misses that keep their sign over many bins are the sign of a wrong family: with correlation half a decade
+/// long a power law passes for anything.
 double log_likelihood_with_model_error(const PsdBand& band, const Eigen::ArrayXd& residuals);
 
 /// tau and length by restricted maximum likelihood (Patterson and Thompson 1971), which allows for what the

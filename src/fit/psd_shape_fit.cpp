@@ -335,11 +335,12 @@ PsdBand usable_band(const PsdEstimate& estimate, double f_min, double f_max) {
   return band;
 }
 
-PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations) {
+PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations,
+                      const std::vector<VectorXd>& from) {
   PsdShapeFit fit;
   fit.shape = {family, band.kind, band.f_min, band.f_max};
   const PsdShapeBounds bounds = bounds_of(band, fit.shape);
-  if (!search(band, bounds, starts(band, fit.shape), max_iterations, &fit)) return fit;
+  if (!search(band, bounds, from.empty() ? starts(band, fit.shape) : from, max_iterations, &fit)) return fit;
   Prediction prediction;
   predict(band, fit.shape, fit.theta, &prediction);
   fit.log_likelihood = log_likelihood(band, prediction.expected);

@@ -60,7 +60,9 @@ std::unique_ptr<ceres::CostFunction> deviance_residuals(const PsdBand& band, con
 /// quasi-likelihood of the joint covariance: G^T C^-1 (psd/E - 1) = 0 with G = d log E / d theta (McCullagh
 /// and Nelder 1989, 9.3), which counts a correlated bin once and has the least variance of all linear
 /// estimating equations; unbiased like the likelihood's own.
-PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations);
+/// starts: where to begin instead of at guesses from the data.
+PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations,
+                      const std::vector<Eigen::VectorXd>& starts = {});
 
 /// Least squares of the log residuals over several starts, weighted by 1 / (psi'(dof/2) + tau^2): every
 /// decade counts by its bins, however many ordinates they hold. tau by Paule and Mandel for the weights, by
