@@ -269,8 +269,9 @@ bool search(const PsdBand& band, const PsdShapeBounds& bounds, const std::vector
     return false;
   }
   fit->converged = best.converged;
-  fit->message =
-      fmt::format("{} after {} iterations", best.converged ? "settled" : "not settled", best.iterations);
+  fit->iterations += best.iterations;
+  fit->message = fmt::format("{} after {} iteration{}", best.converged ? "settled" : "not settled",
+                             fit->iterations, fit->iterations == 1 ? "" : "s");
   fit->theta = best.theta;
   // Of two knees the lower in frequency is the first.
   if (fit->shape.family == PsdFamily::kTwoKCorrelations && fit->theta[1] < fit->theta[4])

@@ -37,6 +37,7 @@ struct PsdShapeFit {
   PsdShape shape;
   bool converged = false;
   std::string message;
+  int iterations = 0;  ///< of the descents that led here
   Eigen::VectorXd theta;
   Eigen::ArrayXd expected;     ///< E of the bins used
   Eigen::MatrixXd covariance;  ///< of theta, for bins that correlate; infinite on the diagonal where the data

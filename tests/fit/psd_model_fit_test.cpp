@@ -1,6 +1,7 @@
 #include "aberfit/fit/psd_model_fit.h"
 
 #include <ceres/gradient_checker.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <boost/math/distributions/chi_squared.hpp>
@@ -11,7 +12,9 @@
 
 #include "../../src/fit/psd_shape_fit.h"
 #include "aberfit/core/random.h"
+#include "aberfit/measured/read_measurement.h"
 #include "aberfit/roughness/k_correlation.h"
+#include "aberfit/roughness/psd_estimate.h"
 #include "aberfit/roughness/random_surface.h"
 
 namespace aberfit {
@@ -176,17 +179,20 @@ TEST(PsdModelFit, ResidualDerivativesMatchDifferences) {
         const ArrayXd model = shape_values(shape, theta, band.node).value;
         for (Eigen::Index b = 0; b < model.size(); ++b)
           band.psd[b] = model[b] * std::exp(away * (b % 2 ? 1 : -2));
-        const auto residuals = deviance_residuals(band, shape);
-        ceres::NumericDiffOptions options;
-        options.ridders_relative_initial_step_size = 1e-3;
-        const std::vector<const ceres::Manifold*> none = {nullptr};
-        ceres::GradientChecker checker(residuals.get(), &none, options);
-        ceres::GradientChecker::ProbeResults results;
-        const double* parameters[] = {theta.data()};
-        // Ridders differences reach 1e-8 of values of order one.
-        constexpr double kDifferences = 1e-7;
-        EXPECT_TRUE(checker.Probe(parameters, kDifferences, &results))
-            << to_string(family) << " " << away << " " << results.error_log;
+        for (const double model_error : {0.0, 0.3}) {
+          band.model_error = model_error;
+          const auto residuals = deviance_residuals(band, shape);
+          ceres::NumericDiffOptions options;
+          options.ridders_relative_initial_step_size = 1e-3;
+          const std::vector<const ceres::Manifold*> none = {nullptr};
+          ceres::GradientChecker checker(residuals.get(), &none, options);
+          ceres::GradientChecker::ProbeResults results;
+          const double* parameters[] = {theta.data()};
+          // Ridders differences reach 1e-8 of values of order one.
+          constexpr double kDifferences = 1e-7;
+          EXPECT_TRUE(checker.Probe(parameters, kDifferences, &results))
+              << to_string(family) << " " << away << " " << model_error << " " << results.error_log;
+        }
       }
 }
 
@@ -430,6 +436,133 @@ TEST(PsdModelFit, TheFloorOfAProfileIsNotPartOfTheSurface) {
   EXPECT_TRUE(warns(fit, "floor-left-out"));
   EXPECT_NEAR(*std::get<PowerLawPsd>(fit.model).rms, parameter(fit, "rms").value,
               1e-12 * parameter(fit, "rms").value);
+}
+
+// exp(0.3 w(log f)), w a Gaussian process of unit variance and correlation exp(-x^2 / (2 l^2)), l = 0.3:
+// bumps about a third of a decade wide. Bins of 4000 degrees of freedom: sampling errors of 2 %.
+constexpr double kWiggle = 0.3;
+PsdEstimate wiggly_bins(PsdTableKind kind, const Spectrum& spectrum, int seed) {
+  constexpr double kLength = 0.3, kFreedom = 4000;
+  constexpr int kWaves = 200;
+  PsdEstimate estimate = bins(kind, spectrum, kLow, kHigh, kBins, 0);
+  const RandomStream wave(std::uint64_t(seed), "psd-model-fit-test wave");
+  const RandomStream phase(std::uint64_t(seed), "psd-model-fit-test phase");
+  const RandomStream noise(std::uint64_t(seed), "psd-model-fit-test noise");
+  ArrayXd w = ArrayXd::Zero(kBins);
+  for (int k = 0; k < kWaves; ++k)
+    w += std::sqrt(2.0 / kWaves) *
+         (wave.normal_pair(std::uint64_t(k))[0] / kLength * estimate.frequency.log() +
+          2 * kPi * phase.uniform(std::uint64_t(k)))
+             .cos();
+  estimate.dof.setConstant(kFreedom);
+  estimate.count = estimate.dof / 2;
+  estimate.relative_covariance = (2 / estimate.dof).matrix().asDiagonal();
+  for (int b = 0; b < kBins; ++b)
+    estimate.psd[b] *=
+        std::exp(kWiggle * w[b]) *
+        boost::math::quantile(boost::math::chi_squared(kFreedom), noise.uniform(std::uint64_t(b))) / kFreedom;
+  return estimate;
+}
+
+// 200 draws: the standard error of a coverage of 95 % is 1.5 %.
+TEST(PsdModelFit, IntervalsAllowForSmoothModelError) {
+  constexpr int kDraws = 200;
+  for (const PsdTableKind kind : {kMap, kProfile}) {
+    const double exponent = 3, B = 0.01, profile = kind == kProfile ? 1 : 0;
+    const Spectrum truth = knee(1e-22, B, exponent - profile);
+    int covered[2] = {}, before[2] = {}, poor = 0;
+    double tau = 0;
+    for (int seed = 1; seed <= kDraws; ++seed) {
+      const PsdEstimate estimate = wiggly_bins(kind, truth, seed);
+      const PsdModelFit fit = fit_psd_model(estimate, of(PsdFamily::kKCorrelation));
+      ASSERT_EQ(fit.status, PsdFitStatus::kConverged) << fit.message;
+      ASSERT_EQ(fit.family, PsdFamily::kKCorrelation) << seed;
+      poor += warns(fit, "poor-fit");
+      tau += fit.model_error / kDraws;
+      const PsdParameter &b = parameter(fit, "B"), &c = parameter(fit, "exponent");
+      covered[0] += b.lower <= B && B <= b.upper;
+      covered[1] += c.lower <= exponent && exponent <= c.upper;
+      // The likelihood of chi-squared bins alone.
+      const PsdShapeFit alone = fit_shape(usable_band(estimate, 0, 0), PsdFamily::kKCorrelation, 200);
+      const double at[] = {std::log(B), std::log(exponent - profile)};
+      for (const int p : {1, 2})
+        before[p - 1] += std::abs(alone.theta[p] - at[p - 1]) <= 1.96 * std::sqrt(alone.covariance(p, p));
+    }
+    fmt::print(
+        "{}: covered, B {:.1f} %, exponent {:.1f} %; without allowance {:.1f} %, {:.1f} %; mean tau {:.3f}\n",
+        kind == kMap ? "map" : "profile", 100. * covered[0] / kDraws, 100. * covered[1] / kDraws,
+        100. * before[0] / kDraws, 100. * before[1] / kDraws, tau);
+    EXPECT_EQ(poor, kDraws);
+    for (const int p : {0, 1}) {
+      EXPECT_GE(covered[p], 0.90 * kDraws);
+      EXPECT_LT(before[p], 0.50 * kDraws);
+    }
+    // The spread of tau over draws is some 20 %; the curve takes a little of the wiggle.
+    EXPECT_NEAR(tau, kWiggle, 0.05);
+  }
+}
+
+TEST(PsdModelFit, DataThatAFamilyDescribesNeedNoModelError) {
+  constexpr int kDraws = 100;
+  int allowed = 0, looks = 0;
+  for (const Case& c : cases()) {
+    if (c.name != "power law map" && c.name != "k-correlation map" && c.name != "k-correlation profile")
+      continue;
+    for (int seed = 1; seed <= kDraws; ++seed, ++looks)
+      allowed +=
+          fit_psd_model(bins(c.kind, c.spectrum, kLow, kHigh, kBins, seed), of(c.family)).model_error > 0;
+  }
+  EXPECT_EQ(looks, 300);
+  EXPECT_LE(allowed, 3);
+}
+
+// A mirror's profile that no family describes. Bins of a few degrees of freedom scatter by factors of chance.
+TEST(PsdModelFit, RealProfileIsFollowedInAllDecades) {
+  const PsdEstimate estimate = estimate_psd(read_dabam(ABERFIT_TEST_DATA "/dabam/dabam-071.txt").front(), {});
+  const PsdModelFit fit = fit_psd_model(estimate);
+  EXPECT_TRUE(warns(fit, "poor-fit"));
+  EXPECT_GT(fit.model_error, 1);
+  double worst = 0, square = 0, many = 0;
+  int count = 0;
+  for (Eigen::Index b = 0; b < estimate.psd.size(); ++b) {
+    const double f = estimate.frequency[b], miss = std::abs(std::log(estimate.psd[b] / fit.expected[b]));
+    if (f < 3 || f > 1000) continue;
+    worst = std::max(worst, miss);
+    if (estimate.dof[b] > 10) many = std::max(many, miss);
+    square += miss * miss;
+    ++count;
+  }
+  fmt::print(
+      "dabam-071, {}, 3 to 1000 /m: worst factor {:.1f}, of bins of more than 10 degrees of freedom {:.1f}, "
+      "typical {:.2f}\n",
+      to_string(fit.family), std::exp(worst), std::exp(many), std::exp(std::sqrt(square / count)));
+  EXPECT_LT(std::exp(many), 10);
+  EXPECT_LT(std::exp(std::sqrt(square / count)), 4);
+}
+
+// The likelihood's own descents miss the two knees of this profile.
+TEST(PsdModelFit, SecondStartFindsTwoKneesThatDescribeARealProfile) {
+  const PsdModelFit fit =
+      fit_psd_model(estimate_psd(read_dabam(ABERFIT_TEST_DATA "/dabam/dabam-049.txt").front(), {}));
+  EXPECT_EQ(fit.family, PsdFamily::kTwoKCorrelations);
+  EXPECT_GT(fit.goodness, 1e-3);
+  EXPECT_EQ(fit.model_error, 0);
+}
+
+TEST(PsdModelFit, SpeaksPlainly) {
+  const PsdModelFit fit =
+      fit_psd_model(bins(kMap, power(1e-20, 2.5), kLow, kHigh, kBins, 1), of(PsdFamily::kPowerLaw));
+  EXPECT_EQ(fit.message.find("settled after "), 0);
+  EXPECT_EQ(to_string(PsdFamily::kPowerLawAndFloor), "power-law-and-floor");
+  EXPECT_EQ(to_string(PsdFamily::kKCorrelationAndFloor), "k-correlation-and-floor");
+  const PsdModelFit bounded =
+      fit_psd_model(estimate_psd(read_dabam(ABERFIT_TEST_DATA "/dabam/dabam-049.txt").front(), {}));
+  bool said = false;
+  for (const Warning& warning : bounded.warnings) {
+    EXPECT_EQ(warning.message.find("inf"), std::string::npos) << warning.message;
+    said = said || warning.message.find("it is at least ") != std::string::npos;
+  }
+  EXPECT_TRUE(said);
 }
 
 }  // namespace
