@@ -75,20 +75,20 @@ struct PsdModelFit {
 /// took height from, are weighted through the response; bins below 1.5 resolutions are left out. kAuto takes
 /// the simplest family within 2 of the least criterion among those whose every parameter the data determine,
 /// or among all where only then the model describes the data (`goodness`).
-/// Where that fit fails to describe the bins (goodness below 1e-3) a model error is allowed for: log psd =
-/// log E + sampling error + d, d of standard deviation tau (`model_error`) and correlation exp(-|log f - log
-/// f'| / L). The fit is then least squares of the logs (bias of log chi-squared taken off) with weights 1 /
-/// (psi'(dof / 2) + tau^2), so that all decades count; tau and L are estimated by restricted maximum
-/// likelihood (random effects; Patterson and Thompson 1971), and the covariance is the sandwich of these
-/// weights between bins so correlated. `log_likelihood` and `criterion` are then those of normal log bins,
-/// each family with its own tau, and kAuto takes a family with undetermined parameters only if it wins by
-/// more than 10 of the criterion; `goodness` stays the p-value without allowance, and the model follows the
-/// geometric middle of the bins. A family whose limit (knee outside the band, no floor) does as well at
-/// `confidence` is given up for that limit: `family` says so, the parameter is not identified and bounded by
-/// the profile likelihood. Over a profile a uniform surface is a disc of frequencies that ends at f_max; a
-/// floor is white noise of the instrument, reported and left out of `model` (warning `floor-left-out`). Fewer
-/// usable bins than parameters
-/// + 1: kFailed with a message. About 1-10 ms a family.
+/// Where that fit fails to describe the bins (goodness below 1e-3) it is tried once more from the least
+/// squares of the logs, and if that fails too, a model error is allowed for: log psd = log E + sampling error
+/// + d, d of standard deviation tau (`model_error`) and correlation exp(-|log f - log f'| / L). The fit is
+/// then least squares of the logs (bias of log chi-squared taken off) with weights 1 / (psi'(dof / 2) +
+/// tau^2), so that all decades count; tau and L are estimated by restricted maximum likelihood (random
+/// effects; Patterson and Thompson 1971), and the covariance is the sandwich of these weights between bins so
+/// correlated. `log_likelihood` and `criterion` are then those of normal log bins, each family with its own
+/// tau, and kAuto takes a family with undetermined parameters only if it wins by more than 6 of the
+/// criterion; `goodness` stays the p-value without allowance, and the model follows the geometric middle of
+/// the bins. A family whose limit (knee outside the band, no floor) does as well at `confidence` is given up
+/// for that limit: `family` says so, the parameter is not identified and bounded by the profile likelihood.
+/// Over a profile a uniform surface is a disc of frequencies that ends at f_max; a floor is white noise of
+/// the instrument, reported and left out of `model` (warning `floor-left-out`). Fewer usable bins than
+/// parameters + 1: kFailed with a message. About 1-10 ms a family, twice that with a model error.
 PsdModelFit fit_psd_model(const PsdEstimate& estimate, const PsdFitOptions& options = {});
 
 }  // namespace aberfit
