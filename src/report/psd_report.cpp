@@ -101,6 +101,7 @@ Json model_json(const PsdModelFit& fit) {
           {"log_likelihood", json_number(fit.log_likelihood)},
           {"criterion", json_number(fit.criterion)},
           {"goodness", json_number(fit.goodness)},
+          {"model_error", json_number(fit.model_error)},
           {"candidates", candidates}};
 }
 

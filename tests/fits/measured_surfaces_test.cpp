@@ -76,6 +76,39 @@ TEST(MapZygo, TracesToTheSameEe90FromItsGridSag) {
   EXPECT_NEAR(again / exact, 1, kAllowed);
 }
 
+class MeasuredProfile : public testing::TestWithParam<const char*> {};
+
+TEST_P(MeasuredProfile, GivesAModelOfItsBinsAndTermsWithThatFocus) {
+  const Study study = read_study(kFits + GetParam() + "/study.json");
+  const MeasuredPsd& measured = measured_psd_of(study);
+  ASSERT_EQ(measured.result.status, PsdFitStatus::kConverged);
+  // The model's profile PSD holds as much height in its band as the bins themselves, summed without any
+  // model. A band of a few tens of independent ordinates with a steep spectrum scatters by tens of percent.
+  const RadialPsd model(measured.result.model);
+  double in_bins = 0, in_model = 0;
+  for (Eigen::Index b = 0; b < measured.estimate.psd.size(); ++b) {
+    const double low = measured.estimate.low[b], high = measured.estimate.high[b];
+    if (low < model.f_min() || high > model.f_max()) continue;
+    in_bins += measured.estimate.psd[b] * (high - low);
+    in_model += measured.result.expected[b] * (high - low);
+  }
+  EXPECT_GT(in_bins, 0);
+  EXPECT_NEAR(std::log(in_model / in_bins), 0, std::log(2.0));
+
+  const ResultDocument result = run_fit(study, {});
+  EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
+  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
+  EXPECT_TRUE(result.scene.rays_are_valid) << result.scene.reason;
+  EXPECT_NEAR(result.surface.rms_height / std::sqrt(psd_moments(model).height_variance), 1, 2e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Fits, MeasuredProfile, testing::Values("measured-turning-lines", "measured-smooth"),
+                         [](const auto& study) {
+                           std::string name = study.param;
+                           std::erase(name, '-');
+                           return name;
+                         });
+
 TEST(MeasuredTurningLines, FindsTheLineAndLeavesItOutOfTheModel) {
   const Study study = read_study(kFits + "measured-turning-lines/study.json");
   const MeasuredPsd& measured = measured_psd_of(study);
