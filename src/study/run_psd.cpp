@@ -23,7 +23,7 @@ const MeasuredPsd* find_measured(const RoughnessModel& node) {
 const MeasuredPsd& measured_psd_of(const Study& study) {
   const MeasuredPsd* measured = study.roughness ? find_measured(*study.roughness) : nullptr;
   if (!measured)
-    throw InputError(study.path, "/roughness/psd", "no measurement",
+    throw InputError(study.path, "/roughness/psd", "no measurement in the roughness",
                      "a psd of model \"measured\"; or give `aberfit psd` the measured file itself");
   return *measured;
 }

@@ -72,6 +72,13 @@ SpectrumTarget make_spectrum_target(const Study& study, const Scene& scene, cons
                      fmt::format("a band from {} to {}", format_quantity(f_min, Dimension::kSpatialFrequency),
                                  format_quantity(f_max, Dimension::kSpatialFrequency)),
                      "f_min below f_max, inside what the terms carry");
+  if (f_max < scene.psd->f_min() || f_min > scene.psd->f_max() || f_min > last)
+    throw InputError(study.path, "/target/psd",
+                     fmt::format("a band from {} to {}", format_quantity(f_min, Dimension::kSpatialFrequency),
+                                 format_quantity(f_max, Dimension::kSpatialFrequency)),
+                     fmt::format("a band inside that of the roughness and of the terms, {} to {}",
+                                 format_quantity(first, Dimension::kSpatialFrequency),
+                                 format_quantity(last, Dimension::kSpatialFrequency)));
   if (asked.method == "closed-form") {
     if (!terms.fourier.empty() || !terms.spherical.empty())
       throw InputError(study.path, "/target/psd/method", "\"closed-form\" with Fourier or spherical terms",
