@@ -25,7 +25,6 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"Eigen/", all},
       {"fmt/", all},
       {"Random123/", {"core"}},
-      {"omp.h", {"core"}},
       {"boost/math/", {"core", "roughness", "terms", "scatter", "fit", "equivalence"}},
       {"boost/version.hpp", {"report"}},  // a number for the provenance, no code
       {"fftw3.h", {"roughness", "terms", "scatter"}},
