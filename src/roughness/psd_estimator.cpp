@@ -180,22 +180,6 @@ PsdEstimator::~PsdEstimator() = default;
 PsdEstimator::PsdEstimator(PsdEstimator&&) noexcept = default;
 PsdEstimator& PsdEstimator::operator=(PsdEstimator&&) noexcept = default;
 
-namespace {
-
-// What is left of a constant or a parabola after detrending is rounding, and rounding has a PSD, too.
-void refuse_rounding(double rms_height, double largest) {
-  constexpr double kRounding = 1e-13;
-  if (!(rms_height > kRounding * largest))
-    throw std::invalid_argument("nothing but rounding is left of the heights after detrending");
-}
-
-template <typename Heights>
-double largest_height(const Heights& heights) {
-  return heights.isFinite().select(heights.abs(), 0.0).maxCoeff();
-}
-
-}  // namespace
-
 PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
   const Plan& plan = *plan_;
   if (!plan.profile_mill || profile.quantity != plan.profile.quantity ||
@@ -212,7 +196,6 @@ PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
     return result;
   }
   const Profile detrended = detrend(heights, plan.options.detrend);
-  refuse_rounding(rms(detrended), largest_height(heights.value));
   ComplexGrid samples = plan.profile_mill->windowed(detrended);
   const OrdinateGrid& grid = plan.mill().grid;
   const double pitch = 1 / (grid.cols * grid.step_x);
@@ -230,7 +213,6 @@ PsdEstimate PsdEstimator::operator()(const HeightMap& map) const {
       !same_valid(map.height.reshaped(), plan.map.height.reshaped()))
     throw std::invalid_argument("the map does not have the geometry this estimator was made for");
   const HeightMap detrended = detrend(map, plan.options.detrend);
-  refuse_rounding(rms(detrended), largest_height(map.height));
   ComplexGrid samples = plan.map_mill->windowed(detrend(plan.map_mill->region(map), plan.options.detrend));
   const double scale = map.pitch_x * map.pitch_y / plan.mill().window_power();
   PsdEstimate result = plan.estimate(scale * plan.mill().power(std::move(samples)));

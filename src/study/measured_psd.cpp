@@ -35,8 +35,25 @@ MeasuredSource source_of(const MeasuredFile& file, const std::string& path) {
   return source;
 }
 
+double largest_height(const Profile& profile) {
+  const Profile heights = heights_of(profile);
+  return heights.value.isFinite().select(heights.value.abs(), 0.0).maxCoeff();
+}
+double largest_height(const HeightMap& map) {
+  return map.height.isFinite().select(map.height.abs(), 0.0).maxCoeff();
+}
+
+// What is left of a constant or a parabola after detrending is rounding, and rounding has a PSD, too.
 PsdEstimate estimate(const Measurement& data, const PsdEstimatorOptions& options, int threads) {
-  return std::visit([&](const auto& measured) { return estimate_psd(measured, options, threads); }, data);
+  constexpr double kRounding = 1e-13;
+  return std::visit(
+      [&](const auto& measured) {
+        PsdEstimate result = estimate_psd(measured, options, threads);
+        if (!(result.rms_height > kRounding * largest_height(measured)))
+          throw std::invalid_argument("nothing but rounding is left of the heights after detrending");
+        return result;
+      },
+      data);
 }
 
 }  // namespace
