@@ -15,7 +15,7 @@ std::string codev_int_text(const HeightMap& map, double wavelength, const std::s
 
 /// FITS image of the optical path difference [m] (twice the surface) that POPPY's FITSOpticalElement loads:
 /// double, BUNIT, PIXELSCL, padded to a square with zeros (POPPY wants one); invalid points are 0 in the OPD.
-/// Empty `path`-free: the bytes of the file.
+/// Returns the bytes of the file.
 std::string fits_opd_bytes(const HeightMap& map);
 
 /// Heights with their analytic derivatives on one grid, for formats that carry them. Same shape and
