@@ -140,6 +140,30 @@ double pitch(const MeasuredSource& source, const MemoryFits& file) {
   return 0;
 }
 
+// The first slice of the unit CFITSIO is at, NaN where it is blank. BSCALE, BZERO and BLANK are applied by
+// CFITSIO.
+Grid pixels(const std::string& path, const MemoryFits& file, const detail::FitsImage& image) {
+  int dimensions = 0, status = 0;
+  fits_get_img_dim(file.get(), &dimensions, &status);
+  file.check(status, "NAXIS");
+  std::vector<LONGLONG> size(std::size_t(std::max(dimensions, 2)), 0), first(size.size(), 1);
+  fits_get_img_sizell(file.get(), dimensions, size.data(), &status);
+  file.check(status, "NAXISn");
+  if (size[0] != image.columns || size[1] != image.rows)
+    throw InputError(path, "NAXISn",
+                     fmt::format("{} x {} pixels in one reading of the header, {} x {} in another", size[0],
+                                 size[1], image.columns, image.rows),
+                     "a header without ambiguous keys");
+  file.require_scale();
+  Grid values(image.rows, image.columns);
+  double invalid = std::numeric_limits<double>::quiet_NaN();
+  int any_invalid = 0;
+  fits_read_pixll(file.get(), TDOUBLE, first.data(), image.columns * image.rows, &invalid, values.data(),
+                  &any_invalid, &status);
+  file.check(status, "image");
+  return values;
+}
+
 }  // namespace
 
 HeightMap read_fits(const MeasuredSource& source) {
@@ -159,30 +183,19 @@ HeightMap read_fits(const MeasuredSource& source) {
   file.check(status, fmt::format("header {}", image.hdu));
   const double factor = metres_per_value(source, file) * detail::surface_per_height(source.wavefront, false);
   const double p = pitch(source, file);
-  int dimensions = 0;
-  fits_get_img_dim(file.get(), &dimensions, &status);
-  file.check(status, "NAXIS");
-  std::vector<LONGLONG> size(std::size_t(std::max(dimensions, 2)), 0), first(size.size(), 1);
-  fits_get_img_sizell(file.get(), dimensions, size.data(), &status);
-  file.check(status, "NAXISn");
-  if (size[0] != image.columns || size[1] != image.rows)
-    throw InputError(source.path, "NAXISn",
-                     fmt::format("{} x {} pixels in one reading of the header, {} x {} in another", size[0],
-                                 size[1], image.columns, image.rows),
-                     "a header without ambiguous keys");
-
-  file.require_scale();
-
-  // Row 0 of FITS is the lowest, as ours is. BSCALE, BZERO and BLANK are applied by CFITSIO.
+  // Row 0 of FITS is the lowest, as ours is.
   HeightMap map = detail::empty_map(image.rows, image.columns, p, p);
-  double invalid = std::numeric_limits<double>::quiet_NaN();
-  int any_invalid = 0;
-  fits_read_pixll(file.get(), TDOUBLE, first.data(), image.columns * image.rows, &invalid, map.height.data(),
-                  &any_invalid, &status);
-  file.check(status, "image");
+  map.height = pixels(source.path, file, image);
   map.height *= factor;
-  map.height = map.height.isFinite().select(map.height, invalid);
   if (const auto name = file.text("OBJECT")) map.label = *name;
+  constexpr double kInvalid = std::numeric_limits<double>::quiet_NaN();
+  map.height = map.height.isFinite().select(map.height, kInvalid);
+  if (image.mask_hdu != 0) {
+    // As fits_opd_bytes writes it: 0 where there is no measurement.
+    fits_movabs_hdu(file.get(), image.mask_hdu, nullptr, &status);
+    file.check(status, fmt::format("header {}", image.mask_hdu));
+    map.height = (pixels(source.path, file, image) != 0).select(map.height, kInvalid);
+  }
   return map;
 }
 

@@ -125,6 +125,7 @@ FitsImage find_fits_image(const std::string& path, std::string_view bytes) {
   if (!bytes.starts_with("SIMPLE  ="))
     throw InputError(path, "byte 0", quoted(bytes.substr(0, 9)), "a FITS file, which begins with SIMPLE");
   std::string others;
+  FitsImage result;
   std::uint64_t start = 0;
   for (int hdu = 1; start + kCard <= bytes.size(); ++hdu) {
     const bool primary = hdu == 1;
@@ -137,11 +138,16 @@ FitsImage find_fits_image(const std::string& path, std::string_view bytes) {
     const std::string kind(primary ? "IMAGE" : header.value("XTENSION").value_or(""));
     const bool image = kind == "IMAGE" && found.axes.size() >= 2 &&
                        std::find(found.axes.begin(), found.axes.end(), 0) == found.axes.end();
-    if (image) {
+    if (image && result.hdu == 0) {
       if (found.axes[0] > kMostMapPoints / found.axes[1])
         header.fail("NAXIS1", fmt::format("an image of {} x {} pixels", found.axes[0], found.axes[1]),
                     fmt::format("at most {} pixels", kMostMapPoints));
-      return {hdu, found.axes[0], found.axes[1], header.data() + found.data_bytes};
+      result = {hdu, found.axes[0], found.axes[1], 0, header.data() + found.data_bytes};
+    } else if (image && header.value("EXTNAME") == "MASK" && found.axes[0] == result.columns &&
+               found.axes[1] == result.rows) {
+      result.mask_hdu = hdu;
+      result.end = header.data() + found.data_bytes;
+      return result;
     }
     if (header.is_true("ZIMAGE"))
       others += " a tile-compressed image,";
@@ -152,6 +158,7 @@ FitsImage find_fits_image(const std::string& path, std::string_view bytes) {
     start = header.data() + (found.data_bytes + kBlock - 1) / kBlock * kBlock;
     if (others.size() > 100) others = " many tables,";
   }
+  if (result.hdu != 0) return result;
   throw InputError(
       path, "",
       others.empty() ? "a FITS file without image data" : "only" + others.substr(0, others.size() - 1),

@@ -213,6 +213,23 @@ TEST(Fits, TakesTheFirstSliceOfACubeAndTheFirstImageOfAFile) {
   EXPECT_TRUE(contains(refusal([&] { read_bytes(empty); }).found(), "without image data"));
 }
 
+TEST(Fits, OnlyAMaskOfTheSameSizeMakesPointsInvalid) {
+  const auto extension = [](const char* name, int nx, const std::string& data) {
+    Cards cards = image_cards(8, nx, 2, {{"EXTNAME", name}});
+    cards[0] = {"XTENSION", "'IMAGE   '"};
+    cards.insert(cards.begin() + 5, {{"PCOUNT", "0"}, {"GCOUNT", "1"}});
+    return filled(header(cards) + data);
+  };
+  const std::string mask = {1, 0, 1, 0, 1, 1};
+  const std::string other = extension("'WEIGHT  '", 3, mask),
+                    small = extension("'MASK    '", 2, {0, 0, 0, 0});
+  EXPECT_EQ(valid_count(read_bytes(six(16) + other + small)), 6);
+  const HeightMap map = read_bytes(six(16) + other + small + extension("'MASK    '", 3, mask));
+  EXPECT_EQ(valid_count(map), 4);
+  EXPECT_TRUE(std::isnan(map.height(0, 1)) && std::isnan(map.height(1, 0)));
+  EXPECT_NEAR(map.height(1, 2), 6e-9, 1e-22);
+}
+
 TEST(Fits, ReadsAFileWhoseLastBlockIsNotFilled) {
   std::string bytes = header(image_cards(8, 3, 2)) + "\1\2\3\4\5\6";
   EXPECT_NEAR(read_bytes(bytes).height(1, 2), 6e-9, 1e-22);
@@ -297,7 +314,9 @@ TEST(Fits, WritesWhatPoppyLoadsAndReadsItBack) {
               mr >= 0 && mr < rows && mc >= 0 && mc < columns && std::isfinite(map.height(mr, mc));
           const double h = inside ? map.height(mr, mc) : 0;
           ASSERT_EQ(image.at(r, c), 2 * h) << r << " " << c;  // optical path: twice the surface
-          ASSERT_EQ(read.height(r, c), h) << r << " " << c;
+          // The mask makes holes and padding invalid again.
+          ASSERT_EQ(std::isfinite(read.height(r, c)), inside) << r << " " << c;
+          ASSERT_EQ(inside ? read.height(r, c) : 0, h) << r << " " << c;
           // The mask follows as a second image of bytes: one header block, then its data.
           ASSERT_EQ(bytes[image.end + 2880 + std::size_t(r * side + c)], inside ? 1 : 0);
         }
