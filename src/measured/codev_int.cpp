@@ -123,8 +123,9 @@ HeightMap read_codev_int(const MeasuredSource& source) {
   const std::string_view header_line = find_header(path, &lines, &label);
   const std::string header_place = lines.place();
   const IntHeader header = read_header(path, header_place, header_line);
-  const std::optional<double> wavelength = source.wavelength ? source.wavelength : header.wavelength;
-  if (!wavelength) throw InputError(path, header_place, "no WVL", "WVL [um], or option wavelength");
+  const std::optional<double> wavelength = detail::agreed_length(path, "wavelength", source.wavelength,
+                                                                 header.wavelength, detail::kSameWavelength);
+  if (!wavelength) throw InputError(path, header_place, "no WVL", "WVL [um], or option 'wavelength'");
   // Every value takes a digit and a blank, so what the file cannot hold is not allocated.
   const std::int64_t points = header.columns * header.rows;
   if (points > std::int64_t(lines.bytes_left() / 2 + 1))
@@ -133,7 +134,8 @@ HeightMap read_codev_int(const MeasuredSource& source) {
                                  header.rows, lines.bytes_left()),
                      "a file that holds every point");
   const double factor =
-      *wavelength / header.counts_per_wave * detail::surface_per_height(source.wavefront, header.wavefront);
+      *wavelength / header.counts_per_wave *
+      detail::surface_per_height(detail::agreed_wavefront(path, source.wavefront, header.wavefront));
 
   // There is no length in the file. A given pitch is that of the rows; XSC, where the file says it, makes the
   // columns' of it, else the pixels are square.

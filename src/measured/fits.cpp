@@ -103,7 +103,7 @@ std::pair<double, Unit> unit_of(const std::string& path, const char* key, std::s
   if (text == "pm" || text == "picometer" || text == "picometre") return {1e-12, Unit::kMetre};
   if (text == "rad" || text == "radian") return {1, Unit::kRadian};
   if (text == "wave" || text == "wavelength") return {1, Unit::kWave};
-  throw InputError(path, key, found, "m, mm, um, micron, nm, pm, radian or wave, or option value_factor");
+  throw InputError(path, key, found, "m, mm, um, micron, nm, pm, radian or wave, or option 'value_unit'");
 }
 
 // What one unit of the image is in metres: of the wavefront, or of the surface where that is what was
@@ -111,33 +111,39 @@ std::pair<double, Unit> unit_of(const std::string& path, const char* key, std::s
 double metres_per_value(const MeasuredSource& source, const MemoryFits& file) {
   // BUNIT is the standard's; Z_UNIT is what PROPER's prop_writemap writes.
   std::optional<std::pair<double, Unit>> unit;
+  std::string name;
   for (const char* key : {"BUNIT", "Z_UNIT"}) {
     const std::optional<std::string> text = unit ? std::nullopt : file.text(key);
     if (!text || text->empty()) continue;
     try {
       unit = unit_of(source.path, key, *text);
+      name = *text;
     } catch (const InputError&) {
       if (!source.value_factor) throw;  // the option says it
     }
   }
   if (!unit && !source.value_factor)
-    throw InputError(source.path, "BUNIT", "no unit of the values", "the key BUNIT, or option value_factor");
+    throw InputError(source.path, "BUNIT", "no unit of the values", "the key BUNIT, or option 'value_unit'");
   const Unit kind = unit ? unit->second : Unit::kMetre;
-  double factor = source.value_factor ? *source.value_factor : unit->first;
-  if (kind == Unit::kMetre) return factor;
+  if (!unit) return *source.value_factor;
+  double factor = unit->first;
+  if (kind == Unit::kMetre)
+    return detail::agreed_factor(source.path, "value_unit", source.value_factor, factor, name);
+  if (source.value_factor)  // a length where the file has a phase
+    detail::refuse_option(source.path, "value_unit", "a length", detail::quoted(name));
   if (!source.wavelength)
     throw InputError(source.path, "BUNIT", kind == Unit::kRadian ? "radians" : "waves",
-                     "a length, or option wavelength");
+                     "a length, or option 'wavelength'");
   if (kind == Unit::kRadian) factor /= 2 * std::numbers::pi;
   return factor * *source.wavelength;
 }
 
 double pitch(const MeasuredSource& source, const MemoryFits& file) {
-  if (source.pitch) return *source.pitch;
   // POPPY's two and PROPER's; PIXSCALE is left alone, it is an angle as often as a length.
   for (const char* key : {"PIXELSCL", "PUPLSCAL", "PIXSIZE"})
-    if (const auto value = file.positive(key)) return *value;
-  return 0;
+    if (const auto value = file.positive(key))
+      return *detail::agreed_length(source.path, "pitch", source.pitch, value, detail::kSamePitch);
+  return source.pitch.value_or(0);
 }
 
 // The first slice of the unit CFITSIO is at, NaN where it is blank. BSCALE, BZERO and BLANK are applied by
@@ -171,9 +177,8 @@ HeightMap read_fits(const MeasuredSource& source) {
   std::string bytes = detail::read_map_bytes(source.path);
   const detail::FitsImage image = detail::find_fits_image(source.path, bytes);
   if (!source.wavefront)
-    throw InputError(source.path, "option wavefront", "nothing",
-                     "true (heights of a reflected wavefront) or false (heights of the surface); FITS has no "
-                     "key that says it");
+    throw InputError(source.path, "option 'of'", "nothing",
+                     "wavefront (heights of a reflected wavefront) or surface; FITS has no key that says it");
   // Only what was checked goes to CFITSIO, with the last block filled up, as it reads whole blocks.
   constexpr std::uint64_t kBlock = 2880;
   bytes.resize(std::size_t((image.end + kBlock - 1) / kBlock * kBlock), '\0');
@@ -181,7 +186,7 @@ HeightMap read_fits(const MeasuredSource& source) {
   int status = 0;
   fits_movabs_hdu(file.get(), image.hdu, nullptr, &status);
   file.check(status, fmt::format("header {}", image.hdu));
-  const double factor = metres_per_value(source, file) * detail::surface_per_height(source.wavefront, false);
+  const double factor = metres_per_value(source, file) * detail::surface_per_height(*source.wavefront);
   const double p = pitch(source, file);
   // Row 0 of FITS is the lowest, as ours is.
   HeightMap map = detail::empty_map(image.rows, image.columns, p, p);

@@ -13,6 +13,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/measured/read_measurement.h"
+#include "file_options.h"
 
 // What the readers of height maps share: bytes, lines, numbers and the options that every map has.
 
@@ -123,21 +124,19 @@ class LineReader {
 /// An option that must be a positive finite number, if it is given.
 inline void require_positive(const std::string& path, const char* name, std::optional<double> value) {
   if (value && !(*value > 0 && std::isfinite(*value)))
-    throw InputError(path, std::string("option ") + name, std::to_string(*value), "a positive number");
+    throw InputError(path, "option '" + std::string(name) + "'", std::to_string(*value), "a positive number");
 }
 inline void require_sane_options(const MeasuredSource& source) {
   require_positive(source.path, "pitch", source.pitch);
   require_positive(source.path, "wavelength", source.wavelength);
   if (source.value_factor && !(std::isfinite(*source.value_factor) && *source.value_factor != 0))
-    throw InputError(source.path, "option value_factor", std::to_string(*source.value_factor),
+    throw InputError(source.path, "option 'value_unit'", std::to_string(*source.value_factor),
                      "a finite number other than 0");
 }
 
 /// What heights are multiplied by to be those of the surface: light reflected at normal incidence goes over
-/// every height twice. What the option says wins over what the file says.
-inline double surface_per_height(const std::optional<bool>& wavefront_option, bool file_says_wavefront) {
-  return wavefront_option.value_or(file_says_wavefront) ? 0.5 : 1.0;
-}
+/// every height twice.
+inline double surface_per_height(bool wavefront) { return wavefront ? 0.5 : 1.0; }
 
 /// A map of invalid points with its origin in the middle; pitch 0 means unknown.
 inline HeightMap empty_map(Eigen::Index rows, Eigen::Index columns, double pitch_x, double pitch_y) {

@@ -7,6 +7,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/measured/read_measurement.h"
+#include "file_options.h"
 #include "text_columns.h"
 #include "text_columns_names.h"
 
@@ -34,12 +35,12 @@ double value_factor_of(const MeasuredSource& source, const TextTable& table, con
   const std::optional<bool> wavefront = is_wavefront(source, table);
   if (!wavefront)
     throw InputError(table.path, "", "no word whether the heights are of the surface or of a wavefront",
-                     "the option 'wavefront', or a header line '# of: surface' or '# of: wavefront'");
+                     "the option 'of', or a header line '# of: surface' or '# of: wavefront'");
   const double halve = *wavefront ? 0.5 : 1;
-  if (source.value_factor) return halve * *source.value_factor;
+  if (source.value_factor) return halve * value_factor_beside(source, table, unit, ProfileQuantity::kHeight);
   if (unit.empty())
     throw InputError(table.path, "", "heights without unit",
-                     "the option 'value_factor', or a header line such as '# unit: nm'");
+                     "the option 'value_unit', or a header line such as '# unit: nm'");
   return halve * height_factor(unit, source, table, "unit of the heights");
 }
 
@@ -52,11 +53,15 @@ double scaled(const TextTable& table, std::size_t row, std::size_t column, doubl
 }
 
 HeightMap matrix_map(const MeasuredSource& source, const TextTable& table) {
+  if (source.x_factor)
+    throw InputError(table.path, "option 'x_unit'", "a unit of positions",
+                     "no such option: a matrix has no positions");
   const std::size_t rows = table.rows(), columns = table.columns;
   if (rows < 2 || columns < 2)
     throw InputError(table.path, "", fmt::format("{} rows and {} columns", rows, columns),
                      "a matrix of at least 2 x 2 heights, or columns x, y, height");
-  const std::optional<double> pitch = source.pitch ? source.pitch : length_key(table, "pitch");
+  const std::optional<double> pitch = detail::agreed_length(table.path, "pitch", source.pitch,
+                                                            length_key(table, "pitch"), detail::kSamePitch);
   if (!pitch)
     throw InputError(table.path, "", "a matrix of heights without pixel scale",
                      "the option 'pitch', or a header line such as '# pitch = 0.1 mm'");
@@ -126,14 +131,15 @@ double position_factor(const MeasuredSource& source, const TextTable& table, std
                        const Axis& axis) {
   const std::string named = name_of(table, column).unit;
   const std::string unit = named.empty() ? key_value(table, "x_unit").value_or("") : named;
-  const std::optional<double> pitch = source.pitch ? source.pitch : length_key(table, "pitch");
+  const std::optional<double> pitch = detail::agreed_length(table.path, "pitch", source.pitch,
+                                                            length_key(table, "pitch"), detail::kSamePitch);
   if (!source.x_factor && unit.empty()) {
     if (pitch) return *pitch / axis.step;
     throw InputError(table.path, fmt::format("column {}", column + 1), "positions without unit",
-                     "the option 'x_factor' or 'pitch', or a row of names such as 'x_mm, y_mm, height_nm'");
+                     "the option 'x_unit' or 'pitch', or a row of names such as 'x_mm, y_mm, height_nm'");
   }
-  const double factor =
-      source.x_factor ? *source.x_factor : length_factor(unit, table, fmt::format("column {}", column + 1));
+  const double factor = source.x_factor ? x_factor_beside(source, table, unit)
+                                        : length_factor(unit, table, fmt::format("column {}", column + 1));
   if (pitch && std::abs(axis.step * factor / *pitch - 1) > kOffNode)
     throw InputError(table.path, fmt::format("column {}", column + 1),
                      fmt::format("a step of {:.6g} m and a pitch of {:.6g} m", axis.step * factor, *pitch),
@@ -183,8 +189,8 @@ HeightMap point_map(const MeasuredSource& source, const TextTable& table) {
 }  // namespace
 
 HeightMap read_map_text(const MeasuredSource& source) {
-  check_option(source, source.x_factor, "x_factor", true);
-  check_option(source, source.value_factor, "value_factor", false);
+  check_option(source, source.x_factor, "x_unit", true);
+  check_option(source, source.value_factor, "value_unit", false);
   check_option(source, source.pitch, "pitch", true);
   const TextTable table = read_text_table(source.path, {});
   HeightMap map = holds_points(table) ? point_map(source, table) : matrix_map(source, table);

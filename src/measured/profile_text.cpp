@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "aberfit/core/errors.h"
 #include "aberfit/measured/read_measurement.h"
 #include "text_columns.h"
@@ -46,31 +48,32 @@ ProfileQuantity quantity_of(const MeasuredSource& source, const TextTable& table
 }
 
 double value_factor_of(const MeasuredSource& source, const TextTable& table, const ColumnName& name,
-                       ProfileQuantity quantity, const std::string& pointer) {
-  if (source.value_factor) return *source.value_factor;
+                       ProfileQuantity quantity, bool chosen, const std::string& pointer) {
   const std::string unit = name.unit.empty() ? key_value(table, "unit").value_or("") : name.unit;
+  if (source.value_factor && (chosen || unit.empty()))
+    return value_factor_beside(source, table, unit, quantity);
   if (unit.empty())
     throw InputError(table.path, pointer, "values without unit",
-                     "the option 'value_factor', or a header row such as 'x_mm, height_nm'");
+                     "the option 'value_unit', or a header row such as 'x_mm, height_nm'");
   if (quantity == ProfileQuantity::kHeight) return height_factor(unit, source, table, pointer);
   return angle_factor(unit, table, pointer);
 }
 
 double x_factor_of(const MeasuredSource& source, const TextTable& table, const ColumnName& name) {
-  if (source.x_factor) return *source.x_factor;
   const std::string unit = name.unit.empty() ? key_value(table, "x_unit").value_or("") : name.unit;
+  if (source.x_factor) return x_factor_beside(source, table, unit);
   const std::string pointer = column_pointer(0, name);
   if (unit.empty())
     throw InputError(table.path, pointer, "positions without unit",
-                     "the option 'x_factor', or a header row such as 'x_mm, height_nm'");
+                     "the option 'x_unit', or a header row such as 'x_mm, height_nm'");
   return length_factor(unit, table, pointer);
 }
 
 }  // namespace
 
 std::vector<Profile> read_profile_text(const MeasuredSource& source) {
-  check_option(source, source.x_factor, "x_factor", true);
-  check_option(source, source.value_factor, "value_factor", false);
+  check_option(source, source.x_factor, "x_unit", true);
+  check_option(source, source.value_factor, "value_unit", false);
   const TextTable table = read_text_table(source.path, {});
   if (table.columns < 2)
     fail_at_line(table.path, table.lines.front(), "1 column",
@@ -89,7 +92,10 @@ std::vector<Profile> read_profile_text(const MeasuredSource& source) {
     const std::string pointer = column_pointer(column, name(column));
     columns.value = column;
     columns.quantity = quantity_of(source, table, name(column), pointer);
-    columns.value_factor = halve * value_factor_of(source, table, name(column), columns.quantity, pointer);
+    // The options speak of the scan line that is chosen.
+    const bool chosen = column == std::size_t(std::max(1, source.column));
+    columns.value_factor =
+        halve * value_factor_of(source, table, name(column), columns.quantity, chosen, pointer);
     profiles.push_back(profile_of(table, columns));
     const std::string title = table.names.empty() ? "" : table.names[column];
     profiles.back().label = key_value(table, "label").value_or(title);

@@ -17,9 +17,9 @@ Measurement chosen(std::vector<Profile> profiles, const MeasuredSource& source) 
 
 // DABAM metadata give every factor, and its profiles are of the surface: an option would be ignored unsaid.
 Measurement dabam_measurement(const MeasuredSource& source) {
-  const char* given = source.wavefront.value_or(false) ? "wavefront"
-                      : source.x_factor                ? "x_factor"
-                      : source.value_factor            ? "value_factor"
+  const char* given = source.wavefront.value_or(false) ? "of"
+                      : source.x_factor                ? "x_unit"
+                      : source.value_factor            ? "value_unit"
                       : source.pitch                   ? "pitch"
                                                        : nullptr;
   if (given)

@@ -8,14 +8,10 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
+#include "file_options.h"
 
 namespace aberfit {
 namespace {
-
-bool is_waves(std::string_view unit) {
-  const std::string lower = lower_case(unit);
-  return lower == "waves" || lower == "wave";
-}
 
 std::optional<double> factor(const std::string& unit, Dimension dimension) {
   try {
@@ -38,6 +34,28 @@ double factor_or_fail(const std::string& unit, Dimension dimension, const TextTa
 }
 
 }  // namespace
+
+bool is_waves(std::string_view unit) {
+  const std::string lower = lower_case(unit);
+  return lower == "waves" || lower == "wave";
+}
+
+double x_factor_beside(const MeasuredSource& source, const TextTable& table, const std::string& unit) {
+  const std::optional<double> said = factor(unit, Dimension::kLength);
+  return said ? detail::agreed_factor(table.path, "x_unit", source.x_factor, *said, unit) : *source.x_factor;
+}
+
+double value_factor_beside(const MeasuredSource& source, const TextTable& table, const std::string& unit,
+                           ProfileQuantity quantity) {
+  const bool height = quantity == ProfileQuantity::kHeight;
+  if (height && is_waves(unit)) detail::refuse_option(table.path, "value_unit", "a length", in_quotes(unit));
+  const std::optional<double> said = factor(unit, height ? Dimension::kLength : Dimension::kAngle);
+  // A length where an angle was asked for, or the other way round, contradicts as well.
+  if (!said && factor(unit, height ? Dimension::kAngle : Dimension::kLength))
+    detail::refuse_option(table.path, "value_unit", height ? "a length" : "an angle", in_quotes(unit));
+  return said ? detail::agreed_factor(table.path, "value_unit", source.value_factor, *said, unit)
+              : *source.value_factor;
+}
 
 ColumnName parse_column_name(const std::string& name) {
   std::string text(trimmed(name));
@@ -88,8 +106,8 @@ double height_factor(const std::string& unit, const MeasuredSource& source, cons
                      const std::string& pointer) {
   if (!is_waves(unit)) return factor_or_fail(unit, Dimension::kLength, table, pointer, ", waves");
   check_option(source, source.wavelength, "wavelength", true);
-  const std::optional<double> wavelength =
-      source.wavelength ? source.wavelength : length_key(table, "wavelength");
+  const std::optional<double> wavelength = detail::agreed_length(
+      table.path, "wavelength", source.wavelength, length_key(table, "wavelength"), detail::kSameWavelength);
   if (!wavelength)
     throw InputError(table.path, pointer, "heights in waves and no wavelength",
                      "the option 'wavelength' or a header line such as '# wavelength = 632.8 nm'");
@@ -97,11 +115,11 @@ double height_factor(const std::string& unit, const MeasuredSource& source, cons
 }
 
 std::optional<bool> is_wavefront(const MeasuredSource& source, const TextTable& table) {
-  if (source.wavefront) return source.wavefront;
   const std::optional<std::string> of = key_value(table, "of");
-  if (!of) return std::nullopt;
-  if (lower_case(*of) == "wavefront") return true;
-  if (lower_case(*of) == "surface") return false;
+  if (!of) return source.wavefront;
+  for (const bool wavefront : {false, true})
+    if (lower_case(*of) == (wavefront ? "wavefront" : "surface"))
+      return detail::agreed_wavefront(table.path, source.wavefront, wavefront);
   fail_at_line(table.path, table.keys.at("of").line, in_quotes(*of), "surface or wavefront");
 }
 

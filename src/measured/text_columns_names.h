@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "aberfit/measured/profile.h"
 #include "aberfit/measured/read_measurement.h"
@@ -26,7 +27,17 @@ double height_factor(const std::string& unit, const MeasuredSource& source, cons
 double length_factor(const std::string& unit, const TextTable& table, const std::string& pointer);
 double angle_factor(const std::string& unit, const TextTable& table, const std::string& pointer);
 
-/// True for a wavefront: the option, or "# of: surface" or "# of: wavefront"; nothing when neither says it.
+/// The factor of the option `x_unit` or `value_unit`, which must be given, beside the file's `unit`, which
+/// may be empty or unknown. Throws InputError where they contradict each other.
+double x_factor_beside(const MeasuredSource& source, const TextTable& table, const std::string& unit);
+double value_factor_beside(const MeasuredSource& source, const TextTable& table, const std::string& unit,
+                           ProfileQuantity quantity);
+
+/// True for "wave" and "waves" in any case.
+bool is_waves(std::string_view unit);
+
+/// True for a wavefront: "# of: surface" or "# of: wavefront", else the option; nothing when neither says it.
+/// Throws InputError where they contradict each other.
 std::optional<bool> is_wavefront(const MeasuredSource& source, const TextTable& table);
 
 /// A positive length [m] after "# key:"; nothing without the key. Throws InputError.

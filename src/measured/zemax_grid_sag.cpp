@@ -116,17 +116,11 @@ GridSag read_zemax_grid_sag_with_derivatives(const std::string& path) {
 
 HeightMap read_zemax_grid_sag(const MeasuredSource& source) {
   detail::require_sane_options(source);
-  HeightMap map = read_zemax_grid_sag_with_derivatives(source.path).map;
-  if (source.pitch) {
-    // Another pixel scale about the same centre.
-    const double x = map.x0 + map.pitch_x * double(map.columns() - 1) / 2;
-    const double y = map.y0 + map.pitch_y * double(map.rows() - 1) / 2;
-    map.pitch_x = map.pitch_y = *source.pitch;
-    centre_on_grid(&map);
-    move_origin(&map, -x, -y);
-  }
-  // The format holds a sag; the option is for a file that abuses it.
-  map.height *= detail::surface_per_height(source.wavefront, false);
+  const HeightMap map = read_zemax_grid_sag_with_derivatives(source.path).map;
+  for (const double pitch : {map.pitch_x, map.pitch_y})
+    detail::agreed_length(source.path, "pitch", source.pitch, pitch, detail::kSamePitch);
+  // The format holds a sag.
+  detail::agreed_wavefront(source.path, source.wavefront, false);
   return map;
 }
 

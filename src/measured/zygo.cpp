@@ -74,15 +74,19 @@ std::size_t phase_position(const ZygoBytes& file, std::size_t header, std::uint6
 // Height of one count, S O W / R.
 double height_per_count(const ZygoBytes& file, const MeasuredSource& source) {
   const double scale = file.f32(164), obliquity = file.f32(176);
-  const double wavelength = source.wavelength.value_or(file.f32(168));
   if (!std::isfinite(scale) || scale == 0)
     file.fail(164, fmt::format("interferometric scale factor {}", scale), "a number other than 0, often 0.5");
   if (!std::isfinite(obliquity) || obliquity == 0)
     file.fail(176, fmt::format("obliquity factor {}", obliquity), "a number other than 0, usually 1");
   // Metres; a value outside this range is a wavelength in another unit or damage.
   constexpr double kShortest = 1e-9, kLongest = 1e-3;
-  if (!(wavelength >= kShortest && wavelength <= kLongest))
-    file.fail(168, fmt::format("wavelength {} m", wavelength), "1e-9 to 1e-3 m, or option wavelength");
+  const double said = file.f32(168);
+  const bool sane = said >= kShortest && said <= kLongest;
+  if (!sane && !source.wavelength)
+    file.fail(168, fmt::format("wavelength {} m", said), "1e-9 to 1e-3 m, or option 'wavelength'");
+  const double wavelength =
+      *detail::agreed_length(source.path, "wavelength", source.wavelength,
+                             sane ? std::optional(said) : std::nullopt, detail::kSameWavelength);
   constexpr double kCountsPerWave[] = {4096, 32768, 131072};
   const std::uint32_t resolution = file.u16(218);
   if (resolution > 2) file.fail(218, fmt::format("phase resolution {}", resolution), "0, 1 or 2");
@@ -90,11 +94,11 @@ double height_per_count(const ZygoBytes& file, const MeasuredSource& source) {
 }
 
 double pitch(const ZygoBytes& file, const MeasuredSource& source) {
-  if (source.pitch) return *source.pitch;
   const double resolution = file.f32(184);
   if (!std::isfinite(resolution) || resolution < 0)
     file.fail(184, fmt::format("lateral resolution {} m", resolution), "0 (unknown) or more");
-  return resolution;
+  if (resolution == 0) return source.pitch.value_or(0);
+  return *detail::agreed_length(source.path, "pitch", source.pitch, resolution, detail::kSamePitch);
 }
 
 }  // namespace
@@ -113,9 +117,9 @@ HeightMap read_zygo(const MeasuredSource& source) {
     file.fail(72, fmt::format("{} bytes of phase", said),
               fmt::format("{}, as {} x {} points have", phase_bytes, columns, rows));
   const std::size_t first = phase_position(file, header, phase_bytes);
-  // The scale factor (0.5 for a mirror at normal incidence) makes it a surface already; the option is for
-  // files written with a factor of 1.
-  const double factor = height_per_count(file, source) * detail::surface_per_height(source.wavefront, false);
+  // The scale factor (0.5 for a mirror at normal incidence) makes it a surface already.
+  detail::agreed_wavefront(source.path, source.wavefront, false);
+  const double factor = height_per_count(file, source);
 
   const double p = pitch(file, source);
   HeightMap map = detail::empty_map(rows, columns, p, p);

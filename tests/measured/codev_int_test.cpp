@@ -98,13 +98,16 @@ TEST(CodeVInt, NoDataIs32767UnlessNdaSaysOtherwise) {
   EXPECT_TRUE(std::isnan(prysm.height(0, 1)));
 }
 
-TEST(CodeVInt, WavefrontIsHalvedToTheSurfaceAndTheOptionWins) {
+TEST(CodeVInt, WavefrontIsHalvedToTheSurfaceAndNoOptionContradicts) {
   const std::string sur = "t\nGRD 2 1 SUR WVL 1 SSZ 1\n10 20\n", wfr = "t\nGRD 2 1 WFR WVL 1 SSZ 1\n10 20\n";
   const auto say = [](bool wavefront) { return [=](MeasuredSource* s) { s->wavefront = wavefront; }; };
   EXPECT_NEAR(read_text(sur).height(0, 1), 20e-6, 1e-20);
   EXPECT_NEAR(read_text(wfr).height(0, 1), 10e-6, 1e-20);
-  EXPECT_NEAR(read_text(sur, say(true)).height(0, 1), 10e-6, 1e-20);
-  EXPECT_NEAR(read_text(wfr, say(false)).height(0, 1), 20e-6, 1e-20);
+  EXPECT_NEAR(read_text(wfr, say(true)).height(0, 1), 10e-6, 1e-20);
+  EXPECT_EQ(refusal([&] { read_text(sur, say(true)); }).pointer(), "option 'of'");
+  EXPECT_EQ(refusal([&] { read_text(wfr, say(false)); }).found(), "surface");
+  const auto other = [](MeasuredSource* s) { s->wavelength = 1.002e-6; };
+  EXPECT_EQ(refusal([&] { read_text(sur, other); }).pointer(), "option 'wavelength'");
 }
 
 TEST(CodeVInt, PitchComesFromTheOptionAndXscStretchesTheColumns) {
@@ -123,7 +126,7 @@ TEST(CodeVInt, WavelengthMayComeFromTheOption) {
   const std::string text = "t\nGRD 2 1 SUR SSZ 10\n10 20\n";
   const InputError error = refusal([&] { read_text(text); });
   EXPECT_EQ(error.pointer(), "line 2");
-  EXPECT_TRUE(contains(error.allowed(), "option wavelength"));
+  EXPECT_TRUE(contains(error.allowed(), "option 'wavelength'"));
   EXPECT_NEAR(read_text(text, [](MeasuredSource* s) { s->wavelength = 1e-6; }).height(0, 1), 2e-6, 1e-20);
 }
 

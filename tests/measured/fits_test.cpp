@@ -143,7 +143,7 @@ TEST(Fits, KnowsTheUnitsOfBunit) {
 
 TEST(Fits, RadiansNeedAWavelength) {
   const std::string bytes = six(16, {{"BUNIT", "'radians'"}});
-  EXPECT_TRUE(contains(refusal([&] { read_bytes(bytes); }).allowed(), "option wavelength"));
+  EXPECT_TRUE(contains(refusal([&] { read_bytes(bytes); }).allowed(), "option 'wavelength'"));
   const HeightMap map = read_bytes(bytes, [](MeasuredSource* s) {
     s->wavefront = true;
     s->wavelength = 500e-9;
@@ -155,7 +155,7 @@ TEST(Fits, RadiansNeedAWavelength) {
 TEST(Fits, WithoutBunitTheFactorIsAskedForAndUsed) {
   const InputError error = refusal([] { read_bytes(six(16, {})); });
   EXPECT_EQ(error.pointer(), "BUNIT");
-  EXPECT_TRUE(contains(error.allowed(), "option value_factor"));
+  EXPECT_TRUE(contains(error.allowed(), "option 'value_unit'"));
   const auto factor = [](MeasuredSource* s) {
     s->wavefront = false;
     s->value_factor = 3e-9;
@@ -164,9 +164,15 @@ TEST(Fits, WithoutBunitTheFactorIsAskedForAndUsed) {
   EXPECT_NEAR(read_bytes(six(16, {{"BUNIT", "'furlong'"}}), factor).height(0, 1), 6e-9, 1e-22);
 }
 
+TEST(Fits, AValueUnitThatContradictsBunitIsRefused) {
+  const auto factor = [](MeasuredSource* s) { s->wavefront = false, s->value_factor = 1e-6; };
+  EXPECT_EQ(refusal([&] { read_bytes(six(16), factor); }).pointer(), "option 'value_unit'");
+  EXPECT_NEAR(read_bytes(six(16, {{"BUNIT", "'um'"}}), factor).height(0, 1), 2e-6, 1e-19);
+}
+
 TEST(Fits, AsksWhetherItIsAWavefrontAndHalvesIt) {
   const InputError error = refusal([] { read_bytes(six(16), [](MeasuredSource*) {}); });
-  EXPECT_EQ(error.pointer(), "option wavefront");
+  EXPECT_EQ(error.pointer(), "option 'of'");
   EXPECT_NEAR(read_bytes(six(16), [](MeasuredSource* s) { s->wavefront = true; }).height(1, 2), 3e-9, 1e-22);
 }
 
@@ -176,7 +182,11 @@ TEST(Fits, FindsThePixelScale) {
     const HeightMap map = read_bytes(bytes);
     EXPECT_EQ(map.pitch_x, 0.00125) << key;
     EXPECT_EQ(map.x(0), -0.00125) << key;
-    EXPECT_EQ(read_bytes(bytes, [](MeasuredSource* s) { s->wavefront = false, s->pitch = 2; }).pitch_y, 2);
+    const auto with = [&](double p) {
+      return read_bytes(bytes, [p](MeasuredSource* s) { s->wavefront = false, s->pitch = p; });
+    };
+    EXPECT_EQ(with(0.00125 * (1 + 5e-7)).pitch_y, 0.00125);
+    EXPECT_EQ(refusal([&] { with(2); }).pointer(), "option 'pitch'");
   }
   EXPECT_EQ(refusal([] {
               read_bytes(six(16, {{"BUNIT", "'m'"}, {"PIXELSCL", "-1.0"}}));

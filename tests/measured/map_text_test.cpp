@@ -44,7 +44,10 @@ TEST(MapText, OptionsStandForTheHeader) {
   source.wavelength = 2;
   EXPECT_EQ(read_text(scratch, "# unit: waves\n1,2\n3,4\n", source).height(0, 1),
             4);  // 4 waves of 2 m, halved
-  EXPECT_EQ(read_text(scratch, kKeys + "1,2\n3,4\n", source).pitch_x, 0.5);
+  source.wavefront = false;
+  EXPECT_NE(
+      input_error([&] { read_text(scratch, kKeys + "1,2\n3,4\n", source); }).find("option 'pitch': found"),
+      std::string::npos);
 }
 
 // Points of a disc on a 41 x 31 grid, positions rounded to three digits, in an order that jumps about.
@@ -116,8 +119,8 @@ TEST(MapText, EveryFaultIsToldWithItsPlaceOrOption) {
       {kKeys + "nan nan\n-- nan\n", "found no height at all"},
       {"# unit: nm\n# of: surface\n1 2\n3 4\n", "allowed: the option 'pitch', or a header line"},
       {"# pitch = 1 mm\n# unit: nm\n1 2\n3 4\n",
-       "allowed: the option 'wavefront', or a header line '# of: surface'"},
-      {"# pitch = 1 mm\n# of: surface\n1 2\n3 4\n", "allowed: the option 'value_factor', or a header line"},
+       "allowed: the option 'of', or a header line '# of: surface'"},
+      {"# pitch = 1 mm\n# of: surface\n1 2\n3 4\n", "allowed: the option 'value_unit', or a header line"},
       {"# pitch = 1\n# of: surface\n# unit: nm\n1 2\n3 4\n",
        "line 1: found '1'; allowed: a length with its unit"},
       {"# pitch = -1 mm\n# of: surface\n# unit: nm\n1 2\n3 4\n",

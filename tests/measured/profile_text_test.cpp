@@ -75,18 +75,22 @@ TEST(ProfileText, HeadersNameQuantityAndUnits) {
   EXPECT_EQ(blanks[1].value[1], 6 * 1e-6);
 }
 
-TEST(ProfileText, OptionsWinOverTheHeader) {
+TEST(ProfileText, OptionsStandForTheHeaderAndMayNotContradictIt) {
   const Scratch scratch;
   MeasuredSource source;
   source.x_factor = 2;
   source.value_factor = 8;
   source.quantity = ProfileQuantity::kSlope;
   source.wavefront = true;
-  const auto profile = read_text(scratch, "# of: surface\nx_mm,height_nm\n0,1\n1,2\n", source).front();
+  const auto profile = read_text(scratch, "x,height\n0,1\n1,2\n", source).front();
   EXPECT_EQ(profile.quantity, ProfileQuantity::kSlope);
   EXPECT_EQ(profile.x[1], 2);
   EXPECT_EQ(profile.value[1], 8);  // 2 * 8, halved
   EXPECT_EQ(read_text(scratch, "0,1\n1,2\n", source).front().value[1], 8);
+  for (const auto& [text, option] : {std::pair{"# of: surface\n0,1\n1,2\n", "option 'of'"},
+                                     {"x_mm,height\n0,1\n1,2\n", "option 'x_unit'"},
+                                     {"x,slope_urad\n0,1\n1,2\n", "option 'value_unit'"}})
+    EXPECT_NE(input_error([&] { read_text(scratch, text, source); }).find(option), std::string::npos) << text;
 }
 
 TEST(ProfileText, HolesAndATrailingDelimiterAreUnderstood) {
@@ -126,11 +130,10 @@ TEST(ProfileText, EveryFaultIsToldWithItsPlaceOrOption) {
       {"", "found no row of numbers"},
       {h + "0,1\n", "found 1 row of numbers"},
       {"x_mm\n0\n1\n", "line 2: found 1 column;"},
-      {"0,1\n1,2\n", "positions without unit; allowed: the option 'x_factor'"},
-      {"x,height_nm\n0,1\n1,2\n",
-       "column 1 'x': found positions without unit; allowed: the option 'x_factor'"},
+      {"0,1\n1,2\n", "positions without unit; allowed: the option 'x_unit'"},
+      {"x,height_nm\n0,1\n1,2\n", "column 1 'x': found positions without unit; allowed: the option 'x_unit'"},
       {"x_mm,height\n0,1\n1,2\n",
-       "column 2 'height': found values without unit; allowed: the option 'value_factor'"},
+       "column 2 'height': found values without unit; allowed: the option 'value_unit'"},
       {"x_mm,value\n0,1\n1,2\n",
        "column 2 'value': found no word whether it holds heights or slopes; allowed: the "
        "option 'quantity'"},
@@ -158,8 +161,8 @@ TEST(ProfileText, EveryFaultIsToldWithItsPlaceOrOption) {
     set(source);
     return input_error([&] { read_text(scratch, h + "0,1\n1,2\n", source); });
   };
-  EXPECT_NE(with([](auto& s) { s.x_factor = -1; }).find("option 'x_factor': found -1"), std::string::npos);
-  EXPECT_NE(with([](auto& s) { s.value_factor = 0; }).find("option 'value_factor': found 0"),
+  EXPECT_NE(with([](auto& s) { s.x_factor = -1; }).find("option 'x_unit': found -1"), std::string::npos);
+  EXPECT_NE(with([](auto& s) { s.value_factor = 0; }).find("option 'value_unit': found 0"),
             std::string::npos);
   EXPECT_NE(with([](auto& s) { s.quantity = ProfileQuantity::kSlope; }).find("found"), std::string::npos);
   MeasuredSource folder;

@@ -170,7 +170,7 @@ TEST(Zygo, TakesEveryCodeFrom2147483640AsInvalid) {
   for (Eigen::Index c = 1; c < 4; ++c) EXPECT_TRUE(std::isnan(map.height(1, c)));
 }
 
-TEST(Zygo, TakesPitchWavelengthAndWavefrontFromTheOptions) {
+TEST(Zygo, TakesFromTheOptionsOnlyWhatTheFileDoesNotSay) {
   const ScratchFolder folder;
   ZygoFile file;
   file.lateral = 0;
@@ -181,12 +181,17 @@ TEST(Zygo, TakesPitchWavelengthAndWavefrontFromTheOptions) {
   EXPECT_EQ(read_zygo(source).pitch_x, 2e-3);
   EXPECT_NEAR(read_zygo(source).x0, -3e-3, 1e-15);
   const double surface = read_zygo(source).height(0, 3);
-  source.wavefront = true;
-  EXPECT_NEAR(read_zygo(source).height(0, 3), surface / 2, 1e-12 * std::abs(surface));
   source.wavefront = false;
   EXPECT_EQ(read_zygo(source).height(0, 3), surface);
+  source.wavefront = true;
+  EXPECT_EQ(refusal([&] { read_zygo(source); }).pointer(), "option 'of'");
+  source.wavefront.reset();
   source.wavelength = 2 * double(file.wavelength);
-  EXPECT_NEAR(read_zygo(source).height(0, 3), 2 * surface, 1e-12 * std::abs(surface));
+  EXPECT_EQ(refusal([&] { read_zygo(source); }).pointer(), "option 'wavelength'");
+  file.lateral = 1e-4f;
+  source = source_of(folder.write("a.dat", file.bytes()));
+  source.pitch = 2e-3;
+  EXPECT_EQ(refusal([&] { read_zygo(source); }).pointer(), "option 'pitch'");
 }
 
 TEST(Zygo, RefusesWhatItCannotReadAndSaysWhere) {

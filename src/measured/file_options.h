@@ -1,0 +1,53 @@
+#pragma once
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
+
+// What an option may add to a file: only what the file does not say itself. Messages have the names of the
+// study keys and the words of the command line.
+
+namespace aberfit::detail {
+
+/// Relative differences up to which an option says the same as the file: pitches and units are written with
+/// six digits or more, wavelengths often with three.
+inline constexpr double kSamePitch = 1e-6, kSameUnit = 1e-6, kSameWavelength = 1e-3;
+
+[[noreturn]] inline void refuse_option(const std::string& path, const std::string& option,
+                                       const std::string& found, const std::string& file_says) {
+  throw InputError(path, fmt::format("option '{}'", option), found,
+                   file_says + ", which the file says; leave the option out");
+}
+
+/// The length the file says [m], else the option's; refused when they differ by more than `tolerance`.
+inline std::optional<double> agreed_length(const std::string& path, const std::string& option,
+                                           const std::optional<double>& given,
+                                           const std::optional<double>& said, double tolerance) {
+  if (!said) return given;
+  if (given && !(std::abs(*given / *said - 1) <= tolerance))
+    refuse_option(path, option, format_quantity(*given, Dimension::kLength),
+                  format_quantity(*said, Dimension::kLength));
+  return said;
+}
+
+/// The factor of the unit the file says, else the option's; refused when they differ. `unit` is the file's.
+inline double agreed_factor(const std::string& path, const std::string& option,
+                            const std::optional<double>& given, double said, const std::string& unit) {
+  if (given && !(std::abs(*given / said - 1) <= kSameUnit))
+    refuse_option(path, option, fmt::format("a unit of {:g} in SI", *given),
+                  fmt::format("'{}' ({:g} in SI)", unit, said));
+  return said;
+}
+
+/// True for a wavefront: what the file says; refused when the option `of` says the other.
+inline bool agreed_wavefront(const std::string& path, const std::optional<bool>& given, bool said) {
+  const auto name = [](bool wavefront) { return wavefront ? "wavefront" : "surface"; };
+  if (given && *given != said) refuse_option(path, "of", name(*given), name(said));
+  return said;
+}
+
+}  // namespace aberfit::detail
