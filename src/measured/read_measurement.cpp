@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "aberfit/core/errors.h"
 
 namespace aberfit {
@@ -34,11 +36,38 @@ Measurement dabam_measurement(const MeasuredSource& source) {
   return chosen(std::move(profiles), source);
 }
 
-}  // namespace
+void require_between(const std::string& path, const char* what, double value, double least, double most,
+                     const char* unit) {
+  if (!(value >= least && value <= most))
+    throw InputError(path, what, fmt::format("{:.6g} {}", value, unit),
+                     fmt::format("{:g} to {:g} {}; a unit may be wrong", least, most, unit));
+}
 
-Measurement read_measurement(const MeasuredSource& source) {
-  const MeasuredFormat format =
-      source.format == MeasuredFormat::kAuto ? detect_format(source.path) : source.format;
+// Beyond these lies no mirror, only a wrong unit or a damaged file.
+constexpr double kFarthest = 1e6, kFinest = 1e-12, kCoarsest = 1e3, kHighest = 1e3, kSteepest = 10;
+
+void require_sane(const std::string& path, const Profile& profile) {
+  for (const double x : profile.x) require_between(path, "position", x, -kFarthest, kFarthest, "m");
+  require_between(path, "median pitch", median_pitch(profile), kFinest, kCoarsest, "m");
+  const bool slope = profile.quantity == ProfileQuantity::kSlope;
+  const double most = slope ? kSteepest : kHighest;
+  for (const double value : profile.value)
+    if (!std::isnan(value))
+      require_between(path, slope ? "slope" : "height", value, -most, most, slope ? "rad" : "m");
+}
+
+void require_sane(const std::string& path, const HeightMap& map) {
+  // 0: the file does not say it.
+  for (const double pitch : {map.pitch_x, map.pitch_y})
+    if (pitch != 0) require_between(path, "pitch", pitch, kFinest, kCoarsest, "m");
+  for (const double x : {map.x(0), map.x(map.columns() - 1), map.y(0), map.y(map.rows() - 1)})
+    require_between(path, "position", x, -kFarthest, kFarthest, "m");
+  for (Eigen::Index i = 0; i < map.height.size(); ++i)
+    if (const double h = map.height.data()[i]; !std::isnan(h))
+      require_between(path, "height", h, -kHighest, kHighest, "m");
+}
+
+Measurement read_as(const MeasuredSource& source, MeasuredFormat format) {
   switch (format) {
     case MeasuredFormat::kDabam:
       return dabam_measurement(source);
@@ -60,6 +89,15 @@ Measurement read_measurement(const MeasuredSource& source) {
   throw InputError(
       source.path, "", "no format that is known here",
       "DABAM, columns or a matrix of numbers, Zygo MetroPro .dat, CODE V INT, FITS, Zemax grid sag");
+}
+
+}  // namespace
+
+Measurement read_measurement(const MeasuredSource& source) {
+  Measurement data =
+      read_as(source, source.format == MeasuredFormat::kAuto ? detect_format(source.path) : source.format);
+  std::visit([&](const auto& measured) { require_sane(source.path, measured); }, data);
+  return data;
 }
 
 }  // namespace aberfit

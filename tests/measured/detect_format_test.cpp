@@ -1,6 +1,9 @@
 // Formats told apart by their content.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "aberfit/measured/read_measurement.h"
 #include "measured/mutation.h"
 
@@ -93,3 +96,24 @@ TEST(DetectFormat, AnyDamageLeavesAnAnswer) {
 
 }  // namespace
 }  // namespace aberfit::test
+
+// Beyond what any mirror is lies a wrong unit or a damaged file.
+TEST(ReadMeasurement, RefusesSizesThatNoMirrorHas) {
+  const auto refused = [](const std::string& text, const std::string& where) {
+    const std::string path = (std::filesystem::path(::testing::TempDir()) / "aberfit-insane.csv").string();
+    std::ofstream(path) << text;
+    aberfit::MeasuredSource source;
+    source.path = path;
+    source.format = aberfit::MeasuredFormat::kProfileText;
+    try {
+      aberfit::read_measurement(source);
+      ADD_FAILURE() << text;
+    } catch (const aberfit::InputError& error) {
+      EXPECT_EQ(error.pointer(), where) << error.what();
+    }
+    std::filesystem::remove(path);
+  };
+  refused("x_m,height_m\n0,0\n1e303,1e-9\n", "position");
+  refused("x_m,height_m\n0,0\n1,5e3\n", "height");
+  refused("x_m,slope_rad\n0,0\n1,50\n", "slope");
+}
