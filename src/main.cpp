@@ -147,18 +147,21 @@ struct PsdOption {
   const char* key;
   const char* type;
   const char* meaning;
+  bool of_file = false;  // says something about a file, not about the estimate or the model
 };
 constexpr std::array kPsdOptions = {
     PsdOption{"--format", "format", "NAME",
-              "dabam, profile, map, zygo, codev-int, fits, zemax-grid-sag (default: by content)"},
-    PsdOption{"--column", "column", "N", "profiles: which scan line, from 1"},
-    PsdOption{"--quantity", "quantity", "NAME", "profiles in columns: height or slope"},
-    PsdOption{"--of", "of", "NAME", "surface or wavefront"},
-    PsdOption{"--x-unit", "x_unit", "UNIT", "unit of the positions, where the file does not say"},
-    PsdOption{"--value-unit", "value_unit", "UNIT", "unit of heights or slopes, where the file does not say"},
-    PsdOption{"--pitch", "pitch", "LENGTH", "maps: distance of neighbouring points, e.g. \"0.1 mm\""},
-    PsdOption{"--wavelength", "wavelength", "LENGTH", "of the instrument, for values in waves or radians"},
-    PsdOption{"--scale", "scale", "X", "factor on the heights"},
+              "dabam, profile, map, zygo, codev-int, fits, zemax-grid-sag (default: by content)", true},
+    PsdOption{"--column", "column", "N", "profiles: which scan line, from 1", true},
+    PsdOption{"--quantity", "quantity", "NAME", "profiles in columns: height or slope", true},
+    PsdOption{"--of", "of", "NAME", "surface or wavefront", true},
+    PsdOption{"--x-unit", "x_unit", "UNIT", "unit of the positions, where the file does not say", true},
+    PsdOption{"--value-unit", "value_unit", "UNIT", "unit of heights or slopes, where the file does not say",
+              true},
+    PsdOption{"--pitch", "pitch", "LENGTH", "maps: distance of neighbouring points, e.g. \"0.1 mm\"", true},
+    PsdOption{"--wavelength", "wavelength", "LENGTH", "of the instrument, for values in waves or radians",
+              true},
+    PsdOption{"--scale", "scale", "X", "factor on the heights", true},
     PsdOption{"--detrend", "detrend", "NAME", "none, polynomial (default), ellipse, zernike"},
     PsdOption{"--degree", "degree", "N", "of the polynomial or the Zernikes (default 2)"},
     PsdOption{"--window", "window", "NAME", "none, hann (default), hamming, blackman-harris, welch, tukey"},
@@ -196,11 +199,9 @@ aberfit::MeasuredPsd measured(const Arguments& arguments, std::string* title) {
     return aberfit::measured_psd_of(study);
   }
   ordered_json source = ordered_json::object(), block;
-  for (const auto& [key, value] : arguments.psd_options)
-    (key == "detrend" || key == "degree" || key == "window" || key == "bins_per_decade" ||
-             key == "confidence" || key == "family" || key == "f_min" || key == "f_max"
-         ? block
-         : source)[key] = option_value(value);
+  for (const PsdOption& option : kPsdOptions)
+    if (const auto given = arguments.psd_options.find(option.key); given != arguments.psd_options.end())
+      (option.of_file ? source : block)[option.key] = option_value(given->second);
   for (const std::string& file : arguments.measured_files) {
     source["file"] = file;
     if (&file == &first)

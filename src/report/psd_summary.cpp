@@ -65,9 +65,10 @@ std::string drawing_line(const PsdReport& report) {
   double level = slope.level, exponent = slope.exponent;
   if (report.estimate.kind == PsdTableKind::k2dTwoSided) {
     if (!(exponent > 1.05)) return "";  // such a surface has no finite profile PSD
-    exponent -= 1;
-    // K of the 1-D/2-D pair of k_correlation.h in the power-law limit.
-    level *= 2 * std::sqrt(std::numbers::pi) * std::tgamma(exponent / 2) / std::tgamma((exponent + 1) / 2);
+    // A power law is what a k-correlation is far above its knee: with B = 1 m the amplitudes are the levels.
+    const KCorrelation1d profile = k_correlation_2d_to_1d({level, 1, exponent});
+    exponent = profile.exponent;
+    level = profile.amplitude;
   }
   return paragraph(
       "Drawing",

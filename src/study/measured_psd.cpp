@@ -58,8 +58,17 @@ PsdEstimate estimate(const Measurement& data, const PsdEstimatorOptions& options
 
 }  // namespace
 
-Measurement load_measurement(const MeasuredFile& file, const std::string& path) {
-  Measurement data = read_measurement(source_of(file, path));
+Measurement load_measurement(const MeasuredFile& file, const std::string& folder, const std::string& where,
+                             const std::string& pointer) {
+  Measurement data;
+  try {
+    data = read_measurement(source_of(file, (std::filesystem::path(folder) / file.file).string()));
+  } catch (const InputError& error) {
+    throw InputError(where, pointer,
+                     fmt::format("in \"{}\"{}{}: {}", file.file, error.pointer().empty() ? "" : ", ",
+                                 error.pointer(), error.found()),
+                     error.allowed());
+  }
   if (auto* profile = std::get_if<Profile>(&data)) profile->value *= file.scale;
   if (auto* map = std::get_if<HeightMap>(&data)) map->height *= file.scale;
   return data;
@@ -72,15 +81,9 @@ void measure_psd(MeasuredPsd& measured, const std::string& folder, const std::st
   for (std::size_t i = 0; i <= measured.further.size(); ++i) {
     const MeasuredFile& file = i == 0 ? measured.source : measured.further[i - 1];
     const std::string key = pointer + (i == 0 ? "/file" : fmt::format("/further/{}/file", i - 1));
-    const std::string path = (std::filesystem::path(folder) / file.file).string();
+    measured.data.push_back(load_measurement(file, folder, where, key));
     try {
-      measured.data.push_back(load_measurement(file, path));
       bands.push_back(estimate(measured.data.back(), measured.estimator, threads));
-    } catch (const InputError& error) {
-      throw InputError(where, key,
-                       fmt::format("in \"{}\"{}{}: {}", file.file, error.pointer().empty() ? "" : ", ",
-                                   error.pointer(), error.found()),
-                       error.allowed());
     } catch (const std::invalid_argument& error) {
       throw InputError(where, key, fmt::format("\"{}\": {}", file.file, error.what()),
                        "a measurement whose PSD can be estimated");

@@ -5,9 +5,10 @@
 
 namespace aberfit {
 
-/// Reads one measurement; `path` is where the file lies, `wavelength` [m] turns waves and radians into
-/// lengths. Throws InputError.
-Measurement load_measurement(const MeasuredFile& file, const std::string& path);
+/// Reads one measurement, heights scaled. `folder`: what its file is relative to. Throws InputError that
+/// names `where` and `pointer`, and the file in what was found.
+Measurement load_measurement(const MeasuredFile& file, const std::string& folder, const std::string& where,
+                             const std::string& pointer);
 
 /// Measurement -> PSD -> model: fills data, estimate and result of `measured`. `folder`: what its files are
 /// relative to; `where`, `pointer`: named in errors, which are InputErrors for data no PSD can be had from.

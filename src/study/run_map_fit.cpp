@@ -61,16 +61,8 @@ std::vector<Target> untargeted() {
 
 HeightMap load_map(const Study& study) {
   const MapTarget& target = *study.target.map;
-  const std::string path = (std::filesystem::path(study.path).parent_path() / target.source.file).string();
-  Measurement data;
-  try {
-    data = load_measurement(target.source, path);
-  } catch (const InputError& error) {
-    throw InputError(study.path, "/target/map/file",
-                     fmt::format("in \"{}\"{}{}: {}", target.source.file, error.pointer().empty() ? "" : ", ",
-                                 error.pointer(), error.found()),
-                     error.allowed());
-  }
+  Measurement data = load_measurement(target.source, std::filesystem::path(study.path).parent_path().string(),
+                                      study.path, "/target/map/file");
   auto* map = std::get_if<HeightMap>(&data);
   if (!map) throw InputError(study.path, "/target/map/file", "a profile", "a map");
   if (!(map->pitch_x > 0 && map->pitch_y > 0))
