@@ -7,7 +7,7 @@ packages=(
   libceres-dev libeigen3-dev nlohmann-json3-dev libfftw3-dev   # fixed choice of the project, with GoogleTest
   libboost-dev librandom123-dev libcli11-dev libfmt-dev libcfitsio-dev
   gnuplot-nox fonts-dejavu-core                                # pictures
-  libgtest-dev python3-jsonschema                              # tests
+  libgtest-dev python3-jsonschema libbenchmark-dev             # tests and benchmarks
 )
 
 missing=()

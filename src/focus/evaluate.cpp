@@ -315,4 +315,16 @@ bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& stat
   return values->allFinite();
 }
 
+struct FocusWorkspace::Buffers {};
+FocusWorkspace::FocusWorkspace() : buffers_(std::make_unique<Buffers>()) {}
+FocusWorkspace::~FocusWorkspace() = default;
+FocusWorkspace::FocusWorkspace(FocusWorkspace&&) noexcept = default;
+FocusWorkspace& FocusWorkspace::operator=(FocusWorkspace&&) noexcept = default;
+
+bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& statistics, double width,
+                     int threads, FocusWorkspace* /*workspace*/, Eigen::VectorXd* values,
+                     std::vector<StatisticGradient>* gradients) {
+  return evaluate_smooth(input, statistics, width, threads, values, gradients);
+}
+
 }  // namespace aberfit

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "aberfit/core/errors.h"
@@ -54,8 +55,11 @@ Box bounding_box(const Aperture& aperture) {
 PupilSample equal_weights(const std::vector<double>& x, const std::vector<double>& y, PupilLayout layout) {
   if (x.empty()) no_room();
   const auto n = Eigen::Index(x.size());
-  return {Eigen::Map<const Eigen::ArrayXd>(x.data(), n), Eigen::Map<const Eigen::ArrayXd>(y.data(), n),
-          Eigen::ArrayXd::Constant(n, 1.0 / double(n)), layout};
+  return {Eigen::Map<const Eigen::ArrayXd>(x.data(), n),
+          Eigen::Map<const Eigen::ArrayXd>(y.data(), n),
+          Eigen::ArrayXd::Constant(n, 1.0 / double(n)),
+          layout,
+          {}};
 }
 
 PupilSample polar_pupil(const Ring& ring, std::int64_t rays) {
@@ -70,6 +74,7 @@ PupilSample polar_pupil(const Ring& ring, std::int64_t rays) {
 
   PupilSample pupil;
   pupil.layout = PupilLayout::kPolar;
+  PolarRings structure{Eigen::ArrayXd(rings), Eigen::ArrayXd(rings), spokes};
   pupil.x.resize(rings * spokes);
   pupil.y.resize(rings * spokes);
   pupil.weight.resize(rings * spokes);
@@ -79,6 +84,8 @@ PupilSample polar_pupil(const Ring& ring, std::int64_t rays) {
     // Turning the rings against each other keeps each ring exact and spares counts of discontinuous functions
     // the alignment of spokes.
     const double turn = kGoldenAngle * double(i);
+    structure.rho[i] = rho;
+    structure.turn[i] = turn;
     for (Eigen::Index j = 0; j < spokes; ++j, ++k) {
       const double angle = kTwoPi * double(j) / double(spokes) + turn;
       pupil.x[k] = rho * std::cos(angle);
@@ -86,6 +93,7 @@ PupilSample polar_pupil(const Ring& ring, std::int64_t rays) {
       pupil.weight[k] = weight;
     }
   }
+  pupil.structure = std::move(structure);
   return pupil;
 }
 
@@ -149,16 +157,26 @@ PupilSample grid_of_pitch(const Aperture& aperture, double pitch) {
   const Box box = bounding_box(aperture);
   const auto first = [pitch](double low) { return std::int64_t(std::floor(low / pitch)); };
   const auto last = [pitch](double high) { return std::int64_t(std::ceil(high / pitch)); };
+  const auto axis = [&](std::int64_t from, std::int64_t to) -> Eigen::ArrayXd {
+    Eigen::ArrayXd centres(to - from);
+    for (std::int64_t i = from; i < to; ++i) centres[i - from] = (double(i) + 0.5) * pitch;
+    return centres;
+  };
+  CartesianGrid structure{axis(first(box.x0), last(box.x1)), axis(first(box.y0), last(box.y1)), {}, {}};
   std::vector<double> x, y;
-  for (std::int64_t j = first(box.y0); j < last(box.y1); ++j) {
-    for (std::int64_t i = first(box.x0); i < last(box.x1); ++i) {
-      const double px = (double(i) + 0.5) * pitch, py = (double(j) + 0.5) * pitch;
+  for (Eigen::Index j = 0; j < structure.y.size(); ++j) {
+    for (Eigen::Index i = 0; i < structure.x.size(); ++i) {
+      const double px = structure.x[i], py = structure.y[j];
       if (!aperture_contains(aperture, px, py, margin)) continue;
       x.push_back(px);
       y.push_back(py);
+      structure.column.push_back(std::uint32_t(i));
+      structure.row.push_back(std::uint32_t(j));
     }
   }
-  return equal_weights(x, y, PupilLayout::kGrid);
+  PupilSample pupil = equal_weights(x, y, PupilLayout::kGrid);
+  pupil.structure = std::move(structure);
+  return pupil;
 }
 
 PupilSample grid_pupil(const Aperture& aperture, std::int64_t rays) {

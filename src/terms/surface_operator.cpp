@@ -80,6 +80,30 @@ Index same(Index i) { return i; }
 
 }  // namespace
 
+std::string to_string(ZernikeMethod method) {
+  switch (method) {
+    case ZernikeMethod::kFused:
+      return "fused";
+    case ZernikeMethod::kPolar:
+      return "polar";
+    case ZernikeMethod::kDense:
+      break;
+  }
+  return "dense";
+}
+
+std::string to_string(FourierMethod method) {
+  switch (method) {
+    case FourierMethod::kPhaseSums:
+      return "phase-sums";
+    case FourierMethod::kGrid:
+      return "grid";
+    case FourierMethod::kDense:
+      break;
+  }
+  return "dense";
+}
+
 struct SurfaceOperator::Plan {
   TermSet terms;
   Eigen::ArrayXd x, y;  // [m]
@@ -87,6 +111,7 @@ struct SurfaceOperator::Plan {
   ZernikeRows zernike;
   FourierRows fourier;
   InstructionSet set;
+  OperatorChoice choice;
 
   // A packed vector holds the coefficients as the kernels want them: Zernike rows (cosine and sine, scaled to
   // the monic polynomials), then A and B per Fourier mode, then the spherical terms.
@@ -192,15 +217,23 @@ SurfaceOperator::SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd
   check(terms, x, y);
   ZernikeRows zernike = zernike_rows(terms.zernike);
   FourierRows fourier = fourier_rows(terms.fourier);
+  OperatorChoice choice;
+  if (!terms.zernike.empty()) choice.zernike = ZernikeMethod::kFused;
+  if (!terms.fourier.empty()) choice.fourier = FourierMethod::kPhaseSums;
+  choice.reason = "scattered points";
   plan_ = std::make_unique<const Plan>(Plan{std::move(terms), std::move(x), std::move(y), threads,
-                                            std::move(zernike), std::move(fourier), best_instruction_set()});
+                                            std::move(zernike), std::move(fourier), best_instruction_set(),
+                                            std::move(choice)});
 }
+SurfaceOperator::SurfaceOperator(TermSet terms, const PupilSample& pupil, const OperatorOptions& options)
+    : SurfaceOperator(std::move(terms), pupil.x, pupil.y, options.threads) {}
 SurfaceOperator::~SurfaceOperator() = default;
 SurfaceOperator::SurfaceOperator(SurfaceOperator&&) noexcept = default;
 SurfaceOperator& SurfaceOperator::operator=(SurfaceOperator&&) noexcept = default;
 
 const TermSet& SurfaceOperator::terms() const { return plan_->terms; }
 Index SurfaceOperator::points() const { return plan_->x.size(); }
+const OperatorChoice& SurfaceOperator::choice() const { return plan_->choice; }
 
 void SurfaceOperator::apply(const Eigen::VectorXd& coefficients, SurfaceField* field) const {
   assert(coefficients.size() == terms().size());

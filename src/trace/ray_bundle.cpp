@@ -45,6 +45,11 @@ RayBundle trace(const Mirror& mirror, const PupilSample& pupil, const SurfaceFie
   return trace_any(mirror, pupil, &field);
 }
 
+void trace(const Mirror& mirror, const PupilSample& pupil, const SurfaceField& field, int /*threads*/,
+           RayBundle* rays) {
+  *rays = trace_any(mirror, pupil, &field);
+}
+
 RayBundle trace_nominal(const Mirror& mirror, const PupilSample& pupil) {
   return trace_any(mirror, pupil, nullptr);
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "aberfit/core/warning.h"
@@ -23,6 +24,21 @@ struct FocusInput {
   Centre centre = Centre::kNominal;
 };
 
+/// Memory that evaluations reuse, so that a second one of the same size allocates nothing. One per caller:
+/// not to be shared between evaluations that run at the same time.
+class FocusWorkspace {
+ public:
+  FocusWorkspace();
+  ~FocusWorkspace();
+  FocusWorkspace(FocusWorkspace&&) noexcept;
+  FocusWorkspace& operator=(FocusWorkspace&&) noexcept;
+  struct Buffers;
+  Buffers& buffers() { return *buffers_; }
+
+ private:
+  std::unique_ptr<Buffers> buffers_;
+};
+
 /// Exact values (order statistics, counts, moments) in the order asked. NaN where a statistic does not exist
 /// (no light, ring never half full inside the search range, ...), each with a warning when `warnings` is
 /// given.
@@ -42,5 +58,10 @@ struct StatisticGradient {
 /// statistic. False when a statistic or its derivative does not exist (degenerate focus).
 bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& statistics, double width,
                      int threads, Eigen::VectorXd* values, std::vector<StatisticGradient>* gradients);
+
+/// The same with memory that is reused: that of `workspace`, and that of the vectors in `gradients`.
+bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& statistics, double width,
+                     int threads, FocusWorkspace* workspace, Eigen::VectorXd* values,
+                     std::vector<StatisticGradient>* gradients);
 
 }  // namespace aberfit

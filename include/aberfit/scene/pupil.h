@@ -1,13 +1,16 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <variant>
+#include <vector>
 
 #include "aberfit/scene/aperture.h"
 
 namespace aberfit {
 
 enum class PupilLayout {
-  kPolar,   ///< Gauss-Legendre in rho^2 times equal angles, every ring turned by a golden-angle step; circle and annulus only
+  kPolar,   ///< Gauss-Legendre in rho^2 times equal angles, every ring turned by a golden-angle step; circle
+            ///< and annulus only
   kRandom,  ///< independent uniform points (the paper's choice)
   kSobol,   ///< two-dimensional Sobol points with Owen scrambling
   kGrid,    ///< Cartesian grid centred on the axis
@@ -19,19 +22,37 @@ struct PupilOptions {
   std::uint64_t seed = 1;     ///< random and sobol
 };
 
+/// Regular structure of a pupil: what lets an operator share work between its points.
+/// Rings of equally many, equally spaced points: point ring * spokes + j lies at radius rho[ring] and angle 2
+/// pi j / spokes + turn[ring].
+struct PolarRings {
+  Eigen::ArrayXd rho;   ///< [m]
+  Eigen::ArrayXd turn;  ///< [rad]
+  Eigen::Index spokes = 0;
+};
+/// Points of a Cartesian grid, any subset of it: point k lies at (x[column[k]], y[row[k]]).
+struct CartesianGrid {
+  Eigen::ArrayXd x, y;  ///< coordinates of the columns and of the rows [m]
+  std::vector<std::uint32_t> column, row;
+};
+using PupilStructure = std::variant<std::monostate, PolarRings, CartesianGrid>;
+
 /// Points of the aperture with weights that sum to 1.
 struct PupilSample {
   Eigen::ArrayXd x;       ///< [m]
   Eigen::ArrayXd y;       ///< [m]
   Eigen::ArrayXd weight;  ///< share of the light
   PupilLayout layout = PupilLayout::kPolar;
+  PupilStructure structure;  ///< polar and grid; nothing for scattered points
   Eigen::Index size() const { return x.size(); }
 };
 
-/// Samples the aperture. Throws ComputationError when the layout does not exist for the shape or no point fits inside the margin.
+/// Samples the aperture. Throws ComputationError when the layout does not exist for the shape or no point
+/// fits inside the margin.
 PupilSample make_pupil(const Aperture& aperture, const PupilOptions& options);
 
-/// First `count` points of the two-dimensional Sobol sequence in [0,1)^2 with Owen scrambling (hash-based, Laine & Karras 2011), 2 x count.
+/// First `count` points of the two-dimensional Sobol sequence in [0,1)^2 with Owen scrambling (hash-based,
+/// Laine & Karras 2011), 2 x count.
 Eigen::Array2Xd scrambled_sobol(std::int64_t count, std::uint64_t seed);
 
 }  // namespace aberfit

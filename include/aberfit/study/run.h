@@ -31,4 +31,8 @@ nlohmann::ordered_json run_psd(const MeasuredPsd& measured, const std::string& t
 /// The resolved study, the numbers of its scene, the model it needs and why, predicted cost. Computes no fit.
 nlohmann::ordered_json run_check(const Study& study, const RunOptions& options, std::string* table);
 
+/// Speed against accuracy on the study's own scene: every method and setting, its error against a reference
+/// and its time.
+nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, std::string* table);
+
 }  // namespace aberfit

@@ -2,13 +2,17 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 
+#include "aberfit/scene/pupil.h"
 #include "aberfit/terms/term_set.h"
 
 namespace aberfit {
 
-/// Height and gradient of a term surface at a list of points, or (in the adjoint) one weight for each of them.
+/// Height and gradient of a term surface at a list of points, or (in the adjoint) one weight for each of
+/// them.
 struct SurfaceField {
   Eigen::ArrayXd height;   ///< h [m]
   Eigen::ArrayXd slope_x;  ///< dh/dx
@@ -21,31 +25,68 @@ struct SurfaceField {
   }
 };
 
-/// The linear map L from coefficients to heights and slopes at fixed points, and its adjoint. No basis matrix is stored:
-/// values come from recurrences (see surface_operator.cpp for the method and its measured error). Immutable after construction, so
-/// one object may serve several threads; results do not depend on the thread count, to the last bit.
+/// Ways to compute the Zernike part of L; all agree to rounding.
+enum class ZernikeMethod {
+  kFused,  ///< recurrences at every point, no stored matrix; any points
+  kPolar,  ///< sums over the radial order per ring, then FFTs over the angle; points on PolarRings
+  kDense,  ///< stored basis matrix, 24 bytes per point and term; any points
+};
+/// Ways to compute the Fourier part of L.
+enum class FourierMethod {
+  kPhaseSums,  ///< vectorised sine and cosine per mode and point; any points
+  kGrid,       ///< products of row and column phases; points on a CartesianGrid
+  kDense,      ///< stored basis matrix; any points
+};
+std::string to_string(ZernikeMethod method);
+std::string to_string(FourierMethod method);
+
+/// How L is to be computed. What is left open is chosen by the cost model (operator_cost.h).
+struct OperatorOptions {
+  int threads = 1;
+  std::optional<ZernikeMethod> zernike;
+  std::optional<FourierMethod> fourier;
+};
+
+/// What was chosen, and why.
+struct OperatorChoice {
+  std::optional<ZernikeMethod> zernike;  ///< nothing without Zernike terms
+  std::optional<FourierMethod> fourier;  ///< nothing without Fourier terms
+  double forward_seconds =
+      0;               ///< predicted for one apply on one thread of the machine the constants come from
+  std::string reason;  ///< one sentence
+};
+
+/// The linear map L from coefficients to heights and slopes at fixed points, and its adjoint. No basis matrix
+/// is stored: values come from recurrences (see surface_operator.cpp for the method and its measured error).
+/// Immutable after construction, so one object may serve several threads; results do not depend on the thread
+/// count, to the last bit.
 class SurfaceOperator {
  public:
-  /// x, y: point coordinates [m], in the disc of `terms.radius` or slightly outside (Zernikes grow as rho^n there).
-  /// `threads`: how many threads apply and apply_transpose may use.
-  /// Throws std::invalid_argument for x and y of different length, an (n, m) that is no Zernike mode, an odd spherical
-  /// power, or a radius that is not positive where Zernike or spherical terms need one.
+  /// x, y: point coordinates [m], in the disc of `terms.radius` or slightly outside (Zernikes grow as rho^n
+  /// there). `threads`: how many threads apply and apply_transpose may use. Throws std::invalid_argument for
+  /// x and y of different length, an (n, m) that is no Zernike mode, an odd spherical power, or a radius that
+  /// is not positive where Zernike or spherical terms need one.
   SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd y, int threads = 1);
+  /// The same on the points of a pupil, whose structure faster methods use. Throws std::invalid_argument,
+  /// too, for a method that the structure does not allow.
+  SurfaceOperator(TermSet terms, const PupilSample& pupil, const OperatorOptions& options);
   ~SurfaceOperator();
   SurfaceOperator(SurfaceOperator&&) noexcept;
   SurfaceOperator& operator=(SurfaceOperator&&) noexcept;
 
   const TermSet& terms() const;
   Eigen::Index points() const;
+  const OperatorChoice& choice() const;
 
   /// field = L c. c: terms().size() entries [m]; field is resized to points().
   void apply(const Eigen::VectorXd& coefficients, SurfaceField* field) const;
 
-  /// L^T g: for each coefficient the sum over points of g.height h + g.slope_x dh/dx + g.slope_y dh/dy of its term.
-  /// weights: points() entries.
+  /// L^T g: for each coefficient the sum over points of g.height h + g.slope_x dh/dx + g.slope_y dh/dy of its
+  /// term. weights: points() entries.
   Eigen::VectorXd apply_transpose(const SurfaceField& weights) const;
 
-  /// The same for weights that vanish outside `rays`: weights has rays.size() entries, entry i belongs to point rays[i].
+  /// The same for weights that vanish outside `rays`: weights has rays.size() entries, entry i belongs to
+  /// point rays[i].
   Eigen::VectorXd apply_transpose(std::span<const std::uint32_t> rays, const SurfaceField& weights) const;
 
  private:

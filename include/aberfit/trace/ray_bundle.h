@@ -9,8 +9,9 @@
 
 namespace aberfit {
 
-/// Reflected rays near the focal plane z = f. A ray is where it meets that plane and how it moves per unit of dz = z - f:
-/// X(dz) = x + dz * tx. Lost rays (1 - |grad z|^2 <= 0: reflected away from the focus) have weight 0 and are counted.
+/// Reflected rays near the focal plane z = f. A ray is where it meets that plane and how it moves per unit of
+/// dz = z - f: X(dz) = x + dz * tx. Lost rays (1 - |grad z|^2 <= 0: reflected away from the focus) have
+/// weight 0 and are counted.
 struct RayBundle {
   Eigen::ArrayXd x, y;    ///< crossing of the plane z = f [m]
   Eigen::ArrayXd tx, ty;  ///< dX/dz, dY/dz
@@ -26,8 +27,9 @@ struct Ray {
   T tx, ty;  ///< dX/dz, dY/dz
 };
 
-/// Light along (0,0,-1) met by the surface point (x, y, height) with slopes (p, q) leaves along (-2p, -2q, 1-g2)/(1+g2), g2 = p^2+q^2
-/// (law of reflection, PHYSICS 1). Closed form, no intersection search. Not defined for g2 >= 1.
+/// Light along (0,0,-1) met by the surface point (x, y, height) with slopes (p, q) leaves along (-2p, -2q,
+/// 1-g2)/(1+g2), g2 = p^2+q^2 (law of reflection, PHYSICS 1). Closed form, no intersection search. Not
+/// defined for g2 >= 1.
 template <typename T>
 Ray<T> reflect(double focal_length, const T& x, const T& y, const SurfacePoint<T>& s) {
   const T scale = -2.0 / (1.0 - s.slope_x * s.slope_x - s.slope_y * s.slope_y);
@@ -38,6 +40,9 @@ Ray<T> reflect(double focal_length, const T& x, const T& y, const SurfacePoint<T
 
 /// Traces the mirror plus the surface error `field` (height and slopes at the pupil points, same size).
 RayBundle trace(const Mirror& mirror, const PupilSample& pupil, const SurfaceField& field);
+/// The same into a bundle whose memory is reused, on `threads` threads.
+void trace(const Mirror& mirror, const PupilSample& pupil, const SurfaceField& field, int threads,
+           RayBundle* rays);
 
 /// Traces the mirror without surface error: the nominal rays.
 RayBundle trace_nominal(const Mirror& mirror, const PupilSample& pupil);
@@ -48,8 +53,8 @@ struct RayGradient {
   std::vector<double> d_x, d_y, d_tx, d_ty;
 };
 
-/// Pulls a ray gradient back to the surface error (height, slope_x, slope_y) of the same rays: the adjoint of `trace`.
-/// Result entry i belongs to gradient.rays[i].
+/// Pulls a ray gradient back to the surface error (height, slope_x, slope_y) of the same rays: the adjoint of
+/// `trace`. Result entry i belongs to gradient.rays[i].
 SurfaceField trace_adjoint(const Mirror& mirror, const PupilSample& pupil, const SurfaceField& field,
                            const RayGradient& gradient);
 
