@@ -2,8 +2,8 @@
 
 #include <numbers>
 
-#define ABERFIT_KERNEL_BODY "fourier_kernel.inc"
-#include "each_instruction_set.inc"
+#define ABERFIT_KERNEL_BODY "../terms/fourier_kernel.inc"
+#include "../core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
 namespace aberfit {

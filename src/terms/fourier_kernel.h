@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "aberfit/terms/term_set.h"
-#include "instruction_set.h"
+#include "../core/instruction_set.h"
 #include "point_block.h"
 
 namespace aberfit {

@@ -8,8 +8,8 @@
 
 #include "aberfit/terms/zernike.h"
 
-#define ABERFIT_KERNEL_BODY "zernike_kernel.inc"
-#include "each_instruction_set.inc"
+#define ABERFIT_KERNEL_BODY "../terms/zernike_kernel.inc"
+#include "../core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
 namespace aberfit {

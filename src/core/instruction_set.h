@@ -1,6 +1,6 @@
 #pragma once
 
-/// The kernels of this room are compiled once per instruction set and the processor's best is chosen at run
+/// Kernels are compiled once per instruction set and the processor's best is chosen at run
 /// time, so that one binary serves every x86-64. Other processors and compilers have kBaseline only.
 namespace aberfit {
 
