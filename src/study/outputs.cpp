@@ -27,7 +27,7 @@ void draw(const Study& study, const Scene& scene, const RunOptions& options, con
           const RayBundle& nominal, ResultDocument* result) {
   const int threads = result->provenance.threads;
   SurfaceField field;
-  SurfaceOperator(result->terms, pupil.x, pupil.y, threads).apply(result->fit.coefficients, &field);
+  SurfaceOperator(result->terms, pupil, {threads, {}, {}}).apply(result->fit.coefficients, &field);
   const RayBundle fitted = trace(study.mirror, pupil, field);
   RayBundle target;
   if (scene.psd)

@@ -33,7 +33,7 @@ struct Workbench {
 
   Workbench(const Study& study, const TermSet& terms, int threads)
       : pupil(make_pupil(study.aperture, study.trace.pupil)),
-        surface(terms, pupil.x, pupil.y, threads),
+        surface(terms, pupil, {threads, {}, {}}),
         nominal(trace_nominal(study.mirror, pupil)) {}
 
   SurfaceField field(const Eigen::VectorXd& coefficients) const {

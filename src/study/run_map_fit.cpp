@@ -131,7 +131,7 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
   result.rays = pupil.size();
   SurfaceField field;
-  SurfaceOperator(result.terms, pupil.x, pupil.y, threads).apply(fit.coefficients, &field);
+  SurfaceOperator(result.terms, pupil, {threads, {}, {}}).apply(fit.coefficients, &field);
   const RayBundle nominal = trace_nominal(study.mirror, pupil), rays = trace(study.mirror, pupil, field);
   result.targets = untargeted();
   std::vector<Statistic> statistics;

@@ -42,7 +42,7 @@ SurfaceField surface_field(const Study& study, const PupilSample& pupil, const T
     return central_difference_field(study.mirror, pupil, terms, coefficients,
                                     *study.trace.central_difference_step, threads);
   SurfaceField field;
-  SurfaceOperator(terms, pupil.x, pupil.y, threads).apply(coefficients, &field);
+  SurfaceOperator(terms, pupil, {threads, {}, {}}).apply(coefficients, &field);
   return field;
 }
 

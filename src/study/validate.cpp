@@ -19,7 +19,7 @@ struct Traced {
 Traced trace_terms(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
                    const PupilSample& pupil, int threads) {
   Traced traced;
-  SurfaceOperator(terms, pupil.x, pupil.y, threads).apply(coefficients, &traced.field);
+  SurfaceOperator(terms, pupil, {threads, {}, {}}).apply(coefficients, &traced.field);
   traced.nominal = trace_nominal(study.mirror, pupil);
   traced.rays = trace(study.mirror, pupil, traced.field);
   return traced;
@@ -31,6 +31,33 @@ Eigen::VectorXd statistics_of(const Study& study, const Traced& traced,
                         threads, warnings);
 }
 
+// The scrambles as one pupil of as many times the rays.
+Traced joined(std::vector<Traced> parts) {
+  const auto n = Eigen::Index(parts.size());
+  const auto append = [n](Eigen::ArrayXd& whole, const Eigen::ArrayXd& part, Eigen::Index k) {
+    if (k == 0) whole.resize(n * part.size());
+    whole.segment(k * part.size(), part.size()) = part;
+  };
+  const auto append_bundle = [&](RayBundle& whole, const RayBundle& part, Eigen::Index k) {
+    for (const auto array : {&RayBundle::x, &RayBundle::y, &RayBundle::tx, &RayBundle::ty})
+      append(whole.*array, part.*array, k);
+    append(whole.weight, part.weight / double(n), k);
+    whole.lost += part.lost;
+  };
+  Traced whole;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    Traced part = std::move(parts[std::size_t(k)]);
+    append(whole.field.height, part.field.height, k);
+    append_bundle(whole.nominal, part.nominal, k);
+    append_bundle(whole.rays, part.rays, k);
+  }
+  return whole;
+}
+
+// Here the sampling error of ee90 is below 0.03 % even by the law of random points (PHYSICS 2: 0.51 % for
+// 15,000), and below that for Sobol points; more only takes memory.
+constexpr std::int64_t kMostFreshRays = std::int64_t(1) << 22;
+
 constexpr double kZoneEdges[] = {0, 0.25, 0.5, 0.75, 1};
 constexpr std::size_t kZones = 4;
 constexpr std::size_t kDraws = 1000;
@@ -41,25 +68,17 @@ FreshStatistics evaluate_fresh(const Study& study, const TermSet& terms, const E
                                const std::vector<Statistic>& statistics, std::int64_t rays, int threads,
                                Warnings* warnings) {
   const RandomStream seeds(study.trace.pupil.seed, "fresh-rays");
-  const std::int64_t per_scramble = std::max<std::int64_t>(1, rays / kScrambles);
-  std::vector<PupilSample> parts(kScrambles);
+  const std::int64_t per_scramble = std::clamp<std::int64_t>(rays, kScrambles, kMostFreshRays) / kScrambles;
+  std::vector<Traced> parts(kScrambles);
   Eigen::MatrixXd values(Eigen::Index(statistics.size()), kScrambles);
   parallel_for(kScrambles, threads, [&](std::size_t k) {
-    parts[k] = make_pupil(study.aperture, {PupilLayout::kSobol, per_scramble, seeds.bits(k)});
-    values.col(Eigen::Index(k)) =
-        statistics_of(study, trace_terms(study, terms, coefficients, parts[k], 1), statistics, 1, nullptr);
+    const PupilSample pupil = make_pupil(study.aperture, {PupilLayout::kSobol, per_scramble, seeds.bits(k)});
+    parts[k] = trace_terms(study, terms, coefficients, pupil, 1);
+    values.col(Eigen::Index(k)) = statistics_of(study, parts[k], statistics, 1, nullptr);
   });
-  const Eigen::Index n = parts[0].size();
-  PupilSample all{Eigen::ArrayXd(kScrambles * n), Eigen::ArrayXd(kScrambles * n),
-                  Eigen::ArrayXd::Constant(kScrambles * n, 1.0 / double(kScrambles * n)),
-                  PupilLayout::kSobol};
-  for (int k = 0; k < kScrambles; ++k) {
-    all.x.segment(k * n, n) = parts[std::size_t(k)].x;
-    all.y.segment(k * n, n) = parts[std::size_t(k)].y;
-  }
-  const Traced traced = trace_terms(study, terms, coefficients, all, threads);
+  const Traced traced = joined(std::move(parts));
   FreshStatistics fresh;
-  fresh.rays = all.size();
+  fresh.rays = traced.rays.size();
   fresh.lost = traced.rays.lost;
   fresh.value = statistics_of(study, traced, statistics, threads, warnings);
   const Eigen::VectorXd mean = values.rowwise().mean();
@@ -77,7 +96,7 @@ std::vector<ZoneSlope> zone_slopes(const Study& study, const TermSet& terms, con
   const bool round = study.aperture.index() < 2;
   const PupilSample pupil =
       make_pupil(study.aperture, {round ? PupilLayout::kPolar : PupilLayout::kSobol, points, 1});
-  const SurfaceOperator surface(terms, pupil.x, pupil.y, 1);
+  const SurfaceOperator surface(terms, pupil, {});
   const double radius = aperture_radius(study.aperture);
   std::vector<std::size_t> zone_of(std::size_t(pupil.size()));
   for (std::size_t i = 0; i < zone_of.size(); ++i) {

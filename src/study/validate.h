@@ -11,6 +11,7 @@ struct FreshStatistics {
   Eigen::Index rays = 0, lost = 0;
 };
 inline constexpr int kScrambles = 8;
+/// rays: wanted number, 8 to 4 million.
 FreshStatistics evaluate_fresh(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
                                const std::vector<Statistic>& statistics, std::int64_t rays, int threads,
                                Warnings* warnings);

@@ -66,7 +66,7 @@ void add_published_phase(const Study& study, const PupilSample& pupil, const Ray
     phase[2 * k + 1] = -amplitude * std::sin(shift);
   }
   SurfaceField field;  // heights are phases [rad] here
-  SurfaceOperator(terms, pupil.x, pupil.y, threads).apply(phase, &field);
+  SurfaceOperator(terms, pupil, {threads, {}, {}}).apply(phase, &field);
   Quantities& q = *quantities;
   const double x = weighted_rms(field.slope_x, pupil.weight), y = weighted_rms(field.slope_y, pupil.weight);
   q["published_phase.gradient_rms_x_rad_per_m"] = x;
@@ -101,7 +101,7 @@ void add_independent_terms(const Study& study, int threads, Quantities* quantiti
   terms.zernike = zernike_modes(2, spec.n_max);
   const PupilSample pupil = make_pupil(study.aperture, {PupilLayout::kSobol, 16384, study.trace.pupil.seed});
   const RayBundle nominal = trace_nominal(study.mirror, pupil);
-  const SurfaceOperator surface(terms, pupil.x, pupil.y, 1);
+  const SurfaceOperator surface(terms, pupil, {});
   const std::vector<Statistic> statistics = {EncircledEnergyRadius{}, RingFwhm{}, ScatterRms{},
                                              ScatterMean{}};
   Eigen::MatrixXd values(Eigen::Index(statistics.size()), spec.draws);
