@@ -43,7 +43,7 @@ struct PupilSample {
   Eigen::ArrayXd y;       ///< [m]
   Eigen::ArrayXd weight;  ///< share of the light
   PupilLayout layout = PupilLayout::kPolar;
-  PupilStructure structure;  ///< polar and grid; nothing for scattered points
+  PupilStructure structure = {};  ///< polar and grid; nothing for scattered points
   Eigen::Index size() const { return x.size(); }
 };
 
