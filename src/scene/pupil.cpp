@@ -82,8 +82,8 @@ PupilSample polar_pupil(const Ring& ring, std::int64_t rays) {
     const double rho = std::sqrt(rule.nodes[i]);
     const double weight = rule.weights[i] / ((b * b - a * a) * double(spokes));
     // Turning the rings against each other keeps each ring exact and spares counts of discontinuous functions
-    // the alignment of spokes.
-    const double turn = kGoldenAngle * double(i);
+    // the alignment of spokes. Taken modulo a full turn, so that angles keep their last digits.
+    const double turn = std::remainder(kGoldenAngle * double(i), kTwoPi);
     structure.rho[i] = rho;
     structure.turn[i] = turn;
     for (Eigen::Index j = 0; j < spokes; ++j, ++k) {

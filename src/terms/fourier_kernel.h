@@ -1,8 +1,8 @@
 #pragma once
 #include <vector>
 
-#include "aberfit/terms/term_set.h"
 #include "../core/instruction_set.h"
+#include "aberfit/terms/term_set.h"
 #include "point_block.h"
 
 namespace aberfit {

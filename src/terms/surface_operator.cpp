@@ -1,13 +1,10 @@
-// Method. Points are taken in chunks of 4096 (the unit of work of a thread) and blocks of 256 (what fits the
-// first-level cache), and each family of terms adds itself to the block:
-// - Zernike, zernike_kernel.h: per |m| a Clenshaw recurrence in tau = 4 rho^2 - 2 over the radial order,
-//   cosine and sine sums and their derivatives side by side, times the harmonic (x + iy)^m carried from one m
-//   to the next; 4.5 multiply-adds per term and point, value and gradient.
-// - Fourier, fourier_kernel.h: a vectorised sine and cosine per mode and point.
-// - Spherical, spherical_terms.h: a handful of even powers.
-// The adjoint runs the same recurrences upwards and sums over the points of a block; each chunk gives one
-// partial vector, and these are added in chunk order, so neither the thread count nor the schedule changes a
-// bit.
+// Method. L is a sum of parts (term_operator.h), one per family of terms or several families together:
+//   pointwise_operator.h  any points: Zernike recurrences (kFused), Fourier phase sums, spherical powers
+//   zernike_polar.h       Zernike terms on rings (kPolar): radial sums, then transforms over the angle
+//   fourier_grid.h        Fourier terms on a Cartesian grid (kGrid): products of phase tables
+//   dense_operator.h      a stored basis (kDense)
+// operator_cost.h chooses. The pointwise part is always there: it answers where the rays asked for are few,
+// and is what the others are tested against.
 //
 // Error of one Zernike mode against its factorial sum in 200 digits, relative to its largest value (gradient)
 // over the disc (tests/terms/zernike_test.cpp): 4e-14 to n = 40, 2.5e-13 at n = 100, 2.2e-12 at n = 300. That
@@ -36,24 +33,16 @@
 #include <utility>
 #include <vector>
 
-#include "aberfit/core/parallel.h"
-#include "fourier_kernel.h"
-#include "point_block.h"
-#include "spherical_terms.h"
-#include "zernike_kernel.h"
+#include "aberfit/terms/operator_cost.h"
+#include "dense_operator.h"
+#include "fourier_grid.h"
+#include "pointwise_operator.h"
+#include "zernike_polar.h"
 
 namespace aberfit {
 namespace {
 
 using Eigen::Index;
-
-constexpr Index kChunkPoints = 4096;
-static_assert(kChunkPoints % kBlockPoints == 0);
-
-/// Chunks whose partial vectors are held at a time: bounds the memory of an adjoint over very many rays.
-constexpr Index kWaveChunks = 128;
-
-Index chunks_of(Index points) { return (points + kChunkPoints - 1) / kChunkPoints; }
 
 void check(const TermSet& terms, const Eigen::ArrayXd& x, const Eigen::ArrayXd& y) {
   if (x.size() != y.size())
@@ -68,15 +57,53 @@ void check(const TermSet& terms, const Eigen::ArrayXd& x, const Eigen::ArrayXd& 
           fmt::format("SurfaceOperator: spherical power {}, must be even and positive", power));
 }
 
-/// Puts from[point_of(begin + i)] / unit into the block and zeros into the places left over.
-template <typename PointOf>
-void gather(const Eigen::ArrayXd& from, double unit, Index begin, int used, const PointOf& point_of,
-            double* to) {
-  for (int i = 0; i < used; ++i) to[i] = from[point_of(begin + i)] / unit;
-  std::fill(to + used, to + kBlockPoints, 0.0);
+bool well_formed(const PolarRings& rings, Index points) {
+  return rings.spokes > 0 && rings.turn.size() == rings.rho.size() &&
+         rings.rho.size() * rings.spokes == points;
 }
 
-Index same(Index i) { return i; }
+bool well_formed(const CartesianGrid& grid, Index points) {
+  if (Index(grid.column.size()) != points || Index(grid.row.size()) != points) return false;
+  for (std::size_t i = 0; i < grid.column.size(); ++i)
+    if (Index(grid.column[i]) >= grid.x.size() || Index(grid.row[i]) >= grid.y.size()) return false;
+  return true;
+}
+
+/// Throws unless the structure, if there is one, gives the points of the pupil, to 1e-12 of the farthest one:
+/// angles of many turns and products of cosines round differently.
+void check_structure(const PupilSample& pupil) {
+  const auto matches = [&pupil](const auto& structure) {
+    if (!well_formed(structure, pupil.size())) return false;
+    const PointCoordinates points(structure);
+    const double tolerance = 1e-12 * std::max(pupil.x.abs().maxCoeff(), pupil.y.abs().maxCoeff());
+    PointBlock block;
+    for (Index at = 0; at < pupil.size(); at += kBlockPoints) {
+      const int used = int(std::min<Index>(kBlockPoints, pupil.size() - at));
+      points.gather(nullptr, at, used, 1.0, &block);
+      for (int i = 0; i < used; ++i)
+        if (!(std::abs(block.x[i] - pupil.x[at + i]) <= tolerance &&
+              std::abs(block.y[i] - pupil.y[at + i]) <= tolerance))
+          return false;
+    }
+    return true;
+  };
+  const auto* rings = std::get_if<PolarRings>(&pupil.structure);
+  const auto* grid = std::get_if<CartesianGrid>(&pupil.structure);
+  if (pupil.size() > 0 && ((rings && !matches(*rings)) || (grid && !matches(*grid))))
+    throw std::invalid_argument("SurfaceOperator: the structure of the pupil is not that of its points");
+}
+
+/// Coordinates as the structure gives them where nothing but subsets and spherical terms needs them, else the
+/// pupil's own.
+PointCoordinates coordinates_of(const PupilSample& pupil, const OperatorChoice& choice) {
+  const bool all_structured = (!choice.zernike || *choice.zernike == ZernikeMethod::kPolar) &&
+                              (!choice.fourier || *choice.fourier == FourierMethod::kGrid);
+  if (all_structured) {
+    if (const auto* rings = std::get_if<PolarRings>(&pupil.structure)) return PointCoordinates(*rings);
+    if (const auto* grid = std::get_if<CartesianGrid>(&pupil.structure)) return PointCoordinates(*grid);
+  }
+  return PointCoordinates(pupil.x, pupil.y);
+}
 
 }  // namespace
 
@@ -105,156 +132,143 @@ std::string to_string(FourierMethod method) {
 }
 
 struct SurfaceOperator::Plan {
-  TermSet terms;
-  Eigen::ArrayXd x, y;  // [m]
-  int threads;
-  ZernikeRows zernike;
-  FourierRows fourier;
-  InstructionSet set;
-  OperatorChoice choice;
-
-  // A packed vector holds the coefficients as the kernels want them: Zernike rows (cosine and sine, scaled to
-  // the monic polynomials), then A and B per Fourier mode, then the spherical terms.
-  std::size_t fourier_at() const { return 2 * zernike.rows(); }
-  std::size_t spherical_at() const { return fourier_at() + 2 * terms.fourier.size(); }
-  std::size_t packed_size() const { return spherical_at() + terms.spherical.size(); }
-
-  std::vector<double> pack(const Eigen::VectorXd& coefficients) const;
-  Eigen::VectorXd pack_transpose(const std::vector<double>& packed) const;
-  void forward(const double* packed, Index begin, int used, SurfaceField* field) const;
-  template <typename PointOf>
-  void adjoint(const SurfaceField& weights, Index begin, int used, const PointOf& point_of,
-               double* packed) const;
-  template <typename PointOf>
-  Eigen::VectorXd adjoint_sum(const SurfaceField& weights, const PointOf& point_of) const;
-
-  bool on_disc() const { return !terms.zernike.empty() || !terms.spherical.empty(); }
-};
-
-std::vector<double> SurfaceOperator::Plan::pack(const Eigen::VectorXd& coefficients) const {
-  std::vector<double> packed(packed_size(), 0.0);
-  for (std::size_t j = 0; j < terms.zernike.size(); ++j)
-    packed[zernike.slot[j]] += zernike.scale[j] * coefficients[Index(j)];
-  std::copy(coefficients.begin() + terms.fourier_begin(), coefficients.end(),
-            packed.begin() + std::ptrdiff_t(fourier_at()));
-  return packed;
-}
-
-Eigen::VectorXd SurfaceOperator::Plan::pack_transpose(const std::vector<double>& packed) const {
-  Eigen::VectorXd sums(terms.size());
-  for (std::size_t j = 0; j < terms.zernike.size(); ++j)
-    sums[Index(j)] = zernike.scale[j] * packed[zernike.slot[j]];
-  std::copy(packed.begin() + std::ptrdiff_t(fourier_at()), packed.end(),
-            sums.begin() + terms.fourier_begin());
-  return sums;
-}
-
-void SurfaceOperator::Plan::forward(const double* packed, Index begin, int used, SurfaceField* field) const {
-  PointBlock block;
-  block.used = used;
-  for (double* sum : {block.height, block.slope_x, block.slope_y}) std::fill(sum, sum + kBlockPoints, 0.0);
-  if (on_disc()) {
-    gather(x, terms.radius, begin, used, same, block.x);
-    gather(y, terms.radius, begin, used, same, block.y);
-    if (!terms.zernike.empty()) zernike_forward(set, zernike, packed, &block);
-    if (!terms.spherical.empty()) spherical_forward(terms.spherical, packed + spherical_at(), &block);
-    for (int i = 0; i < used; ++i) block.slope_x[i] /= terms.radius, block.slope_y[i] /= terms.radius;
-  }
-  if (!terms.fourier.empty()) {
-    gather(x, 1.0, begin, used, same, block.x);
-    gather(y, 1.0, begin, used, same, block.y);
-    fourier_forward(set, fourier, packed + fourier_at(), &block);
-  }
-  std::copy_n(block.height, used, field->height.data() + begin);
-  std::copy_n(block.slope_x, used, field->slope_x.data() + begin);
-  std::copy_n(block.slope_y, used, field->slope_y.data() + begin);
-}
-
-template <typename PointOf>
-void SurfaceOperator::Plan::adjoint(const SurfaceField& weights, Index begin, int used,
-                                    const PointOf& point_of, double* packed) const {
-  PointBlock block;
-  block.used = used;
-  gather(weights.height, 1.0, begin, used, same, block.height);
-  const auto place = [&](double unit) {
-    gather(x, unit, begin, used, point_of, block.x);
-    gather(y, unit, begin, used, point_of, block.y);
-    gather(weights.slope_x, unit, begin, used, same, block.slope_x);
-    gather(weights.slope_y, unit, begin, used, same, block.slope_y);
+  /// A part that works on all points at once.
+  struct WholePart {
+    Families families;
+    std::unique_ptr<TermOperator> part;
+    Index enough_rays;  // listed rays from which on it is faster than the pointwise part
   };
-  if (!terms.fourier.empty()) {
-    place(1.0);
-    fourier_adjoint(set, fourier, block, packed + fourier_at());
-  }
-  if (on_disc()) {
-    place(terms.radius);
-    if (!terms.zernike.empty()) zernike_adjoint(set, zernike, block, packed);
-    if (!terms.spherical.empty()) spherical_adjoint(terms.spherical, block, packed + spherical_at());
-  }
-}
 
-template <typename PointOf>
-Eigen::VectorXd SurfaceOperator::Plan::adjoint_sum(const SurfaceField& weights,
-                                                   const PointOf& point_of) const {
-  const Index points = weights.size(), chunks = chunks_of(points);
-  std::vector<double> total(packed_size(), 0.0);
-  std::vector<std::vector<double>> partial(std::size_t(std::min(chunks, kWaveChunks)));
-  for (Index wave = 0; wave < chunks; wave += kWaveChunks) {
-    const std::size_t count = std::size_t(std::min(kWaveChunks, chunks - wave));
-    parallel_for(count, threads, [&](std::size_t i) {
-      partial[i].assign(packed_size(), 0.0);
-      const Index begin = (wave + Index(i)) * kChunkPoints, end = std::min(points, begin + kChunkPoints);
-      for (Index at = begin; at < end; at += kBlockPoints)
-        adjoint(weights, at, int(std::min<Index>(kBlockPoints, end - at)), point_of, partial[i].data());
-    });
-    for (std::size_t i = 0; i < count; ++i)
-      for (std::size_t j = 0; j < total.size(); ++j) total[j] += partial[i][j];
-  }
-  return pack_transpose(total);
-}
+  TermSet terms;
+  Index points = 0;
+  int threads = 1;
+  OperatorChoice choice;
+  std::unique_ptr<PointwiseOperator> pointwise;
+  std::vector<WholePart> whole;
+  mutable ScratchPool<SurfaceField> scattered;
+};
 
 SurfaceOperator::SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd y, int threads) {
   check(terms, x, y);
-  ZernikeRows zernike = zernike_rows(terms.zernike);
-  FourierRows fourier = fourier_rows(terms.fourier);
-  OperatorChoice choice;
-  if (!terms.zernike.empty()) choice.zernike = ZernikeMethod::kFused;
-  if (!terms.fourier.empty()) choice.fourier = FourierMethod::kPhaseSums;
-  choice.reason = "scattered points";
-  plan_ = std::make_unique<const Plan>(Plan{std::move(terms), std::move(x), std::move(y), threads,
-                                            std::move(zernike), std::move(fourier), best_instruction_set(),
-                                            std::move(choice)});
+  auto plan = std::make_unique<Plan>();
+  plan->points = x.size();
+  plan->threads = threads;
+  if (!terms.zernike.empty()) plan->choice.zernike = ZernikeMethod::kFused;
+  if (!terms.fourier.empty()) plan->choice.fourier = FourierMethod::kPhaseSums;
+  plan->choice.reason = std::string("scattered points");
+  const Families all{!terms.zernike.empty(), !terms.fourier.empty(), !terms.spherical.empty()};
+  plan->pointwise =
+      std::make_unique<PointwiseOperator>(terms, PointCoordinates(std::move(x), std::move(y)), all);
+  plan->terms = std::move(terms);
+  plan_ = std::move(plan);
 }
-SurfaceOperator::SurfaceOperator(TermSet terms, const PupilSample& pupil, const OperatorOptions& options)
-    : SurfaceOperator(std::move(terms), pupil.x, pupil.y, options.threads) {}
+
+SurfaceOperator::SurfaceOperator(TermSet terms, const PupilSample& pupil, const OperatorOptions& options) {
+  check(terms, pupil.x, pupil.y);
+  check_structure(pupil);
+  const PointLayout layout = point_layout(pupil);
+  auto plan = std::make_unique<Plan>();
+  plan->points = pupil.size();
+  plan->threads = options.threads;
+  plan->choice = choose_operator(terms, layout, options);
+  const OperatorChoice& choice = plan->choice;
+
+  const PointCoordinates points = coordinates_of(pupil, choice);
+  Families pointwise{false, false, !terms.spherical.empty()};
+  if (choice.zernike) {
+    std::unique_ptr<TermOperator> part;
+    if (choice.zernike == ZernikeMethod::kPolar)
+      part = std::make_unique<ZernikePolar>(terms, std::get<PolarRings>(pupil.structure));
+    else if (choice.zernike == ZernikeMethod::kDense)
+      part = std::make_unique<DenseOperator>(terms, false, points, options.threads);
+    pointwise.zernike = part == nullptr;
+    if (part)
+      plan->whole.push_back(
+          {{true, false, false}, std::move(part), enough_rays(*choice.zernike, terms, layout)});
+  }
+  if (choice.fourier) {
+    std::unique_ptr<TermOperator> part;
+    if (choice.fourier == FourierMethod::kGrid)
+      part = std::make_unique<FourierGrid>(terms, std::get<CartesianGrid>(pupil.structure));
+    else if (choice.fourier == FourierMethod::kDense)
+      part = std::make_unique<DenseOperator>(terms, true, points, options.threads);
+    pointwise.fourier = part == nullptr;
+    if (part)
+      plan->whole.push_back(
+          {{false, true, false}, std::move(part), enough_rays(*choice.fourier, terms, layout)});
+  }
+  plan->pointwise = std::make_unique<PointwiseOperator>(terms, points, pointwise);
+  plan->terms = std::move(terms);
+  plan_ = std::move(plan);
+}
+
 SurfaceOperator::~SurfaceOperator() = default;
 SurfaceOperator::SurfaceOperator(SurfaceOperator&&) noexcept = default;
 SurfaceOperator& SurfaceOperator::operator=(SurfaceOperator&&) noexcept = default;
 
 const TermSet& SurfaceOperator::terms() const { return plan_->terms; }
-Index SurfaceOperator::points() const { return plan_->x.size(); }
+Index SurfaceOperator::points() const { return plan_->points; }
 const OperatorChoice& SurfaceOperator::choice() const { return plan_->choice; }
 
 void SurfaceOperator::apply(const Eigen::VectorXd& coefficients, SurfaceField* field) const {
   assert(coefficients.size() == terms().size());
-  const std::vector<double> packed = plan_->pack(coefficients);
   field->resize(points());
-  parallel_for(std::size_t(chunks_of(points())), plan_->threads, [&](std::size_t chunk) {
-    const Index begin = Index(chunk) * kChunkPoints, end = std::min(points(), begin + kChunkPoints);
-    for (Index at = begin; at < end; at += kBlockPoints)
-      plan_->forward(packed.data(), at, int(std::min<Index>(kBlockPoints, end - at)), field);
-  });
+  bool add = false;
+  for (const Plan::WholePart& whole : plan_->whole) {
+    whole.part->forward(coefficients, plan_->threads, add, field);
+    add = true;
+  }
+  // Without any terms it is the pointwise part that writes the zeros.
+  if (!add || plan_->pointwise->families().any())
+    plan_->pointwise->forward(coefficients, plan_->threads, add, field);
+}
+
+void SurfaceOperator::apply_transpose(const SurfaceField& weights, Eigen::VectorXd* result) const {
+  assert(weights.size() == points());
+  result->resize(terms().size());
+  for (const Plan::WholePart& whole : plan_->whole) whole.part->adjoint(weights, plan_->threads, result);
+  if (plan_->pointwise->families().any()) plan_->pointwise->adjoint(weights, plan_->threads, result);
+}
+
+void SurfaceOperator::apply_transpose(std::span<const std::uint32_t> rays, const SurfaceField& weights,
+                                      Eigen::VectorXd* result) const {
+  assert(weights.size() == Index(rays.size()));
+  result->resize(terms().size());
+  Families pointwise = plan_->pointwise->families();
+  std::vector<const TermOperator*> whole_parts;
+  for (const Plan::WholePart& whole : plan_->whole) {
+    if (Index(rays.size()) >= whole.enough_rays) {
+      whole_parts.push_back(whole.part.get());
+    } else {
+      pointwise.zernike |= whole.families.zernike;
+      pointwise.fourier |= whole.families.fourier;
+    }
+  }
+  if (!whole_parts.empty()) {
+    const auto all = plan_->scattered.take();
+    all->resize(points());
+    for (Eigen::ArrayXd* plane : {&all->height, &all->slope_x, &all->slope_y}) plane->setZero();
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      all->height[rays[i]] += weights.height[Index(i)];
+      all->slope_x[rays[i]] += weights.slope_x[Index(i)];
+      all->slope_y[rays[i]] += weights.slope_y[Index(i)];
+    }
+    for (const TermOperator* part : whole_parts) part->adjoint(*all, plan_->threads, result);
+  }
+  if (pointwise.any()) plan_->pointwise->adjoint(rays.data(), weights, pointwise, plan_->threads, result);
 }
 
 Eigen::VectorXd SurfaceOperator::apply_transpose(const SurfaceField& weights) const {
-  assert(weights.size() == points());
-  return plan_->adjoint_sum(weights, same);
+  Eigen::VectorXd result;
+  apply_transpose(weights, &result);
+  return result;
 }
 
 Eigen::VectorXd SurfaceOperator::apply_transpose(std::span<const std::uint32_t> rays,
                                                  const SurfaceField& weights) const {
-  assert(weights.size() == Index(rays.size()));
-  return plan_->adjoint_sum(weights, [rays](Index i) { return Index(rays[std::size_t(i)]); });
+  Eigen::VectorXd result;
+  apply_transpose(rays, weights, &result);
+  return result;
 }
 
 }  // namespace aberfit

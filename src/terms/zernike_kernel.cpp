@@ -61,27 +61,27 @@ void zernike_forward(InstructionSet set, const ZernikeRows& rows, const double* 
   baseline::forward(m_max, rows.first.data(), rows.recurrence.data(), packed, block);
 }
 
-void zernike_adjoint(InstructionSet set, const ZernikeRows& rows, const PointBlock& block, double* packed) {
+int ZernikeRows::longest() const {
+  int longest = 0;
+  for (std::size_t m = 0; m + 1 < first.size(); ++m) longest = std::max(longest, first[m + 1] - first[m]);
+  return longest;
+}
+
+void zernike_adjoint(InstructionSet set, const ZernikeRows& rows, const PointBlock& block,
+                     std::vector<CacheLine>* lanes, double* packed) {
   const int m_max = rows.m_max();
   if (rows.rows() == 0) return;
-  int longest = 0;
-  for (int m = 0; m <= m_max; ++m)
-    longest = std::max(longest, rows.first[std::size_t(m) + 1] - rows.first[std::size_t(m)]);
-  // One vector of partial sums per cosine and sine row of one m, eight lanes at most.
-  // Aligned, so that no access straddles two cache lines.
-  struct alignas(64) CacheLine {
-    double lane[8];
-  };
-  std::vector<CacheLine> lanes(std::size_t(longest) * 2);
+  const std::size_t wanted = std::size_t(rows.longest()) * 2;
+  if (lanes->size() < wanted) lanes->resize(wanted);
+  double* sums = lanes->front().lane;
 #if ABERFIT_X86_KERNELS
   if (set == InstructionSet::kAvx512)
-    return avx512::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, lanes.front().lane,
-                           packed);
+    return avx512::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, sums, packed);
   if (set == InstructionSet::kAvx2)
-    return avx2::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, lanes.front().lane, packed);
+    return avx2::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, sums, packed);
 #endif
   static_cast<void>(set);
-  baseline::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, lanes.front().lane, packed);
+  baseline::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, sums, packed);
 }
 
 }  // namespace aberfit

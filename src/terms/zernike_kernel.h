@@ -2,9 +2,10 @@
 #include <cstddef>
 #include <vector>
 
-#include "aberfit/terms/term_set.h"
 #include "../core/instruction_set.h"
+#include "aberfit/terms/term_set.h"
 #include "point_block.h"
+#include "scratch_pool.h"
 
 namespace aberfit {
 
@@ -28,6 +29,7 @@ struct ZernikeRows {
 
   int m_max() const { return int(first.size()) - 2; }
   std::size_t rows() const { return recurrence.size() / 2; }
+  int longest() const;  ///< rows of the m that has most
 };
 
 /// Throws std::invalid_argument for an (n, m) that is no mode.
@@ -39,7 +41,9 @@ ZernikeRows zernike_rows(const std::vector<ZernikeMode>& modes);
 void zernike_forward(InstructionSet set, const ZernikeRows& rows, const double* packed, PointBlock* block);
 
 /// Adds to `packed`, per row, the weighted sums over the block of its cosine and its sine term: the transpose
-/// of zernike_forward, with the recurrence running upwards.
-void zernike_adjoint(InstructionSet set, const ZernikeRows& rows, const PointBlock& block, double* packed);
+/// of zernike_forward, with the recurrence running upwards. `lanes`: scratch, grown to one vector of partial
+/// sums per cosine and sine row of the longest m.
+void zernike_adjoint(InstructionSet set, const ZernikeRows& rows, const PointBlock& block,
+                     std::vector<CacheLine>* lanes, double* packed);
 
 }  // namespace aberfit

@@ -270,7 +270,8 @@ TEST(SurfaceOperator, EveryInstructionSetGivesTheSameFieldToRounding) {
       weights.height[i] = 1.0 + i, weights.slope_x[i] = 0.3 * i, weights.slope_y[i] = 1.0 - i;
     outcome.zernike = Eigen::VectorXd::Zero(zernike_packed.size());
     outcome.fourier = Eigen::VectorXd::Zero(fourier_packed.size());
-    zernike_adjoint(set, zernike_part, weights, outcome.zernike.data());
+    std::vector<CacheLine> lanes;
+    zernike_adjoint(set, zernike_part, weights, &lanes, outcome.zernike.data());
     fourier_adjoint(set, fourier_part, weights, outcome.fourier.data());
     return outcome;
   };

@@ -51,24 +51,28 @@ struct OperatorOptions {
 struct OperatorChoice {
   std::optional<ZernikeMethod> zernike;  ///< nothing without Zernike terms
   std::optional<FourierMethod> fourier;  ///< nothing without Fourier terms
-  double forward_seconds =
-      0;               ///< predicted for one apply on one thread of the machine the constants come from
+  /// Predicted for one apply and one apply_transpose on one thread (operator_cost.h); zero for scattered
+  /// points that no choice was made for.
+  double forward_seconds = 0;
+  double adjoint_seconds = 0;
   std::string reason;  ///< one sentence
 };
 
-/// The linear map L from coefficients to heights and slopes at fixed points, and its adjoint. No basis matrix
-/// is stored: values come from recurrences (see surface_operator.cpp for the method and its measured error).
-/// Immutable after construction, so one object may serve several threads; results do not depend on the thread
-/// count, to the last bit.
+/// The linear map L from coefficients to heights and slopes at fixed points, and its adjoint. Each family of
+/// terms has its method (see surface_operator.cpp for the methods, their measured errors and speeds); none
+/// but kDense stores anything of the size points x terms. Immutable but for scratch memory, which is kept for
+/// the next call, so one object may serve several threads; results do not depend on the thread count, to the
+/// last bit.
 class SurfaceOperator {
  public:
   /// x, y: point coordinates [m], in the disc of `terms.radius` or slightly outside (Zernikes grow as rho^n
   /// there). `threads`: how many threads apply and apply_transpose may use. Throws std::invalid_argument for
   /// x and y of different length, an (n, m) that is no Zernike mode, an odd spherical power, or a radius that
-  /// is not positive where Zernike or spherical terms need one.
+  /// is not positive where Zernike or spherical terms need one. Methods: kFused and kPhaseSums.
   SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd y, int threads = 1);
   /// The same on the points of a pupil, whose structure faster methods use. Throws std::invalid_argument,
-  /// too, for a method that the structure does not allow.
+  /// too, for a method that the structure does not allow, a structure that is not that of the points, and a
+  /// stored basis larger than kDenseBytesMax.
   SurfaceOperator(TermSet terms, const PupilSample& pupil, const OperatorOptions& options);
   ~SurfaceOperator();
   SurfaceOperator(SurfaceOperator&&) noexcept;
@@ -86,8 +90,14 @@ class SurfaceOperator {
   Eigen::VectorXd apply_transpose(const SurfaceField& weights) const;
 
   /// The same for weights that vanish outside `rays`: weights has rays.size() entries, entry i belongs to
-  /// point rays[i].
+  /// point rays[i]. Point by point on the listed rays, or all points with zeros for the others, whichever is
+  /// predicted to cost less (a function of rays.size() only).
   Eigen::VectorXd apply_transpose(std::span<const std::uint32_t> rays, const SurfaceField& weights) const;
+
+  /// The same into memory that the caller keeps; result is resized to terms().size().
+  void apply_transpose(const SurfaceField& weights, Eigen::VectorXd* result) const;
+  void apply_transpose(std::span<const std::uint32_t> rays, const SurfaceField& weights,
+                       Eigen::VectorXd* result) const;
 
  private:
   struct Plan;

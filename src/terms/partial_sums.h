@@ -1,0 +1,36 @@
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "aberfit/core/parallel.h"
+
+namespace aberfit {
+
+/// Memory of `sum_chunks`, reused from call to call.
+struct PartialSums {
+  std::vector<double> total;
+  std::vector<std::vector<double>> partial;
+};
+
+/// sums->total = sum over chunks 0 .. count-1 of what add_chunk(chunk, double* sum) adds to a zero vector of
+/// `size`. Each chunk has a vector of its own and these are added in chunk order, so neither the thread count
+/// nor the schedule changes a bit.
+template <typename AddChunk>
+void sum_chunks(std::size_t count, std::size_t size, int threads, const AddChunk& add_chunk,
+                PartialSums* sums) {
+  constexpr std::size_t kWave = 128;  // partial vectors held at a time: bounds the memory of very many chunks
+  sums->total.assign(size, 0.0);
+  if (sums->partial.size() < std::min(count, kWave)) sums->partial.resize(std::min(count, kWave));
+  for (std::size_t wave = 0; wave < count; wave += kWave) {
+    const std::size_t in_wave = std::min(kWave, count - wave);
+    parallel_for(in_wave, threads, [&](std::size_t i) {
+      sums->partial[i].assign(size, 0.0);
+      add_chunk(wave + i, sums->partial[i].data());
+    });
+    for (std::size_t i = 0; i < in_wave; ++i)
+      for (std::size_t j = 0; j < size; ++j) sums->total[j] += sums->partial[i][j];
+  }
+}
+
+}  // namespace aberfit

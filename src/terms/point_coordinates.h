@@ -1,0 +1,40 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <variant>
+#include <vector>
+
+#include "aberfit/scene/pupil.h"
+#include "point_block.h"
+
+namespace aberfit {
+
+/// Where the points lie: lists of x and y, or a pupil's structure, which needs less memory (8 bytes a point
+/// on a grid, none on rings).
+class PointCoordinates {
+ public:
+  PointCoordinates(Eigen::ArrayXd x, Eigen::ArrayXd y);
+  /// On rings cosines and sines of the spokes and of the turns are kept; a point's coordinates are their
+  /// products, within 2e-16 of the ring's radius.
+  explicit PointCoordinates(const PolarRings& rings);
+  explicit PointCoordinates(CartesianGrid grid);
+
+  Eigen::Index size() const { return size_; }
+
+  /// x / unit and y / unit of `used` points into the block, zeros into the places left over. The points are
+  /// rays[begin + i], or begin + i where rays is null.
+  void gather(const std::uint32_t* rays, Eigen::Index begin, int used, double unit, PointBlock* block) const;
+
+ private:
+  struct Scattered {
+    Eigen::ArrayXd x, y;
+  };
+  struct Rings {
+    Eigen::ArrayXd ring_x, ring_y;  // rho e^(i turn) [m]
+    Eigen::ArrayXd spoke_cos, spoke_sin;
+  };
+  Eigen::Index size_ = 0;
+  std::variant<Scattered, Rings, CartesianGrid> points_;
+};
+
+}  // namespace aberfit
