@@ -28,6 +28,8 @@ struct Arguments {
   std::string study_file;
   std::string output_directory;
   std::string coefficients_file;
+  std::string chart_file;                          // check
+  double chart_seconds = 60;                       // chart
   std::vector<std::string> measured_files;         // psd
   std::map<std::string, std::string> psd_options;  // psd: keys of a `psd` block of model "measured"
   int threads = 0;
@@ -74,6 +76,8 @@ aberfit::RunOptions run_options(const Arguments& arguments, ProgressLine* progre
   options.plots = !arguments.no_plots;
   options.output_directory = arguments.output_directory;
   options.coefficients_file = arguments.coefficients_file;
+  options.chart_file = arguments.chart_file;
+  options.chart_seconds = arguments.chart_seconds;
   if (progress->shown()) options.progress = [progress](const std::string& line) { progress->show(line); };
   return options;
 }
@@ -214,6 +218,34 @@ aberfit::MeasuredPsd measured(const Arguments& arguments, std::string* title) {
   return aberfit::read_measured(block, "command line", arguments.threads);
 }
 
+// Beside out/<study>, where the fit's result is.
+std::string default_chart_directory(const std::string& study_file) {
+  return default_output_directory(study_file) + "-chart";
+}
+
+int chart(Arguments arguments) {
+  const aberfit::Study study = aberfit::read_study(arguments.study_file);
+  if (arguments.output_directory.empty())
+    arguments.output_directory = default_chart_directory(arguments.study_file);
+  choose_output_directory(&arguments);
+  ProgressLine progress(!arguments.quiet);
+  std::string table;
+  const ordered_json result = aberfit::run_chart(study, run_options(arguments, &progress), &table);
+  progress.clear();
+  print(arguments, result, table);
+  say_where(arguments);
+  return kDone;
+}
+
+// Without --chart the chart that `aberfit chart` would have written serves, if it is there and of this study.
+ordered_json check(const aberfit::Study& study, aberfit::RunOptions options, std::string* table) {
+  if (options.chart_file.empty()) {
+    options.chart_file = (std::filesystem::path(default_chart_directory(study.path)) / "chart.json").string();
+    options.chart_optional = true;
+  }
+  return aberfit::run_check(study, options, table);
+}
+
 int psd(Arguments arguments) {
   arguments.study_file = arguments.measured_files.front();
   ProgressLine progress(!arguments.quiet);
@@ -297,7 +329,25 @@ int run(int argc, char** argv) {
             option.meaning)
         ->type_name(option.type);
   psd_command->add_flag("--keep-lines", arguments.keep_lines, "Leave periodic structure in the bins");
-  CLI::App* check_command = command("check", "The resolved study, the model it needs and why; runs nothing");
+  CLI::App* chart_command = command(
+      "chart", "Speed against accuracy on this scene: pupils, normals, operators, derivatives, terms");
+  chart_command
+      ->add_option("-o,--output", arguments.output_directory,
+                   "Folder for the results (default: out/<name of the study>-chart)")
+      ->type_name("DIR");
+  chart_command->add_flag("--no-plots", arguments.no_plots, "Draw no pictures");
+  chart_command
+      ->add_option("--seconds", arguments.chart_seconds,
+                   "About how long it may take, pictures left out (default: 60)")
+      ->check(CLI::Range(0.1, 1e6))
+      ->type_name("S");
+  CLI::App* check_command = command(
+      "check", "The resolved study, the model it needs and why, and what a fit will take; runs nothing");
+  check_command
+      ->add_option("--chart", arguments.chart_file,
+                   "chart.json or its folder: the rates to predict with (default: that of out/<name of the "
+                   "study>-chart, where it is of the same study)")
+      ->type_name("FILE");
   CLI::App* schema_command = app.add_subcommand("schema", "JSON Schema of the study format");
 
   try {
@@ -309,7 +359,8 @@ int run(int argc, char** argv) {
   if (*verify_command) return verify(arguments);
   if (*trace_command) return forward(arguments, aberfit::run_trace);
   if (*psd_command) return psd(arguments);
-  if (*check_command) return forward(arguments, aberfit::run_check);
+  if (*chart_command) return chart(arguments);
+  if (*check_command) return forward(arguments, check);
   if (*schema_command) fmt::print("{}\n", aberfit::study_schema().dump(2));
   return kDone;
 }

@@ -1,10 +1,14 @@
 #include <fmt/format.h>
 
+#include <filesystem>
+
+#include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/units.h"
 #include "aberfit/scene/characterisation.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/run.h"
+#include "cost_model.h"
 #include "run_map_fit.h"
 #include "scene.h"
 
@@ -13,29 +17,35 @@ namespace {
 
 using nlohmann::ordered_json;
 
-// Rates of one AVX-512 core, term-points per second, as the docstring of src/terms/surface_operator.cpp
-// states them; rounded down, because a prediction that is beaten annoys nobody.
-constexpr double kOperatorRate = 3e9;
-// Share of the rays that one EE statistic's gradient touches at the default smoothing.
-constexpr double kTouchedShare = 0.07;
-constexpr double kStatisticRate = 4e7;  // rays per second for one statistic, exact or smooth
-constexpr int kTypicalIterations = 15;
+// The chart's rates where one is given, else those that came with the program.
+FitRates rates_for(const Study& study, const RunOptions& options) {
+  const bool there = !options.chart_file.empty() && std::filesystem::exists(options.chart_file);
+  if (options.chart_file.empty() || (options.chart_optional && !there)) return built_in_rates();
+  bool same_study = false;
+  try {
+    const FitRates rates = read_rates(options.chart_file, resolved_study(study), &same_study);
+    return options.chart_optional && !same_study ? built_in_rates() : rates;
+  } catch (const InputError&) {
+    if (!options.chart_optional) throw;  // nobody asked for this one
+    return built_in_rates();
+  }
+}
 
-double predicted_seconds(double rays, double terms, double statistics, int threads) {
-  const double forward = rays * terms / kOperatorRate + statistics * rays / kStatisticRate / 8;
-  const double adjoint = statistics * kTouchedShare * rays * terms / kOperatorRate;
-  const double fresh = 8 * (rays * terms / kOperatorRate + statistics * rays / kStatisticRate);
-  return (kTypicalIterations * (2 * forward + adjoint) + fresh) / threads;
+std::string seconds_text(double seconds) {
+  return seconds < 99.5 ? fmt::format("{:.2g} s", seconds) : fmt::format("{:.2g} min", seconds / 60);
 }
 
 // A study of a measured map has no specification: what is fitted, and where it comes from.
-ordered_json check_map_study(const Study& study, std::string* table) {
+ordered_json check_map_study(const Study& study, int threads, std::string* table) {
   const HeightMap map = load_map(study);
   const TermSet terms = map_terms(study, aperture_radius(study.aperture));
   std::string text = study.title.empty() ? "" : study.title + "\n\n";
   text += fmt::format("  {:<34} {} x {} points, {} valid, pitch {}\n", "map", map.columns(), map.rows(),
                       valid_count(map), format_quantity(map.pitch_x, Dimension::kLength));
   text += fmt::format("  {:<34} {} by least squares\n", "terms", terms.size());
+  const double seconds = predict_map_fit(double(valid_count(map)), double(terms.size()), threads);
+  text += fmt::format("  {:<34} {} on {} thread{} (within a factor 3)\n", "predicted time of `fit`",
+                      seconds_text(seconds), threads, threads == 1 ? "" : "s");
   if (table) *table = text;
   return {{"aberfit", 1},
           {"kind", "check"},
@@ -46,23 +56,20 @@ ordered_json check_map_study(const Study& study, std::string* table) {
             {"valid", valid_count(map)},
             {"pitch_m", map.pitch_x}}},
           {"terms", {{"count", terms.size()}}},
+          {"predicted_seconds", seconds},
           {"warnings", ordered_json::array()}};
 }
 
 }  // namespace
 
 ordered_json run_check(const Study& study, const RunOptions& options, std::string* table) {
-  if (study.target.map) return check_map_study(study, table);
   const int threads = options.threads > 0 ? options.threads : available_threads();
+  if (study.target.map) return check_map_study(study, threads, table);
   const Scene scene = make_scene(study);
   double captured = 0;
   const TermSet terms = make_terms(study, scene, &captured);
   const TargetSets targets = make_targets(study, scene, threads);
   const Warnings warnings = scene_warnings(study, scene, terms, captured);
-  const double rays = double(study.trace.pupil.rays);
-  const auto statistics = double(targets.fitted.size() + targets.guides.size());
-  const double seconds = predicted_seconds(rays, double(terms.size()), statistics, threads);
-
   ordered_json result = {{"aberfit", 1}, {"kind", "check"}, {"study", resolved_study(study)}};
   std::string text = study.title.empty() ? "" : study.title + "\n\n";
   const auto row = [&](const std::string& label, const std::string& value) {
@@ -100,10 +107,33 @@ ordered_json run_check(const Study& study, const RunOptions& options, std::strin
   row("statistics", fmt::format("{} fitted, {} guides, {} held out; targets: {}", targets.fitted.size(),
                                 targets.guides.size(), targets.held_out.size(), targets.theory));
   row("rays", fmt::format("{}", study.trace.pupil.rays));
-  row("predicted time of `fit`", fmt::format("{:.1f} s on {} thread{} (a rough guide: within a factor 3)",
-                                             seconds, threads, threads == 1 ? "" : "s"));
+  const FitRates rates = rates_for(study, options);
+  const auto stages = predict_fit(rates, fit_size(study, terms, targets, threads));
+  double seconds = 0;
+  for (const auto& [stage, cost] : stages) seconds += cost;
+  row("predicted time of `fit`",
+      fmt::format("{} on {} thread{}, pictures left out (rates {})", seconds_text(seconds), threads,
+                  threads == 1 ? "" : "s", rates.source));
+  ordered_json costs;
+  for (const auto& [stage, cost] : stages) {
+    const bool iterations = stage == "iterations";
+    row("  " + stage,
+        seconds_text(cost) +
+            (!iterations
+                 ? ""
+                 : fmt::format(" for {:.0f}{}{}", rates.iterations,
+                               rates.iterations_known ? "" : ", a typical number",
+                               study.fit.starts > 1
+                                   ? fmt::format("; as much for each further of {} starts", study.fit.starts)
+                                   : "")));
+    costs[stage] = cost;
+  }
   result["terms"] = {{"count", terms.size()}, {"captured_fraction", captured}};
   result["predicted_seconds"] = seconds;
+  result["prediction"] = {{"rates", rates.source},
+                          {"iterations", rates.iterations},
+                          {"iterations_known", rates.iterations_known},
+                          {"stages_seconds", costs}};
   result["warnings"] = ordered_json::array();
   for (const Warning& warning : warnings) {
     result["warnings"].push_back({{"code", warning.code}, {"message", warning.message}});

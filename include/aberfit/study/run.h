@@ -14,6 +14,9 @@ struct RunOptions {
   std::string output_directory;                      ///< empty: nothing is written
   std::string coefficients_file;                     ///< trace, verify: surface to use instead of a draw
   std::function<void(const std::string&)> progress;  ///< one line of progress; called often
+  double chart_seconds = 60;                         ///< chart: about how long it may take [s], > 0
+  std::string chart_file;                            ///< check: chart.json whose rates predict the cost
+  bool chart_optional = false;  ///< check: a chart_file that is absent or of another study is passed over
 };
 
 /// target -> fit -> verdict (the main path).
@@ -28,11 +31,15 @@ const MeasuredPsd& measured_psd_of(const Study& study);
 /// result.json's content.
 nlohmann::ordered_json run_psd(const MeasuredPsd& measured, const std::string& title,
                                const RunOptions& options, std::string* table);
-/// The resolved study, the numbers of its scene, the model it needs and why, predicted cost. Computes no fit.
+/// The resolved study, the numbers of its scene, the model it needs and why, predicted cost (with a chart of
+/// the same study within a factor 1.5, without within 3). Computes no fit. Throws InputError for a chart_file
+/// that is no chart.
 nlohmann::ordered_json run_check(const Study& study, const RunOptions& options, std::string* table);
 
 /// Speed against accuracy on the study's own scene: every method and setting, its error against a reference
-/// and its time.
+/// and its time; writes chart.csv, chart.json, summary.txt and pictures. Which settings are measured depends
+/// on options.chart_seconds and the machine; the errors of a setting do not. Throws InputError for a study of
+/// a map, which has no statistics to be wrong about.
 nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, std::string* table);
 
 }  // namespace aberfit

@@ -1,0 +1,141 @@
+#include "chart_bench.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "aberfit/core/parallel.h"
+
+namespace aberfit {
+namespace {
+
+constexpr int kFewest = 5, kMost = 51;  // repeats
+
+double quantile(const std::vector<double>& sorted, double p) {
+  const double at = p * double(sorted.size() - 1);
+  const auto below = std::size_t(at);
+  if (below + 1 >= sorted.size()) return sorted.back();
+  return sorted[below] + (at - double(below)) * (sorted[below + 1] - sorted[below]);
+}
+
+}  // namespace
+
+ChartBench make_chart_bench(const Study& study, const RunOptions& options) {
+  ChartBench bench{study, make_scene(study), {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1, {}};
+  bench.threads = options.threads > 0 ? options.threads : available_threads();
+  bench.say = [progress = options.progress](const std::string& line) {
+    if (progress) progress(line);
+  };
+  bench.say("targets");
+  const ChartClock clock(0);
+  bench.targets = make_targets(study, bench.scene, bench.threads);
+  bench.targets_seconds = clock.elapsed();
+  bench.terms = make_terms(study, bench.scene, &bench.captured);
+  bench.say("prior");
+  bench.prior = make_study_prior(study, bench.scene, bench.terms);
+  bench.prior_seconds = clock.elapsed() - bench.targets_seconds;
+  bench.coefficients = bench.prior.colour(draw_white(bench.prior.size(), study.fit.seed));
+  bench.tolerance = std::numeric_limits<double>::infinity();
+  for (const Target& target : bench.targets.fitted) {
+    bench.statistics.push_back(target.statistic);
+    bench.tolerance =
+        std::min(bench.tolerance, target.tolerance / statistic_scale(target.statistic, target.value));
+  }
+  bench.smoothing = FitOptions().smoothing.back() * bench.scene.focal_sigma;
+  return bench;
+}
+
+ChartTrace::ChartTrace(const ChartBench& bench, const TermSet& terms, PupilSample pupil, int threads)
+    : bench_(bench),
+      threads_(threads),
+      pupil_(std::move(pupil)),
+      surface_(terms, pupil_, OperatorOptions{threads, {}, {}}),
+      nominal_(trace_nominal(bench.study.mirror, pupil_)) {}
+
+Eigen::VectorXd ChartTrace::exact(const Eigen::VectorXd& coefficients,
+                                  const std::vector<Statistic>& statistics) {
+  surface_.apply(coefficients, &field_);
+  return exact_of(field_, statistics);
+}
+
+Eigen::VectorXd ChartTrace::exact_of(const SurfaceField& field, const std::vector<Statistic>& statistics) {
+  trace(bench_.study.mirror, pupil_, field, threads_, &rays_);
+  return evaluate_exact({rays_, nominal_, field.height, bench_.study.trace.centre}, statistics, threads_);
+}
+
+bool ChartTrace::smooth(const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
+                        double width, Eigen::VectorXd* values, Eigen::MatrixXd* jacobian) {
+  surface_.apply(coefficients, &field_);
+  trace(bench_.study.mirror, pupil_, field_, threads_, &rays_);
+  const FocusInput input{rays_, nominal_, field_.height, bench_.study.trace.centre};
+  if (!evaluate_smooth(input, statistics, width, threads_, &workspace_, values,
+                       jacobian ? &gradients_ : nullptr))
+    return false;
+  if (!jacobian) return true;
+  jacobian->resize(values->size(), coefficients.size());
+  parallel_for(statistics.size(), threads_, [&](std::size_t k) {
+    const StatisticGradient& gradient = gradients_[k];
+    const auto row = Eigen::Index(k);
+    if (gradient.d_height.size() > 0) {
+      const Eigen::ArrayXd none = Eigen::ArrayXd::Zero(field_.size());
+      jacobian->row(row) = surface_.apply_transpose(SurfaceField{gradient.d_height, none, none}).transpose();
+    } else {
+      jacobian->row(row) = surface_
+                               .apply_transpose(gradient.rays.rays, trace_adjoint(bench_.study.mirror, pupil_,
+                                                                                  field_, gradient.rays))
+                               .transpose();
+    }
+  });
+  return jacobian->allFinite();
+}
+
+ChartTime measure_time(double budget, const std::function<void()>& run) {
+  std::vector<double> seconds;
+  const ChartClock clock(budget);
+  do {
+    const ChartClock one(0);
+    run();
+    seconds.push_back(one.elapsed());
+    const int repeats = int(seconds.size());
+    if (repeats >= kMost || (repeats >= kFewest && clock.elapsed() > 0.2 * budget)) break;
+  } while (clock.elapsed() * (1 + 1.0 / double(seconds.size())) < budget);
+  std::sort(seconds.begin(), seconds.end());
+  return {quantile(seconds, 0.5), quantile(seconds, 0.25), quantile(seconds, 0.75), int(seconds.size())};
+}
+
+void set_time(const ChartTime& time, ChartRow* row) {
+  row->seconds = time.median;
+  row->seconds_low = time.low;
+  row->seconds_high = time.high;
+  row->repeats = time.repeats;
+}
+
+double statistic_scale(const Statistic& statistic, double reference) {
+  return std::holds_alternative<RingThrough>(statistic) ? 1.0 : std::abs(reference);
+}
+
+StatisticErrors statistic_errors(const Eigen::VectorXd& values, const Eigen::VectorXd& reference,
+                                 const std::vector<Statistic>& statistics) {
+  StatisticErrors errors;
+  int counted = 0;
+  for (Eigen::Index k = 0; k < reference.size(); ++k) {
+    const double scale = statistic_scale(statistics[std::size_t(k)], reference[k]);
+    if (!std::isfinite(reference[k]) || !(scale > 0)) continue;
+    const double error = std::abs(values[k] - reference[k]) / scale;
+    if (!std::isfinite(error)) return {std::nan(""), std::nan("")};
+    errors.worst = std::max(errors.worst, error);
+    errors.rms += error * error;
+    ++counted;
+  }
+  if (counted == 0) return {std::nan(""), std::nan("")};
+  errors.rms = std::sqrt(errors.rms / counted);
+  return errors;
+}
+
+PupilOptions pupil_of_at_most(const Study& study, std::int64_t most) {
+  PupilOptions pupil = study.trace.pupil;
+  pupil.rays = std::min(pupil.rays, most);
+  return pupil;
+}
+
+}  // namespace aberfit

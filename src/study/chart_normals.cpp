@@ -1,0 +1,149 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "aberfit/core/units.h"
+#include "aberfit/roughness/psd_integrals.h"
+#include "aberfit/scene/characterisation.h"
+#include "aberfit/trace/central_difference.h"
+#include "chart_families.h"
+
+namespace aberfit {
+namespace {
+
+// RMS rounding of a central difference is kRounding / step [rad] on a paraboloid with a rim kRim above its
+// vertex (PHYSICS 8, golden/fd_normals.csv); it grows with the sag that carries the rounding.
+constexpr double kRounding = 1.2e-19, kRim = 0.2 * 0.2 / (4 * 2.8);  // [m], [m]
+
+// Half decades from 1 nm to 1 mm, the law's best step, and the study's own.
+std::vector<double> steps(const ChartBench& bench, const std::optional<StepLaw>& law) {
+  std::vector<double> all;
+  for (int k = 0; k <= 12; ++k) all.push_back(1e-9 * std::pow(10.0, k / 2) * (k % 2 == 0 ? 1 : 3));
+  if (law) all.push_back(law->best_step());
+  if (bench.study.trace.central_difference_step) all.push_back(*bench.study.trace.central_difference_step);
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+double mean_square_slope(const PupilSample& pupil, const SurfaceField& field) {
+  return (pupil.weight * (field.slope_x.square() + field.slope_y.square())).sum();
+}
+
+}  // namespace
+
+std::optional<StepLaw> step_law(const ChartBench& bench) {
+  const Scene& scene = bench.scene;
+  if (!scene.psd) return std::nullopt;
+  // A band without end: what the terms reach of it.
+  double f_max = scene.psd->f_max();
+  if (!std::isfinite(radial_moment(*scene.psd, 6)) && !bench.terms.zernike.empty())
+    f_max = (bench.terms.zernike.back().n + 1) / (2 * std::numbers::pi * scene.radius);
+  const double sixth = radial_moment(*scene.psd, 6, 0, f_max),
+               second = radial_moment(*scene.psd, 2, 0, f_max);
+  if (!std::isfinite(sixth) || !(second > 0)) return std::nullopt;
+  const double per_axis = 2 * std::numbers::pi * std::sqrt(second / 2) * scene.prior_height_factor;
+  const double sag = characterise(bench.study.mirror, bench.study.aperture).rim_sag_max;
+  // sin(x)/x - 1 = -x^2/6 with x = 2 pi f d cos(angle); <cos^6> / <cos^2> = 5/8 over the angle. For a uniform
+  // PSD 0.0932 (2 pi f_max d)^2.
+  const double u2 = 4 * std::numbers::pi * std::numbers::pi;
+  return StepLaw{u2 / 6 * std::sqrt(5.0 / 8 * sixth / second), kRounding * sag / kRim / per_axis};
+}
+
+std::vector<ChartFamily> chart_normals(const ChartBench& bench, double seconds) {
+  const Study& study = bench.study;
+  ChartFamily statistics{"normals",
+                         "Normals, by the statistics",
+                         "largest relative error of the statistics",
+                         "terms, rays and exact statistics",
+                         bench.tolerance,
+                         "tolerance of the targets",
+                         {},
+                         "",
+                         ""};
+  ChartFamily slopes{"normals-slope",
+                     "Normals, by the slopes",
+                     "RMS error of the slopes over their RMS",
+                     statistics.timed,
+                     bench.tolerance,
+                     statistics.tolerance_of,
+                     {},
+                     "",
+                     ""};
+  const std::optional<StepLaw> law = step_law(bench);
+  const std::vector<double> all = steps(bench, law);
+
+  const auto differences = [&](const PupilSample& pupil, double step) {
+    return central_difference_field(study.mirror, pupil, bench.terms, bench.coefficients, step,
+                                    bench.threads);
+  };
+  constexpr std::int64_t kProbe = 8192;
+  const PupilSample few = make_pupil(study.aperture, pupil_of_at_most(study, kProbe));
+  const double once = measure_time(0, [&] { differences(few, 1e-6); }).median;
+  const double affordable = double(kProbe) * seconds / (3 * double(all.size()) * std::max(once, 1e-6));
+  ChartTrace at(
+      bench, bench.terms,
+      make_pupil(study.aperture, pupil_of_at_most(study, std::int64_t(std::max(double(kProbe), affordable)))),
+      bench.threads);
+
+  const double share = seconds / double(all.size() + 1);
+  Eigen::VectorXd truth, values;
+  const ChartTime analytic_time =
+      measure_time(share, [&] { truth = at.exact(bench.coefficients, bench.statistics); });
+  const SurfaceField analytic = at.field();
+  const double slope_square = mean_square_slope(at.pupil(), analytic);
+
+  const auto add = [&](ChartFamily* family, ChartRow row, const StatisticErrors& errors) {
+    row.family = family->name;
+    row.error = errors.worst;
+    row.error_rms = errors.rms;
+    family->rows.push_back(std::move(row));
+  };
+  ChartRow row;
+  row.rays = at.pupil().size();
+  row.terms = bench.terms.size();
+  row.statistics = std::int64_t(bench.statistics.size());
+  row.reference = "analytic normals on the same rays";
+  row.error_of_reference = 0;
+  row.method = "analytic";
+  row.unit = "m";
+  row.is_default = !study.trace.central_difference_step;
+  row.note = "the reference itself";
+  set_time(analytic_time, &row);
+  add(&statistics, row, {0, 0});
+  add(&slopes, row, {0, 0});
+
+  for (const double step : all) {
+    bench.say("chart: central differences, step " + format_quantity(step, Dimension::kLength));
+    SurfaceField field;
+    set_time(measure_time(share,
+                          [&] {
+                            field = differences(at.pupil(), step);
+                            values = at.exact_of(field, bench.statistics);
+                          }),
+             &row);
+    row.method = "central difference";
+    row.parameter = "step";
+    row.value = step;
+    row.is_default = study.trace.central_difference_step && step == *study.trace.central_difference_step;
+    row.note = law && step == law->best_step() ? "best step by the law" : "";
+    add(&statistics, row, statistic_errors(values, truth, bench.statistics));
+    field.slope_x -= analytic.slope_x;
+    field.slope_y -= analytic.slope_y;
+    const double error = std::sqrt(mean_square_slope(at.pupil(), field) / slope_square);
+    if (law) row.note += fmt::format("{}law {:.3g}", row.note.empty() ? "" : "; ", (*law)(step));
+    add(&slopes, row, {error, error});
+  }
+  if (law && !bench.terms.zernike.empty())
+    slopes.remark =
+        "The law is that of a stationary surface; Zernikes bend more near the rim than their spectrum says, "
+        "and so "
+        "their truncation error lies above it.";
+  mark_rows(&statistics);
+  mark_rows(&slopes);
+  return {statistics, slopes};
+}
+
+}  // namespace aberfit
