@@ -1,0 +1,40 @@
+#pragma once
+#include <benchmark/benchmark.h>
+
+#include <functional>
+#include <string>
+
+#include "benchmark_numbers.h"
+
+/// What every benchmark row says beside its time. A row is named "case/setting"; its counters are read by
+/// print_table.py: `error` and `allowed`, `rate:UNIT` (work per second), `ratio:OTHER` (time over that of
+/// another way, both timed alternately in the same run).
+namespace aberfit::benchmarks {
+
+/// One row: the timed part, called once per repetition.
+using Timed = std::function<void(benchmark::State&)>;
+
+/// Registers a row. `prepare` builds what is timed when the row first runs, so that a filter spares the rest;
+/// its result is kept for the repetitions of the row and dropped when another row starts.
+void add_case(const std::string& name, const std::function<Timed()>& prepare);
+
+/// Each benchmark program defines it: calls add_case for its rows. `smoke`: every row is run once and only
+/// its error counts, so cases of several seconds are to be made smaller.
+void register_cases(bool smoke);
+
+/// States the error of what the row computes and what is allowed. An error above it, or one that is no
+/// number, makes the program fail.
+void report_error(benchmark::State& state, double error, double allowed);
+
+/// Work done by one iteration, shown as rate: `unit` is what is counted, "rays" say.
+void report_rate(benchmark::State& state, const std::string& unit, double work);
+
+/// Runs `ours` and `other` in turns. The row's time is that of `ours`; ratio: median time of `ours` over
+/// median time of `other`.
+void time_against(benchmark::State& state, const std::function<void()>& ours,
+                  const std::string& name_of_other, const std::function<void()>& other);
+
+/// Runs `ours` alone.
+void time_alone(benchmark::State& state, const std::function<void()>& ours);
+
+}  // namespace aberfit::benchmarks
