@@ -49,7 +49,7 @@ Constants constants(InstructionSet set) {
               .grid = {0.13, 0.125},
               .grid_table = {0.5, 0.5},
               .dense_near = {0.3, 0.3},
-              .dense_far = {1.5, 1.5},
+              .dense_far = {2.0, 2.0},
               .spherical = {1.0, 1.0}};
     case InstructionSet::kAvx2:
       return {.fused_point = {4.0, 5.0},
@@ -61,7 +61,7 @@ Constants constants(InstructionSet set) {
               .grid = {0.3, 0.3},
               .grid_table = {1.0, 1.0},
               .dense_near = {0.4, 0.4},
-              .dense_far = {1.5, 1.5},
+              .dense_far = {2.0, 2.0},
               .spherical = {1.0, 1.0}};
     case InstructionSet::kBaseline:
       break;
@@ -75,7 +75,7 @@ Constants constants(InstructionSet set) {
           .grid = {1.2, 1.2},
           .grid_table = {3.0, 3.0},
           .dense_near = {1.0, 1.0},
-          .dense_far = {1.5, 1.5},
+          .dense_far = {2.0, 2.0},
           .spherical = {1.0, 1.0}};
 }
 
@@ -83,7 +83,7 @@ Constants constants(InstructionSet set) {
 // what log2 of its length costs.
 constexpr Nanoseconds kPolarPoint{1.9, 1.9}, kTransform{0.22, 0.22};
 // Lengths with a prime factor that FFTW has no code for cost this much more.
-constexpr double kLargePrime = 6.0;
+constexpr double kLargePrime = 10.0;
 constexpr int kLargestCodedPrime = 13;
 constexpr double kScatter = 2.0;      // per point: clearing the field and putting listed weights into it
 constexpr double kNearBytes = 1.5e6;  // what a second-level cache holds

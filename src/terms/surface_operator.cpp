@@ -22,6 +22,24 @@
 //     n =  40,   861    10.4      9.1       5.7      4.8       1.9      1.9
 //     n = 300, 45451    12.7     11.4       5.3      4.7       2.0      2.1
 //     400 modes          1.7      1.6       1.0      1.0       0.3      0.3
+//
+// The other methods, same core with AVX-512, nanoseconds per point, forward and adjoint, least of many runs
+// on a busy machine; beside the polar ones their largest difference from kFused relative to the largest slope
+// (of both methods together):
+//     kPolar            10,000 points     65,536 points     1,000,000 points
+//     n =   8,    42     3.7   3.7         4.4   4.2         4.5   3.5          6e-15
+//     n =  20,   228     4.0   4.3         4.6   4.6         4.5   3.6          3e-14
+//     n =  40,   858     4.4   5.7         5.0   5.4         4.4   3.7          8e-14
+//     n =  60,  1888     6.0   7.8         5.8   6.0         4.7   3.9          2e-13
+//     n =  80,  3318     7.4   9.9         6.2   6.7         5.1   4.1          3e-13
+//     n = 137,  9588    11    18           7.9  11           5.5   5.5          8e-13
+// Transforms are most of it: five times that where the spokes have a prime factor above 13 (536 = 8 67). Few
+// rings and many terms (n = 137) pay for the radial sums, in the adjoint for the sums over lanes after each
+// 16 rings.
+//     kGrid, 1e9 mode-points/s: 6.8 forward and 7.0 adjoint from 400 modes on, 4.5 and 4.1 at 40 modes;
+//     kPhaseSums 1.7 and 1.6 (20,000 modes, 15,000 points); they differ by 2e-14 of the largest slope.
+//     kDense, 1e9 term-points/s: 1.2 at 1000 points (5 to 20 MB), 0.5 at 15,000 points: memory-bound, and
+//     slower than kFused with AVX-512 at any size.
 #include "aberfit/terms/surface_operator.h"
 
 #include <fmt/core.h>
