@@ -33,13 +33,14 @@
 //     n =  60,  1888     6.0   7.8         5.8   6.0         4.7   3.9          2e-13
 //     n =  80,  3318     7.4   9.9         6.2   6.7         5.1   4.1          3e-13
 //     n = 137,  9588    11    18           7.9  11           5.5   5.5          8e-13
-// Transforms are most of it: five times that where the spokes have a prime factor above 13 (536 = 8 67). Few
-// rings and many terms (n = 137) pay for the radial sums, in the adjoint for the sums over lanes after each
-// 16 rings.
+// Transforms are most of it: twice that at 544 = 32 17 spokes and five times at 536 = 8 67, primes that FFTW
+// has no code for. Few rings and many terms (n = 137) pay for the radial sums, in the adjoint for the sums
+// over lanes after each 16 rings.
 //     kGrid, 1e9 mode-points/s: 6.8 forward and 7.0 adjoint from 400 modes on, 4.5 and 4.1 at 40 modes;
 //     kPhaseSums 1.7 and 1.6 (20,000 modes, 15,000 points); they differ by 2e-14 of the largest slope.
-//     kDense, 1e9 term-points/s: 1.2 at 1000 points (5 to 20 MB), 0.5 at 15,000 points: memory-bound, and
-//     slower than kFused with AVX-512 at any size.
+//     kDense, 1e9 term-points/s: 6 and 3.8 while the basis is in the second-level cache (231 terms, 256
+//     points: half the time of phase sums forward, no gain over kFused), 1.2 at 1000 points, 0.5 at 15,000:
+//     memory-bound.
 #include "aberfit/terms/surface_operator.h"
 
 #include <fmt/core.h>

@@ -19,9 +19,9 @@ struct PointLayout {
 PointLayout point_layout(const PupilSample& pupil);
 
 /// Predicted time of one apply and one apply_transpose on one thread [s]. A handful of operation counts times
-/// constants measured by tests/benchmarks/operator_benchmark on one server core, one set of constants per
-/// instruction set; on that machine within a factor of 1.5, elsewhere good for comparing methods rather than
-/// for a clock.
+/// constants, one set per instruction set, which tests/benchmarks/operator_benchmark measures. On the AVX-512
+/// core they were fitted on within a factor of 1.5, but for stored bases just beyond the cache and for few
+/// spokes of awkward primes (2 to 2.5); elsewhere good for comparing methods rather than for a clock.
 struct OperatorSeconds {
   double forward = 0;
   double adjoint = 0;
