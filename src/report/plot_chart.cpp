@@ -12,9 +12,9 @@
 namespace aberfit {
 namespace {
 
-constexpr int kWidth = 1200, kHeight = 850;                                 // [pixels]
-constexpr double kLeft = 0.085, kRight = 0.975, kLow = 0.09, kHigh = 0.86;  // frame, of the picture
-constexpr double kMark = 6;                                                 // half a point [pixels]
+constexpr int kWidth = 1200, kHeight = 850;                                  // [pixels]
+constexpr double kLeft = 0.085, kRight = 0.975, kLow = 0.09, kHigh = 0.835;  // frame, of the picture
+constexpr double kMark = 6;                                                  // half a point [pixels]
 constexpr const char* kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                     "#E69F00", "#56B4E9", "#000000"};
 constexpr int kPoints[] = {7, 5, 9, 11, 13, 7, 5};  // gnuplot's filled marks
@@ -42,8 +42,8 @@ std::string short_label(const ChartRow& row) {
   return fmt::format("{:g}", row.value);
 }
 
-// `set xtics` at the powers of ten with the prefix in the label, and small ones between. gnuplot's own
-// prefixes know no micro sign.
+// `set xtics` at the powers of ten (the axis holds one) with the prefix in the label, and small ones between.
+// gnuplot's own prefixes know no micro sign.
 std::string decade_tics(double low, double high, const std::string& unit) {
   static const char* const kPrefixes[] = {"p", "n", "µ", "m", "", "k", "M"};
   std::string tics;
@@ -55,10 +55,6 @@ std::string decade_tics(double low, double high, const std::string& unit) {
     for (int k = 2; k < 10; ++k) tics += fmt::format(", '' {}e{} 1", k, e);
   }
   for (int k = 2; k < 10; ++k) tics += fmt::format("{}'' {}e{} 1", tics.empty() ? "" : ", ", k, first - 1);
-  // A narrow axis may hold no power of ten: its ends are told instead.
-  if (first > last)
-    for (const double end : {low * 1.05, high / 1.05})
-      tics += fmt::format(", '{:.2g} {}' {:.9g}", end, unit, end);
   return "set xtics (" + tics + ")\n";
 }
 
@@ -95,6 +91,7 @@ class FamilyPicture {
     if (family.tolerance > 0) y_.hold(family.tolerance);
     if (has_zero_) y_.hold(y_.low / 10);
     x_.widen(0.08, 1.5);
+    x_.widen(0, std::sqrt(std::max(1.0, 12 * x_.low / x_.high)));  // so that it holds a power of ten
     y_.widen(0.07, 1.6);
   }
   bool empty() const { return methods_.empty(); }
@@ -112,8 +109,8 @@ class FamilyPicture {
         "set lmargin at screen {}\nset rmargin at screen {}\nset bmargin at screen {}\nset tmargin at screen "
         "{}\n"
         "set label {} noenhanced at screen 0.53, screen 0.972 center\n"
-        "set key at screen 0.53, screen 0.95 center top horizontal maxcols 4 noenhanced spacing 1.2 samplen "
-        "2\n"
+        "set key at screen 0.53, screen 0.95 center top horizontal noenhanced font ',12' spacing 1.0 "
+        "samplen 2\n"
         "set logscale xy\nset xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\n"
         "{}set format y '10^{{%L}}'\n"
         "set xlabel {} noenhanced\nset ylabel {} noenhanced offset 0.5,0\n"
@@ -194,15 +191,21 @@ class FamilyPicture {
   std::string tolerance_mark() {
     if (!(family_.tolerance > 0)) return "";
     const std::string text = fmt::format("{}: {:.3g}", family_.tolerance_of, family_.tolerance);
-    const double y = pixel_y(family_.tolerance);
-    places_.block({0, 8.0 * double(text.size()), y, y + 22});
+    // On the side where no point is in the way.
+    const double y = pixel_y(family_.tolerance), width = 8.0 * double(text.size());
+    const double right = kWidth * (kRight - kLeft);
+    const bool on_right = std::any_of(family_.rows.begin(), family_.rows.end(), [&](const ChartRow& row) {
+      const double above = is_shown(row) ? pixel_y(shown_error(row)) - y : -1;
+      return above > -kMark && above < 22 + kMark && pixel_x(row.seconds_low) < width + kMark;
+    });
+    places_.block({on_right ? right - width : 0, on_right ? right : width, y, y + 22});
     places_.block({0, kWidth, y - 2, y + 2});
     return fmt::format(
         "set arrow from graph 0, first {0:.9g} to graph 1, first {0:.9g} nohead linecolor rgb '#AA0000' "
         "dashtype 2\n"
-        "set label {1} noenhanced at graph 0.008, first {0:.9g} left offset 0,0.6 textcolor rgb '#AA0000' "
-        "font ',11'\n",
-        family_.tolerance, gnuplot_text(text));
+        "set label {1} noenhanced at graph {2}, first {0:.9g} {3} offset 0,0.6 textcolor rgb '#AA0000' font "
+        "',11'\n",
+        family_.tolerance, gnuplot_text(text), on_right ? 0.992 : 0.008, on_right ? "right" : "left");
   }
   std::string labels() {
     std::vector<const ChartRow*> rows = shown([](const ChartRow&) { return true; });

@@ -20,7 +20,7 @@ constexpr double kZoneDraws = 1000;
 // Shares of the work, for scaling from one size to another: one term at one ray, and one statistic at one
 // ray, in the same unit; share of the rays that a statistic's gradient touches. From the docstring of
 // terms/surface_operator.cpp (6e9 term-points/s) and `aberfit chart fits/paper-physical/study.json`.
-constexpr double kTermWork = 1, kStatisticWork = 40, kTouched = 0.05;
+constexpr double kTermWork = 1, kStatisticWork = 120, kTouched = 0.05;
 
 double iteration_work(const FitSize& s) {
   return s.rays * (s.terms * kTermWork * (1 + kTouched * s.fitted) + s.fitted * kStatisticWork);
@@ -140,15 +140,15 @@ FitRates built_in_rates() {
   // `aberfit chart fits/paper-physical/study.json`, two AVX-512 cores.
   FitRates rates;
   rates.size = {65536, 432, 111, 157, 4096, 2};
-  rates.targets = 0.02;
-  rates.prior = 0.05;
-  rates.iteration = 0.06;
+  rates.targets = 0.017;
+  rates.prior = 0.0005;
+  rates.iteration = 0.047;
   rates.iterations = 15;  // 10 to 30 over the studies of fits/
-  rates.exact = 0.02;
-  rates.fresh = 0.3;
-  rates.zones = 0.3;
-  rates.forward = 0.02;
-  rates.jacobian = 0.04;
+  rates.exact = 0.0075;
+  rates.fresh = 0.2;
+  rates.zones = 0.17;
+  rates.forward = 0.017;
+  rates.jacobian = 0.03;
   rates.source = "measured with fits/paper-physical on two AVX-512 cores";
   return rates;
 }

@@ -1,0 +1,258 @@
+// The program's chart on a study that takes no time: what it writes, and that what it measures is physics. No
+// time is judged.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "study/run_program.h"
+#include "study/scratch_folder.h"
+
+namespace aberfit {
+namespace {
+
+using nlohmann::ordered_json;
+using test::read_file;
+using test::run_program;
+using test::ScratchFolder;
+
+const char* const kStudy = R"({
+  "aberfit": 1, "title": "small",
+  "mirror": { "focal_length": "2.8 m" },
+  "aperture": { "shape": "circle", "diameter": "0.4 m" },
+  "light": { "wavelength": "632.8 nm" },
+  "roughness": { "psd": { "model": "uniform", "rms": "200 nm", "f_min": "2.5 /m", "f_max": "10 /m" } },
+  "terms": { "zernike": { "n_max": 15 } },
+  "trace": { "rays": 8192 },
+  "target": { "statistics": { "ee50": {}, "ee80": {}, "ee90": { "planes": ["0 mm", "1 mm"] }, "ring_fwhm": {}, "scatter_rms": {} } }
+})";
+
+// One chart serves every test: it takes a few seconds.
+class ChartRun : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new ScratchFolder;
+    folder_->write("study.json", kStudy);
+    exit_code_ = run_program(*folder_, "chart study.json --seconds 3 -o chart");
+    err_ = read_file(folder_->file("stderr.txt"));
+    table_ = read_file(folder_->file("stdout.txt"));
+    const std::string text = read_file(folder_->file("chart/chart.json"));
+    if (!text.empty()) chart_ = ordered_json::parse(text);
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+  void SetUp() override { ASSERT_EQ(exit_code_, 0) << err_; }
+
+  static std::vector<ordered_json> rows(const std::string& family, const std::string& method = "") {
+    std::vector<ordered_json> found;
+    for (const ordered_json& row : chart_["rows"])
+      if (row["family"] == family && (method.empty() || row["method"] == method)) found.push_back(row);
+    return found;
+  }
+  static double least_error(const std::vector<ordered_json>& rows) {
+    double least = INFINITY;
+    for (const ordered_json& row : rows)
+      if (row["error"].is_number()) least = std::min(least, row["error"].get<double>());
+    return least;
+  }
+
+  static ScratchFolder* folder_;
+  static int exit_code_;
+  static std::string err_, table_;
+  static ordered_json chart_;
+};
+ScratchFolder* ChartRun::folder_ = nullptr;
+int ChartRun::exit_code_ = -1;
+std::string ChartRun::err_, ChartRun::table_;
+ordered_json ChartRun::chart_;
+
+// A line of CSV, quotes observed.
+std::vector<std::string> cells(const std::string& line) {
+  std::vector<std::string> all(1);
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"')
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      all.emplace_back();
+    else
+      all.back() += c;
+  }
+  return all;
+}
+
+TEST_F(ChartRun, FilesSayTheSame) {
+  std::istringstream csv(read_file(folder_->file("chart/chart.csv")));
+  std::string line;
+  ASSERT_TRUE(std::getline(csv, line));
+  const std::vector<std::string> header = cells(line);
+  std::size_t count = 0;
+  for (; std::getline(csv, line); ++count) {
+    const std::vector<std::string> row = cells(line);
+    ASSERT_EQ(row.size(), header.size()) << line;
+    ASSERT_LT(count, chart_["rows"].size());
+    EXPECT_EQ(row[0], chart_["rows"][count]["family"]);
+    EXPECT_EQ(row[1], chart_["rows"][count]["method"]);
+  }
+  EXPECT_EQ(count, chart_["rows"].size());
+  EXPECT_EQ(read_file(folder_->file("chart/summary.txt")), table_);
+  EXPECT_GE(chart_["machine"]["threads"], 1);
+  EXPECT_EQ(chart_["kind"], "chart");
+  EXPECT_TRUE(std::filesystem::exists(folder_->file("chart/plots/chart_pupil.gp")));
+  EXPECT_TRUE(std::filesystem::exists(folder_->file("chart/plots/chart_normals_step.gp")));
+}
+
+TEST_F(ChartRun, EveryFamilyHasRowsOfWhichThoseOnTheFrontierAreNotBeaten) {
+  for (const ordered_json& family : chart_["families"]) {
+    const std::string name = family["name"];
+    SCOPED_TRACE(name);
+    const std::vector<ordered_json> all = rows(name);
+    EXPECT_EQ(all.size(), family["rows"].get<std::size_t>());
+    EXPECT_FALSE(all.empty());
+    int defaults = 0, frontier = 0;
+    for (const ordered_json& row : all) {
+      defaults += row["is_default"].get<bool>();
+      frontier += row["on_frontier"].get<bool>();
+      if (row["is_cheapest_within_tolerance"].get<bool>()) {
+        EXPECT_LE(row["error"], family["tolerance"]);
+        EXPECT_TRUE(row["on_frontier"].get<bool>());
+      }
+      if (!row["error"].is_number() || !row["seconds"].is_number()) continue;
+      EXPECT_GE(row["error"], 0.0);
+      EXPECT_LE(row["seconds_low"], row["seconds"]);
+      EXPECT_LE(row["seconds"], row["seconds_high"]);
+      for (const ordered_json& other : all)
+        if (row["on_frontier"].get<bool>() && other["error"].is_number() && other["seconds"].is_number()) {
+          EXPECT_FALSE(other["error"] < row["error"] && other["seconds"] < row["seconds"]);
+        }
+    }
+    EXPECT_GE(frontier, 1);
+    EXPECT_LE(defaults, 1);
+    // Plane waves are what-if here.
+    EXPECT_EQ(defaults, name.starts_with("fourier") ? 0 : 1);
+  }
+}
+
+TEST_F(ChartRun, QuadratureBeatsChanceAndFinerIsNotWorse) {
+  std::map<double, double> polar, random;
+  for (const ordered_json& row : rows("pupil", "polar")) polar[row["value"]] = row["error_rms"];
+  for (const ordered_json& row : rows("pupil", "random")) random[row["value"]] = row["error_rms"];
+  ASSERT_GE(polar.size(), 3u);
+  int compared = 0;
+  for (const auto& [rays, error] : polar)
+    if (random.contains(rays)) {
+      EXPECT_LT(error, random[rays]) << rays << " rays";
+      ++compared;
+    }
+  EXPECT_GE(compared, 3);
+  EXPECT_LT(polar.rbegin()->second, polar.begin()->second);
+  EXPECT_LT(random.rbegin()->second, random.begin()->second);
+}
+
+TEST_F(ChartRun, CentralDifferencesFollowTheirLaw) {
+  std::map<double, double> error;  // of the slopes, by step
+  for (const ordered_json& row : rows("normals-slope", "central difference"))
+    error[row["value"]] = row["error"];
+  double best = 0, least = INFINITY;
+  for (const auto& [step, e] : error)
+    if (e < least) {
+      least = e;
+      best = step;
+    }
+  const double predicted = chart_["central_difference_law"]["best_step_m"];
+  EXPECT_LT(std::abs(std::log10(best / predicted)), 1) << best << " m, predicted " << predicted;
+  // Truncation grows as the square of the step: 10 um to 100 um by 100, to a percent where u^2 << 1;
+  // rounding, from 1 nm to 10 nm, falls as 1/d within the luck of rounding.
+  EXPECT_NEAR(error.at(1e-4) / error.at(1e-5), 100, 5);
+  EXPECT_NEAR(std::log10(error.at(1e-9) / error.at(1e-8)), 1, 0.5);
+  // The law's own prediction for a uniform PSD, written anew.
+  const double u = 2 * M_PI * 10;
+  EXPECT_NEAR(chart_["central_difference_law"]["truncation_per_m2"].get<double>(), 0.0932 * u * u,
+              0.01 * u * u * 0.0932);
+  // Zernikes bend more at the rim than a stationary surface: above the law, by less than a decade.
+  EXPECT_GT(error.at(1e-4), 0.5 * 0.0932 * u * u * 1e-8);
+  EXPECT_LT(error.at(1e-4), 10 * 0.0932 * u * u * 1e-8);
+}
+
+TEST_F(ChartRun, DifferencesOfRawStatisticsAreNoGradients) {
+  const double adjoint = least_error(rows("derivatives", "adjoint"));
+  const double smooth = least_error(rows("derivatives", "differences of smooth"));
+  const double exact = least_error(rows("derivatives", "differences of exact"));
+  EXPECT_LT(adjoint, 1e-10);  // sums of 1e4 rays in two orders
+  EXPECT_LT(smooth, 1e-3);    // the best step of a smooth function
+  EXPECT_GT(exact, 1e-2);     // PHYSICS 8: 8 to 500 % at every step
+  EXPECT_GT(exact, 1e6 * adjoint);
+  EXPECT_LT(rows("derivatives", "adjoint").front()["error_of_reference"], 1e-3);
+}
+
+TEST_F(ChartRun, OperatorsAgreeToRounding) {
+  for (const char* family : {"zernike-forward", "zernike-adjoint", "fourier-forward", "fourier-adjoint"})
+    for (const ordered_json& row : rows(family)) EXPECT_LT(row["error"], 1e-10) << row.dump();
+}
+
+TEST_F(ChartRun, HigherOrdersAndNarrowerKernelsMissLess) {
+  const std::vector<ordered_json> orders = rows("zernike-order"), widths = rows("smoothing");
+  ASSERT_GE(orders.size(), 2u);
+  ASSERT_GE(widths.size(), 4u);
+  EXPECT_LT(orders.back()["error"], orders.front()["error"]);
+  // Smoothing moves radii by O(width^2): from 0.2 to 0.02 by far more than the noise of 8192 rays.
+  EXPECT_LT(widths[3]["error_rms"], widths[0]["error_rms"]);
+}
+
+TEST_F(ChartRun, CheckPredictsFromTheChart) {
+  ASSERT_EQ(run_program(*folder_, "check study.json --json --chart chart"), 0)
+      << read_file(folder_->file("stderr.txt"));
+  const ordered_json with = ordered_json::parse(read_file(folder_->file("stdout.txt")));
+  const ordered_json& stages = with["prediction"]["stages_seconds"];
+  double sum = 0;
+  for (const auto& [stage, seconds] : stages.items()) sum += seconds.get<double>();
+  EXPECT_NEAR(with["predicted_seconds"].get<double>(), sum, 1e-9 * sum);
+  const ordered_json& rates = chart_["rates"];
+  // The same study: stages are as measured.
+  EXPECT_NEAR(stages["zones"].get<double>(), rates["zones_seconds"].get<double>(), 1e-12);
+  EXPECT_NEAR(stages["iterations"].get<double>(),
+              rates["iterations"].get<double>() * rates["iteration_seconds"].get<double>(), 1e-9);
+  EXPECT_NE(with["prediction"]["rates"].get<std::string>().find("this study"), std::string::npos);
+
+  // The file itself will do, and out/<study>-chart is found without being asked for.
+  EXPECT_EQ(run_program(*folder_, "check study.json --chart chart/chart.json"), 0);
+  std::filesystem::create_directories(folder_->file("out"));
+  folder_->write("other.json", std::string(kStudy));
+  std::filesystem::copy(folder_->file("chart"), folder_->file("out/other-chart"),
+                        std::filesystem::copy_options::recursive);
+  ASSERT_EQ(run_program(*folder_, "check other.json --json"), 0);
+  EXPECT_EQ(ordered_json::parse(read_file(folder_->file("stdout.txt")))["predicted_seconds"],
+            with["predicted_seconds"]);
+  // Of another study it is passed over unless asked for.
+  std::string more = kStudy;
+  more.replace(more.find("8192"), 4, "65536");
+  folder_->write("other.json", more);
+  ASSERT_EQ(run_program(*folder_, "check other.json --json"), 0);
+  EXPECT_EQ(ordered_json::parse(read_file(folder_->file("stdout.txt")))["prediction"]["rates"]
+                .get<std::string>()
+                .find("out/other-chart"),
+            std::string::npos);
+  ASSERT_EQ(run_program(*folder_, "check other.json --json --chart chart"), 0);
+  const ordered_json scaled = ordered_json::parse(read_file(folder_->file("stdout.txt")));
+  EXPECT_NEAR(scaled["prediction"]["stages_seconds"]["fresh rays"].get<double>(),
+              8 * rates["fresh_seconds"].get<double>(), 1e-9);  // eight times the rays
+}
+
+TEST_F(ChartRun, BadUsageIsRefused) {
+  folder_->write("words.txt", "no JSON");
+  folder_->write("list.json", "[1, 2]");
+  for (const char* arguments :
+       {"chart", "chart absent.json", "chart study.json --seconds 0", "chart study.json --seconds soon",
+        "check study.json --chart absent", "check study.json --chart words.txt",
+        "check study.json --chart list.json", "check study.json --chart study.json"})
+    EXPECT_EQ(run_program(*folder_, arguments), 2)
+        << arguments << ": " << read_file(folder_->file("stderr.txt"));
+}
+
+}  // namespace
+}  // namespace aberfit
