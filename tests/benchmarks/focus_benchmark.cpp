@@ -63,10 +63,11 @@ struct Work {
       const StatisticGradient& gradient = gradients[k];
       double sum = gradient.d_height.size() > 0 ? (gradient.d_height * along.height).sum() : 0.0;
       const SurfaceField pulled = trace_adjoint(scene.mirror, scene.pupil, field, gradient.rays);
-      for (std::size_t i = 0; i < gradient.rays.rays.size(); ++i) {
-        const auto ray = Eigen::Index(gradient.rays.rays[i]), at = Eigen::Index(i);
-        sum += pulled.height[at] * along.height[ray] + pulled.slope_x[at] * along.slope_x[ray] +
-               pulled.slope_y[at] * along.slope_y[ray];
+      const std::vector<std::uint32_t>& listed = gradient.rays.rays;  // none: entry i is that of ray i
+      for (Eigen::Index i = 0; i < pulled.size(); ++i) {
+        const Eigen::Index ray = listed.empty() ? i : Eigen::Index(listed[std::size_t(i)]);
+        sum += pulled.height[i] * along.height[ray] + pulled.slope_x[i] * along.slope_x[ray] +
+               pulled.slope_y[i] * along.slope_y[ray];
       }
       analytic[Eigen::Index(k)] = sum;
     }

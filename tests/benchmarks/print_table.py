@@ -53,7 +53,7 @@ def rows_of(document):
             continue
         row["seconds"].append(entry["real_time"] * TO_SECONDS[entry.get("time_unit", "ns")])
         for key, value in entry.items():
-            if key in ("error", "allowed") or re.match(r"(rate|ratio):", key) or key == "peak_MB":
+            if key in ("error", "allowed") or re.match(r"(rate|ratio):", key) or key in ("peak_MB", "allowed_MB"):
                 row["counters"].setdefault(key, []).append(value)
     return list(rows.values())
 
@@ -63,13 +63,15 @@ def cells(row):
     if row["trouble"]:
         return [case, setting, row["trouble"], "", "", "", "", "", ""]
     counters = row["counters"]
-    text = lambda key: f"{max(counters[key]):.2g}" if key in counters else ""
+    text = lambda key: f"{max(counters[key]):.3g}" if key in counters else ""
     middle = statistics.median(row["seconds"])
     spread = quartile_spread(row["seconds"])
     rate = ratio = ""
     for key, values in counters.items():
         if key.startswith("rate:") and key[5:] not in ("fits", "studies", "targets"):
             rate = in_prefixes(statistics.median(values), key[5:])
+            if key == "rate:rays":
+                rate += f", {1e9 / statistics.median(values):.3g} ns each"
         if key.startswith("ratio:"):
             ratio = f"{statistics.median(values):.3g} x {key[6:]}"
         if key == "peak_MB":
@@ -86,8 +88,13 @@ def problems(row):
     counters = row["counters"]
     if "error" not in counters or "allowed" not in counters:
         return [(f"{row['name']}: no error stated", True)]
-    return [(f"{row['name']}: error {error}, allowed {allowed}", True)
-            for error, allowed in zip(counters["error"], counters["allowed"]) if not float(error) <= float(allowed)]
+    found = [(f"{row['name']}: error {error:.3g}, allowed {allowed:.3g}", True)
+             for error, allowed in zip(map(float, counters["error"]), map(float, counters["allowed"]))
+             if not error <= allowed]
+    if "peak_MB" in counters and not max(counters["peak_MB"]) <= counters["allowed_MB"][0]:
+        found.append((f"{row['name']}: {max(counters['peak_MB']):.0f} MB, "
+                      f"allowed {counters['allowed_MB'][0]:.0f} MB", True))
+    return found
 
 
 def clearance(rows):
