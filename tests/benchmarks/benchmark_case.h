@@ -29,8 +29,8 @@ void report_error(benchmark::State& state, double error, double allowed);
 /// Work done by one iteration, shown as rate: `unit` is what is counted, "rays" say.
 void report_rate(benchmark::State& state, const std::string& unit, double work);
 
-/// Runs `ours` and `other` in turns. The row's time is that of `ours`; ratio: median time of `ours` over
-/// median time of `other`.
+/// Runs `ours` and `other` in turns, `other` until it has taken 0.3 s. The row's time is that of `ours`;
+/// ratio: median time of `ours` over median time of `other`.
 void time_against(benchmark::State& state, const std::function<void()>& ours,
                   const std::string& name_of_other, const std::function<void()>& other);
 
