@@ -1,77 +1,123 @@
 #include "aberfit/trace/ray_bundle.h"
 
+#include <algorithm>
+#include <atomic>
+
+#include "aberfit/core/parallel.h"
+#include "trace_kernel.h"
+
 namespace aberfit {
 namespace {
 
-SurfacePoint<double> surface_at(const Mirror& mirror, const PupilSample& pupil, const SurfaceField* field,
-                                Eigen::Index i) {
-  SurfacePoint<double> s = base_surface(mirror, pupil.x[i], pupil.y[i]);
-  if (field) {
-    s.height += field->height[i];
-    s.slope_x += field->slope_x[i];
-    s.slope_y += field->slope_y[i];
-  }
-  return s;
+constexpr Eigen::Index kChunk = 16384;  // rays a thread takes at a time
+constexpr int kPadding = 8;             // kernels take multiples of this many rays
+
+// One run of at most kTraceBlock rays; a rest that fills no vector goes through padded copies.
+int trace_some(InstructionSet set, const Mirror& mirror, const PupilSample& pupil, const SurfaceField* field,
+               Eigen::Index begin, int count, RayBundle* rays) {
+  const auto at = [begin](const Eigen::ArrayXd& a) { return a.data() + begin; };
+  const FieldRun run = field ? FieldRun{at(field->height), at(field->slope_x), at(field->slope_y)}
+                             : FieldRun{nullptr, nullptr, nullptr};
+  const RayRun out{rays->x.data() + begin, rays->y.data() + begin, rays->tx.data() + begin,
+                   rays->ty.data() + begin, rays->weight.data() + begin};
+  const int whole = count - count % kPadding, rest = count - whole;
+  int lost = trace_run(set, mirror, whole, at(pupil.x), at(pupil.y), at(pupil.weight), run, out);
+  if (rest == 0) return lost;
+  double in[6][kPadding] = {}, traced[5][kPadding];  // the padding is a ray from the vertex, never lost
+  const double* from[6] = {at(pupil.x), at(pupil.y), at(pupil.weight), run.height, run.slope_x, run.slope_y};
+  for (int a = 0; a < (field ? 6 : 3); ++a) std::copy_n(from[a] + whole, rest, in[a]);
+  const FieldRun padded = field ? FieldRun{in[3], in[4], in[5]} : run;
+  lost += trace_run(set, mirror, kPadding, in[0], in[1], in[2], padded,
+                    {traced[0], traced[1], traced[2], traced[3], traced[4]});
+  double* const to[5] = {out.x, out.y, out.tx, out.ty, out.weight};
+  for (int a = 0; a < 5; ++a) std::copy_n(traced[a], rest, to[a] + whole);
+  return lost;
 }
 
-RayBundle trace_any(const Mirror& mirror, const PupilSample& pupil, const SurfaceField* field) {
+void trace_any(const Mirror& mirror, const PupilSample& pupil, const SurfaceField* field, int threads,
+               RayBundle* rays) {
   const Eigen::Index n = pupil.size();
-  RayBundle rays;
-  rays.x.resize(n);
-  rays.y.resize(n);
-  rays.tx.resize(n);
-  rays.ty.resize(n);
-  rays.weight = pupil.weight;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const SurfacePoint<double> s = surface_at(mirror, pupil, field, i);
-    const bool lost =
-        !(s.slope_x * s.slope_x + s.slope_y * s.slope_y < 1.0);  // also when a slope is not a number
-    const Ray<double> ray = lost ? Ray<double>{} : reflect(mirror.focal_length, pupil.x[i], pupil.y[i], s);
-    rays.x[i] = ray.x;
-    rays.y[i] = ray.y;
-    rays.tx[i] = ray.tx;
-    rays.ty[i] = ray.ty;
-    if (lost) {
-      rays.weight[i] = 0.0;
-      ++rays.lost;
-    }
-  }
-  return rays;
+  for (Eigen::ArrayXd* a : {&rays->x, &rays->y, &rays->tx, &rays->ty, &rays->weight}) a->resize(n);
+  const InstructionSet set = best_instruction_set();
+  std::atomic<Eigen::Index> lost = 0;  // whole numbers: the order of the chunks changes nothing
+  parallel_for(std::size_t((n + kChunk - 1) / kChunk), threads, [&](std::size_t chunk) {
+    const Eigen::Index first = Eigen::Index(chunk) * kChunk, end = std::min(n, first + kChunk);
+    Eigen::Index lost_here = 0;
+    for (Eigen::Index begin = first; begin < end; begin += kTraceBlock)
+      lost_here += trace_some(set, mirror, pupil, field, begin,
+                              int(std::min<Eigen::Index>(kTraceBlock, end - begin)), rays);
+    lost += lost_here;
+  });
+  rays->lost = lost;
 }
 
 }  // namespace
 
 RayBundle trace(const Mirror& mirror, const PupilSample& pupil, const SurfaceField& field) {
-  return trace_any(mirror, pupil, &field);
+  RayBundle rays;
+  trace_any(mirror, pupil, &field, 1, &rays);
+  return rays;
 }
 
-void trace(const Mirror& mirror, const PupilSample& pupil, const SurfaceField& field, int /*threads*/,
+void trace(const Mirror& mirror, const PupilSample& pupil, const SurfaceField& field, int threads,
            RayBundle* rays) {
-  *rays = trace_any(mirror, pupil, &field);
+  trace_any(mirror, pupil, &field, threads, rays);
 }
 
-RayBundle trace_nominal(const Mirror& mirror, const PupilSample& pupil) {
-  return trace_any(mirror, pupil, nullptr);
+RayBundle trace_nominal(const Mirror& mirror, const PupilSample& pupil, int threads) {
+  RayBundle rays;
+  trace_any(mirror, pupil, nullptr, threads, &rays);
+  return rays;
+}
+
+void trace_adjoint(const Mirror& mirror, const PupilSample& pupil, const SurfaceField& field,
+                   const RayGradient& gradient, SurfaceField* result) {
+  const Eigen::Index n = gradient.all_rays ? pupil.size() : Eigen::Index(gradient.rays.size());
+  result->resize(n);
+  const InstructionSet set = best_instruction_set();
+  // What the kernel reads and writes, gathered block by block: the block stays in the first-level cache.
+  enum { kX, kY, kHeight, kSlopeX, kSlopeY, kDx, kDy, kDtx, kDty, kArrays };
+  const double* const point[5] = {pupil.x.data(), pupil.y.data(), field.height.data(), field.slope_x.data(),
+                                  field.slope_y.data()};
+  constexpr int kBlock = 256;
+  alignas(64) double in[kArrays][kBlock], out[3][kBlock];
+  for (Eigen::Index begin = 0; begin < n; begin += kBlock) {
+    const int count = int(std::min<Eigen::Index>(kBlock, n - begin));
+    const int padded = (count + kPadding - 1) / kPadding * kPadding;
+    for (auto& array : in) std::fill(array + count, array + padded, 0.0);
+    for (int a = 0; a < 5; ++a) {
+      if (gradient.all_rays) {
+        std::copy_n(point[a] + begin, count, in[a]);
+      } else {
+        for (int k = 0; k < count; ++k) in[a][k] = point[a][gradient.rays[std::size_t(begin + k)]];
+      }
+    }
+    const auto component = [&](const std::vector<double>& from, int to) {
+      if (from.empty())
+        std::fill_n(in[to], count, 0.0);
+      else
+        std::copy_n(from.data() + begin, count, in[to]);
+    };
+    component(gradient.d_x, kDx);
+    component(gradient.d_y, kDy);
+    component(gradient.d_tx, kDtx);
+    component(gradient.d_ty, kDty);
+    if (gradient.dz != 0.0) {
+      for (int k = 0; k < count; ++k) in[kDtx][k] += gradient.dz * in[kDx][k];
+      for (int k = 0; k < count; ++k) in[kDty][k] += gradient.dz * in[kDy][k];
+    }
+    adjoint_run(set, mirror, padded, in[kX], in[kY], {in[kHeight], in[kSlopeX], in[kSlopeY]},
+                {in[kDx], in[kDy], in[kDtx], in[kDty], out[0], out[1], out[2]});
+    std::copy_n(out[0], count, result->height.data() + begin);
+    std::copy_n(out[1], count, result->slope_x.data() + begin);
+    std::copy_n(out[2], count, result->slope_y.data() + begin);
+  }
 }
 
 SurfaceField trace_adjoint(const Mirror& mirror, const PupilSample& pupil, const SurfaceField& field,
                            const RayGradient& gradient) {
   SurfaceField result;
-  result.resize(Eigen::Index(gradient.rays.size()));
-  for (Eigen::Index k = 0; k < result.size(); ++k) {
-    const auto i = Eigen::Index(gradient.rays[std::size_t(k)]);
-    const SurfacePoint<double> s = surface_at(mirror, pupil, &field, i);
-    const double p = s.slope_x, q = s.slope_y, g = 1.0 - p * p - q * q;
-    const double path = mirror.focal_length - s.height, scale = -2.0 / g, bend = -4.0 / (g * g);
-    const double d_x = gradient.d_x[std::size_t(k)], d_y = gradient.d_y[std::size_t(k)];
-    // x = X + path tx and tx = scale p, so everything on x counts on tx, times the path.
-    const double d_tx = gradient.d_tx[std::size_t(k)] + path * d_x;
-    const double d_ty = gradient.d_ty[std::size_t(k)] + path * d_y;
-    const double along = bend * (p * d_tx + q * d_ty);  // through scale: d scale / dp = bend p
-    result.height[k] = -scale * (p * d_x + q * d_y);
-    result.slope_x[k] = scale * d_tx + p * along;
-    result.slope_y[k] = scale * d_ty + q * along;
-  }
+  trace_adjoint(mirror, pupil, field, gradient, &result);
   return result;
 }
 
