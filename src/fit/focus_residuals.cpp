@@ -45,6 +45,9 @@ bool FocusModel::operator()(const Eigen::VectorXd& white, Eigen::VectorXd* value
       SurfaceField weights{gradients[k].d_height, Eigen::ArrayXd::Zero(field.size()),
                            Eigen::ArrayXd::Zero(field.size())};
       gradient = problem_.surface.apply_transpose(weights);
+    } else if (gradients[k].rays.all_rays) {
+      gradient = problem_.surface.apply_transpose(
+          trace_adjoint(problem_.mirror, problem_.pupil, field, gradients[k].rays));
     } else {
       gradient = problem_.surface.apply_transpose(
           gradients[k].rays.rays, trace_adjoint(problem_.mirror, problem_.pupil, field, gradients[k].rays));

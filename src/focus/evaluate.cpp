@@ -2,238 +2,207 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <memory>
+#include <functional>
 
 #include "aberfit/core/parallel.h"
+#include "focus_buffers.h"
 #include "kernel.h"
 #include "line_spread.h"
-#include "radial_distribution.h"
-#include "ring_through.h"
+#include "plane_moments.h"
+#include "ray_blocks.h"
 #include "scatter_angle.h"
 
 namespace aberfit {
 namespace {
 
-template <typename... F>
-struct Overloaded : F... {
-  using F::operator()...;
-};
-
-// Radial distributions of the planes that the statistics look at, built once each, in parallel.
-class Planes {
- public:
-  Planes(const FocusInput& input, const std::vector<Statistic>& statistics, int threads) {
-    std::vector<double> wanted;
-    for (const Statistic& statistic : statistics) {
-      std::visit(Overloaded{[&](const EncircledEnergyRadius& s) { wanted.push_back(s.dz); },
-                            [&](const RingFwhm& s) {
-                              if (!s.ring_radius) wanted.push_back(0.0);
-                            },
-                            [&](const RingThrough& s) { wanted.push_back(s.dz); },
-                            [&](const RmsRadius& s) { wanted.push_back(s.dz); }, [](const auto&) {}},
-                 statistic);
-    }
-    std::sort(wanted.begin(), wanted.end());
-    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-    std::vector<std::unique_ptr<RadialDistribution>> built(wanted.size());
-    parallel_for(wanted.size(), threads, [&](std::size_t k) {
-      built[k] =
-          std::make_unique<RadialDistribution>(input.rays, wanted[k], input.centre == Centre::kCentroid);
-    });
-    for (std::size_t k = 0; k < wanted.size(); ++k) planes_.emplace(wanted[k], std::move(built[k]));
-  }
-  const RadialDistribution& at(double dz) const { return *planes_.at(dz); }
-
- private:
-  std::map<double, std::unique_ptr<RadialDistribution>> planes_;
-};
-
-struct Point {
-  double x = 0, y = 0;
-};
-
-// Centre of the ring of the ring-through profile: fixed through focus.
-Point ring_centre(const FocusInput& input) {
-  const double total = input.rays.weight.sum();
-  if (input.centre == Centre::kNominal || !(total > 0)) return {};
-  return {(input.rays.weight * input.rays.x).sum() / total, (input.rays.weight * input.rays.y).sum() / total};
-}
-
-struct HeightMoments {
-  double mean, rms;
-};
-
-HeightMoments height_moments(const FocusInput& input) {
-  const Eigen::ArrayXd& weight = input.rays.weight;
-  const double total = weight.sum();
-  const double mean = (weight * input.height).sum() / total;
-  return {mean, std::sqrt((weight * (input.height - mean).square()).sum() / total)};
-}
-
-RayGradient all_rays(Eigen::Index n) {
-  RayGradient gradient;
-  gradient.rays.resize(std::size_t(n));
-  for (std::size_t i = 0; i < gradient.rays.size(); ++i) gradient.rays[i] = std::uint32_t(i);
-  gradient.d_x.assign(std::size_t(n), 0.0);
-  gradient.d_y = gradient.d_tx = gradient.d_ty = gradient.d_x;
-  return gradient;
-}
-
-void store(const Eigen::ArrayXd& values, double scale, std::vector<double>* out) {
-  for (Eigen::Index i = 0; i < values.size(); ++i) (*out)[std::size_t(i)] = scale * values[i];
-}
-
 // Rays within this many rounding errors of their nominal ones carry no scatter: the derivative of every
 // statistic is undefined there.
 constexpr double kNoScatter = 1e-14;
 
-double scatter_rms(const FocusInput& input) {
-  const Eigen::ArrayXd angle = scatter_angles(input.rays, input.nominal);
-  return std::sqrt((input.rays.weight * angle.square()).sum() / input.rays.weight.sum());
+// What the statistics share.
+struct Shared {
+  const FocusInput& input;
+  RaySums sums;
+  AngleSums angles;  // when a statistic asks for them
+  double width = 0;  // 0: exact
+  int threads = 1;
+  FocusWorkspace::Buffers& buffers;
+
+  bool about_centroid() const { return input.centre == Centre::kCentroid; }
+  Point centre(double dz) const {
+    if (!about_centroid()) return {};
+    return {(sums.x + dz * sums.tx) / sums.weight, (sums.y + dz * sums.ty) / sums.weight};
+  }
+  double radius_of(std::size_t k) const { return buffers.requests[buffers.request_of[k]].radius; }
+  Ring ring_of(std::size_t k, const RingFwhm& s) const {
+    const Point middle = centre(0.0);  // fixed through focus
+    return {s.ring_radius ? *s.ring_radius : radius_of(k), middle.x, middle.y};
+  }
+};
+
+template <typename S>
+bool any_is(const std::vector<Statistic>& statistics) {
+  return std::any_of(statistics.begin(), statistics.end(),
+                     [](const Statistic& s) { return std::holds_alternative<S>(s); });
+}
+
+// Radii, of all planes together, and the sums that several statistics share.
+void prepare(const std::vector<Statistic>& statistics, std::vector<StatisticGradient>* gradients,
+             Shared* shared) {
+  FocusWorkspace::Buffers& b = shared->buffers;
+  const std::size_t count = statistics.size();
+  b.requests.clear();
+  b.request_of.assign(count, 0);
+  if (b.rings.size() < count) b.rings.resize(count);
+  if (b.ring_gradients.size() < count) b.ring_gradients.resize(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    b.request_of[k] = b.requests.size();
+    if (const auto* radius = std::get_if<EncircledEnergyRadius>(&statistics[k])) {
+      b.requests.push_back({radius->dz, radius->fraction, gradients ? &(*gradients)[k].rays : nullptr});
+    } else if (const auto* ring = std::get_if<RingFwhm>(&statistics[k]); ring && !ring->ring_radius) {
+      b.ring_gradients[k].clear();
+      b.requests.push_back({0.0, ring->ring_fraction, gradients ? &b.ring_gradients[k] : nullptr});
+    }
+  }
+  encircled_radii(shared->input.rays, shared->sums, shared->about_centroid(), shared->width, shared->threads,
+                  &b.radii, &b.requests);
+  if (any_is<ScatterRms>(statistics) || any_is<ScatterMean>(statistics))
+    shared->angles = sum_angles(shared->input.rays, shared->input.nominal, shared->threads);
+}
+
+// The statistics one by one. Large bundles are cut among the threads inside each, small ones are not worth
+// it.
+void for_each_statistic(const std::vector<Statistic>& statistics, Shared* shared,
+                        const std::function<void(std::size_t)>& evaluate) {
+  const int threads = shared->threads;
+  if (RayGroups(shared->input.rays.size()).count >= 4) {
+    for (std::size_t k = 0; k < statistics.size(); ++k) evaluate(k);
+  } else {
+    // Only what is more than a look-up is worth a thread.
+    std::vector<std::size_t> heavy;
+    for (std::size_t k = 0; k < statistics.size(); ++k) {
+      if (std::holds_alternative<EncircledEnergyRadius>(statistics[k]))
+        evaluate(k);
+      else
+        heavy.push_back(k);
+    }
+    parallel_for(heavy.size(), threads, [&](std::size_t j) { evaluate(heavy[j]); });
+  }
+}
+
+// Adds `scale` times a gradient at dz = 0 to that of a ring width.
+void add_ring_radius(const RayGradient& radius, double scale, RayGradient* gradient) {
+  if (radius.all_rays) {
+    for (std::size_t i = 0; i < radius.d_x.size(); ++i) gradient->d_x[i] += scale * radius.d_x[i];
+    for (std::size_t i = 0; i < radius.d_y.size(); ++i) gradient->d_y[i] += scale * radius.d_y[i];
+    return;
+  }
+  for (std::size_t i = 0; i < radius.rays.size(); ++i) {
+    gradient->rays.push_back(radius.rays[i]);
+    gradient->d_x.push_back(scale * radius.d_x[i]);
+    gradient->d_y.push_back(scale * radius.d_y[i]);
+    gradient->d_tx.push_back(0.0);
+    gradient->d_ty.push_back(0.0);
+  }
+  // The next evaluation may have a few more.
+  const std::size_t size = gradient->rays.size(), spare = size + size / 8;
+  gradient->rays.reserve(spare);
+  for (std::vector<double>* d : {&gradient->d_x, &gradient->d_y, &gradient->d_tx, &gradient->d_ty})
+    d->reserve(spare);
 }
 
 // One smooth statistic with its gradient; NaN when it does not exist.
 class SmoothEvaluator {
  public:
-  SmoothEvaluator(const FocusInput& input, const Planes& planes, double width, StatisticGradient* gradient)
-      : in_(input), planes_(planes), width_(width), gradient_(gradient) {}
+  SmoothEvaluator(const Shared& shared, std::size_t index, StatisticGradient* gradient)
+      : shared_(shared), in_(shared.input), index_(index), gradient_(gradient) {}
 
-  double operator()(const EncircledEnergyRadius& s) const {
-    const RadialDistribution& plane = planes_.at(s.dz);
-    const auto radius = plane.smooth_radius(s.fraction, width_);
-    if (!radius) return std::nan("");
-    if (gradient_) plane.radius_gradient(*radius, width_, 1.0, &gradient_->rays);
-    return *radius;
-  }
+  double operator()(const EncircledEnergyRadius&) const { return shared_.radius_of(index_); }
   double operator()(const RingFwhm& s) const {
-    double ring = s.ring_radius.value_or(0.0);
-    if (!s.ring_radius) {
-      const auto radius = planes_.at(0.0).smooth_radius(s.ring_fraction, width_);
-      if (!radius) return std::nan("");
-      ring = *radius;
-    }
-    const Point centre = ring_centre(in_);
+    const Ring ring = shared_.ring_of(index_, s);
     RayGradient* rays = gradient_ ? &gradient_->rays : nullptr;
     double d_ring = 0;
-    const auto result =
-        smooth_ring_width(in_.rays, ring, centre.x, centre.y, width_, rays, gradient_ ? &d_ring : nullptr);
+    const auto result = smooth_ring_width(in_.rays, shared_.sums, ring, shared_.width, shared_.threads,
+                                          &shared_.buffers.rings[index_], shared_.about_centroid(), rays,
+                                          gradient_ ? &d_ring : nullptr);
     if (!result) return std::nan("");
-    if (rays && in_.centre == Centre::kCentroid) follow_centroid(rays);
-    if (rays && !s.ring_radius) planes_.at(0.0).radius_gradient(ring, width_, d_ring, rays);
+    // The ring's centre is the centroid of z = f and moves with every ray.
+    if (rays && shared_.about_centroid()) follow_centroid(in_.rays, shared_.sums.weight, rays);
+    if (rays && !s.ring_radius) add_ring_radius(shared_.buffers.ring_gradients[index_], d_ring, rays);
     return result->fwhm;
   }
   double operator()(const RingThrough& s) const {
-    const RadialDistribution& plane = planes_.at(s.dz);
-    const double total = plane.total_weight();
-    if (gradient_) plane.count_gradient(s.ring_radius, width_, 1.0 / total, &gradient_->rays);
-    return plane.smooth_count(s.ring_radius, width_).weight / total;
+    const double total = shared_.sums.weight;
+    const SmoothDisc disc(s.ring_radius, shared_.width);
+    const Point centre = shared_.centre(s.dz);
+    if (gradient_) {
+      smooth_share_gradient(in_.rays, s.dz, centre, disc, 1.0 / total, &gradient_->rays);
+      if (shared_.about_centroid()) follow_centroid(in_.rays, total, &gradient_->rays);
+    }
+    return smooth_weight_inside(in_.rays, s.dz, centre, disc) / total;
   }
   double operator()(const ScatterRms&) const {
-    const double rms = scatter_rms(in_);
+    const double total = shared_.sums.weight, rms = std::sqrt(shared_.angles.squares / total);
     if (!(rms > kNoScatter)) return std::nan("");
-    if (gradient_) {
-      Eigen::ArrayXd d_tx, d_ty;
-      squared_angle_gradient(in_.rays, in_.nominal, in_.rays.weight, &d_tx, &d_ty);
-      spread(d_tx, d_ty, 1.0 / (rms * in_.rays.weight.sum()));
-    }
+    if (gradient_) spread_angles(1.0 / (rms * total), false);
     return rms;
   }
   double operator()(const ScatterMean&) const {
-    const Eigen::ArrayXd angle = scatter_angles(in_.rays, in_.nominal);
-    const double total = in_.rays.weight.sum(), mean = (in_.rays.weight * angle).sum() / total;
+    const double total = shared_.sums.weight, mean = shared_.angles.firsts / total;
     if (!(mean > kNoScatter)) return std::nan("");
-    if (gradient_) {
-      const Eigen::ArrayXd weights = (angle > 0).select(in_.rays.weight / angle, 0.0);
-      Eigen::ArrayXd d_tx, d_ty;
-      squared_angle_gradient(in_.rays, in_.nominal, weights, &d_tx, &d_ty);
-      spread(d_tx, d_ty, 1.0 / total);
-    }
+    if (gradient_) spread_angles(1.0 / total, true);
     return mean;
   }
   double operator()(const SpotFwhm& s) const {
-    Eigen::ArrayXd d_x, d_y;
-    const auto x = line_spread_fwhm(in_.rays.x, in_.rays.weight, s.bandwidth, gradient_ ? &d_x : nullptr);
-    const auto y = line_spread_fwhm(in_.rays.y, in_.rays.weight, s.bandwidth, gradient_ ? &d_y : nullptr);
+    RayGradient* rays = gradient_ ? &gradient_->rays : nullptr;
+    const auto x =
+        line_spread_fwhm(in_.rays.x, in_.rays.weight, s.bandwidth, 0.5, rays ? &rays->d_x : nullptr);
+    const auto y =
+        line_spread_fwhm(in_.rays.y, in_.rays.weight, s.bandwidth, 0.5, rays ? &rays->d_y : nullptr);
     if (!x || !y) return std::nan("");
-    if (gradient_) {
-      gradient_->rays = all_rays(in_.rays.size());
-      store(d_x, 0.5, &gradient_->rays.d_x);
-      store(d_y, 0.5, &gradient_->rays.d_y);
-    }
+    if (rays) rays->all_rays = true;
     return 0.5 * (*x + *y);
   }
   double operator()(const RmsRadius& s) const {
-    const RayBundle& rays = in_.rays;
-    const double total = rays.weight.sum();
-    Eigen::ArrayXd x = rays.x + s.dz * rays.tx, y = rays.y + s.dz * rays.ty;
-    if (in_.centre == Centre::kCentroid) {
-      x -= (rays.weight * x).sum() / total;
-      y -= (rays.weight * y).sum() / total;
-    }
-    const double rms = std::sqrt((rays.weight * (x.square() + y.square())).sum() / total);
+    const Point centre = shared_.centre(s.dz);
+    const double total = shared_.sums.weight, rms = std::sqrt(second_moment(in_.rays, s.dz, centre) / total);
     if (!(rms > 0)) return std::nan("");
-    if (gradient_) {  // the centroid drops out: first moments about it vanish
-      gradient_->rays = all_rays(rays.size());
-      const double unit = 1.0 / (total * rms);
-      store(rays.weight * x, unit, &gradient_->rays.d_x);
-      store(rays.weight * y, unit, &gradient_->rays.d_y);
-      store(rays.weight * x, unit * s.dz, &gradient_->rays.d_tx);
-      store(rays.weight * y, unit * s.dz, &gradient_->rays.d_ty);
-    }
+    // The centroid drops out: first moments about it vanish.
+    if (gradient_) second_moment_gradient(in_.rays, s.dz, centre, 1.0 / (total * rms), &gradient_->rays);
     return rms;
   }
   double operator()(const RmsHeight&) const {
-    const HeightMoments moments = height_moments(in_);
+    const HeightMoments moments = height_moments(in_.rays.weight, in_.height);
     if (!(moments.rms > 0)) return std::nan("");
     if (gradient_)
       gradient_->d_height =
-          in_.rays.weight * (in_.height - moments.mean) / (moments.rms * in_.rays.weight.sum());
+          in_.rays.weight * (in_.height - moments.mean) * (1.0 / (moments.rms * shared_.sums.weight));
     return moments.rms;
   }
 
  private:
-  void spread(const Eigen::ArrayXd& d_tx, const Eigen::ArrayXd& d_ty, double scale) const {
-    gradient_->rays = all_rays(in_.rays.size());
-    store(d_tx, scale, &gradient_->rays.d_tx);
-    store(d_ty, scale, &gradient_->rays.d_ty);
-  }
-  // The ring's centre is the centroid of z = f and moves with every ray.
-  void follow_centroid(RayGradient* gradient) const {
-    double d_x = 0, d_y = 0;
-    for (const double d : gradient->d_x) d_x -= d;
-    for (const double d : gradient->d_y) d_y -= d;
-    const double total = in_.rays.weight.sum();
-    for (Eigen::Index i = 0; i < in_.rays.size(); ++i) {
-      const double share = in_.rays.weight[i] / total;
-      if (share == 0.0) continue;
-      gradient->rays.push_back(std::uint32_t(i));
-      gradient->d_x.push_back(share * d_x);
-      gradient->d_y.push_back(share * d_y);
-      gradient->d_tx.push_back(0.0);
-      gradient->d_ty.push_back(0.0);
-    }
+  void spread_angles(double scale, bool mean) const {
+    gradient_->rays.all_rays = true;
+    angle_gradient(in_.rays, in_.nominal, scale, mean, shared_.threads, &gradient_->rays.d_tx,
+                   &gradient_->rays.d_ty);
   }
 
+  const Shared& shared_;
   const FocusInput& in_;
-  const Planes& planes_;
-  double width_;
+  std::size_t index_;
   StatisticGradient* gradient_;
 };
 
 // One exact statistic; NaN when it does not exist.
 class ExactEvaluator {
  public:
-  ExactEvaluator(const FocusInput& input, const Planes& planes, Warning* warning)
-      : in_(input), planes_(planes), warning_(warning) {}
+  ExactEvaluator(const Shared& shared, std::size_t index, Warning* warning)
+      : shared_(shared), in_(shared.input), index_(index), warning_(warning) {}
 
-  double operator()(const EncircledEnergyRadius& s) const {
-    return planes_.at(s.dz).exact_radius(s.fraction);
-  }
+  double operator()(const EncircledEnergyRadius&) const { return shared_.radius_of(index_); }
   double operator()(const RingFwhm& s) const {
-    const double ring = s.ring_radius ? *s.ring_radius : planes_.at(0.0).exact_radius(s.ring_fraction);
-    const Point centre = ring_centre(in_);
-    const auto result = exact_ring_width(in_.rays, ring, centre.x, centre.y);
+    const auto result = exact_ring_width(in_.rays, shared_.sums, shared_.ring_of(index_, s), shared_.threads,
+                                         &shared_.buffers.rings[index_]);
     if (!result) {
       *warning_ = {
           "ring-fwhm-missing",
@@ -247,36 +216,27 @@ class ExactEvaluator {
     return result->fwhm;
   }
   double operator()(const RingThrough& s) const {
-    const RayBundle& rays = in_.rays;
-    const Point centre = plane_centre(s.dz);
-    const Eigen::ArrayXd x = rays.x + s.dz * rays.tx - centre.x, y = rays.y + s.dz * rays.ty - centre.y;
-    const double ring2 = s.ring_radius * s.ring_radius;
-    return (x.square() + y.square() <= ring2).select(rays.weight, 0.0).sum() / rays.weight.sum();
+    return weight_inside(in_.rays, s.dz, shared_.centre(s.dz), s.ring_radius) / shared_.sums.weight;
   }
-  double operator()(const ScatterRms&) const { return scatter_rms(in_); }
-  double operator()(const ScatterMean&) const {
-    return (in_.rays.weight * scatter_angles(in_.rays, in_.nominal)).sum() / in_.rays.weight.sum();
+  double operator()(const ScatterRms&) const {
+    return std::sqrt(shared_.angles.squares / shared_.sums.weight);
   }
+  double operator()(const ScatterMean&) const { return shared_.angles.firsts / shared_.sums.weight; }
   double operator()(const SpotFwhm& s) const {
-    const auto x = line_spread_fwhm(in_.rays.x, in_.rays.weight, s.bandwidth, nullptr);
-    const auto y = line_spread_fwhm(in_.rays.y, in_.rays.weight, s.bandwidth, nullptr);
+    const auto x = line_spread_fwhm(in_.rays.x, in_.rays.weight, s.bandwidth, 1.0, nullptr);
+    const auto y = line_spread_fwhm(in_.rays.y, in_.rays.weight, s.bandwidth, 1.0, nullptr);
     if (!x || !y) return std::nan("");
     return 0.5 * (*x + *y);
   }
-  double operator()(const RmsRadius& s) const { return planes_.at(s.dz).rms(); }
-  double operator()(const RmsHeight&) const { return height_moments(in_).rms; }
+  double operator()(const RmsRadius& s) const {
+    return std::sqrt(second_moment(in_.rays, s.dz, shared_.centre(s.dz)) / shared_.sums.weight);
+  }
+  double operator()(const RmsHeight&) const { return height_moments(in_.rays.weight, in_.height).rms; }
 
  private:
-  Point plane_centre(double dz) const {
-    if (in_.centre == Centre::kNominal) return {};
-    const RayBundle& rays = in_.rays;
-    const double total = rays.weight.sum();
-    return {(rays.weight * (rays.x + dz * rays.tx)).sum() / total,
-            (rays.weight * (rays.y + dz * rays.ty)).sum() / total};
-  }
-
+  const Shared& shared_;
   const FocusInput& in_;
-  const Planes& planes_;
+  std::size_t index_;
   Warning* warning_;
 };
 
@@ -285,14 +245,16 @@ class ExactEvaluator {
 Eigen::VectorXd evaluate_exact(const FocusInput& input, const std::vector<Statistic>& statistics, int threads,
                                Warnings* warnings) {
   Eigen::VectorXd values = Eigen::VectorXd::Constant(Eigen::Index(statistics.size()), std::nan(""));
-  if (!(input.rays.weight.sum() > 0)) {
+  FocusWorkspace workspace;
+  Shared shared{input, sum_rays(input.rays, threads), {}, 0.0, threads, workspace.buffers()};
+  if (!(shared.sums.weight > 0)) {
     if (warnings) warnings->push_back({"no-light", "every ray is lost: no focal statistic exists"});
     return values;
   }
-  const Planes planes(input, statistics, threads);
+  prepare(statistics, nullptr, &shared);
   std::vector<Warning> found(statistics.size());
-  parallel_for(statistics.size(), threads, [&](std::size_t k) {
-    values[Eigen::Index(k)] = std::visit(ExactEvaluator(input, planes, &found[k]), statistics[k]);
+  for_each_statistic(statistics, &shared, [&](std::size_t k) {
+    values[Eigen::Index(k)] = std::visit(ExactEvaluator(shared, k, &found[k]), statistics[k]);
   });
   for (std::size_t k = 0; warnings && k < found.size(); ++k) {
     if (found[k].code.empty()) continue;
@@ -303,28 +265,35 @@ Eigen::VectorXd evaluate_exact(const FocusInput& input, const std::vector<Statis
 }
 
 bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& statistics, double width,
-                     int threads, Eigen::VectorXd* values, std::vector<StatisticGradient>* gradients) {
+                     int threads, FocusWorkspace* workspace, Eigen::VectorXd* values,
+                     std::vector<StatisticGradient>* gradients) {
   values->setConstant(Eigen::Index(statistics.size()), std::nan(""));
-  if (gradients) gradients->assign(statistics.size(), {});
-  if (!(input.rays.weight.sum() > 0) || !(width > 0)) return false;
-  const Planes planes(input, statistics, threads);
-  parallel_for(statistics.size(), threads, [&](std::size_t k) {
-    const SmoothEvaluator evaluate(input, planes, width, gradients ? &(*gradients)[k] : nullptr);
+  if (gradients) {
+    gradients->resize(statistics.size());
+    for (std::size_t k = 0; k < statistics.size(); ++k) {
+      (*gradients)[k].rays.clear();
+      if (!std::holds_alternative<RmsHeight>(statistics[k])) (*gradients)[k].d_height.resize(0);
+    }
+  }
+  Shared shared{input, sum_rays(input.rays, threads), {}, width, threads, workspace->buffers()};
+  if (!(shared.sums.weight > 0) || !(width > 0)) return false;
+  prepare(statistics, gradients, &shared);
+  for_each_statistic(statistics, &shared, [&](std::size_t k) {
+    const SmoothEvaluator evaluate(shared, k, gradients ? &(*gradients)[k] : nullptr);
     (*values)[Eigen::Index(k)] = std::visit(evaluate, statistics[k]);
   });
   return values->allFinite();
 }
 
-struct FocusWorkspace::Buffers {};
+bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& statistics, double width,
+                     int threads, Eigen::VectorXd* values, std::vector<StatisticGradient>* gradients) {
+  FocusWorkspace workspace;
+  return evaluate_smooth(input, statistics, width, threads, &workspace, values, gradients);
+}
+
 FocusWorkspace::FocusWorkspace() : buffers_(std::make_unique<Buffers>()) {}
 FocusWorkspace::~FocusWorkspace() = default;
 FocusWorkspace::FocusWorkspace(FocusWorkspace&&) noexcept = default;
 FocusWorkspace& FocusWorkspace::operator=(FocusWorkspace&&) noexcept = default;
-
-bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& statistics, double width,
-                     int threads, FocusWorkspace* /*workspace*/, Eigen::VectorXd* values,
-                     std::vector<StatisticGradient>* gradients) {
-  return evaluate_smooth(input, statistics, width, threads, values, gradients);
-}
 
 }  // namespace aberfit

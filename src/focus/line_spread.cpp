@@ -32,11 +32,11 @@ class LineSpread {
   }
 
   // d profile(x) / d position of every ray, times scale, added to `gradient`.
-  void add_gradient(double x, double scale, Eigen::ArrayXd* gradient) const {
+  void add_gradient(double x, double scale, std::vector<double>* gradient) const {
     for (Eigen::Index i = 0; i < position_.size(); ++i) {
       const double u = (x - position_[i]) / bandwidth_;
       if (std::abs(u) > kReach) continue;
-      (*gradient)[i] += scale * weight_[i] * u * std::exp(-0.5 * u * u) / bandwidth_;
+      (*gradient)[std::size_t(i)] += scale * weight_[i] * u * std::exp(-0.5 * u * u) / bandwidth_;
     }
   }
 
@@ -50,7 +50,7 @@ class LineSpread {
 }  // namespace
 
 std::optional<double> line_spread_fwhm(const Eigen::ArrayXd& position, const Eigen::ArrayXd& weight,
-                                       double bandwidth, Eigen::ArrayXd* d_position) {
+                                       double bandwidth, double scale, std::vector<double>* d_position) {
   const double total = weight.sum();
   if (!(bandwidth > 0) || !(total > 0)) return std::nullopt;
   const double mean = (weight * position).sum() / total;
@@ -108,8 +108,8 @@ std::optional<double> line_spread_fwhm(const Eigen::ArrayXd& position, const Eig
   };
   const auto lower = crossing(false), upper = crossing(true);
   if (d_position) {
-    const double for_upper = -1.0 / spread(*upper).slope, for_lower = 1.0 / spread(*lower).slope;
-    d_position->setZero(position.size());
+    const double for_upper = -scale / spread(*upper).slope, for_lower = scale / spread(*lower).slope;
+    d_position->assign(std::size_t(position.size()), 0.0);
     spread.add_gradient(*upper, for_upper, d_position);
     spread.add_gradient(*lower, for_lower, d_position);
     spread.add_gradient(peak, -0.5 * (for_upper + for_lower), d_position);

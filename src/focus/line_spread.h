@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <vector>
 
 #include "aberfit/trace/ray_bundle.h"
 
@@ -7,8 +8,8 @@ namespace aberfit {
 
 /// FWHM [m] of the weighted distribution of `position` smoothed by a Gaussian of standard deviation
 /// `bandwidth` [m]: distance of the outermost half-maximum crossings around the peak. `d_position`, when
-/// given, gets d fwhm per ray. Nothing when the bandwidth is not positive.
+/// given, gets `scale` times d fwhm per ray. Nothing when the bandwidth is not positive.
 std::optional<double> line_spread_fwhm(const Eigen::ArrayXd& position, const Eigen::ArrayXd& weight,
-                                       double bandwidth, Eigen::ArrayXd* d_position);
+                                       double bandwidth, double scale, std::vector<double>* d_position);
 
 }  // namespace aberfit

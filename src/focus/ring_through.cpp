@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
+#include "aberfit/core/parallel.h"
 #include "kernel.h"
+#include "ray_blocks.h"
 
 namespace aberfit {
 namespace {
@@ -13,40 +14,44 @@ constexpr int kPlanes = 4096;  // over the search range
 constexpr double kFirstRange =
     8;  // half range in ring / RMS ray slope; the half maximum of a Gaussian focus lies near 1
 constexpr double kLastRange = 128;
+constexpr std::size_t kPlaneSlots = kPlanes + 3;  // one behind the last, one for rays that miss the ring
 
 struct Profile {
-  double first = 0, pitch = 0;  // dz of plane 0 and distance of planes [m]
-  std::vector<double> share;    // N at every plane
+  double first = 0, pitch = 0;       // dz of plane 0 and distance of planes [m]
+  const std::vector<double>& share;  // N at every plane
   double at(std::size_t k) const { return first + pitch * double(k); }
 };
 
-double rms_slope(const RayBundle& rays) {
-  const double total = rays.weight.sum();
-  return std::sqrt((rays.weight * (rays.tx.square() + rays.ty.square())).sum() / total);
-}
-
-Profile count_planes(const RayBundle& rays, double ring, double cx, double cy, double half_range) {
-  Profile profile{-half_range, 2 * half_range / kPlanes, std::vector<double>(kPlanes + 2, 0.0)};
-  // A ray is inside between the two roots of |X0 + z T|^2 = ring^2: it enters at the first plane at or above
-  // the lower root and leaves at the first plane above the upper one.
-  const auto plane_from = [&](double z) {
-    return std::size_t(std::clamp(std::ceil((z - profile.first) / profile.pitch), 0.0, double(kPlanes + 1)));
-  };
-  for (Eigen::Index i = 0; i < rays.size(); ++i) {
-    const double x = rays.x[i] - cx, y = rays.y[i] - cy, tx = rays.tx[i], ty = rays.ty[i];
-    const double a = tx * tx + ty * ty, b = x * tx + y * ty, c = x * x + y * y - ring * ring;
-    if (a == 0.0) {
-      if (c <= 0.0) profile.share[0] += rays.weight[i];
-      continue;
-    }
-    const double discriminant = b * b - a * c;
-    if (discriminant <= 0.0) continue;
-    const double root = std::sqrt(discriminant);
-    profile.share[plane_from((-b - root) / a)] += rays.weight[i];
-    profile.share[plane_from((-b + root) / a)] -= rays.weight[i];
+// A ray is inside between the two roots of |X0 + z T|^2 = ring^2: it enters at the first plane at or above
+// the lower root and leaves at the first plane above the upper one.
+Profile count_planes(const RayBundle& rays, const Ring& ring, double half_range, int threads,
+                     RingBuffers* buffers) {
+  const RayGroups groups(rays.size());
+  const FocusKernels& kernels = focus_kernels(best_instruction_set());
+  const Profile profile{-half_range, 2 * half_range / kPlanes, buffers->share};
+  buffers->enter.assign(std::size_t(groups.count) * kPlaneSlots, 0.0);
+  buffers->leave.assign(std::size_t(groups.count) * kPlaneSlots, 0.0);
+  parallel_for(std::size_t(groups.count), threads, [&](std::size_t g) {
+    alignas(64) std::int32_t in[kBlockRays], out[kBlockRays];
+    double* enter = buffers->enter.data() + g * kPlaneSlots;
+    double* leave = buffers->leave.data() + g * kPlaneSlots;
+    for_each_block(rays, groups.begin(int(g)), groups.begin(int(g) + 1),
+                   [&](const RayBlock& block, Eigen::Index, int) {
+                     kernels.intervals(block, ring.centre_x, ring.centre_y, ring.radius * ring.radius,
+                                       profile.first, 1.0 / profile.pitch, kPlanes, in, out);
+                     for (int i = 0; i < block.count; ++i) {
+                       enter[in[i]] += block.weight[i];
+                       leave[out[i]] += block.weight[i];
+                     }
+                   });
+  });
+  buffers->share.resize(kPlanes + 1);
+  double inside = 0;
+  for (std::size_t k = 0; k <= kPlanes; ++k) {
+    for (std::size_t g = 0; g < std::size_t(groups.count); ++g)
+      inside += buffers->enter[g * kPlaneSlots + k] - buffers->leave[g * kPlaneSlots + k];
+    buffers->share[k] = inside;
   }
-  for (std::size_t k = 1; k < profile.share.size(); ++k) profile.share[k] += profile.share[k - 1];
-  profile.share.resize(kPlanes + 1);
   return profile;
 }
 
@@ -78,53 +83,133 @@ std::optional<RingWidth> width_of(const Profile& profile) {
   return width;
 }
 
-// N(z) and its derivatives with the smooth indicator.
+// N(z) and its derivatives with the smooth indicator, from the rays that the kernel may touch in a window of
+// planes and the weight of those inside the ring all through the window.
 class SmoothShare {
  public:
-  SmoothShare(const RayBundle& rays, double ring, double cx, double cy, double width)
-      : rays_(rays), disc_(ring, width), cx_(cx), cy_(cy), total_(rays.weight.sum()) {}
+  SmoothShare(const RayBundle& rays, double total, const Ring& ring, double width, int threads,
+              RingBuffers* buffers)
+      : rays_(rays),
+        total_(total),
+        groups_(rays.size()),
+        disc_(ring.radius, width),
+        shape_{ring.centre_x, ring.centre_y, disc_.radius2, disc_.scale},
+        threads_(threads),
+        buffers_(*buffers),
+        kernels_(focus_kernels(best_instruction_set())) {
+    buffers_.shells.resize(kMostWindows * std::size_t(groups_.count));
+    buffers_.inside.resize(kMostWindows * std::size_t(groups_.count));
+  }
+
+  // One pass over all rays: looks at `count` windows, kept as windows first, first + 1, ...
+  void collect(int first, int count, const PlaneWindow* windows) {
+    for (int w = 0; w < count; ++w) windows_[first + w] = windows[w];
+    parallel_for(std::size_t(groups_.count), threads_, [&](std::size_t g) {
+      alignas(64) std::int32_t flags[kBlockRays];
+      int hits[kBlockRays];
+      double inside[kMostWindows] = {};
+      for (int w = 0; w < count; ++w) shell(first + w, int(g)).used = 0;
+      for_each_block(rays_, groups_.begin(int(g)), groups_.begin(int(g) + 1),
+                     [&](const RayBlock& block, Eigen::Index at, int used) {
+                       kernels_.classify(block, shape_.centre_x, shape_.centre_y, disc_.inside2,
+                                         disc_.outside2, count, windows, flags, inside);
+                       int found = 0;
+                       for (int i = 0; i < used; ++i) {
+                         hits[found] = i;
+                         found += flags[i] != 0;
+                       }
+                       for (int k = 0; k < found; ++k)
+                         for (int w = 0; w < count; ++w)
+                           if (flags[hits[k]] >> w & 1)
+                             append(block, hits[k], std::uint32_t(at + hits[k]), &shell(first + w, int(g)));
+                     });
+      for (int w = 0; w < count; ++w) {
+        buffers_.inside[g * kMostWindows + std::size_t(first + w)] = inside[w];
+        finish(&shell(first + w, int(g)));
+      }
+    });
+  }
 
   struct Value {
     double share, d_z, d_ring;
   };
-  Value operator()(double z) const {
-    Value value{0, 0, 0};
-    for (Eigen::Index i = 0; i < rays_.size(); ++i) {
-      const double x = rays_.x[i] + z * rays_.tx[i] - cx_, y = rays_.y[i] + z * rays_.ty[i] - cy_;
-      const double r2 = x * x + y * y;
-      if (r2 >= disc_.outside2) continue;
-      if (r2 <= disc_.inside2) {
-        value.share += rays_.weight[i];
-        continue;
-      }
-      const double density = rays_.weight[i] * disc_.density(r2);
-      value.share += rays_.weight[i] * disc_.share(r2);
-      value.d_ring += disc_.d_radius(density, r2);
-      value.d_z -= 2 * density * (x * rays_.tx[i] + y * rays_.ty[i]);
+  // z: inside window w.
+  Value operator()(int w, double z) const {
+    double sums[3] = {};
+    for (int g = 0; g < groups_.count; ++g) {
+      sums[0] += buffers_.inside[std::size_t(g) * kMostWindows + std::size_t(w)];
+      kernels_.share(shell(w, g).block(0, shell(w, g).used), z, shape_, sums);
     }
-    return {value.share / total_, value.d_z / total_, value.d_ring / total_};
+    return {sums[0] / total_, sums[1] / total_, sums[2] / (disc_.radius * total_)};
   }
 
-  // Appends scale * dN(z) over the rays.
-  void gradient(double z, double scale, RayGradient* gradient) const {
-    for (Eigen::Index i = 0; i < rays_.size(); ++i) {
-      const double x = rays_.x[i] + z * rays_.tx[i] - cx_, y = rays_.y[i] + z * rays_.ty[i] - cy_;
-      const double r2 = x * x + y * y;
-      if (r2 >= disc_.outside2 || r2 <= disc_.inside2) continue;
-      const double share = -2 * scale / total_ * rays_.weight[i] * disc_.density(r2);
-      if (share == 0.0) continue;
-      gradient->rays.push_back(std::uint32_t(i));
-      gradient->d_x.push_back(share * x);
-      gradient->d_y.push_back(share * y);
-      gradient->d_tx.push_back(z * share * x);
-      gradient->d_ty.push_back(z * share * y);
+  // Adds scale * dN(z) over the rays: entries at the end, or onto those of a dense gradient.
+  void add_gradient(int w, double z, double scale, RayGradient* gradient) const {
+    alignas(64) double density[kBlockRays];
+    for (int g = 0; g < groups_.count; ++g) {
+      const RingShell& s = shell(w, g);
+      for (std::size_t first = 0; first < s.used; first += kBlockRays) {
+        const RayBlock block = s.block(first, kBlockRays);
+        kernels_.share_density(block, z, shape_, density);
+        const int used = int(std::min<std::size_t>(kBlockRays, s.used - first));
+        for (int i = 0; i < used; ++i) {
+          if (!(density[i] > 0.0)) continue;
+          const double share = -2 * scale / total_ * density[i];
+          const double d_x = share * (block.x[i] + z * block.tx[i] - shape_.centre_x);
+          const double d_y = share * (block.y[i] + z * block.ty[i] - shape_.centre_y);
+          const std::uint32_t ray = s.ray[first + std::size_t(i)];
+          if (gradient->all_rays) {
+            gradient->d_x[ray] += d_x;
+            gradient->d_y[ray] += d_y;
+            gradient->d_tx[ray] += z * d_x;
+            gradient->d_ty[ray] += z * d_y;
+          } else {
+            gradient->rays.push_back(ray);
+            gradient->d_x.push_back(d_x);
+            gradient->d_y.push_back(d_y);
+            gradient->d_tx.push_back(z * d_x);
+            gradient->d_ty.push_back(z * d_y);
+          }
+        }
+      }
     }
   }
+
+  const PlaneWindow& window(int w) const { return windows_[w]; }
 
  private:
+  RingShell& shell(int w, int g) { return buffers_.shells[std::size_t(w * groups_.count + g)]; }
+  const RingShell& shell(int w, int g) const { return buffers_.shells[std::size_t(w * groups_.count + g)]; }
+
+  static void room(RingShell* s, std::size_t needed) {
+    for (std::vector<double>* v : {&s->x, &s->y, &s->tx, &s->ty, &s->weight}) make_room(*v, needed);
+    make_room(s->ray, needed);
+  }
+  static void append(const RayBlock& block, int i, std::uint32_t ray, RingShell* s) {
+    const std::size_t at = s->used++;
+    if (at >= s->x.size()) room(s, at + 1);
+    s->x[at] = block.x[i];
+    s->y[at] = block.y[i];
+    s->tx[at] = block.tx[i];
+    s->ty[at] = block.ty[i];
+    s->weight[at] = block.weight[i];
+    s->ray[at] = ray;
+  }
+  static void finish(RingShell* s) {
+    room(s, s->used + s->used / 8 + kRayPadding);  // the next evaluation may find a few more
+    for (std::size_t i = s->used; i % kRayPadding != 0; ++i)
+      s->x[i] = s->y[i] = s->tx[i] = s->ty[i] = s->weight[i] = 0.0;
+  }
+
   const RayBundle& rays_;
+  double total_;
+  RayGroups groups_;
   SmoothDisc disc_;
-  double cx_, cy_, total_;
+  DiscShape shape_;
+  int threads_;
+  RingBuffers& buffers_;
+  const FocusKernels& kernels_;
+  PlaneWindow windows_[kMostWindows] = {};
 };
 
 // Root of f in [a, b] with f(a) f(b) <= 0 by secant steps kept inside a shrinking bracket (Illinois).
@@ -148,57 +233,81 @@ double bracketed_root(const F& f, double a, double fa, double b, double fb) {
   return fb == 0.0 || std::abs(fb) < std::abs(fa) ? b : a;
 }
 
+enum Window { kPeak, kLower, kUpper };
+constexpr double kPeakWindow = 0.02, kLastPeakWindow = 0.4;  // half widths in the counted FWHM
+constexpr double kCrossingWindow = 0.003, kLastCrossingWindow = 0.64;
+
 }  // namespace
 
-std::optional<RingWidth> exact_ring_width(const RayBundle& rays, double ring_radius, double centre_x,
-                                          double centre_y) {
-  const double slope = rms_slope(rays);
-  if (!(ring_radius > 0) || !(slope > 0)) return std::nullopt;
+RayBlock RingShell::block(std::size_t first, std::size_t most) const {
+  const std::size_t count = std::min(most, used - first);
+  return {x.data() + first,      y.data() + first,
+          tx.data() + first,     ty.data() + first,
+          weight.data() + first, int((count + kRayPadding - 1) / kRayPadding * kRayPadding)};
+}
+
+std::optional<RingWidth> exact_ring_width(const RayBundle& rays, const RaySums& sums, const Ring& ring,
+                                          int threads, RingBuffers* buffers) {
+  const double slope = std::sqrt(sums.slope2 / sums.weight);
+  if (!(ring.radius > 0) || !(slope > 0)) return std::nullopt;
   for (double range = kFirstRange; range <= kLastRange; range *= 4) {
-    const auto width =
-        width_of(count_planes(rays, ring_radius, centre_x, centre_y, range * ring_radius / slope));
+    const auto width = width_of(count_planes(rays, ring, range * ring.radius / slope, threads, buffers));
     if (width) {
       RingWidth result = *width;
-      result.peak_share /= rays.weight.sum();
+      result.peak_share /= sums.weight;
       return result;
     }
   }
   return std::nullopt;
 }
 
-std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, double ring_radius, double centre_x,
-                                           double centre_y, double width, RayGradient* gradient,
-                                           double* d_ring) {
-  const auto start = exact_ring_width(rays, ring_radius, centre_x, centre_y);
-  if (!start || !(ring_radius > kSmallestSpotInWidths * width)) return std::nullopt;
-  const SmoothShare share(rays, ring_radius, centre_x, centre_y, width);
+std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, const RaySums& sums, const Ring& ring,
+                                           double width, int threads, RingBuffers* buffers, bool dense,
+                                           RayGradient* gradient, double* d_ring) {
+  const auto start = exact_ring_width(rays, sums, ring, threads, buffers);
+  if (!start || !(ring.radius > kSmallestSpotInWidths * width)) return std::nullopt;
+  SmoothShare share(rays, sums.weight, ring, width, threads, buffers);
   RingWidth result = *start;
+  // Counted and smooth crossings differ by the noise of the rays in the kernel, ~ 1/sqrt(N).
+  const double reach =
+      start->fwhm * std::min(kLastCrossingWindow, kCrossingWindow + 0.5 / std::sqrt(double(rays.size())));
+  const PlaneWindow first[kMostWindows] = {
+      {start->peak, 2 * kPeakWindow * start->fwhm}, {start->lower, reach}, {start->upper, reach}};
+  share.collect(kPeak, kMostWindows, first);
   // The peak: where dN/dz changes sign around the counted one. The window grows until it holds a sign change.
-  const auto slope_at = [&](double z) { return share(z).d_z; };
-  double window = 0.02 * start->fwhm, low = 0, high = 0, f_low = 0, f_high = 0;
+  const auto slope_at = [&](double z) { return share(kPeak, z).d_z; };
+  double low = 0, high = 0, f_low = 0, f_high = 0;
   bool bracketed = false;
-  for (; window <= 0.4 * start->fwhm && !bracketed; window *= 2) {
-    low = start->peak - window;
-    high = start->peak + window;
+  for (double half = kPeakWindow * start->fwhm; half <= kLastPeakWindow * start->fwhm && !bracketed;
+       half *= 2) {
+    if (half > share.window(kPeak).half) {
+      const PlaneWindow wider{start->peak, 2 * half};
+      share.collect(kPeak, 1, &wider);
+    }
+    low = start->peak - half;
+    high = start->peak + half;
     f_low = slope_at(low);
     f_high = slope_at(high);
     bracketed = f_low >= 0 && f_high <= 0;
   }
   if (!bracketed) return std::nullopt;
   result.peak = f_low == 0 && f_high == 0 ? start->peak : bracketed_root(slope_at, low, f_low, high, f_high);
-  const SmoothShare::Value top = share(result.peak);
+  const SmoothShare::Value top = share(kPeak, result.peak);
   result.peak_share = top.share;
-  const auto excess = [&](double z) { return share(z).share - 0.5 * top.share; };
-  const auto crossing = [&](double counted, double outward) -> std::optional<double> {
-    double reach = 0.02 * start->fwhm;
-    for (int tries = 0; tries < 6; ++tries, reach *= 2) {
-      const double inner = counted - outward * reach, outer = counted + outward * reach;
+  const auto crossing = [&](Window w, double counted, double outward) -> std::optional<double> {
+    const auto excess = [&](double z) { return share(w, z).share - 0.5 * top.share; };
+    for (double half = reach;; half *= 4) {
+      if (half > share.window(w).half) {
+        const PlaneWindow wider{counted, half};
+        share.collect(w, 1, &wider);
+      }
+      const double inner = counted - outward * half, outer = counted + outward * half;
       const double f_inner = excess(inner), f_outer = excess(outer);
       if (f_inner >= 0 && f_outer <= 0) return bracketed_root(excess, inner, f_inner, outer, f_outer);
+      if (!(half < kLastCrossingWindow * start->fwhm)) return std::nullopt;
     }
-    return std::nullopt;
   };
-  const auto lower = crossing(start->lower, -1), upper = crossing(start->upper, +1);
+  const auto lower = crossing(kLower, start->lower, -1), upper = crossing(kUpper, start->upper, +1);
   if (!lower || !upper) return std::nullopt;
   result.lower = *lower;
   result.upper = *upper;
@@ -206,14 +315,20 @@ std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, double ring_ra
   if (!gradient && !d_ring) return result;
   // Implicit function theorem on N(z) = N(peak)/2 at both crossings; the peak does not move N(peak) to first
   // order.
-  const SmoothShare::Value at_lower = share(*lower), at_upper = share(*upper);
+  const SmoothShare::Value at_lower = share(kLower, *lower), at_upper = share(kUpper, *upper);
   if (at_lower.d_z == 0.0 || at_upper.d_z == 0.0) return std::nullopt;
   const double for_upper = -1.0 / at_upper.d_z, for_lower = 1.0 / at_lower.d_z;
   const double for_peak = -0.5 * (for_upper + for_lower);
   if (gradient) {
-    share.gradient(*upper, for_upper, gradient);
-    share.gradient(*lower, for_lower, gradient);
-    share.gradient(result.peak, for_peak, gradient);
+    gradient->clear();
+    if (dense) {
+      gradient->all_rays = true;
+      for (std::vector<double>* d : {&gradient->d_x, &gradient->d_y, &gradient->d_tx, &gradient->d_ty})
+        d->assign(std::size_t(rays.size()), 0.0);
+    }
+    share.add_gradient(kUpper, *upper, for_upper, gradient);
+    share.add_gradient(kLower, *lower, for_lower, gradient);
+    share.add_gradient(kPeak, result.peak, for_peak, gradient);
   }
   if (d_ring) *d_ring = for_upper * at_upper.d_ring + for_lower * at_lower.d_ring + for_peak * top.d_ring;
   return result;

@@ -1,7 +1,10 @@
 #pragma once
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "aberfit/trace/ray_bundle.h"
+#include "focus_kernel.h"
 
 namespace aberfit {
 
@@ -14,17 +17,38 @@ struct RingWidth {
   int crossings = 2;  ///< of the half-maximum level inside the search range; more than 2: several peaks
 };
 
+/// A ring of fixed radius [m] about a fixed centre.
+struct Ring {
+  double radius = 0, centre_x = 0, centre_y = 0;
+};
+
+/// Rays that the kernel may touch in a window of planes.
+struct RingShell {
+  std::vector<double> x, y, tx, ty, weight;
+  std::vector<std::uint32_t> ray;
+  std::size_t used = 0;
+  RayBlock block(std::size_t first, std::size_t most) const;  ///< padded
+};
+
+/// Memory kept from call to call.
+struct RingBuffers {
+  std::vector<double> enter, leave;  // [group][plane]
+  std::vector<double> share;         // per plane
+  std::vector<RingShell> shells;     // [window][group]
+  std::vector<double> inside;        // [group][window]
+};
+
 /// N counted exactly on a fine grid of planes (each ray gives one interval of z, binned once), crossings
 /// interpolated: relative error below 1e-5. Nothing when N does not fall to half on both sides within a
 /// hundred ring/slope lengths.
-std::optional<RingWidth> exact_ring_width(const RayBundle& rays, double ring_radius, double centre_x,
-                                          double centre_y);
+std::optional<RingWidth> exact_ring_width(const RayBundle& rays, const RaySums& sums, const Ring& ring,
+                                          int threads, RingBuffers* buffers);
 
 /// The smooth twin: N with the kernel integral of half-width `width` in radius, its peak and crossings by
-/// root finding. When `gradient` is given, appends d fwhm at fixed ring radius; d_ring is d fwhm / d
-/// ring_radius.
-std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, double ring_radius, double centre_x,
-                                           double centre_y, double width, RayGradient* gradient,
-                                           double* d_ring);
+/// root finding over those rays that the kernel may touch near them. When `gradient` is given, it is replaced
+/// by d fwhm at fixed ring radius, dense when `dense`; d_ring is d fwhm / d ring radius.
+std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, const RaySums& sums, const Ring& ring,
+                                           double width, int threads, RingBuffers* buffers, bool dense,
+                                           RayGradient* gradient, double* d_ring);
 
 }  // namespace aberfit

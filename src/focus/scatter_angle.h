@@ -1,14 +1,20 @@
 #pragma once
+#include <vector>
+
 #include "aberfit/trace/ray_bundle.h"
 
 namespace aberfit {
 
-/// Angle [rad] between each ray and its nominal ray, from cross and dot product (no loss of digits at small
-/// angles).
-Eigen::ArrayXd scatter_angles(const RayBundle& rays, const RayBundle& nominal);
+/// Weighted sums over the rays of the angle [rad] between each ray and its nominal ray, from cross and dot
+/// product (no loss of digits at small angles).
+struct AngleSums {
+  double squares = 0, firsts = 0;
+};
+AngleSums sum_angles(const RayBundle& rays, const RayBundle& nominal, int threads);
 
-/// Gradient of sum_i weights[i] angle_i^2 / 2 over tx and ty of every ray (finite where the angle vanishes).
-void squared_angle_gradient(const RayBundle& rays, const RayBundle& nominal, const Eigen::ArrayXd& weights,
-                            Eigen::ArrayXd* d_tx, Eigen::ArrayXd* d_ty);
+/// d_tx, d_ty of every ray: `scale` times the gradient of the weighted sum of angle^2 / 2, or, when `mean`,
+/// of the angles (0 for a ray without angle; that of the squares is finite there).
+void angle_gradient(const RayBundle& rays, const RayBundle& nominal, double scale, bool mean, int threads,
+                    std::vector<double>* d_tx, std::vector<double>* d_ty);
 
 }  // namespace aberfit

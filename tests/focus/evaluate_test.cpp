@@ -208,10 +208,15 @@ TEST(SmoothStatistics, GradientsMatchDifferencesOfTheSmoothTwin) {
     for (std::size_t k = 0; k < statistics.size(); ++k) {
       const StatisticGradient& g = gradients[k];
       double sum = 0;
-      for (std::size_t j = 0; j < g.rays.rays.size(); ++j) {
-        const auto i = Eigen::Index(g.rays.rays[j]);
-        sum +=
-            g.rays.d_x[j] * dx[i] + g.rays.d_y[j] * dy[i] + g.rays.d_tx[j] * dtx[i] + g.rays.d_ty[j] * dty[i];
+      const auto component = [](const std::vector<double>& d, std::size_t j) {
+        return d.empty() ? 0.0 : d[j];
+      };
+      const std::size_t entries = g.rays.all_rays ? std::size_t(scene.rays.size()) : g.rays.rays.size();
+      for (std::size_t j = 0; j < entries; ++j) {
+        const auto i = Eigen::Index(g.rays.all_rays ? j : g.rays.rays[j]);
+        const double d_x = component(g.rays.d_x, j), d_y = component(g.rays.d_y, j);
+        sum += d_x * dx[i] + d_y * dy[i] + (component(g.rays.d_tx, j) + g.rays.dz * d_x) * dtx[i] +
+               (component(g.rays.d_ty, j) + g.rays.dz * d_y) * dty[i];
       }
       if (g.d_height.size() > 0) sum += (g.d_height * dh).sum();
       // Truncation of the difference where the kernel's third derivative jumps, and rounding 1e-16/step.

@@ -40,7 +40,8 @@ SurfaceField rough_field(const PupilSample& pupil, double slope) {
 }
 
 void expect_close(double found, double expected) {
-  EXPECT_LE(std::abs(found - expected), kAbsolute + kRelative * std::abs(expected)) << found << " " << expected;
+  EXPECT_LE(std::abs(found - expected), kAbsolute + kRelative * std::abs(expected))
+      << found << " " << expected;
 }
 
 }  // namespace
@@ -48,16 +49,18 @@ void expect_close(double found, double expected) {
 TEST(TraceKernel, AgreesWithTheScalarTemplatesInEveryInstructionSet) {
   constexpr int kCount = 512;
   const PupilSample pupil = make_pupil(CircleAperture{0.4, 0}, {PupilLayout::kRandom, kCount, 5});
-  for (const InstructionSet set : {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
+  for (const InstructionSet set :
+       {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
     if (!is_supported(set)) continue;
     for (const Mirror& mirror : mirrors()) {
       for (const double slope : {0.0, 1e-5, 1e-2, 0.6}) {  // 0.6: a third of the rays is lost
         const SurfaceField field = rough_field(pupil, slope);
         std::vector<double> out[5];
         for (auto& o : out) o.assign(kCount, -1.0);
-        const int lost = trace_run(set, mirror, kCount, pupil.x.data(), pupil.y.data(), pupil.weight.data(),
-                                   {field.height.data(), field.slope_x.data(), field.slope_y.data()},
-                                   {out[0].data(), out[1].data(), out[2].data(), out[3].data(), out[4].data()});
+        const int lost =
+            trace_run(set, mirror, kCount, pupil.x.data(), pupil.y.data(), pupil.weight.data(),
+                      {field.height.data(), field.slope_x.data(), field.slope_y.data()},
+                      {out[0].data(), out[1].data(), out[2].data(), out[3].data(), out[4].data()});
         int expected_lost = 0;
         for (Eigen::Index i = 0; i < kCount; ++i) {
           SurfacePoint<double> s = base_surface(mirror, pupil.x[i], pupil.y[i]);
@@ -144,7 +147,8 @@ TEST(Trace, AdjointOfAllRaysEqualsThatOfTheSameRaysListed) {
     listed.d_ty.push_back(dense.dz * dense.d_y[776 - k]);
   }
   for (const Mirror& mirror : mirrors()) {
-    const SurfaceField a = trace_adjoint(mirror, pupil, field, dense), b = trace_adjoint(mirror, pupil, field, listed);
+    const SurfaceField a = trace_adjoint(mirror, pupil, field, dense),
+                       b = trace_adjoint(mirror, pupil, field, listed);
     ASSERT_EQ(a.size(), 777);
     for (Eigen::Index i = 0; i < 777; ++i) {
       const double size = std::abs(dense.d_x[std::size_t(i)]) + std::abs(dense.d_y[std::size_t(i)]);

@@ -18,7 +18,8 @@ enum class Centre {
 struct FocusInput {
   const RayBundle& rays;
   const RayBundle&
-      nominal;  ///< the same pupil on the mirror without surface error: reference of the scatter angle
+      nominal;  ///< the same pupil on the mirror without surface error: reference of the scatter angle.
+                ///< Only its tx and ty are read, and only for ScatterRms and ScatterMean.
   const Eigen::ArrayXd&
       height;  ///< surface error h at the pupil points [m]; may be empty when RmsHeight is not asked for
   Centre centre = Centre::kNominal;
@@ -45,8 +46,8 @@ class FocusWorkspace {
 Eigen::VectorXd evaluate_exact(const FocusInput& input, const std::vector<Statistic>& statistics, int threads,
                                Warnings* warnings = nullptr);
 
-/// Gradient of one smooth statistic: over rays, and over the heights of the pupil points (RmsHeight only;
-/// else empty).
+/// Gradient of one smooth statistic: over rays (moments and angles: all of them), and over the heights of the
+/// pupil points (RmsHeight only; else empty).
 struct StatisticGradient {
   RayGradient rays;
   Eigen::ArrayXd d_height;
