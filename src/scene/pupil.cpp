@@ -62,13 +62,27 @@ PupilSample equal_weights(const std::vector<double>& x, const std::vector<double
           {}};
 }
 
+// The number without prime factors beyond 5 that is nearest to `wanted`, at least 1: transforms over the
+// angle take two to five times as long where a large prime divides the number of spokes.
+std::int64_t nearest_smooth(std::int64_t wanted) {
+  const auto is_smooth = [](std::int64_t n) {
+    for (const int prime : {2, 3, 5})
+      while (n % prime == 0) n /= prime;
+    return n == 1;
+  };
+  for (std::int64_t away = 0;; ++away) {
+    if (wanted - away >= 1 && is_smooth(wanted - away)) return wanted - away;
+    if (wanted + away >= 1 && is_smooth(wanted + away)) return wanted + away;
+  }
+}
+
 PupilSample polar_pupil(const Ring& ring, std::int64_t rays) {
   if (!(ring.outer > ring.inner)) no_room();
   // Cells about as long as wide: spokes / rings = mean circumference / radial extent.
   const double a = ring.inner, b = ring.outer;
   const double mean_radius = 2.0 / 3.0 * (a * a + a * b + b * b) / (a + b);
   const double aspect = kTwoPi * mean_radius / (b - a);
-  const auto spokes = std::max<std::int64_t>(8, 8 * std::llround(std::sqrt(double(rays) * aspect) / 8));
+  const std::int64_t spokes = 8 * nearest_smooth(std::llround(std::sqrt(double(rays) * aspect) / 8));
   const auto rings = std::max<std::int64_t>(1, std::llround(double(rays) / double(spokes)));
   const Quadrature rule = gauss_legendre(int(rings), a * a, b * b);
 

@@ -31,6 +31,39 @@ TEST(Pupil, PolarQuadratureIsExactForPolynomialsOverDiscAndRing) {
   }
 }
 
+TEST(Pupil, TheStructureSaysWhereThePointsAre) {
+  const PupilSample polar = make_pupil(AnnulusAperture{0.4, 0.1, 0}, {PupilLayout::kPolar, 5000, 1});
+  const auto& rings = std::get<PolarRings>(polar.structure);
+  ASSERT_EQ(rings.rho.size() * rings.spokes, polar.size());
+  for (Eigen::Index k = 0; k < polar.size(); ++k) {
+    const Eigen::Index ring = k / rings.spokes;
+    const double angle = 2 * M_PI * double(k % rings.spokes) / double(rings.spokes) + rings.turn[ring];
+    EXPECT_NEAR(polar.x[k], rings.rho[ring] * std::cos(angle), 1e-15);
+    EXPECT_NEAR(polar.y[k], rings.rho[ring] * std::sin(angle), 1e-15);
+  }
+  const PupilSample square = make_pupil(CircleAperture{0.4, 0.02}, {PupilLayout::kGrid, 3000, 1});
+  const auto& grid = std::get<CartesianGrid>(square.structure);
+  ASSERT_EQ(Eigen::Index(grid.column.size()), square.size());
+  ASSERT_EQ(Eigen::Index(grid.row.size()), square.size());
+  for (Eigen::Index k = 0; k < square.size(); ++k) {
+    EXPECT_EQ(square.x[k], grid.x[grid.column[std::size_t(k)]]);
+    EXPECT_EQ(square.y[k], grid.y[grid.row[std::size_t(k)]]);
+  }
+}
+
+TEST(Pupil, PolarRingsHaveNoLargePrimeAndNearlyTheRaysAskedFor) {
+  for (std::int64_t wanted = 200; wanted < 2000000; wanted = wanted * 5 / 3) {
+    const PupilSample pupil = make_pupil(CircleAperture{0.4, 0}, {PupilLayout::kPolar, wanted, 1});
+    Eigen::Index rest = std::get<PolarRings>(pupil.structure).spokes;
+    for (const int prime : {2, 3, 5})
+      while (rest % prime == 0) rest /= prime;
+    EXPECT_EQ(rest, 1) << wanted;
+    // A whole number of rings: off by half a ring's spokes at most, which is 1/(2 rings).
+    const double spokes = std::sqrt(double(wanted) * 4 * M_PI / 3);
+    EXPECT_NEAR(double(pupil.size()), double(wanted), 0.65 * spokes) << wanted;
+  }
+}
+
 TEST(Pupil, EveryLayoutHasTheMomentsOfTheAperture) {
   // <x^2> of a 0.4 x 0.2 rectangle is 0.4^2/12; of a disc R^2/4. Equal points: standard error of <x^2> is
   // sqrt(var(x^2)/N), grid and Sobol do better.
