@@ -293,8 +293,11 @@ class RadiusSolver {
     std::vector<Node> nodes;
     const RadiusShell* shells = shells_of(plane, interval);
     for (int g = 0; g < groups_.count; ++g)
-      for (std::size_t i = 0; i < shells[g].used; ++i)
-        nodes.push_back({std::sqrt(shells[g].r2[i]), shells[g].weight[i], shells[g].ray[i]});
+      for (std::size_t i = 0; i < shells[g].used; ++i) {
+        const double r2 = shells[g].r2[i];  // what is not a number goes last: a sort needs an order
+        nodes.push_back({r2 >= 0 ? std::sqrt(r2) : std::numeric_limits<double>::infinity(),
+                         shells[g].weight[i], shells[g].ray[i]});
+      }
     std::sort(nodes.begin(), nodes.end(), [](const Node& a, const Node& b) {
       return a.radius < b.radius || (a.radius == b.radius && a.ray < b.ray);
     });

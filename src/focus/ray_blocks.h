@@ -36,7 +36,7 @@ struct RayGroups {
   Eigen::Index rays;
   int count;
   explicit RayGroups(Eigen::Index n, int most = 16)
-      : rays(n), count(int(std::clamp<Eigen::Index>(n / 16384, 1, most))) {}
+      : rays(n), count(int(std::clamp<Eigen::Index>((n + 8192) / 16384, 1, most))) {}
   Eigen::Index begin(int g) const { return g == count ? rays : rays * g / count / kBlockRays * kBlockRays; }
 };
 

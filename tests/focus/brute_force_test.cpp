@@ -306,3 +306,16 @@ TEST(BruteForce, EveryInstructionSetGivesTheSameStatisticsToRounding) {
       EXPECT_NEAR(other[i], baseline[i], 1e-12 * std::abs(baseline[i])) << i;
   }
 }
+
+TEST(BruteForce, RaysThatAreNoNumbersAreSaidSo) {
+  RayBundle rays = bundle(Kind::kGaussian, 500);
+  for (Eigen::Index i = 0; i < 500; i += 2) rays.x[i] = std::nan("");
+  const Eigen::ArrayXd none;
+  Eigen::VectorXd values;
+  for (const Centre centre : {Centre::kNominal, Centre::kCentroid}) {
+    EXPECT_FALSE(std::isfinite(
+        evaluate_exact({rays, rays, none, Centre::kCentroid}, {EncircledEnergyRadius{0.9, 0}}, 1)[0]));
+    EXPECT_FALSE(evaluate_smooth({rays, rays, none, centre}, {EncircledEnergyRadius{0.9, 0}, RmsRadius{}},
+                                 1e-6, 1, &values, nullptr));
+  }
+}
