@@ -1,5 +1,6 @@
 #pragma once
 #include <complex>
+#include <mutex>
 
 namespace aberfit {
 
@@ -7,5 +8,9 @@ namespace aberfit {
 /// after row), in place, unnormalised; rows = 1 for one dimension. Any size; safe to call from many threads
 /// at once; the same bits every time.
 void fourier_transform(int rows, int columns, std::complex<double>* values);
+
+/// Held while a plan of FFTW is made or destroyed: its planner, unlike its execution, must not run twice at a
+/// time. One for the whole library.
+std::mutex& fftw_planner();
 
 }  // namespace aberfit

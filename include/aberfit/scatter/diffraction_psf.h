@@ -1,0 +1,177 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "aberfit/core/warning.h"
+#include "aberfit/focus/statistic.h"
+#include "aberfit/measured/height_map.h"
+#include "aberfit/scene/aperture.h"
+#include "aberfit/scene/pupil.h"
+
+namespace aberfit {
+
+/// Cells of a Cartesian grid over an aperture. A surface is known at their centres; light passes through the
+/// clear part of each.
+struct DiffractionPupil {
+  /// Centres of the cells that let light through (`structure` is their CartesianGrid), so that a
+  /// SurfaceOperator or a trace works on the same points; weight: share of the clear area. Centres of edge
+  /// cells may lie up to 0.71 pitch outside the aperture.
+  PupilSample sample;
+  Eigen::ArrayXd cover;  ///< clear share of each of these cells, in (0, 1]
+  /// What a cell adds to a sum that stands for an integral over the aperture: `cover`, corrected at edges so
+  /// that the sum is right to third order in the pitch; within 0.2 of it, the same total.
+  Eigen::ArrayXd amplitude;
+  double pitch_x = 0, pitch_y = 0;  ///< [m]
+  double missing = 0;  ///< share of the aperture's area where a map has no heights: taken as opaque
+};
+
+/// Square cells of side `pitch` [m], centred on the aperture's bounding box. The clear share of a cell is its
+/// exact common area with the aperture (margin not taken off: light passes there, too). Relative error of
+/// EE50, EE80 and EE90 of a full circle N cells across, against the Airy pattern:
+///   N = 128  2e-6, 1.2e-5, 5e-5 with `amplitude`; 2e-5, 1.2e-4, 5e-4 with `cover`; 1e-3 with cells in or out
+///   N = 256  3e-7, 2e-6, 8e-6;                    4e-6, 3e-5, 1.2e-4;               up to 3e-4
+/// falling as N^-3, N^-2 and erratically. Throws ComputationError for a pitch that gives more than 16384
+/// cells a side.
+DiffractionPupil diffraction_pupil(const Aperture& aperture, double pitch);
+
+/// The cells of a measured map inside `aperture` (about the map's origin), and their heights [m] in the order
+/// of the points. Cells without a value are opaque. Throws ComputationError when nothing is left or the map
+/// has no pitch.
+DiffractionPupil diffraction_pupil(const HeightMap& map, const Aperture& aperture, Eigen::ArrayXd* height);
+
+/// What sampling a scene needs.
+struct DiffractionSampling {
+  double pitch = 0;    ///< of the pupil's cells [m]
+  int samples = 0;     ///< cells across 2 aperture_radius
+  std::string reason;  ///< one sentence
+};
+
+/// Largest pitch that keeps a spot of radius `radius` [m] (all the light that matters: 1.5 times the largest
+/// EE radius asked for, or 5 sigma_f) in planes up to `dz` [m] inside half of the field of view wavelength
+/// f/pitch, with at least `least_samples` cells across for the edge of the aperture (128: Airy radii to
+/// 3e-5). The same condition in the pupil: 2 slope pitch/wavelength < 1/2, slope including that of defocus.
+DiffractionSampling diffraction_sampling(const Aperture& aperture, double focal_length, double wavelength,
+                                         double radius, double dz, int least_samples = 128);
+
+/// What the statistics are functions of: the pupil focused by an ideal mirror.
+///
+/// Field in the plane z = f + dz, paraxial (Fresnel; Goodman, Introduction to Fourier Optics, 4.2 and 5.2.2):
+///   U(X) = sum_k amplitude_k exp(-i (4 pi h_k/lambda + pi rho_k^2 dz/(lambda f (f+dz)))) exp(-2 pi i
+///   x_k.X/(lambda (f+dz)))
+/// The wavefront is 2h; signs and scale are those of the rays: stationary phase gives X = -2 grad h (f+dz) -
+/// x dz/f, positive dz further from the mirror (PHYSICS 1 to first order in R/2f and in the slope: errors of
+/// order (R/2f)^2, 0.06 % of a radius at f/7, 2 % at f/1.25). For |dz| << f the defocus phase is 2 pi/lambda
+/// dz rho^2/(2f^2).
+///
+/// Encircled energy comes from the optical transfer function, the autocorrelation C_m of the pupil field:
+///   EE(r) = u^2 sum_m C_m r J1(2 pi r u |m|)/(u |m|) / sum cover,  u = pitch/(lambda (f+dz)),
+/// the exact integral of the PSF over the disc: no pixels, no interpolation of an image, and no dependence on
+/// padding. Shares are of all light that passes the aperture; light beyond the field of view lambda f/pitch
+/// (for a sharp edge about 0.4/N) is not inside any radius.
+struct DiffractionProblem {
+  const DiffractionPupil& pupil;
+  double focal_length = 0;  ///< [m], > 0
+  double wavelength = 0;    ///< [m], > 0
+  /// Transform length over pupil length, at least 2; raised to the next size that transforms fast. More than
+  /// 2 changes nothing but rounding.
+  double padding = 2;
+  /// Share of neighbouring cells whose phases may differ by more than pi (their light lands in the wrong
+  /// place) before a result is refused.
+  double aliased_limit = 1e-3;
+};
+
+/// Memory and transform plans that evaluations reuse. One per caller: not to be shared between evaluations
+/// that run at the same time. May be used for different problems in turn.
+class DiffractionWorkspace {
+ public:
+  DiffractionWorkspace();
+  ~DiffractionWorkspace();
+  DiffractionWorkspace(DiffractionWorkspace&&) noexcept;
+  DiffractionWorkspace& operator=(DiffractionWorkspace&&) noexcept;
+  struct Buffers;
+  Buffers& buffers() { return *buffers_; }
+
+ private:
+  std::unique_ptr<Buffers> buffers_;
+};
+
+/// Statistics of the diffraction PSF about the nominal focus X = 0, and their exact gradients over the
+/// heights (adjoint: one inverse transform per statistic and plane). height: one per pupil point [m]. values:
+/// one per statistic, NaN where it does not exist; d_height, when given: one array per statistic, d value/d
+/// height, one entry per pupil point; multiply by L^T for coefficients. workspace may be null.
+///   EncircledEnergyRadius, RingThrough: from EE(r) above.
+///   RingFwhm: N(z) searched from a scan of planes; the half crossings nearest to the highest peak.
+///   SpotFwhm: from the transfer function along x and y; bandwidth 0 is allowed. Outermost half crossings.
+///   RmsHeight: of the surface, weighted by area.
+///   ScatterRms, ScatterMean, RmsRadius: always NaN. A sharp edge scatters light as 1/r^3, so these second
+///   moments have no finite value for waves; take them from traced rays.
+/// False when any value or gradient does not exist: no root inside the field of view, more aliased cells than
+/// the limit, a radius in a dark ring, ... Results do not depend on `threads`, to the last bit.
+bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
+                          const std::vector<Statistic>& statistics, int threads,
+                          DiffractionWorkspace* workspace, Eigen::VectorXd* values,
+                          std::vector<Eigen::ArrayXd>* d_height);
+
+/// How well the grid carries a surface in one plane.
+struct DiffractionCheck {
+  double energy_outside = 0;  ///< share of the light beyond the field of view, by Parseval
+  double field_of_view = 0;   ///< wavelength (f+dz)/pitch, the smaller of x and y [m]
+  double largest_step = 0;    ///< largest phase difference of neighbouring cells [rad]
+  double aliased_share = 0;   ///< share of neighbouring cells whose phases differ by more than pi
+  Warnings warnings;
+};
+DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
+                                   double dz);
+
+/// Encircled energy [1] at the given radii [m], each up to half the field of view (NaN beyond).
+Eigen::ArrayXd diffraction_encircled_energy(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
+                                            double dz, const Eigen::ArrayXd& radius);
+
+/// Part of a PSF: share of the light per area [1/m^2] at X = first + column pitch, Y = first + row pitch.
+struct PsfImage {
+  Grid intensity;
+  double first = 0;  ///< [m]
+  double pitch = 0;  ///< [m]
+  double dz = 0;     ///< plane, offset from z = f [m]
+  enum class Method { kTransform, kMatrix } method = Method::kTransform;
+};
+struct PsfWindow {
+  double half_width = 0;  ///< [m]; 0: the whole field of view
+  double pitch = 0;       ///< largest pitch wanted [m]; 0: a quarter of wavelength (f+dz)/(2 aperture_radius)
+  double dz = 0;          ///< plane, offset from z = f [m]
+};
+/// The PSF in a window about the nominal focus, which is a sample. Over the whole field of view, the sum
+/// times pitch^2 is 1 less the light outside. A padded transform gives all of the field of view, two matrix
+/// products (a matrix Fourier transform; Soummer et al. 2007) only the window: whichever costs less by count
+/// of operations. Square cells only (throws ComputationError), pitch at most the wanted one.
+PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
+                         const PsfWindow& window);
+
+/// Mean PSF of many surfaces in one plane.
+struct DiffractionEnsemble {
+  Eigen::ArrayXd radius;          ///< as given [m]
+  Eigen::ArrayXd mean;            ///< mean encircled energy there
+  Eigen::ArrayXd standard_error;  ///< of the mean, from the scatter of the draws
+  Eigen::ArrayXd fraction;        ///< as given
+  Eigen::ArrayXd
+      ee_radius;  ///< radius of the mean PSF that holds the fraction [m]; NaN beyond the field of view
+  Eigen::ArrayXd ee_radius_standard_error;  ///< by dr = dEE/EE'(r) [m]
+  Eigen::ArrayXd ee_radius_mean;            ///< mean of the draws' own radii [m]
+  Eigen::ArrayXd ee_radius_deviation;       ///< standard deviation of the draws' own radii [m]
+  int draws = 0;
+  double energy_outside = 0;  ///< share of the light beyond the field of view
+  double aliased_share = 0;   ///< largest over draws
+};
+/// draw(i) gives the heights of surface i at the pupil points, i = 0 .. draws-1; it is called from `threads`
+/// threads at once and must be a function of i alone (seeds from i). draws >= 2. Memory: 8 numbers per cell a
+/// side and draw.
+DiffractionEnsemble diffraction_ensemble(const DiffractionProblem& problem, double dz, int draws,
+                                         const std::function<Eigen::ArrayXd(int)>& draw,
+                                         const Eigen::ArrayXd& radius, const Eigen::ArrayXd& fraction,
+                                         int threads);
+
+}  // namespace aberfit

@@ -1,0 +1,102 @@
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "aberfit/scatter/diffraction_psf.h"
+#include "diffraction_otf.h"
+#include "diffraction_transform.h"
+
+namespace aberfit {
+
+/// Phase differences of neighbouring cells.
+struct PhaseSteps {
+  double largest = 0;        ///< [rad]
+  double aliased_share = 0;  ///< share of the pairs above pi
+};
+
+/// What every plane of one surface shares. Refers to the problem, which must outlive it.
+class DiffractionScene {
+ public:
+  /// Throws std::invalid_argument for a pupil without cells, heights of another number and lengths that are
+  /// not positive.
+  DiffractionScene(const DiffractionProblem& problem, const Eigen::ArrayXd& height, int threads);
+
+  const DiffractionProblem& problem() const { return problem_; }
+  const CartesianGrid& grid() const { return grid_; }
+  int rows() const { return int(grid_.y.size()); }
+  int columns() const { return int(grid_.x.size()); }
+  Eigen::Index points() const { return base_.size(); }
+  /// amplitude exp(-4 pi i h/lambda)
+  const Eigen::ArrayXcd& base() const { return base_; }
+  double finer_pitch() const { return std::min(problem_.pupil.pitch_x, problem_.pupil.pitch_y); }
+  /// Longest lag with light at both ends, in finer pitches.
+  double longest_lag() const { return longest_lag_; }
+  double total_cover() const { return total_cover_; }
+  /// Light beyond the field of view: what Parseval finds missing.
+  double energy_outside() const { return 1 - problem_.pupil.amplitude.square().sum() / total_cover_; }
+  /// u = pitch/(lambda (f+dz)) [1/m], of the finer pitch; radii times u are in periods of the PSF.
+  double per_period(double dz) const {
+    return finer_pitch() / (problem_.wavelength * (problem_.focal_length + dz));
+  }
+  /// Largest radius [m] inside the field of view.
+  double largest_radius(double dz) const {
+    const double coarser = std::max(problem_.pupil.pitch_x, problem_.pupil.pitch_y);
+    return 0.5 * problem_.wavelength * (problem_.focal_length + dz) / coarser;
+  }
+  bool has_plane(double dz) const { return problem_.focal_length + dz > 0; }
+  /// Defocus phase over rho^2 [rad/m^2].
+  double chirp(double dz) const;
+  /// Over all planes between the two.
+  PhaseSteps phase_steps(const Eigen::ArrayXd& height, double dz_low, double dz_high) const;
+
+ private:
+  const DiffractionProblem& problem_;
+  const CartesianGrid& grid_;
+  Eigen::ArrayXcd base_;
+  double total_cover_ = 0, longest_lag_ = 0;
+};
+
+/// The PSF of a scene in one plane, in borrowed buffers.
+class DiffractionPlane {
+ public:
+  DiffractionPlane(const DiffractionScene& scene, const PupilTransform& transform,
+                   PupilTransform::Buffers& buffers);
+
+  /// Moves to the plane z = f + dz: two transforms.
+  void focus(double dz);
+  double dz() const { return dz_; }
+
+  /// Radii in [m]; energies are shares of all light.
+  double energy(double radius) const { return otf_.energy(radius * unit_); }
+  double density(double radius) const { return otf_.density(radius * unit_) * unit_; }  ///< [1/m]
+  std::optional<double> radius(double fraction) const;
+  const RadialOtf& otf() const { return otf_; }
+
+  /// C_m along the lags (m, 0) and (0, m), m >= 0, as shares of all light.
+  const Eigen::ArrayXcd& along_x() const { return along_x_; }
+  const Eigen::ArrayXcd& along_y() const { return along_y_; }
+
+  /// d energy(radius)/d phase of every pupil point: two transforms.
+  Eigen::ArrayXd energy_gradient(double radius);
+  /// d/d phase of Re sum_m (g_x C_(m,0) + g_y C_(0,m)), m >= 0: two transforms.
+  Eigen::ArrayXd axis_gradient(const Eigen::ArrayXcd& g_x, const Eigen::ArrayXcd& g_y);
+  /// d energy(radius)/d dz: the phases turn with dz and the PSF grows with f + dz.
+  double energy_slope(double radius, const Eigen::ArrayXd& energy_gradient) const;
+
+ private:
+  Eigen::ArrayXd pull_back();
+  std::complex<double>* half_row(int row);
+
+  const DiffractionScene& scene_;
+  const PupilTransform& transform_;
+  PupilTransform::Buffers& buffers_;
+  double dz_ = 0, unit_ = 0;
+  Eigen::ArrayXcd field_;  // at the pupil points
+  RadialOtf otf_;
+  Eigen::ArrayXcd along_x_, along_y_;
+};
+
+}  // namespace aberfit

@@ -1,0 +1,20 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+
+#include "diffraction_plane.h"
+
+namespace aberfit {
+
+struct DiffractionRingWidth {
+  double fwhm, peak, lower, upper;  ///< [m], planes from z = f
+};
+
+/// FWHM of N(z), the energy inside a circle of radius `ring` [m], between the half crossings nearest to its
+/// highest peak. Moves `plane`. d_phase (set) and d_ring: derivatives of the FWHM by the phases and by the
+/// ring's radius. Nothing when N does not fall to half on both sides within the search range.
+std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScene& scene,
+                                                           DiffractionPlane* plane, double ring,
+                                                           Eigen::ArrayXd* d_phase, double* d_ring);
+
+}  // namespace aberfit
