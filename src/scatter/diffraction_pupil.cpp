@@ -19,31 +19,59 @@ struct Box {
   double x0, x1, y0, y1;
 };
 
-// Area of the part of the disc of radius r about the origin with 0 <= x <= a and 0 <= y <= b; a, b >= 0.
-double corner_area(double r, double a, double b) {
+// Area of the common part of a cell and an aperture, and its first moments about the origin.
+struct Moments {
+  double area = 0, x = 0, y = 0;
+};
+Moments operator-(const Moments& a, const Moments& b) { return {a.area - b.area, a.x - b.x, a.y - b.y}; }
+
+Moments box_moments(const Box& c) {
+  const double area = (c.x1 - c.x0) * (c.y1 - c.y0);
+  return {area, 0.5 * area * (c.x0 + c.x1), 0.5 * area * (c.y0 + c.y1)};
+}
+
+// int_0^b min(a^2, r^2 - y^2)/2 dy: first moment in x of the part of the disc with 0 <= x <= a, 0 <= y <= b
+// <= r.
+double corner_moment(double r, double a, double b) {
+  const double straight = std::sqrt((r - a) * (r + a));
+  if (b <= straight) return 0.5 * a * a * b;
+  const auto under = [r](double y) { return 0.5 * (r * r - y * y / 3) * y; };
+  return 0.5 * a * a * straight + under(b) - under(straight);
+}
+
+// The part of the disc of radius r about the origin with 0 <= x <= a and 0 <= y <= b; a, b >= 0.
+Moments disc_corner(double r, double a, double b) {
   a = std::min(a, r);
   b = std::min(b, r);
-  if (a * a + b * b <= r * r) return a * b;
+  if (a * a + b * b <= r * r) return {a * b, 0.5 * a * a * b, 0.5 * a * b * b};
   // Under the arc from x = sqrt(r^2 - b^2) to a; a rectangle of height b before it.
   const double from = std::sqrt((r - b) * (r + b));
   const auto under = [r](double x) {
-    return 0.5 * (x * std::sqrt((r - x) * (r + x)) + r * r * std::asin(std::min(x / r, 1.0)));
+    const double y = std::sqrt((r - x) * (r + x));
+    return 0.5 * (x * y + r * r * std::atan2(x, y));  // asin(x/r) would lose half the digits near x = r
   };
-  return b * from + under(a) - under(from);
+  return {b * from + under(a) - under(from), corner_moment(r, a, b), corner_moment(r, b, a)};
 }
 
-double disc_area(double r, const Box& c) {
-  if (!(r > 0)) return 0;
+Moments disc_moments(double r, const Box& c) {
+  if (!(r > 0)) return {};
   const auto nearest = [](double low, double high) { return low > 0 ? low : high < 0 ? -high : 0.0; };
   const auto furthest = [](double low, double high) { return std::max(std::abs(low), std::abs(high)); };
-  const double area = (c.x1 - c.x0) * (c.y1 - c.y0);
-  if (std::hypot(furthest(c.x0, c.x1), furthest(c.y0, c.y1)) <= r) return area;
-  if (std::hypot(nearest(c.x0, c.x1), nearest(c.y0, c.y1)) >= r) return 0;
-  const auto signed_corner = [r](double x, double y) {
-    return std::copysign(1.0, x) * std::copysign(1.0, y) * corner_area(r, std::abs(x), std::abs(y));
+  if (std::hypot(furthest(c.x0, c.x1), furthest(c.y0, c.y1)) <= r) return box_moments(c);
+  if (std::hypot(nearest(c.x0, c.x1), nearest(c.y0, c.y1)) >= r) return {};
+  Moments sum;
+  const auto add = [&](double x, double y, double sign) {
+    const Moments m = disc_corner(r, std::abs(x), std::abs(y));
+    const double sx = std::copysign(1.0, x), sy = std::copysign(1.0, y);
+    sum.area += sign * sx * sy * m.area;
+    sum.x += sign * sy * m.x;
+    sum.y += sign * sx * m.y;
   };
-  return signed_corner(c.x1, c.y1) - signed_corner(c.x0, c.y1) - signed_corner(c.x1, c.y0) +
-         signed_corner(c.x0, c.y0);
+  add(c.x1, c.y1, 1);
+  add(c.x0, c.y1, -1);
+  add(c.x1, c.y0, -1);
+  add(c.x0, c.y0, 1);
+  return sum;
 }
 
 // The part of a polygon with sign * coordinate <= sign * limit (Sutherland and Hodgman 1974). Parts that fall
@@ -62,32 +90,43 @@ std::vector<Point> clipped(const std::vector<Point>& polygon, int axis, double s
   return result;
 }
 
-double polygon_area(std::vector<Point> polygon, const Box& c) {
+Moments polygon_moments(std::vector<Point> polygon, const Box& c) {
   polygon = clipped(polygon, 0, -1, c.x0);
   polygon = clipped(polygon, 0, +1, c.x1);
   polygon = clipped(polygon, 1, -1, c.y0);
   polygon = clipped(polygon, 1, +1, c.y1);
-  double twice = 0;  // about a corner of the cell: no cancellation
+  double twice = 0, six_x = 0, six_y = 0;  // about a corner of the cell: no cancellation
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Point &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    twice += (a[0] - c.x0) * (b[1] - c.y0) - (a[1] - c.y0) * (b[0] - c.x0);
+    const double ax = polygon[i][0] - c.x0, ay = polygon[i][1] - c.y0;
+    const double bx = polygon[(i + 1) % polygon.size()][0] - c.x0,
+                 by = polygon[(i + 1) % polygon.size()][1] - c.y0;
+    const double cross = ax * by - ay * bx;
+    twice += cross;
+    six_x += cross * (ax + bx);
+    six_y += cross * (ay + by);
   }
-  return 0.5 * std::abs(twice);
+  const double sense = twice < 0 ? -1 : 1, area = 0.5 * sense * twice;
+  return {area, sense * six_x / 6 + area * c.x0, sense * six_y / 6 + area * c.y0};
 }
 
-struct CommonArea {
+struct CommonPart {
   const Box& cell;
-  double operator()(const CircleAperture& a) const { return disc_area(0.5 * a.diameter, cell); }
-  double operator()(const AnnulusAperture& a) const {
-    return disc_area(0.5 * a.diameter, cell) - disc_area(0.5 * a.inner_diameter, cell);
+  Moments operator()(const CircleAperture& a) const { return disc_moments(0.5 * a.diameter, cell); }
+  Moments operator()(const AnnulusAperture& a) const {
+    return disc_moments(0.5 * a.diameter, cell) - disc_moments(0.5 * a.inner_diameter, cell);
   }
-  double operator()(const RectangleAperture& a) const {
-    const auto overlap = [](double low, double high, double half) {
-      return std::max(0.0, std::min(high, half) - std::max(low, -half));
-    };
-    return overlap(cell.x0, cell.x1, 0.5 * a.width) * overlap(cell.y0, cell.y1, 0.5 * a.height);
+  Moments operator()(const RectangleAperture& a) const {
+    const Box common{std::max(cell.x0, -0.5 * a.width), std::min(cell.x1, 0.5 * a.width),
+                     std::max(cell.y0, -0.5 * a.height), std::min(cell.y1, 0.5 * a.height)};
+    return common.x1 > common.x0 && common.y1 > common.y0 ? box_moments(common) : Moments{};
   }
-  double operator()(const PolygonAperture& a) const { return polygon_area(a.vertices, cell); }
+  Moments operator()(const PolygonAperture& a) const { return polygon_moments(a.vertices, cell); }
+};
+
+// Clear share of a cell, and the centre of the clear part from the cell's centre times that share, in
+// pitches.
+struct Clear {
+  double share = 0, x = 0, y = 0;
 };
 
 struct BoundingBox {
@@ -116,21 +155,25 @@ class PupilBuilder {
     pupil_.pitch_x = pitch_x;
     pupil_.pitch_y = pitch_y;
   }
-  double cover(Eigen::Index column, Eigen::Index row) const {
-    const double x = grid_.x[column], y = grid_.y[row], a = 0.5 * pupil_.pitch_x, b = 0.5 * pupil_.pitch_y;
-    const Box cell{x - a, x + a, y - b, y + b};
-    const double share = std::visit(CommonArea{cell}, aperture_) / (pupil_.pitch_x * pupil_.pitch_y);
-    return share > kNoCover ? std::min(share, 1.0) : 0.0;
+  Clear clear(Eigen::Index column, Eigen::Index row) const {
+    const double x = grid_.x[column], y = grid_.y[row], px = pupil_.pitch_x, py = pupil_.pitch_y;
+    const Box cell{x - 0.5 * px, x + 0.5 * px, y - 0.5 * py, y + 0.5 * py};
+    const Moments m = std::visit(CommonPart{cell}, aperture_);
+    const double share = m.area / (px * py);
+    if (!(share > kNoCover)) return {};
+    if (share >= 1 - kNoCover) return {1, 0, 0};
+    return {share, (m.x - x * m.area) / (px * px * py), (m.y - y * m.area) / (px * py * py)};
   }
-  void add(Eigen::Index column, Eigen::Index row, double cover) {
+  void add(Eigen::Index column, Eigen::Index row, const Clear& clear) {
     grid_.column.push_back(std::uint32_t(column));
     grid_.row.push_back(std::uint32_t(row));
-    cover_.push_back(cover);
+    clear_.push_back(clear);
   }
   DiffractionPupil finish() {
-    if (cover_.empty()) throw ComputationError("no cell of the pupil grid lets light through");
-    const Eigen::Index n = Eigen::Index(cover_.size());
-    pupil_.cover = Eigen::Map<Eigen::ArrayXd>(cover_.data(), n);
+    if (clear_.empty()) throw ComputationError("no cell of the pupil grid lets light through");
+    const Eigen::Index n = Eigen::Index(clear_.size());
+    pupil_.cover.resize(n);
+    for (Eigen::Index k = 0; k < n; ++k) pupil_.cover[k] = clear_[std::size_t(k)].share;
     PupilSample& sample = pupil_.sample;
     sample.x.resize(n);
     sample.y.resize(n);
@@ -147,39 +190,49 @@ class PupilBuilder {
   DiffractionPupil& pupil() { return pupil_; }
 
  private:
-  // Taking the field of a cell from its centre wherever its clear part lies convolves the aperture with a
-  // cell, and blurs its edge by pitch^2/24 times the second derivative. Take that off again: (a - b)/24 moves
-  // from the smaller to the larger of every two neighbours. Where a neighbour is opaque and has no field to
-  // weigh, the same first moment moves between the cell and the one on its other side. Nothing is lost on the
-  // way: the total is that of `cover`.
+  // The integral of a smooth field g over the clear part of a cell of unit area is share g + x g_x + y g_y +
+  // share (g_xx + g_yy)/24 + third order, g and its derivatives at the centre (inner edges of a cell's clear
+  // part change the last term by third order). Derivatives are differences of three clear cells in a line,
+  // central where both neighbours are clear. Their weights sum to zero: the total is that of `cover`.
   Eigen::ArrayXd corrected() const {
-    const std::ptrdiff_t width = grid_.x.size() + 2;  // an opaque cell all around
-    std::vector<double> cover(std::size_t(width * (grid_.y.size() + 2)), 0.0), change = cover;
-    std::vector<std::size_t> cell(cover_.size());
+    const std::ptrdiff_t width = grid_.x.size() + 4;  // two opaque cells all around
+    std::vector<char> lit(std::size_t(width * (grid_.y.size() + 4)), 0);
+    std::vector<double> weight(lit.size(), 0.0);
+    std::vector<std::ptrdiff_t> cell(clear_.size());
     for (std::size_t k = 0; k < cell.size(); ++k) {
-      cell[k] = std::size_t((std::ptrdiff_t(grid_.row[k]) + 1) * width + grid_.column[k] + 1);
-      cover[cell[k]] = cover_[k];
+      cell[k] = (std::ptrdiff_t(grid_.row[k]) + 2) * width + grid_.column[k] + 2;
+      lit[std::size_t(cell[k])] = 1;
+      weight[std::size_t(cell[k])] = clear_[k].share;
     }
-    for (const std::size_t at : cell) {
-      for (const std::ptrdiff_t step : {std::ptrdiff_t(1), std::ptrdiff_t(-1), width, -width}) {
-        const std::size_t next = std::size_t(std::ptrdiff_t(at) + step),
-                          opposite = std::size_t(std::ptrdiff_t(at) - step);
-        if (cover[next] > 0) {
-          change[at] += (cover[at] - cover[next]) / 24;
-        } else if (cover[opposite] > 0) {
-          change[at] -= cover[at] / 24;
-          change[opposite] += cover[at] / 24;
-        }
+    const auto spread = [&](std::ptrdiff_t at, std::ptrdiff_t step, double slope, double curvature) {
+      const auto is_lit = [&](std::ptrdiff_t n) { return lit[std::size_t(at + n * step)] != 0; };
+      const auto give = [&](std::ptrdiff_t n, double w) { weight[std::size_t(at + n * step)] += w; };
+      if (is_lit(-1) && is_lit(1)) {
+        give(-1, curvature - 0.5 * slope);
+        give(0, -2 * curvature);
+        give(1, curvature + 0.5 * slope);
+        return;
       }
+      for (const int side : {-1, 1}) {
+        if (!is_lit(side) || !is_lit(2 * side)) continue;
+        give(0, curvature - 1.5 * side * slope);
+        give(side, -2 * curvature + 2.0 * side * slope);
+        give(2 * side, curvature - 0.5 * side * slope);
+        return;
+      }
+    };
+    for (std::size_t k = 0; k < cell.size(); ++k) {
+      spread(cell[k], 1, clear_[k].x, clear_[k].share / 24);
+      spread(cell[k], width, clear_[k].y, clear_[k].share / 24);
     }
     Eigen::ArrayXd result(Eigen::Index(cell.size()));
-    for (std::size_t k = 0; k < cell.size(); ++k) result[Eigen::Index(k)] = cover_[k] + change[cell[k]];
+    for (std::size_t k = 0; k < cell.size(); ++k) result[Eigen::Index(k)] = weight[std::size_t(cell[k])];
     return result;
   }
 
   const Aperture& aperture_;
   CartesianGrid grid_;
-  std::vector<double> cover_;
+  std::vector<Clear> clear_;
   DiffractionPupil pupil_;
 };
 
@@ -206,7 +259,7 @@ DiffractionPupil diffraction_pupil(const Aperture& aperture, double pitch) {
   const Eigen::Index rows = cell_centres(box.y0, box.y1, pitch).size();
   for (Eigen::Index row = 0; row < rows; ++row)
     for (Eigen::Index column = 0; column < columns; ++column)
-      if (const double cover = builder.cover(column, row); cover > 0) builder.add(column, row, cover);
+      if (const Clear clear = builder.clear(column, row); clear.share > 0) builder.add(column, row, clear);
   return builder.finish();
 }
 
@@ -223,15 +276,15 @@ DiffractionPupil diffraction_pupil(const HeightMap& map, const Aperture& apertur
   for (Eigen::Index row = 0; row < map.rows(); ++row) {
     for (Eigen::Index column = 0; column < map.columns(); ++column) {
       if (!std::isfinite(map.height(row, column))) continue;
-      const double cover = builder.cover(column, row);
-      if (!(cover > 0)) continue;
-      builder.add(column, row, cover);
+      const Clear clear = builder.clear(column, row);
+      if (!(clear.share > 0)) continue;
+      builder.add(column, row, clear);
       values.push_back(map.height(row, column));
-      found += cover;
+      found += clear.share;
     }
   }
-  const double clear = aperture_area(aperture) / (map.pitch_x * map.pitch_y);
-  builder.pupil().missing = std::max(0.0, 1.0 - found / clear);
+  const double cells = aperture_area(aperture) / (map.pitch_x * map.pitch_y);
+  builder.pupil().missing = std::max(0.0, 1.0 - found / cells);
   *height = Eigen::Map<Eigen::ArrayXd>(values.data(), Eigen::Index(values.size()));
   return builder.finish();
 }

@@ -23,7 +23,8 @@ struct DiffractionPupil {
   PupilSample sample;
   Eigen::ArrayXd cover;  ///< clear share of each of these cells, in (0, 1]
   /// What a cell adds to a sum that stands for an integral over the aperture: `cover`, corrected at edges so
-  /// that the sum is right to third order in the pitch; within 0.2 of it, the same total.
+  /// that the sum is right to third order in the pitch; edge cells may come out slightly negative. The same
+  /// total.
   Eigen::ArrayXd amplitude;
   double pitch_x = 0, pitch_y = 0;  ///< [m]
   double missing = 0;  ///< share of the aperture's area where a map has no heights: taken as opaque
@@ -32,9 +33,9 @@ struct DiffractionPupil {
 /// Square cells of side `pitch` [m], centred on the aperture's bounding box. The clear share of a cell is its
 /// exact common area with the aperture (margin not taken off: light passes there, too). Relative error of
 /// EE50, EE80 and EE90 of a full circle N cells across, against the Airy pattern:
-///   N = 128  2e-6, 1.2e-5, 5e-5 with `amplitude`; 2e-5, 1.2e-4, 5e-4 with `cover`; 1e-3 with cells in or out
-///   N = 256  3e-7, 2e-6, 8e-6;                    4e-6, 3e-5, 1.2e-4;               up to 3e-4
-/// falling as N^-3, N^-2 and erratically. Throws ComputationError for a pitch that gives more than 16384
+///   N =  32  2e-7, 2e-6, 1.4e-5 with `amplitude`;  2e-4, 2e-3, 7e-3 with `cover`;  5e-3 with cells in or out
+///   N = 128  8e-10, 3e-8, 2.3e-7;                  2e-5, 1.2e-4, 5e-4;              1e-3
+/// falling as N^-4, N^-2 and erratically. Throws ComputationError for a pitch that gives more than 16384
 /// cells a side.
 DiffractionPupil diffraction_pupil(const Aperture& aperture, double pitch);
 
@@ -55,7 +56,7 @@ struct DiffractionSampling {
 /// f/pitch, with at least `least_samples` cells across for the edge of the aperture (128: Airy radii to
 /// 3e-5). The same condition in the pupil: 2 slope pitch/wavelength < 1/2, slope including that of defocus.
 DiffractionSampling diffraction_sampling(const Aperture& aperture, double focal_length, double wavelength,
-                                         double radius, double dz, int least_samples = 128);
+                                         double radius, double dz, int least_samples = 64);
 
 /// What the statistics are functions of: the pupil focused by an ideal mirror.
 ///
@@ -71,7 +72,7 @@ DiffractionSampling diffraction_sampling(const Aperture& aperture, double focal_
 ///   EE(r) = u^2 sum_m C_m r J1(2 pi r u |m|)/(u |m|) / sum cover,  u = pitch/(lambda (f+dz)),
 /// the exact integral of the PSF over the disc: no pixels, no interpolation of an image, and no dependence on
 /// padding. Shares are of all light that passes the aperture; light beyond the field of view lambda f/pitch
-/// (for a sharp edge about 0.4/N) is not inside any radius.
+/// (for a sharp edge about 0.3/N) is not inside any radius.
 struct DiffractionProblem {
   const DiffractionPupil& pupil;
   double focal_length = 0;  ///< [m], > 0
