@@ -7,8 +7,10 @@
 namespace aberfit {
 namespace {
 
-constexpr int kMostPlanes = 60;       // of the scan, on either side
-constexpr double kTolerance = 1e-13;  // of crossings and of the peak, in steps of the scan
+constexpr int kMostPlanes = 60;  // of the scan, on either side
+// In steps of the scan. The width changes with the square of an error of the peak, its gradient in
+// proportion.
+constexpr double kCrossingTolerance = 1e-12, kPeakTolerance = 1e-10;
 
 struct Sample {
   double dz, energy;
@@ -69,7 +71,7 @@ std::optional<double> peak_between(RingEnergy& energy, const Sample& before, con
   for (int tries = 0; tries < 40; ++tries) {
     const double at_outer = energy.slope(outer);
     if ((at_outer > 0) != (slope > 0))
-      return root(slope_at, inner, at_inner, outer, at_outer, kTolerance * (after.dz - before.dz));
+      return root(slope_at, inner, at_inner, outer, at_outer, kPeakTolerance * (after.dz - before.dz));
     outer = 0.5 * (inner + outer);
   }
   return std::nullopt;
@@ -124,7 +126,7 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
     const Sample& outside = scan[k];
     const Sample& inside = scan[outward > 0 ? k - 1 : k + 1];
     return root(excess, inside.dz, inside.energy - half, outside.dz, outside.energy - half,
-                kTolerance * step);
+                kCrossingTolerance * step);
   };
   const auto upper = crossing(+1), lower = crossing(-1);
   if (!upper || !lower) return std::nullopt;

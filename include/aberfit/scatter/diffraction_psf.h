@@ -105,7 +105,8 @@ class DiffractionWorkspace {
 /// one per statistic, NaN where it does not exist; d_height, when given: one array per statistic, d value/d
 /// height, one entry per pupil point; multiply by L^T for coefficients. workspace may be null.
 ///   EncircledEnergyRadius, RingThrough: from EE(r) above.
-///   RingFwhm: N(z) searched from a scan of planes; the half crossings nearest to the highest peak.
+///   RingFwhm: N(z) searched from a scan of planes; the half crossings nearest to the highest peak. Costs
+///   about 50 planes, an encircled-energy radius one.
 ///   SpotFwhm: from the transfer function along x and y; bandwidth 0 is allowed. Outermost half crossings.
 ///   RmsHeight: of the surface, weighted by area.
 ///   ScatterRms, ScatterMean, RmsRadius: always NaN. A sharp edge scatters light as 1/r^3, so these second
