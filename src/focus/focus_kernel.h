@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 
-#include "../core/instruction_set.h"
+#include "aberfit/core/instruction_set.h"
 
 namespace aberfit {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../core/instruction_set.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/instruction_set.h"
 #include "aberfit/study/read_study.h"
 #include "chart_families.h"
 #include "cost_model.h"

@@ -1,5 +1,5 @@
 #pragma once
-#include "../core/instruction_set.h"
+#include "aberfit/core/instruction_set.h"
 
 namespace aberfit {
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "../core/instruction_set.h"
+#include "aberfit/core/instruction_set.h"
 #include "dense_kernel.h"
 #include "partial_sums.h"
 #include "point_coordinates.h"

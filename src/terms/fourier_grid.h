@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "../core/instruction_set.h"
+#include "aberfit/core/instruction_set.h"
 #include "aberfit/scene/pupil.h"
 #include "fourier_kernel.h"
 #include "grid_kernel.h"

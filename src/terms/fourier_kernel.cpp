@@ -3,7 +3,7 @@
 #include <numbers>
 
 #define ABERFIT_KERNEL_BODY "../terms/fourier_kernel.inc"
-#include "../core/each_instruction_set.inc"
+#include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
 namespace aberfit {

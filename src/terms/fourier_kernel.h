@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "../core/instruction_set.h"
+#include "aberfit/core/instruction_set.h"
 #include "aberfit/terms/term_set.h"
 #include "point_block.h"
 

@@ -1,7 +1,7 @@
 #include "grid_kernel.h"
 
 #define ABERFIT_KERNEL_BODY "../terms/grid_kernel.inc"
-#include "../core/each_instruction_set.inc"
+#include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
 namespace aberfit {

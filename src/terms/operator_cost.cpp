@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "../core/instruction_set.h"
+#include "aberfit/core/instruction_set.h"
 #include "grid_kernel.h"
 #include "polar_kernel.h"
 #include "zernike_kernel.h"

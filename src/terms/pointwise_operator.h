@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "../core/instruction_set.h"
+#include "aberfit/core/instruction_set.h"
 #include "fourier_kernel.h"
 #include "partial_sums.h"
 #include "point_coordinates.h"

@@ -9,7 +9,7 @@
 #include "aberfit/terms/zernike.h"
 
 #define ABERFIT_KERNEL_BODY "../terms/zernike_kernel.inc"
-#include "../core/each_instruction_set.inc"
+#include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
 namespace aberfit {

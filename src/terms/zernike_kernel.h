@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "../core/instruction_set.h"
+#include "aberfit/core/instruction_set.h"
 #include "aberfit/terms/term_set.h"
 #include "point_block.h"
 #include "scratch_pool.h"

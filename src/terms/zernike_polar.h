@@ -2,9 +2,9 @@
 #include <complex>
 #include <vector>
 
-#include "../core/instruction_set.h"
-#include "../roughness/fftw.h"
+#include "aberfit/core/instruction_set.h"
 #include "aberfit/scene/pupil.h"
+#include "line_transforms.h"
 #include "partial_sums.h"
 #include "polar_kernel.h"
 #include "scratch_pool.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <set>
 
-#include "../../src/core/instruction_set.h"
+#include "aberfit/core/instruction_set.h"
 #include "aberfit/core/parallel.h"
 #include "benchmark_case.h"
 
