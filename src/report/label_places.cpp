@@ -17,7 +17,7 @@ double letters(const std::string& text) {
 std::optional<LabelPlaces::Place> LabelPlaces::put(double x, double y, double radius,
                                                    const std::string& text) {
   const double half = 0.5 * kCharacter * letters(text), rise = 0.5 * kLine;
-  const double aside = radius + half + 2, up = radius + rise;
+  const double aside = radius + half + 2, up = radius + rise + 3;
   const double dx[] = {aside, 0, 0, -aside, aside, aside, -aside, -aside};
   const double dy[] = {0, up, -up, 0, 0.8 * up, -0.8 * up, 0.8 * up, -0.8 * up};
   const auto is_free = [](const std::vector<PixelBox>& boxes, const PixelBox& box) {
