@@ -6,12 +6,12 @@
 
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_integrals.h"
+#include "hankel_panels.h"
 
 namespace aberfit {
 namespace {
 
 using std::numbers::pi;
-constexpr double kHankelFrom = 30;  // argument of J0 beyond which its Hankel amplitude is exact to rounding
 
 double square(double x) { return x * x; }
 
@@ -47,30 +47,6 @@ std::optional<double> closed_form(const UniformPsd&, double factor, double f_min
 template <class Model>
 std::optional<double> closed_form(const Model&, double, double, double, double) {
   return std::nullopt;
-}
-
-// The integral exists: known from the exponents alone, without integrating.
-bool has_finite_height_variance(const RadialPsd& psd) {
-  for (const PowerTerm& term : psd.low_frequency_terms())
-    if (!(term.exponent < 2)) return false;
-  for (const PowerTerm& term : psd.high_frequency_terms())
-    if (!(term.exponent > 2)) return false;
-  return true;
-}
-
-// Panels on which S is resolved, good for every r in [r_min, r_max], r_min > 0.
-struct SharedPanels {
-  double low_variance;  // int S d2f below the panels, where also J0 = 1 to rounding
-  std::vector<PsdPanel> panels;
-};
-
-SharedPanels shared_panels(const RadialPsd& psd, double r_min, double r_max) {
-  const PowerLawLimits limits = power_law_limits(psd);
-  const double low = psd.f_min() > 0 ? psd.f_min() : std::min(limits.low, 1e-9 / (2 * pi * r_max));
-  // Above `high` the oscillation has averaged S away, or S is gone.
-  const double high =
-      std::isinf(psd.f_max()) ? std::max(limits.high, 1e9 * kHankelFrom / (2 * pi * r_min)) : limits.high;
-  return {psd.f_min() > 0 ? 0 : radial_moment(psd, 0, 0, low), resolved_panels(psd, low, high)};
 }
 
 // Any S with a finite height variance; r > 0.

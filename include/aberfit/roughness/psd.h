@@ -86,6 +86,7 @@ class RadialPsd {
   void find_band();
   friend Eigen::ArrayXd autocorrelation(const RadialPsd& psd,
                                         const Eigen::ArrayXd& r);  // closed forms need to know the models
+  friend Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r);
   struct Part {
     PsdModel model;
     double factor;  // amplitude that multiplies the shape of the model [m^4]
@@ -120,6 +121,12 @@ double effective_modes(const PsdMoments& moments, double area);
 double autocorrelation(const RadialPsd& psd, double r);
 /// The same at many r, sharing the work on S: prefer it when S is a long table.
 Eigen::ArrayXd autocorrelation(const RadialPsd& psd, const Eigen::ArrayXd& r);
+/// C(0) - C(r) [m^2] at many r >= 0 [m], half the structure function of the heights: relative error below
+/// 1e-11 however small r is, where the difference of two autocorrelations has lost its digits. Closed forms
+/// as for `autocorrelation`, with their power series at small r; otherwise the integral of S (1 - J0), whose
+/// integrand has one sign. A k-correlation whose exponent is within 1e-6 of an even number errs up to 1e-7.
+/// Infinity when the height variance is.
+Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r);
 /// l_c = int_0^inf C(r)/C(0) dr = int S df / (height variance) [m]; infinity when int S df diverges at f = 0;
 /// NaN without a finite height variance.
 double correlation_length(const RadialPsd& psd);

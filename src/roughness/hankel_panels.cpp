@@ -1,0 +1,28 @@
+#include "hankel_panels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace aberfit {
+
+using std::numbers::pi;
+
+bool has_finite_height_variance(const RadialPsd& psd) {
+  for (const PowerTerm& term : psd.low_frequency_terms())
+    if (!(term.exponent < 2)) return false;
+  for (const PowerTerm& term : psd.high_frequency_terms())
+    if (!(term.exponent > 2)) return false;
+  return true;
+}
+
+SharedPanels shared_panels(const RadialPsd& psd, double r_min, double r_max) {
+  const PowerLawLimits limits = power_law_limits(psd);
+  const double low = psd.f_min() > 0 ? psd.f_min() : std::min(limits.low, 1e-9 / (2 * pi * r_max));
+  // Above `high` the oscillation has averaged S away, or S is gone.
+  const double high =
+      std::isinf(psd.f_max()) ? std::max(limits.high, 1e9 * kHankelFrom / (2 * pi * r_min)) : limits.high;
+  return {low, psd.f_min() > 0 ? 0 : radial_moment(psd, 0, 0, low), resolved_panels(psd, low, high)};
+}
+
+}  // namespace aberfit

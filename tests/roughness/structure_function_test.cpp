@@ -1,0 +1,79 @@
+#include <gtest/gtest.h>
+
+#include <boost/math/special_functions/bessel.hpp>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "aberfit/roughness/psd.h"
+
+using namespace aberfit;
+using std::numbers::pi;
+
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kRelative = 1e-11;  // as the header promises
+using Wide = boost::multiprecision::cpp_bin_float_100;
+const std::vector<double> kDistances = {1e-12, 1e-9, 1e-6, 1e-4, 1e-3, 3e-3, 0.01, 0.0317, 0.1, 0.4};
+
+double at(const RadialPsd& psd, double r) {
+  return structure_function(psd, Eigen::ArrayXd::Constant(1, r))[0];
+}
+
+}  // namespace
+
+TEST(StructureFunction, OfAGaussianIsExpm1AlsoByQuadrature) {
+  const double s = 1e-7, l = 0.01;
+  const RadialPsd closed(GaussianPsd{s, l}), banded = closed.band(0, 1e5);
+  for (const double r : kDistances) {
+    const double truth = -s * s * std::expm1(-r * r / (l * l));
+    EXPECT_NEAR(at(closed, r) / truth, 1, 1e-14) << r;
+    EXPECT_NEAR(at(banded, r) / truth, 1, kRelative) << r;
+  }
+}
+
+TEST(StructureFunction, OfKCorrelationsAgreesWithTheBesselFormInHundredDigits) {
+  const double s = 1e-7, B = 0.02;
+  for (const double c : {2.2, 2.5, 3.0, 3.6, 4.0, 4.001, 5.0, 6.0, 8.0, 11.3}) {
+    const RadialPsd psd(KCorrelationPsd{s, B, c, 0, kInf});
+    for (const double r : {1e-9, 1e-6, 1e-4, 1e-3, 6e-3, 0.0317, 0.4}) {
+      const Wide nu = Wide(c) / 2 - 1, a = 2 * boost::math::constants::pi<Wide>() * Wide(r) / Wide(B);
+      const Wide matern = 2 / boost::math::tgamma(nu) * pow(a / 2, nu) * boost::math::cyl_bessel_k(nu, a);
+      EXPECT_NEAR(at(psd, r) / (s * s * double(1 - matern)), 1, kRelative) << c << " " << r;
+    }
+  }
+}
+
+TEST(StructureFunction, OfAUniformBandAndOfItsTwinsByQuadratureAgree) {
+  const double s = 1e-7, a = 2.5, b = 1e4;
+  const RadialPsd uniform(UniformPsd{s, a, b}), power(PowerLawPsd{s, {}, 0.0, a, b});
+  const RadialPsd table(TablePsd{{a, b}, {uniform(3), uniform(3)}});
+  for (const double r : kDistances) {
+    // Where 1 - J0 has no cancellation left the difference of autocorrelations is the truth.
+    const double truth = at(uniform, r);
+    if (r > 3e-3) {
+      EXPECT_NEAR(truth / (s * s - autocorrelation(uniform, r)), 1, 1e-10) << r;
+    }
+    // Slope variance: C(0) - C(r) = r^2/4 int (2 pi f)^2 S for small r.
+    if (r < 1e-8) {
+      EXPECT_NEAR(truth / (0.25 * r * r * psd_moments(uniform).slope_variance), 1, 1e-7) << r;
+    }
+    EXPECT_NEAR(at(power, r) / truth, 1, kRelative) << r;
+    EXPECT_NEAR(at(table, r) / truth, 1, kRelative) << r;
+  }
+}
+
+TEST(StructureFunction, OfASplitFractalSumsToTheWhole) {
+  for (const double c : {2.1, 2.6, 3.4}) {
+    const RadialPsd whole(KCorrelationPsd{1e-7, 0.02, c, 0, kInf});
+    for (const double r : {1e-9, 1e-5, 1e-3, 0.1})
+      EXPECT_NEAR((at(whole.band(0, 130), r) + at(whole.band(130, kInf), r)) / at(whole, r), 1, kRelative)
+          << c << " " << r;
+  }
+}
+
+TEST(StructureFunction, IsZeroAtZeroAndInfiniteWithoutHeightVariance) {
+  EXPECT_EQ(at(RadialPsd(GaussianPsd{1e-7, 0.01}), 0), 0);
+  EXPECT_TRUE(std::isinf(at(RadialPsd(PowerLawPsd{{}, 0.02, 11.0 / 3, 0, kInf}), 0.1)));
+}
