@@ -1,0 +1,107 @@
+#include "aberfit/scatter/aperture_otf.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "aberfit/core/errors.h"
+#include "panel_rule.h"
+
+namespace aberfit {
+namespace {
+
+using std::numbers::pi;
+
+constexpr double kTurnOfPanel = 20;  // phase in rad that 24 nodes integrate to rounding: J_48(10) = 1e-28
+
+// int g(t) dt from a to b, `turn` the phase that g turns through.
+template <class Function>
+double integrate(double a, double b, double turn, const Function& g) {
+  const PanelRule& rule = panel_rule();
+  const int panels = 1 + int(std::abs(turn) / kTurnOfPanel);
+  const double half = 0.5 * (b - a) / panels;
+  double sum = 0;
+  for (int p = 0; p < panels; ++p)
+    for (int j = 0; j < kPanelNodes; ++j)
+      sum += half * rule.weight[j] * g(a + half * (2 * p + 1 + rule.t[j]));
+  return sum;
+}
+
+// int cos(beta u) sqrt(radius^2 - (u - centre)^2) du from u1 to u2, which lie on the circle's diameter to
+// rounding.
+double chords(double radius, double centre, double u1, double u2, double beta) {
+  if (!(u1 < u2)) return 0;
+  const double start = std::acos(std::clamp((u2 - centre) / radius, -1.0, 1.0));
+  const double end = std::acos(std::clamp((u1 - centre) / radius, -1.0, 1.0));
+  if (beta == 0) return 0.5 * radius * radius * (end - start - std::sin(end - start) * std::cos(end + start));
+  return radius * radius * integrate(start, end, beta * (u2 - u1), [&](double angle) {
+           const double sine = std::sin(angle);
+           return std::cos(beta * (centre + radius * std::cos(angle))) * sine * sine;
+         });
+}
+
+double sinc(double z) { return std::abs(z) < 1e-4 ? 1 - z * z / 6 : std::sin(z) / z; }
+
+}  // namespace
+
+ApertureOtf::ApertureOtf(const Aperture& aperture) {
+  if (const auto* circle = std::get_if<CircleAperture>(&aperture)) {
+    outer_ = 0.5 * circle->diameter;
+    breakpoints_ = {2 * outer_};
+  } else if (const auto* annulus = std::get_if<AnnulusAperture>(&aperture)) {
+    outer_ = 0.5 * annulus->diameter;
+    inner_ = 0.5 * annulus->inner_diameter;
+    breakpoints_ = {outer_ - inner_, 2 * inner_, outer_ + inner_, 2 * outer_};
+  } else if (const auto* rectangle = std::get_if<RectangleAperture>(&aperture)) {
+    width_ = rectangle->width;
+    height_ = rectangle->height;
+    breakpoints_ = {width_, height_, std::hypot(width_, height_)};
+  } else {
+    throw ComputationError(
+        "the wave-optics (generalised Harvey-Shack) target knows circles, annuli and rectangles, not "
+        "polygons");
+  }
+  std::sort(breakpoints_.begin(), breakpoints_.end());
+  breakpoints_.erase(std::unique(breakpoints_.begin(), breakpoints_.end()), breakpoints_.end());
+  if (breakpoints_.front() == 0) breakpoints_.erase(breakpoints_.begin());
+  const bool open = width_ > 0 ? height_ > 0 : outer_ > inner_ && inner_ >= 0;
+  if (breakpoints_.empty() || !open || !std::isfinite(cutoff()))
+    throw ComputationError("the aperture lets no light through: its lengths must be positive and finite");
+}
+
+double ApertureOtf::operator()(double x, double curvature) const {
+  if (x >= cutoff()) return 0;
+  const double beta = curvature * x;  // phase per length across the overlap [rad/m]
+  if (width_ > 0) {
+    const double from = x > width_ ? std::acos(width_ / x) : 0;
+    const double to = x > height_ ? std::asin(height_ / x) : 0.5 * pi;
+    if (beta == 0) {
+      const auto antiderivative = [&](double angle) {
+        const double sine = std::sin(angle);
+        return angle - x * sine / width_ + x * std::cos(angle) / height_ +
+               0.5 * x * x * sine * sine / (width_ * height_);
+      };
+      return 2 / pi * (antiderivative(to) - antiderivative(from));
+    }
+    const auto side = [&](double shear, double length) {
+      const double overlap = std::max(0.0, length - shear);
+      return overlap / length * sinc(0.5 * curvature * shear * overlap);
+    };
+    return 2 / pi * integrate(from, to, beta * std::hypot(width_, height_), [&](double angle) {
+             return side(x * std::cos(angle), width_) * side(x * std::sin(angle), height_);
+           });
+  }
+  // A quarter of the overlap, u and the height above it positive: below the outer circle, above the inner
+  // one.
+  const double end = outer_ - 0.5 * x;
+  double quarter = chords(outer_, -0.5 * x, 0, end, beta);
+  if (inner_ > 0) {
+    const double crossing = x > 0 ? (outer_ - inner_) * (outer_ + inner_) / (2 * x) : 2 * outer_;
+    const double low = std::max(0.0, 0.5 * x - inner_), high = std::min(0.5 * x + inner_, end);
+    quarter -= chords(inner_, 0.5 * x, low, std::min(high, crossing), beta);
+    if (crossing < high) quarter -= chords(outer_, -0.5 * x, std::max(low, crossing), high, beta);
+  }
+  return 4 * quarter / (pi * (outer_ - inner_) * (outer_ + inner_));
+}
+
+}  // namespace aberfit

@@ -1,0 +1,31 @@
+#pragma once
+#include <Eigen/Core>
+
+#include "aberfit/roughness/psd_integrals.h"
+
+namespace aberfit {
+
+/// Gauss-Legendre rule of kPanelNodes points on [-1, 1] and what it does to the polynomial through them.
+struct PanelRule {
+  using Matrix = Eigen::Matrix<double, kPanelNodes, kPanelNodes>;
+  PanelArray t, weight;
+  PanelArray last, last_but_one;  ///< value . last = the highest Legendre coefficient of the polynomial, ...
+  Matrix left, right;             ///< values at the nodes of the lower and of the upper half
+};
+/// Constant, computed at first use.
+const PanelRule& panel_rule();
+
+/// A function on [a, b] by its values at the nodes of the panel.
+struct TransferPanel {
+  double a = 0, b = 0;
+  PanelArray value = PanelArray::Zero();
+
+  PanelArray nodes() const { return 0.5 * (a + b) + 0.5 * (b - a) * panel_rule().t; }
+};
+/// What the polynomial through the nodes misses, told by its last two Legendre coefficients.
+double unresolved(const TransferPanel& panel);
+/// The lower and upper half, by interpolation.
+TransferPanel lower_half(const TransferPanel& panel);
+TransferPanel upper_half(const TransferPanel& panel);
+
+}  // namespace aberfit

@@ -1,0 +1,35 @@
+#pragma once
+#include <array>
+#include <vector>
+
+#include "panel_rule.h"
+
+namespace aberfit {
+
+/// Integrals of a transfer function T(s), given on panels in ascending order, with oscillating factors.
+class RadialTransform {
+ public:
+  RadialTransform() = default;
+  explicit RadialTransform(std::vector<TransferPanel> panels);
+
+  struct Disc {
+    double share = 0;       ///< int v J1(v s) T(s) ds
+    double derivative = 0;  ///< of share over v: int v s J0(v s) T(s) ds
+  };
+  /// v >= 0. Panels on which J1 turns by less than 8 rad: Gauss-Legendre. Farther out (v s >= 30): the
+  /// Legendre form of Filon's rule on the Hankel amplitude, so that the cost does not grow with v. In
+  /// between: halved first. Panels with v s < 1/4 by four moments of T. The error is that of T as a
+  /// polynomial on each panel.
+  Disc disc(double v) const;
+  /// int cos(w s) T(s) ds.
+  double cosine(double w) const;
+  /// int s T(s) ds.
+  double first_moment() const;
+  int nodes() const { return kPanelNodes * int(panels_.size()); }
+
+ private:
+  std::vector<TransferPanel> panels_;
+  std::vector<std::array<double, 4>> moments_;  // int s^(1,3,5,7) T ds of all panels up to and with this one
+};
+
+}  // namespace aberfit
