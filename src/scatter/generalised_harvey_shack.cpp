@@ -22,9 +22,8 @@ using std::numbers::pi;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Cycles of the highest frequency within a shear, from which the band edge is softened. The light moved is
-// what falls within 1/100 of the edge: EE radii of a uniform band change by less than 1e-4 (test
-// SoftenedBandEdge).
+// Cycles of the highest frequency within a shear, from which the band edge is softened. Encircled energies
+// more than a few per cent away from the edge keep four digits (test ASoftenedBandEdgeMovesLittleLight).
 constexpr double kSharpCycles = 100;
 constexpr double kNegligibleCore = 1e-16;
 

@@ -34,7 +34,7 @@ SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen:
   const Eigen::ArrayXd at_octaves = exponent(octaves);
   for (int k = 0; k < octaves.size(); ++k) {
     edges.push_back(octaves[k]);
-    if (at_octaves[k] < 1e-3) break;
+    if (at_octaves[k] < 1e-3 * std::min(1.0, limit)) break;
   }
   edges.push_back(0);
   std::sort(edges.begin(), edges.end());

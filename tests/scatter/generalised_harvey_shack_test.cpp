@@ -253,3 +253,20 @@ TEST(GeneralisedHarveyShack, OfARectangleAveragesItsDiffractionPattern) {
     EXPECT_NEAR(smooth.encircled_energy(r, 0), sum * 0.06 / std::pow(kLambda * 2.8, 2), 1e-10) << r;
   }
 }
+
+TEST(GeneralisedHarveyShack, ASoftenedBandEdgeMovesLittleLight) {
+  // 40,000 cycles of f_max across the aperture. g = 0.003: single scattering to g^2/2 = 5e-6 of itself, a
+  // disc of radius lambda f f_max evenly lit.
+  const double f_max = 1e5, g = 0.003, edge = kLambda * 2.8 * f_max, scale = pi * 0.4 / (kLambda * 2.8);
+  const GeneralisedHarveyShack waves(RadialPsd(UniformPsd{g * kLambda / (4 * pi), 2.5, f_max}), kParabola,
+                                     kCircle, kLambda);
+  EXPECT_EQ(waves.unresolved(), 0);
+  const MeanSpot spot = waves.at_plane(0);
+  for (const double part : {0.1, 0.4, 0.7, 0.9, 0.95, 1.05, 1.2}) {
+    const double z = scale * part * edge, j0 = boost::math::cyl_bessel_j(0, z),
+                 j1 = boost::math::cyl_bessel_j(1, z);
+    const double scattered =
+        (spot.encircled_energy(part * edge) - waves.core_share() * (1 - j0 * j0 - j1 * j1)) / waves.tis();
+    EXPECT_NEAR(scattered, std::min(1.0, part * part), 1e-4) << part;
+  }
+}
