@@ -58,7 +58,7 @@ int MeanSpot::nodes() const { return transform_->nodes(); }
 double MeanSpot::encircled_energy_radius(double fraction) const {
   if (!(fraction > 0 && fraction < 1)) return kNaN;
   const double v_max = focal_length_ * v_per_radius_;
-  double low = 0, high = kInfinity, v = guess_ * v_per_radius_;
+  double low = 0, high = kInfinity, v = guess_ * v_per_radius_, last = kInfinity;
   for (int i = 0; i < 200; ++i) {
     const Share at = share(v);
     (at.value < fraction ? low : high) = v;
@@ -67,9 +67,11 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
     if (std::abs(newton) <= 1e-7 * v && at.derivative > 0) return (v + newton) / v_per_radius_;
     if (std::isfinite(high) && high - low <= 1e-14 * high) return high / v_per_radius_;
     double next = v + newton;
-    // A dark ring has no slope and a halo is decades wider than the core: every third step halves the
-    // bracket.
-    if (!(next > low && next < high) || (i % 3 == 2 && i > 5))
+    // A dark ring has no slope and a halo is decades wider than the core: where Newton's steps do not shrink,
+    // the bracket is halved.
+    const bool slow = std::isfinite(high) && std::abs(newton) > 0.5 * last;
+    last = slow ? kInfinity : std::abs(newton);
+    if (!(next > low && next < high) || slow)
       next = std::isinf(high) ? 3 * v : low > 0 ? std::sqrt(low * high) : 0.3 * high;
     else if (std::isinf(high))
       next = std::min(next, 10 * v);
