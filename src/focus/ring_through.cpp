@@ -235,7 +235,7 @@ double bracketed_root(const F& f, double a, double fa, double b, double fb) {
 
 enum Window { kPeak, kLower, kUpper };
 constexpr double kPeakWindow = 0.02, kLastPeakWindow = 0.4;  // half widths in the counted FWHM
-constexpr double kCrossingWindow = 0.003, kLastCrossingWindow = 0.64;
+constexpr double kCrossingWindow = 0.003, kLastCrossingWindow = 1.3;
 
 }  // namespace
 
@@ -296,16 +296,20 @@ std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, const RaySums&
   result.peak_share = top.share;
   const auto crossing = [&](Window w, double counted, double outward) -> std::optional<double> {
     const auto excess = [&](double z) { return share(w, z).share - 0.5 * top.share; };
-    for (double half = reach;; half *= 4) {
+    // Wide kernels move crossings far from the counted ones: windows grow, though never inwards past the
+    // peak.
+    for (double half = reach; half <= kLastCrossingWindow * start->fwhm; half *= 2) {
       if (half > share.window(w).half) {
-        const PlaneWindow wider{counted, half};
+        const PlaneWindow wider{counted, 2 * half};
         share.collect(w, 1, &wider);
       }
-      const double inner = counted - outward * half, outer = counted + outward * half;
+      const double outer = counted + outward * half;
+      double inner = counted - outward * half;
+      if (outward * (counted - result.peak) > 0 && outward * (inner - result.peak) < 0) inner = result.peak;
       const double f_inner = excess(inner), f_outer = excess(outer);
       if (f_inner >= 0 && f_outer <= 0) return bracketed_root(excess, inner, f_inner, outer, f_outer);
-      if (!(half < kLastCrossingWindow * start->fwhm)) return std::nullopt;
     }
+    return std::nullopt;
   };
   const auto lower = crossing(kLower, start->lower, -1), upper = crossing(kUpper, start->upper, +1);
   if (!lower || !upper) return std::nullopt;

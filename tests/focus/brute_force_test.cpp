@@ -194,7 +194,7 @@ TEST(BruteForce, RingCrossingsHalveThePeakOfTheFullShare) {
     for (const Eigen::Index n : {50, 300, 1001, 20000}) {
       const RayBundle rays = bundle(kind, n);
       const RaySums sums = sum_rays(rays, 1);
-      for (const double width : {0.05 * kSigma, 0.5 * kSigma}) {
+      for (const double width : {0.05 * kSigma, 0.5 * kSigma, 1.4 * kSigma}) {
         const Ring ring{1.5 * kSigma, 0.1 * kSigma, -0.05 * kSigma};
         RingBuffers buffers;
         const auto found = smooth_ring_width(rays, sums, ring, width, 1, &buffers, false, nullptr, nullptr);
