@@ -9,7 +9,6 @@ namespace aberfit {
 namespace {
 
 constexpr int kBlock = 16;
-
 }  // namespace
 
 std::vector<int> white_block_sizes(Eigen::Index terms) {
@@ -27,33 +26,70 @@ FocusModel::FocusModel(const FitProblem& problem, double width, int threads)
   for (const Target& guide : problem.guides) statistics_.push_back(guide.statistic);
 }
 
-bool FocusModel::operator()(const Eigen::VectorXd& white, Eigen::VectorXd* values,
-                            Eigen::MatrixXd* jacobian) const {
-  SurfaceField field;
-  problem_.surface.apply(problem_.prior.colour(white), &field);
-  const RayBundle rays = trace(problem_.mirror, problem_.pupil, field);
-  const FocusInput input{rays, nominal_, field.height, problem_.centre};
-  std::vector<StatisticGradient> gradients;
-  if (!evaluate_smooth(input, statistics_, width_, threads_, values, jacobian ? &gradients : nullptr))
-    return false;
-  if (!jacobian) return true;
+void FocusModel::set_width(double width) {
+  width_ = width;
+  evaluated_ = false;
+}
 
+// The gradients over the rays come with the values: nearly every point that a solver tries is accepted, and
+// then they cost a fraction of a second look at the rays.
+bool FocusModel::evaluate(const Eigen::VectorXd& white) {
+  if (white_.size() != white.size() || white_ != white) {
+    problem_.surface.apply(problem_.prior.colour(white), &field_);
+    trace(problem_.mirror, problem_.pupil, field_, threads_, &rays_);
+    white_ = white;
+    evaluated_ = false;
+  }
+  if (!evaluated_) {
+    const FocusInput input{rays_, nominal_, field_.height, problem_.centre};
+    exists_ = evaluate_smooth(input, statistics_, width_, threads_, &workspace_, &values_, &gradients_);
+    evaluated_ = true;
+  }
+  return exists_;
+}
+
+Eigen::VectorXd FocusModel::white_gradient(std::size_t k) const {
+  const RayGradient& rays = gradients_[k].rays;
+  const SurfaceField weights = trace_adjoint(problem_.mirror, problem_.pupil, field_, rays);
+  return problem_.prior.colour_transpose(rays.all_rays
+                                             ? problem_.surface.apply_transpose(weights)
+                                             : problem_.surface.apply_transpose(rays.rays, weights));
+}
+
+bool FocusModel::operator()(const Eigen::VectorXd& white, Eigen::VectorXd* values, Jacobian* jacobian) {
+  const bool exists = evaluate(white);
+  *values = values_;
+  if (!exists || !jacobian) return exists;
   jacobian->resize(values->size(), white.size());
-  parallel_for(statistics_.size(), threads_, [&](std::size_t k) {
-    Eigen::VectorXd gradient;
-    if (gradients[k].d_height.size() > 0) {
-      SurfaceField weights{gradients[k].d_height, Eigen::ArrayXd::Zero(field.size()),
-                           Eigen::ArrayXd::Zero(field.size())};
-      gradient = problem_.surface.apply_transpose(weights);
-    } else if (gradients[k].rays.all_rays) {
-      gradient = problem_.surface.apply_transpose(
-          trace_adjoint(problem_.mirror, problem_.pupil, field, gradients[k].rays));
-    } else {
-      gradient = problem_.surface.apply_transpose(
-          gradients[k].rays.rays, trace_adjoint(problem_.mirror, problem_.pupil, field, gradients[k].rays));
+
+  // Dearest rows first, so that no thread is left with one at the end. Where these are fewer than threads,
+  // they are taken one by one and the operator shares out their points.
+  std::vector<std::size_t> sparse, dense;
+  for (std::size_t k = 0; k < gradients_.size(); ++k) {
+    Eigen::ArrayXd& d_height = gradients_[k].d_height;
+    if (d_height.size() == 0) {
+      (gradients_[k].rays.all_rays ? dense : sparse).push_back(k);
+      continue;
     }
-    jacobian->row(Eigen::Index(k)) = problem_.prior.colour_transpose(gradient).transpose();
+    if (height_weights_.size() != d_height.size()) {
+      height_weights_.slope_x.setZero(d_height.size());
+      height_weights_.slope_y.setZero(d_height.size());
+    }
+    height_weights_.height.swap(d_height);
+    jacobian->row(Eigen::Index(k)) =
+        problem_.prior.colour_transpose(problem_.surface.apply_transpose(height_weights_)).transpose();
+    height_weights_.height.swap(d_height);
+  }
+  const auto fill = [&](std::size_t k) { jacobian->row(Eigen::Index(k)) = white_gradient(k).transpose(); };
+  if (dense.size() < std::size_t(std::max(threads_, 1))) {
+    for (const std::size_t k : dense) fill(k);
+    dense.clear();
+  }
+  std::stable_sort(sparse.begin(), sparse.end(), [&](std::size_t a, std::size_t b) {
+    return gradients_[a].rays.rays.size() > gradients_[b].rays.rays.size();
   });
+  dense.insert(dense.end(), sparse.begin(), sparse.end());
+  parallel_for(dense.size(), threads_, [&](std::size_t i) { fill(dense[i]); });
   return jacobian->allFinite();
 }
 
@@ -62,27 +98,33 @@ WhiteResiduals::WhiteResiduals(int residuals, Eigen::Index terms) {
   *mutable_parameter_block_sizes() = white_block_sizes(terms);
 }
 
+bool WhiteResiduals::evaluate(const Eigen::VectorXd& white, bool with_jacobian, double* residuals) const {
+  if (seen_.size() != white.size() || seen_ != white) {
+    seen_ = white;
+    ++evaluations_;
+  }
+  if (!linearise(white, with_jacobian, &here_)) return false;
+  Eigen::Map<Eigen::VectorXd>(residuals, here_.residuals.size()) = here_.residuals;
+  if (with_jacobian) std::swap(here_, last_);
+  return true;
+}
+
 bool WhiteResiduals::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
-  ++evaluations_;
   const std::vector<int>& sizes = parameter_block_sizes();
   Eigen::VectorXd white(std::accumulate(sizes.begin(), sizes.end(), Eigen::Index(0)));
   Eigen::Index begin = 0;
   for (std::size_t b = 0; b < sizes.size(); begin += sizes[b], ++b)
     white.segment(begin, sizes[b]) = Eigen::Map<const Eigen::VectorXd>(parameters[b], sizes[b]);
 
-  Linearisation here;
-  if (!linearise(white, jacobians != nullptr, &here)) return false;
-  Eigen::Map<Eigen::VectorXd>(residuals, here.residuals.size()) = here.residuals;
+  if (!evaluate(white, jacobians != nullptr, residuals)) return false;
   if (!jacobians) return true;
 
   begin = 0;
   for (std::size_t b = 0; b < sizes.size(); begin += sizes[b], ++b) {
     if (!jacobians[b]) continue;
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    Eigen::Map<RowMajor>(jacobians[b], here.jacobian.rows(), sizes[b]) =
-        here.jacobian.middleCols(begin, sizes[b]);
+    Eigen::Map<Jacobian>(jacobians[b], last_.jacobian.rows(), sizes[b]) =
+        last_.jacobian.middleCols(begin, sizes[b]);
   }
-  last_ = std::move(here);
   return true;
 }
 

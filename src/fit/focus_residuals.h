@@ -7,31 +7,51 @@
 
 namespace aberfit {
 
+/// Residuals x terms, one statistic after the other: an adjoint pass fills a row.
+using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// Sizes of the parameter blocks that the white coordinates are cut into: small enough that the prior's
 /// identity stays sparse, so that a CGNR step costs (residuals + kBlock) x terms.
 std::vector<int> white_block_sizes(Eigen::Index terms);
 
 /// White coordinates to statistics of the traced surface, with exact derivatives by one adjoint pass per
-/// statistic: xi -> F xi -> L -> trace -> smooth statistics.
+/// statistic: xi -> F xi -> L -> trace -> smooth statistics. Keeps the memory of a trace, and the trace of
+/// the last point: a solver asks for the derivatives where it has just asked for the values. For one caller
+/// at a time.
 class FocusModel {
  public:
   FocusModel(const FitProblem& problem, double width, int threads);  ///< statistics: targets, then guides
 
   /// Statistics at `white`; `jacobian` (statistics x terms), when given, gets their derivatives. False when
   /// one does not exist.
-  bool operator()(const Eigen::VectorXd& white, Eigen::VectorXd* values, Eigen::MatrixXd* jacobian) const;
+  bool operator()(const Eigen::VectorXd& white, Eigen::VectorXd* values, Jacobian* jacobian);
+
+  /// Smoothing width [m] from now on.
+  void set_width(double width);
 
  private:
+  bool evaluate(const Eigen::VectorXd& white);
+  Eigen::VectorXd white_gradient(std::size_t k) const;
+
   const FitProblem& problem_;
   double width_;
   int threads_;
   std::vector<Statistic> statistics_;
   RayBundle nominal_;
+  // The last point: traced where `white_` is not empty, evaluated where `evaluated_` says so.
+  Eigen::VectorXd white_;
+  SurfaceField field_;
+  RayBundle rays_;
+  FocusWorkspace workspace_;
+  bool evaluated_ = false, exists_ = false;
+  Eigen::VectorXd values_;
+  std::vector<StatisticGradient> gradients_;
+  SurfaceField height_weights_;  // slopes of zero, for statistics of the height alone
 };
 
 /// Residuals of the white coordinates as one Ceres cost over all white blocks. Remembers values, residuals
-/// and Jacobian of the last point at which Ceres asked for derivatives: that is the accepted point when an
-/// iteration ends.
+/// and Jacobian of the last point at which derivatives were asked for: that is the accepted point when an
+/// iteration of the solver ends.
 class WhiteResiduals : public ceres::CostFunction {
  public:
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
@@ -39,10 +59,13 @@ class WhiteResiduals : public ceres::CostFunction {
   struct Linearisation {
     Eigen::VectorXd values;  ///< what is compared with the targets: smooth statistics, PSD bins [m^4]
     Eigen::VectorXd residuals;
-    Eigen::MatrixXd jacobian;  ///< of the residuals
+    Jacobian jacobian;  ///< of the residuals
   };
+  /// Residuals at `white` into `residuals`; with the Jacobian the point is remembered. False where they do
+  /// not exist.
+  bool evaluate(const Eigen::VectorXd& white, bool with_jacobian, double* residuals) const;
   const Linearisation& last() const { return last_; }
-  int evaluations() const { return evaluations_; }
+  int evaluations() const { return evaluations_; }  ///< number of points, each counted once
 
   /// Values and residuals at `white` and, when asked for, the residuals' Jacobian. False where they do not
   /// exist.
@@ -52,7 +75,8 @@ class WhiteResiduals : public ceres::CostFunction {
   WhiteResiduals(int residuals, Eigen::Index terms);
 
  private:
-  mutable Linearisation last_;
+  mutable Linearisation here_, last_;  // exchanged, so that neither's memory is lost
+  mutable Eigen::VectorXd seen_;
   mutable int evaluations_ = 0;
 };
 
@@ -61,10 +85,12 @@ class FocusResiduals : public WhiteResiduals {
  public:
   FocusResiduals(const FitProblem& problem, double width, int threads);
   bool linearise(const Eigen::VectorXd& white, bool with_jacobian, Linearisation* result) const override;
+  /// Smoothing width [m] from now on.
+  void set_width(double width) { model_.set_width(width); }
 
  private:
   std::vector<Target> targets_;  // with the guides behind them
-  FocusModel model_;
+  mutable FocusModel model_;  // Ceres evaluates constant cost functions; the memory is no part of the value
 };
 
 /// log(S_b / T_b) / tolerance_b of the surface's own PSD bins. False where a bin is not positive: there its

@@ -11,7 +11,7 @@ constexpr double kNumericalRank = 1e-10;
 
 }  // namespace
 
-void fill_posterior(const FitProblem& problem, const Eigen::MatrixXd& jacobian, FitResult* result) {
+void fill_posterior(const FitProblem& problem, const Jacobian& jacobian, FitResult* result) {
   const Eigen::Index statistics = jacobian.rows(), terms = jacobian.cols();
   const Eigen::MatrixXd gram = jacobian * jacobian.transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);

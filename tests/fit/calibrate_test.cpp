@@ -94,9 +94,9 @@ TEST(Posterior, MatchesTheDenseInverse) {
   options.max_iterations = 30;
   const FitResult result = calibrate(problem, draw_white(scene.prior.size(), 2), options);
   // Dense twin: J by the model at the solution, covariance F (I + J^T J)^-1 F^T.
-  const FocusModel model(problem, options.smoothing.back() * scene.focal_sigma, 1);
+  FocusModel model(problem, options.smoothing.back() * scene.focal_sigma, 1);
   Eigen::VectorXd values;
-  Eigen::MatrixXd jacobian;
+  Jacobian jacobian;
   ASSERT_TRUE(model(result.white, &values, &jacobian));
   for (Eigen::Index k = 0; k < 3; ++k) jacobian.row(k) /= targets[std::size_t(k)].tolerance;
   const Eigen::Index n = scene.prior.size();

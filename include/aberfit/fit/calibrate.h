@@ -67,6 +67,7 @@ struct FitResult {
   int evaluations = 0;
   double seconds = 0;
   double initial_cost = 0, final_cost = 0;
+  OperatorChoice operator_choice;  ///< how L was computed
   Eigen::VectorXd white;         ///< xi
   Eigen::VectorXd coefficients;  ///< F xi [m]
   Eigen::VectorXd smooth_statistics;   ///< the smooth twins at the solution, in target order

@@ -1,0 +1,42 @@
+#pragma once
+#include <ceres/cost_function.h>
+
+#include "calibrate_blocks.h"
+
+namespace aberfit {
+
+/// A calibration with few statistics and many terms, in as many unknowns as there are residuals, plus one.
+///
+/// The cost is |r(xi)|^2 + |xi - xi0|^2. Its gradient J^T r + (xi - xi0), and the Levenberg-Marquardt step of
+/// any damping that treats all directions alike, lie in the span of the K rows of J and of xi - xi0: in the
+/// P - K - 1 directions orthogonal to these the model of the cost is the prior alone, which is at its minimum
+/// there. So Ceres gets coordinates y in an orthonormal basis B of that span, and
+///   residuals (r(xi), B^T (xi - xi0)),  xi = xi_base + B (y - y_base),
+/// which is the same problem with the same steps, at K^2 P operations an iteration and no P x P or P x K
+/// matrix beside J itself. Where Ceres asks for derivatives, that is at every accepted point, the basis is
+/// made anew for the span there. The residuals of the prior turn with it, their squares do not.
+class ReducedResiduals : public ceres::CostFunction {
+ public:
+  /// `centre`: xi0; `start`: xi at y = 0. The blocks are evaluated here and must outlive this.
+  ReducedResiduals(const CalibrationBlocks& blocks, const Eigen::VectorXd& centre, Eigen::VectorXd start);
+
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
+
+  int size() const { return blocks_.residuals() + 1; }  ///< number of unknowns
+  /// White coordinates of the last point at which derivatives were asked for.
+  const Eigen::VectorXd& white() const { return base_; }
+
+ private:
+  void set_base(Eigen::VectorXd white, const Eigen::VectorXd& y) const;
+
+  const CalibrationBlocks& blocks_;
+  const Eigen::VectorXd& centre_;
+  // Of the base point; Ceres evaluates constant cost functions.
+  mutable Eigen::VectorXd base_, y_base_;
+  mutable Jacobian rows_;           // J, then xi - xi0, each divided by its norm
+  mutable Eigen::MatrixXd basis_;   // B = rows_^T basis_
+  mutable Eigen::MatrixXd slopes_;  // J B
+  mutable Eigen::VectorXd away_;    // B^T (xi - xi0)
+};
+
+}  // namespace aberfit
