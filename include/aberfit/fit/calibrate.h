@@ -80,8 +80,10 @@ struct FitResult {
   int null_directions = 0;             ///< terms - numerical rank: directions the targets do not see at all
 };
 
-/// Solves for the coefficients with Ceres (trust region, CGNR on the whitened problem: identity plus low rank, so that cost stays near linear
-/// in rays and terms) and exact derivatives through L, the trace and the smooth statistics.
+/// Solves for the coefficients with Ceres and exact derivatives through L, the trace and the smooth statistics,
+/// at a cost near linear in rays and terms. The problem is whitened, identity plus low rank: with more terms than
+/// residuals the trust region works in the span of the Jacobian's rows, where all its steps lie, otherwise and
+/// with bounds on all coefficients by conjugate gradients. Solves but the last one stop at three tolerances.
 /// start: white coordinates. Residuals: (S_k - T_k) / tolerance_k, log(S_b / T_b) / tolerance_b, and xi - xi0 (or xi).
 /// kDegenerate where a statistic or a log PSD bin has no value or derivative at the start. Throws std::invalid_argument for spectral targets
 /// that do not fit the spectrum's bins or are not positive.
