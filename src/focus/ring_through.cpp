@@ -236,6 +236,33 @@ double bracketed_root(const F& f, double a, double fa, double b, double fb) {
 enum Window { kPeak, kLower, kUpper };
 constexpr double kPeakWindow = 0.02, kLastPeakWindow = 0.4;  // half widths in the counted FWHM
 constexpr double kCrossingWindow = 0.003, kLastCrossingWindow = 1.3;
+constexpr int kScan = 17;        // planes that are looked at for the highest one
+constexpr int kRefinements = 4;  // of the scan, each about the highest plane of the last
+
+// The plane with the largest N within `half` of `centre`; nothing where it lies at the edge. N has many local
+// peaks, ragged as it is by single rays: following the one next to the counted peak would make the width jump
+// (by 1e-5 of itself) where two of them change order, while the largest N is continuous there.
+std::optional<double> highest_plane(const SmoothShare& share, double centre, double half) {
+  for (int refinement = 0; refinement < kRefinements; ++refinement) {
+    const double pitch = 2 * half / (kScan - 1);
+    SmoothShare::Value value[kScan];
+    int best = 0;
+    for (int k = 0; k < kScan; ++k) {
+      value[k] = share(kPeak, centre + pitch * (k - kScan / 2));
+      if (value[k].share > value[best].share) best = k;
+    }
+    if (best == 0 || best == kScan - 1) return std::nullopt;
+    const double z = centre + pitch * (best - kScan / 2);
+    const double before = value[best - 1].d_z, after = value[best + 1].d_z;
+    if (before == 0 && after == 0) return z;  // a plateau
+    if (before >= 0 && after <= 0)
+      return bracketed_root([&](double at) { return share(kPeak, at).d_z; }, z - pitch, before, z + pitch,
+                            after);
+    centre = z;
+    half = pitch;
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -274,24 +301,16 @@ std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, const RaySums&
   const PlaneWindow first[kMostWindows] = {
       {start->peak, 2 * kPeakWindow * start->fwhm}, {start->lower, reach}, {start->upper, reach}};
   share.collect(kPeak, kMostWindows, first);
-  // The peak: where dN/dz changes sign around the counted one. The window grows until it holds a sign change.
-  const auto slope_at = [&](double z) { return share(kPeak, z).d_z; };
-  double low = 0, high = 0, f_low = 0, f_high = 0;
-  bool bracketed = false;
-  for (double half = kPeakWindow * start->fwhm; half <= kLastPeakWindow * start->fwhm && !bracketed;
-       half *= 2) {
+  std::optional<double> peak;
+  for (double half = kPeakWindow * start->fwhm; half <= kLastPeakWindow * start->fwhm && !peak; half *= 2) {
     if (half > share.window(kPeak).half) {
       const PlaneWindow wider{start->peak, 2 * half};
       share.collect(kPeak, 1, &wider);
     }
-    low = start->peak - half;
-    high = start->peak + half;
-    f_low = slope_at(low);
-    f_high = slope_at(high);
-    bracketed = f_low >= 0 && f_high <= 0;
+    peak = highest_plane(share, start->peak, half);
   }
-  if (!bracketed) return std::nullopt;
-  result.peak = f_low == 0 && f_high == 0 ? start->peak : bracketed_root(slope_at, low, f_low, high, f_high);
+  if (!peak) return std::nullopt;
+  result.peak = *peak;
   const SmoothShare::Value top = share(kPeak, result.peak);
   result.peak_share = top.share;
   const auto crossing = [&](Window w, double counted, double outward) -> std::optional<double> {

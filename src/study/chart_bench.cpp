@@ -80,9 +80,9 @@ bool ChartTrace::smooth(const Eigen::VectorXd& coefficients, const std::vector<S
       const Eigen::ArrayXd none = Eigen::ArrayXd::Zero(field_.size());
       jacobian->row(row) = surface_.apply_transpose(SurfaceField{gradient.d_height, none, none}).transpose();
     } else {
-      jacobian->row(row) = surface_
-                               .apply_transpose(gradient.rays.rays, trace_adjoint(bench_.study.mirror, pupil_,
-                                                                                  field_, gradient.rays))
+      const SurfaceField weights = trace_adjoint(bench_.study.mirror, pupil_, field_, gradient.rays);
+      jacobian->row(row) = (gradient.rays.all_rays ? surface_.apply_transpose(weights)
+                                                   : surface_.apply_transpose(gradient.rays.rays, weights))
                                .transpose();
     }
   });

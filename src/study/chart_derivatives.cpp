@@ -78,11 +78,17 @@ RayTangents ray_tangents(const Mirror& mirror, const PupilSample& pupil, const S
 
 double along(const StatisticGradient& gradient, const RayTangents& t, const SurfaceField& column) {
   if (gradient.d_height.size() > 0) return (gradient.d_height * column.height).sum();
+  const RayGradient& g = gradient.rays;
+  const std::size_t entries = g.all_rays ? std::size_t(t.x.size()) : g.rays.size();
+  const auto of = [](const std::vector<double>& component, std::size_t k) {
+    return component.empty() ? 0.0 : component[k];
+  };
   double sum = 0;
-  for (std::size_t k = 0; k < gradient.rays.rays.size(); ++k) {
-    const auto i = Eigen::Index(gradient.rays.rays[k]);
-    sum += gradient.rays.d_x[k] * t.x[i] + gradient.rays.d_y[k] * t.y[i] + gradient.rays.d_tx[k] * t.tx[i] +
-           gradient.rays.d_ty[k] * t.ty[i];
+  for (std::size_t k = 0; k < entries; ++k) {
+    const Eigen::Index i = g.all_rays ? Eigen::Index(k) : Eigen::Index(g.rays[k]);
+    const double d_x = of(g.d_x, k), d_y = of(g.d_y, k);
+    sum += d_x * t.x[i] + d_y * t.y[i] + (of(g.d_tx, k) + g.dz * d_x) * t.tx[i] +
+           (of(g.d_ty, k) + g.dz * d_y) * t.ty[i];
   }
   return sum;
 }
