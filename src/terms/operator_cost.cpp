@@ -26,8 +26,8 @@ struct Nanoseconds {
 };
 
 /// To be measured anew with tests/benchmarks/operator_benchmark; figures in surface_operator.cpp. AVX-512:
-/// all measured. AVX2 and baseline: the pointwise methods measured, the others scaled from AVX-512 by the
-/// number of lanes.
+/// all measured, rows there are 0.6 to 1.4 times what they predict. AVX2 and baseline: the pointwise methods
+/// measured, the others scaled from AVX-512 by the number of lanes.
 struct Constants {
   Nanoseconds fused_point, fused_order, fused_row;  // per point; and azimuthal order m; and row (n, |m|)
   Nanoseconds polar_row;                            // per ring and row
@@ -83,7 +83,7 @@ Constants constants(InstructionSet set) {
 
 // FFTW has its own vector code, so these do not depend on the instruction set: per point of a ring, beside
 // what log2 of its length costs.
-constexpr Nanoseconds kPolarPoint{1.9, 1.9}, kTransform{0.22, 0.22};
+constexpr Nanoseconds kPolarPoint{1.0, 1.0}, kTransform{0.22, 0.22};
 // Lengths with a prime factor that FFTW has no code for cost this much more.
 constexpr double kLargePrime = 10.0;
 constexpr int kLargestCodedPrime = 13;

@@ -29,6 +29,9 @@ void report_error(benchmark::State& state, double error, double allowed);
 /// Work done by one iteration, shown as rate: `unit` is what is counted, "rays" say.
 void report_rate(benchmark::State& state, const std::string& unit, double work);
 
+/// States what a cost model says the row takes [s].
+void report_prediction(benchmark::State& state, double seconds);
+
 /// Runs `ours` and `other` in turns, `other` until it has taken 0.3 s. The row's time is that of `ours`;
 /// ratio: median time of `ours` over median time of `other`.
 void time_against(benchmark::State& state, const std::function<void()>& ours,

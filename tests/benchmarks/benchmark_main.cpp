@@ -74,6 +74,8 @@ void report_rate(benchmark::State& state, const std::string& unit, double work) 
   state.counters["rate:" + unit] = benchmark::Counter(work, benchmark::Counter::kIsIterationInvariantRate);
 }
 
+void report_prediction(benchmark::State& state, double seconds) { state.counters["predicted"] = seconds; }
+
 void time_against(benchmark::State& state, const std::function<void()>& ours,
                   const std::string& name_of_other, const std::function<void()>& other) {
   // google-benchmark counts the time of `ours` only: a much slower other way is not repeated as often.

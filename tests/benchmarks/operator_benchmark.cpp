@@ -83,6 +83,7 @@ void add_operator(const std::string& what, const std::string& setting, const std
       time_alone(state, [&] { work->surface.apply(work->coefficients, &work->field); });
       report_error(state, error, allowed);
       report_rate(state, unit, work_count(*work));
+      report_prediction(state, work->surface.choice().forward_seconds);
     };
   });
   add_case(fmt::format("{} adjoint/{}", what, setting), [=]() -> Timed {
@@ -93,6 +94,7 @@ void add_operator(const std::string& what, const std::string& setting, const std
       time_alone(state, [&] { work->transposed = work->surface.apply_transpose(work->weights); });
       report_error(state, error, kAdjointAllowed);
       report_rate(state, unit, work_count(*work));
+      report_prediction(state, work->surface.choice().adjoint_seconds);
     };
   });
 }

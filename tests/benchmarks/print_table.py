@@ -53,7 +53,7 @@ def rows_of(document):
             continue
         row["seconds"].append(entry["real_time"] * TO_SECONDS[entry.get("time_unit", "ns")])
         for key, value in entry.items():
-            if key in ("error", "allowed") or re.match(r"(rate|ratio):", key) or key in ("peak_MB", "allowed_MB"):
+            if key in ("error", "allowed") or re.match(r"(rate|ratio):", key) or key in ("peak_MB", "allowed_MB", "predicted"):
                 row["counters"].setdefault(key, []).append(value)
     return list(rows.values())
 
@@ -74,6 +74,8 @@ def cells(row):
                 rate += f", {1e9 / statistics.median(values):.3g} ns each"
         if key.startswith("ratio:"):
             ratio = f"{statistics.median(values):.3g} x {key[6:]}"
+        if key == "predicted":
+            ratio = f"{middle / statistics.median(values):.2g} x predicted"
         if key == "peak_MB":
             rate = f"{max(values):.0f} MB"
     return [case, setting, text("error"), text("allowed"), in_seconds(middle),
@@ -83,7 +85,7 @@ def cells(row):
 def problems(row):
     """Sentences for what is wrong with a row, and whether that is a failure."""
     if row["trouble"]:
-        soft = row["trouble"].startswith(("refused", "not available"))
+        soft = row["trouble"].startswith("refused")
         return [(f"{row['name']}: {row['trouble']}", not soft)]
     counters = row["counters"]
     if "error" not in counters or "allowed" not in counters:
