@@ -79,7 +79,7 @@ ChartFamily chart_smoothing(const ChartBench& bench, double seconds) {
     }
     family.rows.push_back(std::move(row));
   }
-  family.remark = "Narrow kernels suit a surface that is there; a fit through them follows single rays.";
+  family.remark = "A fit through a kernel that holds few rays follows single rays.";
   mark_rows(&family);
   return family;
 }

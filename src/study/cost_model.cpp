@@ -140,15 +140,15 @@ FitRates built_in_rates() {
   // `aberfit chart fits/paper-physical/study.json`, two AVX-512 cores.
   FitRates rates;
   rates.size = {65536, 432, 111, 157, 4096, 2};
-  rates.targets = 0.017;
+  rates.targets = 0.014;
   rates.prior = 0.0005;
-  rates.iteration = 0.047;
-  rates.iterations = 15;  // 10 to 30 over the studies of fits/
-  rates.exact = 0.0075;
-  rates.fresh = 0.2;
-  rates.zones = 0.17;
-  rates.forward = 0.017;
-  rates.jacobian = 0.03;
+  rates.iteration = 0.033;
+  rates.iterations = 10;  // 4 to 25 over the studies of fits/
+  rates.exact = 0.0038;
+  rates.fresh = 0.15;
+  rates.zones = 0.029;
+  rates.forward = 0.0031;
+  rates.jacobian = 0.0105;
   rates.source = "measured with fits/paper-physical on two AVX-512 cores";
   return rates;
 }

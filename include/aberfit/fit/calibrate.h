@@ -47,7 +47,7 @@ struct FitProgress {
 struct FitOptions {
   PriorMode prior = PriorMode::kNearStart;
   int max_iterations = 100;
-  std::vector<double> smoothing = {0.1, 0.02};  ///< kernel half-widths in units of focal_sigma, one solve each, coarse to fine
+  std::vector<double> smoothing = {0.1, 0.005};  ///< kernel half-widths in units of focal_sigma, one solve each, coarse to fine
   /// Stop when every |S - T| <= stop_at * tolerance, log PSD bins included, or when all tolerances are met and the worst mismatch has
   /// stopped falling; solvers otherwise creep along the prior. Met tolerances are kConverged either way.
   double stop_at = 0.5;
