@@ -12,18 +12,6 @@
 namespace aberfit {
 namespace {
 
-std::string instruction_set_name() {
-  switch (best_instruction_set()) {
-    case InstructionSet::kAvx512:
-      return "AVX-512";
-    case InstructionSet::kAvx2:
-      return "AVX2";
-    case InstructionSet::kBaseline:
-      break;
-  }
-  return "baseline";
-}
-
 // Shares of the budget. The fit's own stages first: `check` needs them most.
 constexpr double kRates = 0.18, kPupils = 0.22, kNormals = 0.12, kOperators = 0.12, kDerivatives = 0.14,
                  kOrders = 0.08, kModes = 0.1, kSmoothing = 0.04;
@@ -52,7 +40,7 @@ nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, 
   Chart chart;
   chart.study = resolved_study(study);
   chart.title = study.title;
-  chart.instruction_set = instruction_set_name();
+  chart.instruction_set = to_string(best_instruction_set());
   chart.budget_seconds = budget;
   chart.rates = to_json(measure_rates(bench, kRates * budget));
   const auto append = [&chart](std::vector<ChartFamily> families) {

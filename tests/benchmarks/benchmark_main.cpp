@@ -31,18 +31,6 @@ Kept& kept() {
   return row;
 }
 
-const char* instruction_set_name() {
-  switch (best_instruction_set()) {
-    case InstructionSet::kAvx512:
-      return "AVX-512";
-    case InstructionSet::kAvx2:
-      return "AVX2";
-    case InstructionSet::kBaseline:
-      break;
-  }
-  return "baseline";
-}
-
 }  // namespace
 
 void add_case(const std::string& name, const std::function<Timed()>& prepare) {
@@ -114,7 +102,7 @@ int main(int argc, char** argv) {
   int count = int(arguments.size());
   benchmark::Initialize(&count, arguments.data());
   if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
-  benchmark::AddCustomContext("instruction_set", instruction_set_name());
+  benchmark::AddCustomContext("instruction_set", aberfit::to_string(aberfit::best_instruction_set()));
   benchmark::AddCustomContext("threads", std::to_string(aberfit::available_threads()));
   benchmark::AddCustomContext("smoke", smoke ? "yes" : "no");
   register_cases(smoke);

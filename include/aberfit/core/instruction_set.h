@@ -25,6 +25,19 @@ inline bool is_supported([[maybe_unused]] InstructionSet set) {
   return set == InstructionSet::kBaseline;
 }
 
+/// The name people know the set by: "AVX-512", "AVX2", "baseline".
+inline const char* to_string(InstructionSet set) {
+  switch (set) {
+    case InstructionSet::kAvx512:
+      return "AVX-512";
+    case InstructionSet::kAvx2:
+      return "AVX2";
+    case InstructionSet::kBaseline:
+      break;
+  }
+  return "baseline";
+}
+
 inline InstructionSet best_instruction_set() {
   if (is_supported(InstructionSet::kAvx512)) return InstructionSet::kAvx512;
   if (is_supported(InstructionSet::kAvx2)) return InstructionSet::kAvx2;
