@@ -73,7 +73,7 @@ bool FocusModel::operator()(const Eigen::VectorXd& white, Eigen::VectorXd* value
       (gradients_[k].rays.all_rays ? dense : sparse).push_back(k);
       continue;
     }
-    if (height_weights_.size() != d_height.size()) {
+    if (height_weights_.slope_x.size() != d_height.size()) {  // its height is here only while it is used
       height_weights_.slope_x.setZero(d_height.size());
       height_weights_.slope_y.setZero(d_height.size());
     }

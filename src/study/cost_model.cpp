@@ -19,7 +19,8 @@ using nlohmann::ordered_json;
 constexpr double kZoneDraws = 1000;
 // Shares of the work, for scaling from one size to another: one term at one ray, and one statistic at one
 // ray, in the same unit; share of the rays that a statistic's gradient touches. From the docstring of
-// terms/surface_operator.cpp (6e9 term-points/s) and `aberfit chart fits/paper-physical/study.json`.
+// terms/surface_operator.cpp (6e9 term-points/s at any points; on rings a term costs less, so that
+// predictions for many terms there are too long) and `aberfit chart fits/paper-physical/study.json`.
 constexpr double kTermWork = 1, kStatisticWork = 120, kTouched = 0.05;
 
 double iteration_work(const FitSize& s) {
@@ -182,7 +183,16 @@ FitRates read_rates(const std::string& file_or_folder, const ordered_json& study
   try {
     if (chart.at("kind") != "chart") throw InputError(file, "/kind", chart["kind"].dump(), "\"chart\"");
     const ordered_json &rates = chart.at("rates"), &size = rates.at("size");
-    const auto number = [](const ordered_json& from, const char* key) { return from.at(key).get<double>(); };
+    // A chart that was edited must not end as a prediction of nothing or of minus a second.
+    const auto number = [&](const ordered_json& from, const char* key) {
+      const double value = from.at(key).get<double>();
+      const bool size_of = &from == &size;
+      const bool counts = size_of && std::string(key) != "zone_points";
+      if (!std::isfinite(value) || value < 0 || (counts && value < 1))
+        throw InputError(file, std::string("/rates/") + (size_of ? "size/" : "") + key, from[key].dump(),
+                         counts ? "a number from 1 up" : "a number from 0 up");
+      return value;
+    };
     r.size = {number(size, "rays"),   number(size, "terms"),       number(size, "fitted"),
               number(size, "judged"), number(size, "zone_points"), number(size, "threads")};
     r.targets = number(rates, "targets_seconds");

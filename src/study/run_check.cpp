@@ -32,7 +32,8 @@ FitRates rates_for(const Study& study, const RunOptions& options) {
 }
 
 std::string seconds_text(double seconds) {
-  return seconds < 99.5 ? fmt::format("{:.2g} s", seconds) : fmt::format("{:.2g} min", seconds / 60);
+  if (seconds < 99.5) return fmt::format("{:.2g} s", seconds);
+  return seconds < 5970 ? fmt::format("{:.2g} min", seconds / 60) : fmt::format("{:.0f} h", seconds / 3600);
 }
 
 // A study of a measured map has no specification: what is fitted, and where it comes from.

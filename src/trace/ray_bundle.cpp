@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cassert>
 
 #include "aberfit/core/parallel.h"
 #include "trace_kernel.h"
@@ -37,6 +38,7 @@ int trace_some(InstructionSet set, const Mirror& mirror, const PupilSample& pupi
 void trace_any(const Mirror& mirror, const PupilSample& pupil, const SurfaceField* field, int threads,
                RayBundle* rays) {
   const Eigen::Index n = pupil.size();
+  assert(!field || field->size() == n);
   for (Eigen::ArrayXd* a : {&rays->x, &rays->y, &rays->tx, &rays->ty, &rays->weight}) a->resize(n);
   const InstructionSet set = best_instruction_set();
   std::atomic<Eigen::Index> lost = 0;  // whole numbers: the order of the chunks changes nothing
@@ -73,6 +75,9 @@ RayBundle trace_nominal(const Mirror& mirror, const PupilSample& pupil, int thre
 void trace_adjoint(const Mirror& mirror, const PupilSample& pupil, const SurfaceField& field,
                    const RayGradient& gradient, SurfaceField* result) {
   const Eigen::Index n = gradient.all_rays ? pupil.size() : Eigen::Index(gradient.rays.size());
+  assert(field.size() == pupil.size());
+  for ([[maybe_unused]] const auto* d : {&gradient.d_x, &gradient.d_y, &gradient.d_tx, &gradient.d_ty})
+    assert(d->empty() || Eigen::Index(d->size()) == n);
   result->resize(n);
   const InstructionSet set = best_instruction_set();
   // What the kernel reads and writes, gathered block by block: the block stays in the first-level cache.

@@ -254,5 +254,17 @@ TEST_F(ChartRun, BadUsageIsRefused) {
         << arguments << ": " << read_file(folder_->file("stderr.txt"));
 }
 
+TEST_F(ChartRun, EditedRatesAreRefusedByName) {
+  const ordered_json whole = chart_;
+  for (const auto& [pointer, value] : std::vector<std::pair<std::string, double>>{
+           {"/rates/size/threads", 0}, {"/rates/size/rays", -1}, {"/rates/fresh_seconds", -2}}) {
+    ordered_json edited = whole;
+    edited[ordered_json::json_pointer(pointer)] = value;
+    folder_->write("edited.json", edited.dump());
+    EXPECT_EQ(run_program(*folder_, "check study.json --chart edited.json"), 2) << pointer;
+    EXPECT_NE(read_file(folder_->file("stderr.txt")).find(pointer), std::string::npos) << pointer;
+  }
+}
+
 }  // namespace
 }  // namespace aberfit

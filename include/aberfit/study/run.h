@@ -32,14 +32,14 @@ const MeasuredPsd& measured_psd_of(const Study& study);
 nlohmann::ordered_json run_psd(const MeasuredPsd& measured, const std::string& title,
                                const RunOptions& options, std::string* table);
 /// The resolved study, the numbers of its scene, the model it needs and why, predicted cost (with a chart of
-/// the same study within a factor 1.5, without within 3). Computes no fit. Throws InputError for a chart_file
-/// that is no chart.
+/// the same study within a factor 1.5, without within 3 for the studies of fits/). Computes no fit. Throws
+/// InputError for a chart_file that is no chart.
 nlohmann::ordered_json run_check(const Study& study, const RunOptions& options, std::string* table);
 
 /// Speed against accuracy on the study's own scene: every method and setting, its error against a reference
-/// and its time; writes chart.csv, chart.json, summary.txt and pictures. Which settings are measured depends
-/// on options.chart_seconds and the machine; the errors of a setting do not. Throws InputError for a study of
-/// a map, which has no statistics to be wrong about.
+/// and its time; writes chart.csv, chart.json, summary.txt and pictures. Which settings are measured, on
+/// how many rays and against how fine a reference depends on options.chart_seconds and the machine; every row
+/// says it. Throws InputError for a study of a map, which has no statistics to be wrong about.
 nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, std::string* table);
 
 }  // namespace aberfit
