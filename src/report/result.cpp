@@ -64,6 +64,13 @@ Json surface_json(const EquivalentSurface& surface) {
           {"zones", zones}};
 }
 
+// How heights and slopes were computed from the coefficients; a family of terms that is absent has no method.
+Json operator_json(const OperatorChoice& choice) {
+  return {{"zernike", choice.zernike ? Json(to_string(*choice.zernike)) : Json(nullptr)},
+          {"fourier", choice.fourier ? Json(to_string(*choice.fourier)) : Json(nullptr)},
+          {"reason", choice.reason}};
+}
+
 Json fit_json(const ResultDocument& result) {
   const FitResult& fit = result.fit;
   return {{"status", to_string(fit.status)},
@@ -77,6 +84,7 @@ Json fit_json(const ResultDocument& result) {
           {"null_directions", fit.null_directions},
           {"terms", result.terms.size()},
           {"rays", result.rays},
+          {"operator", operator_json(fit.operator_choice)},
           {"equivalent_surface", surface_json(result.surface)},
           {"singular_values", json_numbers(fit.singular_values)}};
 }

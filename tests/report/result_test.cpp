@@ -70,6 +70,16 @@ TEST(ResultDocument, CarriesItsNumbersInSi) {
               1.0, 1e-15 * 8);
 }
 
+TEST(ResultDocument, SaysHowTheSurfaceWasComputed) {
+  ResultDocument result = sample_result();
+  result.fit.operator_choice.zernike = ZernikeMethod::kPolar;
+  result.fit.operator_choice.reason = "rings";
+  const Json json = to_json(result)["fit"]["operator"];
+  EXPECT_EQ(json["zernike"], "polar");
+  EXPECT_TRUE(json["fourier"].is_null());
+  EXPECT_EQ(json["reason"], "rings");
+}
+
 TEST(ResultDocument, WritesWhatDoesNotExistAsNull) {
   ResultDocument result = sample_result();
   result.scene.correlation_length = std::numeric_limits<double>::infinity();
