@@ -114,22 +114,27 @@ double statistic_scale(const Statistic& statistic, double reference) {
   return std::holds_alternative<RingThrough>(statistic) ? 1.0 : std::abs(reference);
 }
 
+StatisticErrors worst_and_rms(const std::vector<double>& errors) {
+  StatisticErrors both;
+  for (const double error : errors) {
+    if (!std::isfinite(error)) return {std::nan(""), std::nan("")};
+    both.worst = std::max(both.worst, error);
+    both.rms += error * error;
+  }
+  if (errors.empty()) return {std::nan(""), std::nan("")};
+  both.rms = std::sqrt(both.rms / double(errors.size()));
+  return both;
+}
+
 StatisticErrors statistic_errors(const Eigen::VectorXd& values, const Eigen::VectorXd& reference,
                                  const std::vector<Statistic>& statistics) {
-  StatisticErrors errors;
-  int counted = 0;
+  std::vector<double> errors;
   for (Eigen::Index k = 0; k < reference.size(); ++k) {
     const double scale = statistic_scale(statistics[std::size_t(k)], reference[k]);
     if (!std::isfinite(reference[k]) || !(scale > 0)) continue;
-    const double error = std::abs(values[k] - reference[k]) / scale;
-    if (!std::isfinite(error)) return {std::nan(""), std::nan("")};
-    errors.worst = std::max(errors.worst, error);
-    errors.rms += error * error;
-    ++counted;
+    errors.push_back(std::abs(values[k] - reference[k]) / scale);
   }
-  if (counted == 0) return {std::nan(""), std::nan("")};
-  errors.rms = std::sqrt(errors.rms / counted);
-  return errors;
+  return worst_and_rms(errors);
 }
 
 PupilOptions pupil_of_at_most(const Study& study, std::int64_t most) {

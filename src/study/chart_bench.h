@@ -86,12 +86,13 @@ struct ChartTime {
 ChartTime measure_time(double budget, const std::function<void()>& run);
 void set_time(const ChartTime& time, ChartRow* row);
 
-/// How far values are off a reference, each relative to the reference (RingThrough: share of the light):
-/// largest and root mean square. Statistics without a reference do not count; one without a value makes both
-/// NaN.
+/// Largest and root mean square of errors; both NaN where one of them is no number or there are none.
 struct StatisticErrors {
   double worst = 0, rms = 0;
 };
+StatisticErrors worst_and_rms(const std::vector<double>& errors);
+/// How far values are off a reference, each relative to the reference (RingThrough: share of the light).
+/// Statistics without a reference do not count; one without a value makes both NaN.
 StatisticErrors statistic_errors(const Eigen::VectorXd& values, const Eigen::VectorXd& reference,
                                  const std::vector<Statistic>& statistics);
 /// What a statistic's error is relative to.

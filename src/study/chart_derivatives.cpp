@@ -142,20 +142,13 @@ Eigen::MatrixXd ridders(const Values& f, const Eigen::VectorXd& c, const Eigen::
 // Per statistic the length of the difference over the length of the reference, over the sampled
 // coefficients. Statistics that the sample does not move do not count.
 StatisticErrors gradient_errors(const Eigen::MatrixXd& gradients, const Eigen::MatrixXd& reference) {
-  StatisticErrors errors;
-  int counted = 0;
+  std::vector<double> errors;
   for (Eigen::Index k = 0; k < reference.rows(); ++k) {
     const double length = reference.row(k).norm();
     if (!(length > 0)) continue;
-    const double error = (gradients.row(k) - reference.row(k)).norm() / length;
-    if (!std::isfinite(error)) return {std::nan(""), std::nan("")};
-    errors.worst = std::max(errors.worst, error);
-    errors.rms += error * error;
-    ++counted;
+    errors.push_back((gradients.row(k) - reference.row(k)).norm() / length);
   }
-  if (counted == 0) return {std::nan(""), std::nan("")};
-  errors.rms = std::sqrt(errors.rms / counted);
-  return errors;
+  return worst_and_rms(errors);
 }
 
 }  // namespace
