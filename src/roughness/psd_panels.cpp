@@ -15,7 +15,7 @@ constexpr int kMaxHalvings = 10;  // exp(-700 t^2) on [1, 2], the steepest that 
 // Gauss-Legendre rule on [-1, 1] and the Legendre polynomials at its nodes; constant, computed at first use.
 struct ReferencePanel {
   PanelArray t, weight;
-  Eigen::Array<double, kPanelNodes, kPanelNodes> legendre;  // (l, node)
+  Eigen::Array<double, kPanelNodes, kPanelNodes> legendre;  // (node, l): a column is contiguous
 };
 
 const ReferencePanel& reference_panel() {
@@ -24,11 +24,10 @@ const ReferencePanel& reference_panel() {
     const Quadrature rule = gauss_legendre(kPanelNodes, -1.0, 1.0);
     p.t = rule.nodes;
     p.weight = rule.weights;
-    p.legendre.row(0).setOnes();
-    p.legendre.row(1) = p.t.transpose();
+    p.legendre.col(0).setOnes();
+    p.legendre.col(1) = p.t;
     for (int l = 1; l + 1 < kPanelNodes; ++l)
-      p.legendre.row(l + 1) =
-          ((2 * l + 1) * p.t.transpose() * p.legendre.row(l) - l * p.legendre.row(l - 1)) / (l + 1.0);
+      p.legendre.col(l + 1) = ((2 * l + 1) * p.t * p.legendre.col(l) - l * p.legendre.col(l - 1)) / (l + 1.0);
     return p;
   }();
   return panel;
@@ -49,8 +48,7 @@ bool resolved(const PsdPanel& panel) {
   if (top < 1e-290) return true;
   double missed = 0;
   for (int l = kPanelNodes - 2; l < kPanelNodes; ++l)
-    missed +=
-        (l + 0.5) * std::abs((reference.weight * panel.psd * reference.legendre.row(l).transpose()).sum());
+    missed += (l + 0.5) * std::abs((reference.weight * panel.psd * reference.legendre.col(l)).sum());
   return missed <= (kResolved + 4e-16 * std::abs(std::log(top))) * (2 * kPanelNodes) * top;
 }
 
@@ -82,9 +80,10 @@ PanelArray spherical_bessel(double x) {
     return j;
   }
   double above = 0, here = 1e-280;
+  const double inverse = 1 / x;
   for (int l = kPanelNodes + 40; l >= 0; --l) {
     if (l < kPanelNodes) j[l] = here;
-    const double below = (2 * l + 1) / x * here - above;
+    const double below = (2 * l + 1) * inverse * here - above;
     above = here;
     here = below;
     if (std::abs(here) > 1e250) {
@@ -132,13 +131,18 @@ Eigen::Array<std::complex<double>, kPanelNodes, 1> oscillatory_weights(double a,
   const ReferencePanel& reference = reference_panel();
   const double half = 0.5 * (b - a), centre = 0.5 * (a + b);
   const PanelArray j = spherical_bessel(std::abs(omega) * half);
-  PanelArray even = PanelArray::Zero(),
-             odd = PanelArray::Zero();  // real and imaginary part of sum (2l+1) i^l j_l P_l
-  for (int l = 0; l < kPanelNodes; ++l) {
-    const double coefficient = (l % 4 < 2 ? 1 : -1) * (2 * l + 1) * j[l];
-    (l % 2 == 0 ? even : odd) += coefficient * reference.legendre.row(l).transpose();
+  // Real and imaginary part of sum (2l+1) i^l j_l P_l: even and odd over the panel, so half of it is enough.
+  constexpr int kHalf = kPanelNodes / 2;
+  Eigen::Array<double, kHalf, 1> half_even = Eigen::Array<double, kHalf, 1>::Zero(), half_odd = half_even;
+  for (int l = 0; l < kPanelNodes; l += 2) {
+    const double sign = l % 4 == 0 ? 1 : -1;
+    half_even += sign * (2 * l + 1) * j[l] * reference.legendre.col(l).head<kHalf>();
+    half_odd += sign * (2 * l + 3) * j[l + 1] * reference.legendre.col(l + 1).head<kHalf>();
   }
-  if (omega < 0) odd = -odd;
+  if (omega < 0) half_odd = -half_odd;
+  PanelArray even, odd;
+  even << half_even, half_even.reverse();
+  odd << half_odd, -half_odd.reverse();
   const std::complex<double> phase = std::polar(half, omega * centre);
   Eigen::Array<std::complex<double>, kPanelNodes, 1> weights;
   for (int i = 0; i < kPanelNodes; ++i)

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <optional>
 
+#include "aberfit/core/quadrature.h"
+#include "aberfit/roughness/bessel.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "hankel_panels.h"
@@ -16,19 +18,7 @@ using std::numbers::pi;
 
 double square(double x) { return x * x; }
 
-// 1 - J0(z) to rounding relative to itself.
-double one_minus_j0(double z) {
-  if (z > 1) return 1 - boost::math::cyl_bessel_j(0, z);
-  const double q = 0.25 * z * z;
-  double term = q, sum = q;
-  for (int m = 2; std::abs(term) > 1e-17 * sum; ++m) {
-    term *= -q / (m * m);
-    sum += term;
-  }
-  return sum;
-}
-
-// 1 - 2 J1(z)/z, the same.
+// 1 - 2 J1(z)/z to rounding relative to itself.
 double one_minus_jinc(double z) {
   if (z > 1) return 1 - 2 * boost::math::cyl_bessel_j(1, z) / z;
   const double q = 0.25 * z * z;
@@ -101,53 +91,137 @@ std::optional<double> closed_form(const Model&, double, double, double, double) 
   return std::nullopt;
 }
 
-// int S (1 - J0(2 pi f r)) d2f of any S with a finite height variance, panel by panel.
+// int S (1 - J0(2 pi f r)) d2f of any S with a finite height variance, panel by panel. Every octave of r has
+// a plan: panels below the first turn of J0 come in by their moments, neighbours across which J0 hardly turns
+// (a long table has hundreds) are merged to one set of nodes, on wide panels the Hankel amplitude is
+// integrated by Filon's rule.
 class ByQuadrature {
  public:
-  ByQuadrature(const RadialPsd& psd, double r_min, double r_max) : shared_(shared_panels(psd, r_min, r_max)) {
+  ByQuadrature(const RadialPsd& psd, double r_min, double r_max)
+      : shared_(shared_panels(psd, r_min, r_max)), r_max_(r_max) {
+    Powers sum{};
     for (const PsdPanel& panel : shared_.panels) {
-      Powers& powers = powers_.emplace_back();
       PanelArray term = 2 * pi * panel.weight * panel.psd * panel.f;
-      for (double& power : powers) {
-        power = term.sum();
+      mass_.push_back(term.sum());
+      for (double& power : sum) {
+        power += term.sum();
         term *= (pi * panel.f).square();
       }
+      below_.push_back(sum);
     }
     if (std::isinf(psd.f_max()) && !shared_.panels.empty())
       beyond_ = radial_moment(psd, 0, shared_.panels.back().b);  // where J0 has averaged out
   }
 
-  double operator()(double r) const {
+  double operator()(double r) {
+    const std::size_t octave = std::size_t(std::max(0.0, std::floor(std::log2(r_max_ / r))));
+    if (octave >= plans_.size()) plans_.resize(octave + 1);
+    if (!plans_[octave]) plans_[octave] = plan(2 * pi * std::ldexp(r_max_, -int(octave)));
+    const Plan& now = *plans_[octave];
     const double k = 2 * pi * r;
     double sum = beyond_;
-    for (std::size_t i = 0; i < shared_.panels.size(); ++i) {
-      const PsdPanel& panel = shared_.panels[i];
-      const Powers& p = powers_[i];
-      if (k * panel.b < 0.2) {  // four terms of 1 - J0: the next is 1e-12 of the first
-        const double q = r * r;
-        sum += q * (p[1] - q / 4 * (p[2] - q / 9 * (p[3] - q / 16 * p[4])));
-      } else if (k * panel.a <
-                 kHankelFrom) {  // an octave: 24 nodes resolve 30 rad of J0 (see autocorrelation)
-        for (int j = 0; j < kPanelNodes; ++j)
-          sum += 2 * pi * panel.weight[j] * panel.psd[j] * panel.f[j] * one_minus_j0(k * panel.f[j]);
-      } else {
-        const auto weights = oscillatory_weights(panel.a, panel.b, k);
-        std::complex<double> total = 0;
-        for (int j = 0; j < kPanelNodes; ++j) {
-          const double x = k * panel.f[j];
-          total +=
-              weights[j] * hankel_amplitudes(x).h0 * (panel.psd[j] * panel.f[j] * std::sqrt(2 / (pi * x)));
-        }
-        sum += p[0] - 2 * pi * (total * std::polar(1.0, -0.25 * pi)).real();
-      }
+    if (now.first > 0) {  // four terms of 1 - J0: the next is 1e-12 of the first
+      const Powers& p = below_[now.first - 1];
+      const double q = r * r;
+      sum += q * (p[1] - q / 4 * (p[2] - q / 9 * (p[3] - q / 16 * p[4])));
     }
+    sum += one_minus_j0_sum(k, now.f.data(), now.weight.data(), int(now.f.size()));
+    for (const std::size_t i : now.wide) sum += far(i, k);
     return sum;
   }
 
  private:
-  using Powers = std::array<double, 5>;  // int S (pi f)^(2 m) d2f over a panel
+  using Powers = std::array<double, 5>;  // int S (pi f)^(2 m) d2f
+  struct Plan {
+    std::size_t first = 0;  // panels before this one come by moments
+    std::vector<double> f, weight;
+    std::vector<std::size_t> wide;  // panels for Filon's rule
+  };
+
+  // For wave numbers in [k/2, k].
+  Plan plan(double k) const {
+    const std::vector<PsdPanel>& panels = shared_.panels;
+    Plan result;
+    while (result.first < panels.size() && k * panels[result.first].b < 0.2) ++result.first;
+    std::size_t i = result.first;
+    while (i < panels.size()) {
+      const double a = panels[i].a;
+      if (0.5 * k * a >= kAmplitudeFrom && k * (panels[i].b - a) > kTurnOfMerged) {
+        result.wide.push_back(i++);
+        continue;
+      }
+      // What is left turns by less than 2 kAmplitudeFrom, which 24 nodes resolve (see autocorrelation).
+      std::size_t end = i + 1;
+      while (end < panels.size() && k * (panels[end].b - a) <= kTurnOfMerged && panels[end].b <= 2 * a &&
+             panels[end].a == panels[end - 1].b)
+        ++end;
+      if (end - i > 1) {
+        append_merged(i, end, &result);
+      } else {
+        const PsdPanel& panel = panels[i];
+        const PanelArray weight = 2 * pi * panel.weight * panel.psd * panel.f;
+        result.f.insert(result.f.end(), panel.f.data(), panel.f.data() + kPanelNodes);
+        result.weight.insert(result.weight.end(), weight.data(), weight.data() + kPanelNodes);
+      }
+      i = end;
+    }
+    return result;
+  }
+
+  // Weights of 24 nodes that integrate S times any polynomial of degree 23 over panels [i, end) together.
+  void append_merged(std::size_t i, std::size_t end, Plan* plan) const {
+    const double a = shared_.panels[i].a, b = shared_.panels[end - 1].b;
+    const Quadrature& rule = unit_rule();
+    Eigen::Array<double, kPanelNodes, 1> moment = PanelArray::Zero();  // of Legendre polynomials
+    for (std::size_t p = i; p < end; ++p) {
+      const PsdPanel& panel = shared_.panels[p];
+      const PanelArray t = (2 * panel.f - (a + b)) / (b - a);
+      const PanelArray weight = 2 * pi * panel.weight * panel.psd * panel.f;
+      PanelArray before = PanelArray::Zero(), here = PanelArray::Ones();
+      for (int l = 0; l < kPanelNodes; ++l) {
+        moment[l] += (l + 0.5) * (weight * here).sum();
+        const PanelArray next = ((2 * l + 1) * t * here - l * before) / (l + 1.0);
+        before = here;
+        here = next;
+      }
+    }
+    for (int j = 0; j < kPanelNodes; ++j) {
+      const double t = rule.nodes[j];
+      double before = 0, here = 1, sum = 0;
+      for (int l = 0; l < kPanelNodes; ++l) {
+        sum += moment[l] * here;
+        const double next = ((2 * l + 1) * t * here - l * before) / (l + 1.0);
+        before = here;
+        here = next;
+      }
+      plan->f.push_back(0.5 * (a + b) + 0.5 * (b - a) * t);
+      plan->weight.push_back(rule.weights[j] * sum);
+    }
+  }
+
+  static const Quadrature& unit_rule() {
+    static const Quadrature rule = gauss_legendre(kPanelNodes, -1.0, 1.0);
+    return rule;
+  }
+
+  double far(std::size_t i, double k) const {
+    const PsdPanel& panel = shared_.panels[i];
+    const auto weights = oscillatory_weights(panel.a, panel.b, k);
+    const PanelArray x = k * panel.f, shape = panel.psd * panel.f;
+    PanelArray p0, q0, p1, q1;
+    hankel_amplitudes(x.data(), kPanelNodes, p0.data(), q0.data(), p1.data(), q1.data());
+    const double real = (shape * (weights.real() * p0 - weights.imag() * q0)).sum(),
+                 imaginary = (shape * (weights.real() * q0 + weights.imag() * p0)).sum();
+    return mass_[i] - 2 * pi * (real + imaginary) / std::numbers::sqrt2;
+  }
+
+  static constexpr double kAmplitudeFrom = 8;  // where hankel_amplitudes of many arguments starts
+  static constexpr double kTurnOfMerged = 10;  // 24 nodes carry J0 over 10 rad: J_24(5) = 1e-15
   SharedPanels shared_;
-  std::vector<Powers> powers_;
+  double r_max_;
+  std::vector<double> mass_;   // int S d2f of each panel
+  std::vector<Powers> below_;  // of all panels up to and with this one
+  std::vector<std::optional<Plan>> plans_;
   double beyond_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/roughness/bessel.h"
 #include "panel_rule.h"
 
 namespace aberfit {
@@ -14,7 +15,7 @@ using std::numbers::pi;
 
 constexpr double kTurnOfPanel = 20;  // phase in rad that 24 nodes integrate to rounding: J_48(10) = 1e-28
 
-// int g(t) dt from a to b, `turn` the phase that g turns through.
+// int g(t) dt from a to b, `turn` the phase that g turns through; g takes and gives the nodes of a panel.
 template <class Function>
 double integrate(double a, double b, double turn, const Function& g) {
   const PanelRule& rule = panel_rule();
@@ -22,10 +23,16 @@ double integrate(double a, double b, double turn, const Function& g) {
   const double half = 0.5 * (b - a) / panels;
   double sum = 0;
   for (int p = 0; p < panels; ++p)
-    for (int j = 0; j < kPanelNodes; ++j)
-      sum += half * rule.weight[j] * g(a + half * (2 * p + 1 + rule.t[j]));
-  return sum;
+    sum += (rule.weight * g(PanelArray(a + half * (2 * p + 1 + rule.t)))).sum();
+  return half * sum;
 }
+
+struct Circular {
+  explicit Circular(const PanelArray& phase) {
+    sin_cos(phase.data(), kPanelNodes, sine.data(), cosine.data());
+  }
+  PanelArray sine, cosine;
+};
 
 // int cos(beta u) sqrt(radius^2 - (u - centre)^2) du from u1 to u2, which lie on the circle's diameter to
 // rounding.
@@ -34,13 +41,16 @@ double chords(double radius, double centre, double u1, double u2, double beta) {
   const double start = std::acos(std::clamp((u2 - centre) / radius, -1.0, 1.0));
   const double end = std::acos(std::clamp((u1 - centre) / radius, -1.0, 1.0));
   if (beta == 0) return 0.5 * radius * radius * (end - start - std::sin(end - start) * std::cos(end + start));
-  return radius * radius * integrate(start, end, beta * (u2 - u1), [&](double angle) {
-           const double sine = std::sin(angle);
-           return std::cos(beta * (centre + radius * std::cos(angle))) * sine * sine;
+  return radius * radius *
+         integrate(start, end, beta * (u2 - u1), [&](const PanelArray& angle) -> PanelArray {
+           const Circular point(angle), wave(beta * (centre + radius * point.cosine));
+           return wave.cosine * point.sine.square();
          });
 }
 
-double sinc(double z) { return std::abs(z) < 1e-4 ? 1 - z * z / 6 : std::sin(z) / z; }
+PanelArray sinc(const PanelArray& z) {
+  return (z.abs() < 1e-4).select(1 - z.square() / 6, Circular(z).sine / z);
+}
 
 }  // namespace
 
@@ -83,13 +93,16 @@ double ApertureOtf::operator()(double x, double curvature) const {
       };
       return 2 / pi * (antiderivative(to) - antiderivative(from));
     }
-    const auto side = [&](double shear, double length) {
-      const double overlap = std::max(0.0, length - shear);
+    const auto side = [&](const PanelArray& shear, double length) -> PanelArray {
+      const PanelArray overlap = (length - shear).max(0.0);
       return overlap / length * sinc(0.5 * curvature * shear * overlap);
     };
-    return 2 / pi * integrate(from, to, beta * std::hypot(width_, height_), [&](double angle) {
-             return side(x * std::cos(angle), width_) * side(x * std::sin(angle), height_);
-           });
+    return 2 / pi *
+           integrate(from, to, beta * std::hypot(width_, height_),
+                     [&](const PanelArray& angle) -> PanelArray {
+                       const Circular direction(angle);
+                       return side(x * direction.cosine, width_) * side(x * direction.sine, height_);
+                     });
   }
   // A quarter of the overlap, u and the height above it positive: below the outer circle, above the inner
   // one.

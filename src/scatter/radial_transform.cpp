@@ -1,8 +1,9 @@
 #include "radial_transform.h"
 
-#include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <numbers>
+
+#include "aberfit/roughness/bessel.h"
 
 namespace aberfit {
 namespace {
@@ -15,26 +16,25 @@ constexpr double kDirect =
 constexpr double kHankelFrom = 30;  // see hankel_amplitudes
 constexpr double kFilonCosine = 8;  // the same for cosines
 
+bool is_direct(const TransferPanel& panel, double v) { return v * (panel.b - panel.a) <= kDirect; }
+
+// Panels on which J1 turns far.
 void add_disc(const TransferPanel& panel, double v, RadialTransform::Disc* sum) {
-  const double turn = v * (panel.b - panel.a);
-  if (turn <= kDirect) {
-    const PanelRule& rule = panel_rule();
-    const PanelArray s = panel.nodes(), weighted = 0.5 * (panel.b - panel.a) * v * rule.weight * panel.value;
-    for (int j = 0; j < kPanelNodes; ++j) {
-      sum->share += weighted[j] * boost::math::cyl_bessel_j(1, v * s[j]);
-      sum->derivative += weighted[j] * s[j] * boost::math::cyl_bessel_j(0, v * s[j]);
-    }
+  const PanelArray s = panel.nodes();
+  if (is_direct(panel, v)) {
+    const PanelArray weighted = 0.5 * (panel.b - panel.a) * panel_rule().weight * panel.value;
+    const BesselSums sums = bessel_sums(v, s.data(), weighted.data(), kPanelNodes);
+    sum->share += v * sums.first;
+    sum->derivative += v * sums.zeroth;
   } else if (v * panel.a >= kHankelFrom) {
     const auto weights = oscillatory_weights(panel.a, panel.b, v);
-    const PanelArray s = panel.nodes();
-    std::complex<double> first = 0, zeroth = 0;
-    for (int j = 0; j < kPanelNodes; ++j) {
-      const double z = v * s[j];
-      const HankelAmplitudes h = hankel_amplitudes(z);
-      const std::complex<double> weighted = weights[j] * (v * panel.value[j] * std::sqrt(2 / (pi * z)));
-      first += weighted * h.h1;
-      zeroth += weighted * h.h0 * s[j];
-    }
+    const PanelArray z = v * s;
+    PanelArray p0, q0, p1, q1;
+    hankel_amplitudes(z.data(), kPanelNodes, p0.data(), q0.data(), p1.data(), q1.data());
+    const PanelArray real = v * weights.real() * panel.value, imaginary = v * weights.imag() * panel.value;
+    const std::complex<double> first((real * p1 - imaginary * q1).sum(), (real * q1 + imaginary * p1).sum());
+    const std::complex<double> zeroth((s * (real * p0 - imaginary * q0)).sum(),
+                                      (s * (real * q0 + imaginary * p0)).sum());
     sum->share += (first * std::polar(1.0, -0.75 * pi)).real();
     sum->derivative += (zeroth * std::polar(1.0, -0.25 * pi)).real();
   } else {
@@ -49,7 +49,10 @@ RadialTransform::RadialTransform(std::vector<TransferPanel> panels) : panels_(st
   std::array<double, 4> sum{};
   for (const TransferPanel& panel : panels_) {
     const PanelArray s = panel.nodes();
-    PanelArray term = 0.5 * (panel.b - panel.a) * panel_rule().weight * panel.value * s;
+    PanelArray term = 0.5 * (panel.b - panel.a) * panel_rule().weight * panel.value;
+    s_.insert(s_.end(), s.data(), s.data() + kPanelNodes);
+    weighted_.insert(weighted_.end(), term.data(), term.data() + kPanelNodes);
+    term *= s;
     for (double& moment : sum) {
       moment += term.sum();
       term *= s.square();
@@ -68,7 +71,18 @@ RadialTransform::Disc RadialTransform::disc(double v) const {
     sum.share = 2 * q * (m[0] - q / 2 * (m[1] - q / 6 * (m[2] - q / 12 * m[3])));
     sum.derivative = v * (m[0] - q * (m[1] - q / 4 * (m[2] - q / 9 * m[3])));
   }
-  for (; next < panels_.size(); ++next) add_disc(panels_[next], v, &sum);
+  while (next < panels_.size()) {
+    std::size_t end = next;
+    while (end < panels_.size() && is_direct(panels_[end], v)) ++end;
+    if (end > next) {
+      const std::size_t at = next * kPanelNodes;
+      const BesselSums sums = bessel_sums(v, &s_[at], &weighted_[at], int((end - next) * kPanelNodes));
+      sum.share += v * sums.first;
+      sum.derivative += v * sums.zeroth;
+    }
+    for (next = end; next < panels_.size() && !is_direct(panels_[next], v); ++next)
+      add_disc(panels_[next], v, &sum);
+  }
   return sum;
 }
 

@@ -16,8 +16,8 @@ class RadialTransform {
     double share = 0;       ///< int v J1(v s) T(s) ds
     double derivative = 0;  ///< of share over v: int v s J0(v s) T(s) ds
   };
-  /// v >= 0. Panels on which J1 turns by less than 8 rad: Gauss-Legendre. Farther out (v s >= 30): the
-  /// Legendre form of Filon's rule on the Hankel amplitude, so that the cost does not grow with v. In
+  /// v >= 0. Panels on which J1 turns by at most 8 rad: Gauss-Legendre, vectorised. Farther out (v s >= 30):
+  /// the Legendre form of Filon's rule on the Hankel amplitude, so that the cost does not grow with v. In
   /// between: halved first. Panels with v s < 1/4 by four moments of T. The error is that of T as a
   /// polynomial on each panel.
   Disc disc(double v) const;
@@ -29,6 +29,7 @@ class RadialTransform {
 
  private:
   std::vector<TransferPanel> panels_;
+  std::vector<double> s_, weighted_;            // nodes of all panels, and weight * T there
   std::vector<std::array<double, 4>> moments_;  // int s^(1,3,5,7) T ds of all panels up to and with this one
 };
 
