@@ -1,7 +1,10 @@
+#include <array>
 #include <boost/math/special_functions/bessel.hpp>
 #include <boost/math/special_functions/digamma.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
+#include <complex>
+#include <functional>
 #include <numbers>
 #include <optional>
 
@@ -91,14 +94,80 @@ std::optional<double> closed_form(const Model&, double, double, double, double) 
   return std::nullopt;
 }
 
+// A stretch of the band on which S is a power of f: there int S f J0(k f) df has an antiderivative whose
+// asymptotic series needs no nodes. With J0(t) = Re sqrt(2/(pi t)) exp(i (t - pi/4)) sum h_n t^-n (DLMF
+// 10.17.5) and q = 1/2 - exponent, int exp(i t) t^q sum h_n t^-n dt = exp(i t) t^q sum a_n t^-n,
+// i a_n + (q - n + 1) a_(n-1) = h_n.
+class PowerStretch {
+ public:
+  PowerStretch(double f_min, double f_max, double exponent) : f_min_(f_min), f_max_(f_max) {
+    const double q = 0.5 - exponent;
+    std::complex<double> h = 1;
+    for (int n = 0; n < kTerms; ++n) {
+      if (n > 0) h *= std::complex<double>(0, -square(2 * n - 1) / (8.0 * n));
+      const std::complex<double> before = n > 0 ? (q - n + 1) * a_[std::size_t(n - 1)] : 0.0;
+      a_[std::size_t(n)] = std::complex<double>(0, -1) * (h - before);
+    }
+    smallest_ = std::pow(std::abs(a_.back()) / 1e-15, 1.0 / (kTerms - 1));
+  }
+  double f_min() const { return f_min_; }
+  double f_max() const { return f_max_; }
+  /// Argument k f from which the series has converged.
+  double smallest() const { return smallest_; }
+  /// int_f^inf S J0(k f) f df, S continued as a power beyond the stretch.
+  double beyond(double psd, double f, double k) const {
+    const double x = k * f, inverse = 1 / x;
+    double re = 0, im = 0;
+    for (int n = kTerms - 1; n >= 0; --n) {
+      re = re * inverse + a_[std::size_t(n)].real();
+      im = im * inverse + a_[std::size_t(n)].imag();
+    }
+    const double sine = std::sin(x), cosine = std::cos(x);
+    return -psd * f * f * inverse * std::sqrt(inverse / pi) * (re * (cosine + sine) - im * (sine - cosine));
+  }
+
+ private:
+  static constexpr int kTerms = 25;
+  double f_min_, f_max_, smallest_;
+  std::array<std::complex<double>, kTerms> a_;
+};
+
+std::vector<PowerStretch> power_stretches(const PowerLawPsd& m, double f_min, double f_max) {
+  return {PowerStretch(f_min, f_max, m.exponent)};
+}
+std::vector<PowerStretch> power_stretches(const UniformPsd&, double f_min, double f_max) {
+  return {PowerStretch(f_min, f_max, 0)};
+}
+std::vector<PowerStretch> power_stretches(const TablePsd& m, double f_min, double f_max) {
+  std::vector<PowerStretch> stretches;
+  for (std::size_t i = 0; i + 1 < m.frequency.size(); ++i) {
+    const double a = m.frequency[i], b = m.frequency[i + 1];
+    if (a < f_max && b > f_min)
+      stretches.emplace_back(std::max(a, f_min), std::min(b, f_max),
+                             -std::log(m.psd[i + 1] / m.psd[i]) / std::log(b / a));
+  }
+  return stretches;
+}
+template <class Model>
+std::vector<PowerStretch> power_stretches(const Model&, double, double) {
+  return {};
+}
+
 // int S (1 - J0(2 pi f r)) d2f of any S with a finite height variance, panel by panel. Every octave of r has
 // a plan: panels below the first turn of J0 come in by their moments, neighbours across which J0 hardly turns
 // (a long table has hundreds) are merged to one set of nodes, on wide panels the Hankel amplitude is
 // integrated by Filon's rule.
 class ByQuadrature {
  public:
-  ByQuadrature(const RadialPsd& psd, double r_min, double r_max)
-      : shared_(shared_panels(psd, r_min, r_max)), r_max_(r_max) {
+  ByQuadrature(const RadialPsd& psd, std::vector<PowerStretch> stretches, double r_min, double r_max)
+      : shared_(shared_panels(psd, r_min, r_max)), stretches_(std::move(stretches)), r_max_(r_max) {
+    for (const PsdPanel& panel : shared_.panels) {
+      std::size_t s = 0;
+      if (!stretch_.empty() && stretch_.back() < stretches_.size()) s = stretch_.back();
+      while (s < stretches_.size() && panel.b > stretches_[s].f_max()) ++s;
+      stretch_.push_back(s < stretches_.size() && panel.a >= stretches_[s].f_min() ? s : stretches_.size());
+    }
+    psd_ = [psd](double f) { return psd(f); };
     Powers sum{};
     for (const PsdPanel& panel : shared_.panels) {
       PanelArray term = 2 * pi * panel.weight * panel.psd * panel.f;
@@ -127,15 +196,23 @@ class ByQuadrature {
     }
     sum += one_minus_j0_sum(k, now.f.data(), now.weight.data(), int(now.f.size()));
     for (const std::size_t i : now.wide) sum += far(i, k);
+    for (const Run& run : now.runs)
+      sum += run.mass -
+             2 * pi * (run.stretch->beyond(run.psd_a, run.a, k) - run.stretch->beyond(run.psd_b, run.b, k));
     return sum;
   }
 
  private:
   using Powers = std::array<double, 5>;  // int S (pi f)^(2 m) d2f
+  struct Run {                           // neighbouring panels of one stretch
+    const PowerStretch* stretch;
+    double a, b, psd_a, psd_b, mass;
+  };
   struct Plan {
     std::size_t first = 0;  // panels before this one come by moments
     std::vector<double> f, weight;
     std::vector<std::size_t> wide;  // panels for Filon's rule
+    std::vector<Run> runs;
   };
 
   // For wave numbers in [k/2, k].
@@ -147,7 +224,18 @@ class ByQuadrature {
     while (i < panels.size()) {
       const double a = panels[i].a;
       if (0.5 * k * a >= kAmplitudeFrom && k * (panels[i].b - a) > kTurnOfMerged) {
-        result.wide.push_back(i++);
+        const std::size_t s = stretch_[i];
+        if (s == stretches_.size() || 0.5 * k * a < stretches_[s].smallest()) {
+          result.wide.push_back(i++);
+          continue;
+        }
+        Run run{&stretches_[s], a, a, psd_(a), 0, 0};
+        for (; i < panels.size() && stretch_[i] == s; ++i) {
+          run.mass += mass_[i];
+          run.b = panels[i].b;
+        }
+        run.psd_b = psd_(run.b);
+        result.runs.push_back(run);
         continue;
       }
       // What is left turns by less than 2 kAmplitudeFrom, which 24 nodes resolve (see autocorrelation).
@@ -218,6 +306,9 @@ class ByQuadrature {
   static constexpr double kAmplitudeFrom = 8;  // where hankel_amplitudes of many arguments starts
   static constexpr double kTurnOfMerged = 10;  // 24 nodes carry J0 over 10 rad: J_24(5) = 1e-15
   SharedPanels shared_;
+  std::vector<PowerStretch> stretches_;
+  std::vector<std::size_t> stretch_;  // of each panel; their number where it is in none
+  std::function<double(double)> psd_;
   double r_max_;
   std::vector<double> mass_;   // int S d2f of each panel
   std::vector<Powers> below_;  // of all panels up to and with this one
@@ -245,7 +336,10 @@ Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r)
         RadialPsd alone;
         alone.parts_.push_back(part);
         alone.find_band();
-        quadrature.emplace(alone, r_min, r_max);
+        quadrature.emplace(
+            alone,
+            std::visit([&](const auto& m) { return power_stretches(m, part.f_min, part.f_max); }, part.model),
+            r_min, r_max);
       }
       result[i] += closed ? *closed : (*quadrature)(r[i]);
     }

@@ -7,10 +7,14 @@
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <cstdint>
+#include <exception>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <optional>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/core/parallel.h"
 #include "aberfit/scatter/geometric_harvey_shack.h"
 #include "radial_transform.h"
 #include "surface_transfer.h"
@@ -58,26 +62,38 @@ int MeanSpot::nodes() const { return transform_->nodes(); }
 double MeanSpot::encircled_energy_radius(double fraction) const {
   if (!(fraction > 0 && fraction < 1)) return kNaN;
   const double v_max = focal_length_ * v_per_radius_;
-  double low = 0, high = kInfinity, v = guess_ * v_per_radius_, last = kInfinity;
+  // Over log v: a halo is decades wider than the core. A dark ring has no slope, so Newton's steps are kept
+  // inside a bracket and, where they do not shrink, replaced by one of the regula falsi (Illinois).
+  double low = -kInfinity, high = kInfinity, at_low = 0, at_high = 0, last = kInfinity;
+  double u = std::log(guess_ * v_per_radius_);
+  int side = 0;
   for (int i = 0; i < 200; ++i) {
-    const Share at = share(v);
-    (at.value < fraction ? low : high) = v;
-    if (low >= v_max) return kInfinity;
-    const double newton = (fraction - at.value) / at.derivative;
-    if (std::abs(newton) <= 1e-7 * v && at.derivative > 0) return (v + newton) / v_per_radius_;
-    if (std::isfinite(high) && high - low <= 1e-14 * high) return high / v_per_radius_;
-    double next = v + newton;
-    // A dark ring has no slope and a halo is decades wider than the core: where Newton's steps do not shrink,
-    // the bracket is halved.
-    const bool slow = std::isfinite(high) && std::abs(newton) > 0.5 * last;
-    last = slow ? kInfinity : std::abs(newton);
-    if (!(next > low && next < high) || slow)
-      next = std::isinf(high) ? 3 * v : low > 0 ? std::sqrt(low * high) : 0.3 * high;
-    else if (std::isinf(high))
-      next = std::min(next, 10 * v);
-    v = next;
+    const double v = std::exp(u);
+    const Share here = share(v);
+    const double excess = here.value - fraction;
+    const double newton = -excess / (v * here.derivative);
+    if (here.derivative > 0 && std::abs(newton) <= 1e-7) return v * (1 + newton) / v_per_radius_;
+    const int now = excess < 0 ? -1 : 1;
+    (now < 0 ? low : high) = u;
+    (now < 0 ? at_low : at_high) = excess;
+    if (now == side) (now < 0 ? at_high : at_low) *= 0.5;
+    side = now;
+    if (std::exp(low) >= v_max) return kInfinity;
+    if (high - low <= 1e-14) return std::exp(high) / v_per_radius_;
+    double next = u + newton;
+    const bool bracketed = std::isfinite(low) && std::isfinite(high);
+    const bool good = here.derivative > 0 && next > low && next < high && std::abs(newton) <= 0.5 * last;
+    last = good ? std::abs(newton) : kInfinity;
+    if (bracketed && !good) {
+      next = (low * at_high - high * at_low) / (at_high - at_low);
+      const double margin = 0.05 * (high - low);
+      next = std::clamp(next, low + margin, high - margin);
+    } else if (!bracketed) {
+      next = std::clamp(here.derivative > 0 ? next : u + 2 * (now < 0 ? 1 : -1), u - 2, u + 2);
+    }
+    u = next;
   }
-  return v / v_per_radius_;
+  return std::exp(u) / v_per_radius_;
 }
 
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror,
@@ -123,11 +139,7 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirro
   surface_transfer_ = std::make_unique<const SurfaceTransfer>(
       aberfit::surface_transfer([this](const Eigen::ArrayXd& x) { return exponent(x); },
                                 rays && slope_ > 0 ? kInfinity : g_ * g_, transfer));
-  std::vector<TransferPanel> panels;
-  for (const TransferPanel& panel : surface_transfer_->panels)
-    append_product(
-        panel, [&](double s) { return otf_(s * otf_.cutoff()); }, &panels);
-  scattered_ = std::make_shared<const RadialTransform>(std::move(panels));
+  scattered_ = std::make_shared<const RadialTransform>(transfer_panels(0, 0));
 }
 
 GeneralisedHarveyShack::~GeneralisedHarveyShack() = default;
@@ -178,16 +190,23 @@ MeanSpot GeneralisedHarveyShack::at_plane(double dz) const {
     spot.airy_share_ = otf_.is_circle() ? core_ : 0;
     return spot;
   }
-  const double c = curvature(dz), x = otf_.cutoff();
-  const double with_core = core_ < kNegligibleCore ? 0 : core_;
-  std::vector<TransferPanel> panels;
-  for (TransferPanel panel : surface_transfer_->panels) {
-    panel.value += with_core;
-    append_product(
-        panel, [&](double s) { return otf_(s * x, c); }, &panels);
-  }
-  spot.transform_ = std::make_shared<const RadialTransform>(std::move(panels));
+  spot.transform_ = std::make_shared<const RadialTransform>(
+      transfer_panels(core_ < kNegligibleCore ? 0 : core_, curvature(dz)));
   return spot;
+}
+
+std::vector<TransferPanel> GeneralisedHarveyShack::transfer_panels(double core, double curvature) const {
+  const double x = otf_.cutoff();
+  std::vector<double> edges = otf_.breakpoints();
+  for (double& edge : edges) edge /= x;
+  double end = 1;
+  if (core == 0) {
+    end = 0;  // the OTF is not needed where the surface has no transfer left
+    for (const TransferPanel& panel : surface_transfer_->panels)
+      if ((panel.value != 0).any()) end = std::max(end, panel.b);
+  }
+  return product(surface_transfer_->panels, core,
+                 resolved_otf([&](double s) { return otf_(s * x, curvature); }, edges, end));
 }
 
 double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
@@ -301,6 +320,44 @@ double GeneralisedHarveyShack::operator()(const Statistic& statistic) const {
                  },
                  [&](const RmsHeight&) { return rms_height_; }},
       statistic);
+}
+
+Eigen::VectorXd GeneralisedHarveyShack::predict(const std::vector<Statistic>& statistics, int threads) const {
+  std::map<double, std::vector<std::size_t>> planes;
+  std::vector<std::vector<std::size_t>> tasks;
+  for (std::size_t i = 0; i < statistics.size(); ++i) {
+    if (const auto* radius = std::get_if<EncircledEnergyRadius>(&statistics[i]))
+      planes[radius->dz].push_back(i);
+    else if (const auto* through = std::get_if<RingThrough>(&statistics[i]))
+      planes[through->dz].push_back(i);
+    else
+      tasks.push_back({i});
+  }
+  const std::size_t single = tasks.size();
+  for (const auto& [dz, members] : planes) tasks.push_back(members);
+  Eigen::VectorXd result(Eigen::Index(statistics.size()));
+  std::vector<std::exception_ptr> failures(tasks.size());
+  parallel_for(tasks.size(), threads, [&](std::size_t t) {
+    try {
+      if (t < single) {
+        result[Eigen::Index(tasks[t][0])] = (*this)(statistics[tasks[t][0]]);
+        return;
+      }
+      std::optional<MeanSpot> spot;
+      for (const std::size_t i : tasks[t]) {
+        const auto* radius = std::get_if<EncircledEnergyRadius>(&statistics[i]);
+        const auto* through = std::get_if<RingThrough>(&statistics[i]);
+        if (!spot) spot = at_plane(radius ? radius->dz : through->dz);
+        result[Eigen::Index(i)] = radius ? spot->encircled_energy_radius(radius->fraction)
+                                         : spot->encircled_energy(through->ring_radius);
+      }
+    } catch (...) {
+      failures[t] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+  return result;
 }
 
 }  // namespace aberfit

@@ -24,6 +24,7 @@ const PanelRule& panel_rule() {
       coefficients.row(l) = (l + 0.5) * coefficients.row(l).array() * r.weight.transpose();
     r.last = coefficients.row(kPanelNodes - 1).transpose();
     r.last_but_one = coefficients.row(kPanelNodes - 2).transpose();
+    r.legendre = coefficients;
     r.left = legendre(0.5 * r.t - 0.5).transpose() * coefficients;
     r.right = legendre(0.5 * r.t + 0.5).transpose() * coefficients;
     return r;
@@ -42,6 +43,21 @@ TransferPanel lower_half(const TransferPanel& panel) {
 
 TransferPanel upper_half(const TransferPanel& panel) {
   return {0.5 * (panel.a + panel.b), panel.b, (panel_rule().right * panel.value.matrix()).array()};
+}
+
+PanelArray restricted(const TransferPanel& panel, double a, double b) {
+  if (a == panel.a && b == panel.b) return panel.value;
+  const PanelRule& rule = panel_rule();
+  const double width = panel.b - panel.a;
+  const PanelArray c = (rule.legendre * panel.value.matrix()).array();
+  const PanelArray t = (a + b - panel.a - panel.b) / width + (b - a) / width * rule.t;
+  PanelArray above = PanelArray::Zero(), here = PanelArray::Zero();  // Clenshaw
+  for (int l = kPanelNodes - 1; l > 0; --l) {
+    const PanelArray below = c[l] + (2 * l + 1) / (l + 1.0) * t * here - (l + 1) / (l + 2.0) * above;
+    above = here;
+    here = below;
+  }
+  return c[0] + t * here - 0.5 * above;
 }
 
 }  // namespace aberfit

@@ -10,6 +10,7 @@ struct PanelRule {
   using Matrix = Eigen::Matrix<double, kPanelNodes, kPanelNodes>;
   PanelArray t, weight;
   PanelArray last, last_but_one;  ///< value . last = the highest Legendre coefficient of the polynomial, ...
+  Matrix legendre;                ///< (l, node): Legendre coefficients from values
   Matrix left, right;             ///< values at the nodes of the lower and of the upper half
 };
 /// Constant, computed at first use.
@@ -27,5 +28,7 @@ double unresolved(const TransferPanel& panel);
 /// The lower and upper half, by interpolation.
 TransferPanel lower_half(const TransferPanel& panel);
 TransferPanel upper_half(const TransferPanel& panel);
+/// Values at the nodes of [a, b] inside the panel, by interpolation.
+PanelArray restricted(const TransferPanel& panel, double a, double b);
 
 }  // namespace aberfit

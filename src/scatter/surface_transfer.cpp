@@ -77,6 +77,67 @@ SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen:
   return result;
 }
 
+namespace {
+
+void append_otf(const std::function<double(double)>& otf, double a, double b,
+                std::vector<TransferPanel>* panels) {
+  TransferPanel panel{a, b};
+  const PanelArray s = panel.nodes();
+  for (int j = 0; j < kPanelNodes; ++j) panel.value[j] = otf(s[j]);
+  if (resolved(panel) || b - a < 1e-10 * b) {
+    panels->push_back(panel);
+  } else {
+    append_otf(otf, a, 0.5 * (a + b), panels);
+    append_otf(otf, 0.5 * (a + b), b, panels);
+  }
+}
+
+void append_overlap(const TransferPanel& one, const TransferPanel& two, double a, double b, double constant,
+                    std::vector<TransferPanel>* product) {
+  TransferPanel result{a, b};
+  const PanelArray first = restricted(one, a, b) + constant;
+  if (first.abs().maxCoeff() < kVanished) return;
+  result.value = first * restricted(two, a, b);
+  if (resolved(result) || b - a < 1e-10 * b) {
+    product->push_back(result);
+  } else {
+    append_overlap(one, two, a, 0.5 * (a + b), constant, product);
+    append_overlap(one, two, 0.5 * (a + b), b, constant, product);
+  }
+}
+
+}  // namespace
+
+std::vector<TransferPanel> resolved_otf(const std::function<double(double)>& otf,
+                                        const std::vector<double>& breakpoints, double end) {
+  std::vector<TransferPanel> panels;
+  double a = 0;
+  for (double b : breakpoints) {
+    b = std::min(b, end);
+    if (b > a) append_otf(otf, a, b, &panels);
+    a = std::max(a, b);
+  }
+  return panels;
+}
+
+std::vector<TransferPanel> product(const std::vector<TransferPanel>& transfer, double constant,
+                                   const std::vector<TransferPanel>& otf) {
+  std::vector<TransferPanel> result;
+  std::size_t j = 0;
+  for (const TransferPanel& panel : transfer) {
+    if ((panel.value + constant).abs().maxCoeff() < kVanished) continue;
+    while (j > 0 && otf[j].a > panel.a) --j;
+    while (j < otf.size() && otf[j].b <= panel.a) ++j;
+    for (; j < otf.size() && otf[j].a < panel.b; ++j) {
+      const double a = std::max(panel.a, otf[j].a), b = std::min(panel.b, otf[j].b);
+      if (b > a) append_overlap(panel, otf[j], a, b, constant, &result);
+      if (otf[j].b > panel.b) break;
+    }
+    if (j == otf.size()) break;
+  }
+  return result;
+}
+
 void append_product(const TransferPanel& panel, const std::function<double(double)>& otf,
                     std::vector<TransferPanel>* product) {
   if (panel.value.abs().maxCoeff() < kVanished) return;

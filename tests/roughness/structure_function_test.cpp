@@ -64,6 +64,24 @@ TEST(StructureFunction, OfAUniformBandAndOfItsTwinsByQuadratureAgree) {
   }
 }
 
+TEST(StructureFunction, OfWidePowerLawsAndTablesIsTheDifferenceOfAutocorrelations) {
+  // The autocorrelation integrates the same S by Filon's rule, panel by panel.
+  for (const double exponent : {1.8, 2.5, 3.1, 6.0}) {
+    const RadialPsd power(PowerLawPsd{1e-7, {}, exponent, 2.5, 1e4});
+    std::vector<double> f, s;
+    for (int i = 0; i < 60; ++i) {
+      f.push_back(2.5 * std::pow(4000.0, i / 59.0));
+      s.push_back(power(std::min(f.back(), 9999.0)) * (1 + 0.3 * std::sin(7.3 * i)));
+    }
+    for (const RadialPsd& psd : {power, RadialPsd(TablePsd{f, s})}) {
+      const double variance = psd_moments(psd).height_variance;
+      for (const double r : {1e-3, 3.3e-3, 0.0123, 0.05, 0.17, 0.4})
+        EXPECT_NEAR(at(psd, r) / variance, 1 - autocorrelation(psd, r) / variance, kRelative)
+            << exponent << " " << r;
+    }
+  }
+}
+
 TEST(StructureFunction, OfASplitFractalSumsToTheWhole) {
   for (const double c : {2.1, 2.6, 3.4}) {
     const RadialPsd whole(KCorrelationPsd{1e-7, 0.02, c, 0, kInf});

@@ -270,3 +270,18 @@ TEST(GeneralisedHarveyShack, ASoftenedBandEdgeMovesLittleLight) {
     EXPECT_NEAR(scattered, std::min(1.0, part * part), 1e-4) << part;
   }
 }
+
+TEST(GeneralisedHarveyShack, PredictsManyStatisticsAsOneByOneForAnyThreadCount) {
+  const GeneralisedHarveyShack waves(RadialPsd(UniformPsd{100e-9, 2.5, 39.92}), kParabola, kCircle, kLambda);
+  std::vector<Statistic> statistics = {RingFwhm{}, RmsHeight{}, ScatterRms{}, SpotFwhm{1e-6}};
+  for (const double dz : {0.0, 1e-3, -2e-3}) {
+    for (const double p : {0.2, 0.5, 0.9}) statistics.push_back(EncircledEnergyRadius{p, dz});
+    statistics.push_back(RingThrough{1e-4, dz});
+  }
+  const Eigen::VectorXd one = waves.predict(statistics), two = waves.predict(statistics, 2);
+  for (std::size_t i = 0; i < statistics.size(); ++i) {
+    EXPECT_EQ(one[Eigen::Index(i)], waves(statistics[i])) << i;
+    EXPECT_EQ(one[Eigen::Index(i)], two[Eigen::Index(i)]) << i;
+  }
+  EXPECT_THROW(waves.predict({RmsRadius{}, RmsHeight{}}, 2), ComputationError);
+}

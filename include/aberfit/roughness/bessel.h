@@ -5,12 +5,12 @@ namespace aberfit {
 
 // Bessel functions of many arguments at a time, for Hankel transforms. The processor's widest instruction set
 // as a rule; `set` must be supported. Chebyshev series below z = 8 and of the Hankel amplitudes beyond;
-// absolute error below 4e-15 + 2e-16 z^(1/2), which is the rounding of z itself.
+// absolute error below 6e-15 + 2e-16 z^(1/2), the second being the rounding of z itself.
 
 /// J0(z) and J1(z) of n arguments z >= 0.
 void bessel_j0_j1(const double* z, int n, double* j0, double* j1,
                   InstructionSet set = best_instruction_set());
-/// 1 - J0(z), to 1e-14 relative however small z is.
+/// 1 - J0(z), to 1e-13 relative however small z is.
 void one_minus_j0(const double* z, int n, double* result, InstructionSet set = best_instruction_set());
 /// sum_i weight_i J1(v s_i) and sum_i weight_i s_i J0(v s_i).
 struct BesselSums {
@@ -18,7 +18,7 @@ struct BesselSums {
 };
 BesselSums bessel_sums(double v, const double* s, const double* weight, int n,
                        InstructionSet set = best_instruction_set());
-/// sum_i weight_i (1 - J0(v s_i)), to 1e-14 relative where the weights have one sign.
+/// sum_i weight_i (1 - J0(v s_i)), to 1e-13 relative where the weights have one sign.
 double one_minus_j0_sum(double v, const double* s, const double* weight, int n,
                         InstructionSet set = best_instruction_set());
 /// sqrt(2/(pi z)) (P + iQ), with J_nu(z) the real part of it times exp(i (z - nu pi/2 - pi/4)), nu = 0 and 1;

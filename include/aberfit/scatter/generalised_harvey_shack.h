@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <vector>
 
 #include "aberfit/focus/statistic.h"
 #include "aberfit/roughness/psd.h"
@@ -10,6 +11,7 @@ namespace aberfit {
 
 class RadialTransform;
 struct SurfaceTransfer;
+struct TransferPanel;
 
 /// The ensemble-mean spot in one plane, by its optical transfer function. Cheap to copy; const use from many
 /// threads.
@@ -116,10 +118,14 @@ class GeneralisedHarveyShack {
   /// Any statistic by its description. RmsRadius throws ComputationError: the second moment of the
   /// diffraction pattern diverges.
   double operator()(const Statistic& statistic) const;
+  /// Many statistics in their order, each plane set up once; prefer it for a whole study. The same values as
+  /// one by one, whatever the number of threads. Throws as one by one.
+  Eigen::VectorXd predict(const std::vector<Statistic>& statistics, int threads = 1) const;
 
  private:
   Eigen::ArrayXd exponent(const Eigen::ArrayXd& x) const;
   double curvature(double dz) const;
+  std::vector<TransferPanel> transfer_panels(double core, double curvature) const;
 
   RadialPsd psd_;
   Mirror mirror_;
