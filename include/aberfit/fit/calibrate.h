@@ -5,11 +5,19 @@
 #include <vector>
 
 #include "aberfit/focus/evaluate.h"
+#include "aberfit/scene/aperture.h"
 #include "aberfit/terms/modal_covariance.h"
 #include "aberfit/terms/surface_operator.h"
 #include "aberfit/terms/surface_spectrum.h"
 
 namespace aberfit {
+
+/// What turns a surface into focal statistics.
+enum class FocusPhysics {
+  kRays,       ///< order statistics and moments of the traced rays
+  kConvolved,  ///< the same rays, each spread by the diffraction pattern of the aperture
+  kWaves,      ///< diffraction of the pupil field, phase 4 pi h/lambda
+};
 
 /// What is fitted: coefficients of `surface.terms()` such that the statistics of the traced surface meet the targets, and the surface's own
 /// PSD the spectral ones. Either kind may be absent.
@@ -29,6 +37,10 @@ struct FitProblem {
   const SurfaceSpectrum* spectrum = nullptr;
   Eigen::VectorXd spectrum_target = {};     ///< [m^4], positive, one per bin
   Eigen::VectorXd spectrum_tolerance = {};  ///< of the natural logarithm of the PSD, positive, one per bin
+  /// What the statistics are of. For kWaves `pupil` is the sample of diffraction_pupil(*aperture, pitch) and `surface` lives on its points.
+  FocusPhysics physics = FocusPhysics::kRays;
+  double wavelength = 0;               ///< [m]; needed unless kRays
+  const Aperture* aperture = nullptr;  ///< needed unless kRays
 };
 
 enum class PriorMode {
