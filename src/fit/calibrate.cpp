@@ -23,6 +23,9 @@ constexpr double kCoarseStop = 3;
 // damped in the first step; see first_radius.
 constexpr double kDamped = 1e-2;
 
+// Residuals, in tolerances per prior standard deviation, that this and less is rounding in.
+constexpr double kStationary = 1e-6;
+
 // xi - xi0 of one block.
 class PriorResiduals : public ceres::CostFunction {
  public:
@@ -233,19 +236,25 @@ struct StartCost {
   double value = 0;
   std::string trouble;
 };
-StartCost start_cost(const CalibrationBlocks& blocks, const Eigen::VectorXd& start) {
+StartCost start_cost(const FitProblem& problem, const CalibrationBlocks& blocks,
+                     const Eigen::VectorXd& start) {
   StartCost cost;
   if (blocks.empty()) cost.trouble = "there is nothing to fit: neither targets nor guides nor PSD bins";
   WhiteResiduals::Linearisation here;
   if (blocks.focus) {
-    if (blocks.focus->linearise(start, false, &here))
-      cost.value += 0.5 * here.residuals.squaredNorm();
-    else
+    // The spot of a diffracting perfect mirror exists, but a pattern is at its best there: to first order
+    // nothing changes.
+    const bool perfect = smooth_by_itself(problem.physics) && start.isZero(0);
+    if (!blocks.focus->linearise(start, perfect, &here))
+      cost.trouble = "at the start, " + blocks.focus->forward().trouble();
+    else if (perfect && here.jacobian.cwiseAbs().maxCoeff() < kStationary)
       cost.trouble =
-          "a focal statistic has no derivative at the start (all rays on one point, or a kernel wider than "
-          "the spot): start from a draw instead of the perfect mirror";
+          "no statistic changes to first order about the perfect mirror: start from a draw instead";
+    else
+      cost.trouble = blocks.focus->forward().unreachable(problem.targets);
+    if (cost.trouble.empty()) cost.value += 0.5 * here.residuals.squaredNorm();
   }
-  if (blocks.spectrum) {
+  if (blocks.spectrum && cost.trouble.empty()) {
     if (blocks.spectrum->linearise(start, true, &here))
       cost.value += 0.5 * here.residuals.squaredNorm();
     else
@@ -306,7 +315,7 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
       options.prior == PriorMode::kNearStart ? start : Eigen::VectorXd::Zero(start.size()).eval();
 
   CalibrationBlocks residuals(problem, options.smoothing.front() * problem.focal_sigma, options.threads);
-  const StartCost cost = start_cost(residuals, start);
+  const StartCost cost = start_cost(problem, residuals, start);
   if (!cost.trouble.empty()) {
     result.status = FitStatus::kDegenerate;
     result.message = cost.trouble;
@@ -315,7 +324,9 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
   result.initial_cost =
       cost.value + (options.prior == PriorMode::kNearStart ? 0.0 : 0.5 * start.squaredNorm());
 
-  for (std::size_t i = 0; i < options.smoothing.size(); ++i) {
+  // What smooths by itself needs no coarse kernel first.
+  const std::size_t first = smooth_by_itself(problem.physics) ? options.smoothing.size() - 1 : 0;
+  for (std::size_t i = first; i < options.smoothing.size(); ++i) {
     const bool coarse = i + 1 < options.smoothing.size();
     if (residuals.focus) residuals.focus->set_width(options.smoothing[i] * problem.focal_sigma);
     const double stop_at = coarse ? std::max(options.stop_at, kCoarseStop) : options.stop_at;

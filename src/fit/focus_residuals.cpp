@@ -1,9 +1,6 @@
 #include "focus_residuals.h"
 
-#include <algorithm>
 #include <numeric>
-
-#include "aberfit/core/parallel.h"
 
 namespace aberfit {
 namespace {
@@ -18,14 +15,11 @@ std::vector<int> white_block_sizes(Eigen::Index terms) {
 }
 
 FocusModel::FocusModel(const FitProblem& problem, double width, int threads)
-    : problem_(problem),
-      width_(width),
-      threads_(threads),
-      nominal_(trace_nominal(problem.mirror, problem.pupil, threads)) {
-  // Scatter angles look at directions only; the rest is an eighth of the memory of a fit.
-  for (Eigen::ArrayXd* unread : {&nominal_.x, &nominal_.y, &nominal_.weight}) unread->resize(0);
-  for (const Target& target : problem.targets) statistics_.push_back(target.statistic);
-  for (const Target& guide : problem.guides) statistics_.push_back(guide.statistic);
+    : prior_(problem.prior), width_(width) {
+  std::vector<Statistic> statistics;
+  for (const Target& target : problem.targets) statistics.push_back(target.statistic);
+  for (const Target& guide : problem.guides) statistics.push_back(guide.statistic);
+  forward_ = make_forward_model(scene_of(problem), statistics, threads);
 }
 
 void FocusModel::set_width(double width) {
@@ -33,66 +27,23 @@ void FocusModel::set_width(double width) {
   evaluated_ = false;
 }
 
-// The gradients over the rays come with the values: nearly every point that a solver tries is accepted, and
-// then they cost a fraction of a second look at the rays.
-bool FocusModel::evaluate(const Eigen::VectorXd& white) {
+bool FocusModel::operator()(const Eigen::VectorXd& white, Eigen::VectorXd* values, Jacobian* jacobian) {
   if (white_.size() != white.size() || white_ != white) {
-    problem_.surface.apply(problem_.prior.colour(white), &field_);
-    trace(problem_.mirror, problem_.pupil, field_, threads_, &rays_);
+    forward_->move_to(prior_.colour(white));
     white_ = white;
     evaluated_ = false;
   }
   if (!evaluated_) {
-    const FocusInput input{rays_, nominal_, field_.height, problem_.centre};
-    exists_ = evaluate_smooth(input, statistics_, width_, threads_, &workspace_, &values_, &gradients_);
+    exists_ = forward_->evaluate(width_, &values_);
     evaluated_ = true;
   }
-  return exists_;
-}
-
-Eigen::VectorXd FocusModel::white_gradient(std::size_t k) const {
-  const RayGradient& rays = gradients_[k].rays;
-  const SurfaceField weights = trace_adjoint(problem_.mirror, problem_.pupil, field_, rays);
-  return problem_.prior.colour_transpose(rays.all_rays
-                                             ? problem_.surface.apply_transpose(weights)
-                                             : problem_.surface.apply_transpose(rays.rays, weights));
-}
-
-bool FocusModel::operator()(const Eigen::VectorXd& white, Eigen::VectorXd* values, Jacobian* jacobian) {
-  const bool exists = evaluate(white);
   *values = values_;
-  if (!exists || !jacobian) return exists;
+  if (!exists_ || !jacobian) return exists_;
   jacobian->resize(values->size(), white.size());
-
-  // Dearest rows first, so that no thread is left with one at the end. Where these are fewer than threads,
-  // they are taken one by one and the operator shares out their points.
-  std::vector<std::size_t> sparse, dense;
-  for (std::size_t k = 0; k < gradients_.size(); ++k) {
-    Eigen::ArrayXd& d_height = gradients_[k].d_height;
-    if (d_height.size() == 0) {
-      (gradients_[k].rays.all_rays ? dense : sparse).push_back(k);
-      continue;
-    }
-    if (height_weights_.slope_x.size() != d_height.size()) {  // its height is here only while it is used
-      height_weights_.slope_x.setZero(d_height.size());
-      height_weights_.slope_y.setZero(d_height.size());
-    }
-    height_weights_.height.swap(d_height);
-    jacobian->row(Eigen::Index(k)) =
-        problem_.prior.colour_transpose(problem_.surface.apply_transpose(height_weights_)).transpose();
-    height_weights_.height.swap(d_height);
-  }
-  const auto fill = [&](std::size_t k) { jacobian->row(Eigen::Index(k)) = white_gradient(k).transpose(); };
-  if (dense.size() < std::size_t(std::max(threads_, 1))) {
-    for (const std::size_t k : dense) fill(k);
-    dense.clear();
-  }
-  std::stable_sort(sparse.begin(), sparse.end(), [&](std::size_t a, std::size_t b) {
-    return gradients_[a].rays.rays.size() > gradients_[b].rays.rays.size();
+  const bool derivatives = forward_->gradients([&](std::size_t k, const Eigen::VectorXd& gradient) {
+    jacobian->row(Eigen::Index(k)) = prior_.colour_transpose(gradient).transpose();
   });
-  dense.insert(dense.end(), sparse.begin(), sparse.end());
-  parallel_for(dense.size(), threads_, [&](std::size_t i) { fill(dense[i]); });
-  return jacobian->allFinite();
+  return derivatives && jacobian->allFinite();
 }
 
 WhiteResiduals::WhiteResiduals(int residuals, Eigen::Index terms) {

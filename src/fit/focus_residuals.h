@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "aberfit/fit/calibrate.h"
+#include "forward_model.h"
 
 namespace aberfit {
 
@@ -14,10 +15,9 @@ using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 /// identity stays sparse, so that a CGNR step costs (residuals + kBlock) x terms.
 std::vector<int> white_block_sizes(Eigen::Index terms);
 
-/// White coordinates to statistics of the traced surface, with exact derivatives by one adjoint pass per
-/// statistic: xi -> F xi -> L -> trace -> smooth statistics. Keeps the memory of a trace, and the trace of
-/// the last point: a solver asks for the derivatives where it has just asked for the values. For one caller
-/// at a time.
+/// White coordinates to statistics of the surface, with exact derivatives: xi -> F xi -> forward model of the
+/// problem's physics. Remembers the last point: a solver asks for the derivatives where it has just asked for
+/// the values. For one caller at a time.
 class FocusModel {
  public:
   FocusModel(const FitProblem& problem, double width, int threads);  ///< statistics: targets, then guides
@@ -28,25 +28,16 @@ class FocusModel {
 
   /// Smoothing width [m] from now on.
   void set_width(double width);
+  const ForwardModel& forward() const { return *forward_; }
 
  private:
-  bool evaluate(const Eigen::VectorXd& white);
-  Eigen::VectorXd white_gradient(std::size_t k) const;
-
-  const FitProblem& problem_;
+  const CoefficientPrior& prior_;
   double width_;
-  int threads_;
-  std::vector<Statistic> statistics_;
-  RayBundle nominal_;
-  // The last point: traced where `white_` is not empty, evaluated where `evaluated_` says so.
+  std::unique_ptr<ForwardModel> forward_;
+  // The last point: moved to where `white_` is not empty, evaluated where `evaluated_` says so.
   Eigen::VectorXd white_;
-  SurfaceField field_;
-  RayBundle rays_;
-  FocusWorkspace workspace_;
   bool evaluated_ = false, exists_ = false;
   Eigen::VectorXd values_;
-  std::vector<StatisticGradient> gradients_;
-  SurfaceField height_weights_;  // slopes of zero, for statistics of the height alone
 };
 
 /// Residuals of the white coordinates as one Ceres cost over all white blocks. Remembers values, residuals
@@ -87,6 +78,7 @@ class FocusResiduals : public WhiteResiduals {
   bool linearise(const Eigen::VectorXd& white, bool with_jacobian, Linearisation* result) const override;
   /// Smoothing width [m] from now on.
   void set_width(double width) { model_.set_width(width); }
+  const ForwardModel& forward() const { return model_.forward(); }
 
  private:
   std::vector<Target> targets_;  // with the guides behind them

@@ -1,0 +1,35 @@
+#include "forward_model.h"
+
+#include <stdexcept>
+
+#include "convolved_forward.h"
+#include "ray_forward.h"
+#include "wave_forward.h"
+
+namespace aberfit {
+
+std::unique_ptr<ForwardModel> make_forward_model(const FocusScene& scene,
+                                                 const std::vector<Statistic>& statistics, int threads) {
+  if (scene.physics == FocusPhysics::kRays) return std::make_unique<RayForward>(scene, statistics, threads);
+  if (!scene.aperture || !(scene.wavelength > 0))
+    throw std::invalid_argument("statistics of a diffracted spot need a wavelength and an aperture");
+  if (scene.centre != Centre::kNominal)
+    throw std::invalid_argument(
+        "statistics of a diffracted spot are about the nominal focus, not about the centroid");
+  if (scene.physics == FocusPhysics::kWaves) return std::make_unique<WaveForward>(scene, statistics, threads);
+  return std::make_unique<ConvolvedForward>(scene, statistics, threads);
+}
+
+FocusScene scene_of(const FitProblem& problem) {
+  return {problem.mirror,     problem.pupil,    problem.surface, problem.physics,
+          problem.wavelength, problem.aperture, problem.centre};
+}
+
+Eigen::VectorXd focus_statistics(const FocusScene& scene, const Eigen::VectorXd& coefficients,
+                                 const std::vector<Statistic>& statistics, int threads, Warnings* warnings) {
+  const std::unique_ptr<ForwardModel> model = make_forward_model(scene, statistics, threads);
+  model->move_to(coefficients);
+  return model->exact(warnings);
+}
+
+}  // namespace aberfit

@@ -1,0 +1,99 @@
+#include "ray_forward.h"
+
+#include <algorithm>
+
+#include "aberfit/core/parallel.h"
+
+namespace aberfit {
+
+RayForward::RayForward(const FocusScene& scene, std::vector<Statistic> statistics, int threads)
+    : scene_(scene),
+      statistics_(std::move(statistics)),
+      threads_(threads),
+      nominal_(trace_nominal(scene.mirror, scene.pupil, threads)) {
+  // Scatter angles look at directions only; the rest is an eighth of the memory of a fit.
+  for (Eigen::ArrayXd* unread : {&nominal_.x, &nominal_.y, &nominal_.weight}) unread->resize(0);
+}
+
+void RayForward::move_to(const Eigen::VectorXd& coefficients) {
+  scene_.surface.apply(coefficients, &field_);
+  trace(scene_.mirror, scene_.pupil, field_, threads_, &rays_);
+}
+
+// The gradients over the rays come with the values: nearly every point that a solver tries is accepted, and
+// then they cost a fraction of a second look at the rays.
+bool RayForward::evaluate(double width, Eigen::VectorXd* values) {
+  const FocusInput input{rays_, nominal_, field_.height, scene_.centre};
+  return evaluate_smooth(input, statistics_, width, threads_, &workspace_, values, &gradients_);
+}
+
+bool RayForward::gradients(const GradientSink& sink) {
+  std::vector<const RayGradient*> over_rays(gradients_.size(), nullptr);
+  for (std::size_t k = 0; k < gradients_.size(); ++k) {
+    Eigen::ArrayXd& d_height = gradients_[k].d_height;
+    if (d_height.size() == 0) {
+      over_rays[k] = &gradients_[k].rays;
+      continue;
+    }
+    if (height_weights_.size() != d_height.size()) {
+      height_weights_.slope_x.setZero(d_height.size());
+      height_weights_.slope_y.setZero(d_height.size());
+    }
+    height_weights_.height.swap(d_height);
+    sink(k, scene_.surface.apply_transpose(height_weights_));
+    height_weights_.height.swap(d_height);
+  }
+  pull_back(over_rays, sink);
+  return true;
+}
+
+void RayForward::pull_back(const std::vector<const RayGradient*>& gradients, const GradientSink& sink) const {
+  // Dearest rows first, so that no thread is left with one at the end. Where these are fewer than threads,
+  // they are taken one by one and the operator shares out their points.
+  std::vector<std::size_t> sparse, dense;
+  for (std::size_t k = 0; k < gradients.size(); ++k)
+    if (gradients[k]) (gradients[k]->all_rays ? dense : sparse).push_back(k);
+  const auto pull = [&](std::size_t k) {
+    const RayGradient& rays = *gradients[k];
+    const SurfaceField weights = trace_adjoint(scene_.mirror, scene_.pupil, field_, rays);
+    sink(k, rays.all_rays ? scene_.surface.apply_transpose(weights)
+                          : scene_.surface.apply_transpose(rays.rays, weights));
+  };
+  if (dense.size() < std::size_t(std::max(threads_, 1))) {
+    for (const std::size_t k : dense) pull(k);
+    dense.clear();
+  }
+  std::stable_sort(sparse.begin(), sparse.end(), [&](std::size_t a, std::size_t b) {
+    return gradients[a]->rays.size() > gradients[b]->rays.size();
+  });
+  dense.insert(dense.end(), sparse.begin(), sparse.end());
+  parallel_for(dense.size(), threads_, [&](std::size_t i) { pull(dense[i]); });
+}
+
+Eigen::VectorXd RayForward::exact(Warnings* warnings) {
+  if (statistics_.empty()) return {};
+  return evaluate_exact({rays_, nominal_, field_.height, scene_.centre}, statistics_, threads_, warnings);
+}
+
+std::string RayForward::trouble() const {
+  return "a focal statistic has no derivative (all rays on one point, or a kernel wider than "
+         "the spot): start from a draw instead of the perfect mirror";
+}
+
+void pull_back_heights(const SurfaceOperator& surface, std::vector<Eigen::ArrayXd>* gradients, int threads,
+                       const ForwardModel::GradientSink& sink) {
+  const auto pull = [&](std::size_t k) {
+    SurfaceField weights;
+    weights.height.swap((*gradients)[k]);
+    weights.slope_x.setZero(weights.height.size());
+    weights.slope_y.setZero(weights.height.size());
+    sink(k, surface.apply_transpose(weights));
+  };
+  // Fewer than threads: one by one, and the operator shares out their points.
+  if (gradients->size() < std::size_t(std::max(threads, 1)))
+    for (std::size_t k = 0; k < gradients->size(); ++k) pull(k);
+  else
+    parallel_for(gradients->size(), threads, pull);
+}
+
+}  // namespace aberfit

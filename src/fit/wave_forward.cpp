@@ -1,0 +1,183 @@
+#include "wave_forward.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "aberfit/core/units.h"
+#include "smallest_radius.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kSamePoint = 1e-6;  // in pitches
+
+bool is_geometric(const Statistic& statistic) {
+  return std::holds_alternative<ScatterRms>(statistic) || std::holds_alternative<ScatterMean>(statistic) ||
+         std::holds_alternative<RmsHeight>(statistic);
+}
+
+// The diffraction pupil that a pupil sample was taken from: its grid tells the pitch.
+DiffractionPupil pupil_of(const FocusScene& scene) {
+  const auto refuse = [] {
+    throw std::invalid_argument(
+        "statistics by wave optics need the points of diffraction_pupil(aperture, pitch)");
+  };
+  const auto* grid = std::get_if<CartesianGrid>(&scene.pupil.structure);
+  if (!grid || grid->x.size() < 2) refuse();
+  const double pitch = (grid->x[grid->x.size() - 1] - grid->x[0]) / double(grid->x.size() - 1);
+  DiffractionPupil pupil = diffraction_pupil(*scene.aperture, pitch);
+  const double limit = kSamePoint * pitch;
+  if (pupil.sample.size() != scene.pupil.size() || !((pupil.sample.x - scene.pupil.x).abs() <= limit).all() ||
+      !((pupil.sample.y - scene.pupil.y).abs() <= limit).all())
+    refuse();
+  return pupil;
+}
+
+// Sag less that of the parabola with the same focal length. A path along the axis and back is twice as much,
+// to first order in the slope, like that of the surface error.
+Eigen::ArrayXd departure_of(const Mirror& mirror, const PupilSample& pupil) {
+  const bool parabola = mirror.conic == -1 && std::all_of(mirror.spherical.begin(), mirror.spherical.end(),
+                                                          [](double c) { return c == 0; });
+  if (parabola) return {};
+  Eigen::ArrayXd departure(pupil.size());
+  for (Eigen::Index i = 0; i < pupil.size(); ++i) {
+    const double x = pupil.x[i], y = pupil.y[i];
+    departure[i] = base_surface(mirror, x, y).height - (x * x + y * y) / (4 * mirror.focal_length);
+  }
+  return departure;
+}
+
+}  // namespace
+
+WaveForward::WaveForward(const FocusScene& scene, const std::vector<Statistic>& statistics, int threads)
+    : scene_(scene),
+      threads_(threads),
+      split_(statistics, is_geometric),
+      rays_(scene, split_.geometric, threads),
+      diffraction_pupil_(pupil_of(scene)),
+      departure_(departure_of(scene.mirror, diffraction_pupil_.sample)) {}
+
+void WaveForward::move_to(const Eigen::VectorXd& coefficients) {
+  rays_.move_to(coefficients);
+  height_ = rays_.field().height;
+  if (departure_.size() > 0) height_ += departure_;
+}
+
+bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
+  values->setConstant(Eigen::Index(split_.own.size() + split_.geometric.size()), std::nan(""));
+  bool exist = true;
+  Eigen::VectorXd some;
+  if (!split_.geometric.empty()) {
+    exist = rays_.evaluate(width > 0 ? width : 1, &some);  // moments: no kernel in them
+    for (std::size_t j = 0; j < split_.geometric.size(); ++j)
+      (*values)[Eigen::Index(split_.geometric_place[j])] = some[Eigen::Index(j)];
+  }
+  if (!split_.own.empty()) {
+    const DiffractionProblem waves = problem();
+    if (!evaluate_diffraction(waves, height_, split_.own, threads_, &workspace_, &some, nullptr))
+      exist = false;
+    for (std::size_t j = 0; j < split_.own.size(); ++j)
+      (*values)[Eigen::Index(split_.own_place[j])] = some[Eigen::Index(j)];
+  }
+  trouble_.clear();
+  if (!exist) {
+    Warnings found;
+    explain(*values, &found);
+    if (!found.empty()) trouble_ = found.front().message;
+  }
+  return exist;
+}
+
+bool WaveForward::gradients(const GradientSink& sink) {
+  if (!split_.geometric.empty() && !rays_.gradients([&](std::size_t j, const Eigen::VectorXd& gradient) {
+        sink(split_.geometric_place[j], gradient);
+      }))
+    return false;
+  if (split_.own.empty()) return true;
+  Eigen::VectorXd values;
+  std::vector<Eigen::ArrayXd> d_height;
+  const DiffractionProblem waves = problem();
+  if (!evaluate_diffraction(waves, height_, split_.own, threads_, &workspace_, &values, &d_height))
+    return false;
+  pull_back_heights(scene_.surface, &d_height, threads_, [&](std::size_t j, const Eigen::VectorXd& gradient) {
+    sink(split_.own_place[j], gradient);
+  });
+  return true;
+}
+
+Eigen::VectorXd WaveForward::exact(Warnings* warnings) {
+  Eigen::VectorXd values;
+  evaluate(0, &values);
+  const Eigen::VectorXd geometric = rays_.exact(warnings);
+  for (std::size_t j = 0; j < split_.geometric.size(); ++j)
+    values[Eigen::Index(split_.geometric_place[j])] = geometric[Eigen::Index(j)];
+  if (warnings) explain(values, warnings);
+  return values;
+}
+
+void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) const {
+  const DiffractionProblem waves = problem();
+  const DiffractionCheck check = check_diffraction(waves, height_, 0.0);
+  const bool aliased = check.aliased_share > waves.aliased_limit;
+  for (std::size_t k = 0; k < std::size_t(values.size()); ++k) {
+    if (std::isfinite(values[Eigen::Index(k)])) continue;
+    const auto own = std::find(split_.own_place.begin(), split_.own_place.end(), k);
+    if (own == split_.own_place.end()) {
+      warnings->push_back({"statistic-missing",
+                           statistic_name(split_.geometric[std::size_t(
+                               std::find(split_.geometric_place.begin(), split_.geometric_place.end(), k) -
+                               split_.geometric_place.begin())]) +
+                               " has no derivative where the surface does not move a ray"});
+      continue;
+    }
+    const Statistic& statistic = split_.own[std::size_t(own - split_.own_place.begin())];
+    const std::string name = statistic_name(statistic);
+    if (std::holds_alternative<RmsRadius>(statistic))
+      warnings->push_back({"rms-radius-of-waves",
+                           name + " does not exist for waves: a sharp edge scatters light as 1/r^3, whose "
+                                  "second moment diverges"});
+    else if (aliased)
+      warnings->push_back(
+          {"psf-aliased", name + ": " +
+                              (check.warnings.empty() ? std::string("the pupil grid is too coarse")
+                                                      : check.warnings.front().message)});
+    else
+      warnings->push_back(
+          {"statistic-missing",
+           fmt::format("{} does not exist inside the field of view of {} that the pupil grid has, or lies in "
+                       "a dark ring; take a finer grid",
+                       name, format_quantity(check.field_of_view, Dimension::kLength))});
+  }
+}
+
+std::string WaveForward::unreachable(const std::vector<Target>& targets) const {
+  const double pitch = std::max(diffraction_pupil_.pitch_x, diffraction_pupil_.pitch_y);
+  std::vector<Target> radii;
+  std::vector<Statistic> in_focus;
+  for (const Target& target : targets) {
+    const auto* radius = std::get_if<EncircledEnergyRadius>(&target.statistic);
+    if (!radius) continue;
+    const double largest = 0.5 * scene_.wavelength * (scene_.mirror.focal_length + radius->dz) / pitch;
+    if (target.value > largest)
+      return fmt::format(
+          "the target {} = {} lies outside the field of view of the pupil grid, which ends at {}: take a "
+          "finer grid",
+          statistic_name(target.statistic), format_quantity(target.value, Dimension::kLength),
+          format_quantity(largest, Dimension::kLength));
+    radii.push_back(target);
+    in_focus.push_back(EncircledEnergyRadius{radius->fraction, 0});
+  }
+  if (radii.empty()) return {};
+  const Eigen::ArrayXd flat = Eigen::ArrayXd::Zero(scene_.pupil.size());
+  Eigen::VectorXd perfect;
+  const DiffractionProblem waves = problem();
+  evaluate_diffraction(waves, flat, in_focus, threads_, nullptr, &perfect, nullptr);
+  for (std::size_t k = 0; k < radii.size(); ++k)
+    if (std::string why = below_diffraction(radii[k], perfect[Eigen::Index(k)]); !why.empty()) return why;
+  return {};
+}
+
+}  // namespace aberfit

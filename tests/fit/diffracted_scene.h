@@ -1,0 +1,50 @@
+#pragma once
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "aberfit/fit/focus_forward.h"
+#include "aberfit/scatter/diffraction_psf.h"
+#include "aberfit/scatter/generalised_harvey_shack.h"
+
+namespace aberfit {
+
+/// f/7 parabola of 0.4 m in red light with plane waves that sample a PSD of the given g = 4 pi sigma/lambda,
+/// on the points of a diffraction pupil `cells` across.
+struct DiffractedScene {
+  Mirror mirror{2.8, -1, {}};
+  Aperture aperture = CircleAperture{0.4};
+  double wavelength = 632.8e-9;
+  RadialPsd psd;
+  DiffractionPupil pupil;
+  SurfaceOperator surface;
+  CoefficientPrior prior;
+
+  DiffractedScene(const RadialPsd& of_unit_rms, double g, int modes, int cells, int threads = 1)
+      : psd(of_unit_rms.scaled(g * wavelength / (4 * std::numbers::pi))),
+        pupil(diffraction_pupil(aperture, 0.4 / cells)),
+        surface(terms_of(psd, modes), pupil.sample, {threads, {}, {}}),
+        prior(make_prior(surface.terms(), psd, CovarianceKind::kFull)) {}
+
+  /// lambda F [m]
+  double unit() const { return wavelength * mirror.focal_length / 0.4; }
+  FitProblem problem(std::vector<Target> targets, FocusPhysics physics) const {
+    FitProblem problem{mirror, pupil.sample,     surface,   prior, std::move(targets),
+                       {},     Centre::kNominal, 2 * unit()};
+    problem.physics = physics;
+    problem.wavelength = wavelength;
+    problem.aperture = &aperture;
+    return problem;
+  }
+  FocusScene scene(FocusPhysics physics) const {
+    return {mirror, pupil.sample, surface, physics, wavelength, &aperture, Centre::kNominal};
+  }
+  static TermSet terms_of(const RadialPsd& psd, int modes) {
+    TermSet terms;
+    terms.radius = 0.2;
+    terms.fourier = fourier_modes(psd, modes, FourierSampling::kGrid, 1);
+    return terms;
+  }
+};
+
+}  // namespace aberfit

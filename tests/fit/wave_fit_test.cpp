@@ -1,0 +1,212 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+#include "aberfit/scatter/regime.h"
+#include "diffracted_scene.h"
+#include "gradient_check.h"
+
+using namespace aberfit;
+
+namespace {
+
+// Derivatives of diffraction hold to 1e-8 (diffraction_gradient_test.cpp); Ridders differences of a search
+// through focus reach a tenth of that.
+constexpr double kPrecision = 1e-7;
+
+std::vector<Target> with_tolerance(const std::vector<Statistic>& statistics, const Eigen::VectorXd& values,
+                                   double tolerance) {
+  std::vector<Target> targets;
+  for (std::size_t k = 0; k < statistics.size(); ++k) {
+    const double value = values[Eigen::Index(k)];
+    targets.push_back({statistics[k], value, 0, tolerance * std::abs(value)});
+  }
+  return targets;
+}
+
+// What the mean surface of the PSD does, by generalised Harvey-Shack.
+std::vector<Target> mean_targets(const DiffractedScene& scene, const std::vector<Statistic>& statistics,
+                                 double tolerance) {
+  const GeneralisedHarveyShack mean(scene.psd, scene.mirror, scene.aperture, scene.wavelength);
+  Eigen::VectorXd values(Eigen::Index(statistics.size()));
+  for (std::size_t k = 0; k < statistics.size(); ++k) values[Eigen::Index(k)] = mean(statistics[k]);
+  return with_tolerance(statistics, values, tolerance);
+}
+
+}  // namespace
+
+TEST(WaveForward, GradientsOfTheWholeChainMatchDifferences) {
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 1.2, 24, 32);
+  const double unit = scene.unit(), dz = 30 * unit;
+  const std::vector<Statistic> statistics{EncircledEnergyRadius{0.2, 0},
+                                          EncircledEnergyRadius{0.8, 0},
+                                          EncircledEnergyRadius{0.5, dz},
+                                          RingThrough{1.5 * unit, -dz},
+                                          RingFwhm{0.6, {}},
+                                          RingFwhm{0.9, 2 * unit},
+                                          SpotFwhm{0.3 * unit},
+                                          ScatterRms{},
+                                          ScatterMean{},
+                                          RmsHeight{}};
+  for (const Statistic& statistic : statistics) {
+    const double size = std::holds_alternative<RmsHeight>(statistic)     ? 1e-8
+                        : std::holds_alternative<ScatterRms>(statistic)  ? 1e-6
+                        : std::holds_alternative<ScatterMean>(statistic) ? 1e-6
+                        : std::holds_alternative<RingThrough>(statistic) ? 1
+                        : std::holds_alternative<RingFwhm>(statistic)    ? dz
+                                                                         : unit;
+    const FitProblem problem = scene.problem({{statistic, 0, 0, size}}, FocusPhysics::kWaves);
+    const FocusResiduals residual(problem, unit, 1);
+    EXPECT_LT(gradient_error(residual, draw_white(scene.prior.size(), 2), 1e-2), kPrecision)
+        << statistic_name(statistic);
+  }
+}
+
+TEST(WaveForward, AMirrorThatIsNoParabolaIsASurfaceErrorOfOne) {
+  // The same shape once as mirror, once as term: rho^4 of a spherical mirror and of a spherical term.
+  DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.5, 24, 64);
+  TermSet terms = scene.surface.terms();
+  terms.spherical = {4};
+  const SurfaceOperator surface(terms, scene.pupil.sample, {});
+  Eigen::VectorXd coefficients(terms.size());
+  coefficients.setZero();
+  coefficients.head(scene.prior.size()) = scene.prior.colour(draw_white(scene.prior.size(), 3));
+  const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.9, 1e-4}};
+  FocusScene plain = scene.scene(FocusPhysics::kWaves);
+  FocusScene term{scene.mirror, scene.pupil.sample, surface, plain.physics, plain.wavelength, plain.aperture};
+  constexpr double kC4 = 1e-5;  // [1/m^3]; 16 nm at the rim
+  // Of which basis the coefficient is, the operator says: height at the rim per unit.
+  Eigen::VectorXd only = Eigen::VectorXd::Zero(terms.size());
+  only[terms.size() - 1] = 1;
+  SurfaceField field;
+  surface.apply(only, &field);
+  const double rho2 =
+      scene.pupil.sample.x[0] * scene.pupil.sample.x[0] + scene.pupil.sample.y[0] * scene.pupil.sample.y[0];
+  coefficients[terms.size() - 1] = kC4 * rho2 * rho2 / field.height[0];
+  Mirror bent = scene.mirror;
+  bent.spherical[0] = kC4;
+  const FocusScene as_mirror{bent,          scene.pupil.sample, scene.surface,
+                             plain.physics, plain.wavelength,   plain.aperture};
+  const Eigen::VectorXd a = focus_statistics(term, coefficients, statistics, 1, nullptr);
+  const Eigen::VectorXd b =
+      focus_statistics(as_mirror, coefficients.head(scene.prior.size()), statistics, 1, nullptr);
+  const Eigen::VectorXd c =
+      focus_statistics(plain, coefficients.head(scene.prior.size()), statistics, 1, nullptr);
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_NEAR(a[k] / b[k], 1, 1e-9);  // rounding of phases of 1e6 rad
+    EXPECT_GT(std::abs(a[k] / c[k] - 1), 1e-3);
+  }
+}
+
+TEST(Calibrate, MeetsTheMeanOfWavesAtHalfAWaveOfPhase) {
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 5, 30}), 0.5, 700, 128, 2);
+  const SceneNumbers regime = scene_numbers(scene.psd, scene.mirror, scene.aperture, scene.wavelength);
+  ASSERT_LT(regime.kappa, 0.85);  // waves, not rays
+  ASSERT_GT(regime.n_eff, 100);
+  std::vector<Statistic> statistics;
+  for (const double p : {0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.95})
+    for (const double dz : {0.0, -2e-4, 2e-4}) statistics.push_back(EncircledEnergyRadius{p, dz});
+  statistics.push_back(RmsHeight{});
+  const FitProblem problem = scene.problem(mean_targets(scene, statistics, 1e-3), FocusPhysics::kWaves);
+  FitOptions options;
+  options.threads = 2;
+  const FitResult result = calibrate(problem, draw_white(scene.prior.size(), 6), options);
+  EXPECT_EQ(result.status, FitStatus::kConverged) << result.message;
+  EXPECT_TRUE(within_tolerance(problem, result, 1)) << result.message;
+  RecordProperty("iterations", result.iterations);
+  RecordProperty("evaluations", result.evaluations);
+  RecordProperty("milliseconds", int(1e3 * result.seconds));
+  RecordProperty("message", result.message);
+
+  // An independent pattern: finer cells, more padding.
+  const DiffractionPupil finer = diffraction_pupil(scene.aperture, 0.4 / 213);
+  const SurfaceOperator surface(scene.surface.terms(), finer.sample, {});
+  SurfaceField field;
+  surface.apply(result.coefficients, &field);
+  DiffractionProblem again{finer, scene.mirror.focal_length, scene.wavelength};
+  again.padding = 3;
+  Eigen::VectorXd values;
+  ASSERT_TRUE(evaluate_diffraction(again, field.height, statistics, 2, nullptr, &values, nullptr));
+  constexpr double kAgreement = 5e-3;  // of a target
+  double worst = 0;
+  for (std::size_t k = 0; k < statistics.size(); ++k) {
+    const double off = values[Eigen::Index(k)] / problem.targets[k].value - 1;
+    worst = std::max(worst, std::abs(off));
+    EXPECT_LT(std::abs(off), kAgreement) << statistic_name(statistics[k]);
+  }
+  RecordProperty("worst_in_1e-6", int(1e6 * worst));
+}
+
+TEST(Calibrate, FitsWavesWithTheSameBitsForAnyThreadCount) {
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 60, 48);
+  const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, 2e-4},
+                                          RingFwhm{}, RmsHeight{}, ScatterRms{}};
+  const Eigen::VectorXd other =
+      focus_statistics(scene.scene(FocusPhysics::kWaves),
+                       scene.prior.colour(draw_white(scene.prior.size(), 9)), statistics, 1, nullptr);
+  const FitProblem problem = scene.problem(with_tolerance(statistics, other, 1e-3), FocusPhysics::kWaves);
+  FitOptions one, three;
+  three.threads = 3;
+  const Eigen::VectorXd start = draw_white(scene.prior.size(), 3);
+  const FitResult a = calibrate(problem, start, one), b = calibrate(problem, start, three);
+  EXPECT_EQ(a.status, FitStatus::kConverged) << a.message;
+  EXPECT_TRUE(within_tolerance(problem, a, 1)) << a.message;
+  EXPECT_TRUE(a.coefficients == b.coefficients);
+  EXPECT_GT(a.iterations, 1);
+}
+
+TEST(Calibrate, SaysWhyWavesCannotMeetATarget) {
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 24, 32);
+  const double unit = scene.unit();
+  const auto fit = [&](const Statistic& statistic, double value, bool zero = false) {
+    const FitProblem problem = scene.problem({{statistic, value, 0, 1e-3 * value}}, FocusPhysics::kWaves);
+    Eigen::VectorXd start = draw_white(scene.prior.size(), 3);
+    if (zero) start.setZero();
+    return calibrate(problem, start, {});
+  };
+  const FitResult below = fit(EncircledEnergyRadius{0.8, 0}, 0.5 * unit);
+  EXPECT_EQ(below.status, FitStatus::kDegenerate);
+  EXPECT_NE(below.message.find("diffraction allows no less"), std::string::npos) << below.message;
+  const FitResult beyond = fit(EncircledEnergyRadius{0.8, 0}, 20 * unit);
+  EXPECT_EQ(beyond.status, FitStatus::kDegenerate);
+  EXPECT_NE(beyond.message.find("field of view"), std::string::npos) << beyond.message;
+  const FitResult moment = fit(RmsRadius{}, unit);
+  EXPECT_EQ(moment.status, FitStatus::kDegenerate);
+  EXPECT_NE(moment.message.find("diverges"), std::string::npos) << moment.message;
+  const FitResult perfect = fit(EncircledEnergyRadius{0.8, 0}, 2 * unit, true);
+  EXPECT_EQ(perfect.status, FitStatus::kDegenerate);
+  EXPECT_NE(perfect.message.find("first order"), std::string::npos) << perfect.message;
+
+  Warnings warnings;
+  const Eigen::VectorXd values =
+      focus_statistics(scene.scene(FocusPhysics::kWaves), Eigen::VectorXd::Zero(scene.prior.size()),
+                       {RmsRadius{}, RingThrough{1, 0}, RmsHeight{}}, 1, &warnings);
+  EXPECT_TRUE(std::isnan(values[0]));
+  EXPECT_TRUE(std::isnan(values[1]));
+  EXPECT_EQ(values[2], 0);
+  EXPECT_EQ(warnings.size(), 2u);
+}
+
+TEST(FocusStatistics, RefusesScenesThatAPhysicsCannotTreat) {
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 24, 32);
+  const Eigen::VectorXd flat = Eigen::VectorXd::Zero(scene.prior.size());
+  const auto statistics_of = [&](const FocusScene& at) {
+    return focus_statistics(at, flat, {EncircledEnergyRadius{}}, 1, nullptr);
+  };
+  for (const FocusPhysics physics : {FocusPhysics::kWaves, FocusPhysics::kConvolved}) {
+    FocusScene dark = scene.scene(physics), open = dark, centroid = dark;
+    dark.wavelength = 0;
+    open.aperture = nullptr;
+    centroid.centre = Centre::kCentroid;
+    EXPECT_THROW(statistics_of(dark), std::invalid_argument);
+    EXPECT_THROW(statistics_of(open), std::invalid_argument);
+    EXPECT_THROW(statistics_of(centroid), std::invalid_argument);
+  }
+  const PupilSample polar = make_pupil(scene.aperture, {PupilLayout::kPolar, 1000, 1});
+  const SurfaceOperator surface(scene.surface.terms(), polar, {});
+  EXPECT_THROW(
+      statistics_of({scene.mirror, polar, surface, FocusPhysics::kWaves, scene.wavelength, &scene.aperture}),
+      std::invalid_argument);
+}
