@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
 #include "aberfit/report/result.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/run.h"
@@ -28,7 +29,10 @@ struct Arguments {
   std::string study_file;
   std::string output_directory;
   std::string coefficients_file;
-  std::string chart_file;                          // check
+  std::string chart_file;    // check
+  bool paper_table = false;  // check
+  std::vector<std::string> table_sigma, table_length, table_diameter;
+  std::string table_wavelength;
   double chart_seconds = 60;                       // chart
   std::vector<std::string> measured_files;         // psd
   std::map<std::string, std::string> psd_options;  // psd: keys of a `psd` block of model "measured"
@@ -237,6 +241,34 @@ int chart(Arguments arguments) {
   return kDone;
 }
 
+// Ranges of the paper's table from the command line; the defaults where nothing is given.
+aberfit::PaperTable paper_table(const Arguments& arguments) {
+  aberfit::PaperTable table;
+  const auto length = [](const std::string& option, const std::string& text) {
+    double value = 0;
+    try {
+      value = aberfit::parse_quantity(text, aberfit::Dimension::kLength);
+    } catch (const std::exception&) {
+      value = 0;
+    }
+    if (!(value > 0))
+      throw aberfit::InputError("command line", "", option + " \"" + text + "\"",
+                                "a positive length with its unit, e.g. \"10 nm\"");
+    return value;
+  };
+  const auto lengths = [&](const char* option, const std::vector<std::string>& texts,
+                           std::vector<double>* values) {
+    if (!texts.empty()) values->clear();
+    for (const std::string& text : texts) values->push_back(length(option, text));
+  };
+  lengths("--sigma", arguments.table_sigma, &table.rms_heights);
+  lengths("--correlation-length", arguments.table_length, &table.correlation_lengths);
+  lengths("--diameter", arguments.table_diameter, &table.diameters);
+  if (!arguments.table_wavelength.empty())
+    table.wavelength = length("--wavelength", arguments.table_wavelength);
+  return table;
+}
+
 // Without --chart the chart that `aberfit chart` would have written serves, if it is there and of this study.
 ordered_json check(const aberfit::Study& study, aberfit::RunOptions options, std::string* table) {
   if (options.chart_file.empty()) {
@@ -348,6 +380,21 @@ int run(int argc, char** argv) {
                    "chart.json or its folder: the rates to predict with (default: that of out/<name of the "
                    "study>-chart, where it is of the same study)")
       ->type_name("FILE");
+  CLI::Option* table = check_command->add_flag(
+      "--paper-table", arguments.paper_table,
+      "The paper's table of R = 2 sigma D/(1.22 lambda l_c), with kappa and both verdicts in each cell");
+  const auto range = [&](const char* flag, std::vector<std::string>* values, const char* meaning) {
+    check_command->add_option(flag, *values, meaning)->needs(table)->delimiter(',')->type_name("LENGTH,...");
+  };
+  range("--sigma", &arguments.table_sigma, "RMS heights of the table (default: 1 nm, 10 nm, 100 nm)");
+  range("--correlation-length", &arguments.table_length,
+        "Correlation lengths of the table (default: 1 um, 10 um, 1 mm)");
+  range("--diameter", &arguments.table_diameter,
+        "Aperture diameters of the table (default: 0.2 m, 0.4 m, 0.5 m, 1 m)");
+  check_command
+      ->add_option("--wavelength", arguments.table_wavelength, "Wavelength of the table (default: 500 nm)")
+      ->needs(table)
+      ->type_name("LENGTH");
   CLI::App* schema_command = app.add_subcommand("schema", "JSON Schema of the study format");
 
   try {
@@ -360,7 +407,11 @@ int run(int argc, char** argv) {
   if (*trace_command) return forward(arguments, aberfit::run_trace);
   if (*psd_command) return psd(arguments);
   if (*chart_command) return chart(arguments);
-  if (*check_command) return forward(arguments, check);
+  if (*check_command)
+    return forward(arguments, [&](const aberfit::Study& study, aberfit::RunOptions options, std::string* t) {
+      if (arguments.paper_table) options.paper_table = paper_table(arguments);
+      return check(study, options, t);
+    });
   if (*schema_command) fmt::print("{}\n", aberfit::study_schema().dump(2));
   return kDone;
 }

@@ -18,22 +18,19 @@ using Json = nlohmann::ordered_json;
 
 Json number(double value) { return json_number(value); }
 
-Json scene_json(const ResultDocument& result) {
-  if (!result.has_roughness) return nullptr;
-  const SceneNumbers& scene = result.scene;
-  return {{"rms_height_m", number(scene.rms_height)},
-          {"rms_slope_per_axis", number(scene.rms_slope_per_axis)},
-          {"correlation_length_m", number(scene.correlation_length)},
-          {"n_eff", number(scene.n_eff)},
-          {"g", number(scene.g)},
-          {"kappa", number(scene.kappa)},
-          {"tis", number(scene.tis)},
-          {"paper_ratio_r", number(scene.paper_ratio_r)},
-          {"realisation_spread", number(scene.realisation_spread)},
-          {"airy_ee90_m", number(scene.airy_ee90)},
-          {"rays_are_valid", scene.rays_are_valid},
-          {"model", result.theory},
-          {"reason", scene.reason}};
+Json metrics_json(const std::vector<EquivalenceMetric>& metrics) {
+  Json json = Json::array();
+  for (const EquivalenceMetric& metric : metrics)
+    json.push_back({{"name", metric.name},
+                    {"held_out", metric.held_out},
+                    {"target", number(metric.target)},
+                    {"model", number(metric.model)},
+                    {"relative_difference", number(metric.relative_difference)},
+                    {"standard_error", number(metric.standard_error)},
+                    {"interval", Json::array({number(metric.interval[0]), number(metric.interval[1])})},
+                    {"margin", number(metric.margin)},
+                    {"verdict", to_string(metric.verdict)}});
+  return json;
 }
 
 Json target_json(const ResultDocument& result, const std::vector<std::string>& names) {
@@ -59,6 +56,7 @@ Json surface_json(const EquivalentSurface& surface) {
           {"rms_slope_per_axis", number(surface.rms_slope_per_axis)},
           {"g", number(surface.g)},
           {"kappa", number(surface.kappa)},
+          {"needed", surface.needed},
           {"prior_height_factor", number(surface.prior_height_factor)},
           {"captured_fraction", number(surface.captured_fraction)},
           {"zones", zones}};
@@ -168,18 +166,14 @@ Json map_json(const MapFitResult& map) {
 }
 
 Json equivalence_json(const ResultDocument& result) {
-  Json metrics = Json::array();
-  for (const EquivalenceMetric& metric : result.metrics)
-    metrics.push_back({{"name", metric.name},
-                       {"held_out", metric.held_out},
-                       {"target", number(metric.target)},
-                       {"model", number(metric.model)},
-                       {"relative_difference", number(metric.relative_difference)},
-                       {"standard_error", number(metric.standard_error)},
-                       {"interval", Json::array({number(metric.interval[0]), number(metric.interval[1])})},
-                       {"margin", number(metric.margin)},
-                       {"verdict", to_string(metric.verdict)}});
-  return {{"verdict", to_string(result.verdict)}, {"metrics", metrics}};
+  Json json = {{"verdict", to_string(result.verdict)}, {"metrics", metrics_json(result.metrics)}};
+  if (const auto& needed = result.needed_judgement)
+    json["needed"] = {{"theory", needed->theory},
+                      {"model", needed->model},
+                      {"verdict", to_string(needed->verdict)},
+                      {"reason", needed->reason},
+                      {"metrics", metrics_json(needed->metrics)}};
+  return json;
 }
 
 std::string compiler() {
@@ -214,6 +208,43 @@ nlohmann::ordered_json to_json(const Provenance& provenance) {
           {"seed", provenance.seed},
           {"threads", provenance.threads},
           {"libraries", libraries}};
+}
+
+nlohmann::ordered_json scene_json(const ResultDocument& result) {
+  if (!result.has_roughness) return nullptr;
+  const SceneNumbers& scene = result.scene;
+  Json json = {{"rms_height_m", number(scene.rms_height)},
+               {"rms_slope_per_axis", number(scene.rms_slope_per_axis)},
+               {"correlation_length_m", number(scene.correlation_length)},
+               {"n_eff", number(scene.n_eff)},
+               {"g", number(scene.g)},
+               {"kappa", number(scene.kappa)},
+               {"tis", number(scene.tis)},
+               {"paper_ratio_r", number(scene.paper_ratio_r)},
+               {"realisation_spread", number(scene.realisation_spread)},
+               {"airy_ee90_m", number(scene.airy_ee90)},
+               {"rays_are_valid", scene.rays_are_valid},
+               {"theory", result.theory},
+               {"model", result.model},
+               {"needed", result.needed},
+               {"reason", result.model_reason.empty() ? scene.reason : result.model_reason}};
+  if (const auto& errors = result.errors) {
+    json["ghs"] = {{"ee50_radius_m", number(errors->ghs.ee50)},
+                   {"ee80_radius_m", number(errors->ghs.ee80)},
+                   {"ee90_radius_m", number(errors->ghs.ee90)},
+                   {"tis", number(scene.tis)},
+                   {"core_share", number(1 - scene.tis)}};
+    json["model_error"] = {{"ray_ee50", number(errors->ray_ee50)},
+                           {"ray_ee90", number(errors->ray_ee90)},
+                           {"convolved_ee50", number(errors->convolved_ee50)},
+                           {"convolved_ee90", number(errors->convolved_ee90)}};
+  }
+  if (const auto& realisation = result.realisation)
+    json["realisation"] = {
+        {"predicted", number(realisation->predicted)},
+        {"measured", realisation->draws > 0 ? number(realisation->measured) : Json(nullptr)},
+        {"draws", realisation->draws}};
+  return json;
 }
 
 nlohmann::ordered_json to_json(const ResultDocument& result) {

@@ -71,13 +71,16 @@ std::string headline(const ResultDocument& result) {
   }
   long different = 0, undecided = 0, held_out = 0;
   double margin = 0;
-  for (const EquivalenceMetric& metric : result.metrics) {
+  const auto& needed = result.needed_judgement;
+  const std::vector<EquivalenceMetric>& deciding =
+      needed && !needed->metrics.empty() ? needed->metrics : result.metrics;
+  for (const EquivalenceMetric& metric : deciding) {
     different += metric.verdict == Verdict::kDifferent;
     undecided += metric.verdict == Verdict::kUndecided;
     held_out += metric.held_out;
     margin = std::max(margin, metric.margin);
   }
-  const long count = long(result.metrics.size());
+  const long count = long(deciding.size());
   std::string text = to_string(result.verdict);
   std::transform(text.begin(), text.end(), text.begin(),
                  [](char c) { return c >= 'a' && c <= 'z' ? char(c - 32) : c; });
@@ -91,7 +94,9 @@ std::string headline(const ResultDocument& result) {
   }
   if (const double confidence = confidence_of(result); confidence > 0)
     text += fmt::format(", {:.4g} % confidence", 100 * confidence);
-  return paragraph("", text + fmt::format("; {} held out", held_out), 0);
+  text = paragraph("", text + fmt::format("; {} held out", held_out), 0);
+  if (needed) text += paragraph("", "Judged on " + needed->model + ": " + needed->reason, 0);
+  return text;
 }
 
 std::string scene_lines(const ResultDocument& result) {
@@ -111,8 +116,22 @@ std::string scene_lines(const ResultDocument& result) {
           "g {:.3g}, kappa {:.3g}, TIS {:.3g} %, Airy ee90 {}, the paper's R {:.3g}",
           length(scene.rms_height), slope(scene.rms_slope_per_axis), length(scene.correlation_length),
           scene.n_eff, scene.g, scene.kappa, 100 * scene.tis, length(scene.airy_ee90), scene.paper_ratio_r));
-  return text + paragraph("Model", fmt::format("{}; rays are {}: {}", result.theory,
-                                               scene.rays_are_valid ? "valid" : "NOT valid", scene.reason));
+  text += paragraph("Model", fmt::format("targets {}, surface {}, needed {}: {}", result.theory, result.model,
+                                         result.needed.empty() ? "-" : result.needed,
+                                         result.model_reason.empty() ? scene.reason : result.model_reason));
+  if (const auto& errors = result.errors)
+    text += paragraph(
+        "",
+        fmt::format("generalised Harvey-Shack ee50 {}, ee80 {}, ee90 {}; rays are off by {} % (ee50) and "
+                    "{} % (ee90), convolved rays by {} % (ee90)",
+                    length(errors->ghs.ee50), length(errors->ghs.ee80), length(errors->ghs.ee90),
+                    percent(errors->ray_ee50), percent(errors->ray_ee90), percent(errors->convolved_ee90)));
+  if (const auto& realisation = result.realisation; realisation && realisation->draws > 0)
+    text += paragraph(
+        "", fmt::format("draws of this roughness spread by {:.2g} % in ee90 (predicted {:.2g} "
+                        "%, measured over {} draws)",
+                        100 * realisation->measured, 100 * realisation->predicted, realisation->draws));
+  return text;
 }
 
 std::string fit_lines(const ResultDocument& result) {
@@ -265,6 +284,23 @@ std::string statistics_table(const ResultDocument& result, bool all) {
   return out;
 }
 
+// What decided, where the fit's own model is too simple for its scene.
+std::string needed_table(const ResultDocument& result, bool all) {
+  const auto& needed = result.needed_judgement;
+  if (!needed || needed->metrics.empty()) return "";
+  std::string out = fmt::format("\nThe same surface on {} (this decides)\n  {:<28} {:>10} {:>10} {:>9}  {}\n",
+                                needed->model, "", needed->theory, "surface", "diff. [%]", "verdict");
+  for (const EquivalenceMetric& metric : needed->metrics) {
+    const std::size_t plane = metric.name.find('@');
+    if (!all && plane != std::string::npos && metric.name.compare(plane, 6, "@ring=") != 0) continue;
+    out += fmt::format("  {:<28} {:>10} {:>10} {:>9}  {}\n", label(metric.name),
+                       quantity(metric.target, metric.name), quantity(metric.model, metric.name),
+                       percent(metric.relative_difference),
+                       metric.verdict == Verdict::kDifferent ? "DIFFERENT" : to_string(metric.verdict));
+  }
+  return out;
+}
+
 std::string spectrum_table(const ResultDocument& result) {
   if (result.spectrum.empty()) return "";
   std::string out = fmt::format("\nPSD bins of the term surface\n  {:<24} {:>14} {:>14} {:>9}\n",
@@ -278,8 +314,7 @@ std::string spectrum_table(const ResultDocument& result) {
 
 std::string zone_table(const ResultDocument& result) {
   if (result.surface.zones.empty()) return "";
-  std::string out =
-      "\nRMS slope by zone, as a share of the whole aperture's, beside draws of the prior\n";
+  std::string out = "\nRMS slope by zone, as a share of the whole aperture's, beside draws of the prior\n";
   out += fmt::format("  {:<20} {:>10}  {:>21}\n", "zone rho/R", "fitted", "99 % of draws");
   for (const ZoneSlope& zone : result.surface.zones) {
     const bool inside = zone.ratio >= zone.draws_low && zone.ratio <= zone.draws_high;
@@ -298,8 +333,8 @@ std::string summary_table(const ResultDocument& result, bool all) {
   out += std::string(kColumns, '-') + "\n";
   if (result.study.is_object() && result.study.contains("title") && result.study["title"].is_string())
     out += paragraph("Study", result.study["title"].get<std::string>());
-  out += scene_lines(result) + fit_lines(result) + statistics_table(result, all) + spectrum_table(result) +
-         zone_table(result);
+  out += scene_lines(result) + fit_lines(result) + statistics_table(result, all) + needed_table(result, all) +
+         spectrum_table(result) + zone_table(result);
   if (!result.warnings.empty()) out += "\n";
   for (const Warning& warning : result.warnings)
     out += paragraph("WARNING", "[" + warning.code + "] " + warning.message);

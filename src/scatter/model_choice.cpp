@@ -16,7 +16,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 ModelRadii radii(const GeneralisedHarveyShack& model) {
   const MeanSpot spot = model.at_plane(0);
-  return {spot.encircled_energy_radius(0.5), spot.encircled_energy_radius(0.9)};
+  return {spot.encircled_energy_radius(0.5), spot.encircled_energy_radius(0.9),
+          spot.encircled_energy_radius(0.8)};
 }
 
 }  // namespace
@@ -34,9 +35,10 @@ ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Apert
     errors.convolved =
         radii(GeneralisedHarveyShack(psd, parabola, shape, wavelength, {SurfaceModel::kRays, 0}));
     const double sigma = 2 * mirror.focal_length * slope;
-    errors.rays = {sigma * std::sqrt(2 * std::numbers::ln2), sigma * std::sqrt(2 * std::numbers::ln10)};
+    errors.rays = {sigma * std::sqrt(2 * std::numbers::ln2), sigma * std::sqrt(2 * std::numbers::ln10),
+                   sigma * std::sqrt(2 * std::log(5.0))};
   } else {
-    errors.convolved = errors.rays = {kInfinity, kInfinity};
+    errors.convolved = errors.rays = {kInfinity, kInfinity, kInfinity};
   }
   errors.ray_ee50 = errors.rays.ee50 / errors.ghs.ee50 - 1;
   errors.ray_ee90 = errors.rays.ee90 / errors.ghs.ee90 - 1;
@@ -50,7 +52,7 @@ ModelChoice choose_model(const RadialPsd& psd, const Mirror& mirror, const Apert
   const SceneNumbers numbers = scene_numbers(psd, mirror, aperture, wavelength);
   ModelChoice choice;
   if (!std::isfinite(numbers.rms_height)) {
-    choice.errors = {{kNaN, kNaN}, {kNaN, kNaN}, {kNaN, kNaN}, kNaN, kNaN, kNaN, kNaN};
+    choice.errors = {{kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}, kNaN, kNaN, kNaN, kNaN};
     choice.reason = numbers.reason;
     return choice;
   }

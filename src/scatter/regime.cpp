@@ -2,16 +2,53 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
+#include "aberfit/core/quadrature.h"
 #include "aberfit/core/units.h"
+#include "aberfit/scatter/aperture_otf.h"
 
 namespace aberfit {
 namespace {
 
-constexpr double kAiryEe90 = 1.9014;                   // of a full circle, in lambda f/D
+constexpr double kAiryEe90 = 1.9006879778302467;       // of a full circle: root of J0^2 + J1^2 = 0.1, over pi
 constexpr double kGaussianEe90 = 2.14596602628934724;  // sqrt(2 ln 10), in sigma_f
+
+// ee90 of a perfect aperture over lambda f [1/m]: EE(a) = 2 pi a int OTF(x) J1(2 pi a x) dx over pupil shears.
+double perfect_ee90(const ApertureOtf& otf) {
+  constexpr int kNodes = 64, kPerPanel = 4;
+  std::vector<double> shear, weight;
+  double low = 0;
+  for (const double high : otf.breakpoints()) {
+    for (int part = 0; part < kPerPanel; ++part) {
+      const double step = (high - low) / kPerPanel, begin = low + part * step;
+      const Quadrature rule = gauss_legendre(kNodes, begin, begin + step);
+      for (Eigen::Index i = 0; i < rule.nodes.size(); ++i) {
+        shear.push_back(rule.nodes[i]);
+        weight.push_back(rule.weights[i] * otf(rule.nodes[i]));
+      }
+    }
+    low = high;
+  }
+  const auto energy = [&](double a) {
+    double sum = 0;
+    for (std::size_t i = 0; i < shear.size(); ++i)
+      sum += weight[i] * boost::math::cyl_bessel_j(1, 2 * std::numbers::pi * a * shear[i]);
+    return 2 * std::numbers::pi * a * sum;
+  };
+  double inside = 0, outside = 1 / otf.cutoff();
+  while (energy(outside) < 0.9) inside = outside, outside *= 1.5;
+  // EE rises with the radius: bisection cannot miss, and this is done once a scene.
+  for (int i = 0; i < 50 && outside - inside > 1e-13 * outside; ++i) {
+    const double middle = 0.5 * (inside + outside);
+    (energy(middle) < 0.9 ? inside : outside) = middle;
+  }
+  return 0.5 * (inside + outside);
+}
 
 std::string length(double metres) { return format_quantity(metres, Dimension::kLength); }
 
@@ -51,7 +88,17 @@ std::string explain(const SceneNumbers& n, double ray_ee90) {
 }  // namespace
 
 double airy_ee90(const Mirror& mirror, const Aperture& aperture, double wavelength) {
-  return kAiryEe90 * wavelength * mirror.focal_length / (2.0 * aperture_radius(aperture));
+  const double waves = wavelength * mirror.focal_length;
+  if (std::holds_alternative<CircleAperture>(aperture))
+    return kAiryEe90 * waves / (2.0 * aperture_radius(aperture));
+  if (std::holds_alternative<PolygonAperture>(aperture))
+    return kAiryEe90 * waves / (2.0 * std::sqrt(aperture_area(aperture) / std::numbers::pi));
+  return perfect_ee90(ApertureOtf(aperture)) * waves;
+}
+
+FocusModel regime(const SceneNumbers& numbers) {
+  if (numbers.rays_are_valid) return FocusModel::kRays;
+  return numbers.kappa >= kKappaOfRays ? FocusModel::kConvolved : FocusModel::kGhs;
 }
 
 SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,

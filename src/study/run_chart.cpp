@@ -25,7 +25,11 @@ nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, 
                      "`aberfit check` predicts its cost");
   const double budget = options.chart_seconds;
   const ChartClock clock(budget);
-  const ChartBench bench = make_chart_bench(study, options);
+  // The methods compared here are those of rays, whatever the scene needs.
+  Study rays = study;
+  rays.trace.model = TraceModel::kRays;
+  if (study.target.theory != Theory::kRays) rays.target.theory = Theory::kGeometric;
+  const ChartBench bench = make_chart_bench(rays, options);
   const SurfaceField surface = [&] {
     SurfaceField field;
     const PupilSample few = make_pupil(study.aperture, pupil_of_at_most(study, 1024));

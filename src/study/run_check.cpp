@@ -9,6 +9,8 @@
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/run.h"
 #include "cost_model.h"
+#include "judge.h"
+#include "paper_table.h"
 #include "run_map_fit.h"
 #include "scene.h"
 
@@ -61,6 +63,75 @@ ordered_json check_map_study(const Study& study, int threads, std::string* table
           {"warnings", ordered_json::array()}};
 }
 
+// R, kappa and GHS of the specification, with both verdicts side by side. `row` prints a label and a value.
+template <typename Row>
+ordered_json check_scene(const Study& study, const Scene& scene, const std::string& theory, const Row& row) {
+  const SceneNumbers& n = scene.numbers;
+  ResultDocument facts;  // the same numbers under the same keys as in a result
+  facts.has_roughness = true;
+  facts.scene = n;
+  describe_models(scene, theory, &facts);
+  facts.realisation = Realisation{n.realisation_spread, std::nan(""), 0};
+  ordered_json json = scene_json(facts);
+  const ModelErrors& e = *facts.errors;
+  row("g = 4 pi sigma/lambda", fmt::format("{:.3g}, TIS {:.3g}", n.g, n.tis));
+  row("kappa (rays from 0.85 up)", fmt::format("{:.3g}", n.kappa));
+  row("Airy ee90", format_quantity(n.airy_ee90, Dimension::kLength));
+  row("ee90 by Harvey-Shack (waves)",
+      format_quantity(e.ghs.ee90, Dimension::kLength) +
+          fmt::format(", ee50 {}, ee80 {}", format_quantity(e.ghs.ee50, Dimension::kLength),
+                      format_quantity(e.ghs.ee80, Dimension::kLength)));
+  const auto error = [&](const char* label, const ModelRadii& radii, double ee50, double ee90) {
+    row(label, fmt::format("{}: off by {:+.3g} %; ee50 by {:+.3g} %",
+                           format_quantity(radii.ee90, Dimension::kLength), 100 * ee90, 100 * ee50));
+  };
+  error("ee90 by rays", e.rays, e.ray_ee50, e.ray_ee90);
+  error("ee90 by convolved rays", e.convolved, e.convolved_ee50, e.convolved_ee90);
+  row("R of the paper", fmt::format("{:.4g}", n.paper_ratio_r));
+  row("  its verdict (R >> 1: rays)", paper_verdict(n.paper_ratio_r));
+  row("  ours", facts.needed);
+  row("why", facts.model_reason);
+  row("models used", fmt::format("targets {}, surface {}", theory, facts.model));
+  if (scene.use.too_simple(targets_are_given(study)))
+    row("", "simpler than needed: the verdict of `fit` will be on " + facts.needed);
+  json["rays_ee90_radius_m"] = e.rays.ee90;
+  json["convolved_ee90_radius_m"] = e.convolved.ee90;
+  json["focal_sigma_m"] = scene.focal_sigma;
+  json["paper_verdict"] = paper_verdict(n.paper_ratio_r);
+  return json;
+}
+
+template <typename Row>
+void check_cost(const Study& study, const RunOptions& options, const TermSet& terms,
+                const TargetSets& targets, int threads, const Row& row, ordered_json* result) {
+  const FitRates rates = rates_for(study, options);
+  const auto stages = predict_fit(rates, fit_size(study, terms, targets, threads));
+  double seconds = 0;
+  for (const auto& [stage, cost] : stages) seconds += cost;
+  row("predicted time of `fit`",
+      fmt::format("{} on {} thread{}, pictures left out (rates {})", seconds_text(seconds), threads,
+                  threads == 1 ? "" : "s", rates.source));
+  ordered_json costs;
+  for (const auto& [stage, cost] : stages) {
+    const bool iterations = stage == "iterations";
+    row("  " + stage,
+        seconds_text(cost) +
+            (!iterations
+                 ? ""
+                 : fmt::format(" for {:.0f}{}{}", rates.iterations,
+                               rates.iterations_known ? "" : ", a typical number",
+                               study.fit.starts > 1
+                                   ? fmt::format("; as much for each further of {} starts", study.fit.starts)
+                                   : "")));
+    costs[stage] = cost;
+  }
+  (*result)["predicted_seconds"] = seconds;
+  (*result)["prediction"] = {{"rates", rates.source},
+                             {"iterations", rates.iterations},
+                             {"iterations_known", rates.iterations_known},
+                             {"stages_seconds", costs}};
+}
+
 }  // namespace
 
 ordered_json run_check(const Study& study, const RunOptions& options, std::string* table) {
@@ -89,56 +160,30 @@ ordered_json run_check(const Study& study, const RunOptions& options, std::strin
     row("spot scale sigma_f", format_quantity(scene.focal_sigma, Dimension::kLength));
     row("slope-carrying modes N_eff",
         fmt::format("{:.0f}: ee90 of draws spreads by {:.1f} %", n.n_eff, 100 * n.realisation_spread));
-    row("g = 4 pi sigma/lambda", fmt::format("{:.3g}, TIS {:.3g}", n.g, n.tis));
-    row("kappa (rays from 0.85 up)", fmt::format("{:.3g}", n.kappa));
-    row("R of the paper (decides nothing)", fmt::format("{:.4g}", n.paper_ratio_r));
-    row("model", n.reason);
-    result["scene"] = {{"rms_height_m", n.rms_height},
-                       {"rms_slope_per_axis", n.rms_slope_per_axis},
-                       {"n_eff", n.n_eff},
-                       {"g", n.g},
-                       {"kappa", n.kappa},
-                       {"tis", n.tis},
-                       {"paper_ratio_r", n.paper_ratio_r},
-                       {"focal_sigma_m", scene.focal_sigma},
-                       {"rays_are_valid", n.rays_are_valid},
-                       {"reason", n.reason}};
+    result["scene"] = check_scene(study, scene, targets.theory, row);
+  } else {
+    row("models", fmt::format("targets {}, surface {}: {}", targets.theory, to_string(scene.use.physics),
+                              scene.use.reason));
   }
   row("terms", fmt::format("{} ({:.2f} % of the height variance)", terms.size(), 100 * captured));
   row("statistics", fmt::format("{} fitted, {} guides, {} held out; targets: {}", targets.fitted.size(),
                                 targets.guides.size(), targets.held_out.size(), targets.theory));
   row("rays", fmt::format("{}", study.trace.pupil.rays));
-  const FitRates rates = rates_for(study, options);
-  const auto stages = predict_fit(rates, fit_size(study, terms, targets, threads));
-  double seconds = 0;
-  for (const auto& [stage, cost] : stages) seconds += cost;
-  row("predicted time of `fit`",
-      fmt::format("{} on {} thread{}, pictures left out (rates {})", seconds_text(seconds), threads,
-                  threads == 1 ? "" : "s", rates.source));
-  ordered_json costs;
-  for (const auto& [stage, cost] : stages) {
-    const bool iterations = stage == "iterations";
-    row("  " + stage,
-        seconds_text(cost) +
-            (!iterations
-                 ? ""
-                 : fmt::format(" for {:.0f}{}{}", rates.iterations,
-                               rates.iterations_known ? "" : ", a typical number",
-                               study.fit.starts > 1
-                                   ? fmt::format("; as much for each further of {} starts", study.fit.starts)
-                                   : "")));
-    costs[stage] = cost;
-  }
   result["terms"] = {{"count", terms.size()}, {"captured_fraction", captured}};
-  result["predicted_seconds"] = seconds;
-  result["prediction"] = {{"rates", rates.source},
-                          {"iterations", rates.iterations},
-                          {"iterations_known", rates.iterations_known},
-                          {"stages_seconds", costs}};
+  if (scene.use.physics == FocusPhysics::kRays) {
+    check_cost(study, options, terms, targets, threads, row, &result);
+  } else {
+    row("predicted time of `fit`", "not known for " + to_string(scene.use.physics));
+    result["predicted_seconds"] = nullptr;
+  }
   result["warnings"] = ordered_json::array();
   for (const Warning& warning : warnings) {
     result["warnings"].push_back({{"code", warning.code}, {"message", warning.message}});
     text += fmt::format("\n  {}: {}\n", warning.code, warning.message);
+  }
+  if (options.paper_table) {
+    text += "\n";
+    result["paper_table"] = paper_table(*options.paper_table, study.mirror.focal_length, &text);
   }
   if (table) *table = text;
   return result;

@@ -10,6 +10,7 @@
 #include "aberfit/scatter/ray_perturbation.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/run.h"
+#include "judge.h"
 #include "outputs.h"
 #include "run_map_fit.h"
 #include "scene.h"
@@ -27,12 +28,16 @@ std::vector<Statistic> statistics_of(const std::vector<Target>& targets) {
 
 // The pupil that is fitted on, with the operators that live on it.
 struct Workbench {
+  FocusPhysics physics;
+  double pitch;  // of a grid for waves [m]
   PupilSample pupil;
   SurfaceOperator surface;
   RayBundle nominal;
 
-  Workbench(const Study& study, const TermSet& terms, int threads)
-      : pupil(make_pupil(study.aperture, study.trace.pupil)),
+  Workbench(const Study& study, FocusPhysics model, double grid_pitch, const TermSet& terms, int threads)
+      : physics(model),
+        pitch(grid_pitch),
+        pupil(focus_pupil(study, model, grid_pitch)),
         surface(terms, pupil, {threads, {}, {}}),
         nominal(trace_nominal(study.mirror, pupil)) {}
 
@@ -43,11 +48,25 @@ struct Workbench {
   }
   Eigen::VectorXd exact(const Study& study, const Eigen::VectorXd& coefficients,
                         const std::vector<Statistic>& statistics, int threads, Warnings* warnings) const {
+    if (physics != FocusPhysics::kRays)
+      return focus_statistics(focus(study), coefficients, statistics, threads, warnings);
     const SurfaceField f = field(coefficients);
     const RayBundle rays = trace(study.mirror, pupil, f);
     return evaluate_exact({rays, nominal, f.height, study.trace.centre}, statistics, threads, warnings);
   }
+  FocusScene focus(const Study& study) const {
+    return {study.mirror, pupil, surface, physics, study.wavelength, &study.aperture, study.trace.centre};
+  }
 };
+
+// Waves need a grid as fine as the light of everything that will be asked of it.
+double grid_pitch(const Study& study, const Scene& scene, const TermSet& terms, const TargetSets& targets) {
+  if (scene.use.physics != FocusPhysics::kWaves) return 0;
+  std::vector<Target> all = targets.fitted;
+  all.insert(all.end(), targets.guides.begin(), targets.guides.end());
+  all.insert(all.end(), targets.held_out.begin(), targets.held_out.end());
+  return wave_pitch(study, terms, all);
+}
 
 FitOptions fit_options(const Study& study, const RunOptions& options, int threads, int tries) {
   FitOptions fit;
@@ -96,7 +115,7 @@ FitResult fit_from_starts(const Study& study, const FitProblem& problem, const R
 
 EquivalentSurface describe_surface(const Study& study, const Scene& scene, const Workbench& bench,
                                    const TermSet& terms, const CoefficientPrior& prior, const FitResult& fit,
-                                   int threads) {
+                                   int threads, Warnings* warnings) {
   EquivalentSurface surface;
   surface.prior_height_factor = scene.prior_height_factor;
   const SurfaceField field = bench.field(fit.coefficients);
@@ -110,8 +129,11 @@ EquivalentSurface describe_surface(const Study& study, const Scene& scene, const
   if (scene.psd) {
     // Same shape of spectrum, the fitted surface's own height.
     const double factor = surface.rms_height / scene.numbers.rms_height;
-    surface.kappa =
-        scene_numbers(scene.psd->scaled(factor), study.mirror, study.aperture, study.wavelength).kappa;
+    const SceneNumbers own =
+        scene_numbers(scene.psd->scaled(factor), study.mirror, study.aperture, study.wavelength);
+    surface.kappa = own.kappa;
+    surface.needed = to_string(physics_of(regime(own)));
+    warn_of_surface_regime(scene, own, warnings);
   }
   if ((!terms.zernike.empty() || !terms.fourier.empty()) && surface.rms_slope_per_axis > 0)
     surface.zones = zone_slopes(study, terms, prior, fit.coefficients, threads);
@@ -133,16 +155,35 @@ void judge(const Study& study, const TargetSets& targets, const FreshStatistics&
   result->verdict = overall(result->metrics);
 }
 
+// The verdict is on the model that the scene needs. Where that cannot be computed, a good result on a simpler
+// model decides nothing.
+void decide_by_need(const Study& study, const Scene& scene, const TargetSets& targets, int threads,
+                    ResultDocument* result) {
+  result->needed_judgement = judge_by_need(study, scene, targets, result->terms, result->fit.coefficients,
+                                           threads, &result->warnings);
+  if (!result->needed_judgement) return;
+  const NeededJudgement& needed = *result->needed_judgement;
+  const bool cannot = needed.metrics.empty() && result->verdict == Verdict::kDifferent;
+  if (!cannot) result->verdict = needed.verdict;
+}
+
+std::string spread_source(const Scene& scene, const Realisation& realisation) {
+  std::string text = fmt::format("0.65/sqrt(N_eff), N_eff = {:.0f}", scene.numbers.n_eff);
+  if (realisation.draws > 0)
+    text = fmt::format("{:.1f} % by {}, {:.1f} % over {} draws", 100 * realisation.predicted, text,
+                       100 * realisation.measured, realisation.draws);
+  return text;
+}
+
 void warn_of_result(const Study& study, const Scene& scene, const FreshStatistics& fresh,
                     ResultDocument* result) {
   Warnings& warnings = result->warnings;
-  if (scene.psd && scene.numbers.realisation_spread > study.equivalence.margin)
+  if (result->realisation && result->realisation->spread() > study.equivalence.margin)
     warnings.push_back(
         {"realisation-spread",
-         fmt::format(
-             "draws of this roughness differ by {:.1f} % in ee90 (0.65/sqrt(N_eff), N_eff = {:.0f}): the "
-             "verdict holds for the calibrated surface, not for any one real mirror",
-             100 * scene.numbers.realisation_spread, scene.numbers.n_eff)});
+         fmt::format("draws of this roughness differ by {:.1f} % in ee90 ({}): the verdict holds for the "
+                     "calibrated surface, not for any one real mirror",
+                     100 * result->realisation->spread(), spread_source(scene, *result->realisation))});
   if (fresh.lost > 0)
     warnings.push_back(
         {"lost-rays", fmt::format("{} of {} fresh rays miss the focal region", fresh.lost, fresh.rays)});
@@ -154,7 +195,8 @@ void warn_of_result(const Study& study, const Scene& scene, const FreshStatistic
                      "of the prior give {:.3f}-{:.3f}",
                      zone.rho_min, zone.rho_max, zone.ratio, zone.draws_low, zone.draws_high)});
   }
-  if (result->rays < 30 * result->terms.size() && result->targets.size() > 10)
+  if (scene.use.physics != FocusPhysics::kWaves && result->rays < 30 * result->terms.size() &&
+      result->targets.size() > 10)
     warnings.push_back(
         {"few-rays", fmt::format("{} rays for {} terms: the terms can follow single rays; use more rays",
                                  result->rays, result->terms.size())});
@@ -180,7 +222,7 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   result.study = resolved_study(study);
   result.has_roughness = scene.psd.has_value();
   result.scene = scene.numbers;
-  result.theory = targets.theory;
+  describe_models(scene, targets.theory, &result);
   result.targets = targets.fitted;
   result.radius = scene.radius;
   double captured = 0;
@@ -189,7 +231,8 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
 
   say("prior");
   const CoefficientPrior prior = make_study_prior(study, scene, result.terms);
-  const Workbench bench(study, result.terms, threads);
+  const Workbench bench(study, scene.use.physics, grid_pitch(study, scene, result.terms, targets),
+                        result.terms, threads);
   result.rays = bench.pupil.size();
 
   const SpectrumTarget spectrum = make_spectrum_target(study, scene, result.terms, prior, threads);
@@ -198,6 +241,9 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;
   problem.spectrum_tolerance = spectrum.tolerance;
+  problem.physics = bench.physics;
+  problem.wavelength = study.wavelength;
+  problem.aperture = &study.aperture;
   Eigen::VectorXd start;
   result.fit = fit_from_starts(study, problem, options, threads, &start);
   const std::vector<Statistic> fitted = statistics_of(targets.fitted);
@@ -210,12 +256,19 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   say("fresh rays");
   std::vector<Statistic> judged = fitted;
   for (const Target& target : targets.held_out) judged.push_back(target.statistic);
-  const FreshStatistics fresh = evaluate_fresh(study, result.terms, result.fit.coefficients, judged,
-                                               4 * result.rays, threads, &result.warnings);
+  const FreshStatistics fresh =
+      evaluate_fresh(study, bench.physics, bench.pitch, result.terms, result.fit.coefficients, judged,
+                     4 * result.rays, threads, &result.warnings);
   judge(study, targets, fresh, &result);
+  decide_by_need(study, scene, targets, threads, &result);
+  if (scene.psd) {
+    say("realisations");
+    result.realisation = realisation_of(study, scene, bench.focus(study), prior, threads);
+  }
 
   say("zones");
-  result.surface = describe_surface(study, scene, bench, result.terms, prior, result.fit, threads);
+  result.surface =
+      describe_surface(study, scene, bench, result.terms, prior, result.fit, threads, &result.warnings);
   result.surface.captured_fraction = captured;
   warn_of_result(study, scene, fresh, &result);
   result.provenance = make_provenance(study.fit.seed, threads);

@@ -14,6 +14,7 @@
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/run.h"
 #include "aberfit/trace/central_difference.h"
+#include "judge.h"
 #include "verify_branches.h"
 
 namespace aberfit {
@@ -120,6 +121,23 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
   return out + line;
 }
 
+// Rays by analytic normals, whatever the study's: the scatter between draws is no matter of normals.
+Realisation verify_realisation(const Study& study, const Scene& scene, const PupilSample& pupil,
+                               const TermSet& terms, int threads) {
+  const SurfaceOperator surface(terms, pupil, {threads, {}, {}});
+  return realisation_of(study, scene,
+                        {study.mirror, pupil, surface, FocusPhysics::kRays, study.wavelength, &study.aperture,
+                         study.trace.centre},
+                        make_study_prior(study, scene, terms), threads);
+}
+
+// Both branches are rays. Where these are the wrong model, agreement of the two decides nothing.
+Verdict verify_verdict(const Scene& scene, const std::vector<EquivalenceMetric>& metrics) {
+  const Verdict verdict = overall(metrics);
+  const bool rays_decide = scene.use.choice->model == FocusModel::kRays;
+  return rays_decide || verdict != Verdict::kEquivalent ? verdict : Verdict::kUndecided;
+}
+
 }  // namespace
 
 ordered_json run_verify(const Study& study, const RunOptions& options, std::string* table) {
@@ -151,7 +169,11 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
 
   // A draw is one realisation: its scatter enters the test. A surface from a file is judged on its own
   // statistics.
-  const double spread = options.coefficients_file.empty() ? scene.numbers.realisation_spread : 0.0;
+  // The scatter is the larger of what the law says and, near the margin, what draws show.
+  const bool is_draw = options.coefficients_file.empty();
+  const Realisation realisation = is_draw ? verify_realisation(study, scene, pupil, terms, threads)
+                                          : Realisation{scene.numbers.realisation_spread, std::nan(""), 0};
+  const double spread = is_draw ? realisation.spread() : 0.0;
   const double sampling =
       0.51e-2 * std::sqrt(15000.0 / double(pupil.size()));  // PHYSICS 2, ee90 of random rays
   std::vector<EquivalenceMetric> metrics;
@@ -176,7 +198,15 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
 
   ordered_json result = {{"aberfit", 1}, {"kind", "verify"}, {"study", resolved_study(study)}};
   result["convention"] = study.target.convention == Convention::kPaper ? "paper" : "physical";
-  result["verdict"] = to_string(overall(metrics));
+  const Verdict verdict = verify_verdict(scene, metrics);
+  result["verdict"] = to_string(verdict);
+  ResultDocument facts;
+  facts.has_roughness = true;
+  facts.scene = scene.numbers;
+  describe_models(scene, to_string(Theory::kRays), &facts);
+  facts.model = to_string(FocusPhysics::kRays);
+  facts.realisation = realisation;
+  result["scene"] = scene_json(facts);
   std::string text = fmt::format(
       "{}\n\nBoth branches, {} rays, convention {}; realisation scatter {:.1f} % (draws of this "
       "roughness)\n\n",
@@ -195,7 +225,7 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
                                     {"interval", {number(m.interval[0]), number(m.interval[1])}},
                                     {"verdict", to_string(m.verdict)}};
   }
-  text += fmt::format("\n  verdict: {} at a margin of {:.3g} %\n", to_string(overall(metrics)),
+  text += fmt::format("\n  verdict: {} at a margin of {:.3g} %\n", to_string(verdict),
                       100 * study.equivalence.margin);
 
   if (!study.verify.published.empty()) {
@@ -219,7 +249,9 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
   }
   for (const auto& [name, value] : quantities) result["quantities"][name] = number(value);
   Warnings warnings;
-  if (!scene.numbers.rays_are_valid) warnings.push_back({"rays-not-valid", scene.numbers.reason});
+  if (scene.use.choice->model != FocusModel::kRays)
+    warnings.push_back({"rays-not-valid", scene.use.reason + " Both branches here are rays: their agreement "
+                                                             "is no verdict on the focus."});
   if (study.trace.central_difference_step)
     warnings.push_back(
         {"central-difference", "normals by central differences: a hidden low-pass filter (PHYSICS 8)"});
@@ -240,28 +272,43 @@ ordered_json run_trace(const Study& study, const RunOptions& options, std::strin
   const int threads = options.threads > 0 ? options.threads : available_threads();
   const Scene scene = make_scene(study);
   const TargetSets targets = make_targets(study, scene, threads);
-  const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
-  const RayBundle nominal = trace_nominal(study.mirror, pupil);
   TermSet terms;
   const Eigen::VectorXd coefficients = surface_coefficients(study, scene, options, &terms);
+  const FocusPhysics physics = scene.use.physics;
+  const bool by_rays = physics == FocusPhysics::kRays;
+  if (!by_rays && study.trace.central_difference_step)
+    throw InputError(study.path, "/trace/normals",
+                     "central differences with trace model \"" + to_string(physics) + '"',
+                     "\"analytic\" normals, or trace model \"rays\"");
+  const PupilSample pupil = focus_pupil(
+      study, physics, physics == FocusPhysics::kWaves ? wave_pitch(study, terms, targets.fitted) : 0);
+  const RayBundle nominal = trace_nominal(study.mirror, pupil);
   const SurfaceField field = surface_field(study, pupil, terms, coefficients, threads);
   const RayBundle rays = trace(study.mirror, pupil, field);
   std::vector<Statistic> statistics;
   for (const Target& target : targets.fitted) statistics.push_back(target.statistic);
-  Warnings warnings;
+  Warnings warnings = scene.use.warnings;
   const Eigen::VectorXd values =
-      evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, threads, &warnings);
+      by_rays
+          ? evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, threads, &warnings)
+          : focus_statistics({study.mirror, pupil, SurfaceOperator(terms, pupil, {threads, {}, {}}), physics,
+                              study.wavelength, &study.aperture, study.trace.centre},
+                             coefficients, statistics, threads, &warnings);
   if (rays.lost > 0)
     warnings.push_back(
         {"lost-rays", fmt::format("{} of {} rays miss the focal region", rays.lost, rays.size())});
 
   ordered_json result = {{"aberfit", 1}, {"kind", "trace"}, {"study", resolved_study(study)}};
+  result["theory"] = targets.theory;
+  result["model"] = to_string(physics);
+  result["reason"] = scene.use.reason;
   result["rays"] = rays.size();
   result["lost_rays"] = rays.lost;
   result["terms"] = terms.size();
   std::string text =
-      fmt::format("{}\n\n{} rays ({} lost), {} terms\n\n  {:<28} {:>14} {:>14} {:>9}\n", study.title,
-                  rays.size(), rays.lost, terms.size(), "statistic [SI]", "surface", "target", "diff");
+      fmt::format("{}\n\nmodel {}, {} {} ({} lost), {} terms\n\n  {:<28} {:>14} {:>14} {:>9}\n", study.title,
+                  to_string(physics), rays.size(), physics == FocusPhysics::kWaves ? "cells" : "rays",
+                  rays.lost, terms.size(), "statistic [SI]", "surface", "target", "diff");
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const double value = values[Eigen::Index(k)], target = targets.fitted[k].value;
     const std::string name = statistic_name(statistics[k]);

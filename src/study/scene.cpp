@@ -18,7 +18,8 @@ constexpr double kCapturedHeight =
     0.99;  // default order: this share of the height variance that is no piston or tilt
 constexpr int kLargestDefaultOrder = 100;
 constexpr double kPi = std::numbers::pi;
-constexpr double kNoticedShare = 1e-3;  // a band cut that leaves out less is not worth a word
+constexpr double kGaussianEe90 = 2.14596602628934724;  // sqrt(2 ln 10), in sigma_f
+constexpr double kNoticedShare = 1e-3;                 // a band cut that leaves out less is not worth a word
 
 // Spot scale of a study that gives its targets as values: the first value that has one.
 double scale_of_values(const Study& study) {
@@ -71,6 +72,18 @@ void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
 // can carry.
 double movable_share(const Scene& scene) { return 1.0 - captured_fraction(*scene.psd, scene.radius, 0, 1); }
 
+// Theories that have a transfer function; the spot's scale then includes diffraction.
+void set_mean_spot(const Study& study, Scene* scene) {
+  const bool waves = scene->use.theory == Theory::kGhs;
+  if (!waves && scene->use.theory != Theory::kConvolved) return;
+  const ModelErrors& errors = scene->use.choice->errors;
+  scene->mean_spot = std::make_shared<const GeneralisedHarveyShack>(
+      *scene->psd, study.mirror, study.aperture, study.wavelength,
+      GhsOptions{waves ? SurfaceModel::kWaves : SurfaceModel::kRays, 0});
+  const double ee90 = waves ? errors.ghs.ee90 : errors.convolved.ee90;
+  if (std::isfinite(ee90)) scene->focal_sigma = ee90 / kGaussianEe90;
+}
+
 }  // namespace
 
 Scene make_scene(const Study& study) {
@@ -78,6 +91,7 @@ Scene make_scene(const Study& study) {
   scene.focal_length = study.mirror.focal_length;
   scene.radius = aperture_radius(study.aperture);
   if (!study.roughness) {
+    scene.use = decide_model(study, nullptr);
     scene.focal_sigma = scale_of_values(study);
     return scene;
   }
@@ -91,6 +105,8 @@ Scene make_scene(const Study& study) {
   scene.theory.emplace(study.mirror, study.aperture, scene.numbers.rms_slope_per_axis,
                        study.target.convention, scene.numbers.rms_height);
   scene.focal_sigma = scene.theory->focal_sigma();
+  scene.use = decide_model(study, &*scene.psd);
+  set_mean_spot(study, &scene);
   return scene;
 }
 
@@ -174,8 +190,9 @@ int radial_overlap(const TermSet& terms) {
 Warnings scene_warnings(const Study& study, const Scene& scene, const TermSet& terms, double captured) {
   Warnings warnings;
   if (study.roughness) warn_of_data(*study.roughness, &warnings);
-  if (scene.psd && !scene.numbers.rays_are_valid)
-    warnings.push_back({"rays-not-valid", scene.numbers.reason});
+  warnings.insert(warnings.end(), scene.use.warnings.begin(), scene.use.warnings.end());
+  if (scene.use.too_simple(targets_are_given(study)))
+    warnings.push_back({"rays-not-valid", scene.use.reason});
   if (scene.prior_height_factor != 1)
     warnings.push_back({"prior-scaled",
                         "convention `paper` deflects half as much as the law of reflection: the equivalent "

@@ -1,9 +1,11 @@
 #pragma once
+#include <memory>
 #include <optional>
 
 #include "aberfit/scatter/geometric_harvey_shack.h"
 #include "aberfit/scatter/regime.h"
 #include "aberfit/study/study.h"
+#include "focus_model.h"
 
 namespace aberfit {
 
@@ -14,8 +16,10 @@ struct Scene {
   double prior_height_factor = 1;
   SceneNumbers numbers;
   double radius = 0;       ///< aperture radius [m]
-  double focal_sigma = 0;  ///< scale of the focal spot [m]
+  double focal_sigma = 0;  ///< scale of the focal spot [m]: of a Gaussian with the theory's ee90
   std::optional<GeometricHarveyShack> theory;
+  ModelUse use;
+  std::shared_ptr<const GeneralisedHarveyShack> mean_spot;  ///< of theories convolved and ghs, else null
   double plane_unit() const { return focal_length * focal_sigma / radius; }  ///< natural unit of dz [m]
   double focal_length = 0;
 };
@@ -34,8 +38,10 @@ int radial_overlap(const TermSet& terms);
 /// out, which have theory's value and no tolerance (empty when a value is given).
 struct TargetSets {
   std::vector<Target> fitted, guides, held_out;
-  std::string theory;  ///< "geometric", "rays", or "given"
+  std::string theory;  ///< "geometric", "rays", "convolved", "ghs", or "given"
 };
+/// Whether all of the study's statistics have a value: then no theory is asked.
+bool targets_are_given(const Study& study);
 TargetSets make_targets(const Study& study, const Scene& scene, int threads);
 
 /// Warnings that follow from the specification alone.

@@ -51,6 +51,11 @@ std::vector<Wanted> default_statistics(const Scene& scene) {
   return wanted;
 }
 
+double theory_radius(const Scene& scene, double fraction) {
+  return scene.mean_spot ? scene.mean_spot->encircled_energy_radius(fraction, 0)
+                         : scene.theory->encircled_energy_radius(fraction, 0);
+}
+
 std::vector<Wanted> requested_statistics(const Study& study, const Scene& scene) {
   std::vector<Wanted> wanted;
   for (const StatisticRequest& request : study.target.statistics) {
@@ -74,9 +79,9 @@ std::vector<Wanted> requested_statistics(const Study& study, const Scene& scene)
       if (!given && !scene.theory)
         throw InputError(study.path, "/target/statistics/ring_profile/ring",
                          "an encircled-energy ring without roughness", "a length, e.g. \"76 um\"");
-      const double ring = given ? *given
-                                : scene.theory->encircled_energy_radius(
-                                      std::stod(std::get<std::string>(request.ring).substr(2)) / 100, 0);
+      const double ring =
+          given ? *given
+                : theory_radius(scene, std::stod(std::get<std::string>(request.ring).substr(2)) / 100);
       for (std::size_t k = 0; k < request.profile_dz.size(); ++k) {
         wanted.push_back({RingThrough{ring, request.profile_dz[k]}, request.profile_value[k],
                           request.standard_error, request.tolerance, true});
@@ -154,7 +159,10 @@ Predicted predict_by_rays(const Study& study, const Scene& scene, const std::vec
 
 Predicted predict(const Study& study, const Scene& scene, const std::vector<Statistic>& statistics,
                   int threads) {
-  if (study.target.theory == Theory::kRays) return predict_by_rays(study, scene, statistics, threads);
+  if (scene.use.theory == Theory::kRays) return predict_by_rays(study, scene, statistics, threads);
+  if (scene.mean_spot)
+    return {mean_spot_statistics(*scene.mean_spot, statistics, threads),
+            Eigen::VectorXd::Zero(Eigen::Index(statistics.size()))};
   Predicted predicted{Eigen::VectorXd(Eigen::Index(statistics.size())),
                       Eigen::VectorXd::Zero(Eigen::Index(statistics.size()))};
   parallel_for(statistics.size(), threads,
@@ -163,6 +171,13 @@ Predicted predict(const Study& study, const Scene& scene, const std::vector<Stat
 }
 
 }  // namespace
+
+bool targets_are_given(const Study& study) {
+  const std::vector<StatisticRequest>& requests = study.target.statistics;
+  return !requests.empty() && std::all_of(requests.begin(), requests.end(), [](const StatisticRequest& r) {
+    return r.value.has_value() || r.name.starts_with("ring_profile");
+  });
+}
 
 TargetSets make_targets(const Study& study, const Scene& scene, int threads) {
   const bool default_set = study.target.statistics.empty();
@@ -176,6 +191,9 @@ TargetSets make_targets(const Study& study, const Scene& scene, int threads) {
                      "a value for each, or a roughness block to predict them");
   std::vector<Statistic> statistics, guides, held_out;
   for (const Wanted& w : wanted) statistics.push_back(w.statistic);
+  if (scene.use.physics != FocusPhysics::kRays)
+    refuse_without_rays(study, to_string(scene.use.physics), statistics);
+  if (scene.mean_spot && !all_given) refuse_without_rays(study, to_string(scene.use.theory), statistics);
   if (default_set) guides = guide_statistics(scene);
   // Given values need not follow the theory, so nothing can be held out against it.
   if (!any_given) held_out = held_out_statistics(scene, wanted);
@@ -185,7 +203,7 @@ TargetSets make_targets(const Study& study, const Scene& scene, int threads) {
   if (!all_given) predicted = predict(study, scene, statistics, threads);
 
   TargetSets sets;
-  sets.theory = all_given ? "given" : study.target.theory == Theory::kRays ? "rays" : "geometric";
+  sets.theory = all_given ? "given" : to_string(scene.use.theory);
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     Target target;
     target.statistic = statistics[k];

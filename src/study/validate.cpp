@@ -6,6 +6,7 @@
 
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
+#include "focus_model.h"
 
 namespace aberfit {
 namespace {
@@ -58,6 +59,71 @@ Traced joined(std::vector<Traced> parts) {
 // 15,000), and below that for Sobol points; more only takes memory.
 constexpr std::int64_t kMostFreshRays = std::int64_t(1) << 22;
 
+// No multiple of the fit's pitch, so that no cell of one grid is a cell of the other.
+constexpr double kFinerGrid = 1.37;
+
+PupilSample concatenated(const std::vector<PupilSample>& parts) {
+  PupilSample whole;
+  Eigen::Index size = 0, at = 0;
+  for (const PupilSample& part : parts) size += part.size();
+  whole.x.resize(size), whole.y.resize(size), whole.weight.resize(size);
+  for (const PupilSample& part : parts) {
+    whole.x.segment(at, part.size()) = part.x;
+    whole.y.segment(at, part.size()) = part.y;
+    whole.weight.segment(at, part.size()) = part.weight / double(parts.size());
+    at += part.size();
+  }
+  return whole;
+}
+
+Eigen::VectorXd propagated(const Study& study, FocusPhysics physics, const PupilSample& pupil,
+                           const TermSet& terms, const Eigen::VectorXd& coefficients,
+                           const std::vector<Statistic>& statistics, int threads, Warnings* warnings) {
+  const SurfaceOperator surface(terms, pupil, {threads, {}, {}});
+  return focus_statistics(
+      {study.mirror, pupil, surface, physics, study.wavelength, &study.aperture, study.trace.centre},
+      coefficients, statistics, threads, warnings);
+}
+
+FreshStatistics fresh_by_waves(const Study& study, double pitch, const TermSet& terms,
+                               const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
+                               int threads, Warnings* warnings) {
+  const FocusPhysics waves = FocusPhysics::kWaves;
+  const PupilSample coarse = focus_pupil(study, waves, pitch);
+  const PupilSample fine = focus_pupil(study, waves, pitch / kFinerGrid);
+  FreshStatistics fresh;
+  fresh.rays = fine.size();
+  fresh.value = propagated(study, waves, fine, terms, coefficients, statistics, threads, warnings);
+  fresh.standard_error =
+      (fresh.value - propagated(study, waves, coarse, terms, coefficients, statistics, threads, nullptr))
+          .cwiseAbs();
+  return fresh;
+}
+
+FreshStatistics fresh_by_convolved_rays(const Study& study, const TermSet& terms,
+                                        const Eigen::VectorXd& coefficients,
+                                        const std::vector<Statistic>& statistics, std::int64_t rays,
+                                        int threads, Warnings* warnings) {
+  const RandomStream seeds(study.trace.pupil.seed, "fresh-rays");
+  const std::int64_t per_scramble = std::clamp<std::int64_t>(rays, kScrambles, kMostFreshRays) / kScrambles;
+  std::vector<PupilSample> pupils;
+  Eigen::MatrixXd values(Eigen::Index(statistics.size()), kScrambles);
+  for (int k = 0; k < kScrambles; ++k) {
+    pupils.push_back(make_pupil(study.aperture, {PupilLayout::kSobol, per_scramble, seeds.bits(k)}));
+    values.col(k) = propagated(study, FocusPhysics::kConvolved, pupils.back(), terms, coefficients,
+                               statistics, threads, nullptr);
+  }
+  const PupilSample whole = concatenated(pupils);
+  FreshStatistics fresh;
+  fresh.rays = whole.size();
+  fresh.value =
+      propagated(study, FocusPhysics::kConvolved, whole, terms, coefficients, statistics, threads, warnings);
+  const Eigen::VectorXd mean = values.rowwise().mean();
+  fresh.standard_error =
+      ((values.colwise() - mean).rowwise().squaredNorm() / (kScrambles * (kScrambles - 1.0))).cwiseSqrt();
+  return fresh;
+}
+
 constexpr double kZoneEdges[] = {0, 0.25, 0.5, 0.75, 1};
 constexpr std::size_t kZones = 4;
 constexpr std::size_t kDraws = 1000;
@@ -85,6 +151,34 @@ FreshStatistics evaluate_fresh(const Study& study, const TermSet& terms, const E
   fresh.standard_error =
       ((values.colwise() - mean).rowwise().squaredNorm() / (kScrambles * (kScrambles - 1.0))).cwiseSqrt();
   return fresh;
+}
+
+FreshStatistics evaluate_fresh(const Study& study, FocusPhysics physics, double pitch, const TermSet& terms,
+                               const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
+                               std::int64_t rays, int threads, Warnings* warnings) {
+  switch (physics) {
+    case FocusPhysics::kWaves:
+      return fresh_by_waves(study, pitch, terms, coefficients, statistics, threads, warnings);
+    case FocusPhysics::kConvolved:
+      return fresh_by_convolved_rays(study, terms, coefficients, statistics, rays, threads, warnings);
+    case FocusPhysics::kRays:
+      break;
+  }
+  return evaluate_fresh(study, terms, coefficients, statistics, rays, threads, warnings);
+}
+
+double measured_spread(const FocusScene& scene, const CoefficientPrior& prior, std::uint64_t seed, int draws,
+                       int threads) {
+  std::vector<double> radius(static_cast<std::size_t>(draws));
+  for (int d = 0; d < draws; ++d) {
+    const std::uint64_t own = RandomStream(seed, "realisation-draws").bits(std::uint64_t(d));
+    radius[std::size_t(d)] = focus_statistics(scene, prior.colour(draw_white(prior.size(), own)),
+                                              {EncircledEnergyRadius{}}, threads, nullptr)[0];
+  }
+  std::erase_if(radius, [](double r) { return !std::isfinite(r); });
+  if (radius.size() < 2) return std::nan("");
+  const Eigen::Map<const Eigen::ArrayXd> r(radius.data(), Eigen::Index(radius.size()));
+  return std::sqrt((r - r.mean()).square().sum() / double(r.size() - 1)) / r.mean();
 }
 
 std::vector<ZoneSlope> zone_slopes(const Study& study, const TermSet& terms, const CoefficientPrior& prior,

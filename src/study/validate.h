@@ -16,6 +16,18 @@ FreshStatistics evaluate_fresh(const Study& study, const TermSet& terms, const E
                                const std::vector<Statistic>& statistics, std::int64_t rays, int threads,
                                Warnings* warnings);
 
+/// The same through the physics that judges. Rays: as above. Convolved rays: likewise, on scrambled Sobol
+/// pupils. Waves: on a grid 1.37 times finer than `pitch` [m]; the standard error is the difference from the
+/// grid of `pitch`, so it holds what a fit has made of its own grid. `rays` there counts cells.
+FreshStatistics evaluate_fresh(const Study& study, FocusPhysics physics, double pitch, const TermSet& terms,
+                               const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
+                               std::int64_t rays, int threads, Warnings* warnings);
+
+/// ee90 at z = f of `draws` seeded draws of the prior: their standard deviation over their mean. Draws
+/// without an ee90 are left out; NaN with fewer than two.
+double measured_spread(const FocusScene& scene, const CoefficientPrior& prior, std::uint64_t seed, int draws,
+                       int threads);
+
 /// Slope RMS per aperture zone (edges 0, .25, .5, .75, 1) over the overall one, of `coefficients` and of
 /// draws from `prior`.
 std::vector<ZoneSlope> zone_slopes(const Study& study, const TermSet& terms, const CoefficientPrior& prior,

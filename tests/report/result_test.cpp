@@ -45,7 +45,8 @@ TEST(ResultDocument, CarriesItsNumbersInSi) {
   const ResultDocument result = sample_result();
   const Json json = to_json(result);
   EXPECT_EQ(json["scene"]["rms_height_m"], 100e-9);
-  EXPECT_EQ(json["scene"]["model"], "geometric");
+  EXPECT_EQ(json["scene"]["theory"], "geometric");
+  EXPECT_EQ(json["scene"]["model"], "rays");
   EXPECT_EQ(json["target"]["ee50_radius_m@-1mm"]["value"], 91.9e-6);
   EXPECT_EQ(json["fit"]["status"], to_string(FitStatus::kConverged));
   EXPECT_EQ(json["fit"]["terms"], 10);

@@ -26,6 +26,7 @@ inline ResultDocument sample_result() {
   result.scene.reason =
       "kappa is 0.85 or more and the spot is at least five times the diffraction-limited one";
   result.theory = "geometric";
+  result.model = result.needed = "rays";
   result.targets = {{EncircledEnergyRadius{0.5, 0.0}, 41.234e-6, 0.0, 4e-8},
                     {EncircledEnergyRadius{0.9, 0.0}, 75.412e-6, 1e-8, 8e-8},
                     {EncircledEnergyRadius{0.5, -1e-3}, 91.9e-6, 0.0, 9e-8},

@@ -71,7 +71,57 @@ TEST(SceneNumbers, ModeCountAndSpreadFollowTheirClosedForms) {
   const double a = std::pow(std::numbers::pi * l, 2), area = std::numbers::pi * 0.04;
   EXPECT_NEAR(n.n_eff / (area * (1 / (a * a)) / (1 / (4 * std::numbers::pi * a))), 1.0, 1e-10);
   EXPECT_DOUBLE_EQ(n.realisation_spread, 0.65 / std::sqrt(n.n_eff));
-  EXPECT_NEAR(n.airy_ee90, 1.9014 * kLambda * 7, 1e-18);
+  EXPECT_NEAR(n.airy_ee90 / (1.90068797783024669 * kLambda * 7), 1, 1e-14);  // 25-digit root, over pi
+}
+
+// Share of the light within v = pi D r/(lambda f) of the focus of an annulus of linear obstruction e, from its
+// amplitude 2 J1(v)/v - e^2 2 J1(e v)/(e v) by Simpson's rule: no transfer function in it.
+double annulus_energy(double v, double e) {
+  const auto density = [e](double t) {
+    if (t == 0) return 0.0;
+    const double a = 2 * std::cyl_bessel_j(1, t) / t - (e > 0 ? 2 * e * std::cyl_bessel_j(1, e * t) / t : 0.0);
+    return a * a * t;
+  };
+  constexpr int kSteps = 2000;
+  double sum = density(0) + density(v);
+  for (int i = 1; i < kSteps; ++i) sum += (i % 2 ? 4 : 2) * density(v * i / kSteps);
+  return sum * v / (3 * kSteps) / (2 * (1 - e * e));
+}
+
+TEST(AiryEe90, HoldsNinetyPercentOfTheLightOfCirclesAndAnnuli) {
+  constexpr double kAllowed = 1e-9;  // Simpson: (v/2000)^4; seen 2e-11
+  for (const double e : {0.0, 0.1, 0.3, 0.6, 0.9}) {
+    const Aperture aperture =
+        e > 0 ? Aperture(AnnulusAperture{0.4, 0.4 * e}) : Aperture(CircleAperture{0.4});
+    const double v = std::numbers::pi * 0.4 * airy_ee90(kParabola, aperture, kLambda) / (kLambda * 2.8);
+    EXPECT_NEAR(annulus_energy(v, e), 0.9, kAllowed) << e;
+  }
+}
+
+TEST(AiryEe90, OfASquareLiesBetweenItsInscribedAndCircumscribedCircles) {
+  const double square = airy_ee90(kParabola, RectangleAperture{0.3, 0.3}, kLambda);
+  EXPECT_LT(square, airy_ee90(kParabola, CircleAperture{0.3}, kLambda) * 1.2);
+  EXPECT_GT(square, airy_ee90(kParabola, CircleAperture{0.3 * std::numbers::sqrt2}, kLambda));
+  // The pattern of a square is sinc^2(pi a x) sinc^2(pi a y), summed over the disc on a fine grid.
+  const double scale = 0.3 / (kLambda * 2.8), radius = square * scale;
+  constexpr int kCells = 1500;
+  const auto sinc2 = [](double t) { return t == 0 ? 1.0 : std::pow(std::sin(t) / t, 2); };
+  double sum = 0;
+  for (int j = 0; j < kCells; ++j)
+    for (int i = 0; i < kCells; ++i) {
+      const double x = (i + 0.5) * radius / kCells, y = (j + 0.5) * radius / kCells;
+      if (x * x + y * y < radius * radius) sum += sinc2(std::numbers::pi * x) * sinc2(std::numbers::pi * y);
+    }
+  EXPECT_NEAR(4 * sum * std::pow(radius / kCells, 2), 0.9, 1e-4);  // edge cells: circumference x cell x density
+}
+
+TEST(SceneNumbers, TheThresholdsNameARegime) {
+  const auto of = [](double sigma, double l) {
+    return regime(scene_numbers(RadialPsd(GaussianPsd{sigma, l}), kParabola, kCircle, kLambda));
+  };
+  EXPECT_EQ(of(2e-7, 0.01), FocusModel::kRays);
+  EXPECT_EQ(of(3e-7, 0.3), FocusModel::kConvolved);
+  EXPECT_EQ(of(2e-8, 0.01), FocusModel::kGhs);
 }
 
 TEST(SceneNumbers, RoughButShallowSlopesNeedTheAiryPattern) {

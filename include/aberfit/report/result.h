@@ -8,6 +8,7 @@
 #include "aberfit/equivalence/tost.h"
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/fit/map_fit.h"
+#include "aberfit/scatter/model_choice.h"
 #include "aberfit/scatter/regime.h"
 #include "aberfit/terms/term_set.h"
 
@@ -25,6 +26,7 @@ struct EquivalentSurface {
   double rms_height = 0;  ///< [m]
   double rms_slope_per_axis = 0;
   double g = 0, kappa = 0;
+  std::string needed;              ///< "rays", "convolved", "waves": by its own height; empty without PSD
   double prior_height_factor = 1;  ///< 0.5 when the prior was scaled for convention `paper`
   std::vector<ZoneSlope> zones;
   double captured_fraction =
@@ -51,6 +53,24 @@ struct SpectrumBin {
   double tolerance = 0;           ///< of log PSD
 };
 
+/// Spread of ee90 between realisations of one specification, standard deviation over mean.
+struct Realisation {
+  double predicted = 0;  ///< 0.65 / sqrt(n_eff), a law of rays
+  double measured = 0;  ///< over seeded draws of the terms, through the physics of the fit; NaN: not measured
+  int draws = 0;        ///< that were measured; 0: none
+  /// What to reckon with: the larger of the two where both are known.
+  double spread() const { return draws > 0 && measured > predicted ? measured : predicted; }
+};
+
+/// The fitted surface through the physics that its scene needs, against the theory that the scene needs.
+struct NeededJudgement {
+  std::string theory;  ///< "convolved" or "ghs"; "given" where the targets are values
+  std::string model;   ///< "convolved" or "waves"
+  std::string reason;  ///< one sentence: why the fit's own model does not decide
+  Verdict verdict = Verdict::kUndecided;
+  std::vector<EquivalenceMetric> metrics;  ///< empty where it cannot be computed
+};
+
 /// Everything result.json holds for `kind: fit` (and, with an empty fit, `trace`). Statistic vectors run
 /// parallel to `targets`.
 struct ResultDocument {
@@ -58,7 +78,12 @@ struct ResultDocument {
   nlohmann::ordered_json study;  ///< the resolved study
   bool has_roughness = false;
   SceneNumbers scene;  ///< of the specification
-  std::string theory;  ///< "geometric" or "rays": the model that made the targets
+  std::string theory;  ///< "geometric", "rays", "convolved", "ghs": what made the targets; "given", "map"
+  std::string model = "rays";  ///< "rays", "convolved", "waves": what turned the surface into statistics
+  std::string needed;          ///< the same words: what the scene needs; empty without roughness
+  std::string model_reason;    ///< why it is needed, one sentence
+  std::optional<ModelErrors> errors;  ///< of the simpler models against GHS; absent without roughness
+  std::optional<Realisation> realisation;
   std::vector<Target> targets;
   FitResult fit;
   TermSet terms;
@@ -68,18 +93,25 @@ struct ResultDocument {
   Eigen::VectorXd start, fitted, validated;
   std::vector<SpectrumBin> spectrum;  ///< empty where no PSD bins were asked for
   std::optional<MapFitResult> map;    ///< least-squares fit of a measured map; statistics then have no target
-  Verdict verdict = Verdict::kUndecided;
-  std::vector<EquivalenceMetric> metrics;
+  Verdict verdict = Verdict::kUndecided;            ///< that of `needed_judgement` where there is one
+  std::vector<EquivalenceMetric> metrics;           ///< on the model of the fit
+  std::optional<NeededJudgement> needed_judgement;  ///< where that model is too simple for the scene
   Warnings warnings;
   Provenance provenance;
 };
 
 /// result.json, format version 1 (plain SI numbers, unit in the key; NaN and infinity become null).
-/// `scene` is null without roughness; statistics vectors that were never computed are left out. `scene.model`
-/// is `theory`, the model that made the targets. Spherical terms: `value_m` is the height of the term at the
-/// rim, `coefficient` the same as c_2n of sum c_2n rho^2n [m^(1-2n)]. Two targets of one name (rings of
-/// different radius, say) get "#2", "#3", ... appended to the later ones.
+/// `scene` is null without roughness; statistics vectors that were never computed are left out.
+/// `scene.theory` made the targets, `scene.model` turned the surface into statistics, `scene.needed` is the
+/// model that the scene needs and `scene.reason` says why; `scene.ghs` is the prediction of generalised
+/// Harvey-Shack and `scene.model_error` what simpler models make of it, model / GHS - 1.
+/// `equivalence.verdict` is that of `equivalence.needed` where the fit's model is simpler than the scene
+/// needs. Spherical terms: `value_m` is the height of the term at the rim, `coefficient` the same as c_2n of
+/// sum c_2n rho^2n [m^(1-2n)]. Two targets of one name (rings of different radius, say) get "#2", "#3", ...
+/// appended to the later ones.
 nlohmann::ordered_json to_json(const ResultDocument& result);
+/// `scene` of a result: numbers, models, GHS prediction, model errors, realisation scatter.
+nlohmann::ordered_json scene_json(const ResultDocument& result);
 
 /// Zernike, Fourier and spherical coefficients, one per row, in the order of `terms`, after a commented
 /// header that says units, signs and conventions. Columns: kind (zernike, cos, sin, spherical), n (radial

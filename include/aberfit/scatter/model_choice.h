@@ -7,19 +7,13 @@ namespace aberfit {
 
 /// Radii in the focus by the three models [m] (PHYSICS 7).
 struct ModelRadii {
-  double ee50 = 0, ee90 = 0;
+  double ee50 = 0, ee90 = 0, ee80 = 0;
 };
 /// What each model makes of a scene. Errors are model / GHS - 1.
 struct ModelErrors {
   ModelRadii ghs, convolved, rays;
   double ray_ee50 = 0, ray_ee90 = 0;
   double convolved_ee50 = 0, convolved_ee90 = 0;
-};
-
-enum class FocusModel {
-  kRays,       ///< geometric rays alone
-  kConvolved,  ///< rays convolved with the aperture's diffraction pattern
-  kGhs,        ///< wave optics
 };
 
 /// Largest error against GHS, of ee50 and of ee90, with which geometric rays are accepted (PHYSICS 7, rule

@@ -19,7 +19,7 @@ struct SceneNumbers {
   double tis = 0;                 ///< total integrated scatter 1 - exp(-g^2)
   double paper_ratio_r = 0;       ///< 2 sigma D / (1.22 lambda l_c): shown, decides nothing
   double realisation_spread = 0;  ///< 0.65 / sqrt(n_eff): relative spread of ee90 between draws
-  double airy_ee90 = 0;  ///< 1.9014 lambda f / D [m]: that of a full circle of diameter D = 2 aperture_radius
+  double airy_ee90 = 0;  ///< of the perfect mirror by diffraction [m]; 1.900688 lambda f / D for a full circle
   bool rays_are_valid = false;  ///< kappa >= kKappaOfRays and ray ee90 >= 5 Airy ee90
   std::string reason;           ///< one sentence
 };
@@ -29,8 +29,15 @@ inline constexpr double kKappaOfRays = 0.85;
 /// Ray ee90 over Airy ee90 from which diffraction does not show (PHYSICS 7).
 inline constexpr double kAiryRadiiForRays = 5;
 
-/// ee90 of the perfect mirror by diffraction, 1.9014 lambda f / D [m]: that of a full circle of diameter D =
-/// 2 aperture_radius.
+enum class FocusModel {
+  kRays,       ///< geometric rays alone
+  kConvolved,  ///< rays convolved with the aperture's diffraction pattern
+  kGhs,        ///< wave optics
+};
+
+/// ee90 of the perfect mirror by diffraction [m]. Full circle: 1.900688 lambda f / D, from 1 - J0(v)^2 -
+/// J1(v)^2 = 0.9, v = pi D r / (lambda f) (Born and Wolf 8.5.2). Annuli and rectangles: from their own OTF,
+/// relative error below 1e-8. A polygon counts as the circle of its area.
 double airy_ee90(const Mirror& mirror, const Aperture& aperture, double wavelength);
 
 /// Numbers of a roughness on a mirror, wavelength > 0 [m]. kappa = E(x1), E(x) = g^2 (1 - C(x)/sigma^2), x1 =
@@ -39,5 +46,9 @@ double airy_ee90(const Mirror& mirror, const Aperture& aperture, double waveleng
 /// reason says so.
 SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                            double wavelength);
+
+/// The model that the thresholds on kappa and on the size of the spot admit; `choose_model` asks, beyond
+/// that, for agreement with wave optics.
+FocusModel regime(const SceneNumbers& numbers);
 
 }  // namespace aberfit

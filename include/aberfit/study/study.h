@@ -72,7 +72,16 @@ struct RoughnessModel {
       model;
 };
 
-enum class Theory { kAuto, kGeometric, kRays };
+/// Where targets without a value come from.
+enum class Theory {
+  kAuto,       ///< what the regime rule (choose_model) says the scene needs
+  kGeometric,  ///< Gaussian ray deflections in closed form
+  kRays,       ///< the same by perturbed rays
+  kConvolved,  ///< Gaussian ray deflections convolved with the diffraction pattern of the aperture
+  kGhs,        ///< generalised Harvey-Shack, wave optics
+};
+/// What turns the fitted surface into focal statistics.
+enum class TraceModel { kAuto, kRays, kConvolved, kWaves };  ///< kAuto: what the theory needs
 
 /// One entry of target.statistics. Names: ee<percent>, ring_fwhm, ring_profile, scatter_rms, scatter_mean,
 /// spot_fwhm, rms_radius, rms_height.
@@ -131,6 +140,7 @@ struct TermsSpec {
 };
 
 struct TraceSpec {
+  TraceModel model = TraceModel::kAuto;
   PupilOptions pupil;                             ///< JSON keys pupil, rays, seed sit side by side
   std::optional<double> central_difference_step;  ///< [m]; absent: analytic normals
   Centre centre = Centre::kNominal;
