@@ -22,7 +22,9 @@ std::string length(double metres) { return format_quantity(metres, Dimension::kL
 
 }  // namespace
 
-std::string paper_verdict(double ratio) { return ratio >= kPaperRatioForRays ? "rays" : "waves"; }
+std::string paper_verdict(double ratio) {
+  return ratio >= kPaperRatioForRays ? "rays" : ratio < 1 ? "waves" : "unclear";
+}
 
 ordered_json paper_table(const PaperTable& ranges, double focal_length, std::string* table) {
   const Mirror mirror{focal_length, -1, {}};

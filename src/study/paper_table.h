@@ -9,7 +9,7 @@ namespace aberfit {
 /// R from which the paper's "R much larger than 1" is taken to hold.
 inline constexpr double kPaperRatioForRays = 10;
 
-/// The paper's verdict and ours, one word each: "rays" or "waves"; "rays", "convolved" or "waves".
+/// The paper's verdict in a word: "rays", "waves" (R < 1), or "unclear" in between.
 std::string paper_verdict(double ratio);
 
 /// R = 2 sigma D/(1.22 lambda l_c) over the ranges, with kappa, g and both verdicts per cell. The surface of

@@ -16,7 +16,6 @@ TEST_P(ReferenceStudy, GivesWhatItsExpectedFileSays) {
   std::ifstream file(folder + "/expected.json");
   const nlohmann::json expected = nlohmann::json::parse(file);
   const Study study = read_study(folder + "/study.json");
-  EXPECT_EQ(study.target.theory, Theory::kGeometric);
   RunOptions options;
   options.threads = 2;
   const nlohmann::json result = to_json(run_fit(study, options));

@@ -316,7 +316,7 @@ TEST(ResolvedStudy, HoldsEveryDefaultInSiUnits) {
     "roughness": {"psd": {"model": "uniform", "rms": 1e-7, "f_min": 2.5, "f_max": 39.92}},
     "target": {"theory": "auto", "convention": "physical", "statistics": {}},
     "terms": {"zernike": {"n_min": 2}, "spherical": [], "covariance": "full"},
-    "trace": {"pupil": "polar", "rays": 65536, "seed": 1, "normals": "analytic", "centre": "nominal"},
+    "trace": {"model": "auto", "pupil": "polar", "rays": 65536, "seed": 1, "normals": "analytic", "centre": "nominal"},
     "fit": {"start": "draw", "seed": 1, "prior": "near-start", "max_iterations": 100, "starts": 1, "spherical_rms": 1e-6,
             "bound_sigmas": 0.0},
     "equivalence": {"margin": 0.01, "confidence": 0.95},

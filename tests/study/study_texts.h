@@ -219,8 +219,11 @@ inline std::vector<MalformedStudy> malformed_studies() {
       {"ToleranceZero", changed("/target/statistics/ee50/tolerance", "0"),
        "/target/statistics/ee50/tolerance", "above 0 %", true},
       // Choices.
-      {"GhsTheory", changed("/target/theory", "\"ghs\""), "/target/theory",
-       "\"auto\", \"geometric\", \"rays\"", true},
+      {"UnknownTheory", changed("/target/theory", "\"fourier\""), "/target/theory",
+       "\"auto\", \"geometric\", \"rays\", \"convolved\", \"ghs\"", true},
+      {"UnknownTraceModel", changed("/trace/model", "\"wave\""), "/trace/model",
+       "\"auto\", \"rays\", \"convolved\", \"waves\"", true},
+      {"TraceModelNumber", changed("/trace/model", "3"), "/trace/model", "\"waves\"", true},
       {"UnknownConvention", changed("/target/convention", "\"book\""), "/target/convention", "\"paper\"",
        true},
       {"MeasuredFileMissing", with_psd(R"({"model": "measured", "file": "a.fits"})"), "/roughness/psd/file",
