@@ -35,7 +35,7 @@ bool RayForward::gradients(const GradientSink& sink) {
       over_rays[k] = &gradients_[k].rays;
       continue;
     }
-    if (height_weights_.size() != d_height.size()) {
+    if (height_weights_.slope_x.size() != d_height.size()) {  // its height is here only while it is used
       height_weights_.slope_x.setZero(d_height.size());
       height_weights_.slope_y.setZero(d_height.size());
     }

@@ -30,6 +30,7 @@ Picture gradients_picture(const PlotInput& input);
 Picture surface_picture(const PlotInput& input, const SurfaceField& grid);
 Picture profile_picture(const PlotInput& input, const SurfaceField& grid);
 Picture coefficients_picture(const PlotInput& input);
+Picture frontier_picture(const PlotInput& input);
 
 // Shared by the makers of pictures:
 

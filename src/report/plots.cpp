@@ -21,6 +21,7 @@ std::vector<Picture> all_pictures(const PlotInput& input) {
     pictures.push_back(coefficients_picture(input));
   }
   pictures.push_back(gradients_picture(input));
+  if (input.result.frontier) pictures.push_back(frontier_picture(input));
   return pictures;
 }
 

@@ -71,20 +71,22 @@ Json operator_json(const OperatorChoice& choice) {
 
 Json fit_json(const ResultDocument& result) {
   const FitResult& fit = result.fit;
-  return {{"status", to_string(fit.status)},
-          {"message", fit.message},
-          {"iterations", fit.iterations},
-          {"evaluations", fit.evaluations},
-          {"seconds", number(fit.seconds)},
-          {"initial_cost", number(fit.initial_cost)},
-          {"final_cost", number(fit.final_cost)},
-          {"rank", fit.rank},
-          {"null_directions", fit.null_directions},
-          {"terms", result.terms.size()},
-          {"rays", result.rays},
-          {"operator", operator_json(fit.operator_choice)},
-          {"equivalent_surface", surface_json(result.surface)},
-          {"singular_values", json_numbers(fit.singular_values)}};
+  Json json = {{"status", to_string(fit.status)},
+               {"message", fit.message},
+               {"iterations", fit.iterations},
+               {"evaluations", fit.evaluations},
+               {"seconds", number(fit.seconds)},
+               {"initial_cost", number(fit.initial_cost)},
+               {"final_cost", number(fit.final_cost)},
+               {"rank", fit.rank},
+               {"null_directions", fit.null_directions},
+               {"terms", result.terms.size()},
+               {"rays", result.rays},
+               {"equivalent_surface", surface_json(result.surface)},
+               {"singular_values", json_numbers(fit.singular_values)}};
+  if (result.ray_choice) json["ray_choice"] = to_json(*result.ray_choice);
+  if (result.frontier) json["frontier"] = to_json(*result.frontier);
+  return json;
 }
 
 Json coefficients_json(const ResultDocument& result) {
@@ -244,6 +246,7 @@ nlohmann::ordered_json scene_json(const ResultDocument& result) {
         {"predicted", number(realisation->predicted)},
         {"measured", realisation->draws > 0 ? number(realisation->measured) : Json(nullptr)},
         {"draws", realisation->draws}};
+  if (result.band) json["band"] = to_json(*result.band);
   return json;
 }
 

@@ -150,6 +150,8 @@ std::string fit_lines(const ResultDocument& result) {
                                   plural(long(result.targets.size()), "target"), fit.rank,
                                   result.terms.size(), fit.null_directions));
   }
+  if (result.ray_choice && result.ray_choice->automatic) out += paragraph("Rays", result.ray_choice->reason);
+  if (result.frontier) out += frontier_lines(*result.frontier);
   const EquivalentSurface& surface = result.surface;
   if (surface.rms_height > 0) {
     std::string text = fmt::format("RMS height {}, RMS slope {} per axis, g {:.3g}",

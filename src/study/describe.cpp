@@ -110,11 +110,12 @@ void describe_light(Visitor& v, double& wavelength) {
 }
 
 void describe_terms(Visitor& v, TermsSpec& terms) {
-  bool given = terms.zernike || terms.fourier || !terms.spherical.empty();
-  v.object(
-      {"terms", "aberration terms to fit; absent: Zernikes that carry 99 % of the height variance", kOptional,
-       nullptr, "\"auto\" is not part of this version: leave terms out for the default"},
-      &given, [&](Visitor& t) {
+  bool given = !terms.automatic && (terms.zernike || terms.fourier || !terms.spherical.empty());
+  v.word_or_object(
+      {"terms",
+       "aberration terms to fit; auto: the fewest Zernikes with which the fit meets every tolerance "
+       "and is equivalent"},
+      given, "auto", [&](Visitor& t) {
         bool zernike = terms.zernike.has_value(), fourier = terms.fourier.has_value();
         t.object({"zernike", "all Zernike modes n_min <= n <= n_max"}, &zernike, [&](Visitor& z) {
           if (!terms.zernike) terms.zernike.emplace();
@@ -145,22 +146,31 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
         terms.spherical.clear();
         for (const std::size_t power : powers) terms.spherical.push_back(int(2 * power + 4));
         t.check(terms.zernike || terms.fourier || !terms.spherical.empty(), "", "no terms",
-                "at least one of zernike, fourier and spherical; leave terms out for the default");
+                "at least one of zernike, fourier and spherical; or \"auto\"");
       });
-  if (v.reading() && !given) terms.zernike.emplace();  // "absent" and "zernike: {}" mean the same
+  if (!v.reading() || given) return;
+  terms.automatic = true;
+  terms.zernike.emplace();  // what everything but a fit uses
 }
 
 void describe_trace(Visitor& v, TraceSpec& trace) {
+  if (v.reading()) trace.automatic_rays = true;
   v.object({"trace", "how the surface is propagated to the focus"}, nullptr, [&](Visitor& t) {
     t.choice_of(
         {"model",
-         "what turns the surface into statistics: rays, rays convolved with the diffraction pattern, or waves "
+         "what turns the surface into statistics: rays, rays convolved with the diffraction pattern, or "
+         "waves "
          "(diffraction of the pupil on a grid as fine as its light needs); auto: what the theory needs"},
         trace.model, {"auto", "rays", "convolved", "waves"});
     t.choice_of(
         {"pupil", "layout of the rays; absent: polar, or sobol where the aperture is no circle or annulus"},
         trace.pupil.layout, {"polar", "random", "sobol", "grid"});
-    t.integer({"rays", "wanted number of rays"}, trace.pupil.rays, 1, kMostRays);
+    t.word_or_integer(
+        {"rays",
+         "wanted number of rays; auto: a fit takes as many as its sampling error asks for, everything "
+         "else 65536",
+         kOptional, "16384"},
+        trace.automatic_rays, "auto", trace.pupil.rays, 1, kMostRays);
     t.seed({"seed", "of random and Sobol pupils"}, trace.pupil.seed);
     bool differences = trace.central_difference_step.has_value();
     t.word_or_object(

@@ -109,6 +109,10 @@ class Reader::KnownKeys : public Visitor {
   }
   void object(const Field& f, bool*, const Body&, const char*) override { add(f); }
   void word_or_object(const Field& f, bool&, const std::string&, const Body&) override { add(f); }
+  void word_or_integer(const Field& f, bool&, const std::string&, std::int64_t&, std::int64_t,
+                       std::int64_t) override {
+    add(f);
+  }
   void list(const Field& f, std::size_t, std::size_t, const std::function<void(std::size_t)>&,
             const std::function<void(Visitor&, std::size_t)>&, const char*) override {
     add(f);
@@ -323,6 +327,18 @@ void Reader::word_or_object(const Field& field, bool& is_object, const std::stri
     inside(*json, at(field)).read_object(body);
   else if (*json != word)
     fail(at(field), *json, fmt::format("\"{}\" or an object", word), field);
+}
+
+void Reader::word_or_integer(const Field& field, bool& is_word, const std::string& word, std::int64_t& value,
+                             std::int64_t low, std::int64_t high) {
+  const Json* json = find(field);
+  if (!json) return;
+  is_word = *json == word;
+  if (is_word) return;
+  const std::optional<std::int64_t> whole = whole_number(*json);
+  if (!whole || *whole < low || *whole > high)
+    fail(at(field), *json, fmt::format("\"{}\" or an integer from {} to {}", word, low, high), field);
+  value = *whole;
 }
 
 void Reader::list(const Field& field, std::size_t, std::size_t least,

@@ -36,6 +36,8 @@ class Reader : public Visitor {
   void tag(const Field&, std::size_t& index, const std::vector<std::string>& names) override;
   void object(const Field&, bool* present, const Body&, const char* definition) override;
   void word_or_object(const Field&, bool& is_object, const std::string& word, const Body&) override;
+  void word_or_integer(const Field&, bool& is_word, const std::string& word, std::int64_t&, std::int64_t low,
+                       std::int64_t high) override;
   void list(const Field&, std::size_t count, std::size_t least,
             const std::function<void(std::size_t)>& resize,
             const std::function<void(Visitor&, std::size_t)>& body, const char* definition) override;

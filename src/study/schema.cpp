@@ -168,6 +168,14 @@ void SchemaWriter::word_or_object(const Field& field, bool&, const std::string& 
   add(field, std::move(schema));
 }
 
+void SchemaWriter::word_or_integer(const Field& field, bool&, const std::string& word, std::int64_t&,
+                                   std::int64_t low, std::int64_t high) {
+  Json schema;
+  schema["oneOf"] = {Json{{"const", word}}, Json{{"type", "integer"}, {"minimum", low}, {"maximum", high}}};
+  schema["default"] = word;
+  add(field, std::move(schema));
+}
+
 void SchemaWriter::list(const Field& field, std::size_t, std::size_t least,
                         const std::function<void(std::size_t)>& resize,
                         const std::function<void(Visitor&, std::size_t)>& body, const char* definition) {

@@ -60,6 +60,14 @@ void Writer::word_or_object(const Field& field, bool& is_object, const std::stri
     json[field.key] = word;
 }
 
+void Writer::word_or_integer(const Field& field, bool& is_word, const std::string& word, std::int64_t& value,
+                             std::int64_t, std::int64_t) {
+  if (is_word)
+    json[field.key] = word;
+  else
+    json[field.key] = value;
+}
+
 void Writer::list(const Field& field, std::size_t count, std::size_t, const std::function<void(std::size_t)>&,
                   const std::function<void(Visitor&, std::size_t)>& body, const char*) {
   Json items = Json::array();

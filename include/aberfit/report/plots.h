@@ -29,7 +29,7 @@ struct PlotInput {
 
 /// Writes data files, gnuplot scripts and - when gnuplot is there - PNG pictures below `directory`/plots, and
 /// returns the paths of the PNGs: ee_curves, ring_through, focal_images, surface, profile, coefficients,
-/// gradients; the middle three only for a result with coefficients. Data files are text in SI units with a
+/// gradients, frontier; the middle three only for a result with coefficients, the last only where terms were searched. Data files are text in SI units with a
 /// commented header; scripts name them without folder, so `gnuplot ee_curves.gp` in that folder draws again.
 /// The centre is the study's `trace.centre`. A missing or failing gnuplot is a warning (code `no-gnuplot`);
 /// data and scripts stay usable. Throws InputError when a file cannot be written.

@@ -8,6 +8,7 @@
 #include "aberfit/equivalence/tost.h"
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/fit/map_fit.h"
+#include "aberfit/report/frontier.h"
 #include "aberfit/scatter/model_choice.h"
 #include "aberfit/scatter/regime.h"
 #include "aberfit/terms/term_set.h"
@@ -92,7 +93,10 @@ struct ResultDocument {
   EquivalentSurface surface;
   Eigen::VectorXd start, fitted, validated;
   std::vector<SpectrumBin> spectrum;  ///< empty where no PSD bins were asked for
-  std::optional<MapFitResult> map;    ///< least-squares fit of a measured map; statistics then have no target
+  std::optional<Frontier> frontier;  ///< what the search for the fewest terms tried; absent: terms were given
+  std::optional<RayChoice> ray_choice;
+  std::optional<BandUse> band;      ///< absent without roughness
+  std::optional<MapFitResult> map;  ///< least-squares fit of a measured map; statistics then have no target
   Verdict verdict = Verdict::kUndecided;            ///< that of `needed_judgement` where there is one
   std::vector<EquivalenceMetric> metrics;           ///< on the model of the fit
   std::optional<NeededJudgement> needed_judgement;  ///< where that model is too simple for the scene

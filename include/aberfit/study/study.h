@@ -133,6 +133,9 @@ struct FourierSpec {
   FourierSampling sampling = FourierSampling::kLog;
 };
 struct TermsSpec {
+  /// "auto", or no terms in the file: a fit takes the fewest Zernikes that do; `zernike` then holds the
+  /// default (99 %) for all that needs terms without a fit.
+  bool automatic = false;
   std::optional<ZernikeSpec> zernike;
   std::optional<FourierSpec> fourier;
   std::vector<int> spherical;  ///< even powers 4..12
@@ -141,7 +144,9 @@ struct TermsSpec {
 
 struct TraceSpec {
   TraceModel model = TraceModel::kAuto;
-  PupilOptions pupil;                             ///< JSON keys pupil, rays, seed sit side by side
+  PupilOptions pupil;           ///< JSON keys pupil, rays, seed sit side by side
+  bool automatic_rays = false;  ///< "auto", or no rays in the file: a fit finds how many it needs;
+                                ///< `pupil.rays` then holds what everything else uses
   std::optional<double> central_difference_step;  ///< [m]; absent: analytic normals
   Centre centre = Centre::kNominal;
 };

@@ -1,0 +1,92 @@
+#include "aberfit/report/frontier.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "json_number.h"
+#include "paragraph.h"
+
+namespace aberfit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::ptrdiff_t kRowsBefore = 6, kRowsAfter = 5;
+
+Json number(double value) { return json_number(value); }
+
+std::string set_name(const FrontierPoint& point) {
+  return point.family == "fourier" ? fmt::format("{} waves", point.order)
+                                   : fmt::format("n <= {}", point.order);
+}
+
+std::string row(const FrontierPoint& point) {
+  const std::string verdict = point.verdict ? to_string(*point.verdict) : "-";
+  const std::string held_out =
+      std::isfinite(point.held_out_mismatch) ? fmt::format("{:.3f}", 100 * point.held_out_mismatch) : "-";
+  return fmt::format(
+      "  {:<14} {:>7} {:>9} {:>12} {:>14} {:>8.2f}  {}\n", set_name(point), point.terms, point.rays,
+      std::isfinite(point.fitted_mismatch) ? fmt::format("{:.3g}", point.fitted_mismatch) : "-", held_out,
+      point.seconds,
+      point.chosen     ? verdict + ", taken"
+      : point.screened ? "left after a short fit"
+      : point.passes   ? verdict + ", passes"
+                       : verdict);
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const Frontier& frontier) {
+  Json points = Json::array();
+  for (const FrontierPoint& point : frontier.points)
+    points.push_back({{"family", point.family},
+                      {"order", point.order},
+                      {"terms", point.terms},
+                      {"rays", point.rays},
+                      {"fitted_mismatch_tolerances", number(point.fitted_mismatch)},
+                      {"held_out_mismatch", number(point.held_out_mismatch)},
+                      {"seconds", number(point.seconds)},
+                      {"screened", point.screened},
+                      {"verdict", point.verdict ? Json(to_string(*point.verdict)) : Json(nullptr)},
+                      {"passes", point.passes},
+                      {"chosen", point.chosen}});
+  return {{"message", frontier.message},
+          {"seconds", number(frontier.seconds)},
+          {"margin", number(frontier.margin)},
+          {"points", points}};
+}
+
+nlohmann::ordered_json to_json(const RayChoice& rays) {
+  return {{"automatic", rays.automatic},
+          {"gap", number(rays.gap)},
+          {"sampling_error", number(rays.sampling_error)},
+          {"allowed", number(rays.allowed)},
+          {"reason", rays.reason}};
+}
+
+nlohmann::ordered_json to_json(const BandUse& band) {
+  return {{"modelled_f_min", number(band.modelled_f_min)},
+          {"modelled_f_max", number(band.modelled_f_max)},
+          {"limited_by", band.limited_by},
+          {"left_out_height_share", number(band.left_out_height_share)},
+          {"left_out_slope_share", number(band.left_out_slope_share)},
+          {"ee90_change", number(band.ee90_change)}};
+}
+
+std::string frontier_lines(const Frontier& frontier) {
+  std::string out = paragraph("Terms", fmt::format("{}; {:.3g} s", frontier.message, frontier.seconds));
+  const auto& points = frontier.points;
+  const auto chosen =
+      std::find_if(points.begin(), points.end(), [](const FrontierPoint& p) { return p.chosen; });
+  const std::ptrdiff_t at = chosen - points.begin();
+  const std::ptrdiff_t first = std::max<std::ptrdiff_t>(0, at - kRowsBefore);
+  const std::ptrdiff_t last = std::min<std::ptrdiff_t>(std::ptrdiff_t(points.size()), at + kRowsAfter + 1);
+  out += fmt::format("  {:<14} {:>7} {:>9} {:>12} {:>14} {:>8}\n", "set", "terms", "rays", "fit [tol.]",
+                     "held out [%]", "time [s]");
+  for (std::ptrdiff_t i = first; i < last; ++i) out += row(points[std::size_t(i)]);
+  return out;
+}
+
+}  // namespace aberfit

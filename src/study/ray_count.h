@@ -1,0 +1,26 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "aberfit/report/frontier.h"
+
+namespace aberfit {
+
+/// A term bends single rays where there are fewer than this per term (DESIGN: 1,593 terms overfit 37,000
+/// rays).
+inline constexpr std::int64_t kRaysPerTerm = 30;
+/// What the gap between the fit's rays and fresh ones, and the sampling error of those, may take of the
+/// margin of the verdict.
+inline constexpr double kRayShareOfMargin = 0.5;
+inline constexpr int kScreeningIterations = 12;
+
+/// Rays that an automatic fit of so many terms starts with: a power of two, at least 16384 and kRaysPerTerm.
+std::int64_t first_rays(Eigen::Index terms);
+/// Rays of a short fit that only tells how far the terms stay away.
+std::int64_t screening_rays(Eigen::Index terms);
+std::int64_t more_rays(std::int64_t rays);
+
+/// Whether so many rays are enough (or no more can be had); fills `reason`.
+bool explain_rays(std::int64_t rays, RayChoice* choice);
+
+}  // namespace aberfit

@@ -1,0 +1,191 @@
+#include "term_search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+namespace aberfit {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kExpectedHeight = 0.99;  // the order that carries this share is where a search should end
+constexpr double kExpectedSlope = 0.02;
+constexpr int kFewestModes = 32, kMostModes = 16384;
+constexpr int kStepsBeyond = 2;
+
+// Sets tried so far; remembers what was found at an order.
+class Search {
+ public:
+  Search(const Study& study, const TermTrials& trials, std::string family)
+      : study_(study), trials_(trials), family_(std::move(family)) {}
+
+  bool promising(int order) {
+    const FrontierPoint point = at(trials_.screen(make(order)), order);
+    const bool worth = point.fitted_mismatch <= kPromising;
+    if (!worth) points.push_back(point);
+    return worth;
+  }
+  bool passes(int order) {
+    points.push_back(at(trials_.confirm(make(order)), order));
+    return points.back().passes;
+  }
+
+  std::vector<FrontierPoint> points;
+
+ private:
+  Study make(int order) const {
+    return family_ == "fourier" ? with_fourier_modes(study_, order) : with_zernikes(study_, order);
+  }
+  FrontierPoint at(FrontierPoint point, int order) const {
+    point.order = order;
+    point.family = family_;
+    return point;
+  }
+  const Study& study_;
+  const TermTrials& trials_;
+  std::string family_;
+};
+
+// The lowest order that passes, or 0.
+int climb(Search* search, const OrderRange& range) {
+  const int last = std::min(next_order(next_order(range.high)), kLargestSearchedOrder);
+  static_assert(kStepsBeyond == 2);
+  int before = 1;
+  for (int order = 2; order <= last; before = order, order = next_order(order)) {
+    if (!search->promising(order) || !search->passes(order)) continue;
+    for (int between = before + 1; between < order; ++between)
+      if (search->promising(between) && search->passes(between)) return between;
+    return order;
+  }
+  return 0;
+}
+
+// The same for numbers of plane waves: double until one passes, then halve the factor in between.
+int double_up(Search* search) {
+  for (int count = kFewestModes; count <= kMostModes; count *= 2) {
+    if (!search->passes(count)) continue;
+    int fails = count / 2, passes = count;
+    while (count > kFewestModes && passes > 1.2 * fails) {
+      const int middle = int(std::lround(std::sqrt(double(fails) * passes)));
+      (search->passes(middle) ? passes : fails) = middle;
+    }
+    return passes;
+  }
+  return 0;
+}
+
+}  // namespace
+
+int next_order(int order) { return order + (order < 14 ? 1 : std::max(1, int(0.09 * order))); }
+
+OrderRange expected_orders(const Scene& scene) {
+  OrderRange range;
+  const double movable = 1 - captured_fraction(*scene.psd, scene.radius, 0, 1);
+  range.high = captured_order(*scene.psd, scene.radius, kExpectedHeight * movable, kLargestSearchedOrder);
+  range.wide = captured_fraction(*scene.psd, scene.radius, 2, range.high) < kExpectedHeight * movable;
+  const double slope = psd_moments(*scene.psd).slope_variance;
+  while (range.low < range.high &&
+         psd_moments(scene.psd->band(0, (range.low + 1) / (2 * kPi * scene.radius))).slope_variance <
+             kExpectedSlope * slope)
+    ++range.low;
+  return range;
+}
+
+Study with_zernikes(const Study& study, int order) {
+  Study result = study;
+  result.terms = {};
+  result.terms.zernike.emplace().n_max = order;
+  result.terms.covariance = study.terms.covariance;
+  return result;
+}
+
+Study with_fourier_modes(const Study& study, int count) {
+  Study result = study;
+  result.terms = {};
+  result.terms.fourier.emplace().count = count;
+  return result;
+}
+
+Frontier search_terms(const Study& study, const OrderRange& range, const TermTrials& trials) {
+  const auto begin = std::chrono::steady_clock::now();
+  Frontier frontier;
+  frontier.margin = study.equivalence.margin;
+  Search search(study, trials, range.wide ? "fourier" : "zernike");
+  int found = range.wide ? double_up(&search) : climb(&search, range);
+  std::vector<FrontierPoint>& points = search.points;
+  const bool passed = found > 0;
+  if (!passed) {
+    // What comes nearest: a set that was judged, with its held-out statistics the least off.
+    const FrontierPoint* best = nullptr;
+    for (const FrontierPoint& point : points)
+      if (std::isfinite(point.held_out_mismatch) &&
+          (!best || point.held_out_mismatch < best->held_out_mismatch))
+        best = &point;
+    if (best) found = best->order;
+    if (!best && search.passes(found = std::max(2, points.empty() ? range.high : points.back().order)))
+      best = &points.back();
+  }
+  std::stable_sort(points.begin(), points.end(),
+                   [](const FrontierPoint& a, const FrontierPoint& b) { return a.terms < b.terms; });
+  long screened = 0;
+  for (FrontierPoint& point : points) {
+    point.chosen = point.order == found && !point.screened;
+    screened += point.screened;
+  }
+  const auto chosen =
+      std::find_if(points.begin(), points.end(), [](const FrontierPoint& point) { return point.chosen; });
+  const std::string set = range.wide ? fmt::format("{} plane waves", found) : fmt::format("n <= {}", found);
+  frontier.message =
+      passed ? fmt::format(
+                   "{} terms ({}) are the fewest of the sets tried that meet every tolerance and are "
+                   "equivalent; {} sets fitted and judged, {} left after a short fit",
+                   chosen->terms, set, long(points.size()) - screened, screened)
+             : fmt::format(
+                   "no set meets every tolerance and is equivalent; {} ({} terms) comes nearest; {} "
+                   "sets fitted, {} left after a short fit",
+                   set, chosen->terms, long(points.size()) - screened, screened);
+  if (range.wide)
+    frontier.message += fmt::format(
+        "; plane waves, because the Zernikes need orders above {} for 99 % of the height variance",
+        kLargestSearchedOrder);
+  frontier.points = std::move(points);
+  frontier.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return frontier;
+}
+
+BandUse band_use(const Study& study, const Scene& scene, const TermSet& terms, Eigen::Index rays) {
+  BandUse band;
+  const RadialPsd& psd = *scene.psd;
+  band.modelled_f_min = psd.f_min();
+  band.modelled_f_max = psd.f_max();
+  band.limited_by = "specification";
+  const auto cut = [&](double frequency, const char* by) {
+    if (frequency < band.modelled_f_max) band.modelled_f_max = frequency, band.limited_by = by;
+  };
+  if (terms.fourier.empty()) {
+    const int order = terms.zernike.empty() ? 0 : terms.zernike.back().n;
+    cut((order + 1) / (2 * kPi * scene.radius), "zernike");
+  } else {
+    // A plane wave stands for a cell around it: the band ends where the farthest one's share does.
+    double highest = 0;
+    for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
+    if (study.terms.fourier && study.terms.fourier->sampling == FourierSampling::kLog) highest = psd.f_max();
+    cut(highest, "fourier");
+  }
+  cut(0.5 * std::sqrt(double(rays) / aperture_area(study.aperture)), "rays");
+  band.modelled_f_max = std::max(band.modelled_f_max, psd.f_min());
+  const PsdMoments all = psd_moments(psd);
+  // The part that is left out, not the difference of two nearly equal numbers.
+  if (band.modelled_f_max < psd.f_max()) {
+    const PsdMoments rest = psd_moments(psd.band(band.modelled_f_max, psd.f_max()));
+    band.left_out_height_share = rest.height_variance / all.height_variance;
+    band.left_out_slope_share = rest.slope_variance / all.slope_variance;
+  }
+  band.ee90_change = std::sqrt(std::max(0.0, 1 - band.left_out_slope_share)) - 1;
+  return band;
+}
+
+}  // namespace aberfit

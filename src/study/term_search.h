@@ -1,0 +1,52 @@
+#pragma once
+#include <functional>
+
+#include "aberfit/report/frontier.h"
+#include "aberfit/study/study.h"
+#include "scene.h"
+
+namespace aberfit {
+
+/// What a fit of the terms `study` names explicitly came to; `order` and `family` are those of the terms.
+using TryTerms = std::function<FrontierPoint(const Study& study)>;
+
+/// How the search looks at a set.
+struct TermTrials {
+  /// A short fit on few rays, warm-started from the one before: tells how far from the tolerances a set
+  /// stays.
+  TryTerms screen;
+  /// The fit of a study that names these terms, judged on fresh rays. What it says is the answer.
+  TryTerms confirm;
+};
+
+/// Orders that the search climbs: every one up to 14, then steps of at most 9 % (18 % in terms), at least 1.
+int next_order(int order);
+/// A screened set this many tolerances away is given up. A short fit on few rays of a set that passes ends
+/// below 3 in fits/paper-physical, paper-harvey-shack, measured-smooth and measured-turning-lines.
+inline constexpr double kPromising = 10;
+/// Zernike order that the search climbs to at most; a roughness that 99 % of the height need more for is
+/// given Fourier modes.
+inline constexpr int kLargestSearchedOrder = 100;
+
+/// The orders the search of a study expects to end at: from where the Zernikes carry 2 % of the slope
+/// variance to where they carry 99 % of the height variance.
+struct OrderRange {
+  int low = 2, high = 2;
+  bool wide = false;  ///< above kLargestSearchedOrder: Fourier modes
+};
+OrderRange expected_orders(const Scene& scene);
+
+/// `study` with the terms that `order` stands for, explicit.
+Study with_zernikes(const Study& study, int order);
+Study with_fourier_modes(const Study& study, int count);
+
+/// The fewest terms that pass, by climbing through the orders: screens each, confirms the promising ones, and
+/// steps back through the orders that the last step left out. Where none passes: the confirmed set with the
+/// smallest mismatch, else the highest order. `chosen` is marked in the result, which is sorted by terms.
+/// range: expected_orders; the climb ends at most two steps beyond its high end.
+Frontier search_terms(const Study& study, const OrderRange& range, const TermTrials& trials);
+
+/// Where the modelled part of the band ends, and what the rest would be worth. rays: of the fit.
+BandUse band_use(const Study& study, const Scene& scene, const TermSet& terms, Eigen::Index rays);
+
+}  // namespace aberfit
