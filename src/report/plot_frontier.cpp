@@ -65,7 +65,7 @@ Picture frontier_picture(const PlotInput& input) {
       "  '{0}_passed.dat' using 1:(COLUMN*SCALE) with points pointtype 7 pointsize 1.4 linecolor rgb '{2}' "
       "title "
       "'passes', \\\n"
-      "  '{0}_chosen.dat' using 1:(COLUMN*SCALE) with points pointtype 65 pointsize 3 linewidth 2 linecolor "
+      "  '{0}_chosen.dat' using 1:(COLUMN*SCALE) with points pointtype 4 pointsize 3 linewidth 2 linecolor "
       "rgb "
       "'black' title 'taken'",
       name, kFittedColour, kTargetColour);
@@ -78,10 +78,10 @@ Picture frontier_picture(const PlotInput& input) {
       "set multiplot layout 2,1 title {0} noenhanced\n"
       "set logscale xy\nset xrange [{1:.9g}:{2:.9g}]\nset lmargin 10\nset rmargin 10\n"
       "set format y '%g'\nset ylabel 'worst fitted statistic [tolerances]'\nset yrange [*:*]\n"
-      "set key top right vertical\nset key inside\n"
+      "set key inside left bottom vertical\n"
       "plot 1 with lines linecolor rgb '{3}' linewidth 1.5 dashtype 2 title 'tolerance', \\\n  {4}\n"
       "unset key\nset xlabel 'terms'\nset ylabel 'worst held-out statistic [%]'\n"
-      "unset logscale y\nset yrange [0:*<{5:.9g}]\n"
+      "unset logscale y\nset yrange [0:{5:.9g}<*]\n"
       "set y2label 'time of the set [s]' textcolor rgb '{6}'\nset logscale y2\nset y2tics textcolor rgb "
       "'{6}'\n"
       "set format y2 '%g'\n"
@@ -91,7 +91,7 @@ Picture frontier_picture(const PlotInput& input) {
       "dashtype 3 linewidth 1 notitle, \\\n  {9}\n"
       "unset multiplot\n",
       picture_title(input, "Fewest terms that do"), 0.8 * fewest, 1.25 * most, "#009E73",
-      filled(points, "$2", "1"), 300 * frontier.margin, kTimeColour, 100 * frontier.margin, name,
+      filled(points, "$2", "1"), 130 * frontier.margin, kTimeColour, 100 * frontier.margin, name,
       filled(points, "$3", "100"));
   return picture;
 }

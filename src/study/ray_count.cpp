@@ -24,15 +24,17 @@ std::int64_t screening_rays(Eigen::Index terms) {
 
 std::int64_t more_rays(std::int64_t rays) { return 2 * rays; }
 
-bool explain_rays(std::int64_t rays, RayChoice* choice) {
-  const bool enough = choice->gap <= choice->allowed && choice->sampling_error <= choice->allowed;
+bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice) {
+  const bool steady = choice->gap <= choice->allowed && choice->sampling_error <= choice->allowed;
+  const double margin = choice->allowed / kRayShareOfMargin;
+  const bool open = verdict == Verdict::kUndecided && choice->sampling_error > kDecidedShareOfMargin * margin;
   choice->reason = fmt::format(
-      "{} rays: fresh rays change the fitted statistics by up to {:.2g} % and have a standard error of "
-      "{:.2g} "
-      "%, {} {:.2g} %, {:.0f} % of the margin",
-      rays, 100 * choice->gap, 100 * choice->sampling_error, enough ? "both below" : "not both below",
+      "{} rays: fresh rays change the fitted statistics by up to {:.2g} % and have a standard error of up to "
+      "{:.2g} %, {} {:.2g} % ({:.0f} % of the margin)",
+      rays, 100 * choice->gap, 100 * choice->sampling_error, steady ? "both below" : "not both below",
       100 * choice->allowed, 100 * kRayShareOfMargin);
-  return enough || rays >= kMostAutomaticRays;
+  if (steady && open) choice->reason += "; the verdict is open and more rays could decide it";
+  return (steady && !open) || rays >= kMostAutomaticRays;
 }
 
 }  // namespace aberfit

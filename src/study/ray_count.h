@@ -12,6 +12,8 @@ inline constexpr std::int64_t kRaysPerTerm = 30;
 /// What the gap between the fit's rays and fresh ones, and the sampling error of those, may take of the
 /// margin of the verdict.
 inline constexpr double kRayShareOfMargin = 0.5;
+/// An `undecided` verdict asks for more rays until the sampling error is below this share of the margin.
+inline constexpr double kDecidedShareOfMargin = 0.05;
 inline constexpr int kScreeningIterations = 12;
 
 /// Rays that an automatic fit of so many terms starts with: a power of two, at least 16384 and kRaysPerTerm.
@@ -20,7 +22,7 @@ std::int64_t first_rays(Eigen::Index terms);
 std::int64_t screening_rays(Eigen::Index terms);
 std::int64_t more_rays(std::int64_t rays);
 
-/// Whether so many rays are enough (or no more can be had); fills `reason`.
-bool explain_rays(std::int64_t rays, RayChoice* choice);
+/// Whether so many rays are enough for the verdict they gave (or no more can be had); fills `reason`.
+bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice);
 
 }  // namespace aberfit

@@ -11,8 +11,10 @@
 #include "cost_model.h"
 #include "judge.h"
 #include "paper_table.h"
+#include "ray_count.h"
 #include "run_map_fit.h"
 #include "scene.h"
+#include "term_search.h"
 
 namespace aberfit {
 namespace {
@@ -132,6 +134,17 @@ void check_cost(const Study& study, const RunOptions& options, const TermSet& te
                              {"stages_seconds", costs}};
 }
 
+// What a search for the fewest terms is expected to end with.
+std::string expected_terms(const Scene& scene) {
+  const OrderRange range = expected_orders(scene);
+  if (range.wide)
+    return fmt::format("chosen by the fit: the fewest plane waves that do (Zernikes need n > {})",
+                       kLargestSearchedOrder);
+  const auto count = [](int order) { return zernike_modes(2, order).size(); };
+  return fmt::format("chosen by the fit: the fewest that do; n_max {} to {} expected, {} to {} terms",
+                     range.low, range.high, count(range.low), count(range.high));
+}
+
 }  // namespace
 
 ordered_json run_check(const Study& study, const RunOptions& options, std::string* table) {
@@ -165,13 +178,23 @@ ordered_json run_check(const Study& study, const RunOptions& options, std::strin
     row("models", fmt::format("targets {}, surface {}: {}", targets.theory, to_string(scene.use.physics),
                               scene.use.reason));
   }
-  row("terms", fmt::format("{} ({:.2f} % of the height variance)", terms.size(), 100 * captured));
+  const bool search = study.terms.automatic && scene.psd;
+  row("terms", search ? expected_terms(scene)
+                      : fmt::format("{} ({:.2f} % of the height variance)", terms.size(), 100 * captured));
   row("statistics", fmt::format("{} fitted, {} guides, {} held out; targets: {}", targets.fitted.size(),
                                 targets.guides.size(), targets.held_out.size(), targets.theory));
-  row("rays", fmt::format("{}", study.trace.pupil.rays));
+  row("rays", study.trace.automatic_rays
+                  ? fmt::format("chosen by the fit: {} or more for so many terms", first_rays(terms.size()))
+                  : fmt::format("{}", study.trace.pupil.rays));
   result["terms"] = {{"count", terms.size()}, {"captured_fraction", captured}};
+  if (search) {
+    const OrderRange range = expected_orders(scene);
+    result["terms"]["automatic"] = {
+        {"family", range.wide ? "fourier" : "zernike"}, {"n_low", range.low}, {"n_high", range.high}};
+  }
   if (scene.use.physics == FocusPhysics::kRays) {
     check_cost(study, options, terms, targets, threads, row, &result);
+    if (search) row("", "for one fit of all terms; the search for the fewest makes several smaller ones");
   } else {
     row("predicted time of `fit`", "not known for " + to_string(scene.use.physics));
     result["predicted_seconds"] = nullptr;

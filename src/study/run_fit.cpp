@@ -353,7 +353,7 @@ Attempt fit_on_enough_rays(Study study, const Scene& scene, const TargetSets& ta
     const bool judged = attempt.fresh.rays > 0;
     if (judged) attempt.result.ray_choice = ray_choice(study, attempt);
     if (!judged || !study.trace.automatic_rays ||
-        explain_rays(study.trace.pupil.rays, &*attempt.result.ray_choice)) {
+        explain_rays(study.trace.pupil.rays, attempt.result.verdict, &*attempt.result.ray_choice)) {
       Study used = study;
       used.trace.automatic_rays = false;
       attempt.result.study = resolved_study(used);
@@ -415,7 +415,9 @@ Attempt fit_fewest_terms(const Study& study, const Scene& scene, const TargetSet
     cheap.trace.pupil.rays = screening_rays(terms.size());
     cheap.fit.starts = 1;
     Effort effort;
-    effort.most_iterations = kScreeningIterations;
+    // Far away, the next order takes over before this one has crept to its end.
+    const bool far = last_screened && last_screened->mismatch > 10 * kPromising;
+    effort.most_iterations = far ? kScreeningIterations / 2 : kScreeningIterations;
     if (last_screened && last_screened->result.terms.size() < terms.size())
       effort.warm = continued(study, *last_screened, terms, make_study_prior(cheap, scene, terms));
     Attempt attempt = attempt_fit(cheap, scene, targets, options, effort, threads);

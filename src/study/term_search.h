@@ -21,8 +21,7 @@ struct TermTrials {
 
 /// Orders that the search climbs: every one up to 14, then steps of at most 9 % (18 % in terms), at least 1.
 int next_order(int order);
-/// A screened set this many tolerances away is given up. A short fit on few rays of a set that passes ends
-/// below 3 in fits/paper-physical, paper-harvey-shack, measured-smooth and measured-turning-lines.
+/// A set whose short fit on few rays stays this many tolerances away is given up; see term_search_sweep_test.
 inline constexpr double kPromising = 10;
 /// Zernike order that the search climbs to at most; a roughness that 99 % of the height need more for is
 /// given Fourier modes.

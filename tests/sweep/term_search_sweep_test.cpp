@@ -1,0 +1,79 @@
+// The fewest terms by trying every order with full fits, beside what `"terms": "auto"` finds. Minutes: not
+// part of the default run (`ctest -C sweep -L sweep`).
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "aberfit/study/read_study.h"
+#include "aberfit/study/run.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kAllowed = 1.2;  // terms found over the fewest there are
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// As the program judges: every tolerance met by the smooth statistics the fit is stopped with, and
+// equivalent.
+bool passes(const ResultDocument& result) {
+  if (result.fit.status != FitStatus::kConverged || result.verdict != Verdict::kEquivalent) return false;
+  for (Eigen::Index k = 0; k < result.fit.smooth_statistics.size(); ++k) {
+    const Target& target = result.targets[std::size_t(k)];
+    if (!(std::abs(result.fit.smooth_statistics[k] - target.value) <= target.tolerance)) return false;
+  }
+  return true;
+}
+
+class TermSearchSweep : public testing::TestWithParam<const char*> {};
+
+TEST_P(TermSearchSweep, AutoEndsWithin20PercentOfTheFewestTerms) {
+  Study study = read_study(std::string(ABERFIT_SOURCE_DIR "/fits/") + GetParam() + "/study.json");
+  auto begin = std::chrono::steady_clock::now();
+  run_fit(study.terms.automatic ? [&] {
+    Study captured = study;
+    captured.terms.automatic = false;  // Zernikes that carry 99 % of the height variance
+    return captured;
+  }() : study, {});
+  const double given_seconds = seconds_since(begin);
+
+  study.terms = {};
+  study.terms.automatic = true;
+  study.terms.zernike.emplace();
+  study.trace.automatic_rays = true;
+  begin = std::chrono::steady_clock::now();
+  const ResultDocument found = run_fit(study, {});
+  const double auto_seconds = seconds_since(begin);
+  EXPECT_TRUE(passes(found));
+
+  Eigen::Index fewest = 0;
+  int order = 1;
+  begin = std::chrono::steady_clock::now();
+  while (fewest == 0 && order < found.terms.zernike.back().n) {
+    Study given = study;
+    given.terms = {};
+    given.terms.zernike.emplace().n_max = ++order;
+    const ResultDocument result = run_fit(given, {});
+    if (passes(result)) fewest = result.terms.size();
+  }
+  std::printf("%-24s exhaustive %4ld (n %d, %.1f s), auto %4ld terms %6ld rays in %.1f s, before %.1f s\n",
+              GetParam(), long(fewest), order, seconds_since(begin), long(found.terms.size()),
+              long(found.rays), auto_seconds, given_seconds);
+  ASSERT_GT(fewest, 0);
+  EXPECT_LE(double(found.terms.size()), kAllowed * double(fewest));
+}
+
+INSTANTIATE_TEST_SUITE_P(Fits, TermSearchSweep,
+                         testing::Values("paper-physical", "paper-harvey-shack", "measured-smooth",
+                                         "measured-turning-lines"),
+                         [](const auto& study) {
+                           std::string name = study.param;
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace aberfit
