@@ -246,7 +246,7 @@ StartCost start_cost(const FitProblem& problem, const CalibrationBlocks& blocks,
     // nothing changes.
     const bool perfect = smooth_by_itself(problem.physics) && start.isZero(0);
     if (!blocks.focus->linearise(start, perfect, &here))
-      cost.trouble = "at the start, " + blocks.focus->forward().trouble();
+      cost.trouble = fmt::format("at the start, {}", blocks.focus->forward().trouble());
     else if (perfect && here.jacobian.cwiseAbs().maxCoeff() < kStationary)
       cost.trouble =
           "no statistic changes to first order about the perfect mirror: start from a draw instead";

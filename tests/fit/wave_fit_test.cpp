@@ -14,6 +14,7 @@ namespace {
 
 // Derivatives of diffraction hold to 1e-8 (diffraction_gradient_test.cpp); Ridders differences of a search
 // through focus reach a tenth of that.
+constexpr double kStep = 1e-3;  // of a draw
 constexpr double kPrecision = 1e-7;
 
 std::vector<Target> with_tolerance(const std::vector<Statistic>& statistics, const Eigen::VectorXd& values,
@@ -38,7 +39,7 @@ std::vector<Target> mean_targets(const DiffractedScene& scene, const std::vector
 }  // namespace
 
 TEST(WaveForward, GradientsOfTheWholeChainMatchDifferences) {
-  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 1.2, 24, 32);
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 2, 8}), 1.2, 24, 32);
   const double unit = scene.unit(), dz = 30 * unit;
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.2, 0},
                                           EncircledEnergyRadius{0.8, 0},
@@ -48,18 +49,17 @@ TEST(WaveForward, GradientsOfTheWholeChainMatchDifferences) {
                                           RingFwhm{0.9, 2 * unit},
                                           SpotFwhm{0.3 * unit},
                                           ScatterRms{},
-                                          ScatterMean{},
+                                          
                                           RmsHeight{}};
   for (const Statistic& statistic : statistics) {
     const double size = std::holds_alternative<RmsHeight>(statistic)     ? 1e-8
                         : std::holds_alternative<ScatterRms>(statistic)  ? 1e-6
-                        : std::holds_alternative<ScatterMean>(statistic) ? 1e-6
                         : std::holds_alternative<RingThrough>(statistic) ? 1
                         : std::holds_alternative<RingFwhm>(statistic)    ? dz
                                                                          : unit;
     const FitProblem problem = scene.problem({{statistic, 0, 0, size}}, FocusPhysics::kWaves);
     const FocusResiduals residual(problem, unit, 1);
-    EXPECT_LT(gradient_error(residual, draw_white(scene.prior.size(), 2), 1e-2), kPrecision)
+    EXPECT_LT(gradient_error(residual, draw_white(scene.prior.size(), 2), kStep), kPrecision)
         << statistic_name(statistic);
   }
 }

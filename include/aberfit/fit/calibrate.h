@@ -97,8 +97,11 @@ struct FitResult {
 /// residuals the trust region works in the span of the Jacobian's rows, where all its steps lie, otherwise and
 /// with bounds on all coefficients by conjugate gradients. Solves but the last one stop at three tolerances.
 /// start: white coordinates. Residuals: (S_k - T_k) / tolerance_k, log(S_b / T_b) / tolerance_b, and xi - xi0 (or xi).
-/// kDegenerate where a statistic or a log PSD bin has no value or derivative at the start. Throws std::invalid_argument for spectral targets
-/// that do not fit the spectrum's bins or are not positive.
+/// kDegenerate where a statistic or a log PSD bin has no value or derivative at the start, and unless kRays where an EE radius lies below
+/// that of the perfect mirror's pattern (by more than 2 % and its tolerance), outside the field of view of the pupil grid, or nothing changes
+/// to first order (zero coefficients). Diffraction smooths by itself: unless kRays one solve, with the last of `smoothing` for what rays give.
+/// Throws std::invalid_argument for spectral targets that do not fit the spectrum's bins or are not positive, and for scenes that
+/// focus_statistics refuses.
 FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, const FitOptions& options);
 
 /// Whether every smooth statistic and log PSD bin of `result` is within `share` of its tolerance.
