@@ -14,7 +14,7 @@ std::vector<int> white_block_sizes(Eigen::Index terms) {
   return sizes;
 }
 
-FocusModel::FocusModel(const FitProblem& problem, double width, int threads)
+StatisticsModel::StatisticsModel(const FitProblem& problem, double width, int threads)
     : prior_(problem.prior), width_(width) {
   std::vector<Statistic> statistics;
   for (const Target& target : problem.targets) statistics.push_back(target.statistic);
@@ -22,12 +22,12 @@ FocusModel::FocusModel(const FitProblem& problem, double width, int threads)
   forward_ = make_forward_model(scene_of(problem), statistics, threads);
 }
 
-void FocusModel::set_width(double width) {
+void StatisticsModel::set_width(double width) {
   width_ = width;
   evaluated_ = false;
 }
 
-bool FocusModel::operator()(const Eigen::VectorXd& white, Eigen::VectorXd* values, Jacobian* jacobian) {
+bool StatisticsModel::operator()(const Eigen::VectorXd& white, Eigen::VectorXd* values, Jacobian* jacobian) {
   if (white_.size() != white.size() || white_ != white) {
     forward_->move_to(prior_.colour(white));
     white_ = white;

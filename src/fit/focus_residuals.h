@@ -18,9 +18,9 @@ std::vector<int> white_block_sizes(Eigen::Index terms);
 /// White coordinates to statistics of the surface, with exact derivatives: xi -> F xi -> forward model of the
 /// problem's physics. Remembers the last point: a solver asks for the derivatives where it has just asked for
 /// the values. For one caller at a time.
-class FocusModel {
+class StatisticsModel {
  public:
-  FocusModel(const FitProblem& problem, double width, int threads);  ///< statistics: targets, then guides
+  StatisticsModel(const FitProblem& problem, double width, int threads);  ///< statistics: targets, then guides
 
   /// Statistics at `white`; `jacobian` (statistics x terms), when given, gets their derivatives. False when
   /// one does not exist.
@@ -82,7 +82,7 @@ class FocusResiduals : public WhiteResiduals {
 
  private:
   std::vector<Target> targets_;  // with the guides behind them
-  mutable FocusModel model_;  // Ceres evaluates constant cost functions; the memory is no part of the value
+  mutable StatisticsModel model_;  // Ceres evaluates constant cost functions; the memory is no part of the value
 };
 
 /// log(S_b / T_b) / tolerance_b of the surface's own PSD bins. False where a bin is not positive: there its

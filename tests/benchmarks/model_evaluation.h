@@ -56,7 +56,7 @@ class ModelEvaluation {
   const Eigen::VectorXd& next() { return white_[turn_ ^= 1]; }
 
   FitProblem problem_;
-  FocusModel model_;
+  StatisticsModel model_;
   Eigen::VectorXd white_[2];
   int turn_ = 0;
   Eigen::VectorXd values_;

@@ -146,14 +146,14 @@ TEST(Calibrate, ReachesTheSameMinimumInFewUnknownsAsInAll) {
   }
 }
 
-TEST(FocusModel, RemembersATraceWithoutChangingABit) {
+TEST(StatisticsModel, RemembersATraceWithoutChangingABit) {
   const FitScene scene(8, {4}, 4000, PupilLayout::kPolar);
   std::vector<Statistic> statistics = dozen();
   statistics.push_back(RmsHeight{});
   const FitProblem problem = scene.problem(targets_of_draw(scene, statistics, 5, 1e-3));
   const double width = 0.1 * scene.focal_sigma;
   const Eigen::VectorXd here = draw_white(scene.prior.size(), 2), there = draw_white(scene.prior.size(), 3);
-  FocusModel fresh(problem, width, 1), used(problem, 3 * width, 2);
+  StatisticsModel fresh(problem, width, 1), used(problem, 3 * width, 2);
   Eigen::VectorXd values, again;
   Jacobian jacobian, jacobian_again;
   ASSERT_TRUE(fresh(here, &values, &jacobian));

@@ -94,7 +94,7 @@ TEST(Posterior, MatchesTheDenseInverse) {
   options.max_iterations = 30;
   const FitResult result = calibrate(problem, draw_white(scene.prior.size(), 2), options);
   // Dense twin: J by the model at the solution, covariance F (I + J^T J)^-1 F^T.
-  FocusModel model(problem, options.smoothing.back() * scene.focal_sigma, 1);
+  StatisticsModel model(problem, options.smoothing.back() * scene.focal_sigma, 1);
   Eigen::VectorXd values;
   Jacobian jacobian;
   ASSERT_TRUE(model(result.white, &values, &jacobian));
