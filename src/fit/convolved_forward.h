@@ -20,10 +20,13 @@ class ConvolvedForward : public ForwardModel {
   std::string unreachable(const std::vector<Target>& targets) const override;
 
  private:
+  bool rough_defocus(const Statistic& statistic, double value) const;
+
   int threads_;
   SplitStatistics split_;
   RayForward rays_;
   AperturePattern pattern_;
+  double wavelength_, unit_;  // unit: lambda F [m]
   std::string trouble_;
 };
 

@@ -11,7 +11,7 @@ using namespace aberfit;
 
 namespace {
 
-constexpr double kStep = 1e-3;  // of a draw
+constexpr double kStep = 1e-3;       // of a draw
 constexpr double kPrecision = 1e-7;  // see wave_fit_test.cpp
 
 std::vector<Statistic> every_statistic(double unit, double dz) {
@@ -76,6 +76,10 @@ TEST(FocusStatistics, OfConvolvedRaysOfAPerfectMirrorAreThePatternsOwn) {
   const double j0 = boost::math::cyl_bessel_j(0, z), j1 = boost::math::cyl_bessel_j(1, z);
   EXPECT_NEAR(1 - j0 * j0 - j1 * j1, 0.5, 1e-9);  // Airy
   EXPECT_TRUE(warnings.empty());
+  focus_statistics(scene.scene(FocusPhysics::kConvolved), flat, {EncircledEnergyRadius{0.5, 2e-4}}, 1,
+                   &warnings);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].code, "convolved-defocus");
   // Nothing to follow there, and no spot below the pattern.
   const double above = 2 * radius[0], below = 0.8 * radius[0];
   const FitResult stuck = calibrate(

@@ -40,9 +40,10 @@ class AperturePattern {
 /// the axis (2 mm at f/7) count as outside every circle; where there are such, circles end at two thirds of
 /// that distance.
 ///
-/// The defocus is that of the rays, and the pattern stays that of the focus: EE differs from that of the
-/// defocused wave front (GeneralisedHarveyShack, kRays) where defocus and pattern are of like size; see
-/// convolved_focus_test.cpp.
+/// The defocus is that of the rays, and the pattern stays that of the focus. Where defocus and pattern are of
+/// like size this is not the pattern of the defocused wave front: mean EE near ee50 less than that of
+/// GeneralisedHarveyShack (kRays) by 0.005 (dz = 0.2 mm) and 0.01 (0.4 mm) of all light at f/7 and a spot of
+/// ee50 = 6 lambda F, 0.03 and 0.05 at 2.6 lambda F, 0.14 at 0.85 lambda F. In focus the two are the same.
 class ConvolvedPlane {
  public:
   ConvolvedPlane(const AperturePattern& pattern, const RayBundle& rays, double dz);
