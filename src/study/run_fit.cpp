@@ -415,9 +415,7 @@ Attempt fit_fewest_terms(const Study& study, const Scene& scene, const TargetSet
     cheap.trace.pupil.rays = screening_rays(terms.size());
     cheap.fit.starts = 1;
     Effort effort;
-    // Far away, the next order takes over before this one has crept to its end.
-    const bool far = last_screened && last_screened->mismatch > 10 * kPromising;
-    effort.most_iterations = far ? kScreeningIterations / 2 : kScreeningIterations;
+    effort.most_iterations = kScreeningIterations;
     if (last_screened && last_screened->result.terms.size() < terms.size())
       effort.warm = continued(study, *last_screened, terms, make_study_prior(cheap, scene, terms));
     Attempt attempt = attempt_fit(cheap, scene, targets, options, effort, threads);

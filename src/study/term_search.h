@@ -28,7 +28,7 @@ inline constexpr double kPromising = 10;
 inline constexpr int kLargestSearchedOrder = 100;
 
 /// The orders the search of a study expects to end at: from where the Zernikes carry 2 % of the slope
-/// variance to where they carry 99 % of the height variance.
+/// variance to two steps beyond where they carry 99 % of the height variance.
 struct OrderRange {
   int low = 2, high = 2;
   bool wide = false;  ///< above kLargestSearchedOrder: Fourier modes
@@ -40,9 +40,9 @@ Study with_zernikes(const Study& study, int order);
 Study with_fourier_modes(const Study& study, int count);
 
 /// The fewest terms that pass, by climbing through the orders: screens each, confirms the promising ones, and
-/// steps back through the orders that the last step left out. Where none passes: the confirmed set with the
-/// smallest mismatch, else the highest order. `chosen` is marked in the result, which is sorted by terms.
-/// range: expected_orders; the climb ends at most two steps beyond its high end.
+/// goes down from the first that passes until two in a row do not. Where none passes: the confirmed set with
+/// the smallest mismatch, else the highest order. `chosen` is marked in the result, which is sorted by terms.
+/// range: expected_orders; the climb ends a third beyond its high end.
 Frontier search_terms(const Study& study, const OrderRange& range, const TermTrials& trials);
 
 /// Where the modelled part of the band ends, and what the rest would be worth. rays: of the fit.
