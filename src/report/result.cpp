@@ -82,6 +82,7 @@ Json fit_json(const ResultDocument& result) {
                {"null_directions", fit.null_directions},
                {"terms", result.terms.size()},
                {"rays", result.rays},
+               {"operator", operator_json(fit.operator_choice)},
                {"equivalent_surface", surface_json(result.surface)},
                {"singular_values", json_numbers(fit.singular_values)}};
   if (result.ray_choice) json["ray_choice"] = to_json(*result.ray_choice);
