@@ -82,6 +82,12 @@ void set_mean_spot(const Study& study, Scene* scene) {
       GhsOptions{waves ? SurfaceModel::kWaves : SurfaceModel::kRays, 0});
   const double ee90 = waves ? errors.ghs.ee90 : errors.convolved.ee90;
   if (std::isfinite(ee90)) scene->focal_sigma = ee90 / kGaussianEe90;
+  scene->core_sigma = scene->focal_sigma;
+  const MeanSpot focus = scene->mean_spot->at_plane(0);
+  for (const double fraction : {0.2, 0.5}) {
+    const double sigma = focus.encircled_energy_radius(fraction) / std::sqrt(-2 * std::log(1 - fraction));
+    if (sigma < scene->core_sigma) scene->core_sigma = sigma;
+  }
 }
 
 }  // namespace
@@ -92,7 +98,7 @@ Scene make_scene(const Study& study) {
   scene.radius = aperture_radius(study.aperture);
   if (!study.roughness) {
     scene.use = decide_model(study, nullptr);
-    scene.focal_sigma = scale_of_values(study);
+    scene.core_sigma = scene.focal_sigma = scale_of_values(study);
     return scene;
   }
   scene.psd.emplace(psd_model(*study.roughness));
@@ -104,7 +110,7 @@ Scene make_scene(const Study& study) {
   scene.prior_psd.emplace(scene.psd->scaled(scene.prior_height_factor));
   scene.theory.emplace(study.mirror, study.aperture, scene.numbers.rms_slope_per_axis,
                        study.target.convention, scene.numbers.rms_height);
-  scene.focal_sigma = scene.theory->focal_sigma();
+  scene.core_sigma = scene.focal_sigma = scene.theory->focal_sigma();
   scene.use = decide_model(study, &*scene.psd);
   set_mean_spot(study, &scene);
   return scene;

@@ -20,7 +20,9 @@ struct Scene {
   std::optional<GeometricHarveyShack> theory;
   ModelUse use;
   std::shared_ptr<const GeneralisedHarveyShack> mean_spot;  ///< of theories convolved and ghs, else null
-  double plane_unit() const { return focal_length * focal_sigma / radius; }  ///< natural unit of dz [m]
+  /// The same of the sharpest part of the spot [m]: of the core, where a diffracted spot has core and halo.
+  double core_sigma = 0;
+  double plane_unit() const { return focal_length * core_sigma / radius; }  ///< natural unit of dz [m]
   double focal_length = 0;
 };
 Scene make_scene(const Study& study);

@@ -23,6 +23,9 @@ constexpr double kPlanes[] = {0, -1, 1, -2, 2, -3.5, 3.5, -5, 5};
 constexpr double kGuideFractions[] = {0.275, 0.425, 0.575, 0.725, 0.85};
 constexpr double kGuidePlanes[] = {0, -0.5, 0.5, -1.5, 1.5, -2.75, 2.75, -4.25, 4.25};
 constexpr double kGuideTolerance = 4e-3;
+// Between core and halo of a diffracted spot a small error of the energy is a large one of the radius. Guides
+// fill steps of the radius above this factor, in the guides' planes as far as `kNearFocus`.
+constexpr double kLargestStep = 1.25, kNearFocus = 1.5;
 // Held out from both: other fractions, planes in between, other rings, the mean angle.
 constexpr double kHeldOutFractions[] = {0.25, 0.30, 0.40, 0.60, 0.70, 0.75, 0.875, 0.925};
 constexpr double kHeldOutPlanes[] = {0, -0.25, 0.25, -0.75, 0.75, -1.75, 1.75, -3.1, 3.1, -4.6, 4.6};
@@ -99,11 +102,38 @@ std::vector<Wanted> requested_statistics(const Study& study, const Scene& scene)
   return wanted;
 }
 
+// Fractions that fill large steps between the radii of the others in the focus.
+std::vector<double> fractions_between(const MeanSpot& focus) {
+  std::vector<double> known(std::begin(kFractions), std::end(kFractions)), added;
+  known.insert(known.end(), std::begin(kGuideFractions), std::end(kGuideFractions));
+  std::sort(known.begin(), known.end());
+  for (std::size_t k = 0; k + 1 < known.size(); ++k) {
+    const double low = focus.encircled_energy_radius(known[k]),
+                 high = focus.encircled_energy_radius(known[k + 1]);
+    const int parts = int(std::ceil(std::log(high / low) / std::log(kLargestStep)));
+    for (int j = 1; j < parts; ++j) {
+      const double energy = focus.encircled_energy(low * std::pow(high / low, double(j) / parts));
+      const double fraction = 1e-3 * std::round(1e3 * energy);  // a name that can be read
+      if (fraction > known[k] && fraction < known[k + 1] && (added.empty() || fraction > added.back()))
+        added.push_back(fraction);
+    }
+  }
+  return added;
+}
+
 std::vector<Statistic> guide_statistics(const Scene& scene) {
   std::vector<Statistic> guides;
-  for (const double units : kGuidePlanes)
+  const std::vector<double> between =
+      scene.mean_spot ? fractions_between(scene.mean_spot->at_plane(0)) : std::vector<double>();
+  for (const double units : kGuidePlanes) {
     for (const double fraction : kGuideFractions)
       guides.push_back(EncircledEnergyRadius{fraction, plane(units, scene)});
+    if (std::abs(units) > kNearFocus) continue;
+    for (const double fraction : between)
+      guides.push_back(EncircledEnergyRadius{fraction, plane(units, scene)});
+  }
+  // Nothing in a diffracted focus ties the mean of the slopes.
+  if (scene.use.physics == FocusPhysics::kWaves) guides.push_back(ScatterMean{});
   return guides;
 }
 
@@ -114,7 +144,7 @@ std::vector<Statistic> held_out_statistics(const Scene& scene, const std::vector
       held_out.push_back(EncircledEnergyRadius{fraction, plane(units, scene)});
   held_out.push_back(RingFwhm{0.5, {}});
   held_out.push_back(RingFwhm{0.8, {}});
-  held_out.push_back(ScatterMean{});
+  if (scene.use.physics != FocusPhysics::kWaves) held_out.push_back(ScatterMean{});
   std::erase_if(held_out, [&](const Statistic& candidate) {
     return std::any_of(fitted.begin(), fitted.end(), [&](const Wanted& wanted) {
       return statistic_name(wanted.statistic) == statistic_name(candidate);

@@ -72,6 +72,27 @@ int climb(Search* search, const OrderRange& range) {
   return found;
 }
 
+// The same by going down from the highest order that is expected, in the steps of the climb and then between
+// the last that passes and the first that does not.
+int descend(Search* search, const OrderRange& range) {
+  const int last = std::min(range.high + range.high / 3, kLargestSearchedOrder);
+  int found = range.high;
+  while (found <= last && !search->passes(found)) found = next_order(found);
+  if (found > last) return 0;
+  int failed = 1;
+  while (found - failed > 1) {
+    const int lower = std::max(failed + 1, previous_order(found));
+    (search->passes(lower) ? found : failed) = lower;
+  }
+  for (int order = failed - 1, failures = 1; order >= 2 && failures < kFailuresBelow; --order) {
+    if (search->passes(order))
+      found = order, failures = 0;
+    else
+      ++failures;
+  }
+  return found;
+}
+
 // The same for numbers of plane waves: double until one passes, then halve the factor in between.
 int double_up(Search* search) {
   for (int count = kFewestModes; count <= kMostModes; count *= 2) {
@@ -88,6 +109,7 @@ int double_up(Search* search) {
 
 }  // namespace
 
+int previous_order(int order) { return order - (order < 15 ? 1 : std::max(1, int(0.09 * order))); }
 int next_order(int order) { return order + (order < 14 ? 1 : std::max(1, int(0.09 * order))); }
 
 OrderRange expected_orders(const Scene& scene) {
@@ -124,7 +146,9 @@ Frontier search_terms(const Study& study, const OrderRange& range, const TermTri
   Frontier frontier;
   frontier.margin = study.equivalence.margin;
   Search search(study, trials, range.wide ? "fourier" : "zernike");
-  int found = range.wide ? double_up(&search) : climb(&search, range);
+  int found = range.wide      ? double_up(&search)
+              : trials.screen ? climb(&search, range)
+                              : descend(&search, range);
   std::vector<FrontierPoint>& points = search.points;
   const bool passed = found > 0;
   if (!passed) {

@@ -13,7 +13,7 @@ using TryTerms = std::function<FrontierPoint(const Study& study)>;
 /// How the search looks at a set.
 struct TermTrials {
   /// A short fit on few rays, warm-started from the one before: tells how far from the tolerances a set
-  /// stays.
+  /// stays. Empty where such fits say nothing: then the search goes down instead of up.
   TryTerms screen;
   /// The fit of a study that names these terms, judged on fresh rays. What it says is the answer.
   TryTerms confirm;
@@ -21,6 +21,7 @@ struct TermTrials {
 
 /// Orders that the search climbs: every one up to 14, then steps of at most 9 % (18 % in terms), at least 1.
 int next_order(int order);
+int previous_order(int order);
 /// A set whose short fit on few rays stays this many tolerances away is given up; see term_search_sweep_test.
 inline constexpr double kPromising = 10;
 /// Zernike order that the search climbs to at most; a roughness that 99 % of the height need more for is
@@ -40,7 +41,8 @@ Study with_zernikes(const Study& study, int order);
 Study with_fourier_modes(const Study& study, int count);
 
 /// The fewest terms that pass, by climbing through the orders: screens each, confirms the promising ones, and
-/// goes down from the first that passes until two in a row do not. Where none passes: the confirmed set with
+/// goes down from the first that passes until two in a row do not. Without screening it goes down from the
+/// high end of the range. Where none passes: the confirmed set with
 /// the smallest mismatch, else the highest order. `chosen` is marked in the result, which is sorted by terms.
 /// range: expected_orders; the climb ends a third beyond its high end.
 Frontier search_terms(const Study& study, const OrderRange& range, const TermTrials& trials);

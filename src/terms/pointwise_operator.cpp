@@ -9,6 +9,7 @@
 #include "pointwise_operator.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "aberfit/core/parallel.h"
@@ -28,6 +29,17 @@ std::size_t chunks_of(Index points) { return std::size_t((points + kChunkPoints 
 void gather(const Eigen::ArrayXd& from, double unit, Index begin, int used, double* to) {
   for (int i = 0; i < used; ++i) to[i] = from[begin + i] / unit;
   std::fill(to + used, to + kBlockPoints, 0.0);
+}
+
+/// Zernikes grow as (rho + sqrt(rho^2 - 1))^n outside their circle: 30 times at n = 28, 1 % outside. Points
+/// there, the centres of cells that the rim cuts, take the values of the rim.
+void pull_to_rim(PointBlock* block) {
+  for (int i = 0; i < block->used; ++i) {
+    const double rho2 = block->x[i] * block->x[i] + block->y[i] * block->y[i];
+    const double shrink = rho2 > 1 ? 1 / std::sqrt(rho2) : 1.0;
+    block->x[i] *= shrink;
+    block->y[i] *= shrink;
+  }
 }
 
 /// Calls body(begin, used) for the blocks of a chunk.
@@ -64,8 +76,11 @@ void PointwiseOperator::forward_block(const double* packed, Index begin, int use
   for (double* sum : {block.height, block.slope_x, block.slope_y}) std::fill(sum, sum + kBlockPoints, 0.0);
   if (families_.zernike || families_.spherical) {
     points_.gather(nullptr, begin, used, radius_, &block);
-    if (families_.zernike) zernike_forward(set_, zernike_, packed, &block);
     if (families_.spherical) spherical_forward(spherical_, packed + spherical_at(), &block);
+    if (families_.zernike) {
+      pull_to_rim(&block);
+      zernike_forward(set_, zernike_, packed, &block);
+    }
     for (int i = 0; i < used; ++i) block.slope_x[i] /= radius_, block.slope_y[i] /= radius_;
   }
   if (families_.fourier) {
@@ -94,8 +109,11 @@ void PointwiseOperator::adjoint_block(const std::uint32_t* rays, const SurfaceFi
   }
   if (families.zernike || families.spherical) {
     place(radius_);
-    if (families.zernike) zernike_adjoint(set_, zernike_, block, lanes, packed);
     if (families.spherical) spherical_adjoint(spherical_, block, packed + spherical_at());
+    if (families.zernike) {
+      pull_to_rim(&block);
+      zernike_adjoint(set_, zernike_, block, lanes, packed);
+    }
   }
 }
 

@@ -65,10 +65,11 @@ struct OperatorChoice {
 /// last bit.
 class SurfaceOperator {
  public:
-  /// x, y: point coordinates [m], in the disc of `terms.radius` or slightly outside (Zernikes grow as rho^n
-  /// there). `threads`: how many threads apply and apply_transpose may use. Throws std::invalid_argument for
-  /// x and y of different length, an (n, m) that is no Zernike mode, an odd spherical power, or a radius that
-  /// is not positive where Zernike or spherical terms need one. Methods: kFused and kPhaseSums.
+  /// x, y: point coordinates [m], in the disc of `terms.radius` or slightly outside, where Zernikes take
+  /// height and slopes of the nearest point of its rim (the polynomials grow as rho^n there). `threads`: how
+  /// many threads apply and apply_transpose may use. Throws std::invalid_argument for x and y of different
+  /// length, an (n, m) that is no Zernike mode, an odd spherical power, or a radius that is not positive
+  /// where Zernike or spherical terms need one. Methods: kFused and kPhaseSums.
   SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd y, int threads = 1);
   /// The same on the points of a pupil, whose structure faster methods use. Throws std::invalid_argument,
   /// too, for a method that the structure does not allow, a structure that is not that of the points, and a
