@@ -90,6 +90,40 @@ TEST(TraceKernel, AgreesWithTheScalarTemplatesInEveryInstructionSet) {
   }
 }
 
+TEST(TraceKernel, ARayWithoutAFiniteHeightOrSlopeIsLostInEveryInstructionSet) {
+  // Every lane of the widest vector, and the last points, which go through padded copies in `trace`.
+  constexpr double kBad[] = {std::numeric_limits<double>::quiet_NaN(),
+                             std::numeric_limits<double>::infinity(),
+                             -std::numeric_limits<double>::infinity()};
+  constexpr int kCount = 16;
+  const PupilSample pupil = make_pupil(CircleAperture{0.2, 0}, {PupilLayout::kRandom, kCount + 3, 5});
+  for (const Mirror& mirror : mirrors())
+    for (const double bad : kBad)
+      for (int component = 0; component < 3; ++component)
+        for (Eigen::Index i = 0; i < pupil.size(); ++i) {
+          SurfaceField field = rough_field(pupil, 1e-5);
+          Eigen::ArrayXd* const part[3] = {&field.height, &field.slope_x, &field.slope_y};
+          (*part[component])[i] = bad;
+          const RayBundle rays = trace(mirror, pupil, field);
+          EXPECT_EQ(rays.lost, 1) << bad << ' ' << component << ' ' << i;
+          EXPECT_EQ(rays.weight[i], 0);
+          EXPECT_TRUE(rays.x[i] == 0 && rays.y[i] == 0 && rays.tx[i] == 0 && rays.ty[i] == 0);
+          EXPECT_TRUE(rays.x.allFinite() && rays.y.allFinite());
+          if (i >= kCount) continue;
+          for (const InstructionSet set :
+               {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
+            if (!is_supported(set)) continue;
+            std::vector<double> out[5];
+            for (auto& o : out) o.assign(kCount, -1.0);
+            EXPECT_EQ(trace_run(set, mirror, kCount, pupil.x.data(), pupil.y.data(), pupil.weight.data(),
+                                {field.height.data(), field.slope_x.data(), field.slope_y.data()},
+                                {out[0].data(), out[1].data(), out[2].data(), out[3].data(), out[4].data()}),
+                      1);
+            for (const auto& o : out) EXPECT_EQ(o[std::size_t(i)], 0.0);
+          }
+        }
+}
+
 TEST(TraceKernel, RunsThatFillNoVectorAndThreadsChangeNothing) {
   for (const Mirror& mirror : mirrors()) {
     for (const Eigen::Index n : {1, 7, 8, 9, 511, 513, 40001}) {

@@ -10,8 +10,8 @@
 namespace aberfit {
 
 /// Reflected rays near the focal plane z = f. A ray is where it meets that plane and how it moves per unit of
-/// dz = z - f: X(dz) = x + dz * tx. Lost rays (1 - |grad z|^2 <= 0: reflected away from the focus) have
-/// weight 0 and are counted.
+/// dz = z - f: X(dz) = x + dz * tx. Lost rays (1 - |grad z|^2 <= 0: reflected away from the focus; or a
+/// height or slope that is not finite) are zero, have weight 0 and are counted.
 struct RayBundle {
   Eigen::ArrayXd x, y;    ///< crossing of the plane z = f [m]
   Eigen::ArrayXd tx, ty;  ///< dX/dz, dY/dz
