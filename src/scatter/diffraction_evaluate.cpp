@@ -2,6 +2,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <stdexcept>
 #include <vector>
 
 #include "aberfit/core/parallel.h"
@@ -131,10 +132,11 @@ std::vector<Job> jobs_of(const std::vector<Statistic>& statistics) {
   std::vector<Job> jobs;
   std::map<double, std::vector<std::size_t>> planes;
   for (std::size_t k = 0; k < statistics.size(); ++k) {
-    if (const auto dz = plane_of(statistics[k]))
-      planes[*dz].push_back(k);
-    else
+    const auto dz = plane_of(statistics[k]);
+    if (!dz)
       jobs.push_back({std::nullopt, {k}});  // first: the searches take longest
+    else if (std::isfinite(*dz))            // else the value stays NaN
+      planes[*dz].push_back(k);
   }
   for (auto& [dz, members] : planes) jobs.push_back({dz, std::move(members)});
   return jobs;
@@ -180,9 +182,16 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
 
 DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                                    double dz) {
-  const DiffractionScene scene(problem, height, 1);
-  const PhaseSteps steps = scene.phase_steps(height, dz, dz);
+  // A fit that went astray asks here why it has no values: heights that are not finite are an answer.
+  const bool finite = height.allFinite();
+  const DiffractionScene scene(problem, finite ? height : Eigen::ArrayXd::Zero(height.size()), 1);
+  if (!scene.has_plane(dz)) throw std::invalid_argument("the plane lies behind the mirror");
+  const PhaseSteps steps =
+      finite ? scene.phase_steps(height, dz, dz) : PhaseSteps{std::nan(""), std::nan("")};
   DiffractionCheck check;
+  if (!finite)
+    check.warnings.push_back(
+        {"psf-not-finite", "the surface has heights that are not finite, so it has no PSF"});
   check.energy_outside = scene.energy_outside();
   check.field_of_view = 2 * scene.largest_radius(dz);
   check.largest_step = steps.largest;
@@ -203,6 +212,7 @@ DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eige
 Eigen::ArrayXd diffraction_encircled_energy(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                                             double dz, const Eigen::ArrayXd& radius) {
   const DiffractionScene scene(problem, height, 1);
+  if (!scene.has_plane(dz)) return Eigen::ArrayXd::Constant(radius.size(), std::nan(""));
   const PupilTransform transform(scene.rows(), scene.columns(), problem.padding);
   PupilTransform::Buffers buffers(transform);
   DiffractionPlane plane(scene, transform, buffers);

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -18,6 +20,9 @@ using ComplexMatrix = Eigen::MatrixXcd;
 constexpr double kSecondsPerProduct = 1.5e-9;  // one complex multiply-add of Eigen's matrix product
 constexpr double kSecondsPerButterfly =
     2.8e-9;  // one point and octave of the transform, with filling and cropping
+
+// A side of an image or of its transform: 4 GiB of complex samples.
+constexpr double kMostSamples = 16384;
 
 // The pupil field in plane dz, on all cells of the grid.
 ComplexMatrix pupil_field(const DiffractionScene& scene, double dz) {
@@ -71,18 +76,25 @@ PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd
   const int cells = std::max(scene.rows(), scene.columns());
   const double field_of_view = 2 * scene.largest_radius(window.dz);
   const double wanted = window.pitch > 0 ? window.pitch : 0.25 * field_of_view / cells;
-  const int m = fast_transform_size(std::max(cells, int(std::ceil(field_of_view / wanted * (1 - 1e-12)))));
-  const double transform_pitch = field_of_view / m;
+  const double transform_samples = std::max(double(cells), std::ceil(field_of_view / wanted * (1 - 1e-12)));
+  const bool transform_fits = transform_samples <= kMostSamples;
+  const int m = transform_fits ? fast_transform_size(int(transform_samples)) : 0;
+  const double transform_pitch = field_of_view / (transform_fits ? double(m) : transform_samples);
   const bool whole = !(window.half_width > 0) || window.half_width >= 0.5 * field_of_view - transform_pitch;
+  const double matrix_samples = 2 * std::floor(window.half_width / wanted) + 1;
+  if (whole ? !transform_fits : !(matrix_samples <= kMostSamples))
+    throw ComputationError(
+        fmt::format("an image of the PSF with a pitch of {} m has {:.0f} samples a side, more than {:.0f}: "
+                    "take a coarser pitch or a narrower window",
+                    wanted, whole ? transform_samples : matrix_samples, kMostSamples));
   PsfImage image;
   image.dz = window.dz;
   Eigen::Index before = m / 2, samples = m;
   image.pitch = transform_pitch;
   if (!whole) {
-    const double matrix_samples = 2 * std::floor(window.half_width / wanted) + 1;
     const double by_products = kSecondsPerProduct * matrix_samples * cells * (cells + matrix_samples);
     const double by_butterflies = kSecondsPerButterfly * double(m) * m * 2 * std::log2(double(m));
-    if (by_products < by_butterflies) {
+    if (!transform_fits || by_products < by_butterflies) {
       image.method = PsfImage::Method::kMatrix;
       image.pitch = wanted;
     }

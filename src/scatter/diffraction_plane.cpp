@@ -28,6 +28,7 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
   const DiffractionPupil& pupil = problem.pupil;
   if (height.size() != pupil.cover.size())
     throw std::invalid_argument("a diffraction pupil needs one height per cell");
+  if (!height.allFinite()) throw std::invalid_argument("the heights of a diffraction pupil must be finite");
   if (!(problem.focal_length > 0) || !(problem.wavelength > 0) || !(pupil.pitch_x > 0) ||
       !(pupil.pitch_y > 0))
     throw std::invalid_argument("focal length, wavelength and pitch must be above zero");

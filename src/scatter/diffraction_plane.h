@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
 #include <complex>
 #include <memory>
 #include <optional>
@@ -20,8 +21,8 @@ struct PhaseSteps {
 /// What every plane of one surface shares. Refers to the problem, which must outlive it.
 class DiffractionScene {
  public:
-  /// Throws std::invalid_argument for a pupil without cells, heights of another number and lengths that are
-  /// not positive.
+  /// Throws std::invalid_argument for a pupil without cells, heights of another number or not finite, and
+  /// lengths that are not positive.
   DiffractionScene(const DiffractionProblem& problem, const Eigen::ArrayXd& height, int threads);
 
   const DiffractionProblem& problem() const { return problem_; }
@@ -46,7 +47,8 @@ class DiffractionScene {
     const double coarser = std::max(problem_.pupil.pitch_x, problem_.pupil.pitch_y);
     return 0.5 * problem_.wavelength * (problem_.focal_length + dz) / coarser;
   }
-  bool has_plane(double dz) const { return problem_.focal_length + dz > 0; }
+  /// False for planes at or behind the mirror's vertex and for a dz that is not finite.
+  bool has_plane(double dz) const { return std::isfinite(dz) && problem_.focal_length + dz > 0; }
   /// Defocus phase over rho^2 [rad/m^2].
   double chirp(double dz) const;
   /// Over all planes between the two.

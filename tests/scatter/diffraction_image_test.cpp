@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "aberfit/core/errors.h"
 #include "aberfit/scatter/diffraction_psf.h"
 
 namespace aberfit {
@@ -59,6 +60,21 @@ TEST_F(DiffractionImage, TransformAndMatrixAgree) {
     for (int column = -5; column <= 5; ++column)
       EXPECT_NEAR(at(part, column * whole.pitch, row * whole.pitch),
                   at(whole, column * whole.pitch, row * whole.pitch), 1e-12 * peak);
+}
+
+TEST_F(DiffractionImage, RefusesMoreSamplesThanFitInMemory) {
+  const double field = check_diffraction(problem, flat, 0).field_of_view;
+  for (const double pitch : {field / 17000, field / 1e10, 1e-300, 5e-324}) {
+    EXPECT_THROW(diffraction_psf(problem, flat, {0, pitch, 0}), ComputationError) << pitch;
+    EXPECT_THROW(diffraction_psf(problem, flat, {0.4 * field, 0.1 * pitch, 0}), ComputationError) << pitch;
+  }
+  // A window of few samples needs no transform of the whole field, however fine its pitch.
+  const double pitch = field / 1e12;
+  const PsfImage image = diffraction_psf(problem, flat, {2 * pitch, pitch, 0});
+  EXPECT_EQ(image.method, PsfImage::Method::kMatrix);
+  ASSERT_EQ(image.intensity.rows(), 5);
+  const double peak = diffraction_psf(problem, flat, {1e-6, 1e-6, 0}).intensity(1, 1);
+  for (int k = 0; k < 25; ++k) EXPECT_NEAR(image.intensity(k / 5, k % 5) / peak, 1, 1e-12);
 }
 
 TEST_F(DiffractionImage, TiltShiftsThePsfAsItShiftsRays) {

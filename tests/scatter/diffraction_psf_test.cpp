@@ -4,7 +4,9 @@
 
 #include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <stdexcept>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/quadrature.h"
@@ -242,6 +244,48 @@ TEST(DiffractionPsf, StatisticsWithoutAFiniteValueAreRefused) {
     EXPECT_TRUE(std::isnan(values[0])) << statistic_name(statistic);
   }
   EXPECT_THROW(diffraction_pupil(CircleAperture{kDiameter}, 1e-6), ComputationError);
+}
+
+TEST(DiffractionPsf, PlanesThatDoNotExistHaveNoValues) {
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 16);
+  const DiffractionProblem problem{pupil, kFocal, kWave};
+  const Eigen::ArrayXd radius = Eigen::ArrayXd::Constant(2, kAiryUnit);
+  const double infinity = std::numeric_limits<double>::infinity();
+  const Eigen::VectorXd in_focus = values_of(problem, flat(pupil), {EncircledEnergyRadius{0.5, 0}});
+  for (const double dz : {-kFocal, -1.5 * kFocal, infinity, -infinity, std::nan("")}) {
+    EXPECT_THROW(check_diffraction(problem, flat(pupil), dz), std::invalid_argument) << dz;
+    EXPECT_TRUE(diffraction_encircled_energy(problem, flat(pupil), dz, radius).isNaN().all()) << dz;
+    EXPECT_THROW(diffraction_psf(problem, flat(pupil), {0, 0, dz}), ComputationError) << dz;
+    const auto draw = [&](int) { return flat(pupil); };
+    EXPECT_THROW(diffraction_ensemble(problem, dz, 2, draw, radius, radius, 1), std::invalid_argument) << dz;
+    // Nor do they disturb the planes next to them.
+    const Eigen::VectorXd found = values_of(problem, flat(pupil),
+                                            {EncircledEnergyRadius{0.5, dz}, EncircledEnergyRadius{0.5, 0},
+                                             RingThrough{kAiryUnit, dz}, EncircledEnergyRadius{0.5, 0}});
+    EXPECT_TRUE(std::isnan(found[0]) && std::isnan(found[2])) << dz;
+    EXPECT_EQ(found[1], in_focus[0]) << dz;
+    EXPECT_EQ(found[3], in_focus[0]) << dz;
+  }
+  EXPECT_NO_THROW(check_diffraction(problem, flat(pupil), -0.99 * kFocal));
+  EXPECT_FALSE(diffraction_encircled_energy(problem, flat(pupil), 0, radius).isNaN().any());
+}
+
+TEST(DiffractionPsf, HeightsThatAreNotFiniteAreRefused) {
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 16);
+  const DiffractionProblem problem{pupil, kFocal, kWave};
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    Eigen::ArrayXd height = flat(pupil);
+    height[height.size() / 2] = bad;
+    const Eigen::ArrayXd radius = Eigen::ArrayXd::Constant(1, kAiryUnit);
+    EXPECT_THROW(diffraction_encircled_energy(problem, height, 0, radius), std::invalid_argument);
+    EXPECT_THROW(diffraction_psf(problem, height, {}), std::invalid_argument);
+    EXPECT_TRUE(std::isnan(values_of(problem, height, {EncircledEnergyRadius{0.5}})[0]));
+    const DiffractionCheck check = check_diffraction(problem, height, 0);
+    EXPECT_TRUE(std::isnan(check.largest_step) && std::isnan(check.aliased_share));
+    EXPECT_EQ(check.field_of_view, check_diffraction(problem, flat(pupil), 0).field_of_view);
+    ASSERT_EQ(check.warnings.size(), 1u);
+    EXPECT_EQ(check.warnings[0].code, "psf-not-finite");
+  }
 }
 
 TEST(DiffractionPsf, RingThroughProfileOfAnIdealMirrorPeaksAtFocusAndHasTheRightWidth) {

@@ -85,6 +85,10 @@ struct DiffractionProblem {
   double aliased_limit = 1e-3;
 };
 
+// Every function of a problem throws std::invalid_argument for a pupil without cells, for heights of another
+// number than its points, for lengths that are not positive and for padding below 2; and, unless
+// said otherwise, for heights that are not finite. A plane exists where dz is finite and f + dz > 0.
+
 /// Memory and transform plans that evaluations reuse. One per caller: not to be shared between evaluations
 /// that run at the same time. May be used for different problems in turn.
 class DiffractionWorkspace {
@@ -111,8 +115,9 @@ class DiffractionWorkspace {
 ///   RmsHeight: of the surface, weighted by area.
 ///   ScatterRms, ScatterMean, RmsRadius: always NaN. A sharp edge scatters light as 1/r^3, so these second
 ///   moments have no finite value for waves; take them from traced rays.
-/// False when any value or gradient does not exist: no root inside the field of view, more aliased cells than
-/// the limit, a radius in a dark ring, ... Results do not depend on `threads`, to the last bit.
+/// False when any value or gradient does not exist: no such plane, heights that are not finite, no root
+/// inside the field of view, more aliased cells than the limit, a radius in a dark ring, ... Results do not
+/// depend on `threads`, to the last bit.
 bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                           const std::vector<Statistic>& statistics, int threads,
                           DiffractionWorkspace* workspace, Eigen::VectorXd* values,
@@ -126,10 +131,13 @@ struct DiffractionCheck {
   double aliased_share = 0;   ///< share of neighbouring cells whose phases differ by more than pi
   Warnings warnings;
 };
+/// Heights that are not finite: NaN for the steps and a warning. Throws std::invalid_argument where the plane
+/// does not exist.
 DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                                    double dz);
 
-/// Encircled energy [1] at the given radii [m], each up to half the field of view (NaN beyond).
+/// Encircled energy [1] at the given radii [m], each up to half the field of view; NaN beyond, and where
+/// the plane does not exist.
 Eigen::ArrayXd diffraction_encircled_energy(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                                             double dz, const Eigen::ArrayXd& radius);
 
@@ -149,7 +157,8 @@ struct PsfWindow {
 /// The PSF in a window about the nominal focus, which is a sample. Over the whole field of view, the sum
 /// times pitch^2 is 1 less the light outside. A padded transform gives all of the field of view, two matrix
 /// products (a matrix Fourier transform; Soummer et al. 2007) only the window: whichever costs less by count
-/// of operations. Square cells only (throws ComputationError), pitch at most the wanted one.
+/// of operations. Pitch at most the wanted one. Throws ComputationError where cells are not square, where the
+/// plane does not exist, and for more than 16384 samples a side.
 PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                          const PsfWindow& window);
 
