@@ -3,7 +3,6 @@
 #include <boost/math/special_functions/digamma.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
-#include <complex>
 #include <functional>
 #include <numbers>
 #include <optional>
@@ -13,6 +12,7 @@
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "hankel_panels.h"
+#include "power_waves.h"
 
 namespace aberfit {
 namespace {
@@ -94,44 +94,6 @@ std::optional<double> closed_form(const Model&, double, double, double, double) 
   return std::nullopt;
 }
 
-// A stretch of the band on which S is a power of f: there int S f J0(k f) df has an antiderivative whose
-// asymptotic series needs no nodes. With J0(t) = Re sqrt(2/(pi t)) exp(i (t - pi/4)) sum h_n t^-n (DLMF
-// 10.17.5) and q = 1/2 - exponent, int exp(i t) t^q sum h_n t^-n dt = exp(i t) t^q sum a_n t^-n,
-// i a_n + (q - n + 1) a_(n-1) = h_n.
-class PowerStretch {
- public:
-  PowerStretch(double f_min, double f_max, double exponent) : f_min_(f_min), f_max_(f_max) {
-    const double q = 0.5 - exponent;
-    std::complex<double> h = 1;
-    for (int n = 0; n < kTerms; ++n) {
-      if (n > 0) h *= std::complex<double>(0, -square(2 * n - 1) / (8.0 * n));
-      const std::complex<double> before = n > 0 ? (q - n + 1) * a_[std::size_t(n - 1)] : 0.0;
-      a_[std::size_t(n)] = std::complex<double>(0, -1) * (h - before);
-    }
-    smallest_ = std::pow(std::abs(a_.back()) / 1e-15, 1.0 / (kTerms - 1));
-  }
-  double f_min() const { return f_min_; }
-  double f_max() const { return f_max_; }
-  /// Argument k f from which the series has converged.
-  double smallest() const { return smallest_; }
-  /// int_f^inf S J0(k f) f df, S continued as a power beyond the stretch.
-  double beyond(double psd, double f, double k) const {
-    const double x = k * f, inverse = 1 / x;
-    double re = 0, im = 0;
-    for (int n = kTerms - 1; n >= 0; --n) {
-      re = re * inverse + a_[std::size_t(n)].real();
-      im = im * inverse + a_[std::size_t(n)].imag();
-    }
-    const double sine = std::sin(x), cosine = std::cos(x);
-    return -psd * f * f * inverse * std::sqrt(inverse / pi) * (re * (cosine + sine) - im * (sine - cosine));
-  }
-
- private:
-  static constexpr int kTerms = 25;
-  double f_min_, f_max_, smallest_;
-  std::array<std::complex<double>, kTerms> a_;
-};
-
 std::vector<PowerStretch> power_stretches(const PowerLawPsd& m, double f_min, double f_max) {
   return {PowerStretch(f_min, f_max, m.exponent)};
 }
@@ -196,53 +158,48 @@ class ByQuadrature {
     }
     sum += one_minus_j0_sum(k, now.f.data(), now.weight.data(), int(now.f.size()));
     for (const std::size_t i : now.wide) sum += far(i, k);
-    for (const Run& run : now.runs)
-      sum += run.mass -
-             2 * pi * (run.stretch->beyond(run.psd_a, run.a, k) - run.stretch->beyond(run.psd_b, run.b, k));
-    return sum;
+    return sum + (now.run_mass - now.runs(r));
   }
 
  private:
   using Powers = std::array<double, 5>;  // int S (pi f)^(2 m) d2f
-  struct Run {                           // neighbouring panels of one stretch
-    const PowerStretch* stretch;
-    double a, b, psd_a, psd_b, mass;
-  };
   struct Plan {
     std::size_t first = 0;  // panels before this one come by moments
     std::vector<double> f, weight;
     std::vector<std::size_t> wide;  // panels for Filon's rule
-    std::vector<Run> runs;
+    PowerWaves runs{0};               // neighbouring panels of one stretch by their ends
+    double run_mass = 0;            // int S d2f of them
   };
 
   // For wave numbers in [k/2, k].
   Plan plan(double k) const {
     const std::vector<PsdPanel>& panels = shared_.panels;
     Plan result;
+    result.runs = PowerWaves(0.5 * k);
     while (result.first < panels.size() && k * panels[result.first].b < 0.2) ++result.first;
     std::size_t i = result.first;
     while (i < panels.size()) {
+      // What turns by less than 2 kAmplitudeFrom is resolved by 24 nodes (see autocorrelation).
       const double a = panels[i].a;
-      if (0.5 * k * a >= kAmplitudeFrom && k * (panels[i].b - a) > kTurnOfMerged) {
-        const std::size_t s = stretch_[i];
-        if (s == stretches_.size() || 0.5 * k * a < stretches_[s].smallest()) {
-          result.wide.push_back(i++);
-          continue;
-        }
-        Run run{&stretches_[s], a, a, psd_(a), 0, 0};
-        for (; i < panels.size() && stretch_[i] == s; ++i) {
-          run.mass += mass_[i];
-          run.b = panels[i].b;
-        }
-        run.psd_b = psd_(run.b);
-        result.runs.push_back(run);
-        continue;
-      }
-      // What is left turns by less than 2 kAmplitudeFrom, which 24 nodes resolve (see autocorrelation).
       std::size_t end = i + 1;
       while (end < panels.size() && k * (panels[end].b - a) <= kTurnOfMerged && panels[end].b <= 2 * a &&
              panels[end].a == panels[end - 1].b)
         ++end;
+      const std::size_t s = stretch_[i];
+      const std::size_t waves = stretch_[end - 1] - s;  // that would stand for the merged panels
+      if (s < stretches_.size() && 0.5 * k * a >= stretches_[s].smallest() && waves <= kWavesOfMerged) {
+        for (; i < panels.size() && stretch_[i] == s; ++i) {
+          result.run_mass += mass_[i];
+          end = i + 1;
+        }
+        const double b = panels[end - 1].b;
+        result.runs.add(stretches_[s], a, psd_(a), b, psd_(b));
+        continue;
+      }
+      if (0.5 * k * a >= kAmplitudeFrom && k * (panels[i].b - a) > kTurnOfMerged) {
+        result.wide.push_back(i++);
+        continue;
+      }
       if (end - i > 1) {
         append_merged(i, end, &result);
       } else {
@@ -253,6 +210,7 @@ class ByQuadrature {
       }
       i = end;
     }
+    result.runs.arrange(result.run_mass);
     return result;
   }
 
@@ -303,8 +261,9 @@ class ByQuadrature {
     return mass_[i] - 2 * pi * (real + imaginary) / std::numbers::sqrt2;
   }
 
-  static constexpr double kAmplitudeFrom = 8;  // where hankel_amplitudes of many arguments starts
-  static constexpr double kTurnOfMerged = 10;  // 24 nodes carry J0 over 10 rad: J_24(5) = 1e-15
+  static constexpr double kAmplitudeFrom = 8;        // where hankel_amplitudes of many arguments starts
+  static constexpr double kTurnOfMerged = 10;        // 24 nodes carry J0 over 10 rad: J_24(5) = 1e-15
+  static constexpr std::size_t kWavesOfMerged = 40;  // that cost as much as 24 values of J0
   SharedPanels shared_;
   std::vector<PowerStretch> stretches_;
   std::vector<std::size_t> stretch_;  // of each panel; their number where it is in none

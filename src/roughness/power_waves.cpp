@@ -1,0 +1,67 @@
+#include "power_waves.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "wave_sum.h"
+
+namespace aberfit {
+
+using std::numbers::pi;
+
+PowerStretch::PowerStretch(double f_min, double f_max, double exponent) : f_min_(f_min), f_max_(f_max) {
+  const double q = 0.5 - exponent;
+  // h_n = (-i)^n |h_n|: every second a_n is real, the others are imaginary.
+  double h = 1;
+  a_[0] = -1;
+  for (int n = 1; n < kTerms; ++n) {
+    h *= (2 * n - 1) * (2 * n - 1) / (8.0 * n);
+    const double step = (q - n + 1) * a_[std::size_t(n - 1)];
+    a_[std::size_t(n)] = (n % 4 < 2 ? -h : h) + (n % 2 == 1 ? -step : step);
+  }
+  smallest_ = std::pow(std::abs(a_.back()) / 1e-15, 1.0 / (kTerms - 1));
+}
+
+// int_f^inf = -S f^2 x^(-3/2) pi^(-1/2) (Re a (cos x + sin x) - Im a (sin x - cos x)), x = k f.
+void PowerWaves::add_end(const PowerStretch& stretch, double f, double amplitude) {
+  const double inverse = 1 / (k_ * f);
+  if (waves_.empty() || waves_.back().f != f) waves_.push_back({f, {}});
+  std::array<double, PowerStretch::kTerms + 1>& series = waves_.back().series;
+  double factor = 2 * std::sqrt(pi) * amplitude * f * f * inverse * std::sqrt(inverse);
+  for (std::size_t n = 0; n < PowerStretch::kTerms; ++n) {
+    series[n] += factor * stretch.series()[n];
+    factor *= inverse;
+  }
+}
+
+void PowerWaves::add(const PowerStretch& stretch, double a, double psd_a, double b, double psd_b) {
+  add_end(stretch, a, -psd_a);
+  add_end(stretch, b, psd_b);
+}
+
+void PowerWaves::arrange(double scale) {
+  constexpr double kNegligible = 1e-18;
+  const std::size_t blocks = (waves_.size() + kWaveBlock - 1) / kWaveBlock;
+  waves_.resize(blocks * kWaveBlock, {0, {}});
+  for (std::size_t block = 0; block < blocks; ++block) {
+    const Wave* const first = &waves_[block * kWaveBlock];
+    int terms = 0;
+    for (int i = 0; i < kWaveBlock; ++i) {
+      data_.push_back(first[i].f);
+      for (int n = terms; n < PowerStretch::kTerms; ++n)
+        if (std::abs(first[i].series[std::size_t(n)]) > kNegligible * scale) terms = n + 1;
+    }
+    pairs_.push_back((terms + 1) / 2);
+    for (int n = 0; n < 2 * pairs_.back(); ++n)
+      for (int i = 0; i < kWaveBlock; ++i) data_.push_back(first[i].series[std::size_t(n)]);
+  }
+  waves_.clear();
+}
+
+double PowerWaves::operator()(double r) const {
+  const double y = k_ / (2 * pi * r);
+  return y * std::sqrt(y) * wave_sum(r, y, data_.data(), pairs_.data(), int(pairs_.size()));
+}
+
+}  // namespace aberfit
