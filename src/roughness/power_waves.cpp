@@ -26,8 +26,8 @@ PowerStretch::PowerStretch(double f_min, double f_max, double exponent) : f_min_
 // int_f^inf = -S f^2 x^(-3/2) pi^(-1/2) (Re a (cos x + sin x) - Im a (sin x - cos x)), x = k f.
 void PowerWaves::add_end(const PowerStretch& stretch, double f, double amplitude) {
   const double inverse = 1 / (k_ * f);
-  if (waves_.empty() || waves_.back().f != f) waves_.push_back({f, {}});
-  std::array<double, PowerStretch::kTerms + 1>& series = waves_.back().series;
+  if (ends_.waves.empty() || ends_.waves.back().f != f) ends_.waves.push_back({f, {}});
+  std::array<double, PowerStretch::kTerms + 1>& series = ends_.waves.back().series;
   double factor = 2 * std::sqrt(pi) * amplitude * f * f * inverse * std::sqrt(inverse);
   for (std::size_t n = 0; n < PowerStretch::kTerms; ++n) {
     series[n] += factor * stretch.series()[n];
@@ -40,28 +40,46 @@ void PowerWaves::add(const PowerStretch& stretch, double a, double psd_a, double
   add_end(stretch, b, psd_b);
 }
 
+// J0(x) = (pi x)^(-1/2) (P (cos x + sin x) - Q (sin x - cos x)), DLMF 10.17.3: P is even in x where
+// `wave_sum` is odd, which a negative frequency exchanges.
+void PowerWaves::add_node(double f, double weight) {
+  const double inverse = 1 / (k_ * f);
+  Wave& wave = nodes_.waves.emplace_back(Wave{-f, {}});
+  double term = weight * std::sqrt(inverse / pi);
+  for (int n = 0; n < PowerStretch::kTerms; ++n) {
+    wave.series[std::size_t(n)] = n % 4 == 0 || n % 4 == 3 ? term : -term;
+    term *= (2 * n + 1) * (2 * n + 1) / (8.0 * (n + 1)) * inverse;
+  }
+}
+
 void PowerWaves::arrange(double scale) {
+  ends_.arrange(scale);
+  nodes_.arrange(scale);
+}
+
+void PowerWaves::Set::arrange(double scale) {
   constexpr double kNegligible = 1e-18;
-  const std::size_t blocks = (waves_.size() + kWaveBlock - 1) / kWaveBlock;
-  waves_.resize(blocks * kWaveBlock, {0, {}});
+  const std::size_t blocks = (waves.size() + kWaveBlock - 1) / kWaveBlock;
+  waves.resize(blocks * kWaveBlock, {0, {}});
   for (std::size_t block = 0; block < blocks; ++block) {
-    const Wave* const first = &waves_[block * kWaveBlock];
+    const Wave* const first = &waves[block * kWaveBlock];
     int terms = 0;
     for (int i = 0; i < kWaveBlock; ++i) {
-      data_.push_back(first[i].f);
+      data.push_back(first[i].f);
       for (int n = terms; n < PowerStretch::kTerms; ++n)
         if (std::abs(first[i].series[std::size_t(n)]) > kNegligible * scale) terms = n + 1;
     }
-    pairs_.push_back((terms + 1) / 2);
-    for (int n = 0; n < 2 * pairs_.back(); ++n)
-      for (int i = 0; i < kWaveBlock; ++i) data_.push_back(first[i].series[std::size_t(n)]);
+    pairs.push_back((terms + 1) / 2);
+    for (int n = 0; n < 2 * pairs.back(); ++n)
+      for (int i = 0; i < kWaveBlock; ++i) data.push_back(first[i].series[std::size_t(n)]);
   }
-  waves_.clear();
+  waves.clear();
 }
 
 double PowerWaves::operator()(double r) const {
   const double y = k_ / (2 * pi * r);
-  return y * std::sqrt(y) * wave_sum(r, y, data_.data(), pairs_.data(), int(pairs_.size()));
+  return std::sqrt(y) * (y * wave_sum(r, y, ends_.data.data(), ends_.pairs.data(), int(ends_.pairs.size())) +
+                         wave_sum(r, y, nodes_.data.data(), nodes_.pairs.data(), int(nodes_.pairs.size())));
 }
 
 }  // namespace aberfit

@@ -25,14 +25,18 @@ class PowerStretch {
   std::array<double, kTerms> a_;
 };
 
-/// 2 pi int S J0(2 pi f r) f df over runs [a, b] of stretches: one wave for every end of a run, and one for
-/// two runs that meet.
+/// 2 pi int S J0(2 pi f r) f df over runs [a, b] of stretches, one wave for every end of a run and one for
+/// two runs that meet; plus sums of weight J0(2 pi f r).
 class PowerWaves {
  public:
   /// 2 pi r is at least `k` [rad/m].
   explicit PowerWaves(double k) : k_(k) {}
   /// Ascending. psd_a, psd_b: S at the ends [m^4].
   void add(const PowerStretch& stretch, double a, double psd_a, double b, double psd_b);
+  /// Whether nodes at f may be added: 2 pi r f is at least 25, from where the Hankel amplitudes' series is
+  /// exact to rounding.
+  bool carries(double f) const { return k_ * f >= 25; }
+  void add_node(double f, double weight);
   /// Arranges what was added; terms that stay below 1e-18 of `scale` [m^2] are left out.
   void arrange(double scale);
   double operator()(double r) const;
@@ -42,12 +46,16 @@ class PowerWaves {
     double f;
     std::array<double, PowerStretch::kTerms + 1> series;  // of k_/(2 pi r)
   };
+  struct Set {
+    std::vector<Wave> waves;
+    std::vector<double> data;  // of wave_sum
+    std::vector<int> pairs;
+    void arrange(double scale);
+  };
   void add_end(const PowerStretch& stretch, double f, double amplitude);
 
   double k_;
-  std::vector<Wave> waves_;
-  std::vector<double> data_;  // of wave_sum
-  std::vector<int> pairs_;
+  Set ends_, nodes_;
 };
 
 }  // namespace aberfit

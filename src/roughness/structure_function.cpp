@@ -115,6 +115,43 @@ std::vector<PowerStretch> power_stretches(const Model&, double, double) {
   return {};
 }
 
+// Gauss-Legendre rule on [-1, 1].
+struct LegendreRule {
+  Quadrature quadrature;
+  Eigen::MatrixXd legendre;  // (node, l), l < nodes
+};
+
+LegendreRule legendre_rule(int n) {
+  LegendreRule rule{gauss_legendre(n, -1.0, 1.0), Eigen::MatrixXd::Ones(n, n)};
+  const Eigen::ArrayXd t = rule.quadrature.nodes;
+  rule.legendre.col(1) = t.matrix();
+  for (int l = 1; l + 1 < n; ++l)
+    rule.legendre.col(l + 1) =
+        ((2 * l + 1) * t * rule.legendre.col(l).array() - l * rule.legendre.col(l - 1).array()).matrix() /
+        (l + 1.0);
+  return rule;
+}
+
+const LegendreRule& unit_rule() {
+  static const LegendreRule rule = legendre_rule(kPanelNodes);
+  return rule;
+}
+const LegendreRule& long_rule() {
+  static const LegendreRule rule = legendre_rule(2 * kPanelNodes);
+  return rule;
+}
+
+// A rule for S times J0 over `turn` radians on one panel; none where Filon's rule costs less. n nodes are
+// exact to degree 2 n - 1, and the Legendre coefficients of S fall to 1e-14 by degree 23: the largest product
+// of one of them with the J_(2n-l)(turn/2) that it meets stays below 4e-17.
+const LegendreRule* rule_for(double turn) {
+  if (turn <= 24) return &unit_rule();
+  if (turn <= 90) return &long_rule();
+  static const LegendreRule wide = legendre_rule(96), widest = legendre_rule(192);
+  if (turn <= 240) return &wide;
+  return turn <= 560 ? &widest : nullptr;
+}
+
 // int S (1 - J0(2 pi f r)) d2f of any S with a finite height variance, panel by panel. Every octave of r has
 // a plan: panels below the first turn of J0 come in by their moments, neighbours across which J0 hardly turns
 // (a long table has hundreds) are merged to one set of nodes, on wide panels the Hankel amplitude is
@@ -158,7 +195,7 @@ class ByQuadrature {
     }
     sum += one_minus_j0_sum(k, now.f.data(), now.weight.data(), int(now.f.size()));
     for (const std::size_t i : now.wide) sum += far(i, k);
-    return sum + (now.run_mass - now.runs(r));
+    return sum + (now.wave_mass - now.waves(r));
   }
 
  private:
@@ -167,87 +204,91 @@ class ByQuadrature {
     std::size_t first = 0;  // panels before this one come by moments
     std::vector<double> f, weight;
     std::vector<std::size_t> wide;  // panels for Filon's rule
-    PowerWaves runs{0};               // neighbouring panels of one stretch by their ends
-    double run_mass = 0;            // int S d2f of them
+    PowerWaves waves{0};            // of runs of panels of one stretch, and of nodes far out
+    double wave_mass = 0;           // int S d2f of them
+
+    void add(double node, double node_weight) {
+      if (!waves.carries(node)) {
+        f.push_back(node);
+        weight.push_back(node_weight);
+        return;
+      }
+      wave_mass += node_weight;
+      waves.add_node(node, node_weight);
+    }
   };
 
   // For wave numbers in [k/2, k].
   Plan plan(double k) const {
     const std::vector<PsdPanel>& panels = shared_.panels;
     Plan result;
-    result.runs = PowerWaves(0.5 * k);
+    result.waves = PowerWaves(0.5 * k);
     while (result.first < panels.size() && k * panels[result.first].b < 0.2) ++result.first;
     std::size_t i = result.first;
     while (i < panels.size()) {
-      // What turns by less than 2 kAmplitudeFrom is resolved by 24 nodes (see autocorrelation).
       const double a = panels[i].a;
+      const double turn = k * a >= kTurnOfLong ? kTurnOfLong : kTurnOfMerged;
       std::size_t end = i + 1;
-      while (end < panels.size() && k * (panels[end].b - a) <= kTurnOfMerged && panels[end].b <= 2 * a &&
+      while (end < panels.size() && k * (panels[end].b - a) <= turn && panels[end].b <= 2 * a &&
              panels[end].a == panels[end - 1].b)
         ++end;
       const std::size_t s = stretch_[i];
       const std::size_t waves = stretch_[end - 1] - s;  // that would stand for the merged panels
       if (s < stretches_.size() && 0.5 * k * a >= stretches_[s].smallest() && waves <= kWavesOfMerged) {
         for (; i < panels.size() && stretch_[i] == s; ++i) {
-          result.run_mass += mass_[i];
+          result.wave_mass += mass_[i];
           end = i + 1;
         }
         const double b = panels[end - 1].b;
-        result.runs.add(stretches_[s], a, psd_(a), b, psd_(b));
-        continue;
-      }
-      if (0.5 * k * a >= kAmplitudeFrom && k * (panels[i].b - a) > kTurnOfMerged) {
-        result.wide.push_back(i++);
+        result.waves.add(stretches_[s], a, psd_(a), b, psd_(b));
         continue;
       }
       if (end - i > 1) {
-        append_merged(i, end, &result);
+        append_merged(i, end, k * (panels[end - 1].b - a) > kTurnOfMerged ? long_rule() : unit_rule(),
+                      &result);
+      } else if (const LegendreRule* rule = rule_for(k * (panels[i].b - a))) {
+        append_panel(panels[i], *rule, &result);
       } else {
-        const PsdPanel& panel = panels[i];
-        const PanelArray weight = 2 * pi * panel.weight * panel.psd * panel.f;
-        result.f.insert(result.f.end(), panel.f.data(), panel.f.data() + kPanelNodes);
-        result.weight.insert(result.weight.end(), weight.data(), weight.data() + kPanelNodes);
+        result.wide.push_back(i);
       }
       i = end;
     }
-    result.runs.arrange(result.run_mass);
+    result.waves.arrange(result.wave_mass);
     return result;
   }
 
-  // Weights of 24 nodes that integrate S times any polynomial of degree 23 over panels [i, end) together.
-  void append_merged(std::size_t i, std::size_t end, Plan* plan) const {
+  // Weights of as many nodes as the rule has that integrate S times any polynomial of their degree over
+  // panels [i, end) together.
+  void append_merged(std::size_t i, std::size_t end, const LegendreRule& rule, Plan* plan) const {
     const double a = shared_.panels[i].a, b = shared_.panels[end - 1].b;
-    const Quadrature& rule = unit_rule();
-    Eigen::Array<double, kPanelNodes, 1> moment = PanelArray::Zero();  // of Legendre polynomials
+    const int n = int(rule.quadrature.nodes.size());
+    Eigen::ArrayXd moment = Eigen::ArrayXd::Zero(n);  // of Legendre polynomials
     for (std::size_t p = i; p < end; ++p) {
       const PsdPanel& panel = shared_.panels[p];
       const PanelArray t = (2 * panel.f - (a + b)) / (b - a);
       const PanelArray weight = 2 * pi * panel.weight * panel.psd * panel.f;
       PanelArray before = PanelArray::Zero(), here = PanelArray::Ones();
-      for (int l = 0; l < kPanelNodes; ++l) {
+      for (int l = 0; l < n; ++l) {
         moment[l] += (l + 0.5) * (weight * here).sum();
-        const PanelArray next = ((2 * l + 1) * t * here - l * before) / (l + 1.0);
+        const double back = l / (l + 1.0);
+        const PanelArray next = (1 + back) * t * here - back * before;
         before = here;
         here = next;
       }
     }
-    for (int j = 0; j < kPanelNodes; ++j) {
-      const double t = rule.nodes[j];
-      double before = 0, here = 1, sum = 0;
-      for (int l = 0; l < kPanelNodes; ++l) {
-        sum += moment[l] * here;
-        const double next = ((2 * l + 1) * t * here - l * before) / (l + 1.0);
-        before = here;
-        here = next;
-      }
-      plan->f.push_back(0.5 * (a + b) + 0.5 * (b - a) * t);
-      plan->weight.push_back(rule.weights[j] * sum);
-    }
+    const Eigen::ArrayXd weights = rule.quadrature.weights * (rule.legendre * moment.matrix()).array();
+    for (int j = 0; j < n; ++j)
+      plan->add(0.5 * (a + b) + 0.5 * (b - a) * rule.quadrature.nodes[j], weights[j]);
   }
 
-  static const Quadrature& unit_rule() {
-    static const Quadrature rule = gauss_legendre(kPanelNodes, -1.0, 1.0);
-    return rule;
+  void append_panel(const PsdPanel& panel, const LegendreRule& rule, Plan* plan) const {
+    const bool own = rule.quadrature.nodes.size() == kPanelNodes;
+    for (Eigen::Index j = 0; j < rule.quadrature.nodes.size(); ++j) {
+      const double f =
+          own ? panel.f[j] : 0.5 * (panel.a + panel.b) + 0.5 * (panel.b - panel.a) * rule.quadrature.nodes[j];
+      const double psd = own ? panel.psd[j] : psd_(f);
+      plan->add(f, pi * (panel.b - panel.a) * rule.quadrature.weights[j] * psd * f);
+    }
   }
 
   double far(std::size_t i, double k) const {
@@ -261,8 +302,8 @@ class ByQuadrature {
     return mass_[i] - 2 * pi * (real + imaginary) / std::numbers::sqrt2;
   }
 
-  static constexpr double kAmplitudeFrom = 8;        // where hankel_amplitudes of many arguments starts
-  static constexpr double kTurnOfMerged = 10;        // 24 nodes carry J0 over 10 rad: J_24(5) = 1e-15
+  // 24 nodes carry J0 over 10 rad: J_24(5) = 4e-15; 48 over 36 rad: J_48(18) = 1e-16.
+  static constexpr double kTurnOfMerged = 10, kTurnOfLong = 36;
   static constexpr std::size_t kWavesOfMerged = 40;  // that cost as much as 24 values of J0
   SharedPanels shared_;
   std::vector<PowerStretch> stretches_;
