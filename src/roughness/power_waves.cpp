@@ -58,7 +58,7 @@ void PowerWaves::arrange(double scale) {
 }
 
 void PowerWaves::Set::arrange(double scale) {
-  constexpr double kNegligible = 1e-18;
+  constexpr double kNegligible = 1e-17;
   const std::size_t blocks = (waves.size() + kWaveBlock - 1) / kWaveBlock;
   waves.resize(blocks * kWaveBlock, {0, {}});
   for (std::size_t block = 0; block < blocks; ++block) {

@@ -33,11 +33,11 @@ class PowerWaves {
   explicit PowerWaves(double k) : k_(k) {}
   /// Ascending. psd_a, psd_b: S at the ends [m^4].
   void add(const PowerStretch& stretch, double a, double psd_a, double b, double psd_b);
-  /// Whether nodes at f may be added: 2 pi r f is at least 25, from where the Hankel amplitudes' series is
+  /// Whether nodes at f may be added: 2 pi r f is at least 18, from where the Hankel amplitudes' series is
   /// exact to rounding.
-  bool carries(double f) const { return k_ * f >= 25; }
+  bool carries(double f) const { return k_ * f >= 18; }
   void add_node(double f, double weight);
-  /// Arranges what was added; terms that stay below 1e-18 of `scale` [m^2] are left out.
+  /// Arranges what was added; terms that stay below 1e-17 of `scale` [m^2] are left out.
   void arrange(double scale);
   double operator()(double r) const;
 

@@ -82,6 +82,26 @@ TEST(StructureFunction, OfWidePowerLawsAndTablesIsTheDifferenceOfAutocorrelation
   }
 }
 
+TEST(StructureFunction, OfLongRaggedTablesIsTheDifferenceOfAutocorrelations) {
+  // Points close together, log-spaced and evenly: panels are merged at small r, waves at large r.
+  for (const bool even : {false, true}) {
+    std::vector<double> f, s;
+    for (int i = 0; i < 400; ++i) {
+      f.push_back(even ? 2.5 + 9997.5 * i / 399.0 : 2.5 * std::pow(4000.0, i / 399.0));
+      s.push_back(std::pow(f.back(), -2.2) * std::exp(0.4 * std::sin(7.3 * i * (1 + 0.01 * i))));
+    }
+    const RadialPsd psd{TablePsd{f, s}};
+    const double variance = psd_moments(psd).height_variance;
+    Eigen::ArrayXd r(12);
+    r << 1e-3, 3.3e-3, 7e-3, 0.0123, 0.02, 0.027, 0.05, 0.11, 0.17, 0.21, 0.33, 0.4;
+    const Eigen::ArrayXd together = structure_function(psd, r), truth = variance - autocorrelation(psd, r);
+    for (Eigen::Index i = 0; i < r.size(); ++i) {
+      EXPECT_NEAR(together[i] / variance, truth[i] / variance, kRelative) << even << " " << r[i];
+      EXPECT_NEAR(at(psd, r[i]) / together[i], 1, kRelative) << even << " " << r[i];
+    }
+  }
+}
+
 TEST(StructureFunction, OfASplitFractalSumsToTheWhole) {
   for (const double c : {2.1, 2.6, 3.4}) {
     const RadialPsd whole(KCorrelationPsd{1e-7, 0.02, c, 0, kInf});
