@@ -181,6 +181,8 @@ double GeneralisedHarveyShack::curvature(double dz) const {
 }
 
 MeanSpot GeneralisedHarveyShack::at_plane(double dz) const {
+  if (!(std::isfinite(dz) && mirror_.focal_length + dz > 0))
+    throw ComputationError("the plane of the spot lies behind the mirror");
   MeanSpot spot;
   const double f = mirror_.focal_length, radius = aperture_radius(aperture_);
   spot.focal_length_ = f;
@@ -329,13 +331,13 @@ Eigen::VectorXd GeneralisedHarveyShack::predict(const std::vector<Statistic>& st
   std::vector<std::vector<std::size_t>> tasks;
   for (std::size_t i = 0; i < statistics.size(); ++i) {
     if (const auto* radius = std::get_if<EncircledEnergyRadius>(&statistics[i]))
-      planes[radius->dz].push_back(i);
+      planes[std::isnan(radius->dz) ? kInfinity : radius->dz].push_back(i);
     else if (const auto* through = std::get_if<RingThrough>(&statistics[i]))
-      planes[through->dz].push_back(i);
+      planes[std::isnan(through->dz) ? kInfinity : through->dz].push_back(i);
     else
       tasks.push_back({i});
   }
-  const std::size_t single = tasks.size();
+  const std::size_t single = tasks.size();  // NaN, which a map cannot hold, went with infinity: both throw
   for (const auto& [dz, members] : planes) tasks.push_back(members);
   Eigen::VectorXd result(Eigen::Index(statistics.size()));
   std::vector<std::exception_ptr> failures(tasks.size());

@@ -47,6 +47,15 @@ std::vector<RadialPsd> families() {
 
 }  // namespace
 
+TEST(GeneralisedHarveyShack, RefusesPlanesThatDoNotExist) {
+  const GeneralisedHarveyShack model(RadialPsd(GaussianPsd{60e-9, 0.02}), kParabola, kCircle, kLambda);
+  for (const double dz : {-2.8, -4.0, HUGE_VAL, -HUGE_VAL, std::nan("")}) {
+    EXPECT_THROW(model.at_plane(dz), ComputationError) << dz;
+    EXPECT_THROW(model.predict({EncircledEnergyRadius{0.5, 0}, RingThrough{1e-5, dz}}), ComputationError)
+        << dz;
+  }
+}
+
 TEST(GeneralisedHarveyShack, MatchesEveryGoldenRadius) {
   int rows = 0;
   double worst = 0;

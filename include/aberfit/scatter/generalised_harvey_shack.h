@@ -79,7 +79,8 @@ class GeneralisedHarveyShack {
   /// The spot in the plane z = f + dz. Wave aberration of the defocus: dz rho^2/(2 f (f
   /// + dz)) (Fresnel; Goodman, Introduction to Fourier Optics, 5.2.2). Prefer it to the
   /// shortcuts below for more than one value in a plane; it costs milliseconds, more for a far defocus with
-  /// much specular light.
+  /// much specular light. Throws ComputationError where dz is not finite or f + dz is not above zero, as does
+  /// all that asks for such a plane.
   MeanSpot at_plane(double dz) const;
   double encircled_energy(double radius, double dz) const { return at_plane(dz).encircled_energy(radius); }
   double encircled_energy_radius(double fraction, double dz) const {
