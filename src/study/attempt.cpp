@@ -172,7 +172,7 @@ Workbench::Workbench(const Study& study, FocusPhysics model, double grid_pitch, 
     : physics(model),
       pitch(grid_pitch),
       pupil(focus_pupil(study, model, grid_pitch)),
-      surface(terms, pupil, {threads, {}, {}}),
+      surface(terms, pupil, focus_operator(model, threads)),
       nominal(trace_nominal(study.mirror, pupil)) {}
 
 SurfaceField Workbench::field(const Eigen::VectorXd& coefficients) const {

@@ -180,4 +180,11 @@ PupilSample focus_pupil(const Study& study, FocusPhysics physics, double pitch) 
   return make_pupil(study.aperture, study.trace.pupil);
 }
 
+OperatorOptions focus_operator(FocusPhysics physics, int threads) {
+  OperatorOptions options;
+  options.threads = threads;
+  options.hold_at_rim = physics == FocusPhysics::kWaves;
+  return options;
+}
+
 }  // namespace aberfit

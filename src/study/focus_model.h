@@ -53,5 +53,7 @@ double wave_pitch(const Study& study, const TermSet& terms, const std::vector<Ta
 
 /// The points that a surface is propagated from: the study's rays, or the cells of a grid of `pitch` [m].
 PupilSample focus_pupil(const Study& study, FocusPhysics physics, double pitch);
+/// How L is to be computed there.
+OperatorOptions focus_operator(FocusPhysics physics, int threads);
 
 }  // namespace aberfit

@@ -291,9 +291,10 @@ ordered_json run_trace(const Study& study, const RunOptions& options, std::strin
   const Eigen::VectorXd values =
       by_rays
           ? evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, threads, &warnings)
-          : focus_statistics({study.mirror, pupil, SurfaceOperator(terms, pupil, {threads, {}, {}}), physics,
-                              study.wavelength, &study.aperture, study.trace.centre},
-                             coefficients, statistics, threads, &warnings);
+          : focus_statistics(
+                {study.mirror, pupil, SurfaceOperator(terms, pupil, focus_operator(physics, threads)),
+                 physics, study.wavelength, &study.aperture, study.trace.centre},
+                coefficients, statistics, threads, &warnings);
   if (rays.lost > 0)
     warnings.push_back(
         {"lost-rays", fmt::format("{} of {} rays miss the focal region", rays.lost, rays.size())});

@@ -79,7 +79,7 @@ PupilSample concatenated(const std::vector<PupilSample>& parts) {
 Eigen::VectorXd propagated(const Study& study, FocusPhysics physics, const PupilSample& pupil,
                            const TermSet& terms, const Eigen::VectorXd& coefficients,
                            const std::vector<Statistic>& statistics, int threads, Warnings* warnings) {
-  const SurfaceOperator surface(terms, pupil, {threads, {}, {}});
+  const SurfaceOperator surface(terms, pupil, focus_operator(physics, threads));
   return focus_statistics(
       {study.mirror, pupil, surface, physics, study.wavelength, &study.aperture, study.trace.centre},
       coefficients, statistics, threads, warnings);

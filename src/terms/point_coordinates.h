@@ -20,6 +20,8 @@ class PointCoordinates {
   explicit PointCoordinates(CartesianGrid grid);
 
   Eigen::Index size() const { return size_; }
+  /// Whether Zernikes at points outside their circle take the values of its rim.
+  bool hold_at_rim = false;
 
   /// x / unit and y / unit of `used` points into the block, zeros into the places left over. The points are
   /// rays[begin + i], or begin + i where rays is null.

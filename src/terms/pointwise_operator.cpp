@@ -31,8 +31,7 @@ void gather(const Eigen::ArrayXd& from, double unit, Index begin, int used, doub
   std::fill(to + used, to + kBlockPoints, 0.0);
 }
 
-/// Zernikes grow as (rho + sqrt(rho^2 - 1))^n outside their circle: 30 times at n = 28, 1 % outside. Points
-/// there, the centres of cells that the rim cuts, take the values of the rim.
+/// Moves points outside the unit circle onto it.
 void pull_to_rim(PointBlock* block) {
   for (int i = 0; i < block->used; ++i) {
     const double rho2 = block->x[i] * block->x[i] + block->y[i] * block->y[i];
@@ -78,7 +77,7 @@ void PointwiseOperator::forward_block(const double* packed, Index begin, int use
     points_.gather(nullptr, begin, used, radius_, &block);
     if (families_.spherical) spherical_forward(spherical_, packed + spherical_at(), &block);
     if (families_.zernike) {
-      pull_to_rim(&block);
+      if (points_.hold_at_rim) pull_to_rim(&block);
       zernike_forward(set_, zernike_, packed, &block);
     }
     for (int i = 0; i < used; ++i) block.slope_x[i] /= radius_, block.slope_y[i] /= radius_;
@@ -111,7 +110,7 @@ void PointwiseOperator::adjoint_block(const std::uint32_t* rays, const SurfaceFi
     place(radius_);
     if (families.spherical) spherical_adjoint(spherical_, block, packed + spherical_at());
     if (families.zernike) {
-      pull_to_rim(&block);
+      if (points_.hold_at_rim) pull_to_rim(&block);
       zernike_adjoint(set_, zernike_, block, lanes, packed);
     }
   }

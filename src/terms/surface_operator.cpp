@@ -193,7 +193,8 @@ SurfaceOperator::SurfaceOperator(TermSet terms, const PupilSample& pupil, const 
   plan->choice = choose_operator(terms, layout, options);
   const OperatorChoice& choice = plan->choice;
 
-  const PointCoordinates points = coordinates_of(pupil, choice);
+  PointCoordinates points = coordinates_of(pupil, choice);
+  points.hold_at_rim = options.hold_at_rim;
   Families pointwise{false, false, !terms.spherical.empty()};
   if (choice.zernike) {
     std::unique_ptr<TermOperator> part;

@@ -35,7 +35,8 @@ TEST_P(ReferenceStudy, GivesWhatItsExpectedFileSays) {
 
 INSTANTIATE_TEST_SUITE_P(Fits, ReferenceStudy,
                          testing::Values("paper-physical", "paper-harvey-shack", "paper-published-values",
-                                         "spherical", "measured-zygo"),
+                                         "spherical", "measured-zygo",
+                                         "smooth-waves"),
                          [](const auto& study) {
                            std::string name = study.param;
                            std::erase(name, '-');

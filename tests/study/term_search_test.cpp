@@ -100,6 +100,40 @@ TEST(TermSearch, TakesTheNearestSetWhereNonePasses) {
   chosen(search_terms({}, {10, 30, false}, hopeless.hooks()));  // one is marked all the same
 }
 
+// Without short fits: down from the high end of the range.
+TermTrials without_screen(Trials* trials) {
+  TermTrials hooks = trials->hooks();
+  hooks.screen = nullptr;
+  return hooks;
+}
+
+TEST(TermSearch, GoesDownWhereShortFitsSayNothing) {
+  Trials trials;
+  for (int order = 23; order <= 100; ++order) trials.passing.insert(order);
+  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&trials))), 23);
+  EXPECT_TRUE(trials.screened.empty());
+  EXPECT_EQ(trials.confirmed.front(), 40);
+  EXPECT_LT(trials.confirmed.size(), 12u);
+  // One failure does not end the way down, two in a row do.
+  Trials gap;
+  for (int order = 23; order <= 100; ++order) gap.passing.insert(order);
+  gap.passing.insert(21);
+  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&gap))), 21);
+  Trials below;
+  for (int order = 2; order <= 100; ++order) below.passing.insert(order);
+  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&below))), 2);
+}
+
+TEST(TermSearch, GoesUpFirstWhereTheExpectedOrderFails) {
+  Trials trials;
+  for (int order = 46; order <= 100; ++order) trials.passing.insert(order);
+  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&trials))), 46);
+  Trials none;
+  const Frontier frontier = search_terms({}, {10, 40, false}, without_screen(&none));
+  EXPECT_NE(frontier.message.find("no set"), std::string::npos);
+  EXPECT_LE(none.confirmed.back(), 53);  // a third beyond the range
+}
+
 TEST(TermSearch, DoublesPlaneWavesWhereZernikesNeedOrdersAbove100) {
   Trials trials;
   for (int count = 300; count < 20000; ++count) trials.passing.insert(count);

@@ -68,7 +68,7 @@ TEST_P(TermSearchSweep, AutoEndsWithin20PercentOfTheFewestTerms) {
 
 INSTANTIATE_TEST_SUITE_P(Fits, TermSearchSweep,
                          testing::Values("paper-physical", "paper-harvey-shack", "measured-smooth",
-                                         "measured-turning-lines"),
+                                         "measured-turning-lines", "smooth-waves"),
                          [](const auto& study) {
                            std::string name = study.param;
                            std::erase(name, '-');

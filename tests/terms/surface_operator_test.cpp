@@ -286,6 +286,40 @@ TEST(SurfaceOperator, EveryInstructionSetGivesTheSameFieldToRounding) {
   }
 }
 
+TEST(SurfaceOperator, HoldsZernikesAtTheRimAndNothingElse) {
+  TermSet terms = mixed_terms(2, 20);
+  const Pupil around = pupil(500, "rim", 1.05 * kRadius);
+  PupilSample sample{around.x, around.y, Eigen::ArrayXd::Constant(500, 1.0 / 500)};
+  const Eigen::VectorXd c = normals(terms.size(), "rim coefficients").matrix();
+  const auto only = [&](Eigen::Index begin, Eigen::Index count) {
+    Eigen::VectorXd some = Eigen::VectorXd::Zero(c.size());
+    some.segment(begin, count) = c.segment(begin, count);
+    return some;
+  };
+  Pupil pulled = around;
+  for (Eigen::Index i = 0; i < pulled.x.size(); ++i) {
+    const double beyond = std::hypot(pulled.x[i], pulled.y[i]) / kRadius;
+    if (beyond > 1) pulled.x[i] /= beyond, pulled.y[i] /= beyond;
+  }
+  const Eigen::Index zernikes = Eigen::Index(terms.zernike.size());
+  SurfaceField expected = term_by_term(terms, only(0, zernikes), pulled);
+  const SurfaceField others = term_by_term(terms, only(zernikes, c.size() - zernikes), around);
+  expected.height += others.height;
+  expected.slope_x += others.slope_x;
+  expected.slope_y += others.slope_y;
+  for (const auto method : {ZernikeMethod::kFused, ZernikeMethod::kDense}) {
+    OperatorOptions options;
+    options.zernike = method;
+    options.hold_at_rim = true;
+    const SurfaceOperator held(terms, sample, options);
+    SurfaceField field;
+    held.apply(c, &field);
+    EXPECT_LE(relative_difference(field, expected), kSum);
+    const SurfaceField g = random_field(500, "rim");
+    EXPECT_LE(std::abs(dot(field, g) - c.dot(held.apply_transpose(g))) / (norm(field) * norm(g)), kAdjoint);
+  }
+}
+
 TEST(SurfaceOperator, PlaneWavesKeepTheirPhaseOverManyCycles) {
   // Phases up to 800 cycles: rounding of f.x alone allows 2 pi 800 eps = 1.1e-12 of the amplitude; exact half
   // and quarter cycles too.

@@ -45,6 +45,10 @@ struct OperatorOptions {
   int threads = 1;
   std::optional<ZernikeMethod> zernike;
   std::optional<FourierMethod> fourier;
+  /// Zernikes at points outside `terms.radius` take height and slopes of the nearest point of its rim. For
+  /// cells of a diffraction pupil that the rim cuts: the polynomials grow as (rho + sqrt(rho^2 - 1))^n
+  /// outside, 30 times at n = 28 and rho = 1.007.
+  bool hold_at_rim = false;
 };
 
 /// What was chosen, and why.
@@ -65,11 +69,10 @@ struct OperatorChoice {
 /// last bit.
 class SurfaceOperator {
  public:
-  /// x, y: point coordinates [m], in the disc of `terms.radius` or slightly outside, where Zernikes take
-  /// height and slopes of the nearest point of its rim (the polynomials grow as rho^n there). `threads`: how
-  /// many threads apply and apply_transpose may use. Throws std::invalid_argument for x and y of different
-  /// length, an (n, m) that is no Zernike mode, an odd spherical power, or a radius that is not positive
-  /// where Zernike or spherical terms need one. Methods: kFused and kPhaseSums.
+  /// x, y: point coordinates [m], in the disc of `terms.radius` or slightly outside (Zernikes grow as rho^n
+  /// there). `threads`: how many threads apply and apply_transpose may use. Throws std::invalid_argument for
+  /// x and y of different length, an (n, m) that is no Zernike mode, an odd spherical power, or a radius that
+  /// is not positive where Zernike or spherical terms need one. Methods: kFused and kPhaseSums.
   SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd y, int threads = 1);
   /// The same on the points of a pupil, whose structure faster methods use. Throws std::invalid_argument,
   /// too, for a method that the structure does not allow, a structure that is not that of the points, and a

@@ -1,0 +1,49 @@
+// fits/smooth-waves: what its README says of waves, and of rays in their place.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "aberfit/study/read_study.h"
+#include "aberfit/study/run.h"
+
+using namespace aberfit;
+
+namespace {
+
+constexpr double kMeets = 5e-3;  // of the target
+
+Study smooth_waves() { return read_study(ABERFIT_SOURCE_DIR "/fits/smooth-waves/study.json"); }
+
+}  // namespace
+
+TEST(SmoothWaves, MeetTheHarveyShackFocusThroughDiffraction) {
+  const ResultDocument result = run_fit(smooth_waves(), {});
+  EXPECT_EQ(result.theory, "ghs");
+  EXPECT_EQ(result.model, "waves");
+  EXPECT_LT(result.scene.kappa, 0.85);
+  EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
+  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
+  std::size_t held_out = 0;
+  for (const EquivalenceMetric& metric : result.metrics) {
+    held_out += metric.held_out;
+    if (!metric.held_out) {
+      EXPECT_LE(std::abs(metric.relative_difference), kMeets) << metric.name;
+    }
+    EXPECT_EQ(metric.verdict, Verdict::kEquivalent) << metric.name;
+  }
+  EXPECT_EQ(result.targets.size(), 66u);
+  EXPECT_EQ(held_out, 90u);
+}
+
+TEST(SmoothWaves, ForcedToRaysAreDifferentAndSayWhy) {
+  Study study = smooth_waves();
+  study.target.theory = Theory::kGeometric;
+  const ResultDocument result = run_fit(study, {});
+  EXPECT_EQ(result.model, "rays");
+  EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;  // of what rays can see
+  EXPECT_EQ(result.verdict, Verdict::kDifferent);
+  ASSERT_TRUE(result.needed_judgement.has_value());
+  EXPECT_EQ(result.needed_judgement->model, "waves");
+  EXPECT_NE(result.needed_judgement->reason.find("rays are not valid here: kappa = 0.284"), std::string::npos)
+      << result.needed_judgement->reason;
+}
