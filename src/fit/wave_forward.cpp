@@ -121,7 +121,7 @@ Eigen::VectorXd WaveForward::exact(Warnings* warnings) {
 void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) const {
   const DiffractionProblem waves = problem();
   const DiffractionCheck check = check_diffraction(waves, height_, 0.0);
-  const bool aliased = check.aliased_share > waves.aliased_limit;
+  const bool finite = height_.allFinite(), aliased = check.aliased_share > waves.aliased_limit;
   for (std::size_t k = 0; k < std::size_t(values.size()); ++k) {
     if (std::isfinite(values[Eigen::Index(k)])) continue;
     const auto own = std::find(split_.own_place.begin(), split_.own_place.end(), k);
@@ -139,6 +139,9 @@ void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) con
       warnings->push_back({"rms-radius-of-waves",
                            name + " does not exist for waves: a sharp edge scatters light as 1/r^3, whose "
                                   "second moment diverges"});
+    else if (!finite)
+      warnings->push_back(
+          {"psf-not-finite", name + ": the surface has heights that are not finite, so it has no PSF"});
     else if (aliased)
       warnings->push_back(
           {"psf-aliased", name + ": " +

@@ -45,13 +45,13 @@ DiffractionEnsemble diffraction_ensemble(const DiffractionProblem& problem, doub
   const double largest = flat.largest_radius(dz), unit = flat.per_period(dz);
   DiffractionWorkspace workspace;
   DiffractionWorkspace::Buffers& pool = workspace.buffers();
-  const PupilTransform& transform = pool.prepare(flat.rows(), flat.columns(), problem.padding);
+  const DiffractionGrid& grid = pool.prepare(flat);
   std::vector<Draw> found(std::size_t(draws), Draw{});
   parallel_for(found.size(), threads, [&](std::size_t i) {
     const Eigen::ArrayXd height = draw(int(i));
     const DiffractionScene scene(problem, height, 1);
-    BorrowedBuffers buffers(pool);
-    DiffractionPlane plane(scene, transform, *buffers);
+    BorrowedBench bench(pool);
+    DiffractionPlane plane(scene, grid, bench->buffers, bench->focused);
     plane.focus(dz);
     found[i].transfer = plane.otf().values();
     found[i].energy =

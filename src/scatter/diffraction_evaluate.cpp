@@ -25,8 +25,8 @@ constexpr double kDark = 1e-10;
 class DiffractionEvaluator {
  public:
   DiffractionEvaluator(const DiffractionScene& scene, const Eigen::ArrayXd& height, DiffractionPlane* plane,
-                       Eigen::ArrayXd* d_height)
-      : scene_(scene), height_(height), plane_(plane), d_height_(d_height) {}
+                       RingMemory* rings, Eigen::ArrayXd* d_height)
+      : scene_(scene), height_(height), plane_(plane), rings_(rings), d_height_(d_height) {}
 
   double operator()(const EncircledEnergyRadius& s) const {
     if (!scene_.has_plane(s.dz) || !(s.fraction > 0)) return std::nan("");
@@ -59,7 +59,8 @@ class DiffractionEvaluator {
         d_phase_of_ring = -1 / density * plane_->energy_gradient(ring);
       }
     }
-    const auto width = diffraction_ring_width(scene_, plane_, ring, d_height_ ? &d_phase : nullptr, &d_ring);
+    const auto width =
+        diffraction_ring_width(scene_, plane_, rings_, ring, d_height_ ? &d_phase : nullptr, &d_ring);
     if (!width) return std::nan("");
     const PhaseSteps steps = scene_.phase_steps(height_, width->lower, width->upper);
     if (steps.aliased_share > scene_.problem().aliased_limit) return std::nan("");
@@ -111,6 +112,7 @@ class DiffractionEvaluator {
   const DiffractionScene& scene_;
   const Eigen::ArrayXd& height_;
   DiffractionPlane* plane_;
+  RingMemory* rings_;
   Eigen::ArrayXd* d_height_;
 };
 
@@ -144,11 +146,6 @@ std::vector<Job> jobs_of(const std::vector<Statistic>& statistics) {
 
 }  // namespace
 
-DiffractionWorkspace::DiffractionWorkspace() : buffers_(std::make_unique<Buffers>()) {}
-DiffractionWorkspace::~DiffractionWorkspace() = default;
-DiffractionWorkspace::DiffractionWorkspace(DiffractionWorkspace&&) noexcept = default;
-DiffractionWorkspace& DiffractionWorkspace::operator=(DiffractionWorkspace&&) noexcept = default;
-
 bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                           const std::vector<Statistic>& statistics, int threads,
                           DiffractionWorkspace* workspace, Eigen::VectorXd* values,
@@ -167,13 +164,23 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
   if (scene.phase_steps(height, low, high).aliased_share > problem.aliased_limit) return false;
   DiffractionWorkspace own;
   DiffractionWorkspace::Buffers& pool = (workspace ? *workspace : own).buffers();
-  const PupilTransform& transform = pool.prepare(scene.rows(), scene.columns(), problem.padding);
+  const DiffractionGrid& grid = pool.prepare(scene);
+  std::vector<FocusedField*> kept(jobs.size(), nullptr);
+  if (workspace) {
+    std::vector<double> planes;
+    for (const Job& job : jobs)
+      if (job.dz) planes.push_back(*job.dz);
+    pool.look_at(scene, planes);
+    for (std::size_t j = 0; j < jobs.size(); ++j)
+      if (jobs[j].dz && scene.has_plane(*jobs[j].dz)) kept[j] = pool.plane(*jobs[j].dz);
+  }
   parallel_for(jobs.size(), threads, [&](std::size_t j) {
-    BorrowedBuffers buffers(pool);
-    DiffractionPlane plane(scene, transform, *buffers);
+    BorrowedBench bench(pool);
+    DiffractionPlane plane(scene, grid, bench->buffers, kept[j] ? *kept[j] : bench->focused);
     if (jobs[j].dz && scene.has_plane(*jobs[j].dz)) plane.focus(*jobs[j].dz);
     for (const std::size_t k : jobs[j].statistics) {
-      const DiffractionEvaluator evaluate(scene, height, &plane, d_height ? &(*d_height)[k] : nullptr);
+      const DiffractionEvaluator evaluate(scene, height, &plane, workspace ? &pool.rings : nullptr,
+                                          d_height ? &(*d_height)[k] : nullptr);
       (*values)[Eigen::Index(k)] = std::visit(evaluate, statistics[k]);
     }
   });
@@ -213,9 +220,9 @@ Eigen::ArrayXd diffraction_encircled_energy(const DiffractionProblem& problem, c
                                             double dz, const Eigen::ArrayXd& radius) {
   const DiffractionScene scene(problem, height, 1);
   if (!scene.has_plane(dz)) return Eigen::ArrayXd::Constant(radius.size(), std::nan(""));
-  const PupilTransform transform(scene.rows(), scene.columns(), problem.padding);
-  PupilTransform::Buffers buffers(transform);
-  DiffractionPlane plane(scene, transform, buffers);
+  const DiffractionGrid grid(scene);
+  DiffractionBench bench(grid.transform);
+  DiffractionPlane plane(scene, grid, bench.buffers, bench.focused);
   plane.focus(dz);
   return radius.unaryExpr(
       [&](double r) { return r >= 0 && r <= scene.largest_radius(dz) ? plane.energy(r) : std::nan(""); });

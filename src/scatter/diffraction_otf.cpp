@@ -1,38 +1,41 @@
 #include "diffraction_otf.h"
 
 #include <algorithm>
-#include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <numbers>
+#include <utility>
+
+#include "aberfit/roughness/bessel.h"
+#include "diffraction_lags.h"
 
 namespace aberfit {
 namespace {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 
-// In double, not by way of long double: 1e-16 absolute is enough for sums of thousands.
-using Policy = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
-double bessel(int order, double x) { return boost::math::cyl_bessel_j(order, x, Policy()); }
+Eigen::ArrayXd lags_from_first(Eigen::Index nodes) {
+  return Eigen::ArrayXd::LinSpaced(nodes - 1, 1.0, double(nodes - 1)) / LagTable::kNodesPerLag;
+}
 
 }  // namespace
 
+RadialOtf::RadialOtf(Eigen::ArrayXd values)
+    : values_(std::move(values)),
+      lag_(lags_from_first(values_.size())),
+      per_lag_(values_.tail(values_.size() - 1) / lag_) {}
+
 Eigen::ArrayXd RadialOtf::energy_weights(double q, Eigen::Index nodes) {
-  Eigen::ArrayXd weights(nodes);
+  const Eigen::ArrayXd lag = lags_from_first(nodes), z = kTwoPi * q * lag;
+  Eigen::ArrayXd j0(nodes - 1), j1(nodes - 1), weights(nodes);
+  bessel_j0_j1(z.data(), int(nodes - 1), j0.data(), j1.data());
   weights[0] = std::numbers::pi * q * q;
-  for (Eigen::Index j = 1; j < nodes; ++j) {
-    const double s = double(j) / kNodesPerLag;
-    weights[j] = q * bessel(1, kTwoPi * q * s) / s;
-  }
+  weights.tail(nodes - 1) = q * j1 / lag;
   return weights;
 }
 
-double RadialOtf::energy(double q) const { return (values_ * energy_weights(q, values_.size())).sum(); }
-
-double RadialOtf::density(double q) const {
-  double sum = 0;
-  for (Eigen::Index j = 0; j < values_.size(); ++j)
-    sum += values_[j] * bessel(0, kTwoPi * q * double(j) / kNodesPerLag);
-  return kTwoPi * q * sum;
+RadialOtf::Encircled RadialOtf::encircled(double q) const {
+  const BesselSums sums = bessel_sums(kTwoPi * q, lag_.data(), per_lag_.data(), int(lag_.size()));
+  return {q * (std::numbers::pi * q * values_[0] + sums.first), kTwoPi * q * (values_[0] + sums.zeroth)};
 }
 
 std::optional<double> RadialOtf::radius(double fraction, double q_max) const {
@@ -48,14 +51,18 @@ std::optional<double> RadialOtf::radius(double fraction, double q_max) const {
   }
   // Newton from the end that is nearer in energy, kept inside the bracket.
   double q = low + (high - low) * (-f_low) / (f_high - f_low);
+  double last_step = high - low;
   for (int iteration = 0; iteration < 100; ++iteration) {
-    const double f = energy(q) - fraction;
+    const Encircled at = encircled(q);
+    const double f = at.energy - fraction;
     if (f == 0) return q;
     (f < 0 ? low : high) = q;
-    const double slope = density(q);
-    double next = slope > 0 ? q - f / slope : low;
+    double next = at.density > 0 ? q - f / at.density : low;
     if (!(next > low && next < high)) next = 0.5 * (low + high);
-    if (std::abs(next - q) <= 4e-15 * q) return next;
+    const double step = std::abs(next - q);
+    // Rounding of the sums moves the last digits to and fro.
+    if (step <= 4e-15 * q || (step <= 1e-13 * q && step > 0.25 * last_step)) return next;
+    last_step = step;
     q = next;
   }
   return q;

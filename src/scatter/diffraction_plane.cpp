@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "aberfit/core/parallel.h"
+#include "aberfit/roughness/bessel.h"
 
 namespace aberfit {
 namespace {
@@ -18,6 +19,27 @@ const CartesianGrid& grid_of(const DiffractionPupil& pupil) {
       pupil.amplitude.size() != pupil.cover.size())
     throw std::invalid_argument("a diffraction pupil needs the cells of a Cartesian grid");
   return *grid;
+}
+
+// exp(i phase)
+Eigen::ArrayXcd unit_phasors(const Eigen::ArrayXd& phase) {
+  Eigen::ArrayXd sine(phase.size()), cosine(phase.size());
+  sin_cos(phase.data(), int(phase.size()), sine.data(), cosine.data());
+  Eigen::ArrayXcd result(phase.size());
+  result.real() = cosine;
+  result.imag() = sine;
+  return result;
+}
+
+// Share of the light per unit of a sum over the focal plane.
+double per_sample(const DiffractionScene& scene, const PupilTransform& transform) {
+  return 1.0 / (double(transform.m_rows()) * double(transform.m_columns()) * scene.total_cover());
+}
+
+// Of one lag of a cell against one of the finer pitch.
+double cell_area(const DiffractionScene& scene) {
+  const double unit = scene.finer_pitch();
+  return scene.problem().pupil.pitch_x / unit * (scene.problem().pupil.pitch_y / unit);
 }
 
 }  // namespace
@@ -40,8 +62,10 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
   const auto blocks = std::size_t((height.size() + kBlock - 1) / kBlock);
   parallel_for(blocks, threads, [&](std::size_t b) {
     const Eigen::Index end = std::min(height.size(), Eigen::Index(b + 1) * kBlock);
-    for (Eigen::Index k = Eigen::Index(b) * kBlock; k < end; ++k)
-      base_[k] = pupil.amplitude[k] * std::polar(1.0, phase * height[k]);
+    const Eigen::Index first = Eigen::Index(b) * kBlock, size = end - first;
+    const auto amplitude = pupil.amplitude.segment(first, size);
+    const Eigen::ArrayXcd turned = unit_phasors(phase * height.segment(first, size));
+    base_.segment(first, size) = amplitude * turned;
   });
   const double cx = 0.5 * (grid_.x[0] + grid_.x[grid_.x.size() - 1]);
   const double cy = 0.5 * (grid_.y[0] + grid_.y[grid_.y.size() - 1]);
@@ -82,122 +106,104 @@ PhaseSteps DiffractionScene::phase_steps(const Eigen::ArrayXd& height, double dz
   return steps;
 }
 
-DiffractionPlane::DiffractionPlane(const DiffractionScene& scene, const PupilTransform& transform,
-                                   PupilTransform::Buffers& buffers)
-    : scene_(scene), transform_(transform), buffers_(buffers), otf_(scene.longest_lag()) {}
+DiffractionGrid::DiffractionGrid(const DiffractionScene& scene)
+    : transform(scene.rows(), scene.columns(), scene.problem().padding),
+      lags(scene.rows(), scene.columns(), scene.problem().pupil.pitch_x / scene.finer_pitch(),
+           scene.problem().pupil.pitch_y / scene.finer_pitch(), scene.longest_lag()) {}
 
-void DiffractionPlane::focus(double dz) {
-  dz_ = dz;
-  unit_ = scene_.per_period(dz);
-  const CartesianGrid& grid = scene_.grid();
-  const double chirp = scene_.chirp(dz);
-  const auto axis = [chirp](const Eigen::ArrayXd& x) {
-    Eigen::ArrayXcd phase(x.size());
-    for (Eigen::Index i = 0; i < x.size(); ++i) phase[i] = std::polar(1.0, chirp * x[i] * x[i]);
-    return phase;
-  };
-  const Eigen::ArrayXcd along_columns = axis(grid.x), along_rows = axis(grid.y);
-  std::complex<double>* focal = buffers_.focal.data();
-  std::fill_n(focal, std::size_t(transform_.m_rows()) * transform_.stride(), 0.0);
-  field_.resize(scene_.points());
-  for (Eigen::Index k = 0; k < field_.size(); ++k) {
-    const std::uint32_t row = grid.row[std::size_t(k)], column = grid.column[std::size_t(k)];
-    field_[k] = scene_.base()[k] * (along_columns[column] * along_rows[row]);
-    focal[std::size_t(row) * transform_.stride() + column] = field_[k];
-  }
-  transform_.to_focus(&buffers_);
-  transform_.correlation(&buffers_);
-
-  const double pitch_x = scene_.problem().pupil.pitch_x, pitch_y = scene_.problem().pupil.pitch_y;
-  const double unit = scene_.finer_pitch(), ax = pitch_x / unit, ay = pitch_y / unit;
-  const double samples = double(transform_.m_rows()) * double(transform_.m_columns());
-  const double scale = 1.0 / (samples * scene_.total_cover());
-  const double longest2 = scene_.longest_lag() * scene_.longest_lag();
-  otf_.clear();
-  along_x_.setZero(transform_.columns());
-  along_y_.setZero(transform_.rows());
-  for (int row = 0; row < transform_.rows(); ++row) {
-    const std::complex<double>* up = half_row(row);
-    const std::complex<double>* down = half_row(row > 0 ? transform_.m_rows() - row : 0);
-    const double y2 = double(row) * row * ay * ay;
-    along_y_[row] = std::conj(up[0]) * scale;
-    for (int column = 0; column < transform_.columns(); ++column) {
-      const double s2 = y2 + double(column) * column * ax * ax;
-      if (s2 > longest2) break;  // no light at both ends
-      const double sum = row > 0 ? up[column].real() + down[column].real() : up[column].real();
-      otf_.add(std::sqrt(s2), column > 0 ? 2 * sum : sum);
-    }
-    if (row == 0)
-      for (int column = 0; column < transform_.columns(); ++column)
-        along_x_[column] = std::conj(up[column]) * scale;
-  }
-  otf_.scale(scale * ax * ay);
+DiffractionPlane::DiffractionPlane(const DiffractionScene& scene, const DiffractionGrid& grid,
+                                   PupilTransform::Buffers& buffers, FocusedField& focused)
+    : scene_(scene), grid_(grid), buffers_(buffers), focused_(focused) {
+  if (!std::isnan(focused.dz)) unit_ = scene.per_period(focused.dz);
 }
 
-std::complex<double>* DiffractionPlane::half_row(int row) {
-  return buffers_.scratch.data() + std::size_t(row) * transform_.half_stride();
+void DiffractionPlane::focus(double dz) {
+  if (focused_.dz == dz) return;
+  focused_.dz = std::nan("");  // until all of it is there
+  unit_ = scene_.per_period(dz);
+  const PupilTransform& transform = grid_.transform;
+  const CartesianGrid& grid = scene_.grid();
+  const double chirp = scene_.chirp(dz);
+  const Eigen::ArrayXcd along_columns = unit_phasors(chirp * grid.x.square());
+  const Eigen::ArrayXcd along_rows = unit_phasors(chirp * grid.y.square());
+  const std::size_t width = std::size_t(transform.columns());
+  std::complex<double>* pupil = buffers_.pupil.data();
+  std::fill_n(pupil, std::size_t(transform.rows()) * width, 0.0);
+  focused_.field.resize(scene_.points());
+  for (Eigen::Index k = 0; k < focused_.field.size(); ++k) {
+    const std::uint32_t row = grid.row[std::size_t(k)], column = grid.column[std::size_t(k)];
+    focused_.field[k] = scene_.base()[k] * (along_columns[column] * along_rows[row]);
+    pupil[row * width + column] = focused_.field[k];
+  }
+  transform.to_focus(focused_.focal.data(), &buffers_);
+  transform.correlation(focused_.focal.data(), &buffers_);
+
+  Eigen::ArrayXd sums = Eigen::ArrayXd::Zero(grid_.lags.lengths());
+  for (int row = 0; row < transform.rows(); ++row) {
+    const double* even = buffers_.quarter.data() + std::size_t(row) * transform.quarter_stride();
+    const std::uint32_t* length = grid_.lags.length_of(row);
+    const int within = grid_.lags.columns_within(row);
+    const double times = row > 0 ? 4 : 2;  // lags of this length and direction
+    if (within > 0) sums[length[0]] += 0.5 * times * even[0];
+    for (int column = 1; column < within; ++column) sums[length[column]] += times * even[column];
+  }
+  const double scale = per_sample(scene_, transform);
+  focused_.otf = RadialOtf((scale * cell_area(scene_)) * grid_.lags.to_nodes(sums));
+  focused_.along_x = scale * transform.correlation_along_x(buffers_);
+  focused_.along_y = scale * transform.correlation_along_y(buffers_);
+  focused_.dz = dz;
 }
 
 std::optional<double> DiffractionPlane::radius(double fraction) const {
-  const auto q = otf_.radius(fraction, scene_.largest_radius(dz_) * unit_);
+  const auto q = otf().radius(fraction, scene_.largest_radius(dz()) * unit_);
   if (!q) return std::nullopt;
   return *q / unit_;
 }
 
 Eigen::ArrayXd DiffractionPlane::energy_gradient(double radius) {
+  const PupilTransform& transform = grid_.transform;
+  const double scale = cell_area(scene_) * per_sample(scene_, transform);
   const Eigen::ArrayXd g =
-      RadialOtf::energy_weights(radius * unit_, RadialOtf::nodes_for(scene_.longest_lag()));
-  const double pitch_x = scene_.problem().pupil.pitch_x, pitch_y = scene_.problem().pupil.pitch_y;
-  const double unit = scene_.finer_pitch(), ax = pitch_x / unit, ay = pitch_y / unit;
-  const double samples = double(transform_.m_rows()) * double(transform_.m_columns());
-  const double scale = ax * ay / (samples * scene_.total_cover());
-  const double longest2 = scene_.longest_lag() * scene_.longest_lag();
-  std::fill_n(half_row(0), std::size_t(transform_.m_rows()) * transform_.half_stride(), 0.0);
-  for (int row = 0; row < transform_.rows(); ++row) {
-    std::complex<double>* up = half_row(row);
-    std::complex<double>* down = half_row(row > 0 ? transform_.m_rows() - row : 0);
-    const double y2 = double(row) * row * ay * ay;
-    for (int column = 0; column < transform_.columns(); ++column) {
-      const double s2 = y2 + double(column) * column * ax * ax;
-      if (s2 > longest2) break;
-      up[column] = down[column] = scale * RadialOtf::interpolate(g, std::sqrt(s2));
-    }
+      scale * grid_.lags.at_lengths(RadialOtf::energy_weights(radius * unit_, grid_.lags.nodes()));
+  std::fill_n(buffers_.quarter.data(), transform.quarter_size(), 0.0);
+  for (int row = 0; row < transform.rows(); ++row) {
+    double* even = buffers_.quarter.data() + std::size_t(row) * transform.quarter_stride();
+    const std::uint32_t* length = grid_.lags.length_of(row);
+    const int within = grid_.lags.columns_within(row);
+    for (int column = 0; column < within; ++column) even[column] = g[length[column]];
   }
-  return pull_back();
+  transform.kernel(&buffers_);
+  transform.back_to_pupil(focused_.focal.data(), &buffers_);
+  return pulled_back();
 }
 
+// Re(g C) is half of g C plus its conjugate, which belongs to the opposite lag: the kernel is the real part
+// of the sum over lags from zero on.
 Eigen::ArrayXd DiffractionPlane::axis_gradient(const Eigen::ArrayXcd& g_x, const Eigen::ArrayXcd& g_y) {
-  const double samples = double(transform_.m_rows()) * double(transform_.m_columns());
-  const double scale = 1.0 / (samples * scene_.total_cover());
-  std::fill_n(half_row(0), std::size_t(transform_.m_rows()) * transform_.half_stride(), 0.0);
-  // Re(g C) is half of g C plus its conjugate, which belongs to the opposite lag.
-  half_row(0)[0] = scale * (g_x[0].real() + g_y[0].real());
-  for (Eigen::Index m = 1; m < g_x.size(); ++m) half_row(0)[m] = 0.5 * scale * g_x[m];
-  for (Eigen::Index m = 1; m < g_y.size(); ++m) {
-    half_row(int(m))[0] = 0.5 * scale * g_y[m];
-    half_row(transform_.m_rows() - int(m))[0] = 0.5 * scale * std::conj(g_y[m]);
-  }
-  return pull_back();
+  const PupilTransform& transform = grid_.transform;
+  const double scale = per_sample(scene_, transform);
+  transform.back_to_pupil(focused_.focal.data(), transform.kernel_along_x(scale * g_x),
+                          transform.kernel_along_y(scale * g_y), &buffers_);
+  return pulled_back();
 }
 
 // With S = sum_X K |F|^2, F = sum_k E_k exp(...): dS/d phase_k = 2 Re(i E_k conj(V_k)).
-Eigen::ArrayXd DiffractionPlane::pull_back() {
-  transform_.kernel(&buffers_);
-  transform_.back_to_pupil(&buffers_);
+Eigen::ArrayXd DiffractionPlane::pulled_back() const {
   const CartesianGrid& grid = scene_.grid();
-  Eigen::ArrayXd d_phase(field_.size());
-  for (Eigen::Index k = 0; k < field_.size(); ++k) {
+  const Eigen::ArrayXcd& field = focused_.field;
+  const std::size_t width = std::size_t(grid_.transform.columns());
+  Eigen::ArrayXd d_phase(field.size());
+  for (Eigen::Index k = 0; k < field.size(); ++k) {
     const std::complex<double> v =
-        buffers_.scratch.data()[std::size_t(grid.row[std::size_t(k)]) * transform_.stride() +
-                                grid.column[std::size_t(k)]];
-    d_phase[k] = 2 * (field_[k].real() * v.imag() - field_[k].imag() * v.real());
+        buffers_.pupil.data()[grid.row[std::size_t(k)] * width + grid.column[std::size_t(k)]];
+    d_phase[k] = 2 * (field[k].real() * v.imag() - field[k].imag() * v.real());
   }
   return d_phase;
 }
 
 double DiffractionPlane::energy_slope(double radius, const Eigen::ArrayXd& energy_gradient) const {
   const PupilSample& sample = scene_.problem().pupil.sample;
-  const double distance = scene_.problem().focal_length + dz_;
+  const double distance = scene_.problem().focal_length + dz();
   const double turn = -kPi / (scene_.problem().wavelength * distance * distance);
   return turn * (energy_gradient * (sample.x.square() + sample.y.square())).sum() -
          density(radius) * radius / distance;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "aberfit/scatter/diffraction_psf.h"
+#include "diffraction_lags.h"
 #include "diffraction_otf.h"
 #include "diffraction_transform.h"
 
@@ -61,44 +62,58 @@ class DiffractionScene {
   double total_cover_ = 0, longest_lag_ = 0;
 };
 
-/// The PSF of a scene in one plane, in borrowed buffers.
+/// What all planes of one pupil grid share.
+struct DiffractionGrid {
+  explicit DiffractionGrid(const DiffractionScene& scene);
+  PupilTransform transform;
+  LagTable lags;
+};
+
+/// The field in one plane and what is read from it, in memory that serves one plane after the other.
+struct FocusedField {
+  explicit FocusedField(const PupilTransform& transform) : focal(transform.focal_size()) {}
+  double dz = std::nan("");  ///< NaN: nothing yet
+  FftwArray<std::complex<double>> focal;
+  Eigen::ArrayXcd field;  ///< at the pupil points
+  RadialOtf otf;
+  Eigen::ArrayXcd along_x, along_y;
+};
+
+/// The PSF of a scene in one plane, in borrowed memory. A `focused` with a dz must be of the same scene.
 class DiffractionPlane {
  public:
-  DiffractionPlane(const DiffractionScene& scene, const PupilTransform& transform,
-                   PupilTransform::Buffers& buffers);
+  DiffractionPlane(const DiffractionScene& scene, const DiffractionGrid& grid,
+                   PupilTransform::Buffers& buffers, FocusedField& focused);
 
-  /// Moves to the plane z = f + dz: two transforms.
+  /// Moves to the plane z = f + dz: two transforms, unless it is there.
   void focus(double dz);
-  double dz() const { return dz_; }
+  double dz() const { return focused_.dz; }
 
   /// Radii in [m]; energies are shares of all light.
-  double energy(double radius) const { return otf_.energy(radius * unit_); }
-  double density(double radius) const { return otf_.density(radius * unit_) * unit_; }  ///< [1/m]
+  double energy(double radius) const { return otf().energy(radius * unit_); }
+  double density(double radius) const { return otf().density(radius * unit_) * unit_; }  ///< [1/m]
   std::optional<double> radius(double fraction) const;
-  const RadialOtf& otf() const { return otf_; }
+  const RadialOtf& otf() const { return focused_.otf; }
 
   /// C_m along the lags (m, 0) and (0, m), m >= 0, as shares of all light.
-  const Eigen::ArrayXcd& along_x() const { return along_x_; }
-  const Eigen::ArrayXcd& along_y() const { return along_y_; }
+  const Eigen::ArrayXcd& along_x() const { return focused_.along_x; }
+  const Eigen::ArrayXcd& along_y() const { return focused_.along_y; }
 
   /// d energy(radius)/d phase of every pupil point: two transforms.
   Eigen::ArrayXd energy_gradient(double radius);
-  /// d/d phase of Re sum_m (g_x C_(m,0) + g_y C_(0,m)), m >= 0: two transforms.
+  /// d/d phase of Re sum_m (g_x C_(m,0) + g_y C_(0,m)), m >= 0: one transform.
   Eigen::ArrayXd axis_gradient(const Eigen::ArrayXcd& g_x, const Eigen::ArrayXcd& g_y);
   /// d energy(radius)/d dz: the phases turn with dz and the PSF grows with f + dz.
   double energy_slope(double radius, const Eigen::ArrayXd& energy_gradient) const;
 
  private:
-  Eigen::ArrayXd pull_back();
-  std::complex<double>* half_row(int row);
+  Eigen::ArrayXd pulled_back() const;
 
   const DiffractionScene& scene_;
-  const PupilTransform& transform_;
+  const DiffractionGrid& grid_;
   PupilTransform::Buffers& buffers_;
-  double dz_ = 0, unit_ = 0;
-  Eigen::ArrayXcd field_;  // at the pupil points
-  RadialOtf otf_;
-  Eigen::ArrayXcd along_x_, along_y_;
+  FocusedField& focused_;
+  double unit_ = 0;
 };
 
 }  // namespace aberfit

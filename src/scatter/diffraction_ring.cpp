@@ -7,8 +7,9 @@
 namespace aberfit {
 
 std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScene& scene,
-                                                           DiffractionPlane* plane, double ring,
-                                                           Eigen::ArrayXd* d_phase, double* d_ring) {
+                                                           DiffractionPlane* plane, RingMemory* memory,
+                                                           double ring, Eigen::ArrayXd* d_phase,
+                                                           double* d_ring) {
   if (!(ring > 0)) return std::nullopt;
   // A perfect disc of light of RMS radius rho is half inside the ring at dz = f ring/rho; rays of a rough
   // mirror spread the profile about twice as far. Five steps of a quarter hold either, more are added as
@@ -27,7 +28,9 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
     plane->focus(dz);
     return plane->energy_slope(ring, plane->energy_gradient(ring));
   };
-  const auto found = search_ring(energy, slope, step);
+  const std::optional<RingMemory::Crossings> known = memory ? memory->find(ring, step) : std::nullopt;
+  const RingMemory::Crossings found = known ? *known : search_ring(energy, slope, step);
+  if (memory && !known) memory->keep(ring, step, found);
   if (!found) return std::nullopt;
   const DiffractionRingWidth result{found->upper - found->lower, found->peak, found->lower, found->upper};
   if (!d_phase) return result;

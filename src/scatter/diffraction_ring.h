@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "diffraction_plane.h"
+#include "diffraction_workspace.h"
 
 namespace aberfit {
 
@@ -11,10 +12,12 @@ struct DiffractionRingWidth {
 };
 
 /// FWHM of N(z), the energy inside a circle of radius `ring` [m], between the half crossings nearest to its
-/// highest peak. Moves `plane`. d_phase (set) and d_ring: derivatives of the FWHM by the phases and by the
-/// ring's radius. Nothing when N does not fall to half on both sides within the search range.
+/// highest peak. Moves `plane`. memory: of searches of the same surface, may be null. d_phase (set) and
+/// d_ring: derivatives of the FWHM by the phases and by the ring's radius. Nothing when N does not fall to
+/// half on both sides within the search range.
 std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScene& scene,
-                                                           DiffractionPlane* plane, double ring,
-                                                           Eigen::ArrayXd* d_phase, double* d_ring);
+                                                           DiffractionPlane* plane, RingMemory* memory,
+                                                           double ring, Eigen::ArrayXd* d_phase,
+                                                           double* d_ring);
 
 }  // namespace aberfit

@@ -12,21 +12,49 @@
 namespace aberfit {
 namespace {
 
-fftw_complex* as_fftw(std::complex<double>* values) { return reinterpret_cast<fftw_complex*>(values); }
-fftw_plan as_plan(void* plan) { return static_cast<fftw_plan>(plan); }
+using Complex = std::complex<double>;
 
-// `count` in-place transforms of length n.
-fftw_plan plan_many(int n, int count, std::complex<double>* data, std::size_t step, std::size_t distance,
-                    int sign) {
-  return fftw_plan_many_dft(1, &n, count, as_fftw(data), nullptr, int(step), int(distance), as_fftw(data),
-                            nullptr, int(step), int(distance), sign, FFTW_ESTIMATE);
+fftw_complex* as_fftw(const Complex* values) {
+  return reinterpret_cast<fftw_complex*>(const_cast<Complex*>(values));
 }
+
+fftw_plan plan_line(int n, Complex* in, Complex* out, int sign) {
+  return fftw_plan_dft_1d(n, as_fftw(in), as_fftw(out), sign, FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
+}
+void transform_line(void* plan, const Complex* in, Complex* out) {
+  fftw_execute_dft(static_cast<fftw_plan>(plan), as_fftw(in), as_fftw(out));
+}
+
+// Columns that are taken along together: a line of the cache holds as many complex numbers.
+constexpr int kLines = 4;
 
 // Rows a power of two apart would all fall on the same few lines of the cache when columns are transformed.
 constexpr std::size_t kSkew = 4;
 
+std::size_t rounded_up(int n, std::size_t unit) { return (std::size_t(n) + unit - 1) / unit * unit; }
+
 int padded(int n, double padding) {
   return fast_transform_size(std::max(2 * n - 1, int(std::ceil(padding * n - 1e-9))));
+}
+
+// row[m - i] = row[i] for 0 < i < m/2.
+template <typename T>
+void mirror(T* row, int m) {
+  for (int i = 1; i < m / 2; ++i) row[m - i] = row[i];
+}
+
+Eigen::ArrayXcd first_of_spectrum(void* forward, const Eigen::ArrayXd& values, int wanted) {
+  const Eigen::ArrayXcd in = values.cast<Complex>();
+  Eigen::ArrayXcd out(in.size());
+  transform_line(forward, in.data(), out.data());
+  return out.head(wanted).conjugate();
+}
+
+Eigen::ArrayXd real_part_of_sum(void* backward, const Eigen::ArrayXcd& g, int m) {
+  Eigen::ArrayXcd in = Eigen::ArrayXcd::Zero(m), out(m);
+  in.head(g.size()) = g;
+  transform_line(backward, in.data(), out.data());
+  return out.real();
 }
 
 }  // namespace
@@ -49,12 +77,18 @@ FftwArray<T>::~FftwArray() {
   fftw_free(data_);
 }
 template class FftwArray<double>;
-template class FftwArray<std::complex<double>>;
+template class FftwArray<Complex>;
 
 PupilTransform::Buffers::Buffers(const PupilTransform& t)
-    : focal(std::size_t(t.m_rows_) * t.stride_),
-      scratch(std::size_t(t.m_rows_) * t.stride_),
-      real(std::size_t(t.m_rows_) * t.real_stride()) {}
+    : pupil(std::size_t(t.rows_) * std::size_t(t.columns_)),
+      quarter(t.quarter_size()),
+      power_x(t.m_columns_),
+      power_y(t.m_rows_),
+      half(std::size_t(t.m_rows_) * t.half_stride_),
+      in(kLines * t.line_stride_),
+      out(kLines * t.line_stride_) {
+  std::fill_n(quarter.data(), t.quarter_size(), 0.0);  // gaps are transformed, too, and must stay zero
+}
 
 PupilTransform::PupilTransform(int rows, int columns, double padding)
     : rows_(rows),
@@ -62,66 +96,186 @@ PupilTransform::PupilTransform(int rows, int columns, double padding)
       m_rows_(padded(rows, padding)),
       m_columns_(padded(columns, padding)),
       stride_(std::size_t(m_columns_) + kSkew),
-      half_stride_(std::size_t(m_columns_) / 2 + 1 + kSkew) {
+      half_stride_(rounded_up(columns, kLines) + kSkew),
+      quarter_stride_(rounded_up(quarter_columns(), 2 * kLines)),
+      line_stride_(rounded_up(std::max(m_rows_, m_columns_), kLines) + kSkew) {
   Buffers buffers(*this);
-  std::complex<double>* focal = buffers.focal.data();
-  std::complex<double>* half = buffers.scratch.data();
-  double* real = buffers.real.data();
-  const int m = m_columns_, half_stride = int(half_stride_);
+  Complex *in = buffers.in.data(), *out = buffers.out.data();
   const std::lock_guard lock(fftw_planner());
-  forward_columns_ = plan_many(m_rows_, columns_, focal, stride_, 1, FFTW_FORWARD);
-  forward_rows_ = plan_many(m, m_rows_, focal, 1, stride_, FFTW_FORWARD);
-  power_rows_ = fftw_plan_many_dft_r2c(1, &m, m_rows_, real, nullptr, 1, m, as_fftw(half), nullptr, 1,
-                                       half_stride, FFTW_ESTIMATE);
-  power_columns_ = plan_many(m_rows_, columns_, half, half_stride_, 1, FFTW_FORWARD);
-  kernel_columns_ = plan_many(m_rows_, columns_, half, half_stride_, 1, FFTW_BACKWARD);
-  kernel_rows_ = fftw_plan_many_dft_c2r(1, &m, m_rows_, as_fftw(half), nullptr, 1, half_stride, real, nullptr,
-                                        1, m, FFTW_ESTIMATE);
-  backward_rows_ = plan_many(m, m_rows_, focal, 1, stride_, FFTW_BACKWARD);
-  backward_columns_ = plan_many(m_rows_, columns_, focal, stride_, 1, FFTW_BACKWARD);
+  forward_x_ = plan_line(m_columns_, in, out, FFTW_FORWARD);
+  forward_y_ = plan_line(m_rows_, in, out, FFTW_FORWARD);
+  backward_x_ = plan_line(m_columns_, in, out, FFTW_BACKWARD);
+  backward_y_ = plan_line(m_rows_, in, out, FFTW_BACKWARD);
 }
 
 PupilTransform::~PupilTransform() {
   const std::lock_guard lock(fftw_planner());
-  for (void* plan : {forward_columns_, forward_rows_, power_rows_, power_columns_, kernel_columns_,
-                     kernel_rows_, backward_rows_, backward_columns_})
-    fftw_destroy_plan(as_plan(plan));
+  for (void* plan : {forward_x_, forward_y_, backward_x_, backward_y_})
+    fftw_destroy_plan(static_cast<fftw_plan>(plan));
 }
 
-void PupilTransform::to_focus(Buffers* b) const {
-  fftw_complex* focal = as_fftw(b->focal.data());
-  fftw_execute_dft(as_plan(forward_columns_), focal, focal);
-  fftw_execute_dft(as_plan(forward_rows_), focal, focal);
-}
-
-void PupilTransform::correlation(Buffers* b) const {
+void PupilTransform::to_focus(Complex* focal, Buffers* b) const {
+  Complex *in = b->in.data(), *out = b->out.data();
+  for (int line = 0; line < kLines; ++line)
+    std::fill(in + std::size_t(line) * line_stride_ + rows_, in + std::size_t(line) * line_stride_ + m_rows_,
+              0.0);
+  for (int first = 0; first < columns_; first += kLines) {
+    const int lines = std::min(kLines, columns_ - first);
+    for (int row = 0; row < rows_; ++row) {
+      const Complex* from = b->pupil.data() + std::size_t(row) * std::size_t(columns_) + first;
+      for (int line = 0; line < lines; ++line) in[std::size_t(line) * line_stride_ + row] = from[line];
+    }
+    for (int line = 0; line < lines; ++line)
+      transform_line(forward_y_, in + std::size_t(line) * line_stride_,
+                     out + std::size_t(line) * line_stride_);
+    for (int row = 0; row < m_rows_; ++row) {
+      Complex* to = focal + std::size_t(row) * stride_ + first;
+      for (int line = 0; line < lines; ++line) to[line] = out[std::size_t(line) * line_stride_ + row];
+    }
+  }
+  std::fill(in + columns_, in + m_columns_, 0.0);
   for (int row = 0; row < m_rows_; ++row) {
-    const std::complex<double>* field = b->focal.data() + std::size_t(row) * stride_;
-    double* power = b->real.data() + std::size_t(row) * real_stride();
+    Complex* field = focal + std::size_t(row) * stride_;
+    std::copy_n(field, columns_, in);
+    transform_line(forward_x_, in, field);
+  }
+}
+
+void PupilTransform::correlation(const Complex* focal, Buffers* b) const {
+  b->power_x.setZero();
+  Eigen::ArrayXd power(m_columns_), opposite(m_columns_);
+  const auto add_power = [&](int row, Eigen::ArrayXd* to) {
+    const double* field = reinterpret_cast<const double*>(focal + std::size_t(row) * stride_);
+    double* p = to->data();
     for (int i = 0; i < m_columns_; ++i)
-      power[i] = field[i].real() * field[i].real() + field[i].imag() * field[i].imag();
+      p[i] = field[2 * i] * field[2 * i] + field[2 * i + 1] * field[2 * i + 1];
+    b->power_y[row] = to->sum();
+    b->power_x += *to;
+  };
+  for (int row = 0; row < quarter_rows(); ++row) {
+    add_power(row, &power);
+    if (row > 0 && row < m_rows_ / 2) {
+      add_power(m_rows_ - row, &opposite);
+      power += opposite;
+    } else {
+      power *= 2;
+    }
+    double* to = b->quarter.data() + std::size_t(row) * quarter_stride_;
+    to[0] = 0.5 * power[0];
+    for (int i = 1; i < quarter_columns(); ++i) to[i] = 0.25 * (power[i] + power[m_columns_ - i]);
   }
-  fftw_complex* half = as_fftw(b->scratch.data());
-  fftw_execute_dft_r2c(as_plan(power_rows_), b->real.data(), half);
-  fftw_execute_dft(as_plan(power_columns_), half, half);
+  even_transform(quarter_rows(), columns_, b);
 }
 
-void PupilTransform::kernel(Buffers* b) const {
-  fftw_complex* half = as_fftw(b->scratch.data());
-  fftw_execute_dft(as_plan(kernel_columns_), half, half);
-  fftw_execute_dft_c2r(as_plan(kernel_rows_), half, b->real.data());
+Eigen::ArrayXcd PupilTransform::correlation_along_x(const Buffers& b) const {
+  return first_of_spectrum(forward_x_, b.power_x, columns_);
+}
+Eigen::ArrayXcd PupilTransform::correlation_along_y(const Buffers& b) const {
+  return first_of_spectrum(forward_y_, b.power_y, rows_);
 }
 
-void PupilTransform::back_to_pupil(Buffers* b) const {
+void PupilTransform::kernel(Buffers* b) const { even_transform(rows_, quarter_columns(), b); }
+
+Eigen::ArrayXd PupilTransform::kernel_along_x(const Eigen::ArrayXcd& g) const {
+  return real_part_of_sum(backward_x_, g, m_columns_);
+}
+Eigen::ArrayXd PupilTransform::kernel_along_y(const Eigen::ArrayXcd& g) const {
+  return real_part_of_sum(backward_y_, g, m_rows_);
+}
+
+// What is real and even has a real spectrum, so that two lines go through one complex transform: as its real
+// and its imaginary part. Rows from rows_in on are zero.
+void PupilTransform::even_transform(int rows_in, int columns_out, Buffers* b) const {
+  Complex *in = b->in.data(), *out = b->out.data();
+  double* quarter = b->quarter.data();
+  for (int row = 0; row < rows_in; row += 2) {
+    double* one = quarter + std::size_t(row) * quarter_stride_;
+    double* two = row + 1 < rows_in ? one + quarter_stride_ : nullptr;
+    for (int i = 0; i < quarter_columns(); ++i) in[i] = Complex(one[i], two ? two[i] : 0.0);
+    mirror(in, m_columns_);
+    transform_line(forward_x_, in, out);
+    for (int i = 0; i < quarter_columns(); ++i) one[i] = out[i].real();
+    if (!two) continue;
+    for (int i = 0; i < quarter_columns(); ++i) two[i] = out[i].imag();
+  }
+  for (int first = 0; first < columns_out; first += 2 * kLines) {
+    const int wanted = std::min(2 * kLines, columns_out - first), lines = (wanted + 1) / 2;
+    for (int row = 0; row < quarter_rows(); ++row) {
+      const double* from = quarter + std::size_t(row) * quarter_stride_ + first;
+      for (int line = 0; line < lines; ++line)
+        in[std::size_t(line) * line_stride_ + row] = Complex(from[2 * line], from[2 * line + 1]);
+    }
+    for (int line = 0; line < lines; ++line) {
+      Complex* at = in + std::size_t(line) * line_stride_;
+      mirror(at, m_rows_);
+      transform_line(forward_y_, at, out + std::size_t(line) * line_stride_);
+    }
+    for (int row = 0; row < quarter_rows(); ++row) {
+      double* to = quarter + std::size_t(row) * quarter_stride_ + first;
+      for (int line = 0; line < wanted / 2; ++line) {
+        const Complex value = out[std::size_t(line) * line_stride_ + row];
+        to[2 * line] = value.real();
+        to[2 * line + 1] = value.imag();
+      }
+      if (wanted % 2) to[wanted - 1] = out[std::size_t(lines - 1) * line_stride_ + row].real();
+    }
+  }
+}
+
+template <typename Weight>
+void PupilTransform::back(const Complex* focal, const Weight& weight, Buffers* b) const {
+  Complex *in = b->in.data(), *out = b->out.data();
   for (int row = 0; row < m_rows_; ++row) {
-    const std::complex<double>* field = b->focal.data() + std::size_t(row) * stride_;
-    const double* weight = b->real.data() + std::size_t(row) * real_stride();
-    std::complex<double>* out = b->scratch.data() + std::size_t(row) * stride_;
-    for (int i = 0; i < m_columns_; ++i) out[i] = weight[i] * field[i];
+    const double* field = reinterpret_cast<const double*>(focal + std::size_t(row) * stride_);
+    const double* w = weight(row);
+    double* product = reinterpret_cast<double*>(in);
+    for (int i = 0; i < m_columns_; ++i) {
+      product[2 * i] = w[i] * field[2 * i];
+      product[2 * i + 1] = w[i] * field[2 * i + 1];
+    }
+    transform_line(backward_x_, in, out);
+    std::copy_n(out, columns_, b->half.data() + std::size_t(row) * half_stride_);
   }
-  fftw_complex* out = as_fftw(b->scratch.data());
-  fftw_execute_dft(as_plan(backward_rows_), out, out);
-  fftw_execute_dft(as_plan(backward_columns_), out, out);
+  for (int first = 0; first < columns_; first += kLines) {
+    const int lines = std::min(kLines, columns_ - first);
+    for (int row = 0; row < m_rows_; ++row) {
+      const Complex* from = b->half.data() + std::size_t(row) * half_stride_ + first;
+      for (int line = 0; line < lines; ++line) in[std::size_t(line) * line_stride_ + row] = from[line];
+    }
+    for (int line = 0; line < lines; ++line)
+      transform_line(backward_y_, in + std::size_t(line) * line_stride_,
+                     out + std::size_t(line) * line_stride_);
+    for (int row = 0; row < rows_; ++row) {
+      Complex* to = b->pupil.data() + std::size_t(row) * std::size_t(columns_) + first;
+      for (int line = 0; line < lines; ++line) to[line] = out[std::size_t(line) * line_stride_ + row];
+    }
+  }
+}
+
+void PupilTransform::back_to_pupil(const Complex* focal, Buffers* b) const {
+  Eigen::ArrayXd whole(m_columns_);
+  back(
+      focal,
+      [&](int row) {
+        const int folded = std::min(row, m_rows_ - row);
+        std::copy_n(b->quarter.data() + std::size_t(folded) * quarter_stride_, quarter_columns(),
+                    whole.data());
+        mirror(whole.data(), m_columns_);
+        return whole.data();
+      },
+      b);
+}
+
+void PupilTransform::back_to_pupil(const Complex* focal, const Eigen::ArrayXd& along_x,
+                                   const Eigen::ArrayXd& along_y, Buffers* b) const {
+  Eigen::ArrayXd sum(m_columns_);
+  back(
+      focal,
+      [&](int row) {
+        sum = along_x + along_y[row];
+        return sum.data();
+      },
+      b);
 }
 
 }  // namespace aberfit
