@@ -43,7 +43,7 @@ void set(const Eigen::ArrayX2d& energy_gradient, double scale, double dz, RayGra
   }
 }
 
-// One statistic; NaN when it does not exist.
+// One statistic; NaN when it does not exist. The plane is null where the statistic needs none or has none.
 class ConvolvedEvaluator {
  public:
   ConvolvedEvaluator(const AperturePattern& pattern, const RayBundle& rays, const ConvolvedPlane* plane,
@@ -51,6 +51,7 @@ class ConvolvedEvaluator {
       : pattern_(pattern), rays_(rays), plane_(plane), gradient_(gradient) {}
 
   double operator()(const EncircledEnergyRadius& s) const {
+    if (!plane_) return kNaN;
     const auto radius = plane_->radius(s.fraction);
     if (!radius) return kNaN;
     if (gradient_) {
@@ -61,7 +62,7 @@ class ConvolvedEvaluator {
     return *radius;
   }
   double operator()(const RingThrough& s) const {
-    if (!(s.ring_radius > 0) || s.ring_radius > plane_->largest_radius()) return kNaN;
+    if (!plane_ || !(s.ring_radius > 0) || s.ring_radius > plane_->largest_radius()) return kNaN;
     if (gradient_) set(plane_->energy_gradient(s.ring_radius), 1, s.dz, gradient_);
     return plane_->energy(s.ring_radius);
   }
@@ -92,6 +93,7 @@ class ConvolvedEvaluator {
     const double slope = std::sqrt((rays_.weight * (rays_.tx.square() + rays_.ty.square())).sum() / light);
     if (!(ring > 0) || !(slope > 0)) return std::nullopt;
     const auto energy = [&](double dz) {
+      if (!pattern_.has_plane(dz)) return kNaN;
       const ConvolvedPlane plane(pattern_, rays_, dz);
       return ring <= plane.largest_radius() ? plane.energy(ring) : kNaN;
     };
@@ -149,7 +151,10 @@ bool evaluate_convolved(const AperturePattern& pattern, const RayBundle& rays,
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     if (const auto* radius = std::get_if<EncircledEnergyRadius>(&statistics[k])) plane_of[k] = radius->dz;
     if (const auto* ring = std::get_if<RingThrough>(&statistics[k])) plane_of[k] = ring->dz;
-    if (!std::isnan(plane_of[k])) planes[plane_of[k]];
+    if (pattern.has_plane(plane_of[k]))
+      planes[plane_of[k]];
+    else
+      plane_of[k] = kNaN;
   }
   std::vector<double> wanted;
   for (const auto& plane : planes) wanted.push_back(plane.first);

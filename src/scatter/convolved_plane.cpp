@@ -5,6 +5,7 @@
 #include <limits>
 #include <mutex>
 #include <numbers>
+#include <stdexcept>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/scatter/aperture_otf.h"
@@ -39,8 +40,12 @@ AperturePattern::AperturePattern(const Aperture& aperture, double focal_length, 
   shared_ = std::shared_ptr<Shared>(new Shared{ApertureOtf(aperture), focal_length, wavelength, {}, {}});
 }
 
+bool AperturePattern::has_plane(double dz) const {
+  return std::isfinite(dz) && shared_->focal_length + dz > 0;
+}
+
 double AperturePattern::share(double radius, double distance, double dz) const {
-  if (!(radius >= 0) || !(distance >= 0)) return std::numeric_limits<double>::quiet_NaN();
+  if (!(radius >= 0) || !(distance >= 0) || !has_plane(dz)) return std::numeric_limits<double>::quiet_NaN();
   const double scale = shared_->per_metre(dz);
   const PatternRule rule(shared_->otf, scale * (radius + distance));
   const double u = scale * distance;
@@ -71,6 +76,7 @@ Eigen::Index node_of(Eigen::Index interval, int i) { return std::abs(interval - 
 
 ConvolvedPlane::ConvolvedPlane(const AperturePattern& pattern, const RayBundle& rays, double dz)
     : shared_(*pattern.shared_), rays_(rays), dz_(dz), per_metre_(shared_.per_metre(dz)) {
+  if (!pattern.has_plane(dz)) throw std::invalid_argument("the plane lies behind the mirror");
   const Eigen::ArrayXd u =
       per_metre_ * ((rays.x + dz * rays.tx).square() + (rays.y + dz * rays.ty).square()).sqrt();
   double longest = 0;

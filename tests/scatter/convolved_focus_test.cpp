@@ -6,7 +6,9 @@
 #include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
+#include <stdexcept>
 #include <vector>
 
 #include "aberfit/core/quadrature.h"
@@ -298,4 +300,23 @@ TEST(ConvolvedFocus, SaysWhatDoesNotExist) {
     EXPECT_FALSE(evaluate_convolved(pattern, rays, {statistic}, 1, &values, nullptr));
     EXPECT_TRUE(std::isnan(values[0]));
   }
+}
+
+TEST(ConvolvedFocus, RefusesPlanesBehindTheMirror) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const double focal = 2.8;
+  const AperturePattern pattern(CircleAperture{kDiameter}, focal, kLambda);
+  const RayBundle rays = some_rays(30, 3 * kUnit, 5);
+  for (const double dz : {-focal, -1.5 * focal, std::nan(""), kInfinity, -kInfinity}) {
+    EXPECT_FALSE(pattern.has_plane(dz)) << dz;
+    EXPECT_TRUE(std::isnan(pattern.share(kUnit, kUnit, dz))) << dz;
+    EXPECT_THROW(ConvolvedPlane(pattern, rays, dz), std::invalid_argument) << dz;
+    Eigen::VectorXd values;
+    EXPECT_FALSE(evaluate_convolved(
+        pattern, rays,
+        {EncircledEnergyRadius{0.5, dz}, RingThrough{3 * kUnit, dz}, EncircledEnergyRadius{0.5, 0}}, 1,
+        &values, nullptr));
+    EXPECT_TRUE(std::isnan(values[0]) && std::isnan(values[1]) && values[2] > 0) << dz;
+  }
+  EXPECT_TRUE(pattern.has_plane(-0.99 * focal));
 }

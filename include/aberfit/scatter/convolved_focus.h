@@ -22,8 +22,10 @@ class AperturePattern {
 
   /// Share of the pattern about a point at `distance` [m] from the axis that lies within `radius` [m] of the
   /// axis, in the plane z = f + dz: K(R, r) = 2 pi R int OTF(nu) J1(2 pi nu R) J0(2 pi nu r) dnu. By direct
-  /// quadrature, error below 1e-9.
+  /// quadrature, error below 1e-9. NaN where the plane does not exist and for negative lengths.
   double share(double radius, double distance, double dz = 0) const;
+  /// A plane exists where dz is finite and f + dz > 0.
+  bool has_plane(double dz) const;
 
  private:
   friend class ConvolvedPlane;
@@ -46,6 +48,7 @@ class AperturePattern {
 /// ee50 = 6 lambda F, 0.03 and 0.05 at 2.6 lambda F, 0.14 at 0.85 lambda F. In focus the two are the same.
 class ConvolvedPlane {
  public:
+  /// Throws std::invalid_argument where the plane does not exist.
   ConvolvedPlane(const AperturePattern& pattern, const RayBundle& rays, double dz);
 
   double dz() const { return dz_; }
@@ -77,7 +80,8 @@ class ConvolvedPlane {
 ///   RingFwhm: EE at a fixed radius, searched through focus; the half crossings nearest to the highest peak.
 ///   SpotFwhm, ScatterRms, ScatterMean, RmsHeight: NaN; they are those of the rays (evaluate_smooth), of
 ///   SpotFwhm with its Gaussian kernel in place of the pattern. RmsRadius: NaN, it diverges.
-/// False when any value or gradient does not exist. Results do not depend on `threads`, to the last bit.
+/// False when any value or gradient does not exist, as in a plane that does not. Results do not depend on
+/// `threads`, to the last bit.
 bool evaluate_convolved(const AperturePattern& pattern, const RayBundle& rays,
                         const std::vector<Statistic>& statistics, int threads, Eigen::VectorXd* values,
                         std::vector<RayGradient>* gradients);
