@@ -189,6 +189,18 @@ TEST(Calibrate, SaysWhyWavesCannotMeetATarget) {
   EXPECT_EQ(warnings.size(), 2u);
 }
 
+TEST(FocusStatistics, SaysThatASurfaceThatIsNotFiniteHasNoPsf) {
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 24, 32);
+  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(scene.prior.size());
+  coefficients[3] = std::nan("");
+  Warnings warnings;
+  const Eigen::VectorXd values = focus_statistics(scene.scene(FocusPhysics::kWaves), coefficients,
+                                                  {EncircledEnergyRadius{}}, 1, &warnings);
+  EXPECT_TRUE(std::isnan(values[0]));
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].code, "psf-not-finite");
+}
+
 TEST(FocusStatistics, RefusesScenesThatAPhysicsCannotTreat) {
   const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 24, 32);
   const Eigen::VectorXd flat = Eigen::VectorXd::Zero(scene.prior.size());
