@@ -75,7 +75,7 @@ DiffractionEnsemble diffraction_ensemble(const DiffractionProblem& problem, doub
   }
   Eigen::ArrayXd transfer = Eigen::ArrayXd::Zero(found[0].transfer.size());
   for (const Draw& d : found) transfer += d.transfer;
-  const RadialOtf mean(transfer / double(draws));
+  RadialOtf mean(transfer / double(draws));
   result.ee_radius.resize(fraction.size());
   result.ee_radius_standard_error = result.ee_radius_mean = result.ee_radius_deviation = result.ee_radius;
   for (Eigen::Index k = 0; k < fraction.size(); ++k) {

@@ -38,16 +38,35 @@ RadialOtf::Encircled RadialOtf::encircled(double q) const {
   return {q * (std::numbers::pi * q * values_[0] + sums.first), kTwoPi * q * (values_[0] + sums.zeroth)};
 }
 
-std::optional<double> RadialOtf::radius(double fraction, double q_max) const {
+std::optional<double> RadialOtf::radius(double fraction, double q_max) {
+  for (const Found& found : found_)
+    if (found.fraction == fraction && found.q_max == q_max) return found.radius;
+  const std::optional<double> radius = find_radius(fraction, q_max);
+  found_.push_back({fraction, q_max, radius});
+  return radius;
+}
+
+std::optional<double> RadialOtf::find_radius(double fraction, double q_max) {
   // Energy grows with q, so the first crossing of a scan is the only one. Steps grow with q: few far from the
   // core.
-  double low = 0, f_low = -fraction, high = 2.0 / double(values_.size()), f_high = energy(high) - fraction;
+  double low = 0, f_low = -fraction, high = 2.0 / double(values_.size());
+  std::size_t doubled = 0;
+  const auto energy_of_next = [&] {
+    if (doubled == doubled_.size()) doubled_.push_back(energy(high));
+    return doubled_[doubled++];
+  };
+  double f_high = energy_of_next() - fraction;
   while (f_high < 0) {
     if (high >= q_max) return std::nullopt;
     low = high;
     f_low = f_high;
-    high = std::min(2 * high, q_max);
-    f_high = energy(high) - fraction;
+    high = 2 * high;
+    if (high <= q_max) {
+      f_high = energy_of_next() - fraction;
+    } else {
+      high = q_max;
+      f_high = energy(high) - fraction;
+    }
   }
   // Newton from the end that is nearer in energy, kept inside the bracket.
   double q = low + (high - low) * (-f_low) / (f_high - f_low);

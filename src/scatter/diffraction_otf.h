@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
 namespace aberfit {
 
@@ -21,15 +22,23 @@ class RadialOtf {
   Encircled encircled(double q) const;
   double energy(double q) const { return encircled(q).energy; }
   double density(double q) const { return encircled(q).density; }
-  /// Smallest q <= q_max whose circle holds `fraction`; nothing if none does.
-  std::optional<double> radius(double fraction, double q_max) const;
+  /// Smallest q <= q_max whose circle holds `fraction`; nothing if none does. Remembers what it found.
+  std::optional<double> radius(double fraction, double q_max);
 
   /// d energy / d values.
   static Eigen::ArrayXd energy_weights(double q, Eigen::Index nodes);
 
  private:
   Eigen::ArrayXd values_;
+  std::optional<double> find_radius(double fraction, double q_max);
+
   Eigen::ArrayXd lag_, per_lag_;  // s_j and T_j/s_j from j = 1
+  std::vector<double> doubled_;   // energies of the radii that a search for any fraction looks at first
+  struct Found {
+    double fraction, q_max;
+    std::optional<double> radius;
+  };
+  std::vector<Found> found_;
 };
 
 }  // namespace aberfit

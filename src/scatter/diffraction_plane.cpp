@@ -126,7 +126,7 @@ void DiffractionPlane::focus(double dz) {
   const double chirp = scene_.chirp(dz);
   const Eigen::ArrayXcd along_columns = unit_phasors(chirp * grid.x.square());
   const Eigen::ArrayXcd along_rows = unit_phasors(chirp * grid.y.square());
-  const std::size_t width = std::size_t(transform.columns());
+  const std::size_t width = transform.pupil_stride();
   std::complex<double>* pupil = buffers_.pupil.data();
   std::fill_n(pupil, std::size_t(transform.rows()) * width, 0.0);
   focused_.field.resize(scene_.points());
@@ -154,8 +154,8 @@ void DiffractionPlane::focus(double dz) {
   focused_.dz = dz;
 }
 
-std::optional<double> DiffractionPlane::radius(double fraction) const {
-  const auto q = otf().radius(fraction, scene_.largest_radius(dz()) * unit_);
+std::optional<double> DiffractionPlane::radius(double fraction) {
+  const auto q = focused_.otf.radius(fraction, scene_.largest_radius(dz()) * unit_);
   if (!q) return std::nullopt;
   return *q / unit_;
 }
@@ -191,7 +191,7 @@ Eigen::ArrayXd DiffractionPlane::axis_gradient(const Eigen::ArrayXcd& g_x, const
 Eigen::ArrayXd DiffractionPlane::pulled_back() const {
   const CartesianGrid& grid = scene_.grid();
   const Eigen::ArrayXcd& field = focused_.field;
-  const std::size_t width = std::size_t(grid_.transform.columns());
+  const std::size_t width = grid_.transform.pupil_stride();
   Eigen::ArrayXd d_phase(field.size());
   for (Eigen::Index k = 0; k < field.size(); ++k) {
     const std::complex<double> v =

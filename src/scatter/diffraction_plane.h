@@ -92,7 +92,7 @@ class DiffractionPlane {
   /// Radii in [m]; energies are shares of all light.
   double energy(double radius) const { return otf().energy(radius * unit_); }
   double density(double radius) const { return otf().density(radius * unit_) * unit_; }  ///< [1/m]
-  std::optional<double> radius(double fraction) const;
+  std::optional<double> radius(double fraction);
   const RadialOtf& otf() const { return focused_.otf; }
 
   /// C_m along the lags (m, 0) and (0, m), m >= 0, as shares of all light.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <mutex>
 #include <new>
+#include <vector>
 
 #include "aberfit/roughness/fourier_transform.h"
 
@@ -30,6 +31,18 @@ constexpr int kLines = 4;
 
 // Rows a power of two apart would all fall on the same few lines of the cache when columns are transformed.
 constexpr std::size_t kSkew = 4;
+
+// Columns first .. first + 3 of `rows` rows to lines, and back. Rows have gaps behind them, so that there is
+// always room for all four.
+void take_columns(const Complex* from, std::size_t stride, int rows, std::size_t line_stride,
+                  Complex* lines) {
+  for (int row = 0; row < rows; ++row, from += stride)
+    for (int line = 0; line < kLines; ++line) lines[std::size_t(line) * line_stride + row] = from[line];
+}
+void give_columns(const Complex* lines, std::size_t line_stride, int rows, std::size_t stride, Complex* to) {
+  for (int row = 0; row < rows; ++row, to += stride)
+    for (int line = 0; line < kLines; ++line) to[line] = lines[std::size_t(line) * line_stride + row];
+}
 
 std::size_t rounded_up(int n, std::size_t unit) { return (std::size_t(n) + unit - 1) / unit * unit; }
 
@@ -80,11 +93,11 @@ template class FftwArray<double>;
 template class FftwArray<Complex>;
 
 PupilTransform::Buffers::Buffers(const PupilTransform& t)
-    : pupil(std::size_t(t.rows_) * std::size_t(t.columns_)),
+    : pupil(std::size_t(t.rows_) * t.pupil_stride_),
       quarter(t.quarter_size()),
       power_x(t.m_columns_),
       power_y(t.m_rows_),
-      half(std::size_t(t.m_rows_) * t.half_stride_),
+      half(std::size_t(t.m_rows_) * t.pupil_stride_),
       in(kLines * t.line_stride_),
       out(kLines * t.line_stride_) {
   std::fill_n(quarter.data(), t.quarter_size(), 0.0);  // gaps are transformed, too, and must stay zero
@@ -96,7 +109,7 @@ PupilTransform::PupilTransform(int rows, int columns, double padding)
       m_rows_(padded(rows, padding)),
       m_columns_(padded(columns, padding)),
       stride_(std::size_t(m_columns_) + kSkew),
-      half_stride_(rounded_up(columns, kLines) + kSkew),
+      pupil_stride_(rounded_up(columns, kLines) + kSkew),
       quarter_stride_(rounded_up(quarter_columns(), 2 * kLines)),
       line_stride_(rounded_up(std::max(m_rows_, m_columns_), kLines) + kSkew) {
   Buffers buffers(*this);
@@ -121,17 +134,11 @@ void PupilTransform::to_focus(Complex* focal, Buffers* b) const {
               0.0);
   for (int first = 0; first < columns_; first += kLines) {
     const int lines = std::min(kLines, columns_ - first);
-    for (int row = 0; row < rows_; ++row) {
-      const Complex* from = b->pupil.data() + std::size_t(row) * std::size_t(columns_) + first;
-      for (int line = 0; line < lines; ++line) in[std::size_t(line) * line_stride_ + row] = from[line];
-    }
+    take_columns(b->pupil.data() + first, pupil_stride_, rows_, line_stride_, in);
     for (int line = 0; line < lines; ++line)
       transform_line(forward_y_, in + std::size_t(line) * line_stride_,
                      out + std::size_t(line) * line_stride_);
-    for (int row = 0; row < m_rows_; ++row) {
-      Complex* to = focal + std::size_t(row) * stride_ + first;
-      for (int line = 0; line < lines; ++line) to[line] = out[std::size_t(line) * line_stride_ + row];
-    }
+    give_columns(out, line_stride_, m_rows_, stride_, focal + first);
   }
   std::fill(in + columns_, in + m_columns_, 0.0);
   for (int row = 0; row < m_rows_; ++row) {
@@ -222,60 +229,52 @@ void PupilTransform::even_transform(int rows_in, int columns_out, Buffers* b) co
   }
 }
 
-template <typename Weight>
-void PupilTransform::back(const Complex* focal, const Weight& weight, Buffers* b) const {
+// set_weights(row, w): K of each sample of a row, twice: of its real and of its imaginary part. Called for
+// row and m_rows - row one after the other.
+template <typename Weights>
+void PupilTransform::back(const Complex* focal, const Weights& set_weights, Buffers* b) const {
   Complex *in = b->in.data(), *out = b->out.data();
-  for (int row = 0; row < m_rows_; ++row) {
+  std::vector<double> weights(2 * std::size_t(m_columns_));
+  const auto go = [&](int row) {
+    set_weights(row, weights.data());
     const double* field = reinterpret_cast<const double*>(focal + std::size_t(row) * stride_);
-    const double* w = weight(row);
     double* product = reinterpret_cast<double*>(in);
-    for (int i = 0; i < m_columns_; ++i) {
-      product[2 * i] = w[i] * field[2 * i];
-      product[2 * i + 1] = w[i] * field[2 * i + 1];
-    }
+    for (int i = 0; i < 2 * m_columns_; ++i) product[i] = weights[std::size_t(i)] * field[i];
     transform_line(backward_x_, in, out);
-    std::copy_n(out, columns_, b->half.data() + std::size_t(row) * half_stride_);
+    std::copy_n(out, columns_, b->half.data() + std::size_t(row) * pupil_stride_);
+  };
+  for (int row = 0; row < quarter_rows(); ++row) {
+    go(row);
+    if (row > 0 && row < m_rows_ / 2) go(m_rows_ - row);
   }
   for (int first = 0; first < columns_; first += kLines) {
     const int lines = std::min(kLines, columns_ - first);
-    for (int row = 0; row < m_rows_; ++row) {
-      const Complex* from = b->half.data() + std::size_t(row) * half_stride_ + first;
-      for (int line = 0; line < lines; ++line) in[std::size_t(line) * line_stride_ + row] = from[line];
-    }
+    take_columns(b->half.data() + first, pupil_stride_, m_rows_, line_stride_, in);
     for (int line = 0; line < lines; ++line)
       transform_line(backward_y_, in + std::size_t(line) * line_stride_,
                      out + std::size_t(line) * line_stride_);
-    for (int row = 0; row < rows_; ++row) {
-      Complex* to = b->pupil.data() + std::size_t(row) * std::size_t(columns_) + first;
-      for (int line = 0; line < lines; ++line) to[line] = out[std::size_t(line) * line_stride_ + row];
-    }
+    give_columns(out, line_stride_, rows_, pupil_stride_, b->pupil.data() + first);
   }
 }
 
 void PupilTransform::back_to_pupil(const Complex* focal, Buffers* b) const {
-  Eigen::ArrayXd whole(m_columns_);
-  back(
-      focal,
-      [&](int row) {
-        const int folded = std::min(row, m_rows_ - row);
-        std::copy_n(b->quarter.data() + std::size_t(folded) * quarter_stride_, quarter_columns(),
-                    whole.data());
-        mirror(whole.data(), m_columns_);
-        return whole.data();
-      },
-      b);
+  const auto weights = [&](int row, double* w) {
+    if (row > m_rows_ / 2) return;  // those of m_rows - row are there
+    const double* even = b->quarter.data() + std::size_t(row) * quarter_stride_;
+    w[0] = w[1] = even[0];
+    double* opposite = w + 2 * m_columns_;
+    for (int i = 1; i < quarter_columns(); ++i)
+      w[2 * i] = w[2 * i + 1] = opposite[-2 * i] = opposite[1 - 2 * i] = even[i];
+  };
+  back(focal, weights, b);
 }
 
 void PupilTransform::back_to_pupil(const Complex* focal, const Eigen::ArrayXd& along_x,
                                    const Eigen::ArrayXd& along_y, Buffers* b) const {
-  Eigen::ArrayXd sum(m_columns_);
-  back(
-      focal,
-      [&](int row) {
-        sum = along_x + along_y[row];
-        return sum.data();
-      },
-      b);
+  const auto weights = [&](int row, double* w) {
+    for (int i = 0; i < m_columns_; ++i) w[2 * i] = w[2 * i + 1] = along_x[i] + along_y[row];
+  };
+  back(focal, weights, b);
 }
 
 }  // namespace aberfit

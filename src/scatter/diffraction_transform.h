@@ -37,6 +37,7 @@ class PupilTransform {
   int m_columns() const { return m_columns_; }
   std::size_t stride() const { return stride_; }  ///< of rows of focal fields, complex numbers
   std::size_t focal_size() const { return std::size_t(m_rows_) * stride_; }
+  std::size_t pupil_stride() const { return pupil_stride_; }  ///< of rows of `pupil`
   /// Rows 0 .. m_rows/2 of what is even along both axes, columns 0 .. m_columns/2 of each.
   int quarter_rows() const { return m_rows_ / 2 + 1; }
   int quarter_columns() const { return m_columns_ / 2 + 1; }
@@ -46,10 +47,10 @@ class PupilTransform {
   /// What one thread works in.
   struct Buffers {
     explicit Buffers(const PupilTransform& transform);
-    FftwArray<std::complex<double>> pupil;    ///< rows x columns, without gaps
+    FftwArray<std::complex<double>> pupil;    ///< rows x columns, pupil_stride()
     FftwArray<double> quarter;                ///< quarter_stride()
     Eigen::ArrayXd power_x, power_y;          ///< sums of |F|^2 over columns' and rows' samples
-    FftwArray<std::complex<double>> half;     ///< m_rows x columns
+    FftwArray<std::complex<double>> half;     ///< m_rows x columns, likewise
     FftwArray<std::complex<double>> in, out;  ///< lines
   };
 
@@ -75,11 +76,11 @@ class PupilTransform {
 
  private:
   void even_transform(int rows_in, int columns_out, Buffers* buffers) const;
-  template <typename Weight>
-  void back(const std::complex<double>* focal, const Weight& weight, Buffers* buffers) const;
+  template <typename Weights>
+  void back(const std::complex<double>* focal, const Weights& set_weights, Buffers* buffers) const;
 
   int rows_, columns_, m_rows_, m_columns_;
-  std::size_t stride_, half_stride_, quarter_stride_, line_stride_;
+  std::size_t stride_, pupil_stride_, quarter_stride_, line_stride_;
   void *forward_x_, *forward_y_, *backward_x_, *backward_y_;
 };
 

@@ -348,5 +348,39 @@ TEST(DiffractionPsf, ResultsDoNotDependOnThreadsOrOnReusedMemory) {
   }
 }
 
+TEST(DiffractionPsf, AWorkspaceTellsOneSurfaceFromTheNext) {
+  // What a workspace remembers of a plane must go with the heights, the pupil, the light and the mirror.
+  const std::vector<Statistic> statistics = {EncircledEnergyRadius{0.5, 0}, RingFwhm{},
+                                             EncircledEnergyRadius{0.9, 2e-4}, RingThrough{6e-6, 2e-4},
+                                             SpotFwhm{1e-6}};
+  const std::vector<Statistic> other_planes = {EncircledEnergyRadius{0.6, -1e-4},
+                                               EncircledEnergyRadius{0.6, 2e-4}};
+  DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 40);
+  Eigen::ArrayXd height = 60e-9 * (25 * pupil.sample.x + 3).sin() * (31 * pupil.sample.y).cos();
+  DiffractionWorkspace workspace;
+  const auto compare = [&](const DiffractionProblem& problem, const std::vector<Statistic>& wanted) {
+    Eigen::VectorXd fresh, kept, kept_too;
+    std::vector<Eigen::ArrayXd> d_fresh, d_kept;
+    ASSERT_TRUE(evaluate_diffraction(problem, height, wanted, 1, nullptr, &fresh, &d_fresh));
+    ASSERT_TRUE(evaluate_diffraction(problem, height, wanted, 1, &workspace, &kept, nullptr));
+    ASSERT_TRUE(evaluate_diffraction(problem, height, wanted, 1, &workspace, &kept_too, &d_kept));
+    EXPECT_EQ(fresh, kept);
+    EXPECT_EQ(fresh, kept_too);
+    for (std::size_t k = 0; k < wanted.size(); ++k) EXPECT_TRUE((d_fresh[k] == d_kept[k]).all()) << k;
+  };
+  compare({pupil, kFocal, kWave}, statistics);
+  compare({pupil, kFocal, kWave}, other_planes);
+  height *= 1 + 1e-15;
+  compare({pupil, kFocal, kWave}, statistics);
+  compare({pupil, kFocal, 1.01 * kWave}, statistics);
+  compare({pupil, 1.01 * kFocal, kWave}, statistics);
+  compare({pupil, kFocal, kWave, 3}, statistics);
+  pupil.amplitude[100] *= 0.5;  // in place: the address stays
+  compare({pupil, kFocal, kWave}, statistics);
+  pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 36);
+  height = 60e-9 * (25 * pupil.sample.x + 3).sin();
+  compare({pupil, kFocal, kWave}, statistics);
+}
+
 }  // namespace
 }  // namespace aberfit

@@ -90,7 +90,9 @@ struct DiffractionProblem {
 // said otherwise, for heights that are not finite. A plane exists where dz is finite and f + dz > 0.
 
 /// Memory and transform plans that evaluations reuse. One per caller: not to be shared between evaluations
-/// that run at the same time. May be used for different problems in turn.
+/// that run at the same time. May be used for different problems in turn. Keeps the planes (up to 512 MB of
+/// them) and the ring searches of the surface that was evaluated last, so that gradients at the heights of
+/// the values before them cost no more than what is new in them; not a bit of a result depends on it.
 class DiffractionWorkspace {
  public:
   DiffractionWorkspace();
