@@ -8,7 +8,9 @@
 #include <fstream>
 
 #include "aberfit/core/errors.h"
+#include "ray_count.h"
 #include "spectrum_target.h"
+#include "term_search.h"
 #include "validate.h"
 
 namespace aberfit {
@@ -17,17 +19,28 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double kZoneDraws = 1000;
-// Shares of the work, for scaling from one size to another: one term at one ray, and one statistic at one
-// ray, in the same unit; share of the rays that a statistic's gradient touches. From the docstring of
-// terms/surface_operator.cpp (6e9 term-points/s at any points; on rings a term costs less, so that
-// predictions for many terms there are too long) and `aberfit chart fits/paper-physical/study.json`.
-constexpr double kTermWork = 1, kStatisticWork = 120, kTouched = 0.05;
 
-double iteration_work(const FitSize& s) {
-  return s.rays * (s.terms * kTermWork * (1 + kTouched * s.fitted) + s.fitted * kStatisticWork);
-}
-double evaluation_work(const FitSize& s, double statistics) {
-  return s.rays * (s.terms * kTermWork + statistics * kStatisticWork);
+// Typical iterations of fits that end within their tolerances: 3 to 12 of explicit terms by rays (studies of
+// fits/), 24 and 33 by waves (a uniform band of 25 nm with n <= 28, a Gaussian PSD of 30 nm with n <= 57,
+// both 0.4 m f/7). The sets that a search looks at closely are the ones that just pass or just fail: 20 to
+// 100.
+constexpr double kIterations = 10, kWaveIterations = 30, kSearchIterations = 30;
+// Sets that a search fits in full: 3 to 6 by rays (fits/ without `terms`), 4 by waves (the uniform band).
+constexpr int kFullFits = 5, kWaveFits = 4;
+// Of these as many meet every tolerance, are judged, and need twice the rays they started with.
+constexpr int kPassing = 2;
+// Plane waves: 32, 64, ... to where they pass, half of these more in between.
+constexpr int kFewestModes = 32, kTypicalModes = 1024;
+
+FitSize fit_size(const Study& study, const TermSet& terms, const TargetSets& targets, int threads) {
+  FitSize size;
+  size.rays = double(study.trace.pupil.rays);
+  size.terms = double(terms.size());
+  size.fitted = double(targets.fitted.size() + targets.guides.size());
+  size.judged = double(targets.fitted.size() + targets.held_out.size());
+  size.zone_points = zone_points(terms);
+  size.threads = threads;
+  return size;
 }
 
 ordered_json read_chart(const std::string& file) {
@@ -42,26 +55,13 @@ ordered_json read_chart(const std::string& file) {
 
 }  // namespace
 
-FitSize fit_size(const Study& study, const TermSet& terms, const TargetSets& targets, int threads) {
-  FitSize size;
-  size.rays = double(study.trace.pupil.rays);
-  size.terms = double(terms.size());
-  size.fitted = double(targets.fitted.size() + targets.guides.size());
-  size.judged = double(targets.fitted.size() + targets.held_out.size());
-  // As zone_slopes (validate.cpp) chooses them; no zones for purely spherical terms.
-  const double order = terms.zernike.empty() ? 0 : terms.zernike.back().n;
-  if (!terms.zernike.empty() || !terms.fourier.empty())
-    size.zone_points = std::clamp(4 * order * order, 4096.0, 65536.0);
-  size.threads = threads;
-  return size;
-}
-
 FitRates measure_rates(const ChartBench& bench, double seconds) {
   const Study& study = bench.study;
   FitRates rates;
   rates.size = fit_size(study, bench.terms, bench.targets, bench.threads);
-  rates.targets = bench.targets_seconds;
-  rates.prior = bench.prior_seconds;
+  rates.expected = fit_work(study, bench.scene, bench.terms, bench.targets, bench.threads);
+  rates.measured.targets = bench.targets_seconds;
+  rates.measured.prior = bench.prior_seconds;
   rates.source = "measured on this study";
 
   bench.say("chart: an evaluation and a Jacobian");
@@ -105,11 +105,11 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
   };
   const FitResult fit = calibrate(problem, draw_white(bench.prior.size(), study.fit.seed), how);
   rates.iterations_known = fit.status == FitStatus::kConverged || fit.status == FitStatus::kNotConverged;
-  rates.iterations = rates.iterations_known ? std::max(1, fit.iterations) : built_in_rates().iterations;
+  rates.iterations = rates.iterations_known ? std::max(1, fit.iterations) : kIterations;
   if (rates.iterations_known)
-    rates.iteration = fit.seconds / rates.iterations;
+    rates.measured.iteration = fit.seconds / rates.iterations;
   else
-    rates.iteration = done > 0 ? last / done : 2 * rates.jacobian;
+    rates.measured.iteration = done > 0 ? last / done : 2 * rates.jacobian;
 
   bench.say("chart: fresh rays");
   std::vector<Statistic> judged = bench.statistics;
@@ -120,37 +120,30 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
   const ChartClock fresh_clock(0);
   const FreshStatistics fresh =
       evaluate_fresh(study, bench.terms, bench.coefficients, judged, fresh_rays, bench.threads, nullptr);
-  rates.fresh = fresh_clock.elapsed() * 4 * rates.size.rays / double(std::max<Eigen::Index>(1, fresh.rays));
+  rates.measured.fresh =
+      fresh_clock.elapsed() * 4 * rates.size.rays / double(std::max<Eigen::Index>(1, fresh.rays));
 
   if (rates.size.zone_points > 0) {
     bench.say("chart: zones");
     SurfaceField field;
     const ChartClock one_clock(0);
     at.surface().apply(bench.coefficients, &field);
-    rates.zones = kZoneDraws * one_clock.elapsed() * rates.size.zone_points / double(at.pupil().size());
-    if (rates.zones < 0.25 * seconds) {
+    rates.measured.zones =
+        kZoneDraws * one_clock.elapsed() * rates.size.zone_points / double(at.pupil().size());
+    if (rates.measured.zones < 0.25 * seconds) {
       const ChartClock zone_clock(0);
       zone_slopes(study, bench.terms, bench.prior, bench.coefficients, bench.threads);
-      rates.zones = zone_clock.elapsed();
+      rates.measured.zones = zone_clock.elapsed();
     }
   }
   return rates;
 }
 
 FitRates built_in_rates() {
-  // `aberfit chart fits/paper-physical/study.json`, two AVX-512 cores.
   FitRates rates;
-  rates.size = {65536, 432, 111, 157, 4096, 2};
-  rates.targets = 0.014;
-  rates.prior = 0.0005;
-  rates.iteration = 0.033;
-  rates.iterations = 10;  // 4 to 25 over the studies of fits/
-  rates.exact = 0.0038;
-  rates.fresh = 0.15;
-  rates.zones = 0.029;
-  rates.forward = 0.0031;
-  rates.jacobian = 0.0105;
-  rates.source = "measured with fits/paper-physical on two AVX-512 cores";
+  rates.measured = rates.expected = {1, 1, 1, 1, 1, 1, 1, 1};
+  rates.iterations = kIterations;
+  rates.source = "of two AVX-512 cores";
   return rates;
 }
 
@@ -162,16 +155,22 @@ ordered_json to_json(const FitRates& r) {
             {"judged", r.size.judged},
             {"zone_points", r.size.zone_points},
             {"threads", r.size.threads}}},
-          {"targets_seconds", r.targets},
-          {"prior_seconds", r.prior},
+          {"targets_seconds", r.measured.targets},
+          {"prior_seconds", r.measured.prior},
           {"forward_seconds", r.forward},
           {"jacobian_seconds", r.jacobian},
           {"exact_seconds", r.exact},
-          {"iteration_seconds", r.iteration},
+          {"iteration_seconds", r.measured.iteration},
           {"iterations", r.iterations},
           {"iterations_known", r.iterations_known},
-          {"fresh_seconds", r.fresh},
-          {"zones_seconds", r.zones}};
+          {"fresh_seconds", r.measured.fresh},
+          {"zones_seconds", r.measured.zones},
+          {"expected",
+           {{"targets_seconds", r.expected.targets},
+            {"prior_seconds", r.expected.prior},
+            {"iteration_seconds", r.expected.iteration},
+            {"fresh_seconds", r.expected.fresh},
+            {"zones_seconds", r.expected.zones}}}};
 }
 
 FitRates read_rates(const std::string& file_or_folder, const ordered_json& study, bool* same_study) {
@@ -182,29 +181,39 @@ FitRates read_rates(const std::string& file_or_folder, const ordered_json& study
   FitRates r;
   try {
     if (chart.at("kind") != "chart") throw InputError(file, "/kind", chart["kind"].dump(), "\"chart\"");
-    const ordered_json &rates = chart.at("rates"), &size = rates.at("size");
+    const ordered_json &rates = chart.at("rates"), &size = rates.at("size"), &expected = rates.at("expected");
     // A chart that was edited must not end as a prediction of nothing or of minus a second.
     const auto number = [&](const ordered_json& from, const char* key) {
       const double value = from.at(key).get<double>();
-      const bool size_of = &from == &size;
-      const bool counts = size_of && std::string(key) != "zone_points";
+      const bool counts = &from == &size && std::string(key) != "zone_points";
       if (!std::isfinite(value) || value < 0 || (counts && value < 1))
-        throw InputError(file, std::string("/rates/") + (size_of ? "size/" : "") + key, from[key].dump(),
-                         counts ? "a number from 1 up" : "a number from 0 up");
+        throw InputError(file,
+                         std::string("/rates/") +
+                             (&from == &size       ? "size/"
+                              : &from == &expected ? "expected/"
+                                                   : "") +
+                             key,
+                         from[key].dump(), counts ? "a number from 1 up" : "a number from 0 up");
       return value;
     };
     r.size = {number(size, "rays"),   number(size, "terms"),       number(size, "fitted"),
               number(size, "judged"), number(size, "zone_points"), number(size, "threads")};
-    r.targets = number(rates, "targets_seconds");
-    r.prior = number(rates, "prior_seconds");
+    const auto work = [&](const ordered_json& from) {
+      FitWork w;
+      w.targets = number(from, "targets_seconds");
+      w.prior = number(from, "prior_seconds");
+      w.iteration = number(from, "iteration_seconds");
+      w.fresh = number(from, "fresh_seconds");
+      w.zones = number(from, "zones_seconds");
+      return w;
+    };
+    r.measured = work(rates);
+    r.expected = work(expected);
     r.forward = number(rates, "forward_seconds");
     r.jacobian = number(rates, "jacobian_seconds");
     r.exact = number(rates, "exact_seconds");
-    r.iteration = number(rates, "iteration_seconds");
     r.iterations = number(rates, "iterations");
     r.iterations_known = rates.at("iterations_known").get<bool>();
-    r.fresh = number(rates, "fresh_seconds");
-    r.zones = number(rates, "zones_seconds");
     *same_study = chart.at("study") == study;
   } catch (const ordered_json::exception&) {
     throw InputError(file, "", "no rates of a chart", "chart.json as `aberfit chart` writes it");
@@ -212,26 +221,124 @@ FitRates read_rates(const std::string& file_or_folder, const ordered_json& study
   r.source = *same_study ? "measured on this study, " + file : "scaled from another study, " + file;
   if (!*same_study) {
     r.iterations_known = false;
-    r.iterations = built_in_rates().iterations;
+    r.iterations = kIterations;
   }
   return r;
 }
 
-std::vector<std::pair<std::string, double>> predict_fit(const FitRates& r, const FitSize& size) {
-  const auto ratio = [](double a, double b) { return b > 0 ? a / b : 0.0; };
-  const double threads = r.size.threads / size.threads;
-  const double judging = ratio(evaluation_work(size, size.judged), evaluation_work(r.size, r.size.judged));
-  return {
-      {"targets", r.targets * ratio(size.fitted + size.judged, r.size.fitted + r.size.judged) * threads},
-      // Blocks of one m each, half as many integrals as terms times orders.
-      {"prior", r.prior * std::pow(ratio(size.terms, r.size.terms), 1.5)},
-      {"iterations",
-       r.iterations * r.iteration * ratio(iteration_work(size), iteration_work(r.size)) * threads},
-      {"start and result",
-       2 * r.exact * ratio(evaluation_work(size, size.fitted), evaluation_work(r.size, r.size.fitted)) *
-           threads},
-      {"fresh rays", r.fresh * judging * threads},
-      {"zones", r.zones * ratio(size.zone_points * size.terms, r.size.zone_points * r.size.terms) * threads}};
+namespace {
+
+/// Full fits of one set on one number of rays.
+struct Fits {
+  Study study;
+  TermSet terms;
+  double count = 1, judged = 1;  // how many, and how many of these are judged
+};
+
+Study on_rays(Study study, std::int64_t rays) {
+  study.trace.automatic_rays = false;
+  study.trace.pupil.rays = rays;
+  return study;
+}
+
+// fit_on_enough_rays (attempt.cpp) of `count` sets, of which `passing` are judged and tried on twice the
+// rays.
+void add_fits(const Study& study, const Scene& scene, const TermSet& terms, double count, double passing,
+              std::vector<Fits>* fits) {
+  if (!study.trace.automatic_rays || scene.use.physics == FocusPhysics::kWaves) {
+    fits->push_back({study, terms, count, passing});
+    return;
+  }
+  const std::int64_t first = first_rays(terms.size());
+  fits->push_back({on_rays(study, first), terms, count, passing});
+  fits->push_back({on_rays(study, more_rays(first)), terms, passing, passing});
+}
+
+TermSet terms_of(const Study& study, const Scene& scene) {
+  double captured = 0;
+  return make_terms(study, scene, &captured);
+}
+
+// Where searches by rays end: 18 of 15 to 28, 18 of 6 to 31, 24 of 17 to 74, 36 and 40 of 31 to 56 (studies
+// of fits/). By waves they start at the high end and end near it: 26 of 15 to 28.
+int typical_order(const OrderRange& range, bool waves) {
+  return waves ? range.high : std::max(2, int(std::lround(std::sqrt(double(range.low) * range.high))));
+}
+
+// The sets of a search: short ones by `screens`, full ones by the return value.
+std::vector<Fits> search_fits(const Study& study, const Scene& scene, std::vector<Fits>* screens) {
+  const bool waves = scene.use.physics == FocusPhysics::kWaves;
+  const OrderRange range = expected_orders(scene);
+  std::vector<Fits> fits;
+  if (range.wide) {  // doubling, then half as many steps in between
+    for (int count = kFewestModes; count <= kTypicalModes; count *= 2) {
+      const Study with = with_fourier_modes(study, count);
+      const bool last = count == kTypicalModes;
+      add_fits(with, scene, terms_of(with, scene), last ? kPassing + 1 : 1, last ? kPassing : 0, &fits);
+    }
+    return fits;
+  }
+  const int end = typical_order(range, waves);
+  for (int order = 2; !waves && order < end; order = next_order(order)) {
+    const Study with = with_zernikes(study, order);
+    const TermSet terms = terms_of(with, scene);
+    screens->push_back({on_rays(with, screening_rays(terms.size())), terms, 1, 0});
+  }
+  const Study with = with_zernikes(study, end);
+  add_fits(with, scene, terms_of(with, scene), waves ? kWaveFits : kFullFits, kPassing, &fits);
+  return fits;
+}
+
+}  // namespace
+
+FitPrediction predict_fit(const Study& study, const Scene& scene, const TermSet& terms,
+                          const TargetSets& targets, const FitRates& r, int threads) {
+  const bool rays = scene.use.physics == FocusPhysics::kRays;
+  // A chart is of rays: of other physics it only tells how fast the machine is.
+  const double speed = r.expected.iteration > 0 ? r.measured.iteration / r.expected.iteration : 1;
+  const auto rate = [&](double FitWork::*stage) {
+    return !rays ? speed : r.expected.*stage > 0 ? r.measured.*stage / r.expected.*stage : 0.0;
+  };
+  FitPrediction p;
+  p.search = study.terms.automatic && scene.psd;
+  std::vector<Fits> screens, fits;
+  if (p.search)
+    fits = search_fits(study, scene, &screens);
+  else
+    add_fits(study, scene, terms, 1, 1, &fits);
+  p.iterations_known = r.iterations_known && rays && !p.search;
+  p.iterations = p.search ? kSearchIterations : !rays ? kWaveIterations : r.iterations;
+  p.more_rays = study.trace.automatic_rays && scene.use.physics != FocusPhysics::kWaves;
+  p.factor = p.search ? 3 : 2;
+
+  const int most = std::max(1, study.fit.max_iterations);
+  const double iterations = std::min(p.iterations, double(most));
+  double screening = 0, prior = 0, solving = 0, ends = 0, fresh = 0;
+  for (const Fits& fit : screens) {
+    const FitWork work = fit_work(fit.study, scene, fit.terms, targets, threads);
+    screening +=
+        work.prior * rate(&FitWork::prior) +
+        (work.iteration * std::min(kScreeningIterations, most) + work.ends) * rate(&FitWork::iteration);
+  }
+  FitWork last;
+  for (const Fits& fit : fits) {
+    last = fit_work(fit.study, scene, fit.terms, targets, threads);
+    prior += fit.count * last.prior * rate(&FitWork::prior);
+    solving += fit.count * iterations * last.iteration * rate(&FitWork::iteration);
+    ends += fit.count * last.ends * rate(&FitWork::iteration);
+    fresh += fit.judged * last.fresh * rate(&FitWork::fresh);
+  }
+  p.stages.emplace_back("targets", last.targets * rate(&FitWork::targets));
+  if (!screens.empty()) p.stages.emplace_back("short fits", screening);
+  p.stages.emplace_back("prior", prior);
+  p.stages.emplace_back("iterations", solving);
+  p.stages.emplace_back("start and result", ends);
+  p.stages.emplace_back("fresh rays", fresh);
+  if (last.judgement > 0) p.stages.emplace_back("needed model", last.judgement * speed);
+  if (last.realisations > 0) p.stages.emplace_back("realisations", last.realisations * speed);
+  p.stages.emplace_back("zones", last.zones * rate(&FitWork::zones));
+  for (const auto& [stage, seconds] : p.stages) p.seconds += seconds;
+  return p;
 }
 
 double predict_map_fit(double points, double terms, int threads) {

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "aberfit/core/errors.h"
@@ -38,6 +39,19 @@ FitRates rates_for(const Study& study, const RunOptions& options) {
 std::string seconds_text(double seconds) {
   if (seconds < 99.5) return fmt::format("{:.2g} s", seconds);
   return seconds < 5970 ? fmt::format("{:.2g} min", seconds / 60) : fmt::format("{:.0f} h", seconds / 3600);
+}
+
+// No more digits than a prediction has: "20 s", "15 s", "2 min".
+std::string rounded_text(double seconds) {
+  const double unit = seconds < 99.5 ? 1 : seconds < 5970 ? 60 : 3600;
+  const double amount = seconds / unit;
+  if (!(amount > 0)) return seconds_text(seconds);
+  const double digit = std::pow(10, std::floor(std::log10(amount)));
+  const double step = amount < 2 * digit ? 0.5 * digit : digit;  // one digit, and halves below two
+  return fmt::format("{:.3g} {}", step * std::round(amount / step),
+                     unit == 1    ? "s"
+                     : unit == 60 ? "min"
+                                  : "h");
 }
 
 // A study of a measured map has no specification: what is fitted, and where it comes from.
@@ -104,33 +118,32 @@ ordered_json check_scene(const Study& study, const Scene& scene, const std::stri
 }
 
 template <typename Row>
-void check_cost(const Study& study, const RunOptions& options, const TermSet& terms,
+void check_cost(const Study& study, const Scene& scene, const RunOptions& options, const TermSet& terms,
                 const TargetSets& targets, int threads, const Row& row, ordered_json* result) {
   const FitRates rates = rates_for(study, options);
-  const auto stages = predict_fit(rates, fit_size(study, terms, targets, threads));
-  double seconds = 0;
-  for (const auto& [stage, cost] : stages) seconds += cost;
+  const FitPrediction p = predict_fit(study, scene, terms, targets, rates, threads);
   row("predicted time of `fit`",
-      fmt::format("{} on {} thread{}, pictures left out (rates {})", seconds_text(seconds), threads,
-                  threads == 1 ? "" : "s", rates.source));
+      fmt::format("about {} on {} thread{}, pictures left out; {}", rounded_text(p.seconds), threads,
+                  threads == 1 ? "" : "s",
+                  p.search ? "searches vary by a factor of three" : "within a factor of two to three"));
+  row("", "rates " + rates.source);
   ordered_json costs;
-  for (const auto& [stage, cost] : stages) {
-    const bool iterations = stage == "iterations";
-    row("  " + stage,
-        seconds_text(cost) +
-            (!iterations
-                 ? ""
-                 : fmt::format(" for {:.0f}{}{}", rates.iterations,
-                               rates.iterations_known ? "" : ", a typical number",
-                               study.fit.starts > 1
-                                   ? fmt::format("; as much for each further of {} starts", study.fit.starts)
-                                   : "")));
+  for (const auto& [stage, cost] : p.stages) {
+    std::string text = seconds_text(cost);
+    if (stage == "iterations")
+      text += fmt::format(" for {:.0f}{}{}{}{}", p.iterations, p.iterations_known ? "" : ", a typical number",
+                          p.search ? ", of each of a typical number of sets" : "",
+                          p.more_rays ? "; twice the rays the second time" : "",
+                          study.fit.starts > 1
+                              ? fmt::format("; as much for each further of {} starts", study.fit.starts)
+                              : "");
+    row("  " + stage, text);
     costs[stage] = cost;
   }
-  (*result)["predicted_seconds"] = seconds;
+  (*result)["predicted_seconds"] = p.seconds;
   (*result)["prediction"] = {{"rates", rates.source},
-                             {"iterations", rates.iterations},
-                             {"iterations_known", rates.iterations_known},
+                             {"iterations", p.iterations},
+                             {"iterations_known", p.iterations_known},
                              {"stages_seconds", costs}};
 }
 
@@ -192,13 +205,7 @@ ordered_json run_check(const Study& study, const RunOptions& options, std::strin
     result["terms"]["automatic"] = {
         {"family", range.wide ? "fourier" : "zernike"}, {"n_low", range.low}, {"n_high", range.high}};
   }
-  if (scene.use.physics == FocusPhysics::kRays) {
-    check_cost(study, options, terms, targets, threads, row, &result);
-    if (search) row("", "for one fit of all terms; the search for the fewest makes several smaller ones");
-  } else {
-    row("predicted time of `fit`", "not known for " + to_string(scene.use.physics));
-    result["predicted_seconds"] = nullptr;
-  }
+  check_cost(study, scene, options, terms, targets, threads, row, &result);
   result["warnings"] = ordered_json::array();
   for (const Warning& warning : warnings) {
     result["warnings"].push_back({{"code", warning.code}, {"message", warning.message}});
