@@ -49,7 +49,6 @@ struct FitPrediction {
   bool iterations_known = false;                       ///< of this study, by its chart; else a typical number
   bool search = false;                                 ///< for the fewest terms
   bool more_rays = false;                              ///< a second fit on twice the rays is counted in
-  double factor = 2;  ///< what it may be off by: several times of `fit` were within this
 };
 
 /// terms: of the study, where it names them; for `"terms": "auto"` sets between expected_orders are put in

@@ -43,12 +43,12 @@ std::string seconds_text(double seconds) {
 
 // No more digits than a prediction has: "20 s", "15 s", "2 min".
 std::string rounded_text(double seconds) {
+  if (seconds < 0.1) return "less than 0.1 s";
   const double unit = seconds < 99.5 ? 1 : seconds < 5970 ? 60 : 3600;
   const double amount = seconds / unit;
-  if (!(amount > 0)) return seconds_text(seconds);
   const double digit = std::pow(10, std::floor(std::log10(amount)));
   const double step = amount < 2 * digit ? 0.5 * digit : digit;  // one digit, and halves below two
-  return fmt::format("{:.3g} {}", step * std::round(amount / step),
+  return fmt::format("about {:.3g} {}", step * std::round(amount / step),
                      unit == 1    ? "s"
                      : unit == 60 ? "min"
                                   : "h");
@@ -121,9 +121,16 @@ template <typename Row>
 void check_cost(const Study& study, const Scene& scene, const RunOptions& options, const TermSet& terms,
                 const TargetSets& targets, int threads, const Row& row, ordered_json* result) {
   const FitRates rates = rates_for(study, options);
-  const FitPrediction p = predict_fit(study, scene, terms, targets, rates, threads);
+  FitPrediction p;
+  try {
+    p = predict_fit(study, scene, terms, targets, rates, threads);
+  } catch (const ComputationError& error) {  // a grid finer than there is: `fit` will say so, too
+    row("predicted time of `fit`", fmt::format("not known: {}", error.what()));
+    (*result)["predicted_seconds"] = nullptr;
+    return;
+  }
   row("predicted time of `fit`",
-      fmt::format("about {} on {} thread{}, pictures left out; {}", rounded_text(p.seconds), threads,
+      fmt::format("{} on {} thread{}, pictures left out; {}", rounded_text(p.seconds), threads,
                   threads == 1 ? "" : "s",
                   p.search ? "searches vary by a factor of three" : "within a factor of two to three"));
   row("", "rates " + rates.source);
