@@ -1,5 +1,7 @@
 #include "convolved_forward.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "smallest_radius.h"
@@ -85,15 +87,19 @@ Eigen::VectorXd ConvolvedForward::exact(Warnings* warnings) {
   for (std::size_t j = 0; j < split_.geometric.size(); ++j)
     values[Eigen::Index(split_.geometric_place[j])] = some[Eigen::Index(j)];
   if (!split_.own.empty()) evaluate_convolved(pattern_, rays_.rays(), split_.own, threads_, &some, nullptr);
+  std::vector<std::string> rough;
   for (std::size_t j = 0; j < split_.own.size(); ++j) {
     values[Eigen::Index(split_.own_place[j])] = some[Eigen::Index(j)];
     if (warnings && !std::isfinite(some[Eigen::Index(j)])) warnings->push_back(missing(split_.own[j]));
-    if (warnings && rough_defocus(split_.own[j], some[Eigen::Index(j)]))
-      warnings->push_back({"convolved-defocus",
-                           statistic_name(split_.own[j]) +
-                               " is of a spot of few Airy radii out of focus, where rays spread by the focal "
-                               "pattern miss encircled energies by 1 to 10 %; waves do not"});
+    if (rough_defocus(split_.own[j], some[Eigen::Index(j)])) rough.push_back(statistic_name(split_.own[j]));
   }
+  if (warnings && !rough.empty())
+    warnings->push_back(
+        {"convolved-defocus",
+         fmt::format("{}{} of spots of few Airy radii out of focus, where rays spread by the focal pattern "
+                     "miss encircled energies by 1 to 10 %; waves do not",
+                     rough.front(),
+                     rough.size() == 1 ? " is" : fmt::format(" and {} more are", rough.size() - 1))});
   return values;
 }
 

@@ -32,4 +32,12 @@ Eigen::VectorXd focus_statistics(const FocusScene& scene, const Eigen::VectorXd&
   return model->exact(warnings);
 }
 
+PsfImage focus_psf(const FocusScene& scene, const Eigen::VectorXd& coefficients, const PsfWindow& window) {
+  if (scene.physics != FocusPhysics::kWaves)
+    throw std::invalid_argument("only waves have a diffraction pattern of the whole surface");
+  const std::unique_ptr<ForwardModel> model = make_forward_model(scene, {}, 1);
+  model->move_to(coefficients);
+  return static_cast<const WaveForward&>(*model).psf(window);
+}
+
 }  // namespace aberfit

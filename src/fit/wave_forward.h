@@ -18,6 +18,7 @@ class WaveForward : public ForwardModel {
   Eigen::VectorXd exact(Warnings* warnings) override;
   std::string trouble() const override { return trouble_; }
   std::string unreachable(const std::vector<Target>& targets) const override;
+  PsfImage psf(const PsfWindow& window) const { return diffraction_psf(problem(), height_, window); }
 
  private:
   DiffractionProblem problem() const {

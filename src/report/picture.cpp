@@ -84,13 +84,6 @@ std::string signed_palette() {
          "0.25 '#f6bfa6', 0.5 '#d6604d', 0.75 '#b2182b', 1 '#67001f')\n";
 }
 
-Centre plot_centre(const ResultDocument& result) {
-  const nlohmann::ordered_json::json_pointer pointer("/trace/centre");
-  const bool centroid =
-      result.study.is_object() && result.study.contains(pointer) && result.study[pointer] == "centroid";
-  return centroid ? Centre::kCentroid : Centre::kNominal;
-}
-
 std::string columns_file(const std::vector<std::string>& header, const std::vector<Eigen::ArrayXd>& columns) {
   std::string text;
   append_comments(&text, header);

@@ -61,9 +61,6 @@ std::string picture_title(const std::string& text, const std::string& title);
 /// gnuplot's `set palette` for signed values, blue over white to red.
 std::string signed_palette();
 
-/// Where the study centres its statistics (`trace.centre`).
-Centre plot_centre(const ResultDocument& result);
-
 /// Data file: the sentences of `header` as comments, then one row per entry of the columns, 9 digits.
 std::string columns_file(const std::vector<std::string>& header, const std::vector<Eigen::ArrayXd>& columns);
 

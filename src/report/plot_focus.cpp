@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "focus_curves.h"
 #include "picture.h"
 
 namespace aberfit {
@@ -12,38 +11,29 @@ namespace {
 struct Branch {
   const char* key;  // in file names
   const char* label;
-  const RayBundle* rays;
-  int line;  // gnuplot line type
+  const FocalLight* light;
+  int column;  // of the curves
+  int line;    // gnuplot line type
 };
 
 // Ideal, target and fitted, the target only where there is one.
 std::vector<Branch> branches(const PlotInput& input) {
-  std::vector<Branch> all = {{"ideal", "ideal mirror", &input.ideal, 1}};
-  if (input.target.size() > 0) all.push_back({"target", "target (Harvey-Shack)", &input.target, 2});
-  all.push_back({"fitted", "fitted surface", &input.fitted, 3});
+  std::vector<Branch> all = {{"ideal", "ideal mirror", &input.ideal, 2, 1}};
+  if (input.target) all.push_back({"target", "target (Harvey-Shack)", input.target, 3, 2});
+  all.push_back({"fitted", "fitted surface", &input.fitted, 4, 3});
   return all;
 }
 
-const RayBundle& reference(const PlotInput& input) {
-  return input.target.size() > 0 ? input.target : input.fitted;
-}
+const FocalLight& reference(const PlotInput& input) { return input.target ? *input.target : input.fitted; }
 
-const char* reference_name(const PlotInput& input) {
-  return input.target.size() > 0 ? "target" : "fitted surface";
-}
+const char* reference_name(const PlotInput& input) { return input.target ? "target" : "fitted surface"; }
 
-// The same estimators as in the result, so that picture and table agree.
-double statistic(const PlotInput& input, const RayBundle& rays, const Statistic& wanted) {
-  static const Eigen::ArrayXd kNoHeight;
-  return evaluate_exact({rays, input.ideal, kNoHeight, plot_centre(input.result)}, {wanted}, 1)[0];
-}
-
-// A spot size to scale axes by: of the roughness, or of the rays where there is no roughness to speak of.
+// A spot size to scale axes by: of the roughness, or of the light where there is no roughness to speak of.
 double spot_scale(const PlotInput& input) {
-  if (input.focal_sigma > 0) return input.focal_sigma;
-  for (const RayBundle* rays : {&input.fitted, &input.ideal})
-    if (const double radius = statistic(input, *rays, RmsRadius{}); radius > 1e-12)
-      return radius / std::sqrt(2.0);
+  if (input.core_sigma > 0) return input.core_sigma;
+  for (const FocalLight* light : {&input.fitted, &input.ideal})
+    if (const double ee50 = light->statistic(EncircledEnergyRadius{0.5, 0.0}); ee50 > 1e-12)
+      return ee50 / std::sqrt(2 * std::log(2.0));
   return 1e-6;
 }
 
@@ -79,28 +69,30 @@ std::pair<Eigen::ArrayXd, Eigen::ArrayXd> fitted_fractions(const ResultDocument&
   return {array(radius), array(fraction)};
 }
 
+// ee98, or where most of the light is: the last per cent of a diffracted spot reach out endlessly.
+double curve_end(const FocalLight& light) {
+  const double ee98 = light.statistic(EncircledEnergyRadius{0.98, 0.0});
+  const double most = 2 * light.statistic(EncircledEnergyRadius{0.9, 0.0});
+  return ee98 < most ? ee98 : most;
+}
+
 }  // namespace
 
 /// EE(r) at z = f, below it the difference fitted - target with one standard error of the target's rays.
 Picture ee_curves_picture(const PlotInput& input) {
   const std::string name = "ee_curves";
   constexpr int kPoints = 501;
-  const bool has_target = input.target.size() > 0;
-  const double reach = std::max(statistic(input, reference(input), EncircledEnergyRadius{0.98, 0.0}),
-                                statistic(input, input.fitted, EncircledEnergyRadius{0.98, 0.0}));
+  const double reach = std::max(curve_end(reference(input)), curve_end(input.fitted));
   const auto [target_radius, target_fraction] = fitted_fractions(input.result);
   const double asked = target_radius.size() > 0 ? target_radius.maxCoeff() : 0.0;
   const double last = reach > 0 ? std::max(1.2 * reach, 1.05 * asked) : 4 * spot_scale(input);
   const Eigen::ArrayXd radii = Eigen::ArrayXd::LinSpaced(kPoints, 0.0, last);
-  const Centre centre = plot_centre(input.result);
   const Eigen::ArrayXd none = Eigen::ArrayXd::Constant(kPoints, NAN);
-  const auto curve = [&](const RayBundle& rays) { return encircled_energy_curve(rays, centre, 0.0, radii); };
-  const Eigen::ArrayXd ideal = curve(input.ideal), fitted = curve(input.fitted);
-  const Eigen::ArrayXd target = has_target ? curve(input.target) : none;
-  // Binomial error of a share counted with unequal weights: N_eff = (sum w)^2 / sum w^2 (Kish 1965).
-  const Eigen::ArrayXd& weight = input.target.weight;
-  const double n_eff = has_target ? weight.sum() * weight.sum() / weight.square().sum() : NAN;
-  const Eigen::ArrayXd error = (target * (1.0 - target) / n_eff).sqrt();
+  const Eigen::ArrayXd ideal = input.ideal.encircled_energy(radii);
+  const Eigen::ArrayXd target = input.target ? input.target->encircled_energy(radii) : none;
+  const Eigen::ArrayXd fitted = input.fitted.encircled_energy(radii);
+  const double n_eff = input.target ? input.target->sample_size() : NAN;
+  const Eigen::ArrayXd error = (target * (1.0 - target) / n_eff).sqrt();  // binomial
 
   Picture picture{name, script_head(name, 1200, 950), {}};
   picture.data.emplace_back(
@@ -118,16 +110,15 @@ Picture ee_curves_picture(const PlotInput& input) {
   const AxisUnit unit = length_unit(last);
   std::string plots;
   for (const Branch& branch : branches(input)) {
-    const double ee50 = statistic(input, *branch.rays, EncircledEnergyRadius{0.5, 0.0});
-    const double ee90 = statistic(input, *branch.rays, EncircledEnergyRadius{0.9, 0.0});
+    const double ee50 = branch.light->statistic(EncircledEnergyRadius{0.5, 0.0});
+    const double ee90 = branch.light->statistic(EncircledEnergyRadius{0.9, 0.0});
     // A perfect focus has radii of rounding errors, which nobody wants to read.
     const std::string text =
         ee90 < 1e-6 * last ? "a point" : "ee50 " + length_text(ee50) + ", ee90 " + length_text(ee90);
-    const int column = branch.rays == &input.ideal ? 2 : branch.rays == &input.target ? 3 : 4;
     plots += fmt::format("{}'{}.dat' using ($1*u):{} with lines linetype {} title {}",
-                         plots.empty() ? "" : ", \\\n  ", name, column, branch.line,
+                         plots.empty() ? "" : ", \\\n  ", name, branch.column, branch.line,
                          gnuplot_text(fmt::format("{}: {}", branch.label, text)));
-    if (ee90 >= 1e-6 * last && column > 2)
+    if (ee90 >= 1e-6 * last && branch.column > 2)
       picture.script += fmt::format(
           "set arrow from {0:.9g},0 to {0:.9g},0.5 nohead linetype {2} linewidth 0.8\n"
           "set arrow from {1:.9g},0 to {1:.9g},0.9 nohead linetype {2} linewidth 0.8\n",
@@ -150,22 +141,25 @@ Picture ee_curves_picture(const PlotInput& input) {
       "set key maxcols 2\n"
       "{}plot {}\n",
       unit.per_si, last * unit.per_si, picture_title(input, "Encircled energy at z = f"),
-      has_target ? 0.63 : 0.95, has_target ? 0.32 : 0.0,
-      has_target ? "set format x ''\n" : fmt::format("set xlabel 'radius [{}]'\n", unit.name), plots);
+      input.target ? 0.63 : 0.95, input.target ? 0.32 : 0.0,
+      input.target ? "set format x ''\n" : fmt::format("set xlabel 'radius [{}]'\n", unit.name), plots);
   const double difference = std::max((fitted - target).abs().maxCoeff(), error.maxCoeff());
-  if (has_target)
+  if (input.target)
     picture.script += fmt::format(
         "unset arrow\n"
         "set size 1,0.34\nset origin 0,0\n"
         "set format x '%g'\nset xlabel 'radius [{0}]'\n"
         "set ylabel 'difference [% of light]'\n"
         "set autoscale y\nset ytics {3:.9g}\n"
-        "plot '{1}.dat' using ($1*u):(-100*$5):(100*$5) with filledcurves fillcolor rgb '#cfe3f2' title "
-        "'sampling error of the target, 1 sigma', \\\n"
-        "  0 with lines linecolor rgb '#666666' linewidth 1 notitle, \\\n"
-        "  '{1}.dat' using ($1*u):(100*($4-$3)) with lines linecolor rgb '{2}' linewidth 2 title "
+        "plot {4}0 with lines dashtype 1 linecolor rgb '#666666' linewidth 1 notitle, \\\n"
+        "  '{1}.dat' using ($1*u):(100*($4-$3)) with lines linetype 3 linecolor rgb '{2}' linewidth 2 title "
         "'fitted - target'\n",
-        unit.name, name, kFittedColour, nice_step(100 * difference / 2));
+        unit.name, name, kFittedColour, nice_step(100 * difference / 2),
+        std::isfinite(n_eff) ? fmt::format("'{}.dat' using ($1*u):(-100*$5):(100*$5) with filledcurves "
+                                           "fillcolor rgb '#cfe3f2' title 'sampling error of the target, 1 "
+                                           "sigma', \\\n  ",
+                                           name)
+                             : "");
   picture.script += "unset multiplot\n";
   return picture;
 }
@@ -175,28 +169,26 @@ Picture ring_through_picture(const PlotInput& input) {
   const std::string name = "ring_through";
   constexpr int kPoints = 1001;
   constexpr double kReach = 5;  // in units of ring f / R; half maximum is near 1.4
-  double ring = statistic(input, reference(input), EncircledEnergyRadius{0.9, 0.0});
+  double ring = reference(input).statistic(EncircledEnergyRadius{0.9, 0.0});
   if (!(ring > 1e-12)) ring = 2 * spot_scale(input);
   const double last = kReach * ring * input.mirror.focal_length / aperture_radius(input.aperture);
   const Eigen::ArrayXd planes = Eigen::ArrayXd::LinSpaced(kPoints, -last, last);
-  const Centre centre = plot_centre(input.result);
-  const auto curve = [&](const RayBundle& rays) -> Eigen::ArrayXd {
-    if (rays.size() == 0) return Eigen::ArrayXd::Constant(kPoints, NAN);
-    return ring_through_curve(rays, centre, ring, planes);
-  };
+  std::vector<Eigen::ArrayXd> columns = {planes, {}, Eigen::ArrayXd::Constant(kPoints, NAN), {}};
+  const std::vector<Branch> all = branches(input);
+  for (const Branch& branch : all)
+    columns[std::size_t(branch.column - 1)] = branch.light->ring_through(ring, planes);
   Picture picture{name, script_head(name, 1200, 800), {}};
   picture.data.emplace_back(
       name + ".dat",
       columns_file(
           {fmt::format("Share of the light inside a ring of radius {:.9g} m, centred on the focus", ring),
            "columns: plane_dz_m (offset from z = f) ideal target fitted (shares; nan: no target)"},
-          {planes, curve(input.ideal), curve(input.target), curve(input.fitted)}));
+          columns));
   std::string plots;
-  for (const Branch& branch : branches(input)) {
-    const double fwhm = statistic(input, *branch.rays, RingFwhm{0.9, ring});
-    const int column = branch.rays == &input.ideal ? 2 : branch.rays == &input.target ? 3 : 4;
+  for (const Branch& branch : all) {
+    const double fwhm = branch.light->statistic(RingFwhm{0.9, ring});
     plots += fmt::format("{}'{}.dat' using ($1*u):{} with lines linetype {} title {}",
-                         plots.empty() ? "" : ", \\\n  ", name, column, branch.line,
+                         plots.empty() ? "" : ", \\\n  ", name, branch.column, branch.line,
                          gnuplot_text(fmt::format("{}: FWHM {}", branch.label, length_text(fwhm))));
   }
   const AxisUnit unit = length_unit(last);
@@ -213,7 +205,7 @@ Picture ring_through_picture(const PlotInput& input) {
       "unset multiplot\n",
       unit.per_si, picture_title(input, "Light through a ring"), unit.name,
       gnuplot_text("share of the light inside a ring of radius " + length_text(ring)), -last * unit.per_si,
-      last * unit.per_si, plots, 0.5 * curve(reference(input)).maxCoeff(), reference_name(input));
+      last * unit.per_si, plots, 0.5 * columns[input.target ? 2 : 3].maxCoeff(), reference_name(input));
   return picture;
 }
 
@@ -221,16 +213,20 @@ Picture ring_through_picture(const PlotInput& input) {
 Picture focal_images_picture(const PlotInput& input) {
   const std::string name = "focal_images";
   constexpr int kPixels = 129;  // odd, so that the centre is a pixel
-  constexpr double kHalfWidth =
-      5.0;  // in units of the spot's sigma: 2 for the blur of defocus and 3 for the spot
+  // In units of the spot's sigma: 2 for the blur of defocus and 3 for the spot; more for a halo, which is
+  // fainter as it is wider.
+  constexpr double kHalfWidth = 5, kWidest = 25, kHaloMargin = 1.35;
   constexpr double kDecades = 2.5;  // below the brightest pixel of target and fitted surface
   struct Plane {
     const char* key;
     double units;
   };
   constexpr Plane kPlanes[] = {{"before", -2.0}, {"focus", 0.0}, {"behind", 2.0}};
-  const double half = kHalfWidth * spot_scale(input), pixel = 2 * half / kPixels;
-  const double ring = statistic(input, reference(input), EncircledEnergyRadius{0.9, 0.0});
+  const double ring = reference(input).statistic(EncircledEnergyRadius{0.9, 0.0}), scale = spot_scale(input);
+  const double wanted = std::isfinite(ring) ? kHaloMargin * ring / scale : 0;  // NaN: a spot without light
+  const double sigmas = std::clamp(wanted, kHalfWidth, kWidest);
+  const double half = sigmas * scale, pixel = 2 * half / kPixels;
+  const double decades = kDecades + 2 * std::log10(sigmas / kHalfWidth);
   const AxisUnit unit = length_unit(half);
   const std::vector<Branch> rows = branches(input);
   const int row_height = 415, head_height = 130;
@@ -244,8 +240,7 @@ Picture focal_images_picture(const PlotInput& input) {
   for (std::size_t row = 0; row < rows.size(); ++row) {
     for (std::size_t column = 0; column < std::size(kPlanes); ++column) {
       const double dz = kPlanes[column].units * plane_unit(input);
-      const Eigen::ArrayXXd image =
-          focal_image(*rows[row].rays, plot_centre(input.result), dz, half, kPixels);
+      const Eigen::ArrayXXd image = rows[row].light->image(dz, half, kPixels);
       if (row > 0) brightest = std::max(brightest, image.maxCoeff());
       const std::string file = fmt::format("{}_{}_{}.dat", name, rows[row].key, kPlanes[column].key);
       picture.data.emplace_back(
@@ -308,7 +303,7 @@ Picture focal_images_picture(const PlotInput& input) {
       "'#ed6925', 7 "
       "'#fb9b06', 8 '#f7d13d', 9 '#fcffa4')\n",
       pixel * unit.per_si, (-half + 0.5 * pixel) * unit.per_si, unit.name,
-      brightest > 0 ? 1.0 / brightest : 1.0, std::pow(10.0, -kDecades), ring * unit.per_si, unit.name,
+      brightest > 0 ? 1.0 / brightest : 1.0, std::pow(10.0, -decades), ring * unit.per_si, unit.name,
       picture_title(input, "Spots near focus"), -half * unit.per_si, half * unit.per_si, -half * unit.per_si,
       half * unit.per_si, reference_name(input));
   picture.script += panels + "unset multiplot\n";

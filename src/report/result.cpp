@@ -191,6 +191,11 @@ std::string compiler() {
 
 }  // namespace
 
+bool ZoneSlope::more_even() const {
+  const double nearest = ratio < draws_low ? draws_low : draws_high;
+  return !inside() && std::abs(ratio - 1) < std::abs(nearest - 1);
+}
+
 Provenance make_provenance(std::uint64_t seed, int threads) {
   Provenance provenance{ABERFIT_VERSION, seed, threads, {}};
   provenance.libraries = {

@@ -319,11 +319,12 @@ std::string zone_table(const ResultDocument& result) {
   std::string out = "\nRMS slope by zone, as a share of the whole aperture's, beside draws of the prior\n";
   out += fmt::format("  {:<20} {:>10}  {:>21}\n", "zone rho/R", "fitted", "99 % of draws");
   for (const ZoneSlope& zone : result.surface.zones) {
-    const bool inside = zone.ratio >= zone.draws_low && zone.ratio <= zone.draws_high;
     out += fmt::format("  {:<20} {:>10.3f}  {:>21}  {}\n",
                        fmt::format("{:.3f} .. {:.3f}", zone.rho_min, zone.rho_max), zone.ratio,
                        fmt::format("{:.3f} .. {:.3f}", zone.draws_low, zone.draws_high),
-                       inside ? "inside" : "OUTSIDE");
+                       zone.inside()      ? "inside"
+                       : zone.more_even() ? "more even"
+                                          : "OUTSIDE");
   }
   return out;
 }

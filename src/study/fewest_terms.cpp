@@ -119,14 +119,22 @@ Attempt fit_fewest_terms(const Study& study, const Scene& scene, const TargetSet
   TermTrials hooks;
   if (!descend) hooks.screen = [&](const Study& with) { return trials.screen(with); };
   hooks.confirm = [&](const Study& with) { return trials.confirm(with, descend); };
-  const Frontier frontier = search_terms(study, expected_orders(scene), hooks);
+  Frontier frontier = search_terms(study, expected_orders(scene), hooks);
   std::optional<Attempt> best = std::move(trials.best());
   if (!best) {
+    // None passed, so none was kept; the nearest is fitted as if it had been asked for, to the end.
+    const auto begin = Clock::now();
     const auto chosen = std::find_if(frontier.points.begin(), frontier.points.end(),
                                      [](const FrontierPoint& point) { return point.chosen; });
     best = fit_on_enough_rays(chosen->family == "fourier" ? with_fourier_modes(study, chosen->order)
                                                           : with_zernikes(study, chosen->order),
                               scene, targets, options, {}, true, threads);
+    FrontierPoint point = frontier_point(*best, chosen->seconds + since(begin));
+    point.family = chosen->family;
+    point.order = chosen->order;
+    point.chosen = true;
+    *chosen = point;
+    frontier.seconds += since(begin);
   } else {
     // The band and the frontier say what a set of fewest terms leaves out; more terms are not called for.
     std::erase_if(best->result.warnings, [](const Warning& w) { return w.code == "truncated-terms"; });

@@ -23,19 +23,28 @@ SurfaceOperator map_operator(const TermSet& terms, double radius, int threads) {
   return SurfaceOperator(terms, std::move(x), std::move(y), threads);
 }
 
-void draw(const Study& study, const Scene& scene, const RunOptions& options, const PupilSample& pupil,
+// Light by the theory that the targets come from; of a map, which has none, there is no target.
+std::unique_ptr<FocalLight> target_light(const Study& study, const Scene& scene, const PupilSample& pupil,
+                                         const RayBundle& nominal, int threads) {
+  if (!scene.psd) return nullptr;
+  if (scene.mean_spot) return mean_light(scene.mean_spot, threads);
+  return ray_light(trace_perturbed(study.mirror, pupil, scene.numbers.rms_slope_per_axis,
+                                   study.target.convention, study.trace.pupil.seed),
+                   nominal, study.trace.centre);
+}
+
+void draw(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
           const RayBundle& nominal, ResultDocument* result) {
   const int threads = result->provenance.threads;
+  const Eigen::VectorXd& coefficients = result->fit.coefficients;
   SurfaceField field;
-  SurfaceOperator(result->terms, pupil, {threads, {}, {}}).apply(result->fit.coefficients, &field);
-  const RayBundle fitted = trace(study.mirror, pupil, field);
-  RayBundle target;
-  if (scene.psd)
-    target = trace_perturbed(study.mirror, pupil, scene.numbers.rms_slope_per_axis, study.target.convention,
-                             study.trace.pupil.seed);
+  focus.surface.apply(coefficients, &field);
+  const auto ideal = surface_light(focus, Eigen::VectorXd::Zero(coefficients.size()), threads);
+  const auto target = target_light(study, scene, focus.pupil, nominal, threads);
+  const auto fitted = surface_light(focus, coefficients, threads);
   const SurfaceOperator map = map_operator(result->terms, scene.radius, threads);
-  write_plots({*result, study.mirror, study.aperture, pupil, nominal, target, fitted, field, map, kMapSize,
-               scene.focal_sigma},
+  write_plots({*result, study.mirror, study.aperture, focus.pupil, *ideal, target.get(), *fitted, field, map,
+               kMapSize, scene.core_sigma},
               options.output_directory, &result->warnings);
 }
 
@@ -61,9 +70,9 @@ void write_exports(const Study& study, const std::string& folder, ResultDocument
 
 }  // namespace
 
-void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const PupilSample& pupil,
+void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
                const RayBundle& nominal, ResultDocument* result) {
-  if (options.plots && study.output.plots) draw(study, scene, options, pupil, nominal, result);
+  if (options.plots && study.output.plots) draw(study, scene, options, focus, nominal, result);
   const std::string folder = options.output_directory + "/";
   write_file(folder + "coefficients.csv",
              coefficients_csv(result->terms, result->fit.coefficients, result->fit.coefficient_std));

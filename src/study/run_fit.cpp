@@ -79,7 +79,7 @@ void warn_of_result(const Study& study, const Scene& scene, const FreshStatistic
     warnings.push_back(
         {"lost-rays", fmt::format("{} of {} fresh rays miss the focal region", fresh.lost, fresh.rays)});
   for (const ZoneSlope& zone : result->surface.zones) {
-    if (zone.ratio >= zone.draws_low && zone.ratio <= zone.draws_high) continue;
+    if (zone.inside() || zone.more_even()) continue;
     warnings.push_back(
         {"zone-slope",
          fmt::format("slope RMS in the zone {:.2f}-{:.2f} R is {:.3f} of the overall one; draws "
@@ -128,7 +128,7 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   result.provenance.libraries["ceres"] = solver_version();
 
   if (!options.output_directory.empty())
-    write_fit(study, scene, options, attempt.bench->pupil, attempt.bench->nominal, &result);
+    write_fit(study, scene, options, attempt.bench->focus(study), attempt.bench->nominal, &result);
   return std::move(result);
 }
 

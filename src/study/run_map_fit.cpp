@@ -130,8 +130,9 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
 
   const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
   result.rays = pupil.size();
+  const SurfaceOperator operate(result.terms, pupil, focus_operator(FocusPhysics::kRays, threads));
   SurfaceField field;
-  SurfaceOperator(result.terms, pupil, {threads, {}, {}}).apply(fit.coefficients, &field);
+  operate.apply(fit.coefficients, &field);
   const RayBundle nominal = trace_nominal(study.mirror, pupil), rays = trace(study.mirror, pupil, field);
   result.targets = untargeted();
   std::vector<Statistic> statistics;
@@ -161,8 +162,10 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
     Scene scene;  // a map has no specification: only sizes
     scene.radius = result.radius;
     scene.focal_length = study.mirror.focal_length;
-    scene.focal_sigma = 2 * scene.focal_length * surface.rms_slope_per_axis;
-    write_fit(study, scene, options, pupil, nominal, &result);
+    scene.core_sigma = scene.focal_sigma = 2 * scene.focal_length * surface.rms_slope_per_axis;
+    const FocusScene focus{study.mirror,     pupil,           operate,           FocusPhysics::kRays,
+                           study.wavelength, &study.aperture, study.trace.centre};
+    write_fit(study, scene, options, focus, nominal, &result);
   }
   return result;
 }

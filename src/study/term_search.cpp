@@ -172,15 +172,17 @@ Frontier search_terms(const Study& study, const OrderRange& range, const TermTri
   const auto chosen =
       std::find_if(points.begin(), points.end(), [](const FrontierPoint& point) { return point.chosen; });
   const std::string set = range.wide ? fmt::format("{} plane waves", found) : fmt::format("n <= {}", found);
+  const std::ptrdiff_t full = std::ptrdiff_t(points.size()) - screened;
+  const std::string fitted = fmt::format("{} {}", full, full == 1 ? "set" : "sets");
   frontier.message =
       passed ? fmt::format(
                    "{} terms ({}) are the fewest of the sets tried that meet every tolerance and are "
-                   "equivalent; {} sets fitted and judged, {} left after a short fit",
-                   chosen->terms, set, long(points.size()) - screened, screened)
+                   "equivalent; {} fitted and judged, {} left after a short fit",
+                   chosen->terms, set, fitted, screened)
              : fmt::format(
                    "no set meets every tolerance and is equivalent; {} ({} terms) comes nearest; {} "
-                   "sets fitted, {} left after a short fit",
-                   set, chosen->terms, long(points.size()) - screened, screened);
+                   "fitted, {} left after a short fit",
+                   set, chosen->terms, fitted, screened);
   if (range.wide)
     frontier.message += fmt::format(
         "; plane waves, because the Zernikes need orders above {} for 99 % of the height variance",

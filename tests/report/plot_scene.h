@@ -69,9 +69,13 @@ struct PlotScene {
   static double line(int i) { return kRadius * (2.0 * i / (kGrid - 1) - 1); }
 
   std::vector<std::string> write(const std::string& directory, Warnings* warnings) const {
-    return write_plots(
-        {result, mirror, aperture, pupil, ideal, target, fitted, field, *grid, kGrid, focal_sigma}, directory,
-        warnings);
+    const auto light = [&](const RayBundle& rays) {
+      return rays.size() > 0 ? ray_light(rays, ideal, Centre::kNominal) : nullptr;
+    };
+    const auto of_ideal = light(ideal), of_target = light(target), of_fitted = light(fitted);
+    return write_plots({result, mirror, aperture, pupil, *of_ideal, of_target.get(), *of_fitted, field, *grid,
+                        kGrid, focal_sigma},
+                       directory, warnings);
   }
 
   Mirror mirror;

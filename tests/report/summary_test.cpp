@@ -35,9 +35,8 @@ TEST(SummaryTable, PutsTheVerdictFirst) {
       summary_table(result, false).starts_with("UNDECIDED - 0 of 7 statistics different, 1 undecided"));
   result.metrics.pop_back();
   result.verdict = overall(result.metrics);
-  EXPECT_TRUE(
-      summary_table(result, false)
-          .starts_with("EQUIVALENT - all 6 statistics within +-1 %, 95 % confidence; 1 held out"));
+  EXPECT_TRUE(summary_table(result, false)
+                  .starts_with("EQUIVALENT - all 6 statistics within +-1 %, 95 % confidence; 1 held out"));
   result.metrics.clear();
   EXPECT_TRUE(summary_table(result, false).starts_with("NOT JUDGED"));
 }
@@ -96,6 +95,15 @@ TEST(SummaryTable, MarksZonesOutsideTheSpreadOfDraws) {
   const std::string text = summary_table(sample_result(), false);
   EXPECT_NE(line_with(text, "0.000 .. 0.500").find("inside"), std::string::npos);
   EXPECT_NE(line_with(text, "0.500 .. 1.000").find("OUTSIDE"), std::string::npos);
+}
+
+TEST(ZoneSlope, IsMoreEvenThanDrawsOnlyOnTheSideOfOne) {
+  const ZoneSlope edge{0.75, 1, 1.02, 1.22, 1.37}, middle{0.5, 0.75, 1.1, 0.51, 0.85};
+  EXPECT_TRUE(edge.more_even() && middle.more_even());
+  EXPECT_FALSE((ZoneSlope{0, 0.25, 0.6, 0.29, 0.9}).more_even());    // inside
+  EXPECT_FALSE((ZoneSlope{0, 0.25, 1.2, 0.29, 0.9}).more_even());    // too far beyond one
+  EXPECT_FALSE((ZoneSlope{0, 0.25, 0.1, 0.29, 0.9}).more_even());    // away from one
+  EXPECT_FALSE((ZoneSlope{0, 0.25, 1.04, 0.97, 1.03}).more_even());  // outside an interval about one
 }
 
 TEST(SummaryTable, EndsWithTheWarningsAndTheirCodes) {

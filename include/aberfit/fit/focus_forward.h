@@ -4,6 +4,7 @@
 
 #include "aberfit/core/warning.h"
 #include "aberfit/fit/calibrate.h"
+#include "aberfit/scatter/diffraction_psf.h"
 
 namespace aberfit {
 
@@ -23,5 +24,9 @@ struct FocusScene {
 /// cannot do: kCentroid unless kRays, no wavelength or aperture, a pupil that is not a diffraction pupil.
 Eigen::VectorXd focus_statistics(const FocusScene& scene, const Eigen::VectorXd& coefficients,
                                  const std::vector<Statistic>& statistics, int threads, Warnings* warnings);
+
+/// The diffraction pattern of the surface with `coefficients` [m] in `window`, as kWaves has it. Throws
+/// std::invalid_argument for another physics, and as diffraction_psf does.
+PsfImage focus_psf(const FocusScene& scene, const Eigen::VectorXd& coefficients, const PsfWindow& window);
 
 }  // namespace aberfit

@@ -2,37 +2,39 @@
 #include <string>
 #include <vector>
 
-#include "aberfit/focus/evaluate.h"
+#include "aberfit/report/focal_light.h"
 #include "aberfit/report/result.h"
 #include "aberfit/scene/aperture.h"
 #include "aberfit/terms/surface_operator.h"
 
 namespace aberfit {
 
-/// What the pictures show. Bundles share one pupil.
+/// What the pictures show.
 struct PlotInput {
   const ResultDocument& result;
   const Mirror& mirror;
   const Aperture& aperture;  ///< what of the surface grid is mirror
   const PupilSample& pupil;
-  const RayBundle& ideal;
-  const RayBundle& target;  ///< Harvey-Shack branch by ray perturbation; empty (size 0) without roughness
-  const RayBundle& fitted;
+  const FocalLight& ideal;
+  const FocalLight* target;  ///< of the theory that the targets come from; null without roughness
+  const FocalLight& fitted;
   const SurfaceField& fitted_field;  ///< at the pupil points
   /// L on a square grid of grid_size x grid_size points, row by row from -y to +y, each row from -x to +x;
   /// the outermost points lie on x, y = +-aperture_radius(aperture). Points outside the aperture are not
   /// shown, whatever L gives there.
   const SurfaceOperator& surface_grid;
-  int grid_size;       ///< points per side, at least 2
-  double focal_sigma;  ///< scale of the focal spot [m]
+  int grid_size;  ///< points per side, at least 2
+  /// Scale of the focal spot, or of its core where it has core and halo [m]; 0 where there is none.
+  double core_sigma;
 };
 
 /// Writes data files, gnuplot scripts and - when gnuplot is there - PNG pictures below `directory`/plots, and
 /// returns the paths of the PNGs: ee_curves, ring_through, focal_images, surface, profile, coefficients,
-/// gradients, frontier; the middle three only for a result with coefficients, the last only where terms were searched. Data files are text in SI units with a
-/// commented header; scripts name them without folder, so `gnuplot ee_curves.gp` in that folder draws again.
-/// The centre is the study's `trace.centre`. A missing or failing gnuplot is a warning (code `no-gnuplot`);
-/// data and scripts stay usable. Throws InputError when a file cannot be written.
+/// gradients, frontier; the middle three only for a result with coefficients, the last only where terms were
+/// searched. Data files are text in SI units with a commented header; scripts name them without folder, so
+/// `gnuplot ee_curves.gp` in that folder draws again. The centre is the study's `trace.centre`. A missing or
+/// failing gnuplot is a warning (code `no-gnuplot`); data and scripts stay usable. Throws InputError when a
+/// file cannot be written.
 std::vector<std::string> write_plots(const PlotInput& input, const std::string& directory,
                                      Warnings* warnings);
 

@@ -20,6 +20,11 @@ struct ZoneSlope {
   double rho_min = 0, rho_max = 0;       ///< edges as fractions of the aperture radius
   double ratio = 0;                      ///< of the fitted surface
   double draws_low = 0, draws_high = 0;  ///< 0.5 % and 99.5 % quantiles over draws
+
+  bool inside() const { return ratio >= draws_low && ratio <= draws_high; }
+  /// Outside, but nearer to 1, the ratio of the roughness itself, than draws are: few Zernikes leave most
+  /// slopes at the edge, and a fit may do better.
+  bool more_even() const;
 };
 
 /// The fitted surface by the numbers of a scene (its own, not the specification's).

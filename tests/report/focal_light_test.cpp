@@ -1,0 +1,149 @@
+// Light for the pictures, against closed forms and against itself: an image must hold the light that the
+// encircled energy says it holds.
+#include "aberfit/report/focal_light.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/math/special_functions/bessel.hpp>
+#include <numbers>
+
+#include "../../src/report/round_image.h"
+#include "aberfit/scatter/diffraction_psf.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kFocalLength = 2.8, kRadius = 0.2, kWavelength = 632.8e-9;
+constexpr double kAiryUnit = kWavelength * kFocalLength / (2 * kRadius);  // lambda F
+
+double airy_share(double radius) {
+  const double z = std::numbers::pi * radius / kAiryUnit;
+  const double j0 = boost::math::cyl_bessel_j(0, z), j1 = boost::math::cyl_bessel_j(1, z);
+  return 1 - j0 * j0 - j1 * j1;
+}
+
+Eigen::ArrayXd airy_shares(const Eigen::ArrayXd& radii) { return radii.unaryExpr(&airy_share); }
+
+// Light of an image inside a circle about its centre; pixels on the edge by the share of 8 x 8 points, as if
+// each were evenly lit: some 0.2 % of all light where the pattern falls steeply.
+double within(const Eigen::ArrayXXd& image, double half_width, double radius) {
+  const Eigen::Index pixels = image.rows();
+  const double pixel = 2 * half_width / double(pixels);
+  double sum = 0;
+  for (Eigen::Index j = 0; j < pixels; ++j) {
+    for (Eigen::Index i = 0; i < pixels; ++i) {
+      int inside = 0;
+      for (int v = 0; v < 8; ++v)
+        for (int u = 0; u < 8; ++u)
+          inside += std::hypot((double(i) + (u + 0.5) / 8) * pixel - half_width,
+                               (double(j) + (v + 0.5) / 8) * pixel - half_width) <= radius;
+      sum += image(j, i) * inside / 64;
+    }
+  }
+  return sum;
+}
+
+struct TermScene {
+  Mirror mirror;
+  Aperture aperture = CircleAperture{2 * kRadius, 0};
+  FocusPhysics physics;
+  PupilSample pupil;
+  TermSet terms{kRadius, zernike_modes(2, 6), {}, {}};
+  SurfaceOperator surface;
+  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(terms.size());
+
+  explicit TermScene(FocusPhysics model)
+      : mirror([] {
+          Mirror parabola;
+          parabola.focal_length = kFocalLength;
+          return parabola;
+        }()),
+        physics(model),
+        pupil(model == FocusPhysics::kWaves ? diffraction_pupil(aperture, 2 * kRadius / 128).sample
+                                            : make_pupil(aperture, {PupilLayout::kSobol, 20000, 3})),
+        surface(terms, pupil, {1, {}, {}, model == FocusPhysics::kWaves}) {}
+  FocusScene scene() const { return {mirror, pupil, surface, physics, kWavelength, &aperture}; }
+  void roughen() {
+    for (Eigen::Index k = 0; k < coefficients.size(); ++k) coefficients[k] = 6e-9 * std::cos(1.7 * double(k));
+  }
+  std::unique_ptr<FocalLight> light() const { return surface_light(scene(), coefficients, 1); }
+};
+
+TEST(RoundImage, OfTheAiryPatternHoldsItsLight) {
+  const double half = 6 * kAiryUnit;
+  const Eigen::ArrayXXd image = round_image(airy_shares, half, 129);
+  for (const double radius : {1.0, 2.0, 4.0, 5.9})
+    EXPECT_NEAR(within(image, half, radius * kAiryUnit), airy_share(radius * kAiryUnit), 2e-3) << radius;
+  // Mean irradiance of the middle pixel's circle: pi/4 (1 - z^2/4 ...) of lambda F squared at the peak.
+  const double pixel = 2 * half / 129;
+  EXPECT_NEAR(image(64, 64), std::numbers::pi / 4 * std::pow(pixel / kAiryUnit, 2), 0.01 * image(64, 64));
+  EXPECT_TRUE((image - image.transpose()).isZero(1e-15) && (image - image.colwise().reverse()).isZero(1e-15));
+}
+
+TEST(FocalLight, OfAPerfectMirrorIsTheAiryPattern) {
+  const double half = 6 * kAiryUnit;
+  const Eigen::ArrayXd radii = Eigen::ArrayXd::LinSpaced(25, 0, 6 * kAiryUnit);
+  for (const FocusPhysics physics : {FocusPhysics::kConvolved, FocusPhysics::kWaves}) {
+    const TermScene flat(physics);
+    const auto light = flat.light();
+    EXPECT_LT((light->encircled_energy(radii) - airy_shares(radii)).abs().maxCoeff(), 1e-5) << int(physics);
+    const Eigen::ArrayXXd image = light->image(0, half, 129);
+    for (const double radius : {1.0, 3.0, 5.9})
+      EXPECT_NEAR(within(image, half, radius * kAiryUnit), airy_share(radius * kAiryUnit), 2e-3)
+          << int(physics);
+    EXPECT_TRUE(std::isinf(light->sample_size()));
+  }
+}
+
+// Two ways to the same light: the energy in circles by the transfer function, and the pixels of an image.
+TEST(FocalLight, ImagesHoldTheLightOfTheirCircles) {
+  for (const FocusPhysics physics : {FocusPhysics::kRays, FocusPhysics::kConvolved, FocusPhysics::kWaves}) {
+    TermScene rough(physics);
+    rough.roughen();
+    const auto light = rough.light();
+    const double half = 3 * light->statistic(EncircledEnergyRadius{0.9, 0.0});
+    const double out = 0.3 * half * kFocalLength / kRadius;
+    for (const double dz : {0.0, out}) {
+      const Eigen::ArrayXXd image = light->image(dz, half, 201);
+      for (const double radius : {0.2 * half, 0.5 * half, 0.9 * half}) {
+        const double share = light->ring_through(radius, Eigen::ArrayXd::Constant(1, dz))[0];
+        // Rays are smeared over pixels, waves near the edge of their field of view fold a little.
+        EXPECT_NEAR(within(image, half, radius), share, 0.01) << int(physics) << ' ' << dz << ' ' << radius;
+      }
+    }
+  }
+}
+
+TEST(FocalLight, CurvesMeetTheStatistics) {
+  for (const FocusPhysics physics : {FocusPhysics::kRays, FocusPhysics::kConvolved, FocusPhysics::kWaves}) {
+    TermScene rough(physics);
+    rough.roughen();
+    const auto light = rough.light();
+    const double ee50 = light->statistic(EncircledEnergyRadius{0.5, 0.0});
+    EXPECT_NEAR(light->encircled_energy(Eigen::Array2d(0, ee50 * (1 + 1e-9)))[1], 0.5, 1e-4) << int(physics);
+    const double width = light->statistic(RingFwhm{0.9, 2 * ee50});
+    const Eigen::ArrayXd planes = Eigen::ArrayXd::LinSpaced(401, -width, width);
+    const Eigen::ArrayXd through = light->ring_through(2 * ee50, planes);
+    const double above = double((through >= 0.5 * through.maxCoeff()).count()) * 2 * width / 400;
+    EXPECT_NEAR(above / width, 1, 0.02) << int(physics);
+  }
+}
+
+TEST(FocalLight, OfAMeanSpotIsRoundAndHoldsItsLight) {
+  Mirror parabola;
+  parabola.focal_length = kFocalLength;
+  const auto spot = std::make_shared<const GeneralisedHarveyShack>(
+      RadialPsd(UniformPsd{50e-9, 2.5, 20}), parabola, CircleAperture{2 * kRadius, 0}, kWavelength);
+  const auto light = mean_light(spot, 2);
+  const double half = 2 * spot->encircled_energy_radius(0.9, 0);
+  const Eigen::ArrayXXd image = light->image(0, half, 201);
+  EXPECT_TRUE((image - image.transpose()).isZero(1e-15));
+  for (const double radius : {0.2 * half, 0.6 * half, 0.95 * half})
+    EXPECT_NEAR(within(image, half, radius), spot->encircled_energy(radius, 0), 2e-3);
+  EXPECT_EQ(light->encircled_energy(Eigen::ArrayXd::Constant(1, half))[0], spot->encircled_energy(half, 0));
+  EXPECT_TRUE(std::isnan(light->statistic(RmsRadius{})));
+  EXPECT_EQ(light->statistic(EncircledEnergyRadius{0.5, 0.0}), spot->encircled_energy_radius(0.5, 0));
+}
+
+}  // namespace
+}  // namespace aberfit
