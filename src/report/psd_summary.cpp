@@ -106,7 +106,7 @@ std::string summary_table(const PsdReport& report) {
   text += parameter_rows(report) + "\n" + drawing_line(report);
   text += "\nFor a study:\n\"roughness\": " + report.roughness.dump() + "\n";
   for (const Warning& warning : report.warnings)
-    text += "\n" + paragraph("Warning", warning.code + ": " + warning.message);
+    text += fmt::format("\n{}", paragraph("Warning", warning.code + ": " + warning.message));
   return text;
 }
 

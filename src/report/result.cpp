@@ -120,9 +120,9 @@ Json coefficients_json(const ResultDocument& result) {
   for (std::size_t i = 0; i < terms.spherical.size(); ++i) {
     const Eigen::Index k = terms.spherical_begin() + Eigen::Index(i);
     const int power = terms.spherical[i];
-    spherical["c" + std::to_string(power)] = {{"value_m", value(k)},
-                                              {"std_m", spread(k)},
-                                              {"coefficient", number(c[k] / std::pow(terms.radius, power))}};
+    spherical[fmt::format("c{}", power)] = {{"value_m", value(k)},
+                                            {"std_m", spread(k)},
+                                            {"coefficient", number(c[k] / std::pow(terms.radius, power))}};
   }
   return {{"radius_m", number(terms.radius)},
           {"zernike", zernike},
