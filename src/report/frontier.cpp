@@ -23,7 +23,7 @@ std::string set_name(const FrontierPoint& point) {
 }
 
 std::string row(const FrontierPoint& point) {
-  const std::string verdict = point.verdict ? to_string(*point.verdict) : "-";
+  const std::string verdict = point.verdict ? to_string(*point.verdict) : "misses a tolerance";
   const std::string held_out =
       std::isfinite(point.held_out_mismatch) ? fmt::format("{:.3f}", 100 * point.held_out_mismatch) : "-";
   return fmt::format(

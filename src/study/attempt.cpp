@@ -62,8 +62,9 @@ class StallWatch {
   int since_ = 0, crept_at_ = 0;
 };
 
+// lowest: of the worst mismatches that the fit has been through.
 FitOptions fit_options(const Study& study, const RunOptions& options, const Effort& effort,
-                       FocusPhysics physics, int threads, int tries) {
+                       FocusPhysics physics, int threads, int tries, double* lowest) {
   FitOptions fit;
   fit.prior = study.fit.prior;
   fit.max_iterations = std::min(study.fit.max_iterations, effort.most_iterations);
@@ -71,7 +72,8 @@ FitOptions fit_options(const Study& study, const RunOptions& options, const Effo
   fit.threads = threads;
   if (options.progress || effort.give_up_on_stall) {
     auto watch = std::make_shared<StallWatch>(physics);
-    fit.progress = [&options, &effort, watch, tries](const FitProgress& p) {
+    fit.progress = [&options, &effort, watch, tries, lowest](const FitProgress& p) {
+      *lowest = std::min(*lowest, p.worst_mismatch);
       if (effort.give_up_on_stall && watch->stalled(p)) return false;
       if (!options.progress) return true;
       options.progress(fmt::format("fit{}: iteration {}, worst mismatch {:.3g} tolerances, {:.1f} s",
@@ -85,7 +87,7 @@ FitOptions fit_options(const Study& study, const RunOptions& options, const Effo
 
 // Tries the seeded starts in turn and keeps the cheapest; stops at the first that meets every tolerance.
 FitResult fit_from_starts(const Study& study, const FitProblem& problem, const RunOptions& options,
-                          const Effort& effort, int threads, Eigen::VectorXd* start) {
+                          const Effort& effort, int threads, Eigen::VectorXd* start, double* lowest) {
   FitResult best;
   for (int k = 0; k < study.fit.starts; ++k) {
     const std::uint64_t seed =
@@ -94,7 +96,7 @@ FitResult fit_from_starts(const Study& study, const FitProblem& problem, const R
                                   : study.fit.start == FitStart::kZero
                                       ? Eigen::VectorXd::Zero(problem.prior.size()).eval()
                                       : draw_white(problem.prior.size(), seed);
-    const FitOptions how = fit_options(study, options, effort, problem.physics, threads, k);
+    const FitOptions how = fit_options(study, options, effort, problem.physics, threads, k, lowest);
     FitResult result = calibrate(problem, white, how);
     const bool met = result.status == FitStatus::kConverged &&
                      within_tolerance(problem, result, std::max(1.0, how.stop_at));
@@ -109,7 +111,6 @@ FitResult fit_from_starts(const Study& study, const FitProblem& problem, const R
 
 // Largest |S - T| / tolerance by the criterion the fit is stopped with, PSD bins included.
 double worst_mismatch(const FitProblem& problem, const FitResult& fit) {
-  if (!has_solution(fit)) return HUGE_VAL;
   double worst = 0;
   for (Eigen::Index k = 0; k < fit.smooth_statistics.size(); ++k) {
     const Target& target = problem.targets[std::size_t(k)];
@@ -232,8 +233,9 @@ Attempt attempt_fit(const Study& study, const Scene& scene, const TargetSets& ta
   problem.wavelength = study.wavelength;
   problem.aperture = &study.aperture;
   Eigen::VectorXd start;
-  result.fit = fit_from_starts(study, problem, options, effort, threads, &start);
-  attempt.mismatch = worst_mismatch(problem, result.fit);
+  double lowest = HUGE_VAL;  // what is known of a fit that was given up
+  result.fit = fit_from_starts(study, problem, options, effort, threads, &start, &lowest);
+  attempt.mismatch = has_solution(result.fit) ? worst_mismatch(problem, result.fit) : lowest;
   attempt.met = result.fit.status == FitStatus::kConverged && within_tolerance(problem, result.fit, 1.0);
   const std::vector<Statistic> fitted = statistics_of(targets.fitted);
   result.start = bench.exact(study, prior.colour(start), fitted, threads, nullptr);

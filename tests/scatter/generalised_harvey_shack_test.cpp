@@ -20,7 +20,9 @@ const Mirror kParabola{2.8, -1, {}};
 const Aperture kCircle = CircleAperture{0.4};
 const Aperture kAnnulus = AnnulusAperture{0.4, 0.15};
 constexpr double kLambda = 632.8e-9;
-constexpr double kGolden = 1e-6;     // relative, of every golden radius; largest seen 1e-11
+// Relative, of every golden radius. Of waves 1e-11 is seen; of convolved rays 1.5e-7, by which 25-digit
+// quadrature finds those columns of the table off (1.49759e-7 for ee50 of its first row).
+constexpr double kGolden = 1e-6;
 constexpr double kConverged = 1e-9;  // of encircled energies, as the header promises
 constexpr double kDigits = 1e-10;
 
@@ -58,7 +60,7 @@ TEST(GeneralisedHarveyShack, RefusesPlanesThatDoNotExist) {
 
 TEST(GeneralisedHarveyShack, MatchesEveryGoldenRadius) {
   int rows = 0;
-  double worst = 0;
+  double worst[2] = {0, 0};
   for (const GoldenRow& row : read_golden("ghs_ee.csv")) {
     ++rows;
     const RadialPsd psd = golden_psd(row);
@@ -66,7 +68,8 @@ TEST(GeneralisedHarveyShack, MatchesEveryGoldenRadius) {
     const GeneralisedHarveyShack rays(psd, kParabola, kCircle, kLambda, {SurfaceModel::kRays, 0});
     const auto check = [&](const GeneralisedHarveyShack& model, double fraction, const std::string& column) {
       const double error = model.encircled_energy_radius(fraction, 0) / number(row, column) - 1;
-      worst = std::max(worst, std::abs(error));
+      double& largest = worst[&model == &rays];
+      largest = std::max(largest, std::abs(error));
       EXPECT_NEAR(error, 0, kGolden) << row.at("acf") << " " << row.at("l_m") << " " << row.at("sigma_m")
                                      << column;
     };
@@ -81,7 +84,8 @@ TEST(GeneralisedHarveyShack, MatchesEveryGoldenRadius) {
     EXPECT_EQ(waves.unresolved(), 0);
   }
   EXPECT_EQ(rows, 24);
-  RecordProperty("worst_error_in_1e_12", std::to_string(worst * 1e12));
+  RecordProperty("worst_error_of_waves_in_1e_12", std::to_string(worst[0] * 1e12));
+  RecordProperty("worst_error_of_convolved_rays_in_1e_12", std::to_string(worst[1] * 1e12));
 }
 
 TEST(GeneralisedHarveyShack, WithoutRoughnessIsTheAiryPattern) {
