@@ -22,7 +22,7 @@ while [ $# -gt 0 ]; do
   shift
 done
 if [ ${#subjects[@]} -eq 0 ]; then
-  subjects=(operator trace focus evaluation harvey_shack fit study growth)
+  subjects=(operator trace focus evaluation harvey_shack waves fit study growth)
 fi
 
 bash fits/install_dependencies.sh >&2

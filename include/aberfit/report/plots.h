@@ -32,9 +32,8 @@ struct PlotInput {
 /// returns the paths of the PNGs: ee_curves, ring_through, focal_images, surface, profile, coefficients,
 /// gradients, frontier; the middle three only for a result with coefficients, the last only where terms were
 /// searched. Data files are text in SI units with a commented header; scripts name them without folder, so
-/// `gnuplot ee_curves.gp` in that folder draws again. The centre is the study's `trace.centre`. A missing or
-/// failing gnuplot is a warning (code `no-gnuplot`); data and scripts stay usable. Throws InputError when a
-/// file cannot be written.
+/// `gnuplot ee_curves.gp` in that folder draws again. A missing or failing gnuplot is a warning (code
+/// `no-gnuplot`); data and scripts stay usable. Throws InputError when a file cannot be written.
 std::vector<std::string> write_plots(const PlotInput& input, const std::string& directory,
                                      Warnings* warnings);
 
