@@ -75,7 +75,7 @@ nlohmann::ordered_json to_json(const BandUse& band) {
           {"ee90_change", number(band.ee90_change)}};
 }
 
-std::string frontier_lines(const Frontier& frontier) {
+std::string frontier_lines(const Frontier& frontier, const std::string& points_name) {
   std::string out = paragraph("Terms", fmt::format("{}; {:.3g} s", frontier.message, frontier.seconds));
   const auto& points = frontier.points;
   const auto chosen =
@@ -83,7 +83,7 @@ std::string frontier_lines(const Frontier& frontier) {
   const std::ptrdiff_t at = chosen - points.begin();
   const std::ptrdiff_t first = std::max<std::ptrdiff_t>(0, at - kRowsBefore);
   const std::ptrdiff_t last = std::min<std::ptrdiff_t>(std::ptrdiff_t(points.size()), at + kRowsAfter + 1);
-  out += fmt::format("  {:<14} {:>7} {:>9} {:>12} {:>14} {:>8}\n", "set", "terms", "rays", "fit [tol.]",
+  out += fmt::format("  {:<14} {:>7} {:>9} {:>12} {:>14} {:>8}\n", "set", "terms", points_name, "fit [tol.]",
                      "held out [%]", "time [s]");
   for (std::ptrdiff_t i = first; i < last; ++i) out += row(points[std::size_t(i)]);
   return out;

@@ -134,24 +134,28 @@ std::string scene_lines(const ResultDocument& result) {
   return text;
 }
 
+// Waves know no rays: a grid of cells over the pupil, judged on another one.
+bool by_waves(const ResultDocument& result) { return result.model == "waves"; }
+
 std::string fit_lines(const ResultDocument& result) {
+  const std::string points = plural(long(result.rays), by_waves(result) ? "grid cell" : "ray");
   const FitResult& fit = result.fit;
   std::string out;
   if (result.map) {
-    out += paragraph("Fit", fmt::format("{}, {:.3g} s; traced with {}", to_string(fit.status), fit.seconds,
-                                        plural(long(result.rays), "ray")));
+    out += paragraph("Fit",
+                     fmt::format("{}, {:.3g} s; traced with {}", to_string(fit.status), fit.seconds, points));
   } else if (fit.status != FitStatus::kNotRun) {
     out += paragraph("Fit", fmt::format("{} after {}, {}, {:.3g} s: {}", to_string(fit.status),
                                         plural(fit.iterations, "iteration"),
                                         plural(fit.evaluations, "evaluation"), fit.seconds, fit.message));
     out +=
         paragraph("", fmt::format("{}, {}, {}; {} of {} directions are set by the targets, {} unseen by them",
-                                  plural(long(result.terms.size()), "term"), plural(long(result.rays), "ray"),
+                                  plural(long(result.terms.size()), "term"), points,
                                   plural(long(result.targets.size()), "target"), fit.rank,
                                   result.terms.size(), fit.null_directions));
   }
   if (result.ray_choice && result.ray_choice->automatic) out += paragraph("Rays", result.ray_choice->reason);
-  if (result.frontier) out += frontier_lines(*result.frontier);
+  if (result.frontier) out += frontier_lines(*result.frontier, by_waves(result) ? "cells" : "rays");
   const EquivalentSurface& surface = result.surface;
   if (surface.rms_height > 0) {
     std::string text = fmt::format("RMS height {}, RMS slope {} per axis, g {:.3g}",
@@ -276,8 +280,9 @@ std::string statistics_table(const ResultDocument& result, bool all) {
   const double confidence = confidence_of(result);
   const std::string interval =
       confidence > 0 ? fmt::format("{:.3g} % interval [%]", 100 * (2 * confidence - 1)) : "interval [%]";
-  std::string out = fmt::format("\n  {:<{}} {:>10} {:>10} {:>10} {:>9}  {:>18}  {}\n", "", width, "target",
-                                "fitted", "fresh rays", "diff. [%]", interval, "verdict");
+  std::string out =
+      fmt::format("\n  {:<{}} {:>10} {:>10} {:>10} {:>9}  {:>18}  {}\n", "", width, "target", "fitted",
+                  by_waves(result) ? "fresh grid" : "fresh rays", "diff. [%]", interval, "verdict");
   for (const Section& section : sections) {
     if (section.lines.empty()) continue;
     out += section.title + "\n";

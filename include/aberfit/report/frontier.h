@@ -56,6 +56,7 @@ nlohmann::ordered_json to_json(const RayChoice& rays);
 nlohmann::ordered_json to_json(const BandUse& band);
 
 /// What the summary says: one paragraph, and up to 12 rows of the sets next to the chosen one.
-std::string frontier_lines(const Frontier& frontier);
+/// points_name: heads the column of pupil points, "rays" or "cells".
+std::string frontier_lines(const Frontier& frontier, const std::string& points_name);
 
 }  // namespace aberfit
