@@ -6,6 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <charconv>
+#include <chrono>
+#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -41,19 +43,27 @@ struct Arguments {
   bool no_plots = false, json = false, quiet = false;
 };
 
-// One line on standard error, rewritten in place and gone before anything else is printed.
+// On a terminal one line of standard error, rewritten in place and gone before anything else is printed; in
+// a log a line now and then, where the work takes long.
 class ProgressLine {
  public:
-  explicit ProgressLine(bool wanted) : shown_(wanted && isatty(STDERR_FILENO) == 1) {}
+  explicit ProgressLine(bool wanted) : shown_(wanted), terminal_(isatty(STDERR_FILENO) == 1) {}
   ~ProgressLine() { clear(); }
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   bool shown() const { return shown_; }
   void show(const std::string& line) {
-    fmt::print(stderr, "\r\x1b[K{}", line);
+    if (!terminal_) {
+      const auto now = std::chrono::steady_clock::now();
+      if (now - logged_ < kBetweenLines) return;
+      logged_ = now;
+      fmt::print(stderr, "{}\n", line);
+    } else {
+      fmt::print(stderr, "\r\x1b[K{}", line);
+      dirty_ = true;
+    }
     std::fflush(stderr);
-    dirty_ = true;
   }
   void clear() {
     if (dirty_) fmt::print(stderr, "\r\x1b[K");
@@ -61,8 +71,10 @@ class ProgressLine {
   }
 
  private:
-  bool shown_;
+  static constexpr std::chrono::seconds kBetweenLines{20};
+  bool shown_, terminal_;
   bool dirty_ = false;
+  std::chrono::steady_clock::time_point logged_ = std::chrono::steady_clock::now();
 };
 
 // out/<folder of the study> when the file has the usual name study.json, else out/<name of the file>.

@@ -122,31 +122,23 @@ void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) con
   const DiffractionProblem waves = problem();
   const DiffractionCheck check = check_diffraction(waves, height_, 0.0);
   const bool finite = height_.allFinite(), aliased = check.aliased_share > waves.aliased_limit;
-  for (std::size_t k = 0; k < std::size_t(values.size()); ++k) {
-    if (std::isfinite(values[Eigen::Index(k)])) continue;
-    const auto own = std::find(split_.own_place.begin(), split_.own_place.end(), k);
-    if (own == split_.own_place.end()) {
-      warnings->push_back({"statistic-missing",
-                           statistic_name(split_.geometric[std::size_t(
-                               std::find(split_.geometric_place.begin(), split_.geometric_place.end(), k) -
-                               split_.geometric_place.begin())]) +
-                               " has no derivative where the surface does not move a ray"});
-      continue;
-    }
-    const Statistic& statistic = split_.own[std::size_t(own - split_.own_place.begin())];
-    const std::string name = statistic_name(statistic);
-    if (std::holds_alternative<RmsRadius>(statistic))
+  // A surface that has no pattern has none of its statistics: said once.
+  std::vector<std::string> without_pattern;
+  const auto lacks = [&](std::size_t place) { return !std::isfinite(values[Eigen::Index(place)]); };
+  for (std::size_t j = 0; j < split_.geometric.size(); ++j)
+    if (lacks(split_.geometric_place[j]))
+      warnings->push_back(
+          {"statistic-missing",
+           statistic_name(split_.geometric[j]) + " has no derivative where the surface does not move a ray"});
+  for (std::size_t j = 0; j < split_.own.size(); ++j) {
+    if (!lacks(split_.own_place[j])) continue;
+    const std::string name = statistic_name(split_.own[j]);
+    if (std::holds_alternative<RmsRadius>(split_.own[j]))
       warnings->push_back({"rms-radius-of-waves",
                            name + " does not exist for waves: a sharp edge scatters light as 1/r^3, whose "
                                   "second moment diverges"});
-    else if (!finite)
-      warnings->push_back(
-          {"psf-not-finite", name + ": the surface has heights that are not finite, so it has no PSF"});
-    else if (aliased)
-      warnings->push_back(
-          {"psf-aliased", name + ": " +
-                              (check.warnings.empty() ? std::string("the pupil grid is too coarse")
-                                                      : check.warnings.front().message)});
+    else if (!finite || aliased)
+      without_pattern.push_back(name);
     else
       warnings->push_back(
           {"statistic-missing",
@@ -154,6 +146,13 @@ void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) con
                        "a dark ring; take a finer grid",
                        name, format_quantity(check.field_of_view, Dimension::kLength))});
   }
+  if (without_pattern.empty()) return;
+  const std::string more =
+      without_pattern.size() == 1 ? "" : fmt::format(" and {} more", without_pattern.size() - 1);
+  const std::string why = !finite ? "the surface has heights that are not finite, so it has no PSF"
+                                  : check.warnings.front().message;
+  warnings->push_back(
+      {finite ? "psf-aliased" : "psf-not-finite", without_pattern.front() + more + ": " + why});
 }
 
 std::string WaveForward::unreachable(const std::vector<Target>& targets) const {

@@ -28,7 +28,7 @@ std::string row(const FrontierPoint& point) {
       std::isfinite(point.held_out_mismatch) ? fmt::format("{:.3f}", 100 * point.held_out_mismatch) : "-";
   return fmt::format(
       "  {:<14} {:>7} {:>9} {:>12} {:>14} {:>8.2f}  {}\n", set_name(point), point.terms, point.rays,
-      std::isfinite(point.fitted_mismatch) ? fmt::format("{:.3g}", point.fitted_mismatch) : "-", held_out,
+      std::isfinite(point.fitted_mismatch) ? fmt::format("{:.4g}", point.fitted_mismatch) : "-", held_out,
       point.seconds,
       point.chosen     ? verdict + ", taken"
       : point.screened ? "left after a short fit"

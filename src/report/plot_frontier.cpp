@@ -55,10 +55,19 @@ Picture frontier_picture(const PlotInput& input) {
     fewest = std::min(fewest, double(point.terms));
     most = std::max(most, double(point.terms));
   }
+  // Tics where sets are, as many as have room; decades alone would leave a narrow search without a number.
+  constexpr double kApart = 1.13;
+  std::string tics;
+  double before = 0;
+  for (const FrontierPoint& point : frontier.points) {
+    if (double(point.terms) < kApart * before) continue;
+    before = double(point.terms);
+    tics += fmt::format("{}{}", tics.empty() ? "" : ", ", point.terms);
+  }
   const std::string points = fmt::format(
       "'{0}_screened.dat' using 1:(COLUMN*SCALE) with points pointtype 6 pointsize 1.1 linecolor rgb "
       "'#999999' "
-      "title 'left after a short fit on few rays', \\\n"
+      "title 'left after a short fit', \\\n"
       "  '{0}_failed.dat' using 1:(COLUMN*SCALE) with points pointtype 2 pointsize 1.4 linecolor rgb '{1}' "
       "title "
       "'fitted, does not pass', \\\n"
@@ -76,9 +85,9 @@ Picture frontier_picture(const PlotInput& input) {
   };
   picture.script += fmt::format(
       "set multiplot layout 2,1 title {0} noenhanced\n"
-      "set logscale xy\nset xrange [{1:.9g}:{2:.9g}]\nset lmargin 10\nset rmargin 10\n"
-      "set format y '%g'\nset ylabel 'worst fitted statistic [tolerances]'\nset yrange [*:*]\n"
-      "set key inside left bottom vertical\n"
+      "set logscale xy\nset xrange [{1:.9g}:{2:.9g}]\nset xtics ({10})\nset lmargin 10\nset rmargin 10\n"
+      "set format y '%g'\nset ylabel 'worst fitted statistic [tolerances]'\nset yrange [*<0.5:2<*]\n"
+      "set key outside top center horizontal maxrows 2\n"
       "plot 1 with lines linecolor rgb '{3}' linewidth 1.5 dashtype 2 title 'tolerance', \\\n  {4}\n"
       "unset key\nset xlabel 'terms'\nset ylabel 'worst held-out statistic [%]'\n"
       "unset logscale y\nset yrange [0:{5:.9g}<*]\n"
@@ -92,7 +101,7 @@ Picture frontier_picture(const PlotInput& input) {
       "unset multiplot\n",
       picture_title(input, "Fewest terms that do"), 0.8 * fewest, 1.25 * most, "#009E73",
       filled(points, "$2", "1"), 130 * frontier.margin, kTimeColour, 100 * frontier.margin, name,
-      filled(points, "$3", "100"));
+      filled(points, "$3", "100"), tics);
   return picture;
 }
 

@@ -208,7 +208,8 @@ DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eige
         {"psf-aliased",
          "the surface is too steep for the pupil grid: the phase turns by more than pi between " +
              format_quantity(steps.aliased_share, Dimension::kFraction) +
-             " of neighbouring cells, so light lands in the wrong place; take a finer grid"});
+             " of neighbouring cells, so light lands in the wrong place; take a finer grid or a surface that "
+             "is less steep"});
   if (problem.pupil.missing > 0.01)
     check.warnings.push_back(
         {"psf-holes", format_quantity(problem.pupil.missing, Dimension::kFraction) +

@@ -236,14 +236,13 @@ class PupilBuilder {
   DiffractionPupil pupil_;
 };
 
-constexpr double kMostCells = 16384;
 
 Eigen::ArrayXd cell_centres(double low, double high, double pitch) {
   // An aperture that is a whole number of cells wide gets just these.
   const double cells = std::max(1.0, std::ceil((high - low) / pitch * (1 - 1e-12) - 1e-9));
   if (!(cells <= kMostCells))
     throw ComputationError("a pupil pitch of " + format_quantity(pitch, Dimension::kLength) +
-                           " gives more than " + std::to_string(int(kMostCells)) + " cells a side");
+                           " gives more than " + std::to_string(kMostCells) + " cells a side");
   const double first = 0.5 * (low + high) - 0.5 * (cells - 1) * pitch;
   return first + pitch * Eigen::ArrayXd::LinSpaced(Eigen::Index(cells), 0.0, cells - 1);
 }

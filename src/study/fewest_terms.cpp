@@ -116,10 +116,13 @@ Attempt fit_fewest_terms(const Study& study, const Scene& scene, const TargetSet
   Trials trials(study, scene, targets, options, threads);
   // Short fits say nothing of waves: where they end, the next one stays trapped.
   const bool descend = scene.use.physics == FocusPhysics::kWaves;
+  const OrderRange range = expected_orders(scene);
   TermTrials hooks;
   if (!descend) hooks.screen = [&](const Study& with) { return trials.screen(with); };
+  // A short fit of convolved rays takes 3 to 8 s (fits/paper-physical), not 0.1 s as of rays.
+  if (scene.use.physics == FocusPhysics::kConvolved) hooks.first = range.low;
   hooks.confirm = [&](const Study& with) { return trials.confirm(with, descend); };
-  Frontier frontier = search_terms(study, expected_orders(scene), hooks);
+  Frontier frontier = search_terms(study, range, hooks);
   std::optional<Attempt> best = std::move(trials.best());
   if (!best) {
     // None passed, so none was kept; the nearest is fitted as if it had been asked for, to the end.
@@ -135,6 +138,7 @@ Attempt fit_fewest_terms(const Study& study, const Scene& scene, const TargetSet
     point.chosen = true;
     *chosen = point;
     frontier.seconds += since(begin);
+    frontier.message = search_message(frontier, range);
   } else {
     // The band and the frontier say what a set of fewest terms leaves out; more terms are not called for.
     std::erase_if(best->result.warnings, [](const Warning& w) { return w.code == "truncated-terms"; });

@@ -1,5 +1,7 @@
 #include "focus_model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -7,6 +9,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
+#include "aberfit/core/units.h"
 #include "aberfit/scatter/diffraction_psf.h"
 
 namespace aberfit {
@@ -172,7 +175,20 @@ double wave_pitch(const Study& study, const TermSet& terms, const std::vector<Ta
   for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
   if (!terms.zernike.empty())
     highest = std::max(highest, (terms.zernike.back().n + 1) / (2 * std::numbers::pi * terms.radius));
-  return highest > 0 ? std::min(sampling.pitch, 1 / (kCellsPerCycle * highest)) : sampling.pitch;
+  const double for_terms = highest > 0 ? 1 / (kCellsPerCycle * highest) : HUGE_VAL;
+  const double pitch = std::min(sampling.pitch, for_terms);
+  const double cells = 2 * aperture_radius(study.aperture) / pitch;
+  if (!(cells <= kMostCells))
+    throw ComputationError(fmt::format(
+        "waves would need a grid of {:.0f} cells across the aperture, more than {}: {}", cells, kMostCells,
+        for_terms < sampling.pitch
+            ? fmt::format("terms of up to {:.4g} cycles/m ask for it; take fewer", highest)
+            : fmt::format(
+                  "light {} from the axis, in planes up to {} out of focus, asks for it; take smaller "
+                  "fractions, rings or planes, or `\"model\": \"rays\"` in `trace`",
+                  format_quantity(radius, Dimension::kLength),
+                  format_quantity(reach_dz, Dimension::kLength))));
+  return pitch;
 }
 
 PupilSample focus_pupil(const Study& study, FocusPhysics physics, double pitch) {

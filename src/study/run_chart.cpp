@@ -42,6 +42,10 @@ nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, 
         "the draw that a chart is made on is flat: its statistics have nothing to be wrong about");
 
   Chart chart;
+  if (const auto& choice = bench.scene.use.choice; choice && choice->model != FocusModel::kRays)
+    chart.warnings.push_back(
+        {"rays-not-valid", fmt::format("this scene needs {}: what is charted are the methods of rays",
+                                       to_string(physics_of(choice->model)))});
   chart.study = resolved_study(study);
   chart.title = study.title;
   chart.instruction_set = to_string(best_instruction_set());

@@ -203,7 +203,9 @@ ordered_json run_check(const Study& study, const RunOptions& options, std::strin
                       : fmt::format("{} ({:.2f} % of the height variance)", terms.size(), 100 * captured));
   row("statistics", fmt::format("{} fitted, {} guides, {} held out; targets: {}", targets.fitted.size(),
                                 targets.guides.size(), targets.held_out.size(), targets.theory));
-  row("rays", study.trace.automatic_rays
+  row("rays", scene.use.physics == FocusPhysics::kWaves
+                  ? std::string("none: waves on a grid of cells that the light itself decides")
+              : study.trace.automatic_rays
                   ? fmt::format("chosen by the fit: {} or more for so many terms", first_rays(terms.size()))
                   : fmt::format("{}", study.trace.pupil.rays));
   result["terms"] = {{"count", terms.size()}, {"captured_fraction", captured}};

@@ -6,6 +6,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
+#include "aberfit/core/units.h"
 #include "aberfit/scatter/ray_perturbation.h"
 #include "scene.h"
 
@@ -30,9 +31,11 @@ constexpr double kLargestStep = 1.25, kNearFocus = 1.5;
 constexpr double kHeldOutFractions[] = {0.25, 0.30, 0.40, 0.60, 0.70, 0.75, 0.875, 0.925};
 constexpr double kHeldOutPlanes[] = {0, -0.25, 0.25, -0.75, 0.75, -1.75, 1.75, -3.1, 3.1, -4.6, 4.6};
 
-// Planes are rounded so that their names are exact.
+// Planes are rounded so that their names are short: to 1 um, in a shallow focus to 5 % of their unit or less.
 double plane(double units, const Scene& scene) {
-  return units == 0 ? 0 : 1e-6 * std::round(1e6 * units * scene.plane_unit());
+  const double unit = scene.plane_unit();
+  const double step = std::min(1e-6, std::pow(10.0, std::floor(std::log10(unit / 20))));
+  return units == 0 ? 0 : step * std::round(units * unit / step);
 }
 
 struct Wanted {
@@ -241,11 +244,12 @@ TargetSets make_targets(const Study& study, const Scene& scene, int threads) {
     target.value = given ? *wanted[k].value : predicted.value[Eigen::Index(k)];
     target.standard_error = given ? wanted[k].standard_error : predicted.standard_error[Eigen::Index(k)];
     if (!std::isfinite(target.value))
-      throw ComputationError(
-          fmt::format("the theory has no value for {}: with an RMS slope of {:.3g} per axis there is no "
-                      "focus to speak of; check "
-                      "rms and f_max of the roughness",
-                      statistic_name(statistics[k]), scene.numbers.rms_slope_per_axis));
+      throw ComputationError(fmt::format(
+          "the theory has no value for {}: with an RMS slope of {:.3g} per axis and an Airy ee90 of "
+          "{} there is no focus to speak of; check rms and f_max of the roughness and the "
+          "wavelength",
+          statistic_name(statistics[k]), scene.numbers.rms_slope_per_axis,
+          format_quantity(scene.numbers.airy_ee90, Dimension::kLength)));
     if (k < wanted.size()) {
       target.tolerance = wanted[k].tolerance * (wanted[k].absolute_tolerance ? 1.0 : std::abs(target.value));
       sets.fitted.push_back(target);

@@ -56,11 +56,11 @@ class Search {
 
 // The lowest order that passes, or 0. Down from the first that does, with full fits: a short fit on few rays
 // that starts where a hopeless one ended lags behind, and the last step may have left orders out.
-int climb(Search* search, const OrderRange& range) {
+int climb(Search* search, const OrderRange& range, int first) {
   // Beyond what is expected, passing is a matter of the draw; a third more orders are eight tenths more
   // terms.
   const int last = std::min(range.high + range.high / 3, kLargestSearchedOrder);
-  int found = 2;
+  int found = first;
   while (found <= last && !(search->promising(found) && search->passes(found))) found = next_order(found);
   if (found > last) return 0;
   for (int order = found - 1, failures = 0; order >= 2 && failures < kFailuresBelow; --order) {
@@ -107,6 +107,20 @@ int double_up(Search* search) {
   return 0;
 }
 
+// The order to take where none passes: of those that were judged the one with its held-out statistics the
+// least off, else the one that came nearest to its tolerances, else the last.
+int nearest(const std::vector<FrontierPoint>& points) {
+  const auto least = [&](double FrontierPoint::*mismatch) -> const FrontierPoint* {
+    const FrontierPoint* best = nullptr;
+    for (const FrontierPoint& point : points)
+      if (std::isfinite(point.*mismatch) && (!best || point.*mismatch < best->*mismatch)) best = &point;
+    return best;
+  };
+  const FrontierPoint* best = least(&FrontierPoint::held_out_mismatch);
+  if (!best) best = least(&FrontierPoint::fitted_mismatch);
+  return best ? best->order : points.back().order;
+}
+
 }  // namespace
 
 int previous_order(int order) { return order - (order < 15 ? 1 : std::max(1, int(0.09 * order))); }
@@ -147,49 +161,43 @@ Frontier search_terms(const Study& study, const OrderRange& range, const TermTri
   frontier.margin = study.equivalence.margin;
   Search search(study, trials, range.wide ? "fourier" : "zernike");
   int found = range.wide      ? double_up(&search)
-              : trials.screen ? climb(&search, range)
+              : trials.screen ? climb(&search, range, trials.first)
                               : descend(&search, range);
   std::vector<FrontierPoint>& points = search.points;
-  const bool passed = found > 0;
-  if (!passed) {
-    // What comes nearest: a set that was judged, with its held-out statistics the least off.
-    const FrontierPoint* best = nullptr;
-    for (const FrontierPoint& point : points)
-      if (std::isfinite(point.held_out_mismatch) &&
-          (!best || point.held_out_mismatch < best->held_out_mismatch))
-        best = &point;
-    if (best) found = best->order;
-    if (!best && search.passes(found = std::max(2, points.empty() ? range.high : points.back().order)))
-      best = &points.back();
-  }
+  if (found == 0) found = nearest(points);
   std::stable_sort(points.begin(), points.end(),
                    [](const FrontierPoint& a, const FrontierPoint& b) { return a.terms < b.terms; });
-  long screened = 0;
-  for (FrontierPoint& point : points) {
-    point.chosen = point.order == found && !point.screened;
-    screened += point.screened;
-  }
-  const auto chosen =
-      std::find_if(points.begin(), points.end(), [](const FrontierPoint& point) { return point.chosen; });
-  const std::string set = range.wide ? fmt::format("{} plane waves", found) : fmt::format("n <= {}", found);
-  const std::ptrdiff_t full = std::ptrdiff_t(points.size()) - screened;
-  const std::string fitted = fmt::format("{} {}", full, full == 1 ? "set" : "sets");
-  frontier.message =
-      passed ? fmt::format(
-                   "{} terms ({}) are the fewest of the sets tried that meet every tolerance and are "
-                   "equivalent; {} fitted and judged, {} left after a short fit",
-                   chosen->terms, set, fitted, screened)
-             : fmt::format(
-                   "no set meets every tolerance and is equivalent; {} ({} terms) comes nearest; {} "
-                   "fitted, {} left after a short fit",
-                   set, chosen->terms, fitted, screened);
-  if (range.wide)
-    frontier.message += fmt::format(
-        "; plane waves, because the Zernikes need orders above {} for 99 % of the height variance",
-        kLargestSearchedOrder);
+  for (FrontierPoint& point : points) point.chosen = point.order == found;
   frontier.points = std::move(points);
   frontier.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  frontier.message = search_message(frontier, range);
   return frontier;
+}
+
+std::string search_message(const Frontier& frontier, const OrderRange& range) {
+  const std::vector<FrontierPoint>& points = frontier.points;
+  const auto chosen =
+      std::find_if(points.begin(), points.end(), [](const FrontierPoint& point) { return point.chosen; });
+  const std::string set =
+      range.wide ? fmt::format("{} plane waves", chosen->order) : fmt::format("n <= {}", chosen->order);
+  const auto screened =
+      std::count_if(points.begin(), points.end(), [](const FrontierPoint& point) { return point.screened; });
+  const std::ptrdiff_t full = std::ptrdiff_t(points.size()) - screened;
+  const std::string fitted = fmt::format("{} {}", full, full == 1 ? "set" : "sets");
+  std::string message =
+      chosen->passes ? fmt::format(
+                           "{} terms ({}) are the fewest of the sets tried that meet every tolerance and are "
+                           "equivalent; {} fitted and judged, {} left after a short fit",
+                           chosen->terms, set, fitted, screened)
+                     : fmt::format(
+                           "no set meets every tolerance and is equivalent; {} ({} terms) comes nearest; {} "
+                           "fitted, {} left after a short fit",
+                           set, chosen->terms, fitted, screened);
+  if (range.wide)
+    message += fmt::format(
+        "; plane waves, because the Zernikes need orders above {} for 99 % of the height variance",
+        kLargestSearchedOrder);
+  return message;
 }
 
 BandUse band_use(const Study& study, const Scene& scene, const TermSet& terms, Eigen::Index rays) {

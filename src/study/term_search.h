@@ -17,6 +17,9 @@ struct TermTrials {
   TryTerms screen;
   /// The fit of a study that names these terms, judged on fresh rays. What it says is the answer.
   TryTerms confirm;
+  /// Order that a climb starts at. From 2 each short fit stands on the one before; from the low end of the
+  /// range where a short fit is dear.
+  int first = 2;
 };
 
 /// Orders that the search climbs: every one up to 14, then steps of at most 9 % (18 % in terms), at least 1.
@@ -42,10 +45,13 @@ Study with_fourier_modes(const Study& study, int count);
 
 /// The fewest terms that pass, by climbing through the orders: screens each, confirms the promising ones, and
 /// goes down from the first that passes until two in a row do not. Without screening it goes down from the
-/// high end of the range. Where none passes: the confirmed set with
-/// the smallest mismatch, else the highest order. `chosen` is marked in the result, which is sorted by terms.
+/// high end of the range. Where none passes: the judged set with
+/// the smallest held-out mismatch, else the one nearest to its tolerances, not fitted in full if screened.
+/// `chosen` is marked in the result, which is sorted by terms.
 /// range: expected_orders; the climb ends a third beyond its high end.
 Frontier search_terms(const Study& study, const OrderRange& range, const TermTrials& trials);
+/// What came out, for people: a sentence without full stop.
+std::string search_message(const Frontier& frontier, const OrderRange& range);
 
 /// Where the modelled part of the band ends, and what the rest would be worth. rays: of the fit.
 BandUse band_use(const Study& study, const Scene& scene, const TermSet& terms, Eigen::Index rays);

@@ -64,8 +64,8 @@ struct Realisation {
   double predicted = 0;  ///< 0.65 / sqrt(n_eff), a law of rays
   double measured = 0;  ///< over seeded draws of the terms, through the physics of the fit; NaN: not measured
   int draws = 0;        ///< that were measured; 0: none
-  /// What to reckon with: the larger of the two where both are known.
-  double spread() const { return draws > 0 && measured > predicted ? measured : predicted; }
+  /// What to reckon with: the law holds for rays and many modes, so what was measured goes first.
+  double spread() const { return draws > 0 ? measured : predicted; }
 };
 
 /// The fitted surface through the physics that its scene needs, against the theory that the scene needs.

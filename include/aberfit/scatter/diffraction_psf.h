@@ -30,6 +30,9 @@ struct DiffractionPupil {
   double missing = 0;  ///< share of the aperture's area where a map has no heights: taken as opaque
 };
 
+/// Cells a side of a pupil grid, at most.
+inline constexpr int kMostCells = 16384;
+
 /// Square cells of side `pitch` [m], centred on the aperture's bounding box. The clear share of a cell is its
 /// exact common area with the aperture (margin not taken off: light passes there, too). Relative error of
 /// EE50, EE80 and EE90 of a full circle N cells across, against the Airy pattern:
