@@ -140,7 +140,8 @@ std::vector<Statistic> guide_statistics(const Scene& scene) {
   return guides;
 }
 
-std::vector<Statistic> held_out_statistics(const Scene& scene, const std::vector<Wanted>& fitted) {
+// known: what is fitted or guides the fit, which cannot be held out as well.
+std::vector<Statistic> held_out_statistics(const Scene& scene, const std::vector<Statistic>& known) {
   std::vector<Statistic> held_out;
   for (const double units : kHeldOutPlanes)
     for (const double fraction : kHeldOutFractions)
@@ -149,8 +150,8 @@ std::vector<Statistic> held_out_statistics(const Scene& scene, const std::vector
   held_out.push_back(RingFwhm{0.8, {}});
   if (scene.use.physics != FocusPhysics::kWaves) held_out.push_back(ScatterMean{});
   std::erase_if(held_out, [&](const Statistic& candidate) {
-    return std::any_of(fitted.begin(), fitted.end(), [&](const Wanted& wanted) {
-      return statistic_name(wanted.statistic) == statistic_name(candidate);
+    return std::any_of(known.begin(), known.end(), [&](const Statistic& statistic) {
+      return statistic_name(statistic) == statistic_name(candidate);
     });
   });
   return held_out;
@@ -228,9 +229,9 @@ TargetSets make_targets(const Study& study, const Scene& scene, int threads) {
     refuse_without_rays(study, to_string(scene.use.physics), statistics);
   if (scene.mean_spot && !all_given) refuse_without_rays(study, to_string(scene.use.theory), statistics);
   if (default_set) guides = guide_statistics(scene);
-  // Given values need not follow the theory, so nothing can be held out against it.
-  if (!any_given) held_out = held_out_statistics(scene, wanted);
   statistics.insert(statistics.end(), guides.begin(), guides.end());
+  // Given values need not follow the theory, so nothing can be held out against it.
+  if (!any_given) held_out = held_out_statistics(scene, statistics);
   statistics.insert(statistics.end(), held_out.begin(), held_out.end());
   Predicted predicted;
   if (!all_given) predicted = predict(study, scene, statistics, threads);

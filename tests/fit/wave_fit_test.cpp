@@ -49,7 +49,7 @@ TEST(WaveForward, GradientsOfTheWholeChainMatchDifferences) {
                                           RingFwhm{0.9, 2 * unit},
                                           SpotFwhm{0.3 * unit},
                                           ScatterRms{},
-                                          
+
                                           RmsHeight{}};
   for (const Statistic& statistic : statistics) {
     const double size = std::holds_alternative<RmsHeight>(statistic)     ? 1e-8
@@ -62,6 +62,20 @@ TEST(WaveForward, GradientsOfTheWholeChainMatchDifferences) {
     EXPECT_LT(gradient_error(residual, draw_white(scene.prior.size(), 2), kStep), kPrecision)
         << statistic_name(statistic);
   }
+}
+
+TEST(WaveForward, SaysOnceThatASurfaceIsTooSteepForItsGrid) {
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.5, 24, 64);
+  const Eigen::VectorXd steep = 1000 * scene.prior.colour(draw_white(scene.prior.size(), 3));
+  Warnings warnings;
+  const Eigen::VectorXd values = focus_statistics(
+      scene.scene(FocusPhysics::kWaves), steep,
+      {EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.9, 0}, EncircledEnergyRadius{0.9, 1e-4}}, 1,
+      &warnings);
+  EXPECT_TRUE(values.array().isNaN().all());
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].code, "psf-aliased");
+  EXPECT_NE(warnings[0].message.find("and 2 more"), std::string::npos) << warnings[0].message;
 }
 
 TEST(WaveForward, AMirrorThatIsNoParabolaIsASurfaceErrorOfOne) {

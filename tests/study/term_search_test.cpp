@@ -7,6 +7,7 @@
 #include <set>
 
 #include "../../src/study/ray_count.h"
+#include "aberfit/core/errors.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/run.h"
 #include "study_texts.h"
@@ -91,13 +92,29 @@ TEST(TermSearch, GoesOnWherePassingIsNotMonotone) {
   EXPECT_EQ(chosen(search_terms({}, {10, 60, false}, later.hooks())), 15);
 }
 
+TEST(TermSearch, StartsWhereItIsTold) {
+  Trials trials{{25}, 2, {}, {}};
+  TermTrials hooks = trials.hooks();
+  hooks.first = 22;
+  EXPECT_EQ(chosen(search_terms({}, {10, 60, false}, hooks)), 25);
+  EXPECT_EQ(*std::min_element(trials.screened.begin(), trials.screened.end()), 22);
+}
+
 TEST(TermSearch, TakesTheNearestSetWhereNonePasses) {
   Trials trials{{}, 15, {}, {}};
   const Frontier frontier = search_terms({}, {10, 30, false}, trials.hooks());
   EXPECT_EQ(chosen(frontier), 20);
   EXPECT_NE(frontier.message.find("no set"), std::string::npos);
   Trials hopeless{{}, 1000, {}, {}};
-  chosen(search_terms({}, {10, 30, false}, hopeless.hooks()));  // one is marked all the same
+  TermTrials hooks = hopeless.hooks();
+  hooks.screen = [screen = hooks.screen](const Study& study) {
+    FrontierPoint p = screen(study);
+    p.fitted_mismatch = 40 + std::abs(p.order - 13);
+    return p;
+  };
+  const Frontier far = search_terms({}, {10, 30, false}, hooks);
+  EXPECT_EQ(chosen(far), 13);  // of short fits, too
+  EXPECT_TRUE(hopeless.confirmed.empty());
 }
 
 // Without short fits: down from the high end of the range.
@@ -250,6 +267,54 @@ TEST(Check, SaysWhichOrdersItExpects) {
       run_fit(parse_study(small_study("\"auto\"", "\"auto\""), "study.json"), {}).terms.zernike.back().n;
   EXPECT_GE(found, low);
   EXPECT_LE(found, high);
+}
+
+// A focus of a few um depth: planes must not fall together when they are rounded.
+TEST(DefaultStatistics, AreDistinctInEveryDepthOfFocus) {
+  for (const char* size : {"1 mm", "20 mm", "300 mm", "5 m"}) {
+    const std::string text = R"({"aberfit": 1, "mirror": {"focal_length": ")" + std::string(size) +
+                             R"("}, "aperture": {"shape": "circle", "diameter": ")" + size +
+                             R"("}, "light": {"wavelength": "632.8 nm"}, "roughness": {"psd": {"model": )" +
+                             R"("gaussian", "rms": "25 nm", "correlation_length": "0.1 mm"}}})";
+    const Study study = parse_study(text, "study.json");
+    const Scene scene = make_scene(study);
+    const TargetSets sets = make_targets(study, scene, 1);
+    std::set<std::string> names;
+    std::size_t count = 0;
+    for (const auto* some : {&sets.fitted, &sets.guides, &sets.held_out})
+      for (const Target& target : *some) names.insert(statistic_name(target.statistic)), ++count;
+    EXPECT_EQ(names.size(), count) << size;
+    // Rounding is small beside the steps between planes.
+    for (const Target& target : sets.held_out)
+      if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
+        const double units = ee->dz / scene.plane_unit();
+        double nearest = HUGE_VAL;
+        for (const double wanted : {0.0, 0.25, 0.75, 1.75, 3.1, 4.6})
+          nearest = std::min(nearest, std::abs(std::abs(units) - wanted));
+        EXPECT_LE(nearest, 0.025 * (1 + 1e-9)) << size;
+      }
+  }
+}
+
+TEST(WavePitch, SaysWhatAsksForAGridThatNoMemoryHolds) {
+  const auto why = [](const std::string& text) {
+    try {
+      run_fit(parse_study(text, "study.json"), {});
+    } catch (const ComputationError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string scene = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": )"
+                            R"("circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"}, )";
+  const std::string far = why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "25 nm", "f_min": )"
+                                      R"("2.5 /m", "f_max": "20 /m"}}, "target": {"statistics": )"
+                                      R"({"ee50": {"value": "1 m"}}}})");
+  EXPECT_NE(far.find("1.5 m from the axis"), std::string::npos) << far;
+  const std::string fine =
+      why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "1 nm", "f_min": )"
+                  R"("2.5 /m", "f_max": "20 /mm"}}, "terms": {"fourier": {"count": 9}}})");
+  EXPECT_NE(fine.find("cells across the aperture, more than 16384"), std::string::npos) << fine;
 }
 
 }  // namespace
