@@ -55,15 +55,19 @@ Picture frontier_picture(const PlotInput& input) {
     fewest = std::min(fewest, double(point.terms));
     most = std::max(most, double(point.terms));
   }
-  // Tics where sets are, as many as have room; decades alone would leave a narrow search without a number.
-  constexpr double kApart = 1.13;
+  // Tics where sets are, as many as have room, the one taken first; decades alone would leave a narrow search
+  // without a number.
+  const double low = 0.8 * fewest, high = 1.25 * most, apart = std::pow(high / low, 1.0 / 16);
+  std::vector<double> placed;
+  for (const bool chosen : {true, false})
+    for (const FrontierPoint& point : frontier.points) {
+      const double at = double(point.terms);
+      const bool free = std::none_of(placed.begin(), placed.end(),
+                                     [&](double other) { return at < apart * other && other < apart * at; });
+      if (point.chosen == chosen && free) placed.push_back(at);
+    }
   std::string tics;
-  double before = 0;
-  for (const FrontierPoint& point : frontier.points) {
-    if (double(point.terms) < kApart * before) continue;
-    before = double(point.terms);
-    tics += fmt::format("{}{}", tics.empty() ? "" : ", ", point.terms);
-  }
+  for (const double at : placed) tics += fmt::format("{}{:.0f}", tics.empty() ? "" : ", ", at);
   const std::string points = fmt::format(
       "'{0}_screened.dat' using 1:(COLUMN*SCALE) with points pointtype 6 pointsize 1.1 linecolor rgb "
       "'#999999' "
@@ -99,9 +103,8 @@ Picture frontier_picture(const PlotInput& input) {
       "  '{8}_all.dat' using 1:4 axes x1y2 with linespoints pointtype 1 pointsize 0.7 linecolor rgb '{6}' "
       "dashtype 3 linewidth 1 notitle, \\\n  {9}\n"
       "unset multiplot\n",
-      picture_title(input, "Fewest terms that do"), 0.8 * fewest, 1.25 * most, "#009E73",
-      filled(points, "$2", "1"), 130 * frontier.margin, kTimeColour, 100 * frontier.margin, name,
-      filled(points, "$3", "100"), tics);
+      picture_title(input, "Fewest terms that do"), low, high, "#009E73", filled(points, "$2", "1"),
+      130 * frontier.margin, kTimeColour, 100 * frontier.margin, name, filled(points, "$3", "100"), tics);
   return picture;
 }
 
