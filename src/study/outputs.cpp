@@ -25,22 +25,22 @@ SurfaceOperator map_operator(const TermSet& terms, double radius, int threads) {
 
 // Light by the theory that the targets come from; of a map, which has none, there is no target.
 std::unique_ptr<FocalLight> target_light(const Study& study, const Scene& scene, const PupilSample& pupil,
-                                         const RayBundle& nominal, int threads) {
+                                         int threads) {
   if (!scene.psd) return nullptr;
   if (scene.mean_spot) return mean_light(scene.mean_spot, threads);
   return ray_light(trace_perturbed(study.mirror, pupil, scene.numbers.rms_slope_per_axis,
                                    study.target.convention, study.trace.pupil.seed),
-                   nominal, study.trace.centre);
+                   trace_nominal(study.mirror, pupil), study.trace.centre);
 }
 
 void draw(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
-          const RayBundle& nominal, ResultDocument* result) {
+          ResultDocument* result) {
   const int threads = result->provenance.threads;
   const Eigen::VectorXd& coefficients = result->fit.coefficients;
   SurfaceField field;
   focus.surface.apply(coefficients, &field);
   const auto ideal = surface_light(focus, Eigen::VectorXd::Zero(coefficients.size()), threads);
-  const auto target = target_light(study, scene, focus.pupil, nominal, threads);
+  const auto target = target_light(study, scene, focus.pupil, threads);
   const auto fitted = surface_light(focus, coefficients, threads);
   const SurfaceOperator map = map_operator(result->terms, scene.radius, threads);
   write_plots({*result, study.mirror, study.aperture, focus.pupil, *ideal, target.get(), *fitted, field, map,
@@ -71,8 +71,8 @@ void write_exports(const Study& study, const std::string& folder, ResultDocument
 }  // namespace
 
 void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
-               const RayBundle& nominal, ResultDocument* result) {
-  if (options.plots && study.output.plots) draw(study, scene, options, focus, nominal, result);
+               ResultDocument* result) {
+  if (options.plots && study.output.plots) draw(study, scene, options, focus, result);
   const std::string folder = options.output_directory + "/";
   write_file(folder + "coefficients.csv",
              coefficients_csv(result->terms, result->fit.coefficients, result->fit.coefficient_std));

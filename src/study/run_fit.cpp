@@ -128,7 +128,7 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   result.provenance.libraries["ceres"] = solver_version();
 
   if (!options.output_directory.empty())
-    write_fit(study, scene, options, attempt.bench->focus(study), attempt.bench->nominal, &result);
+    write_fit(study, scene, options, attempt.bench->focus(study), &result);
   return std::move(result);
 }
 

@@ -165,7 +165,7 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
     scene.core_sigma = scene.focal_sigma = 2 * scene.focal_length * surface.rms_slope_per_axis;
     const FocusScene focus{study.mirror,     pupil,           operate,           FocusPhysics::kRays,
                            study.wavelength, &study.aperture, study.trace.centre};
-    write_fit(study, scene, options, focus, nominal, &result);
+    write_fit(study, scene, options, focus, &result);
   }
   return result;
 }

@@ -54,16 +54,15 @@ class Search {
   std::string family_;
 };
 
-// The lowest order that passes, or 0. Down from the first that does, with full fits: a short fit on few rays
-// that starts where a hopeless one ended lags behind, and the last step may have left orders out.
-int climb(Search* search, const OrderRange& range, int first) {
-  // Beyond what is expected, passing is a matter of the draw; a third more orders are eight tenths more
-  // terms.
-  const int last = std::min(range.high + range.high / 3, kLargestSearchedOrder);
-  int found = first;
-  while (found <= last && !(search->promising(found) && search->passes(found))) found = next_order(found);
-  if (found > last) return 0;
-  for (int order = found - 1, failures = 0; order >= 2 && failures < kFailuresBelow; --order) {
+// Beyond what is expected, passing is a matter of the draw; a third more orders are eight tenths more terms.
+int last_order(const OrderRange& range) {
+  return std::min(range.high + range.high / 3, kLargestSearchedOrder);
+}
+
+// Down from `from` with full fits until kFailuresBelow in a row fail, `failures` of which have: the lowest
+// order that passes, or `found`.
+int go_down(Search* search, int from, int found, int failures) {
+  for (int order = from; order >= 2 && failures < kFailuresBelow; --order) {
     if (search->passes(order))
       found = order, failures = 0;
     else
@@ -72,10 +71,20 @@ int climb(Search* search, const OrderRange& range, int first) {
   return found;
 }
 
+// The lowest order that passes, or 0. Down from the first that does, with full fits: a short fit on few rays
+// that starts where a hopeless one ended lags behind, and the last step may have left orders out.
+int climb(Search* search, const OrderRange& range, int first) {
+  const int last = last_order(range);
+  int found = first;
+  while (found <= last && !(search->promising(found) && search->passes(found))) found = next_order(found);
+  if (found > last) return 0;
+  return go_down(search, found - 1, found, 0);
+}
+
 // The same by going down from the highest order that is expected, in the steps of the climb and then between
 // the last that passes and the first that does not.
 int descend(Search* search, const OrderRange& range) {
-  const int last = std::min(range.high + range.high / 3, kLargestSearchedOrder);
+  const int last = last_order(range);
   int found = range.high;
   while (found <= last && !search->passes(found)) found = next_order(found);
   if (found > last) return 0;
@@ -84,13 +93,7 @@ int descend(Search* search, const OrderRange& range) {
     const int lower = std::max(failed + 1, previous_order(found));
     (search->passes(lower) ? found : failed) = lower;
   }
-  for (int order = failed - 1, failures = 1; order >= 2 && failures < kFailuresBelow; --order) {
-    if (search->passes(order))
-      found = order, failures = 0;
-    else
-      ++failures;
-  }
-  return found;
+  return go_down(search, failed - 1, found, 1);
 }
 
 // The same for numbers of plane waves: double until one passes, then halve the factor in between.
