@@ -2,7 +2,7 @@
 // how nearly quadratic the structure function is where it matters (kappa), not how large R or sigma is.
 #include <fmt/format.h>
 
-#include "aberfit/scatter/regime.h"
+#include "aberfit/theory/regime.h"
 
 int main() {
   const aberfit::Mirror mirror{.focal_length = 2.8};

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "aberfit/roughness/psd.h"
-#include "aberfit/scatter/geometric_harvey_shack.h"
+#include "aberfit/theory/geometric_harvey_shack.h"
 
 int main() {
   const aberfit::Mirror mirror{.focal_length = 2.8};

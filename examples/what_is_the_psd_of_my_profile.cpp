@@ -2,7 +2,7 @@
 // judged; read_measurement (aberfit/measured/read_measurement.h) gives one from a file.
 #include <fmt/format.h>
 
-#include "aberfit/fit/psd_model_fit.h"
+#include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/roughness/random_surface.h"
 
 int main() {

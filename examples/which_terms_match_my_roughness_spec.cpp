@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "aberfit/study/read_study.h"
-#include "aberfit/study/run.h"
+#include "aberfit/commands/run.h"
 
 int main() {
   const aberfit::Study study = aberfit::parse_study(R"({

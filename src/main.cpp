@@ -15,11 +15,12 @@
 #include <string>
 #include <vector>
 
+#include "aberfit/chart/run_chart.h"
+#include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/report/result.h"
 #include "aberfit/study/read_study.h"
-#include "aberfit/study/run.h"
 
 namespace {
 

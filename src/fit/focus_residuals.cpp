@@ -123,4 +123,9 @@ bool SpectrumResiduals::linearise(const Eigen::VectorXd& white, bool with_jacobi
   return result->residuals.allFinite();
 }
 
+FocusScene scene_of(const FitProblem& problem) {
+  return {problem.mirror,     problem.pupil,    problem.surface, problem.physics,
+          problem.wavelength, problem.aperture, problem.centre};
+}
+
 }  // namespace aberfit

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "aberfit/fit/calibrate.h"
-#include "forward_model.h"
+#include "aberfit/forward/forward_model.h"
 
 namespace aberfit {
 
@@ -95,5 +95,8 @@ class SpectrumResiduals : public WhiteResiduals {
  private:
   const FitProblem& problem_;
 };
+
+/// The part of a problem that makes its statistics.
+FocusScene scene_of(const FitProblem& problem);
 
 }  // namespace aberfit

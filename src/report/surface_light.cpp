@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "aberfit/report/focal_light.h"
-#include "aberfit/scatter/convolved_focus.h"
+#include "aberfit/theory/convolved_focus.h"
 #include "focus_curves.h"
 #include "round_image.h"
 

@@ -10,7 +10,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
-#include "measured_psd.h"
+#include "aberfit/study/measured_psd.h"
 #include "statistic_key.h"
 
 namespace aberfit {

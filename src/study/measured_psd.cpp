@@ -1,4 +1,4 @@
-#include "measured_psd.h"
+#include "aberfit/study/measured_psd.h"
 
 #include <fmt/format.h>
 

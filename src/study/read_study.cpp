@@ -6,12 +6,12 @@
 #include <stdexcept>
 
 #include "aberfit/core/errors.h"
-#include "check_study.h"
+#include "study_rules.h"
 #include "describe.h"
 #include "describe_measured.h"
 #include "describe_roughness.h"
 #include "load_files.h"
-#include "measured_psd.h"
+#include "aberfit/study/measured_psd.h"
 #include "parse_json.h"
 #include "reader.h"
 #include "schema.h"

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "aberfit/roughness/psd_estimate.h"
+#include "aberfit/spectrum/psd_estimate.h"
 
 namespace aberfit {
 

@@ -25,12 +25,12 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"Eigen/", all},
       {"fmt/", all},
       {"Random123/", {"core"}},
-      {"boost/math/", {"core", "roughness", "terms", "scatter", "fit", "equivalence"}},
+      {"boost/math/", {"core", "roughness", "spectrum", "terms", "theory", "fit", "equivalence"}},
       {"boost/version.hpp", {"report"}},  // a number for the provenance, no code
-      {"fftw3.h", {"roughness", "terms", "scatter"}},
+      {"fftw3.h", {"roughness", "terms", "waves"}},
       {"fitsio.h", {"measured"}},
-      {"ceres/", {"fit"}},
-      {"nlohmann/", {"measured", "report", "study", kProgram}},  // DABAM metadata, results, studies,
+      {"ceres/", {"spectrum", "fit"}},
+      {"nlohmann/", {"measured", "report", "study", "chart", "commands", kProgram}},  // DABAM metadata, results, studies,
       {"CLI/", {kProgram}},
       // The operating system: processes and files of gnuplot and the reports, the terminal of the program.
       {"unistd.h", {"report", kProgram}},
@@ -89,9 +89,9 @@ std::string against_angled(const fs::path& file, const std::string& room, const 
 }  // namespace
 
 const std::vector<std::string>& rooms() {
-  static const std::vector<std::string> names = {"core",  "scene",       "measured", "roughness",
-                                                 "terms", "trace",       "focus",    "scatter",
-                                                 "fit",   "equivalence", "report",   "study"};
+  static const std::vector<std::string> names = {
+      "core",   "scene",   "measured", "roughness",   "spectrum", "terms", "trace",  "focus", "waves",
+      "theory", "forward", "fit",      "equivalence", "report",   "study", "method", "chart", "commands"};
   return names;
 }
 

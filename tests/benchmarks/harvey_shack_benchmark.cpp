@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "aberfit/scatter/geometric_harvey_shack.h"
-#include "aberfit/scatter/ray_perturbation.h"
+#include "aberfit/theory/geometric_harvey_shack.h"
+#include "aberfit/theory/ray_perturbation.h"
 #include "benchmark_case.h"
 #include "benchmark_scene.h"
 

@@ -3,9 +3,9 @@
 #include <numbers>
 #include <vector>
 
-#include "aberfit/fit/focus_forward.h"
-#include "aberfit/scatter/diffraction_psf.h"
-#include "aberfit/scatter/generalised_harvey_shack.h"
+#include "aberfit/forward/focus_forward.h"
+#include "aberfit/waves/diffraction_psf.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
 
 namespace aberfit {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "aberfit/scatter/regime.h"
+#include "aberfit/theory/regime.h"
 #include "diffracted_scene.h"
 #include "gradient_check.h"
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "aberfit/study/read_study.h"
-#include "aberfit/study/run.h"
+#include "aberfit/commands/run.h"
 
 using namespace aberfit;
 

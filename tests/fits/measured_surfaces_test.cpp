@@ -7,7 +7,7 @@
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/study/read_study.h"
-#include "aberfit/study/run.h"
+#include "aberfit/commands/run.h"
 #include "report/bicubic_reader.h"
 
 namespace aberfit {

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "aberfit/measured/read_measurement.h"
-#include "measured/mutation.h"
+#include "mutation.h"
 
 namespace aberfit::test {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "aberfit/measured/read_measurement.h"
-#include "measured/mutation.h"
+#include "mutation.h"
 
 namespace aberfit::test {
 namespace {

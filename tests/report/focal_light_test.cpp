@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "../../src/report/round_image.h"
-#include "aberfit/scatter/diffraction_psf.h"
+#include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
 namespace {

@@ -5,9 +5,9 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/study/read_study.h"
-#include "study/run_program.h"
-#include "study/scratch_folder.h"
-#include "study/study_texts.h"
+#include "run_program.h"
+#include "scratch_folder.h"
+#include "study_texts.h"
 
 namespace aberfit {
 namespace {

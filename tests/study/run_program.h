@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "study/scratch_folder.h"
+#include "scratch_folder.h"
 
 namespace aberfit::test {
 

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "aberfit/study/read_study.h"
-#include "study/scratch_folder.h"
-#include "study/study_texts.h"
+#include "scratch_folder.h"
+#include "study_texts.h"
 
 namespace aberfit {
 namespace {

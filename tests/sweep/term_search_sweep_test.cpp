@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "aberfit/study/read_study.h"
-#include "aberfit/study/run.h"
+#include "aberfit/commands/run.h"
 
 namespace aberfit {
 namespace {

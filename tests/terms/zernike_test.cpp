@@ -9,7 +9,7 @@
 
 #include "aberfit/core/quadrature.h"
 #include "aberfit/terms/surface_operator.h"
-#include "terms/zernike_exact.h"
+#include "zernike_exact.h"
 
 using namespace aberfit;
 

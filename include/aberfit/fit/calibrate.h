@@ -4,20 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "aberfit/focus/evaluate.h"
+#include "aberfit/forward/focus_forward.h"
 #include "aberfit/scene/aperture.h"
 #include "aberfit/terms/modal_covariance.h"
 #include "aberfit/terms/surface_operator.h"
 #include "aberfit/terms/surface_spectrum.h"
 
 namespace aberfit {
-
-/// What turns a surface into focal statistics.
-enum class FocusPhysics {
-  kRays,       ///< order statistics and moments of the traced rays
-  kConvolved,  ///< the same rays, each spread by the diffraction pattern of the aperture
-  kWaves,      ///< diffraction of the pupil field, phase 4 pi h/lambda
-};
 
 /// What is fitted: coefficients of `surface.terms()` such that the statistics of the traced surface meet the targets, and the surface's own
 /// PSD the spectral ones. Either kind may be absent.

@@ -2,8 +2,8 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "aberfit/fit/focus_forward.h"
-#include "aberfit/scatter/generalised_harvey_shack.h"
+#include "aberfit/forward/focus_forward.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
 
 namespace aberfit {
 

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "aberfit/core/warning.h"
-#include "aberfit/fit/psd_model_fit.h"
+#include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/report/result.h"
-#include "aberfit/roughness/psd_estimate.h"
+#include "aberfit/spectrum/psd_estimate.h"
 
 namespace aberfit {
 

@@ -9,8 +9,8 @@
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/fit/map_fit.h"
 #include "aberfit/report/frontier.h"
-#include "aberfit/scatter/model_choice.h"
-#include "aberfit/scatter/regime.h"
+#include "aberfit/theory/model_choice.h"
+#include "aberfit/theory/regime.h"
 #include "aberfit/terms/term_set.h"
 
 namespace aberfit {

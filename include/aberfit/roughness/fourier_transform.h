@@ -4,6 +4,20 @@
 
 namespace aberfit {
 
+/// Forward complex transform of a rows x cols array (row after row), in place, unnormalised. Planned once (by
+/// estimate, so that the same bits come out every time); calls from many threads at once are safe.
+class FourierTransform {
+ public:
+  FourierTransform(int rows, int cols);
+  ~FourierTransform();
+  FourierTransform(const FourierTransform&) = delete;
+  FourierTransform& operator=(const FourierTransform&) = delete;
+  void operator()(std::complex<double>* values) const;
+
+ private:
+  void* plan_;
+};
+
 /// Forward transform sum_jk values(j, k) exp(-2 pi i (j r/rows + k c/columns)) of a rows x columns array (row
 /// after row), in place, unnormalised; rows = 1 for one dimension. Any size; safe to call from many threads
 /// at once; the same bits every time.

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "aberfit/roughness/psd_estimate.h"
+#include "aberfit/spectrum/psd_estimate.h"
 #include "aberfit/terms/surface_operator.h"
 
 namespace aberfit {

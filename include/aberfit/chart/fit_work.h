@@ -1,0 +1,33 @@
+#pragma once
+#include <vector>
+
+#include "aberfit/terms/term_set.h"
+#include "aberfit/method/scene.h"
+
+namespace aberfit {
+
+/// Times of the stages of one fit [s]: counts of operations times the constants of fit_work.cpp, that is on
+/// `threads` AVX-512 cores.
+struct FitWork {
+  double targets = 0, prior = 0;
+  double iteration = 0;                    ///< one: values, and one pull-back through L^T per statistic
+  double ends = 0;                         ///< the start, its statistics and those of the result
+  double fresh = 0;                        ///< the verdict on fresh rays, or on a finer grid
+  double realisations = 0, judgement = 0;  ///< 0 where `fit` leaves them out
+  double zones = 0;
+};
+
+/// Of the terms on the rays that `study` names, by the scene's physics:
+///   rays        every statistic looks at every ray and lists a few of them for its gradient;
+///   convolved   every plane and every gradient at every ray. Planes: one per distinct dz, and those of the
+///               search of each RingFwhm;
+///   waves       every plane and every gradient takes M^2 log2 M of the padded transform, M by wave_pitch.
+/// Each gradient costs one L^T (operator_cost.h). Nothing is timed: a function of its arguments and the
+/// instruction set.
+FitWork fit_work(const Study& study, const Scene& scene, const TermSet& terms, const TargetSets& targets,
+                 int threads);
+
+/// Points of the pupil that zone_slopes (validate.h) takes; 0 for spherical terms, which it leaves out.
+double zone_points(const TermSet& terms);
+
+}  // namespace aberfit

@@ -1,0 +1,52 @@
+#pragma once
+#include <memory>
+#include <optional>
+
+#include "aberfit/theory/geometric_harvey_shack.h"
+#include "aberfit/theory/regime.h"
+#include "aberfit/study/study.h"
+#include "aberfit/method/focus_model.h"
+
+namespace aberfit {
+
+/// What every command derives from a study before it does its own work.
+struct Scene {
+  std::optional<RadialPsd> psd;        ///< of the specification
+  std::optional<RadialPsd> prior_psd;  ///< of the equivalent surface: heights halved in convention `paper`
+  double prior_height_factor = 1;
+  SceneNumbers numbers;
+  double radius = 0;       ///< aperture radius [m]
+  double focal_sigma = 0;  ///< scale of the focal spot [m]: of a Gaussian with the theory's ee90
+  std::optional<GeometricHarveyShack> theory;
+  ModelUse use;
+  std::shared_ptr<const GeneralisedHarveyShack> mean_spot;  ///< of theories convolved and ghs, else null
+  /// The same of the sharpest part of the spot [m]: of the core, where a diffracted spot has core and halo.
+  double core_sigma = 0;
+  double plane_unit() const { return focal_length * core_sigma / radius; }  ///< natural unit of dz [m]
+  double focal_length = 0;
+};
+Scene make_scene(const Study& study);
+
+/// The terms of the study; absent orders and frequencies are chosen from the PSD. `captured`: share of its
+/// height variance, piston and tilt left out.
+TermSet make_terms(const Study& study, const Scene& scene, double* captured);
+CoefficientPrior make_study_prior(const Study& study, const Scene& scene, const TermSet& terms);
+
+/// Number of exact dependencies between the m = 0 Zernikes and the spherical powers, judged by their slopes
+/// (a constant height moves no ray).
+int radial_overlap(const TermSet& terms);
+
+/// Statistics to fit with values and tolerances; guides between them (default set only); and the ones held
+/// out, which have theory's value and no tolerance (empty when a value is given).
+struct TargetSets {
+  std::vector<Target> fitted, guides, held_out;
+  std::string theory;  ///< "geometric", "rays", "convolved", "ghs", or "given"
+};
+/// Whether all of the study's statistics have a value: then no theory is asked.
+bool targets_are_given(const Study& study);
+TargetSets make_targets(const Study& study, const Scene& scene, int threads);
+
+/// Warnings that follow from the specification alone.
+Warnings scene_warnings(const Study& study, const Scene& scene, const TermSet& terms, double captured);
+
+}  // namespace aberfit

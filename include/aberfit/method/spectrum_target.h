@@ -1,0 +1,20 @@
+#pragma once
+#include <memory>
+
+#include "aberfit/terms/surface_spectrum.h"
+#include "aberfit/method/scene.h"
+
+namespace aberfit {
+
+/// PSD bins of the term surface as targets of a fit. `spectrum` is null when the study asks for none.
+struct SpectrumTarget {
+  std::unique_ptr<SurfaceSpectrum> spectrum;
+  Eigen::ArrayXd low, high;  ///< edges of the bins [cycles/m]
+  Eigen::VectorXd
+      value;  ///< expectation of each bin over draws of the prior [m^4]: like is compared with like
+  Eigen::VectorXd tolerance;  ///< of log PSD
+};
+SpectrumTarget make_spectrum_target(const Study& study, const Scene& scene, const TermSet& terms,
+                                    const CoefficientPrior& prior, int threads);
+
+}  // namespace aberfit

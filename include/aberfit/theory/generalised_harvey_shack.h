@@ -1,0 +1,142 @@
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "aberfit/focus/statistic.h"
+#include "aberfit/roughness/psd.h"
+#include "aberfit/theory/aperture_otf.h"
+#include "aberfit/scene/mirror.h"
+
+namespace aberfit {
+
+class RadialTransform;
+struct SurfaceTransfer;
+struct TransferPanel;
+
+/// The ensemble-mean spot in one plane, by its optical transfer function. Cheap to copy; const use from many
+/// threads.
+class MeanSpot {
+ public:
+  /// Share of the light within `radius` [m] of the axis: EE(r) = 2 pi r int OTF(nu) J1(2 pi nu r) dnu.
+  double encircled_energy(double radius) const;
+  /// dEE/dr [1/m] = 2 pi r times the mean irradiance.
+  double encircled_energy_slope(double radius) const;
+  /// Radius [m] that holds `fraction` of the light: Newton's method inside a bracket, to 1e-12. NaN for
+  /// fractions outside (0, 1); infinity when less than `fraction` lies within r = f, where direction cosines
+  /// end.
+  double encircled_energy_radius(double fraction) const;
+  /// Nodes of the quadrature.
+  int nodes() const;
+
+ private:
+  friend class GeneralisedHarveyShack;
+  struct Share {
+    double value = 0, derivative = 0;  // over v
+  };
+  Share share(double v) const;
+
+  std::shared_ptr<const RadialTransform> transform_;
+  double airy_share_ = 0;    // light in a perfect circle's focal pattern, which has a closed form
+  double v_per_radius_ = 0;  // v = 2 pi nu_cutoff r [1/m]
+  double focal_length_ = 0;
+  double guess_ = 0;  // radius of the order of the spot [m]
+};
+
+/// How the surface enters the transfer function.
+enum class SurfaceModel {
+  kWaves,  ///< exp(-g^2 (1 - C(x)/sigma^2)): generalised Harvey-Shack
+  kRays,  ///< exp(-8 pi^2 (slope x / lambda)^2), the characteristic function of the Gaussian ray displacement
+          ///< 2 f slope per axis: geometric rays convolved with the diffraction pattern (PHYSICS 7, rule 2)
+};
+
+struct GhsOptions {
+  SurfaceModel surface = SurfaceModel::kWaves;
+  int halvings = 0;  ///< further halvings of every quadrature panel: checks convergence
+};
+
+/// Generalised Harvey-Shack prediction of the ensemble-mean spot of a rough parabola (PHYSICS 6; Krywonos,
+/// Harvey and Choi 2011 at normal incidence):
+///   OTF(x) = OTF_aperture(x; dz) exp(-g^2 (1 - C(x)/sigma^2)),  x = lambda (f + dz) nu,  g = 4 pi
+/// sigma/lambda,
+/// which is exact for a stationary Gaussian surface in scalar, small-angle diffraction. The physical law of
+/// reflection: for convention `paper` give it the PSD of half the heights. Set up once per scene: the surface
+/// transfer function on panels of 24 nodes, halved until resolved to 1e-12 (some 600 nodes for smooth
+/// autocorrelations). The specular core exp(-g^2) is split off, in the focus of a circle in closed form.
+/// Error of encircled energies below 1e-9. Where f_max x exceeds 100 cycles within the aperture the band edge
+/// is softened by 1 %: at such shears the autocorrelation is that of S cos^4(pi f / (2 f_max)). Const use
+/// from many threads.
+class GeneralisedHarveyShack {
+ public:
+  /// wavelength > 0 [m]. Throws ComputationError where the height variance (waves) or the slope variance
+  /// (rays) is infinite, for a mirror that is not a parabola, whose aberrations this OTF does not hold, and
+  /// for polygons.
+  GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
+                         double wavelength, const GhsOptions& options = {});
+  ~GeneralisedHarveyShack();
+  GeneralisedHarveyShack(GeneralisedHarveyShack&&) noexcept;
+  GeneralisedHarveyShack& operator=(GeneralisedHarveyShack&&) noexcept;
+
+  /// The spot in the plane z = f + dz. Wave aberration of the defocus: dz rho^2/(2 f (f
+  /// + dz)) (Fresnel; Goodman, Introduction to Fourier Optics, 5.2.2). Prefer it to the
+  /// shortcuts below for more than one value in a plane; it costs milliseconds, more for a far defocus with
+  /// much specular light. Throws ComputationError where dz is not finite or f + dz is not above zero, as does
+  /// all that asks for such a plane.
+  MeanSpot at_plane(double dz) const;
+  double encircled_energy(double radius, double dz) const { return at_plane(dz).encircled_energy(radius); }
+  double encircled_energy_radius(double fraction, double dz) const {
+    return at_plane(dz).encircled_energy_radius(fraction);
+  }
+  /// Full width [m] over dz at which N(z) = encircled_energy(ring_radius, dz) falls to half of
+  /// its value in the focus: the crossings nearest to it, to 1e-9. NaN when ring_radius is not positive or
+  /// |dz| would exceed f/2.
+  double ring_fwhm(double ring_radius) const;
+  /// FWHM [m] of the line spread profile int OTF(nu) cos(2 pi nu x) dnu in the focus, averaged over direction
+  /// and convolved with a Gaussian of standard deviation `bandwidth` [m]. With much specular light this is
+  /// the width of the diffraction pattern.
+  double spot_fwhm(double bandwidth) const;
+  /// Geometric RMS and mean scatter angle [rad], as GeometricHarveyShack: the mean-square angle of waves
+  /// diverges logarithmically at every sharp pupil edge, so the second moment of the rays is what the two
+  /// have in common. Throw ComputationError when the slope variance is infinite.
+  double scatter_rms() const;
+  double scatter_mean() const;
+
+  double rms_height() const { return rms_height_; }  ///< [m]
+  double g() const { return g_; }                    ///< 4 pi sigma/lambda
+  double core_share() const { return core_; }        ///< specular light exp(-g^2); 0 for rays
+  double tis() const;                                ///< total integrated scatter 1 - core_share
+  /// Angle-spread function: scattered light (without the specular core) per unit of direction-cosine area at
+  /// angle theta [rad] from the specular direction, in the focus [1/sr]; times cos(theta) it is per solid
+  /// angle. Its integral 2 pi int ASF sin d(sin) is `tis`. Direction cosines keep it shift-invariant beyond
+  /// 10 degrees; the obliquity factor and polarisation are left out, which limits it to some 30 degrees and g
+  /// theta^2 << 1.
+  double angle_spread(double theta) const;
+  /// exp(-E) at pupil shear x >= 0 [m], and its product with the aperture's OTF.
+  double surface_transfer(double x) const;
+  double transfer(double x, double dz) const;
+  /// Largest part of the transfer function that the panels could not resolve; 0 as a rule.
+  double unresolved() const;
+
+  /// Any statistic by its description. RmsRadius throws ComputationError: the second moment of the
+  /// diffraction pattern diverges.
+  double operator()(const Statistic& statistic) const;
+  /// Many statistics in their order, each plane set up once; prefer it for a whole study. The same values as
+  /// one by one, whatever the number of threads. Throws as one by one.
+  Eigen::VectorXd predict(const std::vector<Statistic>& statistics, int threads = 1) const;
+
+ private:
+  Eigen::ArrayXd exponent(const Eigen::ArrayXd& x) const;
+  double curvature(double dz) const;
+  std::vector<TransferPanel> transfer_panels(double core, double curvature) const;
+
+  RadialPsd psd_;
+  Mirror mirror_;
+  Aperture aperture_;
+  ApertureOtf otf_;
+  double wavelength_ = 0;
+  SurfaceModel surface_ = SurfaceModel::kWaves;
+  double rms_height_ = 0, slope_ = 0, g_ = 0, core_ = 0;
+  std::unique_ptr<const SurfaceTransfer> surface_transfer_;
+  std::shared_ptr<const RadialTransform> scattered_;  // in the focus, without the core
+};
+
+}  // namespace aberfit

@@ -1,0 +1,38 @@
+#pragma once
+#include <vector>
+
+#include "aberfit/chart/cost_model.h"
+#include "chart_bench.h"
+
+// The families of a chart, one function each; `seconds` is about how long it may take.
+namespace aberfit {
+
+/// Pupil layouts x ray counts: statistics against those of a four times finer pupil.
+ChartFamily chart_pupils(const ChartBench& bench, double seconds);
+
+/// Analytic normals and central differences by step: statistics, and slopes, against the analytic ones on the
+/// same rays.
+std::vector<ChartFamily> chart_normals(const ChartBench& bench, double seconds);
+/// The law that central differences follow on this mirror and roughness; nothing without a finite slope
+/// spectrum.
+std::optional<StepLaw> step_law(const ChartBench& bench);
+
+/// Ways to compute L and L^T: Zernike part and Fourier part, forward and adjoint, against the fused one.
+std::vector<ChartFamily> chart_operators(const ChartBench& bench, double seconds);
+
+/// Ways to the Jacobian of the statistics: adjoint, forward mode, differences of the smooth and of the exact
+/// statistics.
+ChartFamily chart_derivatives(const ChartBench& bench, double seconds);
+
+/// Zernike orders: what draws miss when their higher orders are left out.
+ChartFamily chart_orders(const ChartBench& bench, double seconds);
+/// Number of plane waves that stand for the whole band: means over draws against those of very many.
+ChartFamily chart_modes(const ChartBench& bench, double seconds);
+
+/// Width of the smooth twins' kernel: smooth statistics against the exact ones on the same rays.
+ChartFamily chart_smoothing(const ChartBench& bench, double seconds);
+
+/// Measures the stages on the study itself in about `seconds`; long ones on fewer rays or iterations.
+FitRates measure_rates(const ChartBench& bench, double seconds);
+
+}  // namespace aberfit

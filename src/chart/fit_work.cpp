@@ -1,0 +1,225 @@
+#include "aberfit/chart/fit_work.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "aberfit/terms/operator_cost.h"
+
+namespace aberfit {
+namespace {
+
+// CPU seconds of `aberfit fit` on two AVX-512 cores, differences of runs of 2 and of 12 iterations and of
+// whole fits of the studies of fits/ with 65536 to 262144 rays.
+// Rays: one statistic, per ray, smooth with its gradient and exact; and what it costs however few rays.
+constexpr double kSmoothStatistic = 1.7e-9, kExactStatistic = 3e-9, kStatistic = 1.5e-5;
+constexpr double kTouched = 0.05;  // share of the rays that a gradient lists: `aberfit chart`
+// Convolved: 16 EE radii in one plane, one in 16 planes, and a ring alone, 16384 rays, f/7.
+constexpr double kConvolvedPlane = 8e-9, kConvolvedGradient = 31e-9;  // per ray
+constexpr double kConvolvedRing = 90;  // planes that a RingFwhm costs: some 45, some with gradients
+// Waves: the same statistics, M = 258 and 298, divided by M^2 log2 M. The 45 planes of a ring search need no
+// radius and cost half as much.
+constexpr double kWavePlane = 2.8e-9, kWaveGradient = 1.9e-9, kWaveRing = 22;
+constexpr double kFinerGrid = 1.37;  // of the second grid that waves are judged on, validate.cpp
+// Dense algebra, one thread: a QR with as many unknowns as statistics, and products with the terms.
+constexpr double kQr = 1.6e-9, kProducts = 0.3e-9;  // per statistics^3, per statistics^2 terms
+// Per statistic of the geometric theory; per plane of a mean spot, and a ring's planes.
+constexpr double kTarget = 1.4e-4, kSpotPlane = 5e-4, kSpotRing = 45;
+constexpr double kRaysOfTheory = 16 * 131072.0;  // theory `rays`, targets.cpp
+constexpr double kPriorTerms = 432, kPrior = 5e-4;
+constexpr int kZoneDraws = 1000, kRealisations = 32;              // validate.cpp, judge.cpp
+constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;            // per draw
+constexpr double kMostFreshRays = double(std::int64_t(1) << 22);  // validate.cpp
+
+/// Statistics, and the planes they are looked at in.
+struct Asked {
+  double count = 0, dz = 0, rings = 0;
+  double planes(double ring) const { return dz + ring * rings; }
+};
+
+Asked asked(const std::vector<const std::vector<Target>*>& sets) {
+  Asked sum;
+  std::set<double> dz;
+  for (const std::vector<Target>* targets : sets)
+    for (const Target& target : *targets) {
+      ++sum.count;
+      if (const auto* radius = std::get_if<EncircledEnergyRadius>(&target.statistic)) dz.insert(radius->dz);
+      if (const auto* through = std::get_if<RingThrough>(&target.statistic)) dz.insert(through->dz);
+      if (std::holds_alternative<SpotFwhm>(target.statistic)) dz.insert(0);
+      if (std::holds_alternative<RingFwhm>(target.statistic)) ++sum.rings;
+    }
+  sum.dz = double(dz.size());
+  return sum;
+}
+
+std::vector<Target> all_of(const TargetSets& targets) {
+  std::vector<Target> all = targets.fitted;
+  all.insert(all.end(), targets.guides.begin(), targets.guides.end());
+  all.insert(all.end(), targets.held_out.begin(), targets.held_out.end());
+  return all;
+}
+
+/// What a surface goes through on the way to its statistics.
+struct Optics {
+  FocusPhysics physics = FocusPhysics::kRays;
+  double points = 0;                // of L
+  double transform = 0;             // waves: M^2 log2 M
+  double forward = 0, adjoint = 0;  // of L, one thread [s]
+  double listed = 0;                // L^T at the rays that a ray statistic lists
+};
+
+Optics with_operator(Optics optics, const TermSet& terms, const PointLayout& layout) {
+  const OperatorChoice whole = choose_operator(terms, layout);
+  PointLayout scattered;
+  scattered.points = layout.points;
+  optics.points = double(layout.points);
+  optics.forward = whole.forward_seconds;
+  optics.adjoint = whole.adjoint_seconds;
+  optics.listed =
+      std::min(whole.adjoint_seconds, kTouched * choose_operator(terms, scattered).adjoint_seconds);
+  return optics;
+}
+
+Optics on_rays(FocusPhysics physics, const TermSet& terms, const PointLayout& layout) {
+  Optics optics;
+  optics.physics = physics;
+  return with_operator(optics, terms, layout);
+}
+
+Optics on_scattered_rays(FocusPhysics physics, const TermSet& terms, double rays) {
+  PointLayout layout;
+  layout.points = Eigen::Index(rays);
+  return on_rays(physics, terms, layout);
+}
+
+Optics on_grid(const Study& study, const TermSet& terms, double pitch) {
+  Optics optics;
+  optics.physics = FocusPhysics::kWaves;
+  const double across = std::ceil(2 * aperture_radius(study.aperture) / pitch);
+  const double length = 2 * std::max(2.0, across);  // transforms that are fast are up to 5 % longer
+  optics.transform = length * length * std::log2(length);
+  PointLayout layout;
+  layout.rows = layout.columns = Eigen::Index(across);
+  layout.points = std::max<Eigen::Index>(1, Eigen::Index(aperture_area(study.aperture) / (pitch * pitch)));
+  return with_operator(optics, terms, layout);
+}
+
+// Values alone, of one surface, CPU seconds.
+double values(const Optics& optics, const Asked& wanted) {
+  switch (optics.physics) {
+    case FocusPhysics::kWaves:
+      return optics.forward + wanted.planes(kWaveRing) * optics.transform * kWavePlane;
+    case FocusPhysics::kConvolved:
+      return optics.forward + wanted.planes(kConvolvedRing) * optics.points * kConvolvedPlane;
+    case FocusPhysics::kRays:
+      break;
+  }
+  return optics.forward + wanted.count * optics.points * kExactStatistic;
+}
+
+// Values and all gradients over the coefficients.
+double linearisation(const Optics& optics, const Asked& wanted) {
+  switch (optics.physics) {
+    case FocusPhysics::kWaves:  // planes are focused for the values and again for the gradients
+      return 2 * values(optics, wanted) - optics.forward +
+             wanted.count * (optics.transform * kWaveGradient + optics.adjoint);
+    case FocusPhysics::kConvolved:
+      return 2 * values(optics, wanted) - optics.forward +
+             wanted.count * (optics.points * kConvolvedGradient + optics.adjoint);
+    case FocusPhysics::kRays:
+      break;
+  }
+  return optics.forward + wanted.count * (optics.points * kSmoothStatistic + kStatistic + optics.listed);
+}
+
+double algebra(double statistics, double terms) {
+  if (terms > statistics + 1)
+    return kQr * statistics * statistics * statistics + kProducts * statistics * statistics * terms;
+  return kQr * statistics * terms * terms;
+}
+
+// The fit's own grid and the finer one.
+double judged_by_waves(const Study& study, const TermSet& terms, const Asked& wanted, double pitch) {
+  return values(on_grid(study, terms, pitch), wanted) +
+         values(on_grid(study, terms, pitch / kFinerGrid), wanted);
+}
+
+// Scrambles and all of them together.
+double judged_by_rays(FocusPhysics physics, const TermSet& terms, const Asked& wanted, double rays) {
+  const Optics optics = on_scattered_rays(physics, terms, std::min(rays, kMostFreshRays));
+  return 2 * values(optics, wanted) - (physics == FocusPhysics::kRays ? optics.forward : 0);
+}
+
+// As judge_by_need (judge.cpp) decides.
+double judgement(const Study& study, const Scene& scene, const TermSet& terms, const TargetSets& targets) {
+  const bool given = targets.theory == "given";
+  if (!scene.use.too_simple(given) || !scene.use.obstacle.empty()) return 0;
+  const Asked wanted = asked({&targets.fitted});
+  const double theory = given ? 0 : wanted.planes(kSpotRing) * kSpotPlane;
+  const FocusPhysics physics = physics_of(scene.use.choice->model);
+  if (physics == FocusPhysics::kWaves)
+    return theory + judged_by_waves(study, terms, wanted, wave_pitch(study, terms, targets.fitted));
+  return theory + judged_by_rays(physics, terms, wanted, double(study.trace.pupil.rays));
+}
+
+// As realisation_of (judge.cpp) decides.
+double realisations(const Study& study, const Scene& scene, const Optics& optics) {
+  const double share = scene.psd ? scene.numbers.realisation_spread / study.equivalence.margin : 0;
+  if (!(share >= 0.5) || (share > 2 && optics.physics == FocusPhysics::kRays)) return 0;
+  return kRealisations * values(optics, {1, 1, 0});
+}
+
+double zones(const Study& study, const TermSet& terms) {
+  const double points = zone_points(terms);
+  if (points == 0) return 0;
+  PointLayout layout;
+  layout.points = Eigen::Index(points);
+  if (study.aperture.index() < 2) {  // a polar rule, about twice as many spokes as rings
+    layout.rings = std::max<Eigen::Index>(1, Eigen::Index(std::sqrt(points / 2) / 2));
+    layout.spokes = 8 * std::max<Eigen::Index>(1, layout.points / (8 * layout.rings));
+  }
+  return kZoneDraws * (choose_operator(terms, layout).forward_seconds + points * kZonePoint +
+                       double(terms.size()) * kDrawnTerm);
+}
+
+double theory(const Scene& scene, const TargetSets& targets) {
+  if (targets.theory == "given") return 0;
+  const Asked wanted = asked({&targets.fitted, &targets.guides, &targets.held_out});
+  if (scene.mean_spot) return wanted.planes(kSpotRing) * kSpotPlane;
+  if (scene.use.theory == Theory::kRays) return wanted.count * kRaysOfTheory * kExactStatistic;
+  return wanted.count * kTarget;
+}
+
+}  // namespace
+
+double zone_points(const TermSet& terms) {
+  if (terms.zernike.empty() && terms.fourier.empty()) return 0;
+  const double order = terms.zernike.empty() ? 0 : terms.zernike.back().n;
+  return std::clamp(4 * order * order, 4096.0, 65536.0);
+}
+
+FitWork fit_work(const Study& study, const Scene& scene, const TermSet& terms, const TargetSets& targets,
+                 int threads) {
+  const FocusPhysics physics = scene.use.physics;
+  const bool waves = physics == FocusPhysics::kWaves;
+  const double pitch = waves ? wave_pitch(study, terms, all_of(targets)) : 0;
+  const Optics optics =
+      waves ? on_grid(study, terms, pitch)
+            : on_rays(physics, terms, point_layout(make_pupil(study.aperture, study.trace.pupil)));
+  const Asked fitted = asked({&targets.fitted, &targets.guides});
+  const Asked reported = asked({&targets.fitted}), judged = asked({&targets.fitted, &targets.held_out});
+  FitWork work;
+  work.targets = theory(scene, targets) / threads;
+  work.prior = kPrior * std::pow(double(terms.size()) / kPriorTerms, 1.5);
+  work.iteration = linearisation(optics, fitted) / threads + algebra(fitted.count, double(terms.size()));
+  work.ends = (linearisation(optics, fitted) + 2 * values(optics, reported)) / threads;
+  work.fresh = (waves ? judged_by_waves(study, terms, judged, pitch)
+                      : judged_by_rays(physics, terms, judged, 4 * double(study.trace.pupil.rays))) /
+               threads;
+  work.realisations = realisations(study, scene, optics) / threads;
+  work.judgement = judgement(study, scene, terms, targets) / threads;
+  work.zones = zones(study, terms) / threads;
+  return work;
+}
+
+}  // namespace aberfit

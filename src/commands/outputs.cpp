@@ -1,0 +1,85 @@
+#include "outputs.h"
+
+#include <stdexcept>
+
+#include "aberfit/report/exports.h"
+#include "aberfit/report/plots.h"
+#include "aberfit/theory/ray_perturbation.h"
+
+namespace aberfit {
+namespace {
+
+constexpr int kMapSize =
+    257;  // points per side of the surface map; odd, so that the cuts pass through the vertex
+
+SurfaceOperator map_operator(const TermSet& terms, double radius, int threads) {
+  Eigen::ArrayXd x(kMapSize * kMapSize), y(kMapSize * kMapSize);
+  for (int j = 0; j < kMapSize; ++j) {
+    for (int i = 0; i < kMapSize; ++i) {
+      x[j * kMapSize + i] = radius * (2.0 * i / (kMapSize - 1) - 1);
+      y[j * kMapSize + i] = radius * (2.0 * j / (kMapSize - 1) - 1);
+    }
+  }
+  return SurfaceOperator(terms, std::move(x), std::move(y), threads);
+}
+
+// Light by the theory that the targets come from; of a map, which has none, there is no target.
+std::unique_ptr<FocalLight> target_light(const Study& study, const Scene& scene, const PupilSample& pupil,
+                                         int threads) {
+  if (!scene.psd) return nullptr;
+  if (scene.mean_spot) return mean_light(scene.mean_spot, threads);
+  return ray_light(trace_perturbed(study.mirror, pupil, scene.numbers.rms_slope_per_axis,
+                                   study.target.convention, study.trace.pupil.seed),
+                   trace_nominal(study.mirror, pupil), study.trace.centre);
+}
+
+void draw(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
+          ResultDocument* result) {
+  const int threads = result->provenance.threads;
+  const Eigen::VectorXd& coefficients = result->fit.coefficients;
+  SurfaceField field;
+  focus.surface.apply(coefficients, &field);
+  const auto ideal = surface_light(focus, Eigen::VectorXd::Zero(coefficients.size()), threads);
+  const auto target = target_light(study, scene, focus.pupil, threads);
+  const auto fitted = surface_light(focus, coefficients, threads);
+  const SurfaceOperator map = map_operator(result->terms, scene.radius, threads);
+  write_plots({*result, study.mirror, study.aperture, focus.pupil, *ideal, target.get(), *fitted, field, map,
+               kMapSize, scene.core_sigma},
+              options.output_directory, &result->warnings);
+}
+
+// A fit that is done is not lost for a format that cannot hold it.
+void write_exports(const Study& study, const std::string& folder, ResultDocument* result) {
+  const ExportInput input{result->terms,    result->fit.coefficients, study.aperture,
+                          study.wavelength, study.output.export_grid, study.title};
+  if (result->map && result->fit.status != FitStatus::kConverged && !study.output.exports.empty()) {
+    result->warnings.push_back(
+        {"export-left-out", "the points of the map do not determine the terms; nothing is exported"});
+    return;
+  }
+  for (const ExportFormat format : study.output.exports) {
+    try {
+      const auto [name, content] = export_file(format, input);
+      write_file(folder + name, content);
+    } catch (const std::invalid_argument& error) {
+      result->warnings.push_back(
+          {"export-left-out", export_names()[std::size_t(format)] + ": " + error.what()});
+    }
+  }
+}
+
+}  // namespace
+
+void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
+               ResultDocument* result) {
+  if (options.plots && study.output.plots) draw(study, scene, options, focus, result);
+  const std::string folder = options.output_directory + "/";
+  write_file(folder + "coefficients.csv",
+             coefficients_csv(result->terms, result->fit.coefficients, result->fit.coefficient_std));
+  write_exports(study, folder + "exports/", result);
+  write_file(folder + "summary.txt", summary_table(*result, true));
+  // Last, so that a result.json always has its companions beside it.
+  write_file(folder + "result.json", to_json(*result).dump(2) + "\n");
+}
+
+}  // namespace aberfit

@@ -1,0 +1,13 @@
+#pragma once
+#include "aberfit/report/result.h"
+#include "aberfit/commands/run.h"
+#include "aberfit/method/scene.h"
+
+namespace aberfit {
+
+/// Writes result.json, coefficients.csv, summary.txt and - when wanted - the pictures of a fit below
+/// options.output_directory. A missing gnuplot becomes a warning of the result.
+void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
+               ResultDocument* result);
+
+}  // namespace aberfit

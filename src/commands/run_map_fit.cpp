@@ -1,0 +1,173 @@
+#include "run_map_fit.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/parallel.h"
+#include "aberfit/core/units.h"
+#include "aberfit/theory/regime.h"
+#include "aberfit/study/read_study.h"
+#include "aberfit/study/measured_psd.h"
+#include "outputs.h"
+#include "aberfit/method/scene.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kInsideRim = 1 - 1e-9;  // a point on the rim belongs to the mirror
+constexpr int kDefaultOrder = 20;        // 231 terms: what OpticStudio's Zernike surfaces take
+
+// Terms of a disc cannot be told apart on a small part of it: rho^20 at half the radius is 1e-6.
+void check_reach(const Study& study, const HeightMap& map) {
+  const double reach = enclosing_circle(map).radius, radius = aperture_radius(study.aperture);
+  if (reach >= 0.5 * radius) return;
+  throw InputError(
+      study.path, "/aperture",
+      fmt::format("an aperture of radius {} for a map that reaches {} from its middle",
+                  format_quantity(radius, Dimension::kLength), format_quantity(reach, Dimension::kLength)),
+      "at most twice the size of the map");
+}
+
+Warnings coverage_warnings(const HeightMap& map, double radius) {
+  const double reach = enclosing_circle(map).radius;
+  if (reach >= 0.98 * radius) return {};
+  return {{"map-smaller-than-aperture",
+           fmt::format(
+               "the valid points reach {} from their middle, the aperture {}: beyond the map the terms are "
+               "extrapolated; give the aperture the size of the map",
+               format_quantity(reach, Dimension::kLength), format_quantity(radius, Dimension::kLength))}};
+}
+
+// Nothing to compare with: the statistics of the fitted terms are reported, their targets do not exist.
+std::vector<Target> untargeted() {
+  std::vector<Target> targets;
+  for (const Statistic& statistic :
+       {Statistic(EncircledEnergyRadius{0.5, 0}), Statistic(EncircledEnergyRadius{0.8, 0}),
+        Statistic(EncircledEnergyRadius{0.9, 0}), Statistic(RingFwhm{}), Statistic(ScatterRms{}),
+        Statistic(RmsHeight{})}) {
+    Target target;
+    target.statistic = statistic;
+    target.value = std::nan("");
+    targets.push_back(target);
+  }
+  return targets;
+}
+
+}  // namespace
+
+HeightMap load_map(const Study& study) {
+  const MapTarget& target = *study.target.map;
+  Measurement data = load_measurement(target.source, std::filesystem::path(study.path).parent_path().string(),
+                                      study.path, "/target/map/file");
+  auto* map = std::get_if<HeightMap>(&data);
+  if (!map) throw InputError(study.path, "/target/map/file", "a profile", "a map");
+  if (!(map->pitch_x > 0 && map->pitch_y > 0))
+    throw InputError(study.path, "/target/map/pitch", "nothing",
+                     "required: the file does not say the distance of its points");
+  if (target.origin == "grid") centre_on_grid(map);
+  if (target.origin == "circle") {
+    const Circle circle = enclosing_circle(*map);
+    move_origin(map, circle.x, circle.y);
+  }
+  // Only what is mirror: the hole of an annulus and the corners around a rectangle are not.
+  for (Eigen::Index row = 0; row < map->rows(); ++row)
+    for (Eigen::Index column = 0; column < map->columns(); ++column)
+      if (!aperture_contains(study.aperture, map->x(column) * kInsideRim, map->y(row) * kInsideRim, 0.0))
+        map->height(row, column) = std::nan("");
+  if (valid_count(*map) == 0)
+    throw InputError(study.path, "/target/map", "no valid point inside the aperture",
+                     "a map that covers the aperture");
+  return std::move(*map);
+}
+
+TermSet map_terms(const Study& study, double radius) {
+  if (study.terms.fourier)
+    throw InputError(study.path, "/terms/fourier", "Fourier terms for a map", "zernike or spherical terms");
+  TermSet terms;
+  terms.radius = radius;
+  if (study.terms.zernike)
+    terms.zernike =
+        zernike_modes(study.terms.zernike->n_min, study.terms.zernike->n_max.value_or(kDefaultOrder));
+  terms.spherical = study.terms.spherical;
+  return terms;
+}
+
+ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
+  const int threads = options.threads > 0 ? options.threads : available_threads();
+  const auto began = std::chrono::steady_clock::now();
+  const HeightMap map = load_map(study);
+  check_reach(study, map);
+
+  ResultDocument result;
+  result.study = resolved_study(study);
+  result.theory = "map";
+  result.radius = aperture_radius(study.aperture);
+  result.terms = map_terms(study, result.radius);
+  result.warnings = coverage_warnings(map, result.radius);
+  if (options.progress) options.progress("least squares");
+  MapFitOptions how = study.target.map->fit;
+  how.threads = threads;
+  result.map = fit_map(map, result.terms, how);
+  result.warnings.insert(result.warnings.end(), result.map->warnings.begin(), result.map->warnings.end());
+
+  FitResult& fit = result.fit;
+  const bool failed = result.map->status == MapFitResult::Status::kFailed;
+  const bool full_rank = result.map->status == MapFitResult::Status::kConverged;
+  fit.status = failed ? FitStatus::kFailed : full_rank ? FitStatus::kConverged : FitStatus::kNotConverged;
+  fit.message = result.map->message;
+  fit.coefficients = result.map->coefficients;
+  fit.coefficient_std = result.map->coefficient_std;
+  fit.rank = result.map->rank;
+  fit.null_directions = int(result.terms.size()) - fit.rank;
+  fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  result.provenance = make_provenance(how.seed, threads);
+  result.provenance.libraries["ceres"] = solver_version();
+  if (failed) return result;
+
+  const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
+  result.rays = pupil.size();
+  const SurfaceOperator operate(result.terms, pupil, focus_operator(FocusPhysics::kRays, threads));
+  SurfaceField field;
+  operate.apply(fit.coefficients, &field);
+  const RayBundle nominal = trace_nominal(study.mirror, pupil), rays = trace(study.mirror, pupil, field);
+  result.targets = untargeted();
+  std::vector<Statistic> statistics;
+  for (const Target& target : result.targets) statistics.push_back(target.statistic);
+  result.fitted = evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, threads,
+                                 &result.warnings);
+
+  const double airy = airy_ee90(study.mirror, study.aperture, study.wavelength), ee90 = result.fitted[2];
+  if (ee90 < kAiryRadiiForRays * airy)
+    result.warnings.push_back(
+        {"rays-not-valid", fmt::format("ee90 by rays, {}, is less than {} Airy radii (ee90 {}): diffraction "
+                                       "decides there. The exported surface can be "
+                                       "propagated as it is",
+                                       format_quantity(ee90, Dimension::kLength), kAiryRadiiForRays,
+                                       format_quantity(airy, Dimension::kLength))});
+
+  EquivalentSurface& surface = result.surface;
+  const Eigen::ArrayXd& weight = pupil.weight;
+  const double mean = (weight * field.height).sum();
+  surface.rms_height = std::sqrt((weight * (field.height - mean).square()).sum());
+  surface.rms_slope_per_axis =
+      std::sqrt((weight * (field.slope_x.square() + field.slope_y.square())).sum() / 2);
+  surface.g = 4 * EIGEN_PI * surface.rms_height / study.wavelength;
+  surface.kappa = std::nan("");
+
+  if (!options.output_directory.empty()) {
+    Scene scene;  // a map has no specification: only sizes
+    scene.radius = result.radius;
+    scene.focal_length = study.mirror.focal_length;
+    scene.core_sigma = scene.focal_sigma = 2 * scene.focal_length * surface.rms_slope_per_axis;
+    const FocusScene focus{study.mirror,     pupil,           operate,           FocusPhysics::kRays,
+                           study.wavelength, &study.aperture, study.trace.centre};
+    write_fit(study, scene, options, focus, &result);
+  }
+  return result;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,37 @@
+#pragma once
+#include "aberfit/forward/forward_model.h"
+
+namespace aberfit {
+
+/// Statistics of the traced rays: coefficients -> L -> trace -> smooth statistics, one adjoint pass each.
+class RayForward : public ForwardModel {
+ public:
+  RayForward(const FocusScene& scene, std::vector<Statistic> statistics, int threads);
+  void move_to(const Eigen::VectorXd& coefficients) override;
+  bool evaluate(double width, Eigen::VectorXd* values) override;
+  bool gradients(const GradientSink& sink) override;
+  Eigen::VectorXd exact(Warnings* warnings) override;
+  std::string trouble() const override;
+
+  const SurfaceField& field() const { return field_; }  ///< of the last point
+  const RayBundle& rays() const { return rays_; }       ///< of the last point
+  /// Sends d statistic/d coefficients of every ray gradient to `sink`.
+  void pull_back(const std::vector<const RayGradient*>& gradients, const GradientSink& sink) const;
+
+ private:
+  FocusScene scene_;
+  std::vector<Statistic> statistics_;
+  int threads_;
+  RayBundle nominal_;
+  SurfaceField field_;
+  RayBundle rays_;
+  FocusWorkspace workspace_;
+  std::vector<StatisticGradient> gradients_;
+  SurfaceField height_weights_;  // slopes of zero, for statistics of the height alone
+};
+
+/// Sends d statistic/d coefficients of every gradient over heights to `sink`.
+void pull_back_heights(const SurfaceOperator& surface, std::vector<Eigen::ArrayXd>* gradients, int threads,
+                       const ForwardModel::GradientSink& sink);
+
+}  // namespace aberfit

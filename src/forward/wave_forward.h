@@ -1,0 +1,40 @@
+#pragma once
+#include "aberfit/waves/diffraction_psf.h"
+#include "aberfit/forward/forward_model.h"
+#include "ray_forward.h"
+#include "split_statistics.h"
+
+namespace aberfit {
+
+/// Statistics of the diffraction pattern of the pupil field: coefficients -> L -> phase -> PSF. Scatter
+/// angles and the RMS height are those of the same surface by rays: a sharp edge scatters as 1/r^3, so that
+/// waves have no finite second moment. The width of `evaluate` is not used: diffraction smooths by itself.
+class WaveForward : public ForwardModel {
+ public:
+  WaveForward(const FocusScene& scene, const std::vector<Statistic>& statistics, int threads);
+  void move_to(const Eigen::VectorXd& coefficients) override;
+  bool evaluate(double width, Eigen::VectorXd* values) override;
+  bool gradients(const GradientSink& sink) override;
+  Eigen::VectorXd exact(Warnings* warnings) override;
+  std::string trouble() const override { return trouble_; }
+  std::string unreachable(const std::vector<Target>& targets) const override;
+  PsfImage psf(const PsfWindow& window) const { return diffraction_psf(problem(), height_, window); }
+
+ private:
+  DiffractionProblem problem() const {
+    return {diffraction_pupil_, scene_.mirror.focal_length, scene_.wavelength};
+  }
+  void explain(const Eigen::VectorXd& values, Warnings* warnings) const;
+
+  FocusScene scene_;
+  int threads_;
+  SplitStatistics split_;
+  RayForward rays_;
+  DiffractionPupil diffraction_pupil_;
+  Eigen::ArrayXd departure_;  // of the mirror from a parabola [m], empty for parabolas
+  DiffractionWorkspace workspace_;
+  Eigen::ArrayXd height_;
+  std::string trouble_;
+};
+
+}  // namespace aberfit

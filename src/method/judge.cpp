@@ -1,0 +1,103 @@
+#include "aberfit/method/judge.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace aberfit {
+namespace {
+
+constexpr int kRealisationDraws = 32;  // a spread known to 13 %
+
+std::string why(const Scene& scene, bool by_theory) {
+  const ModelErrors& e = scene.use.choice->errors;
+  const bool convolved =
+      scene.use.physics == FocusPhysics::kConvolved || (by_theory && scene.use.theory == Theory::kConvolved);
+  const std::string off =
+      std::isfinite(e.ray_ee90)
+          ? fmt::format("the {} ee90 is {:+.3g} % off the Harvey-Shack prediction",
+                        convolved ? "convolved" : "ray", 100 * (convolved ? e.convolved_ee90 : e.ray_ee90))
+          : "the Harvey-Shack prediction has no finite ee90";
+  return fmt::format("{} are not valid here: kappa = {:.3g}, and {}", convolved ? "convolved rays" : "rays",
+                     scene.numbers.kappa, off);
+}
+
+}  // namespace
+
+std::optional<NeededJudgement> judge_by_need(const Study& study, const Scene& scene,
+                                             const TargetSets& targets, const TermSet& terms,
+                                             const Eigen::VectorXd& coefficients, int threads,
+                                             Warnings* warnings) {
+  const bool given = targets.theory == "given";
+  if (!scene.use.too_simple(given)) return std::nullopt;
+  const FocusPhysics physics = physics_of(scene.use.choice->model);
+  const bool waves = physics == FocusPhysics::kWaves;
+  NeededJudgement judgement;
+  judgement.theory = given ? "given" : to_string(waves ? Theory::kGhs : Theory::kConvolved);
+  judgement.model = to_string(physics);
+  judgement.reason = why(scene, !given);
+  if (!scene.use.obstacle.empty()) {
+    judgement.reason += ", but what is needed cannot be computed: " + scene.use.obstacle + ".";
+    return judgement;
+  }
+  judgement.reason += ".";
+  std::vector<Target> wanted;
+  std::vector<Statistic> statistics;
+  for (const Target& target : targets.fitted) {
+    if (std::holds_alternative<RmsRadius>(target.statistic)) continue;
+    wanted.push_back(target);
+    statistics.push_back(target.statistic);
+  }
+  if (!given) {
+    const GeneralisedHarveyShack spot(*scene.prior_psd, study.mirror, study.aperture, study.wavelength,
+                                      {waves ? SurfaceModel::kWaves : SurfaceModel::kRays, 0});
+    const Eigen::VectorXd predicted = mean_spot_statistics(spot, statistics, threads);
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      wanted[k].value = predicted[Eigen::Index(k)];
+      wanted[k].standard_error = 0;
+    }
+  }
+  const FreshStatistics fresh =
+      evaluate_fresh(study, physics, waves ? wave_pitch(study, terms, wanted) : 0, terms, coefficients,
+                     statistics, study.trace.pupil.rays, threads, warnings);
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    const auto at = Eigen::Index(k);
+    judgement.metrics.push_back(tost(statistic_name(statistics[k]), false, wanted[k].value,
+                                     wanted[k].standard_error, fresh.value[at], fresh.standard_error[at],
+                                     study.equivalence.margin, study.equivalence.confidence));
+  }
+  judgement.verdict = overall(judgement.metrics);
+  return judgement;
+}
+
+Realisation realisation_of(const Study& study, const Scene& scene, const FocusScene& focus,
+                           const CoefficientPrior& prior, int threads) {
+  Realisation realisation{scene.numbers.realisation_spread, std::nan(""), 0};
+  const double share = realisation.predicted / study.equivalence.margin;
+  if (!(share >= 0.5) || (share > 2 && focus.physics == FocusPhysics::kRays)) return realisation;
+  realisation.measured = measured_spread(focus, prior, study.fit.seed, kRealisationDraws, threads);
+  if (std::isfinite(realisation.measured)) realisation.draws = kRealisationDraws;
+  return realisation;
+}
+
+void describe_models(const Scene& scene, const std::string& theory, ResultDocument* result) {
+  result->theory = theory;
+  result->model = to_string(scene.use.physics);
+  result->model_reason = scene.use.reason;
+  if (!scene.use.choice) return;
+  result->needed = to_string(physics_of(scene.use.choice->model));
+  result->errors = scene.use.choice->errors;
+}
+
+void warn_of_surface_regime(const Scene& scene, const SceneNumbers& surface, Warnings* warnings) {
+  const FocusModel specified = regime(scene.numbers), own = regime(surface);
+  if (own == specified) return;
+  warnings->push_back(
+      {"surface-regime",
+       fmt::format("by its own height the fitted surface (RMS {:.4g} nm, kappa {:.2f}) calls for {}, while "
+                   "the specification (RMS {:.4g} nm, kappa {:.2f}) calls for {}",
+                   1e9 * surface.rms_height, surface.kappa, to_string(physics_of(own)),
+                   1e9 * scene.numbers.rms_height, scene.numbers.kappa, to_string(physics_of(specified)))});
+}
+
+}  // namespace aberfit

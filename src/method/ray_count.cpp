@@ -1,0 +1,40 @@
+#include "aberfit/method/ray_count.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+
+namespace aberfit {
+namespace {
+
+constexpr std::int64_t kFirstRays = 16384, kFirstScreeningRays = 4096;
+constexpr std::int64_t kMostAutomaticRays = std::int64_t(1) << 20;
+
+}  // namespace
+
+std::int64_t first_rays(Eigen::Index terms) {
+  const auto needed = std::uint64_t(kRaysPerTerm * std::max<std::int64_t>(1, terms));
+  return std::clamp(std::int64_t(std::bit_ceil(needed)), kFirstRays, kMostAutomaticRays);
+}
+
+std::int64_t screening_rays(Eigen::Index terms) {
+  return std::max(kFirstScreeningRays, kRaysPerTerm * std::int64_t(terms));
+}
+
+std::int64_t more_rays(std::int64_t rays) { return 2 * rays; }
+
+bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice) {
+  const bool steady = choice->gap <= choice->allowed && choice->sampling_error <= choice->allowed;
+  const double margin = choice->allowed / kRayShareOfMargin;
+  const bool open = verdict == Verdict::kUndecided && choice->sampling_error > kDecidedShareOfMargin * margin;
+  choice->reason = fmt::format(
+      "{} rays: fresh rays change the fitted statistics by up to {:.2g} % and have a standard error of up to "
+      "{:.2g} %, {} {:.2g} % ({:.0f} % of the margin)",
+      rays, 100 * choice->gap, 100 * choice->sampling_error, steady ? "both below" : "not both below",
+      100 * choice->allowed, 100 * kRayShareOfMargin);
+  if (steady && open) choice->reason += "; the verdict is open and more rays could decide it";
+  return (steady && !open) || rays >= kMostAutomaticRays;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,238 @@
+#include "aberfit/method/term_search.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+namespace aberfit {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kExpectedHeight = 0.99;  // the order that carries this share is where a search should end
+// The fits of term_search_sweep_test end where the band below their cut-off has 25 to 56 % of the slope
+// variance.
+constexpr double kExpectedSlope = 0.15;
+constexpr int kFailuresBelow = 2;  // orders that fail in a row end the way down
+constexpr int kFewestModes = 32, kMostModes = 16384;
+
+// Sets tried so far; remembers what was found at an order.
+class Search {
+ public:
+  Search(const Study& study, const TermTrials& trials, std::string family)
+      : study_(study), trials_(trials), family_(std::move(family)) {}
+
+  bool promising(int order) {
+    const FrontierPoint point = at(trials_.screen(make(order)), order);
+    const bool worth = point.fitted_mismatch <= kPromising;
+    if (!worth) points.push_back(point);
+    return worth;
+  }
+  bool passes(int order) {
+    for (const FrontierPoint& point : points)
+      if (point.order == order && !point.screened) return point.passes;
+    std::erase_if(points, [order](const FrontierPoint& point) { return point.order == order; });
+    points.push_back(at(trials_.confirm(make(order)), order));
+    return points.back().passes;
+  }
+
+  std::vector<FrontierPoint> points;
+
+ private:
+  Study make(int order) const {
+    return family_ == "fourier" ? with_fourier_modes(study_, order) : with_zernikes(study_, order);
+  }
+  FrontierPoint at(FrontierPoint point, int order) const {
+    point.order = order;
+    point.family = family_;
+    return point;
+  }
+  const Study& study_;
+  const TermTrials& trials_;
+  std::string family_;
+};
+
+// Beyond what is expected, passing is a matter of the draw; a third more orders are eight tenths more terms.
+int last_order(const OrderRange& range) {
+  return std::min(range.high + range.high / 3, kLargestSearchedOrder);
+}
+
+// Down from `from` with full fits until kFailuresBelow in a row fail, `failures` of which have: the lowest
+// order that passes, or `found`.
+int go_down(Search* search, int from, int found, int failures) {
+  for (int order = from; order >= 2 && failures < kFailuresBelow; --order) {
+    if (search->passes(order))
+      found = order, failures = 0;
+    else
+      ++failures;
+  }
+  return found;
+}
+
+// The lowest order that passes, or 0. Down from the first that does, with full fits: a short fit on few rays
+// that starts where a hopeless one ended lags behind, and the last step may have left orders out.
+int climb(Search* search, const OrderRange& range, int first) {
+  const int last = last_order(range);
+  int found = first;
+  while (found <= last && !(search->promising(found) && search->passes(found))) found = next_order(found);
+  if (found > last) return 0;
+  return go_down(search, found - 1, found, 0);
+}
+
+// The same by going down from the highest order that is expected, in the steps of the climb and then between
+// the last that passes and the first that does not.
+int descend(Search* search, const OrderRange& range) {
+  const int last = last_order(range);
+  int found = range.high;
+  while (found <= last && !search->passes(found)) found = next_order(found);
+  if (found > last) return 0;
+  int failed = 1;
+  while (found - failed > 1) {
+    const int lower = std::max(failed + 1, previous_order(found));
+    (search->passes(lower) ? found : failed) = lower;
+  }
+  return go_down(search, failed - 1, found, 1);
+}
+
+// The same for numbers of plane waves: double until one passes, then halve the factor in between.
+int double_up(Search* search) {
+  for (int count = kFewestModes; count <= kMostModes; count *= 2) {
+    if (!search->passes(count)) continue;
+    int fails = count / 2, passes = count;
+    while (count > kFewestModes && passes > 1.2 * fails) {
+      const int middle = int(std::lround(std::sqrt(double(fails) * passes)));
+      (search->passes(middle) ? passes : fails) = middle;
+    }
+    return passes;
+  }
+  return 0;
+}
+
+// The order to take where none passes: of those that were judged the one with its held-out statistics the
+// least off, else the one that came nearest to its tolerances, else the last.
+int nearest(const std::vector<FrontierPoint>& points) {
+  const auto least = [&](double FrontierPoint::*mismatch) -> const FrontierPoint* {
+    const FrontierPoint* best = nullptr;
+    for (const FrontierPoint& point : points)
+      if (std::isfinite(point.*mismatch) && (!best || point.*mismatch < best->*mismatch)) best = &point;
+    return best;
+  };
+  const FrontierPoint* best = least(&FrontierPoint::held_out_mismatch);
+  if (!best) best = least(&FrontierPoint::fitted_mismatch);
+  return best ? best->order : points.back().order;
+}
+
+}  // namespace
+
+int previous_order(int order) { return order - (order < 15 ? 1 : std::max(1, int(0.09 * order))); }
+int next_order(int order) { return order + (order < 14 ? 1 : std::max(1, int(0.09 * order))); }
+
+OrderRange expected_orders(const Scene& scene) {
+  OrderRange range;
+  const double movable = 1 - captured_fraction(*scene.psd, scene.radius, 0, 1);
+  range.high = captured_order(*scene.psd, scene.radius, kExpectedHeight * movable, kLargestSearchedOrder);
+  range.wide = captured_fraction(*scene.psd, scene.radius, 2, range.high) < kExpectedHeight * movable;
+  range.high = std::min(next_order(next_order(range.high)), kLargestSearchedOrder);
+  const double slope = psd_moments(*scene.psd).slope_variance;
+  while (range.low < range.high &&
+         psd_moments(scene.psd->band(0, (range.low + 1) / (2 * kPi * scene.radius))).slope_variance <
+             kExpectedSlope * slope)
+    ++range.low;
+  return range;
+}
+
+Study with_zernikes(const Study& study, int order) {
+  Study result = study;
+  result.terms = {};
+  result.terms.zernike.emplace().n_max = order;
+  result.terms.covariance = study.terms.covariance;
+  return result;
+}
+
+Study with_fourier_modes(const Study& study, int count) {
+  Study result = study;
+  result.terms = {};
+  result.terms.fourier.emplace().count = count;
+  return result;
+}
+
+Frontier search_terms(const Study& study, const OrderRange& range, const TermTrials& trials) {
+  const auto begin = std::chrono::steady_clock::now();
+  Frontier frontier;
+  frontier.margin = study.equivalence.margin;
+  Search search(study, trials, range.wide ? "fourier" : "zernike");
+  int found = range.wide      ? double_up(&search)
+              : trials.screen ? climb(&search, range, trials.first)
+                              : descend(&search, range);
+  std::vector<FrontierPoint>& points = search.points;
+  if (found == 0) found = nearest(points);
+  std::stable_sort(points.begin(), points.end(),
+                   [](const FrontierPoint& a, const FrontierPoint& b) { return a.terms < b.terms; });
+  for (FrontierPoint& point : points) point.chosen = point.order == found;
+  frontier.points = std::move(points);
+  frontier.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  frontier.message = search_message(frontier, range);
+  return frontier;
+}
+
+std::string search_message(const Frontier& frontier, const OrderRange& range) {
+  const std::vector<FrontierPoint>& points = frontier.points;
+  const auto chosen =
+      std::find_if(points.begin(), points.end(), [](const FrontierPoint& point) { return point.chosen; });
+  const std::string set =
+      range.wide ? fmt::format("{} plane waves", chosen->order) : fmt::format("n <= {}", chosen->order);
+  const auto screened =
+      std::count_if(points.begin(), points.end(), [](const FrontierPoint& point) { return point.screened; });
+  const std::ptrdiff_t full = std::ptrdiff_t(points.size()) - screened;
+  const std::string fitted = fmt::format("{} {}", full, full == 1 ? "set" : "sets");
+  std::string message =
+      chosen->passes ? fmt::format(
+                           "{} terms ({}) are the fewest of the sets tried that meet every tolerance and are "
+                           "equivalent; {} fitted and judged, {} left after a short fit",
+                           chosen->terms, set, fitted, screened)
+                     : fmt::format(
+                           "no set meets every tolerance and is equivalent; {} ({} terms) comes nearest; {} "
+                           "fitted, {} left after a short fit",
+                           set, chosen->terms, fitted, screened);
+  if (range.wide)
+    message += fmt::format(
+        "; plane waves, because the Zernikes need orders above {} for 99 % of the height variance",
+        kLargestSearchedOrder);
+  return message;
+}
+
+BandUse band_use(const Study& study, const Scene& scene, const TermSet& terms, Eigen::Index rays) {
+  BandUse band;
+  const RadialPsd& psd = *scene.psd;
+  band.modelled_f_min = psd.f_min();
+  band.modelled_f_max = psd.f_max();
+  band.limited_by = "specification";
+  const auto cut = [&](double frequency, const char* by) {
+    if (frequency < band.modelled_f_max) band.modelled_f_max = frequency, band.limited_by = by;
+  };
+  if (terms.fourier.empty()) {
+    const int order = terms.zernike.empty() ? 0 : terms.zernike.back().n;
+    cut((order + 1) / (2 * kPi * scene.radius), "zernike");
+  } else {
+    // A plane wave stands for a cell around it: the band ends where the farthest one's share does.
+    double highest = 0;
+    for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
+    if (study.terms.fourier && study.terms.fourier->sampling == FourierSampling::kLog) highest = psd.f_max();
+    cut(highest, "fourier");
+  }
+  cut(0.5 * std::sqrt(double(rays) / aperture_area(study.aperture)), "rays");
+  band.modelled_f_max = std::max(band.modelled_f_max, psd.f_min());
+  const PsdMoments all = psd_moments(psd);
+  // The part that is left out, not the difference of two nearly equal numbers.
+  if (band.modelled_f_max < psd.f_max()) {
+    const PsdMoments rest = psd_moments(psd.band(band.modelled_f_max, psd.f_max()));
+    band.left_out_height_share = rest.height_variance / all.height_variance;
+    band.left_out_slope_share = rest.slope_variance / all.slope_variance;
+  }
+  band.ee90_change = std::sqrt(std::max(0.0, 1 - band.left_out_slope_share)) - 1;
+  return band;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,24 @@
+#pragma once
+#include <Eigen/Core>
+
+#include "aberfit/spectrum/detrend.h"
+
+namespace aberfit {
+
+/// Legendre polynomials P_0 .. P_degree at the points x mapped from [low, high] to [-1, 1]: N x (degree + 1).
+Eigen::MatrixXd legendre_basis(const Eigen::ArrayXd& x, double low, double high, int degree);
+
+/// Polynomial degree that `options` takes off heights, -1 for none. Noll modes up to radial order n span the
+/// polynomials of degree n, so that least squares over the same points gives the same shape; an ellipse moves
+/// heights by polynomials of degree 4 (five parameters) on a profile, a quadric on a map.
+int polynomial_degree(const DetrendOptions& options, bool profile);
+
+/// Mirror ellipse fitted to a profile.
+struct EllipseFit {
+  bool converged = false;
+  double p = 0, q = 0, grazing_angle = 0;  ///< [m], [m], [rad]; pole in the middle of the profile
+  Eigen::ArrayXd shape;                    ///< in the profile's own quantity, at every x
+};
+EllipseFit fit_ellipse(const Profile& profile);
+
+}  // namespace aberfit

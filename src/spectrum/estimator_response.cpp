@@ -1,0 +1,293 @@
+#include "estimator_response.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "aberfit/core/parallel.h"
+#include "window.h"
+
+namespace aberfit {
+namespace {
+
+using std::numbers::pi;
+
+constexpr int kNodesPerDecade = 100;    // linear interpolation of f^-4 between them: 0.13 % at most
+constexpr int kProfileAllWaves = 2400;  // samples; up to here every wave of a profile is sent
+constexpr int kProfileLow = 96, kMapLow = 8, kSmallMapLow = 12;  // ordinates below which every wave is sent
+constexpr int kSmallMap = 150 * 150;                             // points
+constexpr int kProfileWavesPerDecade = 120, kMapWavesPerDecade = 24, kMapDirections = 4;
+// In small maps with holes one wave tells less: with 24 x 4 of them a white map of 120 x 128 points with 10 %
+// holes came out 0.5 % wrong.
+constexpr int kSmallMapWavesPerDecade = 96, kSmallMapDirections = 8;
+
+struct Wave {
+  double u, v, measure;
+};
+
+// Blocks of one ordinate by one ordinate are cut into sub x sub cells.
+int profile_cells(int a) { return a < 2 ? 16 : a < 4 ? 8 : a < 12 ? 4 : 2; }
+int map_cells(double radius) { return radius < 1 ? 8 : radius < 3.5 ? 4 : 2; }
+
+class Nodes {
+ public:
+  Nodes(double low, double high) {
+    const int n = int(std::ceil(kNodesPerDecade * std::log10(high / low))) + 1;
+    frequency = Eigen::exp(Eigen::ArrayXd::LinSpaced(n, std::log(low), std::log(high)));
+    low_ = std::log(low), step_ = std::log(high / low) / (n - 1);
+  }
+  // Adds `amount` of S(f) to a row over the nodes.
+  template <class Row>
+  void add(Row&& row, double f, double amount) const {
+    const Eigen::Index i = place(f);
+    const double t = std::clamp((f - frequency[i]) / (frequency[i + 1] - frequency[i]), 0.0, 1.0);
+    row[i] += (1 - t) * amount;
+    row[i + 1] += t * amount;
+  }
+  double interpolated(const Eigen::ArrayXd& at_nodes, double f) const {
+    const Eigen::Index i = place(f);
+    const double t = std::clamp((f - frequency[i]) / (frequency[i + 1] - frequency[i]), 0.0, 1.0);
+    return (1 - t) * at_nodes[i] + t * at_nodes[i + 1];
+  }
+  Eigen::Index place(double f) const {
+    return std::clamp(Eigen::Index(std::floor((std::log(f) - low_) / step_)), Eigen::Index(0),
+                      frequency.size() - 2);
+  }
+  Eigen::ArrayXd frequency;
+
+ private:
+  double low_, step_;
+};
+
+struct Region {
+  bool profile;
+  int half_x, half_y;  // blocks per axis, the last one may be a half
+  double low;
+  bool sent(int a, int b) const { return profile ? a < low : std::hypot(a + 0.5, b + 0.5) < low; }
+};
+
+std::vector<Wave> low_waves(const OrdinateGrid& grid, const Region& region) {
+  std::vector<Wave> waves;
+  int sign = 1;
+  for (int b = 0; b < region.half_y; ++b)
+    for (int a = 0; a < region.half_x; ++a) {
+      if (!region.sent(a, b)) continue;
+      const int cells = region.profile ? profile_cells(a) : map_cells(std::hypot(a + 0.5, b + 0.5));
+      for (int j = 0; j < (region.profile ? 1 : cells); ++j)
+        for (int i = 0; i < cells; ++i) {
+          const double u = a + (i + 0.5) / cells, v = region.profile ? 0 : b + (j + 0.5) / cells;
+          if (2 * u >= grid.cols || (!region.profile && 2 * v >= grid.rows)) continue;
+          // One quarter of the plane stands for the half plane; holes take their turn from both sides.
+          waves.push_back({u, sign * v, region.profile ? 1.0 / cells : 2.0 / (cells * cells)});
+          sign = -sign;
+        }
+    }
+  return waves;
+}
+
+std::vector<int> low_ordinates(const OrdinateGrid& grid) {
+  std::vector<int> index;
+  const int reach = grid.profile() ? std::min(8, (grid.cols - 1) / 2) : 3;
+  for (int l = grid.profile() ? 0 : -reach; l <= (grid.profile() ? 0 : reach); ++l)
+    for (int k = -reach; k <= reach; ++k)
+      if ((k != 0 || l != 0) && 2 * std::abs(k) < grid.cols &&
+          (grid.profile() || 2 * std::abs(l) < grid.rows) && (grid.profile() || std::hypot(k, l) < 3.2))
+        index.push_back(grid.index(k, l));
+  return index;
+}
+
+// The covariance of the low ordinates gets the waves f, -f and, of a map, their mirror images: in a frame
+// about the middle a mirrored wave has mirrored ordinates, and only the modulus of the covariance is used.
+void add_low(const OrdinateGrid& grid, const Eigen::VectorXcd& value, double u, double v, double amount,
+             LowOrdinates* low) {
+  std::vector<int> place(std::size_t(grid.size()), -1);
+  const Eigen::Index n = Eigen::Index(low->index.size());
+  for (Eigen::Index a = 0; a < n; ++a) place[std::size_t(low->index[std::size_t(a)])] = int(a);
+  Eigen::VectorXcd centred(n);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    const int at = low->index[std::size_t(a)];
+    const double turn =
+        (grid.k(at) - u) * (grid.cols - 1) / grid.cols + (grid.l(at) - v) * (grid.rows - 1) / grid.rows;
+    centred[a] = value[a] * std::polar(1.0, pi * turn);
+  }
+  for (const int mirror : {1, -1}) {
+    if (grid.profile() && mirror < 0) continue;
+    for (const int sign : {1, -1}) {
+      Eigen::VectorXcd wave(n);
+      for (Eigen::Index a = 0; a < n; ++a) {
+        const int at = low->index[std::size_t(a)];
+        const int from = place[std::size_t(grid.index(sign * grid.k(at), sign * mirror * grid.l(at)))];
+        wave[a] = sign > 0 ? centred[from] : std::conj(centred[from]);
+      }
+      low->covariance += amount * wave * wave.adjoint();
+    }
+  }
+}
+
+}  // namespace
+
+EstimatorResponse estimator_response(const Mill& mill, const OrdinateBins& bins, WindowKind window,
+                                     int threads) {
+  const OrdinateGrid& grid = mill.grid;
+  const double scale = 1 / (double(grid.size()) * mill.window_power());
+  const double top =
+      grid.profile() ? grid.nyquist() : 0.5 * std::hypot(grid.cols * grid.step_x, grid.rows * grid.step_y);
+  const Nodes nodes(grid.resolution() / 16, top);
+  EstimatorResponse result;
+  result.node_frequency = nodes.frequency;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> matrix =
+      Eigen::MatrixXd::Zero(bins.size(), nodes.frequency.size());
+  result.transfer = Eigen::ArrayXd::Ones(nodes.frequency.size());
+  result.low.index = low_ordinates(grid);
+  const Eigen::Index lows = Eigen::Index(result.low.index.size());
+  result.low.covariance = Eigen::MatrixXcd::Zero(lows, lows);
+
+  Region region{grid.profile(), (grid.cols + 1) / 2, grid.profile() ? 1 : (grid.rows + 1) / 2, 0};
+  if (grid.profile())
+    region.low = grid.cols <= kProfileAllWaves ? grid.cols : kProfileLow;
+  else
+    region.low = grid.size() <= kSmallMap ? kSmallMapLow : kMapLow;
+
+  // Every wave of low frequency.
+  const std::vector<Wave> waves = low_waves(grid, region);
+  std::vector<Eigen::ArrayXd> in_bins(waves.size());
+  std::vector<Eigen::VectorXcd> at_low(waves.size());
+  parallel_for(waves.size(), threads, [&](std::size_t i) {
+    const ComplexGrid samples = mill.wave_transform(waves[i].u, waves[i].v);
+    in_bins[i] = 2 * scale * bins.mean(samples.reshaped<Eigen::RowMajor>().abs2());
+    at_low[i].resize(lows);
+    for (Eigen::Index a = 0; a < lows; ++a) at_low[i][a] = samples.data()[result.low.index[std::size_t(a)]];
+  });
+  // A red spectrum as a stand-in: the covariance of the low ordinates hardly depends on it.
+  const double exponent = grid.profile() ? 2.5 : 3.5;
+  for (std::size_t i = 0; i < waves.size(); ++i) {
+    const double f = std::hypot(waves[i].u * grid.step_x, waves[i].v * grid.step_y);
+    for (Eigen::Index b = 0; b < bins.size(); ++b)
+      nodes.add(matrix.row(b), f, waves[i].measure * in_bins[i][b]);
+    if (std::hypot(waves[i].u, waves[i].v) < 16)
+      add_low(grid, at_low[i], waves[i].u, waves[i].v,
+              waves[i].measure * scale * std::pow(f / grid.resolution(), -exponent), &result.low);
+  }
+
+  // Selected waves of high frequency: groups of one frequency, several directions.
+  const int lobe_half = main_lobe(window);
+  struct Selected {
+    double u, v;
+    std::size_t group;
+  };
+  std::vector<Selected> selected;
+  std::vector<double> group_frequency;
+  const double start = region.low * grid.resolution();
+  const bool small = grid.size() <= kSmallMap;
+  const int per_decade = grid.profile() ? kProfileWavesPerDecade
+                         : small        ? kSmallMapWavesPerDecade
+                                        : kMapWavesPerDecade;
+  const int directions = grid.profile() ? 1 : small ? kSmallMapDirections : kMapDirections;
+  for (int g = 0; start < top; ++g) {
+    const double f = start * std::pow(10, (g + 0.5) / per_decade);
+    if (f >= top) break;
+    bool any = false;
+    for (int d = 0; d < directions; ++d) {
+      // Directions step on from group to group, so that no lattice line is hit every time.
+      const double turn = std::fmod((d + 0.5) / directions + 0.6180339887498949 * g, 1.0);
+      const double angle = grid.profile() ? 0 : 0.5 * pi * turn;
+      const double u = f * std::cos(angle) / grid.step_x;
+      const double v = grid.profile() ? 0 : (d % 2 ? -1 : 1) * f * std::sin(angle) / grid.step_y;
+      if (2 * u >= grid.cols - 1 || (!grid.profile() && 2 * std::abs(v) >= grid.rows - 1)) continue;
+      if (std::hypot(u, v) < region.low) continue;
+      selected.push_back({u, v, group_frequency.size()});
+      any = true;
+    }
+    if (any) group_frequency.push_back(f);
+  }
+  if (selected.empty()) {
+    result.matrix = matrix;
+    return result;
+  }
+  std::vector<Eigen::ArrayXd> diffuse(selected.size());
+  std::vector<double> kept(selected.size());
+  parallel_for(selected.size(), threads, [&](std::size_t i) {
+    const auto [u, v, group] = selected[i];
+    Eigen::ArrayXd power = mill.wave_transform(u, v).reshaped<Eigen::RowMajor>().abs2();
+    double measured = 0, ideal = 0;
+    const int k0 = int(std::floor(u)), l0 = int(std::floor(v));
+    for (int l = grid.profile() ? 0 : l0 - lobe_half + 1; l <= (grid.profile() ? 0 : l0 + lobe_half); ++l)
+      for (int k = k0 - lobe_half + 1; k <= k0 + lobe_half; ++k) {
+        double& here = power[grid.index(k, l)];
+        measured += here * scale;
+        ideal += lobe(mill.window_x, k - u) * (grid.profile() ? 1 : lobe(mill.window_y, l - v));
+        here = 0;
+      }
+    kept[i] = measured / ideal;
+    diffuse[i] = 2 * scale * bins.mean(power);
+  });
+  const std::size_t groups = group_frequency.size();
+  std::vector<double> weight(groups, 0), transfer(groups, 0);
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(bins.size(), Eigen::Index(groups));
+  for (std::size_t i = 0; i < selected.size(); ++i) {
+    const std::size_t g = selected[i].group;
+    weight[g] += 1, transfer[g] += kept[i];
+    spread.col(Eigen::Index(g)) += diffuse[i].matrix();
+  }
+  for (std::size_t g = 0; g < groups; ++g) transfer[g] /= weight[g], spread.col(Eigen::Index(g)) /= weight[g];
+  // Both as functions of log f, at the nodes.
+  Eigen::MatrixXd leaked(bins.size(), nodes.frequency.size());
+  for (Eigen::Index n = 0; n < nodes.frequency.size(); ++n) {
+    const double f = nodes.frequency[n];
+    const std::size_t after = std::size_t(
+        std::upper_bound(group_frequency.begin(), group_frequency.end(), f) - group_frequency.begin());
+    const std::size_t right = std::min(after, groups - 1), left = after == 0 ? 0 : after - 1;
+    double t = 0;
+    if (left < right)
+      t = std::log(f / group_frequency[left]) / std::log(group_frequency[right] / group_frequency[left]);
+    result.transfer[n] = (1 - t) * transfer[left] + t * transfer[right];
+    leaked.col(n) = (1 - t) * spread.col(Eigen::Index(left)) + t * spread.col(Eigen::Index(right));
+  }
+
+  // Main lobes of all high waves, on the lattice of half an ordinate.
+  const int taps = 2 * lobe_half;
+  Eigen::ArrayXXd along_x(taps, 2), along_y = Eigen::ArrayXXd::Ones(taps, 2);
+  for (int side = 0; side < 2; ++side)
+    for (int t = 0; t < taps; ++t) {
+      const double nu = t - lobe_half + 1 - (0.25 + 0.5 * side);
+      along_x(t, side) = lobe(mill.window_x, nu);
+      if (!grid.profile()) along_y(t, side) = lobe(mill.window_y, nu);
+    }
+  Eigen::ArrayXd measure = Eigen::ArrayXd::Zero(nodes.frequency.size()), share(bins.size());
+  const double cell = grid.profile() ? 0.5 : 0.25;
+  std::vector<int> touched;
+  for (int b = -region.half_y; b < region.half_y; ++b) {
+    if (grid.profile() && b < 0) continue;
+    for (int a = 0; a < region.half_x; ++a) {
+      if (region.sent(a, b < 0 ? -1 - b : b)) continue;
+      for (int j = 0; j < (grid.profile() ? 1 : 2); ++j)
+        for (int i = 0; i < 2; ++i) {
+          const double u = a + 0.25 + 0.5 * i, v = grid.profile() ? 0 : b + 0.25 + 0.5 * j;
+          if (2 * u >= grid.cols || (!grid.profile() && 2 * std::abs(v) >= grid.rows)) continue;
+          const double f = std::hypot(u * grid.step_x, v * grid.step_y);
+          share.setZero();
+          touched.clear();
+          for (int tl = 0; tl < (grid.profile() ? 1 : taps); ++tl) {
+            const int row =
+                (grid.profile() ? 0 : OrdinateGrid::wrapped(b + tl - lobe_half + 1, grid.rows)) * grid.cols;
+            const double down = grid.profile() ? 1 : along_y(tl, j);
+            for (int tk = 0; tk < taps; ++tk) {
+              const int bin =
+                  bins.of[std::size_t(row + OrdinateGrid::wrapped(a + tk - lobe_half + 1, grid.cols))];
+              if (bin < 0) continue;
+              if (std::find(touched.begin(), touched.end(), bin) == touched.end()) touched.push_back(bin);
+              share[bin] += down * along_x(tk, i);
+            }
+          }
+          nodes.add(measure, f, cell);
+          const double passed = cell * nodes.interpolated(result.transfer, f);
+          for (const int bin : touched) nodes.add(matrix.row(bin), f, passed * share[bin] / bins.count[bin]);
+        }
+    }
+  }
+  matrix += leaked * measure.matrix().asDiagonal();
+  result.matrix = matrix;
+  return result;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,231 @@
+#include <boost/math/distributions/chi_squared.hpp>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+
+#include "aberfit/spectrum/psd_estimate.h"
+#include "detrend_basis.h"
+#include "periodogram.h"
+#include "processing.h"
+#include "estimator_response.h"
+#include "spectral_lines.h"
+#include "window.h"
+
+namespace aberfit {
+namespace {
+
+bool same_valid(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
+  return a.size() == b.size() && (a.isFinite() == b.isFinite()).all();
+}
+
+double slope_rms(const Profile& profile, const Profile& detrended_heights, const DetrendOptions& options) {
+  if (profile.quantity == ProfileQuantity::kSlope) return rms(detrend(profile, options));
+  const Eigen::ArrayXd &x = profile.x, &z = detrended_heights.value;
+  const Eigen::Index n = x.size();
+  double sum = 0, count = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    double slope;
+    if (i == 0 || i == n - 1) {
+      const Eigen::Index a = i == 0 ? 0 : n - 2;
+      slope = (z[a + 1] - z[a]) / (x[a + 1] - x[a]);
+    } else {
+      const double h0 = x[i] - x[i - 1], h1 = x[i + 1] - x[i];
+      slope = (h0 * h0 * z[i + 1] + (h1 * h1 - h0 * h0) * z[i] - h1 * h1 * z[i - 1]) / (h0 * h1 * (h0 + h1));
+    }
+    if (std::isfinite(slope)) sum += slope * slope, ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+double slope_rms(const HeightMap& detrended) {
+  double sum[2] = {0, 0}, count[2] = {0, 0};
+  const Grid& z = detrended.height;
+  const auto add = [&](int axis, double before, double here, double after, double pitch) {
+    const double slope = (after - before) / (2 * pitch);
+    if (std::isfinite(slope) && std::isfinite(here)) sum[axis] += slope * slope, ++count[axis];
+  };
+  for (Eigen::Index r = 0; r < z.rows(); ++r)
+    for (Eigen::Index c = 0; c < z.cols(); ++c) {
+      if (c > 0 && c + 1 < z.cols()) add(0, z(r, c - 1), z(r, c), z(r, c + 1), detrended.pitch_x);
+      if (r > 0 && r + 1 < z.rows()) add(1, z(r - 1, c), z(r, c), z(r + 1, c), detrended.pitch_y);
+    }
+  if (count[0] == 0 || count[1] == 0) return 0;
+  return std::sqrt(0.5 * (sum[0] / count[0] + sum[1] / count[1]));
+}
+
+void check(const PsdEstimatorOptions& options) {
+  if (options.bins_per_decade < 1) throw std::invalid_argument("bins_per_decade must be 1 or more");
+  if (!(options.confidence > 0 && options.confidence < 1))
+    throw std::invalid_argument("confidence must lie between 0 and 1");
+  if (options.detrend.shape != DetrendShape::kNone && options.detrend.shape != DetrendShape::kEllipse &&
+      options.detrend.degree < 0)
+    throw std::invalid_argument("detrend.degree must be 0 or more");
+}
+
+}  // namespace
+
+struct PsdEstimator::Plan {
+  PsdEstimatorOptions options;
+  int threads = 1;
+  std::unique_ptr<ProfileMill> profile_mill;
+  std::unique_ptr<MapMill> map_mill;
+  Profile profile;  // the geometry
+  HeightMap map;
+  OrdinateBins bins;
+  EstimatorResponse response;
+  Eigen::ArrayXd correlation_x, correlation_y;
+  Eigen::MatrixXd relative_covariance;
+
+  const Mill& mill() const { return profile_mill ? static_cast<const Mill&>(*profile_mill) : *map_mill; }
+
+  void prepare() {
+    correlation_x = ordinate_covariance(mill().window_x);
+    correlation_y =
+        profile_mill ? Eigen::ArrayXd(Eigen::ArrayXd::Ones(1)) : ordinate_covariance(mill().window_y);
+    bins = logarithmic_bins(mill().grid, options.bins_per_decade, {});
+    response = estimator_response(mill(), bins, options.window, threads);
+    relative_covariance = bin_covariance(mill().grid, bins, correlation_x, correlation_y, response.low);
+  }
+
+  // The bins without the ordinates of lines. Surfaces of one machine have their lines in one place: the last
+  // few answers are kept.
+  struct WithoutLines {
+    std::vector<char> left_out;
+    OrdinateBins bins;
+    EstimatorResponse response;
+    Eigen::MatrixXd relative_covariance;
+  };
+  static constexpr std::size_t kKept = 8;
+  mutable std::mutex kept_mutex;
+  mutable std::deque<std::shared_ptr<const WithoutLines>> kept;
+
+  std::shared_ptr<const WithoutLines> without(const std::vector<char>& left_out) const {
+    {
+      const std::lock_guard lock(kept_mutex);
+      for (const auto& known : kept)
+        if (known->left_out == left_out) return known;
+    }
+    auto made = std::make_shared<WithoutLines>();
+    made->left_out = left_out;
+    made->bins = logarithmic_bins(mill().grid, options.bins_per_decade, left_out);
+    made->response = estimator_response(mill(), made->bins, options.window, threads);
+    made->relative_covariance =
+        bin_covariance(mill().grid, made->bins, correlation_x, correlation_y, made->response.low);
+    const std::lock_guard lock(kept_mutex);
+    kept.push_front(made);
+    if (kept.size() > kKept) kept.pop_back();
+    return made;
+  }
+
+  // ordinate: periodogram, one-sided [m^3] or two-sided [m^4].
+  PsdEstimate estimate(const Eigen::ArrayXd& ordinate) const {
+    if (!options.find_lines) return binned(ordinate, bins, response, relative_covariance);
+    const double correlation = 2 * correlation_x.sum() - correlation_x[0];
+    const LineSearch search = find_lines(mill().grid, ordinate, main_lobe(options.window), correlation,
+                                         response.node_frequency, response.transfer);
+    if (search.lines.empty()) return binned(ordinate, bins, response, relative_covariance);
+    const std::shared_ptr<const WithoutLines> rest = without(search.left_out);
+    PsdEstimate result = binned(ordinate, rest->bins, rest->response, rest->relative_covariance);
+    result.lines = search.lines;
+    return result;
+  }
+
+  PsdEstimate binned(const Eigen::ArrayXd& ordinate, const OrdinateBins& in_bins,
+                     const EstimatorResponse& expectation, const Eigen::MatrixXd& covariance) const {
+    PsdEstimate result;
+    result.kind = profile_mill ? PsdTableKind::k1dOneSided : PsdTableKind::k2dTwoSided;
+    result.options = options;
+    result.resolution = mill().grid.resolution();
+    result.nyquist = mill().grid.nyquist();
+    result.frequency = in_bins.frequency, result.low = in_bins.low, result.high = in_bins.high,
+    result.count = in_bins.count;
+    result.psd = in_bins.mean(ordinate);
+    result.node_frequency = expectation.node_frequency;
+    result.response = expectation.matrix;
+    result.relative_covariance = covariance;
+    result.dof = 2 / result.relative_covariance.diagonal().array();
+    result.lower.resize(in_bins.size()), result.upper.resize(in_bins.size());
+    for (Eigen::Index b = 0; b < in_bins.size(); ++b) {
+      const boost::math::chi_squared distribution(result.dof[b]);
+      const double tail = 0.5 * (1 - options.confidence), level = result.psd[b] * result.dof[b];
+      result.lower[b] = level / quantile(complement(distribution, tail));
+      result.upper[b] = level / quantile(distribution, tail);
+    }
+    return result;
+  }
+};
+
+PsdEstimator::PsdEstimator(const Profile& geometry, const PsdEstimatorOptions& options, int threads) {
+  check(options);
+  auto plan = std::make_unique<Plan>();
+  plan->options = options, plan->threads = threads, plan->profile = geometry;
+  plan->profile_mill = std::make_unique<ProfileMill>(geometry, options);
+  plan->prepare();
+  plan_ = std::move(plan);
+}
+
+PsdEstimator::PsdEstimator(const HeightMap& geometry, const PsdEstimatorOptions& options, int threads) {
+  check(options);
+  auto plan = std::make_unique<Plan>();
+  plan->options = options, plan->threads = threads, plan->map = geometry;
+  plan->map_mill = std::make_unique<MapMill>(geometry, options);
+  plan->prepare();
+  plan_ = std::move(plan);
+}
+
+PsdEstimator::~PsdEstimator() = default;
+PsdEstimator::PsdEstimator(PsdEstimator&&) noexcept = default;
+PsdEstimator& PsdEstimator::operator=(PsdEstimator&&) noexcept = default;
+
+PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
+  const Plan& plan = *plan_;
+  if (!plan.profile_mill || profile.quantity != plan.profile.quantity ||
+      profile.size() != plan.profile.size() || (profile.x != plan.profile.x).any() ||
+      !same_valid(profile.value, plan.profile.value))
+    throw std::invalid_argument("the profile does not have the geometry this estimator was made for");
+  const Profile heights = heights_of(profile);
+  if (plan.options.detrend.shape == DetrendShape::kEllipse && !fit_ellipse(heights).converged) {
+    PsdEstimatorOptions parabola = plan.options;
+    parabola.detrend = {DetrendShape::kPolynomial, 2};
+    PsdEstimate result = PsdEstimator(profile, parabola, plan.threads)(profile);
+    result.warnings.push_back(
+        {"ellipse-fit-failed", "no mirror ellipse fits the profile; a parabola was taken off instead"});
+    return result;
+  }
+  const Profile detrended = detrend(heights, plan.options.detrend);
+  ComplexGrid samples = plan.profile_mill->windowed(detrended);
+  const OrdinateGrid& grid = plan.mill().grid;
+  const double pitch = 1 / (grid.cols * grid.step_x);
+  PsdEstimate result =
+      plan.estimate((2 * pitch / plan.mill().window_power()) * plan.mill().power(std::move(samples)));
+  result.rms_height = rms(detrended);
+  result.rms_slope = slope_rms(profile, detrended, plan.options.detrend);
+  return result;
+}
+
+PsdEstimate PsdEstimator::operator()(const HeightMap& map) const {
+  const Plan& plan = *plan_;
+  if (!plan.map_mill || map.pitch_x != plan.map.pitch_x || map.pitch_y != plan.map.pitch_y ||
+      map.rows() != plan.map.rows() || map.columns() != plan.map.columns() ||
+      !same_valid(map.height.reshaped(), plan.map.height.reshaped()))
+    throw std::invalid_argument("the map does not have the geometry this estimator was made for");
+  const HeightMap detrended = detrend(map, plan.options.detrend);
+  ComplexGrid samples = plan.map_mill->windowed(detrend(plan.map_mill->region(map), plan.options.detrend));
+  const double scale = map.pitch_x * map.pitch_y / plan.mill().window_power();
+  PsdEstimate result = plan.estimate(scale * plan.mill().power(std::move(samples)));
+  result.rms_height = rms(detrended);
+  result.rms_slope = slope_rms(detrended);
+  return result;
+}
+
+PsdEstimate estimate_psd(const Profile& profile, const PsdEstimatorOptions& options, int threads) {
+  return PsdEstimator(profile, options, threads)(profile);
+}
+PsdEstimate estimate_psd(const HeightMap& map, const PsdEstimatorOptions& options, int threads) {
+  return PsdEstimator(map, options, threads)(map);
+}
+
+}  // namespace aberfit

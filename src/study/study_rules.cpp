@@ -1,0 +1,101 @@
+#include "study_rules.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
+#include "statistic_key.h"
+
+namespace aberfit {
+namespace {
+
+void check_aperture(const Study& study) {
+  const double radius = aperture_radius(study.aperture), domain = sag_domain_radius(study.mirror);
+  if (radius < domain) return;
+  static const char* const kSizes[] = {"diameter", "diameter", "", "vertices"};
+  const std::string key = kSizes[study.aperture.index()];
+  throw InputError(
+      study.path, key.empty() ? "/aperture" : "/aperture/" + key,
+      fmt::format("an aperture that reaches {} from the axis", format_quantity(radius, Dimension::kLength)),
+      fmt::format("less than {}, where the sag of this mirror (conic {}) ends",
+                  format_quantity(domain, Dimension::kLength), study.mirror.conic));
+}
+
+void check_psd(const Study& study, const RoughnessModel& node, const std::string& pointer) {
+  if (const auto* sum = std::get_if<RoughnessSum>(&node.model))
+    for (std::size_t i = 0; i < sum->parts.size(); ++i)
+      check_psd(study, sum->parts[i], fmt::format("{}/parts/{}", pointer, i));
+  const PsdModel model = psd_model(node);
+  const std::string problem = psd_problem(model);
+  if (!problem.empty()) throw InputError(study.path, pointer, problem, "a PSD with finite height variance");
+  const PsdMoments moments = psd_moments(RadialPsd(model));
+  if (!std::isfinite(moments.height_variance))
+    throw InputError(study.path, pointer, "a PSD whose height variance is infinite",
+                     "a band, or an exponent, that keeps it finite");
+  if (!std::isfinite(moments.slope_variance))
+    throw InputError(study.path, pointer, "a PSD whose slope variance is infinite",
+                     "f_max, or a 2-D exponent above 4: rays need a finite RMS slope");
+}
+
+// Without a PSD there is nothing to predict targets, draws or term orders from.
+void check_without_roughness(const Study& study) {
+  const auto fail = [&](const std::string& pointer, const std::string& found, const std::string& allowed) {
+    throw InputError(study.path, pointer, found, allowed + ", because the study has no roughness");
+  };
+  if (study.target.statistics.empty())
+    fail("/roughness", "nothing", "required: roughness, or statistics that all have a value");
+  const std::vector<std::string> keys = keys_of(study.target.statistics);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const StatisticRequest& request = study.target.statistics[i];
+    if (request.name == "ring_profile") {
+      if (std::holds_alternative<std::string>(request.ring))
+        fail("/target/statistics/ring_profile/ring", '"' + std::get<std::string>(request.ring) + '"',
+             "a length such as \"76 um\"");
+      continue;
+    }
+    if (request.value) continue;
+    fail("/target/statistics/" + keys[i] + "/value", "nothing", "required: the value of the statistic");
+  }
+  if (study.fit.prior != PriorMode::kZeroMean) fail("/fit/prior", "\"near-start\"", "\"zero-mean\"");
+  if (study.terms.fourier) fail("/terms/fourier", "plane waves", "zernike with n_max, or spherical");
+  if (study.terms.zernike && !study.terms.zernike->n_max)
+    fail("/terms/zernike/n_max", "nothing", "required: the highest radial order");
+}
+
+// Known before the fit, so said before the fit.
+void check_exports(const Study& study) {
+  constexpr int kListedOrder = 20;  // of OpticStudio's Zernike surfaces: 231 terms
+  const auto& zernike = study.terms.zernike;
+  for (std::size_t i = 0; i < study.output.exports.size(); ++i) {
+    const ExportFormat format = study.output.exports[i];
+    const bool noll = format == ExportFormat::kZernikeNoll, fringe = format == ExportFormat::kCodeVZfr;
+    const auto fail = [&](const std::string& why) {
+      throw InputError(study.path, "/output/export/" + std::to_string(i),
+                       '"' + export_names()[std::size_t(format)] + "\" " + why,
+                       "a map instead: zemax-grid-sag, codev-int, fits-opd, csv");
+    };
+    if ((noll || fringe) && study.terms.fourier)
+      fail("with Fourier terms, which a Zernike listing cannot hold");
+    if (noll && zernike && zernike->n_max.value_or(0) > kListedOrder)
+      fail("with n_max above 20, where its listing ends");
+  }
+}
+
+}  // namespace
+
+void check_study(const Study& study) {
+  check_aperture(study);
+  check_exports(study);
+  if (study.trace.pupil.layout == PupilLayout::kPolar && study.aperture.index() > 1)
+    throw InputError(study.path, "/trace/pupil", "\"polar\"",
+                     "\"random\", \"sobol\", \"grid\": the polar layout is for circles and annuli");
+  if (study.target.map) return;  // neither targets nor terms need a roughness
+  if (study.roughness)
+    check_psd(study, *study.roughness, "/roughness/psd");
+  else
+    check_without_roughness(study);
+}
+
+}  // namespace aberfit

@@ -1,0 +1,133 @@
+#include "aberfit/theory/regime.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/special_functions/bessel.hpp>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "aberfit/core/quadrature.h"
+#include "aberfit/core/units.h"
+#include "aberfit/theory/aperture_otf.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kAiryEe90 = 1.9006879778302467;       // of a full circle: root of J0^2 + J1^2 = 0.1, over pi
+constexpr double kGaussianEe90 = 2.14596602628934724;  // sqrt(2 ln 10), in sigma_f
+
+// ee90 of a perfect aperture over lambda f [1/m]: EE(a) = 2 pi a int OTF(x) J1(2 pi a x) dx over pupil
+// shears.
+double perfect_ee90(const ApertureOtf& otf) {
+  constexpr int kNodes = 64;
+  const Quadrature rule = gauss_legendre(kNodes, 0.0, 1.0);
+  std::vector<double> shear, weight;
+  double low = 0;
+  for (const double high : otf.breakpoints()) {
+    // Between breakpoints the OTF ends in half powers of the distance; x = 3 t^2 - 2 t^3 makes them whole.
+    for (Eigen::Index i = 0; i < rule.nodes.size(); ++i) {
+      const double t = rule.nodes[i];
+      shear.push_back(low + (high - low) * t * t * (3 - 2 * t));
+      weight.push_back(rule.weights[i] * (high - low) * 6 * t * (1 - t) * otf(shear.back()));
+    }
+    low = high;
+  }
+  const auto energy = [&](double a) {
+    double sum = 0;
+    for (std::size_t i = 0; i < shear.size(); ++i)
+      sum += weight[i] * boost::math::cyl_bessel_j(1, 2 * std::numbers::pi * a * shear[i]);
+    return 2 * std::numbers::pi * a * sum;
+  };
+  double inside = 0, outside = 1 / otf.cutoff();
+  while (energy(outside) < 0.9) inside = outside, outside *= 1.5;
+  // EE rises with the radius: bisection cannot miss, and this is done once a scene.
+  for (int i = 0; i < 50 && outside - inside > 1e-13 * outside; ++i) {
+    const double middle = 0.5 * (inside + outside);
+    (energy(middle) < 0.9 ? inside : outside) = middle;
+  }
+  return 0.5 * (inside + outside);
+}
+
+std::string length(double metres) { return format_quantity(metres, Dimension::kLength); }
+
+std::string explain(const SceneNumbers& n, double ray_ee90) {
+  if (n.rms_height == 0) return "The surface is perfectly smooth: there is no scatter to model by rays.";
+  if (!std::isfinite(n.rms_height))
+    return "The height variance of this PSD is infinite (its integral diverges at low frequency), so g, the "
+           "autocorrelation and kappa do "
+           "not exist, and nothing says that rays are right; give it a lowest frequency.";
+  if (!std::isfinite(n.rms_slope_per_axis))
+    return fmt::format(
+        "The slope variance of this PSD is infinite (the slope integral diverges at high frequency), so "
+        "surface slopes, rays and "
+        "kappa do not exist; rms height {} gives g = {:.3g}.",
+        length(n.rms_height), n.g);
+  if (n.kappa < kKappaOfRays)
+    return fmt::format(
+        "kappa = {:.3g} is below {} (g = {:.3g}): the surface is too smooth or its spectrum too wide for "
+        "slopes to "
+        "decide where light goes, so wave optics is needed and rays mislead.",
+        n.kappa, kKappaOfRays, n.g);
+  if (ray_ee90 < kAiryRadiiForRays * n.airy_ee90)
+    return fmt::format(
+        "kappa = {:.3g} is at least {}, but the ray ee90 of {} is only {:.3g} times the Airy ee90 of {} "
+        "(below {}): rays "
+        "need to be convolved with the Airy pattern.",
+        n.kappa, kKappaOfRays, length(ray_ee90), ray_ee90 / n.airy_ee90, length(n.airy_ee90),
+        kAiryRadiiForRays);
+  return fmt::format(
+      "kappa = {:.3g} is at least {} and the ray ee90 of {} is {:.3g} times the Airy ee90 of {} (at least "
+      "{}): geometric "
+      "rays are the right model.",
+      n.kappa, kKappaOfRays, length(ray_ee90), ray_ee90 / n.airy_ee90, length(n.airy_ee90),
+      kAiryRadiiForRays);
+}
+
+}  // namespace
+
+double airy_ee90(const Mirror& mirror, const Aperture& aperture, double wavelength) {
+  const double waves = wavelength * mirror.focal_length;
+  if (std::holds_alternative<CircleAperture>(aperture))
+    return kAiryEe90 * waves / (2.0 * aperture_radius(aperture));
+  if (std::holds_alternative<PolygonAperture>(aperture))
+    return kAiryEe90 * waves / (2.0 * std::sqrt(aperture_area(aperture) / std::numbers::pi));
+  return perfect_ee90(ApertureOtf(aperture)) * waves;
+}
+
+FocusModel regime(const SceneNumbers& numbers) {
+  if (numbers.rays_are_valid) return FocusModel::kRays;
+  return numbers.kappa >= kKappaOfRays ? FocusModel::kConvolved : FocusModel::kGhs;
+}
+
+SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
+                           double wavelength) {
+  const PsdMoments moments = psd_moments(psd);
+  const double diameter = 2.0 * aperture_radius(aperture);
+  SceneNumbers n;
+  n.rms_height = moments.rms_height();
+  n.rms_slope_per_axis = moments.rms_slope_per_axis();
+  n.g = 4.0 * std::numbers::pi * n.rms_height / wavelength;
+  n.tis = -std::expm1(-n.g * n.g);
+  n.airy_ee90 = airy_ee90(mirror, aperture, wavelength);
+  if (n.rms_height > 0 && std::isfinite(n.rms_height)) {
+    n.correlation_length = correlation_length(psd);
+    n.paper_ratio_r = 2.0 * n.rms_height * diameter / (1.22 * wavelength * n.correlation_length);
+    // Without a slope variance x1 is 0, where E is 0: kappa stays 0, and so does n_eff, whose two integrals
+    // diverge.
+    if (std::isfinite(n.rms_slope_per_axis)) {
+      n.n_eff = effective_modes(moments, aperture_area(aperture));
+      const double x1 = std::numbers::sqrt2 * wavelength / (4.0 * std::numbers::pi * n.rms_slope_per_axis);
+      n.kappa = n.g * n.g * (1.0 - autocorrelation(psd, x1) / moments.height_variance);
+      n.realisation_spread = 0.65 / std::sqrt(n.n_eff);
+    }
+  }
+  const double ray_ee90 = kGaussianEe90 * 2.0 * mirror.focal_length * n.rms_slope_per_axis;
+  n.rays_are_valid =
+      n.kappa >= kKappaOfRays && std::isfinite(ray_ee90) && ray_ee90 >= kAiryRadiiForRays * n.airy_ee90;
+  n.reason = explain(n, ray_ee90);
+  return n;
+}
+
+}  // namespace aberfit

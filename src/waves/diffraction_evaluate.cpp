@@ -1,0 +1,232 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include "aberfit/core/parallel.h"
+#include "aberfit/core/units.h"
+#include "aberfit/waves/diffraction_psf.h"
+#include "diffraction_line_spread.h"
+#include "diffraction_plane.h"
+#include "diffraction_ring.h"
+#include "diffraction_workspace.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// In a dark ring the energy does not change with the radius: EE'(r) r below this gives no derivative.
+constexpr double kDark = 1e-10;
+
+// One statistic in the plane that it needs; NaN when it does not exist. The gradient is over the heights.
+class DiffractionEvaluator {
+ public:
+  DiffractionEvaluator(const DiffractionScene& scene, const Eigen::ArrayXd& height, DiffractionPlane* plane,
+                       RingMemory* rings, Eigen::ArrayXd* d_height)
+      : scene_(scene), height_(height), plane_(plane), rings_(rings), d_height_(d_height) {}
+
+  double operator()(const EncircledEnergyRadius& s) const {
+    if (!scene_.has_plane(s.dz) || !(s.fraction > 0)) return std::nan("");
+    const auto radius = plane_->radius(s.fraction);
+    if (!radius) return std::nan("");
+    if (d_height_) {
+      const double density = plane_->density(*radius);
+      if (!(density * *radius > kDark)) return std::nan("");
+      *d_height_ = -per_height() / density * plane_->energy_gradient(*radius);
+    }
+    return *radius;
+  }
+  double operator()(const RingThrough& s) const {
+    if (!scene_.has_plane(s.dz) || !(s.ring_radius > 0) || s.ring_radius > scene_.largest_radius(s.dz))
+      return std::nan("");
+    if (d_height_) *d_height_ = per_height() * plane_->energy_gradient(s.ring_radius);
+    return plane_->energy(s.ring_radius);
+  }
+  double operator()(const RingFwhm& s) const {
+    double ring = s.ring_radius.value_or(0.0), d_ring = 0;
+    Eigen::ArrayXd d_phase, d_phase_of_ring;
+    if (!s.ring_radius) {
+      plane_->focus(0.0);
+      const auto radius = plane_->radius(s.ring_fraction);
+      if (!radius) return std::nan("");
+      ring = *radius;
+      if (d_height_) {
+        const double density = plane_->density(ring);
+        if (!(density * ring > kDark)) return std::nan("");
+        d_phase_of_ring = -1 / density * plane_->energy_gradient(ring);
+      }
+    }
+    const auto width =
+        diffraction_ring_width(scene_, plane_, rings_, ring, d_height_ ? &d_phase : nullptr, &d_ring);
+    if (!width) return std::nan("");
+    const PhaseSteps steps = scene_.phase_steps(height_, width->lower, width->upper);
+    if (steps.aliased_share > scene_.problem().aliased_limit) return std::nan("");
+    if (d_height_) {
+      *d_height_ = per_height() * d_phase;
+      if (!s.ring_radius) *d_height_ += (per_height() * d_ring) * d_phase_of_ring;
+    }
+    return width->fwhm;
+  }
+  double operator()(const SpotFwhm& s) const {
+    if (!(s.bandwidth >= 0)) return std::nan("");
+    const DiffractionProblem& problem = scene_.problem();
+    const double waves = problem.wavelength * problem.focal_length;
+    // Convolution of the profile with the Gaussian: a factor on the transfer function.
+    const auto blur = [&](Eigen::Index lags, double pitch) -> Eigen::ArrayXd {
+      const Eigen::ArrayXd nu = Eigen::ArrayXd::LinSpaced(lags, 0.0, double(lags - 1)) * (pitch / waves);
+      return (-2 * kPi * kPi * s.bandwidth * s.bandwidth * nu.square()).exp();
+    };
+    const double pitch_x = problem.pupil.pitch_x, pitch_y = problem.pupil.pitch_y;
+    const Eigen::ArrayXd blur_x = blur(plane_->along_x().size(), pitch_x);
+    const Eigen::ArrayXd blur_y = blur(plane_->along_y().size(), pitch_y);
+    Eigen::ArrayXcd g_x, g_y;
+    const auto x = otf_line_width(plane_->along_x() * blur_x, d_height_ ? &g_x : nullptr);
+    const auto y = otf_line_width(plane_->along_y() * blur_y, d_height_ ? &g_y : nullptr);
+    if (!x || !y) return std::nan("");
+    const double half_x = 0.5 * waves / pitch_x, half_y = 0.5 * waves / pitch_y;
+    if (d_height_) {
+      g_x *= half_x * blur_x;
+      g_y *= half_y * blur_y;
+      *d_height_ = per_height() * plane_->axis_gradient(g_x, g_y);
+    }
+    return half_x * *x + half_y * *y;
+  }
+  double operator()(const RmsHeight&) const {
+    const Eigen::ArrayXd& weight = scene_.problem().pupil.sample.weight;
+    const Eigen::ArrayXd centred = height_ - (weight * height_).sum() / weight.sum();
+    const double rms = std::sqrt((weight * centred.square()).sum() / weight.sum());
+    if (!(rms > 0)) return std::nan("");
+    if (d_height_) *d_height_ = weight * centred / (rms * weight.sum());
+    return rms;
+  }
+  double operator()(const ScatterRms&) const { return std::nan(""); }
+  double operator()(const ScatterMean&) const { return std::nan(""); }
+  double operator()(const RmsRadius&) const { return std::nan(""); }
+
+ private:
+  double per_height() const { return -4 * kPi / scene_.problem().wavelength; }
+
+  const DiffractionScene& scene_;
+  const Eigen::ArrayXd& height_;
+  DiffractionPlane* plane_;
+  RingMemory* rings_;
+  Eigen::ArrayXd* d_height_;
+};
+
+// The plane in which a statistic is a plain function of the PSF.
+std::optional<double> plane_of(const Statistic& statistic) {
+  if (const auto* s = std::get_if<EncircledEnergyRadius>(&statistic)) return s->dz;
+  if (const auto* s = std::get_if<RingThrough>(&statistic)) return s->dz;
+  if (std::holds_alternative<SpotFwhm>(statistic)) return 0.0;
+  return std::nullopt;
+}
+
+// Statistics that are worked on one after the other in one plane, or one that moves the plane about.
+struct Job {
+  std::optional<double> dz;
+  std::vector<std::size_t> statistics;
+};
+
+std::vector<Job> jobs_of(const std::vector<Statistic>& statistics) {
+  std::vector<Job> jobs;
+  std::map<double, std::vector<std::size_t>> planes;
+  for (std::size_t k = 0; k < statistics.size(); ++k) {
+    const auto dz = plane_of(statistics[k]);
+    if (!dz)
+      jobs.push_back({std::nullopt, {k}});  // first: the searches take longest
+    else if (std::isfinite(*dz))            // else the value stays NaN
+      planes[*dz].push_back(k);
+  }
+  for (auto& [dz, members] : planes) jobs.push_back({dz, std::move(members)});
+  return jobs;
+}
+
+}  // namespace
+
+bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
+                          const std::vector<Statistic>& statistics, int threads,
+                          DiffractionWorkspace* workspace, Eigen::VectorXd* values,
+                          std::vector<Eigen::ArrayXd>* d_height) {
+  values->setConstant(Eigen::Index(statistics.size()), std::nan(""));
+  if (d_height) d_height->assign(statistics.size(), {});
+  if (!height.allFinite()) return false;
+  const DiffractionScene scene(problem, height, threads);
+  const std::vector<Job> jobs = jobs_of(statistics);
+  double low = 0, high = 0;
+  for (const Job& job : jobs) {
+    if (!job.dz || !scene.has_plane(*job.dz)) continue;
+    low = std::min(low, *job.dz);
+    high = std::max(high, *job.dz);
+  }
+  if (scene.phase_steps(height, low, high).aliased_share > problem.aliased_limit) return false;
+  DiffractionWorkspace own;
+  DiffractionWorkspace::Buffers& pool = (workspace ? *workspace : own).buffers();
+  const DiffractionGrid& grid = pool.prepare(scene);
+  std::vector<FocusedField*> kept(jobs.size(), nullptr);
+  if (workspace) {
+    std::vector<double> planes;
+    for (const Job& job : jobs)
+      if (job.dz) planes.push_back(*job.dz);
+    pool.look_at(scene, planes);
+    for (std::size_t j = 0; j < jobs.size(); ++j)
+      if (jobs[j].dz && scene.has_plane(*jobs[j].dz)) kept[j] = pool.plane(*jobs[j].dz);
+  }
+  parallel_for(jobs.size(), threads, [&](std::size_t j) {
+    BorrowedBench bench(pool);
+    DiffractionPlane plane(scene, grid, bench->buffers, kept[j] ? *kept[j] : bench->focused);
+    if (jobs[j].dz && scene.has_plane(*jobs[j].dz)) plane.focus(*jobs[j].dz);
+    for (const std::size_t k : jobs[j].statistics) {
+      const DiffractionEvaluator evaluate(scene, height, &plane, workspace ? &pool.rings : nullptr,
+                                          d_height ? &(*d_height)[k] : nullptr);
+      (*values)[Eigen::Index(k)] = std::visit(evaluate, statistics[k]);
+    }
+  });
+  return values->allFinite();
+}
+
+DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
+                                   double dz) {
+  // A fit that went astray asks here why it has no values: heights that are not finite are an answer.
+  const bool finite = height.allFinite();
+  const DiffractionScene scene(problem, finite ? height : Eigen::ArrayXd::Zero(height.size()), 1);
+  if (!scene.has_plane(dz)) throw std::invalid_argument("the plane lies behind the mirror");
+  const PhaseSteps steps =
+      finite ? scene.phase_steps(height, dz, dz) : PhaseSteps{std::nan(""), std::nan("")};
+  DiffractionCheck check;
+  if (!finite)
+    check.warnings.push_back(
+        {"psf-not-finite", "the surface has heights that are not finite, so it has no PSF"});
+  check.energy_outside = scene.energy_outside();
+  check.field_of_view = 2 * scene.largest_radius(dz);
+  check.largest_step = steps.largest;
+  check.aliased_share = steps.aliased_share;
+  if (steps.aliased_share > problem.aliased_limit)
+    check.warnings.push_back(
+        {"psf-aliased",
+         "the surface is too steep for the pupil grid: the phase turns by more than pi between " +
+             format_quantity(steps.aliased_share, Dimension::kFraction) +
+             " of neighbouring cells, so light lands in the wrong place; take a finer grid or a surface that "
+             "is less steep"});
+  if (problem.pupil.missing > 0.01)
+    check.warnings.push_back(
+        {"psf-holes", format_quantity(problem.pupil.missing, Dimension::kFraction) +
+                          " of the aperture has no measured heights and was taken as opaque"});
+  return check;
+}
+
+Eigen::ArrayXd diffraction_encircled_energy(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
+                                            double dz, const Eigen::ArrayXd& radius) {
+  const DiffractionScene scene(problem, height, 1);
+  if (!scene.has_plane(dz)) return Eigen::ArrayXd::Constant(radius.size(), std::nan(""));
+  const DiffractionGrid grid(scene);
+  DiffractionBench bench(grid.transform);
+  DiffractionPlane plane(scene, grid, bench.buffers, bench.focused);
+  plane.focus(dz);
+  return radius.unaryExpr(
+      [&](double r) { return r >= 0 && r <= scene.largest_radius(dz) ? plane.energy(r) : std::nan(""); });
+}
+
+}  // namespace aberfit

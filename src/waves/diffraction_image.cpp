@@ -1,0 +1,114 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <vector>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/roughness/fourier_transform.h"
+#include "aberfit/waves/diffraction_psf.h"
+#include "diffraction_plane.h"
+
+namespace aberfit {
+namespace {
+
+using ComplexMatrix = Eigen::MatrixXcd;
+
+// Measured with 256 cells across and windows of 33 to 1025 samples, least of three; only the ratio matters.
+constexpr double kSecondsPerProduct = 1.5e-9;  // one complex multiply-add of Eigen's matrix product
+constexpr double kSecondsPerButterfly =
+    2.8e-9;  // one point and octave of the transform, with filling and cropping
+
+// A side of an image or of its transform: 4 GiB of complex samples.
+constexpr double kMostSamples = 16384;
+
+// The pupil field in plane dz, on all cells of the grid.
+ComplexMatrix pupil_field(const DiffractionScene& scene, double dz) {
+  const CartesianGrid& grid = scene.grid();
+  const double chirp = scene.chirp(dz);
+  ComplexMatrix field = ComplexMatrix::Zero(scene.columns(), scene.rows());
+  for (Eigen::Index k = 0; k < scene.points(); ++k) {
+    const Eigen::Index i = grid.column[std::size_t(k)], j = grid.row[std::size_t(k)];
+    field(i, j) = scene.base()[k] * std::polar(1.0, chirp * (grid.x[i] * grid.x[i] + grid.y[j] * grid.y[j]));
+  }
+  return field;
+}
+
+Grid by_transform(const ComplexMatrix& field, int m, Eigen::Index before, Eigen::Index samples) {
+  std::vector<std::complex<double>> values(std::size_t(m) * std::size_t(m), 0.0);
+  for (Eigen::Index j = 0; j < field.cols(); ++j)
+    for (Eigen::Index i = 0; i < field.rows(); ++i)
+      values[std::size_t(j) * std::size_t(m) + std::size_t(i)] = field(i, j);
+  fourier_transform(m, m, values.data());
+  Grid intensity(samples, samples);
+  const auto wrapped = [&](Eigen::Index k) { return std::size_t((k - before + m) % m); };
+  for (Eigen::Index row = 0; row < samples; ++row)
+    for (Eigen::Index column = 0; column < samples; ++column)
+      intensity(row, column) = std::norm(values[wrapped(row) * std::size_t(m) + wrapped(column)]);
+  return intensity;
+}
+
+// step: phase of one cell and one sample, -2 pi pitch_pupil pitch/(lambda (f+dz)).
+Grid by_matrix(const ComplexMatrix& field, double step, Eigen::Index before, Eigen::Index samples) {
+  const auto phases = [&](Eigen::Index cells) {
+    ComplexMatrix result(samples, cells);
+    for (Eigen::Index i = 0; i < cells; ++i)
+      for (Eigen::Index k = 0; k < samples; ++k)
+        result(k, i) = std::polar(1.0, step * double(k - before) * double(i));
+    return result;
+  };
+  const ComplexMatrix half = phases(field.rows()) * field;              // X by rows of cells
+  const ComplexMatrix focal = half * phases(field.cols()).transpose();  // X by Y
+  return focal.transpose().cwiseAbs2().array();
+}
+
+}  // namespace
+
+PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
+                         const PsfWindow& window) {
+  const DiffractionPupil& pupil = problem.pupil;
+  if (std::abs(pupil.pitch_x - pupil.pitch_y) > 1e-9 * pupil.pitch_x)
+    throw ComputationError("an image of the PSF needs a pupil grid with square cells");
+  const DiffractionScene scene(problem, height, 1);
+  if (!scene.has_plane(window.dz)) throw ComputationError("the plane of the PSF lies behind the mirror");
+  const int cells = std::max(scene.rows(), scene.columns());
+  const double field_of_view = 2 * scene.largest_radius(window.dz);
+  const double wanted = window.pitch > 0 ? window.pitch : 0.25 * field_of_view / cells;
+  const double transform_samples = std::max(double(cells), std::ceil(field_of_view / wanted * (1 - 1e-12)));
+  const bool transform_fits = transform_samples <= kMostSamples;
+  const int m = transform_fits ? fast_transform_size(int(transform_samples)) : 0;
+  const double transform_pitch = field_of_view / (transform_fits ? double(m) : transform_samples);
+  const bool whole = !(window.half_width > 0) || window.half_width >= 0.5 * field_of_view - transform_pitch;
+  const double matrix_samples = 2 * std::floor(window.half_width / wanted) + 1;
+  if (whole ? !transform_fits : !(matrix_samples <= kMostSamples))
+    throw ComputationError(
+        fmt::format("an image of the PSF with a pitch of {} m has {:.0f} samples a side, more than {:.0f}: "
+                    "take a coarser pitch or a narrower window",
+                    wanted, whole ? transform_samples : matrix_samples, kMostSamples));
+  PsfImage image;
+  image.dz = window.dz;
+  Eigen::Index before = m / 2, samples = m;
+  image.pitch = transform_pitch;
+  if (!whole) {
+    const double by_products = kSecondsPerProduct * matrix_samples * cells * (cells + matrix_samples);
+    const double by_butterflies = kSecondsPerButterfly * double(m) * m * 2 * std::log2(double(m));
+    if (!transform_fits || by_products < by_butterflies) {
+      image.method = PsfImage::Method::kMatrix;
+      image.pitch = wanted;
+    }
+    before = Eigen::Index(std::floor(window.half_width / image.pitch * (1 + 1e-12)));
+    samples = 2 * before + 1;
+  }
+  const ComplexMatrix field = pupil_field(scene, window.dz);
+  const double per_metre = scene.per_period(window.dz);  // periods of the PSF
+  image.intensity = image.method == PsfImage::Method::kMatrix
+                        ? by_matrix(field, -2 * std::numbers::pi * image.pitch * per_metre, before, samples)
+                        : by_transform(field, m, before, samples);
+  image.intensity *= per_metre * per_metre / scene.total_cover();
+  image.first = -double(before) * image.pitch;
+  return image;
+}
+
+}  // namespace aberfit

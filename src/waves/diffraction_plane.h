@@ -1,0 +1,119 @@
+#pragma once
+#include <Eigen/Core>
+#include <cmath>
+#include <complex>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "aberfit/waves/diffraction_psf.h"
+#include "diffraction_lags.h"
+#include "diffraction_otf.h"
+#include "diffraction_transform.h"
+
+namespace aberfit {
+
+/// Phase differences of neighbouring cells.
+struct PhaseSteps {
+  double largest = 0;        ///< [rad]
+  double aliased_share = 0;  ///< share of the pairs above pi
+};
+
+/// What every plane of one surface shares. Refers to the problem, which must outlive it.
+class DiffractionScene {
+ public:
+  /// Throws std::invalid_argument for a pupil without cells, heights of another number or not finite, and
+  /// lengths that are not positive.
+  DiffractionScene(const DiffractionProblem& problem, const Eigen::ArrayXd& height, int threads);
+
+  const DiffractionProblem& problem() const { return problem_; }
+  const CartesianGrid& grid() const { return grid_; }
+  int rows() const { return int(grid_.y.size()); }
+  int columns() const { return int(grid_.x.size()); }
+  Eigen::Index points() const { return base_.size(); }
+  /// amplitude exp(-4 pi i h/lambda)
+  const Eigen::ArrayXcd& base() const { return base_; }
+  double finer_pitch() const { return std::min(problem_.pupil.pitch_x, problem_.pupil.pitch_y); }
+  /// Longest lag with light at both ends, in finer pitches.
+  double longest_lag() const { return longest_lag_; }
+  double total_cover() const { return total_cover_; }
+  /// Light beyond the field of view: what Parseval finds missing.
+  double energy_outside() const { return 1 - problem_.pupil.amplitude.square().sum() / total_cover_; }
+  /// u = pitch/(lambda (f+dz)) [1/m], of the finer pitch; radii times u are in periods of the PSF.
+  double per_period(double dz) const {
+    return finer_pitch() / (problem_.wavelength * (problem_.focal_length + dz));
+  }
+  /// Largest radius [m] inside the field of view.
+  double largest_radius(double dz) const {
+    const double coarser = std::max(problem_.pupil.pitch_x, problem_.pupil.pitch_y);
+    return 0.5 * problem_.wavelength * (problem_.focal_length + dz) / coarser;
+  }
+  /// False for planes at or behind the mirror's vertex and for a dz that is not finite.
+  bool has_plane(double dz) const { return std::isfinite(dz) && problem_.focal_length + dz > 0; }
+  /// Defocus phase over rho^2 [rad/m^2].
+  double chirp(double dz) const;
+  /// Over all planes between the two.
+  PhaseSteps phase_steps(const Eigen::ArrayXd& height, double dz_low, double dz_high) const;
+
+ private:
+  const DiffractionProblem& problem_;
+  const CartesianGrid& grid_;
+  Eigen::ArrayXcd base_;
+  double total_cover_ = 0, longest_lag_ = 0;
+};
+
+/// What all planes of one pupil grid share.
+struct DiffractionGrid {
+  explicit DiffractionGrid(const DiffractionScene& scene);
+  PupilTransform transform;
+  LagTable lags;
+};
+
+/// The field in one plane and what is read from it, in memory that serves one plane after the other.
+struct FocusedField {
+  explicit FocusedField(const PupilTransform& transform) : focal(transform.focal_size()) {}
+  double dz = std::nan("");  ///< NaN: nothing yet
+  FftwArray<std::complex<double>> focal;
+  Eigen::ArrayXcd field;  ///< at the pupil points
+  RadialOtf otf;
+  Eigen::ArrayXcd along_x, along_y;
+};
+
+/// The PSF of a scene in one plane, in borrowed memory. A `focused` with a dz must be of the same scene.
+class DiffractionPlane {
+ public:
+  DiffractionPlane(const DiffractionScene& scene, const DiffractionGrid& grid,
+                   PupilTransform::Buffers& buffers, FocusedField& focused);
+
+  /// Moves to the plane z = f + dz: two transforms, unless it is there.
+  void focus(double dz);
+  double dz() const { return focused_.dz; }
+
+  /// Radii in [m]; energies are shares of all light.
+  double energy(double radius) const { return otf().energy(radius * unit_); }
+  double density(double radius) const { return otf().density(radius * unit_) * unit_; }  ///< [1/m]
+  std::optional<double> radius(double fraction);
+  const RadialOtf& otf() const { return focused_.otf; }
+
+  /// C_m along the lags (m, 0) and (0, m), m >= 0, as shares of all light.
+  const Eigen::ArrayXcd& along_x() const { return focused_.along_x; }
+  const Eigen::ArrayXcd& along_y() const { return focused_.along_y; }
+
+  /// d energy(radius)/d phase of every pupil point: two transforms.
+  Eigen::ArrayXd energy_gradient(double radius);
+  /// d/d phase of Re sum_m (g_x C_(m,0) + g_y C_(0,m)), m >= 0: one transform.
+  Eigen::ArrayXd axis_gradient(const Eigen::ArrayXcd& g_x, const Eigen::ArrayXcd& g_y);
+  /// d energy(radius)/d dz: the phases turn with dz and the PSF grows with f + dz.
+  double energy_slope(double radius, const Eigen::ArrayXd& energy_gradient) const;
+
+ private:
+  Eigen::ArrayXd pulled_back() const;
+
+  const DiffractionScene& scene_;
+  const DiffractionGrid& grid_;
+  PupilTransform::Buffers& buffers_;
+  FocusedField& focused_;
+  double unit_ = 0;
+};
+
+}  // namespace aberfit

@@ -1,0 +1,58 @@
+#include "diffraction_ring.h"
+
+#include <cmath>
+
+#include "aberfit/focus/ring_search.h"
+
+namespace aberfit {
+
+std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScene& scene,
+                                                           DiffractionPlane* plane, RingMemory* memory,
+                                                           double ring, Eigen::ArrayXd* d_phase,
+                                                           double* d_ring) {
+  if (!(ring > 0)) return std::nullopt;
+  // A perfect disc of light of RMS radius rho is half inside the ring at dz = f ring/rho; rays of a rough
+  // mirror spread the profile about twice as far. Five steps of a quarter hold either, more are added as
+  // needed.
+  const PupilSample& sample = scene.problem().pupil.sample;
+  const double rho = std::sqrt((sample.weight * (sample.x.square() + sample.y.square())).sum());
+  if (!(rho > 0)) return std::nullopt;
+  const double step = 0.25 * scene.problem().focal_length * ring / rho;
+  // NaN where the plane does not exist or the ring leaves the field of view.
+  const auto energy = [&](double dz) {
+    if (!scene.has_plane(dz) || ring > scene.largest_radius(dz)) return std::nan("");
+    plane->focus(dz);
+    return plane->energy(ring);
+  };
+  const auto slope = [&](double dz) {
+    plane->focus(dz);
+    return plane->energy_slope(ring, plane->energy_gradient(ring));
+  };
+  const std::optional<RingMemory::Crossings> known = memory ? memory->find(ring, step) : std::nullopt;
+  const RingMemory::Crossings found = known ? *known : search_ring(energy, slope, step);
+  if (memory && !known) memory->keep(ring, step, found);
+  if (!found) return std::nullopt;
+  const DiffractionRingWidth result{found->upper - found->lower, found->peak, found->lower, found->upper};
+  if (!d_phase) return result;
+  // Implicit function theorem on N(z) = N(peak)/2 at both crossings; the peak does not move N(peak) to first
+  // order.
+  struct End {
+    double density, slope;
+    Eigen::ArrayXd gradient;
+  };
+  const auto end_at = [&](double z) {
+    plane->focus(z);
+    End end{plane->density(ring), 0.0, plane->energy_gradient(ring)};
+    end.slope = plane->energy_slope(ring, end.gradient);
+    return end;
+  };
+  const End at_upper = end_at(found->upper), at_lower = end_at(found->lower), at_peak = end_at(found->peak);
+  if (at_upper.slope == 0 || at_lower.slope == 0) return std::nullopt;
+  const double for_upper = -1 / at_upper.slope, for_lower = 1 / at_lower.slope;
+  const double for_peak = -0.5 * (for_upper + for_lower);
+  *d_phase = for_upper * at_upper.gradient + for_lower * at_lower.gradient + for_peak * at_peak.gradient;
+  *d_ring = for_upper * at_upper.density + for_lower * at_lower.density + for_peak * at_peak.density;
+  return result;
+}
+
+}  // namespace aberfit

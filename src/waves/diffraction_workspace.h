@@ -1,0 +1,103 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "aberfit/waves/diffraction_psf.h"
+#include "diffraction_plane.h"
+#include "aberfit/focus/ring_search.h"
+
+namespace aberfit {
+
+/// What one thread works in.
+struct DiffractionBench {
+  explicit DiffractionBench(const PupilTransform& transform) : buffers(transform), focused(transform) {}
+  PupilTransform::Buffers buffers;
+  FocusedField focused;
+};
+
+/// Searches of N(z) by ring radius and step; used by several threads.
+class RingMemory {
+ public:
+  using Crossings = std::optional<RingCrossings>;
+  std::optional<Crossings> find(double ring, double step) {
+    const std::lock_guard lock(mutex_);
+    const auto at = found_.find({ring, step});
+    return at == found_.end() ? std::nullopt : std::optional<Crossings>(at->second);
+  }
+  void keep(double ring, double step, const Crossings& crossings) {
+    const std::lock_guard lock(mutex_);
+    found_[{ring, step}] = crossings;
+  }
+  void clear() { found_.clear(); }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::pair<double, double>, Crossings> found_;
+};
+
+/// Tables of one pupil grid, one bench per thread that ever worked at the same time, and what is known of the
+/// surface that was looked at last: gradients are wanted where values just were.
+struct DiffractionWorkspace::Buffers {
+  std::unique_ptr<DiffractionGrid> grid;
+  std::vector<std::unique_ptr<DiffractionBench>> free;
+  std::mutex mutex;
+  RingMemory rings;
+
+  const DiffractionGrid& prepare(const DiffractionScene& scene);
+  /// Forgets the planes of another surface, all but the memory of those at `dz`.
+  void look_at(const DiffractionScene& scene, const std::vector<double>& dz);
+  /// The plane at dz of the surface that is looked at, focused or not; null when memory for it is not to be
+  /// had: planes of one surface are kept up to 512 MB. Not for several threads.
+  FocusedField* plane(double dz);
+
+ private:
+  // All that a plane is a function of.
+  struct Surface {
+    double focal_length = 0, wavelength = 0, pitch_x = 0, pitch_y = 0, total_cover = 0;
+    CartesianGrid grid;
+    Eigen::ArrayXcd base;
+    bool is(const DiffractionScene& scene) const;
+  };
+  Surface surface_;
+  std::map<double, std::unique_ptr<FocusedField>> planes_;
+  struct Size {
+    int rows = 0, columns = 0;
+    double padding = 0, pitch_x = 0, pitch_y = 0, longest_lag = 0;
+    bool operator==(const Size&) const = default;
+  };
+  Size size_;
+};
+
+/// A bench for as long as a thread needs it.
+class BorrowedBench {
+ public:
+  explicit BorrowedBench(DiffractionWorkspace::Buffers& pool) : pool_(pool) {
+    {
+      const std::lock_guard lock(pool_.mutex);
+      if (!pool_.free.empty()) {
+        bench_ = std::move(pool_.free.back());
+        pool_.free.pop_back();
+      }
+    }
+    if (!bench_) bench_ = std::make_unique<DiffractionBench>(pool_.grid->transform);
+    bench_->focused.dz = std::nan("");  // of another surface
+  }
+  ~BorrowedBench() {
+    const std::lock_guard lock(pool_.mutex);
+    pool_.free.push_back(std::move(bench_));
+  }
+  BorrowedBench(const BorrowedBench&) = delete;
+  BorrowedBench& operator=(const BorrowedBench&) = delete;
+  DiffractionBench& operator*() { return *bench_; }
+  DiffractionBench* operator->() { return bench_.get(); }
+
+ private:
+  DiffractionWorkspace::Buffers& pool_;
+  std::unique_ptr<DiffractionBench> bench_;
+};
+
+}  // namespace aberfit

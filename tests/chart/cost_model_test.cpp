@@ -1,0 +1,207 @@
+// What `check` predicts of the time of `fit`: how it grows, not how long it is on one machine.
+#include "aberfit/chart/cost_model.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "aberfit/method/ray_count.h"
+#include "aberfit/study/read_study.h"
+#include "aberfit/commands/run.h"
+#include "study/study_texts.h"
+
+namespace aberfit {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char* kRough =
+    R"({"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": "19.96 /m"})";
+constexpr const char* kSmooth =
+    R"({"model": "uniform", "rms": "25 nm", "f_min": "2.5 /m", "f_max": "19.96 /m"})";
+
+struct Parts {
+  std::string psd = kRough, theory = "\"auto\"", terms = R"({"zernike": {"n_max": 20}})", statistics = "null",
+              trace = "{}";
+};
+
+Study study_of(const Parts& parts) {
+  ordered_json study = ordered_json::parse(test::with_psd(parts.psd));
+  study["terms"] = ordered_json::parse(parts.terms);
+  study["trace"] = ordered_json::parse(parts.trace);
+  study["target"]["theory"] = ordered_json::parse(parts.theory);
+  const ordered_json statistics = ordered_json::parse(parts.statistics);
+  if (!statistics.is_null()) study["target"]["statistics"] = statistics;
+  return parse_study(study.dump(), "study.json");
+}
+
+ordered_json check(const Parts& parts, int threads = 1) {
+  RunOptions options;
+  options.threads = threads;
+  return run_check(study_of(parts), options, nullptr);
+}
+double seconds_of(const ordered_json& result) { return result.at("predicted_seconds").get<double>(); }
+double stage(const ordered_json& result, const char* name) {
+  return result.at("prediction").at("stages_seconds").at(name).get<double>();
+}
+
+// EE50 in `count` planes a tenth of a millimetre apart, all inside a millimetre.
+std::string planes(int count) {
+  ordered_json list = ordered_json::array();
+  for (int k = 0; k < count; ++k) list.push_back(std::to_string(-1.0 + 0.1 * k) + " mm");
+  return ordered_json{{"ee50", {{"planes", list}}}}.dump();
+}
+
+TEST(CostModel, EveryStageOfEveryPhysicsIsANumberAndTheyAddUp) {
+  for (const char* model : {"rays", "convolved", "waves"}) {
+    for (const char* terms : {R"({"zernike": {"n_max": 20}})", R"({"fourier": {"count": 60}})", "\"auto\""}) {
+      Parts parts;
+      parts.psd = kSmooth;
+      parts.terms = terms;
+      parts.trace = std::string(R"({"model": ")") + model + "\"}";
+      const ordered_json result = check(parts);
+      double sum = 0;
+      for (const auto& [name, seconds] : result["prediction"]["stages_seconds"].items()) {
+        EXPECT_TRUE(std::isfinite(seconds.get<double>()) && seconds >= 0.0) << model << terms << name;
+        sum += seconds.get<double>();
+      }
+      EXPECT_GT(sum, 0) << model << terms;
+      EXPECT_NEAR(seconds_of(result), sum, 1e-9 * sum) << model << terms;
+      EXPECT_FALSE(result["prediction"]["iterations_known"]);
+    }
+  }
+}
+
+TEST(CostModel, GrowsWithStatisticsInEveryPhysics) {
+  for (const char* model : {"rays", "convolved", "waves"}) {
+    Parts parts;
+    parts.psd = kSmooth;
+    parts.trace = std::string(R"({"rays": 16384, "model": ")") + model + "\"}";
+    double before = 0;
+    for (const int count : {1, 3, 9, 20}) {
+      parts.statistics = planes(count);
+      const double now = stage(check(parts), "iterations");
+      EXPECT_GT(now, before) << model << " with " << count;
+      before = now;
+    }
+  }
+}
+
+// A statistic more in a plane that is looked at anyway saves that plane.
+TEST(CostModel, AnotherPlaneOfWavesCostsMoreThanAnotherRadius) {
+  Parts parts;
+  parts.psd = kSmooth;
+  parts.trace = R"({"model": "waves"})";
+  // Both reach to 1 mm, so that the grid is the same.
+  parts.statistics = R"({"ee90": {"planes": ["1 mm"]}, "ee50": {"planes": ["1 mm"]}})";
+  const double radius = stage(check(parts), "iterations");
+  parts.statistics = R"({"ee90": {"planes": ["1 mm", "0 mm"]}})";
+  const double plane = stage(check(parts), "iterations");
+  EXPECT_GT(plane, radius);
+  parts.statistics = R"({"ee90": {"planes": ["1 mm"]}, "ring_fwhm": {}})";
+  EXPECT_GT(stage(check(parts), "iterations"), plane);
+}
+
+// Terms of three times the frequency ask for a third of the pitch, once that is what sets it: nine times the
+// cells, and more per cell.
+TEST(CostModel, WavesGrowWithTheGrid) {
+  Parts parts;
+  parts.psd = R"({"model": "uniform", "rms": "5 nm", "f_min": "2.5 /m", "f_max": "900 /m"})";
+  parts.theory = "\"ghs\"";
+  parts.statistics = R"({"ee50": {}})";
+  parts.terms = R"({"zernike": {"n_max": 80}})";
+  const double coarse = stage(check(parts), "start and result");
+  parts.terms = R"({"zernike": {"n_max": 240}})";
+  EXPECT_GT(stage(check(parts), "start and result"), 9 * coarse);
+}
+
+TEST(CostModel, RaysAndTheirNumberCount) {
+  Parts parts;
+  parts.trace = R"({"rays": 65536})";
+  const double few = seconds_of(check(parts));
+  parts.trace = R"({"rays": 262144})";
+  const ordered_json many = check(parts);
+  EXPECT_GT(seconds_of(many), 2 * few);
+  EXPECT_GT(seconds_of(many), seconds_of(check(parts, 2)));
+}
+
+// The fit takes first_rays and, as a rule, twice as many once.
+TEST(CostModel, AutomaticRaysCostBothFits) {
+  Parts parts;
+  parts.trace = R"({"rays": "auto"})";
+  const double automatic = stage(check(parts), "iterations");
+  double both = 0;
+  const std::int64_t first = first_rays(Eigen::Index(21 * 22 / 2 - 3));
+  for (const std::int64_t rays : {first, more_rays(first)}) {
+    parts.trace = R"({"rays": )" + std::to_string(rays) + "}";
+    both += stage(check(parts), "iterations");
+  }
+  EXPECT_NEAR(automatic, both, 1e-9 * both);
+}
+
+// Rings share their angles: the same terms cost less there than at points without order.
+TEST(CostModel, ManyZernikesCostLessOnRings) {
+  Parts parts;
+  parts.terms = R"({"zernike": {"n_max": 55}})";
+  parts.trace = R"({"rays": 65536, "pupil": "polar"})";
+  const double rings = stage(check(parts), "iterations");
+  parts.trace = R"({"rays": 65536, "pupil": "sobol"})";
+  EXPECT_LT(rings, 0.8 * stage(check(parts), "iterations"));
+}
+
+TEST(CostModel, ASearchIsDearerThanTheFitItEndsWith) {
+  for (const char* psd : {kRough, kSmooth}) {
+    Parts parts;
+    parts.psd = psd;
+    parts.terms = "\"auto\"";
+    const ordered_json search = check(parts);
+    const int low = search["terms"]["automatic"]["n_low"];
+    parts.terms = R"({"zernike": {"n_max": )" + std::to_string(low) + "}}";
+    EXPECT_GT(seconds_of(search), 2 * seconds_of(check(parts))) << psd;
+  }
+}
+
+TEST(CostModel, TheTextSaysHowFarItMayBeOff) {
+  std::string table;
+  Parts parts;
+  run_check(study_of(parts), {}, &table);
+  EXPECT_NE(table.find("within a factor of two to three"), std::string::npos) << table;
+  parts.terms = "\"auto\"";
+  run_check(study_of(parts), {}, &table);
+  EXPECT_NE(table.find("searches vary by a factor of three"), std::string::npos) << table;
+}
+
+// Every example, as it is and with the terms, the rays and the theory left to the program.
+TEST(CostModel, EveryStudyOfTheRepositoryGetsAFinitePrediction) {
+  namespace fs = std::filesystem;
+  int studies = 0;
+  for (const fs::directory_entry& folder : fs::directory_iterator(fs::path(ABERFIT_SOURCE_DIR) / "fits")) {
+    const fs::path file = folder.path() / "study.json";
+    if (!fs::exists(file)) continue;
+    ++studies;
+    std::ifstream in(file);
+    const ordered_json given = ordered_json::parse(in);
+    std::vector<ordered_json> variants{given};
+    if (given.contains("roughness")) {
+      ordered_json free = given;
+      free.erase("terms");
+      variants.push_back(free);
+      free["trace"] = {{"rays", "auto"}};
+      free["target"] = ordered_json::object();
+      variants.push_back(free);
+    }
+    for (const ordered_json& variant : variants) {
+      const Study study = parse_study(variant.dump(), file.string());
+      const double seconds = seconds_of(run_check(study, {}, nullptr));
+      EXPECT_TRUE(std::isfinite(seconds) && seconds > 0) << variant.dump();
+    }
+  }
+  EXPECT_GE(studies, 9);
+}
+
+}  // namespace
+}  // namespace aberfit

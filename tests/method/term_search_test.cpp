@@ -1,0 +1,321 @@
+#include "aberfit/method/term_search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "aberfit/method/ray_count.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/study/read_study.h"
+#include "aberfit/commands/run.h"
+#include "study/study_texts.h"
+
+namespace aberfit {
+namespace {
+
+// As every order of a study would come out, and what the search asked for.
+struct Trials {
+  std::set<int> passing;
+  double near_from = 0;  // orders from here on are promising
+  std::vector<int> screened, confirmed;
+  TermTrials hooks() {
+    TermTrials trials;
+    const auto point = [](const Study& study) {
+      FrontierPoint p;
+      const int order = study.terms.zernike ? *study.terms.zernike->n_max : study.terms.fourier->count;
+      p.order = order;
+      p.terms = study.terms.zernike ? (order + 1) * (order + 2) / 2 - 3 : 2 * order;
+      return p;
+    };
+    trials.screen = [this, point](const Study& study) {
+      FrontierPoint p = point(study);
+      screened.push_back(p.order);
+      p.screened = true;
+      p.fitted_mismatch = p.order >= near_from ? 1 : 100;
+      return p;
+    };
+    trials.confirm = [this, point](const Study& study) {
+      FrontierPoint p = point(study);
+      confirmed.push_back(p.order);
+      p.passes = passing.contains(p.order);
+      p.fitted_mismatch = p.passes ? 0.5 : 2;
+      p.held_out_mismatch = 0.02 + 0.001 * std::abs(p.order - 20);
+      return p;
+    };
+    return trials;
+  }
+};
+
+int chosen(const Frontier& frontier) {
+  int order = 0, count = 0;
+  for (const FrontierPoint& point : frontier.points)
+    if (point.chosen) order = point.order, ++count;
+  EXPECT_EQ(count, 1);
+  return order;
+}
+
+// A round mirror with a uniform band that few Zernikes carry.
+std::string small_study(const std::string& terms, const std::string& rays) {
+  return R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": "circle", "diameter": "0.4 m"},
+    "light": {"wavelength": "632.8 nm"},
+    "roughness": {"psd": {"model": "uniform", "rms": "200 nm", "f_min": "2.5 /m", "f_max": "12 /m"}},
+    "target": {"theory": "geometric"}, "output": {"plots": false}, "equivalence": {"margin": "2 %"},
+    "terms": )" +
+         terms + R"(, "trace": {"rays": )" + rays + "}}";
+}
+
+TEST(NextOrder, StepsOneUpTo14AndNoMoreThan9PercentBeyond) {
+  for (int n = 2; n < 14; ++n) EXPECT_EQ(next_order(n), n + 1);
+  for (int n = 14; n < 100; ++n) {
+    EXPECT_GT(next_order(n), n);
+    EXPECT_LE(next_order(n), std::max(n + 1.0, 1.09 * n));
+  }
+}
+
+TEST(TermSearch, FindsTheLowestOrderThatPassesWhereTheClimbSteppedOverIt) {
+  // 43 -> 46: 44 and 45 lie between.
+  ASSERT_EQ(next_order(43), 46);
+  Trials trials{{44, 46, 49}, 30, {}, {}};
+  const Frontier frontier = search_terms({}, {10, 60, false}, trials.hooks());
+  EXPECT_EQ(chosen(frontier), 44);
+  EXPECT_TRUE(std::is_sorted(frontier.points.begin(), frontier.points.end(),
+                             [](const auto& a, const auto& b) { return a.terms < b.terms; }));
+  for (const int order : trials.confirmed) EXPECT_GE(order, 30) << "confirmed without need";
+}
+
+TEST(TermSearch, GoesOnWherePassingIsNotMonotone) {
+  Trials trials{{12, 15}, 2, {}, {}};
+  EXPECT_EQ(chosen(search_terms({}, {10, 60, false}, trials.hooks())), 12);
+  Trials later{{15}, 2, {}, {}};
+  EXPECT_EQ(chosen(search_terms({}, {10, 60, false}, later.hooks())), 15);
+}
+
+TEST(TermSearch, StartsWhereItIsTold) {
+  Trials trials{{25}, 2, {}, {}};
+  TermTrials hooks = trials.hooks();
+  hooks.first = 22;
+  EXPECT_EQ(chosen(search_terms({}, {10, 60, false}, hooks)), 25);
+  EXPECT_EQ(*std::min_element(trials.screened.begin(), trials.screened.end()), 22);
+}
+
+TEST(TermSearch, TakesTheNearestSetWhereNonePasses) {
+  Trials trials{{}, 15, {}, {}};
+  const Frontier frontier = search_terms({}, {10, 30, false}, trials.hooks());
+  EXPECT_EQ(chosen(frontier), 20);
+  EXPECT_NE(frontier.message.find("no set"), std::string::npos);
+  Trials hopeless{{}, 1000, {}, {}};
+  TermTrials hooks = hopeless.hooks();
+  hooks.screen = [screen = hooks.screen](const Study& study) {
+    FrontierPoint p = screen(study);
+    p.fitted_mismatch = 40 + std::abs(p.order - 13);
+    return p;
+  };
+  const Frontier far = search_terms({}, {10, 30, false}, hooks);
+  EXPECT_EQ(chosen(far), 13);  // of short fits, too
+  EXPECT_TRUE(hopeless.confirmed.empty());
+}
+
+// Without short fits: down from the high end of the range.
+TermTrials without_screen(Trials* trials) {
+  TermTrials hooks = trials->hooks();
+  hooks.screen = nullptr;
+  return hooks;
+}
+
+TEST(TermSearch, GoesDownWhereShortFitsSayNothing) {
+  Trials trials;
+  for (int order = 23; order <= 100; ++order) trials.passing.insert(order);
+  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&trials))), 23);
+  EXPECT_TRUE(trials.screened.empty());
+  EXPECT_EQ(trials.confirmed.front(), 40);
+  EXPECT_LT(trials.confirmed.size(), 12u);
+  // One failure does not end the way down, two in a row do.
+  Trials gap;
+  for (int order = 23; order <= 100; ++order) gap.passing.insert(order);
+  gap.passing.insert(21);
+  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&gap))), 21);
+  Trials below;
+  for (int order = 2; order <= 100; ++order) below.passing.insert(order);
+  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&below))), 2);
+}
+
+TEST(TermSearch, GoesUpFirstWhereTheExpectedOrderFails) {
+  Trials trials;
+  for (int order = 46; order <= 100; ++order) trials.passing.insert(order);
+  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&trials))), 46);
+  Trials none;
+  const Frontier frontier = search_terms({}, {10, 40, false}, without_screen(&none));
+  EXPECT_NE(frontier.message.find("no set"), std::string::npos);
+  EXPECT_LE(none.confirmed.back(), 53);  // a third beyond the range
+}
+
+TEST(TermSearch, DoublesPlaneWavesWhereZernikesNeedOrdersAbove100) {
+  Trials trials;
+  for (int count = 300; count < 20000; ++count) trials.passing.insert(count);
+  const Frontier frontier = search_terms({}, {10, 100, true}, trials.hooks());
+  const int found = chosen(frontier);
+  EXPECT_GE(found, 300);
+  EXPECT_LE(found, 1.2 * 300);
+  EXPECT_TRUE(trials.screened.empty());
+  EXPECT_NE(frontier.message.find("plane waves"), std::string::npos);
+}
+
+TEST(TermSearch, EndsAtTheFewestOfAnExhaustiveSearch) {
+  const Study asked = parse_study(small_study("\"auto\"", "8192"), "study.json");
+  ASSERT_TRUE(asked.terms.automatic);
+  const ResultDocument found = run_fit(asked, {});
+  ASSERT_TRUE(found.frontier.has_value());
+  EXPECT_EQ(found.verdict, Verdict::kEquivalent);
+  EXPECT_EQ(found.fit.status, FitStatus::kConverged);
+  EXPECT_GE(found.rays, kRaysPerTerm * found.terms.size());
+  Eigen::Index fewest = 0;
+  for (int n = 2; fewest == 0 && n <= found.terms.zernike.back().n; ++n) {
+    Study given = with_zernikes(asked, n);
+    const ResultDocument result = run_fit(given, {});
+    double worst = 0;
+    for (Eigen::Index k = 0; k < result.fit.smooth_statistics.size(); ++k)
+      worst =
+          std::max(worst, std::abs(result.fit.smooth_statistics[k] - result.targets[std::size_t(k)].value) /
+                              result.targets[std::size_t(k)].tolerance);
+    if (worst <= 1 && result.fit.status == FitStatus::kConverged && result.verdict == Verdict::kEquivalent)
+      fewest = result.terms.size();
+  }
+  ASSERT_GT(fewest, 0);
+  EXPECT_LE(double(found.terms.size()), 1.2 * double(fewest));
+}
+
+TEST(TermSearch, ResolvesToAStudyThatGivesTheSameFit) {
+  const ResultDocument found = run_fit(parse_study(small_study("\"auto\"", "\"auto\""), "study.json"), {});
+  EXPECT_TRUE(found.study["terms"]["zernike"]["n_max"].is_number_integer());
+  EXPECT_TRUE(found.study["trace"]["rays"].is_number_integer());
+  const Study again = parse_study(found.study.dump(), "study.json");
+  EXPECT_FALSE(again.terms.automatic);
+  const ResultDocument same = run_fit(again, {});
+  EXPECT_EQ(same.rays, found.rays);
+  EXPECT_FALSE(same.frontier.has_value());
+  EXPECT_EQ(same.fit.coefficients, found.fit.coefficients);  // to the last bit
+  EXPECT_EQ(same.verdict, found.verdict);
+}
+
+TEST(TermSearch, DoesNotDependOnTheThreadCount) {
+  const Study asked = parse_study(small_study("\"auto\"", "\"auto\""), "study.json");
+  RunOptions one, two;
+  one.threads = 1;
+  two.threads = 2;
+  EXPECT_EQ(run_fit(asked, one).fit.coefficients, run_fit(asked, two).fit.coefficients);
+}
+
+TEST(AutomaticRays, KeepWhatAStudyNames) {
+  const ResultDocument result =
+      run_fit(parse_study(small_study(R"({"zernike": {"n_max": 14}})", "5000"), "study.json"), {});
+  EXPECT_NEAR(double(result.rays), 5000, 250);  // polar pupils come near it
+  ASSERT_TRUE(result.ray_choice.has_value());
+  EXPECT_FALSE(result.ray_choice->automatic);
+}
+
+TEST(AutomaticRays, StayUntilFreshRaysSayTheSame) {
+  const ResultDocument result =
+      run_fit(parse_study(small_study(R"({"zernike": {"n_max": 14}})", "\"auto\""), "study.json"), {});
+  ASSERT_TRUE(result.ray_choice.has_value());
+  const RayChoice& choice = *result.ray_choice;
+  EXPECT_TRUE(choice.automatic);
+  EXPECT_LE(choice.gap, choice.allowed);
+  EXPECT_LE(choice.sampling_error, choice.allowed);
+  EXPECT_DOUBLE_EQ(choice.allowed, kRayShareOfMargin * 0.02);
+  // The gap, anew from what the result shows.
+  double gap = 0;
+  for (Eigen::Index k = 0; k < result.fitted.size(); ++k)
+    gap = std::max(gap,
+                   std::abs(result.fitted[k] - result.validated[k]) / result.targets[std::size_t(k)].value);
+  EXPECT_NEAR(choice.gap, gap, 1e-12);
+}
+
+TEST(BandUse, SharesOfAUniformBandAreDifferencesOfPowers) {
+  const Study study = parse_study(small_study(R"({"zernike": {"n_max": 10}})", "65536"), "study.json");
+  const Scene scene = make_scene(study);
+  double captured = 0;
+  const TermSet terms = make_terms(study, scene, &captured);
+  const BandUse band = band_use(study, scene, terms, 65536);
+  const double cut = 11 / (2 * std::numbers::pi * 0.2), low = 2.5, high = 12;
+  // int f df and int f^3 df.
+  const double height = (high * high - cut * cut) / (high * high - low * low);
+  const double slope = (std::pow(high, 4) - std::pow(cut, 4)) / (std::pow(high, 4) - std::pow(low, 4));
+  constexpr double kRounding = 1e-12;
+  EXPECT_NEAR(band.modelled_f_max, cut, kRounding * cut);
+  EXPECT_EQ(band.limited_by, "zernike");
+  EXPECT_NEAR(band.left_out_height_share, height, kRounding);
+  EXPECT_NEAR(band.left_out_slope_share, slope, kRounding);
+  EXPECT_NEAR(band.ee90_change, std::sqrt(1 - slope) - 1, kRounding);
+  // Spacing 1/40 m: rays see up to 20 /m, all of it; at 1/10 m up to 5 /m.
+  EXPECT_EQ(band_use(study, scene, terms, 100).limited_by, "zernike");
+  EXPECT_EQ(band_use(study, scene, terms, 10).limited_by, "rays");
+  EXPECT_NEAR(band_use(study, scene, terms, 10).modelled_f_max,
+              0.5 * std::sqrt(10 / (std::numbers::pi * 0.04)), kRounding * 10);
+}
+
+TEST(Check, SaysWhichOrdersItExpects) {
+  std::string table;
+  const auto result = run_check(parse_study(small_study("\"auto\"", "\"auto\""), "study.json"), {}, &table);
+  EXPECT_EQ(result["study"]["terms"], "auto");
+  EXPECT_EQ(result["study"]["trace"]["rays"], "auto");
+  EXPECT_NE(table.find("chosen by the fit"), std::string::npos);
+  const int low = result["terms"]["automatic"]["n_low"], high = result["terms"]["automatic"]["n_high"];
+  EXPECT_LT(low, high);
+  const int found =
+      run_fit(parse_study(small_study("\"auto\"", "\"auto\""), "study.json"), {}).terms.zernike.back().n;
+  EXPECT_GE(found, low);
+  EXPECT_LE(found, high);
+}
+
+// A focus of a few um depth: planes must not fall together when they are rounded.
+TEST(DefaultStatistics, AreDistinctInEveryDepthOfFocus) {
+  for (const char* size : {"1 mm", "20 mm", "300 mm", "5 m"}) {
+    const std::string text = R"({"aberfit": 1, "mirror": {"focal_length": ")" + std::string(size) +
+                             R"("}, "aperture": {"shape": "circle", "diameter": ")" + size +
+                             R"("}, "light": {"wavelength": "632.8 nm"}, "roughness": {"psd": {"model": )" +
+                             R"("gaussian", "rms": "25 nm", "correlation_length": "0.1 mm"}}})";
+    const Study study = parse_study(text, "study.json");
+    const Scene scene = make_scene(study);
+    const TargetSets sets = make_targets(study, scene, 1);
+    std::set<std::string> names;
+    std::size_t count = 0;
+    for (const auto* some : {&sets.fitted, &sets.guides, &sets.held_out})
+      for (const Target& target : *some) names.insert(statistic_name(target.statistic)), ++count;
+    EXPECT_EQ(names.size(), count) << size;
+    // Rounding is small beside the steps between planes.
+    for (const Target& target : sets.held_out)
+      if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
+        const double units = ee->dz / scene.plane_unit();
+        double nearest = HUGE_VAL;
+        for (const double wanted : {0.0, 0.25, 0.75, 1.75, 3.1, 4.6})
+          nearest = std::min(nearest, std::abs(std::abs(units) - wanted));
+        EXPECT_LE(nearest, 0.025 * (1 + 1e-9)) << size;
+      }
+  }
+}
+
+TEST(WavePitch, SaysWhatAsksForAGridThatNoMemoryHolds) {
+  const auto why = [](const std::string& text) {
+    try {
+      run_fit(parse_study(text, "study.json"), {});
+    } catch (const ComputationError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string scene = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": )"
+                            R"("circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"}, )";
+  const std::string far = why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "25 nm", "f_min": )"
+                                      R"("2.5 /m", "f_max": "20 /m"}}, "target": {"statistics": )"
+                                      R"({"ee50": {"value": "1 m"}}}})");
+  EXPECT_NE(far.find("1.5 m from the axis"), std::string::npos) << far;
+  const std::string fine =
+      why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "1 nm", "f_min": )"
+                  R"("2.5 /m", "f_max": "20 /mm"}}, "terms": {"fourier": {"count": 9}}})");
+  EXPECT_NE(fine.find("cells across the aperture, more than 16384"), std::string::npos) << fine;
+}
+
+}  // namespace
+}  // namespace aberfit

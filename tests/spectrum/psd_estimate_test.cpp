@@ -1,0 +1,285 @@
+#include "aberfit/spectrum/psd_estimate.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "aberfit/core/random.h"
+#include "dabam_loader.h"
+
+using namespace aberfit;
+using std::numbers::pi;
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr int kSurfaces = 500;
+constexpr double kStandardErrors = 4;
+
+Profile even_profile(int n) {
+  Profile profile;
+  profile.x = Eigen::ArrayXd::LinSpaced(n, 0, 1e-3 * (n - 1));
+  profile.value = Eigen::ArrayXd::Zero(n);
+  return profile;
+}
+
+// Random surfaces of spectrum S1 = (f/resolution)^-exponent, sampled at the true positions: plane waves every
+// eighth of a resolution up to the Nyquist frequency with normal amplitudes. Columns are surfaces.
+Eigen::MatrixXd surfaces(const Profile& geometry, double resolution, double nyquist, double exponent,
+                         int count, const std::string& name) {
+  const int waves = int(nyquist / (resolution / 8));
+  const bool slope = geometry.quantity == ProfileQuantity::kSlope;
+  Eigen::MatrixXd basis(geometry.size(), 2 * waves), amplitude(2 * waves, count);
+  for (int w = 0; w < waves; ++w) {
+    const double f = (w + 0.5) * resolution / 8,
+                 scale = std::sqrt(std::pow(f / resolution, -exponent) * resolution / 8);
+    const Eigen::ArrayXd phase = 2 * pi * f * geometry.x;
+    const double d = slope ? 2 * pi * f : 1;
+    basis.col(2 * w) = scale * d * (slope ? Eigen::ArrayXd(-phase.sin()) : Eigen::ArrayXd(phase.cos()));
+    basis.col(2 * w + 1) = scale * d * (slope ? Eigen::ArrayXd(phase.cos()) : Eigen::ArrayXd(phase.sin()));
+  }
+  const RandomStream stream(1, name);
+  for (Eigen::Index i = 0; i < amplitude.size(); ++i) amplitude(i) = stream.normal(std::uint64_t(i));
+  return basis * amplitude;
+}
+
+// Means, variances and neighbour covariances of the bins against what the estimator says of itself.
+void expect_response_and_covariance(const Profile& geometry, double exponent, bool covariance,
+                                    const std::string& name, WindowKind window = WindowKind::kHann) {
+  PsdEstimatorOptions options;
+  options.find_lines = false;
+  options.window = window;
+  const PsdEstimator estimator(geometry, options);
+  Profile surface = geometry;
+  const PsdEstimate first = estimator(surface);
+  const Eigen::MatrixXd all = surfaces(geometry, first.resolution, first.nyquist, exponent, kSurfaces, name);
+  Eigen::MatrixXd psd(first.psd.size(), kSurfaces);
+  for (int s = 0; s < kSurfaces; ++s) {
+    surface.value = geometry.value + all.col(s).array();  // keeps the holes
+    psd.col(s) = estimator(surface).psd;
+  }
+  const Eigen::VectorXd expected =
+      first.response * (first.node_frequency / first.resolution).pow(-exponent).matrix();
+  const Eigen::VectorXd mean = psd.rowwise().mean();
+  const Eigen::MatrixXd centred = psd.colwise() - mean,
+                        seen = centred * centred.transpose() / (kSurfaces - 1);
+  double worst = 0, worst_variance = 0, worst_neighbour = 0;
+  for (Eigen::Index b = 0; b < psd.rows(); ++b) {
+    worst = std::max(worst, std::abs(mean[b] - expected[b]) / std::sqrt(seen(b, b) / kSurfaces));
+    const double own = first.relative_covariance(b, b);
+    // chi^2_dof: kurtosis 12/dof = 6 own, so the variance's relative standard error is sqrt((2 + 6 own)/n).
+    const double ratio = seen(b, b) / (expected[b] * expected[b]) / own;
+    worst_variance = std::max(worst_variance, std::abs(ratio - 1) / std::sqrt((2 + 6 * own) / kSurfaces));
+    if (b + 1 == psd.rows()) continue;
+    const double next = first.relative_covariance(b + 1, b + 1);
+    const double difference =
+        seen(b, b + 1) / (expected[b] * expected[b + 1]) - first.relative_covariance(b, b + 1);
+    worst_neighbour = std::max(worst_neighbour, std::abs(difference) / std::sqrt(own * next) /
+                                                    std::sqrt((1 + 6 * std::max(own, next)) / kSurfaces));
+  }
+  EXPECT_LT(worst, kStandardErrors) << name << " exponent " << exponent;
+  if (covariance) {
+    EXPECT_LT(worst_variance, kStandardErrors) << name << " exponent " << exponent;
+    EXPECT_LT(worst_neighbour, kStandardErrors) << name << " exponent " << exponent;
+  }
+  ::testing::Test::RecordProperty(name + std::to_string(exponent), std::to_string(worst));
+}
+
+// Independent recomputation, plain: monomials by QR, linear interpolation onto an even grid, every Fourier
+// sum written out, bins by comparison, dof from the double sum.
+struct Plain {
+  double rms_height, rms_slope, exponent;
+};
+Eigen::ArrayXd without_polynomial(const Eigen::ArrayXd& x, const Eigen::ArrayXd& y, int degree) {
+  const Eigen::ArrayXd t = (x - x.mean()) / (x.maxCoeff() - x.minCoeff());
+  Eigen::MatrixXd a(x.size(), degree + 1);
+  for (int k = 0; k <= degree; ++k) a.col(k) = t.pow(k);
+  return y - (a * a.colPivHouseholderQr().solve(y.matrix())).array();
+}
+Plain plain_estimate(const Profile& p, double from, double to) {
+  const Eigen::Index n = p.size();
+  Eigen::ArrayXd z = p.value;
+  if (p.quantity == ProfileQuantity::kSlope) {
+    z[0] = 0;
+    for (Eigen::Index i = 1; i < n; ++i)
+      z[i] = z[i - 1] + (p.value[i] + p.value[i - 1]) / 2 * (p.x[i] - p.x[i - 1]);
+  }
+  z = without_polynomial(p.x, z, 2);
+  Eigen::ArrayXd slope = without_polynomial(p.x, p.value, 1);
+  if (p.quantity == ProfileQuantity::kHeight)
+    for (Eigen::Index i = 0; i < n; ++i) {  // derivative of the parabola through three neighbours
+      if (i == 0 || i == n - 1) {
+        const Eigen::Index a = i == 0 ? 0 : n - 2;
+        slope[i] = (z[a + 1] - z[a]) / (p.x[a + 1] - p.x[a]);
+        continue;
+      }
+      const double left = (z[i] - z[i - 1]) / (p.x[i] - p.x[i - 1]),
+                   right = (z[i + 1] - z[i]) / (p.x[i + 1] - p.x[i]);
+      slope[i] = (left * (p.x[i + 1] - p.x[i]) + right * (p.x[i] - p.x[i - 1])) / (p.x[i + 1] - p.x[i - 1]);
+    }
+  Plain result{std::sqrt(z.square().mean()), std::sqrt(slope.square().mean()), 0};
+
+  const double d = (p.x[n - 1] - p.x[0]) / double(n - 1), step = 1 / (double(n) * d);
+  std::vector<std::complex<double>> turn;
+  Eigen::ArrayXd w(n), even(n);
+  for (Eigen::Index i = 0, at = 0; i < n; ++i) {
+    const double x = p.x[0] + d * double(i);
+    while (at + 2 < n && p.x[at + 1] < x) ++at;
+    const double t = (x - p.x[at]) / (p.x[at + 1] - p.x[at]);
+    w[i] = std::pow(std::sin(pi * (double(i) + 0.5) / double(n)), 2);
+    even[i] = w[i] * (z[at] * (1 - t) + z[at + 1] * t);
+    turn.push_back(std::polar(1.0, -2 * pi * double(i) / double(n)));
+  }
+  std::map<int, std::vector<std::pair<int, double>>> bins;
+  for (int k = 1; 2 * k < n; ++k) {
+    std::complex<double> sum = 0;
+    for (Eigen::Index i = 0; i < n; ++i) sum += even[i] * turn[std::size_t((k * i) % n)];
+    bins[int(std::floor(12 * std::log10(double(k)) + 0.5))].push_back(
+        {k, 2 * std::norm(sum) * d / w.square().sum()});
+  }
+  double s[5] = {};
+  for (const auto& [bin, members] : bins) {
+    double f = 0, mean = 0, variance = 0;
+    const double count = double(members.size());
+    for (const auto& [k, power] : members) {
+      f += k * step / count, mean += power / count;
+      for (const auto& [l, other] : members)
+        variance += (k == l                 ? 1
+                     : std::abs(k - l) == 1 ? 4. / 9
+                     : std::abs(k - l) == 2 ? 1. / 36
+                                            : 0) /
+                    (count * count);
+    }
+    if (f < from || f > to) continue;
+    // psi(x) by its asymptotic series after recurrence.
+    double x = 1 / variance, psi = -std::log(x);
+    for (; x < 20; ++x) psi -= 1 / x;
+    psi += std::log(x) - 1 / (2 * x) - 1 / (12 * x * x) + 1 / (120 * std::pow(x, 4));
+    const double weight = 2 / variance, a = std::log(f), b = std::log(mean) - psi;
+    s[0] += weight, s[1] += weight * a, s[2] += weight * a * a, s[3] += weight * b, s[4] += weight * a * b;
+  }
+  result.exponent = -(s[0] * s[4] - s[1] * s[3]) / (s[0] * s[2] - s[1] * s[1]);
+  return result;
+}
+
+}  // namespace
+
+TEST(PsdEstimate, MeanAndCovarianceOfRandomProfilesAreAsTold) {
+  for (const double exponent : {0., 1., 2., 3.})
+    expect_response_and_covariance(even_profile(160), exponent, true, "even");
+}
+
+TEST(PsdEstimate, ResponseHoldsForTenPerCentOfHoles) {
+  Profile profile = even_profile(160);
+  const RandomStream stream(1, "holes");
+  for (Eigen::Index i = 1; i + 1 < profile.size(); ++i)
+    if (stream.uniform(std::uint64_t(i)) < 0.1) profile.value[i] = kNaN;
+  for (const double exponent : {0., 1., 2., 3.})
+    expect_response_and_covariance(profile, exponent, false, "holes");
+}
+
+TEST(PsdEstimate, ResponseHoldsForABlockOfMissingSamples) {
+  Profile profile = even_profile(160);
+  profile.value.segment(70, 12).setConstant(kNaN);
+  for (const double exponent : {1., 3.}) expect_response_and_covariance(profile, exponent, false, "block");
+}
+
+TEST(PsdEstimate, ResponseHoldsForUnevenPitch) {
+  Profile profile = even_profile(160);
+  const RandomStream stream(1, "uneven");
+  for (Eigen::Index i = 0; i < profile.size(); ++i)
+    profile.x[i] += 2e-6 * (2 * stream.uniform(std::uint64_t(i)) - 1);
+  for (const double exponent : {1., 3.}) expect_response_and_covariance(profile, exponent, true, "uneven");
+}
+
+TEST(PsdEstimate, ResponseHoldsForSlopes) {
+  Profile profile = even_profile(160);
+  profile.quantity = ProfileQuantity::kSlope;
+  for (const double exponent : {1., 3.}) expect_response_and_covariance(profile, exponent, false, "slopes");
+}
+
+TEST(PsdEstimate, ResponseHoldsForOtherWindows) {
+  for (const WindowKind window : {WindowKind::kNone, WindowKind::kHamming, WindowKind::kBlackmanHarris,
+                                  WindowKind::kWelch, WindowKind::kTukey})
+    expect_response_and_covariance(even_profile(160), 2, false, to_string(window), window);
+}
+
+// Long profiles take the selected waves: the same figures as from all waves, bin by bin, for a red spectrum.
+TEST(PsdEstimate, ResponseOfALongProfileFollowsThePowerLaw) {
+  PsdEstimatorOptions options;
+  options.find_lines = false;
+  const Profile profile = even_profile(4000);
+  const PsdEstimate estimate = PsdEstimator(profile, options, 2)(profile);
+  for (const double exponent : {0., 2., 3.}) {
+    const Eigen::VectorXd expected =
+        estimate.response * (estimate.node_frequency / estimate.resolution).pow(-exponent).matrix();
+    for (Eigen::Index b = 20; b + 1 < estimate.psd.size(); ++b) {
+      // Mean of the power law over the bin's ordinates; smear of the window: (exponent (exponent + 1)/6)/k^2.
+      double mean = 0, count = 0;
+      for (int k = 1; k < 2000; ++k) {
+        const double f = k * estimate.resolution;
+        if (f >= estimate.low[b] && f < estimate.high[b]) mean += std::pow(double(k), -exponent), ++count;
+      }
+      EXPECT_NEAR(expected[b] / (mean / count), 1, 4e-3) << b << " exponent " << exponent;
+    }
+  }
+}
+
+TEST(PsdEstimate, ThreadsChangeNoBit) {
+  const Profile profile = test::load_dabam("094");
+  const PsdEstimate one = estimate_psd(profile, {}, 1), three = estimate_psd(profile, {}, 3);
+  EXPECT_TRUE((one.psd == three.psd).all());
+  EXPECT_EQ(one.response, three.response);
+  EXPECT_EQ(one.relative_covariance, three.relative_covariance);
+}
+
+TEST(PsdEstimate, DabamProfilesAgreeWithAPlainRecomputation) {
+  PsdEstimatorOptions options;
+  options.find_lines = false;
+  for (const std::string& id : test::dabam_ids()) {
+    const Profile profile = test::load_dabam(id);
+    const PsdEstimate estimate = estimate_psd(profile, options, 2);
+    const double from = 4 * estimate.resolution, to = 0.5 * estimate.nyquist;
+    const Plain plain = plain_estimate(profile, from, to);
+    EXPECT_NEAR(estimate.rms_height / plain.rms_height, 1, 1e-6) << id;
+    EXPECT_NEAR(estimate.rms_slope / plain.rms_slope, 1, 1e-6) << id;
+    EXPECT_NEAR(psd_slope(estimate, from, to).exponent, plain.exponent, 0.01) << id;
+  }
+}
+
+// Degree 2 off the heights reproduces most of what the owners state. It does not: 019 (0.137 for 0.06 urad:
+// their ellipse is off as well), 022 (5.32 for 5.0 urad), 025 heights (0.82 for 1.33 nm) and 094 heights
+// (1.17 for 0.17 nm; degree 6 leaves 0.18 nm).
+TEST(PsdEstimate, OwnersOfDabamProfilesStateTheSameRms) {
+  struct Stated {
+    const char* id;
+    double height, slope, height_tolerance, slope_tolerance;
+  };
+  for (const Stated& s : {Stated{"010", 3.048e-9, 0.232e-6, 0.002, 0.03},
+                          {"024", 0, 0.202e-6, 0, 0.002},
+                          {"025", 0, 0.0724e-6, 0, 0.005},
+                          {"049", 130e-9, 1.47e-6, 0.035, 0.025},
+                          {"094", 0, 0.159e-6, 0, 0.005},
+                          {"095", 0.47e-9, 0.37e-6, 0.025, 0.045}}) {
+    PsdEstimatorOptions options;
+    options.find_lines = false;
+    const PsdEstimate estimate = estimate_psd(test::load_dabam(s.id), options);
+    if (s.height > 0) {
+      EXPECT_NEAR(estimate.rms_height / s.height, 1, s.height_tolerance) << s.id;
+    }
+    EXPECT_NEAR(estimate.rms_slope / s.slope, 1, s.slope_tolerance) << s.id;
+  }
+}
+
+TEST(PsdEstimate, TooFewSamplesAndForeignGeometryAreRefused) {
+  Profile profile = even_profile(20);
+  profile.value.head(5).setConstant(kNaN);
+  EXPECT_THROW(estimate_psd(profile, {}), std::invalid_argument);
+  const PsdEstimator estimator(even_profile(20), {});
+  EXPECT_THROW(estimator(even_profile(21)), std::invalid_argument);
+}
