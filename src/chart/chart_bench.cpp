@@ -20,21 +20,21 @@ double quantile(const std::vector<double>& sorted, double p) {
 
 }  // namespace
 
-ChartBench make_chart_bench(const Study& study, const RunOptions& options) {
-  ChartBench bench{study, make_scene(study), {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1, {}};
-  bench.threads = options.threads > 0 ? options.threads : available_threads();
-  bench.say = [progress = options.progress](const std::string& line) {
-    if (progress) progress(line);
-  };
+ChartBench make_chart_bench(const Task& task, const RunContext& context) {
+  ChartBench bench{task, make_scene(task), {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1, {}};
+  bench.threads = context.threads;
+  bench.say = [context](const std::string& line) { context.say(line); };
   bench.say("targets");
   const ChartClock clock(0);
-  bench.targets = make_targets(study, bench.scene, bench.threads);
+  bench.targets = make_targets(task, bench.scene, bench.threads);
   bench.targets_seconds = clock.elapsed();
-  bench.terms = make_terms(study, bench.scene, &bench.captured);
   bench.say("prior");
-  bench.prior = make_study_prior(study, bench.scene, bench.terms);
+  TermPlan plan = plan_terms(task, bench.scene, task.terms);
+  bench.terms = std::move(plan.terms);
+  bench.captured = plan.captured;
+  bench.prior = std::move(plan.prior);
   bench.prior_seconds = clock.elapsed() - bench.targets_seconds;
-  bench.coefficients = bench.prior.colour(draw_white(bench.prior.size(), study.fit.seed));
+  bench.coefficients = bench.prior.colour(draw_white(bench.prior.size(), task.fit.seed));
   bench.tolerance = std::numeric_limits<double>::infinity();
   for (const Target& target : bench.targets.fitted) {
     bench.statistics.push_back(target.statistic);
@@ -50,7 +50,7 @@ ChartTrace::ChartTrace(const ChartBench& bench, const TermSet& terms, PupilSampl
       threads_(threads),
       pupil_(std::move(pupil)),
       surface_(terms, pupil_, OperatorOptions{threads, {}, {}}),
-      nominal_(trace_nominal(bench.study.mirror, pupil_)) {}
+      nominal_(trace_nominal(bench.task.mirror, pupil_)) {}
 
 Eigen::VectorXd ChartTrace::exact(const Eigen::VectorXd& coefficients,
                                   const std::vector<Statistic>& statistics) {
@@ -59,15 +59,15 @@ Eigen::VectorXd ChartTrace::exact(const Eigen::VectorXd& coefficients,
 }
 
 Eigen::VectorXd ChartTrace::exact_of(const SurfaceField& field, const std::vector<Statistic>& statistics) {
-  trace(bench_.study.mirror, pupil_, field, threads_, &rays_);
-  return evaluate_exact({rays_, nominal_, field.height, bench_.study.trace.centre}, statistics, threads_);
+  trace(bench_.task.mirror, pupil_, field, threads_, &rays_);
+  return evaluate_exact({rays_, nominal_, field.height, bench_.task.trace.centre}, statistics, threads_);
 }
 
 bool ChartTrace::smooth(const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
                         double width, Eigen::VectorXd* values, Eigen::MatrixXd* jacobian) {
   surface_.apply(coefficients, &field_);
-  trace(bench_.study.mirror, pupil_, field_, threads_, &rays_);
-  const FocusInput input{rays_, nominal_, field_.height, bench_.study.trace.centre};
+  trace(bench_.task.mirror, pupil_, field_, threads_, &rays_);
+  const FocusInput input{rays_, nominal_, field_.height, bench_.task.trace.centre};
   if (!evaluate_smooth(input, statistics, width, threads_, &workspace_, values,
                        jacobian ? &gradients_ : nullptr))
     return false;
@@ -80,7 +80,7 @@ bool ChartTrace::smooth(const Eigen::VectorXd& coefficients, const std::vector<S
       const Eigen::ArrayXd none = Eigen::ArrayXd::Zero(field_.size());
       jacobian->row(row) = surface_.apply_transpose(SurfaceField{gradient.d_height, none, none}).transpose();
     } else {
-      const SurfaceField weights = trace_adjoint(bench_.study.mirror, pupil_, field_, gradient.rays);
+      const SurfaceField weights = trace_adjoint(bench_.task.mirror, pupil_, field_, gradient.rays);
       jacobian->row(row) = (gradient.rays.all_rays ? surface_.apply_transpose(weights)
                                                    : surface_.apply_transpose(gradient.rays.rays, weights))
                                .transpose();
@@ -137,8 +137,8 @@ StatisticErrors statistic_errors(const Eigen::VectorXd& values, const Eigen::Vec
   return worst_and_rms(errors);
 }
 
-PupilOptions pupil_of_at_most(const Study& study, std::int64_t most) {
-  PupilOptions pupil = study.trace.pupil;
+PupilOptions pupil_of_at_most(const Task& task, std::int64_t most) {
+  PupilOptions pupil = task.trace.pupil;
   pupil.rays = std::min(pupil.rays, most);
   return pupil;
 }

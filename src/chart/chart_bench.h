@@ -6,14 +6,14 @@
 
 #include "aberfit/focus/evaluate.h"
 #include "aberfit/report/chart.h"
-#include "aberfit/study/run_options.h"
+#include "aberfit/method/run_context.h"
 #include "aberfit/method/scene.h"
 
 namespace aberfit {
 
 /// What every family of a chart is measured on: the study with the surface its fit would start from.
 struct ChartBench {
-  const Study& study;
+  const Task& task;
   Scene scene;
   TargetSets targets;
   TermSet terms;
@@ -27,7 +27,7 @@ struct ChartBench {
   int threads = 1;
   std::function<void(const std::string&)> say;
 };
-ChartBench make_chart_bench(const Study& study, const RunOptions& options);
+ChartBench make_chart_bench(const Task& task, const RunContext& context);
 
 /// L, O and S on one pupil; memory is reused from call to call.
 class ChartTrace {
@@ -99,6 +99,6 @@ StatisticErrors statistic_errors(const Eigen::VectorXd& values, const Eigen::Vec
 double statistic_scale(const Statistic& statistic, double reference);
 
 /// The study's pupil, with no more than `most` rays.
-PupilOptions pupil_of_at_most(const Study& study, std::int64_t most);
+PupilOptions pupil_of_at_most(const Task& task, std::int64_t most);
 
 }  // namespace aberfit

@@ -168,11 +168,11 @@ ChartFamily chart_derivatives(const ChartBench& bench, double seconds) {
                      ""};
   const Eigen::VectorXd& c = bench.coefficients;
   const Eigen::VectorXd sigma = prior_sigmas(bench.prior);
-  const std::vector<Eigen::Index> sample = sample_of(sigma, bench.study.fit.seed);
+  const std::vector<Eigen::Index> sample = sample_of(sigma, bench.task.fit.seed);
   const double columns = double(c.size()), sampled = double(sample.size());
   const auto trace_of = [&](std::int64_t rays) {
     return ChartTrace(bench, bench.terms,
-                      make_pupil(bench.study.aperture, pupil_of_at_most(bench.study, rays)), bench.threads);
+                      make_pupil(bench.task.aperture, pupil_of_at_most(bench.task, rays)), bench.threads);
   };
   // One pass over the sampled columns is to take half of what one step may.
   constexpr std::int64_t kProbe = 4096;
@@ -208,7 +208,7 @@ ChartFamily chart_derivatives(const ChartBench& bench, double seconds) {
       SurfaceField column;
       SurfaceOperator(one, at.pupil(), OperatorOptions{bench.threads, {}, {}})
           .apply(unit * sigma[sample[k]], &column);
-      const RayTangents tangents = ray_tangents(bench.study.mirror, at.pupil(), field, column);
+      const RayTangents tangents = ray_tangents(bench.task.mirror, at.pupil(), field, column);
       for (Eigen::Index s = 0; s < forward.rows(); ++s)
         forward(s, Eigen::Index(k)) = along(at.gradients()[std::size_t(s)], tangents, column);
     }
@@ -218,7 +218,7 @@ ChartFamily chart_derivatives(const ChartBench& bench, double seconds) {
   const double shared_time =
       measure_time(share, [&] {
         std::vector<StatisticGradient> gradients;
-        const FocusInput input{at.rays(), at.nominal(), field.height, bench.study.trace.centre};
+        const FocusInput input{at.rays(), at.nominal(), field.height, bench.task.trace.centre};
         evaluate_smooth(input, bench.statistics, bench.smoothing, bench.threads, &values, &gradients);
       }).median;
 

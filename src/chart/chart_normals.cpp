@@ -22,7 +22,7 @@ std::vector<double> steps(const ChartBench& bench, const std::optional<StepLaw>&
   std::vector<double> all;
   for (int k = 0; k <= 12; ++k) all.push_back(1e-9 * std::pow(10.0, k / 2) * (k % 2 == 0 ? 1 : 3));
   if (law) all.push_back(law->best_step());
-  if (bench.study.trace.central_difference_step) all.push_back(*bench.study.trace.central_difference_step);
+  if (bench.task.trace.central_difference_step) all.push_back(*bench.task.trace.central_difference_step);
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;
@@ -45,7 +45,7 @@ std::optional<StepLaw> step_law(const ChartBench& bench) {
                second = radial_moment(*scene.psd, 2, 0, f_max);
   if (!std::isfinite(sixth) || !(second > 0)) return std::nullopt;
   const double per_axis = 2 * std::numbers::pi * std::sqrt(second / 2) * scene.prior_height_factor;
-  const double sag = characterise(bench.study.mirror, bench.study.aperture).rim_sag_max;
+  const double sag = characterise(bench.task.mirror, bench.task.aperture).rim_sag_max;
   // sin(x)/x - 1 = -x^2/6 with x = 2 pi f d cos(angle); <cos^6> / <cos^2> = 5/8 over the angle. For a uniform
   // PSD 0.0932 (2 pi f_max d)^2.
   const double u2 = 4 * std::numbers::pi * std::numbers::pi;
@@ -53,7 +53,7 @@ std::optional<StepLaw> step_law(const ChartBench& bench) {
 }
 
 std::vector<ChartFamily> chart_normals(const ChartBench& bench, double seconds) {
-  const Study& study = bench.study;
+  const Task& task = bench.task;
   ChartFamily statistics{"normals",
                          "Normals, by the statistics",
                          "largest relative error of the statistics",
@@ -76,16 +76,16 @@ std::vector<ChartFamily> chart_normals(const ChartBench& bench, double seconds) 
   const std::vector<double> all = steps(bench, law);
 
   const auto differences = [&](const PupilSample& pupil, double step) {
-    return central_difference_field(study.mirror, pupil, bench.terms, bench.coefficients, step,
+    return central_difference_field(task.mirror, pupil, bench.terms, bench.coefficients, step,
                                     bench.threads);
   };
   constexpr std::int64_t kProbe = 8192;
-  const PupilSample few = make_pupil(study.aperture, pupil_of_at_most(study, kProbe));
+  const PupilSample few = make_pupil(task.aperture, pupil_of_at_most(task, kProbe));
   const double once = measure_time(0, [&] { differences(few, 1e-6); }).median;
   const double affordable = double(kProbe) * seconds / (3 * double(all.size()) * std::max(once, 1e-6));
   ChartTrace at(
       bench, bench.terms,
-      make_pupil(study.aperture, pupil_of_at_most(study, std::int64_t(std::max(double(kProbe), affordable)))),
+      make_pupil(task.aperture, pupil_of_at_most(task, std::int64_t(std::max(double(kProbe), affordable)))),
       bench.threads);
 
   const double share = seconds / double(all.size() + 1);
@@ -109,7 +109,7 @@ std::vector<ChartFamily> chart_normals(const ChartBench& bench, double seconds) 
   row.error_of_reference = 0;
   row.method = "analytic";
   row.unit = "m";
-  row.is_default = !study.trace.central_difference_step;
+  row.is_default = !task.trace.central_difference_step;
   row.note = "the reference itself";
   set_time(analytic_time, &row);
   add(&statistics, row, {0, 0});
@@ -127,7 +127,7 @@ std::vector<ChartFamily> chart_normals(const ChartBench& bench, double seconds) 
     row.method = "central difference";
     row.parameter = "step";
     row.value = step;
-    row.is_default = study.trace.central_difference_step && step == *study.trace.central_difference_step;
+    row.is_default = task.trace.central_difference_step && step == *task.trace.central_difference_step;
     row.note = law && step == law->best_step() ? "best step by the law" : "";
     add(&statistics, row, statistic_errors(values, truth, bench.statistics));
     field.slope_x -= analytic.slope_x;

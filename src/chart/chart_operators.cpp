@@ -189,11 +189,11 @@ std::vector<std::pair<std::string, PupilSample>> pupils_of(const ChartBench& ben
                                                                    {PupilLayout::kSobol, "sobol"},
                                                                    {PupilLayout::kGrid, "grid"}};
   std::vector<std::pair<std::string, PupilSample>> pupils;
-  const PupilOptions own = bench.study.trace.pupil;
+  const PupilOptions own = bench.task.trace.pupil;
   for (const auto& [layout, name] : kNames) {
     if (layout != own.layout && layout != structured) continue;
     try {
-      pupils.emplace_back(name, make_pupil(bench.study.aperture, {layout, rays, own.seed}));
+      pupils.emplace_back(name, make_pupil(bench.task.aperture, {layout, rays, own.seed}));
     } catch (const ComputationError&) {
       continue;  // the layout does not exist for the shape
     }
@@ -209,7 +209,7 @@ std::vector<ChartFamily> chart_operators(const ChartBench& bench, double seconds
       family_of("zernike-adjoint", "Zernike part of L, adjoint", "coefficients from one weight per point"),
       family_of("fourier-forward", "Fourier part of L", "heights and slopes from coefficients"),
       family_of("fourier-adjoint", "Fourier part of L, adjoint", "coefficients from one weight per point")};
-  const std::int64_t wanted = bench.study.trace.pupil.rays;
+  const std::int64_t wanted = bench.task.trace.pupil.rays;
   // So many points that some twenty timings of about ten runs each fit; 1e9 term-points a second is slow.
   const auto affordable = [&](Eigen::Index terms) {
     return std::int64_t(std::max(4096.0, 1e9 * seconds / (60.0 * double(std::max<Eigen::Index>(terms, 1)))));
@@ -226,7 +226,7 @@ std::vector<ChartFamily> chart_operators(const ChartBench& bench, double seconds
                                          {"dense", {bench.threads, ZernikeMethod::kDense, {}}, true}};
     for (const auto& [name, pupil] :
          pupils_of(bench, PupilLayout::kPolar, std::min(wanted, affordable(zernike.size()))))
-      rows.add(pupil, name, methods, pupil.layout == bench.study.trace.pupil.layout, &families[0],
+      rows.add(pupil, name, methods, pupil.layout == bench.task.trace.pupil.layout, &families[0],
                &families[1]);
   } else {
     families[0].skipped = families[1].skipped = "The study has no Zernike terms.";
@@ -240,9 +240,9 @@ std::vector<ChartFamily> chart_operators(const ChartBench& bench, double seconds
     amplitudes = bench.coefficients.segment(bench.terms.fourier_begin(), fourier.size());
   } else if (bench.scene.prior_psd) {
     const RadialPsd& psd = *bench.scene.prior_psd;
-    fourier.fourier = fourier_modes(psd, kWhatIfModes, FourierSampling::kLog, bench.study.fit.seed);
+    fourier.fourier = fourier_modes(psd, kWhatIfModes, FourierSampling::kLog, bench.task.fit.seed);
     const CoefficientPrior prior = make_prior(fourier, psd, CovarianceKind::kFull);
-    amplitudes = prior.colour(draw_white(prior.size(), bench.study.fit.seed));
+    amplitudes = prior.colour(draw_white(prior.size(), bench.task.fit.seed));
   }
   if (amplitudes.size() > 0) {
     OperatorRows rows(bench, fourier, amplitudes, share);
@@ -253,7 +253,7 @@ std::vector<ChartFamily> chart_operators(const ChartBench& bench, double seconds
     const bool own = !bench.terms.fourier.empty();
     for (const auto& [name, pupil] :
          pupils_of(bench, PupilLayout::kGrid, std::min(wanted, affordable(4 * fourier.size()))))
-      rows.add(pupil, name, methods, own && pupil.layout == bench.study.trace.pupil.layout, &families[2],
+      rows.add(pupil, name, methods, own && pupil.layout == bench.task.trace.pupil.layout, &families[2],
                &families[3]);
   } else {
     families[2].skipped = families[3].skipped = "There is no roughness whose band would place plane waves.";

@@ -50,13 +50,13 @@ double planes_of(const std::vector<Statistic>& statistics) {
 }  // namespace
 
 ChartFamily chart_pupils(const ChartBench& bench, double seconds) {
-  const Study& study = bench.study;
+  const Task& task = bench.task;
   const ChartClock clock(seconds);
   ChartFamily family{"pupil",
                      "Pupil layouts and ray counts",
                      "largest relative error of the statistics of one surface",
                      "terms, rays and exact statistics",
-                     study.equivalence.margin,
+                     task.equivalence.margin,
                      "margin of equivalence",
                      {},
                      "",
@@ -64,9 +64,9 @@ ChartFamily chart_pupils(const ChartBench& bench, double seconds) {
   std::vector<PupilLayout> layouts;
   for (const PupilLayout layout :
        {PupilLayout::kPolar, PupilLayout::kSobol, PupilLayout::kGrid, PupilLayout::kRandom})
-    if (try_pupil(study.aperture, {layout, kFewestRays, study.trace.pupil.seed})) layouts.push_back(layout);
+    if (try_pupil(task.aperture, {layout, kFewestRays, task.trace.pupil.seed})) layouts.push_back(layout);
   const auto trace_of = [&](PupilLayout layout, std::int64_t rays) {
-    return ChartTrace(bench, bench.terms, make_pupil(study.aperture, {layout, rays, study.trace.pupil.seed}),
+    return ChartTrace(bench, bench.terms, make_pupil(task.aperture, {layout, rays, task.trace.pupil.seed}),
                       bench.threads);
   };
 
@@ -90,7 +90,7 @@ ChartFamily chart_pupils(const ChartBench& bench, double seconds) {
   ChartTrace reference = trace_of(finest, kFactor * largest);
   const Eigen::VectorXd truth = reference.exact(bench.coefficients, bench.statistics);
   const std::string reference_name = fmt::format("{}, {} rays", name_of(finest), reference.pupil().size());
-  const PupilOptions today = study.trace.pupil;
+  const PupilOptions today = task.trace.pupil;
 
   for (const PupilLayout layout : layouts) {
     std::vector<std::int64_t> counts;

@@ -34,7 +34,7 @@ ChartFamily chart_smoothing(const ChartBench& bench, double seconds) {
                      ""};
   const auto try_on = [&](std::int64_t rays) {
     return ChartTrace(bench, bench.terms,
-                      make_pupil(bench.study.aperture, pupil_of_at_most(bench.study, rays)), bench.threads);
+                      make_pupil(bench.task.aperture, pupil_of_at_most(bench.task, rays)), bench.threads);
   };
   // As many of the study's rays as leave time for all widths.
   constexpr std::int64_t kProbe = 8192;

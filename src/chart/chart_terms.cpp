@@ -18,7 +18,7 @@ constexpr int kModeCounts[] = {50, 100, 200, 400, 800, 1600, 3200, 6400, 12800, 
 constexpr std::int64_t kModeRays = 1024, kModeTimeRays = 8192;
 
 std::uint64_t draw_seed(const ChartBench& bench, std::size_t draw) {
-  return RandomStream(bench.study.fit.seed, "chart-draws").bits(draw);
+  return RandomStream(bench.task.fit.seed, "chart-draws").bits(draw);
 }
 
 // Columns: draws. Each is evaluated on one thread, so that they can run side by side.
@@ -66,12 +66,12 @@ double seconds_of_probe(const ChartBench& bench, const TermSet& terms, const Pup
 }  // namespace
 
 ChartFamily chart_orders(const ChartBench& bench, double seconds) {
-  const Study& study = bench.study;
+  const Task& task = bench.task;
   ChartFamily family{"zernike-order",
                      "Zernike orders",
                      "largest change of the draws' mean statistics without higher orders",
                      "values and full Jacobian by adjoints",
-                     study.equivalence.margin,
+                     task.equivalence.margin,
                      "margin of equivalence",
                      {},
                      "",
@@ -102,11 +102,11 @@ ChartFamily chart_orders(const ChartBench& bench, double seconds) {
   terms.radius = radius;
   CoefficientPrior prior;
   std::size_t draws = 0;
-  const PupilSample pupil = make_pupil(study.aperture, pupil_of_at_most(study, 4 * kProbe));
+  const PupilSample pupil = make_pupil(task.aperture, pupil_of_at_most(task, 4 * kProbe));
   const ChartClock clock(seconds);
   while (true) {
     terms.zernike = zernike_modes(2, beyond());
-    prior = make_prior(terms, *bench.scene.prior_psd, study.terms.covariance);
+    prior = make_prior(terms, *bench.scene.prior_psd, task.terms.covariance);
     const double once =
         seconds_of_probe(bench, terms, pupil, prior.colour(draw_white(prior.size(), draw_seed(bench, 0))));
     draws = std::size_t(std::min(double(kMostDraws),
@@ -208,12 +208,12 @@ ModeDraws draw_modes(const ChartBench& bench, const TermSet& terms, const Coeffi
 }  // namespace
 
 ChartFamily chart_modes(const ChartBench& bench, double seconds) {
-  const Study& study = bench.study;
+  const Task& task = bench.task;
   ChartFamily family{"fourier-count",
                      "Number of plane waves for the whole band",
                      "RMS relative error of the mean statistics of draws",
                      "values and full Jacobian by adjoints",
-                     study.equivalence.margin,
+                     task.equivalence.margin,
                      "margin of equivalence",
                      {},
                      "",
@@ -223,21 +223,21 @@ ChartFamily chart_modes(const ChartBench& bench, double seconds) {
     return family;
   }
   const RadialPsd& psd = *bench.scene.prior_psd;
-  const bool own = study.terms.fourier && bench.terms.zernike.empty();
-  const FourierSampling sampling = own ? study.terms.fourier->sampling : FourierSampling::kLog;
+  const bool own = task.terms.fourier && bench.terms.zernike.empty();
+  const FourierSampling sampling = own ? task.terms.fourier->sampling : FourierSampling::kLog;
   const auto set_of = [&](int count) {
     TermSet terms;
     terms.radius = bench.scene.radius;
-    terms.fourier = fourier_modes(psd, count, sampling, study.fit.seed);
+    terms.fourier = fourier_modes(psd, count, sampling, task.fit.seed);
     return terms;
   };
   const auto prior_of = [&](const TermSet& terms) { return make_prior(terms, psd, CovarianceKind::kFull); };
   std::vector<int> counts(std::begin(kModeCounts), std::end(kModeCounts));
-  if (own) counts.push_back(study.terms.fourier->count);
+  if (own) counts.push_back(task.terms.fourier->count);
   std::sort(counts.begin(), counts.end());
   counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
-  const PupilSample pupil = make_pupil(study.aperture, pupil_of_at_most(study, kModeRays));
-  const PupilSample time_pupil = make_pupil(study.aperture, pupil_of_at_most(study, kModeTimeRays));
+  const PupilSample pupil = make_pupil(task.aperture, pupil_of_at_most(task, kModeRays));
+  const PupilSample time_pupil = make_pupil(task.aperture, pupil_of_at_most(task, kModeTimeRays));
 
   // One draw costs a + b count. Counts that the budget does not reach are left out.
   constexpr std::size_t kMostDraws = 256, kFewestDraws = 24;
@@ -286,7 +286,7 @@ ChartFamily chart_modes(const ChartBench& bench, double seconds) {
     if (const Eigen::Index k = spoken_of(bench.statistics); k >= 0)
       row.note = fmt::format("{} of a draw spreads by {:.3g} %",
                              statistic_name(bench.statistics[std::size_t(k)]), 100 * here.spread);
-    row.is_default = own && count == study.terms.fourier->count;
+    row.is_default = own && count == task.terms.fourier->count;
     ChartTrace at(bench, terms, time_pupil, bench.threads);
     time_jacobian(bench, &at, prior.colour(draw_white(prior.size(), draw_seed(bench, 0))),
                   0.4 * seconds / double(counts.size()), &row);

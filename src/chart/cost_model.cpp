@@ -34,9 +34,9 @@ constexpr int kPassing = 2;
 // Plane waves: 32, 64, ... to where they pass (181 for 20 nm uniform from 2.5 to 200 /m), then in between.
 constexpr int kFewestModes = 32, kTypicalModes = 256;
 
-FitSize fit_size(const Study& study, const TermSet& terms, const TargetSets& targets, int threads) {
+FitSize fit_size(const Task& task, const TermSet& terms, const TargetSets& targets, int threads) {
   FitSize size;
-  size.rays = double(study.trace.pupil.rays);
+  size.rays = double(task.trace.pupil.rays);
   size.terms = double(terms.size());
   size.fitted = double(targets.fitted.size() + targets.guides.size());
   size.judged = double(targets.fitted.size() + targets.held_out.size());
@@ -58,16 +58,16 @@ ordered_json read_chart(const std::string& file) {
 }  // namespace
 
 FitRates measure_rates(const ChartBench& bench, double seconds) {
-  const Study& study = bench.study;
+  const Task& task = bench.task;
   FitRates rates;
-  rates.size = fit_size(study, bench.terms, bench.targets, bench.threads);
-  rates.expected = fit_work(study, bench.scene, bench.terms, bench.targets, bench.threads);
+  rates.size = fit_size(task, bench.terms, bench.targets, bench.threads);
+  rates.expected = fit_work(task, bench.scene, bench.terms, task.trace.pupil, bench.targets, bench.threads);
   rates.measured.targets = bench.targets_seconds;
   rates.measured.prior = bench.prior_seconds;
   rates.source = "measured on this study";
 
   bench.say("chart: an evaluation and a Jacobian");
-  ChartTrace at(bench, bench.terms, make_pupil(study.aperture, study.trace.pupil), bench.threads);
+  ChartTrace at(bench, bench.terms, make_pupil(task.aperture, task.trace.pupil), bench.threads);
   std::vector<Statistic> both = bench.statistics;
   for (const Target& guide : bench.targets.guides) both.push_back(guide.statistic);
   Eigen::VectorXd values;
@@ -83,16 +83,16 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
 
   // The fit itself, as far as the time goes.
   const SpectrumTarget spectrum =
-      make_spectrum_target(study, bench.scene, bench.terms, bench.prior, bench.threads);
-  FitProblem problem{study.mirror,         at.pupil(),           at.surface(),       bench.prior,
-                     bench.targets.fitted, bench.targets.guides, study.trace.centre, bench.scene.focal_sigma};
+      make_spectrum_target(task, bench.scene, bench.terms, bench.prior, bench.threads);
+  FitProblem problem{task.mirror,         at.pupil(),           at.surface(),       bench.prior,
+                     bench.targets.fitted, bench.targets.guides, task.trace.centre, bench.scene.focal_sigma};
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;
   problem.spectrum_tolerance = spectrum.tolerance;
   FitOptions how;
-  how.prior = study.fit.prior;
-  how.max_iterations = study.fit.max_iterations;
-  how.bound = study.fit.bound_sigmas;
+  how.prior = task.fit.prior;
+  how.max_iterations = task.fit.max_iterations;
+  how.bound = task.fit.bound_sigmas;
   how.threads = bench.threads;
   double last = 0;
   int done = 0;
@@ -105,7 +105,7 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
     }
     return p.seconds < limit;
   };
-  const FitResult fit = calibrate(problem, draw_white(bench.prior.size(), study.fit.seed), how);
+  const FitResult fit = calibrate(problem, draw_white(bench.prior.size(), task.fit.seed), how);
   rates.iterations_known = fit.status == FitStatus::kConverged || fit.status == FitStatus::kNotConverged;
   rates.iterations = rates.iterations_known ? std::max(1, fit.iterations) : kIterations;
   if (rates.iterations_known)
@@ -121,7 +121,7 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
   const auto fresh_rays = std::int64_t(std::max(4096.0, 4 * rates.size.rays * part));
   const ChartClock fresh_clock(0);
   const FreshStatistics fresh =
-      evaluate_fresh(study, bench.terms, bench.coefficients, judged, fresh_rays, bench.threads, nullptr);
+      evaluate_fresh(task, bench.terms, bench.coefficients, judged, fresh_rays, bench.threads, nullptr);
   rates.measured.fresh =
       fresh_clock.elapsed() * 4 * rates.size.rays / double(std::max<Eigen::Index>(1, fresh.rays));
 
@@ -134,7 +134,7 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
         kZoneDraws * one_clock.elapsed() * rates.size.zone_points / double(at.pupil().size());
     if (rates.measured.zones < 0.25 * seconds) {
       const ChartClock zone_clock(0);
-      zone_slopes(study, bench.terms, bench.prior, bench.coefficients, bench.threads);
+      zone_slopes(task, bench.terms, bench.prior, bench.coefficients, bench.threads);
       rates.measured.zones = zone_clock.elapsed();
     }
   }
@@ -232,33 +232,33 @@ namespace {
 
 /// Full fits of one set on one number of rays.
 struct Fits {
-  Study study;
   TermSet terms;
+  PupilOptions rays;
   double count = 1, judged = 1;  // how many, and how many of these are judged
 };
 
-Study on_rays(Study study, std::int64_t rays) {
-  study.trace.automatic_rays = false;
-  study.trace.pupil.rays = rays;
-  return study;
+PupilOptions of_rays(const Task& task, std::int64_t rays) {
+  PupilOptions pupil = task.trace.pupil;
+  pupil.rays = rays;
+  return pupil;
 }
 
 // fit_on_enough_rays (attempt.cpp) of `count` sets, of which `passing` are judged and tried on twice the
 // rays.
-void add_fits(const Study& study, const Scene& scene, const TermSet& terms, double count, double passing,
+void add_fits(const Task& task, const Scene& scene, const TermSet& terms, double count, double passing,
               std::vector<Fits>* fits) {
-  if (!study.trace.automatic_rays || scene.use.physics == FocusPhysics::kWaves) {
-    fits->push_back({study, terms, count, passing});
+  if (!task.trace.automatic_rays || scene.use.physics == FocusPhysics::kWaves) {
+    fits->push_back({terms, task.trace.pupil, count, passing});
     return;
   }
   const std::int64_t first = first_rays(terms.size());
-  fits->push_back({on_rays(study, first), terms, count, passing});
-  fits->push_back({on_rays(study, more_rays(first)), terms, passing, passing});
+  fits->push_back({terms, of_rays(task, first), count, passing});
+  fits->push_back({terms, of_rays(task, more_rays(first)), passing, passing});
 }
 
-TermSet terms_of(const Study& study, const Scene& scene) {
+TermSet terms_of(const Task& task, const Scene& scene, const TermsSpec& asked) {
   double captured = 0;
-  return make_terms(study, scene, &captured);
+  return make_terms(task, scene, asked, &captured);
 }
 
 // Where searches by rays end: 18 of 15 to 28, 18 of 6 to 31, 24 of 17 to 74, 36 and 40 of 31 to 56 (studies
@@ -271,32 +271,33 @@ int typical_order(const OrderRange& range, bool waves) {
 }
 
 // The sets of a search: short ones by `screens`, full ones by the return value.
-std::vector<Fits> search_fits(const Study& study, const Scene& scene, std::vector<Fits>* screens) {
+std::vector<Fits> search_fits(const Task& task, const Scene& scene, std::vector<Fits>* screens) {
   const bool waves = scene.use.physics == FocusPhysics::kWaves;
   const OrderRange range = expected_orders(scene);
   std::vector<Fits> fits;
   if (range.wide) {  // doubling, then half as many steps in between
     for (int count = kFewestModes; count <= kTypicalModes; count *= 2) {
-      const Study with = with_fourier_modes(study, count);
+      const TermSet terms = terms_of(task, scene, plane_waves(count));
       const bool last = count == kTypicalModes;
-      add_fits(with, scene, terms_of(with, scene), last ? kPassing + 1 : 1, last ? kPassing : 0, &fits);
+      add_fits(task, scene, terms, last ? kPassing + 1 : 1, last ? kPassing : 0, &fits);
     }
     return fits;
   }
+  const auto zernikes = [&](int order) {
+    return terms_of(task, scene, zernikes_up_to(order, task.terms.covariance));
+  };
   const int end = typical_order(range, waves);
   for (int order = 2; !waves && order < end; order = next_order(order)) {
-    const Study with = with_zernikes(study, order);
-    const TermSet terms = terms_of(with, scene);
-    screens->push_back({on_rays(with, screening_rays(terms.size())), terms, 1, 0});
+    const TermSet terms = zernikes(order);
+    screens->push_back({terms, of_rays(task, screening_rays(terms.size())), 1, 0});
   }
-  const Study with = with_zernikes(study, end);
-  add_fits(with, scene, terms_of(with, scene), waves ? kWaveFits : kFullFits, kPassing, &fits);
+  add_fits(task, scene, zernikes(end), waves ? kWaveFits : kFullFits, kPassing, &fits);
   return fits;
 }
 
 }  // namespace
 
-FitPrediction predict_fit(const Study& study, const Scene& scene, const TermSet& terms,
+FitPrediction predict_fit(const Task& task, const Scene& scene, const TermSet& terms,
                           const TargetSets& targets, const FitRates& r, int threads) {
   const bool rays = scene.use.physics == FocusPhysics::kRays;
   // A chart is of rays: of other physics it only tells how fast the machine is.
@@ -305,12 +306,12 @@ FitPrediction predict_fit(const Study& study, const Scene& scene, const TermSet&
     return !rays ? speed : r.expected.*stage > 0 ? r.measured.*stage / r.expected.*stage : 0.0;
   };
   FitPrediction p;
-  p.search = study.terms.automatic && scene.psd;
+  p.search = task.terms.automatic && scene.psd;
   std::vector<Fits> screens, fits;
   if (p.search)
-    fits = search_fits(study, scene, &screens);
+    fits = search_fits(task, scene, &screens);
   else
-    add_fits(study, scene, terms, 1, 1, &fits);
+    add_fits(task, scene, terms, 1, 1, &fits);
   p.iterations_known = r.iterations_known && rays && !p.search;
   const bool few = 2 * std::size_t(terms.size()) <= targets.fitted.size() + targets.guides.size();
   p.iterations = p.search             ? kSearchIterations
@@ -318,20 +319,20 @@ FitPrediction predict_fit(const Study& study, const Scene& scene, const TermSet&
                  : few                ? kFewTermsIterations
                  : rays               ? r.iterations
                                       : kWaveIterations;
-  p.more_rays = study.trace.automatic_rays && scene.use.physics != FocusPhysics::kWaves;
+  p.more_rays = task.trace.automatic_rays && scene.use.physics != FocusPhysics::kWaves;
 
-  const int most = std::max(1, study.fit.max_iterations);
+  const int most = std::max(1, task.fit.max_iterations);
   const double iterations = std::min(p.iterations, double(most));
   double screening = 0, prior = 0, solving = 0, ends = 0, fresh = 0;
   for (const Fits& fit : screens) {
-    const FitWork work = fit_work(fit.study, scene, fit.terms, targets, threads);
+    const FitWork work = fit_work(task, scene, fit.terms, fit.rays, targets, threads);
     screening +=
         work.prior * rate(&FitWork::prior) +
         (work.iteration * std::min(kScreeningIterations, most) + work.ends) * rate(&FitWork::iteration);
   }
   FitWork last;
   for (const Fits& fit : fits) {
-    last = fit_work(fit.study, scene, fit.terms, targets, threads);
+    last = fit_work(task, scene, fit.terms, fit.rays, targets, threads);
     prior += fit.count * last.prior * rate(&FitWork::prior);
     solving += fit.count * iterations * last.iteration * rate(&FitWork::iteration);
     ends += fit.count * last.ends * rate(&FitWork::iteration);

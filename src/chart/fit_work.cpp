@@ -92,15 +92,15 @@ Optics on_scattered_rays(FocusPhysics physics, const TermSet& terms, double rays
   return on_rays(physics, terms, layout);
 }
 
-Optics on_grid(const Study& study, const TermSet& terms, double pitch) {
+Optics on_grid(const Task& task, const TermSet& terms, double pitch) {
   Optics optics;
   optics.physics = FocusPhysics::kWaves;
-  const double across = std::ceil(2 * aperture_radius(study.aperture) / pitch);
+  const double across = std::ceil(2 * aperture_radius(task.aperture) / pitch);
   const double length = 2 * std::max(2.0, across);  // transforms that are fast are up to 5 % longer
   optics.transform = length * length * std::log2(length);
   PointLayout layout;
   layout.rows = layout.columns = Eigen::Index(across);
-  layout.points = std::max<Eigen::Index>(1, Eigen::Index(aperture_area(study.aperture) / (pitch * pitch)));
+  layout.points = std::max<Eigen::Index>(1, Eigen::Index(aperture_area(task.aperture) / (pitch * pitch)));
   return with_operator(optics, terms, layout);
 }
 
@@ -139,9 +139,9 @@ double algebra(double statistics, double terms) {
 }
 
 // The fit's own grid and the finer one.
-double judged_by_waves(const Study& study, const TermSet& terms, const Asked& wanted, double pitch) {
-  return values(on_grid(study, terms, pitch), wanted) +
-         values(on_grid(study, terms, pitch / kFinerGrid), wanted);
+double judged_by_waves(const Task& task, const TermSet& terms, const Asked& wanted, double pitch) {
+  return values(on_grid(task, terms, pitch), wanted) +
+         values(on_grid(task, terms, pitch / kFinerGrid), wanted);
 }
 
 // Scrambles and all of them together.
@@ -151,30 +151,31 @@ double judged_by_rays(FocusPhysics physics, const TermSet& terms, const Asked& w
 }
 
 // As judge_by_need (judge.cpp) decides.
-double judgement(const Study& study, const Scene& scene, const TermSet& terms, const TargetSets& targets) {
+double judgement(const Task& task, const Scene& scene, const TermSet& terms, const PupilOptions& rays,
+                 const TargetSets& targets) {
   const bool given = targets.theory == "given";
   if (!scene.use.too_simple(given) || !scene.use.obstacle.empty()) return 0;
   const Asked wanted = asked({&targets.fitted});
   const double theory = given ? 0 : wanted.planes(kSpotRing) * kSpotPlane;
   const FocusPhysics physics = physics_of(scene.use.choice->model);
   if (physics == FocusPhysics::kWaves)
-    return theory + judged_by_waves(study, terms, wanted, wave_pitch(study, terms, targets.fitted));
-  return theory + judged_by_rays(physics, terms, wanted, double(study.trace.pupil.rays));
+    return theory + judged_by_waves(task, terms, wanted, wave_pitch(task, terms, targets.fitted));
+  return theory + judged_by_rays(physics, terms, wanted, double(rays.rays));
 }
 
 // As realisation_of (judge.cpp) decides.
-double realisations(const Study& study, const Scene& scene, const Optics& optics) {
-  const double share = scene.psd ? scene.numbers.realisation_spread / study.equivalence.margin : 0;
+double realisations(const Task& task, const Scene& scene, const Optics& optics) {
+  const double share = scene.psd ? scene.numbers.realisation_spread / task.equivalence.margin : 0;
   if (!(share >= 0.5) || (share > 2 && optics.physics == FocusPhysics::kRays)) return 0;
   return kRealisations * values(optics, {1, 1, 0});
 }
 
-double zones(const Study& study, const TermSet& terms) {
+double zones(const Task& task, const TermSet& terms) {
   const double points = zone_points(terms);
   if (points == 0) return 0;
   PointLayout layout;
   layout.points = Eigen::Index(points);
-  if (study.aperture.index() < 2) {  // a polar rule, about twice as many spokes as rings
+  if (task.aperture.index() < 2) {  // a polar rule, about twice as many spokes as rings
     layout.rings = std::max<Eigen::Index>(1, Eigen::Index(std::sqrt(points / 2) / 2));
     layout.spokes = 8 * std::max<Eigen::Index>(1, layout.points / (8 * layout.rings));
   }
@@ -198,14 +199,14 @@ double zone_points(const TermSet& terms) {
   return std::clamp(4 * order * order, 4096.0, 65536.0);
 }
 
-FitWork fit_work(const Study& study, const Scene& scene, const TermSet& terms, const TargetSets& targets,
-                 int threads) {
+FitWork fit_work(const Task& task, const Scene& scene, const TermSet& terms, const PupilOptions& rays,
+                 const TargetSets& targets, int threads) {
   const FocusPhysics physics = scene.use.physics;
   const bool waves = physics == FocusPhysics::kWaves;
-  const double pitch = waves ? wave_pitch(study, terms, all_of(targets)) : 0;
+  const double pitch = waves ? wave_pitch(task, terms, all_of(targets)) : 0;
   const Optics optics =
-      waves ? on_grid(study, terms, pitch)
-            : on_rays(physics, terms, point_layout(make_pupil(study.aperture, study.trace.pupil)));
+      waves ? on_grid(task, terms, pitch)
+            : on_rays(physics, terms, point_layout(make_pupil(task.aperture, rays)));
   const Asked fitted = asked({&targets.fitted, &targets.guides});
   const Asked reported = asked({&targets.fitted}), judged = asked({&targets.fitted, &targets.held_out});
   FitWork work;
@@ -213,12 +214,12 @@ FitWork fit_work(const Study& study, const Scene& scene, const TermSet& terms, c
   work.prior = kPrior * std::pow(double(terms.size()) / kPriorTerms, 1.5);
   work.iteration = linearisation(optics, fitted) / threads + algebra(fitted.count, double(terms.size()));
   work.ends = (linearisation(optics, fitted) + 2 * values(optics, reported)) / threads;
-  work.fresh = (waves ? judged_by_waves(study, terms, judged, pitch)
-                      : judged_by_rays(physics, terms, judged, 4 * double(study.trace.pupil.rays))) /
+  work.fresh = (waves ? judged_by_waves(task, terms, judged, pitch)
+                      : judged_by_rays(physics, terms, judged, 4 * double(rays.rays))) /
                threads;
-  work.realisations = realisations(study, scene, optics) / threads;
-  work.judgement = judgement(study, scene, terms, targets) / threads;
-  work.zones = zones(study, terms) / threads;
+  work.realisations = realisations(task, scene, optics) / threads;
+  work.judgement = judgement(task, scene, terms, rays, targets) / threads;
+  work.zones = zones(task, terms) / threads;
   return work;
 }
 

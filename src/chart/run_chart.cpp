@@ -20,9 +20,9 @@ constexpr double kRates = 0.18, kPupils = 0.22, kNormals = 0.12, kOperators = 0.
 
 }  // namespace
 
-nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, std::string* table) {
-  if (study.target.map)
-    throw InputError(study.path, "/target/map", "a study of a map",
+nlohmann::ordered_json run_chart(const Task& task, const RunOptions& options, std::string* table) {
+  if (task.target.map)
+    throw InputError(task.path, "/target/map", "a study of a map",
                      "statistics as targets: a map is fitted by linear least squares, which is exact, and "
                      "`aberfit check` predicts its cost");
   const double budget = options.chart_seconds;
@@ -30,11 +30,11 @@ nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, 
   // The methods compared here are those of rays, whatever the scene needs.
   Study rays = study;
   rays.trace.model = TraceModel::kRays;
-  if (study.target.theory != Theory::kRays) rays.target.theory = Theory::kGeometric;
+  if (task.target.theory != Theory::kRays) rays.target.theory = Theory::kGeometric;
   const ChartBench bench = make_chart_bench(rays, options);
   const SurfaceField surface = [&] {
     SurfaceField field;
-    const PupilSample few = make_pupil(study.aperture, pupil_of_at_most(study, 1024));
+    const PupilSample few = make_pupil(task.aperture, pupil_of_at_most(task, 1024));
     SurfaceOperator(bench.terms, few, OperatorOptions{bench.threads, {}, {}})
         .apply(bench.coefficients, &field);
     return field;
@@ -48,8 +48,8 @@ nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, 
     chart.warnings.push_back(
         {"rays-not-valid", fmt::format("this scene needs {}: what is charted are the methods of rays",
                                        to_string(physics_of(choice->model)))});
-  chart.study = resolved_study(study);
-  chart.title = study.title;
+  chart.study = resolved_study(task);
+  chart.title = task.title;
   chart.instruction_set = to_string(best_instruction_set());
   chart.budget_seconds = budget;
   chart.rates = to_json(measure_rates(bench, kRates * budget));
@@ -65,12 +65,12 @@ nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, 
   append({chart_smoothing(bench, kSmoothing * budget)});
   chart.step_law = step_law(bench);
   chart.seconds = clock.elapsed();
-  chart.provenance = make_provenance(study.fit.seed, bench.threads);
+  chart.provenance = make_provenance(task.fit.seed, bench.threads);
   chart.provenance.libraries["ceres"] = solver_version();
 
   if (!options.output_directory.empty()) {
     bench.say("chart: files");
-    if (options.plots && study.output.plots)
+    if (options.plots && task.output.plots)
       write_chart_plots(chart, options.output_directory, &chart.warnings);
     const std::string folder = options.output_directory + "/";
     write_file(folder + "chart.csv", chart_csv(chart));

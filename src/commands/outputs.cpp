@@ -4,6 +4,7 @@
 
 #include "aberfit/report/exports.h"
 #include "aberfit/report/plots.h"
+#include "aberfit/study/read_study.h"
 #include "aberfit/theory/ray_perturbation.h"
 
 namespace aberfit {
@@ -70,6 +71,10 @@ void write_exports(const Study& study, const std::string& folder, ResultDocument
 
 }  // namespace
 
+nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome) {
+  return outcome.map ? resolved_study(study) : resolved_study(study, outcome.chosen);
+}
+
 void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
                ResultDocument* result) {
   if (options.plots && study.output.plots) draw(study, scene, options, focus, result);
@@ -79,7 +84,7 @@ void write_fit(const Study& study, const Scene& scene, const RunOptions& options
   write_exports(study, folder + "exports/", result);
   write_file(folder + "summary.txt", summary_table(*result, true));
   // Last, so that a result.json always has its companions beside it.
-  write_file(folder + "result.json", to_json(*result).dump(2) + "\n");
+  write_file(folder + "result.json", to_json(*result, resolved(study, *result)).dump(2) + "\n");
 }
 
 }  // namespace aberfit

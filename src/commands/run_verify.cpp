@@ -6,7 +6,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/units.h"
-#include "aberfit/equivalence/tost.h"
+#include "aberfit/method/tost.h"
 #include "aberfit/focus/counted_ring_width.h"
 #include "aberfit/report/result.h"
 #include "aberfit/theory/ray_perturbation.h"

@@ -21,4 +21,10 @@ InputError::InputError(std::string file, std::string pointer, std::string found,
       found_(std::move(found)),
       allowed_(std::move(allowed)) {}
 
+FieldError::FieldError(std::string field, std::string found, std::string allowed)
+    : std::runtime_error(message("", field, found, allowed)),
+      field_(std::move(field)),
+      found_(std::move(found)),
+      allowed_(std::move(allowed)) {}
+
 }  // namespace aberfit

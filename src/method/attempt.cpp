@@ -8,7 +8,6 @@
 #include <memory>
 
 #include "aberfit/core/random.h"
-#include "aberfit/study/read_study.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/spectrum_target.h"
 
@@ -22,12 +21,12 @@ std::vector<Statistic> statistics_of(const std::vector<Target>& targets) {
 }
 
 // Waves need a grid as fine as the light of everything that will be asked of it.
-double grid_pitch(const Study& study, const Scene& scene, const TermSet& terms, const TargetSets& targets) {
-  if (scene.use.physics != FocusPhysics::kWaves) return 0;
-  std::vector<Target> all = targets.fitted;
-  all.insert(all.end(), targets.guides.begin(), targets.guides.end());
-  all.insert(all.end(), targets.held_out.begin(), targets.held_out.end());
-  return wave_pitch(study, terms, all);
+double grid_pitch(const FitCase& of, const TermSet& terms) {
+  if (of.scene.use.physics != FocusPhysics::kWaves) return 0;
+  std::vector<Target> all = of.targets.fitted;
+  all.insert(all.end(), of.targets.guides.begin(), of.targets.guides.end());
+  all.insert(all.end(), of.targets.held_out.begin(), of.targets.held_out.end());
+  return wave_pitch(of.task, terms, all);
 }
 
 // Ends a fit whose worst mismatch stays well above the tolerances.
@@ -63,40 +62,39 @@ class StallWatch {
 };
 
 // lowest: of the worst mismatches that the fit has been through.
-FitOptions fit_options(const Study& study, const RunOptions& options, const Effort& effort,
-                       FocusPhysics physics, int threads, int tries, double* lowest) {
+FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double* lowest) {
   FitOptions fit;
-  fit.prior = study.fit.prior;
-  fit.max_iterations = std::min(study.fit.max_iterations, effort.most_iterations);
-  fit.bound = study.fit.bound_sigmas;
-  fit.threads = threads;
-  if (options.progress || effort.give_up_on_stall) {
-    auto watch = std::make_shared<StallWatch>(physics);
-    fit.progress = [&options, &effort, watch, tries, lowest](const FitProgress& p) {
-      *lowest = std::min(*lowest, p.worst_mismatch);
-      if (effort.give_up_on_stall && watch->stalled(p)) return false;
-      if (!options.progress) return true;
-      options.progress(fmt::format("fit{}: iteration {}, worst mismatch {:.3g} tolerances, {:.1f} s",
-                                   tries > 0 ? fmt::format(" (start {})", tries + 1) : "", p.iteration,
-                                   p.worst_mismatch, p.seconds));
-      return true;
-    };
-  }
+  fit.prior = of.task.fit.prior;
+  fit.max_iterations = plan.most_iterations;
+  fit.bound = of.task.fit.bound_sigmas;
+  fit.threads = of.context.threads;
+  if (!of.context.progress && !plan.give_up_on_stall) return fit;
+  auto watch = std::make_shared<StallWatch>(of.scene.use.physics);
+  fit.progress = [&of, &plan, watch, tries, lowest](const FitProgress& p) {
+    *lowest = std::min(*lowest, p.worst_mismatch);
+    if (plan.give_up_on_stall && watch->stalled(p)) return false;
+    if (!of.context.progress) return true;
+    of.context.say(fmt::format("fit{}: iteration {}, worst mismatch {:.3g} tolerances, {:.1f} s",
+                               tries > 0 ? fmt::format(" (start {})", tries + 1) : "", p.iteration,
+                               p.worst_mismatch, p.seconds));
+    return true;
+  };
   return fit;
 }
 
 // Tries the seeded starts in turn and keeps the cheapest; stops at the first that meets every tolerance.
-FitResult fit_from_starts(const Study& study, const FitProblem& problem, const RunOptions& options,
-                          const Effort& effort, int threads, Eigen::VectorXd* start, double* lowest) {
+FitResult fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProblem& problem,
+                          Eigen::VectorXd* start, double* lowest) {
+  const FitSpec& asked = of.task.fit;
   FitResult best;
-  for (int k = 0; k < study.fit.starts; ++k) {
+  for (int k = 0; k < plan.starts; ++k) {
     const std::uint64_t seed =
-        k == 0 ? study.fit.seed : RandomStream(study.fit.seed, "starts").bits(std::uint64_t(k));
-    const Eigen::VectorXd white = effort.warm.size() > 0 ? effort.warm
-                                  : study.fit.start == FitStart::kZero
+        k == 0 ? asked.seed : RandomStream(asked.seed, "starts").bits(std::uint64_t(k));
+    const Eigen::VectorXd white = plan.warm.size() > 0 ? plan.warm
+                                  : asked.start == FitStart::kZero
                                       ? Eigen::VectorXd::Zero(problem.prior.size()).eval()
                                       : draw_white(problem.prior.size(), seed);
-    const FitOptions how = fit_options(study, options, effort, problem.physics, threads, k, lowest);
+    const FitOptions how = fit_options(of, plan, k, lowest);
     FitResult result = calibrate(problem, white, how);
     const bool met = result.status == FitStatus::kConverged &&
                      within_tolerance(problem, result, std::max(1.0, how.stop_at));
@@ -123,40 +121,39 @@ double worst_mismatch(const FitProblem& problem, const FitResult& fit) {
 }
 
 // Two one-sided tests of every fitted and held-out statistic on rays the fit has not seen.
-void judge(const Study& study, const TargetSets& targets, const FreshStatistics& fresh,
-           ResultDocument* result) {
+void judge(const FitCase& of, const FreshStatistics& fresh, FitOutcome* result) {
+  const EquivalenceSpec& asked = of.task.equivalence;
   const auto add = [&](const Target& target, bool held_out, Eigen::Index at) {
     result->metrics.push_back(tost(statistic_name(target.statistic), held_out, target.value,
                                    target.standard_error, fresh.value[at], fresh.standard_error[at],
-                                   study.equivalence.margin, study.equivalence.confidence));
+                                   asked.margin, asked.confidence));
   };
   Eigen::Index at = 0;
-  for (const Target& target : targets.fitted) add(target, false, at++);
-  for (const Target& target : targets.held_out) add(target, true, at++);
-  result->validated = fresh.value.head(Eigen::Index(targets.fitted.size()));
+  for (const Target& target : of.targets.fitted) add(target, false, at++);
+  for (const Target& target : of.targets.held_out) add(target, true, at++);
+  result->validated = fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   result->verdict = overall(result->metrics);
 }
 
 // Statistics on rays the fit has not seen, and the verdict on them.
-void judge_on_fresh_rays(const Study& study, const TargetSets& targets, const RunOptions& options,
-                         int threads, Attempt* attempt) {
-  if (options.progress) options.progress("fresh rays");
-  ResultDocument& result = attempt->result;
-  std::vector<Statistic> judged = statistics_of(targets.fitted);
-  for (const Target& target : targets.held_out) judged.push_back(target.statistic);
-  attempt->fresh =
-      evaluate_fresh(study, attempt->bench->physics, attempt->bench->pitch, result.terms,
-                     result.fit.coefficients, judged, 4 * result.rays, threads, &result.warnings);
-  judge(study, targets, attempt->fresh, &result);
+void judge_on_fresh_rays(const FitCase& of, Attempt* attempt) {
+  of.context.say("fresh rays");
+  FitOutcome& result = attempt->result;
+  std::vector<Statistic> judged = statistics_of(of.targets.fitted);
+  for (const Target& target : of.targets.held_out) judged.push_back(target.statistic);
+  attempt->fresh = evaluate_fresh(of.task, attempt->bench->physics, attempt->bench->pitch, result.terms,
+                                  result.fit.coefficients, judged, 4 * result.rays, of.context.threads,
+                                  &result.warnings);
+  judge(of, attempt->fresh, &result);
 }
 
 // How far the fit's own rays are from fresh ones, and those from each other.
-RayChoice ray_choice(const Study& study, const Attempt& attempt) {
+RayChoice ray_choice(const Task& task, const FitPlan& plan, const Attempt& attempt) {
   RayChoice choice;
-  choice.automatic = study.trace.automatic_rays;
-  choice.allowed = kRayShareOfMargin * study.equivalence.margin;
+  choice.automatic = plan.automatic_rays;
+  choice.allowed = kRayShareOfMargin * task.equivalence.margin;
   choice.gap = choice.sampling_error = 0;
-  const ResultDocument& result = attempt.result;
+  const FitOutcome& result = attempt.result;
   for (Eigen::Index k = 0; k < result.fitted.size(); ++k) {
     const double scale = std::abs(result.targets[std::size_t(k)].value);
     if (!(scale > 0)) continue;
@@ -166,15 +163,43 @@ RayChoice ray_choice(const Study& study, const Attempt& attempt) {
   return choice;
 }
 
+// What is known of a result before the solve.
+FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
+  FitOutcome result;
+  result.has_roughness = of.scene.psd.has_value();
+  result.scene = of.scene.numbers;
+  describe_models(of.scene, of.targets.theory, &result);
+  result.targets = of.targets.fitted;
+  result.radius = of.scene.radius;
+  result.terms = plan.terms->terms;
+  result.chosen = {plan.terms->asked, plan.pupil.rays};
+  result.confidence = of.task.equivalence.confidence;
+  result.warnings = scene_warnings(of.task, of.scene, result.terms, plan.terms->captured);
+  return result;
+}
+
+FitProblem problem_of(const FitCase& of, const Workbench& bench, const CoefficientPrior& prior,
+                      const SpectrumTarget& spectrum) {
+  FitProblem problem{of.task.mirror,    bench.pupil,       bench.surface,        prior,
+                     of.targets.fitted, of.targets.guides, of.task.trace.centre, of.scene.focal_sigma};
+  problem.spectrum = spectrum.spectrum.get();
+  problem.spectrum_target = spectrum.value;
+  problem.spectrum_tolerance = spectrum.tolerance;
+  problem.physics = bench.physics;
+  problem.wavelength = of.task.wavelength;
+  problem.aperture = &of.task.aperture;
+  return problem;
+}
+
 }  // namespace
 
-Workbench::Workbench(const Study& study, FocusPhysics model, double grid_pitch, const TermSet& terms,
-                     int threads)
+Workbench::Workbench(const Task& task, FocusPhysics model, const PupilOptions& rays, double grid_pitch,
+                     const TermSet& terms, int threads)
     : physics(model),
       pitch(grid_pitch),
-      pupil(focus_pupil(study, model, grid_pitch)),
+      pupil(focus_pupil(task, model, rays, grid_pitch)),
       surface(terms, pupil, focus_operator(model, threads)),
-      nominal(trace_nominal(study.mirror, pupil)) {}
+      nominal(trace_nominal(task.mirror, pupil)) {}
 
 SurfaceField Workbench::field(const Eigen::VectorXd& coefficients) const {
   SurfaceField result;
@@ -182,90 +207,64 @@ SurfaceField Workbench::field(const Eigen::VectorXd& coefficients) const {
   return result;
 }
 
-Eigen::VectorXd Workbench::exact(const Study& study, const Eigen::VectorXd& coefficients,
+Eigen::VectorXd Workbench::exact(const Task& task, const Eigen::VectorXd& coefficients,
                                  const std::vector<Statistic>& statistics, int threads,
                                  Warnings* warnings) const {
   if (physics != FocusPhysics::kRays)
-    return focus_statistics(focus(study), coefficients, statistics, threads, warnings);
+    return focus_statistics(focus(task), coefficients, statistics, threads, warnings);
   const SurfaceField f = field(coefficients);
-  const RayBundle rays = trace(study.mirror, pupil, f);
-  return evaluate_exact({rays, nominal, f.height, study.trace.centre}, statistics, threads, warnings);
+  const RayBundle rays = trace(task.mirror, pupil, f);
+  return evaluate_exact({rays, nominal, f.height, task.trace.centre}, statistics, threads, warnings);
 }
 
-FocusScene Workbench::focus(const Study& study) const {
-  return {study.mirror, pupil, surface, physics, study.wavelength, &study.aperture, study.trace.centre};
+FocusScene Workbench::focus(const Task& task) const {
+  return {task.mirror, pupil, surface, physics, task.wavelength, &task.aperture, task.trace.centre};
 }
 
 bool has_solution(const FitResult& fit) {
   return fit.status == FitStatus::kConverged || fit.status == FitStatus::kNotConverged;
 }
 
-Attempt attempt_fit(const Study& study, const Scene& scene, const TargetSets& targets,
-                    const RunOptions& options, const Effort& effort, int threads) {
-  const auto say = [&](const std::string& line) {
-    if (options.progress) options.progress(line);
-  };
+Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
+  const int threads = of.context.threads;
+  const CoefficientPrior& prior = plan.terms->prior;
   Attempt attempt;
-  ResultDocument& result = attempt.result;
-  result.has_roughness = scene.psd.has_value();
-  result.scene = scene.numbers;
-  describe_models(scene, targets.theory, &result);
-  result.targets = targets.fitted;
-  result.radius = scene.radius;
-  result.terms = make_terms(study, scene, &attempt.captured);
-  result.warnings = scene_warnings(study, scene, result.terms, attempt.captured);
-
-  say("prior");
-  attempt.prior = make_study_prior(study, scene, result.terms);
-  const CoefficientPrior& prior = attempt.prior;
-  attempt.bench = std::make_shared<const Workbench>(
-      study, scene.use.physics, grid_pitch(study, scene, result.terms, targets), result.terms, threads);
+  attempt.terms = plan.terms;
+  attempt.result = outcome_of(of, plan);
+  FitOutcome& result = attempt.result;
+  attempt.bench = std::make_shared<const Workbench>(of.task, of.scene.use.physics, plan.pupil,
+                                                    grid_pitch(of, result.terms), result.terms, threads);
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
 
-  const SpectrumTarget spectrum = make_spectrum_target(study, scene, result.terms, prior, threads);
-  FitProblem problem{study.mirror,   bench.pupil,    bench.surface,      prior,
-                     targets.fitted, targets.guides, study.trace.centre, scene.focal_sigma};
-  problem.spectrum = spectrum.spectrum.get();
-  problem.spectrum_target = spectrum.value;
-  problem.spectrum_tolerance = spectrum.tolerance;
-  problem.physics = bench.physics;
-  problem.wavelength = study.wavelength;
-  problem.aperture = &study.aperture;
+  const SpectrumTarget spectrum = make_spectrum_target(of.task, of.scene, result.terms, prior, threads);
+  const FitProblem problem = problem_of(of, bench, prior, spectrum);
   Eigen::VectorXd start;
   double lowest = HUGE_VAL;  // what is known of a fit that was given up
-  result.fit = fit_from_starts(study, problem, options, effort, threads, &start, &lowest);
+  result.fit = fit_from_starts(of, plan, problem, &start, &lowest);
   attempt.mismatch = has_solution(result.fit) ? worst_mismatch(problem, result.fit) : lowest;
   attempt.met = result.fit.status == FitStatus::kConverged && within_tolerance(problem, result.fit, 1.0);
-  const std::vector<Statistic> fitted = statistics_of(targets.fitted);
-  result.start = bench.exact(study, prior.colour(start), fitted, threads, nullptr);
+  const std::vector<Statistic> fitted = statistics_of(of.targets.fitted);
+  result.start = bench.exact(of.task, prior.colour(start), fitted, threads, nullptr);
   for (Eigen::Index b = 0; b < result.fit.spectrum.size(); ++b)
     result.spectrum.push_back({spectrum.low[b], spectrum.high[b], spectrum.value[b], result.fit.spectrum[b],
                                spectrum.tolerance[b]});
-  result.fitted = bench.exact(study, result.fit.coefficients, fitted, threads, &result.warnings);
+  result.fitted = bench.exact(of.task, result.fit.coefficients, fitted, threads, &result.warnings);
   return attempt;
 }
 
-Attempt fit_on_enough_rays(Study study, const Scene& scene, const TargetSets& targets,
-                           const RunOptions& options, const Effort& effort, bool judge_always, int threads) {
-  double captured = 0;
+Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always) {
   // The light itself says how fine a grid waves need.
-  if (scene.use.physics == FocusPhysics::kWaves) study.trace.automatic_rays = false;
-  if (study.trace.automatic_rays)
-    study.trace.pupil.rays = first_rays(make_terms(study, scene, &captured).size());
+  if (of.scene.use.physics == FocusPhysics::kWaves) plan.automatic_rays = false;
+  if (plan.automatic_rays) plan.pupil.rays = first_rays(plan.terms->terms.size());
   for (;;) {
-    Attempt attempt = attempt_fit(study, scene, targets, options, effort, threads);
-    if (judge_always || attempt.met) judge_on_fresh_rays(study, targets, options, threads, &attempt);
-    const bool judged = attempt.fresh.rays > 0;
-    if (judged) attempt.result.ray_choice = ray_choice(study, attempt);
-    if (!judged || !study.trace.automatic_rays ||
-        explain_rays(study.trace.pupil.rays, attempt.result.verdict, &*attempt.result.ray_choice)) {
-      Study used = study;
-      used.trace.automatic_rays = false;
-      attempt.result.study = resolved_study(used);
+    Attempt attempt = attempt_fit(of, plan);
+    if (judge_always || attempt.met) judge_on_fresh_rays(of, &attempt);
+    if (attempt.fresh.rays == 0) return attempt;
+    RayChoice& choice = attempt.result.ray_choice.emplace(ray_choice(of.task, plan, attempt));
+    if (!plan.automatic_rays || explain_rays(plan.pupil.rays, attempt.result.verdict, &choice))
       return attempt;
-    }
-    study.trace.pupil.rays = more_rays(study.trace.pupil.rays);
+    plan.pupil.rays = more_rays(plan.pupil.rays);
   }
 }
 

@@ -30,44 +30,48 @@ FrontierPoint frontier_point(const Attempt& attempt, double seconds) {
 
 // White coordinates of `terms` that continue a fit of fewer Zernikes: its coefficients, and the seeded draw's
 // for the new orders.
-Eigen::VectorXd continued(const Study& study, const Attempt& before, const TermSet& terms,
-                          const CoefficientPrior& prior) {
-  Eigen::VectorXd coefficients = prior.colour(draw_white(prior.size(), study.fit.seed));
-  const Eigen::Index n = std::min(before.result.fit.coefficients.size(), Eigen::Index(terms.zernike.size()));
+Eigen::VectorXd continued(std::uint64_t seed, const Attempt& before, const TermPlan& plan) {
+  Eigen::VectorXd coefficients = plan.prior.colour(draw_white(plan.prior.size(), seed));
+  const Eigen::Index n =
+      std::min(before.result.fit.coefficients.size(), Eigen::Index(plan.terms.zernike.size()));
   coefficients.head(n) = before.result.fit.coefficients.head(n);
-  return prior.whiten(coefficients);
+  return plan.prior.whiten(coefficients);
 }
 
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
+// Of the sets of a search, which differ in their order alone.
+bool same_terms(const TermsSpec& a, const TermsSpec& b) {
+  const auto order = [](const TermsSpec& terms) {
+    return terms.zernike ? terms.zernike->n_max.value_or(0) : -terms.fourier->count;
+  };
+  return order(a) == order(b);
+}
+
 // Fits one set after the other, each started from what the ones before it left.
 class Trials {
  public:
-  Trials(const Study& study, const Scene& scene, const TargetSets& targets, const RunOptions& options,
-         int threads)
-      : study_(study), scene_(scene), targets_(targets), options_(options), threads_(threads) {}
+  Trials(const FitCase& of, const MakeTerms& make_terms) : of_(of), make_terms_(make_terms) {}
 
   // A short fit on few rays, continuing the last one with fewer terms.
-  FrontierPoint screen(const Study& with) {
+  FrontierPoint screen(const TermsSpec& asked) {
     const auto begin = Clock::now();
-    Study cheap = with;
-    double captured = 0;
-    const TermSet terms = make_terms(cheap, scene_, &captured);
-    if (ends_below_the_spectrum(with)) {
+    FitPlan plan = planned(asked);
+    const TermSet& terms = plan.terms->terms;
+    if (ends_below_the_spectrum(asked)) {
       FrontierPoint point;
       point.terms = terms.size();
       point.fitted_mismatch = HUGE_VAL;
       point.screened = true;
       return point;
     }
-    cheap.trace.pupil.rays = screening_rays(terms.size());
-    cheap.fit.starts = 1;
-    Effort effort;
-    effort.most_iterations = kScreeningIterations;
+    plan.pupil.rays = screening_rays(terms.size());
+    plan.starts = 1;
+    plan.most_iterations = std::min(plan.most_iterations, kScreeningIterations);
     if (screened_ && screened_->result.terms.size() < terms.size())
-      effort.warm = continued(study_, *screened_, terms, make_study_prior(cheap, scene_, terms));
-    Attempt attempt = attempt_fit(cheap, scene_, targets_, options_, effort, threads_);
+      plan.warm = continued(of_.task.fit.seed, *screened_, *plan.terms);
+    Attempt attempt = attempt_fit(of_, plan);
     FrontierPoint point = frontier_point(attempt, since(begin));
     point.screened = true;
     if (has_solution(attempt.result.fit)) screened_ = std::move(attempt);
@@ -75,76 +79,91 @@ class Trials {
   }
 
   // The whole fit; a descent continues the last one that passed.
-  FrontierPoint confirm(const Study& with, bool descending) {
+  FrontierPoint confirm(const TermsSpec& asked, bool descending) {
     const auto begin = Clock::now();
-    Effort effort;
-    effort.give_up_on_stall = true;
-    if (descending && best_) {
-      double captured = 0;
-      const TermSet terms = make_terms(with, scene_, &captured);
-      effort.warm = continued(study_, *best_, terms, make_study_prior(with, scene_, terms));
-    }
-    Attempt attempt = fit_on_enough_rays(with, scene_, targets_, options_, effort, false, threads_);
+    FitPlan plan = planned(asked);
+    plan.give_up_on_stall = true;
+    if (descending && best_) plan.warm = continued(of_.task.fit.seed, *best_, *plan.terms);
+    Attempt attempt = fit_on_enough_rays(of_, std::move(plan), false);
     const FrontierPoint point = frontier_point(attempt, since(begin));
     if (point.passes && (!best_ || point.terms < best_->result.terms.size())) best_ = std::move(attempt);
     return point;
   }
 
+  // As if it had been asked for: to the end, and judged.
+  Attempt whole(const TermsSpec& asked) { return fit_on_enough_rays(of_, planned(asked), true); }
+
   // The fewest that passed, if any did. Other fits are not kept.
   std::optional<Attempt>& best() { return best_; }
 
  private:
+  // A set that a short fit speaks for is fitted whole next: its terms and prior are made once for both.
+  FitPlan planned(const TermsSpec& asked) {
+    if (!last_ || !same_terms(last_->asked, asked)) {
+      of_.context.say("prior");
+      last_ = std::make_shared<const TermPlan>(make_terms_(asked));
+    }
+    return make_plan(of_.task, last_);
+  }
   // Terms that end below the PSD bins that are asked for have no power there.
-  bool ends_below_the_spectrum(const Study& with) const {
-    return study_.target.psd && with.terms.zernike &&
-           (with.terms.zernike->n_max.value() + 1) / (2 * EIGEN_PI * scene_.radius) <=
-               study_.target.psd->f_min.value_or(scene_.psd->f_min());
+  bool ends_below_the_spectrum(const TermsSpec& asked) const {
+    const std::optional<PsdTarget>& psd = of_.task.target.psd;
+    return psd && asked.zernike &&
+           (asked.zernike->n_max.value() + 1) / (2 * EIGEN_PI * of_.scene.radius) <=
+               psd->f_min.value_or(of_.scene.psd->f_min());
   }
 
-  const Study& study_;
-  const Scene& scene_;
-  const TargetSets& targets_;
-  const RunOptions& options_;
-  int threads_;
+  const FitCase& of_;
+  const MakeTerms& make_terms_;
+  std::shared_ptr<const TermPlan> last_;
   std::optional<Attempt> screened_, best_;
 };
 
+// None passed, so none was kept; the nearest is fitted anew.
+Attempt fit_nearest(const FitCase& of, const OrderRange& range, Trials* trials, Frontier* frontier) {
+  const auto begin = Clock::now();
+  const auto chosen = std::find_if(frontier->points.begin(), frontier->points.end(),
+                                   [](const FrontierPoint& point) { return point.chosen; });
+  Attempt attempt = trials->whole(chosen->family == "fourier"
+                                      ? plane_waves(chosen->order)
+                                      : zernikes_up_to(chosen->order, of.task.terms.covariance));
+  FrontierPoint point = frontier_point(attempt, chosen->seconds + since(begin));
+  point.family = chosen->family;
+  point.order = chosen->order;
+  point.chosen = true;
+  *chosen = point;
+  frontier->seconds += since(begin);
+  frontier->message = search_message(*frontier, range);
+  return attempt;
+}
+
 }  // namespace
 
-Attempt fit_fewest_terms(const Study& study, const Scene& scene, const TargetSets& targets,
-                         const RunOptions& options, int threads) {
-  Trials trials(study, scene, targets, options, threads);
+Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms) {
+  Trials trials(of, make_terms);
   // Short fits say nothing of waves: where they end, the next one stays trapped.
-  const bool descend = scene.use.physics == FocusPhysics::kWaves;
-  const OrderRange range = expected_orders(scene);
+  const bool descend = of.scene.use.physics == FocusPhysics::kWaves;
+  const OrderRange range = expected_orders(of.scene);
   TermTrials hooks;
-  if (!descend) hooks.screen = [&](const Study& with) { return trials.screen(with); };
+  if (!descend) hooks.screen = [&](const TermsSpec& asked) { return trials.screen(asked); };
   // A short fit of convolved rays takes 3 to 8 s (fits/paper-physical), not 0.1 s as of rays.
-  if (scene.use.physics == FocusPhysics::kConvolved) hooks.first = range.low;
-  hooks.confirm = [&](const Study& with) { return trials.confirm(with, descend); };
-  Frontier frontier = search_terms(study, range, hooks);
+  if (of.scene.use.physics == FocusPhysics::kConvolved) hooks.first = range.low;
+  hooks.confirm = [&](const TermsSpec& asked) { return trials.confirm(asked, descend); };
+  Frontier frontier =
+      search_terms(of.task.terms.covariance, of.task.equivalence.margin, range, hooks);
   std::optional<Attempt> best = std::move(trials.best());
-  if (!best) {
-    // None passed, so none was kept; the nearest is fitted as if it had been asked for, to the end.
-    const auto begin = Clock::now();
-    const auto chosen = std::find_if(frontier.points.begin(), frontier.points.end(),
-                                     [](const FrontierPoint& point) { return point.chosen; });
-    best = fit_on_enough_rays(chosen->family == "fourier" ? with_fourier_modes(study, chosen->order)
-                                                          : with_zernikes(study, chosen->order),
-                              scene, targets, options, {}, true, threads);
-    FrontierPoint point = frontier_point(*best, chosen->seconds + since(begin));
-    point.family = chosen->family;
-    point.order = chosen->order;
-    point.chosen = true;
-    *chosen = point;
-    frontier.seconds += since(begin);
-    frontier.message = search_message(frontier, range);
-  } else {
+  if (!best)
+    best = fit_nearest(of, range, &trials, &frontier);
+  else
     // The band and the frontier say what a set of fewest terms leaves out; more terms are not called for.
     std::erase_if(best->result.warnings, [](const Warning& w) { return w.code == "truncated-terms"; });
-  }
   best->result.frontier = frontier;
   return std::move(*best);
+}
+
+Attempt fit_fewest_terms(const FitCase& of) {
+  return fit_fewest_terms(of,
+                          [&of](const TermsSpec& asked) { return plan_terms(of.task, of.scene, asked); });
 }
 
 }  // namespace aberfit

@@ -24,12 +24,12 @@ bool is_parabola(const Mirror& mirror) {
          std::all_of(mirror.spherical.begin(), mirror.spherical.end(), [](double c) { return c == 0; });
 }
 
-// Why diffraction about the perfect focus says nothing about this study.
-std::string obstacle_of(const Study& study) {
-  if (!is_parabola(study.mirror)) return "the mirror is no parabola, so it has no perfect focus";
-  if (std::holds_alternative<PolygonAperture>(study.aperture))
+// Why diffraction about the perfect focus says nothing about this task.
+std::string obstacle_of(const Task& task) {
+  if (!is_parabola(task.mirror)) return "the mirror is no parabola, so it has no perfect focus";
+  if (std::holds_alternative<PolygonAperture>(task.aperture))
     return "the diffraction pattern of a polygon is not part of the theory";
-  if (study.trace.centre == Centre::kCentroid) return "statistics about the centroid exist for rays only";
+  if (task.trace.centre == Centre::kCentroid) return "statistics about the centroid exist for rays only";
   return "";
 }
 
@@ -46,22 +46,22 @@ FocusPhysics physics_of(Theory theory) {
 }
 
 // What a study names must be computable; what is left to the program may fall back.
-void check_named(const Study& study, const std::string& obstacle) {
-  const Theory theory = study.target.theory;
+void check_named(const Task& task, const std::string& obstacle) {
+  const Theory theory = task.target.theory;
   const bool wave_theory = theory == Theory::kConvolved || theory == Theory::kGhs;
-  const bool paper = study.target.convention == Convention::kPaper;
+  const bool paper = task.target.convention == Convention::kPaper;
   if (wave_theory && paper)
-    throw InputError(study.path, "/target/theory",
+    throw FieldError("target.theory",
                      '"' + to_string(theory) + "\" with convention \"paper\", a rule for rays alone",
                      "\"auto\", \"geometric\", \"rays\"; or convention \"physical\"");
   if (wave_theory && !obstacle.empty())
-    throw InputError(study.path, "/target/theory", '"' + to_string(theory) + "\", but " + obstacle,
+    throw FieldError("target.theory", '"' + to_string(theory) + "\", but " + obstacle,
                      "\"auto\", \"geometric\", \"rays\"");
   const bool wave_model =
-      study.trace.model == TraceModel::kConvolved || study.trace.model == TraceModel::kWaves;
+      task.trace.model == TraceModel::kConvolved || task.trace.model == TraceModel::kWaves;
   if (wave_model && !obstacle.empty())
-    throw InputError(study.path, "/trace/model",
-                     study.trace.model == TraceModel::kWaves ? "\"waves\", but " + obstacle
+    throw FieldError("trace.model",
+                     task.trace.model == TraceModel::kWaves ? "\"waves\", but " + obstacle
                                                              : "\"convolved\", but " + obstacle,
                      "\"auto\", \"rays\"");
 }
@@ -87,18 +87,18 @@ bool ModelUse::too_simple(bool targets_are_given) const {
   return used < needed;
 }
 
-ModelUse decide_model(const Study& study, const RadialPsd* psd) {
+ModelUse decide_model(const Task& task, const RadialPsd* psd) {
   ModelUse use;
-  use.obstacle = obstacle_of(study);
-  check_named(study, use.obstacle);
+  use.obstacle = obstacle_of(task);
+  check_named(task, use.obstacle);
   if (psd) {
-    use.choice = choose_model(*psd, study.mirror, study.aperture, study.wavelength);
+    use.choice = choose_model(*psd, task.mirror, task.aperture, task.wavelength);
     use.reason = use.choice->reason;
   }
-  use.theory = study.target.theory;
+  use.theory = task.target.theory;
   if (use.theory == Theory::kAuto) {
     use.theory = use.choice ? theory_of(use.choice->model) : Theory::kGeometric;
-    if (use.theory != Theory::kGeometric && study.target.convention == Convention::kPaper) {
+    if (use.theory != Theory::kGeometric && task.target.convention == Convention::kPaper) {
       use.theory = Theory::kGeometric;
       use.warnings.push_back({"theory-fallback",
                               "convention `paper` is a rule for rays and has no wave counterpart: targets "
@@ -109,17 +109,17 @@ ModelUse decide_model(const Study& study, const RadialPsd* psd) {
                                                      use.obstacle + ": targets and surface stay geometric"});
     }
   }
-  use.physics = study.trace.model == TraceModel::kAuto ? physics_of(use.theory)
-                                                       : FocusPhysics(int(study.trace.model) - 1);
+  use.physics = task.trace.model == TraceModel::kAuto ? physics_of(use.theory)
+                                                       : FocusPhysics(int(task.trace.model) - 1);
   return use;
 }
 
-void refuse_without_rays(const Study& study, const std::string& model,
+void refuse_without_rays(const Task& task, const std::string& model,
                          const std::vector<Statistic>& statistics) {
   for (const Statistic& statistic : statistics)
     if (std::holds_alternative<RmsRadius>(statistic))
-      throw InputError(
-          study.path, "/target/statistics/rms_radius",
+      throw FieldError(
+          "target.statistics.rms_radius",
           "an RMS radius with model \"" + model + "\": diffraction at the edge makes it infinite",
           "ee radii; or theory \"geometric\" and trace model \"rays\"");
 }
@@ -156,7 +156,7 @@ Eigen::VectorXd mean_spot_statistics(const GeneralisedHarveyShack& spot,
   return values;
 }
 
-double wave_pitch(const Study& study, const TermSet& terms, const std::vector<Target>& targets) {
+double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets) {
   double radius = 0, reach_dz = 0;
   for (const Target& target : targets) {
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
@@ -169,15 +169,15 @@ double wave_pitch(const Study& study, const TermSet& terms, const std::vector<Ta
       reach_dz = std::max(reach_dz, 0.5 * kReach * target.value);
     }
   }
-  const DiffractionSampling sampling = diffraction_sampling(study.aperture, study.mirror.focal_length,
-                                                            study.wavelength, radius, reach_dz, kLeastCells);
+  const DiffractionSampling sampling = diffraction_sampling(task.aperture, task.mirror.focal_length,
+                                                            task.wavelength, radius, reach_dz, kLeastCells);
   double highest = 0;  // of the terms [cycles/m]
   for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
   if (!terms.zernike.empty())
     highest = std::max(highest, (terms.zernike.back().n + 1) / (2 * std::numbers::pi * terms.radius));
   const double for_terms = highest > 0 ? 1 / (kCellsPerCycle * highest) : HUGE_VAL;
   const double pitch = std::min(sampling.pitch, for_terms);
-  const double cells = 2 * aperture_radius(study.aperture) / pitch;
+  const double cells = 2 * aperture_radius(task.aperture) / pitch;
   if (!(cells <= kMostCells))
     throw ComputationError(fmt::format(
         "waves would need a grid of {:.0f} cells across the aperture, more than {}: {}", cells, kMostCells,
@@ -191,9 +191,9 @@ double wave_pitch(const Study& study, const TermSet& terms, const std::vector<Ta
   return pitch;
 }
 
-PupilSample focus_pupil(const Study& study, FocusPhysics physics, double pitch) {
-  if (physics == FocusPhysics::kWaves) return diffraction_pupil(study.aperture, pitch).sample;
-  return make_pupil(study.aperture, study.trace.pupil);
+PupilSample focus_pupil(const Task& task, FocusPhysics physics, const PupilOptions& rays, double pitch) {
+  if (physics == FocusPhysics::kWaves) return diffraction_pupil(task.aperture, pitch).sample;
+  return make_pupil(task.aperture, rays);
 }
 
 OperatorOptions focus_operator(FocusPhysics physics, int threads) {

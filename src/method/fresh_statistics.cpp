@@ -17,18 +17,18 @@ struct Traced {
   RayBundle nominal, rays;
 };
 
-Traced trace_terms(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
+Traced trace_terms(const Task& task, const TermSet& terms, const Eigen::VectorXd& coefficients,
                    const PupilSample& pupil, int threads) {
   Traced traced;
   SurfaceOperator(terms, pupil, {threads, {}, {}}).apply(coefficients, &traced.field);
-  traced.nominal = trace_nominal(study.mirror, pupil);
-  traced.rays = trace(study.mirror, pupil, traced.field);
+  traced.nominal = trace_nominal(task.mirror, pupil);
+  traced.rays = trace(task.mirror, pupil, traced.field);
   return traced;
 }
 
-Eigen::VectorXd statistics_of(const Study& study, const Traced& traced,
+Eigen::VectorXd statistics_of(const Task& task, const Traced& traced,
                               const std::vector<Statistic>& statistics, int threads, Warnings* warnings) {
-  return evaluate_exact({traced.rays, traced.nominal, traced.field.height, study.trace.centre}, statistics,
+  return evaluate_exact({traced.rays, traced.nominal, traced.field.height, task.trace.centre}, statistics,
                         threads, warnings);
 }
 
@@ -76,48 +76,48 @@ PupilSample concatenated(const std::vector<PupilSample>& parts) {
   return whole;
 }
 
-Eigen::VectorXd propagated(const Study& study, FocusPhysics physics, const PupilSample& pupil,
+Eigen::VectorXd propagated(const Task& task, FocusPhysics physics, const PupilSample& pupil,
                            const TermSet& terms, const Eigen::VectorXd& coefficients,
                            const std::vector<Statistic>& statistics, int threads, Warnings* warnings) {
   const SurfaceOperator surface(terms, pupil, focus_operator(physics, threads));
   return focus_statistics(
-      {study.mirror, pupil, surface, physics, study.wavelength, &study.aperture, study.trace.centre},
+      {task.mirror, pupil, surface, physics, task.wavelength, &task.aperture, task.trace.centre},
       coefficients, statistics, threads, warnings);
 }
 
-FreshStatistics fresh_by_waves(const Study& study, double pitch, const TermSet& terms,
+FreshStatistics fresh_by_waves(const Task& task, double pitch, const TermSet& terms,
                                const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
                                int threads, Warnings* warnings) {
   const FocusPhysics waves = FocusPhysics::kWaves;
-  const PupilSample coarse = focus_pupil(study, waves, pitch);
-  const PupilSample fine = focus_pupil(study, waves, pitch / kFinerGrid);
+  const PupilSample coarse = focus_pupil(task, waves, task.trace.pupil, pitch);
+  const PupilSample fine = focus_pupil(task, waves, task.trace.pupil, pitch / kFinerGrid);
   FreshStatistics fresh;
   fresh.rays = fine.size();
-  fresh.value = propagated(study, waves, fine, terms, coefficients, statistics, threads, warnings);
+  fresh.value = propagated(task, waves, fine, terms, coefficients, statistics, threads, warnings);
   fresh.standard_error =
-      (fresh.value - propagated(study, waves, coarse, terms, coefficients, statistics, threads, nullptr))
+      (fresh.value - propagated(task, waves, coarse, terms, coefficients, statistics, threads, nullptr))
           .cwiseAbs();
   return fresh;
 }
 
-FreshStatistics fresh_by_convolved_rays(const Study& study, const TermSet& terms,
+FreshStatistics fresh_by_convolved_rays(const Task& task, const TermSet& terms,
                                         const Eigen::VectorXd& coefficients,
                                         const std::vector<Statistic>& statistics, std::int64_t rays,
                                         int threads, Warnings* warnings) {
-  const RandomStream seeds(study.trace.pupil.seed, "fresh-rays");
+  const RandomStream seeds(task.trace.pupil.seed, "fresh-rays");
   const std::int64_t per_scramble = std::clamp<std::int64_t>(rays, kScrambles, kMostFreshRays) / kScrambles;
   std::vector<PupilSample> pupils;
   Eigen::MatrixXd values(Eigen::Index(statistics.size()), kScrambles);
   for (int k = 0; k < kScrambles; ++k) {
-    pupils.push_back(make_pupil(study.aperture, {PupilLayout::kSobol, per_scramble, seeds.bits(k)}));
-    values.col(k) = propagated(study, FocusPhysics::kConvolved, pupils.back(), terms, coefficients,
+    pupils.push_back(make_pupil(task.aperture, {PupilLayout::kSobol, per_scramble, seeds.bits(k)}));
+    values.col(k) = propagated(task, FocusPhysics::kConvolved, pupils.back(), terms, coefficients,
                                statistics, threads, nullptr);
   }
   const PupilSample whole = concatenated(pupils);
   FreshStatistics fresh;
   fresh.rays = whole.size();
   fresh.value =
-      propagated(study, FocusPhysics::kConvolved, whole, terms, coefficients, statistics, threads, warnings);
+      propagated(task, FocusPhysics::kConvolved, whole, terms, coefficients, statistics, threads, warnings);
   const Eigen::VectorXd mean = values.rowwise().mean();
   fresh.standard_error =
       ((values.colwise() - mean).rowwise().squaredNorm() / (kScrambles * (kScrambles - 1.0))).cwiseSqrt();
@@ -130,41 +130,41 @@ constexpr std::size_t kDraws = 1000;
 
 }  // namespace
 
-FreshStatistics evaluate_fresh(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
+FreshStatistics evaluate_fresh(const Task& task, const TermSet& terms, const Eigen::VectorXd& coefficients,
                                const std::vector<Statistic>& statistics, std::int64_t rays, int threads,
                                Warnings* warnings) {
-  const RandomStream seeds(study.trace.pupil.seed, "fresh-rays");
+  const RandomStream seeds(task.trace.pupil.seed, "fresh-rays");
   const std::int64_t per_scramble = std::clamp<std::int64_t>(rays, kScrambles, kMostFreshRays) / kScrambles;
   std::vector<Traced> parts(kScrambles);
   Eigen::MatrixXd values(Eigen::Index(statistics.size()), kScrambles);
   parallel_for(kScrambles, threads, [&](std::size_t k) {
-    const PupilSample pupil = make_pupil(study.aperture, {PupilLayout::kSobol, per_scramble, seeds.bits(k)});
-    parts[k] = trace_terms(study, terms, coefficients, pupil, 1);
-    values.col(Eigen::Index(k)) = statistics_of(study, parts[k], statistics, 1, nullptr);
+    const PupilSample pupil = make_pupil(task.aperture, {PupilLayout::kSobol, per_scramble, seeds.bits(k)});
+    parts[k] = trace_terms(task, terms, coefficients, pupil, 1);
+    values.col(Eigen::Index(k)) = statistics_of(task, parts[k], statistics, 1, nullptr);
   });
   const Traced traced = joined(std::move(parts));
   FreshStatistics fresh;
   fresh.rays = traced.rays.size();
   fresh.lost = traced.rays.lost;
-  fresh.value = statistics_of(study, traced, statistics, threads, warnings);
+  fresh.value = statistics_of(task, traced, statistics, threads, warnings);
   const Eigen::VectorXd mean = values.rowwise().mean();
   fresh.standard_error =
       ((values.colwise() - mean).rowwise().squaredNorm() / (kScrambles * (kScrambles - 1.0))).cwiseSqrt();
   return fresh;
 }
 
-FreshStatistics evaluate_fresh(const Study& study, FocusPhysics physics, double pitch, const TermSet& terms,
+FreshStatistics evaluate_fresh(const Task& task, FocusPhysics physics, double pitch, const TermSet& terms,
                                const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
                                std::int64_t rays, int threads, Warnings* warnings) {
   switch (physics) {
     case FocusPhysics::kWaves:
-      return fresh_by_waves(study, pitch, terms, coefficients, statistics, threads, warnings);
+      return fresh_by_waves(task, pitch, terms, coefficients, statistics, threads, warnings);
     case FocusPhysics::kConvolved:
-      return fresh_by_convolved_rays(study, terms, coefficients, statistics, rays, threads, warnings);
+      return fresh_by_convolved_rays(task, terms, coefficients, statistics, rays, threads, warnings);
     case FocusPhysics::kRays:
       break;
   }
-  return evaluate_fresh(study, terms, coefficients, statistics, rays, threads, warnings);
+  return evaluate_fresh(task, terms, coefficients, statistics, rays, threads, warnings);
 }
 
 double measured_spread(const FocusScene& scene, const CoefficientPrior& prior, std::uint64_t seed, int draws,
@@ -181,17 +181,17 @@ double measured_spread(const FocusScene& scene, const CoefficientPrior& prior, s
   return std::sqrt((r - r.mean()).square().sum() / double(r.size() - 1)) / r.mean();
 }
 
-std::vector<ZoneSlope> zone_slopes(const Study& study, const TermSet& terms, const CoefficientPrior& prior,
+std::vector<ZoneSlope> zone_slopes(const Task& task, const TermSet& terms, const CoefficientPrior& prior,
                                    const Eigen::VectorXd& coefficients, int threads) {
   // Squared slopes of degree 2 n: a polar rule of n rings and 2 n spokes is exact over the disc, twice that
   // is close enough per zone.
   const int order = terms.zernike.empty() ? 0 : terms.zernike.back().n;
   const std::int64_t points = std::clamp<std::int64_t>(4 * std::int64_t(order) * order, 4096, 65536);
-  const bool round = study.aperture.index() < 2;
+  const bool round = task.aperture.index() < 2;
   const PupilSample pupil =
-      make_pupil(study.aperture, {round ? PupilLayout::kPolar : PupilLayout::kSobol, points, 1});
+      make_pupil(task.aperture, {round ? PupilLayout::kPolar : PupilLayout::kSobol, points, 1});
   const SurfaceOperator surface(terms, pupil, {});
-  const double radius = aperture_radius(study.aperture);
+  const double radius = aperture_radius(task.aperture);
   std::vector<std::size_t> zone_of(std::size_t(pupil.size()));
   for (std::size_t i = 0; i < zone_of.size(); ++i) {
     const double rho = std::hypot(pupil.x[Eigen::Index(i)], pupil.y[Eigen::Index(i)]) / radius;
@@ -216,7 +216,7 @@ std::vector<ZoneSlope> zone_slopes(const Study& study, const TermSet& terms, con
   };
   std::vector<std::array<double, kZones>> draws(kDraws);
   parallel_for(kDraws, threads, [&](std::size_t d) {
-    const std::uint64_t seed = RandomStream(study.fit.seed, "zone-draws").bits(d);
+    const std::uint64_t seed = RandomStream(task.fit.seed, "zone-draws").bits(d);
     draws[d] = ratios(prior.colour(draw_white(prior.size(), seed)));
   });
   const auto own = ratios(coefficients);

@@ -24,7 +24,7 @@ std::string why(const Scene& scene, bool by_theory) {
 
 }  // namespace
 
-std::optional<NeededJudgement> judge_by_need(const Study& study, const Scene& scene,
+std::optional<NeededJudgement> judge_by_need(const Task& task, const Scene& scene,
                                              const TargetSets& targets, const TermSet& terms,
                                              const Eigen::VectorXd& coefficients, int threads,
                                              Warnings* warnings) {
@@ -49,7 +49,7 @@ std::optional<NeededJudgement> judge_by_need(const Study& study, const Scene& sc
     statistics.push_back(target.statistic);
   }
   if (!given) {
-    const GeneralisedHarveyShack spot(*scene.prior_psd, study.mirror, study.aperture, study.wavelength,
+    const GeneralisedHarveyShack spot(*scene.prior_psd, task.mirror, task.aperture, task.wavelength,
                                       {waves ? SurfaceModel::kWaves : SurfaceModel::kRays, 0});
     const Eigen::VectorXd predicted = mean_spot_statistics(spot, statistics, threads);
     for (std::size_t k = 0; k < wanted.size(); ++k) {
@@ -58,29 +58,29 @@ std::optional<NeededJudgement> judge_by_need(const Study& study, const Scene& sc
     }
   }
   const FreshStatistics fresh =
-      evaluate_fresh(study, physics, waves ? wave_pitch(study, terms, wanted) : 0, terms, coefficients,
-                     statistics, study.trace.pupil.rays, threads, warnings);
+      evaluate_fresh(task, physics, waves ? wave_pitch(task, terms, wanted) : 0, terms, coefficients,
+                     statistics, task.trace.pupil.rays, threads, warnings);
   for (std::size_t k = 0; k < wanted.size(); ++k) {
     const auto at = Eigen::Index(k);
     judgement.metrics.push_back(tost(statistic_name(statistics[k]), false, wanted[k].value,
                                      wanted[k].standard_error, fresh.value[at], fresh.standard_error[at],
-                                     study.equivalence.margin, study.equivalence.confidence));
+                                     task.equivalence.margin, task.equivalence.confidence));
   }
   judgement.verdict = overall(judgement.metrics);
   return judgement;
 }
 
-Realisation realisation_of(const Study& study, const Scene& scene, const FocusScene& focus,
+Realisation realisation_of(const Task& task, const Scene& scene, const FocusScene& focus,
                            const CoefficientPrior& prior, int threads) {
   Realisation realisation{scene.numbers.realisation_spread, std::nan(""), 0};
-  const double share = realisation.predicted / study.equivalence.margin;
+  const double share = realisation.predicted / task.equivalence.margin;
   if (!(share >= 0.5) || (share > 2 && focus.physics == FocusPhysics::kRays)) return realisation;
-  realisation.measured = measured_spread(focus, prior, study.fit.seed, kRealisationDraws, threads);
+  realisation.measured = measured_spread(focus, prior, task.fit.seed, kRealisationDraws, threads);
   if (std::isfinite(realisation.measured)) realisation.draws = kRealisationDraws;
   return realisation;
 }
 
-void describe_models(const Scene& scene, const std::string& theory, ResultDocument* result) {
+void describe_models(const Scene& scene, const std::string& theory, FitOutcome* result) {
   result->theory = theory;
   result->model = to_string(scene.use.physics);
   result->model_reason = scene.use.reason;

@@ -57,23 +57,23 @@ std::pair<double, double> default_band(const Scene& scene, const TermSet& terms)
 
 }  // namespace
 
-SpectrumTarget make_spectrum_target(const Study& study, const Scene& scene, const TermSet& terms,
+SpectrumTarget make_spectrum_target(const Task& task, const Scene& scene, const TermSet& terms,
                                     const CoefficientPrior& prior, int threads) {
   SpectrumTarget target;
-  if (!study.target.psd) return target;
+  if (!task.target.psd) return target;
   if (!scene.psd)
-    throw InputError(study.path, "/target/psd", "PSD bins without roughness",
+    throw FieldError("target.psd", "PSD bins without roughness",
                      "a roughness block, which their values come from");
-  const PsdTarget& asked = *study.target.psd;
+  const PsdTarget& asked = *task.target.psd;
   const auto [first, last] = default_band(scene, terms);
   const double f_min = asked.f_min.value_or(first), f_max = asked.f_max.value_or(last);
   if (!(f_min < f_max))
-    throw InputError(study.path, "/target/psd",
+    throw FieldError("target.psd",
                      fmt::format("a band from {} to {}", format_quantity(f_min, Dimension::kSpatialFrequency),
                                  format_quantity(f_max, Dimension::kSpatialFrequency)),
                      "f_min below f_max, inside what the terms carry");
   if (f_max < scene.psd->f_min() || f_min > scene.psd->f_max() || f_min > last)
-    throw InputError(study.path, "/target/psd",
+    throw FieldError("target.psd",
                      fmt::format("a band from {} to {}", format_quantity(f_min, Dimension::kSpatialFrequency),
                                  format_quantity(f_max, Dimension::kSpatialFrequency)),
                      fmt::format("a band inside that of the roughness and of the terms, {} to {}",
@@ -81,7 +81,7 @@ SpectrumTarget make_spectrum_target(const Study& study, const Scene& scene, cons
                                  format_quantity(last, Dimension::kSpatialFrequency)));
   if (asked.method == "closed-form") {
     if (!terms.fourier.empty() || !terms.spherical.empty())
-      throw InputError(study.path, "/target/psd/method", "\"closed-form\" with Fourier or spherical terms",
+      throw FieldError("target.psd.method", "\"closed-form\" with Fourier or spherical terms",
                        "\"estimator\": the closed form is for Zernikes");
     const int bins = std::max(1, int(std::lround(std::log10(f_max / f_min) * asked.bins_per_decade)));
     const Eigen::ArrayXd edges = Eigen::ArrayXd::LinSpaced(bins + 1, std::log(f_min), std::log(f_max)).exp();
@@ -98,7 +98,7 @@ SpectrumTarget make_spectrum_target(const Study& study, const Scene& scene, cons
     for (Eigen::Index b = 0; b < low.size(); ++b)
       if (low[b] >= f_min && high[b] <= f_max) inside.push_back(b);
     if (inside.empty())
-      throw InputError(study.path, "/target/psd", "a band without a bin of the estimator", "a wider band");
+      throw FieldError("target.psd", "a band without a bin of the estimator", "a wider band");
     target.low = low(inside);
     target.high = high(inside);
     target.spectrum = std::make_unique<SelectedBins>(std::move(all), inside);
@@ -106,7 +106,7 @@ SpectrumTarget make_spectrum_target(const Study& study, const Scene& scene, cons
   target.value = expectation(*target.spectrum, prior, threads);
   target.tolerance = Eigen::VectorXd::Constant(target.value.size(), asked.tolerance);
   if (!(target.value.array() > 0).all())
-    throw InputError(study.path, "/target/psd", "bins that the terms cannot fill",
+    throw FieldError("target.psd", "bins that the terms cannot fill",
                      "a band inside what the terms carry");
   return target;
 }

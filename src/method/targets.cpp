@@ -62,9 +62,9 @@ double theory_radius(const Scene& scene, double fraction) {
                          : scene.theory->encircled_energy_radius(fraction, 0);
 }
 
-std::vector<Wanted> requested_statistics(const Study& study, const Scene& scene) {
+std::vector<Wanted> requested_statistics(const Task& task, const Scene& scene) {
   std::vector<Wanted> wanted;
-  for (const StatisticRequest& request : study.target.statistics) {
+  for (const StatisticRequest& request : task.target.statistics) {
     const auto add = [&](const Statistic& statistic) {
       wanted.push_back({statistic, request.value, request.standard_error, request.tolerance});
     };
@@ -83,7 +83,7 @@ std::vector<Wanted> requested_statistics(const Study& study, const Scene& scene)
     } else if (name == "ring_profile") {
       const auto* given = std::get_if<double>(&request.ring);
       if (!given && !scene.theory)
-        throw InputError(study.path, "/target/statistics/ring_profile/ring",
+        throw FieldError("target.statistics.ring_profile.ring",
                          "an encircled-energy ring without roughness", "a length, e.g. \"76 um\"");
       const double ring =
           given ? *given
@@ -162,21 +162,21 @@ struct Predicted {
 };
 
 // Theory `rays`: Harvey-Shack by perturbed rays, in independent batches that give the standard error.
-Predicted predict_by_rays(const Study& study, const Scene& scene, const std::vector<Statistic>& statistics,
+Predicted predict_by_rays(const Task& task, const Scene& scene, const std::vector<Statistic>& statistics,
                           int threads) {
   constexpr int kBatches = 16;
   constexpr std::int64_t kRaysPerBatch = 131072;
   Eigen::MatrixXd values(Eigen::Index(statistics.size()), kBatches);
   parallel_for(kBatches, threads, [&](std::size_t b) {
-    const std::uint64_t seed = RandomStream(study.trace.pupil.seed, "harvey-shack-target").bits(b);
-    const PupilSample pupil = make_pupil(study.aperture, {PupilLayout::kSobol, kRaysPerBatch, seed});
-    const RayBundle nominal = trace_nominal(study.mirror, pupil);
+    const std::uint64_t seed = RandomStream(task.trace.pupil.seed, "harvey-shack-target").bits(b);
+    const PupilSample pupil = make_pupil(task.aperture, {PupilLayout::kSobol, kRaysPerBatch, seed});
+    const RayBundle nominal = trace_nominal(task.mirror, pupil);
     const RayBundle rays =
-        trace_perturbed(study.mirror, pupil, scene.numbers.rms_slope_per_axis, study.target.convention, seed);
+        trace_perturbed(task.mirror, pupil, scene.numbers.rms_slope_per_axis, task.target.convention, seed);
     // A ray model has no surface: its height is the specification's.
     const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(rays.size());
     values.col(Eigen::Index(b)) =
-        evaluate_exact({rays, nominal, no_height, study.trace.centre}, statistics, 1);
+        evaluate_exact({rays, nominal, no_height, task.trace.centre}, statistics, 1);
   });
   Predicted predicted;
   predicted.value = values.rowwise().mean();
@@ -191,9 +191,9 @@ Predicted predict_by_rays(const Study& study, const Scene& scene, const std::vec
   return predicted;
 }
 
-Predicted predict(const Study& study, const Scene& scene, const std::vector<Statistic>& statistics,
+Predicted predict(const Task& task, const Scene& scene, const std::vector<Statistic>& statistics,
                   int threads) {
-  if (scene.use.theory == Theory::kRays) return predict_by_rays(study, scene, statistics, threads);
+  if (scene.use.theory == Theory::kRays) return predict_by_rays(task, scene, statistics, threads);
   if (scene.mean_spot)
     return {mean_spot_statistics(*scene.mean_spot, statistics, threads),
             Eigen::VectorXd::Zero(Eigen::Index(statistics.size()))};
@@ -206,35 +206,35 @@ Predicted predict(const Study& study, const Scene& scene, const std::vector<Stat
 
 }  // namespace
 
-bool targets_are_given(const Study& study) {
-  const std::vector<StatisticRequest>& requests = study.target.statistics;
+bool targets_are_given(const Task& task) {
+  const std::vector<StatisticRequest>& requests = task.target.statistics;
   return !requests.empty() && std::all_of(requests.begin(), requests.end(), [](const StatisticRequest& r) {
     return r.value.has_value() || r.name.starts_with("ring_profile");
   });
 }
 
-TargetSets make_targets(const Study& study, const Scene& scene, int threads) {
-  const bool default_set = study.target.statistics.empty();
+TargetSets make_targets(const Task& task, const Scene& scene, int threads) {
+  const bool default_set = task.target.statistics.empty();
   const std::vector<Wanted> wanted =
-      default_set ? default_statistics(scene) : requested_statistics(study, scene);
+      default_set ? default_statistics(scene) : requested_statistics(task, scene);
   const auto is_given = [](const Wanted& w) { return w.value.has_value(); };
   const bool any_given = std::any_of(wanted.begin(), wanted.end(), is_given);
   const bool all_given = std::all_of(wanted.begin(), wanted.end(), is_given);
   if (!all_given && !scene.theory)
-    throw InputError(study.path, "/target/statistics", "a statistic without value",
+    throw FieldError("target.statistics", "a statistic without value",
                      "a value for each, or a roughness block to predict them");
   std::vector<Statistic> statistics, guides, held_out;
   for (const Wanted& w : wanted) statistics.push_back(w.statistic);
   if (scene.use.physics != FocusPhysics::kRays)
-    refuse_without_rays(study, to_string(scene.use.physics), statistics);
-  if (scene.mean_spot && !all_given) refuse_without_rays(study, to_string(scene.use.theory), statistics);
+    refuse_without_rays(task, to_string(scene.use.physics), statistics);
+  if (scene.mean_spot && !all_given) refuse_without_rays(task, to_string(scene.use.theory), statistics);
   if (default_set) guides = guide_statistics(scene);
   statistics.insert(statistics.end(), guides.begin(), guides.end());
   // Given values need not follow the theory, so nothing can be held out against it.
   if (!any_given) held_out = held_out_statistics(scene, statistics);
   statistics.insert(statistics.end(), held_out.begin(), held_out.end());
   Predicted predicted;
-  if (!all_given) predicted = predict(study, scene, statistics, threads);
+  if (!all_given) predicted = predict(task, scene, statistics, threads);
 
   TargetSets sets;
   sets.theory = all_given ? "given" : to_string(scene.use.theory);

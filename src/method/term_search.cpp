@@ -21,8 +21,8 @@ constexpr int kFewestModes = 32, kMostModes = 16384;
 // Sets tried so far; remembers what was found at an order.
 class Search {
  public:
-  Search(const Study& study, const TermTrials& trials, std::string family)
-      : study_(study), trials_(trials), family_(std::move(family)) {}
+  Search(CovarianceKind covariance, const TermTrials& trials, std::string family)
+      : covariance_(covariance), trials_(trials), family_(std::move(family)) {}
 
   bool promising(int order) {
     const FrontierPoint point = at(trials_.screen(make(order)), order);
@@ -41,15 +41,15 @@ class Search {
   std::vector<FrontierPoint> points;
 
  private:
-  Study make(int order) const {
-    return family_ == "fourier" ? with_fourier_modes(study_, order) : with_zernikes(study_, order);
+  TermsSpec make(int order) const {
+    return family_ == "fourier" ? plane_waves(order) : zernikes_up_to(order, covariance_);
   }
   FrontierPoint at(FrontierPoint point, int order) const {
     point.order = order;
     point.family = family_;
     return point;
   }
-  const Study& study_;
+  CovarianceKind covariance_;
   const TermTrials& trials_;
   std::string family_;
 };
@@ -143,26 +143,25 @@ OrderRange expected_orders(const Scene& scene) {
   return range;
 }
 
-Study with_zernikes(const Study& study, int order) {
-  Study result = study;
-  result.terms = {};
-  result.terms.zernike.emplace().n_max = order;
-  result.terms.covariance = study.terms.covariance;
-  return result;
+TermsSpec zernikes_up_to(int order, CovarianceKind covariance) {
+  TermsSpec terms;
+  terms.zernike.emplace().n_max = order;
+  terms.covariance = covariance;
+  return terms;
 }
 
-Study with_fourier_modes(const Study& study, int count) {
-  Study result = study;
-  result.terms = {};
-  result.terms.fourier.emplace().count = count;
-  return result;
+TermsSpec plane_waves(int count) {
+  TermsSpec terms;
+  terms.fourier.emplace().count = count;
+  return terms;
 }
 
-Frontier search_terms(const Study& study, const OrderRange& range, const TermTrials& trials) {
+Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange& range,
+                      const TermTrials& trials) {
   const auto begin = std::chrono::steady_clock::now();
   Frontier frontier;
-  frontier.margin = study.equivalence.margin;
-  Search search(study, trials, range.wide ? "fourier" : "zernike");
+  frontier.margin = margin;
+  Search search(covariance, trials, range.wide ? "fourier" : "zernike");
   int found = range.wide      ? double_up(&search)
               : trials.screen ? climb(&search, range, trials.first)
                               : descend(&search, range);
@@ -203,7 +202,7 @@ std::string search_message(const Frontier& frontier, const OrderRange& range) {
   return message;
 }
 
-BandUse band_use(const Study& study, const Scene& scene, const TermSet& terms, Eigen::Index rays) {
+BandUse band_use(const Task& task, const Scene& scene, const TermSet& terms, Eigen::Index rays) {
   BandUse band;
   const RadialPsd& psd = *scene.psd;
   band.modelled_f_min = psd.f_min();
@@ -219,10 +218,10 @@ BandUse band_use(const Study& study, const Scene& scene, const TermSet& terms, E
     // A plane wave stands for a cell around it: the band ends where the farthest one's share does.
     double highest = 0;
     for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
-    if (study.terms.fourier && study.terms.fourier->sampling == FourierSampling::kLog) highest = psd.f_max();
+    if (task.terms.fourier && task.terms.fourier->sampling == FourierSampling::kLog) highest = psd.f_max();
     cut(highest, "fourier");
   }
-  cut(0.5 * std::sqrt(double(rays) / aperture_area(study.aperture)), "rays");
+  cut(0.5 * std::sqrt(double(rays) / aperture_area(task.aperture)), "rays");
   band.modelled_f_max = std::max(band.modelled_f_max, psd.f_min());
   const PsdMoments all = psd_moments(psd);
   // The part that is left out, not the difference of two nearly equal numbers.

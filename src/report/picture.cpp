@@ -62,9 +62,7 @@ std::string script_head(const std::string& name, int width, int height) {
 }
 
 std::string picture_title(const PlotInput& input, const std::string& text) {
-  const nlohmann::ordered_json& study = input.result.study;
-  const bool named = study.is_object() && study.contains("title") && study["title"].is_string();
-  return picture_title(text, named ? study["title"].get<std::string>() : "");
+  return picture_title(text, input.result.title);
 }
 
 std::string picture_title(const std::string& text, const std::string& of) {

@@ -1,3 +1,4 @@
+#include "aberfit/report/frontier.h"
 #include "aberfit/report/result.h"
 
 #include <fmt/core.h>
@@ -191,11 +192,6 @@ std::string compiler() {
 
 }  // namespace
 
-bool ZoneSlope::more_even() const {
-  const double nearest = ratio < draws_low ? draws_low : draws_high;
-  return !inside() && std::abs(ratio - 1) < std::abs(nearest - 1);
-}
-
 Provenance make_provenance(std::uint64_t seed, int threads) {
   Provenance provenance{ABERFIT_VERSION, seed, threads, {}};
   provenance.libraries = {
@@ -218,7 +214,7 @@ nlohmann::ordered_json to_json(const Provenance& provenance) {
           {"libraries", libraries}};
 }
 
-nlohmann::ordered_json scene_json(const ResultDocument& result) {
+nlohmann::ordered_json scene_json(const FitOutcome& result) {
   if (!result.has_roughness) return nullptr;
   const SceneNumbers& scene = result.scene;
   Json json = {{"rms_height_m", number(scene.rms_height)},
@@ -256,11 +252,11 @@ nlohmann::ordered_json scene_json(const ResultDocument& result) {
   return json;
 }
 
-nlohmann::ordered_json to_json(const ResultDocument& result) {
+nlohmann::ordered_json to_json(const ResultDocument& result, const nlohmann::ordered_json& study) {
   const std::vector<std::string> names = unique_names(result.targets);
   Json json = {{"aberfit", 1},
                {"kind", result.kind},
-               {"study", result.study},
+               {"study", study},
                {"scene", scene_json(result)},
                {"target", target_json(result, names)},
                {"fit", fit_json(result)},

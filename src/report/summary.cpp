@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "aberfit/core/units.h"
+#include "aberfit/report/frontier.h"
 #include "aberfit/report/result.h"
 #include "paragraph.h"
 #include "statistic_label.h"
@@ -50,13 +51,6 @@ std::string label(const std::string& name) {
   return name;
 }
 
-double confidence_of(const ResultDocument& result) {
-  const nlohmann::ordered_json::json_pointer pointer("/equivalence/confidence");
-  if (!result.study.is_object() || !result.study.contains(pointer) || !result.study[pointer].is_number())
-    return 0;
-  return result.study[pointer].get<double>();
-}
-
 std::string headline(const ResultDocument& result) {
   if (result.map)
     return paragraph(
@@ -92,7 +86,7 @@ std::string headline(const ResultDocument& result) {
     text += fmt::format(" - {} of {} different, {} undecided, margin +-{:.4g} %", different,
                         plural(count, "statistic"), undecided, 100 * margin);
   }
-  if (const double confidence = confidence_of(result); confidence > 0)
+  if (const double confidence = result.confidence; confidence > 0)
     text += fmt::format(", {:.4g} % confidence", 100 * confidence);
   text = paragraph("", text + fmt::format("; {} held out", held_out), 0);
   if (needed) text += paragraph("", "Judged on " + needed->model + ": " + needed->reason, 0);
@@ -277,7 +271,7 @@ std::string statistics_table(const ResultDocument& result, bool all) {
   std::size_t width = 20;
   for (const Section& section : sections)
     for (const Line& line : section.lines) width = std::max(width, label(line.name).size());
-  const double confidence = confidence_of(result);
+  const double confidence = result.confidence;
   const std::string interval =
       confidence > 0 ? fmt::format("{:.3g} % interval [%]", 100 * (2 * confidence - 1)) : "interval [%]";
   std::string out =
@@ -339,8 +333,7 @@ std::string zone_table(const ResultDocument& result) {
 std::string summary_table(const ResultDocument& result, bool all) {
   std::string out = headline(result);
   out += std::string(kColumns, '-') + "\n";
-  if (result.study.is_object() && result.study.contains("title") && result.study["title"].is_string())
-    out += paragraph("Study", result.study["title"].get<std::string>());
+  if (!result.title.empty()) out += paragraph("Study", result.title);
   out += scene_lines(result) + fit_lines(result) + statistics_table(result, all) + needed_table(result, all) +
          spectrum_table(result) + zone_table(result);
   if (!result.warnings.empty()) out += "\n";

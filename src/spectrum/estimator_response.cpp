@@ -126,10 +126,10 @@ void add_low(const OrdinateGrid& grid, const Eigen::VectorXcd& value, double u, 
 
 }  // namespace
 
-EstimatorResponse estimator_response(const Mill& mill, const OrdinateBins& bins, WindowKind window,
+EstimatorResponse estimator_response(const SurfaceProcessing& processing, const OrdinateBins& bins, WindowKind window,
                                      int threads) {
-  const OrdinateGrid& grid = mill.grid;
-  const double scale = 1 / (double(grid.size()) * mill.window_power());
+  const OrdinateGrid& grid = processing.grid;
+  const double scale = 1 / (double(grid.size()) * processing.window_power());
   const double top =
       grid.profile() ? grid.nyquist() : 0.5 * std::hypot(grid.cols * grid.step_x, grid.rows * grid.step_y);
   const Nodes nodes(grid.resolution() / 16, top);
@@ -153,7 +153,7 @@ EstimatorResponse estimator_response(const Mill& mill, const OrdinateBins& bins,
   std::vector<Eigen::ArrayXd> in_bins(waves.size());
   std::vector<Eigen::VectorXcd> at_low(waves.size());
   parallel_for(waves.size(), threads, [&](std::size_t i) {
-    const ComplexGrid samples = mill.wave_transform(waves[i].u, waves[i].v);
+    const ComplexGrid samples = processing.wave_transform(waves[i].u, waves[i].v);
     in_bins[i] = 2 * scale * bins.mean(samples.reshaped<Eigen::RowMajor>().abs2());
     at_low[i].resize(lows);
     for (Eigen::Index a = 0; a < lows; ++a) at_low[i][a] = samples.data()[result.low.index[std::size_t(a)]];
@@ -208,14 +208,14 @@ EstimatorResponse estimator_response(const Mill& mill, const OrdinateBins& bins,
   std::vector<double> kept(selected.size());
   parallel_for(selected.size(), threads, [&](std::size_t i) {
     const auto [u, v, group] = selected[i];
-    Eigen::ArrayXd power = mill.wave_transform(u, v).reshaped<Eigen::RowMajor>().abs2();
+    Eigen::ArrayXd power = processing.wave_transform(u, v).reshaped<Eigen::RowMajor>().abs2();
     double measured = 0, ideal = 0;
     const int k0 = int(std::floor(u)), l0 = int(std::floor(v));
     for (int l = grid.profile() ? 0 : l0 - lobe_half + 1; l <= (grid.profile() ? 0 : l0 + lobe_half); ++l)
       for (int k = k0 - lobe_half + 1; k <= k0 + lobe_half; ++k) {
         double& here = power[grid.index(k, l)];
         measured += here * scale;
-        ideal += lobe(mill.window_x, k - u) * (grid.profile() ? 1 : lobe(mill.window_y, l - v));
+        ideal += lobe(processing.window_x, k - u) * (grid.profile() ? 1 : lobe(processing.window_y, l - v));
         here = 0;
       }
     kept[i] = measured / ideal;
@@ -250,8 +250,8 @@ EstimatorResponse estimator_response(const Mill& mill, const OrdinateBins& bins,
   for (int side = 0; side < 2; ++side)
     for (int t = 0; t < taps; ++t) {
       const double nu = t - lobe_half + 1 - (0.25 + 0.5 * side);
-      along_x(t, side) = lobe(mill.window_x, nu);
-      if (!grid.profile()) along_y(t, side) = lobe(mill.window_y, nu);
+      along_x(t, side) = lobe(processing.window_x, nu);
+      if (!grid.profile()) along_y(t, side) = lobe(processing.window_y, nu);
     }
   Eigen::ArrayXd measure = Eigen::ArrayXd::Zero(nodes.frequency.size()), share(bins.size());
   const double cell = grid.profile() ? 0.5 : 0.25;

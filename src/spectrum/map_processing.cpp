@@ -67,7 +67,7 @@ PixelRectangle largest_inner_rectangle(const HeightMap& map) {
   return best;
 }
 
-MapMill::MapMill(const HeightMap& geometry, const PsdEstimatorOptions& options) {
+MapProcessing::MapProcessing(const HeightMap& geometry, const PsdEstimatorOptions& options) {
   for (const auto& [pitch, name] :
        {std::pair{geometry.pitch_x, "pitch_x"}, std::pair{geometry.pitch_y, "pitch_y"}})
     if (!(pitch > 0) || !std::isfinite(pitch))
@@ -144,7 +144,7 @@ MapMill::MapMill(const HeightMap& geometry, const PsdEstimatorOptions& options) 
   }
 }
 
-void MapMill::bridge(ComplexGrid* samples) const {
+void MapProcessing::bridge(ComplexGrid* samples) const {
   if (holes_.empty()) return;
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(Eigen::Index(holes_.size()), 2);
   for (const Link& link : links_) {
@@ -157,7 +157,7 @@ void MapMill::bridge(ComplexGrid* samples) const {
     samples->data()[holes_[h]] = {filled(Eigen::Index(h), 0), filled(Eigen::Index(h), 1)};
 }
 
-MapMill::Separable MapMill::separable(double u, double v) const {
+MapProcessing::Separable MapProcessing::separable(double u, double v) const {
   Separable wave{Eigen::VectorXcd(grid.cols), Eigen::VectorXcd(grid.rows), {}};
   for (int i = 0; i < grid.cols; ++i) wave.x[i] = std::polar(1.0, 2 * pi * u * i / grid.cols);
   for (int j = 0; j < grid.rows; ++j) wave.y[j] = std::polar(1.0, 2 * pi * v * j / grid.rows);
@@ -180,7 +180,7 @@ MapMill::Separable MapMill::separable(double u, double v) const {
   return wave;
 }
 
-ComplexGrid MapMill::wave(double u, double v) const {
+ComplexGrid MapProcessing::wave(double u, double v) const {
   const Separable wave = separable(u, v);
   ComplexGrid samples(grid.rows, grid.cols);
   Eigen::MatrixXcd along;
@@ -195,8 +195,8 @@ ComplexGrid MapMill::wave(double u, double v) const {
   return samples;
 }
 
-ComplexGrid MapMill::wave_transform(double u, double v) const {
-  if (!holes_.empty()) return Mill::wave_transform(u, v);
+ComplexGrid MapProcessing::wave_transform(double u, double v) const {
+  if (!holes_.empty()) return SurfaceProcessing::wave_transform(u, v);
   // Without holes all stays separable and two short transforms are enough.
   const Separable wave = separable(u, v);
   Eigen::VectorXcd x = wave.x.cwiseProduct(window_x.matrix()), y = wave.y.cwiseProduct(window_y.matrix());
@@ -213,14 +213,14 @@ ComplexGrid MapMill::wave_transform(double u, double v) const {
   return result;
 }
 
-HeightMap MapMill::region(const HeightMap& map) const {
+HeightMap MapProcessing::region(const HeightMap& map) const {
   HeightMap part = map;
   part.height = map.height.block(row_, column_, grid.rows, grid.cols);
   part.x0 = map.x(column_), part.y0 = map.y(row_);
   return part;
 }
 
-ComplexGrid MapMill::windowed(const HeightMap& region) const {
+ComplexGrid MapProcessing::windowed(const HeightMap& region) const {
   ComplexGrid samples = region.height.cast<std::complex<double>>();
   bridge(&samples);
   apply_window(&samples);

@@ -4,22 +4,22 @@
 
 namespace aberfit {
 
-void Mill::prepare(WindowKind window) {
+void SurfaceProcessing::prepare(WindowKind window) {
   window_x = window_values(window, grid.cols);
   window_y = grid.profile() ? Eigen::ArrayXd(Eigen::ArrayXd::Ones(1)) : window_values(window, grid.rows);
   transform = std::make_unique<FourierTransform>(grid.rows, grid.cols);
 }
 
-void Mill::apply_window(ComplexGrid* samples) const {
+void SurfaceProcessing::apply_window(ComplexGrid* samples) const {
   for (int j = 0; j < grid.rows; ++j) samples->row(j) *= window_y[j] * window_x.transpose();
 }
 
-Eigen::ArrayXd Mill::power(ComplexGrid windowed) const {
+Eigen::ArrayXd SurfaceProcessing::power(ComplexGrid windowed) const {
   (*transform)(windowed.data());
   return windowed.reshaped<Eigen::RowMajor>().abs2();
 }
 
-ComplexGrid Mill::wave_transform(double u, double v) const {
+ComplexGrid SurfaceProcessing::wave_transform(double u, double v) const {
   ComplexGrid samples = wave(u, v);
   (*transform)(samples.data());
   return samples;

@@ -17,9 +17,9 @@ using ComplexGrid = Eigen::Array<std::complex<double>, Eigen::Dynamic, Eigen::Dy
 /// What a surface goes through on its way to the Fourier transform, for one geometry: sampling, integration
 /// of slopes, detrending, bridging of holes, resampling, window. All but the ellipse is linear, so that the
 /// way of a plane wave tells the way of every surface.
-class Mill {
+class SurfaceProcessing {
  public:
-  virtual ~Mill() = default;
+  virtual ~SurfaceProcessing() = default;
   /// Windowed samples of the surface exp(2 pi i (u step_x x + v step_y y)).
   virtual ComplexGrid wave(double u, double v) const = 0;
   /// Its discrete Fourier transform.
@@ -41,9 +41,9 @@ class Mill {
   std::unique_ptr<FourierTransform> transform;
 };
 
-class ProfileMill : public Mill {
+class ProfileProcessing : public SurfaceProcessing {
  public:
-  ProfileMill(const Profile& geometry, const PsdEstimatorOptions& options);
+  ProfileProcessing(const Profile& geometry, const PsdEstimatorOptions& options);
   ComplexGrid wave(double u, double v) const override;
   /// Windowed samples of heights that are detrended already.
   ComplexGrid windowed(const Profile& detrended_heights) const;
@@ -65,9 +65,9 @@ class ProfileMill : public Mill {
   double pitch_ = 0;
 };
 
-class MapMill : public Mill {
+class MapProcessing : public SurfaceProcessing {
  public:
-  MapMill(const HeightMap& geometry, const PsdEstimatorOptions& options);
+  MapProcessing(const HeightMap& geometry, const PsdEstimatorOptions& options);
   ComplexGrid wave(double u, double v) const override;
   ComplexGrid wave_transform(double u, double v) const override;
   /// The part of the map that is estimated from: largest rectangle inside its outline.

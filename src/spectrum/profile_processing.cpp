@@ -42,7 +42,7 @@ Eigen::VectorXcd resampled(const std::vector<double>& x, const Eigen::VectorXcd&
 
 }  // namespace
 
-ProfileMill::ProfileMill(const Profile& geometry, const PsdEstimatorOptions& options)
+ProfileProcessing::ProfileProcessing(const Profile& geometry, const PsdEstimatorOptions& options)
     : quantity_(geometry.quantity) {
   for (Eigen::Index i = 0; i < geometry.size(); ++i)
     if (std::isfinite(geometry.value[i])) valid_.push_back(i);
@@ -82,7 +82,7 @@ ProfileMill::ProfileMill(const Profile& geometry, const PsdEstimatorOptions& opt
   prepare(options.window);
 }
 
-ComplexGrid ProfileMill::bridged(const Eigen::VectorXcd& heights) const {
+ComplexGrid ProfileProcessing::bridged(const Eigen::VectorXcd& heights) const {
   Eigen::VectorXcd filled(Eigen::Index(knots_.size()));
   std::vector<double> x(knots_.size());
   for (std::size_t i = 0; i < knots_.size(); ++i) {
@@ -100,7 +100,7 @@ ComplexGrid ProfileMill::bridged(const Eigen::VectorXcd& heights) const {
   return samples;
 }
 
-ComplexGrid ProfileMill::wave(double u, double) const {
+ComplexGrid ProfileProcessing::wave(double u, double) const {
   const double f = u * grid.step_x;
   Eigen::VectorXcd heights(x_.size());
   for (Eigen::Index i = 0; i < x_.size(); ++i) heights[i] = std::polar(1.0, 2 * pi * f * (x_[i] - x_[0]));
@@ -126,7 +126,7 @@ ComplexGrid ProfileMill::wave(double u, double) const {
   return bridged(heights);
 }
 
-ComplexGrid ProfileMill::windowed(const Profile& heights) const {
+ComplexGrid ProfileProcessing::windowed(const Profile& heights) const {
   return bridged(heights.value(valid_).matrix().cast<std::complex<double>>());
 }
 

@@ -70,8 +70,8 @@ void check(const PsdEstimatorOptions& options) {
 struct PsdEstimator::Plan {
   PsdEstimatorOptions options;
   int threads = 1;
-  std::unique_ptr<ProfileMill> profile_mill;
-  std::unique_ptr<MapMill> map_mill;
+  std::unique_ptr<ProfileProcessing> profile_processing;
+  std::unique_ptr<MapProcessing> map_processing;
   Profile profile;  // the geometry
   HeightMap map;
   OrdinateBins bins;
@@ -79,15 +79,15 @@ struct PsdEstimator::Plan {
   Eigen::ArrayXd correlation_x, correlation_y;
   Eigen::MatrixXd relative_covariance;
 
-  const Mill& mill() const { return profile_mill ? static_cast<const Mill&>(*profile_mill) : *map_mill; }
+  const SurfaceProcessing& processing() const { return profile_processing ? static_cast<const SurfaceProcessing&>(*profile_processing) : *map_processing; }
 
   void prepare() {
-    correlation_x = ordinate_covariance(mill().window_x);
+    correlation_x = ordinate_covariance(processing().window_x);
     correlation_y =
-        profile_mill ? Eigen::ArrayXd(Eigen::ArrayXd::Ones(1)) : ordinate_covariance(mill().window_y);
-    bins = logarithmic_bins(mill().grid, options.bins_per_decade, {});
-    response = estimator_response(mill(), bins, options.window, threads);
-    relative_covariance = bin_covariance(mill().grid, bins, correlation_x, correlation_y, response.low);
+        profile_processing ? Eigen::ArrayXd(Eigen::ArrayXd::Ones(1)) : ordinate_covariance(processing().window_y);
+    bins = logarithmic_bins(processing().grid, options.bins_per_decade, {});
+    response = estimator_response(processing(), bins, options.window, threads);
+    relative_covariance = bin_covariance(processing().grid, bins, correlation_x, correlation_y, response.low);
   }
 
   // The bins without the ordinates of lines. Surfaces of one machine have their lines in one place: the last
@@ -110,10 +110,10 @@ struct PsdEstimator::Plan {
     }
     auto made = std::make_shared<WithoutLines>();
     made->left_out = left_out;
-    made->bins = logarithmic_bins(mill().grid, options.bins_per_decade, left_out);
-    made->response = estimator_response(mill(), made->bins, options.window, threads);
+    made->bins = logarithmic_bins(processing().grid, options.bins_per_decade, left_out);
+    made->response = estimator_response(processing(), made->bins, options.window, threads);
     made->relative_covariance =
-        bin_covariance(mill().grid, made->bins, correlation_x, correlation_y, made->response.low);
+        bin_covariance(processing().grid, made->bins, correlation_x, correlation_y, made->response.low);
     const std::lock_guard lock(kept_mutex);
     kept.push_front(made);
     if (kept.size() > kKept) kept.pop_back();
@@ -124,7 +124,7 @@ struct PsdEstimator::Plan {
   PsdEstimate estimate(const Eigen::ArrayXd& ordinate) const {
     if (!options.find_lines) return binned(ordinate, bins, response, relative_covariance);
     const double correlation = 2 * correlation_x.sum() - correlation_x[0];
-    const LineSearch search = find_lines(mill().grid, ordinate, main_lobe(options.window), correlation,
+    const LineSearch search = find_lines(processing().grid, ordinate, main_lobe(options.window), correlation,
                                          response.node_frequency, response.transfer);
     if (search.lines.empty()) return binned(ordinate, bins, response, relative_covariance);
     const std::shared_ptr<const WithoutLines> rest = without(search.left_out);
@@ -136,10 +136,10 @@ struct PsdEstimator::Plan {
   PsdEstimate binned(const Eigen::ArrayXd& ordinate, const OrdinateBins& in_bins,
                      const EstimatorResponse& expectation, const Eigen::MatrixXd& covariance) const {
     PsdEstimate result;
-    result.kind = profile_mill ? PsdTableKind::k1dOneSided : PsdTableKind::k2dTwoSided;
+    result.kind = profile_processing ? PsdTableKind::k1dOneSided : PsdTableKind::k2dTwoSided;
     result.options = options;
-    result.resolution = mill().grid.resolution();
-    result.nyquist = mill().grid.nyquist();
+    result.resolution = processing().grid.resolution();
+    result.nyquist = processing().grid.nyquist();
     result.frequency = in_bins.frequency, result.low = in_bins.low, result.high = in_bins.high,
     result.count = in_bins.count;
     result.psd = in_bins.mean(ordinate);
@@ -162,7 +162,7 @@ PsdEstimator::PsdEstimator(const Profile& geometry, const PsdEstimatorOptions& o
   check(options);
   auto plan = std::make_unique<Plan>();
   plan->options = options, plan->threads = threads, plan->profile = geometry;
-  plan->profile_mill = std::make_unique<ProfileMill>(geometry, options);
+  plan->profile_processing = std::make_unique<ProfileProcessing>(geometry, options);
   plan->prepare();
   plan_ = std::move(plan);
 }
@@ -171,7 +171,7 @@ PsdEstimator::PsdEstimator(const HeightMap& geometry, const PsdEstimatorOptions&
   check(options);
   auto plan = std::make_unique<Plan>();
   plan->options = options, plan->threads = threads, plan->map = geometry;
-  plan->map_mill = std::make_unique<MapMill>(geometry, options);
+  plan->map_processing = std::make_unique<MapProcessing>(geometry, options);
   plan->prepare();
   plan_ = std::move(plan);
 }
@@ -182,7 +182,7 @@ PsdEstimator& PsdEstimator::operator=(PsdEstimator&&) noexcept = default;
 
 PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
   const Plan& plan = *plan_;
-  if (!plan.profile_mill || profile.quantity != plan.profile.quantity ||
+  if (!plan.profile_processing || profile.quantity != plan.profile.quantity ||
       profile.size() != plan.profile.size() || (profile.x != plan.profile.x).any() ||
       !same_valid(profile.value, plan.profile.value))
     throw std::invalid_argument("the profile does not have the geometry this estimator was made for");
@@ -196,11 +196,11 @@ PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
     return result;
   }
   const Profile detrended = detrend(heights, plan.options.detrend);
-  ComplexGrid samples = plan.profile_mill->windowed(detrended);
-  const OrdinateGrid& grid = plan.mill().grid;
+  ComplexGrid samples = plan.profile_processing->windowed(detrended);
+  const OrdinateGrid& grid = plan.processing().grid;
   const double pitch = 1 / (grid.cols * grid.step_x);
   PsdEstimate result =
-      plan.estimate((2 * pitch / plan.mill().window_power()) * plan.mill().power(std::move(samples)));
+      plan.estimate((2 * pitch / plan.processing().window_power()) * plan.processing().power(std::move(samples)));
   result.rms_height = rms(detrended);
   result.rms_slope = slope_rms(profile, detrended, plan.options.detrend);
   return result;
@@ -208,14 +208,14 @@ PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
 
 PsdEstimate PsdEstimator::operator()(const HeightMap& map) const {
   const Plan& plan = *plan_;
-  if (!plan.map_mill || map.pitch_x != plan.map.pitch_x || map.pitch_y != plan.map.pitch_y ||
+  if (!plan.map_processing || map.pitch_x != plan.map.pitch_x || map.pitch_y != plan.map.pitch_y ||
       map.rows() != plan.map.rows() || map.columns() != plan.map.columns() ||
       !same_valid(map.height.reshaped(), plan.map.height.reshaped()))
     throw std::invalid_argument("the map does not have the geometry this estimator was made for");
   const HeightMap detrended = detrend(map, plan.options.detrend);
-  ComplexGrid samples = plan.map_mill->windowed(detrend(plan.map_mill->region(map), plan.options.detrend));
-  const double scale = map.pitch_x * map.pitch_y / plan.mill().window_power();
-  PsdEstimate result = plan.estimate(scale * plan.mill().power(std::move(samples)));
+  ComplexGrid samples = plan.map_processing->windowed(detrend(plan.map_processing->region(map), plan.options.detrend));
+  const double scale = map.pitch_x * map.pitch_y / plan.processing().window_power();
+  PsdEstimate result = plan.estimate(scale * plan.processing().power(std::move(samples)));
   result.rms_height = rms(detrended);
   result.rms_slope = slope_rms(detrended);
   return result;

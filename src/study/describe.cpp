@@ -215,7 +215,7 @@ void describe_study(Visitor& v, Study& study) {
   describe_aperture(v, study.aperture);
   describe_light(v, study.wavelength);
   describe_roughness(v, study.roughness);
-  describe_target(v, study.target);
+  describe_target(v, study.target, study.map);
   describe_terms(v, study.terms);
   // The polar layout exists for circles and annuli only, so it cannot be the default of other shapes.
   if (v.reading() && study.aperture.index() > 1) study.trace.pupil.layout = PupilLayout::kSobol;

@@ -103,7 +103,7 @@ void describe_psd_target(Visitor& v, PsdTarget& target) {
 
 }  // namespace
 
-void describe_target(Visitor& v, TargetSpec& target) {
+void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map) {
   v.object({"target", "what the fitted surface has to match"}, nullptr, [&](Visitor& t) {
     t.choice_of({"theory",
                  "where targets without a value come from; auto: the model that the scene needs; geometric, "
@@ -122,7 +122,7 @@ void describe_target(Visitor& v, TargetSpec& target) {
               if (s.reading() || requests[i].name != fresh.name) requests[i] = std::move(fresh);
               describe_statistic(s, requests[i], keys[i].find('@') != std::string::npos);
             });
-    bool psd = target.psd.has_value(), map = target.map.has_value();
+    bool psd = target.psd.has_value(), of_map = map.has_value();
     t.object({"psd",
               "PSD bins of the term surface to match as well: the expectation of the same bins under the "
               "roughness"},
@@ -130,12 +130,12 @@ void describe_target(Visitor& v, TargetSpec& target) {
                if (!target.psd) target.psd.emplace();
                describe_psd_target(p, *target.psd);
              });
-    t.object({"map", "measured map to fit by least squares, instead of statistics"}, &map, [&](Visitor& m) {
-      if (!target.map) target.map.emplace();
-      describe_map_target(m, *target.map);
+    t.object({"map", "measured map to fit by least squares, instead of statistics"}, &of_map, [&](Visitor& m) {
+      if (!map) map.emplace();
+      describe_map_target(m, *map);
     });
     if (!t.reading()) return;
-    t.check(!map || (keys.empty() && !psd), "map", "a map beside statistics or psd",
+    t.check(!of_map || (keys.empty() && !psd), "map", "a map beside statistics or psd",
             "either a map, or statistics and psd");
     requests.resize(keys.size());
     target.statistics = requests;

@@ -4,7 +4,7 @@
 
 namespace aberfit {
 
-/// The `target` block.
-void describe_target(Visitor& v, TargetSpec& target);
+/// The `target` block: statistics and PSD bins, or a map.
+void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map);
 
 }  // namespace aberfit

@@ -112,11 +112,43 @@ void load_profile(const Study& study, StatisticRequest& request, const std::stri
                      fmt::format("in \"{}\": {} rows", request.file, request.profile_dz.size()), allowed);
 }
 
+constexpr double kNoticedShare = 1e-3;  // a band cut that leaves out less is not worth a word
+
+// What reading the tables of the specification left out of them, and what measuring it ran into.
+void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
+  if (const auto* sum = std::get_if<RoughnessSum>(&node.model))
+    for (const RoughnessModel& part : sum->parts) warn_of_data(part, warnings);
+  if (const auto* measured = std::get_if<MeasuredPsd>(&node.model)) {
+    for (const Warnings* told : {&measured->estimate.warnings, &measured->result.warnings})
+      warnings->insert(warnings->end(), told->begin(), told->end());
+  }
+  const auto* file = std::get_if<PsdTableFile>(&node.model);
+  if (!file) return;
+  const PsdTableResult& table = file->table;
+  if (table.variance_left_out > kNoticedShare || table.slope_variance_left_out > kNoticedShare)
+    warnings->push_back(
+        {"band-cut",
+         fmt::format("the band {:.4g} to {:.4g} /m kept of \"{}\" leaves out {:.1f} % of the table's height "
+                     "variance and {:.1f} % of its slope variance; rays follow slopes",
+                     table.psd.frequency.front(), table.psd.frequency.back(), file->file,
+                     100 * table.variance_left_out, 100 * table.slope_variance_left_out)});
+  if (table.not_positive > 0)
+    warnings->push_back(
+        {"psd-points-left-out",
+         fmt::format("{} point{} of \"{}\" left out: the profile PSD rises there and has no isotropic "
+                     "two-dimensional counterpart",
+                     table.not_positive, table.not_positive == 1 ? "" : "s", file->file)});
+}
+
 }  // namespace
 
 void load_files(Study& study) {
-  if (study.roughness) load_roughness(study, *study.roughness, "/roughness/psd");
-  if (study.target.map) locate(study, study.target.map->source.file, "/target/map/file");
+  if (study.roughness) {
+    load_roughness(study, *study.roughness, "/roughness/psd");
+    study.psd = psd_model(*study.roughness);
+    warn_of_data(*study.roughness, &study.data_warnings);
+  }
+  if (study.map) locate(study, study.map->source.file, "/target/map/file");
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     StatisticRequest& request = study.target.statistics[i];

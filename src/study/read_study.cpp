@@ -77,6 +77,14 @@ nlohmann::ordered_json resolved_study(const Study& study) {
   return std::move(writer.json);
 }
 
+nlohmann::ordered_json resolved_study(const Study& study, const ChosenByFit& chosen) {
+  Study explicit_study = study;
+  explicit_study.terms = chosen.terms;
+  explicit_study.trace.automatic_rays = false;
+  explicit_study.trace.pupil.rays = chosen.rays;
+  return resolved_study(explicit_study);
+}
+
 nlohmann::ordered_json study_schema() {
   Study study;
   nlohmann::ordered_json definitions = nlohmann::ordered_json::object();

@@ -18,7 +18,7 @@ TEST_P(ReferenceStudy, GivesWhatItsExpectedFileSays) {
   const Study study = read_study(folder + "/study.json");
   RunOptions options;
   options.threads = 2;
-  const nlohmann::json result = to_json(run_fit(study, options));
+  const nlohmann::json result = to_json(run_fit(study, options), resolved_study(study));
   EXPECT_EQ(result["equivalence"]["verdict"], expected["verdict"]);
   EXPECT_EQ(result["fit"]["status"], expected["status"]);
   for (const auto& code : expected["warnings"]) {

@@ -237,7 +237,7 @@ TEST(Judgement, RaysForcedOnASmoothSurfaceAreDifferentAndSayWhy) {
   ASSERT_EQ(needed.metrics.size(), 3u);
   EXPECT_NEAR(needed.metrics[2].target / ghs.encircled_energy_radius(0.9, 0), 1, 1e-9);
   EXPECT_GT(std::abs(result.targets[2].value / needed.metrics[2].target - 1), 0.05);
-  const ordered_json json = to_json(result)["equivalence"];
+  const ordered_json json = to_json(result, {})["equivalence"];
   EXPECT_EQ(json["verdict"], "different");
   EXPECT_EQ(json["needed"]["reason"], needed.reason);
   EXPECT_EQ(json["needed"]["metrics"].size(), 3u);
@@ -252,7 +252,7 @@ TEST(Judgement, RaysWhereRaysAreNeededAreJudgedOnce) {
   const ResultDocument result = run_fit(study, {});
   EXPECT_FALSE(result.needed_judgement.has_value());
   EXPECT_EQ(result.needed, "rays");
-  EXPECT_FALSE(to_json(result)["equivalence"].contains("needed"));
+  EXPECT_FALSE(to_json(result, {})["equivalence"].contains("needed"));
 }
 
 TEST(Judgement, WavesFitASmoothSurfaceToItsHarveyShackSpot) {

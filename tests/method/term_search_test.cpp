@@ -22,22 +22,22 @@ struct Trials {
   std::vector<int> screened, confirmed;
   TermTrials hooks() {
     TermTrials trials;
-    const auto point = [](const Study& study) {
+    const auto point = [](const TermsSpec& asked) {
       FrontierPoint p;
-      const int order = study.terms.zernike ? *study.terms.zernike->n_max : study.terms.fourier->count;
+      const int order = asked.zernike ? *asked.zernike->n_max : asked.fourier->count;
       p.order = order;
-      p.terms = study.terms.zernike ? (order + 1) * (order + 2) / 2 - 3 : 2 * order;
+      p.terms = asked.zernike ? (order + 1) * (order + 2) / 2 - 3 : 2 * order;
       return p;
     };
-    trials.screen = [this, point](const Study& study) {
-      FrontierPoint p = point(study);
+    trials.screen = [this, point](const TermsSpec& asked) {
+      FrontierPoint p = point(asked);
       screened.push_back(p.order);
       p.screened = true;
       p.fitted_mismatch = p.order >= near_from ? 1 : 100;
       return p;
     };
-    trials.confirm = [this, point](const Study& study) {
-      FrontierPoint p = point(study);
+    trials.confirm = [this, point](const TermsSpec& asked) {
+      FrontierPoint p = point(asked);
       confirmed.push_back(p.order);
       p.passes = passing.contains(p.order);
       p.fitted_mismatch = p.passes ? 0.5 : 2;
@@ -47,6 +47,10 @@ struct Trials {
     return trials;
   }
 };
+
+Frontier search(const OrderRange& range, const TermTrials& trials) {
+  return search_terms(CovarianceKind::kFull, 0.01, range, trials);
+}
 
 int chosen(const Frontier& frontier) {
   int order = 0, count = 0;
@@ -78,7 +82,7 @@ TEST(TermSearch, FindsTheLowestOrderThatPassesWhereTheClimbSteppedOverIt) {
   // 43 -> 46: 44 and 45 lie between.
   ASSERT_EQ(next_order(43), 46);
   Trials trials{{44, 46, 49}, 30, {}, {}};
-  const Frontier frontier = search_terms({}, {10, 60, false}, trials.hooks());
+  const Frontier frontier = search({10, 60, false}, trials.hooks());
   EXPECT_EQ(chosen(frontier), 44);
   EXPECT_TRUE(std::is_sorted(frontier.points.begin(), frontier.points.end(),
                              [](const auto& a, const auto& b) { return a.terms < b.terms; }));
@@ -87,32 +91,32 @@ TEST(TermSearch, FindsTheLowestOrderThatPassesWhereTheClimbSteppedOverIt) {
 
 TEST(TermSearch, GoesOnWherePassingIsNotMonotone) {
   Trials trials{{12, 15}, 2, {}, {}};
-  EXPECT_EQ(chosen(search_terms({}, {10, 60, false}, trials.hooks())), 12);
+  EXPECT_EQ(chosen(search({10, 60, false}, trials.hooks())), 12);
   Trials later{{15}, 2, {}, {}};
-  EXPECT_EQ(chosen(search_terms({}, {10, 60, false}, later.hooks())), 15);
+  EXPECT_EQ(chosen(search({10, 60, false}, later.hooks())), 15);
 }
 
 TEST(TermSearch, StartsWhereItIsTold) {
   Trials trials{{25}, 2, {}, {}};
   TermTrials hooks = trials.hooks();
   hooks.first = 22;
-  EXPECT_EQ(chosen(search_terms({}, {10, 60, false}, hooks)), 25);
+  EXPECT_EQ(chosen(search({10, 60, false}, hooks)), 25);
   EXPECT_EQ(*std::min_element(trials.screened.begin(), trials.screened.end()), 22);
 }
 
 TEST(TermSearch, TakesTheNearestSetWhereNonePasses) {
   Trials trials{{}, 15, {}, {}};
-  const Frontier frontier = search_terms({}, {10, 30, false}, trials.hooks());
+  const Frontier frontier = search({10, 30, false}, trials.hooks());
   EXPECT_EQ(chosen(frontier), 20);
   EXPECT_NE(frontier.message.find("no set"), std::string::npos);
   Trials hopeless{{}, 1000, {}, {}};
   TermTrials hooks = hopeless.hooks();
-  hooks.screen = [screen = hooks.screen](const Study& study) {
-    FrontierPoint p = screen(study);
+  hooks.screen = [screen = hooks.screen](const TermsSpec& asked) {
+    FrontierPoint p = screen(asked);
     p.fitted_mismatch = 40 + std::abs(p.order - 13);
     return p;
   };
-  const Frontier far = search_terms({}, {10, 30, false}, hooks);
+  const Frontier far = search({10, 30, false}, hooks);
   EXPECT_EQ(chosen(far), 13);  // of short fits, too
   EXPECT_TRUE(hopeless.confirmed.empty());
 }
@@ -127,7 +131,7 @@ TermTrials without_screen(Trials* trials) {
 TEST(TermSearch, GoesDownWhereShortFitsSayNothing) {
   Trials trials;
   for (int order = 23; order <= 100; ++order) trials.passing.insert(order);
-  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&trials))), 23);
+  EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&trials))), 23);
   EXPECT_TRUE(trials.screened.empty());
   EXPECT_EQ(trials.confirmed.front(), 40);
   EXPECT_LT(trials.confirmed.size(), 12u);
@@ -135,18 +139,18 @@ TEST(TermSearch, GoesDownWhereShortFitsSayNothing) {
   Trials gap;
   for (int order = 23; order <= 100; ++order) gap.passing.insert(order);
   gap.passing.insert(21);
-  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&gap))), 21);
+  EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&gap))), 21);
   Trials below;
   for (int order = 2; order <= 100; ++order) below.passing.insert(order);
-  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&below))), 2);
+  EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&below))), 2);
 }
 
 TEST(TermSearch, GoesUpFirstWhereTheExpectedOrderFails) {
   Trials trials;
   for (int order = 46; order <= 100; ++order) trials.passing.insert(order);
-  EXPECT_EQ(chosen(search_terms({}, {10, 40, false}, without_screen(&trials))), 46);
+  EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&trials))), 46);
   Trials none;
-  const Frontier frontier = search_terms({}, {10, 40, false}, without_screen(&none));
+  const Frontier frontier = search({10, 40, false}, without_screen(&none));
   EXPECT_NE(frontier.message.find("no set"), std::string::npos);
   EXPECT_LE(none.confirmed.back(), 53);  // a third beyond the range
 }
@@ -154,7 +158,7 @@ TEST(TermSearch, GoesUpFirstWhereTheExpectedOrderFails) {
 TEST(TermSearch, DoublesPlaneWavesWhereZernikesNeedOrdersAbove100) {
   Trials trials;
   for (int count = 300; count < 20000; ++count) trials.passing.insert(count);
-  const Frontier frontier = search_terms({}, {10, 100, true}, trials.hooks());
+  const Frontier frontier = search({10, 100, true}, trials.hooks());
   const int found = chosen(frontier);
   EXPECT_GE(found, 300);
   EXPECT_LE(found, 1.2 * 300);
@@ -172,7 +176,8 @@ TEST(TermSearch, EndsAtTheFewestOfAnExhaustiveSearch) {
   EXPECT_GE(found.rays, kRaysPerTerm * found.terms.size());
   Eigen::Index fewest = 0;
   for (int n = 2; fewest == 0 && n <= found.terms.zernike.back().n; ++n) {
-    Study given = with_zernikes(asked, n);
+    Study given = asked;
+    given.terms = zernikes_up_to(n, CovarianceKind::kFull);
     const ResultDocument result = run_fit(given, {});
     double worst = 0;
     for (Eigen::Index k = 0; k < result.fit.smooth_statistics.size(); ++k)
@@ -187,10 +192,12 @@ TEST(TermSearch, EndsAtTheFewestOfAnExhaustiveSearch) {
 }
 
 TEST(TermSearch, ResolvesToAStudyThatGivesTheSameFit) {
-  const ResultDocument found = run_fit(parse_study(small_study("\"auto\"", "\"auto\""), "study.json"), {});
-  EXPECT_TRUE(found.study["terms"]["zernike"]["n_max"].is_number_integer());
-  EXPECT_TRUE(found.study["trace"]["rays"].is_number_integer());
-  const Study again = parse_study(found.study.dump(), "study.json");
+  const Study asked = parse_study(small_study("\"auto\"", "\"auto\""), "study.json");
+  const ResultDocument found = run_fit(asked, {});
+  const nlohmann::ordered_json written = resolved(asked, found);
+  EXPECT_TRUE(written["terms"]["zernike"]["n_max"].is_number_integer());
+  EXPECT_TRUE(written["trace"]["rays"].is_number_integer());
+  const Study again = parse_study(written.dump(), "study.json");
   EXPECT_FALSE(again.terms.automatic);
   const ResultDocument same = run_fit(again, {});
   EXPECT_EQ(same.rays, found.rays);
@@ -236,7 +243,7 @@ TEST(BandUse, SharesOfAUniformBandAreDifferencesOfPowers) {
   const Study study = parse_study(small_study(R"({"zernike": {"n_max": 10}})", "65536"), "study.json");
   const Scene scene = make_scene(study);
   double captured = 0;
-  const TermSet terms = make_terms(study, scene, &captured);
+  const TermSet terms = make_terms(study, scene, study.terms, &captured);
   const BandUse band = band_use(study, scene, terms, 65536);
   const double cut = 11 / (2 * std::numbers::pi * 0.2), low = 2.5, high = 12;
   // int f df and int f^3 df.

@@ -39,9 +39,9 @@ Frontier sample_frontier(int count) {
 
 TEST(Frontier, IsInTheResultWithEveryNumberOfASet) {
   ResultDocument result = sample_result();
-  EXPECT_FALSE(to_json(result)["fit"].contains("frontier"));
+  EXPECT_FALSE(to_json(result, sample_study())["fit"].contains("frontier"));
   result.frontier = sample_frontier(9);
-  const auto json = to_json(result)["fit"]["frontier"];
+  const auto json = to_json(result, sample_study())["fit"]["frontier"];
   ASSERT_EQ(json["points"].size(), 9u);
   const auto& screened = json["points"][0];
   EXPECT_EQ(screened["order"], 2);

@@ -107,7 +107,7 @@ class Plots : public ::testing::Test {
     root() = fs::path(::testing::TempDir()) / ("aberfit plots' \"$HOME\" " + std::to_string(::getpid()));
     fs::remove_all(root());
     scene() = new PlotScene();
-    scene()->result.study["title"] = "It's a `touch executed` @test, 50 % {a}_b^c \"quoted\" \\n $0";
+    scene()->result.title = "It's a `touch executed` @test, 50 % {a}_b^c \"quoted\" \\n $0";
     drawn() = scene()->write((root() / "run").string(), &warnings());
   }
   static void TearDownTestSuite() {

@@ -22,7 +22,7 @@ using Names = std::vector<std::string>;
 }  // namespace
 
 TEST(ResultDocument, HasTheKeysOfFormatVersionOneInTheirOrder) {
-  const Json json = to_json(sample_result());
+  const Json json = to_json(sample_result(), sample_study());
   EXPECT_EQ(keys(json), (Names{"aberfit", "kind", "study", "scene", "target", "fit", "coefficients",
                                "statistics", "equivalence", "warnings", "provenance"}));
   EXPECT_EQ(json["aberfit"], 1);
@@ -43,7 +43,7 @@ TEST(ResultDocument, HasTheKeysOfFormatVersionOneInTheirOrder) {
 
 TEST(ResultDocument, CarriesItsNumbersInSi) {
   const ResultDocument result = sample_result();
-  const Json json = to_json(result);
+  const Json json = to_json(result, sample_study());
   EXPECT_EQ(json["scene"]["rms_height_m"], 100e-9);
   EXPECT_EQ(json["scene"]["theory"], "geometric");
   EXPECT_EQ(json["scene"]["model"], "rays");
@@ -75,7 +75,7 @@ TEST(ResultDocument, SaysHowTheSurfaceWasComputed) {
   ResultDocument result = sample_result();
   result.fit.operator_choice.zernike = ZernikeMethod::kPolar;
   result.fit.operator_choice.reason = "rings";
-  const Json json = to_json(result)["fit"]["operator"];
+  const Json json = to_json(result, sample_study())["fit"]["operator"];
   EXPECT_EQ(json["zernike"], "polar");
   EXPECT_TRUE(json["fourier"].is_null());
   EXPECT_EQ(json["reason"], "rings");
@@ -84,7 +84,7 @@ TEST(ResultDocument, SaysHowTheSurfaceWasComputed) {
 TEST(ResultDocument, WritesWhatDoesNotExistAsNull) {
   ResultDocument result = sample_result();
   result.scene.correlation_length = std::numeric_limits<double>::infinity();
-  const Json json = to_json(result);
+  const Json json = to_json(result, sample_study());
   EXPECT_TRUE(json["statistics"]["validated"]["ring_fwhm_m"].is_null());
   EXPECT_TRUE(json["scene"]["correlation_length_m"].is_null());
   EXPECT_TRUE(json["equivalence"]["metrics"][3]["model"].is_null());
@@ -95,7 +95,7 @@ TEST(ResultDocument, WritesWhatDoesNotExistAsNull) {
 }
 
 TEST(ResultDocument, KeepsBothOfTwoTargetsWithOneName) {
-  const Json target = to_json(sample_result())["target"];
+  const Json target = to_json(sample_result(), sample_study())["target"];
   EXPECT_EQ(target.size(), sample_result().targets.size());
   EXPECT_EQ(target["ring_through"]["value"], 0.9);
   EXPECT_EQ(target["ring_through#2"]["value"], 0.6);
@@ -106,7 +106,7 @@ TEST(ResultDocument, OfATraceHasNoFitToShow) {
   trace.kind = "trace";
   trace.targets = {{ScatterRms{}, std::nan(""), 0.0, 1.0}};
   trace.fitted = Eigen::VectorXd::Constant(1, 3e-5);
-  const Json json = to_json(trace);
+  const Json json = to_json(trace, sample_study());
   EXPECT_EQ(json["kind"], "trace");
   EXPECT_TRUE(json["scene"].is_null());
   EXPECT_TRUE(json["target"]["scatter_rms_rad"]["value"].is_null());

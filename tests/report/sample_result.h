@@ -5,12 +5,18 @@
 
 namespace aberfit {
 
+/// The resolved study of sample_result.
+inline nlohmann::ordered_json sample_study() {
+  return {{"aberfit", 1},
+          {"title", "Stand-in scene, 100 nm RMS in 2.5-19.96 /m"},
+          {"equivalence", {{"margin", 0.01}, {"confidence", 0.95}}}};
+}
+
 /// A finished fit as the study room would hand it over, with every kind of term and verdict in it.
 inline ResultDocument sample_result() {
   ResultDocument result;
-  result.study = {{"aberfit", 1},
-                  {"title", "Stand-in scene, 100 nm RMS in 2.5-19.96 /m"},
-                  {"equivalence", {{"margin", 0.01}, {"confidence", 0.95}}}};
+  result.title = "Stand-in scene, 100 nm RMS in 2.5-19.96 /m";
+  result.confidence = 0.95;
   result.has_roughness = true;
   result.scene.rms_height = 100e-9;
   result.scene.rms_slope_per_axis = 6.32e-6;

@@ -42,14 +42,14 @@ struct FitPrediction {
   std::vector<std::pair<std::string, double>> stages;  ///< [s]
   double seconds = 0;                                  ///< their sum
   double iterations = 0;                               ///< of each full fit
-  bool iterations_known = false;                       ///< of this study, by its chart; else a typical number
+  bool iterations_known = false;                       ///< of this task, by its chart; else a typical number
   bool search = false;                                 ///< for the fewest terms
   bool more_rays = false;                              ///< a second fit on twice the rays is counted in
 };
 
-/// terms: of the study, where it names them; for `"terms": "auto"` sets between expected_orders are put in
+/// terms: of the task, where it names them; for `"terms": "auto"` sets between expected_orders are put in
 /// for them: as many as a search typically fits.
-FitPrediction predict_fit(const Study& study, const Scene& scene, const TermSet& terms,
+FitPrediction predict_fit(const Task& task, const Scene& scene, const TermSet& terms,
                           const TargetSets& targets, const FitRates& rates, int threads);
 
 /// Predicted time [s] of the least squares of a map of `points` with `terms`.

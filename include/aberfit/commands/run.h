@@ -2,14 +2,20 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "aberfit/method/run_context.h"
 #include "aberfit/report/result.h"
-#include "aberfit/study/run_options.h"
+#include "aberfit/commands/run_options.h"
 #include "aberfit/study/study.h"
 
 namespace aberfit {
 
-/// target -> fit -> verdict (the main path).
+/// Threads and progress as the method takes them.
+RunContext context_of(const RunOptions& options);
+
+/// target -> fit -> verdict (the main path). For a study without target.map.
 ResultDocument run_fit(const Study& study, const RunOptions& options);
+/// The study of a result: `study` with what the fit has chosen where it leaves that open.
+nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome);
 /// Harvey-Shack branch, aberration-term branch and, where asked, published numbers side by side.
 nlohmann::ordered_json run_verify(const Study& study, const RunOptions& options, std::string* table);
 /// Forward statistics only.

@@ -19,6 +19,20 @@ class InputError : public std::runtime_error {
   std::string file_, pointer_, found_, allowed_;
 };
 
+/// A value of a task that cannot be used, told by those who know no file. field: its dotted name in the study
+/// format, "target.psd.method"; whoever knows the file makes an InputError of it (study/field_errors.h).
+class FieldError : public std::runtime_error {
+ public:
+  FieldError(std::string field, std::string found, std::string allowed);
+
+  const std::string& field() const { return field_; }
+  const std::string& found() const { return found_; }
+  const std::string& allowed() const { return allowed_; }
+
+ private:
+  std::string field_, found_, allowed_;
+};
+
 /// A computation that could not deliver a result at all: the program exits 3. Numerical trouble that still
 /// leaves a result is a status and a warning inside that result instead.
 class ComputationError : public std::runtime_error {

@@ -1,8 +1,10 @@
 #pragma once
 #include <memory>
 
-#include "aberfit/study/run_options.h"
 #include "aberfit/method/judge.h"
+#include "aberfit/method/outcome.h"
+#include "aberfit/method/plan.h"
+#include "aberfit/method/run_context.h"
 #include "aberfit/method/scene.h"
 
 namespace aberfit {
@@ -15,28 +17,29 @@ struct Workbench {
   SurfaceOperator surface;
   RayBundle nominal;
 
-  Workbench(const Study& study, FocusPhysics model, double grid_pitch, const TermSet& terms, int threads);
+  Workbench(const Task& task, FocusPhysics model, const PupilOptions& rays, double grid_pitch,
+            const TermSet& terms, int threads);
   SurfaceField field(const Eigen::VectorXd& coefficients) const;
   /// Unsmoothed statistics; NaN where one does not exist, with a warning when asked for.
-  Eigen::VectorXd exact(const Study& study, const Eigen::VectorXd& coefficients,
+  Eigen::VectorXd exact(const Task& task, const Eigen::VectorXd& coefficients,
                         const std::vector<Statistic>& statistics, int threads, Warnings* warnings) const;
-  FocusScene focus(const Study& study) const;
+  FocusScene focus(const Task& task) const;
 };
 
-/// How far a fit goes. The default is the fit of a study with explicit terms, to the last bit.
-struct Effort {
-  int most_iterations = 1 << 30;
-  Eigen::VectorXd warm;           ///< white coordinates to start from instead of a draw
-  bool give_up_on_stall = false;  ///< a search has other sets to try
+/// What all fits of a run have in common. The parts must outlive it.
+struct FitCase {
+  const Task& task;
+  const Scene& scene;
+  const TargetSets& targets;
+  const RunContext& context;
 };
 
-/// One fit of explicit terms on so many rays, and what goes on from it.
+/// One fit, and what goes on from it.
 struct Attempt {
-  ResultDocument result;
+  FitOutcome result;
+  std::shared_ptr<const TermPlan> terms;
   std::shared_ptr<const Workbench> bench;
-  CoefficientPrior prior;
-  FreshStatistics fresh;  ///< empty where the fit was not judged
-  double captured = 0;
+  FreshStatistics fresh;       ///< empty where the fit was not judged
   double mismatch = HUGE_VAL;  ///< worst, in tolerances
   bool met = false;            ///< every tolerance
 };
@@ -44,13 +47,11 @@ struct Attempt {
 /// Whether the solver got anywhere: a degenerate or failed try has no cost to compare.
 bool has_solution(const FitResult& fit);
 
-/// Fits what `study` names, on the rays it names. Not judged.
-Attempt attempt_fit(const Study& study, const Scene& scene, const TargetSets& targets,
-                    const RunOptions& options, const Effort& effort, int threads);
+/// One fit as planned, on the rays of the plan. Not judged.
+Attempt attempt_fit(const FitCase& of, const FitPlan& plan);
 
-/// The same on the study's rays, or on more and more until fresh ones say the same; judged on fresh rays.
+/// The same on the plan's rays, or on more and more until fresh ones say the same; judged on fresh rays.
 /// judge_always: a search does not care what fresh rays say of a set that misses its tolerances.
-Attempt fit_on_enough_rays(Study study, const Scene& scene, const TargetSets& targets,
-                           const RunOptions& options, const Effort& effort, bool judge_always, int threads);
+Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always);
 
 }  // namespace aberfit

@@ -1,11 +1,17 @@
 #pragma once
+#include <functional>
+
 #include "aberfit/method/attempt.h"
 
 namespace aberfit {
 
+/// Makes the terms of a trial; plan_terms unless a test wants to watch.
+using MakeTerms = std::function<TermPlan(const TermsSpec&)>;
+
 /// `"terms": "auto"`: the fit of the fewest terms that meet every tolerance and are equivalent, with the
-/// frontier of all that were tried; where none passes, of the set that comes nearest.
-Attempt fit_fewest_terms(const Study& study, const Scene& scene, const TargetSets& targets,
-                         const RunOptions& options, int threads);
+/// frontier of all that were tried; where none passes, of the set that comes nearest. The terms and the prior
+/// of a set are made once for a trial, its short fit and its whole one together.
+Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms);
+Attempt fit_fewest_terms(const FitCase& of);
 
 }  // namespace aberfit

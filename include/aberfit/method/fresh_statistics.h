@@ -1,5 +1,5 @@
 #pragma once
-#include "aberfit/report/result.h"
+#include "aberfit/method/outcome.h"
 #include "aberfit/method/scene.h"
 
 namespace aberfit {
@@ -12,14 +12,14 @@ struct FreshStatistics {
 };
 inline constexpr int kScrambles = 8;
 /// rays: wanted number, 8 to 4 million.
-FreshStatistics evaluate_fresh(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
+FreshStatistics evaluate_fresh(const Task& task, const TermSet& terms, const Eigen::VectorXd& coefficients,
                                const std::vector<Statistic>& statistics, std::int64_t rays, int threads,
                                Warnings* warnings);
 
 /// The same through the physics that judges. Rays: as above. Convolved rays: likewise, on scrambled Sobol
 /// pupils. Waves: on a grid 1.37 times finer than `pitch` [m]; the standard error is the difference from the
 /// grid of `pitch`, so it holds what a fit has made of its own grid. `rays` there counts cells.
-FreshStatistics evaluate_fresh(const Study& study, FocusPhysics physics, double pitch, const TermSet& terms,
+FreshStatistics evaluate_fresh(const Task& task, FocusPhysics physics, double pitch, const TermSet& terms,
                                const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
                                std::int64_t rays, int threads, Warnings* warnings);
 
@@ -30,7 +30,7 @@ double measured_spread(const FocusScene& scene, const CoefficientPrior& prior, s
 
 /// Slope RMS per aperture zone (edges 0, .25, .5, .75, 1) over the overall one, of `coefficients` and of
 /// draws from `prior`.
-std::vector<ZoneSlope> zone_slopes(const Study& study, const TermSet& terms, const CoefficientPrior& prior,
+std::vector<ZoneSlope> zone_slopes(const Task& task, const TermSet& terms, const CoefficientPrior& prior,
                                    const Eigen::VectorXd& coefficients, int threads);
 
 }  // namespace aberfit

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "aberfit/report/frontier.h"
+#include "aberfit/method/frontier.h"
 
 namespace aberfit {
 

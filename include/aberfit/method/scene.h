@@ -4,7 +4,7 @@
 
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/theory/regime.h"
-#include "aberfit/study/study.h"
+#include "aberfit/method/task.h"
 #include "aberfit/method/focus_model.h"
 
 namespace aberfit {
@@ -25,12 +25,7 @@ struct Scene {
   double plane_unit() const { return focal_length * core_sigma / radius; }  ///< natural unit of dz [m]
   double focal_length = 0;
 };
-Scene make_scene(const Study& study);
-
-/// The terms of the study; absent orders and frequencies are chosen from the PSD. `captured`: share of its
-/// height variance, piston and tilt left out.
-TermSet make_terms(const Study& study, const Scene& scene, double* captured);
-CoefficientPrior make_study_prior(const Study& study, const Scene& scene, const TermSet& terms);
+Scene make_scene(const Task& task);
 
 /// Number of exact dependencies between the m = 0 Zernikes and the spherical powers, judged by their slopes
 /// (a constant height moves no ray).
@@ -43,10 +38,10 @@ struct TargetSets {
   std::string theory;  ///< "geometric", "rays", "convolved", "ghs", or "given"
 };
 /// Whether all of the study's statistics have a value: then no theory is asked.
-bool targets_are_given(const Study& study);
-TargetSets make_targets(const Study& study, const Scene& scene, int threads);
+bool targets_are_given(const Task& task);
+TargetSets make_targets(const Task& task, const Scene& scene, int threads);
 
 /// Warnings that follow from the specification alone.
-Warnings scene_warnings(const Study& study, const Scene& scene, const TermSet& terms, double captured);
+Warnings scene_warnings(const Task& task, const Scene& scene, const TermSet& terms, double captured);
 
 }  // namespace aberfit

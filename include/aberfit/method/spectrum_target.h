@@ -14,7 +14,7 @@ struct SpectrumTarget {
       value;  ///< expectation of each bin over draws of the prior [m^4]: like is compared with like
   Eigen::VectorXd tolerance;  ///< of log PSD
 };
-SpectrumTarget make_spectrum_target(const Study& study, const Scene& scene, const TermSet& terms,
+SpectrumTarget make_spectrum_target(const Task& task, const Scene& scene, const TermSet& terms,
                                     const CoefficientPrior& prior, int threads);
 
 }  // namespace aberfit

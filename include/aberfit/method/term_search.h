@@ -1,21 +1,21 @@
 #pragma once
 #include <functional>
 
-#include "aberfit/report/frontier.h"
-#include "aberfit/study/study.h"
+#include "aberfit/method/frontier.h"
+#include "aberfit/method/task.h"
 #include "aberfit/method/scene.h"
 
 namespace aberfit {
 
-/// What a fit of the terms `study` names explicitly came to; `order` and `family` are those of the terms.
-using TryTerms = std::function<FrontierPoint(const Study& study)>;
+/// What a fit of these terms came to; the search fills in `order` and `family`.
+using TryTerms = std::function<FrontierPoint(const TermsSpec& asked)>;
 
 /// How the search looks at a set.
 struct TermTrials {
   /// A short fit on few rays, warm-started from the one before: tells how far from the tolerances a set
   /// stays. Empty where such fits say nothing: then the search goes down instead of up.
   TryTerms screen;
-  /// The fit of a study that names these terms, judged on fresh rays. What it says is the answer.
+  /// The fit of these terms, judged on fresh rays. What it says is the answer.
   TryTerms confirm;
   /// Order that a climb starts at. From 2 each short fit stands on the one before; from the low end of the
   /// range where a short fit is dear.
@@ -31,7 +31,7 @@ inline constexpr double kPromising = 10;
 /// given Fourier modes.
 inline constexpr int kLargestSearchedOrder = 100;
 
-/// The orders the search of a study expects to end at: from where the Zernikes carry 2 % of the slope
+/// The orders the search of a task expects to end at: from where the Zernikes carry 2 % of the slope
 /// variance to two steps beyond where they carry 99 % of the height variance.
 struct OrderRange {
   int low = 2, high = 2;
@@ -39,21 +39,23 @@ struct OrderRange {
 };
 OrderRange expected_orders(const Scene& scene);
 
-/// `study` with the terms that `order` stands for, explicit.
-Study with_zernikes(const Study& study, int order);
-Study with_fourier_modes(const Study& study, int count);
+/// The terms that an order of a search stands for.
+TermsSpec zernikes_up_to(int order, CovarianceKind covariance);
+TermsSpec plane_waves(int count);
 
 /// The fewest terms that pass, by climbing through the orders: screens each, confirms the promising ones, and
 /// goes down from the first that passes until two in a row do not. Without screening it goes down from the
 /// high end of the range. Where none passes: the judged set with
 /// the smallest held-out mismatch, else the one nearest to its tolerances, not fitted in full if screened.
 /// `chosen` is marked in the result, which is sorted by terms.
-/// range: expected_orders; the climb ends a third beyond its high end.
-Frontier search_terms(const Study& study, const OrderRange& range, const TermTrials& trials);
+/// range: expected_orders; the climb ends a third beyond its high end. margin: of the verdicts, told in the
+/// result.
+Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange& range,
+                      const TermTrials& trials);
 /// What came out, for people: a sentence without full stop.
 std::string search_message(const Frontier& frontier, const OrderRange& range);
 
 /// Where the modelled part of the band ends, and what the rest would be worth. rays: of the fit.
-BandUse band_use(const Study& study, const Scene& scene, const TermSet& terms, Eigen::Index rays);
+BandUse band_use(const Task& task, const Scene& scene, const TermSet& terms, Eigen::Index rays);
 
 }  // namespace aberfit

@@ -1,55 +1,10 @@
 #pragma once
-#include <Eigen/Core>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
-#include <vector>
 
-#include "aberfit/equivalence/tost.h"
+#include "aberfit/method/frontier.h"
 
 namespace aberfit {
-
-/// One term set that the search for the fewest terms looked at (`"terms": "auto"`).
-struct FrontierPoint {
-  std::string family = "zernike";  ///< or "fourier"
-  int order = 0;                   ///< Zernike: n_max; Fourier: number of plane waves
-  Eigen::Index terms = 0, rays = 0;
-  double fitted_mismatch = 0;  ///< largest |S - T| / tolerance over the fitted statistics
-  double held_out_mismatch =
-      NAN;  ///< largest |S / T - 1| over the held-out ones on fresh rays; NaN: not judged
-  double seconds = 0;
-  bool screened = false;           ///< left after a short fit on few rays
-  std::optional<Verdict> verdict;  ///< on fresh rays; nothing where it was not judged
-  bool passes = false;             ///< every tolerance met and `equivalent`
-  bool chosen = false;
-};
-
-/// What the search tried, by ascending number of terms, and what came of it.
-struct Frontier {
-  std::vector<FrontierPoint> points;
-  double seconds = 0;   ///< of the whole search
-  double margin = 0;    ///< of the verdicts, relative
-  std::string message;  ///< one sentence: which terms were taken and why
-};
-
-/// How many rays the fit used, and why.
-struct RayChoice {
-  bool automatic = false;
-  double gap = NAN;             ///< largest |S_fit - S_fresh| / |T| over the fitted statistics
-  double sampling_error = NAN;  ///< largest standard error of a fitted statistic on the fresh rays, over |T|
-  double allowed = 0;           ///< what both have to stay below
-  std::string reason;           ///< one sentence
-};
-
-/// The part of the specification's band that terms and rays can represent, and what lies above it. Shares are
-/// of the specification's variances. ee90 follows the slope: leaving a share u of the slope variance out
-/// changes it by sqrt(1 - u) - 1 (PHYSICS 5), unless a fit puts the slope into the modelled part.
-struct BandUse {
-  double modelled_f_min = 0, modelled_f_max = 0;  ///< [cycles/m]
-  std::string limited_by;  ///< "specification", "zernike", "fourier" or "rays": what sets modelled_f_max
-  double left_out_height_share = 0, left_out_slope_share = 0;
-  double ee90_change = 0;
-};
 
 nlohmann::ordered_json to_json(const Frontier& frontier);
 nlohmann::ordered_json to_json(const RayChoice& rays);

@@ -16,7 +16,7 @@ enum class WindowKind { kNone, kHann, kHamming, kBlackmanHarris, kWelch, kTukey 
 std::string to_string(WindowKind window);
 
 /// How a PSD is estimated; part of every estimate, so that a model or another surface can go through the same
-/// mill.
+/// processing.
 struct PsdEstimatorOptions {
   DetrendOptions detrend;
   WindowKind window = WindowKind::kHann;

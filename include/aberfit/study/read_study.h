@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "aberfit/method/plan.h"
 #include "aberfit/study/study.h"
 
 namespace aberfit {
@@ -26,6 +27,8 @@ RoughnessModel roughness_model(const PsdModel& model);
 
 /// The study with every default filled in: itself a valid study with the same meaning.
 nlohmann::ordered_json resolved_study(const Study& study);
+/// The same with the terms and rays that a fit has chosen where the study leaves them to it.
+nlohmann::ordered_json resolved_study(const Study& study, const ChosenByFit& chosen);
 
 /// JSON Schema (draft 2020-12) of the study format, made from the same description that reads it.
 nlohmann::ordered_json study_schema();

@@ -1,23 +1,16 @@
 #pragma once
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include "aberfit/fit/calibrate.h"
 #include "aberfit/fit/map_fit.h"
-#include "aberfit/spectrum/psd_model_fit.h"
-#include "aberfit/focus/evaluate.h"
 #include "aberfit/measured/read_measurement.h"
+#include "aberfit/method/task.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_table.h"
-#include "aberfit/theory/convention.h"
-#include "aberfit/scene/aperture.h"
-#include "aberfit/scene/mirror.h"
-#include "aberfit/scene/pupil.h"
-#include "aberfit/terms/modal_covariance.h"
+#include "aberfit/spectrum/psd_model_fit.h"
 
 // A study file in memory, format version 1. Member names follow the JSON keys; SI units and radians
 // throughout.
@@ -72,99 +65,12 @@ struct RoughnessModel {
       model;
 };
 
-/// Where targets without a value come from.
-enum class Theory {
-  kAuto,       ///< what the regime rule (choose_model) says the scene needs
-  kGeometric,  ///< Gaussian ray deflections in closed form
-  kRays,       ///< the same by perturbed rays
-  kConvolved,  ///< Gaussian ray deflections convolved with the diffraction pattern of the aperture
-  kGhs,        ///< generalised Harvey-Shack, wave optics
-};
-/// What turns the fitted surface into focal statistics.
-enum class TraceModel { kAuto, kRays, kConvolved, kWaves };  ///< kAuto: what the theory needs
-
-/// One entry of target.statistics. Names: ee<percent>, ring_fwhm, ring_profile, scatter_rms, scatter_mean,
-/// spot_fwhm, rms_radius, rms_height.
-struct StatisticRequest {
-  std::string name;
-  std::vector<double> planes = {0};  ///< ee*, rms_radius: dz [m]
-  std::variant<std::string, double> ring =
-      std::string("ee90");          ///< ring_fwhm, ring_profile: "ee<percent>" or a radius [m]
-  std::optional<double> bandwidth;  ///< spot_fwhm [m]
-  std::optional<double> value;      ///< the target itself, in the statistic's unit; absent: from theory
-  double standard_error = 0;        ///< of a given value, in its unit
-  double tolerance = 1e-3;  ///< relative to the target value (ring_profile: absolute share of the light)
-  std::string file;         ///< ring_profile: CSV with columns dz [m], share
-  std::vector<double> profile_dz, profile_value;  ///< ring_profile: given inline or loaded from `file`
-};
-
-/// PSD bins of the term surface as targets, beside the focal statistics.
-struct PsdTarget {
-  std::optional<double> f_min,
-      f_max;  ///< band [cycles/m]; absent: the part of the roughness that the terms carry
-  int bins_per_decade = 12;
-  double tolerance = 0.05;             ///< of log PSD
-  std::string method = "closed-form";  ///< of Zernikes over the disc; "estimator": any terms, through the
-                                       ///< estimator of a measurement
-};
-
 /// A measured map as target: least-squares terms.
 struct MapTarget {
   MeasuredFile source;
   std::string origin = "circle";  ///< the axis is at the middle of the enclosing circle, of the "grid", or
                                   ///< where the "file" has it
   MapFitOptions fit;
-};
-
-struct TargetSpec {
-  Theory theory = Theory::kAuto;
-  Convention convention = Convention::kPhysical;
-  std::vector<StatisticRequest> statistics;  ///< empty: the default set (DESIGN)
-  std::optional<PsdTarget> psd;
-  std::optional<MapTarget> map;  ///< instead of statistics
-};
-
-struct ZernikeSpec {
-  int n_min = 2;
-  std::optional<int> n_max;  ///< absent: the order that captures 99 % of the height variance
-};
-struct FourierSpec {
-  int count = 400;
-  FourierSampling sampling = FourierSampling::kLog;
-};
-struct TermsSpec {
-  /// "auto", or no terms in the file: a fit takes the fewest Zernikes that do; `zernike` then holds the
-  /// default (99 %) for all that needs terms without a fit.
-  bool automatic = false;
-  std::optional<ZernikeSpec> zernike;
-  std::optional<FourierSpec> fourier;
-  std::vector<int> spherical;  ///< even powers 4..12
-  CovarianceKind covariance = CovarianceKind::kFull;
-};
-
-struct TraceSpec {
-  TraceModel model = TraceModel::kAuto;
-  PupilOptions pupil;           ///< JSON keys pupil, rays, seed sit side by side
-  bool automatic_rays = false;  ///< "auto", or no rays in the file: a fit finds how many it needs;
-                                ///< `pupil.rays` then holds what everything else uses
-  std::optional<double> central_difference_step;  ///< [m]; absent: analytic normals
-  Centre centre = Centre::kNominal;
-};
-
-enum class FitStart { kDraw, kZero };
-struct FitSpec {
-  FitStart start = FitStart::kDraw;
-  std::uint64_t seed = 1;
-  PriorMode prior = PriorMode::kNearStart;
-  int max_iterations = 100;
-  int starts = 1;               ///< tries from different draws; the best is kept
-  double spherical_rms = 1e-6;  ///< prior RMS height of the spherical terms [m]
-  double bound_sigmas = 0;      ///< > 0: coefficients within so many prior standard deviations
-};
-
-struct EquivalenceSpec {
-  double margin = 0.01;
-  double confidence = 0.95;
 };
 
 struct OutputSpec {
@@ -216,18 +122,12 @@ struct VerifySpec {
   std::vector<PublishedNumber> published;
 };
 
-struct Study {
+/// A task, and what belongs to the file it is written in. Read-only once read_study has made it.
+struct Study : Task {
   std::string path;  ///< file it was read from
   std::string title;
-  Mirror mirror;
-  Aperture aperture;
-  double wavelength = 0;  ///< [m]
-  std::optional<RoughnessModel> roughness;
-  TargetSpec target;
-  TermsSpec terms;
-  TraceSpec trace;
-  FitSpec fit;
-  EquivalenceSpec equivalence;
+  std::optional<RoughnessModel> roughness;  ///< as the file has it; `psd` is the model that it stands for
+  std::optional<MapTarget> map;             ///< target.map: instead of statistics
   OutputSpec output;
   VerifySpec verify;
 };

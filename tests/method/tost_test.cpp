@@ -1,4 +1,4 @@
-#include "aberfit/equivalence/tost.h"
+#include "aberfit/method/tost.h"
 
 #include <gtest/gtest.h>
 

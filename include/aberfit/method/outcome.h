@@ -1,0 +1,97 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "aberfit/fit/calibrate.h"
+#include "aberfit/fit/map_fit.h"
+#include "aberfit/method/frontier.h"
+#include "aberfit/method/plan.h"
+#include "aberfit/method/tost.h"
+#include "aberfit/terms/term_set.h"
+#include "aberfit/theory/model_choice.h"
+#include "aberfit/theory/regime.h"
+
+namespace aberfit {
+
+/// Slope RMS of one aperture zone over the overall slope RMS, beside the same ratio over draws of the prior.
+struct ZoneSlope {
+  double rho_min = 0, rho_max = 0;       ///< edges as fractions of the aperture radius
+  double ratio = 0;                      ///< of the fitted surface
+  double draws_low = 0, draws_high = 0;  ///< 0.5 % and 99.5 % quantiles over draws
+
+  bool inside() const { return ratio >= draws_low && ratio <= draws_high; }
+  /// Outside, but nearer to 1, the ratio of the roughness itself, than draws are: few Zernikes leave most
+  /// slopes at the edge, and a fit may do better.
+  bool more_even() const;
+};
+
+/// The fitted surface by the numbers of a scene (its own, not the specification's).
+struct EquivalentSurface {
+  double rms_height = 0;  ///< [m]
+  double rms_slope_per_axis = 0;
+  double g = 0, kappa = 0;
+  std::string needed;              ///< "rays", "convolved", "waves": by its own height; empty without PSD
+  double prior_height_factor = 1;  ///< 0.5 when the prior was scaled for convention `paper`
+  std::vector<ZoneSlope> zones;
+  double captured_fraction =
+      0;  ///< share of the specification's height variance that the term set can carry; 0 without PSD
+};
+
+/// A PSD bin that was fitted along.
+struct SpectrumBin {
+  double low = 0, high = 0;       ///< [cycles/m]
+  double target = 0, fitted = 0;  ///< [m^4]
+  double tolerance = 0;           ///< of log PSD
+};
+
+/// Spread of ee90 between realisations of one specification, standard deviation over mean.
+struct Realisation {
+  double predicted = 0;  ///< 0.65 / sqrt(n_eff), a law of rays
+  double measured = 0;  ///< over seeded draws of the terms, through the physics of the fit; NaN: not measured
+  int draws = 0;        ///< that were measured; 0: none
+  /// What to reckon with: the law holds for rays and many modes, so what was measured goes first.
+  double spread() const { return draws > 0 ? measured : predicted; }
+};
+
+/// The fitted surface through the physics that its scene needs, against the theory that the scene needs.
+struct NeededJudgement {
+  std::string theory;  ///< "convolved" or "ghs"; "given" where the targets are values
+  std::string model;   ///< "convolved" or "waves"
+  std::string reason;  ///< one sentence: why the fit's own model does not decide
+  Verdict verdict = Verdict::kUndecided;
+  std::vector<EquivalenceMetric> metrics;  ///< empty where it cannot be computed
+};
+
+/// What came of a task: the fit, the surface, the verdict on it. Statistic vectors run parallel to `targets`.
+struct FitOutcome {
+  ChosenByFit chosen;     ///< where the task left terms and rays open
+  double confidence = 0;  ///< of the tests behind the verdict; 0: nothing was judged
+  bool has_roughness = false;
+  SceneNumbers scene;  ///< of the specification
+  std::string theory;  ///< "geometric", "rays", "convolved", "ghs": what made the targets; "given", "map"
+  std::string model = "rays";  ///< "rays", "convolved", "waves": what turned the surface into statistics
+  std::string needed;          ///< the same words: what the scene needs; empty without roughness
+  std::string model_reason;    ///< why it is needed, one sentence
+  std::optional<ModelErrors> errors;  ///< of the simpler models against GHS; absent without roughness
+  std::optional<Realisation> realisation;
+  std::vector<Target> targets;
+  FitResult fit;
+  TermSet terms;
+  Eigen::Index rays = 0;
+  double radius = 0;  ///< normalisation radius [m]
+  EquivalentSurface surface;
+  Eigen::VectorXd start, fitted, validated;
+  std::vector<SpectrumBin> spectrum;  ///< empty where no PSD bins were asked for
+  std::optional<Frontier> frontier;  ///< what the search for the fewest terms tried; absent: terms were given
+  std::optional<RayChoice> ray_choice;
+  std::optional<BandUse> band;      ///< absent without roughness
+  std::optional<MapFitResult> map;  ///< least-squares fit of a measured map; statistics then have no target
+  Verdict verdict = Verdict::kUndecided;            ///< that of `needed_judgement` where there is one
+  std::vector<EquivalenceMetric> metrics;           ///< on the model of the fit
+  std::optional<NeededJudgement> needed_judgement;  ///< where that model is too simple for the scene
+  Warnings warnings;
+};
+
+}  // namespace aberfit

@@ -1,0 +1,51 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+
+#include "aberfit/method/task.h"
+#include "aberfit/terms/modal_covariance.h"
+#include "aberfit/terms/term_set.h"
+
+namespace aberfit {
+
+struct Scene;
+
+/// Terms, and what the specification says of them.
+struct TermPlan {
+  TermsSpec asked;        ///< what they were made from: nothing automatic
+  TermSet terms;
+  CoefficientPrior prior;
+  double captured = 0;    ///< share of the height variance that they can carry, piston and tilt left out
+};
+
+/// Share of the height variance, piston and tilt left out, that a default order has to carry.
+inline constexpr double kCapturedHeight = 0.99;
+
+/// The terms; absent orders and frequencies are chosen from the PSD. `captured` as in TermPlan. Throws
+/// FieldError for terms that cannot be had.
+TermSet make_terms(const Task& task, const Scene& scene, const TermsSpec& asked, double* captured);
+/// The same with their prior, which costs more the more terms there are.
+TermPlan plan_terms(const Task& task, const Scene& scene, const TermsSpec& asked);
+
+/// What a run has decided about one fit: the task says what is wanted, the plan how it is tried.
+struct FitPlan {
+  std::shared_ptr<const TermPlan> terms;
+  PupilOptions pupil;             ///< rays; waves have a grid that their light decides
+  bool automatic_rays = false;    ///< more of them until fresh ones say the same
+  int starts = 1;                 ///< tries from different draws
+  int most_iterations = 100;
+  Eigen::VectorXd warm;           ///< white coordinates to start from instead of a draw
+  bool give_up_on_stall = false;  ///< a search has other sets to try
+};
+
+/// The fit that a task with explicit terms asks for.
+FitPlan make_plan(const Task& task, std::shared_ptr<const TermPlan> terms);
+
+/// What a fit used where the task leaves it open: written into the resolved study, it gives the same fit.
+struct ChosenByFit {
+  TermsSpec terms;
+  std::int64_t rays = 0;
+};
+
+}  // namespace aberfit

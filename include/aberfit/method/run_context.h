@@ -1,0 +1,17 @@
+#pragma once
+#include <functional>
+#include <string>
+
+namespace aberfit {
+
+/// What a run works with besides its task.
+struct RunContext {
+  int threads = 1;
+  std::function<void(const std::string&)> progress = {};  ///< takes a line now and then; may be empty
+
+  void say(const std::string& line) const {
+    if (progress) progress(line);
+  }
+};
+
+}  // namespace aberfit

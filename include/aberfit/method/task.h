@@ -1,0 +1,123 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "aberfit/core/warning.h"
+#include "aberfit/fit/calibrate.h"
+#include "aberfit/focus/evaluate.h"
+#include "aberfit/roughness/psd.h"
+#include "aberfit/scene/aperture.h"
+#include "aberfit/scene/mirror.h"
+#include "aberfit/scene/pupil.h"
+#include "aberfit/terms/modal_covariance.h"
+#include "aberfit/theory/convention.h"
+
+// What the method works on: the physics of a study without its file. Member names follow the keys of the study
+// format; SI units and radians throughout.
+namespace aberfit {
+
+/// Where targets without a value come from.
+enum class Theory {
+  kAuto,       ///< what the regime rule (choose_model) says the scene needs
+  kGeometric,  ///< Gaussian ray deflections in closed form
+  kRays,       ///< the same by perturbed rays
+  kConvolved,  ///< Gaussian ray deflections convolved with the diffraction pattern of the aperture
+  kGhs,        ///< generalised Harvey-Shack, wave optics
+};
+/// What turns the fitted surface into focal statistics.
+enum class TraceModel { kAuto, kRays, kConvolved, kWaves };  ///< kAuto: what the theory needs
+
+/// One entry of target.statistics. Names: ee<percent>, ring_fwhm, ring_profile, scatter_rms, scatter_mean,
+/// spot_fwhm, rms_radius, rms_height.
+struct StatisticRequest {
+  std::string name;
+  std::vector<double> planes = {0};  ///< ee*, rms_radius: dz [m]
+  std::variant<std::string, double> ring =
+      std::string("ee90");          ///< ring_fwhm, ring_profile: "ee<percent>" or a radius [m]
+  std::optional<double> bandwidth;  ///< spot_fwhm [m]
+  std::optional<double> value;      ///< the target itself, in the statistic's unit; absent: from theory
+  double standard_error = 0;        ///< of a given value, in its unit
+  double tolerance = 1e-3;  ///< relative to the target value (ring_profile: absolute share of the light)
+  std::string file;         ///< ring_profile: CSV with columns dz [m], share
+  std::vector<double> profile_dz, profile_value;  ///< ring_profile: given inline or loaded from `file`
+};
+
+/// PSD bins of the term surface as targets, beside the focal statistics.
+struct PsdTarget {
+  std::optional<double> f_min,
+      f_max;  ///< band [cycles/m]; absent: the part of the roughness that the terms carry
+  int bins_per_decade = 12;
+  double tolerance = 0.05;             ///< of log PSD
+  std::string method = "closed-form";  ///< of Zernikes over the disc; "estimator": any terms, through the
+                                       ///< estimator of a measurement
+};
+
+struct TargetSpec {
+  Theory theory = Theory::kAuto;
+  Convention convention = Convention::kPhysical;
+  std::vector<StatisticRequest> statistics;  ///< empty: the default set
+  std::optional<PsdTarget> psd;
+};
+
+struct ZernikeSpec {
+  int n_min = 2;
+  std::optional<int> n_max;  ///< absent: the order that captures 99 % of the height variance
+};
+struct FourierSpec {
+  int count = 400;
+  FourierSampling sampling = FourierSampling::kLog;
+};
+struct TermsSpec {
+  /// "auto", or no terms in the file: a fit takes the fewest Zernikes that do; `zernike` then holds the
+  /// default (99 %) for all that needs terms without a fit.
+  bool automatic = false;
+  std::optional<ZernikeSpec> zernike;
+  std::optional<FourierSpec> fourier;
+  std::vector<int> spherical;  ///< even powers 4..12
+  CovarianceKind covariance = CovarianceKind::kFull;
+};
+
+struct TraceSpec {
+  TraceModel model = TraceModel::kAuto;
+  PupilOptions pupil;           ///< JSON keys pupil, rays, seed sit side by side
+  bool automatic_rays = false;  ///< "auto", or no rays in the file: a fit finds how many it needs;
+                                ///< `pupil.rays` then holds what everything else uses
+  std::optional<double> central_difference_step;  ///< [m]; absent: analytic normals
+  Centre centre = Centre::kNominal;
+};
+
+enum class FitStart { kDraw, kZero };
+struct FitSpec {
+  FitStart start = FitStart::kDraw;
+  std::uint64_t seed = 1;
+  PriorMode prior = PriorMode::kNearStart;
+  int max_iterations = 100;
+  int starts = 1;               ///< tries from different draws; the best is kept
+  double spherical_rms = 1e-6;  ///< prior RMS height of the spherical terms [m]
+  double bound_sigmas = 0;      ///< > 0: coefficients within so many prior standard deviations
+};
+
+struct EquivalenceSpec {
+  double margin = 0.01;
+  double confidence = 0.95;
+};
+
+/// A mirror, its light and its roughness, and what is asked of them. Read, never changed: what a run decides is
+/// a plan of its own (plan.h).
+struct Task {
+  Mirror mirror;
+  Aperture aperture;
+  double wavelength = 0;        ///< [m]
+  std::optional<PsdModel> psd;  ///< of the roughness; absent where the study has none
+  Warnings data_warnings;       ///< what reading and measuring the roughness ran into
+  TargetSpec target;
+  TermsSpec terms;
+  TraceSpec trace;
+  FitSpec fit;
+  EquivalenceSpec equivalence;
+};
+
+}  // namespace aberfit

@@ -1,0 +1,47 @@
+// What a search makes for each of its trials.
+#include "aberfit/method/fewest_terms.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "aberfit/study/read_study.h"
+
+namespace aberfit {
+namespace {
+
+const char* const kStudy = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"},
+    "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"},
+    "roughness": {"psd": {"model": "uniform", "rms": "200 nm", "f_min": "2.5 /m", "f_max": "12 /m"}},
+    "target": {"theory": "geometric"}, "equivalence": {"margin": "2 %"}, "terms": "auto"})";
+
+TEST(FewestTerms, MakesTermsAndPriorOnceForEachTrial) {
+  const Study study = parse_study(kStudy, "study.json");
+  const Scene scene = make_scene(study);
+  const TargetSets targets = make_targets(study, scene, 1);
+  // The search tells what it does: a prior, then the fit or fits that stand on it.
+  std::vector<std::string> told;
+  const RunContext context{1, [&](const std::string& line) { told.push_back(line.substr(0, line.find(':'))); }};
+  std::vector<int> made;
+  const MakeTerms counted = [&](const TermsSpec& asked) {
+    made.push_back(asked.zernike.value().n_max.value());
+    return plan_terms(study, scene, asked);
+  };
+  const Attempt found = fit_fewest_terms({study, scene, targets, context}, counted);
+  ASSERT_TRUE(found.result.frontier.has_value());
+  ASSERT_GT(made.size(), 2u);
+  EXPECT_EQ(std::adjacent_find(made.begin(), made.end()), made.end()) << "the same terms made twice in a row";
+  // An order is looked at while climbing and once more on the way down, never a third time.
+  std::map<int, int> times;
+  for (const int order : made) ++times[order];
+  for (const auto& [order, count] : times) EXPECT_LE(count, 2) << "n <= " << order;
+  EXPECT_EQ(std::size_t(std::count(told.begin(), told.end(), "prior")), made.size());
+  // Every set of the frontier was made, and what was found stands on the terms of its trial.
+  for (const FrontierPoint& point : found.result.frontier->points) EXPECT_TRUE(times.contains(point.order));
+  EXPECT_EQ(found.result.terms.zernike, found.terms->terms.zernike);
+  EXPECT_EQ(found.result.fit.coefficients.size(), found.terms->prior.size());
+}
+
+}  // namespace
+}  // namespace aberfit
