@@ -33,7 +33,7 @@ std::unique_ptr<FocalLight> target_light(const Study& study, const Scene& scene,
                    trace_nominal(study.mirror, pupil), study.trace.centre);
 }
 
-void draw(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
+void draw(const Study& study, const Scene& scene, const RunOptions& options, const LightPath& focus,
           ResultDocument* result) {
   const int threads = result->provenance.threads;
   const Eigen::VectorXd& coefficients = result->fit.coefficients;
@@ -70,7 +70,7 @@ void write_exports(const Study& study, const std::string& folder, ResultDocument
 
 }  // namespace
 
-void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
+void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const LightPath& focus,
                ResultDocument* result) {
   if (options.plots && study.output.plots) draw(study, scene, options, focus, result);
   const std::string folder = options.output_directory + "/";

@@ -38,7 +38,7 @@ EquivalentSurface describe_surface(const Study& study, const Scene& scene, const
     const SceneNumbers own =
         scene_numbers(scene.psd->scaled(factor), study.mirror, study.aperture, study.wavelength);
     surface.kappa = own.kappa;
-    surface.needed = to_string(physics_of(regime(own)));
+    surface.needed = to_string(regime(own));
     warn_of_surface_regime(scene, own, warnings);
   }
   if ((!terms.zernike.empty() || !terms.fourier.empty()) && surface.rms_slope_per_axis > 0)
@@ -86,7 +86,7 @@ void warn_of_result(const Study& study, const Scene& scene, const FreshStatistic
                      "of the prior give {:.3f}-{:.3f}",
                      zone.rho_min, zone.rho_max, zone.ratio, zone.draws_low, zone.draws_high)});
   }
-  if (scene.use.physics != FocusPhysics::kWaves && result->rays < 30 * result->terms.size() &&
+  if (scene.use.model != FocusModel::kWaves && result->rays < 30 * result->terms.size() &&
       result->targets.size() > 10)
     warnings.push_back(
         {"few-rays", fmt::format("{} rays for {} terms: the terms can follow single rays; use more rays",

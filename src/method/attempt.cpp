@@ -8,9 +8,10 @@
 #include <memory>
 
 #include "aberfit/core/random.h"
-#include "aberfit/study/read_study.h"
+#include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/spectrum_target.h"
+#include "aberfit/study/read_study.h"
 
 namespace aberfit {
 namespace {
@@ -23,7 +24,7 @@ std::vector<Statistic> statistics_of(const std::vector<Target>& targets) {
 
 // Waves need a grid as fine as the light of everything that will be asked of it.
 double grid_pitch(const Study& study, const Scene& scene, const TermSet& terms, const TargetSets& targets) {
-  if (scene.use.physics != FocusPhysics::kWaves) return 0;
+  if (scene.use.model != FocusModel::kWaves) return 0;
   std::vector<Target> all = targets.fitted;
   all.insert(all.end(), targets.guides.begin(), targets.guides.end());
   all.insert(all.end(), targets.held_out.begin(), targets.held_out.end());
@@ -33,7 +34,7 @@ double grid_pitch(const Study& study, const Scene& scene, const TermSet& terms, 
 // Ends a fit whose worst mismatch stays well above the tolerances.
 class StallWatch {
  public:
-  explicit StallWatch(FocusPhysics physics) : creeping_is_stalling_(physics == FocusPhysics::kWaves) {}
+  explicit StallWatch(FocusModel model) : creeping_is_stalling_(model == FocusModel::kWaves) {}
 
   bool stalled(const FitProgress& p) {
     if (p.worst_mismatch < (1 - kWorthwhile) * best_) {
@@ -63,15 +64,15 @@ class StallWatch {
 };
 
 // lowest: of the worst mismatches that the fit has been through.
-FitOptions fit_options(const Study& study, const RunOptions& options, const Effort& effort,
-                       FocusPhysics physics, int threads, int tries, double* lowest) {
+FitOptions fit_options(const Study& study, const RunOptions& options, const Effort& effort, FocusModel model,
+                       int threads, int tries, double* lowest) {
   FitOptions fit;
   fit.prior = study.fit.prior;
   fit.max_iterations = std::min(study.fit.max_iterations, effort.most_iterations);
   fit.bound = study.fit.bound_sigmas;
   fit.threads = threads;
   if (options.progress || effort.give_up_on_stall) {
-    auto watch = std::make_shared<StallWatch>(physics);
+    auto watch = std::make_shared<StallWatch>(model);
     fit.progress = [&options, &effort, watch, tries, lowest](const FitProgress& p) {
       *lowest = std::min(*lowest, p.worst_mismatch);
       if (effort.give_up_on_stall && watch->stalled(p)) return false;
@@ -96,7 +97,7 @@ FitResult fit_from_starts(const Study& study, const FitProblem& problem, const R
                                   : study.fit.start == FitStart::kZero
                                       ? Eigen::VectorXd::Zero(problem.prior.size()).eval()
                                       : draw_white(problem.prior.size(), seed);
-    const FitOptions how = fit_options(study, options, effort, problem.physics, threads, k, lowest);
+    const FitOptions how = fit_options(study, options, effort, problem.model, threads, k, lowest);
     FitResult result = calibrate(problem, white, how);
     const bool met = result.status == FitStatus::kConverged &&
                      within_tolerance(problem, result, std::max(1.0, how.stop_at));
@@ -145,7 +146,7 @@ void judge_on_fresh_rays(const Study& study, const TargetSets& targets, const Ru
   std::vector<Statistic> judged = statistics_of(targets.fitted);
   for (const Target& target : targets.held_out) judged.push_back(target.statistic);
   attempt->fresh =
-      evaluate_fresh(study, attempt->bench->physics, attempt->bench->pitch, result.terms,
+      evaluate_fresh(study, attempt->bench->model, attempt->bench->pitch, result.terms,
                      result.fit.coefficients, judged, 4 * result.rays, threads, &result.warnings);
   judge(study, targets, attempt->fresh, &result);
 }
@@ -168,12 +169,11 @@ RayChoice ray_choice(const Study& study, const Attempt& attempt) {
 
 }  // namespace
 
-Workbench::Workbench(const Study& study, FocusPhysics model, double grid_pitch, const TermSet& terms,
-                     int threads)
-    : physics(model),
+Workbench::Workbench(const Study& study, FocusModel by, double grid_pitch, const TermSet& terms, int threads)
+    : model(by),
       pitch(grid_pitch),
-      pupil(focus_pupil(study, model, grid_pitch)),
-      surface(terms, pupil, focus_operator(model, threads)),
+      pupil(focus_pupil(study, by, grid_pitch)),
+      surface(terms, pupil, focus_operator(by, threads)),
       nominal(trace_nominal(study.mirror, pupil)) {}
 
 SurfaceField Workbench::field(const Eigen::VectorXd& coefficients) const {
@@ -185,15 +185,15 @@ SurfaceField Workbench::field(const Eigen::VectorXd& coefficients) const {
 Eigen::VectorXd Workbench::exact(const Study& study, const Eigen::VectorXd& coefficients,
                                  const std::vector<Statistic>& statistics, int threads,
                                  Warnings* warnings) const {
-  if (physics != FocusPhysics::kRays)
+  if (model != FocusModel::kRays)
     return focus_statistics(focus(study), coefficients, statistics, threads, warnings);
   const SurfaceField f = field(coefficients);
   const RayBundle rays = trace(study.mirror, pupil, f);
   return evaluate_exact({rays, nominal, f.height, study.trace.centre}, statistics, threads, warnings);
 }
 
-FocusScene Workbench::focus(const Study& study) const {
-  return {study.mirror, pupil, surface, physics, study.wavelength, &study.aperture, study.trace.centre};
+LightPath Workbench::focus(const Study& study) const {
+  return {study.mirror, pupil, surface, model, study.wavelength, &study.aperture, study.trace.centre};
 }
 
 bool has_solution(const FitResult& fit) {
@@ -219,7 +219,7 @@ Attempt attempt_fit(const Study& study, const Scene& scene, const TargetSets& ta
   attempt.prior = make_study_prior(study, scene, result.terms);
   const CoefficientPrior& prior = attempt.prior;
   attempt.bench = std::make_shared<const Workbench>(
-      study, scene.use.physics, grid_pitch(study, scene, result.terms, targets), result.terms, threads);
+      study, scene.use.model, grid_pitch(study, scene, result.terms, targets), result.terms, threads);
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
 
@@ -229,7 +229,7 @@ Attempt attempt_fit(const Study& study, const Scene& scene, const TargetSets& ta
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;
   problem.spectrum_tolerance = spectrum.tolerance;
-  problem.physics = bench.physics;
+  problem.model = bench.model;
   problem.wavelength = study.wavelength;
   problem.aperture = &study.aperture;
   Eigen::VectorXd start;
@@ -250,7 +250,7 @@ Attempt fit_on_enough_rays(Study study, const Scene& scene, const TargetSets& ta
                            const RunOptions& options, const Effort& effort, bool judge_always, int threads) {
   double captured = 0;
   // The light itself says how fine a grid waves need.
-  if (scene.use.physics == FocusPhysics::kWaves) study.trace.automatic_rays = false;
+  if (scene.use.model == FocusModel::kWaves) study.trace.automatic_rays = false;
   if (study.trace.automatic_rays)
     study.trace.pupil.rays = first_rays(make_terms(study, scene, &captured).size());
   for (;;) {

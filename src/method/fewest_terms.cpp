@@ -115,12 +115,10 @@ Attempt fit_fewest_terms(const Study& study, const Scene& scene, const TargetSet
                          const RunOptions& options, int threads) {
   Trials trials(study, scene, targets, options, threads);
   // Short fits say nothing of waves: where they end, the next one stays trapped.
-  const bool descend = scene.use.physics == FocusPhysics::kWaves;
+  const bool descend = scene.use.model == FocusModel::kWaves;
   const OrderRange range = expected_orders(scene);
   TermTrials hooks;
   if (!descend) hooks.screen = [&](const Study& with) { return trials.screen(with); };
-  // A short fit of convolved rays takes 3 to 8 s (fits/paper-physical), not 0.1 s as of rays.
-  if (scene.use.physics == FocusPhysics::kConvolved) hooks.first = range.low;
   hooks.confirm = [&](const Study& with) { return trials.confirm(with, descend); };
   Frontier frontier = search_terms(study, range, hooks);
   std::optional<Attempt> best = std::move(trials.best());

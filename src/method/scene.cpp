@@ -72,15 +72,12 @@ void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
 // can carry.
 double movable_share(const Scene& scene) { return 1.0 - captured_fraction(*scene.psd, scene.radius, 0, 1); }
 
-// Theories that have a transfer function; the spot's scale then includes diffraction.
+// The theory that has a transfer function; the spot's scale then includes diffraction.
 void set_mean_spot(const Study& study, Scene* scene) {
-  const bool waves = scene->use.theory == Theory::kGhs;
-  if (!waves && scene->use.theory != Theory::kConvolved) return;
-  const ModelErrors& errors = scene->use.choice->errors;
-  scene->mean_spot = std::make_shared<const GeneralisedHarveyShack>(
-      *scene->psd, study.mirror, study.aperture, study.wavelength,
-      GhsOptions{waves ? SurfaceModel::kWaves : SurfaceModel::kRays, 0});
-  const double ee90 = waves ? errors.ghs.ee90 : errors.convolved.ee90;
+  if (scene->use.theory != Theory::kGhs) return;
+  scene->mean_spot = std::make_shared<const GeneralisedHarveyShack>(*scene->psd, study.mirror, study.aperture,
+                                                                    study.wavelength);
+  const double ee90 = scene->use.choice->errors.ghs.ee90;
   if (std::isfinite(ee90)) scene->focal_sigma = ee90 / kGaussianEe90;
   scene->core_sigma = scene->focal_sigma;
   const MeanSpot focus = scene->mean_spot->at_plane(0);
@@ -97,7 +94,7 @@ Scene make_scene(const Study& study) {
   scene.focal_length = study.mirror.focal_length;
   scene.radius = aperture_radius(study.aperture);
   if (!study.roughness) {
-    scene.use = decide_model(study, nullptr);
+    scene.use = choose_physics(study, nullptr);
     scene.core_sigma = scene.focal_sigma = scale_of_values(study);
     return scene;
   }
@@ -111,7 +108,7 @@ Scene make_scene(const Study& study) {
   scene.theory.emplace(study.mirror, study.aperture, scene.numbers.rms_slope_per_axis,
                        study.target.convention, scene.numbers.rms_height);
   scene.core_sigma = scene.focal_sigma = scene.theory->focal_sigma();
-  scene.use = decide_model(study, &*scene.psd);
+  scene.use = choose_physics(study, &*scene.psd);
   set_mean_spot(study, &scene);
   return scene;
 }

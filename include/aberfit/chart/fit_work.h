@@ -17,11 +17,10 @@ struct FitWork {
   double zones = 0;
 };
 
-/// Of the terms on the rays that `study` names, by the scene's physics:
+/// Of the terms on the rays that `study` names, by the scene's model:
 ///   rays        every statistic looks at every ray and lists a few of them for its gradient;
-///   convolved   every plane and every gradient at every ray. Planes: one per distinct dz, and those of the
-///               search of each RingFwhm;
 ///   waves       every plane and every gradient takes M^2 log2 M of the padded transform, M by wave_pitch.
+///               Planes: one per distinct dz, and those of the search of each RingFwhm.
 /// Each gradient costs one L^T (operator_cost.h). Nothing is timed: a function of its arguments and the
 /// instruction set.
 FitWork fit_work(const Study& study, const Scene& scene, const TermSet& terms, const TargetSets& targets,

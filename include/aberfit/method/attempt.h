@@ -1,26 +1,26 @@
 #pragma once
 #include <memory>
 
-#include "aberfit/study/run_options.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/scene.h"
+#include "aberfit/study/run_options.h"
 
 namespace aberfit {
 
 /// The pupil that is fitted on, with the operators that live on it.
 struct Workbench {
-  FocusPhysics physics;
+  FocusModel model;
   double pitch;  ///< of a grid for waves [m]
   PupilSample pupil;
   SurfaceOperator surface;
   RayBundle nominal;
 
-  Workbench(const Study& study, FocusPhysics model, double grid_pitch, const TermSet& terms, int threads);
+  Workbench(const Study& study, FocusModel by, double grid_pitch, const TermSet& terms, int threads);
   SurfaceField field(const Eigen::VectorXd& coefficients) const;
   /// Unsmoothed statistics; NaN where one does not exist, with a warning when asked for.
   Eigen::VectorXd exact(const Study& study, const Eigen::VectorXd& coefficients,
                         const std::vector<Statistic>& statistics, int threads, Warnings* warnings) const;
-  FocusScene focus(const Study& study) const;
+  LightPath focus(const Study& study) const;
 };
 
 /// How far a fit goes. The default is the fit of a study with explicit terms, to the last bit.

@@ -72,17 +72,6 @@ struct RoughnessModel {
       model;
 };
 
-/// Where targets without a value come from.
-enum class Theory {
-  kAuto,       ///< what the regime rule (choose_model) says the scene needs
-  kGeometric,  ///< Gaussian ray deflections in closed form
-  kRays,       ///< the same by perturbed rays
-  kConvolved,  ///< Gaussian ray deflections convolved with the diffraction pattern of the aperture
-  kGhs,        ///< generalised Harvey-Shack, wave optics
-};
-/// What turns the fitted surface into focal statistics.
-enum class TraceModel { kAuto, kRays, kConvolved, kWaves };  ///< kAuto: what the theory needs
-
 /// One entry of target.statistics. Names: ee<percent>, ring_fwhm, ring_profile, scatter_rms, scatter_mean,
 /// spot_fwhm, rms_radius, rms_height.
 struct StatisticRequest {
@@ -117,7 +106,8 @@ struct MapTarget {
 };
 
 struct TargetSpec {
-  Theory theory = Theory::kAuto;
+  std::optional<Theory>
+      theory;  ///< of targets without a value; absent ("auto"): what the scene needs (choose_model)
   Convention convention = Convention::kPhysical;
   std::vector<StatisticRequest> statistics;  ///< empty: the default set (DESIGN)
   std::optional<PsdTarget> psd;
@@ -143,10 +133,10 @@ struct TermsSpec {
 };
 
 struct TraceSpec {
-  TraceModel model = TraceModel::kAuto;
-  PupilOptions pupil;           ///< JSON keys pupil, rays, seed sit side by side
-  bool automatic_rays = false;  ///< "auto", or no rays in the file: a fit finds how many it needs;
-                                ///< `pupil.rays` then holds what everything else uses
+  std::optional<FocusModel> model;  ///< of the surface; absent ("auto"): what the theory needs
+  PupilOptions pupil;               ///< JSON keys pupil, rays, seed sit side by side
+  bool automatic_rays = false;      ///< "auto", or no rays in the file: a fit finds how many it needs;
+                                    ///< `pupil.rays` then holds what everything else uses
   std::optional<double> central_difference_step;  ///< [m]; absent: analytic normals
   Centre centre = Centre::kNominal;
 };
