@@ -8,10 +8,10 @@
 #include <fstream>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/method/fresh_statistics.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/spectrum_target.h"
 #include "aberfit/method/term_search.h"
-#include "aberfit/method/fresh_statistics.h"
 #include "chart_families.h"
 
 namespace aberfit {
@@ -247,7 +247,7 @@ PupilOptions of_rays(const Task& task, std::int64_t rays) {
 // rays.
 void add_fits(const Task& task, const Scene& scene, const TermSet& terms, double count, double passing,
               std::vector<Fits>* fits) {
-  if (!task.trace.automatic_rays || scene.use.physics == FocusPhysics::kWaves) {
+  if (!task.trace.automatic_rays || scene.use.model == FocusModel::kWaves) {
     fits->push_back({terms, task.trace.pupil, count, passing});
     return;
   }
@@ -272,7 +272,7 @@ int typical_order(const OrderRange& range, bool waves) {
 
 // The sets of a search: short ones by `screens`, full ones by the return value.
 std::vector<Fits> search_fits(const Task& task, const Scene& scene, std::vector<Fits>* screens) {
-  const bool waves = scene.use.physics == FocusPhysics::kWaves;
+  const bool waves = scene.use.model == FocusModel::kWaves;
   const OrderRange range = expected_orders(scene);
   std::vector<Fits> fits;
   if (range.wide) {  // doubling, then half as many steps in between
@@ -299,8 +299,8 @@ std::vector<Fits> search_fits(const Task& task, const Scene& scene, std::vector<
 
 FitPrediction predict_fit(const Task& task, const Scene& scene, const TermSet& terms,
                           const TargetSets& targets, const FitRates& r, int threads) {
-  const bool rays = scene.use.physics == FocusPhysics::kRays;
-  // A chart is of rays: of other physics it only tells how fast the machine is.
+  const bool rays = scene.use.model == FocusModel::kRays;
+  // A chart is of rays: of waves it only tells how fast the machine is.
   const double speed = r.expected.iteration > 0 ? r.measured.iteration / r.expected.iteration : 1;
   const auto rate = [&](double FitWork::*stage) {
     return !rays ? speed : r.expected.*stage > 0 ? r.measured.*stage / r.expected.*stage : 0.0;
@@ -319,7 +319,7 @@ FitPrediction predict_fit(const Task& task, const Scene& scene, const TermSet& t
                  : few                ? kFewTermsIterations
                  : rays               ? r.iterations
                                       : kWaveIterations;
-  p.more_rays = task.trace.automatic_rays && scene.use.physics != FocusPhysics::kWaves;
+  p.more_rays = task.trace.automatic_rays && scene.use.model != FocusModel::kWaves;
 
   const int most = std::max(1, task.fit.max_iterations);
   const double iterations = std::min(p.iterations, double(most));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "aberfit/method/pupil_choice.h"
 #include "aberfit/terms/operator_cost.h"
 
 namespace aberfit {
@@ -14,22 +15,19 @@ namespace {
 // Rays: one statistic, per ray, smooth with its gradient and exact; and what it costs however few rays.
 constexpr double kSmoothStatistic = 1.7e-9, kExactStatistic = 3e-9, kStatistic = 1.5e-5;
 constexpr double kTouched = 0.05;  // share of the rays that a gradient lists: `aberfit chart`
-// Convolved: 16 EE radii in one plane, one in 16 planes, and a ring alone, 16384 rays, f/7.
-constexpr double kConvolvedPlane = 8e-9, kConvolvedGradient = 31e-9;  // per ray
-constexpr double kConvolvedRing = 90;  // planes that a RingFwhm costs: some 45, some with gradients
-// Waves: the same statistics, M = 258 and 298, divided by M^2 log2 M. The 45 planes of a ring search need no
-// radius and cost half as much.
+// Waves: 16 EE radii in one plane, one in 16 planes, and a ring alone, M = 258 and 298, divided by M^2 log2
+// M. The 45 planes of a ring search need no radius and cost half as much.
 constexpr double kWavePlane = 2.8e-9, kWaveGradient = 1.9e-9, kWaveRing = 22;
-constexpr double kFinerGrid = 1.37;  // of the second grid that waves are judged on, validate.cpp
+constexpr double kFinerGrid = 1.37;  // of the second grid that waves are judged on, fresh_statistics.cpp
 // Dense algebra, one thread: a QR with as many unknowns as statistics, and products with the terms.
 constexpr double kQr = 1.6e-9, kProducts = 0.3e-9;  // per statistics^3, per statistics^2 terms
 // Per statistic of the geometric theory; per plane of a mean spot, and a ring's planes.
 constexpr double kTarget = 1.4e-4, kSpotPlane = 5e-4, kSpotRing = 45;
 constexpr double kRaysOfTheory = 16 * 131072.0;  // theory `rays`, targets.cpp
 constexpr double kPriorTerms = 432, kPrior = 5e-4;
-constexpr int kZoneDraws = 1000, kRealisations = 32;              // validate.cpp, judge.cpp
+constexpr int kZoneDraws = 1000, kRealisations = 32;              // fresh_statistics.cpp, judge.cpp
 constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;            // per draw
-constexpr double kMostFreshRays = double(std::int64_t(1) << 22);  // validate.cpp
+constexpr double kMostFreshRays = double(std::int64_t(1) << 22);  // fresh_statistics.cpp
 
 /// Statistics, and the planes they are looked at in.
 struct Asked {
@@ -61,7 +59,7 @@ std::vector<Target> all_of(const TargetSets& targets) {
 
 /// What a surface goes through on the way to its statistics.
 struct Optics {
-  FocusPhysics physics = FocusPhysics::kRays;
+  FocusModel model = FocusModel::kRays;
   double points = 0;                // of L
   double transform = 0;             // waves: M^2 log2 M
   double forward = 0, adjoint = 0;  // of L, one thread [s]
@@ -80,21 +78,15 @@ Optics with_operator(Optics optics, const TermSet& terms, const PointLayout& lay
   return optics;
 }
 
-Optics on_rays(FocusPhysics physics, const TermSet& terms, const PointLayout& layout) {
-  Optics optics;
-  optics.physics = physics;
-  return with_operator(optics, terms, layout);
-}
-
-Optics on_scattered_rays(FocusPhysics physics, const TermSet& terms, double rays) {
+Optics on_scattered_rays(const TermSet& terms, double rays) {
   PointLayout layout;
   layout.points = Eigen::Index(rays);
-  return on_rays(physics, terms, layout);
+  return with_operator({}, terms, layout);
 }
 
 Optics on_grid(const Task& task, const TermSet& terms, double pitch) {
   Optics optics;
-  optics.physics = FocusPhysics::kWaves;
+  optics.model = FocusModel::kWaves;
   const double across = std::ceil(2 * aperture_radius(task.aperture) / pitch);
   const double length = 2 * std::max(2.0, across);  // transforms that are fast are up to 5 % longer
   optics.transform = length * length * std::log2(length);
@@ -106,29 +98,16 @@ Optics on_grid(const Task& task, const TermSet& terms, double pitch) {
 
 // Values alone, of one surface, CPU seconds.
 double values(const Optics& optics, const Asked& wanted) {
-  switch (optics.physics) {
-    case FocusPhysics::kWaves:
-      return optics.forward + wanted.planes(kWaveRing) * optics.transform * kWavePlane;
-    case FocusPhysics::kConvolved:
-      return optics.forward + wanted.planes(kConvolvedRing) * optics.points * kConvolvedPlane;
-    case FocusPhysics::kRays:
-      break;
-  }
+  if (optics.model == FocusModel::kWaves)
+    return optics.forward + wanted.planes(kWaveRing) * optics.transform * kWavePlane;
   return optics.forward + wanted.count * optics.points * kExactStatistic;
 }
 
 // Values and all gradients over the coefficients.
 double linearisation(const Optics& optics, const Asked& wanted) {
-  switch (optics.physics) {
-    case FocusPhysics::kWaves:  // planes are focused for the values and again for the gradients
-      return 2 * values(optics, wanted) - optics.forward +
-             wanted.count * (optics.transform * kWaveGradient + optics.adjoint);
-    case FocusPhysics::kConvolved:
-      return 2 * values(optics, wanted) - optics.forward +
-             wanted.count * (optics.points * kConvolvedGradient + optics.adjoint);
-    case FocusPhysics::kRays:
-      break;
-  }
+  if (optics.model == FocusModel::kWaves)  // planes are focused for the values and again for the gradients
+    return 2 * values(optics, wanted) - optics.forward +
+           wanted.count * (optics.transform * kWaveGradient + optics.adjoint);
   return optics.forward + wanted.count * (optics.points * kSmoothStatistic + kStatistic + optics.listed);
 }
 
@@ -145,9 +124,9 @@ double judged_by_waves(const Task& task, const TermSet& terms, const Asked& want
 }
 
 // Scrambles and all of them together.
-double judged_by_rays(FocusPhysics physics, const TermSet& terms, const Asked& wanted, double rays) {
-  const Optics optics = on_scattered_rays(physics, terms, std::min(rays, kMostFreshRays));
-  return 2 * values(optics, wanted) - (physics == FocusPhysics::kRays ? optics.forward : 0);
+double judged_by_rays(const TermSet& terms, const Asked& wanted, double rays) {
+  const Optics optics = on_scattered_rays(terms, std::min(rays, kMostFreshRays));
+  return 2 * values(optics, wanted) - optics.forward;
 }
 
 // As judge_by_need (judge.cpp) decides.
@@ -157,16 +136,13 @@ double judgement(const Task& task, const Scene& scene, const TermSet& terms, con
   if (!scene.use.too_simple(given) || !scene.use.obstacle.empty()) return 0;
   const Asked wanted = asked({&targets.fitted});
   const double theory = given ? 0 : wanted.planes(kSpotRing) * kSpotPlane;
-  const FocusPhysics physics = physics_of(scene.use.choice->model);
-  if (physics == FocusPhysics::kWaves)
-    return theory + judged_by_waves(task, terms, wanted, wave_pitch(task, terms, targets.fitted));
-  return theory + judged_by_rays(physics, terms, wanted, double(rays.rays));
+  return theory + judged_by_waves(task, terms, wanted, wave_pitch(task, terms, targets.fitted));
 }
 
 // As realisation_of (judge.cpp) decides.
 double realisations(const Task& task, const Scene& scene, const Optics& optics) {
   const double share = scene.psd ? scene.numbers.realisation_spread / task.equivalence.margin : 0;
-  if (!(share >= 0.5) || (share > 2 && optics.physics == FocusPhysics::kRays)) return 0;
+  if (!(share >= 0.5) || (share > 2 && optics.model == FocusModel::kRays)) return 0;
   return kRealisations * values(optics, {1, 1, 0});
 }
 
@@ -201,12 +177,11 @@ double zone_points(const TermSet& terms) {
 
 FitWork fit_work(const Task& task, const Scene& scene, const TermSet& terms, const PupilOptions& rays,
                  const TargetSets& targets, int threads) {
-  const FocusPhysics physics = scene.use.physics;
-  const bool waves = physics == FocusPhysics::kWaves;
+  const bool waves = scene.use.model == FocusModel::kWaves;
   const double pitch = waves ? wave_pitch(task, terms, all_of(targets)) : 0;
   const Optics optics =
       waves ? on_grid(task, terms, pitch)
-            : on_rays(physics, terms, point_layout(make_pupil(task.aperture, rays)));
+            : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
   const Asked fitted = asked({&targets.fitted, &targets.guides});
   const Asked reported = asked({&targets.fitted}), judged = asked({&targets.fitted, &targets.held_out});
   FitWork work;
@@ -215,7 +190,7 @@ FitWork fit_work(const Task& task, const Scene& scene, const TermSet& terms, con
   work.iteration = linearisation(optics, fitted) / threads + algebra(fitted.count, double(terms.size()));
   work.ends = (linearisation(optics, fitted) + 2 * values(optics, reported)) / threads;
   work.fresh = (waves ? judged_by_waves(task, terms, judged, pitch)
-                      : judged_by_rays(physics, terms, judged, 4 * double(rays.rays))) /
+                      : judged_by_rays(terms, judged, 4 * double(rays.rays))) /
                threads;
   work.realisations = realisations(task, scene, optics) / threads;
   work.judgement = judgement(task, scene, terms, rays, targets) / threads;

@@ -29,7 +29,7 @@ nlohmann::ordered_json run_chart(const Task& task, const RunOptions& options, st
   const ChartClock clock(budget);
   // The methods compared here are those of rays, whatever the scene needs.
   Study rays = study;
-  rays.trace.model = TraceModel::kRays;
+  rays.trace.model = FocusModel::kRays;
   if (task.target.theory != Theory::kRays) rays.target.theory = Theory::kGeometric;
   const ChartBench bench = make_chart_bench(rays, options);
   const SurfaceField surface = [&] {
@@ -47,7 +47,7 @@ nlohmann::ordered_json run_chart(const Task& task, const RunOptions& options, st
   if (const auto& choice = bench.scene.use.choice; choice && choice->model != FocusModel::kRays)
     chart.warnings.push_back(
         {"rays-not-valid", fmt::format("this scene needs {}: what is charted are the methods of rays",
-                                       to_string(physics_of(choice->model)))});
+                                       to_string(choice->model))});
   chart.study = resolved_study(task);
   chart.title = task.title;
   chart.instruction_set = to_string(best_instruction_set());

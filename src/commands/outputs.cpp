@@ -34,7 +34,7 @@ std::unique_ptr<FocalLight> target_light(const Study& study, const Scene& scene,
                    trace_nominal(study.mirror, pupil), study.trace.centre);
 }
 
-void draw(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
+void draw(const Study& study, const Scene& scene, const RunOptions& options, const LightPath& focus,
           ResultDocument* result) {
   const int threads = result->provenance.threads;
   const Eigen::VectorXd& coefficients = result->fit.coefficients;
@@ -75,7 +75,7 @@ nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome) {
   return outcome.map ? resolved_study(study) : resolved_study(study, outcome.chosen);
 }
 
-void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
+void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const LightPath& focus,
                ResultDocument* result) {
   if (options.plots && study.output.plots) draw(study, scene, options, focus, result);
   const std::string folder = options.output_directory + "/";

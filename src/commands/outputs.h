@@ -7,7 +7,7 @@ namespace aberfit {
 
 /// Writes result.json, coefficients.csv, summary.txt and - when wanted - the pictures of a fit below
 /// options.output_directory. A missing gnuplot becomes a warning of the result.
-void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const FocusScene& focus,
+void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const LightPath& focus,
                ResultDocument* result);
 
 }  // namespace aberfit

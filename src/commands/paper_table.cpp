@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "aberfit/core/units.h"
+#include "aberfit/method/physics_choice.h"
 #include "aberfit/theory/model_choice.h"
-#include "aberfit/method/focus_model.h"
 
 namespace aberfit {
 namespace {
@@ -42,7 +42,7 @@ ordered_json paper_table(const PaperTable& ranges, double focal_length, std::str
         const Aperture aperture = CircleAperture{diameter};
         const SceneNumbers n = scene_numbers(psd, mirror, aperture, ranges.wavelength);
         const ModelChoice choice = choose_model(psd, mirror, aperture, ranges.wavelength);
-        const std::string ours = to_string(physics_of(choice.model));
+        const std::string ours = to_string(choice.model);
         const double error = choice.errors.ray_ee90;
         text += fmt::format("  {:>10} {:>10} {:>10} {:>11.4g} {:>9.3g} {:>10.3g} {:>10} {:>8} {:>10}\n",
                             length(sigma), length(l_c), length(diameter), n.paper_ratio_r, n.g, n.kappa,

@@ -102,7 +102,6 @@ ordered_json check_scene(const Study& study, const Scene& scene, const std::stri
                            format_quantity(radii.ee90, Dimension::kLength), 100 * ee90, 100 * ee50));
   };
   error("ee90 by rays", e.rays, e.ray_ee50, e.ray_ee90);
-  error("ee90 by convolved rays", e.convolved, e.convolved_ee50, e.convolved_ee90);
   row("R of the paper", fmt::format("{:.4g}", n.paper_ratio_r));
   row("  its verdict (R >> 1: rays)", paper_verdict(n.paper_ratio_r));
   row("  ours", facts.needed);
@@ -111,7 +110,6 @@ ordered_json check_scene(const Study& study, const Scene& scene, const std::stri
   if (scene.use.too_simple(targets_are_given(study)))
     row("", "simpler than needed: the verdict of `fit` will be on " + facts.needed);
   json["rays_ee90_radius_m"] = e.rays.ee90;
-  json["convolved_ee90_radius_m"] = e.convolved.ee90;
   json["focal_sigma_m"] = scene.focal_sigma;
   json["paper_verdict"] = paper_verdict(n.paper_ratio_r);
   return json;
@@ -195,7 +193,7 @@ ordered_json run_check(const Study& study, const RunOptions& options, std::strin
         fmt::format("{:.0f}: ee90 of draws spreads by {:.1f} %", n.n_eff, 100 * n.realisation_spread));
     result["scene"] = check_scene(study, scene, targets.theory, row);
   } else {
-    row("models", fmt::format("targets {}, surface {}: {}", targets.theory, to_string(scene.use.physics),
+    row("models", fmt::format("targets {}, surface {}: {}", targets.theory, to_string(scene.use.model),
                               scene.use.reason));
   }
   const bool search = study.terms.automatic && scene.psd;
@@ -203,7 +201,7 @@ ordered_json run_check(const Study& study, const RunOptions& options, std::strin
                       : fmt::format("{} ({:.2f} % of the height variance)", terms.size(), 100 * captured));
   row("statistics", fmt::format("{} fitted, {} guides, {} held out; targets: {}", targets.fitted.size(),
                                 targets.guides.size(), targets.held_out.size(), targets.theory));
-  row("rays", scene.use.physics == FocusPhysics::kWaves
+  row("rays", scene.use.model == FocusModel::kWaves
                   ? std::string("none: waves on a grid of cells that the light itself decides")
               : study.trace.automatic_rays
                   ? fmt::format("chosen by the fit: {} or more for so many terms", first_rays(terms.size()))

@@ -130,7 +130,7 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
 
   const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
   result.rays = pupil.size();
-  const SurfaceOperator operate(result.terms, pupil, focus_operator(FocusPhysics::kRays, threads));
+  const SurfaceOperator operate(result.terms, pupil, focus_operator(FocusModel::kRays, threads));
   SurfaceField field;
   operate.apply(fit.coefficients, &field);
   const RayBundle nominal = trace_nominal(study.mirror, pupil), rays = trace(study.mirror, pupil, field);
@@ -163,8 +163,8 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
     scene.radius = result.radius;
     scene.focal_length = study.mirror.focal_length;
     scene.core_sigma = scene.focal_sigma = 2 * scene.focal_length * surface.rms_slope_per_axis;
-    const FocusScene focus{study.mirror,     pupil,           operate,           FocusPhysics::kRays,
-                           study.wavelength, &study.aperture, study.trace.centre};
+    const LightPath focus{study.mirror,     pupil,           operate,           FocusModel::kRays,
+                          study.wavelength, &study.aperture, study.trace.centre};
     write_fit(study, scene, options, focus, &result);
   }
   return result;

@@ -3,18 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/tost.h"
 #include "aberfit/focus/counted_ring_width.h"
+#include "aberfit/method/judge.h"
+#include "aberfit/method/pupil_choice.h"
 #include "aberfit/report/result.h"
-#include "aberfit/theory/ray_perturbation.h"
 #include "aberfit/study/published.h"
 #include "aberfit/study/read_study.h"
-#include "aberfit/commands/run.h"
+#include "aberfit/theory/ray_perturbation.h"
 #include "aberfit/trace/central_difference.h"
-#include "aberfit/method/judge.h"
 #include "verify_branches.h"
 
 namespace aberfit {
@@ -126,7 +127,7 @@ Realisation verify_realisation(const Study& study, const Scene& scene, const Pup
                                const TermSet& terms, int threads) {
   const SurfaceOperator surface(terms, pupil, {threads, {}, {}});
   return realisation_of(study, scene,
-                        {study.mirror, pupil, surface, FocusPhysics::kRays, study.wavelength, &study.aperture,
+                        {study.mirror, pupil, surface, FocusModel::kRays, study.wavelength, &study.aperture,
                          study.trace.centre},
                         make_study_prior(study, scene, terms), threads);
 }
@@ -204,7 +205,7 @@ ordered_json run_verify(const Study& study, const RunOptions& options, std::stri
   facts.has_roughness = true;
   facts.scene = scene.numbers;
   describe_models(scene, to_string(Theory::kRays), &facts);
-  facts.model = to_string(FocusPhysics::kRays);
+  facts.model = to_string(FocusModel::kRays);
   facts.realisation = realisation;
   result["scene"] = scene_json(facts);
   std::string text = fmt::format(
@@ -274,14 +275,14 @@ ordered_json run_trace(const Study& study, const RunOptions& options, std::strin
   const TargetSets targets = make_targets(study, scene, threads);
   TermSet terms;
   const Eigen::VectorXd coefficients = surface_coefficients(study, scene, options, &terms);
-  const FocusPhysics physics = scene.use.physics;
-  const bool by_rays = physics == FocusPhysics::kRays;
+  const FocusModel model = scene.use.model;
+  const bool by_rays = model == FocusModel::kRays;
   if (!by_rays && study.trace.central_difference_step)
     throw InputError(study.path, "/trace/normals",
-                     "central differences with trace model \"" + to_string(physics) + '"',
+                     "central differences with trace model \"" + to_string(model) + '"',
                      "\"analytic\" normals, or trace model \"rays\"");
-  const PupilSample pupil = focus_pupil(
-      study, physics, physics == FocusPhysics::kWaves ? wave_pitch(study, terms, targets.fitted) : 0);
+  const PupilSample pupil =
+      focus_pupil(study, model, model == FocusModel::kWaves ? wave_pitch(study, terms, targets.fitted) : 0);
   const RayBundle nominal = trace_nominal(study.mirror, pupil);
   const SurfaceField field = surface_field(study, pupil, terms, coefficients, threads);
   const RayBundle rays = trace(study.mirror, pupil, field);
@@ -292,8 +293,8 @@ ordered_json run_trace(const Study& study, const RunOptions& options, std::strin
       by_rays
           ? evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, threads, &warnings)
           : focus_statistics(
-                {study.mirror, pupil, SurfaceOperator(terms, pupil, focus_operator(physics, threads)),
-                 physics, study.wavelength, &study.aperture, study.trace.centre},
+                {study.mirror, pupil, SurfaceOperator(terms, pupil, focus_operator(model, threads)), model,
+                 study.wavelength, &study.aperture, study.trace.centre},
                 coefficients, statistics, threads, &warnings);
   if (rays.lost > 0)
     warnings.push_back(
@@ -301,15 +302,15 @@ ordered_json run_trace(const Study& study, const RunOptions& options, std::strin
 
   ordered_json result = {{"aberfit", 1}, {"kind", "trace"}, {"study", resolved_study(study)}};
   result["theory"] = targets.theory;
-  result["model"] = to_string(physics);
+  result["model"] = to_string(model);
   result["reason"] = scene.use.reason;
   result["rays"] = rays.size();
   result["lost_rays"] = rays.lost;
   result["terms"] = terms.size();
   std::string text =
       fmt::format("{}\n\nmodel {}, {} {} ({} lost), {} terms\n\n  {:<28} {:>14} {:>14} {:>9}\n", study.title,
-                  to_string(physics), rays.size(), physics == FocusPhysics::kWaves ? "cells" : "rays",
-                  rays.lost, terms.size(), "statistic [SI]", "surface", "target", "diff");
+                  to_string(model), rays.size(), model == FocusModel::kWaves ? "cells" : "rays", rays.lost,
+                  terms.size(), "statistic [SI]", "surface", "target", "diff");
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const double value = values[Eigen::Index(k)], target = targets.fitted[k].value;
     const std::string name = statistic_name(statistics[k]);

@@ -244,7 +244,7 @@ StartCost start_cost(const FitProblem& problem, const CalibrationBlocks& blocks,
   if (blocks.focus) {
     // The spot of a diffracting perfect mirror exists, but a pattern is at its best there: to first order
     // nothing changes.
-    const bool perfect = smooth_by_itself(problem.physics) && start.isZero(0);
+    const bool perfect = smooth_by_itself(problem.model) && start.isZero(0);
     if (!blocks.focus->linearise(start, perfect, &here))
       cost.trouble = fmt::format("at the start, {}", blocks.focus->forward().trouble());
     else if (perfect && here.jacobian.cwiseAbs().maxCoeff() < kStationary)
@@ -325,7 +325,7 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
       cost.value + (options.prior == PriorMode::kNearStart ? 0.0 : 0.5 * start.squaredNorm());
 
   // What smooths by itself needs no coarse kernel first.
-  const std::size_t first = smooth_by_itself(problem.physics) ? options.smoothing.size() - 1 : 0;
+  const std::size_t first = smooth_by_itself(problem.model) ? options.smoothing.size() - 1 : 0;
   for (std::size_t i = first; i < options.smoothing.size(); ++i) {
     const bool coarse = i + 1 < options.smoothing.size();
     if (residuals.focus) residuals.focus->set_width(options.smoothing[i] * problem.focal_sigma);

@@ -123,8 +123,8 @@ bool SpectrumResiduals::linearise(const Eigen::VectorXd& white, bool with_jacobi
   return result->residuals.allFinite();
 }
 
-FocusScene scene_of(const FitProblem& problem) {
-  return {problem.mirror,     problem.pupil,    problem.surface, problem.physics,
+LightPath scene_of(const FitProblem& problem) {
+  return {problem.mirror,     problem.pupil,    problem.surface, problem.model,
           problem.wavelength, problem.aperture, problem.centre};
 }
 

@@ -16,7 +16,7 @@ using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 std::vector<int> white_block_sizes(Eigen::Index terms);
 
 /// White coordinates to statistics of the surface, with exact derivatives: xi -> F xi -> forward model of the
-/// problem's physics. Remembers the last point: a solver asks for the derivatives where it has just asked for
+/// problem's model. Remembers the last point: a solver asks for the derivatives where it has just asked for
 /// the values. For one caller at a time.
 class StatisticsModel {
  public:
@@ -97,6 +97,6 @@ class SpectrumResiduals : public WhiteResiduals {
 };
 
 /// The part of a problem that makes its statistics.
-FocusScene scene_of(const FitProblem& problem);
+LightPath scene_of(const FitProblem& problem);
 
 }  // namespace aberfit

@@ -6,24 +6,24 @@
 
 namespace aberfit {
 
-RayForward::RayForward(const FocusScene& scene, std::vector<Statistic> statistics, int threads)
-    : scene_(scene),
+RayForward::RayForward(const LightPath& path, std::vector<Statistic> statistics, int threads)
+    : path_(path),
       statistics_(std::move(statistics)),
       threads_(threads),
-      nominal_(trace_nominal(scene.mirror, scene.pupil, threads)) {
+      nominal_(trace_nominal(path.mirror, path.pupil, threads)) {
   // Scatter angles look at directions only; the rest is an eighth of the memory of a fit.
   for (Eigen::ArrayXd* unread : {&nominal_.x, &nominal_.y, &nominal_.weight}) unread->resize(0);
 }
 
 void RayForward::move_to(const Eigen::VectorXd& coefficients) {
-  scene_.surface.apply(coefficients, &field_);
-  trace(scene_.mirror, scene_.pupil, field_, threads_, &rays_);
+  path_.surface.apply(coefficients, &field_);
+  trace(path_.mirror, path_.pupil, field_, threads_, &rays_);
 }
 
 // The gradients over the rays come with the values: nearly every point that a solver tries is accepted, and
 // then they cost a fraction of a second look at the rays.
 bool RayForward::evaluate(double width, Eigen::VectorXd* values) {
-  const FocusInput input{rays_, nominal_, field_.height, scene_.centre};
+  const FocusInput input{rays_, nominal_, field_.height, path_.centre};
   return evaluate_smooth(input, statistics_, width, threads_, &workspace_, values, &gradients_);
 }
 
@@ -40,7 +40,7 @@ bool RayForward::gradients(const GradientSink& sink) {
       height_weights_.slope_y.setZero(d_height.size());
     }
     height_weights_.height.swap(d_height);
-    sink(k, scene_.surface.apply_transpose(height_weights_));
+    sink(k, path_.surface.apply_transpose(height_weights_));
     height_weights_.height.swap(d_height);
   }
   pull_back(over_rays, sink);
@@ -55,9 +55,9 @@ void RayForward::pull_back(const std::vector<const RayGradient*>& gradients, con
     if (gradients[k]) (gradients[k]->all_rays ? dense : sparse).push_back(k);
   const auto pull = [&](std::size_t k) {
     const RayGradient& rays = *gradients[k];
-    const SurfaceField weights = trace_adjoint(scene_.mirror, scene_.pupil, field_, rays);
-    sink(k, rays.all_rays ? scene_.surface.apply_transpose(weights)
-                          : scene_.surface.apply_transpose(rays.rays, weights));
+    const SurfaceField weights = trace_adjoint(path_.mirror, path_.pupil, field_, rays);
+    sink(k, rays.all_rays ? path_.surface.apply_transpose(weights)
+                          : path_.surface.apply_transpose(rays.rays, weights));
   };
   if (dense.size() < std::size_t(std::max(threads_, 1))) {
     for (const std::size_t k : dense) pull(k);
@@ -72,7 +72,7 @@ void RayForward::pull_back(const std::vector<const RayGradient*>& gradients, con
 
 Eigen::VectorXd RayForward::exact(Warnings* warnings) {
   if (statistics_.empty()) return {};
-  return evaluate_exact({rays_, nominal_, field_.height, scene_.centre}, statistics_, threads_, warnings);
+  return evaluate_exact({rays_, nominal_, field_.height, path_.centre}, statistics_, threads_, warnings);
 }
 
 std::string RayForward::trouble() const {

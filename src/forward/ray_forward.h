@@ -6,7 +6,7 @@ namespace aberfit {
 /// Statistics of the traced rays: coefficients -> L -> trace -> smooth statistics, one adjoint pass each.
 class RayForward : public ForwardModel {
  public:
-  RayForward(const FocusScene& scene, std::vector<Statistic> statistics, int threads);
+  RayForward(const LightPath& path, std::vector<Statistic> statistics, int threads);
   void move_to(const Eigen::VectorXd& coefficients) override;
   bool evaluate(double width, Eigen::VectorXd* values) override;
   bool gradients(const GradientSink& sink) override;
@@ -14,12 +14,12 @@ class RayForward : public ForwardModel {
   std::string trouble() const override;
 
   const SurfaceField& field() const { return field_; }  ///< of the last point
-  const RayBundle& rays() const { return rays_; }       ///< of the last point
+
+ private:
   /// Sends d statistic/d coefficients of every ray gradient to `sink`.
   void pull_back(const std::vector<const RayGradient*>& gradients, const GradientSink& sink) const;
 
- private:
-  FocusScene scene_;
+  LightPath path_;
   std::vector<Statistic> statistics_;
   int threads_;
   RayBundle nominal_;

@@ -5,7 +5,7 @@
 
 namespace aberfit {
 
-/// Statistics in two lists, and where they came from: those that a physics computes in its own way, and those
+/// Statistics in two lists, and where they came from: those that waves compute in their own way, and those
 /// that remain properties of the traced surface.
 struct SplitStatistics {
   std::vector<Statistic> own, geometric;

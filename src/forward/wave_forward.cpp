@@ -7,12 +7,12 @@
 #include <stdexcept>
 
 #include "aberfit/core/units.h"
-#include "smallest_radius.h"
 
 namespace aberfit {
 namespace {
 
 constexpr double kSamePoint = 1e-6;  // in pitches
+constexpr double kNarrower = 0.02;   // phases can narrow single rings of a pattern a little
 
 bool is_geometric(const Statistic& statistic) {
   return std::holds_alternative<ScatterRms>(statistic) || std::holds_alternative<ScatterMean>(statistic) ||
@@ -20,18 +20,18 @@ bool is_geometric(const Statistic& statistic) {
 }
 
 // The diffraction pupil that a pupil sample was taken from: its grid tells the pitch.
-DiffractionPupil pupil_of(const FocusScene& scene) {
+DiffractionPupil pupil_of(const LightPath& path) {
   const auto refuse = [] {
     throw std::invalid_argument(
         "statistics by wave optics need the points of diffraction_pupil(aperture, pitch)");
   };
-  const auto* grid = std::get_if<CartesianGrid>(&scene.pupil.structure);
+  const auto* grid = std::get_if<CartesianGrid>(&path.pupil.structure);
   if (!grid || grid->x.size() < 2) refuse();
   const double pitch = (grid->x[grid->x.size() - 1] - grid->x[0]) / double(grid->x.size() - 1);
-  DiffractionPupil pupil = diffraction_pupil(*scene.aperture, pitch);
+  DiffractionPupil pupil = diffraction_pupil(*path.aperture, pitch);
   const double limit = kSamePoint * pitch;
-  if (pupil.sample.size() != scene.pupil.size() || !((pupil.sample.x - scene.pupil.x).abs() <= limit).all() ||
-      !((pupil.sample.y - scene.pupil.y).abs() <= limit).all())
+  if (pupil.sample.size() != path.pupil.size() || !((pupil.sample.x - path.pupil.x).abs() <= limit).all() ||
+      !((pupil.sample.y - path.pupil.y).abs() <= limit).all())
     refuse();
   return pupil;
 }
@@ -50,15 +50,25 @@ Eigen::ArrayXd departure_of(const Mirror& mirror, const PupilSample& pupil) {
   return departure;
 }
 
+// Why an encircled-energy radius cannot be met: it lies well below `perfect` [m], that of the perfect
+// mirror's diffraction pattern in focus. Empty when it does not.
+std::string below_diffraction(const Target& target, double perfect) {
+  if (!(target.value + target.tolerance < (1 - kNarrower) * perfect)) return {};
+  return fmt::format(
+      "the target {} = {} lies below the {} of a perfect mirror: the aperture's diffraction allows no less",
+      statistic_name(target.statistic), format_quantity(target.value, Dimension::kLength),
+      format_quantity(perfect, Dimension::kLength));
+}
+
 }  // namespace
 
-WaveForward::WaveForward(const FocusScene& scene, const std::vector<Statistic>& statistics, int threads)
-    : scene_(scene),
+WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads)
+    : path_(path),
       threads_(threads),
       split_(statistics, is_geometric),
-      rays_(scene, split_.geometric, threads),
-      diffraction_pupil_(pupil_of(scene)),
-      departure_(departure_of(scene.mirror, diffraction_pupil_.sample)) {}
+      rays_(path, split_.geometric, threads),
+      diffraction_pupil_(pupil_of(path)),
+      departure_(departure_of(path.mirror, diffraction_pupil_.sample)) {}
 
 void WaveForward::move_to(const Eigen::VectorXd& coefficients) {
   rays_.move_to(coefficients);
@@ -102,7 +112,7 @@ bool WaveForward::gradients(const GradientSink& sink) {
   const DiffractionProblem waves = problem();
   if (!evaluate_diffraction(waves, height_, split_.own, threads_, &workspace_, &values, &d_height))
     return false;
-  pull_back_heights(scene_.surface, &d_height, threads_, [&](std::size_t j, const Eigen::VectorXd& gradient) {
+  pull_back_heights(path_.surface, &d_height, threads_, [&](std::size_t j, const Eigen::VectorXd& gradient) {
     sink(split_.own_place[j], gradient);
   });
   return true;
@@ -162,7 +172,7 @@ std::string WaveForward::unreachable(const std::vector<Target>& targets) const {
   for (const Target& target : targets) {
     const auto* radius = std::get_if<EncircledEnergyRadius>(&target.statistic);
     if (!radius) continue;
-    const double largest = 0.5 * scene_.wavelength * (scene_.mirror.focal_length + radius->dz) / pitch;
+    const double largest = 0.5 * path_.wavelength * (path_.mirror.focal_length + radius->dz) / pitch;
     if (target.value > largest)
       return fmt::format(
           "the target {} = {} lies outside the field of view of the pupil grid, which ends at {}: take a "
@@ -173,7 +183,7 @@ std::string WaveForward::unreachable(const std::vector<Target>& targets) const {
     in_focus.push_back(EncircledEnergyRadius{radius->fraction, 0});
   }
   if (radii.empty()) return {};
-  const Eigen::ArrayXd flat = Eigen::ArrayXd::Zero(scene_.pupil.size());
+  const Eigen::ArrayXd flat = Eigen::ArrayXd::Zero(path_.pupil.size());
   Eigen::VectorXd perfect;
   const DiffractionProblem waves = problem();
   evaluate_diffraction(waves, flat, in_focus, threads_, nullptr, &perfect, nullptr);

@@ -1,6 +1,6 @@
 #pragma once
-#include "aberfit/waves/diffraction_psf.h"
 #include "aberfit/forward/forward_model.h"
+#include "aberfit/waves/diffraction_psf.h"
 #include "ray_forward.h"
 #include "split_statistics.h"
 
@@ -11,7 +11,7 @@ namespace aberfit {
 /// waves have no finite second moment. The width of `evaluate` is not used: diffraction smooths by itself.
 class WaveForward : public ForwardModel {
  public:
-  WaveForward(const FocusScene& scene, const std::vector<Statistic>& statistics, int threads);
+  WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads);
   void move_to(const Eigen::VectorXd& coefficients) override;
   bool evaluate(double width, Eigen::VectorXd* values) override;
   bool gradients(const GradientSink& sink) override;
@@ -22,11 +22,11 @@ class WaveForward : public ForwardModel {
 
  private:
   DiffractionProblem problem() const {
-    return {diffraction_pupil_, scene_.mirror.focal_length, scene_.wavelength};
+    return {diffraction_pupil_, path_.mirror.focal_length, path_.wavelength};
   }
   void explain(const Eigen::VectorXd& values, Warnings* warnings) const;
 
-  FocusScene scene_;
+  LightPath path_;
   int threads_;
   SplitStatistics split_;
   RayForward rays_;

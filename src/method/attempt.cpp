@@ -8,8 +8,10 @@
 #include <memory>
 
 #include "aberfit/core/random.h"
+#include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/spectrum_target.h"
+#include "aberfit/study/read_study.h"
 
 namespace aberfit {
 namespace {
@@ -22,7 +24,7 @@ std::vector<Statistic> statistics_of(const std::vector<Target>& targets) {
 
 // Waves need a grid as fine as the light of everything that will be asked of it.
 double grid_pitch(const FitCase& of, const TermSet& terms) {
-  if (of.scene.use.physics != FocusPhysics::kWaves) return 0;
+  if (of.scene.use.model != FocusModel::kWaves) return 0;
   std::vector<Target> all = of.targets.fitted;
   all.insert(all.end(), of.targets.guides.begin(), of.targets.guides.end());
   all.insert(all.end(), of.targets.held_out.begin(), of.targets.held_out.end());
@@ -32,7 +34,7 @@ double grid_pitch(const FitCase& of, const TermSet& terms) {
 // Ends a fit whose worst mismatch stays well above the tolerances.
 class StallWatch {
  public:
-  explicit StallWatch(FocusPhysics physics) : creeping_is_stalling_(physics == FocusPhysics::kWaves) {}
+  explicit StallWatch(FocusModel model) : creeping_is_stalling_(model == FocusModel::kWaves) {}
 
   bool stalled(const FitProgress& p) {
     if (p.worst_mismatch < (1 - kWorthwhile) * best_) {
@@ -69,7 +71,7 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double
   fit.bound = of.task.fit.bound_sigmas;
   fit.threads = of.context.threads;
   if (!of.context.progress && !plan.give_up_on_stall) return fit;
-  auto watch = std::make_shared<StallWatch>(of.scene.use.physics);
+  auto watch = std::make_shared<StallWatch>(of.scene.use.model);
   fit.progress = [&of, &plan, watch, tries, lowest](const FitProgress& p) {
     *lowest = std::min(*lowest, p.worst_mismatch);
     if (plan.give_up_on_stall && watch->stalled(p)) return false;
@@ -141,7 +143,7 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt) {
   FitOutcome& result = attempt->result;
   std::vector<Statistic> judged = statistics_of(of.targets.fitted);
   for (const Target& target : of.targets.held_out) judged.push_back(target.statistic);
-  attempt->fresh = evaluate_fresh(of.task, attempt->bench->physics, attempt->bench->pitch, result.terms,
+  attempt->fresh = evaluate_fresh(of.task, attempt->bench->model, attempt->bench->pitch, result.terms,
                                   result.fit.coefficients, judged, 4 * result.rays, of.context.threads,
                                   &result.warnings);
   judge(of, attempt->fresh, &result);
@@ -185,7 +187,7 @@ FitProblem problem_of(const FitCase& of, const Workbench& bench, const Coefficie
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;
   problem.spectrum_tolerance = spectrum.tolerance;
-  problem.physics = bench.physics;
+  problem.model = bench.model;
   problem.wavelength = of.task.wavelength;
   problem.aperture = &of.task.aperture;
   return problem;
@@ -193,12 +195,12 @@ FitProblem problem_of(const FitCase& of, const Workbench& bench, const Coefficie
 
 }  // namespace
 
-Workbench::Workbench(const Task& task, FocusPhysics model, const PupilOptions& rays, double grid_pitch,
+Workbench::Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
                      const TermSet& terms, int threads)
-    : physics(model),
+    : model(by),
       pitch(grid_pitch),
-      pupil(focus_pupil(task, model, rays, grid_pitch)),
-      surface(terms, pupil, focus_operator(model, threads)),
+      pupil(focus_pupil(task, by, rays, grid_pitch)),
+      surface(terms, pupil, focus_operator(by, threads)),
       nominal(trace_nominal(task.mirror, pupil)) {}
 
 SurfaceField Workbench::field(const Eigen::VectorXd& coefficients) const {
@@ -210,15 +212,15 @@ SurfaceField Workbench::field(const Eigen::VectorXd& coefficients) const {
 Eigen::VectorXd Workbench::exact(const Task& task, const Eigen::VectorXd& coefficients,
                                  const std::vector<Statistic>& statistics, int threads,
                                  Warnings* warnings) const {
-  if (physics != FocusPhysics::kRays)
+  if (model != FocusModel::kRays)
     return focus_statistics(focus(task), coefficients, statistics, threads, warnings);
   const SurfaceField f = field(coefficients);
   const RayBundle rays = trace(task.mirror, pupil, f);
   return evaluate_exact({rays, nominal, f.height, task.trace.centre}, statistics, threads, warnings);
 }
 
-FocusScene Workbench::focus(const Task& task) const {
-  return {task.mirror, pupil, surface, physics, task.wavelength, &task.aperture, task.trace.centre};
+LightPath Workbench::focus(const Task& task) const {
+  return {task.mirror, pupil, surface, model, task.wavelength, &task.aperture, task.trace.centre};
 }
 
 bool has_solution(const FitResult& fit) {
@@ -232,7 +234,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   attempt.terms = plan.terms;
   attempt.result = outcome_of(of, plan);
   FitOutcome& result = attempt.result;
-  attempt.bench = std::make_shared<const Workbench>(of.task, of.scene.use.physics, plan.pupil,
+  attempt.bench = std::make_shared<const Workbench>(of.task, of.scene.use.model, plan.pupil,
                                                     grid_pitch(of, result.terms), result.terms, threads);
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
@@ -255,7 +257,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
 
 Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always) {
   // The light itself says how fine a grid waves need.
-  if (of.scene.use.physics == FocusPhysics::kWaves) plan.automatic_rays = false;
+  if (of.scene.use.model == FocusModel::kWaves) plan.automatic_rays = false;
   if (plan.automatic_rays) plan.pupil.rays = first_rays(plan.terms->terms.size());
   for (;;) {
     Attempt attempt = attempt_fit(of, plan);

@@ -33,7 +33,7 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
     const SceneNumbers own =
         scene_numbers(scene.psd->scaled(factor), task.mirror, task.aperture, task.wavelength);
     surface.kappa = own.kappa;
-    surface.needed = to_string(physics_of(regime(own)));
+    surface.needed = to_string(regime(own));
     warn_of_surface_regime(scene, own, &result.warnings);
   }
   if ((!result.terms.zernike.empty() || !result.terms.fourier.empty()) && surface.rms_slope_per_axis > 0)
@@ -79,7 +79,7 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
                      "of the prior give {:.3f}-{:.3f}",
                      zone.rho_min, zone.rho_max, zone.ratio, zone.draws_low, zone.draws_high)});
   }
-  if (of.scene.use.physics != FocusPhysics::kWaves && result->rays < 30 * result->terms.size() &&
+  if (of.scene.use.model != FocusModel::kWaves && result->rays < 30 * result->terms.size() &&
       result->targets.size() > 10)
     warnings.push_back(
         {"few-rays", fmt::format("{} rays for {} terms: the terms can follow single rays; use more rays",

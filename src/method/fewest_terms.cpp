@@ -142,12 +142,10 @@ Attempt fit_nearest(const FitCase& of, const OrderRange& range, Trials* trials, 
 Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms) {
   Trials trials(of, make_terms);
   // Short fits say nothing of waves: where they end, the next one stays trapped.
-  const bool descend = of.scene.use.physics == FocusPhysics::kWaves;
+  const bool descend = of.scene.use.model == FocusModel::kWaves;
   const OrderRange range = expected_orders(of.scene);
   TermTrials hooks;
   if (!descend) hooks.screen = [&](const TermsSpec& asked) { return trials.screen(asked); };
-  // A short fit of convolved rays takes 3 to 8 s (fits/paper-physical), not 0.1 s as of rays.
-  if (of.scene.use.physics == FocusPhysics::kConvolved) hooks.first = range.low;
   hooks.confirm = [&](const TermsSpec& asked) { return trials.confirm(asked, descend); };
   Frontier frontier =
       search_terms(of.task.terms.covariance, of.task.equivalence.margin, range, hooks);

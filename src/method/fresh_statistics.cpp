@@ -6,7 +6,8 @@
 
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
-#include "aberfit/method/focus_model.h"
+#include "aberfit/forward/forward_model.h"
+#include "aberfit/method/pupil_choice.h"
 
 namespace aberfit {
 namespace {
@@ -62,33 +63,19 @@ constexpr std::int64_t kMostFreshRays = std::int64_t(1) << 22;
 // No multiple of the fit's pitch, so that no cell of one grid is a cell of the other.
 constexpr double kFinerGrid = 1.37;
 
-PupilSample concatenated(const std::vector<PupilSample>& parts) {
-  PupilSample whole;
-  Eigen::Index size = 0, at = 0;
-  for (const PupilSample& part : parts) size += part.size();
-  whole.x.resize(size), whole.y.resize(size), whole.weight.resize(size);
-  for (const PupilSample& part : parts) {
-    whole.x.segment(at, part.size()) = part.x;
-    whole.y.segment(at, part.size()) = part.y;
-    whole.weight.segment(at, part.size()) = part.weight / double(parts.size());
-    at += part.size();
-  }
-  return whole;
-}
-
-Eigen::VectorXd propagated(const Task& task, FocusPhysics physics, const PupilSample& pupil,
+Eigen::VectorXd propagated(const Task& task, FocusModel model, const PupilSample& pupil,
                            const TermSet& terms, const Eigen::VectorXd& coefficients,
                            const std::vector<Statistic>& statistics, int threads, Warnings* warnings) {
-  const SurfaceOperator surface(terms, pupil, focus_operator(physics, threads));
+  const SurfaceOperator surface(terms, pupil, focus_operator(model, threads));
   return focus_statistics(
-      {task.mirror, pupil, surface, physics, task.wavelength, &task.aperture, task.trace.centre},
+      {task.mirror, pupil, surface, model, task.wavelength, &task.aperture, task.trace.centre},
       coefficients, statistics, threads, warnings);
 }
 
 FreshStatistics fresh_by_waves(const Task& task, double pitch, const TermSet& terms,
                                const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
                                int threads, Warnings* warnings) {
-  const FocusPhysics waves = FocusPhysics::kWaves;
+  const FocusModel waves = FocusModel::kWaves;
   const PupilSample coarse = focus_pupil(task, waves, task.trace.pupil, pitch);
   const PupilSample fine = focus_pupil(task, waves, task.trace.pupil, pitch / kFinerGrid);
   FreshStatistics fresh;
@@ -97,30 +84,6 @@ FreshStatistics fresh_by_waves(const Task& task, double pitch, const TermSet& te
   fresh.standard_error =
       (fresh.value - propagated(task, waves, coarse, terms, coefficients, statistics, threads, nullptr))
           .cwiseAbs();
-  return fresh;
-}
-
-FreshStatistics fresh_by_convolved_rays(const Task& task, const TermSet& terms,
-                                        const Eigen::VectorXd& coefficients,
-                                        const std::vector<Statistic>& statistics, std::int64_t rays,
-                                        int threads, Warnings* warnings) {
-  const RandomStream seeds(task.trace.pupil.seed, "fresh-rays");
-  const std::int64_t per_scramble = std::clamp<std::int64_t>(rays, kScrambles, kMostFreshRays) / kScrambles;
-  std::vector<PupilSample> pupils;
-  Eigen::MatrixXd values(Eigen::Index(statistics.size()), kScrambles);
-  for (int k = 0; k < kScrambles; ++k) {
-    pupils.push_back(make_pupil(task.aperture, {PupilLayout::kSobol, per_scramble, seeds.bits(k)}));
-    values.col(k) = propagated(task, FocusPhysics::kConvolved, pupils.back(), terms, coefficients,
-                               statistics, threads, nullptr);
-  }
-  const PupilSample whole = concatenated(pupils);
-  FreshStatistics fresh;
-  fresh.rays = whole.size();
-  fresh.value =
-      propagated(task, FocusPhysics::kConvolved, whole, terms, coefficients, statistics, threads, warnings);
-  const Eigen::VectorXd mean = values.rowwise().mean();
-  fresh.standard_error =
-      ((values.colwise() - mean).rowwise().squaredNorm() / (kScrambles * (kScrambles - 1.0))).cwiseSqrt();
   return fresh;
 }
 
@@ -153,26 +116,20 @@ FreshStatistics evaluate_fresh(const Task& task, const TermSet& terms, const Eig
   return fresh;
 }
 
-FreshStatistics evaluate_fresh(const Task& task, FocusPhysics physics, double pitch, const TermSet& terms,
+FreshStatistics evaluate_fresh(const Task& task, FocusModel model, double pitch, const TermSet& terms,
                                const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
                                std::int64_t rays, int threads, Warnings* warnings) {
-  switch (physics) {
-    case FocusPhysics::kWaves:
-      return fresh_by_waves(task, pitch, terms, coefficients, statistics, threads, warnings);
-    case FocusPhysics::kConvolved:
-      return fresh_by_convolved_rays(task, terms, coefficients, statistics, rays, threads, warnings);
-    case FocusPhysics::kRays:
-      break;
-  }
+  if (model == FocusModel::kWaves)
+    return fresh_by_waves(task, pitch, terms, coefficients, statistics, threads, warnings);
   return evaluate_fresh(task, terms, coefficients, statistics, rays, threads, warnings);
 }
 
-double measured_spread(const FocusScene& scene, const CoefficientPrior& prior, std::uint64_t seed, int draws,
+double measured_spread(const LightPath& path, const CoefficientPrior& prior, std::uint64_t seed, int draws,
                        int threads) {
   std::vector<double> radius(static_cast<std::size_t>(draws));
   for (int d = 0; d < draws; ++d) {
     const std::uint64_t own = RandomStream(seed, "realisation-draws").bits(std::uint64_t(d));
-    radius[std::size_t(d)] = focus_statistics(scene, prior.colour(draw_white(prior.size(), own)),
+    radius[std::size_t(d)] = focus_statistics(path, prior.colour(draw_white(prior.size(), own)),
                                               {EncircledEnergyRadius{}}, threads, nullptr)[0];
   }
   std::erase_if(radius, [](double r) { return !std::isfinite(r); });

@@ -4,22 +4,20 @@
 
 #include <cmath>
 
+#include "aberfit/method/pupil_choice.h"
+
 namespace aberfit {
 namespace {
 
 constexpr int kRealisationDraws = 32;  // a spread known to 13 %
 
-std::string why(const Scene& scene, bool by_theory) {
-  const ModelErrors& e = scene.use.choice->errors;
-  const bool convolved =
-      scene.use.physics == FocusPhysics::kConvolved || (by_theory && scene.use.theory == Theory::kConvolved);
-  const std::string off =
-      std::isfinite(e.ray_ee90)
-          ? fmt::format("the {} ee90 is {:+.3g} % off the Harvey-Shack prediction",
-                        convolved ? "convolved" : "ray", 100 * (convolved ? e.convolved_ee90 : e.ray_ee90))
-          : "the Harvey-Shack prediction has no finite ee90";
-  return fmt::format("{} are not valid here: kappa = {:.3g}, and {}", convolved ? "convolved rays" : "rays",
-                     scene.numbers.kappa, off);
+std::string why(const Scene& scene) {
+  const double error = scene.use.choice->errors.ray_ee90;
+  return fmt::format(
+      "rays are not valid here: kappa = {:.3g}, and {}", scene.numbers.kappa,
+      std::isfinite(error)
+          ? fmt::format("the ray ee90 is {:+.3g} % off the Harvey-Shack prediction", 100 * error)
+          : "the Harvey-Shack prediction has no finite ee90");
 }
 
 }  // namespace
@@ -30,12 +28,11 @@ std::optional<NeededJudgement> judge_by_need(const Task& task, const Scene& scen
                                              Warnings* warnings) {
   const bool given = targets.theory == "given";
   if (!scene.use.too_simple(given)) return std::nullopt;
-  const FocusPhysics physics = physics_of(scene.use.choice->model);
-  const bool waves = physics == FocusPhysics::kWaves;
+  const FocusModel model = scene.use.choice->model;
   NeededJudgement judgement;
-  judgement.theory = given ? "given" : to_string(waves ? Theory::kGhs : Theory::kConvolved);
-  judgement.model = to_string(physics);
-  judgement.reason = why(scene, !given);
+  judgement.theory = given ? "given" : to_string(theory_of(model));
+  judgement.model = to_string(model);
+  judgement.reason = why(scene);
   if (!scene.use.obstacle.empty()) {
     judgement.reason += ", but what is needed cannot be computed: " + scene.use.obstacle + ".";
     return judgement;
@@ -49,17 +46,16 @@ std::optional<NeededJudgement> judge_by_need(const Task& task, const Scene& scen
     statistics.push_back(target.statistic);
   }
   if (!given) {
-    const GeneralisedHarveyShack spot(*scene.prior_psd, task.mirror, task.aperture, task.wavelength,
-                                      {waves ? SurfaceModel::kWaves : SurfaceModel::kRays, 0});
-    const Eigen::VectorXd predicted = mean_spot_statistics(spot, statistics, threads);
+    const GeneralisedHarveyShack spot(*scene.prior_psd, task.mirror, task.aperture, task.wavelength);
+    const Eigen::VectorXd predicted = spot.predict(statistics, threads);
     for (std::size_t k = 0; k < wanted.size(); ++k) {
       wanted[k].value = predicted[Eigen::Index(k)];
       wanted[k].standard_error = 0;
     }
   }
   const FreshStatistics fresh =
-      evaluate_fresh(task, physics, waves ? wave_pitch(task, terms, wanted) : 0, terms, coefficients,
-                     statistics, task.trace.pupil.rays, threads, warnings);
+      evaluate_fresh(task, model, wave_pitch(task, terms, wanted), terms, coefficients, statistics,
+                     task.trace.pupil.rays, threads, warnings);
   for (std::size_t k = 0; k < wanted.size(); ++k) {
     const auto at = Eigen::Index(k);
     judgement.metrics.push_back(tost(statistic_name(statistics[k]), false, wanted[k].value,
@@ -70,11 +66,11 @@ std::optional<NeededJudgement> judge_by_need(const Task& task, const Scene& scen
   return judgement;
 }
 
-Realisation realisation_of(const Task& task, const Scene& scene, const FocusScene& focus,
+Realisation realisation_of(const Task& task, const Scene& scene, const LightPath& focus,
                            const CoefficientPrior& prior, int threads) {
   Realisation realisation{scene.numbers.realisation_spread, std::nan(""), 0};
   const double share = realisation.predicted / task.equivalence.margin;
-  if (!(share >= 0.5) || (share > 2 && focus.physics == FocusPhysics::kRays)) return realisation;
+  if (!(share >= 0.5) || (share > 2 && focus.model == FocusModel::kRays)) return realisation;
   realisation.measured = measured_spread(focus, prior, task.fit.seed, kRealisationDraws, threads);
   if (std::isfinite(realisation.measured)) realisation.draws = kRealisationDraws;
   return realisation;
@@ -82,10 +78,10 @@ Realisation realisation_of(const Task& task, const Scene& scene, const FocusScen
 
 void describe_models(const Scene& scene, const std::string& theory, FitOutcome* result) {
   result->theory = theory;
-  result->model = to_string(scene.use.physics);
+  result->model = to_string(scene.use.model);
   result->model_reason = scene.use.reason;
   if (!scene.use.choice) return;
-  result->needed = to_string(physics_of(scene.use.choice->model));
+  result->needed = to_string(scene.use.choice->model);
   result->errors = scene.use.choice->errors;
 }
 
@@ -96,8 +92,8 @@ void warn_of_surface_regime(const Scene& scene, const SceneNumbers& surface, War
       {"surface-regime",
        fmt::format("by its own height the fitted surface (RMS {:.4g} nm, kappa {:.2f}) calls for {}, while "
                    "the specification (RMS {:.4g} nm, kappa {:.2f}) calls for {}",
-                   1e9 * surface.rms_height, surface.kappa, to_string(physics_of(own)),
-                   1e9 * scene.numbers.rms_height, scene.numbers.kappa, to_string(physics_of(specified)))});
+                   1e9 * surface.rms_height, surface.kappa, to_string(own), 1e9 * scene.numbers.rms_height,
+                   scene.numbers.kappa, to_string(specified))});
 }
 
 }  // namespace aberfit

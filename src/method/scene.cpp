@@ -40,13 +40,10 @@ double scale_of_values(const Task& task) {
 
 // Theories that have a transfer function; the spot's scale then includes diffraction.
 void set_mean_spot(const Task& task, Scene* scene) {
-  const bool waves = scene->use.theory == Theory::kGhs;
-  if (!waves && scene->use.theory != Theory::kConvolved) return;
-  const ModelErrors& errors = scene->use.choice->errors;
-  scene->mean_spot = std::make_shared<const GeneralisedHarveyShack>(
-      *scene->psd, task.mirror, task.aperture, task.wavelength,
-      GhsOptions{waves ? SurfaceModel::kWaves : SurfaceModel::kRays, 0});
-  const double ee90 = waves ? errors.ghs.ee90 : errors.convolved.ee90;
+  if (scene->use.theory != Theory::kGhs) return;
+  scene->mean_spot = std::make_shared<const GeneralisedHarveyShack>(*scene->psd, task.mirror, task.aperture,
+                                                                    task.wavelength);
+  const double ee90 = scene->use.choice->errors.ghs.ee90;
   if (std::isfinite(ee90)) scene->focal_sigma = ee90 / kGaussianEe90;
   scene->core_sigma = scene->focal_sigma;
   const MeanSpot focus = scene->mean_spot->at_plane(0);
@@ -63,7 +60,7 @@ Scene make_scene(const Task& task) {
   scene.focal_length = task.mirror.focal_length;
   scene.radius = aperture_radius(task.aperture);
   if (!task.psd) {
-    scene.use = decide_model(task, nullptr);
+    scene.use = choose_physics(task, nullptr);
     scene.core_sigma = scene.focal_sigma = scale_of_values(task);
     return scene;
   }
@@ -77,7 +74,7 @@ Scene make_scene(const Task& task) {
   scene.theory.emplace(task.mirror, task.aperture, scene.numbers.rms_slope_per_axis,
                        task.target.convention, scene.numbers.rms_height);
   scene.core_sigma = scene.focal_sigma = scene.theory->focal_sigma();
-  scene.use = decide_model(task, &*scene.psd);
+  scene.use = choose_physics(task, &*scene.psd);
   set_mean_spot(task, &scene);
   return scene;
 }

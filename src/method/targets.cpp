@@ -136,7 +136,7 @@ std::vector<Statistic> guide_statistics(const Scene& scene) {
       guides.push_back(EncircledEnergyRadius{fraction, plane(units, scene)});
   }
   // Nothing in a diffracted focus ties the mean of the slopes.
-  if (scene.use.physics == FocusPhysics::kWaves) guides.push_back(ScatterMean{});
+  if (scene.use.model == FocusModel::kWaves) guides.push_back(ScatterMean{});
   return guides;
 }
 
@@ -148,7 +148,7 @@ std::vector<Statistic> held_out_statistics(const Scene& scene, const std::vector
       held_out.push_back(EncircledEnergyRadius{fraction, plane(units, scene)});
   held_out.push_back(RingFwhm{0.5, {}});
   held_out.push_back(RingFwhm{0.8, {}});
-  if (scene.use.physics != FocusPhysics::kWaves) held_out.push_back(ScatterMean{});
+  if (scene.use.model != FocusModel::kWaves) held_out.push_back(ScatterMean{});
   std::erase_if(held_out, [&](const Statistic& candidate) {
     return std::any_of(known.begin(), known.end(), [&](const Statistic& statistic) {
       return statistic_name(statistic) == statistic_name(candidate);
@@ -195,7 +195,7 @@ Predicted predict(const Task& task, const Scene& scene, const std::vector<Statis
                   int threads) {
   if (scene.use.theory == Theory::kRays) return predict_by_rays(task, scene, statistics, threads);
   if (scene.mean_spot)
-    return {mean_spot_statistics(*scene.mean_spot, statistics, threads),
+    return {scene.mean_spot->predict(statistics, threads),
             Eigen::VectorXd::Zero(Eigen::Index(statistics.size()))};
   Predicted predicted{Eigen::VectorXd(Eigen::Index(statistics.size())),
                       Eigen::VectorXd::Zero(Eigen::Index(statistics.size()))};
@@ -225,8 +225,8 @@ TargetSets make_targets(const Task& task, const Scene& scene, int threads) {
                      "a value for each, or a roughness block to predict them");
   std::vector<Statistic> statistics, guides, held_out;
   for (const Wanted& w : wanted) statistics.push_back(w.statistic);
-  if (scene.use.physics != FocusPhysics::kRays)
-    refuse_without_rays(task, to_string(scene.use.physics), statistics);
+  if (scene.use.model != FocusModel::kRays)
+    refuse_without_rays(task, to_string(scene.use.model), statistics);
   if (scene.mean_spot && !all_given) refuse_without_rays(task, to_string(scene.use.theory), statistics);
   if (default_set) guides = guide_statistics(scene);
   statistics.insert(statistics.end(), guides.begin(), guides.end());

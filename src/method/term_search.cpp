@@ -73,9 +73,9 @@ int go_down(Search* search, int from, int found, int failures) {
 
 // The lowest order that passes, or 0. Down from the first that does, with full fits: a short fit on few rays
 // that starts where a hopeless one ended lags behind, and the last step may have left orders out.
-int climb(Search* search, const OrderRange& range, int first) {
+int climb(Search* search, const OrderRange& range) {
   const int last = last_order(range);
-  int found = first;
+  int found = 2;
   while (found <= last && !(search->promising(found) && search->passes(found))) found = next_order(found);
   if (found > last) return 0;
   return go_down(search, found - 1, found, 0);
@@ -163,7 +163,7 @@ Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange
   frontier.margin = margin;
   Search search(covariance, trials, range.wide ? "fourier" : "zernike");
   int found = range.wide      ? double_up(&search)
-              : trials.screen ? climb(&search, range, trials.first)
+              : trials.screen ? climb(&search, range)
                               : descend(&search, range);
   std::vector<FrontierPoint>& points = search.points;
   if (found == 0) found = nearest(points);

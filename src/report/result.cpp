@@ -238,10 +238,7 @@ nlohmann::ordered_json scene_json(const FitOutcome& result) {
                    {"ee90_radius_m", number(errors->ghs.ee90)},
                    {"tis", number(scene.tis)},
                    {"core_share", number(1 - scene.tis)}};
-    json["model_error"] = {{"ray_ee50", number(errors->ray_ee50)},
-                           {"ray_ee90", number(errors->ray_ee90)},
-                           {"convolved_ee50", number(errors->convolved_ee50)},
-                           {"convolved_ee90", number(errors->convolved_ee90)}};
+    json["model_error"] = {{"ray_ee50", number(errors->ray_ee50)}, {"ray_ee90", number(errors->ray_ee90)}};
   }
   if (const auto& realisation = result.realisation)
     json["realisation"] = {

@@ -156,12 +156,11 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
 void describe_trace(Visitor& v, TraceSpec& trace) {
   if (v.reading()) trace.automatic_rays = true;
   v.object({"trace", "how the surface is propagated to the focus"}, nullptr, [&](Visitor& t) {
-    t.choice_of(
-        {"model",
-         "what turns the surface into statistics: rays, rays convolved with the diffraction pattern, or "
-         "waves "
-         "(diffraction of the pupil on a grid as fine as its light needs); auto: what the theory needs"},
-        trace.model, {"auto", "rays", "convolved", "waves"});
+    t.removed_word("model", "convolved", kConvolvedRemoved, "\"auto\" or \"waves\"");
+    t.choice_or_auto({"model",
+                      "what turns the surface into statistics: rays, or waves (diffraction of the pupil on a "
+                      "grid as fine as its light needs); auto: what the theory needs"},
+                     trace.model, {FocusModel::kRays, FocusModel::kWaves});
     t.choice_of(
         {"pupil", "layout of the rays; absent: polar, or sobol where the aperture is no circle or annulus"},
         trace.pupil.layout, {"polar", "random", "sobol", "grid"});

@@ -105,11 +105,12 @@ void describe_psd_target(Visitor& v, PsdTarget& target) {
 
 void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map) {
   v.object({"target", "what the fitted surface has to match"}, nullptr, [&](Visitor& t) {
-    t.choice_of({"theory",
-                 "where targets without a value come from; auto: the model that the scene needs; geometric, "
-                 "rays: Gaussian ray deflections; convolved: those and the diffraction pattern of the "
-                 "aperture; ghs: generalised Harvey-Shack, wave optics"},
-                target.theory, {"auto", "geometric", "rays", "convolved", "ghs"});
+    t.removed_word("theory", "convolved", kConvolvedRemoved, "\"auto\" or \"ghs\"");
+    t.choice_or_auto(
+        {"theory",
+         "where targets without a value come from; auto: the model that the scene needs; "
+         "geometric, rays: Gaussian ray deflections; ghs: generalised Harvey-Shack, wave optics"},
+        target.theory, {Theory::kGeometric, Theory::kRays, Theory::kGhs});
     t.choice_of({"convention", "physical: a ray turns by twice the slope; paper: by the slope"},
                 target.convention, {"physical", "paper"});
     std::vector<std::string> keys = keys_of(target.statistics);

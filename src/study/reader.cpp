@@ -291,6 +291,12 @@ void Reader::choice(const Field& field, std::size_t& index, const std::vector<st
   fail(at(field), *json, quoted_list(names), field);
 }
 
+void Reader::removed_word(const char* key, const char* word, const char* why, const char* instead) {
+  const auto found = json_.find(key);
+  if (found != json_.end() && *found == word)
+    fail(child_pointer(pointer_, key), fmt::format("\"{}\": {}", word, why), instead);
+}
+
 void Reader::choices(const Field& field, std::vector<std::size_t>& indices,
                      const std::vector<std::string>& names) {
   const Json* json = find(field);

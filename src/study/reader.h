@@ -43,6 +43,7 @@ class Reader : public Visitor {
             const std::function<void(Visitor&, std::size_t)>& body, const char* definition) override;
   void keyed(const Field&, std::vector<std::string>& keys, const std::vector<KeyPattern>&,
              const std::function<void(Visitor&, std::size_t)>& body) override;
+  void removed_word(const char* key, const char* word, const char* why, const char* instead) override;
   void check(bool holds, const std::string& key, const std::string& found,
              const std::string& allowed) override;
   bool reading() const override { return true; }

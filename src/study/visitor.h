@@ -102,6 +102,11 @@ class Visitor {
   /// A key that a user may expect but this version does not have; `sentence` says what to do instead.
   virtual void reserved(const char* /*key*/, const char* /*sentence*/) {}
 
+  /// A word that `key` had in earlier versions; a study that has it is refused with the sentence `why` and
+  /// with what to write `instead`. To be called before the key.
+  virtual void removed_word(const char* /*key*/, const char* /*word*/, const char* /*why*/,
+                            const char* /*instead*/) {}
+
   /// Rule between keys of the object being visited, checked by the reader only: where `holds` is false, `key`
   /// is at fault.
   virtual void check(bool /*holds*/, const std::string& /*key*/, const std::string& /*found*/,
@@ -134,6 +139,18 @@ class Visitor {
     std::size_t index = std::size_t(value);
     choice(field, index, names);
     value = Enum(index);
+  }
+  /// One of `values` by its `to_string`, or empty: the word "auto".
+  template <typename Enum>
+  void choice_or_auto(const Field& field, std::optional<Enum>& value, const std::vector<Enum>& values) {
+    std::vector<std::string> names = {"auto"};
+    std::size_t index = 0;
+    for (const Enum each : values) {
+      if (value == each) index = names.size();
+      names.push_back(to_string(each));
+    }
+    choice(field, index, names);
+    value = index == 0 ? std::nullopt : std::optional(values[index - 1]);
   }
   /// A choice stored as its word.
   void word(const Field& field, std::string& value, const std::vector<std::string>& names) {

@@ -99,12 +99,7 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror,
                                                const Aperture& aperture, double wavelength,
                                                const GhsOptions& options)
-    : psd_(psd),
-      mirror_(mirror),
-      aperture_(aperture),
-      otf_(aperture),
-      wavelength_(wavelength),
-      surface_(options.surface) {
+    : psd_(psd), mirror_(mirror), aperture_(aperture), otf_(aperture), wavelength_(wavelength) {
   if (mirror.conic != -1 ||
       std::any_of(mirror.spherical.begin(), mirror.spherical.end(), [](double c) { return c != 0; }))
     throw ComputationError(
@@ -115,30 +110,23 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirro
   rms_height_ = moments.rms_height();
   slope_ = moments.rms_slope_per_axis();
   g_ = 4 * pi * rms_height_ / wavelength;
-  const bool rays = surface_ == SurfaceModel::kRays;
-  if (!rays && !std::isfinite(rms_height_))
+  if (!std::isfinite(rms_height_))
     throw ComputationError(
         "the height variance of this PSD is infinite, so there is no g = 4 pi sigma/lambda and no "
         "generalised "
         "Harvey-Shack prediction: give the PSD a lowest frequency");
-  if (rays && !std::isfinite(slope_))
-    throw ComputationError(
-        "the slope variance of this PSD is infinite, so geometric rays have no spot: give the PSD a highest "
-        "frequency");
-  core_ = rays ? 0 : std::exp(-g_ * g_);
-  if (rays && slope_ == 0) core_ = 1;
+  core_ = std::exp(-g_ * g_);
   SurfaceTransferOptions transfer;
   transfer.cutoff = otf_.cutoff();
   transfer.breakpoints = otf_.breakpoints();
   const double sharp = kSharpCycles / psd.f_max();
   for (const double x : {sharp, 2 * sharp})
-    if (!rays && x > 0 && x < transfer.cutoff) transfer.breakpoints.push_back(x);
+    if (x > 0 && x < transfer.cutoff) transfer.breakpoints.push_back(x);
   std::sort(transfer.breakpoints.begin(), transfer.breakpoints.end());
   transfer.smallest = 1e-8 * wavelength;  // v s stays below 1e-7 there up to r = f
   transfer.halvings = options.halvings;
   surface_transfer_ = std::make_unique<const SurfaceTransfer>(
-      aberfit::surface_transfer([this](const Eigen::ArrayXd& x) { return exponent(x); },
-                                rays && slope_ > 0 ? kInfinity : g_ * g_, transfer));
+      aberfit::surface_transfer([this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_, transfer));
   scattered_ = std::make_shared<const RadialTransform>(transfer_panels(0, 0));
 }
 
@@ -148,7 +136,6 @@ GeneralisedHarveyShack& GeneralisedHarveyShack::operator=(GeneralisedHarveyShack
 
 Eigen::ArrayXd GeneralisedHarveyShack::exponent(const Eigen::ArrayXd& x) const {
   const double k = 4 * pi / wavelength_;
-  if (surface_ == SurfaceModel::kRays) return 0.5 * (k * slope_ * x).square();
   Eigen::ArrayXd half_structure = structure_function(psd_, x);
   const double sharp = kSharpCycles / psd_.f_max();
   std::vector<Eigen::Index> far;
@@ -285,9 +272,7 @@ double GeneralisedHarveyShack::scatter_mean() const {
   return GeometricHarveyShack(mirror_, aperture_, slope_, Convention::kPhysical, rms_height_).scatter_mean();
 }
 
-double GeneralisedHarveyShack::tis() const {
-  return surface_ == SurfaceModel::kRays ? 1 - core_ : -std::expm1(-g_ * g_);
-}
+double GeneralisedHarveyShack::tis() const { return -std::expm1(-g_ * g_); }
 
 double GeneralisedHarveyShack::angle_spread(double theta) const {
   const double scale = 2 * pi * otf_.cutoff() / wavelength_, v = scale * std::abs(std::sin(theta));

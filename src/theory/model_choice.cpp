@@ -32,18 +32,14 @@ ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Apert
   errors.ghs = radii(GeneralisedHarveyShack(psd, parabola, shape, wavelength));
   const double slope = psd_moments(psd).rms_slope_per_axis();
   if (std::isfinite(slope)) {
-    errors.convolved =
-        radii(GeneralisedHarveyShack(psd, parabola, shape, wavelength, {SurfaceModel::kRays, 0}));
     const double sigma = 2 * mirror.focal_length * slope;
     errors.rays = {sigma * std::sqrt(2 * std::numbers::ln2), sigma * std::sqrt(2 * std::numbers::ln10),
                    sigma * std::sqrt(2 * std::log(5.0))};
   } else {
-    errors.convolved = errors.rays = {kInfinity, kInfinity, kInfinity};
+    errors.rays = {kInfinity, kInfinity, kInfinity};
   }
   errors.ray_ee50 = errors.rays.ee50 / errors.ghs.ee50 - 1;
   errors.ray_ee90 = errors.rays.ee90 / errors.ghs.ee90 - 1;
-  errors.convolved_ee50 = errors.convolved.ee50 / errors.ghs.ee50 - 1;
-  errors.convolved_ee90 = errors.convolved.ee90 / errors.ghs.ee90 - 1;
   return errors;
 }
 
@@ -52,14 +48,12 @@ ModelChoice choose_model(const RadialPsd& psd, const Mirror& mirror, const Apert
   const SceneNumbers numbers = scene_numbers(psd, mirror, aperture, wavelength);
   ModelChoice choice;
   if (!std::isfinite(numbers.rms_height)) {
-    choice.errors = {{kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}, kNaN, kNaN, kNaN, kNaN};
+    choice.errors = {{kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}, kNaN, kNaN};
     choice.reason = numbers.reason;
     return choice;
   }
   const ModelErrors& e = choice.errors = model_errors(psd, mirror, aperture, wavelength);
   const bool rays_agree = std::abs(e.ray_ee50) <= kErrorOfRays && std::abs(e.ray_ee90) <= kErrorOfRays;
-  const bool convolved_agree =
-      std::abs(e.convolved_ee50) <= kErrorOfRays && std::abs(e.convolved_ee90) <= kErrorOfConvolved;
   if (numbers.rays_are_valid && rays_agree) {
     choice.model = FocusModel::kRays;
     choice.reason = fmt::format(
@@ -67,19 +61,11 @@ ModelChoice choose_model(const RadialPsd& psd, const Mirror& mirror, const Apert
         "% (ee90): "
         "geometric rays are the right model.",
         numbers.kappa, kKappaOfRays, 100 * std::abs(e.ray_ee50), 100 * std::abs(e.ray_ee90));
-  } else if (numbers.kappa >= kKappaOfRays && convolved_agree) {
-    choice.model = FocusModel::kConvolved;
-    choice.reason = fmt::format(
-        "kappa = {:.3g} is at least {}, but geometric rays err by {:+.1f} % (ee50) and {:+.1f} % (ee90) on a "
-        "spot of {:.3g} "
-        "Airy ee90: rays convolved with the Airy pattern are the right model.",
-        numbers.kappa, kKappaOfRays, 100 * e.ray_ee50, 100 * e.ray_ee90, e.ghs.ee90 / numbers.airy_ee90);
   } else if (numbers.kappa >= kKappaOfRays) {
     choice.reason = fmt::format(
-        "kappa = {:.3g} is at least {}, but rays convolved with the Airy pattern still err by {:+.1f} % "
-        "(ee50) and {:+.1f} "
-        "% (ee90) against wave optics, which is needed.",
-        numbers.kappa, kKappaOfRays, 100 * e.convolved_ee50, 100 * e.convolved_ee90);
+        "kappa = {:.3g} is at least {}, but geometric rays err by {:+.1f} % (ee50) and {:+.1f} % (ee90) on a "
+        "spot of {:.3g} Airy ee90: wave optics is needed.",
+        numbers.kappa, kKappaOfRays, 100 * e.ray_ee50, 100 * e.ray_ee90, e.ghs.ee90 / numbers.airy_ee90);
   } else {
     choice.reason = numbers.reason;
   }

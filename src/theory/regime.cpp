@@ -73,8 +73,8 @@ std::string explain(const SceneNumbers& n, double ray_ee90) {
   if (ray_ee90 < kAiryRadiiForRays * n.airy_ee90)
     return fmt::format(
         "kappa = {:.3g} is at least {}, but the ray ee90 of {} is only {:.3g} times the Airy ee90 of {} "
-        "(below {}): rays "
-        "need to be convolved with the Airy pattern.",
+        "(below {}): "
+        "the diffraction that rays leave out shows, so wave optics is needed.",
         n.kappa, kKappaOfRays, length(ray_ee90), ray_ee90 / n.airy_ee90, length(n.airy_ee90),
         kAiryRadiiForRays);
   return fmt::format(
@@ -97,8 +97,7 @@ double airy_ee90(const Mirror& mirror, const Aperture& aperture, double waveleng
 }
 
 FocusModel regime(const SceneNumbers& numbers) {
-  if (numbers.rays_are_valid) return FocusModel::kRays;
-  return numbers.kappa >= kKappaOfRays ? FocusModel::kConvolved : FocusModel::kGhs;
+  return numbers.rays_are_valid ? FocusModel::kRays : FocusModel::kWaves;
 }
 
 SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,

@@ -22,7 +22,7 @@ struct SurfaceTransferOptions {
   int halvings = 0;     ///< further halvings of every panel at the start
 };
 
-/// `exponent` gives E at an array of shears [m]; E tends to `limit` (infinity: none) and core = exp(-limit).
+/// `exponent` gives E at an array of shears [m]; E tends to `limit` and core = exp(-limit).
 SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,
                                  double limit, const SurfaceTransferOptions& options);
 

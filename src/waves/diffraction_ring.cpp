@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "aberfit/focus/ring_search.h"
+#include "ring_search.h"
 
 namespace aberfit {
 

@@ -8,7 +8,7 @@
 
 #include "aberfit/waves/diffraction_psf.h"
 #include "diffraction_plane.h"
-#include "aberfit/focus/ring_search.h"
+#include "ring_search.h"
 
 namespace aberfit {
 

@@ -3,9 +3,9 @@
 #include <numbers>
 #include <vector>
 
-#include "aberfit/forward/focus_forward.h"
-#include "aberfit/waves/diffraction_psf.h"
+#include "aberfit/forward/forward_model.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
+#include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
 
@@ -28,16 +28,16 @@ struct DiffractedScene {
 
   /// lambda F [m]
   double unit() const { return wavelength * mirror.focal_length / 0.4; }
-  FitProblem problem(std::vector<Target> targets, FocusPhysics physics) const {
+  FitProblem problem(std::vector<Target> targets, FocusModel model) const {
     FitProblem problem{mirror, pupil.sample,     surface,   prior, std::move(targets),
                        {},     Centre::kNominal, 2 * unit()};
-    problem.physics = physics;
+    problem.model = model;
     problem.wavelength = wavelength;
     problem.aperture = &aperture;
     return problem;
   }
-  FocusScene scene(FocusPhysics physics) const {
-    return {mirror, pupil.sample, surface, physics, wavelength, &aperture, Centre::kNominal};
+  LightPath path(FocusModel model) const {
+    return {mirror, pupil.sample, surface, model, wavelength, &aperture, Centre::kNominal};
   }
   static TermSet terms_of(const RadialPsd& psd, int modes) {
     TermSet terms;

@@ -57,7 +57,7 @@ TEST(WaveForward, GradientsOfTheWholeChainMatchDifferences) {
                         : std::holds_alternative<RingThrough>(statistic) ? 1
                         : std::holds_alternative<RingFwhm>(statistic)    ? dz
                                                                          : unit;
-    const FitProblem problem = scene.problem({{statistic, 0, 0, size}}, FocusPhysics::kWaves);
+    const FitProblem problem = scene.problem({{statistic, 0, 0, size}}, FocusModel::kWaves);
     const FocusResiduals residual(problem, unit, 1);
     EXPECT_LT(gradient_error(residual, draw_white(scene.prior.size(), 2), kStep), kPrecision)
         << statistic_name(statistic);
@@ -69,7 +69,7 @@ TEST(WaveForward, SaysOnceThatASurfaceIsTooSteepForItsGrid) {
   const Eigen::VectorXd steep = 1000 * scene.prior.colour(draw_white(scene.prior.size(), 3));
   Warnings warnings;
   const Eigen::VectorXd values = focus_statistics(
-      scene.scene(FocusPhysics::kWaves), steep,
+      scene.path(FocusModel::kWaves), steep,
       {EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.9, 0}, EncircledEnergyRadius{0.9, 1e-4}}, 1,
       &warnings);
   EXPECT_TRUE(values.array().isNaN().all());
@@ -88,8 +88,8 @@ TEST(WaveForward, AMirrorThatIsNoParabolaIsASurfaceErrorOfOne) {
   coefficients.setZero();
   coefficients.head(scene.prior.size()) = scene.prior.colour(draw_white(scene.prior.size(), 3));
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.9, 1e-4}};
-  FocusScene plain = scene.scene(FocusPhysics::kWaves);
-  FocusScene term{scene.mirror, scene.pupil.sample, surface, plain.physics, plain.wavelength, plain.aperture};
+  LightPath plain = scene.path(FocusModel::kWaves);
+  LightPath term{scene.mirror, scene.pupil.sample, surface, plain.model, plain.wavelength, plain.aperture};
   constexpr double kC4 = 1e-5;  // [1/m^3]; 16 nm at the rim
   // Of which basis the coefficient is, the operator says: height at the rim per unit.
   Eigen::VectorXd only = Eigen::VectorXd::Zero(terms.size());
@@ -101,8 +101,8 @@ TEST(WaveForward, AMirrorThatIsNoParabolaIsASurfaceErrorOfOne) {
   coefficients[terms.size() - 1] = kC4 * rho2 * rho2 / field.height[0];
   Mirror bent = scene.mirror;
   bent.spherical[0] = kC4;
-  const FocusScene as_mirror{bent,          scene.pupil.sample, scene.surface,
-                             plain.physics, plain.wavelength,   plain.aperture};
+  const LightPath as_mirror{bent,        scene.pupil.sample, scene.surface,
+                            plain.model, plain.wavelength,   plain.aperture};
   const Eigen::VectorXd a = focus_statistics(term, coefficients, statistics, 1, nullptr);
   const Eigen::VectorXd b =
       focus_statistics(as_mirror, coefficients.head(scene.prior.size()), statistics, 1, nullptr);
@@ -123,7 +123,7 @@ TEST(Calibrate, MeetsTheMeanOfWavesAtHalfAWaveOfPhase) {
   for (const double p : {0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.95})
     for (const double dz : {0.0, -2e-4, 2e-4}) statistics.push_back(EncircledEnergyRadius{p, dz});
   statistics.push_back(RmsHeight{});
-  const FitProblem problem = scene.problem(mean_targets(scene, statistics, 1e-3), FocusPhysics::kWaves);
+  const FitProblem problem = scene.problem(mean_targets(scene, statistics, 1e-3), FocusModel::kWaves);
   FitOptions options;
   options.threads = 2;
   const FitResult result = calibrate(problem, draw_white(scene.prior.size(), 6), options);
@@ -158,9 +158,9 @@ TEST(Calibrate, FitsWavesWithTheSameBitsForAnyThreadCount) {
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, 2e-4},
                                           RingFwhm{}, RmsHeight{}, ScatterRms{}};
   const Eigen::VectorXd other =
-      focus_statistics(scene.scene(FocusPhysics::kWaves),
-                       scene.prior.colour(draw_white(scene.prior.size(), 9)), statistics, 1, nullptr);
-  const FitProblem problem = scene.problem(with_tolerance(statistics, other, 1e-3), FocusPhysics::kWaves);
+      focus_statistics(scene.path(FocusModel::kWaves), scene.prior.colour(draw_white(scene.prior.size(), 9)),
+                       statistics, 1, nullptr);
+  const FitProblem problem = scene.problem(with_tolerance(statistics, other, 1e-3), FocusModel::kWaves);
   FitOptions one, three;
   three.threads = 3;
   const Eigen::VectorXd start = draw_white(scene.prior.size(), 3);
@@ -175,7 +175,7 @@ TEST(Calibrate, SaysWhyWavesCannotMeetATarget) {
   const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 24, 32);
   const double unit = scene.unit();
   const auto fit = [&](const Statistic& statistic, double value, bool zero = false) {
-    const FitProblem problem = scene.problem({{statistic, value, 0, 1e-3 * value}}, FocusPhysics::kWaves);
+    const FitProblem problem = scene.problem({{statistic, value, 0, 1e-3 * value}}, FocusModel::kWaves);
     Eigen::VectorXd start = draw_white(scene.prior.size(), 3);
     if (zero) start.setZero();
     return calibrate(problem, start, {});
@@ -195,7 +195,7 @@ TEST(Calibrate, SaysWhyWavesCannotMeetATarget) {
 
   Warnings warnings;
   const Eigen::VectorXd values =
-      focus_statistics(scene.scene(FocusPhysics::kWaves), Eigen::VectorXd::Zero(scene.prior.size()),
+      focus_statistics(scene.path(FocusModel::kWaves), Eigen::VectorXd::Zero(scene.prior.size()),
                        {RmsRadius{}, RingThrough{1, 0}, RmsHeight{}}, 1, &warnings);
   EXPECT_TRUE(std::isnan(values[0]));
   EXPECT_TRUE(std::isnan(values[1]));
@@ -208,31 +208,29 @@ TEST(FocusStatistics, SaysThatASurfaceThatIsNotFiniteHasNoPsf) {
   Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(scene.prior.size());
   coefficients[3] = std::nan("");
   Warnings warnings;
-  const Eigen::VectorXd values = focus_statistics(scene.scene(FocusPhysics::kWaves), coefficients,
-                                                  {EncircledEnergyRadius{}}, 1, &warnings);
+  const Eigen::VectorXd values =
+      focus_statistics(scene.path(FocusModel::kWaves), coefficients, {EncircledEnergyRadius{}}, 1, &warnings);
   EXPECT_TRUE(std::isnan(values[0]));
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_EQ(warnings[0].code, "psf-not-finite");
 }
 
-TEST(FocusStatistics, RefusesScenesThatAPhysicsCannotTreat) {
+TEST(FocusStatistics, RefusesPathsThatAModelCannotTreat) {
   const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 24, 32);
   const Eigen::VectorXd flat = Eigen::VectorXd::Zero(scene.prior.size());
-  const auto statistics_of = [&](const FocusScene& at) {
+  const auto statistics_of = [&](const LightPath& at) {
     return focus_statistics(at, flat, {EncircledEnergyRadius{}}, 1, nullptr);
   };
-  for (const FocusPhysics physics : {FocusPhysics::kWaves, FocusPhysics::kConvolved}) {
-    FocusScene dark = scene.scene(physics), open = dark, centroid = dark;
-    dark.wavelength = 0;
-    open.aperture = nullptr;
-    centroid.centre = Centre::kCentroid;
-    EXPECT_THROW(statistics_of(dark), std::invalid_argument);
-    EXPECT_THROW(statistics_of(open), std::invalid_argument);
-    EXPECT_THROW(statistics_of(centroid), std::invalid_argument);
-  }
+  LightPath dark = scene.path(FocusModel::kWaves), open = dark, centroid = dark;
+  dark.wavelength = 0;
+  open.aperture = nullptr;
+  centroid.centre = Centre::kCentroid;
+  EXPECT_THROW(statistics_of(dark), std::invalid_argument);
+  EXPECT_THROW(statistics_of(open), std::invalid_argument);
+  EXPECT_THROW(statistics_of(centroid), std::invalid_argument);
   const PupilSample polar = make_pupil(scene.aperture, {PupilLayout::kPolar, 1000, 1});
   const SurfaceOperator surface(scene.surface.terms(), polar, {});
   EXPECT_THROW(
-      statistics_of({scene.mirror, polar, surface, FocusPhysics::kWaves, scene.wavelength, &scene.aperture}),
+      statistics_of({scene.mirror, polar, surface, FocusModel::kWaves, scene.wavelength, &scene.aperture}),
       std::invalid_argument);
 }

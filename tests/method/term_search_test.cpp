@@ -96,14 +96,6 @@ TEST(TermSearch, GoesOnWherePassingIsNotMonotone) {
   EXPECT_EQ(chosen(search({10, 60, false}, later.hooks())), 15);
 }
 
-TEST(TermSearch, StartsWhereItIsTold) {
-  Trials trials{{25}, 2, {}, {}};
-  TermTrials hooks = trials.hooks();
-  hooks.first = 22;
-  EXPECT_EQ(chosen(search({10, 60, false}, hooks)), 25);
-  EXPECT_EQ(*std::min_element(trials.screened.begin(), trials.screened.end()), 22);
-}
-
 TEST(TermSearch, TakesTheNearestSetWhereNonePasses) {
   Trials trials{{}, 15, {}, {}};
   const Frontier frontier = search({10, 30, false}, trials.hooks());

@@ -46,27 +46,27 @@ double within(const Eigen::ArrayXXd& image, double half_width, double radius) {
 struct TermScene {
   Mirror mirror;
   Aperture aperture = CircleAperture{2 * kRadius, 0};
-  FocusPhysics physics;
+  FocusModel model;
   PupilSample pupil;
   TermSet terms{kRadius, zernike_modes(2, 6), {}, {}};
   SurfaceOperator surface;
   Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(terms.size());
 
-  explicit TermScene(FocusPhysics model)
+  explicit TermScene(FocusModel by)
       : mirror([] {
           Mirror parabola;
           parabola.focal_length = kFocalLength;
           return parabola;
         }()),
-        physics(model),
-        pupil(model == FocusPhysics::kWaves ? diffraction_pupil(aperture, 2 * kRadius / 128).sample
-                                            : make_pupil(aperture, {PupilLayout::kSobol, 20000, 3})),
-        surface(terms, pupil, {1, {}, {}, model == FocusPhysics::kWaves}) {}
-  FocusScene scene() const { return {mirror, pupil, surface, physics, kWavelength, &aperture}; }
+        model(by),
+        pupil(by == FocusModel::kWaves ? diffraction_pupil(aperture, 2 * kRadius / 128).sample
+                                       : make_pupil(aperture, {PupilLayout::kSobol, 20000, 3})),
+        surface(terms, pupil, {1, {}, {}, by == FocusModel::kWaves}) {}
+  LightPath path() const { return {mirror, pupil, surface, model, kWavelength, &aperture}; }
   void roughen() {
     for (Eigen::Index k = 0; k < coefficients.size(); ++k) coefficients[k] = 6e-9 * std::cos(1.7 * double(k));
   }
-  std::unique_ptr<FocalLight> light() const { return surface_light(scene(), coefficients, 1); }
+  std::unique_ptr<FocalLight> light() const { return surface_light(path(), coefficients, 1); }
 };
 
 TEST(RoundImage, OfTheAiryPatternHoldsItsLight) {
@@ -83,22 +83,19 @@ TEST(RoundImage, OfTheAiryPatternHoldsItsLight) {
 TEST(FocalLight, OfAPerfectMirrorIsTheAiryPattern) {
   const double half = 6 * kAiryUnit;
   const Eigen::ArrayXd radii = Eigen::ArrayXd::LinSpaced(25, 0, 6 * kAiryUnit);
-  for (const FocusPhysics physics : {FocusPhysics::kConvolved, FocusPhysics::kWaves}) {
-    const TermScene flat(physics);
-    const auto light = flat.light();
-    EXPECT_LT((light->encircled_energy(radii) - airy_shares(radii)).abs().maxCoeff(), 1e-5) << int(physics);
-    const Eigen::ArrayXXd image = light->image(0, half, 129);
-    for (const double radius : {1.0, 3.0, 5.9})
-      EXPECT_NEAR(within(image, half, radius * kAiryUnit), airy_share(radius * kAiryUnit), 2e-3)
-          << int(physics);
-    EXPECT_TRUE(std::isinf(light->sample_size()));
-  }
+  const TermScene flat(FocusModel::kWaves);
+  const auto light = flat.light();
+  EXPECT_LT((light->encircled_energy(radii) - airy_shares(radii)).abs().maxCoeff(), 1e-5);
+  const Eigen::ArrayXXd image = light->image(0, half, 129);
+  for (const double radius : {1.0, 3.0, 5.9})
+    EXPECT_NEAR(within(image, half, radius * kAiryUnit), airy_share(radius * kAiryUnit), 2e-3);
+  EXPECT_TRUE(std::isinf(light->sample_size()));
 }
 
 // Two ways to the same light: the energy in circles by the transfer function, and the pixels of an image.
 TEST(FocalLight, ImagesHoldTheLightOfTheirCircles) {
-  for (const FocusPhysics physics : {FocusPhysics::kRays, FocusPhysics::kConvolved, FocusPhysics::kWaves}) {
-    TermScene rough(physics);
+  for (const FocusModel model : {FocusModel::kRays, FocusModel::kWaves}) {
+    TermScene rough(model);
     rough.roughen();
     const auto light = rough.light();
     const double half = 3 * light->statistic(EncircledEnergyRadius{0.9, 0.0});
@@ -108,24 +105,26 @@ TEST(FocalLight, ImagesHoldTheLightOfTheirCircles) {
       for (const double radius : {0.2 * half, 0.5 * half, 0.9 * half}) {
         const double share = light->ring_through(radius, Eigen::ArrayXd::Constant(1, dz))[0];
         // Rays are smeared over pixels, waves near the edge of their field of view fold a little.
-        EXPECT_NEAR(within(image, half, radius), share, 0.01) << int(physics) << ' ' << dz << ' ' << radius;
+        EXPECT_NEAR(within(image, half, radius), share, 0.01)
+            << to_string(model) << ' ' << dz << ' ' << radius;
       }
     }
   }
 }
 
 TEST(FocalLight, CurvesMeetTheStatistics) {
-  for (const FocusPhysics physics : {FocusPhysics::kRays, FocusPhysics::kConvolved, FocusPhysics::kWaves}) {
-    TermScene rough(physics);
+  for (const FocusModel model : {FocusModel::kRays, FocusModel::kWaves}) {
+    TermScene rough(model);
     rough.roughen();
     const auto light = rough.light();
     const double ee50 = light->statistic(EncircledEnergyRadius{0.5, 0.0});
-    EXPECT_NEAR(light->encircled_energy(Eigen::Array2d(0, ee50 * (1 + 1e-9)))[1], 0.5, 1e-4) << int(physics);
+    EXPECT_NEAR(light->encircled_energy(Eigen::Array2d(0, ee50 * (1 + 1e-9)))[1], 0.5, 1e-4)
+        << to_string(model);
     const double width = light->statistic(RingFwhm{0.9, 2 * ee50});
     const Eigen::ArrayXd planes = Eigen::ArrayXd::LinSpaced(401, -width, width);
     const Eigen::ArrayXd through = light->ring_through(2 * ee50, planes);
     const double above = double((through >= 0.5 * through.maxCoeff()).count()) * 2 * width / 400;
-    EXPECT_NEAR(above / width, 1, 0.02) << int(physics);
+    EXPECT_NEAR(above / width, 1, 0.02) << to_string(model);
   }
 }
 

@@ -41,7 +41,7 @@ TEST(ReadStudy, FillsInTheDefaultsOfTheMinimalStudy) {
   EXPECT_EQ(psd.rms, 100e-9);
   EXPECT_EQ(psd.f_min, 2.5);
   EXPECT_EQ(psd.f_max, 39.92);
-  EXPECT_EQ(study.target.theory, Theory::kAuto);
+  EXPECT_EQ(study.target.theory, std::nullopt);
   EXPECT_EQ(study.target.convention, Convention::kPhysical);
   EXPECT_TRUE(study.target.statistics.empty());
   ASSERT_TRUE(study.terms.zernike.has_value());  // their order is chosen when the study runs

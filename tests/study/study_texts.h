@@ -222,9 +222,11 @@ inline std::vector<MalformedStudy> malformed_studies() {
        "/target/statistics/ee50/tolerance", "above 0 %", true},
       // Choices.
       {"UnknownTheory", changed("/target/theory", "\"fourier\""), "/target/theory",
-       "\"auto\", \"geometric\", \"rays\", \"convolved\", \"ghs\"", true},
+       "\"auto\", \"geometric\", \"rays\", \"ghs\"", true},
+      {"RemovedTheory", changed("/target/theory", "\"convolved\""), "/target/theory", "were removed", true},
+      {"RemovedTraceModel", changed("/trace/model", "\"convolved\""), "/trace/model", "were removed", true},
       {"UnknownTraceModel", changed("/trace/model", "\"wave\""), "/trace/model",
-       "\"auto\", \"rays\", \"convolved\", \"waves\"", true},
+       "\"auto\", \"rays\", \"waves\"", true},
       {"TraceModelNumber", changed("/trace/model", "3"), "/trace/model", "\"waves\"", true},
       {"UnknownConvention", changed("/target/convention", "\"book\""), "/target/convention", "\"paper\"",
        true},

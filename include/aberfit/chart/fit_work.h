@@ -19,9 +19,8 @@ struct FitWork {
 
 /// Of these terms on `rays`, by the scene's physics:
 ///   rays        every statistic looks at every ray and lists a few of them for its gradient;
-///   convolved   every plane and every gradient at every ray. Planes: one per distinct dz, and those of the
-///               search of each RingFwhm;
 ///   waves       every plane and every gradient takes M^2 log2 M of the padded transform, M by wave_pitch.
+///               Planes: one per distinct dz, and those of the search of each RingFwhm.
 /// Each gradient costs one L^T (operator_cost.h). Nothing is timed: a function of its arguments and the
 /// instruction set.
 FitWork fit_work(const Task& task, const Scene& scene, const TermSet& terms, const PupilOptions& rays,

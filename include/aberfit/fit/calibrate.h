@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "aberfit/forward/focus_forward.h"
+#include "aberfit/forward/forward_model.h"
 #include "aberfit/scene/aperture.h"
 #include "aberfit/terms/modal_covariance.h"
 #include "aberfit/terms/surface_operator.h"
@@ -31,7 +31,7 @@ struct FitProblem {
   Eigen::VectorXd spectrum_target = {};     ///< [m^4], positive, one per bin
   Eigen::VectorXd spectrum_tolerance = {};  ///< of the natural logarithm of the PSD, positive, one per bin
   /// What the statistics are of. For kWaves `pupil` is the sample of diffraction_pupil(*aperture, pitch) and `surface` lives on its points.
-  FocusPhysics physics = FocusPhysics::kRays;
+  FocusModel model = FocusModel::kRays;
   double wavelength = 0;               ///< [m]; needed unless kRays
   const Aperture* aperture = nullptr;  ///< needed unless kRays
 };

@@ -1,14 +1,32 @@
 #pragma once
+#include <Eigen/Core>
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "aberfit/forward/focus_forward.h"
+#include "aberfit/core/warning.h"
+#include "aberfit/focus/evaluate.h"
+#include "aberfit/scene/aperture.h"
+#include "aberfit/scene/mirror.h"
+#include "aberfit/terms/surface_operator.h"
+#include "aberfit/theory/vocabulary.h"
+#include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
 
-/// The way from coefficients to statistics and back, for one physics. Remembers the last point: a solver asks
+/// The way of light from a term surface to the focus: all that the statistics of the surface depend on.
+struct LightPath {
+  const Mirror& mirror;
+  const PupilSample& pupil;        ///< for kWaves the sample of diffraction_pupil(*aperture, pitch)
+  const SurfaceOperator& surface;  ///< L at the pupil points
+  FocusModel model = FocusModel::kRays;
+  double wavelength = 0;               ///< [m]; needed unless kRays
+  const Aperture* aperture = nullptr;  ///< needed unless kRays
+  Centre centre = Centre::kNominal;    ///< kCentroid: kRays only
+};
+
+/// The way from coefficients to statistics and back, for one model. Remembers the last point: a solver asks
 /// for the derivatives where it has just asked for the values. For one caller at a time.
 class ForwardModel {
  public:
@@ -18,7 +36,7 @@ class ForwardModel {
   virtual ~ForwardModel() = default;
   /// The surface with these coefficients [m] from now on.
   virtual void move_to(const Eigen::VectorXd& coefficients) = 0;
-  /// Statistics there, smoothed over `width` [m] where the physics does not smooth by itself. False when one
+  /// Statistics there, smoothed over `width` [m] where the model does not smooth by itself. False when one
   /// has no value or derivative.
   virtual bool evaluate(double width, Eigen::VectorXd* values) = 0;
   /// Derivatives of all that `evaluate` gave last, each statistic once. False when one does not exist.
@@ -31,12 +49,24 @@ class ForwardModel {
   virtual std::string unreachable(const std::vector<Target>&) const { return {}; }
 };
 
-/// The model of the scene's physics. The scene's parts must outlive it. Throws std::invalid_argument as
-/// focus_statistics does.
-std::unique_ptr<ForwardModel> make_forward_model(const FocusScene& scene,
+/// The forward model of the path. The path's parts must outlive it. Throws std::invalid_argument for what the
+/// model cannot do: kCentroid unless kRays, no wavelength or aperture, a pupil that is no diffraction pupil.
+std::unique_ptr<ForwardModel> make_forward_model(const LightPath& path,
                                                  const std::vector<Statistic>& statistics, int threads);
 
-/// Whether the statistics of this physics have derivatives without smoothing: one solve at any width.
-inline bool smooth_by_itself(FocusPhysics physics) { return physics != FocusPhysics::kRays; }
+/// Statistics of the surface with `coefficients` [m], unsmoothed, in the order asked. NaN where one does not
+/// exist, each with a warning when `warnings` is given. Throws as make_forward_model does.
+Eigen::VectorXd focus_statistics(const LightPath& path, const Eigen::VectorXd& coefficients,
+                                 const std::vector<Statistic>& statistics, int threads, Warnings* warnings);
+
+/// The diffraction pattern of the surface with `coefficients` [m] in `window`, as kWaves has it. Throws
+/// std::invalid_argument for another model, and as diffraction_psf does.
+PsfImage focus_psf(const LightPath& path, const Eigen::VectorXd& coefficients, const PsfWindow& window);
+
+/// How L is to be computed at the pupil points of a model.
+OperatorOptions focus_operator(FocusModel model, int threads);
+
+/// Whether the statistics of this model have derivatives without smoothing: one solve at any width.
+inline bool smooth_by_itself(FocusModel model) { return model != FocusModel::kRays; }
 
 }  // namespace aberfit

@@ -6,24 +6,25 @@
 #include "aberfit/method/plan.h"
 #include "aberfit/method/run_context.h"
 #include "aberfit/method/scene.h"
+#include "aberfit/method/run_context.h"
 
 namespace aberfit {
 
 /// The pupil that is fitted on, with the operators that live on it.
 struct Workbench {
-  FocusPhysics physics;
+  FocusModel model;
   double pitch;  ///< of a grid for waves [m]
   PupilSample pupil;
   SurfaceOperator surface;
   RayBundle nominal;
 
-  Workbench(const Task& task, FocusPhysics model, const PupilOptions& rays, double grid_pitch,
+  Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
             const TermSet& terms, int threads);
   SurfaceField field(const Eigen::VectorXd& coefficients) const;
   /// Unsmoothed statistics; NaN where one does not exist, with a warning when asked for.
   Eigen::VectorXd exact(const Task& task, const Eigen::VectorXd& coefficients,
                         const std::vector<Statistic>& statistics, int threads, Warnings* warnings) const;
-  FocusScene focus(const Task& task) const;
+  LightPath focus(const Task& task) const;
 };
 
 /// What all fits of a run have in common. The parts must outlive it.

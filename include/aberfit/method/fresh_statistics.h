@@ -1,6 +1,7 @@
 #pragma once
-#include "aberfit/method/outcome.h"
+#include "aberfit/forward/forward_model.h"
 #include "aberfit/method/scene.h"
+#include "aberfit/method/outcome.h"
 
 namespace aberfit {
 
@@ -16,16 +17,16 @@ FreshStatistics evaluate_fresh(const Task& task, const TermSet& terms, const Eig
                                const std::vector<Statistic>& statistics, std::int64_t rays, int threads,
                                Warnings* warnings);
 
-/// The same through the physics that judges. Rays: as above. Convolved rays: likewise, on scrambled Sobol
-/// pupils. Waves: on a grid 1.37 times finer than `pitch` [m]; the standard error is the difference from the
-/// grid of `pitch`, so it holds what a fit has made of its own grid. `rays` there counts cells.
-FreshStatistics evaluate_fresh(const Task& task, FocusPhysics physics, double pitch, const TermSet& terms,
+/// The same through the model that judges. Rays: as above. Waves: on a grid 1.37 times finer than `pitch`
+/// [m]; the standard error is the difference from the grid of `pitch`, so it holds what a fit has made of its
+/// own grid. `rays` there counts cells.
+FreshStatistics evaluate_fresh(const Task& task, FocusModel model, double pitch, const TermSet& terms,
                                const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
                                std::int64_t rays, int threads, Warnings* warnings);
 
 /// ee90 at z = f of `draws` seeded draws of the prior: their standard deviation over their mean. Draws
 /// without an ee90 are left out; NaN with fewer than two.
-double measured_spread(const FocusScene& scene, const CoefficientPrior& prior, std::uint64_t seed, int draws,
+double measured_spread(const LightPath& path, const CoefficientPrior& prior, std::uint64_t seed, int draws,
                        int threads);
 
 /// Slope RMS per aperture zone (edges 0, .25, .5, .75, 1) over the overall one, of `coefficients` and of

@@ -7,8 +7,8 @@
 
 namespace aberfit {
 
-/// The fitted surface judged by what its scene needs, where the fit's own theory or physics is simpler;
-/// absent where it is not. Theory: convolved or GHS, of half the heights in convention `paper`; given targets
+/// The fitted surface judged by what its scene needs, where the fit's own theory or model is simpler;
+/// absent where it is not. Theory: GHS, of half the heights in convention `paper`; given targets
 /// stay themselves. Statistics: the fitted ones that exist for waves. Where that cannot be computed,
 /// `undecided` and no metrics.
 std::optional<NeededJudgement> judge_by_need(const Task& task, const Scene& scene,
@@ -17,8 +17,8 @@ std::optional<NeededJudgement> judge_by_need(const Task& task, const Scene& scen
                                              Warnings* warnings);
 
 /// The predicted spread of ee90 between draws, and, where it is within a factor 2 of the margin (or above
-/// half of it and the physics is not that of the prediction), the one of 32 draws through `focus`.
-Realisation realisation_of(const Task& task, const Scene& scene, const FocusScene& focus,
+/// half of it and the model is not that of the prediction), the one of 32 draws through `focus`.
+Realisation realisation_of(const Task& task, const Scene& scene, const LightPath& focus,
                            const CoefficientPrior& prior, int threads);
 
 /// Copies what `use` decided into the result.

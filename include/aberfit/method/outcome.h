@@ -32,7 +32,7 @@ struct EquivalentSurface {
   double rms_height = 0;  ///< [m]
   double rms_slope_per_axis = 0;
   double g = 0, kappa = 0;
-  std::string needed;              ///< "rays", "convolved", "waves": by its own height; empty without PSD
+  std::string needed;              ///< "rays" or "waves": by its own height; empty without PSD
   double prior_height_factor = 1;  ///< 0.5 when the prior was scaled for convention `paper`
   std::vector<ZoneSlope> zones;
   double captured_fraction =
@@ -49,16 +49,16 @@ struct SpectrumBin {
 /// Spread of ee90 between realisations of one specification, standard deviation over mean.
 struct Realisation {
   double predicted = 0;  ///< 0.65 / sqrt(n_eff), a law of rays
-  double measured = 0;  ///< over seeded draws of the terms, through the physics of the fit; NaN: not measured
+  double measured = 0;  ///< over seeded draws of the terms, through the model of the fit; NaN: not measured
   int draws = 0;        ///< that were measured; 0: none
   /// What to reckon with: the law holds for rays and many modes, so what was measured goes first.
   double spread() const { return draws > 0 ? measured : predicted; }
 };
 
-/// The fitted surface through the physics that its scene needs, against the theory that the scene needs.
+/// The fitted surface through the model that its scene needs, against the theory that the scene needs.
 struct NeededJudgement {
-  std::string theory;  ///< "convolved" or "ghs"; "given" where the targets are values
-  std::string model;   ///< "convolved" or "waves"
+  std::string theory;  ///< "ghs"; "given" where the targets are values
+  std::string model;   ///< "waves"
   std::string reason;  ///< one sentence: why the fit's own model does not decide
   Verdict verdict = Verdict::kUndecided;
   std::vector<EquivalenceMetric> metrics;  ///< empty where it cannot be computed
@@ -70,11 +70,11 @@ struct FitOutcome {
   double confidence = 0;  ///< of the tests behind the verdict; 0: nothing was judged
   bool has_roughness = false;
   SceneNumbers scene;  ///< of the specification
-  std::string theory;  ///< "geometric", "rays", "convolved", "ghs": what made the targets; "given", "map"
-  std::string model = "rays";  ///< "rays", "convolved", "waves": what turned the surface into statistics
+  std::string theory;  ///< "geometric", "rays", "ghs": what made the targets; "given", "map"
+  std::string model = "rays";  ///< "rays", "waves": what turned the surface into statistics
   std::string needed;          ///< the same words: what the scene needs; empty without roughness
   std::string model_reason;    ///< why it is needed, one sentence
-  std::optional<ModelErrors> errors;  ///< of the simpler models against GHS; absent without roughness
+  std::optional<ModelErrors> errors;  ///< of rays against GHS; absent without roughness
   std::optional<Realisation> realisation;
   std::vector<Target> targets;
   FitResult fit;

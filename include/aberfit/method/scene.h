@@ -2,10 +2,11 @@
 #include <memory>
 #include <optional>
 
+#include "aberfit/method/physics_choice.h"
+#include "aberfit/method/task.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/theory/regime.h"
-#include "aberfit/method/task.h"
-#include "aberfit/method/focus_model.h"
 
 namespace aberfit {
 
@@ -18,8 +19,8 @@ struct Scene {
   double radius = 0;       ///< aperture radius [m]
   double focal_sigma = 0;  ///< scale of the focal spot [m]: of a Gaussian with the theory's ee90
   std::optional<GeometricHarveyShack> theory;
-  ModelUse use;
-  std::shared_ptr<const GeneralisedHarveyShack> mean_spot;  ///< of theories convolved and ghs, else null
+  PhysicsChoice use;
+  std::shared_ptr<const GeneralisedHarveyShack> mean_spot;  ///< of theory ghs, else null
   /// The same of the sharpest part of the spot [m]: of the core, where a diffracted spot has core and halo.
   double core_sigma = 0;
   double plane_unit() const { return focal_length * core_sigma / radius; }  ///< natural unit of dz [m]
@@ -35,7 +36,7 @@ int radial_overlap(const TermSet& terms);
 /// out, which have theory's value and no tolerance (empty when a value is given).
 struct TargetSets {
   std::vector<Target> fitted, guides, held_out;
-  std::string theory;  ///< "geometric", "rays", "convolved", "ghs", or "given"
+  std::string theory;  ///< "geometric", "rays", "ghs", or "given"
 };
 /// Whether all of the study's statistics have a value: then no theory is asked.
 bool targets_are_given(const Task& task);

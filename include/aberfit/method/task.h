@@ -14,21 +14,11 @@
 #include "aberfit/scene/pupil.h"
 #include "aberfit/terms/modal_covariance.h"
 #include "aberfit/theory/convention.h"
+#include "aberfit/theory/vocabulary.h"
 
 // What the method works on: the physics of a study without its file. Member names follow the keys of the study
 // format; SI units and radians throughout.
 namespace aberfit {
-
-/// Where targets without a value come from.
-enum class Theory {
-  kAuto,       ///< what the regime rule (choose_model) says the scene needs
-  kGeometric,  ///< Gaussian ray deflections in closed form
-  kRays,       ///< the same by perturbed rays
-  kConvolved,  ///< Gaussian ray deflections convolved with the diffraction pattern of the aperture
-  kGhs,        ///< generalised Harvey-Shack, wave optics
-};
-/// What turns the fitted surface into focal statistics.
-enum class TraceModel { kAuto, kRays, kConvolved, kWaves };  ///< kAuto: what the theory needs
 
 /// One entry of target.statistics. Names: ee<percent>, ring_fwhm, ring_profile, scatter_rms, scatter_mean,
 /// spot_fwhm, rms_radius, rms_height.
@@ -56,7 +46,8 @@ struct PsdTarget {
 };
 
 struct TargetSpec {
-  Theory theory = Theory::kAuto;
+  std::optional<Theory>
+      theory;  ///< of targets without a value; absent ("auto"): what the scene needs (choose_model)
   Convention convention = Convention::kPhysical;
   std::vector<StatisticRequest> statistics;  ///< empty: the default set
   std::optional<PsdTarget> psd;
@@ -81,7 +72,7 @@ struct TermsSpec {
 };
 
 struct TraceSpec {
-  TraceModel model = TraceModel::kAuto;
+  std::optional<FocusModel> model;  ///< of the surface; absent ("auto"): what the theory needs
   PupilOptions pupil;           ///< JSON keys pupil, rays, seed sit side by side
   bool automatic_rays = false;  ///< "auto", or no rays in the file: a fit finds how many it needs;
                                 ///< `pupil.rays` then holds what everything else uses

@@ -17,9 +17,6 @@ struct TermTrials {
   TryTerms screen;
   /// The fit of these terms, judged on fresh rays. What it says is the answer.
   TryTerms confirm;
-  /// Order that a climb starts at. From 2 each short fit stands on the one before; from the low end of the
-  /// range where a short fit is dear.
-  int first = 2;
 };
 
 /// Orders that the search climbs: every one up to 14, then steps of at most 9 % (18 % in terms), at least 1.

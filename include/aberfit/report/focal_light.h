@@ -2,12 +2,12 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "aberfit/forward/focus_forward.h"
+#include "aberfit/forward/forward_model.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 
 namespace aberfit {
 
-/// Light near a focus as the pictures look at it, whatever physics it comes from.
+/// Light near a focus as the pictures look at it, whatever model it comes from.
 class FocalLight {
  public:
   virtual ~FocalLight() = default;
@@ -27,9 +27,9 @@ class FocalLight {
 /// Traced rays. nominal: the same pupil without surface error.
 std::unique_ptr<FocalLight> ray_light(RayBundle rays, RayBundle nominal, Centre centre);
 
-/// The spot of a term surface by the physics of `scene`: rays, each spread by the aperture's pattern, or
-/// waves. The scene's parts must outlive the light. Throws std::invalid_argument as focus_statistics does.
-std::unique_ptr<FocalLight> surface_light(const FocusScene& scene, const Eigen::VectorXd& coefficients,
+/// The spot of a term surface by the model of `path`: rays or waves. The path's parts must outlive the light.
+/// Throws std::invalid_argument as make_forward_model does.
+std::unique_ptr<FocalLight> surface_light(const LightPath& path, const Eigen::VectorXd& coefficients,
                                           int threads);
 
 /// The ensemble-mean spot of a rough surface, which is round.

@@ -4,8 +4,8 @@
 
 #include "aberfit/focus/statistic.h"
 #include "aberfit/roughness/psd.h"
-#include "aberfit/theory/aperture_otf.h"
 #include "aberfit/scene/mirror.h"
+#include "aberfit/theory/aperture_otf.h"
 
 namespace aberfit {
 
@@ -42,15 +42,7 @@ class MeanSpot {
   double guess_ = 0;  // radius of the order of the spot [m]
 };
 
-/// How the surface enters the transfer function.
-enum class SurfaceModel {
-  kWaves,  ///< exp(-g^2 (1 - C(x)/sigma^2)): generalised Harvey-Shack
-  kRays,  ///< exp(-8 pi^2 (slope x / lambda)^2), the characteristic function of the Gaussian ray displacement
-          ///< 2 f slope per axis: geometric rays convolved with the diffraction pattern (PHYSICS 7, rule 2)
-};
-
 struct GhsOptions {
-  SurfaceModel surface = SurfaceModel::kWaves;
   int halvings = 0;  ///< further halvings of every quadrature panel: checks convergence
 };
 
@@ -67,9 +59,8 @@ struct GhsOptions {
 /// from many threads.
 class GeneralisedHarveyShack {
  public:
-  /// wavelength > 0 [m]. Throws ComputationError where the height variance (waves) or the slope variance
-  /// (rays) is infinite, for a mirror that is not a parabola, whose aberrations this OTF does not hold, and
-  /// for polygons.
+  /// wavelength > 0 [m]. Throws ComputationError where the height variance is infinite, for a mirror that is
+  /// not a parabola, whose aberrations this OTF does not hold, and for polygons.
   GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                          double wavelength, const GhsOptions& options = {});
   ~GeneralisedHarveyShack();
@@ -102,7 +93,7 @@ class GeneralisedHarveyShack {
 
   double rms_height() const { return rms_height_; }  ///< [m]
   double g() const { return g_; }                    ///< 4 pi sigma/lambda
-  double core_share() const { return core_; }        ///< specular light exp(-g^2); 0 for rays
+  double core_share() const { return core_; }        ///< specular light exp(-g^2)
   double tis() const;                                ///< total integrated scatter 1 - core_share
   /// Angle-spread function: scattered light (without the specular core) per unit of direction-cosine area at
   /// angle theta [rad] from the specular direction, in the focus [1/sr]; times cos(theta) it is per solid
@@ -133,7 +124,6 @@ class GeneralisedHarveyShack {
   Aperture aperture_;
   ApertureOtf otf_;
   double wavelength_ = 0;
-  SurfaceModel surface_ = SurfaceModel::kWaves;
   double rms_height_ = 0, slope_ = 0, g_ = 0, core_ = 0;
   std::unique_ptr<const SurfaceTransfer> surface_transfer_;
   std::shared_ptr<const RadialTransform> scattered_;  // in the focus, without the core

@@ -4,6 +4,7 @@
 #include "aberfit/roughness/psd.h"
 #include "aberfit/scene/aperture.h"
 #include "aberfit/scene/mirror.h"
+#include "aberfit/theory/vocabulary.h"
 
 namespace aberfit {
 
@@ -19,7 +20,8 @@ struct SceneNumbers {
   double tis = 0;                 ///< total integrated scatter 1 - exp(-g^2)
   double paper_ratio_r = 0;       ///< 2 sigma D / (1.22 lambda l_c): shown, decides nothing
   double realisation_spread = 0;  ///< 0.65 / sqrt(n_eff): relative spread of ee90 between draws
-  double airy_ee90 = 0;  ///< of the perfect mirror by diffraction [m]; 1.900688 lambda f / D for a full circle
+  double airy_ee90 =
+      0;  ///< of the perfect mirror by diffraction [m]; 1.900688 lambda f / D for a full circle
   bool rays_are_valid = false;  ///< kappa >= kKappaOfRays and ray ee90 >= 5 Airy ee90
   std::string reason;           ///< one sentence
 };
@@ -28,12 +30,6 @@ struct SceneNumbers {
 inline constexpr double kKappaOfRays = 0.85;
 /// Ray ee90 over Airy ee90 from which diffraction does not show (PHYSICS 7).
 inline constexpr double kAiryRadiiForRays = 5;
-
-enum class FocusModel {
-  kRays,       ///< geometric rays alone
-  kConvolved,  ///< rays convolved with the aperture's diffraction pattern
-  kGhs,        ///< wave optics
-};
 
 /// ee90 of the perfect mirror by diffraction [m]. Full circle: 1.900688 lambda f / D, from 1 - J0(v)^2 -
 /// J1(v)^2 = 0.9, v = pi D r / (lambda f) (Born and Wolf 8.5.2). Annuli and rectangles: from their own OTF,

@@ -1,0 +1,62 @@
+#include "aberfit/method/pupil_choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
+#include "aberfit/waves/diffraction_psf.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kReach = 1.5;          // of the largest EE radius (diffraction_sampling)
+constexpr int kLeastCells = 128;        // across: Airy radii to 3e-5
+constexpr double kCellsPerCycle = 3.0;  // a phase screen sampled twice a cycle folds its own side orders
+
+}  // namespace
+
+double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets) {
+  double radius = 0, reach_dz = 0;
+  for (const Target& target : targets) {
+    if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
+      if (ee->dz == 0) radius = std::max(radius, kReach * target.value);
+      reach_dz = std::max(reach_dz, std::abs(ee->dz));
+    } else if (const auto* ring = std::get_if<RingThrough>(&target.statistic)) {
+      radius = std::max(radius, kReach * ring->ring_radius);
+      reach_dz = std::max(reach_dz, std::abs(ring->dz));
+    } else if (std::holds_alternative<RingFwhm>(target.statistic)) {
+      reach_dz = std::max(reach_dz, 0.5 * kReach * target.value);
+    }
+  }
+  const DiffractionSampling sampling = diffraction_sampling(task.aperture, task.mirror.focal_length,
+                                                            task.wavelength, radius, reach_dz, kLeastCells);
+  double highest = 0;  // of the terms [cycles/m]
+  for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
+  if (!terms.zernike.empty())
+    highest = std::max(highest, (terms.zernike.back().n + 1) / (2 * std::numbers::pi * terms.radius));
+  const double for_terms = highest > 0 ? 1 / (kCellsPerCycle * highest) : HUGE_VAL;
+  const double pitch = std::min(sampling.pitch, for_terms);
+  const double cells = 2 * aperture_radius(task.aperture) / pitch;
+  if (!(cells <= kMostCells))
+    throw ComputationError(fmt::format(
+        "waves would need a grid of {:.0f} cells across the aperture, more than {}: {}", cells, kMostCells,
+        for_terms < sampling.pitch
+            ? fmt::format("terms of up to {:.4g} cycles/m ask for it; take fewer", highest)
+            : fmt::format(
+                  "light {} from the axis, in planes up to {} out of focus, asks for it; take smaller "
+                  "fractions, rings or planes, or `\"model\": \"rays\"` in `trace`",
+                  format_quantity(radius, Dimension::kLength),
+                  format_quantity(reach_dz, Dimension::kLength))));
+  return pitch;
+}
+
+PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch) {
+  if (model == FocusModel::kWaves) return diffraction_pupil(task.aperture, pitch).sample;
+  return make_pupil(task.aperture, rays);
+}
+
+}  // namespace aberfit
