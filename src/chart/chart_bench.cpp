@@ -20,7 +20,7 @@ double quantile(const std::vector<double>& sorted, double p) {
 
 }  // namespace
 
-ChartBench make_chart_bench(const Study& study, const RunOptions& options) {
+ChartBench make_chart_bench(const Study& study, const ChartOptions& options) {
   ChartBench bench{study, make_scene(study), {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1, {}};
   bench.threads = options.threads > 0 ? options.threads : available_threads();
   bench.say = [progress = options.progress](const std::string& line) {

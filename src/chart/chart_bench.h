@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "aberfit/chart/chart.h"
 #include "aberfit/focus/evaluate.h"
-#include "aberfit/report/chart.h"
-#include "aberfit/study/run_options.h"
 #include "aberfit/method/scene.h"
 
 namespace aberfit {
@@ -27,7 +26,7 @@ struct ChartBench {
   int threads = 1;
   std::function<void(const std::string&)> say;
 };
-ChartBench make_chart_bench(const Study& study, const RunOptions& options);
+ChartBench make_chart_bench(const Study& study, const ChartOptions& options);
 
 /// L, O and S on one pupil; memory is reused from call to call.
 class ChartTrace {

@@ -1,14 +1,9 @@
 #pragma once
-#include <map>
 #include <string>
 
-#include "aberfit/method/scene.h"
+#include "aberfit/method/verify.h"
 
 namespace aberfit {
-
-/// Named numbers of a verify run [SI], keys like "theory.ee90_radius_m", "harvey_shack.scatter_mean_rad",
-/// "scene.paper_ratio_r".
-using Quantities = std::map<std::string, double>;
 
 /// One way to make rays near the focus, with its statistics.
 struct Branch {

@@ -2,19 +2,20 @@
 
 #include <cmath>
 
-#include "aberfit/core/errors.h"
-#include "aberfit/core/parallel.h"
-#include "aberfit/report/plots.h"
-#include "aberfit/theory/ray_perturbation.h"
-#include "aberfit/study/read_study.h"
 #include "aberfit/commands/run.h"
+#include "aberfit/core/parallel.h"
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/fewest_terms.h"
-#include "outputs.h"
-#include "run_map_fit.h"
+#include "aberfit/method/fresh_statistics.h"
 #include "aberfit/method/scene.h"
 #include "aberfit/method/term_search.h"
-#include "aberfit/method/fresh_statistics.h"
+#include "aberfit/report/plots.h"
+#include "aberfit/study/read_study.h"
+#include "aberfit/theory/ray_perturbation.h"
+#include "analytic_normals.h"
+#include "output_directory.h"
+#include "outputs.h"
+#include "terminal.h"
 
 namespace aberfit {
 namespace {
@@ -96,10 +97,7 @@ void warn_of_result(const Study& study, const Scene& scene, const FreshStatistic
 }  // namespace
 
 ResultDocument run_fit(const Study& study, const RunOptions& options) {
-  if (study.trace.central_difference_step)
-    throw InputError(study.path, "/trace/normals", "central differences in a fit",
-                     "\"analytic\" normals; `verify` and `trace` take central differences");
-  if (study.target.map) return run_map_fit(study, options);
+  require_analytic_normals(study);
   const int threads = options.threads > 0 ? options.threads : available_threads();
   const auto say = [&](const std::string& line) {
     if (options.progress) options.progress(line);
@@ -130,6 +128,21 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   if (!options.output_directory.empty())
     write_fit(study, scene, options, attempt.bench->focus(study), &result);
   return std::move(result);
+}
+
+ExitCode fit_command(CommandLine line) {
+  const Study study = read_study(line.study_file);
+  choose_output_directory(&line);
+  ProgressLine progress(!line.quiet);
+  const RunOptions options = run_options(line, &progress);
+  const ResultDocument result = study.target.map ? run_map_fit(study, options) : run_fit(study, options);
+  progress.clear();
+  print(line, line.json ? to_json(result) : nlohmann::ordered_json(), summary_table(result, false));
+  say_where(line);
+  if (result.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
+  const bool judged_well = result.map.has_value() || result.verdict == Verdict::kEquivalent;
+  const bool met = result.fit.status == FitStatus::kConverged && judged_well;
+  return met ? ExitCode::kDone : ExitCode::kNotMet;
 }
 
 }  // namespace aberfit

@@ -1,15 +1,12 @@
-#include "aberfit/chart/run_chart.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "aberfit/chart/chart.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/instruction_set.h"
-#include "aberfit/study/read_study.h"
 #include "chart_families.h"
-#include "aberfit/chart/cost_model.h"
 
 namespace aberfit {
 namespace {
@@ -20,12 +17,8 @@ constexpr double kRates = 0.18, kPupils = 0.22, kNormals = 0.12, kOperators = 0.
 
 }  // namespace
 
-nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, std::string* table) {
-  if (study.target.map)
-    throw InputError(study.path, "/target/map", "a study of a map",
-                     "statistics as targets: a map is fitted by linear least squares, which is exact, and "
-                     "`aberfit check` predicts its cost");
-  const double budget = options.chart_seconds;
+Chart make_chart(const Study& study, const ChartOptions& options) {
+  const double budget = options.seconds;
   const ChartClock clock(budget);
   // The methods compared here are those of rays, whatever the scene needs.
   Study rays = study;
@@ -48,11 +41,11 @@ nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, 
     chart.warnings.push_back(
         {"rays-not-valid", fmt::format("this scene needs {}: what is charted are the methods of rays",
                                        to_string(physics_of(choice->model)))});
-  chart.study = resolved_study(study);
   chart.title = study.title;
   chart.instruction_set = to_string(best_instruction_set());
+  chart.threads = bench.threads;
   chart.budget_seconds = budget;
-  chart.rates = to_json(measure_rates(bench, kRates * budget));
+  chart.rates = measure_rates(bench, kRates * budget);
   const auto append = [&chart](std::vector<ChartFamily> families) {
     for (ChartFamily& family : families) chart.families.push_back(std::move(family));
   };
@@ -65,21 +58,7 @@ nlohmann::ordered_json run_chart(const Study& study, const RunOptions& options, 
   append({chart_smoothing(bench, kSmoothing * budget)});
   chart.step_law = step_law(bench);
   chart.seconds = clock.elapsed();
-  chart.provenance = make_provenance(study.fit.seed, bench.threads);
-  chart.provenance.libraries["ceres"] = solver_version();
-
-  if (!options.output_directory.empty()) {
-    bench.say("chart: files");
-    if (options.plots && study.output.plots)
-      write_chart_plots(chart, options.output_directory, &chart.warnings);
-    const std::string folder = options.output_directory + "/";
-    write_file(folder + "chart.csv", chart_csv(chart));
-    write_file(folder + "summary.txt", summary_table(chart));
-    // Last, so that a chart.json always has its companions beside it.
-    write_file(folder + "chart.json", to_json(chart).dump(2) + "\n");
-  }
-  if (table) *table = summary_table(chart);
-  return to_json(chart);
+  return chart;
 }
 
 }  // namespace aberfit
