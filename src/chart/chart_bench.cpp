@@ -20,8 +20,8 @@ double quantile(const std::vector<double>& sorted, double p) {
 
 }  // namespace
 
-ChartBench make_chart_bench(const Task& task, const RunContext& context) {
-  ChartBench bench{task, make_scene(task), {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1, {}};
+ChartBench make_chart_bench(const Task& task, const PhysicsRequest& physics, const RunContext& context) {
+  ChartBench bench{task, make_scene(task, physics), {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1, {}};
   bench.threads = context.threads;
   bench.say = [context](const std::string& line) { context.say(line); };
   bench.say("targets");

@@ -4,8 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "aberfit/chart/chart.h"
 #include "aberfit/focus/evaluate.h"
-#include "aberfit/report/chart.h"
+#include "aberfit/method/plan.h"
 #include "aberfit/method/run_context.h"
 #include "aberfit/method/scene.h"
 
@@ -27,7 +28,7 @@ struct ChartBench {
   int threads = 1;
   std::function<void(const std::string&)> say;
 };
-ChartBench make_chart_bench(const Task& task, const RunContext& context);
+ChartBench make_chart_bench(const Task& task, const PhysicsRequest& physics, const RunContext& context);
 
 /// L, O and S on one pupil; memory is reused from call to call.
 class ChartTrace {

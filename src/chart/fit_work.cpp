@@ -130,8 +130,7 @@ double judged_by_rays(const TermSet& terms, const Asked& wanted, double rays) {
 }
 
 // As judge_by_need (judge.cpp) decides.
-double judgement(const Task& task, const Scene& scene, const TermSet& terms, const PupilOptions& rays,
-                 const TargetSets& targets) {
+double judgement(const Task& task, const Scene& scene, const TermSet& terms, const TargetSets& targets) {
   const bool given = targets.theory == "given";
   if (!scene.use.too_simple(given) || !scene.use.obstacle.empty()) return 0;
   const Asked wanted = asked({&targets.fitted});
@@ -193,7 +192,7 @@ FitWork fit_work(const Task& task, const Scene& scene, const TermSet& terms, con
                       : judged_by_rays(terms, judged, 4 * double(rays.rays))) /
                threads;
   work.realisations = realisations(task, scene, optics) / threads;
-  work.judgement = judgement(task, scene, terms, rays, targets) / threads;
+  work.judgement = judgement(task, scene, terms, targets) / threads;
   work.zones = zones(task, terms) / threads;
   return work;
 }

@@ -22,8 +22,8 @@ std::string obstacle_of(const Task& task) {
 }
 
 // What a study names must be computable; what is left to the program may fall back.
-void check_named(const Task& task, const std::string& obstacle) {
-  const bool ghs = task.target.theory == Theory::kGhs, waves = task.trace.model == FocusModel::kWaves;
+void check_named(const Task& task, const PhysicsRequest& asked, const std::string& obstacle) {
+  const bool ghs = asked.theory == Theory::kGhs, waves = asked.model == FocusModel::kWaves;
   const bool paper = task.target.convention == Convention::kPaper;
   if (ghs && paper)
     throw FieldError("target.theory", "\"ghs\" with convention \"paper\", a rule for rays alone",
@@ -42,16 +42,18 @@ bool PhysicsChoice::too_simple(bool targets_are_given) const {
   return model == FocusModel::kRays || (!targets_are_given && model_of(theory) == FocusModel::kRays);
 }
 
-PhysicsChoice choose_physics(const Task& task, const RadialPsd* psd) {
+PhysicsRequest requested_physics(const Task& task) { return {task.target.theory, task.trace.model}; }
+
+PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, const RadialPsd* psd) {
   PhysicsChoice use;
   use.obstacle = obstacle_of(task);
-  check_named(task, use.obstacle);
+  check_named(task, asked, use.obstacle);
   if (psd) {
     use.choice = choose_model(*psd, task.mirror, task.aperture, task.wavelength);
     use.reason = use.choice->reason;
   }
-  if (task.target.theory) {
-    use.theory = *task.target.theory;
+  if (asked.theory) {
+    use.theory = *asked.theory;
   } else {
     use.theory = use.choice ? theory_of(use.choice->model) : Theory::kGeometric;
     if (use.theory != Theory::kGeometric && task.target.convention == Convention::kPaper) {
@@ -65,12 +67,11 @@ PhysicsChoice choose_physics(const Task& task, const RadialPsd* psd) {
                                                      use.obstacle + ": targets and surface stay geometric"});
     }
   }
-  use.model = task.trace.model.value_or(model_of(use.theory));
+  use.model = asked.model.value_or(model_of(use.theory));
   return use;
 }
 
-void refuse_without_rays(const Task& task, const std::string& model,
-                         const std::vector<Statistic>& statistics) {
+void refuse_without_rays(const std::string& model, const std::vector<Statistic>& statistics) {
   for (const Statistic& statistic : statistics)
     if (std::holds_alternative<RmsRadius>(statistic))
       throw FieldError(

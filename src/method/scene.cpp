@@ -55,12 +55,14 @@ void set_mean_spot(const Task& task, Scene* scene) {
 
 }  // namespace
 
-Scene make_scene(const Task& task) {
+Scene make_scene(const Task& task) { return make_scene(task, requested_physics(task)); }
+
+Scene make_scene(const Task& task, const PhysicsRequest& asked) {
   Scene scene;
   scene.focal_length = task.mirror.focal_length;
   scene.radius = aperture_radius(task.aperture);
   if (!task.psd) {
-    scene.use = choose_physics(task, nullptr);
+    scene.use = choose_physics(task, asked, nullptr);
     scene.core_sigma = scene.focal_sigma = scale_of_values(task);
     return scene;
   }
@@ -74,7 +76,7 @@ Scene make_scene(const Task& task) {
   scene.theory.emplace(task.mirror, task.aperture, scene.numbers.rms_slope_per_axis,
                        task.target.convention, scene.numbers.rms_height);
   scene.core_sigma = scene.focal_sigma = scene.theory->focal_sigma();
-  scene.use = choose_physics(task, &*scene.psd);
+  scene.use = choose_physics(task, asked, &*scene.psd);
   set_mean_spot(task, &scene);
   return scene;
 }

@@ -226,8 +226,8 @@ TargetSets make_targets(const Task& task, const Scene& scene, int threads) {
   std::vector<Statistic> statistics, guides, held_out;
   for (const Wanted& w : wanted) statistics.push_back(w.statistic);
   if (scene.use.model != FocusModel::kRays)
-    refuse_without_rays(task, to_string(scene.use.model), statistics);
-  if (scene.mean_spot && !all_given) refuse_without_rays(task, to_string(scene.use.theory), statistics);
+    refuse_without_rays(to_string(scene.use.model), statistics);
+  if (scene.mean_spot && !all_given) refuse_without_rays(to_string(scene.use.theory), statistics);
   if (default_set) guides = guide_statistics(scene);
   statistics.insert(statistics.end(), guides.begin(), guides.end());
   // Given values need not follow the theory, so nothing can be held out against it.

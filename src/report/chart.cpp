@@ -5,19 +5,13 @@
 #include <iterator>
 
 #include "aberfit/core/units.h"
+#include "aberfit/report/fit_rates.h"
 #include "json_number.h"
 
 namespace aberfit {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-bool is_measured(const ChartRow& row) { return std::isfinite(row.error) && std::isfinite(row.seconds); }
-
-// Better in one, no worse in the other.
-bool dominates(const ChartRow& a, const ChartRow& b) {
-  return a.error <= b.error && a.seconds <= b.seconds && (a.error < b.error || a.seconds < b.seconds);
-}
 
 std::string csv_text(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
@@ -56,22 +50,6 @@ Json row_json(const ChartRow& row) {
 
 }  // namespace
 
-void mark_rows(ChartFamily* family) {
-  ChartRow* cheapest = nullptr;
-  for (ChartRow& row : family->rows) {
-    row.on_frontier = is_measured(row);
-    row.is_cheapest_within_tolerance = false;
-    if (!is_measured(row)) continue;
-    for (const ChartRow& other : family->rows)
-      if (is_measured(other) && dominates(other, row)) row.on_frontier = false;
-    if (row.error > family->tolerance || row.error_of_reference > family->tolerance) continue;
-    if (!cheapest || row.seconds < cheapest->seconds ||
-        (row.seconds == cheapest->seconds && row.error < cheapest->error))
-      cheapest = &row;
-  }
-  if (cheapest) cheapest->is_cheapest_within_tolerance = true;
-}
-
 std::string chart_csv(const Chart& chart) {
   std::string text =
       "family,method,parameter,value,unit,rays,terms,statistics,error,error_rms,error_of_reference,tolerance,"
@@ -92,7 +70,7 @@ std::string chart_csv(const Chart& chart) {
   return text;
 }
 
-Json to_json(const Chart& chart) {
+Json to_json(const Chart& chart, const Json& study, const Provenance& provenance) {
   Json families = Json::array(), rows = Json::array();
   for (const ChartFamily& family : chart.families) {
     families.push_back({{"name", family.name},
@@ -113,16 +91,16 @@ Json to_json(const Chart& chart) {
            {"best_step_m", json_number(chart.step_law->best_step())}};
   return {{"aberfit", 1},
           {"kind", "chart"},
-          {"study", chart.study},
-          {"machine", {{"threads", chart.provenance.threads}, {"instruction_set", chart.instruction_set}}},
-          {"rates", chart.rates},
+          {"study", study},
+          {"machine", {{"threads", chart.threads}, {"instruction_set", chart.instruction_set}}},
+          {"rates", to_json(chart.rates)},
           {"central_difference_law", law},
           {"families", families},
           {"rows", rows},
           {"budget_seconds", json_number(chart.budget_seconds)},
           {"seconds", json_number(chart.seconds)},
           {"warnings", json_warnings(chart.warnings)},
-          {"provenance", to_json(chart.provenance)}};
+          {"provenance", to_json(provenance)}};
 }
 
 }  // namespace aberfit

@@ -21,4 +21,28 @@ std::string paragraph(const std::string& label, const std::string& text, std::si
   return out + line + "\n";
 }
 
+std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
+  std::string out, line;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    std::size_t end = text.find(' ', begin);
+    if (end == std::string::npos) end = text.size();
+    const std::string word = text.substr(begin, end - begin);
+    if (!line.empty() && line.size() + 1 + word.size() > width) {
+      out += line + "\n" + std::string(indent, ' ');
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + word;
+    begin = end + 1;
+  }
+  return out + line;
+}
+
+std::string warning_lines(const Warnings& warnings) {
+  std::string text;
+  for (const Warning& warning : warnings)
+    text += fmt::format("\n  {}: {}\n", warning.code, wrapped(warning.message, 88, 4));
+  return text;
+}
+
 }  // namespace aberfit

@@ -1,6 +1,8 @@
 #pragma once
 #include <string>
 
+#include "aberfit/core/warning.h"
+
 namespace aberfit {
 
 inline constexpr std::size_t kColumns = 100;  ///< widest line of a table for people
@@ -9,5 +11,11 @@ inline constexpr std::size_t kIndent = 10;    ///< of what stands behind "Scene"
 /// Words of `text` on lines of at most kColumns; the first line begins with `label`, the others are indented
 /// as deep as `indent`.
 std::string paragraph(const std::string& label, const std::string& text, std::size_t indent = kIndent);
+
+/// Words of `text` on lines of at most `width` columns beyond the indent that all but the first begin with.
+std::string wrapped(const std::string& text, std::size_t width, std::size_t indent);
+
+/// "\n  code: message\n" for each warning, wrapped.
+std::string warning_lines(const Warnings& warnings);
 
 }  // namespace aberfit

@@ -107,11 +107,11 @@ Json model_json(const PsdModelFit& fit) {
 
 }  // namespace
 
-nlohmann::ordered_json to_json(const PsdReport& report) {
+Json to_json(const PsdReport& report, const Json& request, const Json& roughness) {
   const PsdEstimate& e = report.estimate;
   return {{"aberfit", 1},
           {"kind", "psd"},
-          {"request", report.request},
+          {"request", request},
           {"measurements", measurements_json(report)},
           {"estimate",
            {{"kind", of_profiles(report) ? "1d-one-sided" : "2d-two-sided"},
@@ -122,7 +122,7 @@ nlohmann::ordered_json to_json(const PsdReport& report) {
             {"bins", bins_json(report)},
             {"lines", lines_json(e)}}},
           {"model", model_json(report.fit)},
-          {"roughness", report.roughness},
+          {"roughness", roughness},
           {"warnings", json_warnings(report.warnings)},
           {"provenance", to_json(report.provenance)}};
 }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "aberfit/core/units.h"
@@ -93,7 +94,7 @@ std::string lines_rows(const PsdEstimate& estimate) {
 
 }  // namespace
 
-std::string summary_table(const PsdReport& report) {
+std::string summary_table(const PsdReport& report, const nlohmann::ordered_json& roughness) {
   std::string text = report.title.empty() ? "" : report.title + "\n\n";
   for (std::size_t i = 0; i < report.data.size(); ++i)
     text += paragraph("Data", report.files.at(i) + ": " + std::visit(Described{}, report.data[i]));
@@ -104,7 +105,7 @@ std::string summary_table(const PsdReport& report) {
                                          to_string(fit.family), frequency(fit.f_min), frequency(fit.f_max),
                                          to_string(fit.status), fit.message, fit.goodness));
   text += parameter_rows(report) + "\n" + drawing_line(report);
-  text += "\nFor a study:\n\"roughness\": " + report.roughness.dump() + "\n";
+  text += "\nFor a study:\n\"roughness\": " + roughness.dump() + "\n";
   for (const Warning& warning : report.warnings)
     text += fmt::format("\n{}", paragraph("Warning", warning.code + ": " + warning.message));
   return text;

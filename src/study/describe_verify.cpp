@@ -69,16 +69,16 @@ void describe(Visitor& v, PublishedNumber& number) {
 
 void describe_verify(Visitor& v, VerifySpec& verify) {
   v.object({"verify", "what `verify` sets beside our own numbers"}, nullptr, [&](Visitor& w) {
-    bool phase = verify.published_phase.has_value();
+    bool phase = verify.aside.published_phase.has_value();
     w.object({"published_phase", "phase synthesis by the published formula"}, &phase, [&](Visitor& p) {
-      if (!verify.published_phase) verify.published_phase.emplace();
-      describe(p, *verify.published_phase);
+      if (!verify.aside.published_phase) verify.aside.published_phase.emplace();
+      describe(p, *verify.aside.published_phase);
     });
-    bool terms = verify.independent_terms.has_value();
+    bool terms = verify.aside.independent_terms.has_value();
     w.object({"independent_terms", "Zernikes drawn independently with equal variance"}, &terms,
              [&](Visitor& t) {
-               if (!verify.independent_terms) verify.independent_terms.emplace();
-               describe(t, *verify.independent_terms);
+               if (!verify.aside.independent_terms) verify.aside.independent_terms.emplace();
+               describe(t, *verify.aside.independent_terms);
              });
     std::vector<PublishedNumber>& numbers = verify.published;
     w.list(

@@ -1,5 +1,4 @@
 #pragma once
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,11 +30,6 @@ struct FitRates {
 
 /// Rates of the machine that the constants come from; for studies without a chart.
 FitRates built_in_rates();
-
-nlohmann::ordered_json to_json(const FitRates& rates);
-/// The rates of a chart.json or of the folder it lies in; `same_study`: whether it is of this resolved study.
-/// Throws InputError for a file that is no chart.
-FitRates read_rates(const std::string& file_or_folder, const nlohmann::ordered_json& study, bool* same_study);
 
 /// What `fit` will take, in order of its stages; first start only, pictures left out.
 struct FitPrediction {

@@ -1,34 +1,47 @@
 #pragma once
-#include <nlohmann/json.hpp>
 #include <string>
 
+#include "aberfit/chart/chart.h"
+#include "aberfit/chart/check.h"
 #include "aberfit/method/run_context.h"
+#include "aberfit/method/trace_surface.h"
+#include "aberfit/method/verify.h"
+#include "aberfit/report/psd_report.h"
 #include "aberfit/report/result.h"
 #include "aberfit/commands/run_options.h"
 #include "aberfit/study/study.h"
 
+// The commands as functions: each returns what it found as a struct, of which the headers of report make
+// JSON, tables and pictures. Files are written where options.output_directory names a folder.
 namespace aberfit {
 
 /// Threads and progress as the method takes them.
 RunContext context_of(const RunOptions& options);
 
-/// target -> fit -> verdict (the main path). For a study without target.map.
+/// target -> fit -> verdict (the main path). The study has no map as target.
 ResultDocument run_fit(const Study& study, const RunOptions& options);
 /// The study of a result: `study` with what the fit has chosen where it leaves that open.
 nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome);
-/// Harvey-Shack branch, aberration-term branch and, where asked, published numbers side by side.
-nlohmann::ordered_json run_verify(const Study& study, const RunOptions& options, std::string* table);
+/// Least-squares terms of the measured map in target.map, which the study has, traced.
+ResultDocument run_map_fit(const Study& study, const RunOptions& options);
+/// Harvey-Shack branch, aberration-term branch and, where asked, published numbers side by side. Throws
+/// InputError for a study without roughness.
+VerifyReport run_verify(const Study& study, const RunOptions& options);
 /// Forward statistics only.
-nlohmann::ordered_json run_trace(const Study& study, const RunOptions& options, std::string* table);
+TraceReport run_trace(const Study& study, const RunOptions& options);
 /// The measurement of a study (the first, where a sum has several). Throws InputError when it has none.
 const MeasuredPsd& measured_psd_of(const Study& study);
-/// What read_study or read_measured made of a measurement, reported: files, pictures, the table,
-/// result.json's content.
-nlohmann::ordered_json run_psd(const MeasuredPsd& measured, const std::string& title,
-                               const RunOptions& options, std::string* table);
+/// What read_study or read_measured made of a measurement, reported: files and pictures. title: for people.
+PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const RunOptions& options);
+/// Speed against accuracy on the study's own scene, about options.chart_seconds long; see make_chart. Files:
+/// chart.csv, chart.json, summary.txt and pictures. Throws InputError for a study of a map, which has no
+/// statistics to be wrong about.
+Chart run_chart(const Study& study, const RunOptions& options);
 /// The resolved study, the numbers of its scene, the model it needs and why, predicted cost (with a chart of
 /// the same study within a factor 1.5, without within 3 for the studies of fits/). Computes no fit. Throws
-/// InputError for a chart_file that is no chart.
-nlohmann::ordered_json run_check(const Study& study, const RunOptions& options, std::string* table);
+/// InputError for a chart_file that is no chart. The study has no map as target.
+CheckReport run_check(const Study& study, const RunOptions& options);
+/// The same of a study of a map.
+MapCheckReport run_map_check(const Study& study, const RunOptions& options);
 
 }  // namespace aberfit

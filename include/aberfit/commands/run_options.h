@@ -2,18 +2,10 @@
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
+
+#include "aberfit/theory/paper_table.h"
 
 namespace aberfit {
-
-/// Ranges of the paper's table of R, one cell for each combination. Defaults: the cells whose R the paper
-/// prints (1 nm, 1 um; 100 nm, 10 um), at its 500 nm.
-struct PaperTable {
-  std::vector<double> rms_heights = {1e-9, 10e-9, 100e-9};        ///< sigma [m], > 0
-  std::vector<double> correlation_lengths = {1e-6, 10e-6, 1e-3};  ///< l_c = int C/C(0) dr [m], > 0
-  std::vector<double> diameters = {0.2, 0.4, 0.5, 1.0};           ///< D [m], > 0
-  double wavelength = 500e-9;                                     ///< [m], > 0
-};
 
 struct RunOptions {
   int threads = 0;                                   ///< 0: all the process may use

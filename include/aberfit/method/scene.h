@@ -27,6 +27,8 @@ struct Scene {
   double focal_length = 0;
 };
 Scene make_scene(const Task& task);
+/// The same by the physics that is asked for instead of the task's own.
+Scene make_scene(const Task& task, const PhysicsRequest& asked);
 
 /// Number of exact dependencies between the m = 0 Zernikes and the spherical powers, judged by their slopes
 /// (a constant height moves no ray).

@@ -1,40 +1,40 @@
 #pragma once
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "aberfit/core/warning.h"
-#include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/report/result.h"
 #include "aberfit/spectrum/psd_estimate.h"
+#include "aberfit/spectrum/psd_model_fit.h"
 
 namespace aberfit {
 
-/// Everything result.json holds for `kind: psd`.
+/// A measurement, its PSD and the model that was fitted to it.
 struct PsdReport {
   std::string title;               ///< for people
   std::vector<std::string> files;  ///< one per measurement
   std::vector<Measurement> data;
   PsdEstimate estimate;
   PsdModelFit fit;
-  nlohmann::ordered_json request;    ///< every option, as a `psd` block of model `measured`
-  nlohmann::ordered_json roughness;  ///< the fitted model as a `roughness` block of a study
   Warnings warnings;
   Provenance provenance;
 };
 
 /// result.json of `aberfit psd`: request, measurement, estimate (bins with intervals, degrees of freedom and
 /// the model's expectation), lines, model with parameters and candidates, roughness block, warnings. SI
-/// numbers, unit in the key; what does not exist is null.
-nlohmann::ordered_json to_json(const PsdReport& report);
+/// numbers, unit in the key; what does not exist is null. request: every option, as a `psd` block of model
+/// `measured`; roughness: the fitted model as a `roughness` block of a study.
+nlohmann::ordered_json to_json(const PsdReport& report, const nlohmann::ordered_json& request,
+                               const nlohmann::ordered_json& roughness);
 
 /// Bins as CSV: frequency [1/m], PSD [m^3 or m^4], interval, degrees of freedom, the model's expectation; the
 /// first two columns make a table for `psd.model: "table"`.
 std::string psd_csv(const PsdReport& report);
 
-/// The table people read on the terminal, at most 100 columns.
-std::string summary_table(const PsdReport& report);
+/// The table people read on the terminal, at most 100 columns, and the roughness block.
+std::string summary_table(const PsdReport& report, const nlohmann::ordered_json& roughness);
 
 /// Pictures below `directory`/plots: psd (bins with intervals, model, lines), data (the detrended profile or
 /// map). As write_plots.

@@ -7,6 +7,7 @@
 #include "aberfit/fit/map_fit.h"
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/method/task.h"
+#include "aberfit/method/verify.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_table.h"
@@ -79,24 +80,6 @@ struct OutputSpec {
   int export_grid = 257;  ///< points per side of exported maps
 };
 
-/// The paper's published phase synthesis: Phi = sum sqrt(P0 dA_k) cos(2 pi f_k.x + phi_k) [rad] over modes
-/// log-uniform in f, with dA_k taken with log10 and no factor 4 pi/lambda (PHYSICS 9). Kept to show what
-/// those formulas give.
-struct PhaseSynthesis {
-  double psd_level = 1e-20;  ///< P0 as printed
-  int modes = 10000;
-  double f_min = 2.5;  ///< [cycles/m]
-  double f_max = 1e6;  ///< [cycles/m]
-};
-
-/// Zernikes n = 2..n_max drawn independently with equal variance and a total RMS height: a candidate reading
-/// of the paper's aberration branch.
-struct IndependentTerms {
-  int n_max = 8;
-  double rms = 100e-9;  ///< [m]
-  int draws = 200;
-};
-
 /// What a formula of study/published.h works on; absent values come from the study.
 struct FormulaInputs {
   std::optional<double> gradient_x, gradient_y;  ///< RMS phase gradient per axis [rad/m]
@@ -117,8 +100,7 @@ struct PublishedNumber {
   std::string reading;  ///< what holds and what does not, in a sentence
 };
 struct VerifySpec {
-  std::optional<PhaseSynthesis> published_phase;
-  std::optional<IndependentTerms> independent_terms;
+  VerifyAside aside;
   std::vector<PublishedNumber> published;
 };
 

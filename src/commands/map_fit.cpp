@@ -1,4 +1,4 @@
-#include "run_map_fit.h"
+#include "map_fit.h"
 
 #include <fmt/format.h>
 
@@ -6,14 +6,16 @@
 #include <cmath>
 #include <filesystem>
 
+#include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/units.h"
-#include "aberfit/theory/regime.h"
-#include "aberfit/study/read_study.h"
-#include "aberfit/study/measured_psd.h"
-#include "outputs.h"
 #include "aberfit/method/scene.h"
+#include "aberfit/study/measured_psd.h"
+#include "aberfit/study/read_study.h"
+#include "aberfit/theory/regime.h"
+#include "analytic_normals.h"
+#include "outputs.h"
 
 namespace aberfit {
 namespace {
@@ -60,7 +62,7 @@ std::vector<Target> untargeted() {
 }  // namespace
 
 HeightMap load_map(const Study& study) {
-  const MapTarget& target = *study.target.map;
+  const MapTarget& target = *study.map;
   Measurement data = load_measurement(target.source, std::filesystem::path(study.path).parent_path().string(),
                                       study.path, "/target/map/file");
   auto* map = std::get_if<HeightMap>(&data);
@@ -96,20 +98,23 @@ TermSet map_terms(const Study& study, double radius) {
   return terms;
 }
 
-ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
-  const int threads = options.threads > 0 ? options.threads : available_threads();
+namespace {
+
+// Least squares of the map: everything but the trace of what came.
+ResultDocument fitted_map(const Study& study, const RunOptions& options, int threads) {
   const auto began = std::chrono::steady_clock::now();
   const HeightMap map = load_map(study);
   check_reach(study, map);
 
   ResultDocument result;
-  result.study = resolved_study(study);
+  result.title = study.title;
+  result.confidence = study.equivalence.confidence;
   result.theory = "map";
   result.radius = aperture_radius(study.aperture);
   result.terms = map_terms(study, result.radius);
   result.warnings = coverage_warnings(map, result.radius);
   if (options.progress) options.progress("least squares");
-  MapFitOptions how = study.target.map->fit;
+  MapFitOptions how = study.map->fit;
   how.threads = threads;
   result.map = fit_map(map, result.terms, how);
   result.warnings.insert(result.warnings.end(), result.map->warnings.begin(), result.map->warnings.end());
@@ -126,45 +131,64 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   fit.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   result.provenance = make_provenance(how.seed, threads);
   result.provenance.libraries["ceres"] = solver_version();
-  if (failed) return result;
+  return result;
+}
 
-  const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
-  result.rays = pupil.size();
-  const SurfaceOperator operate(result.terms, pupil, focus_operator(FocusModel::kRays, threads));
-  SurfaceField field;
-  operate.apply(fit.coefficients, &field);
+// The focal statistics of the fitted terms by rays, with a word where rays are no model of it.
+void trace_map(const Study& study, const PupilSample& pupil, const SurfaceField& field, int threads,
+               ResultDocument* result) {
+  result->rays = pupil.size();
   const RayBundle nominal = trace_nominal(study.mirror, pupil), rays = trace(study.mirror, pupil, field);
-  result.targets = untargeted();
+  result->targets = untargeted();
   std::vector<Statistic> statistics;
-  for (const Target& target : result.targets) statistics.push_back(target.statistic);
-  result.fitted = evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, threads,
-                                 &result.warnings);
+  for (const Target& target : result->targets) statistics.push_back(target.statistic);
+  result->fitted = evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, threads,
+                                  &result->warnings);
 
-  const double airy = airy_ee90(study.mirror, study.aperture, study.wavelength), ee90 = result.fitted[2];
+  const double airy = airy_ee90(study.mirror, study.aperture, study.wavelength), ee90 = result->fitted[2];
   if (ee90 < kAiryRadiiForRays * airy)
-    result.warnings.push_back(
+    result->warnings.push_back(
         {"rays-not-valid", fmt::format("ee90 by rays, {}, is less than {} Airy radii (ee90 {}): diffraction "
                                        "decides there. The exported surface can be "
                                        "propagated as it is",
                                        format_quantity(ee90, Dimension::kLength), kAiryRadiiForRays,
                                        format_quantity(airy, Dimension::kLength))});
+}
 
-  EquivalentSurface& surface = result.surface;
+EquivalentSurface surface_numbers(const PupilSample& pupil, const SurfaceField& field, double wavelength) {
+  EquivalentSurface surface;
   const Eigen::ArrayXd& weight = pupil.weight;
   const double mean = (weight * field.height).sum();
   surface.rms_height = std::sqrt((weight * (field.height - mean).square()).sum());
   surface.rms_slope_per_axis =
       std::sqrt((weight * (field.slope_x.square() + field.slope_y.square())).sum() / 2);
-  surface.g = 4 * EIGEN_PI * surface.rms_height / study.wavelength;
+  surface.g = 4 * EIGEN_PI * surface.rms_height / wavelength;
   surface.kappa = std::nan("");
+  return surface;
+}
+
+}  // namespace
+
+ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
+  require_analytic_normals(study);
+  const int threads = options.threads > 0 ? options.threads : available_threads();
+  ResultDocument result = fitted_map(study, options, threads);
+  if (result.fit.status == FitStatus::kFailed) return result;
+
+  const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
+  const SurfaceOperator operate(result.terms, pupil, focus_operator(FocusModel::kRays, threads));
+  SurfaceField field;
+  operate.apply(result.fit.coefficients, &field);
+  trace_map(study, pupil, field, threads, &result);
+  result.surface = surface_numbers(pupil, field, study.wavelength);
 
   if (!options.output_directory.empty()) {
     Scene scene;  // a map has no specification: only sizes
     scene.radius = result.radius;
     scene.focal_length = study.mirror.focal_length;
-    scene.core_sigma = scene.focal_sigma = 2 * scene.focal_length * surface.rms_slope_per_axis;
+    scene.core_sigma = scene.focal_sigma = 2 * scene.focal_length * result.surface.rms_slope_per_axis;
     const LightPath focus{study.mirror,     pupil,           operate,           FocusModel::kRays,
-                          study.wavelength, &study.aperture, study.trace.centre};
+                           study.wavelength, &study.aperture, study.trace.centre};
     write_fit(study, scene, options, focus, &result);
   }
   return result;

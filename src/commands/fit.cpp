@@ -4,16 +4,14 @@
 #include "aberfit/method/conclude.h"
 #include "aberfit/method/fewest_terms.h"
 #include "aberfit/study/field_errors.h"
+#include "aberfit/study/read_study.h"
+#include "analytic_normals.h"
+#include "output_directory.h"
 #include "outputs.h"
+#include "terminal.h"
 
 namespace aberfit {
 namespace {
-
-void refuse_difference_normals(const Task& task) {
-  if (task.trace.central_difference_step)
-    throw FieldError("trace.normals", "central differences in a fit",
-                     "\"analytic\" normals; `verify` and `trace` take central differences");
-}
 
 Attempt fit_as_asked(const FitCase& of) {
   if (of.task.terms.automatic && of.scene.psd) return fit_fewest_terms(of);
@@ -39,7 +37,7 @@ RunContext context_of(const RunOptions& options) {
 
 ResultDocument run_fit(const Study& study, const RunOptions& options) {
   return with_fields_of(study, [&] {
-    refuse_difference_normals(study);
+    require_analytic_normals(study);
     const RunContext context = context_of(options);
     const Scene scene = make_scene(study);
     context.say("targets");
@@ -52,6 +50,21 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
       write_fit(study, scene, options, attempt.bench->focus(study), &result);
     return result;
   });
+}
+
+ExitCode fit_command(CommandLine line) {
+  const Study study = read_study(line.study_file);
+  choose_output_directory(&line);
+  ProgressLine progress(!line.quiet);
+  const RunOptions options = run_options(line, &progress);
+  const ResultDocument result = study.map ? run_map_fit(study, options) : run_fit(study, options);
+  progress.clear();
+  print(line, line.json ? to_json(result, resolved(study, result)) : nlohmann::ordered_json(), summary_table(result, false));
+  say_where(line);
+  if (result.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
+  const bool judged_well = result.map.has_value() || result.verdict == Verdict::kEquivalent;
+  const bool met = result.fit.status == FitStatus::kConverged && judged_well;
+  return met ? ExitCode::kDone : ExitCode::kNotMet;
 }
 
 }  // namespace aberfit

@@ -1,14 +1,9 @@
 #pragma once
-#include <map>
 #include <string>
 
-#include "aberfit/method/scene.h"
+#include "aberfit/method/verify.h"
 
 namespace aberfit {
-
-/// Named numbers of a verify run [SI], keys like "theory.ee90_radius_m", "harvey_shack.scatter_mean_rad",
-/// "scene.paper_ratio_r".
-using Quantities = std::map<std::string, double>;
 
 /// One way to make rays near the focus, with its statistics.
 struct Branch {
@@ -19,16 +14,16 @@ struct Branch {
 
 /// Numbers that only a picture of the paper's own way gives: counted ring widths, phase gradients, mean
 /// deflection.
-void add_paper_quantities(const std::string& branch, const Study& study, const Scene& scene,
+void add_paper_quantities(const std::string& branch, const Task& task, const Scene& scene,
                           const PupilSample& pupil, const RayBundle& nominal, const Branch& rays,
                           Quantities* quantities);
 
 /// The published phase synthesis (PHYSICS 9): gradient RMS per axis and expected, and the surface height its
 /// phase really stands for.
-void add_published_phase(const Study& study, const PupilSample& pupil, const RayBundle& nominal, int threads,
+void add_published_phase(const Task& task, const PhaseSynthesis& published, const PupilSample& pupil, const RayBundle& nominal, int threads,
                          Quantities* quantities);
 
 /// Mean focal statistics of independently drawn Zernikes.
-void add_independent_terms(const Study& study, int threads, Quantities* quantities);
+void add_independent_terms(const Task& task, const IndependentTerms& spec, int threads, Quantities* quantities);
 
 }  // namespace aberfit

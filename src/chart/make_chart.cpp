@@ -1,15 +1,12 @@
-#include "aberfit/chart/run_chart.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "aberfit/chart/chart.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/instruction_set.h"
-#include "aberfit/study/read_study.h"
 #include "chart_families.h"
-#include "aberfit/chart/cost_model.h"
 
 namespace aberfit {
 namespace {
@@ -20,18 +17,11 @@ constexpr double kRates = 0.18, kPupils = 0.22, kNormals = 0.12, kOperators = 0.
 
 }  // namespace
 
-nlohmann::ordered_json run_chart(const Task& task, const RunOptions& options, std::string* table) {
-  if (task.target.map)
-    throw InputError(task.path, "/target/map", "a study of a map",
-                     "statistics as targets: a map is fitted by linear least squares, which is exact, and "
-                     "`aberfit check` predicts its cost");
-  const double budget = options.chart_seconds;
+Chart make_chart(const Task& task, double budget, const RunContext& context) {
   const ChartClock clock(budget);
   // The methods compared here are those of rays, whatever the scene needs.
-  Study rays = study;
-  rays.trace.model = FocusModel::kRays;
-  if (task.target.theory != Theory::kRays) rays.target.theory = Theory::kGeometric;
-  const ChartBench bench = make_chart_bench(rays, options);
+  const Theory theory = task.target.theory == Theory::kRays ? Theory::kRays : Theory::kGeometric;
+  const ChartBench bench = make_chart_bench(task, {theory, FocusModel::kRays}, context);
   const SurfaceField surface = [&] {
     SurfaceField field;
     const PupilSample few = make_pupil(task.aperture, pupil_of_at_most(task, 1024));
@@ -48,11 +38,10 @@ nlohmann::ordered_json run_chart(const Task& task, const RunOptions& options, st
     chart.warnings.push_back(
         {"rays-not-valid", fmt::format("this scene needs {}: what is charted are the methods of rays",
                                        to_string(choice->model))});
-  chart.study = resolved_study(task);
-  chart.title = task.title;
   chart.instruction_set = to_string(best_instruction_set());
+  chart.threads = bench.threads;
   chart.budget_seconds = budget;
-  chart.rates = to_json(measure_rates(bench, kRates * budget));
+  chart.rates = measure_rates(bench, kRates * budget);
   const auto append = [&chart](std::vector<ChartFamily> families) {
     for (ChartFamily& family : families) chart.families.push_back(std::move(family));
   };
@@ -65,21 +54,7 @@ nlohmann::ordered_json run_chart(const Task& task, const RunOptions& options, st
   append({chart_smoothing(bench, kSmoothing * budget)});
   chart.step_law = step_law(bench);
   chart.seconds = clock.elapsed();
-  chart.provenance = make_provenance(task.fit.seed, bench.threads);
-  chart.provenance.libraries["ceres"] = solver_version();
-
-  if (!options.output_directory.empty()) {
-    bench.say("chart: files");
-    if (options.plots && task.output.plots)
-      write_chart_plots(chart, options.output_directory, &chart.warnings);
-    const std::string folder = options.output_directory + "/";
-    write_file(folder + "chart.csv", chart_csv(chart));
-    write_file(folder + "summary.txt", summary_table(chart));
-    // Last, so that a chart.json always has its companions beside it.
-    write_file(folder + "chart.json", to_json(chart).dump(2) + "\n");
-  }
-  if (table) *table = summary_table(chart);
-  return to_json(chart);
+  return chart;
 }
 
 }  // namespace aberfit

@@ -21,7 +21,7 @@ double weighted_rms(const Eigen::ArrayXd& values, const Eigen::ArrayXd& weight) 
 
 }  // namespace
 
-void add_paper_quantities(const std::string& branch, const Study& study, const Scene& scene,
+void add_paper_quantities(const std::string& branch, const Task& task, const Scene& scene,
                           const PupilSample& pupil, const RayBundle& nominal, const Branch& b,
                           Quantities* quantities) {
   Quantities& q = *quantities;
@@ -33,28 +33,27 @@ void add_paper_quantities(const std::string& branch, const Study& study, const S
   q[branch + ".deflection_rms_y_rad"] = deflection_y;
   q[branch + ".mean_to_rms_deflection"] = std::hypot((pupil.weight * dx).sum(), (pupil.weight * dy).sum()) /
                                           std::hypot(deflection_x, deflection_y);
-  q[branch + ".phase_gradient_rms_x_rad_per_m"] = 4 * kPi / study.wavelength * deflection_x;
-  q[branch + ".phase_gradient_rms_y_rad_per_m"] = 4 * kPi / study.wavelength * deflection_y;
+  q[branch + ".phase_gradient_rms_x_rad_per_m"] = 4 * kPi / task.wavelength * deflection_x;
+  q[branch + ".phase_gradient_rms_y_rad_per_m"] = 4 * kPi / task.wavelength * deflection_y;
   q[branch + ".phase_gradient_rms_rad_per_m"] =
-      4 * kPi / study.wavelength * std::hypot(deflection_x, deflection_y);
+      4 * kPi / task.wavelength * std::hypot(deflection_x, deflection_y);
   const Eigen::ArrayXd height = b.field.size() > 0 ? b.field.height : Eigen::ArrayXd::Zero(pupil.size());
   const double ring =
-      evaluate_exact({b.rays, nominal, height, study.trace.centre}, {EncircledEnergyRadius{}}, 1)[0];
+      evaluate_exact({b.rays, nominal, height, task.trace.centre}, {EncircledEnergyRadius{}}, 1)[0];
   q[branch + ".ring_fwhm_counted_m"] = counted_ring_width(b.rays, ring, kPaperPitch, kPaperReach);
   q[branch + ".ring_fwhm_over_ee90_f_over_r"] =
-      evaluate_exact({b.rays, nominal, height, study.trace.centre}, {RingFwhm{}}, 1)[0] /
-      (ring * study.mirror.focal_length / scene.radius);
+      evaluate_exact({b.rays, nominal, height, task.trace.centre}, {RingFwhm{}}, 1)[0] /
+      (ring * task.mirror.focal_length / scene.radius);
 }
 
-void add_published_phase(const Study& study, const PupilSample& pupil, const RayBundle& nominal, int threads,
+void add_published_phase(const Task& task, const PhaseSynthesis& published, const PupilSample& pupil, const RayBundle& nominal, int threads,
                          Quantities* quantities) {
-  const PhaseSynthesis& published = *study.verify.published_phase;
   // Each mode stands for a ring of the frequency plane, its width taken with log10 where the measure of
   // log-uniform modes is ln.
   const double decades = std::log10(published.f_max / published.f_min);
-  const RandomStream stream(study.trace.pupil.seed, "published-phase");
+  const RandomStream stream(task.trace.pupil.seed, "published-phase");
   TermSet terms;
-  terms.radius = aperture_radius(study.aperture);
+  terms.radius = aperture_radius(task.aperture);
   Eigen::VectorXd phase(2 * published.modes);
   for (int k = 0; k < published.modes; ++k) {
     const auto [u, v] = stream.uniform_pair(2 * std::uint64_t(k));
@@ -78,40 +77,39 @@ void add_published_phase(const Study& study, const PupilSample& pupil, const Ray
   q["published_phase.gradient_expected_rad_per_m"] =
       std::sqrt(published.psd_level * 2 * kPi * decades * 4 * kPi * kPi * mean_f4 / 2);
   q["published_phase.surface_rms_height_m"] =
-      study.wavelength / (4 * kPi) * weighted_rms(field.height, pupil.weight);
+      task.wavelength / (4 * kPi) * weighted_rms(field.height, pupil.weight);
   // The rays of those gradients: D = -(lambda/4 pi) grad Phi added to the ray.
-  const double scale = study.wavelength / (4 * kPi);
+  const double scale = task.wavelength / (4 * kPi);
   Eigen::Array2Xd slope(2, pupil.size());
   slope.row(0) = scale * field.slope_x.transpose();
   slope.row(1) = scale * field.slope_y.transpose();
-  const RayBundle rays = trace_perturbed(study.mirror, pupil, slope, Convention::kPaper);
+  const RayBundle rays = trace_perturbed(task.mirror, pupil, slope, Convention::kPaper);
   const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(pupil.size());
   const std::vector<Statistic> statistics = {EncircledEnergyRadius{}, RingFwhm{}, ScatterMean{},
                                              ScatterRms{}};
   const Eigen::VectorXd values =
-      evaluate_exact({rays, nominal, no_height, study.trace.centre}, statistics, threads);
+      evaluate_exact({rays, nominal, no_height, task.trace.centre}, statistics, threads);
   for (std::size_t k = 0; k < statistics.size(); ++k)
     q["published_phase." + statistic_name(statistics[k])] = values[Eigen::Index(k)];
 }
 
-void add_independent_terms(const Study& study, int threads, Quantities* quantities) {
-  const IndependentTerms& spec = *study.verify.independent_terms;
+void add_independent_terms(const Task& task, const IndependentTerms& spec, int threads, Quantities* quantities) {
   TermSet terms;
-  terms.radius = aperture_radius(study.aperture);
+  terms.radius = aperture_radius(task.aperture);
   terms.zernike = zernike_modes(2, spec.n_max);
-  const PupilSample pupil = make_pupil(study.aperture, {PupilLayout::kSobol, 16384, study.trace.pupil.seed});
-  const RayBundle nominal = trace_nominal(study.mirror, pupil);
+  const PupilSample pupil = make_pupil(task.aperture, {PupilLayout::kSobol, 16384, task.trace.pupil.seed});
+  const RayBundle nominal = trace_nominal(task.mirror, pupil);
   const SurfaceOperator surface(terms, pupil, {});
   const std::vector<Statistic> statistics = {EncircledEnergyRadius{}, RingFwhm{}, ScatterRms{},
                                              ScatterMean{}};
   Eigen::MatrixXd values(Eigen::Index(statistics.size()), spec.draws);
   parallel_for(std::size_t(spec.draws), threads, [&](std::size_t d) {
-    const std::uint64_t seed = RandomStream(study.fit.seed, "independent-terms").bits(d);
+    const std::uint64_t seed = RandomStream(task.fit.seed, "independent-terms").bits(d);
     SurfaceField field;
     surface.apply(spec.rms / std::sqrt(double(terms.size())) * draw_white(terms.size(), seed), &field);
-    const RayBundle rays = trace(study.mirror, pupil, field);
+    const RayBundle rays = trace(task.mirror, pupil, field);
     values.col(Eigen::Index(d)) =
-        evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, 1);
+        evaluate_exact({rays, nominal, field.height, task.trace.centre}, statistics, 1);
   });
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const auto row = values.row(Eigen::Index(k)).array();

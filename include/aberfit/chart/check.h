@@ -1,0 +1,64 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "aberfit/chart/cost_model.h"
+#include "aberfit/measured/height_map.h"
+#include "aberfit/method/scene_facts.h"
+#include "aberfit/method/term_search.h"
+#include "aberfit/scene/characterisation.h"
+#include "aberfit/theory/paper_table.h"
+
+namespace aberfit {
+
+/// The terms that a fit would take.
+struct CheckedTerms {
+  Eigen::Index count = 0;  ///< named by the study; of a search: the default that all but a fit takes
+  double captured = 0;     ///< share of the specification's height variance; 0 without roughness
+  std::optional<OrderRange> expected;  ///< where a search is expected to end; absent: the study names them
+};
+
+/// How many statistics a fit would have.
+struct CheckedStatistics {
+  std::size_t fitted = 0, guides = 0, held_out = 0;
+};
+
+/// The resolved numbers of a study's scene, the model it needs and why, and what a fit will take.
+struct CheckReport {
+  std::string title;  ///< of the task, for people
+  MirrorCharacterisation mirror;
+  std::optional<SceneFacts> scene;             ///< absent without roughness
+  double focal_sigma = 0;                      ///< scale of the focal spot [m]
+  std::string theory;                          ///< what targets come from, as in SceneFacts
+  FocusModel model = FocusModel::kRays;  ///< of the surface
+  std::string reason;                          ///< one sentence: which model the scene needs and why
+  bool too_simple = false;                     ///< theory or physics is simpler than what the scene needs
+  CheckedTerms terms;
+  CheckedStatistics statistics;
+  bool automatic_rays = false;  ///< `rays` is the least that the fit will choose
+  std::int64_t rays = 0;        ///< nothing for waves, whose grid the light decides
+  int starts = 1;               ///< of the fit
+  int threads = 1;              ///< that the prediction is for
+  std::string rates;            ///< where the rates of the prediction come from, a clause
+  std::optional<FitPrediction> prediction;
+  std::string unpredicted;  ///< why there is no prediction; empty where there is one
+  Warnings warnings;
+  std::optional<PaperCells> paper_table;
+};
+
+/// Everything but the paper's table. The study has statistics as targets, no map. Computes no fit.
+CheckReport make_check(const Task& task, const FitRates& rates, int threads);
+
+/// The same of a study of a measured map, which has no specification: what is fitted, and what that takes.
+struct MapCheckReport {
+  std::string title;
+  Eigen::Index columns = 0, rows = 0, valid = 0;  ///< points of the map
+  double pitch = 0;                               ///< [m]
+  Eigen::Index terms = 0;                         ///< fitted by least squares
+  double seconds = 0;                             ///< predicted time of the fit [s]
+  int threads = 1;                                ///< that the prediction is for
+};
+MapCheckReport make_map_check(const HeightMap& map, const TermSet& terms, int threads);
+
+}  // namespace aberfit

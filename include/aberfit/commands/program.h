@@ -1,0 +1,45 @@
+#pragma once
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace aberfit {
+
+/// How the program ends.
+enum class ExitCode {
+  kDone = 0,      ///< and equivalent, where judged
+  kNotMet = 1,    ///< ran, but not converged, different or undecided
+  kBadInput = 2,  ///< or bad usage
+  kComputationFailed = 3,
+};
+
+/// What the command line says; texts as typed, empty where nothing was.
+struct CommandLine {
+  std::string study_file;
+  std::string output_directory;   ///< empty: out/<name of the study>
+  std::string coefficients_file;  ///< verify, trace
+  std::string chart_file;         ///< check
+  bool paper_table = false;       ///< check
+  std::vector<std::string> table_sigma, table_length, table_diameter;
+  std::string table_wavelength;
+  double chart_seconds = 60;                ///< chart [s]
+  std::vector<std::string> measured_files;  ///< psd
+  /// psd: keys of a `psd` block of model "measured" with their texts; those of each file, and the others.
+  std::vector<std::pair<std::string, std::string>> psd_of_file, psd_of_block;
+  bool keep_lines = false;  ///< psd
+  int threads = 0;          ///< 0: all there are
+  bool no_plots = false, json = false, quiet = false;
+};
+
+// The commands of the program: each reads its input, runs (commands/run.h), prints the table or the JSON on
+// standard output, progress and where the results are on standard error, and returns an ExitCode. Failures
+// are thrown, see core/errors.h.
+ExitCode fit_command(CommandLine line);
+ExitCode verify_command(CommandLine line);
+ExitCode trace_command(CommandLine line);
+ExitCode psd_command(CommandLine line);
+ExitCode chart_command(CommandLine line);
+ExitCode check_command(CommandLine line);
+ExitCode schema_command();
+
+}  // namespace aberfit

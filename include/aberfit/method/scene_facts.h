@@ -1,0 +1,25 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "aberfit/method/judge.h"
+#include "aberfit/method/scene.h"
+
+namespace aberfit {
+
+/// What is known of a scene before a surface is fitted: numbers of its specification, the models that are
+/// used and the one that it needs.
+struct SceneFacts {
+  SceneNumbers numbers;
+  std::string theory;  ///< "geometric", "rays", "ghs", "given": what targets come from
+  std::string model;   ///< "rays", "waves": what turns a surface into statistics
+  std::string needed;  ///< the same words: what the scene needs
+  std::string reason;  ///< why it is needed, one sentence
+  std::optional<ModelErrors> errors;       ///< of rays against GHS
+  std::optional<Realisation> realisation;  ///< absent: not asked for
+};
+
+/// The facts of a scene with roughness whose targets come from `theory`; `realisation` is left empty.
+SceneFacts scene_facts(const Scene& scene, const std::string& theory);
+
+}  // namespace aberfit

@@ -1,0 +1,66 @@
+#include "aberfit/chart/check.h"
+
+#include "aberfit/core/errors.h"
+#include "aberfit/method/ray_count.h"
+
+namespace aberfit {
+namespace {
+
+CheckedTerms checked_terms(const Task& task, const Scene& scene, const TermSet& terms, double captured) {
+  CheckedTerms checked{terms.size(), captured, {}};
+  if (task.terms.automatic && scene.psd) checked.expected = expected_orders(scene);
+  return checked;
+}
+
+void predict(const Task& task, const Scene& scene, const TermSet& terms, const TargetSets& targets,
+             const FitRates& rates, CheckReport* report) {
+  report->rates = rates.source;
+  try {
+    report->prediction = predict_fit(task, scene, terms, targets, rates, report->threads);
+  } catch (const ComputationError& error) {  // a grid finer than there is: `fit` will say so, too
+    report->unpredicted = error.what();
+  }
+}
+
+}  // namespace
+
+CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
+  const Scene scene = make_scene(task);
+  double captured = 0;
+  const TermSet terms = make_terms(task, scene, task.terms, &captured);
+  const TargetSets targets = make_targets(task, scene, threads);
+  CheckReport report;
+  report.warnings = scene_warnings(task, scene, terms, captured);
+  report.mirror = characterise(task.mirror, task.aperture);
+  report.focal_sigma = scene.focal_sigma;
+  report.theory = targets.theory;
+  report.model = scene.use.model;
+  report.reason = scene.use.reason;
+  if (scene.psd) {
+    report.scene = scene_facts(scene, targets.theory);
+    report.scene->realisation = Realisation{scene.numbers.realisation_spread, std::nan(""), 0};
+    report.too_simple = scene.use.too_simple(targets_are_given(task));
+  }
+  report.terms = checked_terms(task, scene, terms, captured);
+  report.statistics = {targets.fitted.size(), targets.guides.size(), targets.held_out.size()};
+  report.automatic_rays = task.trace.automatic_rays;
+  report.rays = task.trace.automatic_rays ? first_rays(terms.size()) : task.trace.pupil.rays;
+  report.starts = task.fit.starts;
+  report.threads = threads;
+  predict(task, scene, terms, targets, rates, &report);
+  return report;
+}
+
+MapCheckReport make_map_check(const HeightMap& map, const TermSet& terms, int threads) {
+  MapCheckReport report;
+  report.columns = map.columns();
+  report.rows = map.rows();
+  report.valid = valid_count(map);
+  report.pitch = map.pitch_x;
+  report.terms = terms.size();
+  report.seconds = predict_map_fit(double(report.valid), double(report.terms), threads);
+  report.threads = threads;
+  return report;
+}
+
+}  // namespace aberfit

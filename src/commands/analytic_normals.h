@@ -1,0 +1,14 @@
+#pragma once
+#include "aberfit/core/errors.h"
+#include "aberfit/study/study.h"
+
+namespace aberfit {
+
+/// Throws InputError for a study of central differences, which no fit takes.
+inline void require_analytic_normals(const Study& study) {
+  if (study.trace.central_difference_step)
+    throw InputError(study.path, "/trace/normals", "central differences in a fit",
+                     "\"analytic\" normals; `verify` and `trace` take central differences");
+}
+
+}  // namespace aberfit

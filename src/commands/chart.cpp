@@ -1,0 +1,54 @@
+#include "aberfit/chart/chart.h"
+
+#include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/fit/calibrate.h"
+#include "aberfit/report/chart.h"
+#include "aberfit/study/read_study.h"
+#include "output_directory.h"
+#include "terminal.h"
+
+namespace aberfit {
+namespace {
+
+nlohmann::ordered_json chart_json(const Chart& chart, const Study& study) {
+  Provenance provenance = make_provenance(study.fit.seed, chart.threads);
+  provenance.libraries["ceres"] = solver_version();
+  return to_json(chart, resolved_study(study), provenance);
+}
+
+}  // namespace
+
+Chart run_chart(const Study& study, const RunOptions& options) {
+  if (study.map)
+    throw InputError(study.path, "/target/map", "a study of a map",
+                     "statistics as targets: a map is fitted by linear least squares, which is exact, and "
+                     "`aberfit check` predicts its cost");
+  Chart chart = make_chart(study, options.chart_seconds, context_of(options));
+  chart.title = study.title;
+  if (!options.output_directory.empty()) {
+    if (options.progress) options.progress("chart: files");
+    if (options.plots && study.output.plots)
+      write_chart_plots(chart, options.output_directory, &chart.warnings);
+    const std::string folder = options.output_directory + "/";
+    write_file(folder + "chart.csv", chart_csv(chart));
+    write_file(folder + "summary.txt", summary_table(chart));
+    // Last, so that a chart.json always has its companions beside it.
+    write_file(folder + "chart.json", chart_json(chart, study).dump(2) + "\n");
+  }
+  return chart;
+}
+
+ExitCode chart_command(CommandLine line) {
+  const Study study = read_study(line.study_file);
+  if (line.output_directory.empty()) line.output_directory = default_chart_directory(line.study_file);
+  choose_output_directory(&line);
+  ProgressLine progress(!line.quiet);
+  const Chart chart = run_chart(study, run_options(line, &progress));
+  progress.clear();
+  print(line, chart_json(chart, study), summary_table(chart));
+  say_where(line);
+  return ExitCode::kDone;
+}
+
+}  // namespace aberfit

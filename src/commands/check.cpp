@@ -1,0 +1,109 @@
+#include "aberfit/chart/check.h"
+
+#include <filesystem>
+
+#include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/core/parallel.h"
+#include "aberfit/core/units.h"
+#include "aberfit/report/check_report.h"
+#include "aberfit/report/fit_rates.h"
+#include "aberfit/study/read_study.h"
+#include "map_fit.h"
+#include "output_directory.h"
+#include "terminal.h"
+
+namespace aberfit {
+namespace {
+
+// The chart's rates where one is given, else those that came with the program.
+FitRates rates_for(const Study& study, const RunOptions& options) {
+  const bool there = !options.chart_file.empty() && std::filesystem::exists(options.chart_file);
+  if (options.chart_file.empty() || (options.chart_optional && !there)) return built_in_rates();
+  bool same_study = false;
+  try {
+    const FitRates rates = read_rates(options.chart_file, resolved_study(study), &same_study);
+    return options.chart_optional && !same_study ? built_in_rates() : rates;
+  } catch (const InputError&) {
+    if (!options.chart_optional) throw;  // nobody asked for this one
+    return built_in_rates();
+  }
+}
+
+double positive_length(const std::string& option, const std::string& text) {
+  double value = 0;
+  try {
+    value = parse_quantity(text, Dimension::kLength);
+  } catch (const std::exception&) {
+    value = 0;
+  }
+  if (!(value > 0))
+    throw InputError("command line", "", option + " \"" + text + "\"",
+                     "a positive length with its unit, e.g. \"10 nm\"");
+  return value;
+}
+
+// Ranges of the paper's table from the command line; the defaults where nothing is given.
+PaperTable paper_table(const CommandLine& line) {
+  PaperTable table;
+  const auto lengths = [&](const char* option, const std::vector<std::string>& texts,
+                           std::vector<double>* values) {
+    if (!texts.empty()) values->clear();
+    for (const std::string& text : texts) values->push_back(positive_length(option, text));
+  };
+  lengths("--sigma", line.table_sigma, &table.rms_heights);
+  lengths("--correlation-length", line.table_length, &table.correlation_lengths);
+  lengths("--diameter", line.table_diameter, &table.diameters);
+  if (!line.table_wavelength.empty())
+    table.wavelength = positive_length("--wavelength", line.table_wavelength);
+  return table;
+}
+
+// Without --chart the chart that `aberfit chart` would have written serves, if it is there and of this study.
+RunOptions check_options(const CommandLine& line, const Study& study, ProgressLine* progress) {
+  RunOptions options = run_options(line, progress);
+  if (line.paper_table) options.paper_table = paper_table(line);
+  if (options.chart_file.empty()) {
+    options.chart_file = (std::filesystem::path(default_chart_directory(study.path)) / "chart.json").string();
+    options.chart_optional = true;
+  }
+  return options;
+}
+
+int threads_of(const RunOptions& options) {
+  return options.threads > 0 ? options.threads : available_threads();
+}
+
+}  // namespace
+
+CheckReport run_check(const Study& study, const RunOptions& options) {
+  CheckReport report = make_check(study, rates_for(study, options), threads_of(options));
+  report.title = study.title;
+  if (options.paper_table) report.paper_table = paper_cells(*options.paper_table, study.mirror.focal_length);
+  return report;
+}
+
+MapCheckReport run_map_check(const Study& study, const RunOptions& options) {
+  const HeightMap map = load_map(study);
+  const TermSet terms = map_terms(study, aperture_radius(study.aperture));
+  MapCheckReport report = make_map_check(map, terms, threads_of(options));
+  report.title = study.title;
+  return report;
+}
+
+ExitCode check_command(CommandLine line) {
+  const Study study = read_study(line.study_file);
+  ProgressLine progress(!line.quiet);
+  const RunOptions options = check_options(line, study, &progress);
+  const auto show = [&](const auto& report) {
+    progress.clear();
+    print(line, to_json(report, resolved_study(study)), summary_table(report));
+  };
+  if (study.map)
+    show(run_map_check(study, options));
+  else
+    show(run_check(study, options));
+  return ExitCode::kDone;
+}
+
+}  // namespace aberfit

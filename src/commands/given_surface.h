@@ -1,0 +1,20 @@
+#pragma once
+#include <optional>
+
+#include "aberfit/method/trace_surface.h"
+#include "aberfit/report/result.h"
+#include "aberfit/commands/run_options.h"
+
+namespace aberfit {
+
+/// The surface of options.coefficients_file; nothing where none is named. Throws InputError as
+/// read_coefficients_csv.
+inline std::optional<GivenSurface> given_surface(const Study& study, const RunOptions& options) {
+  if (options.coefficients_file.empty()) return std::nullopt;
+  GivenSurface surface;
+  surface.terms.radius = aperture_radius(study.aperture);
+  surface.coefficients = read_coefficients_csv(options.coefficients_file, &surface.terms);
+  return surface;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,121 @@
+#include <charconv>
+#include <filesystem>
+
+#include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/core/parallel.h"
+#include "aberfit/report/psd_report.h"
+#include "aberfit/study/read_study.h"
+#include "output_directory.h"
+#include "terminal.h"
+
+namespace aberfit {
+namespace {
+
+using nlohmann::ordered_json;
+
+// The first measurement of a psd block; null when there is none.
+const MeasuredPsd* find_measured(const RoughnessModel& node) {
+  if (const auto* measured = std::get_if<MeasuredPsd>(&node.model)) return measured;
+  if (const auto* sum = std::get_if<RoughnessSum>(&node.model))
+    for (const RoughnessModel& part : sum->parts)
+      if (const MeasuredPsd* measured = find_measured(part)) return measured;
+  return nullptr;
+}
+
+ordered_json roughness_block(const MeasuredPsd& measured) {
+  return {{"psd", psd_block(roughness_model(measured.result.model))}};
+}
+
+ordered_json psd_json(const PsdReport& report, const MeasuredPsd& measured) {
+  return to_json(report, psd_block(RoughnessModel{measured}), roughness_block(measured));
+}
+
+// A number where the whole text is one, so that plain SI numbers do as in a study.
+ordered_json option_value(const std::string& text) {
+  std::int64_t whole = 0;
+  double number = 0;
+  const char *begin = text.data(), *end = begin + text.size();
+  if (const auto [at, error] = std::from_chars(begin, end, whole); error == std::errc{} && at == end)
+    return whole;
+  if (const auto [at, error] = std::from_chars(begin, end, number); error == std::errc{} && at == end)
+    return number;
+  return text;
+}
+
+// What is measured: a study's measurement, or files with the options of the command line.
+MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
+  const std::string& first = line.measured_files.front();
+  if (std::filesystem::path(first).extension() == ".json") {
+    if (line.measured_files.size() > 1 || !line.psd_of_file.empty() || !line.psd_of_block.empty() ||
+        line.keep_lines)
+      throw InputError("command line", "", "options or further files beside a study",
+                       "the study alone: they are keys of its `psd` block");
+    const Study study = read_study(first);
+    *title = study.title;
+    return measured_psd_of(study);
+  }
+  ordered_json source = ordered_json::object(), block;
+  for (const auto& [key, text] : line.psd_of_file) source[key] = option_value(text);
+  for (const auto& [key, text] : line.psd_of_block) block[key] = option_value(text);
+  for (const std::string& file : line.measured_files) {
+    source["file"] = file;
+    if (&file == &first)
+      block.update(source);
+    else
+      block["further"].push_back(source);
+  }
+  if (line.keep_lines) block["find_lines"] = false;
+  *title = std::filesystem::path(first).filename().string();
+  return read_measured(block, "command line", line.threads);
+}
+
+}  // namespace
+
+const MeasuredPsd& measured_psd_of(const Study& study) {
+  const MeasuredPsd* measured = study.roughness ? find_measured(*study.roughness) : nullptr;
+  if (!measured)
+    throw InputError(study.path, "/roughness/psd", "no measurement in the roughness",
+                     "a psd of model \"measured\"; or give `aberfit psd` the measured file itself");
+  return *measured;
+}
+
+PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const RunOptions& options) {
+  PsdReport report;
+  report.title = title;
+  report.files.push_back(measured.source.file);
+  for (const MeasuredFile& file : measured.further) report.files.push_back(file.file);
+  report.data = measured.data;
+  report.estimate = measured.estimate;
+  report.fit = measured.result;
+  report.warnings = measured.estimate.warnings;
+  report.warnings.insert(report.warnings.end(), measured.result.warnings.begin(),
+                         measured.result.warnings.end());
+  report.provenance = make_provenance(0, options.threads > 0 ? options.threads : available_threads());
+  if (!options.output_directory.empty()) {
+    if (options.plots) write_psd_plots(report, options.output_directory, &report.warnings);
+    const std::string folder = options.output_directory + "/";
+    const ordered_json roughness = roughness_block(measured);
+    write_file(folder + "psd.csv", psd_csv(report));
+    write_file(folder + "roughness.json", roughness.dump(2) + "\n");
+    write_file(folder + "summary.txt", summary_table(report, roughness));
+    write_file(folder + "result.json", psd_json(report, measured).dump(2) + "\n");
+  }
+  return report;
+}
+
+ExitCode psd_command(CommandLine line) {
+  line.study_file = line.measured_files.front();
+  ProgressLine progress(!line.quiet);
+  if (progress.shown()) progress.show("measuring");
+  std::string title;
+  const MeasuredPsd measured = measured_by(line, &title);
+  choose_output_directory(&line);
+  const PsdReport report = run_psd(measured, title, run_options(line, &progress));
+  progress.clear();
+  print(line, psd_json(report, measured), summary_table(report, roughness_block(measured)));
+  say_where(line);
+  return measured.result.status == PsdFitStatus::kConverged ? ExitCode::kDone : ExitCode::kNotMet;
+}
+
+}  // namespace aberfit

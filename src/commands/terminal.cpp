@@ -1,0 +1,58 @@
+#include "terminal.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+namespace aberfit {
+namespace {
+
+constexpr std::chrono::seconds kBetweenLines{20};
+
+}  // namespace
+
+ProgressLine::ProgressLine(bool wanted) : shown_(wanted), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void ProgressLine::show(const std::string& line) {
+  if (!terminal_) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - logged_ < kBetweenLines) return;
+    logged_ = now;
+    fmt::print(stderr, "{}\n", line);
+  } else {
+    fmt::print(stderr, "\r\x1b[K{}", line);
+    dirty_ = true;
+  }
+  std::fflush(stderr);
+}
+
+void ProgressLine::clear() {
+  if (dirty_) fmt::print(stderr, "\r\x1b[K");
+  dirty_ = false;
+}
+
+RunOptions run_options(const CommandLine& line, ProgressLine* progress) {
+  RunOptions options;
+  options.threads = line.threads;
+  options.plots = !line.no_plots;
+  options.output_directory = line.output_directory;
+  options.coefficients_file = line.coefficients_file;
+  options.chart_file = line.chart_file;
+  options.chart_seconds = line.chart_seconds;
+  if (progress->shown()) options.progress = [progress](const std::string& text) { progress->show(text); };
+  return options;
+}
+
+void print(const CommandLine& line, const nlohmann::ordered_json& json, const std::string& table) {
+  if (line.json)
+    fmt::print("{}\n", json.dump(2));
+  else
+    fmt::print("{}{}", table, table.empty() || table.back() == '\n' ? "" : "\n");
+}
+
+void say_where(const CommandLine& line) {
+  if (!line.quiet) fmt::print(stderr, "results in {}\n", line.output_directory);
+}
+
+}  // namespace aberfit

@@ -1,0 +1,39 @@
+#pragma once
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "aberfit/commands/program.h"
+#include "aberfit/commands/run_options.h"
+
+namespace aberfit {
+
+/// On a terminal one line of standard error, rewritten in place and gone before anything else is printed; in
+/// a log a line now and then, where the work takes long.
+class ProgressLine {
+ public:
+  explicit ProgressLine(bool wanted);
+  ~ProgressLine() { clear(); }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  bool shown() const { return shown_; }
+  void show(const std::string& line);
+  void clear();
+
+ private:
+  bool shown_, terminal_;
+  bool dirty_ = false;
+  std::chrono::steady_clock::time_point logged_ = std::chrono::steady_clock::now();
+};
+
+/// The options of the command line, with progress on `progress`, which must outlive them.
+RunOptions run_options(const CommandLine& line, ProgressLine* progress);
+
+/// Prints the JSON where the command line asks for it, else the table.
+void print(const CommandLine& line, const nlohmann::ordered_json& json, const std::string& table);
+
+/// Says in which folder the results are, unless to be quiet.
+void say_where(const CommandLine& line);
+
+}  // namespace aberfit

@@ -1,0 +1,26 @@
+#include "aberfit/commands/run.h"
+#include "aberfit/core/parallel.h"
+#include "aberfit/report/trace_report.h"
+#include "aberfit/study/read_study.h"
+#include "given_surface.h"
+#include "terminal.h"
+
+namespace aberfit {
+
+TraceReport run_trace(const Study& study, const RunOptions& options) {
+  const int threads = options.threads > 0 ? options.threads : available_threads();
+  TraceReport report = trace_surface(study, given_surface(study, options), threads);
+  report.title = study.title;
+  return report;
+}
+
+ExitCode trace_command(CommandLine line) {
+  const Study study = read_study(line.study_file);
+  ProgressLine progress(!line.quiet);
+  const TraceReport report = run_trace(study, run_options(line, &progress));
+  progress.clear();
+  print(line, to_json(report, resolved_study(study)), summary_table(report));
+  return ExitCode::kDone;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,71 @@
+#include "aberfit/method/trace_surface.h"
+
+#include <fmt/format.h>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/trace/central_difference.h"
+#include "aberfit/method/plan.h"
+#include "aberfit/method/pupil_choice.h"
+#include "aberfit/forward/forward_model.h"
+#include "study_surface.h"
+
+namespace aberfit {
+
+GivenSurface surface_of(const Task& task, const Scene& scene, const std::optional<GivenSurface>& given) {
+  if (given) return *given;
+  TermPlan plan = plan_terms(task, scene, task.terms);
+  Eigen::VectorXd coefficients = plan.prior.colour(draw_white(plan.terms.size(), task.fit.seed));
+  return {std::move(plan.terms), std::move(coefficients)};
+}
+
+SurfaceField surface_field(const Task& task, const PupilSample& pupil, const GivenSurface& surface,
+                           int threads) {
+  if (task.trace.central_difference_step)
+    return central_difference_field(task.mirror, pupil, surface.terms, surface.coefficients,
+                                    *task.trace.central_difference_step, threads);
+  SurfaceField field;
+  SurfaceOperator(surface.terms, pupil, {threads, {}, {}}).apply(surface.coefficients, &field);
+  return field;
+}
+
+TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads) {
+  const Scene scene = make_scene(task);
+  const TargetSets targets = make_targets(task, scene, threads);
+  const GivenSurface surface = surface_of(task, scene, given);
+  const FocusModel model = scene.use.model;
+  const bool by_rays = model == FocusModel::kRays;
+  if (!by_rays && task.trace.central_difference_step)
+    throw FieldError("trace.normals",
+                     "central differences with trace model \"" + to_string(model) + '"',
+                     "\"analytic\" normals, or trace model \"rays\"");
+  const PupilSample pupil = focus_pupil(
+      task, model, task.trace.pupil, by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted));
+  const RayBundle nominal = trace_nominal(task.mirror, pupil);
+  const SurfaceField field = surface_field(task, pupil, surface, threads);
+  const RayBundle rays = trace(task.mirror, pupil, field);
+  std::vector<Statistic> statistics;
+  for (const Target& target : targets.fitted) statistics.push_back(target.statistic);
+  TraceReport report;
+  report.warnings = scene.use.warnings;
+  const Eigen::VectorXd values =
+      by_rays ? evaluate_exact({rays, nominal, field.height, task.trace.centre}, statistics, threads,
+                               &report.warnings)
+              : focus_statistics({task.mirror, pupil,
+                                  SurfaceOperator(surface.terms, pupil, focus_operator(model, threads)),
+                                  model, task.wavelength, &task.aperture, task.trace.centre},
+                                 surface.coefficients, statistics, threads, &report.warnings);
+  if (rays.lost > 0)
+    report.warnings.push_back(
+        {"lost-rays", fmt::format("{} of {} rays miss the focal region", rays.lost, rays.size())});
+  report.theory = targets.theory;
+  report.model = model;
+  report.reason = scene.use.reason;
+  report.rays = rays.size();
+  report.lost_rays = rays.lost;
+  report.terms = surface.terms.size();
+  for (std::size_t k = 0; k < statistics.size(); ++k)
+    report.statistics.push_back({statistics[k], values[Eigen::Index(k)], targets.fitted[k].value});
+  return report;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,74 @@
+#include "aberfit/report/check_report.h"
+
+#include <fmt/format.h>
+
+#include "json_number.h"
+#include "paper_table.h"
+#include "scene_facts_json.h"
+
+namespace aberfit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json checked_scene_json(const CheckReport& report) {
+  Json json = scene_json(*report.scene);
+  const ModelErrors& e = *report.scene->errors;
+  json["rays_ee90_radius_m"] = e.rays.ee90;
+  json["focal_sigma_m"] = report.focal_sigma;
+  json["paper_verdict"] = paper_verdict(report.scene->numbers.paper_ratio_r);
+  return json;
+}
+
+Json checked_terms_json(const CheckedTerms& terms) {
+  Json json = {{"count", terms.count}, {"captured_fraction", terms.captured}};
+  if (const auto& range = terms.expected)
+    json["automatic"] = {
+        {"family", range->wide ? "fourier" : "zernike"}, {"n_low", range->low}, {"n_high", range->high}};
+  return json;
+}
+
+Json prediction_json(const CheckReport& report) {
+  const FitPrediction& p = *report.prediction;
+  Json costs;
+  for (const auto& [stage, seconds] : p.stages) costs[stage] = seconds;
+  return {{"rates", report.rates},
+          {"iterations", p.iterations},
+          {"iterations_known", p.iterations_known},
+          {"stages_seconds", costs}};
+}
+
+}  // namespace
+
+Json to_json(const CheckReport& report, const Json& study) {
+  Json json = {{"aberfit", 1},
+               {"kind", "check"},
+               {"study", study},
+               {"mirror",
+                {{"f_number", report.mirror.f_number},
+                 {"rim_sag_m", report.mirror.rim_sag_max},
+                 {"rim_plane_residual_m", report.mirror.plane_residual}}}};
+  if (report.scene) json["scene"] = checked_scene_json(report);
+  json["terms"] = checked_terms_json(report.terms);
+  json["predicted_seconds"] = report.prediction ? Json(report.prediction->seconds) : Json(nullptr);
+  if (report.prediction) json["prediction"] = prediction_json(report);
+  json["warnings"] = json_warnings(report.warnings);
+  if (report.paper_table) json["paper_table"] = to_json(*report.paper_table);
+  return json;
+}
+
+Json to_json(const MapCheckReport& report, const Json& study) {
+  return {{"aberfit", 1},
+          {"kind", "check"},
+          {"study", study},
+          {"map",
+           {{"columns", report.columns},
+            {"rows", report.rows},
+            {"valid", report.valid},
+            {"pitch_m", report.pitch}}},
+          {"terms", {{"count", report.terms}}},
+          {"predicted_seconds", report.seconds},
+          {"warnings", Json::array()}};
+}
+
+}  // namespace aberfit

@@ -1,0 +1,140 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "aberfit/core/units.h"
+#include "aberfit/report/check_report.h"
+#include "paper_table.h"
+
+namespace aberfit {
+namespace {
+
+std::string length(double metres) { return format_quantity(metres, Dimension::kLength); }
+std::string plural(int count) { return count == 1 ? "" : "s"; }
+std::string row(const std::string& label, const std::string& value) {
+  return fmt::format("  {:<34} {}\n", label, value);
+}
+std::string heading(const std::string& title) { return title.empty() ? "" : title + "\n\n"; }
+
+std::string seconds_text(double seconds) {
+  if (seconds < 99.5) return fmt::format("{:.2g} s", seconds);
+  return seconds < 5970 ? fmt::format("{:.2g} min", seconds / 60) : fmt::format("{:.0f} h", seconds / 3600);
+}
+
+// No more digits than a prediction has: "20 s", "15 s", "2 min".
+std::string rounded_text(double seconds) {
+  if (seconds < 0.1) return "less than 0.1 s";
+  const double unit = seconds < 99.5 ? 1 : seconds < 5970 ? 60 : 3600;
+  const double amount = seconds / unit;
+  const double digit = std::pow(10, std::floor(std::log10(amount)));
+  const double step = amount < 2 * digit ? 0.5 * digit : digit;  // one digit, and halves below two
+  return fmt::format("about {:.3g} {}", step * std::round(amount / step),
+                     unit == 1    ? "s"
+                     : unit == 60 ? "min"
+                                  : "h");
+}
+
+std::string error_row(const char* label, double ee90_radius, double ee50_error, double ee90_error) {
+  return row(label, fmt::format("{}: off by {:+.3g} %; ee50 by {:+.3g} %", length(ee90_radius),
+                                100 * ee90_error, 100 * ee50_error));
+}
+
+// R, kappa and GHS of the specification, with both verdicts side by side.
+std::string scene_rows(const CheckReport& report) {
+  const SceneFacts& scene = *report.scene;
+  const SceneNumbers& n = scene.numbers;
+  const ModelErrors& e = *scene.errors;
+  std::string text = row("RMS height", length(n.rms_height));
+  text += row("RMS slope per axis", format_quantity(n.rms_slope_per_axis, Dimension::kAngle));
+  text += row("spot scale sigma_f", length(report.focal_sigma));
+  text += row("slope-carrying modes N_eff",
+              fmt::format("{:.0f}: ee90 of draws spreads by {:.1f} %", n.n_eff, 100 * n.realisation_spread));
+  text += row("g = 4 pi sigma/lambda", fmt::format("{:.3g}, TIS {:.3g}", n.g, n.tis));
+  text += row("kappa (rays from 0.85 up)", fmt::format("{:.3g}", n.kappa));
+  text += row("Airy ee90", length(n.airy_ee90));
+  text += row("ee90 by Harvey-Shack (waves)",
+              length(e.ghs.ee90) + fmt::format(", ee50 {}, ee80 {}", length(e.ghs.ee50), length(e.ghs.ee80)));
+  text += error_row("ee90 by rays", e.rays.ee90, e.ray_ee50, e.ray_ee90);
+  text += row("R of the paper", fmt::format("{:.4g}", n.paper_ratio_r));
+  text += row("  its verdict (R >> 1: rays)", paper_verdict(n.paper_ratio_r));
+  text += row("  ours", scene.needed);
+  text += row("why", scene.reason);
+  text += row("models used", fmt::format("targets {}, surface {}", scene.theory, scene.model));
+  if (report.too_simple)
+    text += row("", "simpler than needed: the verdict of `fit` will be on " + scene.needed);
+  return text;
+}
+
+// What a search for the fewest terms is expected to end with.
+std::string expected_terms(const OrderRange& range) {
+  if (range.wide)
+    return fmt::format("chosen by the fit: the fewest plane waves that do (Zernikes need n > {})",
+                       kLargestSearchedOrder);
+  const auto count = [](int order) { return zernike_modes(2, order).size(); };
+  return fmt::format("chosen by the fit: the fewest that do; n_max {} to {} expected, {} to {} terms",
+                     range.low, range.high, count(range.low), count(range.high));
+}
+
+std::string rays_text(const CheckReport& report) {
+  if (report.model == FocusModel::kWaves)
+    return "none: waves on a grid of cells that the light itself decides";
+  return report.automatic_rays ? fmt::format("chosen by the fit: {} or more for so many terms", report.rays)
+                               : fmt::format("{}", report.rays);
+}
+
+std::string cost_rows(const CheckReport& report) {
+  if (!report.prediction)
+    return row("predicted time of `fit`", fmt::format("not known: {}", report.unpredicted));
+  const FitPrediction& p = *report.prediction;
+  std::string rows =
+      row("predicted time of `fit`",
+          fmt::format("{} on {} thread{}, pictures left out; {}", rounded_text(p.seconds), report.threads,
+                      plural(report.threads),
+                      p.search ? "searches vary by a factor of three" : "within a factor of two to three"));
+  rows += row("", "rates " + report.rates);
+  for (const auto& [stage, cost] : p.stages) {
+    std::string text = seconds_text(cost);
+    if (stage == "iterations")
+      text += fmt::format(
+          " for {:.0f}{}{}{}{}", p.iterations, p.iterations_known ? "" : ", a typical number",
+          p.search ? ", of each of a typical number of sets" : "",
+          p.more_rays ? "; twice the rays the second time" : "",
+          report.starts > 1 ? fmt::format("; as much for each further of {} starts", report.starts) : "");
+    rows += row("  " + stage, text);
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::string summary_table(const CheckReport& report) {
+  std::string text = heading(report.title);
+  text += row("f-number", fmt::format("f/{:.3g}", report.mirror.f_number));
+  text += row("rim above vertex", length(report.mirror.rim_sag_max));
+  text += report.scene ? scene_rows(report)
+                       : row("models", fmt::format("targets {}, surface {}: {}", report.theory,
+                                                   to_string(report.model), report.reason));
+  text += row("terms", report.terms.expected ? expected_terms(*report.terms.expected)
+                                             : fmt::format("{} ({:.2f} % of the height variance)",
+                                                           report.terms.count, 100 * report.terms.captured));
+  text += row("statistics",
+              fmt::format("{} fitted, {} guides, {} held out; targets: {}", report.statistics.fitted,
+                          report.statistics.guides, report.statistics.held_out, report.theory));
+  text += row("rays", rays_text(report)) + cost_rows(report);
+  for (const Warning& warning : report.warnings)
+    text += fmt::format("\n  {}: {}\n", warning.code, warning.message);
+  if (report.paper_table) text += fmt::format("\n{}", summary_table(*report.paper_table));
+  return text;
+}
+
+std::string summary_table(const MapCheckReport& report) {
+  std::string text = heading(report.title);
+  text += row("map", fmt::format("{} x {} points, {} valid, pitch {}", report.columns, report.rows,
+                                 report.valid, length(report.pitch)));
+  text += row("terms", fmt::format("{} by least squares", report.terms));
+  return text + row("predicted time of `fit`",
+                    fmt::format("{} on {} thread{} (within a factor 3)", seconds_text(report.seconds),
+                                report.threads, plural(report.threads)));
+}
+
+}  // namespace aberfit

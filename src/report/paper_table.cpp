@@ -1,0 +1,52 @@
+#include "paper_table.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "aberfit/core/units.h"
+#include "json_number.h"
+
+namespace aberfit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string length(double metres) { return format_quantity(metres, Dimension::kLength); }
+std::string needed_word(const PaperCell& cell) { return to_string(cell.needed); }
+
+}  // namespace
+
+Json to_json(const PaperCells& table) {
+  Json rows = Json::array();
+  for (const PaperCell& cell : table.cells)
+    rows.push_back({{"rms_height_m", cell.rms_height},
+                    {"correlation_length_m", cell.correlation_length},
+                    {"diameter_m", cell.diameter},
+                    {"paper_ratio_r", json_number(cell.ratio)},
+                    {"g", json_number(cell.g)},
+                    {"kappa", json_number(cell.kappa)},
+                    {"ray_ee90_error", json_number(cell.ray_ee90_error)},
+                    {"paper_verdict", paper_verdict(cell.ratio)},
+                    {"needed", needed_word(cell)}});
+  return {{"wavelength_m", table.wavelength}, {"rows", rows}};
+}
+
+std::string summary_table(const PaperCells& table) {
+  std::string text = fmt::format(
+      "R = 2 sigma D/(1.22 lambda l_c) at {}: the paper takes rays where R >> 1 (here: from {:.0f} up)\n\n"
+      "  {:>10} {:>10} {:>10} {:>11} {:>9} {:>10} {:>10} {:>8} {:>10}\n",
+      length(table.wavelength), kPaperRatioForRays, "sigma", "l_c", "D", "R", "g", "kappa", "ray ee90*",
+      "paper", "ours");
+  for (const PaperCell& cell : table.cells) {
+    const double error = cell.ray_ee90_error;
+    text += fmt::format("  {:>10} {:>10} {:>10} {:>11.4g} {:>9.3g} {:>10.3g} {:>10} {:>8} {:>10}\n",
+                        length(cell.rms_height), length(cell.correlation_length), length(cell.diameter),
+                        cell.ratio, cell.g, cell.kappa,
+                        std::isfinite(error) ? fmt::format("{:+.3g} %", 100 * error) : "-",
+                        paper_verdict(cell.ratio), needed_word(cell));
+  }
+  return text + "\n  * error of the ray ee90 against generalised Harvey-Shack; Gaussian autocorrelation\n";
+}
+
+}  // namespace aberfit

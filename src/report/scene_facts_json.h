@@ -1,0 +1,21 @@
+#pragma once
+#include "aberfit/method/scene_facts.h"
+#include "aberfit/report/result.h"
+
+namespace aberfit {
+
+/// The same numbers under the same keys as `scene` of a result.
+inline nlohmann::ordered_json scene_json(const SceneFacts& facts) {
+  ResultDocument result;
+  result.has_roughness = true;
+  result.scene = facts.numbers;
+  result.theory = facts.theory;
+  result.model = facts.model;
+  result.needed = facts.needed;
+  result.model_reason = facts.reason;
+  result.errors = facts.errors;
+  result.realisation = facts.realisation;
+  return scene_json(result);
+}
+
+}  // namespace aberfit
