@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "aberfit/core/errors.h"
-#include "aberfit/method/fresh_statistics.h"
+#include "aberfit/forward/statistics_with_error.h"
+#include "aberfit/method/prior_draws.h"
+#include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/spectrum_target.h"
 #include "aberfit/method/term_search.h"
@@ -107,7 +109,8 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
   const auto fresh_rays = std::int64_t(std::max(4096.0, 4 * rates.size.rays * part));
   const ChartClock fresh_clock(0);
   const FreshStatistics fresh =
-      evaluate_fresh(task, bench.terms, bench.coefficients, judged, fresh_rays, bench.threads, nullptr);
+      statistics_with_error(lit_mirror(task), {FocusModel::kRays, fresh_rays, task.trace.pupil.seed},
+                            bench.terms, bench.coefficients, judged, bench.threads, nullptr);
   rates.measured.fresh =
       fresh_clock.elapsed() * 4 * rates.size.rays / double(std::max<Eigen::Index>(1, fresh.rays));
 

@@ -143,9 +143,10 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt) {
   FitOutcome& result = attempt->result;
   std::vector<Statistic> judged = statistics_of(of.targets.fitted);
   for (const Target& target : of.targets.held_out) judged.push_back(target.statistic);
-  attempt->fresh = evaluate_fresh(of.task, attempt->bench->model, attempt->bench->pitch, result.terms,
-                                  result.fit.coefficients, judged, 4 * result.rays, of.context.threads,
-                                  &result.warnings);
+  const FreshPupil pupil{attempt->bench->model, 4 * result.rays, of.task.trace.pupil.seed,
+                         attempt->bench->pitch};
+  attempt->fresh = statistics_with_error(lit_mirror(of.task), pupil, result.terms, result.fit.coefficients,
+                                         judged, of.context.threads, &result.warnings);
   judge(of, attempt->fresh, &result);
 }
 

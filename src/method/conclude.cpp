@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "aberfit/method/fresh_statistics.h"
+#include "aberfit/method/prior_draws.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/term_search.h"
 

@@ -53,9 +53,10 @@ std::optional<NeededJudgement> judge_by_need(const Task& task, const Scene& scen
       wanted[k].standard_error = 0;
     }
   }
+  const FreshPupil pupil{model, task.trace.pupil.rays, task.trace.pupil.seed,
+                         wave_pitch(task, terms, wanted)};
   const FreshStatistics fresh =
-      evaluate_fresh(task, model, wave_pitch(task, terms, wanted), terms, coefficients, statistics,
-                     task.trace.pupil.rays, threads, warnings);
+      statistics_with_error(lit_mirror(task), pupil, terms, coefficients, statistics, threads, warnings);
   for (std::size_t k = 0; k < wanted.size(); ++k) {
     const auto at = Eigen::Index(k);
     judgement.metrics.push_back(tost(statistic_name(statistics[k]), false, wanted[k].value,

@@ -59,4 +59,8 @@ PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& 
   return make_pupil(task.aperture, rays);
 }
 
+LitMirror lit_mirror(const Task& task) {
+  return {task.mirror, task.aperture, task.wavelength, task.trace.centre};
+}
+
 }  // namespace aberfit

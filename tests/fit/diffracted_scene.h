@@ -3,7 +3,9 @@
 #include <numbers>
 #include <vector>
 
+#include "aberfit/fit/calibrate.h"
 #include "aberfit/forward/forward_model.h"
+#include "aberfit/terms/modal_covariance.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "aberfit/waves/diffraction_psf.h"
 

@@ -26,7 +26,7 @@ struct FitWork {
 FitWork fit_work(const Task& task, const Scene& scene, const TermSet& terms, const PupilOptions& rays,
                  const TargetSets& targets, int threads);
 
-/// Points of the pupil that zone_slopes (validate.h) takes; 0 for spherical terms, which it leaves out.
+/// Points of the pupil that zone_slopes (prior_draws.h) takes; 0 for spherical terms, which it leaves out.
 double zone_points(const TermSet& terms);
 
 }  // namespace aberfit

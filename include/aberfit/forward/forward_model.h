@@ -27,7 +27,8 @@ struct LightPath {
 };
 
 /// The way from coefficients to statistics and back, for one model. Remembers the last point: a solver asks
-/// for the derivatives where it has just asked for the values. For one caller at a time.
+/// for the derivatives where it has just asked for the values. For one caller at a time. How far its values
+/// are from those of endlessly many points: statistics_with_error.h.
 class ForwardModel {
  public:
   /// Takes d statistic k/d coefficients; may be called from several threads at once, for different k.

@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 
+#include "aberfit/forward/statistics_with_error.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/outcome.h"
 #include "aberfit/method/plan.h"

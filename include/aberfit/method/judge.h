@@ -3,7 +3,7 @@
 
 #include "aberfit/method/outcome.h"
 #include "aberfit/method/scene.h"
-#include "aberfit/method/fresh_statistics.h"
+#include "aberfit/method/prior_draws.h"
 
 namespace aberfit {
 

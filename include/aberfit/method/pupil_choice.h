@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "aberfit/focus/statistic.h"
+#include "aberfit/forward/statistics_with_error.h"
 #include "aberfit/scene/pupil.h"
 #include "aberfit/method/task.h"
 #include "aberfit/terms/term_set.h"
@@ -16,5 +17,8 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
 
 /// The points that a surface is propagated from: rays, or the cells of a grid of `pitch` [m].
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch);
+
+/// The mirror of a study in its light.
+LitMirror lit_mirror(const Task& task);
 
 }  // namespace aberfit

@@ -1,0 +1,58 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "aberfit/core/warning.h"
+#include "aberfit/focus/evaluate.h"
+#include "aberfit/scene/aperture.h"
+#include "aberfit/scene/mirror.h"
+#include "aberfit/terms/term_set.h"
+#include "aberfit/theory/vocabulary.h"
+
+namespace aberfit {
+
+/// A mirror in its light, on no particular pupil points.
+struct LitMirror {
+  const Mirror& mirror;
+  const Aperture& aperture;
+  double wavelength = 0;             ///< [m]; needed for kWaves
+  Centre centre = Centre::kNominal;  ///< kCentroid: kRays only
+};
+
+/// Where a model looks at the pupil anew.
+struct FreshPupil {
+  FocusModel model = FocusModel::kRays;
+  std::int64_t rays = 0;   ///< kRays: wanted number, 8 to 4 million (2^22), clamped to that
+  std::uint64_t seed = 1;  ///< kRays: of the scrambles
+  double pitch = 0;        ///< kWaves: of the coarser of two grids [m]
+};
+
+/// Statistics of a surface and how well its pupil sample knows them.
+struct FreshStatistics {
+  Eigen::VectorXd value, standard_error;
+  Eigen::Index rays = 0, lost = 0;  ///< rays: of waves, cells of the finer grid
+};
+inline constexpr int kScrambles = 8;
+
+/// Exact statistics of the surface with `coefficients` [m] of `terms`, and their stated error, on points that
+/// no fit has seen.
+///   kRays: on the union of kScrambles independently scrambled Sobol pupils of rays/kScrambles points each;
+///     the error is the standard error of the mean of the scrambles' own statistics, s/sqrt(kScrambles)
+///     (Owen, Monte Carlo Theory, Methods and Examples, 2013, 17), itself known to a quarter. It falls faster
+///     than N^-1/2 (N^-0.7 to N^-1.1 seen), and does not see a bias that all scrambles share,
+///     O(kScrambles/N).
+///   kWaves: on a grid 1.37 times finer than `pitch`; the error is the difference from the grid of `pitch`,
+///   so
+///     that it holds what a fit has made of its own grid. Errors fall as pitch^2 or faster where the grid has
+///     three cells a cycle of the highest term (wave_pitch), with signs that change as cells cross the edge:
+///     over the statistics of a scene the root mean square is right within a factor of 3, that of one
+///     statistic may be small by chance.
+/// NaN, and a warning when `warnings` is given, where a statistic does not exist. The same bits for any
+/// number of threads. Throws as make_forward_model does.
+FreshStatistics statistics_with_error(const LitMirror& lit, const FreshPupil& pupil, const TermSet& terms,
+                                      const Eigen::VectorXd& coefficients,
+                                      const std::vector<Statistic>& statistics, int threads,
+                                      Warnings* warnings);
+
+}  // namespace aberfit

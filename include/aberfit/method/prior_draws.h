@@ -1,0 +1,18 @@
+#pragma once
+#include "aberfit/forward/forward_model.h"
+#include "aberfit/method/scene.h"
+#include "aberfit/method/outcome.h"
+
+namespace aberfit {
+
+/// ee90 at z = f of `draws` seeded draws of the prior: their standard deviation over their mean. Draws
+/// without an ee90 are left out; NaN with fewer than two.
+double measured_spread(const LightPath& path, const CoefficientPrior& prior, std::uint64_t seed, int draws,
+                       int threads);
+
+/// Slope RMS per aperture zone (edges 0, .25, .5, .75, 1) over the overall one, of `coefficients` and of
+/// draws from `prior`.
+std::vector<ZoneSlope> zone_slopes(const Task& task, const TermSet& terms, const CoefficientPrior& prior,
+                                   const Eigen::VectorXd& coefficients, int threads);
+
+}  // namespace aberfit

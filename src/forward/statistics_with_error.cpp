@@ -1,0 +1,121 @@
+#include "aberfit/forward/statistics_with_error.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "aberfit/core/parallel.h"
+#include "aberfit/core/random.h"
+#include "aberfit/forward/forward_model.h"
+
+namespace aberfit {
+namespace {
+
+// Everything the statistics need of one pupil.
+struct Traced {
+  SurfaceField field;
+  RayBundle nominal, rays;
+};
+
+Traced trace_terms(const LitMirror& lit, const TermSet& terms, const Eigen::VectorXd& coefficients,
+                   const PupilSample& pupil, int threads) {
+  Traced traced;
+  SurfaceOperator(terms, pupil, {threads, {}, {}}).apply(coefficients, &traced.field);
+  traced.nominal = trace_nominal(lit.mirror, pupil);
+  traced.rays = trace(lit.mirror, pupil, traced.field);
+  return traced;
+}
+
+Eigen::VectorXd statistics_of(const LitMirror& lit, const Traced& traced,
+                              const std::vector<Statistic>& statistics, int threads, Warnings* warnings) {
+  return evaluate_exact({traced.rays, traced.nominal, traced.field.height, lit.centre}, statistics, threads,
+                        warnings);
+}
+
+// The scrambles as one pupil of as many times the rays.
+Traced joined(std::vector<Traced> parts) {
+  const auto n = Eigen::Index(parts.size());
+  const auto append = [n](Eigen::ArrayXd& whole, const Eigen::ArrayXd& part, Eigen::Index k) {
+    if (k == 0) whole.resize(n * part.size());
+    whole.segment(k * part.size(), part.size()) = part;
+  };
+  const auto append_bundle = [&](RayBundle& whole, const RayBundle& part, Eigen::Index k) {
+    for (const auto array : {&RayBundle::x, &RayBundle::y, &RayBundle::tx, &RayBundle::ty})
+      append(whole.*array, part.*array, k);
+    append(whole.weight, part.weight / double(n), k);
+    whole.lost += part.lost;
+  };
+  Traced whole;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    Traced part = std::move(parts[std::size_t(k)]);
+    append(whole.field.height, part.field.height, k);
+    append_bundle(whole.nominal, part.nominal, k);
+    append_bundle(whole.rays, part.rays, k);
+  }
+  return whole;
+}
+
+// Here the sampling error of ee90 is below 0.03 % even by the law of random points (PHYSICS 2: 0.51 % for
+// 15,000), and below that for Sobol points; more only takes memory.
+constexpr std::int64_t kMostFreshRays = std::int64_t(1) << 22;
+
+// No multiple of the fit's pitch, so that no cell of one grid is a cell of the other.
+constexpr double kFinerGrid = 1.37;
+
+Eigen::VectorXd by_waves(const LitMirror& lit, const PupilSample& pupil, const TermSet& terms,
+                         const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
+                         int threads, Warnings* warnings) {
+  const SurfaceOperator surface(terms, pupil, focus_operator(FocusModel::kWaves, threads));
+  return focus_statistics(
+      {lit.mirror, pupil, surface, FocusModel::kWaves, lit.wavelength, &lit.aperture, lit.centre},
+      coefficients, statistics, threads, warnings);
+}
+
+FreshStatistics fresh_by_waves(const LitMirror& lit, double pitch, const TermSet& terms,
+                               const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
+                               int threads, Warnings* warnings) {
+  const PupilSample coarse = diffraction_pupil(lit.aperture, pitch).sample;
+  const PupilSample fine = diffraction_pupil(lit.aperture, pitch / kFinerGrid).sample;
+  FreshStatistics fresh;
+  fresh.rays = fine.size();
+  fresh.value = by_waves(lit, fine, terms, coefficients, statistics, threads, warnings);
+  fresh.standard_error =
+      (fresh.value - by_waves(lit, coarse, terms, coefficients, statistics, threads, nullptr)).cwiseAbs();
+  return fresh;
+}
+
+FreshStatistics fresh_by_rays(const LitMirror& lit, const FreshPupil& wanted, const TermSet& terms,
+                              const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
+                              int threads, Warnings* warnings) {
+  const RandomStream seeds(wanted.seed, "fresh-rays");
+  const std::int64_t per_scramble =
+      std::clamp<std::int64_t>(wanted.rays, kScrambles, kMostFreshRays) / kScrambles;
+  std::vector<Traced> parts(kScrambles);
+  Eigen::MatrixXd values(Eigen::Index(statistics.size()), kScrambles);
+  parallel_for(kScrambles, threads, [&](std::size_t k) {
+    const PupilSample pupil = make_pupil(lit.aperture, {PupilLayout::kSobol, per_scramble, seeds.bits(k)});
+    parts[k] = trace_terms(lit, terms, coefficients, pupil, 1);
+    values.col(Eigen::Index(k)) = statistics_of(lit, parts[k], statistics, 1, nullptr);
+  });
+  const Traced traced = joined(std::move(parts));
+  FreshStatistics fresh;
+  fresh.rays = traced.rays.size();
+  fresh.lost = traced.rays.lost;
+  fresh.value = statistics_of(lit, traced, statistics, threads, warnings);
+  const Eigen::VectorXd mean = values.rowwise().mean();
+  fresh.standard_error =
+      ((values.colwise() - mean).rowwise().squaredNorm() / (kScrambles * (kScrambles - 1.0))).cwiseSqrt();
+  return fresh;
+}
+
+}  // namespace
+
+FreshStatistics statistics_with_error(const LitMirror& lit, const FreshPupil& pupil, const TermSet& terms,
+                                      const Eigen::VectorXd& coefficients,
+                                      const std::vector<Statistic>& statistics, int threads,
+                                      Warnings* warnings) {
+  if (pupil.model == FocusModel::kWaves)
+    return fresh_by_waves(lit, pupil.pitch, terms, coefficients, statistics, threads, warnings);
+  return fresh_by_rays(lit, pupil, terms, coefficients, statistics, threads, warnings);
+}
+
+}  // namespace aberfit
