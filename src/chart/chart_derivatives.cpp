@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <optional>
 
 #include "aberfit/core/random.h"
 #include "chart_families.h"
@@ -154,6 +155,125 @@ StatisticErrors gradient_errors(const Eigen::MatrixXd& gradients, const Eigen::M
   return worst_and_rms(errors);
 }
 
+// What every way to the Jacobian is measured on.
+struct JacobianBench {
+  const ChartBench& bench;
+  Eigen::VectorXd sigma;             // of the prior
+  std::vector<Eigen::Index> sample;  // columns
+  double share = 0;                  // of the budget, for one way or step [s]
+  ChartTrace at;
+
+  // How many times the work of the sample all columns are.
+  double columns_per_sampled() const { return double(sigma.size()) / double(sample.size()); }
+};
+
+// Rays with which one pass over the sampled columns takes half of what one step may.
+std::int64_t affordable_rays(const ChartBench& bench, double sampled, double share, double seconds) {
+  constexpr std::int64_t kProbe = 4096;
+  ChartTrace probe(bench, bench.terms, make_pupil(bench.task.aperture, pupil_of_at_most(bench.task, kProbe)),
+                   bench.threads);
+  Eigen::VectorXd values;
+  const double once = measure_time(0.05 * seconds, [&] {
+                        probe.smooth(bench.coefficients, bench.statistics, bench.smoothing, &values, nullptr);
+                      }).median;
+  const double affordable = double(kProbe) * 0.5 * share / (2 * sampled * std::max(once, 1e-6));
+  return std::int64_t(std::max(double(kProbe), affordable));
+}
+
+JacobianBench make_jacobian_bench(const ChartBench& bench, double seconds) {
+  Eigen::VectorXd sigma = prior_sigmas(bench.prior);
+  std::vector<Eigen::Index> sample = sample_of(sigma, bench.task.fit.seed);
+  const double share = seconds / (std::size(kSteps) * 2 + 8);
+  const std::int64_t rays = affordable_rays(bench, double(sample.size()), share, seconds);
+  PupilSample pupil = make_pupil(bench.task.aperture, pupil_of_at_most(bench.task, rays));
+  return {bench, std::move(sigma), std::move(sample), share,
+          ChartTrace(bench, bench.terms, std::move(pupil), bench.threads)};
+}
+
+// The sampled columns times sigma, as one way gives them, and its time for values and full Jacobian.
+struct Way {
+  Eigen::MatrixXd columns;
+  ChartTime time;
+};
+
+ChartTime scaled(const ChartTime& time, double factor) {
+  return {factor * time.median, factor * time.low, factor * time.high, time.repeats};
+}
+
+// Nothing where a statistic has no derivative.
+std::optional<Way> by_adjoints(JacobianBench* on) {
+  const ChartBench& bench = on->bench;
+  Eigen::VectorXd values;
+  Eigen::MatrixXd jacobian;
+  bool exists = false;
+  Way way;
+  way.time = measure_time(on->share, [&] {
+    exists = on->at.smooth(bench.coefficients, bench.statistics, bench.smoothing, &values, &jacobian);
+  });
+  if (!exists) return std::nullopt;
+  way.columns.resize(jacobian.rows(), Eigen::Index(on->sample.size()));
+  for (std::size_t k = 0; k < on->sample.size(); ++k)
+    way.columns.col(Eigen::Index(k)) = jacobian.col(on->sample[k]) * on->sigma[on->sample[k]];
+  return way;
+}
+
+// Uses the surface and the gradients over the rays that by_adjoints has left.
+Way by_forward_mode(const JacobianBench& on) {
+  const ChartBench& bench = on.bench;
+  const SurfaceField& field = on.at.field();
+  Way way;
+  way.columns.resize(Eigen::Index(bench.statistics.size()), Eigen::Index(on.sample.size()));
+  const ChartTime columns_time = measure_time(on.share, [&] {
+    for (std::size_t k = 0; k < on.sample.size(); ++k) {
+      Eigen::VectorXd unit;
+      const TermSet one = one_term(bench.terms, on.sample[k], &unit);
+      SurfaceField column;
+      SurfaceOperator(one, on.at.pupil(), OperatorOptions{bench.threads, {}, {}})
+          .apply(unit * on.sigma[on.sample[k]], &column);
+      const RayTangents tangents = ray_tangents(bench.task.mirror, on.at.pupil(), field, column);
+      for (Eigen::Index s = 0; s < way.columns.rows(); ++s)
+        way.columns(s, Eigen::Index(k)) = along(on.at.gradients()[std::size_t(s)], tangents, column);
+    }
+  });
+  // What all columns share: values and gradients over the rays.
+  const double shared_time =
+      measure_time(on.share, [&] {
+        Eigen::VectorXd values;
+        std::vector<StatisticGradient> gradients;
+        const FocusInput input{on.at.rays(), on.at.nominal(), field.height, bench.task.trace.centre};
+        evaluate_smooth(input, bench.statistics, bench.smoothing, bench.threads, &values, &gradients);
+      }).median;
+  way.time = scaled(columns_time, on.columns_per_sampled());
+  for (double* const part : {&way.time.median, &way.time.low, &way.time.high}) *part += shared_time;
+  return way;
+}
+
+Way by_differences(const Values& f, const JacobianBench& on, double step) {
+  Way way;
+  const ChartTime time = measure_time(
+      on.share, [&] { way.columns = differences(f, on.bench.coefficients, on.sigma, on.sample, step); });
+  way.time = scaled(time, on.columns_per_sampled());
+  return way;
+}
+
+// A way's errors against another way, and its time; family, `error_of_reference` and what only some ways have
+// are left to the caller.
+ChartRow row_of(const std::string& method, const Way& way, const Eigen::MatrixXd& reference,
+                const std::string& reference_name, const JacobianBench& on) {
+  ChartRow row;
+  row.method = method;
+  row.unit = "1";
+  row.rays = on.at.pupil().size();
+  row.terms = on.bench.coefficients.size();
+  row.statistics = std::int64_t(on.bench.statistics.size());
+  const StatisticErrors errors = gradient_errors(way.columns, reference);
+  row.error = errors.worst;
+  row.error_rms = errors.rms;
+  row.reference = reference_name + "; both differ from Ridders' extrapolation by error_of_reference";
+  set_time(way.time, &row);
+  return row;
+}
+
 }  // namespace
 
 ChartFamily chart_derivatives(const ChartBench& bench, double seconds) {
@@ -166,108 +286,48 @@ ChartFamily chart_derivatives(const ChartBench& bench, double seconds) {
                      {},
                      "",
                      ""};
-  const Eigen::VectorXd& c = bench.coefficients;
-  const Eigen::VectorXd sigma = prior_sigmas(bench.prior);
-  const std::vector<Eigen::Index> sample = sample_of(sigma, bench.task.fit.seed);
-  const double columns = double(c.size()), sampled = double(sample.size());
-  const auto trace_of = [&](std::int64_t rays) {
-    return ChartTrace(bench, bench.terms,
-                      make_pupil(bench.task.aperture, pupil_of_at_most(bench.task, rays)), bench.threads);
-  };
-  // One pass over the sampled columns is to take half of what one step may.
-  constexpr std::int64_t kProbe = 4096;
-  const double share = seconds / (std::size(kSteps) * 2 + 8);
-  Eigen::VectorXd values;
-  ChartTrace probe = trace_of(kProbe);
-  const double once = measure_time(0.05 * seconds, [&] {
-                        probe.smooth(c, bench.statistics, bench.smoothing, &values, nullptr);
-                      }).median;
-  const double affordable = double(kProbe) * 0.5 * share / (2 * sampled * std::max(once, 1e-6));
-  ChartTrace at = trace_of(std::int64_t(std::max(double(kProbe), affordable)));
-
+  JacobianBench on = make_jacobian_bench(bench, seconds);
   bench.say("chart: Jacobian by adjoints");
-  Eigen::MatrixXd jacobian;
-  bool exists = false;
-  const ChartTime adjoint_time = measure_time(
-      share, [&] { exists = at.smooth(c, bench.statistics, bench.smoothing, &values, &jacobian); });
-  if (!exists) {
+  const std::optional<Way> adjoint = by_adjoints(&on);
+  if (!adjoint) {
     family.skipped = "A statistic of the draw has no derivative: the kernel is too narrow for so few rays.";
     return family;
   }
-  Eigen::MatrixXd adjoint(jacobian.rows(), Eigen::Index(sample.size()));
-  for (std::size_t k = 0; k < sample.size(); ++k)
-    adjoint.col(Eigen::Index(k)) = jacobian.col(sample[k]) * sigma[sample[k]];
-
   bench.say("chart: Jacobian by forward mode");
-  const SurfaceField field = at.field();
-  Eigen::MatrixXd forward(adjoint.rows(), adjoint.cols());
-  const ChartTime forward_time = measure_time(share, [&] {
-    for (std::size_t k = 0; k < sample.size(); ++k) {
-      Eigen::VectorXd unit;
-      const TermSet one = one_term(bench.terms, sample[k], &unit);
-      SurfaceField column;
-      SurfaceOperator(one, at.pupil(), OperatorOptions{bench.threads, {}, {}})
-          .apply(unit * sigma[sample[k]], &column);
-      const RayTangents tangents = ray_tangents(bench.task.mirror, at.pupil(), field, column);
-      for (Eigen::Index s = 0; s < forward.rows(); ++s)
-        forward(s, Eigen::Index(k)) = along(at.gradients()[std::size_t(s)], tangents, column);
-    }
-  });
-
-  // What all columns share: values and gradients over the rays.
-  const double shared_time =
-      measure_time(share, [&] {
-        std::vector<StatisticGradient> gradients;
-        const FocusInput input{at.rays(), at.nominal(), field.height, bench.task.trace.centre};
-        evaluate_smooth(input, bench.statistics, bench.smoothing, bench.threads, &values, &gradients);
-      }).median;
+  const Way forward = by_forward_mode(on);
 
   const Values smooth = [&](const Eigen::VectorXd& at_c) {
     Eigen::VectorXd result;
-    if (!at.smooth(at_c, bench.statistics, bench.smoothing, &result, nullptr))
+    if (!on.at.smooth(at_c, bench.statistics, bench.smoothing, &result, nullptr))
       result.setConstant(std::nan(""));
     return result;
   };
-  const Values exact = [&](const Eigen::VectorXd& at_c) { return at.exact(at_c, bench.statistics); };
+  const Values exact = [&](const Eigen::VectorXd& at_c) { return on.at.exact(at_c, bench.statistics); };
   bench.say("chart: Jacobian by Ridders' extrapolation");
-  const StatisticErrors certainty = gradient_errors(adjoint, ridders(smooth, c, sigma, sample));
+  const StatisticErrors certainty =
+      gradient_errors(adjoint->columns, ridders(smooth, bench.coefficients, on.sigma, on.sample));
 
-  const auto add = [&](const std::string& method, double step, const ChartTime& time, double scale,
-                       const StatisticErrors& errors, const std::string& reference) -> ChartRow& {
-    ChartRow row;
-    row.family = family.name;
-    row.method = method;
-    row.value = step;
-    row.parameter = std::isfinite(step) ? "step" : "";
-    row.unit = std::isfinite(step) ? "prior sigma" : "1";
-    row.rays = at.pupil().size();
-    row.terms = c.size();
-    row.statistics = std::int64_t(bench.statistics.size());
-    row.error = errors.worst;
-    row.error_rms = errors.rms;
-    row.reference = reference;
-    row.error_of_reference = certainty.worst;
-    set_time({scale * time.median, scale * time.low, scale * time.high, time.repeats}, &row);
-    family.rows.push_back(std::move(row));
-    return family.rows.back();
-  };
-  const std::string doubt = "; both differ from Ridders' extrapolation by error_of_reference";
-  add("adjoint", std::nan(""), adjoint_time, 1, gradient_errors(adjoint, forward), "forward mode" + doubt)
-      .is_default = true;
-  ChartRow& row = add("forward mode", std::nan(""), forward_time, columns / sampled,
-                      gradient_errors(forward, adjoint), "adjoint" + doubt);
-  for (double* const part : {&row.seconds, &row.seconds_low, &row.seconds_high}) *part += shared_time;
-  row.note = fmt::format("{} of {} columns timed", sample.size(), c.size());
-
+  const std::string timed =
+      fmt::format("{} of {} columns timed", on.sample.size(), bench.coefficients.size());
+  family.rows.push_back(row_of("adjoint", *adjoint, forward.columns, "forward mode", on));
+  family.rows.back().is_default = true;
+  family.rows.push_back(row_of("forward mode", forward, adjoint->columns, "adjoint", on));
+  family.rows.back().note = timed;
   for (const auto& [name, f] : {std::pair<std::string, const Values*>{"differences of smooth", &smooth},
                                 {"differences of exact", &exact}}) {
     for (const double step : kSteps) {
       bench.say(fmt::format("chart: {}, step {:.0e}", name, step));
-      Eigen::MatrixXd estimate;
-      const ChartTime time = measure_time(share, [&] { estimate = differences(*f, c, sigma, sample, step); });
-      add(name, step, time, columns / sampled, gradient_errors(estimate, adjoint), "adjoint" + doubt).note =
-          fmt::format("{} of {} columns timed", sample.size(), c.size());
+      ChartRow row = row_of(name, by_differences(*f, on, step), adjoint->columns, "adjoint", on);
+      row.value = step;
+      row.parameter = "step";
+      row.unit = "prior sigma";
+      row.note = timed;
+      family.rows.push_back(std::move(row));
     }
+  }
+  for (ChartRow& row : family.rows) {
+    row.family = family.name;
+    row.error_of_reference = certainty.worst;
   }
   mark_rows(&family);
   return family;

@@ -52,8 +52,94 @@ std::optional<StepLaw> step_law(const ChartBench& bench) {
   return StepLaw{u2 / 6 * std::sqrt(5.0 / 8 * sixth / second), kRounding * sag / kRim / per_axis};
 }
 
-std::vector<ChartFamily> chart_normals(const ChartBench& bench, double seconds) {
+namespace {
+
+SurfaceField differences(const ChartBench& bench, const PupilSample& pupil, double step) {
+  return central_difference_field(bench.task.mirror, pupil, bench.terms, bench.coefficients, step,
+                                  bench.threads);
+}
+
+// The study's pupil, with the rays that the budget allows for all steps.
+PupilSample affordable_pupil(const ChartBench& bench, double step_count, double seconds) {
   const Task& task = bench.task;
+  constexpr std::int64_t kProbe = 8192;
+  const PupilSample few = make_pupil(task.aperture, pupil_of_at_most(task, kProbe));
+  const double once = measure_time(0, [&] { differences(bench, few, 1e-6); }).median;
+  const double affordable = double(kProbe) * seconds / (3 * step_count * std::max(once, 1e-6));
+  return make_pupil(task.aperture,
+                    pupil_of_at_most(task, std::int64_t(std::max(double(kProbe), affordable))));
+}
+
+// What analytic normals give, which differences are compared with.
+struct Analytic {
+  Eigen::VectorXd statistics;
+  SurfaceField field;
+  double slope_square = 0;
+};
+
+// What is the same in all rows.
+ChartRow common_row(const ChartBench& bench, const PupilSample& pupil) {
+  ChartRow row;
+  row.rays = pupil.size();
+  row.terms = bench.terms.size();
+  row.statistics = std::int64_t(bench.statistics.size());
+  row.reference = "analytic normals on the same rays";
+  row.error_of_reference = 0;
+  row.unit = "m";
+  return row;
+}
+
+ChartRow analytic_row(const ChartBench& bench, double share, ChartTrace* at, Analytic* analytic) {
+  ChartRow row = common_row(bench, at->pupil());
+  set_time(
+      measure_time(share, [&] { analytic->statistics = at->exact(bench.coefficients, bench.statistics); }),
+      &row);
+  analytic->field = at->field();
+  analytic->slope_square = mean_square_slope(at->pupil(), analytic->field);
+  row.method = "analytic";
+  row.is_default = !bench.task.trace.central_difference_step;
+  row.note = "the reference itself";
+  return row;
+}
+
+struct StepErrors {
+  StatisticErrors statistics, slopes;
+};
+
+ChartRow step_row(const ChartBench& bench, double step, double share, const Analytic& analytic,
+                  ChartTrace* at, StepErrors* errors) {
+  ChartRow row = common_row(bench, at->pupil());
+  SurfaceField field;
+  Eigen::VectorXd values;
+  set_time(measure_time(share,
+                        [&] {
+                          field = differences(bench, at->pupil(), step);
+                          values = at->exact_of(field, bench.statistics);
+                        }),
+           &row);
+  row.method = "central difference";
+  row.parameter = "step";
+  row.value = step;
+  row.is_default =
+      bench.task.trace.central_difference_step && step == *bench.task.trace.central_difference_step;
+  errors->statistics = statistic_errors(values, analytic.statistics, bench.statistics);
+  field.slope_x -= analytic.field.slope_x;
+  field.slope_y -= analytic.field.slope_y;
+  const double error = std::sqrt(mean_square_slope(at->pupil(), field) / analytic.slope_square);
+  errors->slopes = {error, error};
+  return row;
+}
+
+void add_row(ChartFamily* family, ChartRow row, const StatisticErrors& errors) {
+  row.family = family->name;
+  row.error = errors.worst;
+  row.error_rms = errors.rms;
+  family->rows.push_back(std::move(row));
+}
+
+}  // namespace
+
+std::vector<ChartFamily> chart_normals(const ChartBench& bench, double seconds) {
   ChartFamily statistics{"normals",
                          "Normals, by the statistics",
                          "largest relative error of the statistics",
@@ -74,67 +160,21 @@ std::vector<ChartFamily> chart_normals(const ChartBench& bench, double seconds) 
                      ""};
   const std::optional<StepLaw> law = step_law(bench);
   const std::vector<double> all = steps(bench, law);
-
-  const auto differences = [&](const PupilSample& pupil, double step) {
-    return central_difference_field(task.mirror, pupil, bench.terms, bench.coefficients, step,
-                                    bench.threads);
-  };
-  constexpr std::int64_t kProbe = 8192;
-  const PupilSample few = make_pupil(task.aperture, pupil_of_at_most(task, kProbe));
-  const double once = measure_time(0, [&] { differences(few, 1e-6); }).median;
-  const double affordable = double(kProbe) * seconds / (3 * double(all.size()) * std::max(once, 1e-6));
-  ChartTrace at(
-      bench, bench.terms,
-      make_pupil(task.aperture, pupil_of_at_most(task, std::int64_t(std::max(double(kProbe), affordable)))),
-      bench.threads);
-
+  ChartTrace at(bench, bench.terms, affordable_pupil(bench, double(all.size()), seconds), bench.threads);
   const double share = seconds / double(all.size() + 1);
-  Eigen::VectorXd truth, values;
-  const ChartTime analytic_time =
-      measure_time(share, [&] { truth = at.exact(bench.coefficients, bench.statistics); });
-  const SurfaceField analytic = at.field();
-  const double slope_square = mean_square_slope(at.pupil(), analytic);
 
-  const auto add = [&](ChartFamily* family, ChartRow row, const StatisticErrors& errors) {
-    row.family = family->name;
-    row.error = errors.worst;
-    row.error_rms = errors.rms;
-    family->rows.push_back(std::move(row));
-  };
-  ChartRow row;
-  row.rays = at.pupil().size();
-  row.terms = bench.terms.size();
-  row.statistics = std::int64_t(bench.statistics.size());
-  row.reference = "analytic normals on the same rays";
-  row.error_of_reference = 0;
-  row.method = "analytic";
-  row.unit = "m";
-  row.is_default = !task.trace.central_difference_step;
-  row.note = "the reference itself";
-  set_time(analytic_time, &row);
-  add(&statistics, row, {0, 0});
-  add(&slopes, row, {0, 0});
-
+  Analytic analytic;
+  const ChartRow reference = analytic_row(bench, share, &at, &analytic);
+  add_row(&statistics, reference, {0, 0});
+  add_row(&slopes, reference, {0, 0});
   for (const double step : all) {
     bench.say("chart: central differences, step " + format_quantity(step, Dimension::kLength));
-    SurfaceField field;
-    set_time(measure_time(share,
-                          [&] {
-                            field = differences(at.pupil(), step);
-                            values = at.exact_of(field, bench.statistics);
-                          }),
-             &row);
-    row.method = "central difference";
-    row.parameter = "step";
-    row.value = step;
-    row.is_default = task.trace.central_difference_step && step == *task.trace.central_difference_step;
-    row.note = law && step == law->best_step() ? "best step by the law" : "";
-    add(&statistics, row, statistic_errors(values, truth, bench.statistics));
-    field.slope_x -= analytic.slope_x;
-    field.slope_y -= analytic.slope_y;
-    const double error = std::sqrt(mean_square_slope(at.pupil(), field) / slope_square);
+    StepErrors errors;
+    ChartRow row = step_row(bench, step, share, analytic, &at, &errors);
+    if (law && step == law->best_step()) row.note = "best step by the law";
+    add_row(&statistics, row, errors.statistics);
     if (law) row.note += fmt::format("{}law {:.3g}", row.note.empty() ? "" : "; ", (*law)(step));
-    add(&slopes, row, {error, error});
+    add_row(&slopes, row, errors.slopes);
   }
   if (law && !bench.terms.zernike.empty())
     slopes.remark =

@@ -47,11 +47,94 @@ double planes_of(const std::vector<Statistic>& statistics) {
   return double(std::unique(planes.begin(), planes.end()) - planes.begin());
 }
 
+// Those that exist for the aperture, the finest first: polar, else Sobol.
+std::vector<PupilLayout> layouts_of(const Task& task) {
+  std::vector<PupilLayout> layouts;
+  for (const PupilLayout layout :
+       {PupilLayout::kPolar, PupilLayout::kSobol, PupilLayout::kGrid, PupilLayout::kRandom})
+    if (try_pupil(task.aperture, {layout, kFewestRays, task.trace.pupil.seed})) layouts.push_back(layout);
+  return layouts;
+}
+
+ChartTrace trace_of(const ChartBench& bench, PupilLayout layout, std::int64_t rays) {
+  const Task& task = bench.task;
+  return ChartTrace(bench, bench.terms, make_pupil(task.aperture, {layout, rays, task.trace.pupil.seed}),
+                    bench.threads);
+}
+
+// How many rays the budget allows.
+struct RayBudget {
+  double per_ray = 0;        // [s]
+  double affordable = 0;     // rays
+  std::int64_t largest = 0;  // count that is tried with every layout
+};
+
+// The reference costs four times the largest count, every layout about three times it (a third more for the
+// smaller counts, and repeats).
+RayBudget ray_budget(const ChartBench& bench, const std::vector<PupilLayout>& layouts, double seconds) {
+  constexpr std::int64_t kProbe = 16384;
+  RayBudget budget;
+  ChartTrace probe = trace_of(bench, layouts.front(), kProbe);
+  probe.exact(bench.coefficients, bench.statistics);  // memory and caches
+  budget.per_ray =
+      measure_time(0.02 * seconds, [&] { probe.exact(bench.coefficients, bench.statistics); }).median /
+      double(kProbe);
+  budget.affordable = seconds / (budget.per_ray * (4 + 2.0 * double(layouts.size())));
+  const double held =
+      kMemory / (kBytesPerRay + kBytesPerPlane * planes_of(bench.statistics)) / double(kFactor);
+  budget.largest = kFewestRays * kFactor * kFactor;
+  while (budget.largest * kFactor <= kMostRays &&
+         double(budget.largest) * kFactor <= std::min(budget.affordable, held))
+    budget.largest *= kFactor;
+  return budget;
+}
+
+// Powers of kFactor up to the largest, and the study's own count where its layout can afford it.
+std::vector<std::int64_t> ray_counts(PupilLayout layout, const PupilOptions& today, const RayBudget& budget) {
+  std::vector<std::int64_t> counts;
+  for (std::int64_t rays = kFewestRays; rays <= budget.largest; rays *= kFactor) counts.push_back(rays);
+  const bool own = layout == today.layout && double(today.rays) <= std::max(2.0 * budget.affordable, 1e5);
+  if (own && std::find(counts.begin(), counts.end(), today.rays) == counts.end())
+    counts.push_back(today.rays);
+  std::sort(counts.begin(), counts.end());
+  return counts;
+}
+
+// Error against `truth` and time within `budget` [s] of a layout with so many rays.
+ChartRow measured_row(const ChartBench& bench, PupilLayout layout, std::int64_t rays,
+                      const Eigen::VectorXd& truth, double budget) {
+  ChartTrace at = trace_of(bench, layout, rays);
+  Eigen::VectorXd values;
+  ChartRow row;
+  set_time(measure_time(budget, [&] { values = at.exact(bench.coefficients, bench.statistics); }), &row);
+  const StatisticErrors errors = statistic_errors(values, truth, bench.statistics);
+  row.method = name_of(layout);
+  row.parameter = "rays";
+  row.unit = "1";
+  row.value = double(rays);
+  row.rays = at.pupil().size();
+  row.terms = bench.terms.size();
+  row.statistics = std::int64_t(bench.statistics.size());
+  row.error = errors.worst;
+  row.error_rms = errors.rms;
+  const PupilOptions today = bench.task.trace.pupil;
+  row.is_default = layout == today.layout && rays == today.rays;
+  return row;
+}
+
+// Any layout gains at least 1/sqrt(4) from four times the rays, so the reference is off by no more than half
+// of what its own layout was at the largest count.
+double error_of_reference(const std::vector<ChartRow>& rows, PupilLayout finest, std::int64_t largest) {
+  double best = std::numeric_limits<double>::infinity();
+  for (const ChartRow& row : rows)
+    if (row.method == name_of(finest) && row.value == double(largest)) best = row.error;
+  return 0.5 * best;
+}
+
 }  // namespace
 
 ChartFamily chart_pupils(const ChartBench& bench, double seconds) {
   const Task& task = bench.task;
-  const ChartClock clock(seconds);
   ChartFamily family{"pupil",
                      "Pupil layouts and ray counts",
                      "largest relative error of the statistics of one surface",
@@ -61,75 +144,29 @@ ChartFamily chart_pupils(const ChartBench& bench, double seconds) {
                      {},
                      "",
                      ""};
-  std::vector<PupilLayout> layouts;
-  for (const PupilLayout layout :
-       {PupilLayout::kPolar, PupilLayout::kSobol, PupilLayout::kGrid, PupilLayout::kRandom})
-    if (try_pupil(task.aperture, {layout, kFewestRays, task.trace.pupil.seed})) layouts.push_back(layout);
-  const auto trace_of = [&](PupilLayout layout, std::int64_t rays) {
-    return ChartTrace(bench, bench.terms, make_pupil(task.aperture, {layout, rays, task.trace.pupil.seed}),
-                      bench.threads);
-  };
-
-  // How many rays the budget allows: the reference costs four times the largest count, every layout about
-  // three times it (a third more for the smaller counts, and repeats).
-  constexpr std::int64_t kProbe = 16384;
-  ChartTrace probe = trace_of(layouts.front(), kProbe);
-  probe.exact(bench.coefficients, bench.statistics);  // memory and caches
-  const double per_ray =
-      measure_time(0.02 * seconds, [&] { probe.exact(bench.coefficients, bench.statistics); }).median /
-      double(kProbe);
-  const double affordable = seconds / (per_ray * (4 + 2.0 * double(layouts.size())));
-  const double held =
-      kMemory / (kBytesPerRay + kBytesPerPlane * planes_of(bench.statistics)) / double(kFactor);
-  std::int64_t largest = kFewestRays * kFactor * kFactor;
-  while (largest * kFactor <= kMostRays && double(largest) * kFactor <= std::min(affordable, held))
-    largest *= kFactor;
+  const std::vector<PupilLayout> layouts = layouts_of(task);
+  const RayBudget budget = ray_budget(bench, layouts, seconds);
 
   bench.say("chart: pupils, reference");
-  const PupilLayout finest = layouts.front();  // polar where the aperture has it, else Sobol
-  ChartTrace reference = trace_of(finest, kFactor * largest);
+  const PupilLayout finest = layouts.front();
+  ChartTrace reference = trace_of(bench, finest, kFactor * budget.largest);
   const Eigen::VectorXd truth = reference.exact(bench.coefficients, bench.statistics);
   const std::string reference_name = fmt::format("{}, {} rays", name_of(finest), reference.pupil().size());
-  const PupilOptions today = task.trace.pupil;
 
   for (const PupilLayout layout : layouts) {
-    std::vector<std::int64_t> counts;
-    for (std::int64_t rays = kFewestRays; rays <= largest; rays *= kFactor) counts.push_back(rays);
-    const bool own = layout == today.layout && double(today.rays) <= std::max(2.0 * affordable, 1e5);
-    if (own && std::find(counts.begin(), counts.end(), today.rays) == counts.end())
-      counts.push_back(today.rays);
-    std::sort(counts.begin(), counts.end());
+    const std::vector<std::int64_t> counts = ray_counts(layout, task.trace.pupil, budget);
+    const double share = 0.5 * seconds / double(layouts.size() * counts.size());
     for (const std::int64_t rays : counts) {
       bench.say(fmt::format("chart: {} pupil, {} rays", name_of(layout), rays));
-      ChartTrace at = trace_of(layout, rays);
-      Eigen::VectorXd values;
-      const double share = 0.5 * seconds / double(layouts.size() * counts.size());
-      ChartRow row;
-      set_time(measure_time(std::max(share, 1.1 * per_ray * double(rays)),
-                            [&] { values = at.exact(bench.coefficients, bench.statistics); }),
-               &row);
-      const StatisticErrors errors = statistic_errors(values, truth, bench.statistics);
+      ChartRow row =
+          measured_row(bench, layout, rays, truth, std::max(share, 1.1 * budget.per_ray * double(rays)));
       row.family = family.name;
-      row.method = name_of(layout);
-      row.parameter = "rays";
-      row.unit = "1";
-      row.value = double(rays);
-      row.rays = at.pupil().size();
-      row.terms = bench.terms.size();
-      row.statistics = std::int64_t(bench.statistics.size());
-      row.error = errors.worst;
-      row.error_rms = errors.rms;
       row.reference = reference_name;
-      row.is_default = layout == today.layout && rays == today.rays;
       family.rows.push_back(std::move(row));
     }
   }
-  // Any layout gains at least 1/sqrt(4) from four times the rays, so the reference is off by no more than
-  // half of what its own layout was at the largest count.
-  double best = std::numeric_limits<double>::infinity();
-  for (const ChartRow& row : family.rows)
-    if (row.method == name_of(finest) && row.value == double(largest)) best = row.error;
-  for (ChartRow& row : family.rows) row.error_of_reference = 0.5 * best;
+  const double doubt = error_of_reference(family.rows, finest, budget.largest);
+  for (ChartRow& row : family.rows) row.error_of_reference = doubt;
   family.remark =
       "This is what a surface that is there needs; a fit needs at least 30 rays for each term as well, lest "
       "the "

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
@@ -63,15 +64,115 @@ double seconds_of_probe(const ChartBench& bench, const TermSet& terms, const Pup
   return measure_time(0, [&] { at.exact(c, bench.statistics); }).median;
 }
 
+// Shares of the height variance that can move, by radial order.
+class CapturedShare {
+ public:
+  explicit CapturedShare(const Scene& scene)
+      : psd_(*scene.psd), radius_(scene.radius), movable_(1 - captured_fraction(psd_, radius_, 0, 1)) {}
+  double operator()(int n) const { return captured_fraction(psd_, radius_, 2, n) / movable_; }
+  int order_of(double share) const { return captured_order(psd_, radius_, share * movable_, kLargestOrder); }
+
+ private:
+  const RadialPsd& psd_;
+  double radius_, movable_;
+};
+
+// Highest order of the study's own Zernikes; 0 without any.
+int order_of_today(const ChartBench& bench) {
+  return bench.terms.zernike.empty() ? 0 : bench.terms.zernike.back().n;
+}
+
+std::vector<int> orders_to_try(const CapturedShare& captured, int today) {
+  std::vector<int> orders;
+  for (const double share : kShares) orders.push_back(captured.order_of(share));
+  if (today > 0) orders.push_back(today);
+  std::sort(orders.begin(), orders.end());
+  orders.erase(std::unique(orders.begin(), orders.end()), orders.end());
+  std::erase_if(orders, [](int n) { return n < 2; });
+  return orders;
+}
+
+// Draws up to an order beyond all that are tried, which those are compared with.
+struct OrderDraws {
+  int highest = 0;
+  TermSet terms;
+  PupilSample pupil;
+  std::vector<Eigen::VectorXd> coefficients;
+};
+
+// As many draws as the budget allows at the highest order; fewer orders before fewer than four draws.
+OrderDraws affordable_order_draws(const ChartBench& bench, double seconds, std::vector<int>* orders) {
+  constexpr std::int64_t kProbe = 4096;
+  constexpr std::size_t kMostDraws = 32, kFewestDraws = 4;
+  const Task& task = bench.task;
+  OrderDraws result;
+  result.terms.radius = bench.scene.radius;
+  result.pupil = make_pupil(task.aperture, pupil_of_at_most(task, 4 * kProbe));
+  CoefficientPrior prior;
+  std::size_t draws = 0;
+  while (true) {
+    result.highest = orders->back() + std::max(2, orders->back() / 8);
+    result.terms.zernike = zernike_modes(2, result.highest);
+    prior = make_prior(result.terms, *bench.scene.prior_psd, task.terms.covariance);
+    const double once = seconds_of_probe(bench, result.terms, result.pupil,
+                                         prior.colour(draw_white(prior.size(), draw_seed(bench, 0))));
+    draws = std::size_t(std::min(double(kMostDraws),
+                                 0.5 * seconds * bench.threads / (0.6 * double(orders->size() + 1) * once)));
+    if (draws >= kFewestDraws || orders->size() < 3 || orders->back() == order_of_today(bench)) break;
+    orders->pop_back();
+  }
+  draws = std::max(draws, kFewestDraws);
+  for (std::size_t d = 0; d < draws; ++d)
+    result.coefficients.push_back(prior.colour(draw_white(prior.size(), draw_seed(bench, d))));
+  return result;
+}
+
+// How far the draws' mean of the statistic spoken of is off its target; empty without one.
+std::string note_of_mean(const ChartBench& bench, const Eigen::MatrixXd& values) {
+  const Eigen::Index k = spoken_of(bench.statistics);
+  if (k < 0) return "";
+  const Eigen::ArrayXd ratio =
+      values.row(k).transpose().array() / bench.targets.fitted[std::size_t(k)].value - 1;
+  const double mean = ratio.mean(), count = double(values.cols());
+  const double sigma = std::sqrt((ratio - mean).square().sum() / (count * (count - 1)));
+  return fmt::format("; mean {} of the draws {:+.2g} % off its target, +-{:.2g} %",
+                     statistic_name(bench.statistics[std::size_t(k)]), 100 * mean, 100 * sigma);
+}
+
+// The draws to order n against `truth`, their statistics to the highest order. budget: for timing [s].
+ChartRow order_row(const ChartBench& bench, const OrderDraws& draws, int n, const Eigen::MatrixXd& truth,
+                   double budget) {
+  TermSet lower;
+  lower.radius = bench.scene.radius;
+  lower.zernike = zernike_modes(2, n);  // a prefix of the highest set: OSA order
+  std::vector<Eigen::VectorXd> coefficients;
+  for (const Eigen::VectorXd& c : draws.coefficients) coefficients.emplace_back(c.head(lower.size()));
+  const Eigen::MatrixXd values = statistics_of_draws(bench, lower, draws.pupil, coefficients);
+  ChartRow row;
+  row.method = "Zernikes";
+  row.parameter = "n_max";
+  row.unit = "1";
+  row.value = n;
+  const StatisticErrors errors =
+      statistic_errors(values.rowwise().mean(), truth.rowwise().mean(), bench.statistics);
+  row.error = errors.worst;
+  row.error_rms = errors.rms;
+  row.reference = fmt::format("the same {} draws to n = {}", draws.coefficients.size(), draws.highest);
+  row.note = note_of_mean(bench, values);
+  row.is_default = n == order_of_today(bench) && bench.terms.fourier.empty() && bench.terms.spherical.empty();
+  ChartTrace at(bench, lower, draws.pupil, bench.threads);
+  time_jacobian(bench, &at, coefficients.front(), budget, &row);
+  return row;
+}
+
 }  // namespace
 
 ChartFamily chart_orders(const ChartBench& bench, double seconds) {
-  const Task& task = bench.task;
   ChartFamily family{"zernike-order",
                      "Zernike orders",
                      "largest change of the draws' mean statistics without higher orders",
                      "values and full Jacobian by adjoints",
-                     task.equivalence.margin,
+                     bench.task.equivalence.margin,
                      "margin of equivalence",
                      {},
                      "",
@@ -80,80 +181,17 @@ ChartFamily chart_orders(const ChartBench& bench, double seconds) {
     family.skipped = "There is no roughness whose orders could be left out.";
     return family;
   }
-  const RadialPsd& psd = *bench.scene.psd;
-  const double radius = bench.scene.radius, movable = 1 - captured_fraction(psd, radius, 0, 1);
-  const auto captured = [&](int n) { return captured_fraction(psd, radius, 2, n) / movable; };
-  std::vector<int> orders;
-  for (const double share : kShares)
-    orders.push_back(captured_order(psd, radius, share * movable, kLargestOrder));
-  int today = 0;
-  if (!bench.terms.zernike.empty()) today = bench.terms.zernike.back().n;
-  if (today > 0) orders.push_back(today);
-  std::sort(orders.begin(), orders.end());
-  orders.erase(std::unique(orders.begin(), orders.end()), orders.end());
-  std::erase_if(orders, [](int n) { return n < 2; });
-  // What all are compared with goes beyond them.
-  const auto beyond = [&] { return orders.back() + std::max(2, orders.back() / 8); };
-
-  // Draws and rays that the budget allows at the highest order; fewer orders before fewer than four draws.
-  constexpr std::int64_t kProbe = 4096;
-  constexpr std::size_t kMostDraws = 32, kFewestDraws = 4;
-  TermSet terms;
-  terms.radius = radius;
-  CoefficientPrior prior;
-  std::size_t draws = 0;
-  const PupilSample pupil = make_pupil(task.aperture, pupil_of_at_most(task, 4 * kProbe));
-  const ChartClock clock(seconds);
-  while (true) {
-    terms.zernike = zernike_modes(2, beyond());
-    prior = make_prior(terms, *bench.scene.prior_psd, task.terms.covariance);
-    const double once =
-        seconds_of_probe(bench, terms, pupil, prior.colour(draw_white(prior.size(), draw_seed(bench, 0))));
-    draws = std::size_t(std::min(double(kMostDraws),
-                                 0.5 * seconds * bench.threads / (0.6 * double(orders.size() + 1) * once)));
-    if (draws >= kFewestDraws || orders.size() < 3 || orders.back() == today) break;
-    orders.pop_back();
-  }
-  draws = std::max(draws, kFewestDraws);
-
-  std::vector<Eigen::VectorXd> full;
-  for (std::size_t d = 0; d < draws; ++d)
-    full.push_back(prior.colour(draw_white(prior.size(), draw_seed(bench, d))));
-  const Eigen::MatrixXd truth = statistics_of_draws(bench, terms, pupil, full);
-  const int highest = beyond();
-  const double left_out = 1 - captured(highest);
+  const CapturedShare captured(bench.scene);
+  std::vector<int> orders = orders_to_try(captured, order_of_today(bench));
+  const OrderDraws draws = affordable_order_draws(bench, seconds, &orders);
+  const Eigen::MatrixXd truth = statistics_of_draws(bench, draws.terms, draws.pupil, draws.coefficients);
+  const double left_out = 1 - captured(draws.highest);
   for (const int n : orders) {
-    bench.say(fmt::format("chart: Zernikes to n = {}, {} draws", n, draws));
-    TermSet lower;
-    lower.radius = radius;
-    lower.zernike = zernike_modes(2, n);  // a prefix of the highest set: OSA order
-    std::vector<Eigen::VectorXd> coefficients;
-    for (const Eigen::VectorXd& c : full) coefficients.emplace_back(c.head(lower.size()));
-    const Eigen::MatrixXd values = statistics_of_draws(bench, lower, pupil, coefficients);
-    ChartRow row;
+    bench.say(fmt::format("chart: Zernikes to n = {}, {} draws", n, draws.coefficients.size()));
+    ChartRow row = order_row(bench, draws, n, truth, 0.5 * seconds / double(orders.size()));
     row.family = family.name;
-    row.method = "Zernikes";
-    row.parameter = "n_max";
-    row.unit = "1";
-    row.value = n;
-    const StatisticErrors errors =
-        statistic_errors(values.rowwise().mean(), truth.rowwise().mean(), bench.statistics);
-    row.reference = fmt::format("the same {} draws to n = {}", draws, highest);
     row.error_of_reference = left_out;
-    row.note = fmt::format("captures {:.4g} % of the height variance", 100 * captured(n));
-    if (const Eigen::Index k = spoken_of(bench.statistics); k >= 0) {
-      const Eigen::ArrayXd ratio =
-          values.row(k).transpose().array() / bench.targets.fitted[std::size_t(k)].value - 1;
-      const double mean = ratio.mean(), count = double(draws);
-      const double sigma = std::sqrt((ratio - mean).square().sum() / (count * (count - 1)));
-      row.note += fmt::format("; mean {} of the draws {:+.2g} % off its target, +-{:.2g} %",
-                              statistic_name(bench.statistics[std::size_t(k)]), 100 * mean, 100 * sigma);
-    }
-    row.is_default = n == today && bench.terms.fourier.empty() && bench.terms.spherical.empty();
-    row.error = errors.worst;
-    row.error_rms = errors.rms;
-    ChartTrace at(bench, lower, pupil, bench.threads);
-    time_jacobian(bench, &at, coefficients.front(), 0.5 * seconds / double(orders.size()), &row);
+    row.note = fmt::format("captures {:.4g} % of the height variance", 100 * captured(n)) + row.note;
     family.rows.push_back(std::move(row));
   }
   mark_rows(&family);
@@ -205,6 +243,84 @@ ModeDraws draw_modes(const ChartBench& bench, const TermSet& terms, const Coeffi
   return result;
 }
 
+// Sets of plane waves over the whole band, by their number.
+struct WaveSets {
+  const RadialPsd& psd;
+  FourierSampling sampling;
+  double radius;
+  std::uint64_t seed;
+
+  TermSet terms(int count) const {
+    TermSet set;
+    set.radius = radius;
+    set.fourier = fourier_modes(psd, count, sampling, seed);
+    return set;
+  }
+  CoefficientPrior prior(const TermSet& terms) const { return make_prior(terms, psd, CovarianceKind::kFull); }
+};
+
+// Number of plane waves of a study that has nothing else.
+std::optional<int> count_of_today(const ChartBench& bench) {
+  if (!bench.task.terms.fourier || !bench.terms.zernike.empty()) return std::nullopt;
+  return bench.task.terms.fourier->count;
+}
+
+std::vector<int> counts_to_try(const std::optional<int>& today) {
+  std::vector<int> counts(std::begin(kModeCounts), std::end(kModeCounts));
+  if (today) counts.push_back(*today);
+  std::sort(counts.begin(), counts.end());
+  counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
+  return counts;
+}
+
+// How many draws of every count the budget allows; counts that it does not reach are left out.
+std::size_t affordable_mode_draws(const ChartBench& bench, const WaveSets& sets, const PupilSample& pupil,
+                                  double seconds, std::vector<int>* counts) {
+  constexpr std::size_t kMostDraws = 256, kFewestDraws = 24;
+  const auto draw_seconds = [&](int count) {
+    const TermSet terms = sets.terms(count);
+    const CoefficientPrior prior = sets.prior(terms);
+    return seconds_of_probe(bench, terms, pupil, prior.colour(draw_white(prior.size(), 1)));
+  };
+  // One draw costs a + b count.
+  const double few = draw_seconds(50), more = draw_seconds(1600);
+  const double per_mode = std::max(0.0, more - few) / 1550;
+  while (true) {
+    double once = 0;  // one draw of every count, and of the reference
+    for (const int count : *counts) once += few + per_mode * count;
+    once += few + per_mode * counts->back();
+    const double affordable = 0.6 * seconds * bench.threads / once;
+    if (affordable >= double(kFewestDraws) || counts->size() < 4)
+      return std::size_t(std::clamp(affordable, double(kFewestDraws), double(kMostDraws)));
+    counts->pop_back();
+  }
+}
+
+// Largest standard error of the difference of two means, relative as errors are.
+double chance(const ModeDraws& truth, const ModeDraws& here, const std::vector<Statistic>& statistics) {
+  double largest = 0;
+  for (Eigen::Index k = 0; k < truth.mean.size(); ++k)
+    if (const double scale = statistic_scale(statistics[std::size_t(k)], truth.mean[k]); scale > 0)
+      largest = std::max(largest, std::hypot(truth.standard_error[k], here.standard_error[k]) / scale);
+  return largest;
+}
+
+// Draws of one set against `truth`, the mean of other draws of the finest one.
+ChartRow mode_row(const ChartBench& bench, const ModeDraws& here, const ModeDraws& truth) {
+  ChartRow row;
+  row.method = "plane waves";
+  row.parameter = "count";
+  row.unit = "1";
+  const StatisticErrors errors = statistic_errors(here.mean, truth.mean, bench.statistics);
+  row.error = errors.rms;  // the largest of many would be chance
+  row.error_rms = errors.rms;
+  row.error_of_reference = chance(truth, here, bench.statistics);
+  if (const Eigen::Index k = spoken_of(bench.statistics); k >= 0)
+    row.note = fmt::format("{} of a draw spreads by {:.3g} %",
+                           statistic_name(bench.statistics[std::size_t(k)]), 100 * here.spread);
+  return row;
+}
+
 }  // namespace
 
 ChartFamily chart_modes(const ChartBench& bench, double seconds) {
@@ -222,71 +338,27 @@ ChartFamily chart_modes(const ChartBench& bench, double seconds) {
     family.skipped = "There is no roughness with a band that plane waves could sample.";
     return family;
   }
-  const RadialPsd& psd = *bench.scene.prior_psd;
-  const bool own = task.terms.fourier && bench.terms.zernike.empty();
-  const FourierSampling sampling = own ? task.terms.fourier->sampling : FourierSampling::kLog;
-  const auto set_of = [&](int count) {
-    TermSet terms;
-    terms.radius = bench.scene.radius;
-    terms.fourier = fourier_modes(psd, count, sampling, task.fit.seed);
-    return terms;
-  };
-  const auto prior_of = [&](const TermSet& terms) { return make_prior(terms, psd, CovarianceKind::kFull); };
-  std::vector<int> counts(std::begin(kModeCounts), std::end(kModeCounts));
-  if (own) counts.push_back(task.terms.fourier->count);
-  std::sort(counts.begin(), counts.end());
-  counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
+  const std::optional<int> today = count_of_today(bench);
+  const WaveSets sets{*bench.scene.prior_psd, today ? task.terms.fourier->sampling : FourierSampling::kLog,
+                      bench.scene.radius, task.fit.seed};
+  std::vector<int> counts = counts_to_try(today);
   const PupilSample pupil = make_pupil(task.aperture, pupil_of_at_most(task, kModeRays));
   const PupilSample time_pupil = make_pupil(task.aperture, pupil_of_at_most(task, kModeTimeRays));
+  const std::size_t draws = affordable_mode_draws(bench, sets, pupil, seconds, &counts);
 
-  // One draw costs a + b count. Counts that the budget does not reach are left out.
-  constexpr std::size_t kMostDraws = 256, kFewestDraws = 24;
-  const auto draw_seconds = [&](int count) {
-    const TermSet terms = set_of(count);
-    const CoefficientPrior prior = prior_of(terms);
-    return seconds_of_probe(bench, terms, pupil, prior.colour(draw_white(prior.size(), 1)));
-  };
-  const double few = draw_seconds(50), more = draw_seconds(1600);
-  const double per_mode = std::max(0.0, more - few) / 1550;
-  std::size_t draws = kFewestDraws;
-  while (true) {
-    double once = 0;  // one draw of every count, and of the reference
-    for (const int count : counts) once += few + per_mode * count;
-    once += few + per_mode * counts.back();
-    const double affordable = 0.6 * seconds * bench.threads / once;
-    draws = std::size_t(std::clamp(affordable, double(kFewestDraws), double(kMostDraws)));
-    if (affordable >= double(kFewestDraws) || counts.size() < 4) break;
-    counts.pop_back();
-  }
-
-  const TermSet finest = set_of(counts.back());
+  const TermSet finest = sets.terms(counts.back());
   bench.say(fmt::format("chart: {} plane waves, {} draws", counts.back(), draws));
-  const ModeDraws truth = draw_modes(bench, finest, prior_of(finest), pupil, draws, draws);  // other draws
+  const ModeDraws truth = draw_modes(bench, finest, sets.prior(finest), pupil, draws, draws);  // other draws
   for (const int count : counts) {
     bench.say(fmt::format("chart: {} plane waves, {} draws", count, draws));
-    const TermSet terms = set_of(count);
-    const CoefficientPrior prior = prior_of(terms);
-    const ModeDraws here = draw_modes(bench, terms, prior, pupil, draws, 0);
-    ChartRow row;
+    const TermSet terms = sets.terms(count);
+    const CoefficientPrior prior = sets.prior(terms);
+    ChartRow row = mode_row(bench, draw_modes(bench, terms, prior, pupil, draws, 0), truth);
     row.family = family.name;
-    row.method = "plane waves";
-    row.parameter = "count";
-    row.unit = "1";
     row.value = count;
-    const StatisticErrors errors = statistic_errors(here.mean, truth.mean, bench.statistics);
-    row.error = errors.rms;  // the largest of many would be chance
-    row.error_rms = errors.rms;
     row.reference =
         fmt::format("{} plane waves, {} other draws on {} rays", counts.back(), draws, pupil.size());
-    row.error_of_reference = 0;
-    for (Eigen::Index k = 0; k < truth.mean.size(); ++k)
-      if (const double scale = statistic_scale(bench.statistics[std::size_t(k)], truth.mean[k]); scale > 0)
-        row.error_of_reference = std::max(
-            row.error_of_reference, std::hypot(truth.standard_error[k], here.standard_error[k]) / scale);
-    if (const Eigen::Index k = spoken_of(bench.statistics); k >= 0)
-      row.note = fmt::format("{} of a draw spreads by {:.3g} %",
-                             statistic_name(bench.statistics[std::size_t(k)]), 100 * here.spread);
-    row.is_default = own && count == task.terms.fourier->count;
+    row.is_default = today == count;
     ChartTrace at(bench, terms, time_pupil, bench.threads);
     time_jacobian(bench, &at, prior.colour(draw_white(prior.size(), draw_seed(bench, 0))),
                   0.4 * seconds / double(counts.size()), &row);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "picture.h"
 
@@ -76,60 +77,118 @@ double curve_end(const FocalLight& light) {
   return ee98 < most ? ee98 : most;
 }
 
+// Radii that a curve is known by.
+struct EeRadii {
+  Branch branch;
+  double ee50 = 0, ee90 = 0;
+  bool is_point = false;  // a perfect focus has radii of rounding errors, which nobody wants to read
+};
+
+// EE(r) of all surfaces, NaN without a target, and the EE radii the fit was asked for.
+struct EeCurves {
+  double last = 0;  // of the radii
+  std::vector<EeRadii> known_by;
+  Eigen::ArrayXd radii, ideal, target, fitted;
+  double n_eff = NAN;    // points that the target's shares are counted from
+  Eigen::ArrayXd error;  // of the target
+  Eigen::ArrayXd asked_radius, asked_fraction;
+};
+
+EeCurves ee_curves(const PlotInput& input) {
+  constexpr int kPoints = 501;
+  EeCurves curves;
+  const double reach = std::max(curve_end(reference(input)), curve_end(input.fitted));
+  std::tie(curves.asked_radius, curves.asked_fraction) = fitted_fractions(input.result);
+  const double asked = curves.asked_radius.size() > 0 ? curves.asked_radius.maxCoeff() : 0.0;
+  curves.last = reach > 0 ? std::max(1.2 * reach, 1.05 * asked) : 4 * spot_scale(input);
+  curves.radii = Eigen::ArrayXd::LinSpaced(kPoints, 0.0, curves.last);
+  curves.target = Eigen::ArrayXd::Constant(kPoints, NAN);
+  curves.ideal = input.ideal.encircled_energy(curves.radii);
+  if (input.target) curves.target = input.target->encircled_energy(curves.radii);
+  curves.fitted = input.fitted.encircled_energy(curves.radii);
+  if (input.target) curves.n_eff = input.target->sample_size();
+  curves.error = (curves.target * (1.0 - curves.target) / curves.n_eff).sqrt();  // binomial
+  for (const Branch& branch : branches(input)) {
+    const double ee50 = branch.light->statistic(EncircledEnergyRadius{0.5, 0.0});
+    const double ee90 = branch.light->statistic(EncircledEnergyRadius{0.9, 0.0});
+    curves.known_by.push_back({branch, ee50, ee90, ee90 < 1e-6 * curves.last});
+  }
+  return curves;
+}
+
+// Lines from the axis to the curves at ee50 and ee90.
+std::string ee_arrows(const EeCurves& curves, const AxisUnit& unit) {
+  std::string arrows;
+  for (const auto& [branch, ee50, ee90, is_point] : curves.known_by)
+    if (!is_point && !std::isnan(ee90) && branch.column > 2)
+      arrows += fmt::format(
+          "set arrow from {0:.9g},0 to {0:.9g},0.5 nohead linetype {2} linewidth 0.8\n"
+          "set arrow from {1:.9g},0 to {1:.9g},0.9 nohead linetype {2} linewidth 0.8\n",
+          ee50 * unit.per_si, ee90 * unit.per_si, branch.line);
+  return arrows;
+}
+
+// What gnuplot's `plot` shows of the shares: the curves, and the values fitted to.
+std::string ee_lines(const EeCurves& curves, const std::string& name) {
+  std::string lines;
+  for (const auto& [branch, ee50, ee90, is_point] : curves.known_by) {
+    const std::string text =
+        is_point ? "a point" : "ee50 " + length_text(ee50) + ", ee90 " + length_text(ee90);
+    lines += fmt::format("{}'{}.dat' using ($1*u):{} with lines linetype {} title {}",
+                         lines.empty() ? "" : ", \\\n  ", name, branch.column, branch.line,
+                         gnuplot_text(fmt::format("{}: {}", branch.label, text)));
+  }
+  if (curves.asked_radius.size() > 0)
+    lines +=
+        ", \\\n  'ee_targets.dat' using ($1*u):2 with points pointtype 6 pointsize 1.4 linewidth 1.5 "
+        "linecolor rgb "
+        "'black' title 'values fitted to'";
+  return lines;
+}
+
+// fitted - target with one standard error of the target's rays.
+std::string ee_difference_panel(const EeCurves& curves, const AxisUnit& unit, const std::string& name) {
+  const double difference =
+      std::max((curves.fitted - curves.target).abs().maxCoeff(), curves.error.maxCoeff());
+  return fmt::format(
+      "unset arrow\n"
+      "set size 1,0.34\nset origin 0,0\n"
+      "set format x '%g'\nset xlabel 'radius [{0}]'\n"
+      "set ylabel 'difference [% of light]'\n"
+      "set autoscale y\nset ytics {3:.9g}\n"
+      "plot {4}0 with lines dashtype 1 linecolor rgb '#666666' linewidth 1 notitle, \\\n"
+      "  '{1}.dat' using ($1*u):(100*($4-$3)) with lines linetype 3 linecolor rgb '{2}' linewidth 2 title "
+      "'fitted - target'\n",
+      unit.name, name, kFittedColour, nice_step(100 * difference / 2),
+      std::isfinite(curves.n_eff)
+          ? fmt::format("'{}.dat' using ($1*u):(-100*$5):(100*$5) with filledcurves "
+                        "fillcolor rgb '#cfe3f2' title 'sampling error of the target, 1 "
+                        "sigma', \\\n  ",
+                        name)
+          : "");
+}
+
 }  // namespace
 
 /// EE(r) at z = f, below it the difference fitted - target with one standard error of the target's rays.
 Picture ee_curves_picture(const PlotInput& input) {
   const std::string name = "ee_curves";
-  constexpr int kPoints = 501;
-  const double reach = std::max(curve_end(reference(input)), curve_end(input.fitted));
-  const auto [target_radius, target_fraction] = fitted_fractions(input.result);
-  const double asked = target_radius.size() > 0 ? target_radius.maxCoeff() : 0.0;
-  const double last = reach > 0 ? std::max(1.2 * reach, 1.05 * asked) : 4 * spot_scale(input);
-  const Eigen::ArrayXd radii = Eigen::ArrayXd::LinSpaced(kPoints, 0.0, last);
-  const Eigen::ArrayXd none = Eigen::ArrayXd::Constant(kPoints, NAN);
-  const Eigen::ArrayXd ideal = input.ideal.encircled_energy(radii);
-  const Eigen::ArrayXd target = input.target ? input.target->encircled_energy(radii) : none;
-  const Eigen::ArrayXd fitted = input.fitted.encircled_energy(radii);
-  const double n_eff = input.target ? input.target->sample_size() : NAN;
-  const Eigen::ArrayXd error = (target * (1.0 - target) / n_eff).sqrt();  // binomial
-
+  const EeCurves curves = ee_curves(input);
   Picture picture{name, script_head(name, 1200, 950), {}};
   picture.data.emplace_back(
       name + ".dat",
       columns_file(
           {"Share of the light within a radius of the centre at z = f",
            "columns: radius_m ideal target fitted standard_error_of_target (shares; nan: no target)"},
-          {radii, ideal, target, fitted, error}));
-  if (target_radius.size() > 0)
+          {curves.radii, curves.ideal, curves.target, curves.fitted, curves.error}));
+  if (curves.asked_radius.size() > 0)
     picture.data.emplace_back(
         "ee_targets.dat",
         columns_file({"Encircled-energy radii the fit was asked for at z = f", "columns: radius_m fraction"},
-                     {target_radius, target_fraction}));
+                     {curves.asked_radius, curves.asked_fraction}));
 
-  const AxisUnit unit = length_unit(last);
-  std::string plots;
-  for (const Branch& branch : branches(input)) {
-    const double ee50 = branch.light->statistic(EncircledEnergyRadius{0.5, 0.0});
-    const double ee90 = branch.light->statistic(EncircledEnergyRadius{0.9, 0.0});
-    // A perfect focus has radii of rounding errors, which nobody wants to read.
-    const std::string text =
-        ee90 < 1e-6 * last ? "a point" : "ee50 " + length_text(ee50) + ", ee90 " + length_text(ee90);
-    plots += fmt::format("{}'{}.dat' using ($1*u):{} with lines linetype {} title {}",
-                         plots.empty() ? "" : ", \\\n  ", name, branch.column, branch.line,
-                         gnuplot_text(fmt::format("{}: {}", branch.label, text)));
-    if (ee90 >= 1e-6 * last && branch.column > 2)
-      picture.script += fmt::format(
-          "set arrow from {0:.9g},0 to {0:.9g},0.5 nohead linetype {2} linewidth 0.8\n"
-          "set arrow from {1:.9g},0 to {1:.9g},0.9 nohead linetype {2} linewidth 0.8\n",
-          ee50 * unit.per_si, ee90 * unit.per_si, branch.line);
-  }
-  if (target_radius.size() > 0)
-    plots +=
-        ", \\\n  'ee_targets.dat' using ($1*u):2 with points pointtype 6 pointsize 1.4 linewidth 1.5 "
-        "linecolor rgb "
-        "'black' title 'values fitted to'";
-
+  const AxisUnit unit = length_unit(curves.last);
+  picture.script += ee_arrows(curves, unit);
   picture.script += fmt::format(
       "u = {:.9g}  # axis units per metre\n"
       "set xrange [0:{:.9g}]\n"
@@ -140,26 +199,11 @@ Picture ee_curves_picture(const PlotInput& input) {
       "set yrange [0:1.05]\nset ytics 0.1\n"
       "set key maxcols 2\n"
       "{}plot {}\n",
-      unit.per_si, last * unit.per_si, picture_title(input, "Encircled energy at z = f"),
+      unit.per_si, curves.last * unit.per_si, picture_title(input, "Encircled energy at z = f"),
       input.target ? 0.63 : 0.95, input.target ? 0.32 : 0.0,
-      input.target ? "set format x ''\n" : fmt::format("set xlabel 'radius [{}]'\n", unit.name), plots);
-  const double difference = std::max((fitted - target).abs().maxCoeff(), error.maxCoeff());
-  if (input.target)
-    picture.script += fmt::format(
-        "unset arrow\n"
-        "set size 1,0.34\nset origin 0,0\n"
-        "set format x '%g'\nset xlabel 'radius [{0}]'\n"
-        "set ylabel 'difference [% of light]'\n"
-        "set autoscale y\nset ytics {3:.9g}\n"
-        "plot {4}0 with lines dashtype 1 linecolor rgb '#666666' linewidth 1 notitle, \\\n"
-        "  '{1}.dat' using ($1*u):(100*($4-$3)) with lines linetype 3 linecolor rgb '{2}' linewidth 2 title "
-        "'fitted - target'\n",
-        unit.name, name, kFittedColour, nice_step(100 * difference / 2),
-        std::isfinite(n_eff) ? fmt::format("'{}.dat' using ($1*u):(-100*$5):(100*$5) with filledcurves "
-                                           "fillcolor rgb '#cfe3f2' title 'sampling error of the target, 1 "
-                                           "sigma', \\\n  ",
-                                           name)
-                             : "");
+      input.target ? "set format x ''\n" : fmt::format("set xlabel 'radius [{}]'\n", unit.name),
+      ee_lines(curves, name));
+  if (input.target) picture.script += ee_difference_panel(curves, unit, name);
   picture.script += "unset multiplot\n";
   return picture;
 }
@@ -209,84 +253,109 @@ Picture ring_through_picture(const PlotInput& input) {
   return picture;
 }
 
-/// Spots as a camera would see them: three planes by three surfaces, logarithmic, one common scale.
-Picture focal_images_picture(const PlotInput& input) {
-  const std::string name = "focal_images";
-  constexpr int kPixels = 129;  // odd, so that the centre is a pixel
+namespace {
+
+struct Plane {
+  const char* key;
+  double units;  // of plane_unit
+};
+constexpr Plane kPlanes[] = {{"before", -2.0}, {"focus", 0.0}, {"behind", 2.0}};
+
+// What all images share: how much of the plane they show.
+struct ImageFrame {
+  static constexpr int kPixels = 129;  // odd, so that the centre is a pixel
+  double half = 0;                     // of the width [m]
+  double ring = 0;                     // ee90 at z = f [m]
+  double decades = 0;                  // below the brightest pixel of target and fitted surface
+  AxisUnit unit;
+
+  double pixel() const { return 2 * half / kPixels; }
+};
+
+ImageFrame image_frame(const PlotInput& input) {
   // In units of the spot's sigma: 2 for the blur of defocus and 3 for the spot; more for a halo, which is
   // fainter as it is wider.
   constexpr double kHalfWidth = 5, kWidest = 25, kHaloMargin = 1.35;
-  constexpr double kDecades = 2.5;  // below the brightest pixel of target and fitted surface
-  struct Plane {
-    const char* key;
-    double units;
-  };
-  constexpr Plane kPlanes[] = {{"before", -2.0}, {"focus", 0.0}, {"behind", 2.0}};
-  const double ring = reference(input).statistic(EncircledEnergyRadius{0.9, 0.0}), scale = spot_scale(input);
-  const double wanted = std::isfinite(ring) ? kHaloMargin * ring / scale : 0;  // NaN: a spot without light
+  constexpr double kDecades = 2.5;
+  ImageFrame frame;
+  frame.ring = reference(input).statistic(EncircledEnergyRadius{0.9, 0.0});
+  const double scale = spot_scale(input);
+  // NaN: a spot without light
+  const double wanted = std::isfinite(frame.ring) ? kHaloMargin * frame.ring / scale : 0;
   const double sigmas = std::clamp(wanted, kHalfWidth, kWidest);
-  const double half = sigmas * scale, pixel = 2 * half / kPixels;
-  const double decades = kDecades + 2 * std::log10(sigmas / kHalfWidth);
-  const AxisUnit unit = length_unit(half);
-  const std::vector<Branch> rows = branches(input);
-  const int row_height = 415, head_height = 130;
-  const int height = head_height + row_height * int(rows.size());
+  frame.half = sigmas * scale;
+  frame.decades = kDecades + 2 * std::log10(sigmas / kHalfWidth);
+  frame.unit = length_unit(frame.half);
+  return frame;
+}
 
-  Picture picture{name, "", {}};
-  double brightest = 0;
-  std::string panels;
-  const double left = 0.08, panel_width = 0.255, bottom = 85.0 / height,
-               panel_height = (row_height - 45.0) / height;
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    for (std::size_t column = 0; column < std::size(kPlanes); ++column) {
-      const double dz = kPlanes[column].units * plane_unit(input);
-      const Eigen::ArrayXXd image = rows[row].light->image(dz, half, kPixels);
-      if (row > 0) brightest = std::max(brightest, image.maxCoeff());
-      const std::string file = fmt::format("{}_{}_{}.dat", name, rows[row].key, kPlanes[column].key);
-      picture.data.emplace_back(
-          file, matrix_file({fmt::format("Share of the light per pixel, {} at dz = {:.9g} m from z = f",
-                                         rows[row].label, dz),
-                             fmt::format("{0} x {0} pixels of {1:.9g} m; rows from -y to +y, columns from -x "
-                                         "to +x; the first pixel "
-                                         "is centred on {2:.9g} m in x and y",
-                                         kPixels, pixel, -half + 0.5 * pixel)},
-                            image));
-      const double x0 = left + double(column) * 0.272;
-      const double y0 = bottom + double(rows.size() - 1 - row) * row_height / height;
-      panels +=
-          fmt::format("set lmargin at screen {:.4f}\nset rmargin at screen {:.4f}\n", x0, x0 + panel_width);
-      panels +=
-          fmt::format("set bmargin at screen {:.4f}\nset tmargin at screen {:.4f}\n", y0, y0 + panel_height);
-      panels += row == 0
-                    ? fmt::format("set title {} offset 0,-0.5\n",
-                                  gnuplot_text(dz == 0 ? "z = f"
-                                                       : fmt::format("{} {} f", length_text(std::abs(dz)),
-                                                                     dz < 0 ? "before z =" : "behind z =")))
-                    : "unset title\n";
-      panels += row + 1 == rows.size() ? fmt::format("set format x '%g'\nset xlabel 'x [{}]'\n", unit.name)
-                                       : "set format x ''\nunset xlabel\n";
-      panels += column == 0
-                    ? fmt::format("set format y '%g'\nset ylabel {}\n",
-                                  gnuplot_text(fmt::format("{}      y [{}]", rows[row].label, unit.name)))
-                    : "set format y ''\nunset ylabel\n";
-      // One colour box for all, beside the last panel.
-      panels += row == 0 && column == 2
-                    ? fmt::format("set colorbox user origin screen 0.895,{:.4f} size screen 0.016,{:.4f}\n",
-                                  bottom, 1.0 - bottom - double(head_height - 85) / height - 45.0 / height)
-                    : "unset colorbox\n";
-      panels += fmt::format(
-          "plot '{}' matrix using ($1*p+o):($2*p+o):($3*b>lowest?$3*b:lowest) with image notitle", file);
-      if (ring > 0 && ring < half)
-        panels +=
-            ", \\\n  [0:2*pi] '+' using (ring*cos($1)):(ring*sin($1)) with lines linecolor rgb 'white' "
-            "linewidth 1 "
-            "dashtype 2 notitle";
-      panels += "\n";
-    }
+std::string image_file(const ImageFrame& frame, const Branch& branch, double dz,
+                       const Eigen::ArrayXXd& image) {
+  return matrix_file(
+      {fmt::format("Share of the light per pixel, {} at dz = {:.9g} m from z = f", branch.label, dz),
+       fmt::format("{0} x {0} pixels of {1:.9g} m; rows from -y to +y, columns from -x "
+                   "to +x; the first pixel "
+                   "is centred on {2:.9g} m in x and y",
+                   ImageFrame::kPixels, frame.pixel(), -frame.half + 0.5 * frame.pixel())},
+      image);
+}
+
+// Places of the panels, rows by columns, on the screen.
+struct PanelGrid {
+  static constexpr int kRowHeight = 415, kHeadHeight = 130;  // [pixels]
+  std::size_t rows;
+
+  int height() const { return kHeadHeight + kRowHeight * int(rows); }
+  double bottom() const { return 85.0 / height(); }
+
+  std::string margins(std::size_t row, std::size_t column) const {
+    const double left = 0.08, panel_width = 0.255, panel_height = (kRowHeight - 45.0) / height();
+    const double x0 = left + double(column) * 0.272;
+    const double y0 = bottom() + double(rows - 1 - row) * kRowHeight / height();
+    return fmt::format("set lmargin at screen {:.4f}\nset rmargin at screen {:.4f}\n", x0, x0 + panel_width) +
+           fmt::format("set bmargin at screen {:.4f}\nset tmargin at screen {:.4f}\n", y0, y0 + panel_height);
   }
 
-  picture.script = script_head(name, 1500, height);
-  picture.script += fmt::format(
+  // One colour box for all, beside the last panel.
+  std::string colour_box(std::size_t row, std::size_t column) const {
+    if (row != 0 || column != 2) return "unset colorbox\n";
+    return fmt::format("set colorbox user origin screen 0.895,{:.4f} size screen 0.016,{:.4f}\n", bottom(),
+                       1.0 - bottom() - double(kHeadHeight - 85) / height() - 45.0 / height());
+  }
+};
+
+// Titles above the first row, tics and labels at the outer edges only.
+std::string panel_labels(const PanelGrid& grid, std::size_t row, std::size_t column, const std::string& label,
+                         double dz, const std::string& unit) {
+  std::string text;
+  text += row == 0 ? fmt::format("set title {} offset 0,-0.5\n",
+                                 gnuplot_text(dz == 0 ? "z = f"
+                                                      : fmt::format("{} {} f", length_text(std::abs(dz)),
+                                                                    dz < 0 ? "before z =" : "behind z =")))
+                   : "unset title\n";
+  text += row + 1 == grid.rows ? fmt::format("set format x '%g'\nset xlabel 'x [{}]'\n", unit)
+                               : "set format x ''\nunset xlabel\n";
+  text += column == 0 ? fmt::format("set format y '%g'\nset ylabel {}\n",
+                                    gnuplot_text(fmt::format("{}      y [{}]", label, unit)))
+                      : "set format y ''\nunset ylabel\n";
+  return text;
+}
+
+std::string panel_plot(const ImageFrame& frame, const std::string& file) {
+  std::string text = fmt::format(
+      "plot '{}' matrix using ($1*p+o):($2*p+o):($3*b>lowest?$3*b:lowest) with image notitle", file);
+  if (frame.ring > 0 && frame.ring < frame.half)
+    text +=
+        ", \\\n  [0:2*pi] '+' using (ring*cos($1)):(ring*sin($1)) with lines linecolor rgb 'white' "
+        "linewidth 1 "
+        "dashtype 2 notitle";
+  return text + "\n";
+}
+
+// Constants, axes and colours of all panels. brightest: share of the light in the pixel that becomes 1.
+std::string images_head(const PlotInput& input, const ImageFrame& frame, double brightest) {
+  const AxisUnit& unit = frame.unit;
+  return fmt::format(
       "p = {:.9g}; o = {:.9g}  # pixel and first pixel [{}]\n"
       "b = {:.9g}  # share per pixel -> brightness relative to the brightest pixel of target and fitted "
       "surface\n"
@@ -302,11 +371,39 @@ Picture focal_images_picture(const PlotInput& input) {
       "set palette defined (0 '#000004', 1 '#1b0c41', 2 '#4a0c6b', 3 '#781c6d', 4 '#a52c60', 5 '#cf4446', 6 "
       "'#ed6925', 7 "
       "'#fb9b06', 8 '#f7d13d', 9 '#fcffa4')\n",
-      pixel * unit.per_si, (-half + 0.5 * pixel) * unit.per_si, unit.name,
-      brightest > 0 ? 1.0 / brightest : 1.0, std::pow(10.0, -decades), ring * unit.per_si, unit.name,
-      picture_title(input, "Spots near focus"), -half * unit.per_si, half * unit.per_si, -half * unit.per_si,
-      half * unit.per_si, reference_name(input));
-  picture.script += panels + "unset multiplot\n";
+      frame.pixel() * unit.per_si, (-frame.half + 0.5 * frame.pixel()) * unit.per_si, unit.name,
+      brightest > 0 ? 1.0 / brightest : 1.0, std::pow(10.0, -frame.decades), frame.ring * unit.per_si,
+      unit.name, picture_title(input, "Spots near focus"), -frame.half * unit.per_si,
+      frame.half * unit.per_si, -frame.half * unit.per_si, frame.half * unit.per_si, reference_name(input));
+}
+
+}  // namespace
+
+/// Spots as a camera would see them: three planes by three surfaces, logarithmic, one common scale.
+Picture focal_images_picture(const PlotInput& input) {
+  const std::string name = "focal_images";
+  const ImageFrame frame = image_frame(input);
+  const std::vector<Branch> rows = branches(input);
+  const PanelGrid grid{rows.size()};
+
+  Picture picture{name, "", {}};
+  double brightest = 0;
+  std::string panels;
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    for (std::size_t column = 0; column < std::size(kPlanes); ++column) {
+      const double dz = kPlanes[column].units * plane_unit(input);
+      const Eigen::ArrayXXd image = rows[row].light->image(dz, frame.half, ImageFrame::kPixels);
+      if (row > 0) brightest = std::max(brightest, image.maxCoeff());
+      const std::string file = fmt::format("{}_{}_{}.dat", name, rows[row].key, kPlanes[column].key);
+      picture.data.emplace_back(file, image_file(frame, rows[row], dz, image));
+      panels += grid.margins(row, column);
+      panels += panel_labels(grid, row, column, rows[row].label, dz, frame.unit.name);
+      panels += grid.colour_box(row, column);
+      panels += panel_plot(frame, file);
+    }
+  }
+  picture.script = script_head(name, 1500, grid.height()) + images_head(input, frame, brightest) + panels +
+                   "unset multiplot\n";
   return picture;
 }
 

@@ -148,25 +148,27 @@ Picture profile_picture(const PlotInput& input, const SurfaceField& grid) {
   return picture;
 }
 
-/// Distribution of the surface slopes: densities against Gaussians of the same width, and the slopes
-/// themselves.
-Picture gradients_picture(const PlotInput& input) {
-  const std::string name = "gradients";
-  constexpr int kBins = 81;
-  constexpr double kReach = 4;    // standard deviations to either side
-  constexpr double kDots = 5000;  // more would fill the middle solid
-  const SurfaceField& field = input.fitted_field;
-  const Eigen::ArrayXd& weight = input.pupil.weight;
+namespace {
+
+// Weighted moments of the slopes, and how far the axes show them.
+struct SlopeSpread {
+  double mean_x = 0, mean_y = 0, sigma_x = 0, sigma_y = 0, reach = 0;
+};
+
+SlopeSpread slope_spread(const SurfaceField& field, const Eigen::ArrayXd& weight) {
+  constexpr double kReach = 4;  // standard deviations to either side
   const auto [mean_x, sigma_x] = moments(field.slope_x, weight);
   const auto [mean_y, sigma_y] = moments(field.slope_y, weight);
   const double sigma = std::max(std::sqrt(0.5 * (sigma_x * sigma_x + sigma_y * sigma_y)), 1e-15);
   const double reach =
       kReach * std::max({sigma_x, sigma_y, sigma}) + std::max(std::abs(mean_x), std::abs(mean_y));
-  const AxisUnit unit = angle_unit(reach);
-  Eigen::ArrayXd centre(kBins);
-  for (int i = 0; i < kBins; ++i) centre[i] = reach * ((2.0 * i + 1) / kBins - 1);
+  return {mean_x, mean_y, sigma_x, sigma_y, reach};
+}
 
-  // Each ray keeps its own coin, so the choice depends neither on the pupil's order nor on chance.
+// Slopes of about kDots rays, x and y. Each ray keeps its own coin, so the choice depends neither on the
+// pupil's order nor on chance.
+std::pair<Eigen::ArrayXd, Eigen::ArrayXd> slope_dots(const SurfaceField& field) {
+  constexpr double kDots = 5000;  // more would fill the middle solid
   const RandomStream coin(0, "plot-slopes");
   std::vector<double> dot_x, dot_y;
   for (Eigen::Index i = 0; i < field.size(); ++i) {
@@ -177,26 +179,20 @@ Picture gradients_picture(const PlotInput& input) {
   const auto array = [](const std::vector<double>& v) {
     return Eigen::ArrayXd(Eigen::Map<const Eigen::ArrayXd>(v.data(), Eigen::Index(v.size())));
   };
+  return {array(dot_x), array(dot_y)};
+}
 
-  Picture picture{name, script_head(name, 1500, 840), {}};
-  picture.data.emplace_back(
-      name + ".dat",
-      columns_file({"Density of the fitted surface's slopes over the aperture [1/rad], weighted by light",
-                    "columns: slope_rad density_dh_dx density_dh_dy"},
-                   {centre, weighted_density(field.slope_x, weight, -reach, reach, kBins),
-                    weighted_density(field.slope_y, weight, -reach, reach, kBins)}));
-  picture.data.emplace_back(
-      "gradients_scatter.dat",
-      columns_file({fmt::format("Slopes at {} of the {} rays", dot_x.size(), field.size()),
-                    "columns: slope_dh_dx slope_dh_dy [rad]"},
-                   {array(dot_x), array(dot_y)}));
+// Both panels: densities on the left, `dots` rays on the right.
+std::string gradients_script(const PlotInput& input, const SlopeSpread& spread, Eigen::Index dots,
+                             const std::string& name) {
+  const AxisUnit unit = angle_unit(spread.reach);
   std::string specified;
   if (input.result.has_roughness)
     specified = fmt::format(
         "set label 1 {} at graph 0.02,0.96\n",
         gnuplot_text("specified: " + display(input.result.scene.rms_slope_per_axis, Dimension::kAngle) +
                      " RMS per axis"));
-  picture.script += fmt::format(
+  return fmt::format(
       "a = {0:.9g}  # axis units per radian\n"
       "sx = {1:.9g}; sy = {2:.9g}; mx = {3:.9g}; my = {4:.9g}  # standard deviations and means [{5}]\n"
       "gauss(t, s) = exp(-0.5*t*t/(s*s)) / (s*sqrt(2*pi))\n"
@@ -226,12 +222,43 @@ Picture gradients_picture(const PlotInput& input) {
       "linewidth 1.2 "
       "dashtype k title sprintf('%d sigma', k)\n"
       "unset multiplot\n",
-      unit.per_si, std::max(sigma_x, 1e-15) * unit.per_si, std::max(sigma_y, 1e-15) * unit.per_si,
-      mean_x * unit.per_si, mean_y * unit.per_si, unit.name,
-      picture_title(input, "Slopes of the fitted surface"), -reach * unit.per_si, reach * unit.per_si,
-      specified, name, kTargetColour, gnuplot_text("dh/dx, RMS " + display(sigma_x, Dimension::kAngle)),
-      kFittedColour, gnuplot_text("dh/dy, RMS " + display(sigma_y, Dimension::kAngle)),
-      gnuplot_text(fmt::format("{} of {} rays", dot_x.size(), field.size())));
+      unit.per_si, std::max(spread.sigma_x, 1e-15) * unit.per_si,
+      std::max(spread.sigma_y, 1e-15) * unit.per_si, spread.mean_x * unit.per_si, spread.mean_y * unit.per_si,
+      unit.name, picture_title(input, "Slopes of the fitted surface"), -spread.reach * unit.per_si,
+      spread.reach * unit.per_si, specified, name, kTargetColour,
+      gnuplot_text("dh/dx, RMS " + display(spread.sigma_x, Dimension::kAngle)), kFittedColour,
+      gnuplot_text("dh/dy, RMS " + display(spread.sigma_y, Dimension::kAngle)),
+      gnuplot_text(fmt::format("{} of {} rays", dots, input.fitted_field.size())));
+}
+
+}  // namespace
+
+/// Distribution of the surface slopes: densities against Gaussians of the same width, and the slopes
+/// themselves.
+Picture gradients_picture(const PlotInput& input) {
+  const std::string name = "gradients";
+  constexpr int kBins = 81;
+  const SurfaceField& field = input.fitted_field;
+  const Eigen::ArrayXd& weight = input.pupil.weight;
+  const SlopeSpread spread = slope_spread(field, weight);
+  const double reach = spread.reach;
+  Eigen::ArrayXd centre(kBins);
+  for (int i = 0; i < kBins; ++i) centre[i] = reach * ((2.0 * i + 1) / kBins - 1);
+  const auto [dot_x, dot_y] = slope_dots(field);
+
+  Picture picture{name, script_head(name, 1500, 840), {}};
+  picture.data.emplace_back(
+      name + ".dat",
+      columns_file({"Density of the fitted surface's slopes over the aperture [1/rad], weighted by light",
+                    "columns: slope_rad density_dh_dx density_dh_dy"},
+                   {centre, weighted_density(field.slope_x, weight, -reach, reach, kBins),
+                    weighted_density(field.slope_y, weight, -reach, reach, kBins)}));
+  picture.data.emplace_back(
+      "gradients_scatter.dat",
+      columns_file({fmt::format("Slopes at {} of the {} rays", dot_x.size(), field.size()),
+                    "columns: slope_dh_dx slope_dh_dy [rad]"},
+                   {dot_x, dot_y}));
+  picture.script += gradients_script(input, spread, dot_x.size(), name);
   return picture;
 }
 

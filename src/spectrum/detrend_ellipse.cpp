@@ -34,12 +34,130 @@ Eigen::VectorXd unit_ellipse(const Eigen::ArrayXd& x, double half, const Eigen::
   return z;
 }
 
+// What the ellipse is fitted to: the valid points of a profile, positions about their middle.
+struct Points {
+  double half = 0;  // of their span
+  bool slope = false;
+  std::vector<Eigen::Index> valid;
+  Eigen::ArrayXd everywhere, x;  // all positions, and those of the valid points
+  Eigen::VectorXd value;
+  // Piston and tilt (of slopes: only the tilt, a constant) are linear, too: they are projected out of
+  // everything.
+  Eigen::MatrixXd linear;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> linear_part;
+  Eigen::VectorXd data;  // the values without them
+};
+
+Eigen::MatrixXd linear_basis(const Points& points, const Eigen::ArrayXd& x) {
+  return legendre_basis(x, -points.half, points.half, points.slope ? 0 : 1);
+}
+
+Eigen::VectorXd project(const Points& points, const Eigen::VectorXd& v) {
+  return Eigen::VectorXd(v - points.linear * points.linear_part.solve(v));
+}
+
+Points points_of(const Profile& profile, std::vector<Eigen::Index> valid) {
+  Points points;
+  const double low = profile.x[valid.front()], high = profile.x[valid.back()];
+  points.half = 0.5 * (high - low);
+  points.slope = profile.quantity == ProfileQuantity::kSlope;
+  points.everywhere = profile.x - 0.5 * (low + high);
+  points.x = points.everywhere(valid);
+  points.value = profile.value(valid).matrix();
+  points.valid = std::move(valid);
+  points.linear = linear_basis(points, points.x);
+  points.linear_part.compute(points.linear);
+  points.data = project(points, points.value);
+  return points;
+}
+
+Eigen::VectorXd unit_ellipse(const Points& points, const Eigen::Vector2d& shape) {
+  return unit_ellipse(points.x, points.half, shape, points.slope);
+}
+
+// An ellipse of some shape with the E that suits it best.
 struct Attempt {
   double cost = std::numeric_limits<double>::infinity();
   double factor = 0;  // E
   Eigen::Vector2d shape = Eigen::Vector2d::Zero();
   Eigen::VectorXd unit, residual;
 };
+
+Attempt attempt_at(const Points& points, const Eigen::Vector2d& shape) {
+  Attempt attempt;
+  attempt.shape = shape;
+  attempt.unit = project(points, unit_ellipse(points, shape));
+  attempt.factor = attempt.unit.dot(points.data) / attempt.unit.squaredNorm();
+  attempt.residual = points.data - attempt.factor * attempt.unit;
+  const double cost = attempt.residual.squaredNorm();
+  if (std::isfinite(cost)) attempt.cost = cost;
+  return attempt;
+}
+
+// Derivatives by the shape; E follows it (Kaufman 1975).
+Eigen::MatrixXd shape_jacobian(const Points& points, const Attempt& at) {
+  Eigen::MatrixXd jacobian(points.x.size(), 2);
+  for (int k = 0; k < 2; ++k) {
+    Eigen::Vector2d up = at.shape, down = at.shape;
+    const double h = 1e-5;  // truncation h^2
+    up[k] += h, down[k] -= h;
+    const Eigen::VectorXd change =
+        at.factor / (2 * h) * project(points, unit_ellipse(points, up) - unit_ellipse(points, down));
+    jacobian.col(k) = change - at.unit * (at.unit.dot(change) / at.unit.squaredNorm());
+  }
+  return jacobian;
+}
+
+// Shape that a Levenberg-Marquardt step leads to, damped by the lengths of the columns.
+Eigen::Vector2d damped_step(const Attempt& at, const Eigen::MatrixXd& jacobian, const Eigen::Vector2d& length,
+                            double damping) {
+  const Eigen::Index size = jacobian.rows();
+  Eigen::MatrixXd stacked(size + 2, 2);
+  stacked << jacobian, Eigen::MatrixXd((std::sqrt(damping) * length).asDiagonal());
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(size + 2);
+  right.head(size) = at.residual;
+  const Eigen::Vector2d there = at.shape + stacked.completeOrthogonalDecomposition().solve(right);
+  if (!(there[1] < kLeastProduct)) return there;
+  // At its bound, and the skew the best one there.
+  const Eigen::VectorXd only = jacobian.col(0),
+                        rest = at.residual - jacobian.col(1) * (kLeastProduct - at.shape[1]);
+  return {at.shape[0] + only.dot(rest) / (only.squaredNorm() * (1 + damping)), kLeastProduct};
+}
+
+// The least squares that steps from a start lead to.
+Attempt descend(const Points& points, const Eigen::Vector2d& start) {
+  Attempt now = attempt_at(points, start);
+  double damping = 1e-6;
+  for (int step = 0; step < 100 && std::isfinite(now.cost); ++step) {
+    const Eigen::MatrixXd jacobian = shape_jacobian(points, now);
+    if (!jacobian.allFinite()) break;
+    const Eigen::Vector2d length = jacobian.colwise().norm();
+    double gain = 0;
+    for (int trial = 0; trial < 25; ++trial, damping *= 5) {
+      Attempt next = attempt_at(points, damped_step(now, jacobian, length, damping));
+      if (next.cost < now.cost) {
+        gain = 1 - next.cost / now.cost;
+        now = std::move(next);
+        break;
+      }
+    }
+    if (gain < 1e-12) break;
+    damping = std::max(damping / 100, 1e-15);
+  }
+  return now;
+}
+
+// Sets p, q and the grazing angle of an ellipse with |E|, D and G.
+void set_arms(double e, double d, double g, EllipseFit* result) {
+  // E^2/S + D^2/(S - 4 G) = 1 with S = (1/p + 1/q)^2; the other root has S below 4 G and E^2.
+  const double middle = 0.5 * (4 * g + e * e + d * d);
+  const double s = middle + std::sqrt(std::max(0.0, middle * middle - 4 * g * e * e));
+  const double sum = std::sqrt(s), difference = std::sqrt(std::max(0.0, s - 4 * g));
+  const double larger = 0.5 * (sum + difference), smaller = g / larger;  // 1/p and 1/q
+  result->p = 1 / (d < 0 ? larger : smaller);
+  result->q = 1 / (d < 0 ? smaller : larger);
+  result->grazing_angle = std::asin(std::min(1.0, e / sum));
+}
 
 }  // namespace
 
@@ -49,88 +167,25 @@ EllipseFit fit_ellipse(const Profile& profile) {
   for (Eigen::Index i = 0; i < profile.size(); ++i)
     if (std::isfinite(profile.value[i])) valid.push_back(i);
   if (valid.size() < 8) return result;
-  const bool slope = profile.quantity == ProfileQuantity::kSlope;
-  const double low = profile.x[valid.front()], high = profile.x[valid.back()], half = 0.5 * (high - low);
-  const Eigen::ArrayXd everywhere = profile.x - 0.5 * (low + high), x = everywhere(valid);
-  const Eigen::VectorXd value = profile.value(valid).matrix();
-  // Piston and tilt (of slopes: only the tilt, a constant) are linear, too: they are projected out of
-  // everything.
-  const Eigen::MatrixXd linear = legendre_basis(x, -half, half, slope ? 0 : 1);
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> linear_part(linear);
-  const auto project = [&](const Eigen::VectorXd& v) {
-    return Eigen::VectorXd(v - linear * linear_part.solve(v));
-  };
-  const Eigen::VectorXd data = project(value);
-  const auto attempt_at = [&](const Eigen::Vector2d& shape) {
-    Attempt attempt;
-    attempt.shape = shape;
-    attempt.unit = project(unit_ellipse(x, half, shape, slope));
-    attempt.factor = attempt.unit.dot(data) / attempt.unit.squaredNorm();
-    attempt.residual = data - attempt.factor * attempt.unit;
-    const double cost = attempt.residual.squaredNorm();
-    if (std::isfinite(cost)) attempt.cost = cost;
-    return attempt;
-  };
+  const Points points = points_of(profile, std::move(valid));
 
   Attempt best;
   // The first start is the parabola: the result is at least as near to the data.
   for (const double product : {kLeastProduct, 0.1})
     for (const double skew : {0., -0.5, 0.5}) {
-      Attempt now = attempt_at({skew, product});
-      double damping = 1e-6;
-      for (int step = 0; step < 100 && std::isfinite(now.cost); ++step) {
-        Eigen::MatrixXd jacobian(x.size(), 2);  // E follows the shape (Kaufman 1975)
-        for (int k = 0; k < 2; ++k) {
-          Eigen::Vector2d up = now.shape, down = now.shape;
-          const double h = 1e-5;  // truncation h^2
-          up[k] += h, down[k] -= h;
-          const Eigen::VectorXd change =
-              now.factor / (2 * h) *
-              project(unit_ellipse(x, half, up, slope) - unit_ellipse(x, half, down, slope));
-          jacobian.col(k) = change - now.unit * (now.unit.dot(change) / now.unit.squaredNorm());
-        }
-        if (!jacobian.allFinite()) break;
-        const Eigen::Vector2d length = jacobian.colwise().norm();
-        double gain = 0;
-        for (int trial = 0; trial < 25; ++trial, damping *= 5) {
-          Eigen::MatrixXd stacked(x.size() + 2, 2);
-          stacked << jacobian, Eigen::MatrixXd((std::sqrt(damping) * length).asDiagonal());
-          Eigen::VectorXd right = Eigen::VectorXd::Zero(x.size() + 2);
-          right.head(x.size()) = now.residual;
-          Eigen::Vector2d there = now.shape + stacked.completeOrthogonalDecomposition().solve(right);
-          if (there[1] < kLeastProduct) {  // at its bound, and the skew the best one there
-            const Eigen::VectorXd only = jacobian.col(0),
-                                  rest = now.residual - jacobian.col(1) * (kLeastProduct - now.shape[1]);
-            there = {now.shape[0] + only.dot(rest) / (only.squaredNorm() * (1 + damping)), kLeastProduct};
-          }
-          Attempt next = attempt_at(there);
-          if (next.cost < now.cost) {
-            gain = 1 - next.cost / now.cost;
-            now = std::move(next);
-            break;
-          }
-        }
-        if (gain < 1e-12) break;
-        damping = std::max(damping / 100, 1e-15);
-      }
-      if (now.cost < best.cost) best = std::move(now);
+      Attempt found = descend(points, {skew, product});
+      if (found.cost < best.cost) best = std::move(found);
     }
   // A plane fixes no arms.
-  if (!(std::abs(best.factor) * best.unit.norm() > kNoShape * value.norm())) return result;
-  const Eigen::VectorXd all = unit_ellipse(everywhere, half, best.shape, slope);
+  if (!(std::abs(best.factor) * best.unit.norm() > kNoShape * points.value.norm())) return result;
+  const Eigen::VectorXd all = unit_ellipse(points.everywhere, points.half, best.shape, points.slope);
   if (!all.allFinite()) return result;
-  const Eigen::VectorXd rest = linear_part.solve(value - best.factor * Eigen::VectorXd(all(valid)));
-  // E^2/S + D^2/(S - 4 G) = 1 with S = (1/p + 1/q)^2; the other root has S below 4 G and E^2.
-  const double e = std::abs(best.factor), d = best.shape[0] / half, g = best.shape[1] / (half * half);
-  const double middle = 0.5 * (4 * g + e * e + d * d);
-  const double s = middle + std::sqrt(std::max(0.0, middle * middle - 4 * g * e * e));
-  const double sum = std::sqrt(s), difference = std::sqrt(std::max(0.0, s - 4 * g));
-  const double larger = 0.5 * (sum + difference), smaller = g / larger;  // 1/p and 1/q
+  const Eigen::VectorXd rest =
+      points.linear_part.solve(points.value - best.factor * Eigen::VectorXd(all(points.valid)));
   result.converged = true;
-  result.p = 1 / (d < 0 ? larger : smaller);
-  result.q = 1 / (d < 0 ? smaller : larger);
-  result.grazing_angle = std::asin(std::min(1.0, e / sum));
-  result.shape = (best.factor * all + legendre_basis(everywhere, -half, half, slope ? 0 : 1) * rest).array();
+  set_arms(std::abs(best.factor), best.shape[0] / points.half, best.shape[1] / (points.half * points.half),
+           &result);
+  result.shape = (best.factor * all + linear_basis(points, points.everywhere) * rest).array();
   return result;
 }
 

@@ -124,68 +124,76 @@ void add_low(const OrdinateGrid& grid, const Eigen::VectorXcd& value, double u, 
   }
 }
 
-}  // namespace
+// What the waves are sent through, and how what comes out is counted.
+struct Way {
+  const SurfaceProcessing& processing;
+  const OrdinateBins& bins;
+  int lobe_half;  // half-width of the window's main lobe [ordinates]
+  double scale;   // |transform|^2 to periodogram
+  double top;     // highest frequency [cycles/m]
+  int threads;
+};
 
-EstimatorResponse estimator_response(const SurfaceProcessing& processing, const OrdinateBins& bins, WindowKind window,
-                                     int threads) {
-  const OrdinateGrid& grid = processing.grid;
-  const double scale = 1 / (double(grid.size()) * processing.window_power());
-  const double top =
-      grid.profile() ? grid.nyquist() : 0.5 * std::hypot(grid.cols * grid.step_x, grid.rows * grid.step_y);
-  const Nodes nodes(grid.resolution() / 16, top);
-  EstimatorResponse result;
-  result.node_frequency = nodes.frequency;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> matrix =
-      Eigen::MatrixXd::Zero(bins.size(), nodes.frequency.size());
-  result.transfer = Eigen::ArrayXd::Ones(nodes.frequency.size());
-  result.low.index = low_ordinates(grid);
-  const Eigen::Index lows = Eigen::Index(result.low.index.size());
-  result.low.covariance = Eigen::MatrixXcd::Zero(lows, lows);
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+// Blocks of which every wave is sent.
+Region region_of(const OrdinateGrid& grid) {
   Region region{grid.profile(), (grid.cols + 1) / 2, grid.profile() ? 1 : (grid.rows + 1) / 2, 0};
   if (grid.profile())
     region.low = grid.cols <= kProfileAllWaves ? grid.cols : kProfileLow;
   else
     region.low = grid.size() <= kSmallMap ? kSmallMapLow : kMapLow;
+  return region;
+}
 
-  // Every wave of low frequency.
+// Every wave of low frequency: adds them to the matrix and the covariance of the low ordinates.
+void send_low(const Way& way, const Region& region, const Nodes& nodes, RowMajorMatrix* matrix,
+              LowOrdinates* low) {
+  const OrdinateGrid& grid = way.processing.grid;
+  const Eigen::Index lows = Eigen::Index(low->index.size());
   const std::vector<Wave> waves = low_waves(grid, region);
   std::vector<Eigen::ArrayXd> in_bins(waves.size());
   std::vector<Eigen::VectorXcd> at_low(waves.size());
-  parallel_for(waves.size(), threads, [&](std::size_t i) {
-    const ComplexGrid samples = processing.wave_transform(waves[i].u, waves[i].v);
-    in_bins[i] = 2 * scale * bins.mean(samples.reshaped<Eigen::RowMajor>().abs2());
+  parallel_for(waves.size(), way.threads, [&](std::size_t i) {
+    const ComplexGrid samples = way.processing.wave_transform(waves[i].u, waves[i].v);
+    in_bins[i] = 2 * way.scale * way.bins.mean(samples.reshaped<Eigen::RowMajor>().abs2());
     at_low[i].resize(lows);
-    for (Eigen::Index a = 0; a < lows; ++a) at_low[i][a] = samples.data()[result.low.index[std::size_t(a)]];
+    for (Eigen::Index a = 0; a < lows; ++a) at_low[i][a] = samples.data()[low->index[std::size_t(a)]];
   });
   // A red spectrum as a stand-in: the covariance of the low ordinates hardly depends on it.
   const double exponent = grid.profile() ? 2.5 : 3.5;
   for (std::size_t i = 0; i < waves.size(); ++i) {
     const double f = std::hypot(waves[i].u * grid.step_x, waves[i].v * grid.step_y);
-    for (Eigen::Index b = 0; b < bins.size(); ++b)
-      nodes.add(matrix.row(b), f, waves[i].measure * in_bins[i][b]);
+    for (Eigen::Index b = 0; b < way.bins.size(); ++b)
+      nodes.add(matrix->row(b), f, waves[i].measure * in_bins[i][b]);
     if (std::hypot(waves[i].u, waves[i].v) < 16)
       add_low(grid, at_low[i], waves[i].u, waves[i].v,
-              waves[i].measure * scale * std::pow(f / grid.resolution(), -exponent), &result.low);
+              waves[i].measure * way.scale * std::pow(f / grid.resolution(), -exponent), low);
   }
+}
 
-  // Selected waves of high frequency: groups of one frequency, several directions.
-  const int lobe_half = main_lobe(window);
+// Selected waves of high frequency: groups of one frequency, several directions.
+struct Selection {
   struct Selected {
     double u, v;
     std::size_t group;
   };
-  std::vector<Selected> selected;
+  std::vector<Selected> waves;
   std::vector<double> group_frequency;
+};
+
+Selection select_high(const Way& way, const Region& region) {
+  const OrdinateGrid& grid = way.processing.grid;
+  Selection selection;
   const double start = region.low * grid.resolution();
   const bool small = grid.size() <= kSmallMap;
   const int per_decade = grid.profile() ? kProfileWavesPerDecade
                          : small        ? kSmallMapWavesPerDecade
                                         : kMapWavesPerDecade;
   const int directions = grid.profile() ? 1 : small ? kSmallMapDirections : kMapDirections;
-  for (int g = 0; start < top; ++g) {
+  for (int g = 0; start < way.top; ++g) {
     const double f = start * std::pow(10, (g + 0.5) / per_decade);
-    if (f >= top) break;
+    if (f >= way.top) break;
     bool any = false;
     for (int d = 0; d < directions; ++d) {
       // Directions step on from group to group, so that no lattice line is hit every time.
@@ -195,43 +203,59 @@ EstimatorResponse estimator_response(const SurfaceProcessing& processing, const 
       const double v = grid.profile() ? 0 : (d % 2 ? -1 : 1) * f * std::sin(angle) / grid.step_y;
       if (2 * u >= grid.cols - 1 || (!grid.profile() && 2 * std::abs(v) >= grid.rows - 1)) continue;
       if (std::hypot(u, v) < region.low) continue;
-      selected.push_back({u, v, group_frequency.size()});
+      selection.waves.push_back({u, v, selection.group_frequency.size()});
       any = true;
     }
-    if (any) group_frequency.push_back(f);
+    if (any) selection.group_frequency.push_back(f);
   }
-  if (selected.empty()) {
-    result.matrix = matrix;
-    return result;
-  }
-  std::vector<Eigen::ArrayXd> diffuse(selected.size());
-  std::vector<double> kept(selected.size());
-  parallel_for(selected.size(), threads, [&](std::size_t i) {
-    const auto [u, v, group] = selected[i];
+  return selection;
+}
+
+// Per group, means over its directions: the share that stays in the main lobe, and where the rest goes.
+struct Leakage {
+  std::vector<double> transfer;
+  Eigen::MatrixXd spread;  // bins x groups
+};
+
+Leakage send_selected(const Way& way, const Selection& selection) {
+  const SurfaceProcessing& processing = way.processing;
+  const OrdinateGrid& grid = processing.grid;
+  const int lobe_half = way.lobe_half;
+  std::vector<Eigen::ArrayXd> diffuse(selection.waves.size());
+  std::vector<double> kept(selection.waves.size());
+  parallel_for(selection.waves.size(), way.threads, [&](std::size_t i) {
+    const auto [u, v, group] = selection.waves[i];
     Eigen::ArrayXd power = processing.wave_transform(u, v).reshaped<Eigen::RowMajor>().abs2();
     double measured = 0, ideal = 0;
     const int k0 = int(std::floor(u)), l0 = int(std::floor(v));
     for (int l = grid.profile() ? 0 : l0 - lobe_half + 1; l <= (grid.profile() ? 0 : l0 + lobe_half); ++l)
       for (int k = k0 - lobe_half + 1; k <= k0 + lobe_half; ++k) {
         double& here = power[grid.index(k, l)];
-        measured += here * scale;
+        measured += here * way.scale;
         ideal += lobe(processing.window_x, k - u) * (grid.profile() ? 1 : lobe(processing.window_y, l - v));
         here = 0;
       }
     kept[i] = measured / ideal;
-    diffuse[i] = 2 * scale * bins.mean(power);
+    diffuse[i] = 2 * way.scale * way.bins.mean(power);
   });
-  const std::size_t groups = group_frequency.size();
-  std::vector<double> weight(groups, 0), transfer(groups, 0);
-  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(bins.size(), Eigen::Index(groups));
-  for (std::size_t i = 0; i < selected.size(); ++i) {
-    const std::size_t g = selected[i].group;
-    weight[g] += 1, transfer[g] += kept[i];
-    spread.col(Eigen::Index(g)) += diffuse[i].matrix();
+  const std::size_t groups = selection.group_frequency.size();
+  Leakage mean{std::vector<double>(groups, 0), Eigen::MatrixXd::Zero(way.bins.size(), Eigen::Index(groups))};
+  std::vector<double> weight(groups, 0);
+  for (std::size_t i = 0; i < selection.waves.size(); ++i) {
+    const std::size_t g = selection.waves[i].group;
+    weight[g] += 1, mean.transfer[g] += kept[i];
+    mean.spread.col(Eigen::Index(g)) += diffuse[i].matrix();
   }
-  for (std::size_t g = 0; g < groups; ++g) transfer[g] /= weight[g], spread.col(Eigen::Index(g)) /= weight[g];
-  // Both as functions of log f, at the nodes.
-  Eigen::MatrixXd leaked(bins.size(), nodes.frequency.size());
+  for (std::size_t g = 0; g < groups; ++g)
+    mean.transfer[g] /= weight[g], mean.spread.col(Eigen::Index(g)) /= weight[g];
+  return mean;
+}
+
+// From groups to nodes, as functions of log f: sets the transfer, returns bins x nodes of what leaks.
+Eigen::MatrixXd at_nodes(const Leakage& leakage, const std::vector<double>& group_frequency,
+                         const Nodes& nodes, Eigen::ArrayXd* transfer) {
+  const std::size_t groups = group_frequency.size();
+  Eigen::MatrixXd leaked(leakage.spread.rows(), nodes.frequency.size());
   for (Eigen::Index n = 0; n < nodes.frequency.size(); ++n) {
     const double f = nodes.frequency[n];
     const std::size_t after = std::size_t(
@@ -240,22 +264,67 @@ EstimatorResponse estimator_response(const SurfaceProcessing& processing, const 
     double t = 0;
     if (left < right)
       t = std::log(f / group_frequency[left]) / std::log(group_frequency[right] / group_frequency[left]);
-    result.transfer[n] = (1 - t) * transfer[left] + t * transfer[right];
-    leaked.col(n) = (1 - t) * spread.col(Eigen::Index(left)) + t * spread.col(Eigen::Index(right));
+    (*transfer)[n] = (1 - t) * leakage.transfer[left] + t * leakage.transfer[right];
+    leaked.col(n) =
+        (1 - t) * leakage.spread.col(Eigen::Index(left)) + t * leakage.spread.col(Eigen::Index(right));
+  }
+  return leaked;
+}
+
+// Main lobes of waves on the lattice of half an ordinate, which fall into the bins as the window says.
+class MainLobes {
+ public:
+  explicit MainLobes(const Way& way)
+      : way_(way),
+        grid_(way.processing.grid),
+        taps_(2 * way.lobe_half),
+        along_x_(taps_, 2),
+        along_y_(taps_, 2) {
+    along_y_.setOnes();
+    for (int side = 0; side < 2; ++side)
+      for (int t = 0; t < taps_; ++t) {
+        const double nu = t - way.lobe_half + 1 - (0.25 + 0.5 * side);
+        along_x_(t, side) = lobe(way.processing.window_x, nu);
+        if (!grid_.profile()) along_y_(t, side) = lobe(way.processing.window_y, nu);
+      }
+    share.resize(way.bins.size());
   }
 
-  // Main lobes of all high waves, on the lattice of half an ordinate.
-  const int taps = 2 * lobe_half;
-  Eigen::ArrayXXd along_x(taps, 2), along_y = Eigen::ArrayXXd::Ones(taps, 2);
-  for (int side = 0; side < 2; ++side)
-    for (int t = 0; t < taps; ++t) {
-      const double nu = t - lobe_half + 1 - (0.25 + 0.5 * side);
-      along_x(t, side) = lobe(processing.window_x, nu);
-      if (!grid.profile()) along_y(t, side) = lobe(processing.window_y, nu);
+  // Sets share and touched for the wave at quarter i of column a and quarter j of row b.
+  void place(int a, int i, int b, int j) {
+    share.setZero();
+    touched.clear();
+    for (int tl = 0; tl < (grid_.profile() ? 1 : taps_); ++tl) {
+      const int row =
+          (grid_.profile() ? 0 : OrdinateGrid::wrapped(b + tl - way_.lobe_half + 1, grid_.rows)) * grid_.cols;
+      const double down = grid_.profile() ? 1 : along_y_(tl, j);
+      for (int tk = 0; tk < taps_; ++tk) {
+        const int bin =
+            way_.bins.of[std::size_t(row + OrdinateGrid::wrapped(a + tk - way_.lobe_half + 1, grid_.cols))];
+        if (bin < 0) continue;
+        if (std::find(touched.begin(), touched.end(), bin) == touched.end()) touched.push_back(bin);
+        share[bin] += down * along_x_(tk, i);
+      }
     }
-  Eigen::ArrayXd measure = Eigen::ArrayXd::Zero(nodes.frequency.size()), share(bins.size());
+  }
+
+  Eigen::ArrayXd share;      // of the lobe, by bin
+  std::vector<int> touched;  // bins that have one
+
+ private:
+  const Way& way_;
+  const OrdinateGrid& grid_;
+  int taps_;
+  Eigen::ArrayXXd along_x_, along_y_;  // taps x the two quarters of an ordinate
+};
+
+// Adds what stays in the main lobes of all high waves to the matrix; returns their measure by nodes.
+Eigen::ArrayXd add_main_lobes(const Way& way, const Region& region, const Nodes& nodes,
+                              const Eigen::ArrayXd& transfer, RowMajorMatrix* matrix) {
+  const OrdinateGrid& grid = way.processing.grid;
+  MainLobes lobes(way);
+  Eigen::ArrayXd measure = Eigen::ArrayXd::Zero(nodes.frequency.size());
   const double cell = grid.profile() ? 0.5 : 0.25;
-  std::vector<int> touched;
   for (int b = -region.half_y; b < region.half_y; ++b) {
     if (grid.profile() && b < 0) continue;
     for (int a = 0; a < region.half_x; ++a) {
@@ -265,27 +334,44 @@ EstimatorResponse estimator_response(const SurfaceProcessing& processing, const 
           const double u = a + 0.25 + 0.5 * i, v = grid.profile() ? 0 : b + 0.25 + 0.5 * j;
           if (2 * u >= grid.cols || (!grid.profile() && 2 * std::abs(v) >= grid.rows)) continue;
           const double f = std::hypot(u * grid.step_x, v * grid.step_y);
-          share.setZero();
-          touched.clear();
-          for (int tl = 0; tl < (grid.profile() ? 1 : taps); ++tl) {
-            const int row =
-                (grid.profile() ? 0 : OrdinateGrid::wrapped(b + tl - lobe_half + 1, grid.rows)) * grid.cols;
-            const double down = grid.profile() ? 1 : along_y(tl, j);
-            for (int tk = 0; tk < taps; ++tk) {
-              const int bin =
-                  bins.of[std::size_t(row + OrdinateGrid::wrapped(a + tk - lobe_half + 1, grid.cols))];
-              if (bin < 0) continue;
-              if (std::find(touched.begin(), touched.end(), bin) == touched.end()) touched.push_back(bin);
-              share[bin] += down * along_x(tk, i);
-            }
-          }
+          lobes.place(a, i, b, j);
           nodes.add(measure, f, cell);
-          const double passed = cell * nodes.interpolated(result.transfer, f);
-          for (const int bin : touched) nodes.add(matrix.row(bin), f, passed * share[bin] / bins.count[bin]);
+          const double passed = cell * nodes.interpolated(transfer, f);
+          for (const int bin : lobes.touched)
+            nodes.add(matrix->row(bin), f, passed * lobes.share[bin] / way.bins.count[bin]);
         }
     }
   }
-  matrix += leaked * measure.matrix().asDiagonal();
+  return measure;
+}
+
+}  // namespace
+
+EstimatorResponse estimator_response(const SurfaceProcessing& processing, const OrdinateBins& bins,
+                                     WindowKind window, int threads) {
+  const OrdinateGrid& grid = processing.grid;
+  const double scale = 1 / (double(grid.size()) * processing.window_power());
+  const double top =
+      grid.profile() ? grid.nyquist() : 0.5 * std::hypot(grid.cols * grid.step_x, grid.rows * grid.step_y);
+  const Way way{processing, bins, main_lobe(window), scale, top, threads};
+  const Nodes nodes(grid.resolution() / 16, top);
+  EstimatorResponse result;
+  result.node_frequency = nodes.frequency;
+  RowMajorMatrix matrix = Eigen::MatrixXd::Zero(bins.size(), nodes.frequency.size());
+  result.transfer = Eigen::ArrayXd::Ones(nodes.frequency.size());
+  result.low.index = low_ordinates(grid);
+  const Eigen::Index lows = Eigen::Index(result.low.index.size());
+  result.low.covariance = Eigen::MatrixXcd::Zero(lows, lows);
+
+  const Region region = region_of(grid);
+  send_low(way, region, nodes, &matrix, &result.low);
+  const Selection selection = select_high(way, region);
+  if (!selection.waves.empty()) {
+    const Leakage leakage = send_selected(way, selection);
+    const Eigen::MatrixXd leaked = at_nodes(leakage, selection.group_frequency, nodes, &result.transfer);
+    const Eigen::ArrayXd measure = add_main_lobes(way, region, nodes, result.transfer, &matrix);
+    matrix += leaked * measure.matrix().asDiagonal();
+  }
   result.matrix = matrix;
   return result;
 }

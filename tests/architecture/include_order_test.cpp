@@ -1,5 +1,5 @@
 // The map of the repository, kept true: which room includes which, which library lives where, what lies at
-// the top.
+// the top, how long functions and how large rooms are, and where a study may not be changed.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <set>
 
 #include "source_rules.h"
@@ -79,10 +80,34 @@ TEST(Architecture, EveryIncludeKeepsTheOrderOfTheRoomsAndTheirLibraries) {
     seen.insert(file.parent_path().filename().string());
   }
   // The rooms that exist were read: an empty walk would pass for the wrong reason.
-  for (const char* room : {"core", "scene", "measured", "roughness", "spectrum", "terms", "trace", "focus", "waves",
-                           "theory", "forward", "fit", "equivalence", "report", "study", "method", "chart",
-                           "commands"})
+  for (const char* room :
+       {"core", "scene", "measured", "roughness", "spectrum", "terms", "trace", "focus", "waves", "theory",
+        "forward", "fit", "equivalence", "report", "study", "method", "chart", "commands"})
     EXPECT_TRUE(seen.contains(room)) << room;
+}
+
+TEST(Architecture, NoFunctionIsLongerThanEightyLines) {
+  for (const fs::path& file : sources()) {
+    const std::vector<std::string> found = long_functions(file, contents(kRoot / file));
+    EXPECT_TRUE(found.empty()) << joined(found);
+  }
+}
+
+TEST(Architecture, NoRoomHoldsMoreThanItsShare) {
+  std::map<fs::path, std::size_t> lines;
+  for (const fs::path& file : sources()) {
+    const std::string text = contents(kRoot / file);
+    lines[file] = std::size_t(std::count(text.begin(), text.end(), '\n'));
+  }
+  const std::vector<std::string> found = large_rooms(lines);
+  EXPECT_TRUE(found.empty()) << joined(found);
+}
+
+TEST(Architecture, ChartsAndCommandsLeaveTheStudyAsItWasRead) {
+  for (const fs::path& file : sources()) {
+    const std::vector<std::string> found = changed_studies(file, contents(kRoot / file));
+    EXPECT_TRUE(found.empty()) << joined(found);
+  }
 }
 
 TEST(Architecture, TopLevelHoldsOnlyWhatDesignNames) {
@@ -142,6 +167,131 @@ TEST(SourceRules, TellEveryKindOfBreach) {
   }
   EXPECT_EQ(out_of_place({"src", "README.md", ".ci", ".gitignore", "notes.txt", "data"}),
             (std::vector<std::string>{"notes.txt", "data"}));
+}
+
+// So many lines of a body.
+std::string body(std::size_t lines) {
+  std::string text;
+  for (std::size_t i = 0; i < lines; ++i) text += i % 7 == 3 ? "\n" : "    ++x;  // }\n";
+  return text;
+}
+
+TEST(SourceRules, TellFunctionsThatAreTooLong) {
+  struct Case {
+    std::string before, signature, after;  // the function's own lines are those from its signature on
+    std::size_t own_lines;                 // of the signature and the closing brace
+  };
+  const Case cases[] = {
+      {"int a;\n\n", "int f(int x) {\n", "}\n", 2},
+      {"// What it does.\n", "std::vector<int> f(int x,\n                   int y = {}) {\n", "}\n", 3},
+      {"namespace {\n", "template <class T>\nint f(T x) {  // {\n", "}\n}\n", 3},
+      {"struct S {\n  int a = 0;\n", "  explicit S(int x)\n      : a{x},\n        b(x) {\n", "  }\n};\n", 4},
+      {"class S {\n public:\n", "  int f() const {\n", "  }\n};\n", 2},
+      {"const char* text = R\"(\n}\n)\";\n", "int f(int x) {\n", "}\n", 2},
+  };
+  for (const Case& c : cases) {
+    SCOPED_TRACE(c.signature);
+    const auto with = [&](std::size_t lines) {
+      return long_functions("src/fit/a.cpp", c.before + c.signature + body(lines - c.own_lines) + c.after);
+    };
+    EXPECT_TRUE(with(kLongestFunction).empty()) << joined(with(kLongestFunction));
+    const std::vector<std::string> found = with(kLongestFunction + 1);
+    ASSERT_EQ(found.size(), 1u) << joined(found);
+    const auto line = std::count(c.before.begin(), c.before.end(), '\n') + 1;
+    EXPECT_TRUE(found[0].starts_with("src/fit/a.cpp:" + std::to_string(line) + ": ")) << found[0];
+    EXPECT_NE(found[0].find("has 81 lines"), std::string::npos) << found[0];
+  }
+  for (const char* no_function :
+       {"namespace a {\n", "struct S : T<decltype(f())> {\n", "const int kTable[] = {\n",
+        "const std::map<int, int> kTable(\n    1) = {\n", "enum class E {\n"})
+    EXPECT_TRUE(long_functions("src/fit/a.cpp", no_function + body(100) + "}\n").empty()) << no_function;
+  // A lambda is part of the function it stands in, whatever its indentation; what comes after is not.
+  const std::string with_lambda =
+      "void f() {\n  g(\n      1, [&](int x) {\n" + body(70) + "      });\n}\n\nclass S {\n  int f() {\n";
+  EXPECT_TRUE(long_functions("src/fit/a.cpp", with_lambda + body(78) + "  }\n};\n").empty());
+  EXPECT_EQ(long_functions("src/fit/a.cpp", with_lambda + body(79) + "  }\n};\n").size(), 1u);
+}
+
+TEST(SourceRules, TellRoomsThatAreTooLarge) {
+  std::map<fs::path, std::size_t> lines = {{"src/main.cpp", 100}};
+  for (const char* room : {"core", "scene", "measured", "roughness", "terms", "trace", "focus"})
+    lines[fs::path("src") / room / "a.cpp"] = 110;
+  lines["include/aberfit/fit/a.h"] = 50;
+  lines["src/fit/a.cpp"] = 80;  // together 130 of 1000
+  EXPECT_TRUE(large_rooms(lines).empty()) << joined(large_rooms(lines));
+  lines["src/fit/b.cpp"] = 23;  // together 153 of 1023
+  EXPECT_TRUE(large_rooms(lines).empty()) << joined(large_rooms(lines));
+  lines["src/fit/b.cpp"] = 24;  // together 154 of 1024
+  EXPECT_EQ(large_rooms(lines), std::vector<std::string>{"fit holds 154 of 1024 lines"});
+}
+
+TEST(SourceRules, TellWhereAStudyIsCopiedOrChanged) {
+  struct Case {
+    const char* line;
+    const char* problem;  // empty: allowed
+  };
+  const Case cases[] = {
+      {"const Study study = read_study(path);", ""},
+      {"const aberfit::Study study = aberfit::read_study(arguments.file);", ""},
+      {"void f(const Study& study, const Task& task);", ""},
+      {"void f(Study const& study, const aberfit::Task* task) {", ""},
+      {"std::shared_ptr<const Task> task;", ""},
+      {"struct Study;", ""},
+      {"using aberfit::Task;", ""},
+      {"int a = Task::kMost;", ""},
+      {"FitTask x; StudyFile y; SubStudy z;", ""},
+      {"// Study copy = study;", ""},
+      {"option(\"Study file\", \"study.a = 1\");", ""},
+      {"if (study.a == 1 && task.b <= 2 && study.c != 3) return;", ""},
+      {"const double a = study.b;", ""},
+      {"const auto& other = study;", ""},
+      {"const auto b = f(study);", ""},
+      {"chart.study = resolved(study);", ""},
+      {"Study rays = study;", "is not const"},
+      {"  aberfit::Study copy;", "is not const"},
+      {"Study copy(study);", "is not const"},
+      {"Task copy{task};", "is not const"},
+      {"void f(int n, Study study);", "is not const"},
+      {"void f(Task& task);", "is not const"},
+      {"void f(const Scene& scene, aberfit::Task* task);", "is not const"},
+      {"Study with_rays(const Study& study);", "is not const"},
+      {"std::optional<Study> chosen;", "is not const"},
+      {"const std::vector<Task> tasks;", "is not const"},
+      {"auto x = Study(study);", "is not const"},
+      {"struct Own : Task {", "is not const"},
+      {"const Study copy = study;", "is a copy"},
+      {"const Study copy = Study(study);", "is not const"},
+      {"const Task copy(task);", "is a copy"},
+      {"const Task copy{task};", "is a copy"},
+      {"const Task copy = *pointer;", "is a copy"},
+      {"const Task copy = std::move(task);", "is a copy"},
+      {"void f(const Study study);", "is a copy"},
+      {"auto copy = study;", "is a copy"},
+      {"const auto copy = bench.task;", "is a copy"},
+      {"auto copy{study};", "is a copy"},
+      {"study.trace.pupil.rays = 4096;", "assigns"},
+      {"  bench.task.terms[3].n += 2;", "assigns"},
+      {"task->fit.seed++;", "assigns"},
+      {"--study.a;", "assigns"},
+      {"study = read_study(path);", "assigns"},
+      {"f(const_cast<Own&>(study));", "takes const away"},
+  };
+  for (const char* file : {"src/chart/a.cpp", "include/aberfit/chart/a.h", "src/commands/a.cpp",
+                           "include/aberfit/commands/a.h", "src/main.cpp"})
+    for (const Case& c : cases) {
+      SCOPED_TRACE(std::string(file) + ": " + c.line);
+      const std::vector<std::string> found =
+          changed_studies(file, std::string("int x;\n\n") + c.line + "\nint y;\n");
+      EXPECT_EQ(found.empty(), *c.problem == 0) << joined(found);
+      for (const std::string& sentence : found)
+        EXPECT_TRUE(sentence.starts_with(std::string(file) + ":3: ")) << sentence;
+      EXPECT_NE(joined(found).find(c.problem), std::string::npos) << joined(found);
+    }
+  // A declaration over two lines; and rooms below may.
+  EXPECT_EQ(changed_studies("src/main.cpp", "void f(int n,\n       Study study);\n").size(), 1u);
+  EXPECT_TRUE(changed_studies("src/main.cpp", "const Study study =\n    read_study(path);\n").empty());
+  EXPECT_TRUE(changed_studies("src/study/a.cpp", "Study read_study(const std::string& path);\n").empty());
+  EXPECT_TRUE(changed_studies("src/method/a.cpp", "Task copy = task;\ncopy.fit.seed = 1;\n").empty());
 }
 
 }  // namespace

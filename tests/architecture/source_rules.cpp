@@ -1,11 +1,14 @@
 #include "source_rules.h"
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 #include <optional>
 #include <regex>
 #include <set>
 #include <sstream>
+#include <string_view>
+#include <utility>
 
 namespace aberfit::test {
 namespace {
@@ -86,6 +89,119 @@ std::string against_angled(const fs::path& file, const std::string& room, const 
   return "";
 }
 
+// The text with comments and what stands between quotes as blanks: what remains is code, on the same lines.
+std::string code_of(const std::string& text) {
+  std::string code = text;
+  const auto blank = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < std::min(end, code.size()); ++i)
+      if (code[i] != '\n') code[i] = ' ';
+    return end;
+  };
+  const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+  for (std::size_t i = 0; i < text.size();) {
+    const std::string_view rest = std::string_view(text).substr(i);
+    if (rest.starts_with("//")) {
+      i = blank(i, std::min(text.find('\n', i), text.size()));
+    } else if (rest.starts_with("/*")) {
+      const std::size_t end = text.find("*/", i + 2);
+      i = blank(i, end == std::string::npos ? text.size() : end + 2);
+    } else if (rest.starts_with("R\"") && (i == 0 || !is_word(text[i - 1]))) {
+      const std::size_t open = text.find('(', i);
+      const std::string close = ")" + text.substr(i + 2, open - i - 2) + "\"";
+      const std::size_t end = text.find(close, i);
+      i = blank(i, end == std::string::npos ? text.size() : end + close.size());
+    } else if (text[i] == '"' || (text[i] == '\'' && (i == 0 || !is_word(text[i - 1])))) {  // not 1'000
+      std::size_t end = i + 1;
+      while (end < text.size() && text[end] != text[i] && text[end] != '\n') end += text[end] == '\\' ? 2 : 1;
+      i = blank(i + 1, end) + 1;
+    } else {
+      ++i;
+    }
+  }
+  return code;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+std::string trimmed(const std::string& text) {
+  const std::size_t begin = text.find_first_not_of(" \t\n");
+  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(" \t\n") - begin + 1);
+}
+
+// First and last line of a function, counted from 0.
+struct Extent {
+  std::size_t first, last;
+};
+
+// Where the statement that opens a brace at the end of `line` begins.
+std::size_t first_line_of_statement(const std::vector<std::string>& code, std::size_t line) {
+  static const std::regex other(R"(\s*(#.*|(public|private|protected):))");
+  std::size_t first = line;
+  while (first > 0) {
+    const std::string above = trimmed(code[first - 1]);
+    if (above.empty() || std::string(";{}").find(above.back()) != std::string::npos) break;
+    if (std::regex_match(above, other)) break;
+    --first;
+  }
+  return first;
+}
+
+// Functions whose signature begins at that many columns, and not inside of others.
+std::vector<Extent> functions_at(const std::vector<std::string>& code, std::size_t columns,
+                                 const std::vector<Extent>& others) {
+  static const std::regex other(
+      R"((template <.*> )?(namespace|class|struct|enum|union|extern|if|for|while|switch|do|else|case)\b.*)");
+  const std::string indent(columns, ' ');
+  std::vector<Extent> found;
+  for (std::size_t line = 0; line < code.size(); ++line) {
+    if (!trimmed(code[line]).ends_with("{")) continue;
+    const auto holds = [&](const Extent& f) { return f.first <= line && line <= f.last; };
+    if (std::any_of(others.begin(), others.end(), holds)) continue;
+    const std::size_t first = first_line_of_statement(code, line);
+    if (code[first].find_first_not_of(' ') != columns) continue;
+    std::string signature;
+    for (std::size_t i = first; i <= line; ++i) signature += trimmed(code[i]) + " ";
+    if (signature.find('(') == std::string::npos || signature.ends_with("= { ")) continue;
+    if (std::regex_match(signature, other)) continue;
+    std::size_t last = line + 1;
+    while (last < code.size() && !code[last].starts_with(indent + "}")) ++last;
+    found.push_back({first, last});
+    line = last;
+  }
+  return found;
+}
+
+// Where a rule is broken, with the line as it stands in the file.
+std::string breach(const fs::path& file, const std::string& text, std::size_t at,
+                   const std::string& problem) {
+  const auto number = std::size_t(std::count(text.begin(), text.begin() + std::ptrdiff_t(at), '\n')) + 1;
+  return file.string() + ":" + std::to_string(number) + ": " + trimmed(lines_of(text)[number - 1]) + ": " +
+         problem;
+}
+
+// What is wrong with a mention of Study or Task between what comes before and after it; empty: nothing.
+std::string against_mention(const std::string& before, std::string after) {
+  static const std::regex ends_const(R"([^]*\bconst)"), begins_const(R"(const\b[^]*)");
+  static const std::regex declared(R"([^]*\b(struct|class|using))");
+  static const std::regex made(
+      R"(\w+\s*=\s*(?!(?:aberfit::)?(?:Study|Task)\b|std::(?:move|forward)\b)[\w:.]+\([^]*)");
+  if (after.starts_with("::")) return "";  // a name inside it
+  if (std::regex_match(before, declared) && after.starts_with(";")) return "";
+  bool is_const = std::regex_match(before, ends_const);
+  if (std::regex_match(after, begins_const)) {
+    is_const = true;
+    after = trimmed(after.substr(5));
+  }
+  if (!is_const) return "is not const";
+  const bool by_value = std::string("&*>").find(after.front()) == std::string::npos;
+  return by_value && !std::regex_match(after, made) ? "is a copy" : "";
+}
+
 }  // namespace
 
 const std::vector<std::string>& rooms() {
@@ -120,6 +236,65 @@ std::vector<std::string> violations(const fs::path& root, const fs::path& file, 
     if (!problem.empty())
       found.push_back(file.string() + ":" + std::to_string(number) + ": " + line + ": " + problem);
   }
+  return found;
+}
+
+std::vector<std::string> long_functions(const fs::path& file, const std::string& text) {
+  const std::vector<std::string> code = lines_of(code_of(text));
+  std::vector<Extent> functions = functions_at(code, 0, {});
+  const std::vector<Extent> members = functions_at(code, 2, functions);
+  functions.insert(functions.end(), members.begin(), members.end());
+  std::vector<std::string> found;
+  for (const Extent& f : functions)
+    if (const std::size_t length = f.last - f.first + 1; length > kLongestFunction)
+      found.push_back(file.string() + ":" + std::to_string(f.first + 1) + ": " +
+                      trimmed(lines_of(text)[f.first]) + ": has " + std::to_string(length) +
+                      " lines, more than " + std::to_string(kLongestFunction));
+  return found;
+}
+
+std::vector<std::string> large_rooms(const std::map<fs::path, std::size_t>& lines) {
+  std::map<std::string, std::size_t> by_room;
+  std::size_t all = 0;
+  for (const auto& [file, count] : lines) {
+    by_room[room_of(file).value_or(file.string())] += count;
+    all += count;
+  }
+  std::vector<std::string> found;
+  for (const auto& [room, count] : by_room)
+    if (double(count) > kLargestShare * double(all))
+      found.push_back(room + " holds " + std::to_string(count) + " of " + std::to_string(all) + " lines");
+  return found;
+}
+
+std::vector<std::string> changed_studies(const fs::path& file, const std::string& text) {
+  static const std::set<std::string> bound = {"chart", "commands", kProgram};
+  if (!bound.contains(room_of(file).value_or(""))) return {};
+  static const std::regex type(R"((?:aberfit::)?\b(?:Study|Task)\b)");
+  static const std::vector<std::pair<std::regex, std::string>> others = {
+      {std::regex(R"(\bconst_cast\b)"), "takes const away"},
+      {std::regex(R"(\bauto\s+\w+\s*[=({]\s*\*?(?:\w+(?:\.|->))*(?:study|task)\s*[;)}])"), "is a copy"},
+      {std::regex(R"((?:^|[;{}()])\s*(?:study|task)\s*=(?!=))"), "assigns"},
+      {std::regex(R"(\b(?:study|task)\s*(?:\.|->)\s*\w+(?:\s*(?:\.|->)\s*\w+|\[[^\]\n]*\])*\s*)"
+                  R"((?:=(?!=)|[-+*/%|&^]=|\+\+|--))"),
+       "assigns"},
+      {std::regex(R"((?:\+\+|--)\s*(?:study|task)\s*(?:\.|->))"), "assigns"},
+  };
+  const std::string code = code_of(text);
+  std::vector<std::string> found;
+  const std::sregex_iterator end;
+  for (std::sregex_iterator it(code.begin(), code.end(), type); it != end; ++it) {
+    const auto at = std::size_t(it->position()), behind = at + std::size_t(it->length());
+    const std::size_t statement = std::min(code.find_last_of(";{}", at) + 1, at);
+    const std::string after = trimmed(code.substr(behind, code.find_first_of(";{}", behind) - behind + 1));
+    const std::string problem = against_mention(trimmed(code.substr(statement, at - statement)), after);
+    if (!problem.empty()) found.push_back(breach(file, text, at, problem));
+  }
+  for (const auto& [pattern, problem] : others)
+    for (std::sregex_iterator it(code.begin(), code.end(), pattern); it != end; ++it) {
+      const std::size_t last = std::size_t(it->position() + it->length()) - 1;
+      found.push_back(breach(file, text, last, problem));
+    }
   return found;
 }
 

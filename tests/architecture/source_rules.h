@@ -1,5 +1,7 @@
 #pragma once
+#include <cstddef>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,24 @@ const std::vector<std::string>& rooms();
 /// its contents. Local includes are looked up on disc, beside the file.
 std::vector<std::string> violations(const std::filesystem::path& root, const std::filesystem::path& file,
                                     const std::string& text);
+
+/// Functions of more than kLongestFunction lines, one sentence each, naming file and line. A function goes
+/// from the first line of its signature (templates and comments: from `template`, without the comment) to its
+/// closing brace, and is found by its indentation, as clang-format leaves it: none at namespace level, two
+/// columns as a member of a class there.
+std::vector<std::string> long_functions(const std::filesystem::path& file, const std::string& text);
+inline constexpr std::size_t kLongestFunction = 80;
+
+/// Rooms that hold more than kLargestShare of all lines, one sentence each.
+/// lines: of every source file, by its path below the root.
+std::vector<std::string> large_rooms(const std::map<std::filesystem::path, std::size_t>& lines);
+inline constexpr double kLargestShare = 0.15;
+
+/// Where a file above the method copies or changes a Study or a Task, one sentence each, naming file and
+/// line: what was read from a study file stays as it was read, and what else is needed is said beside it.
+/// Allowed are const references and pointers, and a const object straight from the function that makes it.
+/// Files of other rooms than chart, commands and the program may do as they like.
+std::vector<std::string> changed_studies(const std::filesystem::path& file, const std::string& text);
 
 /// Entries of the top level that have no place there.
 /// names: files and folders of the top level, without what git ignores.
