@@ -43,6 +43,40 @@ FitSize fit_size(const Task& task, const TermSet& terms, const TargetSets& targe
   return size;
 }
 
+// The fit itself, as far as the time goes: at most `limit` [s].
+void time_fit(const ChartBench& bench, const ChartTrace& at, double limit, FitRates* rates) {
+  const Task& task = bench.task;
+  const SpectrumTarget spectrum =
+      make_spectrum_target(task, bench.scene, bench.terms, bench.prior, bench.threads);
+  FitProblem problem{task.mirror,         at.pupil(),           at.surface(),       bench.prior,
+                     bench.targets.fitted, bench.targets.guides, task.trace.centre, bench.scene.focal_sigma};
+  problem.spectrum = spectrum.spectrum.get();
+  problem.spectrum_target = spectrum.value;
+  problem.spectrum_tolerance = spectrum.tolerance;
+  FitOptions how;
+  how.prior = task.fit.prior;
+  how.max_iterations = task.fit.max_iterations;
+  how.bound = task.fit.bound_sigmas;
+  how.threads = bench.threads;
+  double last = 0;
+  int done = 0;
+  how.progress = [&](const FitProgress& p) {
+    bench.say(fmt::format("chart: fit, iteration {}, {:.1f} s", p.iteration, p.seconds));
+    if (p.iteration > done) {
+      done = p.iteration;
+      last = p.seconds;
+    }
+    return p.seconds < limit;
+  };
+  const FitResult fit = calibrate(problem, draw_white(bench.prior.size(), task.fit.seed), how);
+  rates->iterations_known = fit.status == FitStatus::kConverged || fit.status == FitStatus::kNotConverged;
+  rates->iterations = rates->iterations_known ? std::max(1, fit.iterations) : kIterations;
+  if (rates->iterations_known)
+    rates->measured.iteration = fit.seconds / rates->iterations;
+  else
+    rates->measured.iteration = done > 0 ? last / done : 2 * rates->jacobian;
+}
+
 }  // namespace
 
 FitRates measure_rates(const ChartBench& bench, double seconds) {
@@ -69,37 +103,7 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
                      at.smooth(bench.coefficients, both, bench.smoothing, &values, &jacobian);
                    }).median;
 
-  // The fit itself, as far as the time goes.
-  const SpectrumTarget spectrum =
-      make_spectrum_target(task, bench.scene, bench.terms, bench.prior, bench.threads);
-  FitProblem problem{task.mirror,         at.pupil(),           at.surface(),       bench.prior,
-                     bench.targets.fitted, bench.targets.guides, task.trace.centre, bench.scene.focal_sigma};
-  problem.spectrum = spectrum.spectrum.get();
-  problem.spectrum_target = spectrum.value;
-  problem.spectrum_tolerance = spectrum.tolerance;
-  FitOptions how;
-  how.prior = task.fit.prior;
-  how.max_iterations = task.fit.max_iterations;
-  how.bound = task.fit.bound_sigmas;
-  how.threads = bench.threads;
-  double last = 0;
-  int done = 0;
-  const double limit = 0.5 * seconds;
-  how.progress = [&](const FitProgress& p) {
-    bench.say(fmt::format("chart: fit, iteration {}, {:.1f} s", p.iteration, p.seconds));
-    if (p.iteration > done) {
-      done = p.iteration;
-      last = p.seconds;
-    }
-    return p.seconds < limit;
-  };
-  const FitResult fit = calibrate(problem, draw_white(bench.prior.size(), task.fit.seed), how);
-  rates.iterations_known = fit.status == FitStatus::kConverged || fit.status == FitStatus::kNotConverged;
-  rates.iterations = rates.iterations_known ? std::max(1, fit.iterations) : kIterations;
-  if (rates.iterations_known)
-    rates.measured.iteration = fit.seconds / rates.iterations;
-  else
-    rates.measured.iteration = done > 0 ? last / done : 2 * rates.jacobian;
+  time_fit(bench, at, 0.5 * seconds, &rates);
 
   bench.say("chart: fresh rays");
   std::vector<Statistic> judged = bench.statistics;

@@ -1,3 +1,5 @@
+#include <cassert>
+
 #include "aberfit/commands/run.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/method/attempt.h"
@@ -38,6 +40,7 @@ RunContext context_of(const RunOptions& options) {
 ResultDocument run_fit(const Study& study, const RunOptions& options) {
   return with_fields_of(study, [&] {
     require_analytic_normals(study);
+    assert(!study.map);
     const RunContext context = context_of(options);
     const Scene scene = make_scene(study);
     context.say("targets");

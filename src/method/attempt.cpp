@@ -11,7 +11,6 @@
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/spectrum_target.h"
-#include "aberfit/study/read_study.h"
 
 namespace aberfit {
 namespace {

@@ -150,7 +150,7 @@ TEST(SourceRules, TellEveryKindOfBreach) {
       {"src/trace/a.cpp", "#include <fftw3.h>", "no place in trace"},
       {"src/core/a.cpp", "#include <Random123/philox.h>", ""},
       {"src/roughness/a.cpp", "#include <Random123/philox.h>", "no place in roughness"},
-      {"src/equivalence/a.cpp", "#include <boost/math/distributions/normal.hpp>", ""},
+      {"src/method/a.cpp", "#include <boost/math/distributions/normal.hpp>", ""},
       {"src/focus/a.cpp", "#include <boost/math/distributions/normal.hpp>", "no place in focus"},
       {"src/theory/a.cpp", "#include <boost/multiprecision/cpp_int.hpp>", "no library that DESIGN names"},
       {"src/terms/a.cpp", "#include <omp.h>", "no library that DESIGN names"},

@@ -28,15 +28,15 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"Eigen/", all},
       {"fmt/", all},
       {"Random123/", {"core"}},
-      {"boost/math/", {"core", "roughness", "spectrum", "terms", "theory", "fit", "equivalence"}},
+      {"boost/math/", {"core", "roughness", "spectrum", "terms", "theory", "method"}},
       {"boost/version.hpp", {"report"}},  // a number for the provenance, no code
       {"fftw3.h", {"roughness", "terms", "waves"}},
       {"fitsio.h", {"measured"}},
       {"ceres/", {"spectrum", "fit"}},
-      {"nlohmann/", {"measured", "report", "study", "chart", "commands", kProgram}},  // DABAM metadata, results, studies,
+      {"nlohmann/", {"measured", "report", "study", "commands"}},  // DABAM metadata, results, studies
       {"CLI/", {kProgram}},
       // The operating system: processes and files of gnuplot and the reports, the terminal of the program.
-      {"unistd.h", {"report", kProgram}},
+      {"unistd.h", {"report", "commands"}},
       {"fcntl.h", {"report"}},
       {"sys/", {"report"}},
   };
@@ -206,8 +206,8 @@ std::string against_mention(const std::string& before, std::string after) {
 
 const std::vector<std::string>& rooms() {
   static const std::vector<std::string> names = {
-      "core",   "scene",   "measured", "roughness",   "spectrum", "terms", "trace",  "focus", "waves",
-      "theory", "forward", "fit",      "equivalence", "report",   "study", "method", "chart", "commands"};
+      "core",   "scene",   "measured", "roughness", "spectrum", "terms",  "trace", "focus",   "waves",
+      "theory", "forward", "fit",      "method",    "chart",    "report", "study", "commands"};
   return names;
 }
 

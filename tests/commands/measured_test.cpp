@@ -5,10 +5,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/report/check_report.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/study/read_study.h"
-#include "aberfit/commands/run.h"
 #include "study/run_program.h"
 #include "study/scratch_folder.h"
 
@@ -106,7 +107,8 @@ TEST(MeasuredRoughness, IsWhatThePsdCommandFits) {
   const Study pasted = parse_study(study_with(", \"roughness\": " + from_file["roughness"].dump() +
                                               R"(, "terms": {"zernike": {"n_max": 6}})"),
                                    "pasted.json");
-  const ordered_json a = run_check(measured, {}, nullptr), b = run_check(pasted, {}, nullptr);
+  const ordered_json a = to_json(run_check(measured, {}), resolved_study(measured)),
+                     b = to_json(run_check(pasted, {}), resolved_study(pasted));
   EXPECT_EQ(a["scene"], b["scene"]);
   // The resolved study is a valid study with the same meaning.
   const Study again = parse_study(resolved_study(measured).dump(), folder.file("again.json"));

@@ -1,8 +1,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "aberfit/study/read_study.h"
 #include "aberfit/commands/run.h"
+#include "aberfit/report/check_report.h"
+#include "aberfit/study/read_study.h"
 #include "study/scratch_folder.h"
 
 namespace aberfit::test {
@@ -23,7 +24,7 @@ std::string warning_of(const std::string& psd, const std::string& code) {
   // A profile PSD that rises by 100 between its last points but one.
   folder.write("rising.csv", "f,psd\n10,1e-17\n20,1e-18\n40,1e-19\n80,1e-17\n160,1e-20\n");
   const Study study = parse_study(study_of(psd), folder.file("study.json"));
-  const nlohmann::ordered_json result = run_check(study, {}, nullptr);
+  const nlohmann::ordered_json result = to_json(run_check(study, {}), resolved_study(study));
   for (const auto& warning : result.at("warnings"))
     if (warning.at("code") == code) return warning.at("message");
   return "";

@@ -5,10 +5,11 @@
 #include <map>
 #include <sstream>
 
+#include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/report/verify_report.h"
 #include "aberfit/study/published.h"
 #include "aberfit/study/read_study.h"
-#include "aberfit/commands/run.h"
 
 using namespace aberfit;
 
@@ -76,8 +77,10 @@ TEST(PublishedFormulas, MatchTheRecomputedArithmetic) {
 TEST(Verify, ReproducesThePaper) {
   RunOptions options;
   options.threads = 2;
-  std::string table;
-  const auto result = run_verify(read_study(kStudy), options, &table);
+  const Study study = read_study(kStudy);
+  const VerifyReport report = run_verify(study, options);
+  const std::string table = summary_table(report);
+  const nlohmann::ordered_json result = to_json(report, resolved_study(study));
   const auto& q = result["quantities"];
   // Sampling of 15,000 random rays (PHYSICS 2): 0.51 % on ee90, 0.7 % on the ring width, 0.4 % on the
   // scatter; 4.5 standard errors.
@@ -116,7 +119,7 @@ TEST(Verify, NamesAQuantityThatDoesNotExist) {
   study.verify.published_phase.reset();
   study.verify.independent_terms.reset();
   try {
-    run_verify(study, {}, nullptr);
+    run_verify(study, {});
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_EQ(error.pointer(), "/verify/published/0/quantity");

@@ -4,10 +4,10 @@
 #include <Eigen/QR>
 #include <iostream>
 
+#include "aberfit/commands/run.h"
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/study/read_study.h"
-#include "aberfit/commands/run.h"
 #include "report/bicubic_reader.h"
 
 namespace aberfit {
@@ -21,7 +21,7 @@ double ee90(const Study& study, const PupilSample& pupil, const SurfaceField& fi
 }
 
 TEST(MapZygo, LeavesATenthAsRoughAsTheRestAndSaysThatRaysAreNotEnough) {
-  const ResultDocument result = run_fit(read_study(kFits + "map-zygo/study.json"), {});
+  const ResultDocument result = run_map_fit(read_study(kFits + "map-zygo/study.json"), {});
   ASSERT_TRUE(result.map.has_value());
   EXPECT_EQ(result.fit.status, FitStatus::kConverged);
   EXPECT_EQ(result.map->rank, 228);
@@ -58,7 +58,7 @@ TEST(MapZygo, LeavesATenthAsRoughAsTheRestAndSaysThatRaysAreNotEnough) {
 TEST(MapZygo, TracesToTheSameEe90FromItsGridSag) {
   constexpr double kAllowed = 1e-3;
   const Study study = read_study(kFits + "map-zygo/study.json");
-  const ResultDocument result = run_fit(study, {});
+  const ResultDocument result = run_map_fit(study, {});
   const ExportInput input{result.terms,     result.fit.coefficients,  study.aperture,
                           study.wavelength, study.output.export_grid, study.title};
   const test::SagFile file = test::parse_sag_file(export_file(ExportFormat::kZemaxGridSag, input).second);

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "aberfit/core/errors.h"
-#include "aberfit/theory/generalised_harvey_shack.h"
-#include "aberfit/study/read_study.h"
 #include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/report/check_report.h"
+#include "aberfit/report/trace_report.h"
+#include "aberfit/study/read_study.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
 
 namespace aberfit {
 namespace {
@@ -34,7 +36,7 @@ std::string text_of(const std::string& psd, const std::string& target, const std
 Study study_of(const std::string& psd, const std::string& target = "{}", const std::string& trace = "{}") {
   return parse_study(text_of(psd, target, trace), "study.json");
 }
-ordered_json check(const Study& study) { return run_check(study, {}, nullptr); }
+ordered_json check(const Study& study) { return to_json(run_check(study, {}), resolved_study(study)); }
 
 bool warns(const ordered_json& result, const std::string& code) {
   for (const auto& warning : result["warnings"])
@@ -157,7 +159,7 @@ TEST(ModelOfAStudy, EveryTheoryHasTheOtherStatistics) {
   for (const char* theory : {"geometric", "rays", "ghs"}) {
     const Study study = study_of(kRough, R"({"theory": ")" + std::string(theory) + "\", " + statistics,
                                  R"({"model": "rays"})");
-    const ordered_json target = run_trace(study, options, nullptr)["target"];
+    const ordered_json target = to_json(run_trace(study, options), resolved_study(study))["target"];
     ASSERT_EQ(target.size(), 4u);
     for (const auto& item : target.items()) EXPECT_GT(item.value().get<double>(), 0) << item.key();
     EXPECT_NEAR(target["rms_height_m"].get<double>(), 200e-9, 1e-15);
@@ -191,8 +193,10 @@ TEST(Check, TellsTheHarveyShackSpotAndTheErrorsOfSimplerModels) {
 TEST(Check, PrintsThePapersTableWithBothVerdicts) {
   RunOptions options;
   options.paper_table.emplace();
-  std::string table;
-  const ordered_json result = run_check(study_of(kRough), options, &table);
+  const Study study = study_of(kRough);
+  const CheckReport report = run_check(study, options);
+  const std::string table = summary_table(report);
+  const ordered_json result = to_json(report, resolved_study(study));
   const ordered_json& rows = result["paper_table"]["rows"];
   ASSERT_EQ(rows.size(), 36u);
   int printed = 0;

@@ -6,10 +6,11 @@
 #include <numbers>
 #include <set>
 
-#include "aberfit/method/ray_count.h"
-#include "aberfit/core/errors.h"
-#include "aberfit/study/read_study.h"
 #include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/method/ray_count.h"
+#include "aberfit/report/check_report.h"
+#include "aberfit/study/read_study.h"
 #include "study/study_texts.h"
 
 namespace aberfit {
@@ -255,8 +256,10 @@ TEST(BandUse, SharesOfAUniformBandAreDifferencesOfPowers) {
 }
 
 TEST(Check, SaysWhichOrdersItExpects) {
-  std::string table;
-  const auto result = run_check(parse_study(small_study("\"auto\"", "\"auto\""), "study.json"), {}, &table);
+  const Study study = parse_study(small_study("\"auto\"", "\"auto\""), "study.json");
+  const CheckReport report = run_check(study, {});
+  const nlohmann::ordered_json result = to_json(report, resolved_study(study));
+  const std::string table = summary_table(report);
   EXPECT_EQ(result["study"]["terms"], "auto");
   EXPECT_EQ(result["study"]["trace"]["rays"], "auto");
   EXPECT_NE(table.find("chosen by the fit"), std::string::npos);

@@ -1,0 +1,157 @@
+// A report of `check` made by hand: the table and the JSON show its numbers, and the same ones.
+#include "aberfit/report/check_report.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "report/hand_made_scene.h"
+
+namespace aberfit {
+namespace {
+
+using nlohmann::ordered_json;
+
+CheckReport hand_made() {
+  CheckReport report;
+  report.title = "by hand";
+  report.mirror.f_number = 7;
+  report.mirror.rim_sag_max = 3.5e-3;
+  report.mirror.plane_residual = 0;
+  report.scene = test::scene_of_waves();
+  report.focal_sigma = 8e-6;
+  report.theory = "geometric";
+  report.reason = report.scene->reason;
+  report.too_simple = true;
+  report.terms = {228, 0.985, {}};
+  report.statistics = {9, 2, 5};
+  report.rays = 65536;
+  report.threads = 2;
+  report.rates = "of a fast machine";
+  report.prediction = FitPrediction{{{"targets", 1.0}, {"iterations", 20.0}}, 21, 10, false, false, false};
+  report.warnings = {{"some-code", "A sentence."}};
+  return report;
+}
+
+// Value of the row with this label; empty where there is none.
+std::string row(const std::string& table, const std::string& label) {
+  const std::string begin = "\n  " + label + std::string(34 - label.size(), ' ') + " ";
+  const std::size_t at = table.find(begin);
+  if (at == std::string::npos) return "";
+  const std::size_t value = at + begin.size();
+  return table.substr(value, table.find('\n', value) - value);
+}
+
+TEST(CheckReport, TableAndJsonSayTheSame) {
+  const CheckReport report = hand_made();
+  const std::string table = summary_table(report);
+  const ordered_json json = to_json(report, {{"title", "by hand"}});
+  EXPECT_EQ(table.find("by hand\n\n"), 0u) << table;
+  EXPECT_EQ(json["kind"], "check");
+  EXPECT_EQ(json["study"]["title"], "by hand");
+  EXPECT_EQ(row(table, "f-number"), "f/7");
+  EXPECT_EQ(json["mirror"]["f_number"], 7);
+  EXPECT_EQ(row(table, "spot scale sigma_f"), "8 um");
+  EXPECT_EQ(json["scene"]["focal_sigma_m"], 8e-6);
+  EXPECT_EQ(row(table, "ee90 by rays"), "18 um: off by -10 %; ee50 by +250 %");
+  EXPECT_EQ(json["scene"]["rays_ee90_radius_m"], 18e-6);
+  EXPECT_EQ(json["scene"]["model_error"]["ray_ee90"], -0.1);
+  EXPECT_EQ(row(table, "ee90 by Harvey-Shack (waves)"), "20 um, ee50 3 um, ee80 15 um");
+  EXPECT_EQ(json["scene"]["ghs"]["ee90_radius_m"], 20e-6);
+  // The paper's verdict and ours side by side.
+  EXPECT_EQ(row(table, "  its verdict (R >> 1: rays)"), "unclear");
+  EXPECT_EQ(json["scene"]["paper_verdict"], "unclear");
+  EXPECT_EQ(row(table, "  ours"), "waves");
+  EXPECT_EQ(json["scene"]["needed"], "waves");
+  EXPECT_EQ(row(table, "models used"), "targets geometric, surface rays");
+  EXPECT_EQ(json["scene"]["theory"], "geometric");
+  EXPECT_EQ(json["scene"]["model"], "rays");
+  EXPECT_NE(table.find("simpler than needed: the verdict of `fit` will be on waves"), std::string::npos);
+  EXPECT_EQ(row(table, "terms"), "228 (98.50 % of the height variance)");
+  EXPECT_EQ(json["terms"], (ordered_json{{"count", 228}, {"captured_fraction", 0.985}}));
+  EXPECT_EQ(row(table, "statistics"), "9 fitted, 2 guides, 5 held out; targets: geometric");
+  EXPECT_EQ(row(table, "rays"), "65536");
+  EXPECT_EQ(row(table, "predicted time of `fit`"),
+            "about 20 s on 2 threads, pictures left out; within a factor of two to three");
+  EXPECT_EQ(row(table, "  iterations"), "20 s for 10, a typical number");
+  EXPECT_EQ(json["predicted_seconds"], 21);
+  EXPECT_EQ(json["prediction"]["rates"], "of a fast machine");
+  EXPECT_EQ(json["prediction"]["stages_seconds"]["iterations"], 20);
+  EXPECT_NE(table.find("\n  some-code: A sentence.\n"), std::string::npos) << table;
+  EXPECT_EQ(json["warnings"][0]["code"], "some-code");
+  EXPECT_FALSE(json.contains("paper_table"));
+}
+
+TEST(CheckReport, ASearchNamesTheOrdersItExpects) {
+  CheckReport report = hand_made();
+  report.terms.expected = OrderRange{4, 6, false};
+  report.automatic_rays = true;
+  report.rays = 16384;
+  report.starts = 3;
+  report.prediction->search = report.prediction->more_rays = true;
+  const std::string table = summary_table(report);
+  // Terms of n = 2 to 4 and to 6: 15 - 3 and 28 - 3.
+  EXPECT_EQ(row(table, "terms"),
+            "chosen by the fit: the fewest that do; n_max 4 to 6 expected, 12 to 25 terms");
+  EXPECT_EQ(row(table, "rays"), "chosen by the fit: 16384 or more for so many terms");
+  EXPECT_EQ(row(table, "  iterations"),
+            "20 s for 10, a typical number, of each of a typical number of sets; twice the rays the second "
+            "time; as much for each further of 3 starts");
+  EXPECT_EQ(to_json(report, {})["terms"]["automatic"],
+            (ordered_json{{"family", "zernike"}, {"n_low", 4}, {"n_high", 6}}));
+  report.terms.expected->wide = true;
+  EXPECT_EQ(row(summary_table(report), "terms"),
+            "chosen by the fit: the fewest plane waves that do (Zernikes need n > 100)");
+  EXPECT_EQ(to_json(report, {})["terms"]["automatic"]["family"], "fourier");
+}
+
+TEST(CheckReport, WhatCannotBePredictedIsNullAndSaysWhy) {
+  CheckReport report = hand_made();
+  report.prediction.reset();
+  report.unpredicted = "the grid is too fine";
+  report.scene.reset();
+  report.physics = FocusPhysics::kWaves;
+  const ordered_json json = to_json(report, {});
+  EXPECT_TRUE(json["predicted_seconds"].is_null());
+  EXPECT_FALSE(json.contains("prediction"));
+  EXPECT_FALSE(json.contains("scene"));
+  const std::string table = summary_table(report);
+  EXPECT_EQ(row(table, "predicted time of `fit`"), "not known: the grid is too fine");
+  EXPECT_EQ(row(table, "models"), "targets geometric, surface waves: kappa is too small.");
+  EXPECT_EQ(row(table, "rays"), "none: waves on a grid of cells that the light itself decides");
+}
+
+TEST(CheckReport, ThePapersTableHasItsCells) {
+  CheckReport report = hand_made();
+  report.paper_table = PaperCells{500e-9, {{1e-9, 1e-6, 0.2, 655.738, 0.0251, 0.01, NAN, FocusModel::kGhs}}};
+  const ordered_json cell = to_json(report, {})["paper_table"]["rows"][0];
+  EXPECT_EQ(cell["paper_verdict"], "rays");
+  EXPECT_EQ(cell["needed"], "waves");
+  EXPECT_TRUE(cell["ray_ee90_error"].is_null());
+  const std::string table = summary_table(report);
+  EXPECT_NE(table.find("\n\nR = 2 sigma D/(1.22 lambda l_c) at 500 nm"), std::string::npos) << table;
+  EXPECT_NE(table.find("655.7"), std::string::npos);
+}
+
+TEST(MapCheckReport, SaysWhatIsFittedAndHowLongThatTakes) {
+  MapCheckReport report;
+  report.title = "a map";
+  report.columns = 64;
+  report.rows = 32;
+  report.valid = 1500;
+  report.pitch = 1e-4;
+  report.terms = 25;
+  report.seconds = 0.5;
+  const std::string table = summary_table(report);
+  EXPECT_EQ(table.find("a map\n\n"), 0u);
+  EXPECT_EQ(row(table, "map"), "64 x 32 points, 1500 valid, pitch 100 um");
+  EXPECT_EQ(row(table, "terms"), "25 by least squares");
+  EXPECT_EQ(row(table, "predicted time of `fit`"), "0.5 s on 1 thread (within a factor 3)");
+  const ordered_json json = to_json(report, {});
+  EXPECT_EQ(json["map"], (ordered_json{{"columns", 64}, {"rows", 32}, {"valid", 1500}, {"pitch_m", 1e-4}}));
+  EXPECT_EQ(json["terms"]["count"], 25);
+  EXPECT_EQ(json["predicted_seconds"], 0.5);
+}
+
+}  // namespace
+}  // namespace aberfit

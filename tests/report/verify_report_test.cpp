@@ -1,0 +1,127 @@
+// Reports of `verify` and `trace` made by hand: the table and the JSON show their numbers, and the same ones.
+#include "aberfit/report/verify_report.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "aberfit/report/trace_report.h"
+#include "report/hand_made_scene.h"
+
+namespace aberfit {
+namespace {
+
+using nlohmann::ordered_json;
+
+EquivalenceMetric metric(const std::string& name, double target, double model, Verdict verdict) {
+  EquivalenceMetric m;
+  m.name = name;
+  m.target = target;
+  m.model = model;
+  m.relative_difference = model / target - 1;
+  m.interval[0] = m.relative_difference - 0.01;
+  m.interval[1] = m.relative_difference + 0.01;
+  m.verdict = verdict;
+  return m;
+}
+
+VerifyReport hand_made() {
+  VerifyReport report;
+  report.title = "by hand";
+  report.convention = Convention::kPaper;
+  report.verdict = Verdict::kDifferent;
+  report.scene = test::scene_of_waves();
+  report.rays = 15000;
+  report.spread = 0.107;
+  report.margin = 0.05;
+  report.theory = {75e-6, NAN};
+  report.metrics = {metric("ee90_radius_m", 80e-6, 82e-6, Verdict::kEquivalent),
+                    metric("ring_fwhm_m", 2e-3, 3e-3, Verdict::kDifferent)};
+  report.quantities = {{"scene.g", 0.5}, {"none", NAN}};
+  report.warnings = {{"some-code", "A sentence."}};
+  return report;
+}
+
+// The line of `table` that begins with two blanks and `label`.
+std::string line_of(const std::string& table, const std::string& label) {
+  const std::size_t at = table.find("\n  " + label + " ");
+  return at == std::string::npos ? "" : table.substr(at + 3, table.find('\n', at + 1) - at - 3);
+}
+
+TEST(VerifyReport, HeadlineTableAndJsonSayTheSame) {
+  const VerifyReport report = hand_made();
+  const std::string table = summary_table(report);
+  const ordered_json json = to_json(report, {{"title", "by hand"}});
+  EXPECT_EQ(table.find("by hand\n\nBoth branches, 15000 rays, convention paper; realisation scatter 10.7 %"),
+            0u)
+      << table;
+  EXPECT_EQ(json["kind"], "verify");
+  EXPECT_EQ(json["study"]["title"], "by hand");
+  EXPECT_EQ(json["convention"], "paper");
+  EXPECT_NE(table.find("\n  verdict: different at a margin of 5 %\n"), std::string::npos) << table;
+  EXPECT_EQ(json["verdict"], "different");
+  EXPECT_EQ(json["scene"]["needed"], "waves");
+  for (const char* cell : {"7.5e-05", "8e-05", "8.2e-05", "2.50%", "equivalent"})
+    EXPECT_NE(line_of(table, "ee90_radius_m").find(cell), std::string::npos) << cell << "\n" << table;
+  const ordered_json& ee90 = json["statistics"]["ee90_radius_m"];
+  EXPECT_EQ(ee90["theory"], 75e-6);
+  EXPECT_EQ(ee90["harvey_shack"], 80e-6);
+  EXPECT_EQ(ee90["aberration_terms"], 82e-6);
+  EXPECT_EQ(ee90["verdict"], "equivalent");
+  EXPECT_EQ(ee90["interval"].size(), 2u);
+  EXPECT_NE(line_of(table, "ring_fwhm_m").find("different"), std::string::npos);
+  EXPECT_TRUE(json["statistics"]["ring_fwhm_m"]["theory"].is_null());
+  EXPECT_EQ(json["quantities"]["scene.g"], 0.5);
+  EXPECT_TRUE(json["quantities"]["none"].is_null());
+  EXPECT_EQ(json["warnings"][0]["message"], "A sentence.");
+  EXPECT_NE(table.find("\n  some-code: A sentence.\n"), std::string::npos);
+  EXPECT_FALSE(json.contains("published"));
+  EXPECT_EQ(table.find("Published"), std::string::npos);
+}
+
+TEST(VerifyReport, PutsPublishedNumbersBesideOurs) {
+  VerifyReport report = hand_made();
+  report.published = {{"ring width", 2.9, 2.8, "mm", "harvey_shack.ring_fwhm_m", "It holds."},
+                      {"a rest", 1, NAN, "um", "", "Not reproducible."}};
+  const std::string table = summary_table(report);
+  const ordered_json json = to_json(report, {});
+  ASSERT_EQ(json["published"].size(), 2u);
+  EXPECT_EQ(json["published"][0]["printed"], 2.9);
+  EXPECT_EQ(json["published"][0]["ours"], 2.8);
+  EXPECT_EQ(json["published"][0]["from"], "harvey_shack.ring_fwhm_m");
+  EXPECT_TRUE(json["published"][1]["ours"].is_null());
+  for (const char* cell : {"2.9 mm", "2.8 mm", "It holds."})
+    EXPECT_NE(line_of(table, "ring width").find(cell), std::string::npos) << cell << "\n" << table;
+  EXPECT_NE(line_of(table, "a rest").find(" -  Not reproducible."), std::string::npos) << table;
+}
+
+TEST(TraceReport, TableAndJsonSayTheSame) {
+  TraceReport report;
+  report.title = "by hand";
+  report.theory = "ghs";
+  report.physics = FocusPhysics::kWaves;
+  report.reason = "kappa is too small.";
+  report.rays = 4096;
+  report.lost_rays = 0;
+  report.terms = 42;
+  report.statistics = {{EncircledEnergyRadius{0.9, 0}, 66e-6, 60e-6}, {ScatterRms{}, NAN, 3e-5}};
+  const std::string table = summary_table(report);
+  const ordered_json json = to_json(report, {});
+  EXPECT_EQ(table.find("by hand\n\nmodel waves, 4096 cells (0 lost), 42 terms\n"), 0u) << table;
+  EXPECT_EQ(json["kind"], "trace");
+  EXPECT_EQ(json["model"], "waves");
+  EXPECT_EQ(json["theory"], "ghs");
+  EXPECT_EQ(json["rays"], 4096);
+  EXPECT_EQ(json["terms"], 42);
+  for (const char* cell : {"6.6e-05", "6e-05", "10.00%"})
+    EXPECT_NE(line_of(table, "ee90_radius_m").find(cell), std::string::npos) << cell << "\n" << table;
+  EXPECT_EQ(json["statistics"]["ee90_radius_m"], 66e-6);
+  EXPECT_EQ(json["target"]["ee90_radius_m"], 60e-6);
+  EXPECT_TRUE(json["statistics"]["scatter_rms_rad"].is_null());
+  report.physics = FocusPhysics::kRays;
+  EXPECT_NE(summary_table(report).find("4096 rays"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace aberfit
