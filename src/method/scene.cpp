@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/terms/zernike.h"
 
@@ -17,7 +18,6 @@ namespace {
 constexpr double kCapturedHeight =
     0.99;  // default order: this share of the height variance that is no piston or tilt
 constexpr int kLargestDefaultOrder = 100;
-constexpr double kPi = std::numbers::pi;
 constexpr double kGaussianEe90 = 2.14596602628934724;  // sqrt(2 ln 10), in sigma_f
 constexpr double kNoticedShare = 1e-3;                 // a band cut that leaves out less is not worth a word
 
@@ -189,7 +189,7 @@ int radial_overlap(const TermSet& terms) {
     for (const int power : terms.spherical) slopes(i, column++) = weight * power * std::pow(rho, power - 1);
   }
   slopes.colwise().normalize();
-  const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(slopes).singularValues();
+  const Eigen::VectorXd singular = jacobi_singular_values(slopes);
   return int((singular.array() < 1e-9 * singular[0]).count());
 }
 

@@ -1,9 +1,9 @@
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "aberfit/core/linear_algebra.h"
 #include "detrend_basis.h"
 
 namespace aberfit {
@@ -56,7 +56,7 @@ EllipseFit fit_ellipse(const Profile& profile) {
   // Piston and tilt (of slopes: only the tilt, a constant) are linear, too: they are projected out of
   // everything.
   const Eigen::MatrixXd linear = legendre_basis(x, -half, half, slope ? 0 : 1);
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> linear_part(linear);
+  const LeastSquares linear_part(linear);
   const auto project = [&](const Eigen::VectorXd& v) {
     return Eigen::VectorXd(v - linear * linear_part.solve(v));
   };
@@ -97,7 +97,7 @@ EllipseFit fit_ellipse(const Profile& profile) {
           stacked << jacobian, Eigen::MatrixXd((std::sqrt(damping) * length).asDiagonal());
           Eigen::VectorXd right = Eigen::VectorXd::Zero(x.size() + 2);
           right.head(x.size()) = now.residual;
-          Eigen::Vector2d there = now.shape + stacked.completeOrthogonalDecomposition().solve(right);
+          Eigen::Vector2d there = now.shape + LeastNorm(stacked).solve(right);
           if (there[1] < kLeastProduct) {  // at its bound, and the skew the best one there
             const Eigen::VectorXd only = jacobian.col(0),
                                   rest = now.residual - jacobian.col(1) * (kLeastProduct - now.shape[1]);
