@@ -8,10 +8,10 @@
 #include <fstream>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/method/fresh_statistics.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/spectrum_target.h"
 #include "aberfit/method/term_search.h"
-#include "aberfit/method/fresh_statistics.h"
 #include "chart_families.h"
 
 namespace aberfit {
@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kZoneDraws = 1000;
+constexpr double kBenchZoneDraws = 1000;
 
 // Typical iterations of fits that end within their tolerances: 3 to 12 of explicit terms by rays (studies of
 // fits/), 24 and 33 by waves (a uniform band of 25 nm with n <= 28, a Gaussian PSD of 30 nm with n <= 57,
@@ -131,7 +131,7 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
     const ChartClock one_clock(0);
     at.surface().apply(bench.coefficients, &field);
     rates.measured.zones =
-        kZoneDraws * one_clock.elapsed() * rates.size.zone_points / double(at.pupil().size());
+        kBenchZoneDraws * one_clock.elapsed() * rates.size.zone_points / double(at.pupil().size());
     if (rates.measured.zones < 0.25 * seconds) {
       const ChartClock zone_clock(0);
       zone_slopes(study, bench.terms, bench.prior, bench.coefficients, bench.threads);
