@@ -13,9 +13,9 @@
 namespace aberfit {
 namespace {
 
-// RMS rounding of a central difference is kRounding / step [rad] on a paraboloid with a rim kRim above its
-// vertex (PHYSICS 8, golden/fd_normals.csv); it grows with the sag that carries the rounding.
-constexpr double kRounding = 1.2e-19, kRim = 0.2 * 0.2 / (4 * 2.8);  // [m], [m]
+// RMS rounding of a central difference is kSlopeRounding / step [rad] on a paraboloid with a rim kRim above
+// its vertex (PHYSICS 8, golden/fd_normals.csv); it grows with the sag that carries the rounding.
+constexpr double kSlopeRounding = 1.2e-19, kRim = 0.2 * 0.2 / (4 * 2.8);  // [m], [m]
 
 // Half decades from 1 nm to 1 mm, the law's best step, and the study's own.
 std::vector<double> steps(const ChartBench& bench, const std::optional<StepLaw>& law) {
@@ -49,7 +49,7 @@ std::optional<StepLaw> step_law(const ChartBench& bench) {
   // sin(x)/x - 1 = -x^2/6 with x = 2 pi f d cos(angle); <cos^6> / <cos^2> = 5/8 over the angle. For a uniform
   // PSD 0.0932 (2 pi f_max d)^2.
   const double u2 = 4 * std::numbers::pi * std::numbers::pi;
-  return StepLaw{u2 / 6 * std::sqrt(5.0 / 8 * sixth / second), kRounding * sag / kRim / per_axis};
+  return StepLaw{u2 / 6 * std::sqrt(5.0 / 8 * sixth / second), kSlopeRounding * sag / kRim / per_axis};
 }
 
 namespace {

@@ -17,7 +17,6 @@
 namespace aberfit {
 namespace {
 
-constexpr double kZoneDraws = 1000;
 
 // Typical iterations of fits that end within their tolerances: 3 to 12 of explicit terms by rays (studies of
 // fits/), 24 and 33 by waves (a uniform band of 25 nm with n <= 28, a Gaussian PSD of 30 nm with n <= 57,
@@ -124,7 +123,7 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
     const ChartClock one_clock(0);
     at.surface().apply(bench.coefficients, &field);
     rates.measured.zones =
-        kZoneDraws * one_clock.elapsed() * rates.size.zone_points / double(at.pupil().size());
+        double(kZoneDraws) * one_clock.elapsed() * rates.size.zone_points / double(at.pupil().size());
     if (rates.measured.zones < 0.25 * seconds) {
       const ChartClock zone_clock(0);
       zone_slopes(task, bench.terms, bench.prior, bench.coefficients, bench.threads);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "aberfit/method/prior_draws.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/terms/operator_cost.h"
 
@@ -25,7 +26,7 @@ constexpr double kQr = 1.6e-9, kProducts = 0.3e-9;  // per statistics^3, per sta
 constexpr double kTarget = 1.4e-4, kSpotPlane = 5e-4, kSpotRing = 45;
 constexpr double kRaysOfTheory = 16 * 131072.0;  // theory `rays`, targets.cpp
 constexpr double kPriorTerms = 432, kPrior = 5e-4;
-constexpr int kZoneDraws = 1000, kRealisations = 32;              // prior_draws.cpp, judge.cpp
+constexpr int kRealisations = 32;                                 // judge.cpp
 constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;            // per draw
 constexpr double kMostFreshRays = double(std::int64_t(1) << 22);  // statistics_with_error.cpp
 
@@ -154,7 +155,7 @@ double zones(const Task& task, const TermSet& terms) {
     layout.rings = std::max<Eigen::Index>(1, Eigen::Index(std::sqrt(points / 2) / 2));
     layout.spokes = 8 * std::max<Eigen::Index>(1, layout.points / (8 * layout.rings));
   }
-  return kZoneDraws * (choose_operator(terms, layout).forward_seconds + points * kZonePoint +
+  return double(kZoneDraws) * (choose_operator(terms, layout).forward_seconds + points * kZonePoint +
                        double(terms.size()) * kDrawnTerm);
 }
 

@@ -1,6 +1,6 @@
 #include "calibrate_reduced.h"
 
-#include <Eigen/Eigenvalues>
+#include "aberfit/core/linear_algebra.h"
 
 namespace aberfit {
 namespace {
@@ -31,13 +31,13 @@ void ReducedResiduals::set_base(Eigen::VectorXd white, const Eigen::VectorXd& y)
     if (norm[k] > 0) rows_.row(k) /= norm[k];
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(count + 1, count + 1);
   gram.selfadjointView<Eigen::Lower>().rankUpdate(rows_);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);  // reads the lower half
-  const double least = kIndependent * eigen.eigenvalues()[count];
+  const SymmetricEigen eigen = symmetric_eigen(gram);  // reads the lower half
+  const double least = kIndependent * eigen.values[count];
   const Eigen::VectorXd root =
-      eigen.eigenvalues().unaryExpr([least](double l) { return l > least ? std::sqrt(l) : 0.0; });
+      eigen.values.unaryExpr([least](double l) { return l > least ? std::sqrt(l) : 0.0; });
   const Eigen::VectorXd inverse = root.unaryExpr([](double r) { return r > 0 ? 1 / r : 0.0; });
-  basis_ = eigen.eigenvectors() * inverse.asDiagonal();
-  const Eigen::MatrixXd projected = norm.asDiagonal() * eigen.eigenvectors() * root.asDiagonal();
+  basis_ = eigen.vectors * inverse.asDiagonal();
+  const Eigen::MatrixXd projected = norm.asDiagonal() * eigen.vectors * root.asDiagonal();
   slopes_ = projected.topRows(count);
   away_ = projected.row(count).transpose();
 }

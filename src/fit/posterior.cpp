@@ -1,30 +1,29 @@
 #include "posterior.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include "aberfit/core/linear_algebra.h"
 
 namespace aberfit {
 namespace {
 
 // Directions below this share of the largest singular value are rounding, not information.
-constexpr double kNumericalRank = 1e-10;
+constexpr double kRankOfRows = 1e-10;
 
 }  // namespace
 
 void fill_posterior(const FitProblem& problem, const Jacobian& jacobian, FitResult* result) {
   const Eigen::Index statistics = jacobian.rows(), terms = jacobian.cols();
   const Eigen::MatrixXd gram = jacobian * jacobian.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
+  const SymmetricEigen eigen = symmetric_eigen(gram);
   const Eigen::Index shown = std::min(statistics, terms);
-  result->singular_values = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().reverse().head(shown);
+  result->singular_values = eigen.values.cwiseMax(0.0).cwiseSqrt().reverse().head(shown);
   const double largest = shown > 0 ? result->singular_values[0] : 0.0;
   result->rank = int((result->singular_values.array() > 1.0).count());
-  result->null_directions = int(terms - (result->singular_values.array() > kNumericalRank * largest).count());
+  result->null_directions = int(terms - (result->singular_values.array() > kRankOfRows * largest).count());
 
   // Woodbury: (I + J^T J)^-1 = I - J^T M^-1 J with M = I + J J^T = C C^T. The prior variance of a
   // coefficient, less what the data take away.
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(gram + Eigen::MatrixXd::Identity(statistics, statistics));
-  const Eigen::MatrixXd reduced = cholesky.matrixL().solve(jacobian);
+  const Cholesky cholesky(gram + Eigen::MatrixXd::Identity(statistics, statistics));
+  const Eigen::MatrixXd reduced = cholesky.solve_lower(Eigen::MatrixXd(jacobian));
   Eigen::ArrayXd variance = Eigen::ArrayXd::Zero(terms);
   for (const CoefficientPrior::Block& block : problem.prior.blocks()) {
     const Eigen::VectorXd own = block.factor.rowwise().squaredNorm();

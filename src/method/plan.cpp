@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/method/scene.h"
 
@@ -12,7 +12,6 @@ namespace aberfit {
 namespace {
 
 constexpr int kLargestDefaultOrder = 100;
-constexpr double kPi = std::numbers::pi;
 
 // Share of the height variance over the aperture that is neither piston nor tilt: what terms from n = 2 on
 // can carry.

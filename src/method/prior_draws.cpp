@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kZoneEdges[] = {0, 0.25, 0.5, 0.75, 1};
 constexpr std::size_t kZones = 4;
-constexpr std::size_t kDraws = 1000;
 
 }  // namespace
 
@@ -63,8 +62,8 @@ std::vector<ZoneSlope> zone_slopes(const Task& task, const TermSet& terms, const
       ratio[z] = weight[z] > 0 ? std::sqrt(sum[z] / weight[z] / (total / total_weight)) : std::nan("");
     return ratio;
   };
-  std::vector<std::array<double, kZones>> draws(kDraws);
-  parallel_for(kDraws, threads, [&](std::size_t d) {
+  std::vector<std::array<double, kZones>> draws(kZoneDraws);
+  parallel_for(kZoneDraws, threads, [&](std::size_t d) {
     const std::uint64_t seed = RandomStream(task.fit.seed, "zone-draws").bits(d);
     draws[d] = ratios(prior.colour(draw_white(prior.size(), seed)));
   });
@@ -75,7 +74,7 @@ std::vector<ZoneSlope> zone_slopes(const Task& task, const TermSet& terms, const
     std::vector<double> values;
     for (const auto& draw : draws) values.push_back(draw[z]);
     std::sort(values.begin(), values.end());
-    const auto quantile = [&](double p) { return values[std::size_t(p * double(kDraws - 1) + 0.5)]; };
+    const auto quantile = [&](double p) { return values[std::size_t(p * double(kZoneDraws - 1) + 0.5)]; };
     zones.push_back({kZoneEdges[z], kZoneEdges[z + 1], own[z], quantile(0.005), quantile(0.995)});
   }
   return zones;

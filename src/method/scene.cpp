@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/terms/zernike.h"
@@ -96,7 +97,7 @@ int radial_overlap(const TermSet& terms) {
     for (const int power : terms.spherical) slopes(i, column++) = weight * power * std::pow(rho, power - 1);
   }
   slopes.colwise().normalize();
-  const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(slopes).singularValues();
+  const Eigen::VectorXd singular = jacobi_singular_values(slopes);
   return int((singular.array() < 1e-9 * singular[0]).count());
 }
 

@@ -7,10 +7,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "aberfit/core/constants.h"
+
 namespace aberfit {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kExpectedHeight = 0.99;  // the order that carries this share is where a search should end
 // The fits of term_search_sweep_test end where the band below their cut-off has 25 to 56 % of the slope
 // variance.

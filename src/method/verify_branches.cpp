@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
 #include "aberfit/focus/counted_ring_width.h"
@@ -11,7 +12,6 @@
 namespace aberfit {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kPaperPitch = 1e-4;  // the paper samples N(z) every 0.1 mm
 constexpr double kPaperReach = 2e-2;
 

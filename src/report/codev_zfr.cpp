@@ -14,8 +14,8 @@
 namespace aberfit {
 namespace {
 
-constexpr const char* kWhat = "a CODE V interferogram file of Fringe Zernike coefficients";
-constexpr const char* kHeader = "a header \"ZFR n SUR|WFR WVL micrometres SSZ scale\"";
+constexpr const char* kZfrFile = "a CODE V interferogram file of Fringe Zernike coefficients";
+constexpr const char* kZfrHeader = "a header \"ZFR n SUR|WFR WVL micrometres SSZ scale\"";
 // (1 + 300)^2: every mode of n <= 300. A damaged count beyond it must not become a wish for memory.
 constexpr int kMostTerms = 90601;
 
@@ -26,15 +26,15 @@ std::string upper(std::string_view word) {
   return result;
 }
 
-struct Header {
+struct ZfrHeader {
   int terms = 0;
   double metres = 0;  // of the surface for a coefficient of 1
 };
 
-Header header_of(const ListingLines& file) {
+ZfrHeader header_of(const ListingLines& file) {
   const std::vector<std::string_view> words = ListingLines::words(file.text());
-  if (words.size() < 3 || upper(words[0]) != "ZFR") file.fail(file.text(), kHeader);
-  Header header;
+  if (words.size() < 3 || upper(words[0]) != "ZFR") file.fail(file.text(), kZfrHeader);
+  ZfrHeader header;
   header.terms = file.integer(words[1], "number of coefficients");
   if (header.terms < 1 || header.terms > kMostTerms)
     file.fail(words[1], fmt::format("number of coefficients: 1 .. {}", kMostTerms));
@@ -44,11 +44,11 @@ Header header_of(const ListingLines& file) {
   for (std::size_t i = 3; i < words.size(); i += 2) {
     const std::string key = upper(words[i]);
     std::optional<double>* value = key == "WVL" ? &wavelength : key == "SSZ" ? &scale : nullptr;
-    if (value == nullptr || value->has_value() || i + 1 == words.size()) file.fail(words[i], kHeader);
+    if (value == nullptr || value->has_value() || i + 1 == words.size()) file.fail(words[i], kZfrHeader);
     *value = file.number(words[i + 1], key);
     if (!(**value > 0)) file.fail(words[i + 1], key + " above 0");
   }
-  if (!wavelength || !scale) file.fail(file.text(), kHeader);
+  if (!wavelength || !scale) file.fail(file.text(), kZfrHeader);
   // Everything here is the surface, and a mirror's wavefront is twice that.
   header.metres = *wavelength * 1e-6 / *scale * (kind == "WFR" ? 0.5 : 1.0);
   if (!(header.metres > 0) || !std::isfinite(header.metres)) file.fail(file.text(), "a scale in range");
@@ -77,15 +77,15 @@ std::string codev_zfr_text(const ExportInput& input) {
 }
 
 std::vector<double> read_codev_zfr(const std::string& path) {
-  ListingLines file(path, kWhat);
+  ListingLines file(path, kZfrFile);
   const auto next = [&] {
     bool there = file.next();
     while (there && file.text().front() == '!') there = file.next();
     return there;
   };
-  if (!next()) file.fail_whole("no title line", kWhat);
-  if (!next()) file.fail_whole("no header", kHeader);
-  const Header header = header_of(file);
+  if (!next()) file.fail_whole("no title line", kZfrFile);
+  if (!next()) file.fail_whole("no header", kZfrHeader);
+  const ZfrHeader header = header_of(file);
   std::vector<double> coefficients;
   while (next()) {
     for (const std::string_view word : ListingLines::words(file.text())) {

@@ -17,13 +17,13 @@
 namespace aberfit {
 namespace {
 
-constexpr std::string_view kColumns = "kind,n,m,noll,fx_per_m,fy_per_m,value_m,std_m";
+constexpr std::string_view kColumnNames = "kind,n,m,noll,fx_per_m,fy_per_m,value_m,std_m";
 constexpr std::string_view kRadiusKey = "# radius_m = ";
 // Frequencies of a set that another machine sampled anew may differ in the last bits of its sine and
 // logarithm.
 constexpr double kFrequencyMatch = 1e-9;
 
-constexpr std::string_view kHeader =
+constexpr std::string_view kFileHeader =
     "# aberfit aberration coefficients, version 1\n"
     "# Heights of the surface (not of the wavefront) in metres, positive towards the incoming light.\n"
     "# zernike: Z_n^m orthonormal on the disc of radius radius_m (unit RMS), m > 0 cosine, m < 0 sine; "
@@ -75,7 +75,7 @@ class Reader {
       } else if (text.front() == '#') {
         continue;
       } else if (!columns) {
-        if (text != kColumns) fail(text, "the columns " + std::string(kColumns));
+        if (text != kColumnNames) fail(text, "the columns " + std::string(kColumnNames));
         columns = true;
       } else {
         rows.push_back(row(text));
@@ -83,7 +83,7 @@ class Reader {
     }
     if (in.bad())
       throw InputError(path_, "", "a file that cannot be read to its end", "a CSV file of coefficients");
-    if (!columns) throw InputError(path_, "", "no line of column names", std::string(kColumns));
+    if (!columns) throw InputError(path_, "", "no line of column names", std::string(kColumnNames));
     if (!found_radius)
       throw InputError(path_, "", "no radius", "a line \"" + std::string(kRadiusKey) + "...\"");
     *radius = *found_radius;
@@ -119,7 +119,7 @@ class Reader {
       if (comma == std::string_view::npos) break;
       begin = comma + 1;
     }
-    if (count + 1 != cell.size()) fail(text, "8 cells: " + std::string(kColumns));
+    if (count + 1 != cell.size()) fail(text, "8 cells: " + std::string(kColumnNames));
 
     Row row;
     row.line = line_;
@@ -237,8 +237,8 @@ std::string describe(const Row& row) {
 std::string coefficients_csv(const TermSet& terms, const Eigen::VectorXd& coefficients,
                              const Eigen::VectorXd& std) {
   assert(coefficients.size() == terms.size());
-  std::string text(kHeader);
-  text += fmt::format("{}{}\n{}\n", kRadiusKey, shortest(terms.radius), kColumns);
+  std::string text(kFileHeader);
+  text += fmt::format("{}{}\n{}\n", kRadiusKey, shortest(terms.radius), kColumnNames);
   Eigen::Index i = 0;
   const auto value = [&] {
     const std::string cells = shortest(coefficients[i]) + "," + deviation(std, i);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/terms/derivatives.h"
 #include "aberfit/terms/surface_operator.h"
 #include "coefficient_listing.h"
@@ -14,7 +15,6 @@
 namespace aberfit {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr int kLeastGrid = 5;  // OpticStudio's smallest grid
 // Cells beyond the rim that keep their values in a grid sag. A cell that meets the aperture has its corners
 // within two cells of a grid point inside, wherever the aperture is wider than two pitches.

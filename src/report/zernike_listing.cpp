@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::string_view kFirstLine = "Listing of Zernike Standard Coefficient Data";
 constexpr std::string_view kQuantity = "surface sag in waves";
-constexpr const char* kWhat = "a listing of Zernike Standard coefficients of a surface";
+constexpr const char* kListingFile = "a listing of Zernike Standard coefficients of a surface";
 
 // Coefficients of R_n^m by falling power, n, n - 2, ..., m: (-1)^k C(n-k, k) C(n-2k, (n-m)/2 - k), integers
 // below 1e9 for n <= 20. For printing only; nothing is evaluated with them.
@@ -58,7 +58,7 @@ std::string squeezed(std::string_view text) {
   return result;
 }
 
-struct Header {
+struct ListingHeader {
   std::optional<double> wavelength, radius;
   std::optional<int> terms;
   bool quantity = false;
@@ -74,7 +74,7 @@ double positive_length(const ListingLines& file, std::string_view value, const s
   return length;
 }
 
-void header_line(const ListingLines& file, Header* header) {
+void header_line(const ListingLines& file, ListingHeader* header) {
   const std::size_t colon = file.text().find(':');
   if (colon == std::string_view::npos) return;
   const std::string_view key = ListingLines::trim(file.text().substr(0, colon));
@@ -173,11 +173,11 @@ std::string zernike_listing_text(const ExportInput& input) {
 }
 
 ZernikeListing read_zernike_listing(const std::string& path) {
-  ListingLines file(path, kWhat);
-  if (!file.next()) file.fail_whole("an empty file", kWhat);
+  ListingLines file(path, kListingFile);
+  if (!file.next()) file.fail_whole("an empty file", kListingFile);
   if (file.text() != kFirstLine) file.fail(file.text(), "\"" + std::string(kFirstLine) + "\"");
   ZernikeListing listing;
-  Header header;
+  ListingHeader header;
   while (file.next()) {
     if (is_coefficient(file.text()))
       listing.waves.push_back(coefficient(file, int(listing.waves.size()) + 1));

@@ -7,24 +7,24 @@
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "hankel_panels.h"
+#include "square.h"
 
 namespace aberfit {
 namespace {
 
 using std::numbers::pi;
 
-double square(double x) { return x * x; }
-
 // C(r) = sigma^2 exp(-(r/l)^2).
-std::optional<double> closed_form(const GaussianPsd& m, double factor, double f_min, double f_max, double r) {
+std::optional<double> autocorrelation_closed_form(const GaussianPsd& m, double factor, double f_min,
+                                                  double f_max, double r) {
   if (f_min > 0 || std::isfinite(f_max)) return std::nullopt;
   return factor / (pi * square(m.correlation_length)) * std::exp(-square(r / m.correlation_length));
 }
 
 // C(r) = 2 pi A / B^2 (a/2)^nu K_nu(a) / Gamma(nu + 1), a = 2 pi r / B, nu = c/2 - 1 (Hankel transform of (1
 // + x^2)^(-nu-1), DLMF 10.22.46).
-std::optional<double> closed_form(const KCorrelationPsd& m, double factor, double f_min, double f_max,
-                                  double r) {
+std::optional<double> autocorrelation_closed_form(const KCorrelationPsd& m, double factor, double f_min,
+                                                  double f_max, double r) {
   const double nu = 0.5 * m.exponent - 1, a = 2 * pi * r / m.correlation;
   if (f_min > 0 || std::isfinite(f_max)) return std::nullopt;
   const double scale = pi * factor / square(m.correlation);
@@ -35,7 +35,8 @@ std::optional<double> closed_form(const KCorrelationPsd& m, double factor, doubl
 }
 
 // C(r) = S [f J1(2 pi r f)/r] between the band edges; the difference of narrow bands loses digits.
-std::optional<double> closed_form(const UniformPsd&, double factor, double f_min, double f_max, double r) {
+std::optional<double> autocorrelation_closed_form(const UniformPsd&, double factor, double f_min,
+                                                  double f_max, double r) {
   if (f_max - f_min < 0.1 * f_max) return std::nullopt;
   const auto disc = [r](double f) {
     const double x = 2 * pi * r * f;
@@ -45,7 +46,7 @@ std::optional<double> closed_form(const UniformPsd&, double factor, double f_min
 }
 
 template <class Model>
-std::optional<double> closed_form(const Model&, double, double, double, double) {
+std::optional<double> autocorrelation_closed_form(const Model&, double, double, double, double) {
   return std::nullopt;
 }
 
@@ -86,9 +87,11 @@ Eigen::ArrayXd autocorrelation(const RadialPsd& psd, const Eigen::ArrayXd& r) {
     std::optional<SharedPanels> shared;  // made when the first r without a closed form comes
     for (Eigen::Index i = 0; i < r.size(); ++i) {
       if (!(r[i] > 0)) continue;
-      const std::optional<double> closed =
-          std::visit([&](const auto& m) { return closed_form(m, part.factor, part.f_min, part.f_max, r[i]); },
-                     part.model);
+      const std::optional<double> closed = std::visit(
+          [&](const auto& m) {
+            return autocorrelation_closed_form(m, part.factor, part.f_min, part.f_max, r[i]);
+          },
+          part.model);
       if (!closed && !shared) {
         RadialPsd alone;
         alone.parts_.push_back(part);

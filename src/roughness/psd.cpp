@@ -5,13 +5,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "aberfit/core/constants.h"
+#include "square.h"
+
 namespace aberfit {
 namespace {
 
 using std::numbers::pi;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double square(double x) { return x * x; }
 
 // int_1^q t^(p-1) dt = (q^p - 1)/p, without cancellation for p near 0 or q near 1; q may be infinite (p < 0).
 double power_integral(double p, double log_q) { return p == 0 ? log_q : std::expm1(p * log_q) / p; }

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_integrals.h"
 
@@ -8,11 +9,10 @@ namespace aberfit {
 namespace {
 
 using std::numbers::pi;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // int t^(p-1) dt over the part of (0, inf) next to t = 1: from 1 up to `ratio` >= 1 (may be infinity), or
 // from `ratio` < 1 (may be 0) to 1.
-double power_integral(double p, double ratio) {
+double edge_power_integral(double p, double ratio) {
   if (ratio == 0) return p > 0 ? 1 / p : kInfinity;
   if (std::isinf(ratio)) return p < 0 ? -1 / p : kInfinity;
   return std::abs(p == 0 ? std::log(ratio) : std::expm1(p * std::log(ratio)) / p);
@@ -24,10 +24,10 @@ double power_terms_integral(const std::vector<PowerTerm>& terms, double q, int o
                             double other) {
   double sum = 0;
   for (const PowerTerm& one : terms) {
-    if (order == 1) sum += one(edge) * power_integral(q + 1 - one.exponent, other / edge);
+    if (order == 1) sum += one(edge) * edge_power_integral(q + 1 - one.exponent, other / edge);
     if (order == 2)
       for (const PowerTerm& two : terms)
-        sum += one(edge) * two(edge) * power_integral(q + 1 - one.exponent - two.exponent, other / edge);
+        sum += one(edge) * two(edge) * edge_power_integral(q + 1 - one.exponent - two.exponent, other / edge);
   }
   return std::pow(edge, q + 1) * sum;
 }

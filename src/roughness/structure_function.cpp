@@ -13,13 +13,12 @@
 #include "aberfit/roughness/psd_integrals.h"
 #include "hankel_panels.h"
 #include "power_waves.h"
+#include "square.h"
 
 namespace aberfit {
 namespace {
 
 using std::numbers::pi;
-
-double square(double x) { return x * x; }
 
 // 1 - 2 J1(z)/z to rounding relative to itself.
 double one_minus_jinc(double z) {
@@ -71,26 +70,28 @@ double one_minus_matern(double nu, double a) {
   return sum;
 }
 
-std::optional<double> closed_form(const GaussianPsd& m, double factor, double f_min, double f_max, double r) {
+std::optional<double> structure_closed_form(const GaussianPsd& m, double factor, double f_min, double f_max,
+                                            double r) {
   if (f_min > 0 || std::isfinite(f_max)) return std::nullopt;
   return -factor / (pi * square(m.correlation_length)) * std::expm1(-square(r / m.correlation_length));
 }
 
-std::optional<double> closed_form(const KCorrelationPsd& m, double factor, double f_min, double f_max,
-                                  double r) {
+std::optional<double> structure_closed_form(const KCorrelationPsd& m, double factor, double f_min,
+                                            double f_max, double r) {
   const double nu = 0.5 * m.exponent - 1;
   if (f_min > 0 || std::isfinite(f_max) || nu > 60) return std::nullopt;  // beyond, K_nu overflows
   return pi * factor / (square(m.correlation) * nu) * one_minus_matern(nu, 2 * pi * r / m.correlation);
 }
 
-std::optional<double> closed_form(const UniformPsd&, double factor, double f_min, double f_max, double r) {
+std::optional<double> structure_closed_form(const UniformPsd&, double factor, double f_min, double f_max,
+                                            double r) {
   if (f_max - f_min < 0.1 * f_max) return std::nullopt;  // the difference of the discs would lose digits
   const auto disc = [r](double f) { return pi * f * f * one_minus_jinc(2 * pi * r * f); };
   return factor * (disc(f_max) - disc(f_min));
 }
 
 template <class Model>
-std::optional<double> closed_form(const Model&, double, double, double, double) {
+std::optional<double> structure_closed_form(const Model&, double, double, double, double) {
   return std::nullopt;
 }
 
@@ -329,9 +330,9 @@ Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r)
     std::optional<ByQuadrature> quadrature;  // made when the first r without a closed form comes
     for (Eigen::Index i = 0; i < r.size(); ++i) {
       if (!(r[i] > 0)) continue;
-      const std::optional<double> closed =
-          std::visit([&](const auto& m) { return closed_form(m, part.factor, part.f_min, part.f_max, r[i]); },
-                     part.model);
+      const std::optional<double> closed = std::visit(
+          [&](const auto& m) { return structure_closed_form(m, part.factor, part.f_min, part.f_max, r[i]); },
+          part.model);
       if (!closed && !quadrature) {
         RadialPsd alone;
         alone.parts_.push_back(part);

@@ -4,19 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "aberfit/core/overloaded.h"
 #include "aberfit/core/quadrature.h"
 
 namespace aberfit {
 namespace {
 
 using Point = std::array<double, 2>;
-
-template <class... Visitors>
-struct Overloaded : Visitors... {
-  using Visitors::operator()...;
-};
-template <class... Visitors>
-Overloaded(Visitors...) -> Overloaded<Visitors...>;
 
 double cross(const Point& a, const Point& b) { return a[0] * b[1] - a[1] * b[0]; }
 

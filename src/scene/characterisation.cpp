@@ -1,10 +1,11 @@
 #include "aberfit/scene/characterisation.h"
 
-#include <Eigen/SVD>
 #include <cassert>
 #include <cmath>
 #include <numbers>
 #include <optional>
+
+#include "aberfit/core/linear_algebra.h"
 
 namespace aberfit {
 namespace {
@@ -75,8 +76,7 @@ MirrorCharacterisation characterise(const Mirror& mirror, const Aperture& apertu
   const Eigen::Matrix3Xd centred = result.rim.colwise() - result.plane_point;
   // The direction of least variance; distances are taken anew since the smallest singular value loses digits
   // to the largest.
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(centred.transpose(), Eigen::ComputeThinV);
-  result.plane_normal = svd.matrixV().col(2);
+  result.plane_normal = jacobi_right_vectors(centred.transpose()).col(2);
   if (result.plane_normal.z() < 0) result.plane_normal = -result.plane_normal;
   result.plane_residual =
       std::sqrt((result.plane_normal.transpose() * centred).squaredNorm() / double(points));

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/random.h"
@@ -15,7 +16,6 @@
 namespace aberfit {
 namespace {
 
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kGoldenAngle = std::numbers::pi * (3.0 - 2.2360679774997896);
 
 struct Ring {

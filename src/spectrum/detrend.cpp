@@ -1,11 +1,11 @@
 #include "aberfit/spectrum/detrend.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
+#include "aberfit/core/linear_algebra.h"
 #include "detrend_basis.h"
 
 namespace aberfit {
@@ -20,7 +20,7 @@ Eigen::ArrayXd fitted(const Eigen::MatrixXd& basis, const Eigen::ArrayXd& value)
   if (valid.empty()) return Eigen::ArrayXd::Zero(value.size());
   const Eigen::MatrixXd rows = basis(valid, Eigen::all);
   const Eigen::VectorXd right = value(valid).matrix();
-  return basis * rows.completeOrthogonalDecomposition().solve(right);
+  return basis * LeastNorm(rows).solve(right);
 }
 
 Profile minus_polynomial(const Profile& profile, int degree) {
@@ -127,7 +127,7 @@ HeightMap detrend(const HeightMap& map, const DetrendOptions& options) {
     for (Eigen::Index c = 0; c < columns; ++c)
       if (std::isfinite(map.height(r, c))) gram.selfadjointView<Eigen::Lower>().rankUpdate(at(r, c));
   const Eigen::MatrixXd full = gram.selfadjointView<Eigen::Lower>();
-  const auto solver = full.completeOrthogonalDecomposition();
+  const LeastNorm solver(full);
   for (int pass = 0; pass < 2; ++pass) {  // the second pass takes the normal equations' rounding off
     Eigen::VectorXd right = Eigen::VectorXd::Zero(terms);
     for (Eigen::Index r = 0; r < rows; ++r)

@@ -1,9 +1,9 @@
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "aberfit/core/linear_algebra.h"
 #include "detrend_basis.h"
 
 namespace aberfit {
@@ -44,7 +44,7 @@ struct Points {
   // Piston and tilt (of slopes: only the tilt, a constant) are linear, too: they are projected out of
   // everything.
   Eigen::MatrixXd linear;
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> linear_part;
+  std::unique_ptr<const LeastSquares> linear_part;
   Eigen::VectorXd data;  // the values without them
 };
 
@@ -53,7 +53,7 @@ Eigen::MatrixXd linear_basis(const Points& points, const Eigen::ArrayXd& x) {
 }
 
 Eigen::VectorXd project(const Points& points, const Eigen::VectorXd& v) {
-  return Eigen::VectorXd(v - points.linear * points.linear_part.solve(v));
+  return Eigen::VectorXd(v - points.linear * points.linear_part->solve(v));
 }
 
 Points points_of(const Profile& profile, std::vector<Eigen::Index> valid) {
@@ -66,7 +66,7 @@ Points points_of(const Profile& profile, std::vector<Eigen::Index> valid) {
   points.value = profile.value(valid).matrix();
   points.valid = std::move(valid);
   points.linear = linear_basis(points, points.x);
-  points.linear_part.compute(points.linear);
+  points.linear_part = std::make_unique<const LeastSquares>(points.linear);
   points.data = project(points, points.value);
   return points;
 }
@@ -116,7 +116,7 @@ Eigen::Vector2d damped_step(const Attempt& at, const Eigen::MatrixXd& jacobian, 
   stacked << jacobian, Eigen::MatrixXd((std::sqrt(damping) * length).asDiagonal());
   Eigen::VectorXd right = Eigen::VectorXd::Zero(size + 2);
   right.head(size) = at.residual;
-  const Eigen::Vector2d there = at.shape + stacked.completeOrthogonalDecomposition().solve(right);
+  const Eigen::Vector2d there = at.shape + LeastNorm(stacked).solve(right);
   if (!(there[1] < kLeastProduct)) return there;
   // At its bound, and the skew the best one there.
   const Eigen::VectorXd only = jacobian.col(0),
@@ -181,7 +181,7 @@ EllipseFit fit_ellipse(const Profile& profile) {
   const Eigen::VectorXd all = unit_ellipse(points.everywhere, points.half, best.shape, points.slope);
   if (!all.allFinite()) return result;
   const Eigen::VectorXd rest =
-      points.linear_part.solve(points.value - best.factor * Eigen::VectorXd(all(points.valid)));
+      points.linear_part->solve(points.value - best.factor * Eigen::VectorXd(all(points.valid)));
   result.converged = true;
   set_arms(std::abs(best.factor), best.shape[0] / points.half, best.shape[1] / (points.half * points.half),
            &result);

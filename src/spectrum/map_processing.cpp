@@ -1,9 +1,9 @@
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
+#include "aberfit/core/linear_algebra.h"
 #include "detrend_basis.h"
 #include "processing.h"
 #include "window.h"
@@ -131,7 +131,7 @@ MapProcessing::MapProcessing(const HeightMap& geometry, const PsdEstimatorOption
           gram(a, b) -= across_(h % grid.cols, ax) * down_(h / grid.cols, ay) * across_(h % grid.cols, bx) *
                         down_(h / grid.cols, by);
       }
-    inverse_gram_ = gram.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
+    inverse_gram_ = solve_symmetric(gram, Eigen::MatrixXd(Eigen::MatrixXd::Identity(n, n)));
   }
   prepare(options.window);
   along_x_ = std::make_unique<FourierTransform>(1, grid.cols);

@@ -1,9 +1,9 @@
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
+#include "aberfit/core/linear_algebra.h"
 #include "detrend_basis.h"
 #include "processing.h"
 #include "window.h"
@@ -77,7 +77,7 @@ ProfileProcessing::ProfileProcessing(const Profile& geometry, const PsdEstimator
   if (degree >= 0) {
     const Eigen::MatrixXd shapes = legendre_basis(x_, x_[0], x_[n - 1], degree);
     const Eigen::MatrixXd gram = shapes.transpose() * shapes;
-    basis_ = gram.llt().matrixL().solve(shapes.transpose()).transpose();
+    basis_ = Cholesky(gram).solve_lower(Eigen::MatrixXd(shapes.transpose())).transpose();
   }
   prepare(options.window);
 }

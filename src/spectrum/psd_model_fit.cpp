@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 
+#include "aberfit/core/constants.h"
 #include "psd_shape_fit.h"
 
 namespace aberfit {
@@ -18,8 +19,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // A factor e either way, one standard deviation: such a number is not known.
 constexpr double kLargestLogStd = 1.0;
 constexpr double kPoorFit = 1e-3;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/quadrature.h"
 
 namespace aberfit {
@@ -18,7 +19,6 @@ using Eigen::ArrayXd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kKneeReach = 50;        // how far outside the band a knee is looked for
 constexpr double kLargestExponent = 16;  // 2-D; steeper than any polish, and than what windows let through
 

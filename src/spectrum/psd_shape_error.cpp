@@ -1,11 +1,13 @@
 #include "psd_shape_error.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "aberfit/core/constants.h"
+#include "aberfit/core/linear_algebra.h"
 
 namespace aberfit {
 namespace {
@@ -21,7 +23,6 @@ constexpr double kLeast = 1e-3, kMost = 20;
 const double kLengths[] = {0, 0.15, 0.3, 0.6, 1.2};
 constexpr int kScan = 10;
 constexpr int kBits = 10;  // of log tau: 1e-3
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 MatrixXd correlation(const ArrayXd& frequency, double length) {
   const Index n = frequency.size();
@@ -35,15 +36,15 @@ MatrixXd correlation(const ArrayXd& frequency, double length) {
 // Minus twice the restricted log-likelihood of r ~ N(0, covariance) beside the columns of G, up to a
 // constant.
 double restricted_deviance(const MatrixXd& covariance, const VectorXd& r, const MatrixXd& G) {
-  const Eigen::LLT<MatrixXd> root(covariance);
-  if (root.info() != Eigen::Success) return kInfinity;
-  const VectorXd white = root.matrixL().solve(r);
-  const MatrixXd shape = root.matrixL().solve(G);
-  const Eigen::LLT<MatrixXd> information(shape.transpose() * shape);
-  if (information.info() != Eigen::Success) return kInfinity;
-  const VectorXd projected = information.matrixL().solve(shape.transpose() * white);
-  return 2 * root.matrixLLT().diagonal().array().log().sum() +
-         2 * information.matrixLLT().diagonal().array().log().sum() + white.squaredNorm() -
+  const Cholesky root(covariance);
+  if (!root.positive()) return kInfinity;
+  const VectorXd white = root.solve_lower(r);
+  const MatrixXd shape = root.solve_lower(G);
+  const Cholesky information(shape.transpose() * shape);
+  if (!information.positive()) return kInfinity;
+  const VectorXd projected = information.solve_lower(VectorXd(shape.transpose() * white));
+  return 2 * root.lower().diagonal().array().log().sum() +
+         2 * information.lower().diagonal().array().log().sum() + white.squaredNorm() -
          projected.squaredNorm();
 }
 

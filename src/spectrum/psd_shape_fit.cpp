@@ -3,8 +3,6 @@
 #include <ceres/ceres.h>
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/special_functions/digamma.hpp>
@@ -13,6 +11,8 @@
 #include <limits>
 #include <memory>
 
+#include "aberfit/core/constants.h"
+#include "aberfit/core/linear_algebra.h"
 #include "psd_shape_error.h"
 
 namespace aberfit {
@@ -23,7 +23,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLowestBin = 1.5;  // resolutions; below, detrending has taken the height
 // Directions of the bins' correlation matrix below this share of its largest variance are combinations that
 // the estimator holds fixed; they carry rounding, not data.
@@ -33,11 +32,11 @@ constexpr double kLeastFloor = 1e-6;
 
 MatrixXd inverse_on_range(const MatrixXd& symmetric) {
   const VectorXd scale = symmetric.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scale.asDiagonal() * symmetric * scale.asDiagonal());
-  const double least = kLeastVariance * eigen.eigenvalues().maxCoeff();
+  const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * symmetric * scale.asDiagonal());
+  const double least = kLeastVariance * eigen.values.maxCoeff();
   const VectorXd inverse =
-      eigen.eigenvalues().unaryExpr([least](double value) { return value > least ? 1 / value : 0.0; });
-  return scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose() *
+      eigen.values.unaryExpr([least](double value) { return value > least ? 1 / value : 0.0; });
+  return scale.asDiagonal() * eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose() *
          scale.asDiagonal();
 }
 
@@ -235,8 +234,8 @@ void refine(const PsdBand& band, const PsdShape& shape, const std::vector<int>& 
     if (!predict(band, shape, at, &prediction)) return;
     const MatrixXd G = prediction.gradient(Eigen::all, free);
     const MatrixXd weighted = band.precision * G;
-    const Eigen::LDLT<MatrixXd> information(G.transpose() * weighted);
-    VectorXd step = information.solve(weighted.transpose() * (band.psd / prediction.expected - 1).matrix());
+    const VectorXd right = weighted.transpose() * (band.psd / prediction.expected - 1).matrix();
+    VectorXd step = solve_symmetric(G.transpose() * weighted, right);
     if (!step.allFinite()) return;
     const double longest = step.cwiseAbs().maxCoeff();
     if (longest > 0.5) step *= 0.5 / longest;
@@ -353,13 +352,14 @@ PsdShapeFit fit_shape(const PsdBand& band, PsdFamily family, int max_iterations,
     const MatrixXd G = prediction.gradient(Eigen::all, free);
     // Sandwich of the estimating equation with weights W: (G^T W G)^-1 G^T W C W G (...)^-1, W = C^-1.
     const MatrixXd W = band.precision;
-    const MatrixXd bread = (G.transpose() * W * G).ldlt().solve(MatrixXd::Identity(G.cols(), G.cols()));
+    const MatrixXd bread =
+        solve_symmetric(G.transpose() * W * G, MatrixXd(MatrixXd::Identity(G.cols(), G.cols())));
     const MatrixXd meat = G.transpose() * W * band.relative_covariance * W * G;
     fit.covariance(free, free) = bread * meat * bread;
     // The likelihood's own: H = G^T D G, J = G^T D C D G, D = dof / 2.
     const MatrixXd DG = (0.5 * band.dof).matrix().asDiagonal() * G;
     const MatrixXd H = G.transpose() * DG, J = DG.transpose() * band.relative_covariance * DG;
-    fit.overdispersion = H.ldlt().solve(J).trace() / double(free.size());
+    fit.overdispersion = solve_symmetric(H, J).trace() / double(free.size());
   }
   fit.expected = prediction.expected;
   return fit;
@@ -401,7 +401,7 @@ PsdShapeFit fit_shape_with_model_error(const PsdBand& band, PsdFamily family, in
   fit.model_error_length = error.length;
   const MatrixXd WG = weight.matrix().asDiagonal() * G;
   const MatrixXd H = G.transpose() * WG, J = WG.transpose() * log_covariance(band, error) * WG;
-  const MatrixXd bread = H.ldlt().solve(MatrixXd::Identity(H.rows(), H.cols()));
+  const MatrixXd bread = solve_symmetric(H, MatrixXd(MatrixXd::Identity(H.rows(), H.cols())));
   fit.covariance(free, free) = bread * J * bread;
   fit.overdispersion = (bread * J).trace() / double(free.size());
   return fit;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "describe_names.h"
 #include "describe_roughness.h"
 #include "describe_target.h"
 #include "describe_verify.h"
@@ -12,10 +13,6 @@
 namespace aberfit {
 namespace {
 
-constexpr Dimension kLength = Dimension::kLength;
-constexpr Dimension kNumber = Dimension::kNumber;
-constexpr Need kRequired = Need::kRequired;
-constexpr Need kOptional = Need::kOptional;
 constexpr int kLargestOrder = 300;
 constexpr std::int64_t kMostRays = 1000000000;
 

@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "describe_names.h"
+
 namespace aberfit {
 namespace {
-
-constexpr Need kRequired = Need::kRequired;
-constexpr Need kOptional = Need::kOptional;
 
 const std::vector<std::string> kFormats = {"auto", "dabam",     "profile", "map",
                                            "zygo", "codev-int", "fits",    "zemax-grid-sag"};

@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include "describe_measured.h"
+#include "describe_names.h"
 
 namespace aberfit {
 namespace {
 
-constexpr Dimension kLength = Dimension::kLength;
-constexpr Dimension kFrequency = Dimension::kSpatialFrequency;
-constexpr Need kRequired = Need::kRequired;
 // A micrometre written as a plain number ("0.1" for 0.1 um) would be 0.1 m: heights of roughness are never
 // that large.
 constexpr Range kRoughnessHeight{0, 1e-2, true, false};

@@ -1,12 +1,11 @@
 #include "describe_target.h"
 
 #include "describe_measured.h"
+#include "describe_names.h"
 #include "statistic_key.h"
 
 namespace aberfit {
 namespace {
-
-constexpr Dimension kLength = Dimension::kLength;
 
 void describe_value(Visitor& v, StatisticRequest& s) {
   const bool angle = request_dimension(s.name) == Dimension::kAngle;

@@ -6,13 +6,10 @@
 #include <algorithm>
 
 #include "aberfit/study/published.h"
+#include "describe_names.h"
 
 namespace aberfit {
 namespace {
-
-constexpr Dimension kLength = Dimension::kLength;
-constexpr Dimension kFrequency = Dimension::kSpatialFrequency;
-constexpr Dimension kNumber = Dimension::kNumber;
 
 void describe(Visitor& v, PhaseSynthesis& phase) {
   v.quantity({"psd_level", "P0 as printed"}, phase.psd_level, kNumber, Range::positive());

@@ -5,10 +5,10 @@
 #include <numbers>
 #include <utility>
 
+#include "aberfit/core/constants.h"
+
 namespace aberfit {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 struct Values {
   double gx, gy, wavelength, focal_length, diameter, rms, correlation_length, f_min, f_max;

@@ -1,11 +1,10 @@
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <map>
 #include <numbers>
 
+#include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/random.h"
 #include "aberfit/terms/modal_covariance.h"
 #include "fourier_shares.h"
@@ -29,12 +28,12 @@ Eigen::MatrixXd covariance_factor(const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd deviation = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::VectorXd inverse = deviation.unaryExpr([](double d) { return d > 0 ? 1 / d : 0.0; });
   const Eigen::MatrixXd correlation = inverse.asDiagonal() * covariance * inverse.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation);
+  const SymmetricEigen eigen = symmetric_eigen(correlation);
   const double noise =
-      kRankEps * double(covariance.rows()) * 2.2e-16 * std::max(eigen.eigenvalues().maxCoeff(), 0.0);
+      kRankEps * double(covariance.rows()) * 2.2e-16 * std::max(eigen.values.maxCoeff(), 0.0);
   const Eigen::VectorXd root =
-      eigen.eigenvalues().unaryExpr([noise](double l) { return l > noise ? std::sqrt(l) : 0.0; });
-  return deviation.asDiagonal() * eigen.eigenvectors() * root.asDiagonal() * eigen.eigenvectors().transpose();
+      eigen.values.unaryExpr([noise](double l) { return l > noise ? std::sqrt(l) : 0.0; });
+  return deviation.asDiagonal() * eigen.vectors * root.asDiagonal() * eigen.vectors.transpose();
 }
 
 // Signed m -> the coefficients that have it, by ascending n.
@@ -137,11 +136,7 @@ Eigen::VectorXd CoefficientPrior::whiten(const Eigen::VectorXd& coefficients) co
       white(block.index) = scaled.cwiseProduct(signs);
       continue;
     }
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-    solver.setThreshold(kRankOfFactor);
-    solver.compute(inverse.asDiagonal() * block.factor);
-    const Eigen::VectorXd solution = solver.solve(scaled);
-    white(block.index) = solution;
+    white(block.index) = LeastNorm(inverse.asDiagonal() * block.factor, kRankOfFactor).solve(scaled);
   }
   return white;
 }
@@ -184,9 +179,8 @@ CoefficientPrior::Block spherical_prior_block(const TermSet& terms, double rms) 
   }
   // Orthonormal combinations psi = L^-1 phi, gram = L L^T (Gram-Schmidt in the order given): d . psi = (L^-T
   // d) . phi.
-  const Eigen::MatrixXd lower = gram.llt().matrixL();
-  block.factor =
-      rms * lower.triangularView<Eigen::Lower>().solve(Eigen::MatrixXd::Identity(size, size)).transpose();
+  const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(size, size);
+  block.factor = rms * Cholesky(gram).solve_lower(unit).transpose();
   return block;
 }
 

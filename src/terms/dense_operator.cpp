@@ -13,13 +13,13 @@ using Eigen::Index;
 constexpr Index kChunkBlocks = 64;  // unit of work of a thread: 1024 points
 
 Index blocks_of(Index points) { return (points + kDensePoints - 1) / kDensePoints; }
-std::size_t chunks_of(Index points) {
+std::size_t dense_chunks_of(Index points) {
   return std::size_t((blocks_of(points) + kChunkBlocks - 1) / kChunkBlocks);
 }
 
 /// Calls body(block, first point, points) for the blocks of a chunk.
 template <typename Body>
-void for_blocks(std::size_t chunk, Index points, const Body& body) {
+void for_dense_blocks(std::size_t chunk, Index points, const Body& body) {
   const Index begin = Index(chunk) * kChunkBlocks, end = std::min(blocks_of(points), begin + kChunkBlocks);
   for (Index b = begin; b < end; ++b)
     body(b, b * kDensePoints, std::min<Index>(kDensePoints, points - b * kDensePoints));
@@ -55,8 +55,8 @@ const double* DenseOperator::basis_of(Index block) const {
 }
 
 void DenseOperator::fill(int term, const SurfaceField& field) {
-  for (std::size_t chunk = 0; chunk < chunks_of(points_); ++chunk)
-    for_blocks(chunk, points_, [&](Index block, Index at, Index used) {
+  for (std::size_t chunk = 0; chunk < dense_chunks_of(points_); ++chunk)
+    for_dense_blocks(chunk, points_, [&](Index block, Index at, Index used) {
       double* to =
           basis_.data()->lane + (std::size_t(block) * std::size_t(terms_) + std::size_t(term)) * kDenseValues;
       std::copy_n(field.height.data() + at, used, to);
@@ -67,8 +67,8 @@ void DenseOperator::fill(int term, const SurfaceField& field) {
 
 void DenseOperator::forward(const Eigen::VectorXd& coefficients, int threads, bool add,
                             SurfaceField* field) const {
-  parallel_for(chunks_of(points_), threads, [&](std::size_t chunk) {
-    for_blocks(chunk, points_, [&](Index block, Index at, Index used) {
+  parallel_for(dense_chunks_of(points_), threads, [&](std::size_t chunk) {
+    for_dense_blocks(chunk, points_, [&](Index block, Index at, Index used) {
       alignas(64) double values[kDenseValues];
       dense_forward(set_, terms_, basis_of(block), coefficients.data() + begin_, values);
       deliver(values, used, add, field->height.data() + at);
@@ -81,7 +81,7 @@ void DenseOperator::forward(const Eigen::VectorXd& coefficients, int threads, bo
 void DenseOperator::adjoint(const SurfaceField& weights, int threads, Eigen::VectorXd* sums) const {
   const auto partial = sums_.take();
   const auto add_chunk = [&](std::size_t chunk, double* lanes) {
-    for_blocks(chunk, points_, [&](Index block, Index at, Index used) {
+    for_dense_blocks(chunk, points_, [&](Index block, Index at, Index used) {
       alignas(64) double values[kDenseValues] = {};
       std::copy_n(weights.height.data() + at, used, values);
       std::copy_n(weights.slope_x.data() + at, used, values + kDensePoints);
@@ -89,7 +89,7 @@ void DenseOperator::adjoint(const SurfaceField& weights, int threads, Eigen::Vec
       dense_adjoint(set_, terms_, basis_of(block), values, lanes);
     });
   };
-  sum_chunks(chunks_of(points_), 8 * std::size_t(terms_), threads, add_chunk, &*partial);
+  sum_chunks(dense_chunks_of(points_), 8 * std::size_t(terms_), threads, add_chunk, &*partial);
   for (Index t = 0; t < terms_; ++t) {
     const double* lane = partial->total.data() + 8 * t;
     (*sums)[begin_ + t] =

@@ -1,4 +1,4 @@
-#include <Eigen/QR>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cassert>
 #include <cmath>

@@ -1,10 +1,11 @@
 #include "estimator_steps.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+
+#include "aberfit/core/linear_algebra.h"
 
 namespace aberfit {
 
@@ -56,7 +57,7 @@ Eigen::MatrixXd orthonormal_polynomials(int n, int degree) {
     legendre.col(k) =
         ((2 * k - 1) * t * legendre.col(k - 1).array() - (k - 1) * legendre.col(k - 2).array()) / k;
   // Columns of Q span what the first columns of the polynomials span, degree by degree.
-  return legendre.householderQr().householderQ() * Eigen::MatrixXd::Identity(n, degree + 1);
+  return orthonormal_columns(legendre);
 }
 
 int transform_length(int n) {

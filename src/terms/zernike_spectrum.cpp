@@ -23,7 +23,7 @@ namespace {
 constexpr int kNodes = 24;
 // Squares of Bessel functions turn as exp(2 i kappa): on half a panel by 8 rad, which 24 nodes integrate to
 // rounding.
-constexpr double kPanelWidth = 8;
+constexpr double kSpectrumPanelWidth = 8;
 
 class ZernikeSpectrum : public SurfaceSpectrum {
  public:
@@ -38,7 +38,7 @@ class ZernikeSpectrum : public SurfaceSpectrum {
     first_.push_back(0);
     for (Eigen::Index b = 0; b < bins_; ++b) {
       const double from = to_kappa * low[b], to = to_kappa * high[b];
-      const int panels = std::max(1, int(std::ceil((to - from) / kPanelWidth)));
+      const int panels = std::max(1, int(std::ceil((to - from) / kSpectrumPanelWidth)));
       for (int p = 0; p < panels; ++p) {
         const Quadrature rule =
             gauss_legendre(kNodes, from + (to - from) * p / panels, from + (to - from) * (p + 1) / panels);

@@ -13,7 +13,9 @@
 #include <numbers>
 #include <optional>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/overloaded.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "radial_transform.h"
@@ -23,20 +25,11 @@ namespace aberfit {
 namespace {
 
 using std::numbers::pi;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Cycles of the highest frequency within a shear, from which the band edge is softened. Encircled energies
 // more than a few per cent away from the edge keep four digits (test ASoftenedBandEdgeMovesLittleLight).
 constexpr double kSharpCycles = 100;
 constexpr double kNegligibleCore = 1e-16;
-
-template <class... Visitors>
-struct Overloaded : Visitors... {
-  using Visitors::operator()...;
-};
-template <class... Visitors>
-Overloaded(Visitors...) -> Overloaded<Visitors...>;
 
 }  // namespace
 

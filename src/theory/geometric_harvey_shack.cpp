@@ -9,18 +9,18 @@
 #include <limits>
 #include <numbers>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/overloaded.h"
 #include "aberfit/trace/ray_bundle.h"
 
 namespace aberfit {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 // Nodes per piece of the radial quadrature, and the spread up to which each keeps encircled energies of
 // circles, annuli, rectangles and polygons within 1e-11 of 700 nodes; for circles the test
 // RadialNodesSufficeForTheSpreadTheyServe measures it.
-constexpr std::array<int, 9> kNodes{16, 24, 32, 48, 64, 96, 128, 256, 512};
+constexpr std::array<int, 9> kDoublings{16, 24, 32, 48, 64, 96, 128, 256, 512};
 constexpr std::array<double, 8> kSpreads{8, 14, 20, 30, 38, 60, 78, 160};
 
 // Root of f between a and b, where it has opposite signs, to rounding.
@@ -34,13 +34,6 @@ double root_between(const Function& f, double a, double b, double fa, double fb)
   return 0.5 * (bracket.first + bracket.second);
 }
 
-template <class... Visitors>
-struct Overloaded : Visitors... {
-  using Visitors::operator()...;
-};
-template <class... Visitors>
-Overloaded(Visitors...) -> Overloaded<Visitors...>;
-
 }  // namespace
 
 GeometricHarveyShack::GeometricHarveyShack(const Mirror& mirror, const Aperture& aperture, double slope,
@@ -49,7 +42,7 @@ GeometricHarveyShack::GeometricHarveyShack(const Mirror& mirror, const Aperture&
   const bool physical = convention == Convention::kPhysical;
   focal_sigma_ = (physical ? 2.0 : 1.0) * mirror.focal_length * slope;
   rms_height_ = physical ? rms_height : 0.5 * rms_height;
-  for (const int n : kNodes) {
+  for (const int n : kDoublings) {
     std::vector<Zone>& level = levels_.emplace_back();
     for (const RadialNode& node : radial_quadrature(aperture, n)) {
       const SurfacePoint<double> surface = base_surface(mirror, node.rho, 0.0);

@@ -6,13 +6,11 @@
 #include <limits>
 #include <numbers>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 
 namespace aberfit {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 ModelRadii radii(const GeneralisedHarveyShack& model) {
   const MeanSpot spot = model.at_plane(0);

@@ -19,13 +19,13 @@ struct Draw {
   double aliased = 0;
 };
 
-struct Moments {
+struct SampleMoments {
   double mean, deviation;
 };
 
 // Mean and standard deviation (n - 1) of values(i), in order of i.
 template <typename F>
-Moments moments(std::size_t n, const F& values) {
+SampleMoments moments(std::size_t n, const F& values) {
   double sum = 0, squares = 0;
   for (std::size_t i = 0; i < n; ++i) sum += values(i);
   const double mean = sum / double(n);
@@ -69,7 +69,7 @@ DiffractionEnsemble diffraction_ensemble(const DiffractionProblem& problem, doub
   result.fraction = fraction;
   result.mean = result.standard_error = Eigen::ArrayXd::Zero(radius.size());
   for (Eigen::Index k = 0; k < radius.size(); ++k) {
-    const Moments m = moments(found.size(), [&](std::size_t i) { return found[i].energy[k]; });
+    const SampleMoments m = moments(found.size(), [&](std::size_t i) { return found[i].energy[k]; });
     result.mean[k] = m.mean;
     result.standard_error[k] = m.deviation / root_n;
   }
@@ -88,10 +88,10 @@ DiffractionEnsemble diffraction_ensemble(const DiffractionProblem& problem, doub
     const double q = *found_radius;
     result.ee_radius[k] = q / unit;
     const Eigen::ArrayXd weights = RadialOtf::energy_weights(q, transfer.size());
-    const Moments energy =
+    const SampleMoments energy =
         moments(found.size(), [&](std::size_t i) { return (found[i].transfer * weights).sum(); });
     result.ee_radius_standard_error[k] = energy.deviation / root_n / mean.density(q) / unit;
-    const Moments own = moments(found.size(), [&](std::size_t i) { return found[i].radius[k]; });
+    const SampleMoments own = moments(found.size(), [&](std::size_t i) { return found[i].radius[k]; });
     result.ee_radius_mean[k] = own.mean;
     result.ee_radius_deviation[k] = own.deviation;
   }

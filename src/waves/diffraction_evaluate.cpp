@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/units.h"
 #include "aberfit/waves/diffraction_psf.h"
@@ -15,8 +16,6 @@
 
 namespace aberfit {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 // In a dark ring the energy does not change with the radius: EE'(r) r below this gives no derivative.
 constexpr double kDark = 1e-10;

@@ -5,13 +5,12 @@
 #include <numbers>
 #include <vector>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/roughness/fourier_transform.h"
 #include "diffraction_transform.h"
 
 namespace aberfit {
 namespace {
-
-constexpr double kTwoPi = 2 * std::numbers::pi;
 
 struct Value {
   double profile, slope, curvature;

@@ -5,13 +5,12 @@
 #include <numbers>
 #include <utility>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/roughness/bessel.h"
 #include "diffraction_lags.h"
 
 namespace aberfit {
 namespace {
-
-constexpr double kTwoPi = 2 * std::numbers::pi;
 
 Eigen::ArrayXd lags_from_first(Eigen::Index nodes) {
   return Eigen::ArrayXd::LinSpaced(nodes - 1, 1.0, double(nodes - 1)) / LagTable::kNodesPerLag;

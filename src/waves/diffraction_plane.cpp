@@ -5,13 +5,12 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/roughness/bessel.h"
 
 namespace aberfit {
 namespace {
-
-constexpr double kPi = std::numbers::pi;
 
 const CartesianGrid& grid_of(const DiffractionPupil& pupil) {
   const auto* grid = std::get_if<CartesianGrid>(&pupil.sample.structure);

@@ -20,12 +20,14 @@ struct Box {
 };
 
 // Area of the common part of a cell and an aperture, and its first moments about the origin.
-struct Moments {
+struct AreaMoments {
   double area = 0, x = 0, y = 0;
 };
-Moments operator-(const Moments& a, const Moments& b) { return {a.area - b.area, a.x - b.x, a.y - b.y}; }
+AreaMoments operator-(const AreaMoments& a, const AreaMoments& b) {
+  return {a.area - b.area, a.x - b.x, a.y - b.y};
+}
 
-Moments box_moments(const Box& c) {
+AreaMoments box_moments(const Box& c) {
   const double area = (c.x1 - c.x0) * (c.y1 - c.y0);
   return {area, 0.5 * area * (c.x0 + c.x1), 0.5 * area * (c.y0 + c.y1)};
 }
@@ -40,7 +42,7 @@ double corner_moment(double r, double a, double b) {
 }
 
 // The part of the disc of radius r about the origin with 0 <= x <= a and 0 <= y <= b; a, b >= 0.
-Moments disc_corner(double r, double a, double b) {
+AreaMoments disc_corner(double r, double a, double b) {
   a = std::min(a, r);
   b = std::min(b, r);
   if (a * a + b * b <= r * r) return {a * b, 0.5 * a * a * b, 0.5 * a * b * b};
@@ -53,15 +55,15 @@ Moments disc_corner(double r, double a, double b) {
   return {b * from + under(a) - under(from), corner_moment(r, a, b), corner_moment(r, b, a)};
 }
 
-Moments disc_moments(double r, const Box& c) {
+AreaMoments disc_moments(double r, const Box& c) {
   if (!(r > 0)) return {};
   const auto nearest = [](double low, double high) { return low > 0 ? low : high < 0 ? -high : 0.0; };
   const auto furthest = [](double low, double high) { return std::max(std::abs(low), std::abs(high)); };
   if (std::hypot(furthest(c.x0, c.x1), furthest(c.y0, c.y1)) <= r) return box_moments(c);
   if (std::hypot(nearest(c.x0, c.x1), nearest(c.y0, c.y1)) >= r) return {};
-  Moments sum;
+  AreaMoments sum;
   const auto add = [&](double x, double y, double sign) {
-    const Moments m = disc_corner(r, std::abs(x), std::abs(y));
+    const AreaMoments m = disc_corner(r, std::abs(x), std::abs(y));
     const double sx = std::copysign(1.0, x), sy = std::copysign(1.0, y);
     sum.area += sign * sx * sy * m.area;
     sum.x += sign * sy * m.x;
@@ -90,7 +92,7 @@ std::vector<Point> clipped(const std::vector<Point>& polygon, int axis, double s
   return result;
 }
 
-Moments polygon_moments(std::vector<Point> polygon, const Box& c) {
+AreaMoments polygon_moments(std::vector<Point> polygon, const Box& c) {
   polygon = clipped(polygon, 0, -1, c.x0);
   polygon = clipped(polygon, 0, +1, c.x1);
   polygon = clipped(polygon, 1, -1, c.y0);
@@ -111,16 +113,16 @@ Moments polygon_moments(std::vector<Point> polygon, const Box& c) {
 
 struct CommonPart {
   const Box& cell;
-  Moments operator()(const CircleAperture& a) const { return disc_moments(0.5 * a.diameter, cell); }
-  Moments operator()(const AnnulusAperture& a) const {
+  AreaMoments operator()(const CircleAperture& a) const { return disc_moments(0.5 * a.diameter, cell); }
+  AreaMoments operator()(const AnnulusAperture& a) const {
     return disc_moments(0.5 * a.diameter, cell) - disc_moments(0.5 * a.inner_diameter, cell);
   }
-  Moments operator()(const RectangleAperture& a) const {
+  AreaMoments operator()(const RectangleAperture& a) const {
     const Box common{std::max(cell.x0, -0.5 * a.width), std::min(cell.x1, 0.5 * a.width),
                      std::max(cell.y0, -0.5 * a.height), std::min(cell.y1, 0.5 * a.height)};
-    return common.x1 > common.x0 && common.y1 > common.y0 ? box_moments(common) : Moments{};
+    return common.x1 > common.x0 && common.y1 > common.y0 ? box_moments(common) : AreaMoments{};
   }
-  Moments operator()(const PolygonAperture& a) const { return polygon_moments(a.vertices, cell); }
+  AreaMoments operator()(const PolygonAperture& a) const { return polygon_moments(a.vertices, cell); }
 };
 
 // Clear share of a cell, and the centre of the clear part from the cell's centre times that share, in
@@ -158,7 +160,7 @@ class PupilBuilder {
   Clear clear(Eigen::Index column, Eigen::Index row) const {
     const double x = grid_.x[column], y = grid_.y[row], px = pupil_.pitch_x, py = pupil_.pitch_y;
     const Box cell{x - 0.5 * px, x + 0.5 * px, y - 0.5 * py, y + 0.5 * py};
-    const Moments m = std::visit(CommonPart{cell}, aperture_);
+    const AreaMoments m = std::visit(CommonPart{cell}, aperture_);
     const double share = m.area / (px * py);
     if (!(share > kNoCover)) return {};
     if (share >= 1 - kNoCover) return {1, 0, 0};
@@ -235,7 +237,6 @@ class PupilBuilder {
   std::vector<Clear> clear_;
   DiffractionPupil pupil_;
 };
-
 
 Eigen::ArrayXd cell_centres(double low, double high, double pitch) {
   // An aperture that is a whole number of cells wide gets just these.

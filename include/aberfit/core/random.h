@@ -5,8 +5,9 @@
 
 namespace aberfit {
 
-/// Counter-based random stream (Philox4x64-10, Salmon et al. 2011): number `index` of a stream is a pure function of
-/// (seed, name, index), so results depend neither on the order of evaluation nor on the number of threads.
+/// Counter-based random stream (Philox4x64-10, Salmon et al. 2011): number `index` of a stream is a pure
+/// function of (seed, name, index), so results depend neither on the order of evaluation nor on the number of
+/// threads.
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::string_view name);

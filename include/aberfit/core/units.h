@@ -23,7 +23,8 @@ class UnitError : public std::runtime_error {
 };
 
 /// SI value of text such as "632.8 nm", "10 cycles/mm", "2.5 /m", "3.2 arcsec", "1 %".
-/// Throws UnitError for a missing, unknown or wrong-dimension unit, for trailing text and for non-finite numbers.
+/// Throws UnitError for a missing, unknown or wrong-dimension unit, for trailing text and for non-finite
+/// numbers.
 double parse_quantity(std::string_view text, Dimension dimension);
 
 /// Factor that takes a number in `unit` to SI (table column headers, psd_unit). Throws UnitError.

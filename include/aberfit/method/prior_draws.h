@@ -10,6 +10,8 @@ namespace aberfit {
 double measured_spread(const LightPath& path, const CoefficientPrior& prior, std::uint64_t seed, int draws,
                        int threads);
 
+/// Draws of the prior that zones are compared with.
+inline constexpr std::size_t kZoneDraws = 1000;
 /// Slope RMS per aperture zone (edges 0, .25, .5, .75, 1) over the overall one, of `coefficients` and of
 /// draws from `prior`.
 std::vector<ZoneSlope> zone_slopes(const Task& task, const TermSet& terms, const CoefficientPrior& prior,
