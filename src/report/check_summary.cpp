@@ -5,18 +5,18 @@
 #include "aberfit/core/units.h"
 #include "aberfit/report/check_report.h"
 #include "paper_table.h"
+#include "paragraph.h"
 
 namespace aberfit {
 namespace {
 
-std::string length(double metres) { return format_quantity(metres, Dimension::kLength); }
 std::string plural(int count) { return count == 1 ? "" : "s"; }
 std::string row(const std::string& label, const std::string& value) {
   return fmt::format("  {:<34} {}\n", label, value);
 }
 std::string heading(const std::string& title) { return title.empty() ? "" : title + "\n\n"; }
 
-std::string seconds_text(double seconds) {
+std::string cost_text(double seconds) {
   if (seconds < 99.5) return fmt::format("{:.2g} s", seconds);
   return seconds < 5970 ? fmt::format("{:.2g} min", seconds / 60) : fmt::format("{:.0f} h", seconds / 3600);
 }
@@ -35,7 +35,7 @@ std::string rounded_text(double seconds) {
 }
 
 std::string error_row(const char* label, double ee90_radius, double ee50_error, double ee90_error) {
-  return row(label, fmt::format("{}: off by {:+.3g} %; ee50 by {:+.3g} %", length(ee90_radius),
+  return row(label, fmt::format("{}: off by {:+.3g} %; ee50 by {:+.3g} %", metres_text(ee90_radius),
                                 100 * ee90_error, 100 * ee50_error));
 }
 
@@ -44,16 +44,16 @@ std::string scene_rows(const CheckReport& report) {
   const SceneFacts& scene = *report.scene;
   const SceneNumbers& n = scene.numbers;
   const ModelErrors& e = *scene.errors;
-  std::string text = row("RMS height", length(n.rms_height));
+  std::string text = row("RMS height", metres_text(n.rms_height));
   text += row("RMS slope per axis", format_quantity(n.rms_slope_per_axis, Dimension::kAngle));
-  text += row("spot scale sigma_f", length(report.focal_sigma));
+  text += row("spot scale sigma_f", metres_text(report.focal_sigma));
   text += row("slope-carrying modes N_eff",
               fmt::format("{:.0f}: ee90 of draws spreads by {:.1f} %", n.n_eff, 100 * n.realisation_spread));
   text += row("g = 4 pi sigma/lambda", fmt::format("{:.3g}, TIS {:.3g}", n.g, n.tis));
   text += row("kappa (rays from 0.85 up)", fmt::format("{:.3g}", n.kappa));
-  text += row("Airy ee90", length(n.airy_ee90));
+  text += row("Airy ee90", metres_text(n.airy_ee90));
   text += row("ee90 by Harvey-Shack (waves)",
-              length(e.ghs.ee90) + fmt::format(", ee50 {}, ee80 {}", length(e.ghs.ee50), length(e.ghs.ee80)));
+              metres_text(e.ghs.ee90) + fmt::format(", ee50 {}, ee80 {}", metres_text(e.ghs.ee50), metres_text(e.ghs.ee80)));
   text += error_row("ee90 by rays", e.rays.ee90, e.ray_ee50, e.ray_ee90);
   text += row("R of the paper", fmt::format("{:.4g}", n.paper_ratio_r));
   text += row("  its verdict (R >> 1: rays)", paper_verdict(n.paper_ratio_r));
@@ -93,7 +93,7 @@ std::string cost_rows(const CheckReport& report) {
                       p.search ? "searches vary by a factor of three" : "within a factor of two to three"));
   rows += row("", "rates " + report.rates);
   for (const auto& [stage, cost] : p.stages) {
-    std::string text = seconds_text(cost);
+    std::string text = cost_text(cost);
     if (stage == "iterations")
       text += fmt::format(
           " for {:.0f}{}{}{}{}", p.iterations, p.iterations_known ? "" : ", a typical number",
@@ -110,7 +110,7 @@ std::string cost_rows(const CheckReport& report) {
 std::string summary_table(const CheckReport& report) {
   std::string text = heading(report.title);
   text += row("f-number", fmt::format("f/{:.3g}", report.mirror.f_number));
-  text += row("rim above vertex", length(report.mirror.rim_sag_max));
+  text += row("rim above vertex", metres_text(report.mirror.rim_sag_max));
   text += report.scene ? scene_rows(report)
                        : row("models", fmt::format("targets {}, surface {}: {}", report.theory,
                                                    to_string(report.model), report.reason));
@@ -130,10 +130,10 @@ std::string summary_table(const CheckReport& report) {
 std::string summary_table(const MapCheckReport& report) {
   std::string text = heading(report.title);
   text += row("map", fmt::format("{} x {} points, {} valid, pitch {}", report.columns, report.rows,
-                                 report.valid, length(report.pitch)));
+                                 report.valid, metres_text(report.pitch)));
   text += row("terms", fmt::format("{} by least squares", report.terms));
   return text + row("predicted time of `fit`",
-                    fmt::format("{} on {} thread{} (within a factor 3)", seconds_text(report.seconds),
+                    fmt::format("{} on {} thread{} (within a factor 3)", cost_text(report.seconds),
                                 report.threads, plural(report.threads)));
 }
 

@@ -15,7 +15,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::ptrdiff_t kRowsBefore = 6, kRowsAfter = 5;
 
-Json number(double value) { return json_number(value); }
 
 std::string set_name(const FrontierPoint& point) {
   return point.family == "fourier" ? fmt::format("{} waves", point.order)
@@ -45,34 +44,34 @@ nlohmann::ordered_json to_json(const Frontier& frontier) {
                       {"order", point.order},
                       {"terms", point.terms},
                       {"rays", point.rays},
-                      {"fitted_mismatch_tolerances", number(point.fitted_mismatch)},
-                      {"held_out_mismatch", number(point.held_out_mismatch)},
-                      {"seconds", number(point.seconds)},
+                      {"fitted_mismatch_tolerances", json_number(point.fitted_mismatch)},
+                      {"held_out_mismatch", json_number(point.held_out_mismatch)},
+                      {"seconds", json_number(point.seconds)},
                       {"screened", point.screened},
                       {"verdict", point.verdict ? Json(to_string(*point.verdict)) : Json(nullptr)},
                       {"passes", point.passes},
                       {"chosen", point.chosen}});
   return {{"message", frontier.message},
-          {"seconds", number(frontier.seconds)},
-          {"margin", number(frontier.margin)},
+          {"seconds", json_number(frontier.seconds)},
+          {"margin", json_number(frontier.margin)},
           {"points", points}};
 }
 
 nlohmann::ordered_json to_json(const RayChoice& rays) {
   return {{"automatic", rays.automatic},
-          {"gap", number(rays.gap)},
-          {"sampling_error", number(rays.sampling_error)},
-          {"allowed", number(rays.allowed)},
+          {"gap", json_number(rays.gap)},
+          {"sampling_error", json_number(rays.sampling_error)},
+          {"allowed", json_number(rays.allowed)},
           {"reason", rays.reason}};
 }
 
 nlohmann::ordered_json to_json(const BandUse& band) {
-  return {{"modelled_f_min", number(band.modelled_f_min)},
-          {"modelled_f_max", number(band.modelled_f_max)},
+  return {{"modelled_f_min", json_number(band.modelled_f_min)},
+          {"modelled_f_max", json_number(band.modelled_f_max)},
           {"limited_by", band.limited_by},
-          {"left_out_height_share", number(band.left_out_height_share)},
-          {"left_out_slope_share", number(band.left_out_slope_share)},
-          {"ee90_change", number(band.ee90_change)}};
+          {"left_out_height_share", json_number(band.left_out_height_share)},
+          {"left_out_slope_share", json_number(band.left_out_slope_share)},
+          {"ee90_change", json_number(band.ee90_change)}};
 }
 
 std::string frontier_lines(const Frontier& frontier, const std::string& points_name) {

@@ -6,13 +6,13 @@
 
 #include "aberfit/core/units.h"
 #include "json_number.h"
+#include "paragraph.h"
 
 namespace aberfit {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string length(double metres) { return format_quantity(metres, Dimension::kLength); }
 std::string needed_word(const PaperCell& cell) { return to_string(cell.needed); }
 
 }  // namespace
@@ -36,12 +36,12 @@ std::string summary_table(const PaperCells& table) {
   std::string text = fmt::format(
       "R = 2 sigma D/(1.22 lambda l_c) at {}: the paper takes rays where R >> 1 (here: from {:.0f} up)\n\n"
       "  {:>10} {:>10} {:>10} {:>11} {:>9} {:>10} {:>10} {:>8} {:>10}\n",
-      length(table.wavelength), kPaperRatioForRays, "sigma", "l_c", "D", "R", "g", "kappa", "ray ee90*",
+      metres_text(table.wavelength), kPaperRatioForRays, "sigma", "l_c", "D", "R", "g", "kappa", "ray ee90*",
       "paper", "ours");
   for (const PaperCell& cell : table.cells) {
     const double error = cell.ray_ee90_error;
     text += fmt::format("  {:>10} {:>10} {:>10} {:>11.4g} {:>9.3g} {:>10.3g} {:>10} {:>8} {:>10}\n",
-                        length(cell.rms_height), length(cell.correlation_length), length(cell.diameter),
+                        metres_text(cell.rms_height), metres_text(cell.correlation_length), metres_text(cell.diameter),
                         cell.ratio, cell.g, cell.kappa,
                         std::isfinite(error) ? fmt::format("{:+.3g} %", 100 * error) : "-",
                         paper_verdict(cell.ratio), needed_word(cell));

@@ -1,5 +1,7 @@
 #include "paragraph.h"
 
+#include "aberfit/core/units.h"
+
 #include <fmt/format.h>
 
 #include <sstream>
@@ -44,5 +46,7 @@ std::string warning_lines(const Warnings& warnings) {
     text += fmt::format("\n  {}: {}\n", warning.code, wrapped(warning.message, 88, 4));
   return text;
 }
+
+std::string metres_text(double metres) { return format_quantity(metres, Dimension::kLength); }
 
 }  // namespace aberfit

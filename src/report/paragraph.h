@@ -18,4 +18,7 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
 /// "\n  code: message\n" for each warning, wrapped.
 std::string warning_lines(const Warnings& warnings);
 
+/// A length in the unit that suits it.
+std::string metres_text(double metres);
+
 }  // namespace aberfit

@@ -12,7 +12,6 @@
 namespace aberfit {
 namespace {
 
-std::string length(double value) { return format_quantity(value, Dimension::kLength); }
 std::string frequency(double value) { return format_quantity(value, Dimension::kSpatialFrequency); }
 
 struct Described {
@@ -20,12 +19,12 @@ struct Described {
     const Eigen::Index n = profile.size();
     return fmt::format("{} profile, {} samples ({} valid) over {}, pitch {}{}",
                        profile.quantity == ProfileQuantity::kSlope ? "slope" : "height", n,
-                       valid_count(profile), length(n > 0 ? profile.x[n - 1] - profile.x[0] : 0),
-                       length(median_pitch(profile)), profile.label.empty() ? "" : "; " + profile.label);
+                       valid_count(profile), metres_text(n > 0 ? profile.x[n - 1] - profile.x[0] : 0),
+                       metres_text(median_pitch(profile)), profile.label.empty() ? "" : "; " + profile.label);
   }
   std::string operator()(const HeightMap& map) const {
     return fmt::format("map, {} x {} points ({} valid), pitch {}{}", map.columns(), map.rows(),
-                       valid_count(map), length(map.pitch_x), map.label.empty() ? "" : "; " + map.label);
+                       valid_count(map), metres_text(map.pitch_x), map.label.empty() ? "" : "; " + map.label);
   }
 };
 
@@ -37,13 +36,13 @@ std::string estimator_line(const PsdEstimate& e) {
     shape.replace(at, 2, std::to_string(e.options.detrend.degree));
   return fmt::format("{}, {} window, {} bins from {} to {}; RMS height {}, RMS slope {}", shape,
                      to_string(e.options.window), e.frequency.size(), frequency(e.low[0]),
-                     frequency(e.high[e.high.size() - 1]), length(e.rms_height),
+                     frequency(e.high[e.high.size() - 1]), metres_text(e.rms_height),
                      format_quantity(e.rms_slope, Dimension::kAngle));
 }
 
 std::string value_with_unit(double value, const std::string& unit) {
   if (!std::isfinite(value)) return "-";
-  if (unit == "m") return length(value);
+  if (unit == "m") return metres_text(value);
   if (unit == "/m" || unit == "1/m") return frequency(value);
   return fmt::format("{:.4g}{}{}", value, unit.empty() || unit == "1" ? "" : " ", unit == "1" ? "" : unit);
 }
@@ -87,7 +86,7 @@ std::string lines_rows(const PsdEstimate& estimate) {
                                       : "";
     text += paragraph(
         "Line", fmt::format("{} (period {}){}: RMS {}, {:.3g} times the continuum", frequency(line.frequency),
-                            length(1 / line.frequency), direction, length(line.rms), line.strength));
+                            metres_text(1 / line.frequency), direction, metres_text(line.rms), line.strength));
   }
   return text;
 }

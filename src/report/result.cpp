@@ -17,19 +17,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(double value) { return json_number(value); }
 
 Json metrics_json(const std::vector<EquivalenceMetric>& metrics) {
   Json json = Json::array();
   for (const EquivalenceMetric& metric : metrics)
     json.push_back({{"name", metric.name},
                     {"held_out", metric.held_out},
-                    {"target", number(metric.target)},
-                    {"model", number(metric.model)},
-                    {"relative_difference", number(metric.relative_difference)},
-                    {"standard_error", number(metric.standard_error)},
-                    {"interval", Json::array({number(metric.interval[0]), number(metric.interval[1])})},
-                    {"margin", number(metric.margin)},
+                    {"target", json_number(metric.target)},
+                    {"model", json_number(metric.model)},
+                    {"relative_difference", json_number(metric.relative_difference)},
+                    {"standard_error", json_number(metric.standard_error)},
+                    {"interval", Json::array({json_number(metric.interval[0]), json_number(metric.interval[1])})},
+                    {"margin", json_number(metric.margin)},
                     {"verdict", to_string(metric.verdict)}});
   return json;
 }
@@ -38,9 +37,9 @@ Json target_json(const ResultDocument& result, const std::vector<std::string>& n
   Json json = Json::object();
   for (std::size_t k = 0; k < names.size(); ++k) {
     const Target& target = result.targets[k];
-    json[names[k]] = {{"value", number(target.value)},
-                      {"standard_error", number(target.standard_error)},
-                      {"tolerance", number(target.tolerance)}};
+    json[names[k]] = {{"value", json_number(target.value)},
+                      {"standard_error", json_number(target.standard_error)},
+                      {"tolerance", json_number(target.tolerance)}};
   }
   return json;
 }
@@ -48,18 +47,18 @@ Json target_json(const ResultDocument& result, const std::vector<std::string>& n
 Json surface_json(const EquivalentSurface& surface) {
   Json zones = Json::array();
   for (const ZoneSlope& zone : surface.zones)
-    zones.push_back({{"rho_min", number(zone.rho_min)},
-                     {"rho_max", number(zone.rho_max)},
-                     {"slope_ratio", number(zone.ratio)},
-                     {"draws_low", number(zone.draws_low)},
-                     {"draws_high", number(zone.draws_high)}});
-  return {{"rms_height_m", number(surface.rms_height)},
-          {"rms_slope_per_axis", number(surface.rms_slope_per_axis)},
-          {"g", number(surface.g)},
-          {"kappa", number(surface.kappa)},
+    zones.push_back({{"rho_min", json_number(zone.rho_min)},
+                     {"rho_max", json_number(zone.rho_max)},
+                     {"slope_ratio", json_number(zone.ratio)},
+                     {"draws_low", json_number(zone.draws_low)},
+                     {"draws_high", json_number(zone.draws_high)}});
+  return {{"rms_height_m", json_number(surface.rms_height)},
+          {"rms_slope_per_axis", json_number(surface.rms_slope_per_axis)},
+          {"g", json_number(surface.g)},
+          {"kappa", json_number(surface.kappa)},
           {"needed", surface.needed},
-          {"prior_height_factor", number(surface.prior_height_factor)},
-          {"captured_fraction", number(surface.captured_fraction)},
+          {"prior_height_factor", json_number(surface.prior_height_factor)},
+          {"captured_fraction", json_number(surface.captured_fraction)},
           {"zones", zones}};
 }
 
@@ -76,9 +75,9 @@ Json fit_json(const ResultDocument& result) {
                {"message", fit.message},
                {"iterations", fit.iterations},
                {"evaluations", fit.evaluations},
-               {"seconds", number(fit.seconds)},
-               {"initial_cost", number(fit.initial_cost)},
-               {"final_cost", number(fit.final_cost)},
+               {"seconds", json_number(fit.seconds)},
+               {"initial_cost", json_number(fit.initial_cost)},
+               {"final_cost", json_number(fit.final_cost)},
                {"rank", fit.rank},
                {"null_directions", fit.null_directions},
                {"terms", result.terms.size()},
@@ -96,8 +95,8 @@ Json coefficients_json(const ResultDocument& result) {
   const Eigen::VectorXd &c = result.fit.coefficients, &std = result.fit.coefficient_std;
   if (c.size() == 0) return Json::object();
   assert(c.size() == terms.size());
-  const auto value = [&](Eigen::Index i) { return number(c[i]); };
-  const auto spread = [&](Eigen::Index i) { return i < std.size() ? number(std[i]) : Json(nullptr); };
+  const auto value = [&](Eigen::Index i) { return json_number(c[i]); };
+  const auto spread = [&](Eigen::Index i) { return i < std.size() ? json_number(std[i]) : Json(nullptr); };
 
   Json zernike = Json::array(), fourier = Json::array(), spherical = Json::object();
   for (std::size_t i = 0; i < terms.zernike.size(); ++i) {
@@ -111,8 +110,8 @@ Json coefficients_json(const ResultDocument& result) {
   }
   for (std::size_t i = 0; i < terms.fourier.size(); ++i) {
     const Eigen::Index k = terms.fourier_begin() + 2 * Eigen::Index(i);
-    fourier.push_back({{"fx_per_m", number(terms.fourier[i].fx)},
-                       {"fy_per_m", number(terms.fourier[i].fy)},
+    fourier.push_back({{"fx_per_m", json_number(terms.fourier[i].fx)},
+                       {"fy_per_m", json_number(terms.fourier[i].fy)},
                        {"cos_m", value(k)},
                        {"sin_m", value(k + 1)},
                        {"cos_std_m", spread(k)},
@@ -123,9 +122,9 @@ Json coefficients_json(const ResultDocument& result) {
     const int power = terms.spherical[i];
     spherical[fmt::format("c{}", power)] = {{"value_m", value(k)},
                                             {"std_m", spread(k)},
-                                            {"coefficient", number(c[k] / std::pow(terms.radius, power))}};
+                                            {"coefficient", json_number(c[k] / std::pow(terms.radius, power))}};
   }
-  return {{"radius_m", number(terms.radius)},
+  return {{"radius_m", json_number(terms.radius)},
           {"zernike", zernike},
           {"fourier", fourier},
           {"spherical", spherical}};
@@ -137,7 +136,7 @@ Json statistics_json(const ResultDocument& result, const std::vector<std::string
     if (values.size() == 0) return;
     assert(values.size() == Eigen::Index(names.size()));
     Json list = Json::object();
-    for (std::size_t k = 0; k < names.size(); ++k) list[names[k]] = number(values[Eigen::Index(k)]);
+    for (std::size_t k = 0; k < names.size(); ++k) list[names[k]] = json_number(values[Eigen::Index(k)]);
     json[key] = list;
   };
   add("start", result.start);
@@ -152,8 +151,8 @@ Json spectrum_json(const ResultDocument& result) {
   for (const SpectrumBin& bin : result.spectrum)
     bins.push_back({{"low_per_m", bin.low},
                     {"high_per_m", bin.high},
-                    {"target_m4", number(bin.target)},
-                    {"fitted_m4", number(bin.fitted)},
+                    {"target_m4", json_number(bin.target)},
+                    {"fitted_m4", json_number(bin.fitted)},
                     {"tolerance", bin.tolerance}});
   return bins;
 }
@@ -161,11 +160,11 @@ Json spectrum_json(const ResultDocument& result) {
 Json map_json(const MapFitResult& map) {
   return {{"points", map.points},
           {"held_out_points", map.held_out_points},
-          {"rms_map_m", number(map.rms_map)},
-          {"rms_residual_m", number(map.rms_residual)},
-          {"rms_held_out_m", number(map.rms_held_out)},
-          {"independent_points", number(map.independent_points)},
-          {"condition_number", number(map.condition_number)},
+          {"rms_map_m", json_number(map.rms_map)},
+          {"rms_residual_m", json_number(map.rms_residual)},
+          {"rms_held_out_m", json_number(map.rms_held_out)},
+          {"independent_points", json_number(map.independent_points)},
+          {"condition_number", json_number(map.condition_number)},
           {"rank", map.rank}};
 }
 
@@ -217,33 +216,33 @@ nlohmann::ordered_json to_json(const Provenance& provenance) {
 nlohmann::ordered_json scene_json(const FitOutcome& result) {
   if (!result.has_roughness) return nullptr;
   const SceneNumbers& scene = result.scene;
-  Json json = {{"rms_height_m", number(scene.rms_height)},
-               {"rms_slope_per_axis", number(scene.rms_slope_per_axis)},
-               {"correlation_length_m", number(scene.correlation_length)},
-               {"n_eff", number(scene.n_eff)},
-               {"g", number(scene.g)},
-               {"kappa", number(scene.kappa)},
-               {"tis", number(scene.tis)},
-               {"paper_ratio_r", number(scene.paper_ratio_r)},
-               {"realisation_spread", number(scene.realisation_spread)},
-               {"airy_ee90_m", number(scene.airy_ee90)},
+  Json json = {{"rms_height_m", json_number(scene.rms_height)},
+               {"rms_slope_per_axis", json_number(scene.rms_slope_per_axis)},
+               {"correlation_length_m", json_number(scene.correlation_length)},
+               {"n_eff", json_number(scene.n_eff)},
+               {"g", json_number(scene.g)},
+               {"kappa", json_number(scene.kappa)},
+               {"tis", json_number(scene.tis)},
+               {"paper_ratio_r", json_number(scene.paper_ratio_r)},
+               {"realisation_spread", json_number(scene.realisation_spread)},
+               {"airy_ee90_m", json_number(scene.airy_ee90)},
                {"rays_are_valid", scene.rays_are_valid},
                {"theory", result.theory},
                {"model", result.model},
                {"needed", result.needed},
                {"reason", result.model_reason.empty() ? scene.reason : result.model_reason}};
   if (const auto& errors = result.errors) {
-    json["ghs"] = {{"ee50_radius_m", number(errors->ghs.ee50)},
-                   {"ee80_radius_m", number(errors->ghs.ee80)},
-                   {"ee90_radius_m", number(errors->ghs.ee90)},
-                   {"tis", number(scene.tis)},
-                   {"core_share", number(1 - scene.tis)}};
-    json["model_error"] = {{"ray_ee50", number(errors->ray_ee50)}, {"ray_ee90", number(errors->ray_ee90)}};
+    json["ghs"] = {{"ee50_radius_m", json_number(errors->ghs.ee50)},
+                   {"ee80_radius_m", json_number(errors->ghs.ee80)},
+                   {"ee90_radius_m", json_number(errors->ghs.ee90)},
+                   {"tis", json_number(scene.tis)},
+                   {"core_share", json_number(1 - scene.tis)}};
+    json["model_error"] = {{"ray_ee50", json_number(errors->ray_ee50)}, {"ray_ee90", json_number(errors->ray_ee90)}};
   }
   if (const auto& realisation = result.realisation)
     json["realisation"] = {
-        {"predicted", number(realisation->predicted)},
-        {"measured", realisation->draws > 0 ? number(realisation->measured) : Json(nullptr)},
+        {"predicted", json_number(realisation->predicted)},
+        {"measured", realisation->draws > 0 ? json_number(realisation->measured) : Json(nullptr)},
         {"draws", realisation->draws}};
   if (result.band) json["band"] = to_json(*result.band);
   return json;
