@@ -21,15 +21,15 @@ double quantile(const std::vector<double>& sorted, double p) {
 }  // namespace
 
 ChartBench make_chart_bench(const Task& task, const PhysicsRequest& physics, const RunContext& context) {
-  ChartBench bench{task, make_scene(task, physics), {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1, {}};
+  ChartBench bench{task, lay_groundwork(task, physics), {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1, {}};
   bench.threads = context.threads;
   bench.say = [context](const std::string& line) { context.say(line); };
   bench.say("targets");
   const ChartClock clock(0);
-  bench.targets = make_targets(task, bench.scene, bench.threads);
+  bench.targets = make_targets(task, bench.ground, bench.threads);
   bench.targets_seconds = clock.elapsed();
   bench.say("prior");
-  TermPlan plan = plan_terms(task, bench.scene, task.terms);
+  TermPlan plan = plan_terms(task, bench.ground, task.terms);
   bench.terms = std::move(plan.terms);
   bench.captured = plan.captured;
   bench.prior = std::move(plan.prior);
@@ -41,7 +41,7 @@ ChartBench make_chart_bench(const Task& task, const PhysicsRequest& physics, con
     bench.tolerance =
         std::min(bench.tolerance, target.tolerance / statistic_scale(target.statistic, target.value));
   }
-  bench.smoothing = FitOptions().smoothing.back() * bench.scene.focal_sigma;
+  bench.smoothing = FitOptions().smoothing.back() * bench.ground.focal_sigma;
   return bench;
 }
 

@@ -6,16 +6,16 @@
 
 #include "aberfit/chart/chart.h"
 #include "aberfit/focus/evaluate.h"
+#include "aberfit/method/groundwork.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/method/run_context.h"
-#include "aberfit/method/scene.h"
 
 namespace aberfit {
 
 /// What every family of a chart is measured on: the study with the surface its fit would start from.
 struct ChartBench {
   const Task& task;
-  Scene scene;
+  Groundwork ground;
   TargetSets targets;
   TermSet terms;
   double captured = 0;

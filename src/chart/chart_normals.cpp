@@ -35,16 +35,16 @@ double mean_square_slope(const PupilSample& pupil, const SurfaceField& field) {
 }  // namespace
 
 std::optional<StepLaw> step_law(const ChartBench& bench) {
-  const Scene& scene = bench.scene;
-  if (!scene.psd) return std::nullopt;
+  const Groundwork& ground = bench.ground;
+  if (!ground.psd) return std::nullopt;
   // A band without end: what the terms reach of it.
-  double f_max = scene.psd->f_max();
-  if (!std::isfinite(radial_moment(*scene.psd, 6)) && !bench.terms.zernike.empty())
-    f_max = (bench.terms.zernike.back().n + 1) / (2 * std::numbers::pi * scene.radius);
-  const double sixth = radial_moment(*scene.psd, 6, 0, f_max),
-               second = radial_moment(*scene.psd, 2, 0, f_max);
+  double f_max = ground.psd->f_max();
+  if (!std::isfinite(radial_moment(*ground.psd, 6)) && !bench.terms.zernike.empty())
+    f_max = (bench.terms.zernike.back().n + 1) / (2 * std::numbers::pi * ground.radius);
+  const double sixth = radial_moment(*ground.psd, 6, 0, f_max),
+               second = radial_moment(*ground.psd, 2, 0, f_max);
   if (!std::isfinite(sixth) || !(second > 0)) return std::nullopt;
-  const double per_axis = 2 * std::numbers::pi * std::sqrt(second / 2) * scene.prior_height_factor;
+  const double per_axis = 2 * std::numbers::pi * std::sqrt(second / 2) * ground.prior_height_factor;
   const double sag = characterise(bench.task.mirror, bench.task.aperture).rim_sag_max;
   // sin(x)/x - 1 = -x^2/6 with x = 2 pi f d cos(angle); <cos^6> / <cos^2> = 5/8 over the angle. For a uniform
   // PSD 0.0932 (2 pi f_max d)^2.

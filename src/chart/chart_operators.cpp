@@ -238,8 +238,8 @@ std::vector<ChartFamily> chart_operators(const ChartBench& bench, double seconds
   Eigen::VectorXd amplitudes;
   if (!fourier.fourier.empty()) {
     amplitudes = bench.coefficients.segment(bench.terms.fourier_begin(), fourier.size());
-  } else if (bench.scene.prior_psd) {
-    const RadialPsd& psd = *bench.scene.prior_psd;
+  } else if (bench.ground.prior_psd) {
+    const RadialPsd& psd = *bench.ground.prior_psd;
     fourier.fourier = fourier_modes(psd, kWhatIfModes, FourierSampling::kLog, bench.task.fit.seed);
     const CoefficientPrior prior = make_prior(fourier, psd, CovarianceKind::kFull);
     amplitudes = prior.colour(draw_white(prior.size(), bench.task.fit.seed));

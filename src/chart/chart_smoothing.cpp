@@ -33,8 +33,8 @@ ChartFamily chart_smoothing(const ChartBench& bench, double seconds) {
                      "",
                      ""};
   const auto try_on = [&](std::int64_t rays) {
-    return ChartTrace(bench, bench.terms,
-                      make_pupil(bench.task.aperture, pupil_of_at_most(bench.task, rays)), bench.threads);
+    return ChartTrace(bench, bench.terms, make_pupil(bench.task.aperture, pupil_of_at_most(bench.task, rays)),
+                      bench.threads);
   };
   // As many of the study's rays as leave time for all widths.
   constexpr std::int64_t kProbe = 8192;
@@ -64,7 +64,7 @@ ChartFamily chart_smoothing(const ChartBench& bench, double seconds) {
     row.is_default = width == FitOptions().smoothing.back();
     bool exists = false;
     const ChartTime time = measure_time(seconds / std::size(kWidths), [&] {
-      exists = at.smooth(bench.coefficients, bench.statistics, width * bench.scene.focal_sigma, &values,
+      exists = at.smooth(bench.coefficients, bench.statistics, width * bench.ground.focal_sigma, &values,
                          &jacobian);
     });
     if (exists) {

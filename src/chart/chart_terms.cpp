@@ -67,8 +67,8 @@ double seconds_of_probe(const ChartBench& bench, const TermSet& terms, const Pup
 // Shares of the height variance that can move, by radial order.
 class CapturedShare {
  public:
-  explicit CapturedShare(const Scene& scene)
-      : psd_(*scene.psd), radius_(scene.radius), movable_(1 - captured_fraction(psd_, radius_, 0, 1)) {}
+  explicit CapturedShare(const Groundwork& ground)
+      : psd_(*ground.psd), radius_(ground.radius), movable_(1 - captured_fraction(psd_, radius_, 0, 1)) {}
   double operator()(int n) const { return captured_fraction(psd_, radius_, 2, n) / movable_; }
   int order_of(double share) const { return captured_order(psd_, radius_, share * movable_, kLargestOrder); }
 
@@ -106,14 +106,14 @@ OrderDraws affordable_order_draws(const ChartBench& bench, double seconds, std::
   constexpr std::size_t kMostDraws = 32, kFewestDraws = 4;
   const Task& task = bench.task;
   OrderDraws result;
-  result.terms.radius = bench.scene.radius;
+  result.terms.radius = bench.ground.radius;
   result.pupil = make_pupil(task.aperture, pupil_of_at_most(task, 4 * kProbe));
   CoefficientPrior prior;
   std::size_t draws = 0;
   while (true) {
     result.highest = orders->back() + std::max(2, orders->back() / 8);
     result.terms.zernike = zernike_modes(2, result.highest);
-    prior = make_prior(result.terms, *bench.scene.prior_psd, task.terms.covariance);
+    prior = make_prior(result.terms, *bench.ground.prior_psd, task.terms.covariance);
     const double once = seconds_of_probe(bench, result.terms, result.pupil,
                                          prior.colour(draw_white(prior.size(), draw_seed(bench, 0))));
     draws = std::size_t(std::min(double(kMostDraws),
@@ -143,7 +143,7 @@ std::string note_of_mean(const ChartBench& bench, const Eigen::MatrixXd& values)
 ChartRow order_row(const ChartBench& bench, const OrderDraws& draws, int n, const Eigen::MatrixXd& truth,
                    double budget) {
   TermSet lower;
-  lower.radius = bench.scene.radius;
+  lower.radius = bench.ground.radius;
   lower.zernike = zernike_modes(2, n);  // a prefix of the highest set: OSA order
   std::vector<Eigen::VectorXd> coefficients;
   for (const Eigen::VectorXd& c : draws.coefficients) coefficients.emplace_back(c.head(lower.size()));
@@ -177,11 +177,11 @@ ChartFamily chart_orders(const ChartBench& bench, double seconds) {
                      {},
                      "",
                      ""};
-  if (!bench.scene.prior_psd) {
+  if (!bench.ground.prior_psd) {
     family.skipped = "There is no roughness whose orders could be left out.";
     return family;
   }
-  const CapturedShare captured(bench.scene);
+  const CapturedShare captured(bench.ground);
   std::vector<int> orders = orders_to_try(captured, order_of_today(bench));
   const OrderDraws draws = affordable_order_draws(bench, seconds, &orders);
   const Eigen::MatrixXd truth = statistics_of_draws(bench, draws.terms, draws.pupil, draws.coefficients);
@@ -334,13 +334,13 @@ ChartFamily chart_modes(const ChartBench& bench, double seconds) {
                      {},
                      "",
                      ""};
-  if (!bench.scene.prior_psd || !std::isfinite(bench.scene.prior_psd->f_max())) {
+  if (!bench.ground.prior_psd || !std::isfinite(bench.ground.prior_psd->f_max())) {
     family.skipped = "There is no roughness with a band that plane waves could sample.";
     return family;
   }
   const std::optional<int> today = count_of_today(bench);
-  const WaveSets sets{*bench.scene.prior_psd, today ? task.terms.fourier->sampling : FourierSampling::kLog,
-                      bench.scene.radius, task.fit.seed};
+  const WaveSets sets{*bench.ground.prior_psd, today ? task.terms.fourier->sampling : FourierSampling::kLog,
+                      bench.ground.radius, task.fit.seed};
   std::vector<int> counts = counts_to_try(today);
   const PupilSample pupil = make_pupil(task.aperture, pupil_of_at_most(task, kModeRays));
   const PupilSample time_pupil = make_pupil(task.aperture, pupil_of_at_most(task, kModeTimeRays));

@@ -6,17 +6,18 @@
 namespace aberfit {
 namespace {
 
-CheckedTerms checked_terms(const Task& task, const Scene& scene, const TermSet& terms, double captured) {
+CheckedTerms checked_terms(const Task& task, const Groundwork& ground, const TermSet& terms,
+                           double captured) {
   CheckedTerms checked{terms.size(), captured, {}};
-  if (task.terms.automatic && scene.psd) checked.expected = expected_orders(scene);
+  if (task.terms.automatic && ground.psd) checked.expected = expected_orders(ground);
   return checked;
 }
 
-void predict(const Task& task, const Scene& scene, const TermSet& terms, const TargetSets& targets,
+void predict(const Task& task, const Groundwork& ground, const TermSet& terms, const TargetSets& targets,
              const FitRates& rates, CheckReport* report) {
   report->rates = rates.source;
   try {
-    report->prediction = predict_fit(task, scene, terms, targets, rates, report->threads);
+    report->prediction = predict_fit(task, ground, terms, targets, rates, report->threads);
   } catch (const ComputationError& error) {  // a grid finer than there is: `fit` will say so, too
     report->unpredicted = error.what();
   }
@@ -25,29 +26,29 @@ void predict(const Task& task, const Scene& scene, const TermSet& terms, const T
 }  // namespace
 
 CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
-  const Scene scene = make_scene(task);
+  const Groundwork ground = lay_groundwork(task);
   double captured = 0;
-  const TermSet terms = make_terms(task, scene, task.terms, &captured);
-  const TargetSets targets = make_targets(task, scene, threads);
+  const TermSet terms = make_terms(task, ground, task.terms, &captured);
+  const TargetSets targets = make_targets(task, ground, threads);
   CheckReport report;
-  report.warnings = scene_warnings(task, scene, terms, captured);
+  report.warnings = scene_warnings(task, ground, terms, captured);
   report.mirror = characterise(task.mirror, task.aperture);
-  report.focal_sigma = scene.focal_sigma;
+  report.focal_sigma = ground.focal_sigma;
   report.theory = targets.theory;
-  report.model = scene.use.model;
-  report.reason = scene.use.reason;
-  if (scene.psd) {
-    report.scene = scene_facts(scene, targets.theory);
-    report.scene->realisation = Realisation{scene.numbers.realisation_spread, std::nan(""), 0};
-    report.too_simple = scene.use.too_simple(targets_are_given(task));
+  report.model = ground.use.model;
+  report.reason = ground.use.reason;
+  if (ground.psd) {
+    report.scene = scene_facts(ground, targets.theory);
+    report.scene->realisation = Realisation{ground.numbers.realisation_spread, std::nan(""), 0};
+    report.too_simple = ground.use.too_simple(targets_are_given(task));
   }
-  report.terms = checked_terms(task, scene, terms, captured);
+  report.terms = checked_terms(task, ground, terms, captured);
   report.statistics = {targets.fitted.size(), targets.guides.size(), targets.held_out.size()};
   report.automatic_rays = task.trace.automatic_rays;
   report.rays = task.trace.automatic_rays ? first_rays(terms.size()) : task.trace.pupil.rays;
   report.starts = task.fit.starts;
   report.threads = threads;
-  predict(task, scene, terms, targets, rates, &report);
+  predict(task, ground, terms, targets, rates, &report);
   return report;
 }
 

@@ -17,7 +17,6 @@
 namespace aberfit {
 namespace {
 
-
 // Typical iterations of fits that end within their tolerances: 3 to 12 of explicit terms by rays (studies of
 // fits/), 24 and 33 by waves (a uniform band of 25 nm with n <= 28, a Gaussian PSD of 30 nm with n <= 57,
 // both 0.4 m f/7). The sets that a search looks at closely are the ones that just pass or just fail: 20 to
@@ -46,9 +45,9 @@ FitSize fit_size(const Task& task, const TermSet& terms, const TargetSets& targe
 void time_fit(const ChartBench& bench, const ChartTrace& at, double limit, FitRates* rates) {
   const Task& task = bench.task;
   const SpectrumTarget spectrum =
-      make_spectrum_target(task, bench.scene, bench.terms, bench.prior, bench.threads);
-  FitProblem problem{task.mirror,         at.pupil(),           at.surface(),       bench.prior,
-                     bench.targets.fitted, bench.targets.guides, task.trace.centre, bench.scene.focal_sigma};
+      make_spectrum_target(task, bench.ground, bench.terms, bench.prior, bench.threads);
+  FitProblem problem{task.mirror,          at.pupil(),           at.surface(),      bench.prior,
+                     bench.targets.fitted, bench.targets.guides, task.trace.centre, bench.ground.focal_sigma};
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;
   problem.spectrum_tolerance = spectrum.tolerance;
@@ -82,7 +81,7 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
   const Task& task = bench.task;
   FitRates rates;
   rates.size = fit_size(task, bench.terms, bench.targets, bench.threads);
-  rates.expected = fit_work(task, bench.scene, bench.terms, task.trace.pupil, bench.targets, bench.threads);
+  rates.expected = fit_work(task, bench.ground, bench.terms, task.trace.pupil, bench.targets, bench.threads);
   rates.measured.targets = bench.targets_seconds;
   rates.measured.prior = bench.prior_seconds;
   rates.source = "measured on this study";
@@ -158,9 +157,9 @@ PupilOptions of_rays(const Task& task, std::int64_t rays) {
 
 // fit_on_enough_rays (attempt.cpp) of `count` sets, of which `passing` are judged and tried on twice the
 // rays.
-void add_fits(const Task& task, const Scene& scene, const TermSet& terms, double count, double passing,
+void add_fits(const Task& task, const Groundwork& ground, const TermSet& terms, double count, double passing,
               std::vector<Fits>* fits) {
-  if (!task.trace.automatic_rays || scene.use.model == FocusModel::kWaves) {
+  if (!task.trace.automatic_rays || ground.use.model == FocusModel::kWaves) {
     fits->push_back({terms, task.trace.pupil, count, passing});
     return;
   }
@@ -169,9 +168,9 @@ void add_fits(const Task& task, const Scene& scene, const TermSet& terms, double
   fits->push_back({terms, of_rays(task, more_rays(first)), passing, passing});
 }
 
-TermSet terms_of(const Task& task, const Scene& scene, const TermsSpec& asked) {
+TermSet terms_of(const Task& task, const Groundwork& ground, const TermsSpec& asked) {
   double captured = 0;
-  return make_terms(task, scene, asked, &captured);
+  return make_terms(task, ground, asked, &captured);
 }
 
 // Where searches by rays end: 18 of 15 to 28, 18 of 6 to 31, 24 of 17 to 74, 36 and 40 of 31 to 56 (studies
@@ -184,47 +183,47 @@ int typical_order(const OrderRange& range, bool waves) {
 }
 
 // The sets of a search: short ones by `screens`, full ones by the return value.
-std::vector<Fits> search_fits(const Task& task, const Scene& scene, std::vector<Fits>* screens) {
-  const bool waves = scene.use.model == FocusModel::kWaves;
-  const OrderRange range = expected_orders(scene);
+std::vector<Fits> search_fits(const Task& task, const Groundwork& ground, std::vector<Fits>* screens) {
+  const bool waves = ground.use.model == FocusModel::kWaves;
+  const OrderRange range = expected_orders(ground);
   std::vector<Fits> fits;
   if (range.wide) {  // doubling, then half as many steps in between
     for (int count = kFewestModes; count <= kTypicalModes; count *= 2) {
-      const TermSet terms = terms_of(task, scene, plane_waves(count));
+      const TermSet terms = terms_of(task, ground, plane_waves(count));
       const bool last = count == kTypicalModes;
-      add_fits(task, scene, terms, last ? kPassing + 1 : 1, last ? kPassing : 0, &fits);
+      add_fits(task, ground, terms, last ? kPassing + 1 : 1, last ? kPassing : 0, &fits);
     }
     return fits;
   }
   const auto zernikes = [&](int order) {
-    return terms_of(task, scene, zernikes_up_to(order, task.terms.covariance));
+    return terms_of(task, ground, zernikes_up_to(order, task.terms.covariance));
   };
   const int end = typical_order(range, waves);
   for (int order = 2; !waves && order < end; order = next_order(order)) {
     const TermSet terms = zernikes(order);
     screens->push_back({terms, of_rays(task, screening_rays(terms.size())), 1, 0});
   }
-  add_fits(task, scene, zernikes(end), waves ? kWaveFits : kFullFits, kPassing, &fits);
+  add_fits(task, ground, zernikes(end), waves ? kWaveFits : kFullFits, kPassing, &fits);
   return fits;
 }
 
 }  // namespace
 
-FitPrediction predict_fit(const Task& task, const Scene& scene, const TermSet& terms,
+FitPrediction predict_fit(const Task& task, const Groundwork& ground, const TermSet& terms,
                           const TargetSets& targets, const FitRates& r, int threads) {
-  const bool rays = scene.use.model == FocusModel::kRays;
+  const bool rays = ground.use.model == FocusModel::kRays;
   // A chart is of rays: of waves it only tells how fast the machine is.
   const double speed = r.expected.iteration > 0 ? r.measured.iteration / r.expected.iteration : 1;
   const auto rate = [&](double FitWork::*stage) {
     return !rays ? speed : r.expected.*stage > 0 ? r.measured.*stage / r.expected.*stage : 0.0;
   };
   FitPrediction p;
-  p.search = task.terms.automatic && scene.psd;
+  p.search = task.terms.automatic && ground.psd;
   std::vector<Fits> screens, fits;
   if (p.search)
-    fits = search_fits(task, scene, &screens);
+    fits = search_fits(task, ground, &screens);
   else
-    add_fits(task, scene, terms, 1, 1, &fits);
+    add_fits(task, ground, terms, 1, 1, &fits);
   p.iterations_known = r.iterations_known && rays && !p.search;
   const bool few = 2 * std::size_t(terms.size()) <= targets.fitted.size() + targets.guides.size();
   p.iterations = p.search             ? kSearchIterations
@@ -232,20 +231,20 @@ FitPrediction predict_fit(const Task& task, const Scene& scene, const TermSet& t
                  : few                ? kFewTermsIterations
                  : rays               ? r.iterations
                                       : kWaveIterations;
-  p.more_rays = task.trace.automatic_rays && scene.use.model != FocusModel::kWaves;
+  p.more_rays = task.trace.automatic_rays && ground.use.model != FocusModel::kWaves;
 
   const int most = std::max(1, task.fit.max_iterations);
   const double iterations = std::min(p.iterations, double(most));
   double screening = 0, prior = 0, solving = 0, ends = 0, fresh = 0;
   for (const Fits& fit : screens) {
-    const FitWork work = fit_work(task, scene, fit.terms, fit.rays, targets, threads);
+    const FitWork work = fit_work(task, ground, fit.terms, fit.rays, targets, threads);
     screening +=
         work.prior * rate(&FitWork::prior) +
         (work.iteration * std::min(kScreeningIterations, most) + work.ends) * rate(&FitWork::iteration);
   }
   FitWork last;
   for (const Fits& fit : fits) {
-    last = fit_work(task, scene, fit.terms, fit.rays, targets, threads);
+    last = fit_work(task, ground, fit.terms, fit.rays, targets, threads);
     prior += fit.count * last.prior * rate(&FitWork::prior);
     solving += fit.count * iterations * last.iteration * rate(&FitWork::iteration);
     ends += fit.count * last.ends * rate(&FitWork::iteration);

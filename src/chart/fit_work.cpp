@@ -131,17 +131,18 @@ double judged_by_rays(const TermSet& terms, const Asked& wanted, double rays) {
 }
 
 // As judge_by_need (judge.cpp) decides.
-double judgement(const Task& task, const Scene& scene, const TermSet& terms, const TargetSets& targets) {
+double judgement(const Task& task, const Groundwork& ground, const TermSet& terms,
+                 const TargetSets& targets) {
   const bool given = targets.theory == "given";
-  if (!scene.use.too_simple(given) || !scene.use.obstacle.empty()) return 0;
+  if (!ground.use.too_simple(given) || !ground.use.obstacle.empty()) return 0;
   const Asked wanted = asked({&targets.fitted});
   const double theory = given ? 0 : wanted.planes(kSpotRing) * kSpotPlane;
   return theory + judged_by_waves(task, terms, wanted, wave_pitch(task, terms, targets.fitted));
 }
 
 // As realisation_of (judge.cpp) decides.
-double realisations(const Task& task, const Scene& scene, const Optics& optics) {
-  const double share = scene.psd ? scene.numbers.realisation_spread / task.equivalence.margin : 0;
+double realisations(const Task& task, const Groundwork& ground, const Optics& optics) {
+  const double share = ground.psd ? ground.numbers.realisation_spread / task.equivalence.margin : 0;
   if (!(share >= 0.5) || (share > 2 && optics.model == FocusModel::kRays)) return 0;
   return kRealisations * values(optics, {1, 1, 0});
 }
@@ -156,14 +157,14 @@ double zones(const Task& task, const TermSet& terms) {
     layout.spokes = 8 * std::max<Eigen::Index>(1, layout.points / (8 * layout.rings));
   }
   return double(kZoneDraws) * (choose_operator(terms, layout).forward_seconds + points * kZonePoint +
-                       double(terms.size()) * kDrawnTerm);
+                               double(terms.size()) * kDrawnTerm);
 }
 
-double theory(const Scene& scene, const TargetSets& targets) {
+double theory(const Groundwork& ground, const TargetSets& targets) {
   if (targets.theory == "given") return 0;
   const Asked wanted = asked({&targets.fitted, &targets.guides, &targets.held_out});
-  if (scene.mean_spot) return wanted.planes(kSpotRing) * kSpotPlane;
-  if (scene.use.theory == Theory::kRays) return wanted.count * kRaysOfTheory * kExactStatistic;
+  if (ground.mean_spot) return wanted.planes(kSpotRing) * kSpotPlane;
+  if (ground.use.theory == Theory::kRays) return wanted.count * kRaysOfTheory * kExactStatistic;
   return wanted.count * kTarget;
 }
 
@@ -175,25 +176,24 @@ double zone_points(const TermSet& terms) {
   return std::clamp(4 * order * order, 4096.0, 65536.0);
 }
 
-FitWork fit_work(const Task& task, const Scene& scene, const TermSet& terms, const PupilOptions& rays,
+FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& terms, const PupilOptions& rays,
                  const TargetSets& targets, int threads) {
-  const bool waves = scene.use.model == FocusModel::kWaves;
+  const bool waves = ground.use.model == FocusModel::kWaves;
   const double pitch = waves ? wave_pitch(task, terms, all_of(targets)) : 0;
-  const Optics optics =
-      waves ? on_grid(task, terms, pitch)
-            : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
+  const Optics optics = waves ? on_grid(task, terms, pitch)
+                              : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
   const Asked fitted = asked({&targets.fitted, &targets.guides});
   const Asked reported = asked({&targets.fitted}), judged = asked({&targets.fitted, &targets.held_out});
   FitWork work;
-  work.targets = theory(scene, targets) / threads;
+  work.targets = theory(ground, targets) / threads;
   work.prior = kPrior * std::pow(double(terms.size()) / kPriorTerms, 1.5);
   work.iteration = linearisation(optics, fitted) / threads + algebra(fitted.count, double(terms.size()));
   work.ends = (linearisation(optics, fitted) + 2 * values(optics, reported)) / threads;
   work.fresh = (waves ? judged_by_waves(task, terms, judged, pitch)
                       : judged_by_rays(terms, judged, 4 * double(rays.rays))) /
                threads;
-  work.realisations = realisations(task, scene, optics) / threads;
-  work.judgement = judgement(task, scene, terms, targets) / threads;
+  work.realisations = realisations(task, ground, optics) / threads;
+  work.judgement = judgement(task, ground, terms, targets) / threads;
   work.zones = zones(task, terms) / threads;
   return work;
 }

@@ -34,7 +34,7 @@ Chart make_chart(const Task& task, double budget, const RunContext& context) {
         "the draw that a chart is made on is flat: its statistics have nothing to be wrong about");
 
   Chart chart;
-  if (const auto& choice = bench.scene.use.choice; choice && choice->model != FocusModel::kRays)
+  if (const auto& choice = bench.ground.use.choice; choice && choice->model != FocusModel::kRays)
     chart.warnings.push_back(
         {"rays-not-valid", fmt::format("this scene needs {}: what is charted are the methods of rays",
                                        to_string(choice->model))});

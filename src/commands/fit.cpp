@@ -8,17 +8,17 @@
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
 #include "analytic_normals.h"
+#include "fit_files.h"
 #include "output_directory.h"
-#include "outputs.h"
 #include "terminal.h"
 
 namespace aberfit {
 namespace {
 
 Attempt fit_as_asked(const FitCase& of) {
-  if (of.task.terms.automatic && of.scene.psd) return fit_fewest_terms(of);
+  if (of.task.terms.automatic && of.ground.psd) return fit_fewest_terms(of);
   of.context.say("prior");
-  const auto terms = std::make_shared<const TermPlan>(plan_terms(of.task, of.scene, of.task.terms));
+  const auto terms = std::make_shared<const TermPlan>(plan_terms(of.task, of.ground, of.task.terms));
   return fit_on_enough_rays(of, make_plan(of.task, terms), true);
 }
 
@@ -42,15 +42,15 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
     require_analytic_normals(study);
     assert(!study.map);
     const RunContext context = context_of(options);
-    const Scene scene = make_scene(study);
+    const Groundwork ground = lay_groundwork(study);
     context.say("targets");
-    const TargetSets targets = make_targets(study, scene, context.threads);
-    const FitCase of{study, scene, targets, context};
+    const TargetSets targets = make_targets(study, ground, context.threads);
+    const FitCase of{study, ground, targets, context};
     Attempt attempt = fit_as_asked(of);
     conclude(of, &attempt);
     ResultDocument result = document(study, std::move(attempt.result), context.threads);
     if (!options.output_directory.empty())
-      write_fit(study, scene, options, attempt.bench->focus(study), &result);
+      write_fit(study, ground, options, attempt.bench->focus(study), &result);
     return result;
   });
 }
@@ -62,7 +62,8 @@ ExitCode fit_command(CommandLine line) {
   const RunOptions options = run_options(line, &progress);
   const ResultDocument result = study.map ? run_map_fit(study, options) : run_fit(study, options);
   progress.clear();
-  print(line, line.json ? to_json(result, resolved(study, result)) : nlohmann::ordered_json(), summary_table(result, false));
+  print(line, line.json ? to_json(result, resolved(study, result)) : nlohmann::ordered_json(),
+        summary_table(result, false));
   say_where(line);
   if (result.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
   const bool judged_well = result.map.has_value() || result.verdict == Verdict::kEquivalent;

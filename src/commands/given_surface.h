@@ -1,9 +1,9 @@
 #pragma once
 #include <optional>
 
+#include "aberfit/commands/run_options.h"
 #include "aberfit/method/trace_surface.h"
 #include "aberfit/report/result.h"
-#include "aberfit/commands/run_options.h"
 
 namespace aberfit {
 

@@ -10,12 +10,12 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/units.h"
-#include "aberfit/method/scene.h"
+#include "aberfit/method/groundwork.h"
 #include "aberfit/study/measured_psd.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/theory/regime.h"
 #include "analytic_normals.h"
-#include "outputs.h"
+#include "fit_files.h"
 
 namespace aberfit {
 namespace {
@@ -183,13 +183,13 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   result.surface = surface_numbers(pupil, field, study.wavelength);
 
   if (!options.output_directory.empty()) {
-    Scene scene;  // a map has no specification: only sizes
-    scene.radius = result.radius;
-    scene.focal_length = study.mirror.focal_length;
-    scene.core_sigma = scene.focal_sigma = 2 * scene.focal_length * result.surface.rms_slope_per_axis;
+    Groundwork ground;  // a map has no specification: only sizes
+    ground.radius = result.radius;
+    ground.focal_length = study.mirror.focal_length;
+    ground.core_sigma = ground.focal_sigma = 2 * ground.focal_length * result.surface.rms_slope_per_axis;
     const LightPath focus{study.mirror,     pupil,           operate,           FocusModel::kRays,
-                           study.wavelength, &study.aperture, study.trace.centre};
-    write_fit(study, scene, options, focus, &result);
+                          study.wavelength, &study.aperture, study.trace.centre};
+    write_fit(study, ground, options, focus, &result);
   }
   return result;
 }

@@ -20,7 +20,8 @@ std::vector<int> white_block_sizes(Eigen::Index terms);
 /// the values. For one caller at a time.
 class StatisticsModel {
  public:
-  StatisticsModel(const FitProblem& problem, double width, int threads);  ///< statistics: targets, then guides
+  StatisticsModel(const FitProblem& problem, double width,
+                  int threads);  ///< statistics: targets, then guides
 
   /// Statistics at `white`; `jacobian` (statistics x terms), when given, gets their derivatives. False when
   /// one does not exist.
@@ -82,7 +83,8 @@ class FocusResiduals : public WhiteResiduals {
 
  private:
   std::vector<Target> targets_;  // with the guides behind them
-  mutable StatisticsModel model_;  // Ceres evaluates constant cost functions; the memory is no part of the value
+  mutable StatisticsModel
+      model_;  // Ceres evaluates constant cost functions; the memory is no part of the value
 };
 
 /// log(S_b / T_b) / tolerance_b of the surface's own PSD bins. False where a bin is not positive: there its

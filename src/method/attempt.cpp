@@ -23,7 +23,7 @@ std::vector<Statistic> statistics_of(const std::vector<Target>& targets) {
 
 // Waves need a grid as fine as the light of everything that will be asked of it.
 double grid_pitch(const FitCase& of, const TermSet& terms) {
-  if (of.scene.use.model != FocusModel::kWaves) return 0;
+  if (of.ground.use.model != FocusModel::kWaves) return 0;
   std::vector<Target> all = of.targets.fitted;
   all.insert(all.end(), of.targets.guides.begin(), of.targets.guides.end());
   all.insert(all.end(), of.targets.held_out.begin(), of.targets.held_out.end());
@@ -70,7 +70,7 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double
   fit.bound = of.task.fit.bound_sigmas;
   fit.threads = of.context.threads;
   if (!of.context.progress && !plan.give_up_on_stall) return fit;
-  auto watch = std::make_shared<StallWatch>(of.scene.use.model);
+  auto watch = std::make_shared<StallWatch>(of.ground.use.model);
   fit.progress = [&of, &plan, watch, tries, lowest](const FitProgress& p) {
     *lowest = std::min(*lowest, p.worst_mismatch);
     if (plan.give_up_on_stall && watch->stalled(p)) return false;
@@ -168,22 +168,22 @@ RayChoice ray_choice(const Task& task, const FitPlan& plan, const Attempt& attem
 // What is known of a result before the solve.
 FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
   FitOutcome result;
-  result.has_roughness = of.scene.psd.has_value();
-  result.scene = of.scene.numbers;
-  describe_models(of.scene, of.targets.theory, &result);
+  result.has_roughness = of.ground.psd.has_value();
+  result.scene = of.ground.numbers;
+  describe_models(of.ground, of.targets.theory, &result);
   result.targets = of.targets.fitted;
-  result.radius = of.scene.radius;
+  result.radius = of.ground.radius;
   result.terms = plan.terms->terms;
   result.chosen = {plan.terms->asked, plan.pupil.rays};
   result.confidence = of.task.equivalence.confidence;
-  result.warnings = scene_warnings(of.task, of.scene, result.terms, plan.terms->captured);
+  result.warnings = scene_warnings(of.task, of.ground, result.terms, plan.terms->captured);
   return result;
 }
 
 FitProblem problem_of(const FitCase& of, const Workbench& bench, const CoefficientPrior& prior,
                       const SpectrumTarget& spectrum) {
   FitProblem problem{of.task.mirror,    bench.pupil,       bench.surface,        prior,
-                     of.targets.fitted, of.targets.guides, of.task.trace.centre, of.scene.focal_sigma};
+                     of.targets.fitted, of.targets.guides, of.task.trace.centre, of.ground.focal_sigma};
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;
   problem.spectrum_tolerance = spectrum.tolerance;
@@ -234,12 +234,12 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   attempt.terms = plan.terms;
   attempt.result = outcome_of(of, plan);
   FitOutcome& result = attempt.result;
-  attempt.bench = std::make_shared<const Workbench>(of.task, of.scene.use.model, plan.pupil,
+  attempt.bench = std::make_shared<const Workbench>(of.task, of.ground.use.model, plan.pupil,
                                                     grid_pitch(of, result.terms), result.terms, threads);
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
 
-  const SpectrumTarget spectrum = make_spectrum_target(of.task, of.scene, result.terms, prior, threads);
+  const SpectrumTarget spectrum = make_spectrum_target(of.task, of.ground, result.terms, prior, threads);
   const FitProblem problem = problem_of(of, bench, prior, spectrum);
   Eigen::VectorXd start;
   double lowest = HUGE_VAL;  // what is known of a fit that was given up
@@ -257,7 +257,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
 
 Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always) {
   // The light itself says how fine a grid waves need.
-  if (of.scene.use.model == FocusModel::kWaves) plan.automatic_rays = false;
+  if (of.ground.use.model == FocusModel::kWaves) plan.automatic_rays = false;
   if (plan.automatic_rays) plan.pupil.rays = first_rays(plan.terms->terms.size());
   for (;;) {
     Attempt attempt = attempt_fit(of, plan);

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "aberfit/method/prior_draws.h"
 #include "aberfit/method/judge.h"
+#include "aberfit/method/prior_draws.h"
 #include "aberfit/method/term_search.h"
 
 namespace aberfit {
@@ -13,11 +13,11 @@ namespace {
 
 void describe_surface(const FitCase& of, Attempt* attempt) {
   const Task& task = of.task;
-  const Scene& scene = of.scene;
+  const Groundwork& ground = of.ground;
   const Workbench& bench = *attempt->bench;
   FitOutcome& result = attempt->result;
   EquivalentSurface& surface = result.surface;
-  surface.prior_height_factor = scene.prior_height_factor;
+  surface.prior_height_factor = ground.prior_height_factor;
   surface.captured_fraction = attempt->terms->captured;
   const SurfaceField field = bench.field(result.fit.coefficients);
   const Eigen::ArrayXd& weight = bench.pupil.weight;
@@ -27,14 +27,14 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
       std::sqrt((weight * (field.slope_x.square() + field.slope_y.square())).sum() / 2);
   surface.g = 4 * EIGEN_PI * surface.rms_height / task.wavelength;
   surface.kappa = std::nan("");  // unknown without a spectrum
-  if (scene.psd) {
+  if (ground.psd) {
     // Same shape of spectrum, the fitted surface's own height.
-    const double factor = surface.rms_height / scene.numbers.rms_height;
+    const double factor = surface.rms_height / ground.numbers.rms_height;
     const SceneNumbers own =
-        scene_numbers(scene.psd->scaled(factor), task.mirror, task.aperture, task.wavelength);
+        scene_numbers(ground.psd->scaled(factor), task.mirror, task.aperture, task.wavelength);
     surface.kappa = own.kappa;
     surface.needed = to_string(regime(own));
-    warn_of_surface_regime(scene, own, &result.warnings);
+    warn_of_surface_regime(ground, own, &result.warnings);
   }
   if ((!result.terms.zernike.empty() || !result.terms.fourier.empty()) && surface.rms_slope_per_axis > 0)
     surface.zones =
@@ -44,7 +44,7 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
 // The verdict is on the model that the scene needs. Where that cannot be computed, a good result on a simpler
 // model decides nothing.
 void decide_by_need(const FitCase& of, FitOutcome* result) {
-  result->needed_judgement = judge_by_need(of.task, of.scene, of.targets, result->terms,
+  result->needed_judgement = judge_by_need(of.task, of.ground, of.targets, result->terms,
                                            result->fit.coefficients, of.context.threads, &result->warnings);
   if (!result->needed_judgement) return;
   const NeededJudgement& needed = *result->needed_judgement;
@@ -52,8 +52,8 @@ void decide_by_need(const FitCase& of, FitOutcome* result) {
   if (!cannot) result->verdict = needed.verdict;
 }
 
-std::string spread_source(const Scene& scene, const Realisation& realisation) {
-  std::string text = fmt::format("0.65/sqrt(N_eff), N_eff = {:.0f}", scene.numbers.n_eff);
+std::string spread_source(const Groundwork& ground, const Realisation& realisation) {
+  std::string text = fmt::format("0.65/sqrt(N_eff), N_eff = {:.0f}", ground.numbers.n_eff);
   if (realisation.draws > 0)
     text = fmt::format("{:.1f} % by {}, {:.1f} % over {} draws", 100 * realisation.predicted, text,
                        100 * realisation.measured, realisation.draws);
@@ -67,7 +67,7 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
         {"realisation-spread",
          fmt::format("draws of this roughness differ by {:.1f} % in ee90 ({}): the verdict holds for the "
                      "calibrated surface, not for any one real mirror",
-                     100 * result->realisation->spread(), spread_source(of.scene, *result->realisation))});
+                     100 * result->realisation->spread(), spread_source(of.ground, *result->realisation))});
   if (fresh.lost > 0)
     warnings.push_back(
         {"lost-rays", fmt::format("{} of {} fresh rays miss the focal region", fresh.lost, fresh.rays)});
@@ -79,7 +79,7 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
                      "of the prior give {:.3f}-{:.3f}",
                      zone.rho_min, zone.rho_max, zone.ratio, zone.draws_low, zone.draws_high)});
   }
-  if (of.scene.use.model != FocusModel::kWaves && result->rays < 30 * result->terms.size() &&
+  if (of.ground.use.model != FocusModel::kWaves && result->rays < 30 * result->terms.size() &&
       result->targets.size() > 10)
     warnings.push_back(
         {"few-rays", fmt::format("{} rays for {} terms: the terms can follow single rays; use more rays",
@@ -91,14 +91,14 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
 void conclude(const FitCase& of, Attempt* attempt) {
   FitOutcome& result = attempt->result;
   decide_by_need(of, &result);
-  if (of.scene.psd) {
+  if (of.ground.psd) {
     of.context.say("realisations");
-    result.realisation = realisation_of(of.task, of.scene, attempt->bench->focus(of.task),
+    result.realisation = realisation_of(of.task, of.ground, attempt->bench->focus(of.task),
                                         attempt->terms->prior, of.context.threads);
   }
   of.context.say("zones");
   describe_surface(of, attempt);
-  if (of.scene.psd) result.band = band_use(of.task, of.scene, result.terms, result.rays);
+  if (of.ground.psd) result.band = band_use(of.task, of.ground, result.terms, result.rays);
   warn_of_result(of, attempt->fresh, &result);
 }
 

@@ -109,8 +109,8 @@ class Trials {
   bool ends_below_the_spectrum(const TermsSpec& asked) const {
     const std::optional<PsdTarget>& psd = of_.task.target.psd;
     return psd && asked.zernike &&
-           (asked.zernike->n_max.value() + 1) / (2 * EIGEN_PI * of_.scene.radius) <=
-               psd->f_min.value_or(of_.scene.psd->f_min());
+           (asked.zernike->n_max.value() + 1) / (2 * EIGEN_PI * of_.ground.radius) <=
+               psd->f_min.value_or(of_.ground.psd->f_min());
   }
 
   const FitCase& of_;
@@ -124,9 +124,9 @@ Attempt fit_nearest(const FitCase& of, const OrderRange& range, Trials* trials, 
   const auto begin = Clock::now();
   const auto chosen = std::find_if(frontier->points.begin(), frontier->points.end(),
                                    [](const FrontierPoint& point) { return point.chosen; });
-  Attempt attempt = trials->whole(chosen->family == "fourier"
-                                      ? plane_waves(chosen->order)
-                                      : zernikes_up_to(chosen->order, of.task.terms.covariance));
+  Attempt attempt =
+      trials->whole(chosen->family == "fourier" ? plane_waves(chosen->order)
+                                                : zernikes_up_to(chosen->order, of.task.terms.covariance));
   FrontierPoint point = frontier_point(attempt, chosen->seconds + since(begin));
   point.family = chosen->family;
   point.order = chosen->order;
@@ -142,13 +142,12 @@ Attempt fit_nearest(const FitCase& of, const OrderRange& range, Trials* trials, 
 Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms) {
   Trials trials(of, make_terms);
   // Short fits say nothing of waves: where they end, the next one stays trapped.
-  const bool descend = of.scene.use.model == FocusModel::kWaves;
-  const OrderRange range = expected_orders(of.scene);
+  const bool descend = of.ground.use.model == FocusModel::kWaves;
+  const OrderRange range = expected_orders(of.ground);
   TermTrials hooks;
   if (!descend) hooks.screen = [&](const TermsSpec& asked) { return trials.screen(asked); };
   hooks.confirm = [&](const TermsSpec& asked) { return trials.confirm(asked, descend); };
-  Frontier frontier =
-      search_terms(of.task.terms.covariance, of.task.equivalence.margin, range, hooks);
+  Frontier frontier = search_terms(of.task.terms.covariance, of.task.equivalence.margin, range, hooks);
   std::optional<Attempt> best = std::move(trials.best());
   if (!best)
     best = fit_nearest(of, range, &trials, &frontier);
@@ -161,7 +160,7 @@ Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms) {
 
 Attempt fit_fewest_terms(const FitCase& of) {
   return fit_fewest_terms(of,
-                          [&of](const TermsSpec& asked) { return plan_terms(of.task, of.scene, asked); });
+                          [&of](const TermsSpec& asked) { return plan_terms(of.task, of.ground, asked); });
 }
 
 }  // namespace aberfit

@@ -11,10 +11,10 @@ namespace {
 
 constexpr int kRealisationDraws = 32;  // a spread known to 13 %
 
-std::string why(const Scene& scene) {
-  const double error = scene.use.choice->errors.ray_ee90;
+std::string why(const Groundwork& ground) {
+  const double error = ground.use.choice->errors.ray_ee90;
   return fmt::format(
-      "rays are not valid here: kappa = {:.3g}, and {}", scene.numbers.kappa,
+      "rays are not valid here: kappa = {:.3g}, and {}", ground.numbers.kappa,
       std::isfinite(error)
           ? fmt::format("the ray ee90 is {:+.3g} % off the Harvey-Shack prediction", 100 * error)
           : "the Harvey-Shack prediction has no finite ee90");
@@ -22,19 +22,19 @@ std::string why(const Scene& scene) {
 
 }  // namespace
 
-std::optional<NeededJudgement> judge_by_need(const Task& task, const Scene& scene,
+std::optional<NeededJudgement> judge_by_need(const Task& task, const Groundwork& ground,
                                              const TargetSets& targets, const TermSet& terms,
                                              const Eigen::VectorXd& coefficients, int threads,
                                              Warnings* warnings) {
   const bool given = targets.theory == "given";
-  if (!scene.use.too_simple(given)) return std::nullopt;
-  const FocusModel model = scene.use.choice->model;
+  if (!ground.use.too_simple(given)) return std::nullopt;
+  const FocusModel model = ground.use.choice->model;
   NeededJudgement judgement;
   judgement.theory = given ? "given" : to_string(theory_of(model));
   judgement.model = to_string(model);
-  judgement.reason = why(scene);
-  if (!scene.use.obstacle.empty()) {
-    judgement.reason += ", but what is needed cannot be computed: " + scene.use.obstacle + ".";
+  judgement.reason = why(ground);
+  if (!ground.use.obstacle.empty()) {
+    judgement.reason += ", but what is needed cannot be computed: " + ground.use.obstacle + ".";
     return judgement;
   }
   judgement.reason += ".";
@@ -46,7 +46,7 @@ std::optional<NeededJudgement> judge_by_need(const Task& task, const Scene& scen
     statistics.push_back(target.statistic);
   }
   if (!given) {
-    const GeneralisedHarveyShack spot(*scene.prior_psd, task.mirror, task.aperture, task.wavelength);
+    const GeneralisedHarveyShack spot(*ground.prior_psd, task.mirror, task.aperture, task.wavelength);
     const Eigen::VectorXd predicted = spot.predict(statistics, threads);
     for (std::size_t k = 0; k < wanted.size(); ++k) {
       wanted[k].value = predicted[Eigen::Index(k)];
@@ -67,9 +67,9 @@ std::optional<NeededJudgement> judge_by_need(const Task& task, const Scene& scen
   return judgement;
 }
 
-Realisation realisation_of(const Task& task, const Scene& scene, const LightPath& focus,
+Realisation realisation_of(const Task& task, const Groundwork& ground, const LightPath& focus,
                            const CoefficientPrior& prior, int threads) {
-  Realisation realisation{scene.numbers.realisation_spread, std::nan(""), 0};
+  Realisation realisation{ground.numbers.realisation_spread, std::nan(""), 0};
   const double share = realisation.predicted / task.equivalence.margin;
   if (!(share >= 0.5) || (share > 2 && focus.model == FocusModel::kRays)) return realisation;
   realisation.measured = measured_spread(focus, prior, task.fit.seed, kRealisationDraws, threads);
@@ -77,24 +77,24 @@ Realisation realisation_of(const Task& task, const Scene& scene, const LightPath
   return realisation;
 }
 
-void describe_models(const Scene& scene, const std::string& theory, FitOutcome* result) {
+void describe_models(const Groundwork& ground, const std::string& theory, FitOutcome* result) {
   result->theory = theory;
-  result->model = to_string(scene.use.model);
-  result->model_reason = scene.use.reason;
-  if (!scene.use.choice) return;
-  result->needed = to_string(scene.use.choice->model);
-  result->errors = scene.use.choice->errors;
+  result->model = to_string(ground.use.model);
+  result->model_reason = ground.use.reason;
+  if (!ground.use.choice) return;
+  result->needed = to_string(ground.use.choice->model);
+  result->errors = ground.use.choice->errors;
 }
 
-void warn_of_surface_regime(const Scene& scene, const SceneNumbers& surface, Warnings* warnings) {
-  const FocusModel specified = regime(scene.numbers), own = regime(surface);
+void warn_of_surface_regime(const Groundwork& ground, const SceneNumbers& surface, Warnings* warnings) {
+  const FocusModel specified = regime(ground.numbers), own = regime(surface);
   if (own == specified) return;
   warnings->push_back(
       {"surface-regime",
        fmt::format("by its own height the fitted surface (RMS {:.4g} nm, kappa {:.2f}) calls for {}, while "
                    "the specification (RMS {:.4g} nm, kappa {:.2f}) calls for {}",
-                   1e9 * surface.rms_height, surface.kappa, to_string(own), 1e9 * scene.numbers.rms_height,
-                   scene.numbers.kappa, to_string(specified))});
+                   1e9 * surface.rms_height, surface.kappa, to_string(own), 1e9 * ground.numbers.rms_height,
+                   ground.numbers.kappa, to_string(specified))});
 }
 
 }  // namespace aberfit

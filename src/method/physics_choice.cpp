@@ -29,8 +29,7 @@ void check_named(const Task& task, const PhysicsRequest& asked, const std::strin
     throw FieldError("target.theory", "\"ghs\" with convention \"paper\", a rule for rays alone",
                      "\"auto\", \"geometric\", \"rays\"; or convention \"physical\"");
   if (ghs && !obstacle.empty())
-    throw FieldError("target.theory", "\"ghs\", but " + obstacle,
-                     "\"auto\", \"geometric\", \"rays\"");
+    throw FieldError("target.theory", "\"ghs\", but " + obstacle, "\"auto\", \"geometric\", \"rays\"");
   if (waves && !obstacle.empty())
     throw FieldError("trace.model", "\"waves\", but " + obstacle, "\"auto\", \"rays\"");
 }

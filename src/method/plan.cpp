@@ -6,7 +6,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
-#include "aberfit/method/scene.h"
+#include "aberfit/method/groundwork.h"
 
 namespace aberfit {
 namespace {
@@ -15,21 +15,22 @@ constexpr int kLargestDefaultOrder = 100;
 
 // Share of the height variance over the aperture that is neither piston nor tilt: what terms from n = 2 on
 // can carry.
-double movable_share(const Scene& scene) { return 1.0 - captured_fraction(*scene.psd, scene.radius, 0, 1); }
+double movable_share(const Groundwork& ground) {
+  return 1.0 - captured_fraction(*ground.psd, ground.radius, 0, 1);
+}
 
-CoefficientPrior make_term_prior(const Task& task, const Scene& scene, const TermSet& terms,
+CoefficientPrior make_term_prior(const Task& task, const Groundwork& ground, const TermSet& terms,
                                  CovarianceKind covariance) {
   std::vector<CoefficientPrior::Block> blocks;
-  if (scene.prior_psd) {
+  if (ground.prior_psd) {
     TermSet rough = terms;
     rough.spherical.clear();
-    if (rough.size() > 0) blocks = make_prior(rough, *scene.prior_psd, covariance).blocks();
+    if (rough.size() > 0) blocks = make_prior(rough, *ground.prior_psd, covariance).blocks();
   } else if (!terms.zernike.empty()) {
     // No PSD: every Zernike gets the stated RMS.
     CoefficientPrior::Block block;
     for (Eigen::Index j = 0; j < Eigen::Index(terms.zernike.size()); ++j) block.index.push_back(j);
-    block.factor =
-        task.fit.spherical_rms * Eigen::MatrixXd::Identity(block.index.size(), block.index.size());
+    block.factor = task.fit.spherical_rms * Eigen::MatrixXd::Identity(block.index.size(), block.index.size());
     blocks.push_back(std::move(block));
   }
   if (!terms.spherical.empty()) blocks.push_back(spherical_prior_block(terms, task.fit.spherical_rms));
@@ -38,9 +39,9 @@ CoefficientPrior make_term_prior(const Task& task, const Scene& scene, const Ter
 
 }  // namespace
 
-TermSet make_terms(const Task& task, const Scene& scene, const TermsSpec& asked, double* captured) {
+TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& asked, double* captured) {
   TermSet terms;
-  terms.radius = scene.radius;
+  terms.radius = ground.radius;
   *captured = 0;
   double covered_to = 0;  // frequency up to which the Zernikes stand for the PSD
   if (asked.zernike) {
@@ -48,29 +49,27 @@ TermSet make_terms(const Task& task, const Scene& scene, const TermsSpec& asked,
     int n_max = 0;
     if (spec.n_max) {
       n_max = *spec.n_max;
-    } else if (scene.psd) {
-      n_max = captured_order(*scene.psd, scene.radius, kCapturedHeight * movable_share(scene),
+    } else if (ground.psd) {
+      n_max = captured_order(*ground.psd, ground.radius, kCapturedHeight * movable_share(ground),
                              kLargestDefaultOrder);
     } else {
-      throw FieldError("terms.zernike.n_max", "nothing",
-                       "an order: without roughness there is no default");
+      throw FieldError("terms.zernike.n_max", "nothing", "an order: without roughness there is no default");
     }
     terms.zernike = zernike_modes(spec.n_min, n_max);
-    covered_to = (n_max + 1) / (2 * kPi * scene.radius);
-    if (scene.psd)
-      *captured = captured_fraction(*scene.psd, scene.radius, spec.n_min, n_max) /
-                  (spec.n_min >= 2 ? movable_share(scene) : 1.0);
+    covered_to = (n_max + 1) / (2 * kPi * ground.radius);
+    if (ground.psd)
+      *captured = captured_fraction(*ground.psd, ground.radius, spec.n_min, n_max) /
+                  (spec.n_min >= 2 ? movable_share(ground) : 1.0);
   }
   if (asked.fourier) {
-    if (!scene.psd)
+    if (!ground.psd)
       throw FieldError("terms.fourier", "Fourier terms without roughness",
                        "a roughness block: its band places them");
-    const double low = std::max(covered_to, scene.psd->f_min());
-    if (!(low < scene.psd->f_max()))
-      throw FieldError("terms.fourier",
-                       fmt::format("no band left above the Zernikes' {:.4g} /m", covered_to),
+    const double low = std::max(covered_to, ground.psd->f_min());
+    if (!(low < ground.psd->f_max()))
+      throw FieldError("terms.fourier", fmt::format("no band left above the Zernikes' {:.4g} /m", covered_to),
                        "a smaller n_max, or no Fourier terms");
-    terms.fourier = fourier_modes(scene.psd->band(low, scene.psd->f_max()), asked.fourier->count,
+    terms.fourier = fourier_modes(ground.psd->band(low, ground.psd->f_max()), asked.fourier->count,
                                   asked.fourier->sampling, task.fit.seed);
     *captured = 1;
   }
@@ -78,11 +77,11 @@ TermSet make_terms(const Task& task, const Scene& scene, const TermsSpec& asked,
   return terms;
 }
 
-TermPlan plan_terms(const Task& task, const Scene& scene, const TermsSpec& asked) {
+TermPlan plan_terms(const Task& task, const Groundwork& ground, const TermsSpec& asked) {
   TermPlan plan;
   plan.asked = asked;
-  plan.terms = make_terms(task, scene, asked, &plan.captured);
-  plan.prior = make_term_prior(task, scene, plan.terms, asked.covariance);
+  plan.terms = make_terms(task, ground, asked, &plan.captured);
+  plan.prior = make_term_prior(task, ground, plan.terms, asked.covariance);
   return plan;
 }
 

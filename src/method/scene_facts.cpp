@@ -2,15 +2,15 @@
 
 namespace aberfit {
 
-SceneFacts scene_facts(const Scene& scene, const std::string& theory) {
+SceneFacts scene_facts(const Groundwork& ground, const std::string& theory) {
   SceneFacts facts;
-  facts.numbers = scene.numbers;
+  facts.numbers = ground.numbers;
   facts.theory = theory;
-  facts.model = to_string(scene.use.model);
-  facts.reason = scene.use.reason;
-  if (!scene.use.choice) return facts;
-  facts.needed = to_string(scene.use.choice->model);
-  facts.errors = scene.use.choice->errors;
+  facts.model = to_string(ground.use.model);
+  facts.reason = ground.use.reason;
+  if (!ground.use.choice) return facts;
+  facts.needed = to_string(ground.use.choice->model);
+  facts.errors = ground.use.choice->errors;
   return facts;
 }
 

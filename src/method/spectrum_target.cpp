@@ -46,33 +46,33 @@ Eigen::VectorXd expectation(const SurfaceSpectrum& spectrum, const CoefficientPr
 
 // What the terms can carry of the band: from one wave over the diameter to the highest order's frequency at
 // the rim.
-std::pair<double, double> default_band(const Scene& scene, const TermSet& terms) {
+std::pair<double, double> default_band(const Groundwork& ground, const TermSet& terms) {
   int n_max = 0;
   for (const ZernikeMode& mode : terms.zernike) n_max = std::max(n_max, mode.n);
   double high =
-      terms.fourier.empty() ? (n_max + 1) / (2 * std::numbers::pi * scene.radius) : scene.psd->f_max();
-  high = std::min(high, scene.psd->f_max());
-  return {std::max(1 / scene.radius, scene.psd->f_min()), high};
+      terms.fourier.empty() ? (n_max + 1) / (2 * std::numbers::pi * ground.radius) : ground.psd->f_max();
+  high = std::min(high, ground.psd->f_max());
+  return {std::max(1 / ground.radius, ground.psd->f_min()), high};
 }
 
 }  // namespace
 
-SpectrumTarget make_spectrum_target(const Task& task, const Scene& scene, const TermSet& terms,
+SpectrumTarget make_spectrum_target(const Task& task, const Groundwork& ground, const TermSet& terms,
                                     const CoefficientPrior& prior, int threads) {
   SpectrumTarget target;
   if (!task.target.psd) return target;
-  if (!scene.psd)
+  if (!ground.psd)
     throw FieldError("target.psd", "PSD bins without roughness",
                      "a roughness block, which their values come from");
   const PsdTarget& asked = *task.target.psd;
-  const auto [first, last] = default_band(scene, terms);
+  const auto [first, last] = default_band(ground, terms);
   const double f_min = asked.f_min.value_or(first), f_max = asked.f_max.value_or(last);
   if (!(f_min < f_max))
     throw FieldError("target.psd",
                      fmt::format("a band from {} to {}", format_quantity(f_min, Dimension::kSpatialFrequency),
                                  format_quantity(f_max, Dimension::kSpatialFrequency)),
                      "f_min below f_max, inside what the terms carry");
-  if (f_max < scene.psd->f_min() || f_min > scene.psd->f_max() || f_min > last)
+  if (f_max < ground.psd->f_min() || f_min > ground.psd->f_max() || f_min > last)
     throw FieldError("target.psd",
                      fmt::format("a band from {} to {}", format_quantity(f_min, Dimension::kSpatialFrequency),
                                  format_quantity(f_max, Dimension::kSpatialFrequency)),
@@ -106,8 +106,7 @@ SpectrumTarget make_spectrum_target(const Task& task, const Scene& scene, const 
   target.value = expectation(*target.spectrum, prior, threads);
   target.tolerance = Eigen::VectorXd::Constant(target.value.size(), asked.tolerance);
   if (!(target.value.array() > 0).all())
-    throw FieldError("target.psd", "bins that the terms cannot fill",
-                     "a band inside what the terms carry");
+    throw FieldError("target.psd", "bins that the terms cannot fill", "a band inside what the terms carry");
   return target;
 }
 

@@ -7,8 +7,8 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/groundwork.h"
 #include "aberfit/theory/ray_perturbation.h"
-#include "aberfit/method/scene.h"
 
 namespace aberfit {
 namespace {
@@ -32,8 +32,8 @@ constexpr double kHeldOutFractions[] = {0.25, 0.30, 0.40, 0.60, 0.70, 0.75, 0.87
 constexpr double kHeldOutPlanes[] = {0, -0.25, 0.25, -0.75, 0.75, -1.75, 1.75, -3.1, 3.1, -4.6, 4.6};
 
 // Planes are rounded so that their names are short: to 1 um, in a shallow focus to 5 % of their unit or less.
-double plane(double units, const Scene& scene) {
-  const double unit = scene.plane_unit();
+double plane(double units, const Groundwork& ground) {
+  const double unit = ground.plane_unit();
   const double step = std::min(1e-6, std::pow(10.0, std::floor(std::log10(unit / 20))));
   return units == 0 ? 0 : step * std::round(units * unit / step);
 }
@@ -46,23 +46,23 @@ struct Wanted {
   bool absolute_tolerance = false;
 };
 
-std::vector<Wanted> default_statistics(const Scene& scene) {
+std::vector<Wanted> default_statistics(const Groundwork& ground) {
   std::vector<Wanted> wanted;
   for (const double units : kPlanes)
     for (const double fraction : kFractions)
-      wanted.push_back({EncircledEnergyRadius{fraction, plane(units, scene)}, {}});
+      wanted.push_back({EncircledEnergyRadius{fraction, plane(units, ground)}, {}});
   wanted.push_back({RingFwhm{}, {}});
   wanted.push_back({ScatterRms{}, {}});
   wanted.push_back({RmsHeight{}, {}});
   return wanted;
 }
 
-double theory_radius(const Scene& scene, double fraction) {
-  return scene.mean_spot ? scene.mean_spot->encircled_energy_radius(fraction, 0)
-                         : scene.theory->encircled_energy_radius(fraction, 0);
+double theory_radius(const Groundwork& ground, double fraction) {
+  return ground.mean_spot ? ground.mean_spot->encircled_energy_radius(fraction, 0)
+                          : ground.theory->encircled_energy_radius(fraction, 0);
 }
 
-std::vector<Wanted> requested_statistics(const Task& task, const Scene& scene) {
+std::vector<Wanted> requested_statistics(const Task& task, const Groundwork& ground) {
   std::vector<Wanted> wanted;
   for (const StatisticRequest& request : task.target.statistics) {
     const auto add = [&](const Statistic& statistic) {
@@ -82,12 +82,12 @@ std::vector<Wanted> requested_statistics(const Task& task, const Scene& scene) {
       add(ring);
     } else if (name == "ring_profile") {
       const auto* given = std::get_if<double>(&request.ring);
-      if (!given && !scene.theory)
-        throw FieldError("target.statistics.ring_profile.ring",
-                         "an encircled-energy ring without roughness", "a length, e.g. \"76 um\"");
+      if (!given && !ground.theory)
+        throw FieldError("target.statistics.ring_profile.ring", "an encircled-energy ring without roughness",
+                         "a length, e.g. \"76 um\"");
       const double ring =
           given ? *given
-                : theory_radius(scene, std::stod(std::get<std::string>(request.ring).substr(2)) / 100);
+                : theory_radius(ground, std::stod(std::get<std::string>(request.ring).substr(2)) / 100);
       for (std::size_t k = 0; k < request.profile_dz.size(); ++k) {
         wanted.push_back({RingThrough{ring, request.profile_dz[k]}, request.profile_value[k],
                           request.standard_error, request.tolerance, true});
@@ -97,7 +97,7 @@ std::vector<Wanted> requested_statistics(const Task& task, const Scene& scene) {
     } else if (name == "scatter_mean") {
       add(ScatterMean{});
     } else if (name == "spot_fwhm") {
-      add(SpotFwhm{request.bandwidth.value_or(0.1 * scene.focal_sigma)});
+      add(SpotFwhm{request.bandwidth.value_or(0.1 * ground.focal_sigma)});
     } else if (name == "rms_height") {
       add(RmsHeight{});
     }
@@ -124,31 +124,31 @@ std::vector<double> fractions_between(const MeanSpot& focus) {
   return added;
 }
 
-std::vector<Statistic> guide_statistics(const Scene& scene) {
+std::vector<Statistic> guide_statistics(const Groundwork& ground) {
   std::vector<Statistic> guides;
   const std::vector<double> between =
-      scene.mean_spot ? fractions_between(scene.mean_spot->at_plane(0)) : std::vector<double>();
+      ground.mean_spot ? fractions_between(ground.mean_spot->at_plane(0)) : std::vector<double>();
   for (const double units : kGuidePlanes) {
     for (const double fraction : kGuideFractions)
-      guides.push_back(EncircledEnergyRadius{fraction, plane(units, scene)});
+      guides.push_back(EncircledEnergyRadius{fraction, plane(units, ground)});
     if (std::abs(units) > kNearFocus) continue;
     for (const double fraction : between)
-      guides.push_back(EncircledEnergyRadius{fraction, plane(units, scene)});
+      guides.push_back(EncircledEnergyRadius{fraction, plane(units, ground)});
   }
   // Nothing in a diffracted focus ties the mean of the slopes.
-  if (scene.use.model == FocusModel::kWaves) guides.push_back(ScatterMean{});
+  if (ground.use.model == FocusModel::kWaves) guides.push_back(ScatterMean{});
   return guides;
 }
 
 // known: what is fitted or guides the fit, which cannot be held out as well.
-std::vector<Statistic> held_out_statistics(const Scene& scene, const std::vector<Statistic>& known) {
+std::vector<Statistic> held_out_statistics(const Groundwork& ground, const std::vector<Statistic>& known) {
   std::vector<Statistic> held_out;
   for (const double units : kHeldOutPlanes)
     for (const double fraction : kHeldOutFractions)
-      held_out.push_back(EncircledEnergyRadius{fraction, plane(units, scene)});
+      held_out.push_back(EncircledEnergyRadius{fraction, plane(units, ground)});
   held_out.push_back(RingFwhm{0.5, {}});
   held_out.push_back(RingFwhm{0.8, {}});
-  if (scene.use.model != FocusModel::kWaves) held_out.push_back(ScatterMean{});
+  if (ground.use.model != FocusModel::kWaves) held_out.push_back(ScatterMean{});
   std::erase_if(held_out, [&](const Statistic& candidate) {
     return std::any_of(known.begin(), known.end(), [&](const Statistic& statistic) {
       return statistic_name(statistic) == statistic_name(candidate);
@@ -162,8 +162,8 @@ struct Predicted {
 };
 
 // Theory `rays`: Harvey-Shack by perturbed rays, in independent batches that give the standard error.
-Predicted predict_by_rays(const Task& task, const Scene& scene, const std::vector<Statistic>& statistics,
-                          int threads) {
+Predicted predict_by_rays(const Task& task, const Groundwork& ground,
+                          const std::vector<Statistic>& statistics, int threads) {
   constexpr int kBatches = 16;
   constexpr std::int64_t kRaysPerBatch = 131072;
   Eigen::MatrixXd values(Eigen::Index(statistics.size()), kBatches);
@@ -172,7 +172,7 @@ Predicted predict_by_rays(const Task& task, const Scene& scene, const std::vecto
     const PupilSample pupil = make_pupil(task.aperture, {PupilLayout::kSobol, kRaysPerBatch, seed});
     const RayBundle nominal = trace_nominal(task.mirror, pupil);
     const RayBundle rays =
-        trace_perturbed(task.mirror, pupil, scene.numbers.rms_slope_per_axis, task.target.convention, seed);
+        trace_perturbed(task.mirror, pupil, ground.numbers.rms_slope_per_axis, task.target.convention, seed);
     // A ray model has no surface: its height is the specification's.
     const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(rays.size());
     values.col(Eigen::Index(b)) =
@@ -185,22 +185,22 @@ Predicted predict_by_rays(const Task& task, const Scene& scene, const std::vecto
           .cwiseSqrt();
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     if (!std::holds_alternative<RmsHeight>(statistics[k])) continue;
-    predicted.value[Eigen::Index(k)] = (*scene.theory)(statistics[k]);
+    predicted.value[Eigen::Index(k)] = (*ground.theory)(statistics[k]);
     predicted.standard_error[Eigen::Index(k)] = 0;
   }
   return predicted;
 }
 
-Predicted predict(const Task& task, const Scene& scene, const std::vector<Statistic>& statistics,
+Predicted predict(const Task& task, const Groundwork& ground, const std::vector<Statistic>& statistics,
                   int threads) {
-  if (scene.use.theory == Theory::kRays) return predict_by_rays(task, scene, statistics, threads);
-  if (scene.mean_spot)
-    return {scene.mean_spot->predict(statistics, threads),
+  if (ground.use.theory == Theory::kRays) return predict_by_rays(task, ground, statistics, threads);
+  if (ground.mean_spot)
+    return {ground.mean_spot->predict(statistics, threads),
             Eigen::VectorXd::Zero(Eigen::Index(statistics.size()))};
   Predicted predicted{Eigen::VectorXd(Eigen::Index(statistics.size())),
                       Eigen::VectorXd::Zero(Eigen::Index(statistics.size()))};
   parallel_for(statistics.size(), threads,
-               [&](std::size_t k) { predicted.value[Eigen::Index(k)] = (*scene.theory)(statistics[k]); });
+               [&](std::size_t k) { predicted.value[Eigen::Index(k)] = (*ground.theory)(statistics[k]); });
   return predicted;
 }
 
@@ -213,31 +213,30 @@ bool targets_are_given(const Task& task) {
   });
 }
 
-TargetSets make_targets(const Task& task, const Scene& scene, int threads) {
+TargetSets make_targets(const Task& task, const Groundwork& ground, int threads) {
   const bool default_set = task.target.statistics.empty();
   const std::vector<Wanted> wanted =
-      default_set ? default_statistics(scene) : requested_statistics(task, scene);
+      default_set ? default_statistics(ground) : requested_statistics(task, ground);
   const auto is_given = [](const Wanted& w) { return w.value.has_value(); };
   const bool any_given = std::any_of(wanted.begin(), wanted.end(), is_given);
   const bool all_given = std::all_of(wanted.begin(), wanted.end(), is_given);
-  if (!all_given && !scene.theory)
+  if (!all_given && !ground.theory)
     throw FieldError("target.statistics", "a statistic without value",
                      "a value for each, or a roughness block to predict them");
   std::vector<Statistic> statistics, guides, held_out;
   for (const Wanted& w : wanted) statistics.push_back(w.statistic);
-  if (scene.use.model != FocusModel::kRays)
-    refuse_without_rays(to_string(scene.use.model), statistics);
-  if (scene.mean_spot && !all_given) refuse_without_rays(to_string(scene.use.theory), statistics);
-  if (default_set) guides = guide_statistics(scene);
+  if (ground.use.model != FocusModel::kRays) refuse_without_rays(to_string(ground.use.model), statistics);
+  if (ground.mean_spot && !all_given) refuse_without_rays(to_string(ground.use.theory), statistics);
+  if (default_set) guides = guide_statistics(ground);
   statistics.insert(statistics.end(), guides.begin(), guides.end());
   // Given values need not follow the theory, so nothing can be held out against it.
-  if (!any_given) held_out = held_out_statistics(scene, statistics);
+  if (!any_given) held_out = held_out_statistics(ground, statistics);
   statistics.insert(statistics.end(), held_out.begin(), held_out.end());
   Predicted predicted;
-  if (!all_given) predicted = predict(task, scene, statistics, threads);
+  if (!all_given) predicted = predict(task, ground, statistics, threads);
 
   TargetSets sets;
-  sets.theory = all_given ? "given" : to_string(scene.use.theory);
+  sets.theory = all_given ? "given" : to_string(ground.use.theory);
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     Target target;
     target.statistic = statistics[k];
@@ -249,8 +248,8 @@ TargetSets make_targets(const Task& task, const Scene& scene, int threads) {
           "the theory has no value for {}: with an RMS slope of {:.3g} per axis and an Airy ee90 of "
           "{} there is no focus to speak of; check rms and f_max of the roughness and the "
           "wavelength",
-          statistic_name(statistics[k]), scene.numbers.rms_slope_per_axis,
-          format_quantity(scene.numbers.airy_ee90, Dimension::kLength)));
+          statistic_name(statistics[k]), ground.numbers.rms_slope_per_axis,
+          format_quantity(ground.numbers.airy_ee90, Dimension::kLength)));
     if (k < wanted.size()) {
       target.tolerance = wanted[k].tolerance * (wanted[k].absolute_tolerance ? 1.0 : std::abs(target.value));
       sets.fitted.push_back(target);

@@ -130,15 +130,15 @@ int nearest(const std::vector<FrontierPoint>& points) {
 int previous_order(int order) { return order - (order < 15 ? 1 : std::max(1, int(0.09 * order))); }
 int next_order(int order) { return order + (order < 14 ? 1 : std::max(1, int(0.09 * order))); }
 
-OrderRange expected_orders(const Scene& scene) {
+OrderRange expected_orders(const Groundwork& ground) {
   OrderRange range;
-  const double movable = 1 - captured_fraction(*scene.psd, scene.radius, 0, 1);
-  range.high = captured_order(*scene.psd, scene.radius, kExpectedHeight * movable, kLargestSearchedOrder);
-  range.wide = captured_fraction(*scene.psd, scene.radius, 2, range.high) < kExpectedHeight * movable;
+  const double movable = 1 - captured_fraction(*ground.psd, ground.radius, 0, 1);
+  range.high = captured_order(*ground.psd, ground.radius, kExpectedHeight * movable, kLargestSearchedOrder);
+  range.wide = captured_fraction(*ground.psd, ground.radius, 2, range.high) < kExpectedHeight * movable;
   range.high = std::min(next_order(next_order(range.high)), kLargestSearchedOrder);
-  const double slope = psd_moments(*scene.psd).slope_variance;
+  const double slope = psd_moments(*ground.psd).slope_variance;
   while (range.low < range.high &&
-         psd_moments(scene.psd->band(0, (range.low + 1) / (2 * kPi * scene.radius))).slope_variance <
+         psd_moments(ground.psd->band(0, (range.low + 1) / (2 * kPi * ground.radius))).slope_variance <
              kExpectedSlope * slope)
     ++range.low;
   return range;
@@ -203,9 +203,9 @@ std::string search_message(const Frontier& frontier, const OrderRange& range) {
   return message;
 }
 
-BandUse band_use(const Task& task, const Scene& scene, const TermSet& terms, Eigen::Index rays) {
+BandUse band_use(const Task& task, const Groundwork& ground, const TermSet& terms, Eigen::Index rays) {
   BandUse band;
-  const RadialPsd& psd = *scene.psd;
+  const RadialPsd& psd = *ground.psd;
   band.modelled_f_min = psd.f_min();
   band.modelled_f_max = psd.f_max();
   band.limited_by = "specification";
@@ -214,7 +214,7 @@ BandUse band_use(const Task& task, const Scene& scene, const TermSet& terms, Eig
   };
   if (terms.fourier.empty()) {
     const int order = terms.zernike.empty() ? 0 : terms.zernike.back().n;
-    cut((order + 1) / (2 * kPi * scene.radius), "zernike");
+    cut((order + 1) / (2 * kPi * ground.radius), "zernike");
   } else {
     // A plane wave stands for a cell around it: the band ends where the farthest one's share does.
     double highest = 0;

@@ -3,17 +3,18 @@
 #include <fmt/format.h>
 
 #include "aberfit/core/errors.h"
-#include "aberfit/trace/central_difference.h"
+#include "aberfit/forward/forward_model.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/method/pupil_choice.h"
-#include "aberfit/forward/forward_model.h"
+#include "aberfit/trace/central_difference.h"
 #include "study_surface.h"
 
 namespace aberfit {
 
-GivenSurface surface_of(const Task& task, const Scene& scene, const std::optional<GivenSurface>& given) {
+GivenSurface surface_of(const Task& task, const Groundwork& ground,
+                        const std::optional<GivenSurface>& given) {
   if (given) return *given;
-  TermPlan plan = plan_terms(task, scene, task.terms);
+  TermPlan plan = plan_terms(task, ground, task.terms);
   Eigen::VectorXd coefficients = plan.prior.colour(draw_white(plan.terms.size(), task.fit.seed));
   return {std::move(plan.terms), std::move(coefficients)};
 }
@@ -29,24 +30,23 @@ SurfaceField surface_field(const Task& task, const PupilSample& pupil, const Giv
 }
 
 TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads) {
-  const Scene scene = make_scene(task);
-  const TargetSets targets = make_targets(task, scene, threads);
-  const GivenSurface surface = surface_of(task, scene, given);
-  const FocusModel model = scene.use.model;
+  const Groundwork ground = lay_groundwork(task);
+  const TargetSets targets = make_targets(task, ground, threads);
+  const GivenSurface surface = surface_of(task, ground, given);
+  const FocusModel model = ground.use.model;
   const bool by_rays = model == FocusModel::kRays;
   if (!by_rays && task.trace.central_difference_step)
-    throw FieldError("trace.normals",
-                     "central differences with trace model \"" + to_string(model) + '"',
+    throw FieldError("trace.normals", "central differences with trace model \"" + to_string(model) + '"',
                      "\"analytic\" normals, or trace model \"rays\"");
-  const PupilSample pupil = focus_pupil(
-      task, model, task.trace.pupil, by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted));
+  const PupilSample pupil = focus_pupil(task, model, task.trace.pupil,
+                                        by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted));
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
   const SurfaceField field = surface_field(task, pupil, surface, threads);
   const RayBundle rays = trace(task.mirror, pupil, field);
   std::vector<Statistic> statistics;
   for (const Target& target : targets.fitted) statistics.push_back(target.statistic);
   TraceReport report;
-  report.warnings = scene.use.warnings;
+  report.warnings = ground.use.warnings;
   const Eigen::VectorXd values =
       by_rays ? evaluate_exact({rays, nominal, field.height, task.trace.centre}, statistics, threads,
                                &report.warnings)
@@ -59,7 +59,7 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
         {"lost-rays", fmt::format("{} of {} rays miss the focal region", rays.lost, rays.size())});
   report.theory = targets.theory;
   report.model = model;
-  report.reason = scene.use.reason;
+  report.reason = ground.use.reason;
   report.rays = rays.size();
   report.lost_rays = rays.lost;
   report.terms = surface.terms.size();

@@ -15,32 +15,32 @@ namespace {
 constexpr double kIdealRing = 10e-6;  // the ring the paper lays around the ideal focus
 
 // EE at focus, ring widths, angles and spot: what both branches can be asked for.
-std::vector<Statistic> branch_statistics(const Scene& scene) {
+std::vector<Statistic> branch_statistics(const Groundwork& ground) {
   std::vector<Statistic> statistics;
   for (const double fraction : {0.2, 0.5, 0.8, 0.9, 0.95})
     statistics.push_back(EncircledEnergyRadius{fraction, 0});
   for (const double units : {-2.0, 2.0})
-    statistics.push_back(EncircledEnergyRadius{0.9, 1e-6 * std::round(1e6 * units * scene.plane_unit())});
+    statistics.push_back(EncircledEnergyRadius{0.9, 1e-6 * std::round(1e6 * units * ground.plane_unit())});
   statistics.push_back(RingFwhm{});
   statistics.push_back(RingFwhm{0.5, {}});
   statistics.push_back(ScatterRms{});
   statistics.push_back(ScatterMean{});
-  statistics.push_back(SpotFwhm{0.1 * scene.focal_sigma});
+  statistics.push_back(SpotFwhm{0.1 * ground.focal_sigma});
   statistics.push_back(RmsRadius{});
   return statistics;
 }
 
-void add_scene_quantities(const SceneNumbers& scene, Quantities* quantities) {
+void add_scene_quantities(const SceneNumbers& ground, Quantities* quantities) {
   Quantities& q = *quantities;
-  q["scene.rms_height_m"] = scene.rms_height;
-  q["scene.rms_slope_per_axis"] = scene.rms_slope_per_axis;
-  q["scene.rms_slope_total"] = scene.rms_slope_per_axis * std::sqrt(2.0);
-  q["scene.correlation_length_m"] = scene.correlation_length;
-  q["scene.n_eff"] = scene.n_eff;
-  q["scene.g"] = scene.g;
-  q["scene.kappa"] = scene.kappa;
-  q["scene.tis"] = scene.tis;
-  q["scene.paper_ratio_r"] = scene.paper_ratio_r;
+  q["scene.rms_height_m"] = ground.rms_height;
+  q["scene.rms_slope_per_axis"] = ground.rms_slope_per_axis;
+  q["scene.rms_slope_total"] = ground.rms_slope_per_axis * std::sqrt(2.0);
+  q["scene.correlation_length_m"] = ground.correlation_length;
+  q["scene.n_eff"] = ground.n_eff;
+  q["scene.g"] = ground.g;
+  q["scene.kappa"] = ground.kappa;
+  q["scene.tis"] = ground.tis;
+  q["scene.paper_ratio_r"] = ground.paper_ratio_r;
 }
 
 void add_ideal_quantities(const RayBundle& nominal, Quantities* quantities) {
@@ -52,12 +52,12 @@ void add_ideal_quantities(const RayBundle& nominal, Quantities* quantities) {
       evaluate_exact({nominal, nominal, no_height, Centre::kNominal}, {EncircledEnergyRadius{}}, 1)[0];
 }
 
-Branch harvey_shack_branch(const Task& task, const Scene& scene, const PupilSample& pupil,
+Branch harvey_shack_branch(const Task& task, const Groundwork& ground, const PupilSample& pupil,
                            const RayBundle& nominal, const std::vector<Statistic>& statistics, int threads) {
   Branch branch;
   const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(pupil.size());
-  branch.rays = trace_perturbed(task.mirror, pupil, scene.numbers.rms_slope_per_axis,
-                                task.target.convention, task.trace.pupil.seed);
+  branch.rays = trace_perturbed(task.mirror, pupil, ground.numbers.rms_slope_per_axis, task.target.convention,
+                                task.trace.pupil.seed);
   branch.statistics =
       evaluate_exact({branch.rays, nominal, no_height, task.trace.centre}, statistics, threads);
   return branch;
@@ -74,32 +74,32 @@ Branch terms_branch(const Task& task, const PupilSample& pupil, const RayBundle&
 }
 
 // Rays by analytic normals, whatever the study's: the scatter between draws is no matter of normals.
-Realisation verify_realisation(const Task& task, const Scene& scene, const PupilSample& pupil,
+Realisation verify_realisation(const Task& task, const Groundwork& ground, const PupilSample& pupil,
                                const TermSet& terms, int threads) {
   const SurfaceOperator surface(terms, pupil, {threads, {}, {}});
-  const CoefficientPrior prior = plan_terms(task, scene, task.terms).prior;
-  return realisation_of(task, scene,
-                        {task.mirror, pupil, surface, FocusModel::kRays, task.wavelength, &task.aperture,
-                         task.trace.centre},
-                        prior, threads);
+  const CoefficientPrior prior = plan_terms(task, ground, task.terms).prior;
+  return realisation_of(
+      task, ground,
+      {task.mirror, pupil, surface, FocusModel::kRays, task.wavelength, &task.aperture, task.trace.centre},
+      prior, threads);
 }
 
 // Both branches are rays. Where these are the wrong model, agreement of the two decides nothing.
-Verdict verify_verdict(const Scene& scene, const std::vector<EquivalenceMetric>& metrics) {
+Verdict verify_verdict(const Groundwork& ground, const std::vector<EquivalenceMetric>& metrics) {
   const Verdict verdict = overall(metrics);
-  const bool rays_decide = scene.use.choice->model == FocusModel::kRays;
+  const bool rays_decide = ground.use.choice->model == FocusModel::kRays;
   return rays_decide || verdict != Verdict::kEquivalent ? verdict : Verdict::kUndecided;
 }
 
 // Theory in closed form, and the two branches tested against each other.
-void compare(const Task& task, const Scene& scene, const std::vector<Statistic>& statistics,
+void compare(const Task& task, const Groundwork& ground, const std::vector<Statistic>& statistics,
              const Branch& harvey_shack, const Branch& terms, VerifyReport* report) {
   const double sampling =
       0.51e-2 * std::sqrt(15000.0 / double(report->rays));  // PHYSICS 2, ee90 of random rays
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const auto at = Eigen::Index(k);
     const std::string name = statistic_name(statistics[k]);
-    report->theory.push_back((*scene.theory)(statistics[k]));
+    report->theory.push_back((*ground.theory)(statistics[k]));
     report->quantities["theory." + name] = report->theory.back();
     report->quantities["harvey_shack." + name] = harvey_shack.statistics[at];
     report->quantities["aberration_terms." + name] = terms.statistics[at];
@@ -108,14 +108,14 @@ void compare(const Task& task, const Scene& scene, const std::vector<Statistic>&
                                    std::hypot(sampling, report->spread) * terms.statistics[at],
                                    task.equivalence.margin, task.equivalence.confidence));
   }
-  report->verdict = verify_verdict(scene, report->metrics);
+  report->verdict = verify_verdict(ground, report->metrics);
 }
 
-Warnings verify_warnings(const Task& task, const Scene& scene) {
+Warnings verify_warnings(const Task& task, const Groundwork& ground) {
   Warnings warnings;
-  if (scene.use.choice->model != FocusModel::kRays)
-    warnings.push_back({"rays-not-valid", scene.use.reason + " Both branches here are rays: their agreement "
-                                                             "is no verdict on the focus."});
+  if (ground.use.choice->model != FocusModel::kRays)
+    warnings.push_back({"rays-not-valid", ground.use.reason + " Both branches here are rays: their agreement "
+                                                              "is no verdict on the focus."});
   if (task.trace.central_difference_step)
     warnings.push_back(
         {"central-difference", "normals by central differences: a hidden low-pass filter (PHYSICS 8)"});
@@ -127,34 +127,35 @@ Warnings verify_warnings(const Task& task, const Scene& scene) {
 VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optional<GivenSurface>& given,
                     int threads) {
   assert(task.psd);
-  const Scene scene = make_scene(task);
+  const Groundwork ground = lay_groundwork(task);
   const PupilSample pupil = make_pupil(task.aperture, task.trace.pupil);
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
-  const std::vector<Statistic> statistics = branch_statistics(scene);
-  const Branch harvey_shack = harvey_shack_branch(task, scene, pupil, nominal, statistics, threads);
-  const GivenSurface surface = surface_of(task, scene, given);
+  const std::vector<Statistic> statistics = branch_statistics(ground);
+  const Branch harvey_shack = harvey_shack_branch(task, ground, pupil, nominal, statistics, threads);
+  const GivenSurface surface = surface_of(task, ground, given);
   const Branch terms = terms_branch(task, pupil, nominal, surface, statistics, threads);
 
   VerifyReport report;
   report.convention = task.target.convention;
   report.rays = pupil.size();
   report.margin = task.equivalence.margin;
-  report.scene = scene_facts(scene, to_string(Theory::kRays));
+  report.scene = scene_facts(ground, to_string(Theory::kRays));
   report.scene.model = to_string(FocusModel::kRays);
   // The scatter is the larger of what the law says and, near the margin, what draws show.
-  report.scene.realisation = given ? Realisation{scene.numbers.realisation_spread, std::nan(""), 0}
-                                   : verify_realisation(task, scene, pupil, surface.terms, threads);
+  report.scene.realisation = given ? Realisation{ground.numbers.realisation_spread, std::nan(""), 0}
+                                   : verify_realisation(task, ground, pupil, surface.terms, threads);
   report.spread = given ? 0.0 : report.scene.realisation->spread();
-  compare(task, scene, statistics, harvey_shack, terms, &report);
+  compare(task, ground, statistics, harvey_shack, terms, &report);
 
   Quantities& quantities = report.quantities;
-  add_scene_quantities(scene.numbers, &quantities);
+  add_scene_quantities(ground.numbers, &quantities);
   add_ideal_quantities(nominal, &quantities);
-  add_paper_quantities("harvey_shack", task, scene, pupil, nominal, harvey_shack, &quantities);
-  add_paper_quantities("aberration_terms", task, scene, pupil, nominal, terms, &quantities);
-  if (aside.published_phase) add_published_phase(task, *aside.published_phase, pupil, nominal, threads, &quantities);
+  add_paper_quantities("harvey_shack", task, ground, pupil, nominal, harvey_shack, &quantities);
+  add_paper_quantities("aberration_terms", task, ground, pupil, nominal, terms, &quantities);
+  if (aside.published_phase)
+    add_published_phase(task, *aside.published_phase, pupil, nominal, threads, &quantities);
   if (aside.independent_terms) add_independent_terms(task, *aside.independent_terms, threads, &quantities);
-  report.warnings = verify_warnings(task, scene);
+  report.warnings = verify_warnings(task, ground);
   return report;
 }
 

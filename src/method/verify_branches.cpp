@@ -21,7 +21,7 @@ double weighted_rms(const Eigen::ArrayXd& values, const Eigen::ArrayXd& weight) 
 
 }  // namespace
 
-void add_paper_quantities(const std::string& branch, const Task& task, const Scene& scene,
+void add_paper_quantities(const std::string& branch, const Task& task, const Groundwork& ground,
                           const PupilSample& pupil, const RayBundle& nominal, const Branch& b,
                           Quantities* quantities) {
   Quantities& q = *quantities;
@@ -43,11 +43,11 @@ void add_paper_quantities(const std::string& branch, const Task& task, const Sce
   q[branch + ".ring_fwhm_counted_m"] = counted_ring_width(b.rays, ring, kPaperPitch, kPaperReach);
   q[branch + ".ring_fwhm_over_ee90_f_over_r"] =
       evaluate_exact({b.rays, nominal, height, task.trace.centre}, {RingFwhm{}}, 1)[0] /
-      (ring * task.mirror.focal_length / scene.radius);
+      (ring * task.mirror.focal_length / ground.radius);
 }
 
-void add_published_phase(const Task& task, const PhaseSynthesis& published, const PupilSample& pupil, const RayBundle& nominal, int threads,
-                         Quantities* quantities) {
+void add_published_phase(const Task& task, const PhaseSynthesis& published, const PupilSample& pupil,
+                         const RayBundle& nominal, int threads, Quantities* quantities) {
   // Each mode stands for a ring of the frequency plane, its width taken with log10 where the measure of
   // log-uniform modes is ln.
   const double decades = std::log10(published.f_max / published.f_min);
@@ -93,7 +93,8 @@ void add_published_phase(const Task& task, const PhaseSynthesis& published, cons
     q["published_phase." + statistic_name(statistics[k])] = values[Eigen::Index(k)];
 }
 
-void add_independent_terms(const Task& task, const IndependentTerms& spec, int threads, Quantities* quantities) {
+void add_independent_terms(const Task& task, const IndependentTerms& spec, int threads,
+                           Quantities* quantities) {
   TermSet terms;
   terms.radius = aperture_radius(task.aperture);
   terms.zernike = zernike_modes(2, spec.n_max);

@@ -14,16 +14,17 @@ struct Branch {
 
 /// Numbers that only a picture of the paper's own way gives: counted ring widths, phase gradients, mean
 /// deflection.
-void add_paper_quantities(const std::string& branch, const Task& task, const Scene& scene,
+void add_paper_quantities(const std::string& branch, const Task& task, const Groundwork& ground,
                           const PupilSample& pupil, const RayBundle& nominal, const Branch& rays,
                           Quantities* quantities);
 
 /// The published phase synthesis (PHYSICS 9): gradient RMS per axis and expected, and the surface height its
 /// phase really stands for.
-void add_published_phase(const Task& task, const PhaseSynthesis& published, const PupilSample& pupil, const RayBundle& nominal, int threads,
-                         Quantities* quantities);
+void add_published_phase(const Task& task, const PhaseSynthesis& published, const PupilSample& pupil,
+                         const RayBundle& nominal, int threads, Quantities* quantities);
 
 /// Mean focal statistics of independently drawn Zernikes.
-void add_independent_terms(const Task& task, const IndependentTerms& spec, int threads, Quantities* quantities);
+void add_independent_terms(const Task& task, const IndependentTerms& spec, int threads,
+                           Quantities* quantities);
 
 }  // namespace aberfit

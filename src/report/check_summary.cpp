@@ -53,7 +53,8 @@ std::string scene_rows(const CheckReport& report) {
   text += row("kappa (rays from 0.85 up)", fmt::format("{:.3g}", n.kappa));
   text += row("Airy ee90", metres_text(n.airy_ee90));
   text += row("ee90 by Harvey-Shack (waves)",
-              metres_text(e.ghs.ee90) + fmt::format(", ee50 {}, ee80 {}", metres_text(e.ghs.ee50), metres_text(e.ghs.ee80)));
+              metres_text(e.ghs.ee90) +
+                  fmt::format(", ee50 {}, ee80 {}", metres_text(e.ghs.ee50), metres_text(e.ghs.ee80)));
   text += error_row("ee90 by rays", e.rays.ee90, e.ray_ee50, e.ray_ee90);
   text += row("R of the paper", fmt::format("{:.4g}", n.paper_ratio_r));
   text += row("  its verdict (R >> 1: rays)", paper_verdict(n.paper_ratio_r));

@@ -15,7 +15,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::ptrdiff_t kRowsBefore = 6, kRowsAfter = 5;
 
-
 std::string set_name(const FrontierPoint& point) {
   return point.family == "fourier" ? fmt::format("{} waves", point.order)
                                    : fmt::format("n <= {}", point.order);

@@ -41,8 +41,8 @@ std::string summary_table(const PaperCells& table) {
   for (const PaperCell& cell : table.cells) {
     const double error = cell.ray_ee90_error;
     text += fmt::format("  {:>10} {:>10} {:>10} {:>11.4g} {:>9.3g} {:>10.3g} {:>10} {:>8} {:>10}\n",
-                        metres_text(cell.rms_height), metres_text(cell.correlation_length), metres_text(cell.diameter),
-                        cell.ratio, cell.g, cell.kappa,
+                        metres_text(cell.rms_height), metres_text(cell.correlation_length),
+                        metres_text(cell.diameter), cell.ratio, cell.g, cell.kappa,
                         std::isfinite(error) ? fmt::format("{:+.3g} %", 100 * error) : "-",
                         paper_verdict(cell.ratio), needed_word(cell));
   }

@@ -1,10 +1,10 @@
 #include "paragraph.h"
 
-#include "aberfit/core/units.h"
-
 #include <fmt/format.h>
 
 #include <sstream>
+
+#include "aberfit/core/units.h"
 
 namespace aberfit {
 

@@ -84,9 +84,9 @@ std::string lines_rows(const PsdEstimate& estimate) {
     const std::string direction = std::isfinite(line.angle)
                                       ? fmt::format(", along {:.0f} deg", line.angle * 180 / std::numbers::pi)
                                       : "";
-    text += paragraph(
-        "Line", fmt::format("{} (period {}){}: RMS {}, {:.3g} times the continuum", frequency(line.frequency),
-                            metres_text(1 / line.frequency), direction, metres_text(line.rms), line.strength));
+    text += paragraph("Line", fmt::format("{} (period {}){}: RMS {}, {:.3g} times the continuum",
+                                          frequency(line.frequency), metres_text(1 / line.frequency),
+                                          direction, metres_text(line.rms), line.strength));
   }
   return text;
 }

@@ -1,4 +1,3 @@
-#include "aberfit/report/frontier.h"
 #include "aberfit/report/result.h"
 
 #include <fmt/core.h>
@@ -8,6 +7,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "aberfit/report/frontier.h"
 #include "aberfit/terms/zernike.h"
 #include "json_number.h"
 #include "statistic_label.h"
@@ -17,19 +17,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-
 Json metrics_json(const std::vector<EquivalenceMetric>& metrics) {
   Json json = Json::array();
   for (const EquivalenceMetric& metric : metrics)
-    json.push_back({{"name", metric.name},
-                    {"held_out", metric.held_out},
-                    {"target", json_number(metric.target)},
-                    {"model", json_number(metric.model)},
-                    {"relative_difference", json_number(metric.relative_difference)},
-                    {"standard_error", json_number(metric.standard_error)},
-                    {"interval", Json::array({json_number(metric.interval[0]), json_number(metric.interval[1])})},
-                    {"margin", json_number(metric.margin)},
-                    {"verdict", to_string(metric.verdict)}});
+    json.push_back(
+        {{"name", metric.name},
+         {"held_out", metric.held_out},
+         {"target", json_number(metric.target)},
+         {"model", json_number(metric.model)},
+         {"relative_difference", json_number(metric.relative_difference)},
+         {"standard_error", json_number(metric.standard_error)},
+         {"interval", Json::array({json_number(metric.interval[0]), json_number(metric.interval[1])})},
+         {"margin", json_number(metric.margin)},
+         {"verdict", to_string(metric.verdict)}});
   return json;
 }
 
@@ -120,9 +120,10 @@ Json coefficients_json(const ResultDocument& result) {
   for (std::size_t i = 0; i < terms.spherical.size(); ++i) {
     const Eigen::Index k = terms.spherical_begin() + Eigen::Index(i);
     const int power = terms.spherical[i];
-    spherical[fmt::format("c{}", power)] = {{"value_m", value(k)},
-                                            {"std_m", spread(k)},
-                                            {"coefficient", json_number(c[k] / std::pow(terms.radius, power))}};
+    spherical[fmt::format("c{}", power)] = {
+        {"value_m", value(k)},
+        {"std_m", spread(k)},
+        {"coefficient", json_number(c[k] / std::pow(terms.radius, power))}};
   }
   return {{"radius_m", json_number(terms.radius)},
           {"zernike", zernike},
@@ -237,7 +238,8 @@ nlohmann::ordered_json scene_json(const FitOutcome& result) {
                    {"ee90_radius_m", json_number(errors->ghs.ee90)},
                    {"tis", json_number(scene.tis)},
                    {"core_share", json_number(1 - scene.tis)}};
-    json["model_error"] = {{"ray_ee50", json_number(errors->ray_ee50)}, {"ray_ee90", json_number(errors->ray_ee90)}};
+    json["model_error"] = {{"ray_ee50", json_number(errors->ray_ee50)},
+                           {"ray_ee90", json_number(errors->ray_ee90)}};
   }
   if (const auto& realisation = result.realisation)
     json["realisation"] = {

@@ -29,10 +29,10 @@ Json to_json(const TraceReport& report, const Json& study) {
 }
 
 std::string summary_table(const TraceReport& report) {
-  std::string text = fmt::format(
-      "{}\n\nmodel {}, {} {} ({} lost), {} terms\n\n  {:<28} {:>14} {:>14} {:>9}\n", report.title,
-      to_string(report.model), report.rays, report.model == FocusModel::kWaves ? "cells" : "rays",
-      report.lost_rays, report.terms, "statistic [SI]", "surface", "target", "diff");
+  std::string text =
+      fmt::format("{}\n\nmodel {}, {} {} ({} lost), {} terms\n\n  {:<28} {:>14} {:>14} {:>9}\n", report.title,
+                  to_string(report.model), report.rays, report.model == FocusModel::kWaves ? "cells" : "rays",
+                  report.lost_rays, report.terms, "statistic [SI]", "surface", "target", "diff");
   for (const TracedStatistic& traced : report.statistics)
     text += fmt::format("  {:<28} {:>14.6g} {:>14.6g} {:>8.2f}%\n", statistic_name(traced.statistic),
                         traced.value, traced.target, 100 * (traced.value / traced.target - 1));

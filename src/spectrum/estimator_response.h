@@ -14,13 +14,13 @@ struct EstimatorResponse {
   LowOrdinates low;
 };
 
-/// Plane waves are sent through the processing (it is linear, so |transform|^2 of a wave is exact): all of them on
-/// a lattice of half a resolution and finer for low frequencies, where detrending acts; for high frequencies
-/// a selection, which yields the share that stays in the main lobe and where the rest goes, both smooth
-/// functions of frequency, while the main lobe itself is that of the window. Waves up to the Nyquist
+/// Plane waves are sent through the processing (it is linear, so |transform|^2 of a wave is exact): all of
+/// them on a lattice of half a resolution and finer for low frequencies, where detrending acts; for high
+/// frequencies a selection, which yields the share that stays in the main lobe and where the rest goes, both
+/// smooth functions of frequency, while the main lobe itself is that of the window. Waves up to the Nyquist
 /// frequencies of the axes; a spectrum beyond them (aliasing) and below 1/16 ordinate (removed by detrending)
 /// is not modelled.
-EstimatorResponse estimator_response(const SurfaceProcessing& processing, const OrdinateBins& bins, WindowKind window,
-                                     int threads);
+EstimatorResponse estimator_response(const SurfaceProcessing& processing, const OrdinateBins& bins,
+                                     WindowKind window, int threads);
 
 }  // namespace aberfit

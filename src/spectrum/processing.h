@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "aberfit/spectrum/psd_estimate.h"
 #include "aberfit/roughness/fourier_transform.h"
+#include "aberfit/spectrum/psd_estimate.h"
 #include "periodogram.h"
 
 namespace aberfit {

@@ -1,3 +1,5 @@
+#include "aberfit/spectrum/psd_estimate.h"
+
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <deque>
@@ -6,11 +8,10 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "aberfit/spectrum/psd_estimate.h"
 #include "detrend_basis.h"
+#include "estimator_response.h"
 #include "periodogram.h"
 #include "processing.h"
-#include "estimator_response.h"
 #include "spectral_lines.h"
 #include "window.h"
 
@@ -79,12 +80,14 @@ struct PsdEstimator::Plan {
   Eigen::ArrayXd correlation_x, correlation_y;
   Eigen::MatrixXd relative_covariance;
 
-  const SurfaceProcessing& processing() const { return profile_processing ? static_cast<const SurfaceProcessing&>(*profile_processing) : *map_processing; }
+  const SurfaceProcessing& processing() const {
+    return profile_processing ? static_cast<const SurfaceProcessing&>(*profile_processing) : *map_processing;
+  }
 
   void prepare() {
     correlation_x = ordinate_covariance(processing().window_x);
-    correlation_y =
-        profile_processing ? Eigen::ArrayXd(Eigen::ArrayXd::Ones(1)) : ordinate_covariance(processing().window_y);
+    correlation_y = profile_processing ? Eigen::ArrayXd(Eigen::ArrayXd::Ones(1))
+                                       : ordinate_covariance(processing().window_y);
     bins = logarithmic_bins(processing().grid, options.bins_per_decade, {});
     response = estimator_response(processing(), bins, options.window, threads);
     relative_covariance = bin_covariance(processing().grid, bins, correlation_x, correlation_y, response.low);
@@ -199,8 +202,8 @@ PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
   ComplexGrid samples = plan.profile_processing->windowed(detrended);
   const OrdinateGrid& grid = plan.processing().grid;
   const double pitch = 1 / (grid.cols * grid.step_x);
-  PsdEstimate result =
-      plan.estimate((2 * pitch / plan.processing().window_power()) * plan.processing().power(std::move(samples)));
+  PsdEstimate result = plan.estimate((2 * pitch / plan.processing().window_power()) *
+                                     plan.processing().power(std::move(samples)));
   result.rms_height = rms(detrended);
   result.rms_slope = slope_rms(profile, detrended, plan.options.detrend);
   return result;
@@ -213,7 +216,8 @@ PsdEstimate PsdEstimator::operator()(const HeightMap& map) const {
       !same_valid(map.height.reshaped(), plan.map.height.reshaped()))
     throw std::invalid_argument("the map does not have the geometry this estimator was made for");
   const HeightMap detrended = detrend(map, plan.options.detrend);
-  ComplexGrid samples = plan.map_processing->windowed(detrend(plan.map_processing->region(map), plan.options.detrend));
+  ComplexGrid samples =
+      plan.map_processing->windowed(detrend(plan.map_processing->region(map), plan.options.detrend));
   const double scale = map.pitch_x * map.pitch_y / plan.processing().window_power();
   PsdEstimate result = plan.estimate(scale * plan.processing().power(std::move(samples)));
   result.rms_height = rms(detrended);

@@ -6,15 +6,15 @@
 #include <stdexcept>
 
 #include "aberfit/core/errors.h"
-#include "study_rules.h"
+#include "aberfit/study/measured_psd.h"
 #include "describe.h"
 #include "describe_measured.h"
 #include "describe_roughness.h"
 #include "load_files.h"
-#include "aberfit/study/measured_psd.h"
 #include "parse_json.h"
 #include "reader.h"
 #include "schema.h"
+#include "study_rules.h"
 #include "writer.h"
 
 namespace aberfit {
@@ -25,7 +25,7 @@ Study parse_study(const std::string& text, const std::string& path) {
   study.path = path;
   Reader(json, study.path, "").read_object([&](Visitor& v) { describe_study(v, study); });
   load_files(study);
-  check_study(study);
+  check_rules(study);
   return study;
 }
 

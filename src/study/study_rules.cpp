@@ -85,7 +85,7 @@ void check_exports(const Study& study) {
 
 }  // namespace
 
-void check_study(const Study& study) {
+void check_rules(const Study& study) {
   check_aperture(study);
   check_exports(study);
   if (study.trace.pupil.layout == PupilLayout::kPolar && study.aperture.index() > 1)

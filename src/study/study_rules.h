@@ -5,6 +5,6 @@ namespace aberfit {
 
 /// Rules that join several blocks of a study, or need what its files hold. Throws InputError at the key that
 /// breaks one.
-void check_study(const Study& study);
+void check_rules(const Study& study);
 
 }  // namespace aberfit

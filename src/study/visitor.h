@@ -88,8 +88,8 @@ class Visitor {
   virtual void word_or_object(const Field& field, bool& is_object, const std::string& word,
                               const Body& body) = 0;
   /// Either the word or an integer.
-  virtual void word_or_integer(const Field& field, bool& is_word, const std::string& word, std::int64_t& value,
-                               std::int64_t low, std::int64_t high) = 0;
+  virtual void word_or_integer(const Field& field, bool& is_word, const std::string& word,
+                               std::int64_t& value, std::int64_t low, std::int64_t high) = 0;
   /// Array of objects; `resize` makes room, `body` describes element i.
   virtual void list(const Field& field, std::size_t count, std::size_t least,
                     const std::function<void(std::size_t)>& resize,

@@ -253,7 +253,7 @@ TEST(SourceRules, TellWhereAStudyIsCopiedOrChanged) {
       {"Task copy{task};", "is not const"},
       {"void f(int n, Study study);", "is not const"},
       {"void f(Task& task);", "is not const"},
-      {"void f(const Scene& scene, aberfit::Task* task);", "is not const"},
+      {"void f(const Groundwork& scene, aberfit::Task* task);", "is not const"},
       {"Study with_rays(const Study& study);", "is not const"},
       {"std::optional<Study> chosen;", "is not const"},
       {"const std::vector<Task> tasks;", "is not const"},

@@ -116,8 +116,8 @@ TEST(Verify, NamesAQuantityThatDoesNotExist) {
   study.verify.published.resize(1);
   study.verify.published[0].formula.clear();
   study.verify.published[0].quantity = "harvey_shack.ee90";
-  study.verify.published_phase.reset();
-  study.verify.independent_terms.reset();
+  study.verify.aside.published_phase.reset();
+  study.verify.aside.independent_terms.reset();
   try {
     run_verify(study, {});
     FAIL() << "accepted";

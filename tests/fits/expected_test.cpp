@@ -4,8 +4,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "aberfit/study/read_study.h"
 #include "aberfit/commands/run.h"
+#include "aberfit/study/read_study.h"
 
 using namespace aberfit;
 
@@ -35,8 +35,7 @@ TEST_P(ReferenceStudy, GivesWhatItsExpectedFileSays) {
 
 INSTANTIATE_TEST_SUITE_P(Fits, ReferenceStudy,
                          testing::Values("paper-physical", "paper-harvey-shack", "paper-published-values",
-                                         "spherical", "measured-zygo",
-                                         "smooth-waves"),
+                                         "spherical", "measured-zygo", "smooth-waves"),
                          [](const auto& study) {
                            std::string name = study.param;
                            std::erase(name, '-');

@@ -18,17 +18,18 @@ const char* const kStudy = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}
 
 TEST(FewestTerms, MakesTermsAndPriorOnceForEachTrial) {
   const Study study = parse_study(kStudy, "study.json");
-  const Scene scene = make_scene(study);
-  const TargetSets targets = make_targets(study, scene, 1);
+  const Groundwork ground = lay_groundwork(study);
+  const TargetSets targets = make_targets(study, ground, 1);
   // The search tells what it does: a prior, then the fit or fits that stand on it.
   std::vector<std::string> told;
-  const RunContext context{1, [&](const std::string& line) { told.push_back(line.substr(0, line.find(':'))); }};
+  const RunContext context{1,
+                           [&](const std::string& line) { told.push_back(line.substr(0, line.find(':'))); }};
   std::vector<int> made;
   const MakeTerms counted = [&](const TermsSpec& asked) {
     made.push_back(asked.zernike.value().n_max.value());
-    return plan_terms(study, scene, asked);
+    return plan_terms(study, ground, asked);
   };
-  const Attempt found = fit_fewest_terms({study, scene, targets, context}, counted);
+  const Attempt found = fit_fewest_terms({study, ground, targets, context}, counted);
   ASSERT_TRUE(found.result.frontier.has_value());
   ASSERT_GT(made.size(), 2u);
   EXPECT_EQ(std::adjacent_find(made.begin(), made.end()), made.end()) << "the same terms made twice in a row";

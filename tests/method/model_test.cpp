@@ -305,11 +305,11 @@ TEST(Realisation, NearTheMarginDrawsAreMeasuredAndCompared) {
   // 32 draws know a spread to 13 %; the law itself to a third: half to double is four standard errors away.
   EXPECT_GT(near.realisation->measured, 0.5 * near.realisation->predicted);
   EXPECT_LT(near.realisation->measured, 2.0 * near.realisation->predicted);
-  const ordered_json json = to_json(near)["scene"]["realisation"];
+  const ordered_json json = to_json(near, {})["scene"]["realisation"];
   EXPECT_EQ(json["measured"], near.realisation->measured);
   const ResultDocument far = result_of("1 %");
   EXPECT_EQ(far.realisation->draws, 0);
-  EXPECT_TRUE(to_json(far)["scene"]["realisation"]["measured"].is_null());
+  EXPECT_TRUE(to_json(far, {})["scene"]["realisation"]["measured"].is_null());
 }
 
 }  // namespace

@@ -234,10 +234,10 @@ TEST(AutomaticRays, StayUntilFreshRaysSayTheSame) {
 
 TEST(BandUse, SharesOfAUniformBandAreDifferencesOfPowers) {
   const Study study = parse_study(small_study(R"({"zernike": {"n_max": 10}})", "65536"), "study.json");
-  const Scene scene = make_scene(study);
+  const Groundwork ground = lay_groundwork(study);
   double captured = 0;
-  const TermSet terms = make_terms(study, scene, study.terms, &captured);
-  const BandUse band = band_use(study, scene, terms, 65536);
+  const TermSet terms = make_terms(study, ground, study.terms, &captured);
+  const BandUse band = band_use(study, ground, terms, 65536);
   const double cut = 11 / (2 * std::numbers::pi * 0.2), low = 2.5, high = 12;
   // int f df and int f^3 df.
   const double height = (high * high - cut * cut) / (high * high - low * low);
@@ -249,9 +249,9 @@ TEST(BandUse, SharesOfAUniformBandAreDifferencesOfPowers) {
   EXPECT_NEAR(band.left_out_slope_share, slope, kRounding);
   EXPECT_NEAR(band.ee90_change, std::sqrt(1 - slope) - 1, kRounding);
   // Spacing 1/40 m: rays see up to 20 /m, all of it; at 1/10 m up to 5 /m.
-  EXPECT_EQ(band_use(study, scene, terms, 100).limited_by, "zernike");
-  EXPECT_EQ(band_use(study, scene, terms, 10).limited_by, "rays");
-  EXPECT_NEAR(band_use(study, scene, terms, 10).modelled_f_max,
+  EXPECT_EQ(band_use(study, ground, terms, 100).limited_by, "zernike");
+  EXPECT_EQ(band_use(study, ground, terms, 10).limited_by, "rays");
+  EXPECT_NEAR(band_use(study, ground, terms, 10).modelled_f_max,
               0.5 * std::sqrt(10 / (std::numbers::pi * 0.04)), kRounding * 10);
 }
 
@@ -279,8 +279,8 @@ TEST(DefaultStatistics, AreDistinctInEveryDepthOfFocus) {
                              R"("}, "light": {"wavelength": "632.8 nm"}, "roughness": {"psd": {"model": )" +
                              R"("gaussian", "rms": "25 nm", "correlation_length": "0.1 mm"}}})";
     const Study study = parse_study(text, "study.json");
-    const Scene scene = make_scene(study);
-    const TargetSets sets = make_targets(study, scene, 1);
+    const Groundwork ground = lay_groundwork(study);
+    const TargetSets sets = make_targets(study, ground, 1);
     std::set<std::string> names;
     std::size_t count = 0;
     for (const auto* some : {&sets.fitted, &sets.guides, &sets.held_out})
@@ -289,7 +289,7 @@ TEST(DefaultStatistics, AreDistinctInEveryDepthOfFocus) {
     // Rounding is small beside the steps between planes.
     for (const Target& target : sets.held_out)
       if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
-        const double units = ee->dz / scene.plane_unit();
+        const double units = ee->dz / ground.plane_unit();
         double nearest = HUGE_VAL;
         for (const double wanted : {0.0, 0.25, 0.75, 1.75, 3.1, 4.6})
           nearest = std::min(nearest, std::abs(std::abs(units) - wanted));
@@ -307,15 +307,16 @@ TEST(WavePitch, SaysWhatAsksForAGridThatNoMemoryHolds) {
     }
     return std::string();
   };
-  const std::string scene = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": )"
-                            R"("circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"}, )";
-  const std::string far = why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "25 nm", "f_min": )"
-                                      R"("2.5 /m", "f_max": "20 /m"}}, "target": {"statistics": )"
-                                      R"({"ee50": {"value": "1 m"}}}})");
+  const std::string ground = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": )"
+                             R"("circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"}, )";
+  const std::string far =
+      why(ground + R"("roughness": {"psd": {"model": "uniform", "rms": "25 nm", "f_min": )"
+                   R"("2.5 /m", "f_max": "20 /m"}}, "target": {"statistics": )"
+                   R"({"ee50": {"value": "1 m"}}}})");
   EXPECT_NE(far.find("1.5 m from the axis"), std::string::npos) << far;
   const std::string fine =
-      why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "1 nm", "f_min": )"
-                  R"("2.5 /m", "f_max": "20 /mm"}}, "terms": {"fourier": {"count": 9}}})");
+      why(ground + R"("roughness": {"psd": {"model": "uniform", "rms": "1 nm", "f_min": )"
+                   R"("2.5 /m", "f_max": "20 /mm"}}, "terms": {"fourier": {"count": 9}}})");
   EXPECT_NE(fine.find("cells across the aperture, more than 16384"), std::string::npos) << fine;
 }
 

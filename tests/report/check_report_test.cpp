@@ -110,7 +110,7 @@ TEST(CheckReport, WhatCannotBePredictedIsNullAndSaysWhy) {
   report.prediction.reset();
   report.unpredicted = "the grid is too fine";
   report.scene.reset();
-  report.physics = FocusPhysics::kWaves;
+  report.model = FocusModel::kWaves;
   const ordered_json json = to_json(report, {});
   EXPECT_TRUE(json["predicted_seconds"].is_null());
   EXPECT_FALSE(json.contains("prediction"));
@@ -123,7 +123,8 @@ TEST(CheckReport, WhatCannotBePredictedIsNullAndSaysWhy) {
 
 TEST(CheckReport, ThePapersTableHasItsCells) {
   CheckReport report = hand_made();
-  report.paper_table = PaperCells{500e-9, {{1e-9, 1e-6, 0.2, 655.738, 0.0251, 0.01, NAN, FocusModel::kGhs}}};
+  report.paper_table =
+      PaperCells{500e-9, {{1e-9, 1e-6, 0.2, 655.738, 0.0251, 0.01, NAN, FocusModel::kWaves}}};
   const ordered_json cell = to_json(report, {})["paper_table"]["rows"][0];
   EXPECT_EQ(cell["paper_verdict"], "rays");
   EXPECT_EQ(cell["needed"], "waves");

@@ -100,7 +100,7 @@ TEST(TraceReport, TableAndJsonSayTheSame) {
   TraceReport report;
   report.title = "by hand";
   report.theory = "ghs";
-  report.physics = FocusPhysics::kWaves;
+  report.model = FocusModel::kWaves;
   report.reason = "kappa is too small.";
   report.rays = 4096;
   report.lost_rays = 0;
@@ -119,7 +119,7 @@ TEST(TraceReport, TableAndJsonSayTheSame) {
   EXPECT_EQ(json["statistics"]["ee90_radius_m"], 66e-6);
   EXPECT_EQ(json["target"]["ee90_radius_m"], 60e-6);
   EXPECT_TRUE(json["statistics"]["scatter_rms_rad"].is_null());
-  report.physics = FocusPhysics::kRays;
+  report.model = FocusModel::kRays;
   EXPECT_NE(summary_table(report).find("4096 rays"), std::string::npos);
 }
 

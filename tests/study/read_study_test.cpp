@@ -61,8 +61,8 @@ TEST(ReadStudy, FillsInTheDefaultsOfTheMinimalStudy) {
   EXPECT_EQ(study.equivalence.margin, 0.01);
   EXPECT_EQ(study.equivalence.confidence, 0.95);
   EXPECT_TRUE(study.output.plots);
-  EXPECT_FALSE(study.verify.published_phase.has_value());
-  EXPECT_FALSE(study.verify.independent_terms.has_value());
+  EXPECT_FALSE(study.verify.aside.published_phase.has_value());
+  EXPECT_FALSE(study.verify.aside.independent_terms.has_value());
 }
 
 TEST(ReadStudy, ReadsEveryBlock) {
@@ -110,9 +110,9 @@ TEST(ReadStudy, ReadsEveryBlock) {
   EXPECT_EQ(study.fit.bound_sigmas, 4);
   EXPECT_EQ(study.equivalence.confidence, 0.9);
   EXPECT_FALSE(study.output.plots);
-  EXPECT_EQ(study.verify.published_phase->modes, 5000);
-  EXPECT_EQ(study.verify.published_phase->f_max, 1e6);
-  EXPECT_EQ(study.verify.independent_terms->draws, 20);
+  EXPECT_EQ(study.verify.aside.published_phase->modes, 5000);
+  EXPECT_EQ(study.verify.aside.published_phase->f_max, 1e6);
+  EXPECT_EQ(study.verify.aside.independent_terms->draws, 20);
   ASSERT_EQ(study.verify.published.size(), 2u);
   EXPECT_EQ(study.verify.published[0].quantity, "harvey_shack.ee90_radius_m");
   EXPECT_EQ(study.verify.published[0].scale, 1e-6);

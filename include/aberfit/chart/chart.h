@@ -76,8 +76,8 @@ void mark_rows(ChartFamily* family);
 
 /// Every method and setting on the study's own scene: its error against a reference and its time. Which
 /// settings are measured, on how many rays and against how fine a reference depends on the budget [s], about
-/// what it may take, and on the machine; every row says it. The study has statistics as targets, no map. Throws ComputationError where
-/// the surface that all is measured on is flat.
+/// what it may take, and on the machine; every row says it. The study has statistics as targets, no map.
+/// Throws ComputationError where the surface that all is measured on is flat.
 Chart make_chart(const Task& task, double budget, const RunContext& context);
 
 }  // namespace aberfit

@@ -28,12 +28,12 @@ struct CheckedStatistics {
 struct CheckReport {
   std::string title;  ///< of the task, for people
   MirrorCharacterisation mirror;
-  std::optional<SceneFacts> scene;             ///< absent without roughness
-  double focal_sigma = 0;                      ///< scale of the focal spot [m]
-  std::string theory;                          ///< what targets come from, as in SceneFacts
+  std::optional<SceneFacts> scene;       ///< absent without roughness
+  double focal_sigma = 0;                ///< scale of the focal spot [m]
+  std::string theory;                    ///< what targets come from, as in SceneFacts
   FocusModel model = FocusModel::kRays;  ///< of the surface
-  std::string reason;                          ///< one sentence: which model the scene needs and why
-  bool too_simple = false;                     ///< theory or physics is simpler than what the scene needs
+  std::string reason;                    ///< one sentence: which model the scene needs and why
+  bool too_simple = false;               ///< theory or physics is simpler than what the scene needs
   CheckedTerms terms;
   CheckedStatistics statistics;
   bool automatic_rays = false;  ///< `rays` is the least that the fit will choose

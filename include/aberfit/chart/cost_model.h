@@ -43,7 +43,7 @@ struct FitPrediction {
 
 /// terms: of the task, where it names them; for `"terms": "auto"` sets between expected_orders are put in
 /// for them: as many as a search typically fits.
-FitPrediction predict_fit(const Task& task, const Scene& scene, const TermSet& terms,
+FitPrediction predict_fit(const Task& task, const Groundwork& ground, const TermSet& terms,
                           const TargetSets& targets, const FitRates& rates, int threads);
 
 /// Predicted time [s] of the least squares of a map of `points` with `terms`.

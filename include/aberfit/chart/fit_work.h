@@ -1,8 +1,8 @@
 #pragma once
 #include <vector>
 
+#include "aberfit/method/groundwork.h"
 #include "aberfit/terms/term_set.h"
-#include "aberfit/method/scene.h"
 
 namespace aberfit {
 
@@ -23,7 +23,7 @@ struct FitWork {
 ///               Planes: one per distinct dz, and those of the search of each RingFwhm.
 /// Each gradient costs one L^T (operator_cost.h). Nothing is timed: a function of its arguments and the
 /// instruction set.
-FitWork fit_work(const Task& task, const Scene& scene, const TermSet& terms, const PupilOptions& rays,
+FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& terms, const PupilOptions& rays,
                  const TargetSets& targets, int threads);
 
 /// Points of the pupil that zone_slopes (prior_draws.h) takes; 0 for spherical terms, which it leaves out.

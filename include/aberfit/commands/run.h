@@ -3,12 +3,12 @@
 
 #include "aberfit/chart/chart.h"
 #include "aberfit/chart/check.h"
+#include "aberfit/commands/run_options.h"
 #include "aberfit/method/run_context.h"
 #include "aberfit/method/trace_surface.h"
 #include "aberfit/method/verify.h"
 #include "aberfit/report/psd_report.h"
 #include "aberfit/report/result.h"
-#include "aberfit/commands/run_options.h"
 #include "aberfit/study/study.h"
 
 // The commands as functions: each returns what it found as a struct, of which the headers of report make

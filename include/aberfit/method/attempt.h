@@ -2,11 +2,10 @@
 #include <memory>
 
 #include "aberfit/forward/statistics_with_error.h"
+#include "aberfit/method/groundwork.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/outcome.h"
 #include "aberfit/method/plan.h"
-#include "aberfit/method/run_context.h"
-#include "aberfit/method/scene.h"
 #include "aberfit/method/run_context.h"
 
 namespace aberfit {
@@ -31,7 +30,7 @@ struct Workbench {
 /// What all fits of a run have in common. The parts must outlive it.
 struct FitCase {
   const Task& task;
-  const Scene& scene;
+  const Groundwork& ground;
   const TargetSets& targets;
   const RunContext& context;
 };

@@ -49,8 +49,8 @@ struct SpectrumBin {
 /// Spread of ee90 between realisations of one specification, standard deviation over mean.
 struct Realisation {
   double predicted = 0;  ///< 0.65 / sqrt(n_eff), a law of rays
-  double measured = 0;  ///< over seeded draws of the terms, through the model of the fit; NaN: not measured
-  int draws = 0;        ///< that were measured; 0: none
+  double measured = 0;   ///< over seeded draws of the terms, through the model of the fit; NaN: not measured
+  int draws = 0;         ///< that were measured; 0: none
   /// What to reckon with: the law holds for rays and many modes, so what was measured goes first.
   double spread() const { return draws > 0 ? measured : predicted; }
 };
@@ -69,11 +69,11 @@ struct FitOutcome {
   ChosenByFit chosen;     ///< where the task left terms and rays open
   double confidence = 0;  ///< of the tests behind the verdict; 0: nothing was judged
   bool has_roughness = false;
-  SceneNumbers scene;  ///< of the specification
-  std::string theory;  ///< "geometric", "rays", "ghs": what made the targets; "given", "map"
-  std::string model = "rays";  ///< "rays", "waves": what turned the surface into statistics
-  std::string needed;          ///< the same words: what the scene needs; empty without roughness
-  std::string model_reason;    ///< why it is needed, one sentence
+  SceneNumbers scene;                 ///< of the specification
+  std::string theory;                 ///< "geometric", "rays", "ghs": what made the targets; "given", "map"
+  std::string model = "rays";         ///< "rays", "waves": what turned the surface into statistics
+  std::string needed;                 ///< the same words: what the scene needs; empty without roughness
+  std::string model_reason;           ///< why it is needed, one sentence
   std::optional<ModelErrors> errors;  ///< of rays against GHS; absent without roughness
   std::optional<Realisation> realisation;
   std::vector<Target> targets;

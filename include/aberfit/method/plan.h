@@ -9,14 +9,14 @@
 
 namespace aberfit {
 
-struct Scene;
+struct Groundwork;
 
 /// Terms, and what the specification says of them.
 struct TermPlan {
-  TermsSpec asked;        ///< what they were made from: nothing automatic
+  TermsSpec asked;  ///< what they were made from: nothing automatic
   TermSet terms;
   CoefficientPrior prior;
-  double captured = 0;    ///< share of the height variance that they can carry, piston and tilt left out
+  double captured = 0;  ///< share of the height variance that they can carry, piston and tilt left out
 };
 
 /// Share of the height variance, piston and tilt left out, that a default order has to carry.
@@ -24,16 +24,16 @@ inline constexpr double kCapturedHeight = 0.99;
 
 /// The terms; absent orders and frequencies are chosen from the PSD. `captured` as in TermPlan. Throws
 /// FieldError for terms that cannot be had.
-TermSet make_terms(const Task& task, const Scene& scene, const TermsSpec& asked, double* captured);
+TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& asked, double* captured);
 /// The same with their prior, which costs more the more terms there are.
-TermPlan plan_terms(const Task& task, const Scene& scene, const TermsSpec& asked);
+TermPlan plan_terms(const Task& task, const Groundwork& ground, const TermsSpec& asked);
 
 /// What a run has decided about one fit: the task says what is wanted, the plan how it is tried.
 struct FitPlan {
   std::shared_ptr<const TermPlan> terms;
-  PupilOptions pupil;             ///< rays; waves have a grid that their light decides
-  bool automatic_rays = false;    ///< more of them until fresh ones say the same
-  int starts = 1;                 ///< tries from different draws
+  PupilOptions pupil;           ///< rays; waves have a grid that their light decides
+  bool automatic_rays = false;  ///< more of them until fresh ones say the same
+  int starts = 1;               ///< tries from different draws
   int most_iterations = 100;
   Eigen::VectorXd warm;           ///< white coordinates to start from instead of a draw
   bool give_up_on_stall = false;  ///< a search has other sets to try

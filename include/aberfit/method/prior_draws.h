@@ -1,6 +1,6 @@
 #pragma once
 #include "aberfit/forward/forward_model.h"
-#include "aberfit/method/scene.h"
+#include "aberfit/method/groundwork.h"
 #include "aberfit/method/outcome.h"
 
 namespace aberfit {

@@ -3,8 +3,8 @@
 
 #include "aberfit/focus/statistic.h"
 #include "aberfit/forward/statistics_with_error.h"
-#include "aberfit/scene/pupil.h"
 #include "aberfit/method/task.h"
+#include "aberfit/scene/pupil.h"
 #include "aberfit/terms/term_set.h"
 #include "aberfit/theory/vocabulary.h"
 

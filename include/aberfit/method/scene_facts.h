@@ -2,8 +2,8 @@
 #include <optional>
 #include <string>
 
+#include "aberfit/method/groundwork.h"
 #include "aberfit/method/judge.h"
-#include "aberfit/method/scene.h"
 
 namespace aberfit {
 
@@ -11,15 +11,15 @@ namespace aberfit {
 /// used and the one that it needs.
 struct SceneFacts {
   SceneNumbers numbers;
-  std::string theory;  ///< "geometric", "rays", "ghs", "given": what targets come from
-  std::string model;   ///< "rays", "waves": what turns a surface into statistics
-  std::string needed;  ///< the same words: what the scene needs
-  std::string reason;  ///< why it is needed, one sentence
+  std::string theory;                      ///< "geometric", "rays", "ghs", "given": what targets come from
+  std::string model;                       ///< "rays", "waves": what turns a surface into statistics
+  std::string needed;                      ///< the same words: what the scene needs
+  std::string reason;                      ///< why it is needed, one sentence
   std::optional<ModelErrors> errors;       ///< of rays against GHS
   std::optional<Realisation> realisation;  ///< absent: not asked for
 };
 
 /// The facts of a scene with roughness whose targets come from `theory`; `realisation` is left empty.
-SceneFacts scene_facts(const Scene& scene, const std::string& theory);
+SceneFacts scene_facts(const Groundwork& ground, const std::string& theory);
 
 }  // namespace aberfit

@@ -1,8 +1,8 @@
 #pragma once
 #include <memory>
 
+#include "aberfit/method/groundwork.h"
 #include "aberfit/terms/surface_spectrum.h"
-#include "aberfit/method/scene.h"
 
 namespace aberfit {
 
@@ -14,7 +14,7 @@ struct SpectrumTarget {
       value;  ///< expectation of each bin over draws of the prior [m^4]: like is compared with like
   Eigen::VectorXd tolerance;  ///< of log PSD
 };
-SpectrumTarget make_spectrum_target(const Task& task, const Scene& scene, const TermSet& terms,
+SpectrumTarget make_spectrum_target(const Task& task, const Groundwork& ground, const TermSet& terms,
                                     const CoefficientPrior& prior, int threads);
 
 }  // namespace aberfit

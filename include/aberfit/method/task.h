@@ -16,8 +16,8 @@
 #include "aberfit/theory/convention.h"
 #include "aberfit/theory/vocabulary.h"
 
-// What the method works on: the physics of a study without its file. Member names follow the keys of the study
-// format; SI units and radians throughout.
+// What the method works on: the physics of a study without its file. Member names follow the keys of the
+// study format; SI units and radians throughout.
 namespace aberfit {
 
 /// One entry of target.statistics. Names: ee<percent>, ring_fwhm, ring_profile, scatter_rms, scatter_mean,
@@ -73,9 +73,9 @@ struct TermsSpec {
 
 struct TraceSpec {
   std::optional<FocusModel> model;  ///< of the surface; absent ("auto"): what the theory needs
-  PupilOptions pupil;           ///< JSON keys pupil, rays, seed sit side by side
-  bool automatic_rays = false;  ///< "auto", or no rays in the file: a fit finds how many it needs;
-                                ///< `pupil.rays` then holds what everything else uses
+  PupilOptions pupil;               ///< JSON keys pupil, rays, seed sit side by side
+  bool automatic_rays = false;      ///< "auto", or no rays in the file: a fit finds how many it needs;
+                                    ///< `pupil.rays` then holds what everything else uses
   std::optional<double> central_difference_step;  ///< [m]; absent: analytic normals
   Centre centre = Centre::kNominal;
 };
@@ -96,8 +96,8 @@ struct EquivalenceSpec {
   double confidence = 0.95;
 };
 
-/// A mirror, its light and its roughness, and what is asked of them. Read, never changed: what a run decides is
-/// a plan of its own (plan.h).
+/// A mirror, its light and its roughness, and what is asked of them. Read, never changed: what a run decides
+/// is a plan of its own (plan.h).
 struct Task {
   Mirror mirror;
   Aperture aperture;

@@ -2,8 +2,8 @@
 #include <functional>
 
 #include "aberfit/method/frontier.h"
+#include "aberfit/method/groundwork.h"
 #include "aberfit/method/task.h"
-#include "aberfit/method/scene.h"
 
 namespace aberfit {
 
@@ -34,7 +34,7 @@ struct OrderRange {
   int low = 2, high = 2;
   bool wide = false;  ///< above kLargestSearchedOrder: Fourier modes
 };
-OrderRange expected_orders(const Scene& scene);
+OrderRange expected_orders(const Groundwork& ground);
 
 /// The terms that an order of a search stands for.
 TermsSpec zernikes_up_to(int order, CovarianceKind covariance);
@@ -53,6 +53,6 @@ Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange
 std::string search_message(const Frontier& frontier, const OrderRange& range);
 
 /// Where the modelled part of the band ends, and what the rest would be worth. rays: of the fit.
-BandUse band_use(const Task& task, const Scene& scene, const TermSet& terms, Eigen::Index rays);
+BandUse band_use(const Task& task, const Groundwork& ground, const TermSet& terms, Eigen::Index rays);
 
 }  // namespace aberfit

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "aberfit/method/scene.h"
+#include "aberfit/method/groundwork.h"
 
 namespace aberfit {
 
@@ -23,11 +23,11 @@ struct TracedStatistic {
 
 /// Focal statistics of a surface, nothing else.
 struct TraceReport {
-  std::string title;   ///< of the task, for people
-  std::string theory;  ///< "geometric", "rays", "ghs", "given": of the targets
+  std::string title;                     ///< of the task, for people
+  std::string theory;                    ///< "geometric", "rays", "ghs", "given": of the targets
   FocusModel model = FocusModel::kRays;  ///< what turned the surface into statistics
-  std::string reason;                          ///< one sentence: which model the scene needs and why
-  Eigen::Index rays = 0, lost_rays = 0;        ///< rays, or cells of the pupil grid of waves
+  std::string reason;                    ///< one sentence: which model the scene needs and why
+  Eigen::Index rays = 0, lost_rays = 0;  ///< rays, or cells of the pupil grid of waves
   Eigen::Index terms = 0;
   std::vector<TracedStatistic> statistics;
   Warnings warnings;

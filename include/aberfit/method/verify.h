@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "aberfit/method/tost.h"
 #include "aberfit/method/scene_facts.h"
+#include "aberfit/method/tost.h"
 #include "aberfit/method/trace_surface.h"
 
 namespace aberfit {

@@ -27,12 +27,12 @@ struct ResultDocument : FitOutcome {
   Provenance provenance;
 };
 
-/// result.json, format version 1, with the resolved `study` (plain SI numbers, unit in the key; NaN and infinity become null).
-/// `scene` is null without roughness; statistics vectors that were never computed are left out.
-/// `scene.theory` made the targets, `scene.model` turned the surface into statistics, `scene.needed` is the
-/// model that the scene needs and `scene.reason` says why; `scene.ghs` is the prediction of generalised
-/// Harvey-Shack and `scene.model_error` what simpler models make of it, model / GHS - 1.
-/// `equivalence.verdict` is that of `equivalence.needed` where the fit's model is simpler than the scene
+/// result.json, format version 1, with the resolved `study` (plain SI numbers, unit in the key; NaN and
+/// infinity become null). `scene` is null without roughness; statistics vectors that were never computed are
+/// left out. `scene.theory` made the targets, `scene.model` turned the surface into statistics,
+/// `scene.needed` is the model that the scene needs and `scene.reason` says why; `scene.ghs` is the
+/// prediction of generalised Harvey-Shack and `scene.model_error` what simpler models make of it, model / GHS
+/// - 1. `equivalence.verdict` is that of `equivalence.needed` where the fit's model is simpler than the scene
 /// needs. Spherical terms: `value_m` is the height of the term at the rim, `coefficient` the same as c_2n of
 /// sum c_2n rho^2n [m^(1-2n)]. Two targets of one name (rings of different radius, say) get "#2", "#3", ...
 /// appended to the later ones.

@@ -7,8 +7,8 @@
 #include "aberfit/core/warning.h"
 #include "aberfit/measured/height_map.h"
 #include "aberfit/measured/profile.h"
-#include "aberfit/spectrum/detrend.h"
 #include "aberfit/roughness/psd_table.h"
+#include "aberfit/spectrum/detrend.h"
 
 namespace aberfit {
 

@@ -1,4 +1,4 @@
-#include "outputs.h"
+#include "fit_files.h"
 
 #include <stdexcept>
 
@@ -25,27 +25,27 @@ SurfaceOperator map_operator(const TermSet& terms, double radius, int threads) {
 }
 
 // Light by the theory that the targets come from; of a map, which has none, there is no target.
-std::unique_ptr<FocalLight> target_light(const Study& study, const Scene& scene, const PupilSample& pupil,
-                                         int threads) {
-  if (!scene.psd) return nullptr;
-  if (scene.mean_spot) return mean_light(scene.mean_spot, threads);
-  return ray_light(trace_perturbed(study.mirror, pupil, scene.numbers.rms_slope_per_axis,
+std::unique_ptr<FocalLight> target_light(const Study& study, const Groundwork& ground,
+                                         const PupilSample& pupil, int threads) {
+  if (!ground.psd) return nullptr;
+  if (ground.mean_spot) return mean_light(ground.mean_spot, threads);
+  return ray_light(trace_perturbed(study.mirror, pupil, ground.numbers.rms_slope_per_axis,
                                    study.target.convention, study.trace.pupil.seed),
                    trace_nominal(study.mirror, pupil), study.trace.centre);
 }
 
-void draw(const Study& study, const Scene& scene, const RunOptions& options, const LightPath& focus,
+void draw(const Study& study, const Groundwork& ground, const RunOptions& options, const LightPath& focus,
           ResultDocument* result) {
   const int threads = result->provenance.threads;
   const Eigen::VectorXd& coefficients = result->fit.coefficients;
   SurfaceField field;
   focus.surface.apply(coefficients, &field);
   const auto ideal = surface_light(focus, Eigen::VectorXd::Zero(coefficients.size()), threads);
-  const auto target = target_light(study, scene, focus.pupil, threads);
+  const auto target = target_light(study, ground, focus.pupil, threads);
   const auto fitted = surface_light(focus, coefficients, threads);
-  const SurfaceOperator map = map_operator(result->terms, scene.radius, threads);
+  const SurfaceOperator map = map_operator(result->terms, ground.radius, threads);
   write_plots({*result, study.mirror, study.aperture, focus.pupil, *ideal, target.get(), *fitted, field, map,
-               kMapSize, scene.core_sigma},
+               kMapSize, ground.core_sigma},
               options.output_directory, &result->warnings);
 }
 
@@ -75,9 +75,9 @@ nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome) {
   return outcome.map ? resolved_study(study) : resolved_study(study, outcome.chosen);
 }
 
-void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const LightPath& focus,
-               ResultDocument* result) {
-  if (options.plots && study.output.plots) draw(study, scene, options, focus, result);
+void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
+               const LightPath& focus, ResultDocument* result) {
+  if (options.plots && study.output.plots) draw(study, ground, options, focus, result);
   const std::string folder = options.output_directory + "/";
   write_file(folder + "coefficients.csv",
              coefficients_csv(result->terms, result->fit.coefficients, result->fit.coefficient_std));

@@ -11,7 +11,7 @@
 namespace aberfit {
 
 /// What every command derives from a study before it does its own work.
-struct Scene {
+struct Groundwork {
   std::optional<RadialPsd> psd;        ///< of the specification
   std::optional<RadialPsd> prior_psd;  ///< of the equivalent surface: heights halved in convention `paper`
   double prior_height_factor = 1;
@@ -26,9 +26,9 @@ struct Scene {
   double plane_unit() const { return focal_length * core_sigma / radius; }  ///< natural unit of dz [m]
   double focal_length = 0;
 };
-Scene make_scene(const Task& task);
+Groundwork lay_groundwork(const Task& task);
 /// The same by the physics that is asked for instead of the task's own.
-Scene make_scene(const Task& task, const PhysicsRequest& asked);
+Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked);
 
 /// Number of exact dependencies between the m = 0 Zernikes and the spherical powers, judged by their slopes
 /// (a constant height moves no ray).
@@ -42,9 +42,9 @@ struct TargetSets {
 };
 /// Whether all of the study's statistics have a value: then no theory is asked.
 bool targets_are_given(const Task& task);
-TargetSets make_targets(const Task& task, const Scene& scene, int threads);
+TargetSets make_targets(const Task& task, const Groundwork& ground, int threads);
 
 /// Warnings that follow from the specification alone.
-Warnings scene_warnings(const Task& task, const Scene& scene, const TermSet& terms, double captured);
+Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSet& terms, double captured);
 
 }  // namespace aberfit

@@ -1,13 +1,13 @@
 #pragma once
-#include "aberfit/report/result.h"
 #include "aberfit/commands/run.h"
-#include "aberfit/method/scene.h"
+#include "aberfit/method/groundwork.h"
+#include "aberfit/report/result.h"
 
 namespace aberfit {
 
 /// Writes result.json, coefficients.csv, summary.txt and - when wanted - the pictures of a fit below
 /// options.output_directory. A missing gnuplot becomes a warning of the result.
-void write_fit(const Study& study, const Scene& scene, const RunOptions& options, const LightPath& focus,
-               ResultDocument* result);
+void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
+               const LightPath& focus, ResultDocument* result);
 
 }  // namespace aberfit

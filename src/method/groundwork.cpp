@@ -1,4 +1,4 @@
-#include "aberfit/method/scene.h"
+#include "aberfit/method/groundwork.h"
 
 #include <fmt/format.h>
 
@@ -40,46 +40,46 @@ double scale_of_values(const Task& task) {
 }
 
 // Theories that have a transfer function; the spot's scale then includes diffraction.
-void set_mean_spot(const Task& task, Scene* scene) {
-  if (scene->use.theory != Theory::kGhs) return;
-  scene->mean_spot = std::make_shared<const GeneralisedHarveyShack>(*scene->psd, task.mirror, task.aperture,
-                                                                    task.wavelength);
-  const double ee90 = scene->use.choice->errors.ghs.ee90;
-  if (std::isfinite(ee90)) scene->focal_sigma = ee90 / kGaussianEe90;
-  scene->core_sigma = scene->focal_sigma;
-  const MeanSpot focus = scene->mean_spot->at_plane(0);
+void set_mean_spot(const Task& task, Groundwork* ground) {
+  if (ground->use.theory != Theory::kGhs) return;
+  ground->mean_spot = std::make_shared<const GeneralisedHarveyShack>(*ground->psd, task.mirror, task.aperture,
+                                                                     task.wavelength);
+  const double ee90 = ground->use.choice->errors.ghs.ee90;
+  if (std::isfinite(ee90)) ground->focal_sigma = ee90 / kGaussianEe90;
+  ground->core_sigma = ground->focal_sigma;
+  const MeanSpot focus = ground->mean_spot->at_plane(0);
   for (const double fraction : {0.2, 0.5}) {
     const double sigma = focus.encircled_energy_radius(fraction) / std::sqrt(-2 * std::log(1 - fraction));
-    if (sigma < scene->core_sigma) scene->core_sigma = sigma;
+    if (sigma < ground->core_sigma) ground->core_sigma = sigma;
   }
 }
 
 }  // namespace
 
-Scene make_scene(const Task& task) { return make_scene(task, requested_physics(task)); }
+Groundwork lay_groundwork(const Task& task) { return lay_groundwork(task, requested_physics(task)); }
 
-Scene make_scene(const Task& task, const PhysicsRequest& asked) {
-  Scene scene;
-  scene.focal_length = task.mirror.focal_length;
-  scene.radius = aperture_radius(task.aperture);
+Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
+  Groundwork ground;
+  ground.focal_length = task.mirror.focal_length;
+  ground.radius = aperture_radius(task.aperture);
   if (!task.psd) {
-    scene.use = choose_physics(task, asked, nullptr);
-    scene.core_sigma = scene.focal_sigma = scale_of_values(task);
-    return scene;
+    ground.use = choose_physics(task, asked, nullptr);
+    ground.core_sigma = ground.focal_sigma = scale_of_values(task);
+    return ground;
   }
-  scene.psd.emplace(*task.psd);
-  scene.numbers = scene_numbers(*scene.psd, task.mirror, task.aperture, task.wavelength);
-  if (!std::isfinite(scene.numbers.rms_slope_per_axis))
+  ground.psd.emplace(*task.psd);
+  ground.numbers = scene_numbers(*ground.psd, task.mirror, task.aperture, task.wavelength);
+  if (!std::isfinite(ground.numbers.rms_slope_per_axis))
     throw FieldError("roughness.psd", "a PSD whose slope variance is infinite",
                      "a band limit f_max: rays need a finite slope");
-  scene.prior_height_factor = task.target.convention == Convention::kPaper ? 0.5 : 1.0;
-  scene.prior_psd.emplace(scene.psd->scaled(scene.prior_height_factor));
-  scene.theory.emplace(task.mirror, task.aperture, scene.numbers.rms_slope_per_axis,
-                       task.target.convention, scene.numbers.rms_height);
-  scene.core_sigma = scene.focal_sigma = scene.theory->focal_sigma();
-  scene.use = choose_physics(task, asked, &*scene.psd);
-  set_mean_spot(task, &scene);
-  return scene;
+  ground.prior_height_factor = task.target.convention == Convention::kPaper ? 0.5 : 1.0;
+  ground.prior_psd.emplace(ground.psd->scaled(ground.prior_height_factor));
+  ground.theory.emplace(task.mirror, task.aperture, ground.numbers.rms_slope_per_axis, task.target.convention,
+                        ground.numbers.rms_height);
+  ground.core_sigma = ground.focal_sigma = ground.theory->focal_sigma();
+  ground.use = choose_physics(task, asked, &*ground.psd);
+  set_mean_spot(task, &ground);
+  return ground;
 }
 
 int radial_overlap(const TermSet& terms) {
@@ -101,12 +101,12 @@ int radial_overlap(const TermSet& terms) {
   return int((singular.array() < 1e-9 * singular[0]).count());
 }
 
-Warnings scene_warnings(const Task& task, const Scene& scene, const TermSet& terms, double captured) {
+Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSet& terms, double captured) {
   Warnings warnings = task.data_warnings;
-  warnings.insert(warnings.end(), scene.use.warnings.begin(), scene.use.warnings.end());
-  if (scene.use.too_simple(targets_are_given(task)))
-    warnings.push_back({"rays-not-valid", scene.use.reason});
-  if (scene.prior_height_factor != 1)
+  warnings.insert(warnings.end(), ground.use.warnings.begin(), ground.use.warnings.end());
+  if (ground.use.too_simple(targets_are_given(task)))
+    warnings.push_back({"rays-not-valid", ground.use.reason});
+  if (ground.prior_height_factor != 1)
     warnings.push_back({"prior-scaled",
                         "convention `paper` deflects half as much as the law of reflection: the equivalent "
                         "physical surface has half "
@@ -116,7 +116,7 @@ Warnings scene_warnings(const Task& task, const Scene& scene, const TermSet& ter
                         "independent coefficients pile slope up at the rim: such a surface is not stationary "
                         "and differs from a "
                         "Harvey-Shack target by tens of percent; use covariance `full`"});
-  if (scene.psd && captured < kCapturedHeight - 5e-3)
+  if (ground.psd && captured < kCapturedHeight - 5e-3)
     warnings.push_back(
         {"truncated-terms", fmt::format("the terms can carry {:.1f} % of the height variance of the "
                                         "specification; raise n_max",
