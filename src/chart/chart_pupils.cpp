@@ -110,7 +110,7 @@ ChartRow measured_row(const ChartBench& bench, PupilLayout layout, std::int64_t 
   const StatisticErrors errors = statistic_errors(values, truth, bench.statistics);
   row.method = name_of(layout);
   row.parameter = "rays";
-  row.unit = "1";
+  row.unit = std::string("1");
   row.value = double(rays);
   row.rays = at.pupil().size();
   row.terms = bench.terms.size();

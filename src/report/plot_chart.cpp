@@ -17,7 +17,7 @@ constexpr double kLeft = 0.085, kRight = 0.975, kLow = 0.09, kHigh = 0.835;  // 
 constexpr double kMark = 6;                                                  // half a point [pixels]
 constexpr const char* kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                     "#E69F00", "#56B4E9", "#000000"};
-constexpr int kPoints[] = {7, 5, 9, 11, 13, 7, 5};  // gnuplot's filled marks
+constexpr int kMarks[] = {7, 5, 9, 11, 13, 7, 5};  // gnuplot's filled marks
 constexpr double kSmallest = 1e-17;                 // errors of 0 have no place on a logarithmic axis
 
 std::string thousands(double count) {
@@ -176,7 +176,7 @@ class FamilyPicture {
         "'{0}.dat' index {1} using 1:4:2:3 with xerrorbars pointtype {2} pointsize 1.3 linewidth 1.2 "
         "dashtype 1 "
         "linecolor rgb '{3}' title {4}{5}",
-        name, block, kPoints[style], kColours[style], gnuplot_text(methods_[m]), kNext);
+        name, block, kMarks[style], kColours[style], gnuplot_text(methods_[m]), kNext);
   }
   std::string marked_plot(const std::string& name, bool ChartRow::*flag, const std::string& title, int point,
                           const std::string& colour, double size) {
