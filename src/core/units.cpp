@@ -268,22 +268,22 @@ double unit_factor(std::string_view unit, Dimension dimension) {
   return found->factor * scaled_number("1", found->exponent10);
 }
 
-std::string format_quantity(double si_value, Dimension dimension) {
+std::string format_quantity(double value, Dimension dimension) {
   static constexpr Prefix kLengthPrefixes[] = {{"pm", 1e-12}, {"nm", 1e-9}, {"um", 1e-6},
                                                {"mm", 1e-3},  {"m", 1},     {"km", 1e3}};
   static constexpr Prefix kAnglePrefixes[] = {{"nrad", 1e-9}, {"urad", 1e-6}, {"mrad", 1e-3}, {"rad", 1}};
   static constexpr Prefix kFrequencyPrefixes[] = {{"/m", 1}, {"/mm", 1e3}, {"/um", 1e6}};
   const auto in = [&](double scale, const char* name) {
-    return fmt::format("{:.4g}{}", si_value / scale, name);
+    return fmt::format("{:.4g}{}", value / scale, name);
   };
-  const bool prefixed = std::isfinite(si_value) && si_value != 0;
+  const bool prefixed = std::isfinite(value) && value != 0;
   switch (dimension) {
     case Dimension::kLength:
-      return prefixed ? with_prefix(si_value, kLengthPrefixes) : in(1, " m");
+      return prefixed ? with_prefix(value, kLengthPrefixes) : in(1, " m");
     case Dimension::kAngle:
-      return prefixed ? with_prefix(si_value, kAnglePrefixes) : in(1, " rad");
+      return prefixed ? with_prefix(value, kAnglePrefixes) : in(1, " rad");
     case Dimension::kSpatialFrequency:
-      return prefixed ? with_prefix(si_value, kFrequencyPrefixes) : in(1, " /m");
+      return prefixed ? with_prefix(value, kFrequencyPrefixes) : in(1, " /m");
     case Dimension::kFraction:
       return in(1e-2, " %");
     // The units optical metrology plots them in.

@@ -1,11 +1,11 @@
 #include "aberfit/theory/aperture_otf.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/core/linear_algebra.h"
 #include "aberfit/roughness/bessel.h"
 #include "panel_rule.h"
 
@@ -41,14 +41,14 @@ using LaguerreArray = Eigen::Array<double, kLaguerre, 1>;
 // Gauss rule for int_0^inf t^alpha exp(-t) g(t) dt (Golub and Welsch 1969).
 struct LaguerreRule {
   explicit LaguerreRule(double alpha) {
-    Eigen::Matrix<double, kLaguerre, kLaguerre> jacobi = Eigen::Matrix<double, kLaguerre, kLaguerre>::Zero();
+    Eigen::MatrixXd jacobi = Eigen::MatrixXd::Zero(kLaguerre, kLaguerre);
     for (int i = 0; i < kLaguerre; ++i) {
       jacobi(i, i) = 2 * i + 1 + alpha;
       if (i > 0) jacobi(i, i - 1) = jacobi(i - 1, i) = std::sqrt(i * (i + alpha));
     }
-    const Eigen::SelfAdjointEigenSolver<decltype(jacobi)> solver(jacobi);
-    t = solver.eigenvalues().array();
-    weight = std::tgamma(1 + alpha) * solver.eigenvectors().row(0).transpose().array().square();
+    const SymmetricEigen eigen = symmetric_eigen(jacobi);
+    t = eigen.values.array();
+    weight = std::tgamma(1 + alpha) * eigen.vectors.row(0).transpose().array().square();
   }
   LaguerreArray t, weight;
 };

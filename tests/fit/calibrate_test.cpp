@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 
 #include "../../src/fit/focus_residuals.h"
+#include "aberfit/core/linear_algebra.h"
 #include "fit_scene.h"
 
 using namespace aberfit;
@@ -100,7 +100,9 @@ TEST(Posterior, MatchesTheDenseInverse) {
   ASSERT_TRUE(model(result.white, &values, &jacobian));
   for (Eigen::Index k = 0; k < 3; ++k) jacobian.row(k) /= targets[std::size_t(k)].tolerance;
   const Eigen::Index n = scene.prior.size();
-  const Eigen::MatrixXd white = (Eigen::MatrixXd::Identity(n, n) + jacobian.transpose() * jacobian).inverse();
+  const Eigen::MatrixXd white =
+      solve_symmetric(Eigen::MatrixXd::Identity(n, n) + jacobian.transpose() * jacobian,
+                      Eigen::MatrixXd(Eigen::MatrixXd::Identity(n, n)));
   Eigen::MatrixXd factor(n, n);
   for (Eigen::Index j = 0; j < n; ++j) factor.col(j) = scene.prior.colour(Eigen::VectorXd::Unit(n, j));
   const Eigen::VectorXd dense = (factor * white * factor.transpose()).diagonal().cwiseSqrt();

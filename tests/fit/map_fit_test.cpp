@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -14,6 +13,7 @@
 #include <numbers>
 #include <vector>
 
+#include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/random.h"
 #include "aberfit/terms/surface_operator.h"
 #include "aberfit/terms/zernike.h"
@@ -158,7 +158,7 @@ struct DenseFit {
           design.row(row) = term_heights(terms, map.x(k), map.y(i)).transpose();
           heights[row++] = map.height(i, k);
         }
-    solution = design.householderQr().solve(heights);
+    solution = LeastSquares(design).solve(heights);
   }
 
   Eigen::VectorXd coefficients() const { return solution.tail(solution.size() - 3); }
@@ -167,7 +167,8 @@ struct DenseFit {
   /// influence_i residual_i, and losing it is a Bernoulli draw; to first order.
   Eigen::VectorXd std_of_loss(double share) const {
     const Eigen::MatrixXd inverse =
-        (design.transpose() * design).ldlt().solve(Eigen::MatrixXd::Identity(design.cols(), design.cols()));
+        solve_symmetric(design.transpose() * design,
+                        Eigen::MatrixXd(Eigen::MatrixXd::Identity(design.cols(), design.cols())));
     const Eigen::VectorXd residual = heights - design * solution;
     const Eigen::MatrixXd moved = (residual.asDiagonal() * design) * inverse;
     return (share / (1 - share) * moved.colwise().squaredNorm().transpose())

@@ -1,10 +1,10 @@
 // The reference studies on measured parts: what their READMEs claim.
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <iostream>
 
 #include "aberfit/commands/run.h"
+#include "aberfit/core/linear_algebra.h"
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/study/read_study.h"
@@ -51,7 +51,7 @@ TEST(MapZygo, LeavesATenthAsRoughAsTheRestAndSaysThatRaysAreNotEnough) {
   const Eigen::ArrayXd rest = array(h) - field.height;
   Eigen::MatrixXd plane(rest.size(), 3);
   plane << Eigen::VectorXd::Ones(rest.size()), array(x).matrix(), array(y).matrix();
-  const Eigen::VectorXd left = rest.matrix() - plane * plane.colPivHouseholderQr().solve(rest.matrix());
+  const Eigen::VectorXd left = rest.matrix() - plane * LeastSquares(plane).solve(rest.matrix());
   EXPECT_NEAR(std::sqrt(left.squaredNorm() / double(left.size())) / result.map->rms_residual, 1, 0.02);
 }
 

@@ -2,13 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <cmath>
 #include <complex>
 #include <limits>
 #include <map>
 #include <numbers>
 
+#include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/random.h"
 #include "dabam_loader.h"
 
@@ -99,7 +99,7 @@ Eigen::ArrayXd without_polynomial(const Eigen::ArrayXd& x, const Eigen::ArrayXd&
   const Eigen::ArrayXd t = (x - x.mean()) / (x.maxCoeff() - x.minCoeff());
   Eigen::MatrixXd a(x.size(), degree + 1);
   for (int k = 0; k <= degree; ++k) a.col(k) = t.pow(k);
-  return y - (a * a.colPivHouseholderQr().solve(y.matrix())).array();
+  return y - (a * LeastSquares(a).solve(y.matrix())).array();
 }
 Plain plain_estimate(const Profile& p, double from, double to) {
   const Eigen::Index n = p.size();

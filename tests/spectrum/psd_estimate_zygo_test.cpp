@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <cmath>
 #include <complex>
 #include <cstdio>
@@ -9,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "aberfit/core/linear_algebra.h"
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/spectrum/psd_estimate.h"
 
@@ -40,7 +40,7 @@ Grid without_quadric(const Grid& z) {
     a.row(i) << 1, x, y, x * x, x * y, y * y;
     b[i] = z(r, c);
   }
-  const Eigen::VectorXd rest = b - a * a.householderQr().solve(b);
+  const Eigen::VectorXd rest = b - a * LeastSquares(a).solve(b);
   Grid result = z;
   for (Eigen::Index i = 0; i < a.rows(); ++i)
     result(valid[std::size_t(i)].first, valid[std::size_t(i)].second) = rest[i];

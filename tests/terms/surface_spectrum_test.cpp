@@ -2,13 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/QR>
 #include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <complex>
 #include <numbers>
 #include <vector>
 
+#include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/random.h"
 #include "aberfit/terms/modal_covariance.h"
@@ -212,7 +212,7 @@ Eigen::VectorXd plain_estimate(const TermSet& terms, const Eigen::VectorXd& c, i
     for (int j = 0; j <= total; ++j)
       shapes.col(column++) = (x / kRadius).pow(total - j) * (y / kRadius).pow(j);
   const Eigen::VectorXd z = field.height.matrix();
-  const Eigen::ArrayXd w = window * (z - shapes * shapes.colPivHouseholderQr().solve(z)).array();
+  const Eigen::ArrayXd w = window * (z - shapes * LeastSquares(shapes).solve(z)).array();
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(low.size()), count = sum;
   for (int k = -(n - 1) / 2; k <= n / 2; ++k)
     for (int l = -(n - 1) / 2; l <= n / 2; ++l) {

@@ -31,7 +31,7 @@ double parse_quantity(std::string_view text, Dimension dimension);
 double unit_factor(std::string_view unit, Dimension dimension);
 
 /// Human text with a sensible prefix, e.g. 1.2e-4 m -> "120 um". For tables and messages, not for files.
-std::string format_quantity(double si_value, Dimension dimension);
+std::string format_quantity(double value, Dimension dimension);
 
 /// The units a message may offer for a dimension, e.g. "nm, um, mm, cm, m, in".
 std::string allowed_units(Dimension dimension);
