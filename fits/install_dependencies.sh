@@ -8,6 +8,7 @@ packages=(
   libboost-dev librandom123-dev libcli11-dev libfmt-dev libcfitsio-dev
   gnuplot-nox fonts-dejavu-core                                # pictures
   libgtest-dev python3-jsonschema libbenchmark-dev             # tests and benchmarks
+  clang-format                                                 # what CI checks
 )
 
 missing=()

@@ -6,6 +6,9 @@ study=$(realpath "${1:-$(dirname "$0")/paper-physical/study.json}")
 cd "$(dirname "$0")/.."
 bash fits/install_dependencies.sh
 [ -f build/release/build.ninja ] || cmake --preset release
+if [ ! -x build/release/aberfit ]; then
+  echo "building aberfit: about three minutes on two cores, once"
+fi
 cmake --build build/release --target aberfit_program
 name=$(basename "$(dirname "$study")")
 status=0
