@@ -4,6 +4,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/report/chart.h"
+#include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
 #include "output_directory.h"
 #include "terminal.h"
@@ -24,7 +25,8 @@ Chart run_chart(const Study& study, const RunOptions& options) {
     throw InputError(study.path, "/target/map", "a study of a map",
                      "statistics as targets: a map is fitted by linear least squares, which is exact, and "
                      "`aberfit check` predicts its cost");
-  Chart chart = make_chart(study, options.chart_seconds, context_of(options));
+  Chart chart =
+      with_fields_of(study, [&] { return make_chart(study, options.chart_seconds, context_of(options)); });
   chart.title = study.title;
   if (!options.output_directory.empty()) {
     if (options.progress) options.progress("chart: files");

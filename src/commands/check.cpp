@@ -8,6 +8,7 @@
 #include "aberfit/core/units.h"
 #include "aberfit/report/check_report.h"
 #include "aberfit/report/fit_rates.h"
+#include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
 #include "map_fit.h"
 #include "output_directory.h"
@@ -77,7 +78,8 @@ int threads_of(const RunOptions& options) {
 }  // namespace
 
 CheckReport run_check(const Study& study, const RunOptions& options) {
-  CheckReport report = make_check(study, rates_for(study, options), threads_of(options));
+  CheckReport report = with_fields_of(
+      study, [&] { return make_check(study, rates_for(study, options), threads_of(options)); });
   report.title = study.title;
   if (options.paper_table) report.paper_table = paper_cells(*options.paper_table, study.mirror.focal_length);
   return report;

@@ -1,6 +1,7 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/report/trace_report.h"
+#include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
 #include "given_surface.h"
 #include "terminal.h"
@@ -9,7 +10,8 @@ namespace aberfit {
 
 TraceReport run_trace(const Study& study, const RunOptions& options) {
   const int threads = options.threads > 0 ? options.threads : available_threads();
-  TraceReport report = trace_surface(study, given_surface(study, options), threads);
+  TraceReport report =
+      with_fields_of(study, [&] { return trace_surface(study, given_surface(study, options), threads); });
   report.title = study.title;
   return report;
 }

@@ -8,6 +8,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/report/verify_report.h"
+#include "aberfit/study/field_errors.h"
 #include "aberfit/study/published.h"
 #include "aberfit/study/read_study.h"
 #include "given_surface.h"
@@ -39,7 +40,8 @@ VerifyReport run_verify(const Study& study, const RunOptions& options) {
     throw InputError(study.path, "/roughness", "nothing",
                      "a roughness block: verify compares with its Harvey-Shack prediction");
   const int threads = options.threads > 0 ? options.threads : available_threads();
-  VerifyReport report = verify(study, study.verify.aside, given_surface(study, options), threads);
+  VerifyReport report = with_fields_of(
+      study, [&] { return verify(study, study.verify.aside, given_surface(study, options), threads); });
   report.title = study.title;
   for (std::size_t k = 0; k < study.verify.published.size(); ++k) {
     const PublishedNumber& row = study.verify.published[k];
