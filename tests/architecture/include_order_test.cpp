@@ -25,12 +25,12 @@ std::string contents(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// Sources and headers of the library and the program, as paths below the root.
+// Sources and headers of the library and the program, as paths below the root; pages (.md) are no sources.
 std::vector<fs::path> sources() {
   std::vector<fs::path> found;
   for (const char* folder : {"include", "src"})
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
-      if (entry.is_regular_file()) found.push_back(fs::relative(entry.path(), kRoot));
+      if (entry.is_regular_file() && entry.path().extension() != ".md") found.push_back(fs::relative(entry.path(), kRoot));
   std::sort(found.begin(), found.end());
   return found;
 }
