@@ -6,7 +6,7 @@
 
 #include "aberfit/core/parallel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr int kFewest = 5, kMost = 51;  // repeats
@@ -143,4 +143,4 @@ PupilOptions pupil_of_at_most(const Task& task, std::int64_t most) {
   return pupil;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

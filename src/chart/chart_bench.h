@@ -10,7 +10,7 @@
 #include "aberfit/method/plan.h"
 #include "aberfit/method/run_context.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// What every family of a chart is measured on: the study with the surface its fit would start from.
 struct ChartBench {
@@ -102,4 +102,4 @@ double statistic_scale(const Statistic& statistic, double reference);
 /// The study's pupil, with no more than `most` rays.
 PupilOptions pupil_of_at_most(const Task& task, std::int64_t most);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -10,7 +10,7 @@
 #include "chart_families.h"
 #include "dual.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr std::size_t kSample = 6;  // coefficients; more cost time and tell the same
@@ -333,4 +333,4 @@ ChartFamily chart_derivatives(const ChartBench& bench, double seconds) {
   return family;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

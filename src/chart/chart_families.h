@@ -5,7 +5,7 @@
 #include "chart_bench.h"
 
 // The families of a chart, one function each; `seconds` is about how long it may take.
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Pupil layouts x ray counts: statistics against those of a four times finer pupil.
 ChartFamily chart_pupils(const ChartBench& bench, double seconds);
@@ -35,4 +35,4 @@ ChartFamily chart_smoothing(const ChartBench& bench, double seconds);
 /// Measures the stages on the study itself in about `seconds`; long ones on fewer rays or iterations.
 FitRates measure_rates(const ChartBench& bench, double seconds);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -10,7 +10,7 @@
 #include "aberfit/trace/central_difference.h"
 #include "chart_families.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 // RMS rounding of a central difference is kSlopeRounding / step [rad] on a paraboloid with a rim kRim above
@@ -186,4 +186,4 @@ std::vector<ChartFamily> chart_normals(const ChartBench& bench, double seconds) 
   return {statistics, slopes};
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

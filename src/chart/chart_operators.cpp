@@ -10,7 +10,7 @@
 #include "aberfit/terms/zernike.h"
 #include "chart_families.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr double kBytesPerDenseEntry = 24, kMostDenseBytes = 1e9;
@@ -262,4 +262,4 @@ std::vector<ChartFamily> chart_operators(const ChartBench& bench, double seconds
   return families;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -8,7 +8,7 @@
 #include "aberfit/core/errors.h"
 #include "chart_families.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr std::int64_t kFewestRays = 1024, kMostRays = 1 << 20;
@@ -175,4 +175,4 @@ ChartFamily chart_pupils(const ChartBench& bench, double seconds) {
   return family;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

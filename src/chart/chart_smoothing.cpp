@@ -2,7 +2,7 @@
 
 #include "chart_families.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr double kWidths[] = {0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002};  // of focal_sigma
@@ -84,4 +84,4 @@ ChartFamily chart_smoothing(const ChartBench& bench, double seconds) {
   return family;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -9,7 +9,7 @@
 #include "aberfit/core/random.h"
 #include "chart_families.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr double kShares[] = {0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999, 0.9999};
@@ -372,4 +372,4 @@ ChartFamily chart_modes(const ChartBench& bench, double seconds) {
   return family;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

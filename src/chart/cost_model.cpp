@@ -15,6 +15,8 @@
 #include "chart_families.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // Typical iterations of fits that end within their tolerances: 3 to 12 of explicit terms by rays (studies of
@@ -77,6 +79,8 @@ void time_fit(const ChartBench& bench, const ChartTrace& at, double limit, FitRa
 
 }  // namespace
 
+namespace internal {
+
 FitRates measure_rates(const ChartBench& bench, double seconds) {
   const Task& task = bench.task;
   FitRates rates;
@@ -131,6 +135,8 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
   }
   return rates;
 }
+
+}  // namespace internal
 
 FitRates built_in_rates() {
   FitRates rates;

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// A number with its derivative along one direction: what the templated physics needs to be differentiated
 /// forwards, and no more.
@@ -23,4 +23,4 @@ inline Dual operator/(double a, const Dual& b) {
   return {quotient, -quotient / b.value * b.derivative};
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

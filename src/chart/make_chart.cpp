@@ -9,6 +9,8 @@
 #include "chart_families.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // Shares of the budget. The fit's own stages first: `check` needs them most.

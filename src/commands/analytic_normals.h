@@ -2,7 +2,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/study/study.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Throws InputError for a study of central differences, which no fit takes.
 inline void require_analytic_normals(const Study& study) {
@@ -11,4 +11,4 @@ inline void require_analytic_normals(const Study& study) {
                      "\"analytic\" normals; `verify` and `trace` take central differences");
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -10,6 +10,8 @@
 #include "terminal.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 nlohmann::ordered_json chart_json(const Chart& chart, const Study& study) {

@@ -15,6 +15,8 @@
 #include "terminal.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // The chart's rates where one is given, else those that came with the program.

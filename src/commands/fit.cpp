@@ -13,6 +13,8 @@
 #include "terminal.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 Attempt fit_as_asked(const FitCase& of) {

@@ -75,6 +75,8 @@ nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome) {
   return outcome.map ? resolved_study(study) : resolved_study(study, outcome.chosen);
 }
 
+namespace internal {
+
 void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
                const LightPath& focus, ResultDocument* result) {
   if (options.plots && study.output.plots) draw(study, ground, options, focus, result);
@@ -87,4 +89,5 @@ void write_fit(const Study& study, const Groundwork& ground, const RunOptions& o
   write_file(folder + "result.json", to_json(*result, resolved(study, *result)).dump(2) + "\n");
 }
 
+}  // namespace internal
 }  // namespace aberfit

@@ -3,11 +3,11 @@
 #include "aberfit/method/groundwork.h"
 #include "aberfit/report/result.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Writes result.json, coefficients.csv, summary.txt and - when wanted - the pictures of a fit below
 /// options.output_directory. A missing gnuplot becomes a warning of the result.
 void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
                const LightPath& focus, ResultDocument* result);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -5,7 +5,7 @@
 #include "aberfit/method/trace_surface.h"
 #include "aberfit/report/result.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The surface of options.coefficients_file; nothing where none is named. Throws InputError as
 /// read_coefficients_csv.
@@ -17,4 +17,4 @@ inline std::optional<GivenSurface> given_surface(const Study& study, const RunOp
   return surface;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -18,6 +18,8 @@
 #include "fit_files.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr double kInsideRim = 1 - 1e-9;  // a point on the rim belongs to the mirror
@@ -61,6 +63,8 @@ std::vector<Target> untargeted() {
 
 }  // namespace
 
+namespace internal {
+
 HeightMap load_map(const Study& study) {
   const MapTarget& target = *study.map;
   Measurement data = load_measurement(target.source, std::filesystem::path(study.path).parent_path().string(),
@@ -97,6 +101,8 @@ TermSet map_terms(const Study& study, double radius) {
   terms.spherical = study.terms.spherical;
   return terms;
 }
+
+}  // namespace internal
 
 namespace {
 

@@ -2,10 +2,10 @@
 #include "aberfit/measured/height_map.h"
 #include "aberfit/study/study.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The map, moved to the axis; the terms that are fitted to it.
 HeightMap load_map(const Study& study);
 TermSet map_terms(const Study& study, double radius);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

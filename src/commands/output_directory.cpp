@@ -8,7 +8,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/report/result.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 std::string default_output_directory(const std::string& study_file) {
   const std::filesystem::path path = std::filesystem::absolute(study_file).lexically_normal();
@@ -45,4 +45,4 @@ void choose_output_directory(CommandLine* line) {
   }
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

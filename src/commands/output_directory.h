@@ -3,7 +3,7 @@
 
 #include "aberfit/commands/program.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// out/<folder of the study> when the file has the usual name study.json, else out/<name of the file>.
 std::string default_output_directory(const std::string& study_file);
@@ -15,4 +15,4 @@ std::string default_chart_directory(const std::string& study_file);
 /// none either.
 void choose_output_directory(CommandLine* line);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

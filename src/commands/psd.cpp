@@ -10,6 +10,8 @@
 #include "terminal.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using nlohmann::ordered_json;

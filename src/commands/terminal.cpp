@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr std::chrono::seconds kBetweenLines{20};
@@ -55,4 +55,4 @@ void say_where(const CommandLine& line) {
   if (!line.quiet) fmt::print(stderr, "results in {}\n", line.output_directory);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -6,7 +6,7 @@
 #include "aberfit/commands/program.h"
 #include "aberfit/commands/run_options.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// On a terminal one line of standard error, rewritten in place and gone before anything else is printed; in
 /// a log a line now and then, where the work takes long.
@@ -36,4 +36,4 @@ void print(const CommandLine& line, const nlohmann::ordered_json& json, const st
 /// Says in which folder the results are, unless to be quiet.
 void say_where(const CommandLine& line);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

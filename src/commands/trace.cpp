@@ -7,6 +7,7 @@
 #include "terminal.h"
 
 namespace aberfit {
+using namespace internal;
 
 TraceReport run_trace(const Study& study, const RunOptions& options) {
   const int threads = options.threads > 0 ? options.threads : available_threads();

@@ -16,6 +16,8 @@
 #include "terminal.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // What stands beside a published number [SI]; NaN: nothing.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Eigen::Index;
@@ -56,4 +56,4 @@ Eigen::ArrayXd area_weights(const HeightMap& map, const std::vector<Index>& know
   return weights / weights.mean();
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

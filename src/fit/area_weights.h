@@ -4,7 +4,7 @@
 
 #include "aberfit/measured/height_map.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Weights of the fitted points of a map, mean 1: one for the point's own cell, and for each hole among its
 /// eight neighbours an equal share of that hole's cell. A hole is a cell without a known point inside the
@@ -15,4 +15,4 @@ namespace aberfit {
 Eigen::ArrayXd area_weights(const HeightMap& map, const std::vector<Eigen::Index>& known,
                             const std::vector<Eigen::Index>& fitted);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -13,6 +13,8 @@
 #include "posterior.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // A coarse solve that is this many tolerances away leaves the rest to the finer kernel: its own smoothing and

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 CalibrationBlocks::CalibrationBlocks(const FitProblem& problem, double width, int threads) {
   if (!problem.targets.empty() || !problem.guides.empty())
@@ -40,4 +40,4 @@ void CalibrationBlocks::copy_jacobian(Jacobian* all) const {
   }
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 
 #include "focus_residuals.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The residual blocks of a calibration: focal statistics, PSD bins, or both. All see the same white
 /// coordinates.
@@ -25,4 +25,4 @@ struct CalibrationBlocks {
   void copy_jacobian(Jacobian* all) const;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -2,7 +2,7 @@
 
 #include "aberfit/core/linear_algebra.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 // Directions with a smaller share of the largest eigenvalue of the Gram matrix are left out of the basis:
@@ -59,4 +59,4 @@ bool ReducedResiduals::Evaluate(double const* const* parameters, double* residua
   return true;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

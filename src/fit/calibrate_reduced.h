@@ -3,7 +3,7 @@
 
 #include "calibrate_blocks.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// A calibration with few statistics and many terms, in as many unknowns as there are residuals, plus one.
 ///
@@ -39,4 +39,4 @@ class ReducedResiduals : public ceres::CostFunction {
   mutable Eigen::VectorXd away_;    // B^T (xi - xi0)
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr int kBlock = 16;
@@ -128,4 +128,4 @@ LightPath scene_of(const FitProblem& problem) {
           problem.wavelength, problem.aperture, problem.centre};
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

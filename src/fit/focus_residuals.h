@@ -6,7 +6,7 @@
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/forward/forward_model.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Residuals x terms, one statistic after the other: an adjoint pass fills a row.
 using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -101,4 +101,4 @@ class SpectrumResiduals : public WhiteResiduals {
 /// The part of a problem that makes its statistics.
 LightPath scene_of(const FitProblem& problem);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

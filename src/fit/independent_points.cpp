@@ -7,7 +7,7 @@
 
 #include "aberfit/core/parallel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Eigen::Index;
@@ -67,4 +67,4 @@ double correlated_neighbours(const Grid& residual, double pitch_x, double pitch_
   return total;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

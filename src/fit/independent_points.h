@@ -1,7 +1,7 @@
 #pragma once
 #include "aberfit/measured/height_map.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// How many neighbours share one residual: the sum of its autocorrelation over the lags between points, from
 /// lag 0 (which gives 1) outwards ring by ring to the ring where its mean is no longer positive.
@@ -11,4 +11,4 @@ namespace aberfit {
 /// as the fit takes part of the noise along; a correlation that reaches beyond a first zero (ripples) is cut.
 double correlated_neighbours(const Grid& residual, double pitch_x, double pitch_y, int threads);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -13,7 +13,7 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/terms/surface_operator.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Eigen::Index;
@@ -181,4 +181,4 @@ MapSolution solve_by_conjugate_gradients(const TermSet& terms, const MapPoints& 
   return solution;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 
 #include "aberfit/terms/term_set.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Heights at points of a map; positions relative to the axis [m].
 struct MapPoints {
@@ -37,4 +37,4 @@ MapSolution solve_by_qr(const TermSet& terms, const MapPoints& points, const std
 /// accuracy from the Lanczos values of the iteration; the rank is not found (the number of terms is given).
 MapSolution solve_by_conjugate_gradients(const TermSet& terms, const MapPoints& points, int threads);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

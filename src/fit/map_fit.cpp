@@ -14,6 +14,8 @@
 #include "map_design.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using Eigen::ArrayXd;

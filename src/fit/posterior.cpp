@@ -2,7 +2,7 @@
 
 #include "aberfit/core/linear_algebra.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 // Directions below this share of the largest singular value are rounding, not information.
@@ -43,4 +43,4 @@ void fill_posterior(const FitProblem& problem, const Jacobian& jacobian, FitResu
         problem.targets[std::size_t(k)].tolerance * std::sqrt(std::max(0.0, solved(k, k)));
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

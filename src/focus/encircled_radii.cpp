@@ -8,7 +8,7 @@
 #include "kernel.h"
 #include "ray_blocks.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr int kBins = 32 << kBinBits;  // 32 octaves of r^2 around the median; rays beyond: first and last bin
@@ -475,4 +475,4 @@ void encircled_radii(const RayBundle& rays, const RaySums& sums, bool about_cent
   }
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

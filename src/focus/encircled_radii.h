@@ -6,7 +6,7 @@
 #include "aberfit/trace/ray_bundle.h"
 #include "focus_kernel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// An encircled-energy radius that is wanted.
 struct RadiusRequest {
@@ -68,4 +68,4 @@ void follow_centroid(const RayBundle& rays, double total, RayGradient* gradient)
 void encircled_radii(const RayBundle& rays, const RaySums& sums, bool about_centroid, double width,
                      int threads, RadiusBuffers* buffers, std::vector<RadiusRequest>* requests);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

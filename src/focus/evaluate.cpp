@@ -13,6 +13,8 @@
 #include "scatter_angle.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // Rays within this many rounding errors of their nominal ones carry no scatter: the derivative of every

@@ -4,7 +4,7 @@
 #include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
-namespace aberfit {
+namespace aberfit::internal {
 
 const FocusKernels& focus_kernels(InstructionSet set) {
 #if ABERFIT_X86_KERNELS
@@ -15,4 +15,4 @@ const FocusKernels& focus_kernels(InstructionSet set) {
   return baseline::kKernels;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

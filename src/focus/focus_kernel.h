@@ -3,7 +3,7 @@
 
 #include "aberfit/core/instruction_set.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Rays one kernel call works on: what is computed of them stays in the first-level cache.
 constexpr int kBlockRays = 512;
@@ -78,4 +78,4 @@ struct FocusKernels {
 
 const FocusKernels& focus_kernels(InstructionSet set);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

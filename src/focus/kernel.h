@@ -1,6 +1,6 @@
 #pragma once
 
-namespace aberfit {
+namespace aberfit::internal {
 
 // Triweight kernel of half-width 1: K(u) = 35/32 (1-u^2)^3 on [-1, 1]. Compact, so that a smooth statistic
 // touches only the rays near its radius; three continuous derivatives of its integral, so that Newton steps
@@ -43,4 +43,4 @@ struct SmoothDisc {
 /// A spot this much smaller than the kernel is no spot: the derivative of its radius means nothing.
 inline constexpr double kSmallestSpotInWidths = 1e-3;
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

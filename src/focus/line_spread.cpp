@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 // Smoothed profile (unnormalised Gaussian kernel) and its first two derivatives.
@@ -117,4 +117,4 @@ std::optional<double> line_spread_fwhm(const Eigen::ArrayXd& position, const Eig
   return *upper - *lower;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 
 #include "aberfit/trace/ray_bundle.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// FWHM [m] of the weighted distribution of `position` smoothed by a Gaussian of standard deviation
 /// `bandwidth` [m]: distance of the outermost half-maximum crossings around the peak. `d_position`, when
@@ -12,4 +12,4 @@ namespace aberfit {
 std::optional<double> line_spread_fwhm(const Eigen::ArrayXd& position, const Eigen::ArrayXd& weight,
                                        double bandwidth, double scale, std::vector<double>* d_position);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 
 #include "ray_blocks.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 double weight_inside(const RayBundle& rays, double dz, Point centre, double radius) {
   const auto x = rays.x + dz * rays.tx - centre.x, y = rays.y + dz * rays.ty - centre.y;
@@ -60,4 +60,4 @@ HeightMoments height_moments(const Eigen::ArrayXd& weight, const Eigen::ArrayXd&
   return {mean, std::sqrt((weight * (height - mean).square()).sum() / total)};
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

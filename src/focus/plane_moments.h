@@ -2,7 +2,7 @@
 #include "aberfit/trace/ray_bundle.h"
 #include "kernel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 struct Point {
   double x = 0, y = 0;
@@ -26,4 +26,4 @@ struct HeightMoments {
 };
 HeightMoments height_moments(const Eigen::ArrayXd& weight, const Eigen::ArrayXd& height);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

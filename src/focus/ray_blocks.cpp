@@ -2,7 +2,7 @@
 
 #include "aberfit/core/parallel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 RaySums sum_rays(const RayBundle& rays, int threads) {
   const RayGroups groups(rays.size());
@@ -26,4 +26,4 @@ RaySums sum_rays(const RayBundle& rays, int threads) {
   return total;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -5,7 +5,7 @@
 #include "aberfit/trace/ray_bundle.h"
 #include "focus_kernel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Calls visit(block, first, used) for the rays [begin, end) in blocks the kernels take: `used` rays from ray
 /// `first` on; a rest that fills no vector comes as a padded copy, the padding has weight 0.
@@ -57,4 +57,4 @@ void resize_with_spare(std::vector<T>& v, std::size_t size) {
 /// Sums of RaySums over all rays.
 RaySums sum_rays(const RayBundle& rays, int threads);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -7,7 +7,7 @@
 #include "kernel.h"
 #include "ray_blocks.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr int kPlanes = 4096;  // over the search range
@@ -357,4 +357,4 @@ std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, const RaySums&
   return result;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -6,7 +6,7 @@
 #include "aberfit/trace/ray_bundle.h"
 #include "focus_kernel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Full width at half maximum of N(z), the share of light inside a ring of fixed radius about the nominal
 /// axis or the centroid of z = f.
@@ -51,4 +51,4 @@ std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, const RaySums&
                                            double width, int threads, RingBuffers* buffers, bool dense,
                                            RayGradient* gradient, double* d_ring);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

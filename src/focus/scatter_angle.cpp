@@ -5,7 +5,7 @@
 #include "aberfit/core/parallel.h"
 #include "ray_blocks.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 // Cross product of (tx, ty, 1) with (vx, vy, 1), its length and the dot product.
@@ -118,4 +118,4 @@ void angle_gradient(const RayBundle& rays, const RayBundle& nominal, double scal
   });
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 
 #include "aberfit/trace/ray_bundle.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Weighted sums over the rays of the angle [rad] between each ray and its nominal ray, from cross and dot
 /// product (no loss of digits at small angles).
@@ -17,4 +17,4 @@ AngleSums sum_angles(const RayBundle& rays, const RayBundle& nominal, int thread
 void angle_gradient(const RayBundle& rays, const RayBundle& nominal, double scale, bool mean, int threads,
                     std::vector<double>* d_tx, std::vector<double>* d_ty);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -6,6 +6,7 @@
 #include "wave_forward.h"
 
 namespace aberfit {
+using namespace internal;
 
 std::unique_ptr<ForwardModel> make_forward_model(const LightPath& path,
                                                  const std::vector<Statistic>& statistics, int threads) {

@@ -4,7 +4,7 @@
 
 #include "aberfit/core/parallel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 RayForward::RayForward(const LightPath& path, std::vector<Statistic> statistics, int threads)
     : path_(path),
@@ -96,4 +96,4 @@ void pull_back_heights(const SurfaceOperator& surface, std::vector<Eigen::ArrayX
     parallel_for(gradients->size(), threads, pull);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

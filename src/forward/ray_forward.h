@@ -1,7 +1,7 @@
 #pragma once
 #include "aberfit/forward/forward_model.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Statistics of the traced rays: coefficients -> L -> trace -> smooth statistics, one adjoint pass each.
 class RayForward : public ForwardModel {
@@ -34,4 +34,4 @@ class RayForward : public ForwardModel {
 void pull_back_heights(const SurfaceOperator& surface, std::vector<Eigen::ArrayXd>* gradients, int threads,
                        const ForwardModel::GradientSink& sink);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 
 #include "aberfit/focus/statistic.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Statistics in two lists, and where they came from: those that waves compute in their own way, and those
 /// that remain properties of the traced surface.
@@ -21,4 +21,4 @@ struct SplitStatistics {
   }
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

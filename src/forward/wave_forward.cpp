@@ -8,7 +8,7 @@
 
 #include "aberfit/core/units.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr double kSamePoint = 1e-6;  // in pitches
@@ -192,4 +192,4 @@ std::string WaveForward::unreachable(const std::vector<Target>& targets) const {
   return {};
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

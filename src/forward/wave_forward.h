@@ -4,7 +4,7 @@
 #include "ray_forward.h"
 #include "split_statistics.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Statistics of the diffraction pattern of the pupil field: coefficients -> L -> phase -> PSF. Scatter
 /// angles and the RMS height are those of the same surface by rays: a sharp edge scatters as 1/r^3, so that
@@ -37,4 +37,4 @@ class WaveForward : public ForwardModel {
   std::string trouble_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -13,6 +13,8 @@
 #include "map_reading.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr std::int64_t kDefaultNoData = 32767;
@@ -34,9 +36,9 @@ std::string upper(std::string_view word) {
 }
 
 bool is_grid_header(std::string_view line) {
-  const auto word = detail::words(line);
-  return word.size() >= 3 && upper(word[0]) == "GRD" && detail::number<std::int64_t>(word[1]) &&
-         detail::number<std::int64_t>(word[2]);
+  const auto word = words(line);
+  return word.size() >= 3 && upper(word[0]) == "GRD" && number<std::int64_t>(word[1]) &&
+         number<std::int64_t>(word[2]);
 }
 
 void require_height_type(const std::string& path, const std::string& place, const std::string& type) {
@@ -47,11 +49,12 @@ void require_height_type(const std::string& path, const std::string& place, cons
   const std::string allowed = "SUR (surface) or WFR (wavefront)";
   if (const auto other = others.find(type); other != others.end())
     throw InputError(path, place, type + ", " + other->second + " and no heights", allowed);
-  if (type != "SUR" && type != "WFR") throw InputError(path, place, "type " + detail::quoted(type), allowed);
+  if (type != "SUR" && type != "WFR")
+    throw InputError(path, place, "type " + internal::quoted(type), allowed);
 }
 
 IntHeader read_header(const std::string& path, const std::string& place, std::string_view line) {
-  const auto word = detail::words(line);
+  const auto word = words(line);
   const auto fail = [&](const std::string& found, const std::string& allowed) {
     throw InputError(path, place, found, allowed);
   };
@@ -59,15 +62,15 @@ IntHeader read_header(const std::string& path, const std::string& place, std::st
   if (kind == "ZFR" || kind == "ZRN")
     fail(kind + ", a file of Zernike coefficients", "a grid, whose header begins with GRD");
   if (!is_grid_header(line) || word.size() < 4)
-    fail(detail::quoted(line), "the header GRD nx ny SUR|WFR WVL w SSZ s [NDA n] [XSC x]");
+    fail(internal::quoted(line), "the header GRD nx ny SUR|WFR WVL w SSZ s [NDA n] [XSC x]");
   IntHeader header;
   // The first number counts the points along x.
-  header.columns = *detail::number<std::int64_t>(word[1]);
-  header.rows = *detail::number<std::int64_t>(word[2]);
-  if (header.columns < 1 || header.rows < 1 || header.columns > detail::kMostMapPoints ||
-      header.rows > detail::kMostMapPoints / header.columns)
+  header.columns = *number<std::int64_t>(word[1]);
+  header.rows = *number<std::int64_t>(word[2]);
+  if (header.columns < 1 || header.rows < 1 || header.columns > kMostMapPoints ||
+      header.rows > kMostMapPoints / header.columns)
     fail(fmt::format("a grid of {} x {} points", header.columns, header.rows),
-         fmt::format("1 to {} points", detail::kMostMapPoints));
+         fmt::format("1 to {} points", kMostMapPoints));
   const std::string type = upper(word[3]);
   require_height_type(path, place, type);
   header.wavefront = type == "WFR";
@@ -75,15 +78,15 @@ IntHeader read_header(const std::string& path, const std::string& place, std::st
     const std::string key = upper(word[i]);
     if (key == "NNB" || key == "NNR") continue;  // how to interpolate, no matter here
     if (key != "WVL" && key != "SSZ" && key != "NDA" && key != "XSC")
-      fail(detail::quoted(word[i]), "WVL, SSZ, NDA, XSC or NNB");
+      fail(internal::quoted(word[i]), "WVL, SSZ, NDA, XSC or NNB");
     const std::string_view text = i + 1 < word.size() ? word[++i] : std::string_view();
-    const auto value = detail::number<double>(text);
+    const auto value = number<double>(text);
     if (key == "NDA") {
-      const auto mark = detail::number<std::int64_t>(text);
-      if (!mark) fail("NDA " + detail::quoted(text), "an integer");
+      const auto mark = number<std::int64_t>(text);
+      if (!mark) fail("NDA " + internal::quoted(text), "an integer");
       header.no_data = *mark;
     } else if (!value || *value <= 0) {
-      fail(key + " " + detail::quoted(text), "a positive number");
+      fail(key + " " + internal::quoted(text), "a positive number");
     } else if (key == "WVL") {
       header.wavelength = *value * kMetresPerMicrometre;
     } else if (key == "SSZ") {
@@ -97,16 +100,16 @@ IntHeader read_header(const std::string& path, const std::string& place, std::st
 }
 
 // Title and header: the first two lines with content that are no comments; a blank title is no line.
-std::string_view find_header(const std::string& path, detail::LineReader* lines, std::string* label) {
+std::string_view find_header(const std::string& path, LineReader* lines, std::string* label) {
   std::string_view title, line;
   if (!lines->next_with_content(&title))
     throw InputError(path, "line 1", "no text", "a title and a header GRD nx ny SUR|WFR ...");
   // A file without a title shows its header at once; the numbers after it are no second one.
-  detail::LineReader after_title = *lines;
+  LineReader after_title = *lines;
   const bool header_follows =
       after_title.next_with_content(&line) && line.find_first_not_of("+-0123456789 \t") != line.npos;
   if (is_grid_header(title) && !header_follows) return title;
-  *label = detail::one_line(title, 80);
+  *label = one_line(title, 80);
   if (!lines->next_with_content(&line))
     throw InputError(path, lines->place(), "the end of the file", "a header GRD nx ny SUR|WFR ...");
   return line;
@@ -115,16 +118,16 @@ std::string_view find_header(const std::string& path, detail::LineReader* lines,
 }  // namespace
 
 HeightMap read_codev_int(const MeasuredSource& source) {
-  detail::require_sane_options(source);
+  require_sane_options(source);
   const std::string& path = source.path;
-  const std::string bytes = detail::read_map_bytes(path);
-  detail::LineReader lines(bytes);
+  const std::string bytes = read_map_bytes(path);
+  LineReader lines(bytes);
   std::string label;
   const std::string_view header_line = find_header(path, &lines, &label);
   const std::string header_place = lines.place();
   const IntHeader header = read_header(path, header_place, header_line);
-  const std::optional<double> wavelength = detail::agreed_length(path, "wavelength", source.wavelength,
-                                                                 header.wavelength, detail::kSameWavelength);
+  const std::optional<double> wavelength =
+      agreed_length(path, "wavelength", source.wavelength, header.wavelength, kSameWavelength);
   if (!wavelength) throw InputError(path, header_place, "no WVL", "WVL [um], or option 'wavelength'");
   // Every value takes a digit and a blank, so what the file cannot hold is not allocated.
   const std::int64_t points = header.columns * header.rows;
@@ -133,23 +136,22 @@ HeightMap read_codev_int(const MeasuredSource& source) {
                      fmt::format("a grid of {} x {} points before {} bytes of data", header.columns,
                                  header.rows, lines.bytes_left()),
                      "a file that holds every point");
-  const double factor =
-      *wavelength / header.counts_per_wave *
-      detail::surface_per_height(detail::agreed_wavefront(path, source.wavefront, header.wavefront));
+  const double factor = *wavelength / header.counts_per_wave *
+                        surface_per_height(agreed_wavefront(path, source.wavefront, header.wavefront));
 
   // There is no length in the file. A given pitch is that of the rows; XSC, where the file says it, makes the
   // columns' of it, else the pixels are square.
   const double pitch_y = source.pitch.value_or(0);
   const double pitch_x =
       header.x_scale ? pitch_y * *header.x_scale * double(header.rows) / double(header.columns) : pitch_y;
-  HeightMap map = detail::empty_map(header.rows, header.columns, pitch_x, pitch_y);
+  HeightMap map = empty_map(header.rows, header.columns, pitch_x, pitch_y);
   map.label = label;
   std::int64_t point = 0;
   std::string_view line;
   while (lines.next_with_content(&line))
-    for (const std::string_view word : detail::words(line)) {
-      const auto value = detail::number<std::int64_t>(word);
-      if (!value) throw InputError(path, lines.place(), detail::quoted(word), "an integer");
+    for (const std::string_view word : words(line)) {
+      const auto value = number<std::int64_t>(word);
+      if (!value) throw InputError(path, lines.place(), internal::quoted(word), "an integer");
       if (point == points)
         throw InputError(path, lines.place(), "a number after the last point",
                          fmt::format("{} x {} numbers", header.columns, header.rows));
@@ -186,7 +188,7 @@ std::string codev_int_text(const HeightMap& map, double wavelength, const std::s
   if (!std::isfinite(counts_per_metre) || counts_per_metre <= 0 || largest * counts_per_metre > 32766.5)
     throw std::invalid_argument("CODE V INT: heights too small or too large for the format");
 
-  std::string name = detail::one_line(title, 80);
+  std::string name = one_line(title, 80);
   if (name.empty() || name[0] == '!' || is_grid_header(name))
     name = ("Map " + name).substr(0, 80);  // would be taken for a comment or the header
   std::string header = fmt::format("GRD {} {} SUR WVL {} SSZ {} NDA {}", map.columns(), map.rows(),

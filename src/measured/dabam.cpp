@@ -15,6 +15,8 @@
 #include "text_columns_profile.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -11,6 +11,8 @@
 #include "text_columns.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -11,7 +11,7 @@
 // What an option may add to a file: only what the file does not say itself. Messages have the names of the
 // study keys and the words of the command line.
 
-namespace aberfit::detail {
+namespace aberfit::internal {
 
 /// Relative differences up to which an option says the same as the file: pitches and units are written with
 /// six digits or more, wavelengths often with three.
@@ -50,4 +50,4 @@ inline bool agreed_wavefront(const std::string& path, const std::optional<bool>&
   return said;
 }
 
-}  // namespace aberfit::detail
+}  // namespace aberfit::internal

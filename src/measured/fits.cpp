@@ -16,6 +16,8 @@
 #include "map_reading.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 std::string message(int status) {
@@ -51,7 +53,7 @@ class MemoryFits {
     fits_read_key(file_, TSTRING, key, value, nullptr, &status);
     if (absent(status)) return std::nullopt;
     check(status, key);
-    return detail::one_line(value, FLEN_VALUE);
+    return one_line(value, FLEN_VALUE);
   }
   std::optional<double> positive(const char* key) const {
     double value = 0;
@@ -93,7 +95,7 @@ enum class Unit { kMetre, kRadian, kWave };
 // [m] (or the unit itself) per unit of the file.
 std::pair<double, Unit> unit_of(const std::string& path, const char* key, std::string text) {
   for (char& c : text) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
-  const std::string found = detail::quoted(text);
+  const std::string found = internal::quoted(text);
   if (text.size() > 1 && text.ends_with('s')) text.pop_back();
   if (text == "m" || text == "meter" || text == "metre") return {1, Unit::kMetre};
   if (text == "mm" || text == "millimeter" || text == "millimetre") return {1e-3, Unit::kMetre};
@@ -128,9 +130,9 @@ double metres_per_value(const MeasuredSource& source, const MemoryFits& file) {
   if (!unit) return *source.value_factor;
   double factor = unit->first;
   if (kind == Unit::kMetre)
-    return detail::agreed_factor(source.path, "value_unit", source.value_factor, factor, name);
+    return agreed_factor(source.path, "value_unit", source.value_factor, factor, name);
   if (source.value_factor)  // a length where the file has a phase
-    detail::refuse_option(source.path, "value_unit", "a length", detail::quoted(name));
+    refuse_option(source.path, "value_unit", "a length", internal::quoted(name));
   if (!source.wavelength)
     throw InputError(source.path, "BUNIT", kind == Unit::kRadian ? "radians" : "waves",
                      "a length, or option 'wavelength'");
@@ -142,13 +144,13 @@ double pitch(const MeasuredSource& source, const MemoryFits& file) {
   // POPPY's two and PROPER's; PIXSCALE is left alone, it is an angle as often as a length.
   for (const char* key : {"PIXELSCL", "PUPLSCAL", "PIXSIZE"})
     if (const auto value = file.positive(key))
-      return *detail::agreed_length(source.path, "pitch", source.pitch, value, detail::kSamePitch);
+      return *agreed_length(source.path, "pitch", source.pitch, value, kSamePitch);
   return source.pitch.value_or(0);
 }
 
 // The first slice of the unit CFITSIO is at, NaN where it is blank. BSCALE, BZERO and BLANK are applied by
 // CFITSIO.
-Grid pixels(const std::string& path, const MemoryFits& file, const detail::FitsImage& image) {
+Grid pixels(const std::string& path, const MemoryFits& file, const FitsImage& image) {
   int dimensions = 0, status = 0;
   fits_get_img_dim(file.get(), &dimensions, &status);
   file.check(status, "NAXIS");
@@ -173,9 +175,9 @@ Grid pixels(const std::string& path, const MemoryFits& file, const detail::FitsI
 }  // namespace
 
 HeightMap read_fits(const MeasuredSource& source) {
-  detail::require_sane_options(source);
-  std::string bytes = detail::read_map_bytes(source.path);
-  const detail::FitsImage image = detail::find_fits_image(source.path, bytes);
+  require_sane_options(source);
+  std::string bytes = read_map_bytes(source.path);
+  const FitsImage image = find_fits_image(source.path, bytes);
   if (!source.wavefront)
     throw InputError(source.path, "option 'of'", "nothing",
                      "wavefront (heights of a reflected wavefront) or surface; FITS has no key that says it");
@@ -186,10 +188,10 @@ HeightMap read_fits(const MeasuredSource& source) {
   int status = 0;
   fits_movabs_hdu(file.get(), image.hdu, nullptr, &status);
   file.check(status, fmt::format("header {}", image.hdu));
-  const double factor = metres_per_value(source, file) * detail::surface_per_height(*source.wavefront);
+  const double factor = metres_per_value(source, file) * surface_per_height(*source.wavefront);
   const double p = pitch(source, file);
   // Row 0 of FITS is the lowest, as ours is.
-  HeightMap map = detail::empty_map(image.rows, image.columns, p, p);
+  HeightMap map = empty_map(image.rows, image.columns, p, p);
   map.height = pixels(source.path, file, image);
   map.height *= factor;
   if (const auto name = file.text("OBJECT")) map.label = *name;
@@ -238,7 +240,7 @@ std::string fits_opd_bytes(const HeightMap& map) {
     text("BUNIT", "meter", "optical path difference, 2 x surface height");
     double scale = map.pitch_x;
     fits_write_key(file, TDOUBLE, "PIXELSCL", &scale, "[m] per pixel", &status);
-    if (const std::string label = detail::one_line(map.label, 68); !label.empty()) text("OBJECT", label, "");
+    if (const std::string label = one_line(map.label, 68); !label.empty()) text("OBJECT", label, "");
     fits_write_img(file, TDOUBLE, 1, opd.size(), opd.data(), &status);
     // POPPY takes the first image and never looks at this one.
     fits_create_img(file, BYTE_IMG, 2, axes, &status);

@@ -8,7 +8,7 @@
 
 #include "map_reading.h"
 
-namespace aberfit::detail {
+namespace aberfit::internal {
 namespace {
 
 constexpr std::uint64_t kBlock = 2880, kCard = 80;
@@ -165,4 +165,4 @@ FitsImage find_fits_image(const std::string& path, std::string_view bytes) {
       "a two-dimensional image (a compressed one unpacked by funpack)");
 }
 
-}  // namespace aberfit::detail
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace aberfit::detail {
+namespace aberfit::internal {
 
 /// Where the image of a FITS file is.
 struct FitsImage {
@@ -19,4 +19,4 @@ struct FitsImage {
 /// standard 4.0 (IAU 2016), sections 3.3, 4.1, 4.4.1, 6.1 (size of the data), 7.1.
 FitsImage find_fits_image(const std::string& path, std::string_view bytes);
 
-}  // namespace aberfit::detail
+}  // namespace aberfit::internal

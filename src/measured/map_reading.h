@@ -17,7 +17,7 @@
 
 // What the readers of height maps share: bytes, lines, numbers and the options that every map has.
 
-namespace aberfit::detail {
+namespace aberfit::internal {
 
 /// Most points a map may have; more is a damaged header or no job for this program.
 inline constexpr std::int64_t kMostMapPoints = 1'000'000'000;
@@ -148,4 +148,4 @@ inline HeightMap empty_map(Eigen::Index rows, Eigen::Index columns, double pitch
   return map;
 }
 
-}  // namespace aberfit::detail
+}  // namespace aberfit::internal

@@ -12,6 +12,8 @@
 #include "text_columns_names.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr double kHole = std::numeric_limits<double>::quiet_NaN();
@@ -60,8 +62,8 @@ HeightMap matrix_map(const MeasuredSource& source, const TextTable& table) {
   if (rows < 2 || columns < 2)
     throw InputError(table.path, "", fmt::format("{} rows and {} columns", rows, columns),
                      "a matrix of at least 2 x 2 heights, or columns x, y, height");
-  const std::optional<double> pitch = detail::agreed_length(table.path, "pitch", source.pitch,
-                                                            length_key(table, "pitch"), detail::kSamePitch);
+  const std::optional<double> pitch =
+      agreed_length(table.path, "pitch", source.pitch, length_key(table, "pitch"), kSamePitch);
   if (!pitch)
     throw InputError(table.path, "", "a matrix of heights without pixel scale",
                      "the option 'pitch', or a header line such as '# pitch = 0.1 mm'");
@@ -131,8 +133,8 @@ double position_factor(const MeasuredSource& source, const TextTable& table, std
                        const Axis& axis) {
   const std::string named = name_of(table, column).unit;
   const std::string unit = named.empty() ? key_value(table, "x_unit").value_or("") : named;
-  const std::optional<double> pitch = detail::agreed_length(table.path, "pitch", source.pitch,
-                                                            length_key(table, "pitch"), detail::kSamePitch);
+  const std::optional<double> pitch =
+      agreed_length(table.path, "pitch", source.pitch, length_key(table, "pitch"), kSamePitch);
   if (!source.x_factor && unit.empty()) {
     if (pitch) return *pitch / axis.step;
     throw InputError(table.path, fmt::format("column {}", column + 1), "positions without unit",

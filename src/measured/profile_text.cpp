@@ -9,6 +9,8 @@
 #include "text_columns_profile.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr std::size_t kMostColumns = 10000;

@@ -10,7 +10,7 @@
 
 #include "aberfit/core/errors.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr const char* kBlanks = " \t\v\f";
@@ -254,4 +254,4 @@ TextTable read_text_table(const std::string& path, const TextRules& rules) {
   return table;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

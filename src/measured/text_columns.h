@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The largest text a reader takes; what is beyond is refused before it is stored.
 struct TextLimits {
@@ -88,4 +88,4 @@ struct TextRules {
 /// comment before it names as many columns as there are. Throws InputError with the line.
 TextTable read_text_table(const std::string& path, const TextRules& rules);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -10,7 +10,7 @@
 #include "aberfit/core/units.h"
 #include "file_options.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 std::optional<double> factor(const std::string& unit, Dimension dimension) {
@@ -42,18 +42,18 @@ bool is_waves(std::string_view unit) {
 
 double x_factor_beside(const MeasuredSource& source, const TextTable& table, const std::string& unit) {
   const std::optional<double> said = factor(unit, Dimension::kLength);
-  return said ? detail::agreed_factor(table.path, "x_unit", source.x_factor, *said, unit) : *source.x_factor;
+  return said ? agreed_factor(table.path, "x_unit", source.x_factor, *said, unit) : *source.x_factor;
 }
 
 double value_factor_beside(const MeasuredSource& source, const TextTable& table, const std::string& unit,
                            ProfileQuantity quantity) {
   const bool height = quantity == ProfileQuantity::kHeight;
-  if (height && is_waves(unit)) detail::refuse_option(table.path, "value_unit", "a length", in_quotes(unit));
+  if (height && is_waves(unit)) refuse_option(table.path, "value_unit", "a length", in_quotes(unit));
   const std::optional<double> said = factor(unit, height ? Dimension::kLength : Dimension::kAngle);
   // A length where an angle was asked for, or the other way round, contradicts as well.
   if (!said && factor(unit, height ? Dimension::kAngle : Dimension::kLength))
-    detail::refuse_option(table.path, "value_unit", height ? "a length" : "an angle", in_quotes(unit));
-  return said ? detail::agreed_factor(table.path, "value_unit", source.value_factor, *said, unit)
+    refuse_option(table.path, "value_unit", height ? "a length" : "an angle", in_quotes(unit));
+  return said ? agreed_factor(table.path, "value_unit", source.value_factor, *said, unit)
               : *source.value_factor;
 }
 
@@ -106,8 +106,8 @@ double height_factor(const std::string& unit, const MeasuredSource& source, cons
                      const std::string& pointer) {
   if (!is_waves(unit)) return factor_or_fail(unit, Dimension::kLength, table, pointer, ", waves");
   check_option(source, source.wavelength, "wavelength", true);
-  const std::optional<double> wavelength = detail::agreed_length(
-      table.path, "wavelength", source.wavelength, length_key(table, "wavelength"), detail::kSameWavelength);
+  const std::optional<double> wavelength = agreed_length(table.path, "wavelength", source.wavelength,
+                                                         length_key(table, "wavelength"), kSameWavelength);
   if (!wavelength)
     throw InputError(table.path, pointer, "heights in waves and no wavelength",
                      "the option 'wavelength' or a header line such as '# wavelength = 632.8 nm'");
@@ -119,7 +119,7 @@ std::optional<bool> is_wavefront(const MeasuredSource& source, const TextTable& 
   if (!of) return source.wavefront;
   for (const bool wavefront : {false, true})
     if (lower_case(*of) == (wavefront ? "wavefront" : "surface"))
-      return detail::agreed_wavefront(table.path, source.wavefront, wavefront);
+      return agreed_wavefront(table.path, source.wavefront, wavefront);
   fail_at_line(table.path, table.keys.at("of").line, in_quotes(*of), "surface or wavefront");
 }
 
@@ -150,4 +150,4 @@ void check_option(const MeasuredSource& source, const std::optional<double>& val
                    positive ? "a finite number above zero" : "a finite number other than zero");
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -7,7 +7,7 @@
 #include "aberfit/measured/read_measurement.h"
 #include "text_columns.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Name of a column taken apart: "height_nm", "height (nm)", "height [nm]", "height/nm", "height nm" ->
 /// "height", "nm". The word is in lower case; the unit is empty when there is none.
@@ -50,4 +50,4 @@ std::optional<std::string> key_value(const TextTable& table, const std::string& 
 void check_option(const MeasuredSource& source, const std::optional<double>& value, const char* option,
                   bool positive);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

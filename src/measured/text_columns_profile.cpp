@@ -6,7 +6,7 @@
 
 #include "aberfit/core/errors.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 Profile profile_of(const TextTable& table, const ProfileColumns& columns) {
   const std::size_t rows = table.rows();
@@ -48,4 +48,4 @@ Profile profile_of(const TextTable& table, const ProfileColumns& columns) {
   return profile;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -2,7 +2,7 @@
 #include "aberfit/measured/profile.h"
 #include "text_columns.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 struct ProfileColumns {
   std::size_t x = 0, value = 1;           ///< columns of the table, from 0
@@ -15,4 +15,4 @@ struct ProfileColumns {
 /// and for fewer than two values.
 Profile profile_of(const TextTable& table, const ProfileColumns& columns);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

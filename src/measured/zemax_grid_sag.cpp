@@ -11,6 +11,8 @@
 #include "map_reading.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 struct SagHeader {
@@ -20,7 +22,7 @@ struct SagHeader {
   double unit = 1;                    // [m]
 };
 
-SagHeader read_header(const std::string& path, detail::LineReader* lines) {
+SagHeader read_header(const std::string& path, LineReader* lines) {
   std::string_view line;
   const bool found = lines->next_with_content(&line);
   const auto fail = [&](const std::string& what, const std::string& allowed) {
@@ -28,26 +30,26 @@ SagHeader read_header(const std::string& path, detail::LineReader* lines) {
   };
   const std::string form = "seven numbers: nx ny delx dely unitflag xdec ydec";
   if (!found) fail("no text", form);
-  const auto word = detail::words(line);
-  if (word.size() != 7) fail(fmt::format("{} in {} words", detail::quoted(line), word.size()), form);
+  const auto word = words(line);
+  if (word.size() != 7) fail(fmt::format("{} in {} words", internal::quoted(line), word.size()), form);
   const auto integer = [&](std::size_t i, const char* name) {
-    const auto value = detail::number<std::int64_t>(word[i]);
-    if (!value) fail(fmt::format("{} {}", name, detail::quoted(word[i])), "an integer");
+    const auto value = number<std::int64_t>(word[i]);
+    if (!value) fail(fmt::format("{} {}", name, internal::quoted(word[i])), "an integer");
     return *value;
   };
   const auto real = [&](std::size_t i, const char* name) {
-    const auto value = detail::number<double>(word[i]);
-    if (!value) fail(fmt::format("{} {}", name, detail::quoted(word[i])), "a number");
+    const auto value = number<double>(word[i]);
+    if (!value) fail(fmt::format("{} {}", name, internal::quoted(word[i])), "a number");
     return *value;
   };
   SagHeader header;
   header.columns = integer(0, "nx");
   header.rows = integer(1, "ny");
   constexpr std::int64_t kFewest = 5;
-  if (header.columns < kFewest || header.rows < kFewest || header.columns > detail::kMostMapPoints ||
-      header.rows > detail::kMostMapPoints / header.columns)
+  if (header.columns < kFewest || header.rows < kFewest || header.columns > kMostMapPoints ||
+      header.rows > kMostMapPoints / header.columns)
     fail(fmt::format("a grid of {} x {} points", header.columns, header.rows),
-         fmt::format("at least {0} x {0} and at most {1} points", kFewest, detail::kMostMapPoints));
+         fmt::format("at least {0} x {0} and at most {1} points", kFewest, kMostMapPoints));
   constexpr double kMetresPerUnit[] = {1e-3, 1e-2, 25.4e-3, 1};
   const std::int64_t unit = integer(4, "unitflag");
   if (unit < 0 || unit > 3) fail(fmt::format("unitflag {}", unit), "0 (mm), 1 (cm), 2 (in) or 3 (m)");
@@ -64,8 +66,8 @@ SagHeader read_header(const std::string& path, detail::LineReader* lines) {
 }  // namespace
 
 GridSag read_zemax_grid_sag_with_derivatives(const std::string& path) {
-  const std::string bytes = detail::read_map_bytes(path);
-  detail::LineReader lines(bytes);
+  const std::string bytes = read_map_bytes(path);
+  LineReader lines(bytes);
   const SagHeader header = read_header(path, &lines);
   // The shortest line is "0 0 0 0" and its end; what the file cannot hold is not allocated.
   const std::int64_t points = header.columns * header.rows;
@@ -75,7 +77,7 @@ GridSag read_zemax_grid_sag_with_derivatives(const std::string& path) {
                                  header.rows, lines.bytes_left()),
                      "a file with a line for every point");
   GridSag sag;
-  sag.map = detail::empty_map(header.rows, header.columns, header.step_x, header.step_y);
+  sag.map = empty_map(header.rows, header.columns, header.step_x, header.step_y);
   sag.map.x0 += header.centre_x;
   sag.map.y0 += header.centre_y;
   sag.dx = sag.dy = sag.dxdy = sag.map.height;
@@ -86,20 +88,19 @@ GridSag read_zemax_grid_sag_with_derivatives(const std::string& path) {
     if (point == points)
       throw InputError(path, lines.place(), "a line after the last point",
                        fmt::format("{} x {} lines", header.columns, header.rows));
-    const auto word = detail::words(line);
+    const auto word = words(line);
     if (word.size() != 4 && word.size() != 5)
-      throw InputError(path, lines.place(), fmt::format("{} in {} words", detail::quoted(line), word.size()),
-                       form);
+      throw InputError(path, lines.place(),
+                       fmt::format("{} in {} words", internal::quoted(line), word.size()), form);
     double value[4];
     for (std::size_t i = 0; i < 4; ++i) {
-      const auto read = detail::number<double>(word[i]);
-      if (!read) throw InputError(path, lines.place(), detail::quoted(word[i]), "a number; " + form);
+      const auto read = number<double>(word[i]);
+      if (!read) throw InputError(path, lines.place(), internal::quoted(word[i]), "a number; " + form);
       value[i] = *read;
     }
-    const auto no_data =
-        word.size() == 5 ? detail::number<std::int64_t>(word[4]) : std::optional<std::int64_t>(0);
+    const auto no_data = word.size() == 5 ? number<std::int64_t>(word[4]) : std::optional<std::int64_t>(0);
     if (!no_data)
-      throw InputError(path, lines.place(), "nodata " + detail::quoted(word[4]), "an integer, 0 for valid");
+      throw InputError(path, lines.place(), "nodata " + internal::quoted(word[4]), "an integer, 0 for valid");
     if (*no_data != 0) continue;
     // From the corner (-x, +y) to the right, then downwards.
     const Eigen::Index row = header.rows - 1 - point / header.columns, column = point % header.columns;
@@ -115,12 +116,12 @@ GridSag read_zemax_grid_sag_with_derivatives(const std::string& path) {
 }
 
 HeightMap read_zemax_grid_sag(const MeasuredSource& source) {
-  detail::require_sane_options(source);
+  require_sane_options(source);
   const HeightMap map = read_zemax_grid_sag_with_derivatives(source.path).map;
   for (const double pitch : {map.pitch_x, map.pitch_y})
-    detail::agreed_length(source.path, "pitch", source.pitch, pitch, detail::kSamePitch);
+    agreed_length(source.path, "pitch", source.pitch, pitch, kSamePitch);
   // The format holds a sag.
-  detail::agreed_wavefront(source.path, source.wavefront, false);
+  agreed_wavefront(source.path, source.wavefront, false);
   return map;
 }
 
@@ -137,7 +138,7 @@ std::string zemax_grid_sag_text(const GridSag& sag, const std::string& title) {
     throw std::invalid_argument("grid sag: the pitch of the map is unknown");
   constexpr double kUnit = 1e-3;  // millimetres, unitflag 0
   std::string text;
-  const std::string name = detail::one_line(title, 200);
+  const std::string name = one_line(title, 200);
   if (!name.empty()) text += "! " + name + "\n";
   const double centre_x = map.x(0) + map.pitch_x * double(map.columns() - 1) / 2;
   const double centre_y = map.y(0) + map.pitch_y * double(map.rows() - 1) / 2;

@@ -10,6 +10,8 @@
 #include "map_reading.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr std::int32_t kFirstInvalid = 2147483640;
@@ -84,9 +86,8 @@ double height_per_count(const ZygoBytes& file, const MeasuredSource& source) {
   const bool sane = said >= kShortest && said <= kLongest;
   if (!sane && !source.wavelength)
     file.fail(168, fmt::format("wavelength {} m", said), "1e-9 to 1e-3 m, or option 'wavelength'");
-  const double wavelength =
-      *detail::agreed_length(source.path, "wavelength", source.wavelength,
-                             sane ? std::optional(said) : std::nullopt, detail::kSameWavelength);
+  const double wavelength = *agreed_length(source.path, "wavelength", source.wavelength,
+                                           sane ? std::optional(said) : std::nullopt, kSameWavelength);
   constexpr double kCountsPerWave[] = {4096, 32768, 131072};
   const std::uint32_t resolution = file.u16(218);
   if (resolution > 2) file.fail(218, fmt::format("phase resolution {}", resolution), "0, 1 or 2");
@@ -98,14 +99,14 @@ double pitch(const ZygoBytes& file, const MeasuredSource& source) {
   if (!std::isfinite(resolution) || resolution < 0)
     file.fail(184, fmt::format("lateral resolution {} m", resolution), "0 (unknown) or more");
   if (resolution == 0) return source.pitch.value_or(0);
-  return *detail::agreed_length(source.path, "pitch", source.pitch, resolution, detail::kSamePitch);
+  return *agreed_length(source.path, "pitch", source.pitch, resolution, kSamePitch);
 }
 
 }  // namespace
 
 HeightMap read_zygo(const MeasuredSource& source) {
-  detail::require_sane_options(source);
-  const std::string bytes = detail::read_map_bytes(source.path);
+  require_sane_options(source);
+  const std::string bytes = read_map_bytes(source.path);
   const ZygoBytes file(source.path, bytes);
   const std::size_t header = header_bytes(file);
   const std::uint32_t columns = file.u16(68), rows = file.u16(70);
@@ -118,13 +119,13 @@ HeightMap read_zygo(const MeasuredSource& source) {
               fmt::format("{}, as {} x {} points have", phase_bytes, columns, rows));
   const std::size_t first = phase_position(file, header, phase_bytes);
   // The scale factor (0.5 for a mirror at normal incidence) makes it a surface already.
-  detail::agreed_wavefront(source.path, source.wavefront, false);
+  agreed_wavefront(source.path, source.wavefront, false);
   const double factor = height_per_count(file, source);
 
   const double p = pitch(file, source);
-  HeightMap map = detail::empty_map(rows, columns, p, p);
+  HeightMap map = empty_map(rows, columns, p, p);
   const std::string_view comment = file.text(80, 82);
-  map.label = detail::one_line(comment.substr(0, comment.find('\0')), 82);
+  map.label = one_line(comment.substr(0, comment.find('\0')), 82);
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < columns; ++column) {
       const std::int32_t count = file.i32(first + 4 * (row * columns + column));

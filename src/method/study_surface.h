@@ -3,7 +3,7 @@
 
 #include "aberfit/method/trace_surface.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The given surface, or the study's terms with its seeded draw.
 GivenSurface surface_of(const Task& task, const Groundwork& ground, const std::optional<GivenSurface>& given);
@@ -12,4 +12,4 @@ GivenSurface surface_of(const Task& task, const Groundwork& ground, const std::o
 SurfaceField surface_field(const Task& task, const PupilSample& pupil, const GivenSurface& surface,
                            int threads);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

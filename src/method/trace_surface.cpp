@@ -10,6 +10,9 @@
 #include "study_surface.h"
 
 namespace aberfit {
+using namespace internal;
+
+namespace internal {
 
 GivenSurface surface_of(const Task& task, const Groundwork& ground,
                         const std::optional<GivenSurface>& given) {
@@ -28,6 +31,8 @@ SurfaceField surface_field(const Task& task, const PupilSample& pupil, const Giv
   SurfaceOperator(surface.terms, pupil, {threads, {}, {}}).apply(surface.coefficients, &field);
   return field;
 }
+
+}  // namespace internal
 
 TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads) {
   const Groundwork ground = lay_groundwork(task);

@@ -10,6 +10,8 @@
 #include "verify_branches.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr double kIdealRing = 10e-6;  // the ring the paper lays around the ideal focus

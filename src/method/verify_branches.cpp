@@ -9,7 +9,7 @@
 #include "aberfit/focus/counted_ring_width.h"
 #include "aberfit/theory/ray_perturbation.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr double kPaperPitch = 1e-4;  // the paper samples N(z) every 0.1 mm
@@ -121,4 +121,4 @@ void add_independent_terms(const Task& task, const IndependentTerms& spec, int t
   }
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 
 #include "aberfit/method/verify.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// One way to make rays near the focus, with its statistics.
 struct Branch {
@@ -27,4 +27,4 @@ void add_published_phase(const Task& task, const PhaseSynthesis& published, cons
 void add_independent_terms(const Task& task, const IndependentTerms& spec, int threads,
                            Quantities* quantities);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -7,6 +7,8 @@
 #include "paragraph.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // Digits in groups of three.

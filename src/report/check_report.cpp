@@ -7,6 +7,8 @@
 #include "scene_facts_json.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -8,6 +8,8 @@
 #include "paragraph.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 std::string plural(int count) { return count == 1 ? "" : "s"; }

@@ -12,6 +12,8 @@
 // how much of it CODE V takes could not be looked up (other programs' Fringe sets end at 37), so nothing is
 // cut.
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr const char* kZfrFile = "a CODE V interferogram file of Fringe Zernike coefficients";
@@ -57,6 +59,8 @@ ZfrHeader header_of(const ListingLines& file) {
 
 }  // namespace
 
+namespace internal {
+
 std::string codev_zfr_text(const ExportInput& input) {
   std::vector<double> fringe;  // [m]
   for (const ZernikeCoefficient& term : as_zernikes(input, "codev-zfr")) {
@@ -75,6 +79,8 @@ std::string codev_zfr_text(const ExportInput& input) {
   for (const double value : fringe) text += fmt::format("{:.15E}\n", value / input.wavelength);
   return text;
 }
+
+}  // namespace internal
 
 std::vector<double> read_codev_zfr(const std::string& path) {
   ListingLines file(path, kZfrFile);

@@ -4,7 +4,7 @@
 
 #include "aberfit/report/exports.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Number of Zernike Standard terms OpticStudio knows: all modes of n <= 20.
 constexpr int kZernikeStandardTerms = 231;
@@ -31,4 +31,4 @@ std::string codev_zfr_text(const ExportInput& input);
 /// A title on one line of printable characters, at most `limit` of them.
 std::string one_line(const std::string& title, std::size_t limit);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

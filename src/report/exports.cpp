@@ -13,6 +13,8 @@
 #include "coefficient_listing.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr int kLeastGrid = 5;  // OpticStudio's smallest grid
@@ -178,6 +180,8 @@ GridSag sample_surface(const ExportInput& input) {
   return sag;
 }
 
+namespace internal {
+
 std::vector<ZernikeCoefficient> as_zernikes(const ExportInput& input, const std::string& format) {
   check(input);
   if (!input.terms.fourier.empty())
@@ -211,6 +215,8 @@ std::string one_line(const std::string& title, std::size_t limit) {
   line = line.substr(begin, limit);
   return line.substr(0, line.find_last_not_of(' ') + 1);
 }
+
+}  // namespace internal
 
 std::pair<std::string, std::string> export_file(ExportFormat format, const ExportInput& input) {
   switch (format) {

@@ -8,6 +8,8 @@
 #include "round_image.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 class RayLight : public FocalLight {

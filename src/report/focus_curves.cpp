@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 struct Point {
@@ -112,4 +112,4 @@ Eigen::ArrayXd weighted_density(const Eigen::ArrayXd& values, const Eigen::Array
   return density * (per_unit / total);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 #include "aberfit/focus/evaluate.h"
 #include "aberfit/trace/ray_bundle.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 // Curves and images of a ray bundle for the eye, in one pass over the rays. Shares are of the light that
 // arrives: lost rays have weight 0, and all weights zero gives NaN.
@@ -30,4 +30,4 @@ Eigen::ArrayXXd focal_image(const RayBundle& rays, Centre centre, double dz, dou
 Eigen::ArrayXd weighted_density(const Eigen::ArrayXd& values, const Eigen::ArrayXd& weights, double low,
                                 double high, int bins);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -9,6 +9,8 @@
 #include "paragraph.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <filesystem>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 std::string one_line(std::string text) {
@@ -81,4 +81,4 @@ std::string run_gnuplot(const std::string& gnuplot, const std::string& directory
                            : "it was ended by signal " + std::to_string(WTERMSIG(status));
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

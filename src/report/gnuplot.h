@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Full path of the gnuplot program on PATH; empty when there is none.
 std::string find_gnuplot();
@@ -10,4 +10,4 @@ std::string find_gnuplot();
 /// folder name will do. Returns an empty text on success, else what gnuplot or the system said, on one line.
 std::string run_gnuplot(const std::string& gnuplot, const std::string& directory, const std::string& script);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

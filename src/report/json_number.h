@@ -5,7 +5,7 @@
 
 #include "aberfit/core/warning.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// JSON has no NaN and no infinity: what does not exist is null.
 inline nlohmann::ordered_json json_number(double value) {
@@ -26,4 +26,4 @@ inline nlohmann::ordered_json json_warnings(const Warnings& warnings) {
   return list;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

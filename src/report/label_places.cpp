@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr double kCharacter = 7.6, kLine = 15;  // of a letter of DejaVu Sans at 11 points [pixels]
@@ -36,4 +36,4 @@ std::optional<LabelPlaces::Place> LabelPlaces::put(double x, double y, double ra
   return std::nullopt;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// A rectangle of a picture [pixels].
 struct PixelBox {
@@ -32,4 +32,4 @@ class LabelPlaces {
   std::vector<PixelBox> taken_, weak_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -9,7 +9,7 @@
 
 #include "aberfit/core/errors.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Lines of a small text file with the errors of its reader: file, line, what was found, what is allowed.
 class ListingLines {
@@ -80,4 +80,4 @@ class ListingLines {
   std::string_view text_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -8,7 +8,7 @@
 #include "json_number.h"
 #include "paragraph.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -49,4 +49,4 @@ std::string summary_table(const PaperCells& table) {
   return text + "\n  * error of the ray ee90 against generalised Harvey-Shack; Gaussian autocorrelation\n";
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,10 +4,10 @@
 
 #include "aberfit/theory/paper_table.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// `paper_table` of a check: one row per cell with both verdicts.
 nlohmann::ordered_json to_json(const PaperCells& table);
 std::string summary_table(const PaperCells& table);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -6,7 +6,7 @@
 
 #include "aberfit/core/units.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 std::string paragraph(const std::string& label, const std::string& text, std::size_t indent) {
   std::string out, line = fmt::format("{:<{}}", label, indent);
@@ -49,4 +49,4 @@ std::string warning_lines(const Warnings& warnings) {
 
 std::string metres_text(double metres) { return format_quantity(metres, Dimension::kLength); }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

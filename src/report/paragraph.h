@@ -3,7 +3,7 @@
 
 #include "aberfit/core/warning.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 inline constexpr std::size_t kColumns = 100;  ///< widest line of a table for people
 inline constexpr std::size_t kIndent = 10;    ///< of what stands behind "Groundwork", "Fit", ...
@@ -21,4 +21,4 @@ std::string warning_lines(const Warnings& warnings);
 /// A length in the unit that suits it.
 std::string metres_text(double metres);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

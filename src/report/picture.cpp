@@ -4,7 +4,7 @@
 
 #include <iterator>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 AxisUnit unit(double largest, const std::vector<AxisUnit>& ascending) {
@@ -102,4 +102,4 @@ std::string matrix_file(const std::vector<std::string>& header, const Eigen::Arr
   return text;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

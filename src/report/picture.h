@@ -7,7 +7,7 @@
 #include "aberfit/core/units.h"
 #include "aberfit/report/plots.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// One picture before it is drawn: a gnuplot script `name`.gp that makes `name`.png, and the data files it
 /// reads.
@@ -72,4 +72,4 @@ inline constexpr const char* kIdealColour = "#666666";
 inline constexpr const char* kTargetColour = "#0072B2";
 inline constexpr const char* kFittedColour = "#D55E00";
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -10,6 +10,8 @@
 #include "picture.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr int kWidth = 1200, kHeight = 850;                                  // [pixels]

@@ -8,7 +8,7 @@
 #include "aberfit/terms/zernike.h"
 #include "picture.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 // Standard deviation of coefficient i, 0 where none was computed (the band then vanishes).
@@ -223,4 +223,4 @@ Picture coefficients_picture(const PlotInput& input) {
   return picture;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

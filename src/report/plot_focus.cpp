@@ -6,7 +6,7 @@
 
 #include "picture.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 struct Branch {
@@ -407,4 +407,4 @@ Picture focal_images_picture(const PlotInput& input) {
   return picture;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -5,7 +5,7 @@
 
 #include "picture.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr const char* kTimeColour = "#666666";
@@ -108,4 +108,4 @@ Picture frontier_picture(const PlotInput& input) {
   return picture;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -7,6 +7,8 @@
 #include "picture.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr const char* kLineColour = "#CC79A7";

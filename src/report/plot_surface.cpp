@@ -8,7 +8,7 @@
 #include "focus_curves.h"
 #include "picture.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 // Weighted mean and standard deviation.
@@ -262,4 +262,4 @@ Picture gradients_picture(const PlotInput& input) {
   return picture;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

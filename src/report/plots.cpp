@@ -7,6 +7,8 @@
 #include "picture.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 std::vector<Picture> all_pictures(const PlotInput& input) {
@@ -31,6 +33,8 @@ std::vector<std::string> write_plots(const PlotInput& input, const std::string& 
                                      Warnings* warnings) {
   return draw_pictures(all_pictures(input), directory, warnings);
 }
+
+namespace internal {
 
 std::vector<std::string> draw_pictures(const std::vector<Picture>& pictures, const std::string& directory,
                                        Warnings* warnings) {
@@ -66,4 +70,5 @@ std::vector<std::string> draw_pictures(const std::vector<Picture>& pictures, con
   return drawn;
 }
 
+}  // namespace internal
 }  // namespace aberfit

@@ -8,6 +8,8 @@
 #include "json_number.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -10,6 +10,8 @@
 #include "paragraph.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 std::string frequency(double value) { return format_quantity(value, Dimension::kSpatialFrequency); }

@@ -13,6 +13,8 @@
 #include "statistic_label.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using Json = nlohmann::ordered_json;

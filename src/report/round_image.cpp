@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 Eigen::ArrayXXd round_image(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& encircled_energy,
                             double half_width, int pixels) {
@@ -33,4 +33,4 @@ Eigen::ArrayXXd round_image(const std::function<Eigen::ArrayXd(const Eigen::Arra
   return image;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

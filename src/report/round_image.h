@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <functional>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Image of a round spot, as FocalLight::image, from its encircled energy EE(r) [m -> share], which is asked
 /// for at ascending radii. A pixel is the sum of nine parts, each with the mean irradiance of the annulus
@@ -10,4 +10,4 @@ namespace aberfit {
 Eigen::ArrayXXd round_image(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& encircled_energy,
                             double half_width, int pixels);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

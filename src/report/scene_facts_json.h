@@ -2,7 +2,7 @@
 #include "aberfit/method/scene_facts.h"
 #include "aberfit/report/result.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The same numbers under the same keys as `scene` of a result.
 inline nlohmann::ordered_json scene_json(const SceneFacts& facts) {
@@ -18,4 +18,4 @@ inline nlohmann::ordered_json scene_json(const SceneFacts& facts) {
   return scene_json(result);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

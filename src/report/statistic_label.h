@@ -6,7 +6,7 @@
 #include "aberfit/core/units.h"
 #include "aberfit/focus/statistic.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// What the unit suffix of a statistic's name says: `..._m...` a length, `..._rad...` an angle, else a
 /// number.
@@ -32,4 +32,4 @@ inline std::vector<std::string> unique_names(const std::vector<Target>& targets)
   return names;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

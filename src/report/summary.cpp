@@ -12,6 +12,8 @@
 #include "statistic_label.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr std::size_t kWorstFitted = 3, kWorstHeldOut = 5;

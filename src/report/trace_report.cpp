@@ -6,6 +6,7 @@
 #include "paragraph.h"
 
 namespace aberfit {
+using namespace internal;
 
 using Json = nlohmann::ordered_json;
 

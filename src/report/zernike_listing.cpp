@@ -15,6 +15,8 @@
 // wavefront; this listing is of the surface, and its line "Quantity" says so. The reader insists on that
 // line, since a wavefront taken for a surface is wrong by a factor of 2.
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr std::string_view kFirstLine = "Listing of Zernike Standard Coefficient Data";
@@ -119,6 +121,8 @@ double coefficient(const ListingLines& file, int j) {
 
 }  // namespace
 
+namespace internal {
+
 std::string zernike_polynomial_text(int j) {
   const ZernikeMode mode = zernike_from_noll(j);
   if (mode.n == 0) return "1";
@@ -171,6 +175,8 @@ std::string zernike_listing_text(const ExportInput& input) {
   }
   return text;
 }
+
+}  // namespace internal
 
 ZernikeListing read_zernike_listing(const std::string& path) {
   ListingLines file(path, kListingFile);

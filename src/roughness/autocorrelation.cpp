@@ -10,6 +10,8 @@
 #include "square.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using std::numbers::pi;

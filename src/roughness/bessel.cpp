@@ -5,6 +5,7 @@
 #undef ABERFIT_KERNEL_BODY
 
 namespace aberfit {
+using namespace internal;
 
 void bessel_j0_j1(const double* z, int n, double* j0, double* j1, InstructionSet set) {
 #if ABERFIT_X86_KERNELS

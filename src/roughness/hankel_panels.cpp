@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 using std::numbers::pi;
 
@@ -25,4 +25,4 @@ SharedPanels shared_panels(const RadialPsd& psd, double r_min, double r_max) {
   return {low, psd.f_min() > 0 ? 0 : radial_moment(psd, 0, 0, low), resolved_panels(psd, low, high)};
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 
 #include "aberfit/roughness/psd_integrals.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Argument of J0 beyond which its Hankel amplitude is exact to rounding.
 inline constexpr double kHankelFrom = 30;
@@ -20,4 +20,4 @@ struct SharedPanels {
 /// r_min > 0 [m]; S of a finite height variance.
 SharedPanels shared_panels(const RadialPsd& psd, double r_min, double r_max);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -6,7 +6,7 @@
 
 #include "wave_sum.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 using std::numbers::pi;
 
@@ -82,4 +82,4 @@ double PowerWaves::operator()(double r) const {
                          wave_sum(r, y, nodes_.data.data(), nodes_.pairs.data(), int(nodes_.pairs.size())));
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

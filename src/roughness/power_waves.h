@@ -2,7 +2,7 @@
 #include <array>
 #include <vector>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// A stretch of the band on which S is a power of f. There int S f J0(k f) df has an antiderivative whose
 /// asymptotic series needs no nodes: with J0(t) = Re sqrt(2/(pi t)) exp(i (t - pi/4)) sum h_n t^-n (DLMF
@@ -58,4 +58,4 @@ class PowerWaves {
   Set ends_, nodes_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -9,6 +9,8 @@
 #include "profile_spectrum.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // int_h^inf S(g) g/sqrt(g^2 - f^2) dg where S is one power and h >= 2 f, by the binomial series of the root.
@@ -24,6 +26,8 @@ double power_tail(const PowerTerm& term, double f, double h) {
 }
 
 }  // namespace
+
+namespace internal {
 
 ProfileSpectrum::ProfileSpectrum(const RadialPsd& psd, double lowest) : psd_(psd), tail_from_(psd.f_max()) {
   assert(lowest > 0);
@@ -57,6 +61,8 @@ double ProfileSpectrum::operator()(double f) const {
     sum += (panel->weight * panel->psd / (1 - (f / panel->f).square()).sqrt()).sum();
   return 4 * sum;
 }
+
+}  // namespace internal
 
 double profile_psd(const RadialPsd& psd, double f) { return ProfileSpectrum(psd, f)(f); }
 

@@ -3,7 +3,7 @@
 
 #include "aberfit/roughness/psd_integrals.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// profile_psd at many frequencies from `lowest` up [cycles/m]: S is evaluated once on panels of its band,
 /// and only the panels next to f anew. Same error.
@@ -19,4 +19,4 @@ class ProfileSpectrum {
   double tail_from_ = 0;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

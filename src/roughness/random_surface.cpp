@@ -16,6 +16,8 @@
 #include "spectrum_cells.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using std::numbers::pi;

@@ -6,7 +6,7 @@
 
 #include "aberfit/core/quadrature.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 double integral_in_pieces(const std::function<double(double)>& g, double a, double b,
                           const std::vector<double>& cuts) {
@@ -51,4 +51,4 @@ std::vector<double> jumps(const RadialPsd& psd) {
   return found;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -1,7 +1,7 @@
 #pragma once
 
-namespace aberfit {
+namespace aberfit::internal {
 
 inline double square(double x) { return x * x; }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 #include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
-namespace aberfit {
+namespace aberfit::internal {
 
 double wave_sum(double r, double y, const double* data, const int* pairs, int blocks, InstructionSet set) {
 #if ABERFIT_X86_KERNELS
@@ -15,4 +15,4 @@ double wave_sum(double r, double y, const double* data, const int* pairs, int bl
   return baseline::wave_sum(r, y, data, pairs, blocks);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -9,6 +9,8 @@
 #include "detrend_basis.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // Least-squares coefficients over the valid rows; a rank-deficient basis (few samples) gives the smallest
@@ -44,6 +46,8 @@ std::vector<Monomial> products_up_to(int degree) {
 
 }  // namespace
 
+namespace internal {
+
 Eigen::MatrixXd legendre_basis(const Eigen::ArrayXd& x, double low, double high, int degree) {
   const Eigen::ArrayXd t = high > low ? Eigen::ArrayXd((2 * x - low - high) / (high - low))
                                       : Eigen::ArrayXd(Eigen::ArrayXd::Zero(x.size()));
@@ -65,6 +69,8 @@ int polynomial_degree(const DetrendOptions& options, bool profile) {
       return options.degree;
   }
 }
+
+}  // namespace internal
 
 Profile heights_of(const Profile& profile) {
   if (profile.quantity == ProfileQuantity::kHeight) return profile;

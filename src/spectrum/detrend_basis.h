@@ -3,7 +3,7 @@
 
 #include "aberfit/spectrum/detrend.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Legendre polynomials P_0 .. P_degree at the points x mapped from [low, high] to [-1, 1]: N x (degree + 1).
 Eigen::MatrixXd legendre_basis(const Eigen::ArrayXd& x, double low, double high, int degree);
@@ -21,4 +21,4 @@ struct EllipseFit {
 };
 EllipseFit fit_ellipse(const Profile& profile);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

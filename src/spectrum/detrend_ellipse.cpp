@@ -6,7 +6,7 @@
 #include "aberfit/core/linear_algebra.h"
 #include "detrend_basis.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr double kNoShape = 1e-12;       // of the values: what is left of a plane by rounding
@@ -189,4 +189,4 @@ EllipseFit fit_ellipse(const Profile& profile) {
   return result;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

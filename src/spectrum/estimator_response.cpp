@@ -7,7 +7,7 @@
 #include "aberfit/core/parallel.h"
 #include "window.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using std::numbers::pi;
@@ -376,4 +376,4 @@ EstimatorResponse estimator_response(const SurfaceProcessing& processing, const 
   return result;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

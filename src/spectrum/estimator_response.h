@@ -4,7 +4,7 @@
 #include "periodogram.h"
 #include "processing.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Expectation of the binned periodogram as a linear function of the spectrum.
 struct EstimatorResponse {
@@ -23,4 +23,4 @@ struct EstimatorResponse {
 EstimatorResponse estimator_response(const SurfaceProcessing& processing, const OrdinateBins& bins,
                                      WindowKind window, int threads);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

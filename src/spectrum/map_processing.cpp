@@ -8,7 +8,7 @@
 #include "processing.h"
 #include "window.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using std::numbers::pi;
@@ -227,4 +227,4 @@ ComplexGrid MapProcessing::windowed(const HeightMap& region) const {
   return samples;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <complex>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 Eigen::ArrayXd OrdinateBins::mean(const Eigen::ArrayXd& ordinate) const {
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(size());
@@ -95,4 +95,4 @@ Eigen::MatrixXd bin_covariance(const OrdinateGrid& grid, const OrdinateBins& bin
   return 0.5 * (sum + sum.transpose());
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <vector>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Ordinates of a discrete Fourier transform of rows x cols samples; rows = 1 for a profile. Index (j, i) of
 /// the transform is the frequency (signed_index(i, cols) step_x, signed_index(j, rows) step_y).
@@ -60,4 +60,4 @@ Eigen::MatrixXd bin_covariance(const OrdinateGrid& grid, const OrdinateBins& bin
                                const Eigen::ArrayXd& along_x, const Eigen::ArrayXd& along_y,
                                const LowOrdinates& low);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -2,7 +2,7 @@
 
 #include "window.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 void SurfaceProcessing::prepare(WindowKind window) {
   window_x = window_values(window, grid.cols);
@@ -25,4 +25,4 @@ ComplexGrid SurfaceProcessing::wave_transform(double u, double v) const {
   return samples;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

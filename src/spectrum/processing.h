@@ -9,7 +9,7 @@
 #include "aberfit/spectrum/psd_estimate.h"
 #include "periodogram.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Rows by columns of the windowed samples.
 using ComplexGrid = Eigen::Array<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -107,4 +107,4 @@ struct PixelRectangle {
 /// of the valid area count as inside.
 PixelRectangle largest_inner_rectangle(const HeightMap& map);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -8,7 +8,7 @@
 #include "processing.h"
 #include "window.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using std::numbers::pi;
@@ -130,4 +130,4 @@ ComplexGrid ProfileProcessing::windowed(const Profile& heights) const {
   return bridged(heights.value(valid_).matrix().cast<std::complex<double>>());
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

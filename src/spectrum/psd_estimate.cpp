@@ -16,6 +16,8 @@
 #include "window.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 bool same_valid(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {

@@ -14,6 +14,8 @@
 #include "psd_shape_fit.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using Eigen::Index;

@@ -12,7 +12,7 @@
 #include "aberfit/core/constants.h"
 #include "aberfit/core/quadrature.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Eigen::ArrayXd;
@@ -295,4 +295,4 @@ PsdModel surface_model(const PsdShape& shape, const VectorXd& theta) {
   return sum;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

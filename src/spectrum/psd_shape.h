@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
-#include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_table.h"
+#include "aberfit/spectrum/psd_model_fit.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// A parametric PSD as it is fitted, of the kind of the data: S2 [m^4] of maps, S1 [m^3] of profiles.
 /// Internal parameters theta, part after part of the family:
@@ -56,4 +56,4 @@ std::vector<PsdShapeParameter> shape_parameters(const PsdShape& shape, const Eig
 /// The two-dimensional model in the band; the floor of a profile is left out.
 PsdModel surface_model(const PsdShape& shape, const Eigen::VectorXd& theta);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -9,7 +9,7 @@
 #include "aberfit/core/constants.h"
 #include "aberfit/core/linear_algebra.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Eigen::ArrayXd;
@@ -110,4 +110,4 @@ PsdModelError restricted_model_error(const PsdBand& band, const ArrayXd& residua
   return best.deviation < 2 * kLeast ? PsdModelError{} : best;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 
 #include "psd_shape_fit.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// How far a family misses the truth: log psd = log E + sampling error + d, where d has the standard
 /// deviation `deviation` (tau) in every bin and the correlation exp(-|log f_b - log f_c| / length) between
@@ -33,4 +33,4 @@ double log_likelihood_with_model_error(const PsdBand& band, const Eigen::ArrayXd
 PsdModelError restricted_model_error(const PsdBand& band, const Eigen::ArrayXd& residuals,
                                      const Eigen::MatrixXd& gradient);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -15,7 +15,7 @@
 #include "aberfit/core/linear_algebra.h"
 #include "psd_shape_error.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Eigen::ArrayXd;
@@ -448,4 +448,4 @@ double goodness_of_fit(const PsdBand& band, const PsdShapeFit& fit) {
   return boost::math::cdf(boost::math::complement(boost::math::chi_squared(freedom), chi_squared));
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -8,7 +8,7 @@
 
 #include "psd_shape.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The bins of an estimate that take part in a fit.
 struct PsdBand {
@@ -81,4 +81,4 @@ double profile_bound(const PsdBand& band, const PsdShapeFit& fit, int index, int
 /// p-value of the residuals: Wilson-Hilferty normal scores of psd / E, decorrelated, as chi-squared.
 double goodness_of_fit(const PsdBand& band, const PsdShapeFit& fit);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

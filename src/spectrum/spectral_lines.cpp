@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using std::numbers::ln2;
@@ -263,4 +263,4 @@ LineSearch find_lines(const OrdinateGrid& grid, const Eigen::ArrayXd& ordinate, 
   return search;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

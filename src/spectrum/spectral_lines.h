@@ -5,7 +5,7 @@
 #include "aberfit/spectrum/psd_estimate.h"
 #include "periodogram.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 struct LineSearch {
   std::vector<SpectralLine> lines;  ///< strongest first
@@ -22,4 +22,4 @@ LineSearch find_lines(const OrdinateGrid& grid, const Eigen::ArrayXd& ordinate, 
                       double correlation, const Eigen::ArrayXd& node_frequency,
                       const Eigen::ArrayXd& transfer);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -50,6 +50,8 @@ std::string to_string(WindowKind window) {
   return "none";
 }
 
+namespace internal {
+
 Eigen::ArrayXd window_values(WindowKind window, Eigen::Index n) {
   Eigen::ArrayXd w(n);
   for (Eigen::Index i = 0; i < n; ++i) w[i] = window_value(window, (double(i) + 0.5) / double(n));
@@ -86,4 +88,5 @@ Eigen::ArrayXd ordinate_covariance(const Eigen::ArrayXd& window) {
   return result;
 }
 
+}  // namespace internal
 }  // namespace aberfit

@@ -3,7 +3,7 @@
 
 #include "aberfit/spectrum/psd_estimate.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Window values at (i + 1/2)/n, i = 0 .. n-1; Tukey with a quarter of the length tapered at either end.
 Eigen::ArrayXd window_values(WindowKind window, Eigen::Index n);
@@ -16,4 +16,4 @@ double lobe(const Eigen::ArrayXd& window, double nu);
 /// covariance of ordinates d apart (Hann: 1, 4/9, 1/36). Values below 1e-4 are set to 0.
 Eigen::ArrayXd ordinate_covariance(const Eigen::ArrayXd& window);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -10,7 +10,7 @@
 #include "describe_verify.h"
 #include "polygon.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 constexpr int kLargestOrder = 300;
@@ -237,4 +237,4 @@ void describe_study(Visitor& v, Study& study) {
   describe_verify(v, study.verify);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

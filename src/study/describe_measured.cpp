@@ -4,7 +4,7 @@
 
 #include "describe_names.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 const std::vector<std::string> kFormats = {"auto", "dabam",     "profile", "map",
@@ -113,4 +113,4 @@ void describe_map_target(Visitor& v, MapTarget& target) {
   v.seed({"seed", "of the points kept back"}, target.fit.seed);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

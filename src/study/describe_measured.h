@@ -2,7 +2,7 @@
 #include "aberfit/study/study.h"
 #include "visitor.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The keys of `psd.model: "measured"`; also the options of `aberfit psd FILE`.
 void describe_measured_psd(Visitor& v, MeasuredPsd& measured);
@@ -12,4 +12,4 @@ void describe_map_target(Visitor& v, MapTarget& target);
 /// Reports `key` unless `unit` is one of the dimension's.
 void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension dimension);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -1,7 +1,7 @@
 #pragma once
 #include "schema.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 inline constexpr Dimension kLength = Dimension::kLength;
 inline constexpr Dimension kFrequency = Dimension::kSpatialFrequency;
@@ -9,4 +9,4 @@ inline constexpr Dimension kNumber = Dimension::kNumber;
 inline constexpr Need kRequired = Need::kRequired;
 inline constexpr Need kOptional = Need::kOptional;
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -5,7 +5,7 @@
 #include "describe_measured.h"
 #include "describe_names.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 // A micrometre written as a plain number ("0.1" for 0.1 um) would be 0.1 m: heights of roughness are never
@@ -166,4 +166,4 @@ void describe_roughness(Visitor& v, std::optional<RoughnessModel>& roughness) {
            });
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -2,11 +2,11 @@
 #include "aberfit/study/study.h"
 #include "visitor.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The `roughness` block.
 void describe_roughness(Visitor& v, std::optional<RoughnessModel>& roughness);
 /// The keys of its `psd` object.
 void describe_psd_block(Visitor& v, RoughnessModel& node);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 #include "describe_names.h"
 #include "statistic_key.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 void describe_value(Visitor& v, StatisticRequest& s) {
@@ -148,4 +148,4 @@ void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& m
   });
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -2,7 +2,7 @@
 #include "aberfit/study/study.h"
 #include "visitor.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Why no study may ask for them any more.
 inline constexpr const char* kConvolvedRemoved =
@@ -13,4 +13,4 @@ inline constexpr const char* kConvolvedRemoved =
 /// The `target` block: statistics and PSD bins, or a map.
 void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

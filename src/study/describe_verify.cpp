@@ -8,7 +8,7 @@
 #include "aberfit/study/published.h"
 #include "describe_names.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 void describe(Visitor& v, PhaseSynthesis& phase) {
@@ -85,4 +85,4 @@ void describe_verify(Visitor& v, VerifySpec& verify) {
   });
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -2,9 +2,9 @@
 #include "aberfit/study/study.h"
 #include "visitor.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The `verify` block.
 void describe_verify(Visitor& v, VerifySpec& verify);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

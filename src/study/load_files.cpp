@@ -13,7 +13,7 @@
 #include "aberfit/study/measured_psd.h"
 #include "statistic_key.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 // Path of a data file next to the study; throws unless it is a readable file.
@@ -156,4 +156,4 @@ void load_files(Study& study) {
   }
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -8,7 +8,7 @@
 
 #include "aberfit/core/errors.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -110,4 +110,4 @@ Json parse_json(const std::string& text, const std::string& path) {
   return Json::parse(text);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// `text` as JSON, keys in the order of the file. Throws InputError for a syntax error (with line and
 /// column), for a key that occurs twice in one object (with its JSON pointer), for numbers beyond double and
@@ -12,4 +12,4 @@ nlohmann::ordered_json parse_json(const std::string& text, const std::string& pa
 /// `pointer` + "/" + key with ~ and / escaped (RFC 6901).
 std::string child_pointer(const std::string& pointer, const std::string& key);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

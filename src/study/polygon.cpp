@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Point = std::array<double, 2>;
@@ -50,4 +50,4 @@ std::string polygon_problem(const std::vector<std::array<double, 2>>& vertices) 
   return area == 0 ? "no area" : "";
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

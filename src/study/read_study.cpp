@@ -18,6 +18,7 @@
 #include "writer.h"
 
 namespace aberfit {
+using namespace internal;
 
 Study parse_study(const std::string& text, const std::string& path) {
   const nlohmann::ordered_json json = parse_json(text, path);

@@ -10,7 +10,7 @@
 #include "aberfit/core/errors.h"
 #include "parse_json.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Json = Reader::Json;
@@ -393,4 +393,4 @@ void Reader::check(bool holds, const std::string& key, const std::string& found,
   if (!holds) fail(key.empty() ? pointer_ : pointer_ + '/' + key, found, allowed);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

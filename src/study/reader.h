@@ -5,7 +5,7 @@
 
 #include "visitor.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Fills the described structures from JSON, strictly: unknown keys, wrong types, missing keys, bad units and
 /// values out of range throw InputError with the JSON pointer.
@@ -70,4 +70,4 @@ class Reader : public Visitor {
 /// near (more than half of the word changed).
 std::string nearest(const std::string& word, const std::vector<std::string>& candidates);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Json = SchemaWriter::Json;
@@ -203,4 +203,4 @@ void SchemaWriter::keyed(const Field& field, std::vector<std::string>& keys,
                   {"additionalProperties", false}});
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -6,7 +6,7 @@
 
 #include "visitor.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Documents what is described as JSON Schema, draft 2020-12. One object: `object_schema` runs its body once,
 /// or once per tag.
@@ -55,4 +55,4 @@ class SchemaWriter : public Visitor {
   std::size_t tag_count_ = 0;  // how many there are; 0: not tagged
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 #include <regex>
 #include <set>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 // No leading or trailing zeros, so that one statistic has one key and duplicates show.
 const char* const kEncircledEnergyName =
@@ -64,4 +64,4 @@ StatisticRequest request_of(const std::string& key) {
   return request;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -6,7 +6,7 @@
 #include "aberfit/study/study.h"
 #include "visitor.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// ECMA regular expression of "ee<percent>": percent in (0, 100), at most four decimals, one spelling for
 /// each value.
@@ -28,4 +28,4 @@ std::vector<std::string> keys_of(const std::vector<StatisticRequest>& requests);
 /// A request with the name (and ring) that the key says.
 StatisticRequest request_of(const std::string& key);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -8,7 +8,7 @@
 #include "aberfit/core/units.h"
 #include "statistic_key.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 void check_aperture(const Study& study) {
@@ -98,4 +98,4 @@ void check_rules(const Study& study) {
     check_without_roughness(study);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

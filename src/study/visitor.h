@@ -15,7 +15,7 @@
 
 // The study format is described once (describe.cpp); reading, writing the resolved study and writing the JSON
 // Schema are three visitors of that description, so a key cannot be known to one and unknown to another.
-namespace aberfit {
+namespace aberfit::internal {
 
 enum class Need { kRequired, kOptional };
 
@@ -162,4 +162,4 @@ class Visitor {
   }
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -1,6 +1,6 @@
 #include "writer.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 void Writer::quantity(const Field& field, std::optional<double>& value, Dimension, Range) {
   if (value) json[field.key] = *value;
@@ -90,4 +90,4 @@ void Writer::keyed(const Field& field, std::vector<std::string>& keys, const std
   json[field.key] = std::move(items);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 
 #include "visitor.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Writes the described structures as JSON with every value that they hold, quantities as plain SI numbers.
 class Writer : public Visitor {
@@ -38,4 +38,4 @@ class Writer : public Visitor {
              const std::function<void(Visitor&, std::size_t)>& body) override;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 #include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 void bessel_j_orders(double x, int top, double* values) {
   if (x > top && top >= 1) {
@@ -34,4 +34,4 @@ void bessel_j_orders(double x, int top, double* values) {
   for (int k = 0; k <= top; ++k) values[k] /= even_sum;  // J_0 + 2 J_2 + 2 J_4 + ... = 1
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -11,6 +11,8 @@
 #include "zernike_integrals.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // Eigenvalues of a correlation matrix below this many eps are rounding of the quadrature; the kept ones are

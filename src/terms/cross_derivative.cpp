@@ -6,6 +6,7 @@
 #include "zernike_derivative.h"
 
 namespace aberfit {
+using namespace internal;
 
 Eigen::ArrayXd cross_derivative(const TermSet& terms, const Eigen::VectorXd& coefficients,
                                 const Eigen::ArrayXd& x, const Eigen::ArrayXd& y) {

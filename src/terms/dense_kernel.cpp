@@ -4,7 +4,7 @@
 #include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
-namespace aberfit {
+namespace aberfit::internal {
 
 void dense_forward(InstructionSet set, int terms, const double* basis, const double* coefficients,
                    double* field) {
@@ -25,4 +25,4 @@ void dense_adjoint(InstructionSet set, int terms, const double* basis, const dou
   baseline::adjoint(terms, basis, weights, lanes);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -1,7 +1,7 @@
 #pragma once
 #include "aberfit/core/instruction_set.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Points whose basis values lie together: per block and term kDensePoints heights, then as many slopes along
 /// x, then along y. Products then read the basis once, in order.
@@ -17,4 +17,4 @@ void dense_forward(InstructionSet set, int terms, const double* basis, const dou
 /// as field); their sum over the eight is the term's.
 void dense_adjoint(InstructionSet set, int terms, const double* basis, const double* weights, double* lanes);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -5,7 +5,7 @@
 #include "aberfit/core/parallel.h"
 #include "pointwise_operator.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Eigen::Index;
@@ -97,4 +97,4 @@ void DenseOperator::adjoint(const SurfaceField& weights, int threads, Eigen::Vec
   }
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

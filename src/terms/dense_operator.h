@@ -8,7 +8,7 @@
 #include "scratch_pool.h"
 #include "term_operator.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Part of L as a stored basis, 24 bytes per point and term, built once by the recurrences. Products are
 /// bound by the reading of the basis, so this is for small problems.
@@ -32,4 +32,4 @@ class DenseOperator : public TermOperator {
   mutable ScratchPool<PartialSums> sums_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

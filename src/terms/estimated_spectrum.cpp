@@ -11,6 +11,8 @@
 #include "estimator_steps.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using GridMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

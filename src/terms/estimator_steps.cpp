@@ -7,7 +7,7 @@
 
 #include "aberfit/core/linear_algebra.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 Eigen::ArrayXd estimator_window(WindowKind window, int n) {
   using std::numbers::pi;
@@ -103,4 +103,4 @@ EstimatorBins estimator_bins(int n, double pitch, int bins_per_decade) {
   return bins;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 
 #include "aberfit/spectrum/psd_estimate.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 // The linear steps of the PSD estimator of maps (psd_estimate.h) on a full square grid, apart, so that they
 // can be run backwards. A test holds them to the estimator itself.
@@ -27,4 +27,4 @@ struct EstimatorBins {
 /// Nyquist frequency of an axis; steps without any ordinate are shared by their neighbours.
 EstimatorBins estimator_bins(int n, double pitch, int bins_per_decade);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

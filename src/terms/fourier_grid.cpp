@@ -5,7 +5,7 @@
 
 #include "aberfit/core/parallel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Eigen::Index;
@@ -126,4 +126,4 @@ void FourierGrid::adjoint(const SurfaceField& weights, int threads, Eigen::Vecto
   std::copy_n(partial->total.data(), size, sums->data() + begin_);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

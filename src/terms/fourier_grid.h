@@ -10,7 +10,7 @@
 #include "scratch_pool.h"
 #include "term_operator.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Fourier part of L on (any subset of) a Cartesian grid. The phase factor of a mode at a point is that of
 /// the column times that of the row, so h and its gradient are products of a rows x modes and a modes x
@@ -45,4 +45,4 @@ class FourierGrid : public TermOperator {
   mutable ScratchPool<PartialSums> sums_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

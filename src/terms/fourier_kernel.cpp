@@ -6,7 +6,7 @@
 #include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
-namespace aberfit {
+namespace aberfit::internal {
 
 FourierRows fourier_rows(const std::vector<FourierMode>& modes) {
   constexpr double kTwoPi = 2.0 * std::numbers::pi;
@@ -41,4 +41,4 @@ void fourier_adjoint(InstructionSet set, const FourierRows& rows, const PointBlo
   baseline::adjoint(rows.modes(), rows.frequency.data(), block, amplitudes);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -5,7 +5,7 @@
 #include "aberfit/terms/term_set.h"
 #include "point_block.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Frequencies of the modes, ready for the kernels: fx, fy [cycles/m] and 2 pi fx, 2 pi fy [rad/m] per mode.
 struct FourierRows {
@@ -27,4 +27,4 @@ void fourier_forward(InstructionSet set, const FourierRows& rows, const double* 
 void fourier_adjoint(InstructionSet set, const FourierRows& rows, const PointBlock& block,
                      double* amplitudes);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

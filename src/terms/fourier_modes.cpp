@@ -99,6 +99,8 @@ std::vector<FourierMode> fourier_modes(const RadialPsd& psd, int count, FourierS
   return log_rings(sampled_edges(psd, false), count, seed);
 }
 
+namespace internal {
+
 std::vector<double> fourier_variances(const RadialPsd& psd, const std::vector<FourierMode>& modes) {
   std::vector<double> frequency(modes.size()), variance(modes.size(), 0.0);
   std::vector<std::size_t> order;
@@ -126,4 +128,5 @@ std::vector<double> fourier_variances(const RadialPsd& psd, const std::vector<Fo
   return variance;
 }
 
+}  // namespace internal
 }  // namespace aberfit

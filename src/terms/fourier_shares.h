@@ -4,7 +4,7 @@
 #include "aberfit/roughness/psd.h"
 #include "aberfit/terms/term_set.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Height variance [m^2] each mode stands for. The band is cut into rings halfway (in log f) between
 /// neighbouring |f| of the modes, the first and last reaching to the band's edges; the variance of a ring is
@@ -12,4 +12,4 @@ namespace aberfit {
 /// 0. Throws ComputationError when the height variance is infinite.
 std::vector<double> fourier_variances(const RadialPsd& psd, const std::vector<FourierMode>& modes);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

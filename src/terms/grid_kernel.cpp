@@ -4,7 +4,7 @@
 #include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
-namespace aberfit {
+namespace aberfit::internal {
 
 void grid_forward(InstructionSet set, const FourierRows& rows, const double* amplitudes, GridTile* tile) {
 #if ABERFIT_X86_KERNELS
@@ -28,4 +28,4 @@ void grid_adjoint(InstructionSet set, const FourierRows& rows, GridTile* tile, d
   baseline::adjoint(rows.modes(), rows.frequency.data(), tile, amplitudes);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

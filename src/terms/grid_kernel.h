@@ -2,7 +2,7 @@
 #include "aberfit/core/instruction_set.h"
 #include "fourier_kernel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 constexpr int kTileRows = 64;
 constexpr int kTileColumns = 256;
@@ -39,4 +39,4 @@ void grid_forward(InstructionSet set, const FourierRows& rows, const double* amp
 /// the wanted columns that belong to no point are zero.
 void grid_adjoint(InstructionSet set, const FourierRows& rows, GridTile* tile, double* amplitudes);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -7,7 +7,7 @@
 
 #include "aberfit/roughness/fourier_transform.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 fftw_complex* as_fftw(std::complex<double>* values) { return reinterpret_cast<fftw_complex*>(values); }
@@ -51,4 +51,4 @@ void LineTransforms::to_real(std::complex<double>* from, double* to) const {
   fftw_execute_dft_c2r(static_cast<fftw_plan>(to_real_), as_fftw(from), to);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -1,7 +1,7 @@
 #pragma once
 #include <complex>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Transforms of lines of `length` values in both directions, unnormalised, from one array to another; both
 /// on 64-byte boundaries. Planned once (by estimate); calls from many threads at once are safe.
@@ -26,4 +26,4 @@ class LineTransforms {
   void *forward_, *backward_, *from_real_, *to_real_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

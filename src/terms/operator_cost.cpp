@@ -13,6 +13,8 @@
 #include "zernike_kernel.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using Eigen::Index;

@@ -5,7 +5,7 @@
 
 #include "aberfit/core/parallel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Memory of `sum_chunks`, reused from call to call.
 struct PartialSums {
@@ -33,4 +33,4 @@ void sum_chunks(std::size_t count, std::size_t size, int threads, const AddChunk
   }
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

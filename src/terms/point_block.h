@@ -1,6 +1,6 @@
 #pragma once
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Points one kernel call works on: few enough that a block and its scratch stay in the first-level cache.
 constexpr int kBlockPoints = 256;
@@ -16,4 +16,4 @@ struct PointBlock {
   alignas(64) double slope_y[kBlockPoints];
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <utility>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 PointCoordinates::PointCoordinates(Eigen::ArrayXd x, Eigen::ArrayXd y)
     : size_(x.size()), points_(Scattered{std::move(x), std::move(y)}) {}
@@ -45,4 +45,4 @@ void PointCoordinates::gather(const std::uint32_t* rays, Eigen::Index begin, int
   std::fill(block->y + used, block->y + kBlockPoints, 0.0);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

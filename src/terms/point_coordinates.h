@@ -7,7 +7,7 @@
 #include "aberfit/scene/pupil.h"
 #include "point_block.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Where the points lie: lists of x and y, or a pupil's structure, which needs less memory (8 bytes a point
 /// on a grid, none on rings).
@@ -39,4 +39,4 @@ class PointCoordinates {
   std::variant<Scattered, Rings, CartesianGrid> points_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -15,7 +15,7 @@
 #include "aberfit/core/parallel.h"
 #include "spherical_terms.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Eigen::Index;
@@ -151,4 +151,4 @@ void PointwiseOperator::adjoint(const std::uint32_t* rays, const SurfaceField& w
     std::copy_n(total + spherical_at(), spherical_.size(), sums->begin() + zernikes + fouriers);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

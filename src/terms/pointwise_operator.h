@@ -10,7 +10,7 @@
 #include "term_operator.h"
 #include "zernike_kernel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Families of terms that a call is about.
 struct Families {
@@ -60,4 +60,4 @@ class PointwiseOperator : public TermOperator {
   mutable ScratchPool<std::vector<CacheLine>> lanes_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

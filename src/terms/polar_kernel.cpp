@@ -4,7 +4,7 @@
 #include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
-namespace aberfit {
+namespace aberfit::internal {
 
 void polar_forward(InstructionSet set, const ZernikeRows& rows, const double* packed, double slope_unit,
                    const RingBlock& rings, RingOrder* orders) {
@@ -40,4 +40,4 @@ void polar_adjoint(InstructionSet set, const ZernikeRows& rows, double slope_uni
                     packed);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -2,7 +2,7 @@
 #include "aberfit/core/instruction_set.h"
 #include "zernike_kernel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Rings one kernel call works on: two vectors of the widest instruction set.
 constexpr int kBlockRings = 16;
@@ -32,4 +32,4 @@ void polar_forward(InstructionSet set, const ZernikeRows& rows, const double* pa
 void polar_adjoint(InstructionSet set, const ZernikeRows& rows, double slope_unit, const RingBlock& rings,
                    const RingOrder* orders, std::vector<CacheLine>* lanes, double* packed);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Unit of scratch memory: no vector of it straddles two cache lines, and FFTW finds its alignment.
 struct alignas(64) CacheLine {
@@ -57,4 +57,4 @@ class ScratchPool {
   std::vector<std::unique_ptr<Scratch>> idle_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

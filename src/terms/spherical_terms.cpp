@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using BlockArray = Eigen::Array<double, kBlockPoints, 1>;
@@ -41,4 +41,4 @@ void spherical_adjoint(const std::vector<int>& powers, const PointBlock& block, 
         (power_below(rho_squared, powers[j]) * (from_height + double(powers[j]) * from_slope)).sum();
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -34,9 +34,9 @@
 //     n =  80,  3318     7.4   9.9         6.2   6.7         5.1   4.1          3e-13
 //     n = 137,  9588    11    18           7.9  11           5.5   5.5          8e-13
 // (on a busy machine; at 65,536 points an idle one took 3.4, 4.4 and 5.2 ns forward for n = 20, 60 and 80,
-// tests/benchmarks/run.sh operator). Transforms are most of it: twice that at 544 = 32 17 spokes and five times at 536 = 8 67, primes that FFTW
-// has no code for. Few rings and many terms (n = 137) pay for the radial sums, in the adjoint for the sums
-// over lanes after each 16 rings.
+// tests/benchmarks/run.sh operator). Transforms are most of it: twice that at 544 = 32 17 spokes and five
+// times at 536 = 8 67, primes that FFTW has no code for. Few rings and many terms (n = 137) pay for the
+// radial sums, in the adjoint for the sums over lanes after each 16 rings.
 //     kGrid, 1e9 mode-points/s: 6.8 forward and 7.0 adjoint from 400 modes on, 4.5 and 4.1 at 40 modes;
 //     kPhaseSums 1.7 and 1.6 (20,000 modes, 15,000 points); they differ by 2e-14 of the largest slope.
 //     kDense, 1e9 term-points/s: 6 and 3.8 while the basis is in the second-level cache (231 terms, 256
@@ -60,6 +60,8 @@
 #include "zernike_polar.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using Eigen::Index;

@@ -3,7 +3,7 @@
 
 #include "aberfit/terms/surface_operator.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Part of L: some families of terms (Zernike, Fourier, spherical) by one method at all points. Coefficient
 /// vectors are those of the whole TermSet; a part reads and writes the entries of its families only. Results
@@ -28,4 +28,4 @@ inline void deliver(const double* from, Eigen::Index count, bool add, double* to
     for (Eigen::Index i = 0; i < count; ++i) to[i] = from[i];
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -8,6 +8,7 @@
 #include "zernike_integrals.h"
 
 namespace aberfit {
+using namespace internal;
 
 Eigen::MatrixXd zernike_covariance(const RadialPsd& psd, double radius, int m,
                                    const std::vector<int>& n_values) {

@@ -5,7 +5,7 @@
 
 #include "aberfit/terms/zernike.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 ZernikeExpansion zernike_derivative(const ZernikeExpansion& expansion, DiscAxis axis) {
   int top = 0;
@@ -46,4 +46,4 @@ ZernikeExpansion zernike_derivative(const ZernikeExpansion& expansion, DiscAxis 
   return result;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

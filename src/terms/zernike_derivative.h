@@ -4,7 +4,7 @@
 
 #include "aberfit/terms/term_set.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// A sum of orthonormal Zernike modes on the unit disc.
 struct ZernikeExpansion {
@@ -22,4 +22,4 @@ enum class DiscAxis { kX, kY };
 /// running sums over n make the cost linear in the number of modes. Exact but for rounding.
 ZernikeExpansion zernike_derivative(const ZernikeExpansion& expansion, DiscAxis axis);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -22,7 +22,7 @@
 //          smooth amplitudes on octaves, plain weights for the average and Filon weights for the oscillation;
 //   beyond h = 1 and S a sum of powers: closed form, the oscillation has averaged out.
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using std::numbers::pi;
@@ -246,4 +246,4 @@ Eigen::ArrayXd zernike_variances(const RadialPsd& psd, double radius, int n_min,
   return variances;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 
 #include "aberfit/roughness/psd.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Covariances [m^2] of the coefficients of all radial orders n_min..n_max at once, (n, n') at (n - n_min, n'
 /// - n_min). The sign
@@ -15,4 +15,4 @@ Eigen::MatrixXd zernike_covariance_table(const RadialPsd& psd, double radius, in
 /// Its diagonal alone, in time linear in n_max per quadrature node.
 Eigen::ArrayXd zernike_variances(const RadialPsd& psd, double radius, int n_min, int n_max);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -12,7 +12,7 @@
 #include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
-namespace aberfit {
+namespace aberfit::internal {
 
 ZernikeRows zernike_rows(const std::vector<ZernikeMode>& modes) {
   std::vector<int> count;  // rows per m
@@ -84,4 +84,4 @@ void zernike_adjoint(InstructionSet set, const ZernikeRows& rows, const PointBlo
   baseline::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, sums, packed);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

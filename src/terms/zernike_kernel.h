@@ -7,7 +7,7 @@
 #include "point_block.h"
 #include "scratch_pool.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Where each Zernike mode of a set lives in the packed rows that the kernels walk through, and the
 /// recurrence of those rows.
@@ -46,4 +46,4 @@ void zernike_forward(InstructionSet set, const ZernikeRows& rows, const double* 
 void zernike_adjoint(InstructionSet set, const ZernikeRows& rows, const PointBlock& block,
                      std::vector<CacheLine>* lanes, double* packed);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

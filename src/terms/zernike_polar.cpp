@@ -4,7 +4,7 @@
 
 #include "aberfit/core/parallel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 using Eigen::Index;
 
@@ -124,4 +124,4 @@ void ZernikePolar::adjoint(const SurfaceField& weights, int threads, Eigen::Vect
     (*sums)[Index(j)] = rows_.scale[j] * partial->total[rows_.slot[j]];
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

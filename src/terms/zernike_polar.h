@@ -11,7 +11,7 @@
 #include "term_operator.h"
 #include "zernike_kernel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Zernike part of L on rings of equally spaced points. On a ring of S points the terms of one m share their
 /// angular factor, so per ring the radial orders are summed first, rows x rings of work, and one transform
@@ -63,4 +63,4 @@ class ZernikePolar : public TermOperator {
   mutable ScratchPool<Scratch> scratch_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -12,6 +12,8 @@
 #include "bessel_orders.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // With kappa = 2 pi R f the transform of Z_n^m over the disc is, up to phases that depend on m alone,

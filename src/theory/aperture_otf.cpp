@@ -10,6 +10,8 @@
 #include "panel_rule.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using std::numbers::pi;

@@ -22,6 +22,8 @@
 #include "surface_transfer.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using std::numbers::pi;
@@ -119,7 +121,7 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirro
   transfer.smallest = 1e-8 * wavelength;  // v s stays below 1e-7 there up to r = f
   transfer.halvings = options.halvings;
   surface_transfer_ = std::make_unique<const SurfaceTransfer>(
-      aberfit::surface_transfer([this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_, transfer));
+      internal::surface_transfer([this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_, transfer));
   scattered_ = std::make_shared<const RadialTransform>(transfer_panels(0, 0));
 }
 

@@ -2,7 +2,7 @@
 
 #include "aberfit/core/quadrature.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 const PanelRule& panel_rule() {
   static const PanelRule rule = [] {
@@ -60,4 +60,4 @@ PanelArray restricted(const TransferPanel& panel, double a, double b) {
   return c[0] + t * here - 0.5 * above;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 
 #include "aberfit/roughness/psd_integrals.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Gauss-Legendre rule of kPanelNodes points on [-1, 1] and what it does to the polynomial through them.
 struct PanelRule {
@@ -31,4 +31,4 @@ TransferPanel upper_half(const TransferPanel& panel);
 /// Values at the nodes of [a, b] inside the panel, by interpolation.
 PanelArray restricted(const TransferPanel& panel, double a, double b);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

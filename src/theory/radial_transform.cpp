@@ -5,7 +5,7 @@
 
 #include "aberfit/roughness/bessel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using std::numbers::pi;
@@ -100,4 +100,4 @@ double RadialTransform::cosine(double w) const {
 
 double RadialTransform::first_moment() const { return moments_.empty() ? 0 : moments_.back()[0]; }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,7 +4,7 @@
 
 #include "panel_rule.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Integrals of a transfer function T(s), given on panels in ascending order, with oscillating factors.
 class RadialTransform {
@@ -33,4 +33,4 @@ class RadialTransform {
   std::vector<std::array<double, 4>> moments_;  // int s^(1,3,5,7) T ds of all panels up to and with this one
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

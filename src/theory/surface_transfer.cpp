@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 // Legendre tail that a panel may keep: an encircled energy at v = 2 pi nu r turns it into at most sqrt(v)
@@ -152,4 +152,4 @@ void append_product(const TransferPanel& panel, const std::function<double(doubl
   }
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -5,7 +5,7 @@
 
 #include "panel_rule.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// exp(-E(x)) - core of a rough surface over the pupil shear x = cutoff * s, resolved on panels in s over [0,
 /// 1].
@@ -37,4 +37,4 @@ std::vector<TransferPanel> product(const std::vector<TransferPanel>& transfer, d
 void append_product(const TransferPanel& panel, const std::function<double(double)>& otf,
                     std::vector<TransferPanel>* product);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

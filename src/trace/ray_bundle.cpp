@@ -8,6 +8,8 @@
 #include "trace_kernel.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr Eigen::Index kChunk = 16384;  // rays a thread takes at a time

@@ -6,7 +6,7 @@
 #include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 bool is_parabola(const Mirror& mirror) {
@@ -44,4 +44,4 @@ void adjoint_run(InstructionSet set, const Mirror& mirror, int count, const doub
   baseline::adjoint_run(parabola, mirror, spherical, count, x, y, field, adjoint);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -2,7 +2,7 @@
 #include "aberfit/core/instruction_set.h"
 #include "aberfit/scene/mirror.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Rays one kernel call works on; a multiple of every vector length.
 constexpr int kTraceBlock = 512;
@@ -30,4 +30,4 @@ int trace_run(InstructionSet set, const Mirror& mirror, int count, const double*
 void adjoint_run(InstructionSet set, const Mirror& mirror, int count, const double* x, const double* y,
                  const FieldRun& field, const AdjointRun& adjoint);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

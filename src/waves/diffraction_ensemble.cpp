@@ -10,6 +10,8 @@
 #include "diffraction_workspace.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 struct Draw {

@@ -15,6 +15,8 @@
 #include "diffraction_workspace.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // In a dark ring the energy does not change with the radius: EE'(r) r below this gives no derivative.

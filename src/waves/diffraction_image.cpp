@@ -12,6 +12,8 @@
 #include "diffraction_plane.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using ComplexMatrix = Eigen::MatrixXcd;

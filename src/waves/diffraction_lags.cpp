@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 // Lagrange's weights of ten equidistant nodes 0 .. 9 at t.
@@ -87,4 +87,4 @@ Eigen::ArrayXd LagTable::at_lengths(const Eigen::ArrayXd& g) const {
   return values;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

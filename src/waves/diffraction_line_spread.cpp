@@ -9,7 +9,7 @@
 #include "aberfit/roughness/fourier_transform.h"
 #include "diffraction_transform.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 struct Value {
@@ -105,4 +105,4 @@ std::optional<double> otf_line_width(const Eigen::ArrayXcd& c, Eigen::ArrayXcd* 
   return *upper - *lower;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

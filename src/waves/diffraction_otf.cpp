@@ -9,7 +9,7 @@
 #include "aberfit/roughness/bessel.h"
 #include "diffraction_lags.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 Eigen::ArrayXd lags_from_first(Eigen::Index nodes) {
@@ -86,4 +86,4 @@ std::optional<double> RadialOtf::find_radius(double fraction, double q_max) {
   return q;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The transfer function as far as circles about the focus see it: sums of C_m over lags of equal length, on
 /// the nodes of a LagTable.
@@ -41,4 +41,4 @@ class RadialOtf {
   std::vector<Found> found_;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -9,7 +9,7 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/roughness/bessel.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 const CartesianGrid& grid_of(const DiffractionPupil& pupil) {
@@ -208,4 +208,4 @@ double DiffractionPlane::energy_slope(double radius, const Eigen::ArrayXd& energ
          density(radius) * radius / distance;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -11,7 +11,7 @@
 #include "diffraction_otf.h"
 #include "diffraction_transform.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Phase differences of neighbouring cells.
 struct PhaseSteps {
@@ -116,4 +116,4 @@ class DiffractionPlane {
   double unit_ = 0;
 };
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

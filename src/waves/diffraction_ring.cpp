@@ -4,7 +4,7 @@
 
 #include "ring_search.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScene& scene,
                                                            DiffractionPlane* plane, RingMemory* memory,
@@ -55,4 +55,4 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
   return result;
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -5,7 +5,7 @@
 #include "diffraction_plane.h"
 #include "diffraction_workspace.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 
 struct DiffractionRingWidth {
   double fwhm, peak, lower, upper;  ///< [m], planes from z = f
@@ -20,4 +20,4 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
                                                            double ring, Eigen::ArrayXd* d_phase,
                                                            double* d_ring);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -10,7 +10,7 @@
 
 #include "aberfit/roughness/fourier_transform.h"
 
-namespace aberfit {
+namespace aberfit::internal {
 namespace {
 
 using Complex = std::complex<double>;
@@ -277,4 +277,4 @@ void PupilTransform::back_to_pupil(const Complex* focal, const Eigen::ArrayXd& a
   back(focal, weights, b);
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

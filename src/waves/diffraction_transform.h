@@ -3,7 +3,7 @@
 #include <complex>
 #include <cstddef>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// Memory aligned as FFTW's vector code likes it. Not initialised.
 template <typename T>
@@ -87,4 +87,4 @@ class PupilTransform {
 /// Smallest even 2^a 3^b 5^c 7^d >= n.
 int fast_transform_size(int n);
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -4,6 +4,8 @@
 #include <cmath>
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr double kMostKept = 512e6;  // bytes

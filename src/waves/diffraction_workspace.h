@@ -11,6 +11,7 @@
 #include "ring_search.h"
 
 namespace aberfit {
+namespace internal {
 
 /// What one thread works in.
 struct DiffractionBench {
@@ -39,20 +40,22 @@ class RingMemory {
   std::map<std::pair<double, double>, Crossings> found_;
 };
 
+}  // namespace internal
+
 /// Tables of one pupil grid, one bench per thread that ever worked at the same time, and what is known of the
 /// surface that was looked at last: gradients are wanted where values just were.
 struct DiffractionWorkspace::Buffers {
-  std::unique_ptr<DiffractionGrid> grid;
-  std::vector<std::unique_ptr<DiffractionBench>> free;
+  std::unique_ptr<internal::DiffractionGrid> grid;
+  std::vector<std::unique_ptr<internal::DiffractionBench>> free;
   std::mutex mutex;
-  RingMemory rings;
+  internal::RingMemory rings;
 
-  const DiffractionGrid& prepare(const DiffractionScene& scene);
+  const internal::DiffractionGrid& prepare(const internal::DiffractionScene& scene);
   /// Forgets the planes of another surface, all but the memory of those at `dz`.
-  void look_at(const DiffractionScene& scene, const std::vector<double>& dz);
+  void look_at(const internal::DiffractionScene& scene, const std::vector<double>& dz);
   /// The plane at dz of the surface that is looked at, focused or not; null when memory for it is not to be
   /// had: planes of one surface are kept up to 512 MB. Not for several threads.
-  FocusedField* plane(double dz);
+  internal::FocusedField* plane(double dz);
 
  private:
   // All that a plane is a function of.
@@ -60,10 +63,10 @@ struct DiffractionWorkspace::Buffers {
     double focal_length = 0, wavelength = 0, pitch_x = 0, pitch_y = 0, total_cover = 0;
     CartesianGrid grid;
     Eigen::ArrayXcd base;
-    bool is(const DiffractionScene& scene) const;
+    bool is(const internal::DiffractionScene& scene) const;
   };
   Surface surface_;
-  std::map<double, std::unique_ptr<FocusedField>> planes_;
+  std::map<double, std::unique_ptr<internal::FocusedField>> planes_;
   struct Size {
     int rows = 0, columns = 0;
     double padding = 0, pitch_x = 0, pitch_y = 0, longest_lag = 0;
@@ -71,6 +74,8 @@ struct DiffractionWorkspace::Buffers {
   };
   Size size_;
 };
+
+namespace internal {
 
 /// A bench for as long as a thread needs it.
 class BorrowedBench {
@@ -100,4 +105,5 @@ class BorrowedBench {
   std::unique_ptr<DiffractionBench> bench_;
 };
 
+}  // namespace internal
 }  // namespace aberfit

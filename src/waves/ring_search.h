@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-namespace aberfit {
+namespace aberfit::internal {
 
 /// The main peak of N(z) and where N falls to half of it on either side.
 struct RingCrossings {
@@ -98,4 +98,4 @@ std::optional<RingCrossings> search_ring(const Energy& energy, const Slope& slop
   return RingCrossings{*lower, peak, *upper};
 }
 
-}  // namespace aberfit
+}  // namespace aberfit::internal

@@ -1,5 +1,6 @@
 // The map of the repository, kept true: which room includes which, which library lives where, what lies at
-// the top, how long functions and how large rooms are, and where a study may not be changed.
+// the top, how long functions and how large rooms are, where a study may not be changed, and which names
+// leave their room.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -106,6 +107,13 @@ TEST(Architecture, NoRoomHoldsMoreThanItsShare) {
 TEST(Architecture, ChartsAndCommandsLeaveTheStudyAsItWasRead) {
   for (const fs::path& file : sources()) {
     const std::vector<std::string> found = changed_studies(file, contents(kRoot / file));
+    EXPECT_TRUE(found.empty()) << joined(found);
+  }
+}
+
+TEST(Architecture, NamesOfOneRoomStayInside) {
+  for (const fs::path& file : sources()) {
+    const std::vector<std::string> found = leaked_names(file, contents(kRoot / file));
     EXPECT_TRUE(found.empty()) << joined(found);
   }
 }
@@ -292,6 +300,50 @@ TEST(SourceRules, TellWhereAStudyIsCopiedOrChanged) {
   EXPECT_TRUE(changed_studies("src/main.cpp", "const Study study =\n    read_study(path);\n").empty());
   EXPECT_TRUE(changed_studies("src/study/a.cpp", "Study read_study(const std::string& path);\n").empty());
   EXPECT_TRUE(changed_studies("src/method/a.cpp", "Task copy = task;\ncopy.fit.seed = 1;\n").empty());
+}
+
+TEST(SourceRules, TellWhichNamesLeaveTheirRoom) {
+  const char* const room = "src/fit/a.h";
+  const char* const published = "include/aberfit/fit/a.h";
+  const std::string promise = "namespace aberfit {\nnamespace internal {\nclass B;\nstruct C;\n}\n";
+  struct Case {
+    const char* file;
+    std::string text;
+    const char* problem;  // empty: allowed
+  };
+  const Case cases[] = {
+      {room, "#pragma once\n#define X {\n// {\nnamespace aberfit::internal {\nint f(int x = 1);\n}\n", ""},
+      {room, "namespace aberfit {\nnamespace internal {\nclass A { int f() { return 1; } };\n}\n}\n", ""},
+      {room, "namespace aberfit {\nstruct A::Part {\n  int a;\n};\n}\n", ""},
+      {room, "namespace aberfit {\nnamespace internal { struct B { int b; }; }\nstruct C {};\n}", "one room"},
+      {room, "namespace aberfit {\nclass A;\n}\n", "one room"},
+      {room, "namespace aberfit {\ninline double square(double x) { return x * x; }\n}\n", "one room"},
+      {room, "namespace aberfit {\ninline constexpr int kMost = 3;\n}\n", "one room"},
+      {room, "namespace aberfit::internal {\nint a;\n}\nstruct A {};\n", "one room"},
+      {room, "namespace aberfit::detail {\n}\n", "another namespace"},
+      {room, "namespace aberfit::internal {\nnamespace {\n}\n}\n", "another namespace"},
+      {room, "namespace internal {\n}\n", "another namespace"},
+      {room, "namespace aberfit::internal {\ninline void f() {\n  using namespace std;\n}\n}\n",
+       "opens a namespace"},
+      {"src/fit/a.cpp", "namespace aberfit {\nusing namespace internal;\nint f() { return 1; }\n}\n", ""},
+      {published, "namespace aberfit {\nclass A;\nint f();\n}\n", ""},
+      {published, "namespace aberfit {\nusing namespace internal;\n}\n", "opens a namespace"},
+      {published,
+       promise + "class A {\n private:\n  internal::B* b;\n  const aberfit::internal::C& c;\n};\n}", ""},
+      {published, promise + "class A {\n public:\n  internal::B* b;\n};\n}", "for everyone to see"},
+      {published, promise + "class A {\n private:\n  int a;\n};\ninternal::B& f();\n}",
+       "for everyone to see"},
+      {published, promise + "class A {\n private:\n  internal::D* d;\n};\n}", "declared elsewhere"},
+      {published, promise + "class A {\n  Eigen::internal::D d;\n};\n}", ""},
+      {published, "namespace aberfit::internal {\nclass B {};\n}", "in a public header"},
+      {published, "namespace aberfit::internal {\nint f();\n}", "in a public header"},
+  };
+  for (const Case& c : cases) {
+    SCOPED_TRACE(std::string(c.file) + ": " + c.text);
+    const std::vector<std::string> found = leaked_names(c.file, c.text);
+    EXPECT_EQ(found.size(), *c.problem ? 1u : 0u) << joined(found);
+    EXPECT_NE(joined(found).find(c.problem), std::string::npos) << joined(found);
+  }
 }
 
 }  // namespace

@@ -202,6 +202,69 @@ std::string against_mention(const std::string& before, std::string after) {
   return by_value && !std::regex_match(after, made) ? "is a copy" : "";
 }
 
+// What is declared directly in a namespace: the text before its `;` or `{`, and where that begins.
+struct Declared {
+  std::string space;  // a::b; empty: the global one
+  std::string head;
+  char end;  // ';' or '{'
+  std::size_t at;
+};
+
+std::vector<Declared> declarations(std::string code) {
+  static const std::regex opened(R"((?:inline\s+)?namespace\b\s*([\w:]*))");
+  for (std::size_t at = 0; at < code.size(); at = std::min(code.find('\n', at), code.size() - 1) + 1)
+    if (const std::size_t first = code.find_first_not_of(" \t", at);
+        first < code.size() && code[first] == '#')
+      while (at < code.size() && code[at] != '\n') code[at++] = ' ';
+  std::vector<Declared> found;
+  std::vector<std::string> spaces{""};  // that are open, by their full names
+  std::size_t other_braces = 0, start = 0;
+  for (std::size_t i = 0; i < code.size(); ++i) {
+    if (std::string_view(";{}").find(code[i]) == std::string_view::npos) continue;
+    const std::string head = trimmed(code.substr(start, i - start));
+    if (other_braces == 0 && code[i] != '}' && !head.empty())
+      found.push_back({spaces.back(), head, code[i], code.find_first_not_of(" \t\n", start)});
+    start = i + 1;
+    std::smatch match;
+    if (code[i] == '{' && other_braces == 0 && std::regex_match(head, match, opened)) {
+      spaces.push_back(spaces.back() + (spaces.back().empty() ? "" : "::") + match[1].str());
+    } else if (code[i] == '{') {
+      ++other_braces;
+    } else if (code[i] == '}' && other_braces > 0) {
+      --other_braces;
+    } else if (code[i] == '}' && spaces.size() > 1) {
+      spaces.pop_back();
+    }
+  }
+  return found;
+}
+
+const char* const kInternal = "aberfit::internal";
+
+// What is wrong with a declaration in a header of src/<room>; empty: nothing.
+std::string against_private(const Declared& declared) {
+  static const std::regex part(R"((?:struct|class)\s+\w+(?:::\w+)+[^]*)");
+  static const std::regex opened(R"((?:inline\s+)?namespace\b[^]*)");
+  if (std::regex_match(declared.head, opened)) {
+    static const std::set<std::string> allowed = {"namespace aberfit", "namespace aberfit::internal"};
+    const bool nested = declared.space == "aberfit" && declared.head == "namespace internal";
+    return nested || (declared.space.empty() && allowed.contains(declared.head))
+               ? ""
+               : "opens another namespace than aberfit::internal";
+  }
+  const bool part_of_public = declared.space == "aberfit" && std::regex_match(declared.head, part);
+  return declared.space == kInternal || part_of_public ? "" : "belongs to one room, into aberfit::internal";
+}
+
+// Whether a place in a class is in its private part.
+bool is_private(const std::string& code, std::size_t at) {
+  static const std::regex change(R"(\b(?:public|private|protected):|\n\};)");
+  std::string last;
+  const auto here = code.begin() + std::ptrdiff_t(at);
+  for (std::sregex_iterator it(code.begin(), here, change), end; it != end; ++it) last = it->str();
+  return last == "private:";
+}
+
 }  // namespace
 
 const std::vector<std::string>& rooms() {
@@ -295,6 +358,40 @@ std::vector<std::string> changed_studies(const fs::path& file, const std::string
       const std::size_t last = std::size_t(it->position() + it->length()) - 1;
       found.push_back(breach(file, text, last, problem));
     }
+  return found;
+}
+
+std::vector<std::string> leaked_names(const fs::path& file, const std::string& text) {
+  if (file.extension() != ".h") return {};
+  static const std::regex opens(R"(\busing\s+namespace\b)");
+  static const std::regex forward(R"((?:struct|class)\s+(\w+))");
+  static const std::regex mention(R"((\w+::)?\binternal::(\w+))");
+  const std::string code = code_of(text);
+  const bool is_public = *file.begin() == "include";
+  std::vector<std::string> found;
+  std::set<std::string> promised;  // classes that the header says are internal
+  const std::sregex_iterator end;
+  for (std::sregex_iterator it(code.begin(), code.end(), opens); it != end; ++it)
+    found.push_back(breach(file, text, std::size_t(it->position()), "opens a namespace to who includes it"));
+  for (const Declared& declared : declarations(code)) {
+    std::smatch match;
+    std::string problem;
+    if (!is_public) {
+      problem = against_private(declared);
+    } else if (declared.space == kInternal) {
+      const bool only_named = declared.end == ';' && std::regex_match(declared.head, match, forward);
+      if (only_named) promised.insert(match[1]);
+      if (!only_named) problem = "is internal, in a public header";
+    }
+    if (!problem.empty()) found.push_back(breach(file, text, declared.at, problem));
+  }
+  if (!is_public) return found;
+  for (std::sregex_iterator it(code.begin(), code.end(), mention); it != end; ++it) {
+    if ((*it)[1].matched && (*it)[1] != "aberfit::") continue;  // of a library
+    const auto at = std::size_t(it->position());
+    if (!promised.contains((*it)[2])) found.push_back(breach(file, text, at, "is declared elsewhere"));
+    if (!is_private(code, at)) found.push_back(breach(file, text, at, "is internal, for everyone to see"));
+  }
   return found;
 }
 

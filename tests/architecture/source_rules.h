@@ -34,6 +34,14 @@ inline constexpr double kLargestShare = 0.15;
 /// Files of other rooms than chart, commands and the program may do as they like.
 std::vector<std::string> changed_studies(const std::filesystem::path& file, const std::string& text);
 
+/// Where a header lets names out of their room, one sentence each, naming file and line. A header in
+/// src/<room> declares in aberfit::internal; in aberfit itself it may only define what a class there has
+/// named, `struct Public::Part { ... }`. A header in include/ may declare classes of aberfit::internal
+/// without defining them, and mention those in the private part of its own. Neither opens a namespace to all
+/// who include it
+/// (`using namespace`). Other files may do as they like.
+std::vector<std::string> leaked_names(const std::filesystem::path& file, const std::string& text);
+
 /// Entries of the top level that have no place there.
 /// names: files and folders of the top level, without what git ignores.
 std::vector<std::string> out_of_place(const std::vector<std::string>& names);

@@ -12,7 +12,7 @@ namespace aberfit::benchmarks {
 class ModelEvaluation {
  public:
   static constexpr double kWidth = 0.02;  // of focal_sigma
-  using Jacobian = decltype(std::declval<WhiteResiduals::Linearisation>().jacobian);
+  using Jacobian = decltype(std::declval<internal::WhiteResiduals::Linearisation>().jacobian);
 
   ModelEvaluation(const Groundwork& scene, const std::vector<Statistic>& statistics)
       : problem_(scene.problem(targets_of(scene, statistics, 2, 1e-3))),
@@ -56,7 +56,7 @@ class ModelEvaluation {
   const Eigen::VectorXd& next() { return white_[turn_ ^= 1]; }
 
   FitProblem problem_;
-  StatisticsModel model_;
+  internal::StatisticsModel model_;
   Eigen::VectorXd white_[2];
   int turn_ = 0;
   Eigen::VectorXd values_;

@@ -9,6 +9,7 @@
 #include "fit_scene.h"
 
 using namespace aberfit;
+using namespace aberfit::internal;
 
 namespace {
 

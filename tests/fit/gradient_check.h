@@ -10,7 +10,8 @@ namespace aberfit {
 
 /// Largest difference of the Jacobian of the only residual and Ridders differences of it, over the largest
 /// derivative. `step`: of the white coordinates.
-inline double gradient_error(const WhiteResiduals& residual, const Eigen::VectorXd& white, double step) {
+inline double gradient_error(const internal::WhiteResiduals& residual, const Eigen::VectorXd& white,
+                             double step) {
   ceres::NumericDiffOptions how;
   how.ridders_relative_initial_step_size = step;  // also Ceres' smallest absolute step
   const std::vector<const ceres::Manifold*>* no_manifolds = nullptr;

@@ -9,6 +9,7 @@
 #include "gradient_check.h"
 
 using namespace aberfit;
+using namespace aberfit::internal;
 
 namespace {
 

@@ -15,6 +15,7 @@
 #include "aberfit/focus/evaluate.h"
 
 using namespace aberfit;
+using namespace aberfit::internal;
 
 namespace {
 

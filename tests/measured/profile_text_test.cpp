@@ -8,6 +8,8 @@
 #include "mutation.h"
 
 namespace aberfit::test {
+using namespace internal;
+
 namespace {
 
 std::vector<Profile> read_text(const Scratch& scratch, const std::string& text, MeasuredSource source = {}) {

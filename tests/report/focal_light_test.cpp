@@ -11,6 +11,8 @@
 #include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr double kFocalLength = 2.8, kRadius = 0.2, kWavelength = 632.8e-9;

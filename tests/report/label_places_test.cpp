@@ -5,6 +5,8 @@
 #include <cmath>
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 TEST(LabelPlaces, KeepLabelsApartAndOffPointsAndInsideTheFrame) {

@@ -10,6 +10,7 @@
 #include "aberfit/core/quadrature.h"
 
 using namespace aberfit;
+using namespace aberfit::internal;
 using std::numbers::pi;
 
 TEST(WaveSum, AgreesWithTheLibraryOnEveryInstructionSet) {

@@ -8,6 +8,7 @@
 #include "aberfit/spectrum/psd_estimate.h"
 
 using namespace aberfit;
+using namespace aberfit::internal;
 
 namespace {
 

@@ -14,10 +14,12 @@
 #include "aberfit/core/random.h"
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/roughness/k_correlation.h"
-#include "aberfit/spectrum/psd_estimate.h"
 #include "aberfit/roughness/random_surface.h"
+#include "aberfit/spectrum/psd_estimate.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 using Eigen::ArrayXd;

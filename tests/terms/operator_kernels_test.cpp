@@ -11,6 +11,7 @@
 #include "operator_cases.h"
 
 using namespace aberfit;
+using namespace aberfit::internal;
 using namespace operator_cases;
 
 namespace {

@@ -12,6 +12,7 @@
 #include "aberfit/terms/zernike.h"
 
 using namespace aberfit;
+using namespace aberfit::internal;
 
 namespace {
 

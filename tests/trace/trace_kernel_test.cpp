@@ -10,6 +10,7 @@
 #include "aberfit/trace/ray_bundle.h"
 
 using namespace aberfit;
+using namespace aberfit::internal;
 
 namespace {
 

@@ -9,9 +9,11 @@
 
 namespace aberfit {
 
+namespace internal {
 class RadialTransform;
 struct SurfaceTransfer;
 struct TransferPanel;
+}  // namespace internal
 
 /// The ensemble-mean spot in one plane, by its optical transfer function. Cheap to copy; const use from many
 /// threads.
@@ -35,7 +37,7 @@ class MeanSpot {
   };
   Share share(double v) const;
 
-  std::shared_ptr<const RadialTransform> transform_;
+  std::shared_ptr<const internal::RadialTransform> transform_;
   double airy_share_ = 0;    // light in a perfect circle's focal pattern, which has a closed form
   double v_per_radius_ = 0;  // v = 2 pi nu_cutoff r [1/m]
   double focal_length_ = 0;
@@ -117,7 +119,7 @@ class GeneralisedHarveyShack {
  private:
   Eigen::ArrayXd exponent(const Eigen::ArrayXd& x) const;
   double curvature(double dz) const;
-  std::vector<TransferPanel> transfer_panels(double core, double curvature) const;
+  std::vector<internal::TransferPanel> transfer_panels(double core, double curvature) const;
 
   RadialPsd psd_;
   Mirror mirror_;
@@ -125,8 +127,8 @@ class GeneralisedHarveyShack {
   ApertureOtf otf_;
   double wavelength_ = 0;
   double rms_height_ = 0, slope_ = 0, g_ = 0, core_ = 0;
-  std::unique_ptr<const SurfaceTransfer> surface_transfer_;
-  std::shared_ptr<const RadialTransform> scattered_;  // in the focus, without the core
+  std::unique_ptr<const internal::SurfaceTransfer> surface_transfer_;
+  std::shared_ptr<const internal::RadialTransform> scattered_;  // in the focus, without the core
 };
 
 }  // namespace aberfit
