@@ -31,7 +31,8 @@ std::vector<fs::path> sources() {
   std::vector<fs::path> found;
   for (const char* folder : {"include", "src"})
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
-      if (entry.is_regular_file() && entry.path().extension() != ".md") found.push_back(fs::relative(entry.path(), kRoot));
+      if (entry.is_regular_file() && entry.path().extension() != ".md")
+        found.push_back(fs::relative(entry.path(), kRoot));
   std::sort(found.begin(), found.end());
   return found;
 }

@@ -3,8 +3,9 @@
 
 #include <cmath>
 
-#include "aberfit/study/read_study.h"
 #include "aberfit/commands/run.h"
+#include "aberfit/study/read_study.h"
+#include "fits/expected.h"
 
 using namespace aberfit;
 
@@ -12,12 +13,16 @@ namespace {
 
 constexpr double kMeets = 5e-3;  // of the target
 
-Study smooth_waves() { return read_study(ABERFIT_SOURCE_DIR "/fits/smooth-waves/study.json"); }
+const char* const kFolder = ABERFIT_SOURCE_DIR "/fits/smooth-waves";
+
+Study smooth_waves() { return read_study(std::string(kFolder) + "/study.json"); }
 
 }  // namespace
 
 TEST(SmoothWaves, MeetTheHarveyShackFocusThroughDiffraction) {
-  const ResultDocument result = run_fit(smooth_waves(), {});
+  const Study study = smooth_waves();
+  const ResultDocument result = run_fit(study, {});
+  test::expect_what_the_file_says(to_json(result, resolved(study, result)), kFolder);
   EXPECT_EQ(result.theory, "ghs");
   EXPECT_EQ(result.model, "waves");
   EXPECT_LT(result.scene.kappa, 0.85);
