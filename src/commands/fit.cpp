@@ -1,5 +1,3 @@
-#include <cassert>
-
 #include "aberfit/commands/run.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/method/attempt.h"
@@ -42,7 +40,7 @@ RunContext context_of(const RunOptions& options) {
 ResultDocument run_fit(const Study& study, const RunOptions& options) {
   return with_fields_of(study, [&] {
     require_analytic_normals(study);
-    assert(!study.map);
+    if (study.map) throw FieldError("target.map", "a map as target", "statistics; run_map_fit is for maps");
     const RunContext context = context_of(options);
     const Groundwork ground = lay_groundwork(study);
     context.say("targets");

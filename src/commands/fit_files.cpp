@@ -1,5 +1,6 @@
 #include "fit_files.h"
 
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "aberfit/report/exports.h"

@@ -1,5 +1,6 @@
 #include <charconv>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "aberfit/commands/run.h"
 #include "aberfit/report/check_report.h"
 #include "aberfit/study/read_study.h"

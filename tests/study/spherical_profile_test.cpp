@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "aberfit/study/read_study.h"
 #include "aberfit/commands/run.h"
+#include "aberfit/study/read_study.h"
 
 using namespace aberfit;
 

@@ -1,6 +1,6 @@
 #pragma once
 #include <map>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "aberfit/method/outcome.h"
