@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t kBlock = 2880, kCard = 80;
 
-std::string_view trimmed(std::string_view text) {
+std::string_view without_padding(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(' ');
   if (begin == text.npos) return {};
   return text.substr(begin, text.find_last_not_of(' ') - begin + 1);
@@ -33,7 +33,7 @@ class FitsHeader {
         if (c < 0x20 || c == 0x7f)
           throw InputError(path, fmt::format("header {}, byte {}", hdu, at), quoted(card),
                            "cards of 80 printable ASCII characters");
-      if (trimmed(card) == "END") {
+      if (without_padding(card) == "END") {
         data_ = (at + kCard + kBlock - 1) / kBlock * kBlock;
         return;
       }
@@ -44,10 +44,10 @@ class FitsHeader {
   /// The value of a key, without its comment and the quotes of a string.
   std::optional<std::string_view> value(std::string_view key) const {
     for (const std::string_view card : cards_) {
-      if (trimmed(card.substr(0, 8)) != key || card.substr(8, 1) != "=") continue;
-      const std::string_view text = trimmed(card.substr(9));
-      if (text.starts_with('\'')) return trimmed(text.substr(1, text.find('\'', 1) - 1));
-      return trimmed(text.substr(0, text.find('/')));
+      if (without_padding(card.substr(0, 8)) != key || card.substr(8, 1) != "=") continue;
+      const std::string_view text = without_padding(card.substr(9));
+      if (text.starts_with('\'')) return without_padding(text.substr(1, text.find('\'', 1) - 1));
+      return without_padding(text.substr(0, text.find('/')));
     }
     return std::nullopt;
   }
