@@ -19,7 +19,7 @@ StatisticsModel::StatisticsModel(const FitProblem& problem, double width, int th
   std::vector<Statistic> statistics;
   for (const Target& target : problem.targets) statistics.push_back(target.statistic);
   for (const Target& guide : problem.guides) statistics.push_back(guide.statistic);
-  forward_ = make_forward_model(scene_of(problem), statistics, threads);
+  forward_ = make_forward_model(light_path_of(problem), statistics, threads);
 }
 
 void StatisticsModel::set_width(double width) {
@@ -123,7 +123,7 @@ bool SpectrumResiduals::linearise(const Eigen::VectorXd& white, bool with_jacobi
   return result->residuals.allFinite();
 }
 
-LightPath scene_of(const FitProblem& problem) {
+LightPath light_path_of(const FitProblem& problem) {
   return {problem.mirror,     problem.pupil,    problem.surface, problem.model,
           problem.wavelength, problem.aperture, problem.centre};
 }

@@ -99,6 +99,6 @@ class SpectrumResiduals : public WhiteResiduals {
 };
 
 /// The part of a problem that makes its statistics.
-LightPath scene_of(const FitProblem& problem);
+LightPath light_path_of(const FitProblem& problem);
 
 }  // namespace aberfit::internal

@@ -54,22 +54,22 @@ inline SurfaceField random_field(Eigen::Index size, std::uint64_t seed) {
 }
 
 /// Everything between coefficients and focal statistics.
-struct Groundwork {
+struct Scene {
   Mirror mirror = parabola();
   PupilSample pupil;
   SurfaceOperator surface;
   CoefficientPrior prior;
   double focal_sigma = 0;  ///< of draw 1 [m]
 
-  Groundwork(TermSet terms, CoefficientPrior prior_of_terms, PupilSample points, int threads = 1)
+  Scene(TermSet terms, CoefficientPrior prior_of_terms, PupilSample points, int threads = 1)
       : pupil(std::move(points)),
         surface(std::move(terms), pupil, {threads, {}, {}}),
         prior(std::move(prior_of_terms)) {
     const RayBundle rays = trace(mirror, pupil, draw(1));
     focal_sigma = std::sqrt((pupil.weight * (rays.x.square() + rays.y.square())).sum() / 2);
   }
-  Groundwork(int n_max, PupilSample points, int threads = 1)
-      : Groundwork(zernike_terms(n_max),
+  Scene(int n_max, PupilSample points, int threads = 1)
+      : Scene(zernike_terms(n_max),
                    make_prior(zernike_terms(n_max), roughness_for(n_max), CovarianceKind::kFull),
                    std::move(points), threads) {}
 
@@ -113,7 +113,7 @@ inline std::vector<Statistic> default_statistics(double plane_unit) {
 }
 
 /// Statistics as targets, each with the exact value of another draw and a tolerance of `tolerance` times it.
-inline std::vector<Target> targets_of(const Groundwork& scene, const std::vector<Statistic>& statistics,
+inline std::vector<Target> targets_of(const Scene& scene, const std::vector<Statistic>& statistics,
                                       std::uint64_t seed, double tolerance) {
   const SurfaceField field = scene.draw(seed);
   const Eigen::VectorXd values = scene.exact(field, statistics);

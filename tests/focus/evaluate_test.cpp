@@ -18,7 +18,7 @@ Mirror parabola() {
   return mirror;
 }
 
-struct Groundwork {
+struct Scene {
   PupilSample pupil;
   RayBundle nominal, rays;
   SurfaceField field;
@@ -26,9 +26,9 @@ struct Groundwork {
 };
 
 // Rays with independent Gaussian slope errors: a Rayleigh focus of sigma_f = 2 f s.
-Groundwork gaussian_scene(Eigen::Index n, double slope, std::uint64_t seed,
+Scene gaussian_scene(Eigen::Index n, double slope, std::uint64_t seed,
                           PupilLayout layout = PupilLayout::kSobol) {
-  Groundwork scene;
+  Scene scene;
   scene.pupil = make_pupil(CircleAperture{2 * kR, 0}, {layout, n, seed});
   scene.field.resize(scene.pupil.size());
   const RandomStream stream(seed, "evaluate-test");
@@ -103,7 +103,7 @@ TEST(EncircledEnergy, ExactRadiusIsTheInterpolatedOrderStatistic) {
 TEST(FocusStatistics, GaussianFocusMatchesPhysics2) {
   const Eigen::Index n = 1 << 18;
   const double s = 1e-6;  // small-angle and paraxial error 0.064 % at f/7 (PHYSICS 5), sampling ~0.13 %
-  const Groundwork scene = gaussian_scene(n, s, 11);
+  const Scene scene = gaussian_scene(n, s, 11);
   const double sigma = 2 * kF * s;
   const Eigen::VectorXd v =
       evaluate_exact(scene.input(),
@@ -133,7 +133,7 @@ TEST(RingThrough, IdealMirrorHasTheClosedFormWidth) {
 }
 
 TEST(FocusStatistics, DoNotDependOnTheThreadCount) {
-  const Groundwork scene = gaussian_scene(20000, 6e-6, 2);
+  const Scene scene = gaussian_scene(20000, 6e-6, 2);
   std::vector<Statistic> all = {EncircledEnergyRadius{0.5, 0},
                                 EncircledEnergyRadius{0.9, 1e-3},
                                 RingFwhm{},
@@ -146,7 +146,7 @@ TEST(FocusStatistics, DoNotDependOnTheThreadCount) {
 }
 
 TEST(SmoothStatistics, ApproachTheExactOnesWithTheSquareOfTheWidth) {
-  const Groundwork scene = gaussian_scene(1 << 17, 6.3e-6, 3);
+  const Scene scene = gaussian_scene(1 << 17, 6.3e-6, 3);
   const double sigma = 2 * kF * 6.3e-6;
   const std::vector<Statistic> statistics = {EncircledEnergyRadius{0.2, 0}, EncircledEnergyRadius{0.5, 0},
                                              EncircledEnergyRadius{0.9, 0},
@@ -162,7 +162,7 @@ TEST(SmoothStatistics, ApproachTheExactOnesWithTheSquareOfTheWidth) {
 TEST(SmoothStatistics, GradientsMatchDifferencesOfTheSmoothTwin) {
   // Directional derivative along a random ray displacement, fourth-order differences; both centres; also near
   // the axis (ray 0 goes through it).
-  Groundwork scene = gaussian_scene(3000, 6e-6, 4, PupilLayout::kRandom);
+  Scene scene = gaussian_scene(3000, 6e-6, 4, PupilLayout::kRandom);
   const double sigma = 2 * kF * 6e-6, width = 0.3 * sigma;
   scene.rays.x[0] = scene.rays.y[0] = 0;
   scene.rays.x[1] = scene.rays.x[2];  // tied radii

@@ -39,12 +39,12 @@ namespace {
 
 constexpr double kSigma = 4e-5;
 
-struct Groundwork {
+struct Scene {
   RayBundle nominal, rays;
   Eigen::ArrayXd height;
 };
 
-Groundwork scene(Eigen::Index n, std::uint64_t draw) {
+Scene scene(Eigen::Index n, std::uint64_t draw) {
   Mirror mirror;
   mirror.focal_length = 2.8;
   const PupilSample pupil = make_pupil(CircleAperture{0.4, 0}, {PupilLayout::kRandom, n, 3});
@@ -83,7 +83,7 @@ TEST(FocusWorkspace, ThreadsAndReuseChangeNoBit) {
   Eigen::VectorXd reused;
   std::vector<StatisticGradient> reused_gradients;
   for (const Eigen::Index n : {3000, 70000, 3001}) {
-    const Groundwork s = scene(n, 1);
+    const Scene s = scene(n, 1);
     for (const Centre centre : {Centre::kNominal, Centre::kCentroid}) {
       const FocusInput input{s.rays, s.nominal, s.height, centre};
       for (const std::vector<Statistic>& asked :
@@ -108,7 +108,7 @@ TEST(FocusWorkspace, ThreadsAndReuseChangeNoBit) {
 }
 
 TEST(FocusWorkspace, ValuesDoNotDependOnWhetherGradientsAreAsked) {
-  const Groundwork s = scene(5000, 2);
+  const Scene s = scene(5000, 2);
   const FocusInput input{s.rays, s.nominal, s.height};
   Eigen::VectorXd with, without;
   std::vector<StatisticGradient> gradients;
@@ -121,7 +121,7 @@ TEST(FocusWorkspace, ASecondEvaluationOfTheSizeAllocatesNothingThatGrowsWithRays
   constexpr Eigen::Index kRays = 200000;
   constexpr std::size_t kSmall =
       40000;  // bytes; the smallest array over rays of a shell has thousands of entries
-  const Groundwork first = scene(kRays, 1), second = scene(kRays, 2);
+  const Scene first = scene(kRays, 1), second = scene(kRays, 2);
   for (const int threads : {1, 2}) {
     for (const Centre centre : {Centre::kNominal, Centre::kCentroid}) {
       FocusWorkspace workspace;

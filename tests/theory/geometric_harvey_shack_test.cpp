@@ -24,11 +24,11 @@ const Aperture kCircle = CircleAperture{0.4};
 constexpr double kGoldenEnergy = 1e-8, kGoldenRing = 1e-7, kGoldenProfile = 1e-9;
 constexpr double kPrinted = 1e-11;  // golden numbers and their s carry 12 digits
 
-struct Groundwork {
+struct Scene {
   double s;
   Convention convention;
 };
-Groundwork scene_of(const GoldenRow& row) {
+Scene scene_of(const GoldenRow& row) {
   return {std::stod(row.at("s")), row.at("branch") == "AT" ? Convention::kPhysical : Convention::kPaper};
 }
 

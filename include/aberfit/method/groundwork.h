@@ -10,7 +10,7 @@
 
 namespace aberfit {
 
-/// What every command derives from a study before it does its own work.
+/// What every command derives from a task before it does its own work.
 struct Groundwork {
   std::optional<RadialPsd> psd;        ///< of the specification
   std::optional<RadialPsd> prior_psd;  ///< of the equivalent surface: heights halved in convention `paper`
@@ -40,7 +40,7 @@ struct TargetSets {
   std::vector<Target> fitted, guides, held_out;
   std::string theory;  ///< "geometric", "rays", "ghs", or "given"
 };
-/// Whether all of the study's statistics have a value: then no theory is asked.
+/// Whether all of the task's statistics have a value: then no theory is asked.
 bool targets_are_given(const Task& task);
 TargetSets make_targets(const Task& task, const Groundwork& ground, int threads);
 

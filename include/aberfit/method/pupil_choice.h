@@ -18,7 +18,7 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
 /// The points that a surface is propagated from: rays, or the cells of a grid of `pitch` [m].
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch);
 
-/// The mirror of a study in its light.
+/// The mirror of a task in its light.
 LitMirror lit_mirror(const Task& task);
 
 }  // namespace aberfit

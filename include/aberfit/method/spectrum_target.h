@@ -6,7 +6,7 @@
 
 namespace aberfit {
 
-/// PSD bins of the term surface as targets of a fit. `spectrum` is null when the study asks for none.
+/// PSD bins of the term surface as targets of a fit. `spectrum` is null when the task asks for none.
 struct SpectrumTarget {
   std::unique_ptr<SurfaceSpectrum> spectrum;
   Eigen::ArrayXd low, high;  ///< edges of the bins [cycles/m]

@@ -18,7 +18,7 @@ struct GivenSurface {
 struct TracedStatistic {
   Statistic statistic;
   double value = 0;   ///< of the surface, in the statistic's unit; NaN: does not exist
-  double target = 0;  ///< what a fit of the same study aims at
+  double target = 0;  ///< what a fit of the same task aims at
 };
 
 /// Focal statistics of a surface, nothing else.
@@ -33,7 +33,7 @@ struct TraceReport {
   Warnings warnings;
 };
 
-/// Traces the given surface, or the draw of the study's seed, with the model and the normals of the task.
+/// Traces the given surface, or the draw of the task's seed, with the model and the normals of the task.
 /// Throws FieldError for central differences of anything but rays.
 TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads);
 

@@ -63,8 +63,8 @@ struct VerifyReport {
   Warnings warnings;
 };
 
-/// Both branches by rays: perturbed ones, and those of the given surface or of the draw of the study's seed.
-/// The study has a roughness. A draw is one realisation, so the scatter between draws enters the test; a
+/// Both branches by rays: perturbed ones, and those of the given surface or of the draw of the task's seed.
+/// The task has a roughness. A draw is one realisation, so the scatter between draws enters the test; a
 /// given surface is judged on its own statistics. `published` stays empty: its formulas belong to the task.
 VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optional<GivenSurface>& given,
                     int threads);
