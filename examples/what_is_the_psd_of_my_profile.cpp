@@ -2,8 +2,8 @@
 // judged; read_measurement (aberfit/measured/read_measurement.h) gives one from a file.
 #include <fmt/format.h>
 
-#include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/roughness/random_surface.h"
+#include "aberfit/spectrum/psd_model_fit.h"
 
 int main() {
   const aberfit::KCorrelationPsd truth{.rms = 5e-9, .correlation = 8e-3, .exponent = 4};

@@ -2,8 +2,8 @@
 // a study as text, the fit, and the verdict on rays it has not seen.
 #include <fmt/format.h>
 
-#include "aberfit/study/read_study.h"
 #include "aberfit/commands/run.h"
+#include "aberfit/study/read_study.h"
 
 int main() {
   const aberfit::Study study = aberfit::parse_study(R"({

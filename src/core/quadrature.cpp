@@ -5,7 +5,8 @@
 namespace aberfit {
 
 Quadrature gauss_legendre(int n, double a, double b) {
-  const std::vector<double> zeros = boost::math::legendre_p_zeros<double>(n);  // the non-negative half, ascending
+  const std::vector<double> zeros =
+      boost::math::legendre_p_zeros<double>(n);  // the non-negative half, ascending
   Quadrature rule{Eigen::ArrayXd(n), Eigen::ArrayXd(n)};
   const double centre = 0.5 * (a + b), half = 0.5 * (b - a);
   for (std::size_t i = 0; i < zeros.size(); ++i) {

@@ -20,7 +20,7 @@ constexpr double kMark = 6;                                                  // 
 constexpr const char* kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                     "#E69F00", "#56B4E9", "#000000"};
 constexpr int kMarks[] = {7, 5, 9, 11, 13, 7, 5};  // gnuplot's filled marks
-constexpr double kSmallest = 1e-17;                 // errors of 0 have no place on a logarithmic axis
+constexpr double kSmallest = 1e-17;                // errors of 0 have no place on a logarithmic axis
 
 std::string thousands(double count) {
   if (count >= 999500) return fmt::format("{:.3g}M", count / 1048576);

@@ -10,7 +10,8 @@ Eigen::ArrayXd moved_sag(const Mirror& mirror, const PupilSample& pupil, const T
   SurfaceField field;
   SurfaceOperator(terms, x, y, threads).apply(coefficients, &field);
   Eigen::ArrayXd sag(x.size());
-  for (Eigen::Index i = 0; i < x.size(); ++i) sag[i] = base_surface(mirror, x[i], y[i]).height + field.height[i];
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    sag[i] = base_surface(mirror, x[i], y[i]).height + field.height[i];
   return sag;
 }
 
@@ -20,7 +21,9 @@ SurfaceField central_difference_field(const Mirror& mirror, const PupilSample& p
                                       const Eigen::VectorXd& coefficients, double step, int threads) {
   SurfaceField field;
   SurfaceOperator(terms, pupil.x, pupil.y, threads).apply(coefficients, &field);
-  const auto sag = [&](double dx, double dy) { return moved_sag(mirror, pupil, terms, coefficients, dx, dy, threads); };
+  const auto sag = [&](double dx, double dy) {
+    return moved_sag(mirror, pupil, terms, coefficients, dx, dy, threads);
+  };
   field.slope_x = (sag(step, 0) - sag(-step, 0)) / (2 * step);
   field.slope_y = (sag(0, step) - sag(0, -step)) / (2 * step);
   for (Eigen::Index i = 0; i < pupil.size(); ++i) {

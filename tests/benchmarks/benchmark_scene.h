@@ -70,8 +70,8 @@ struct Scene {
   }
   Scene(int n_max, PupilSample points, int threads = 1)
       : Scene(zernike_terms(n_max),
-                   make_prior(zernike_terms(n_max), roughness_for(n_max), CovarianceKind::kFull),
-                   std::move(points), threads) {}
+              make_prior(zernike_terms(n_max), roughness_for(n_max), CovarianceKind::kFull),
+              std::move(points), threads) {}
 
   /// Surface of a seeded draw from the prior.
   SurfaceField draw(std::uint64_t seed) const {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <memory>
 
-#include "aberfit/waves/diffraction_psf.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
+#include "aberfit/waves/diffraction_psf.h"
 #include "benchmark_case.h"
 #include "benchmark_scene.h"
 

@@ -27,7 +27,7 @@ struct Scene {
 
 // Rays with independent Gaussian slope errors: a Rayleigh focus of sigma_f = 2 f s.
 Scene gaussian_scene(Eigen::Index n, double slope, std::uint64_t seed,
-                          PupilLayout layout = PupilLayout::kSobol) {
+                     PupilLayout layout = PupilLayout::kSobol) {
   Scene scene;
   scene.pupil = make_pupil(CircleAperture{2 * kR, 0}, {layout, n, seed});
   scene.field.resize(scene.pupil.size());

@@ -8,8 +8,8 @@
 
 #include "aberfit/core/random.h"
 #include "aberfit/roughness/k_correlation.h"
-#include "aberfit/spectrum/psd_estimate.h"
 #include "aberfit/roughness/random_surface.h"
+#include "aberfit/spectrum/psd_estimate.h"
 
 using namespace aberfit;
 using std::numbers::pi;

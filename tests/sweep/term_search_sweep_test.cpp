@@ -5,8 +5,8 @@
 #include <chrono>
 #include <cmath>
 
-#include "aberfit/study/read_study.h"
 #include "aberfit/commands/run.h"
+#include "aberfit/study/read_study.h"
 
 namespace aberfit {
 namespace {

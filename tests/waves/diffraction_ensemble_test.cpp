@@ -6,9 +6,9 @@
 #include "aberfit/core/random.h"
 #include "aberfit/focus/evaluate.h"
 #include "aberfit/roughness/random_surface.h"
-#include "aberfit/waves/diffraction_psf.h"
 #include "aberfit/terms/surface_operator.h"
 #include "aberfit/trace/ray_bundle.h"
+#include "aberfit/waves/diffraction_psf.h"
 #include "theory/golden_csv.h"
 
 namespace aberfit {

@@ -6,8 +6,8 @@
 
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/random.h"
-#include "aberfit/waves/diffraction_psf.h"
 #include "aberfit/terms/surface_operator.h"
+#include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
 namespace {

@@ -17,9 +17,8 @@ enum class Centre {
 /// What the statistics are functions of.
 struct FocusInput {
   const RayBundle& rays;
-  const RayBundle&
-      nominal;  ///< the same pupil on the mirror without surface error: reference of the scatter angle.
-                ///< Only its tx and ty are read, and only for ScatterRms and ScatterMean.
+  const RayBundle& nominal;  ///< the same pupil on the mirror without surface error: reference of the scatter
+                             ///< angle. Only its tx and ty are read, and only for ScatterRms and ScatterMean.
   const Eigen::ArrayXd&
       height;  ///< surface error h at the pupil points [m]; may be empty when RmsHeight is not asked for
   Centre centre = Centre::kNominal;

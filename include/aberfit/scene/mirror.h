@@ -4,11 +4,12 @@
 
 namespace aberfit {
 
-/// Rotationally symmetric mirror, vertex at the origin, opening towards +z where the light comes from (PHYSICS 1).
+/// Rotationally symmetric mirror, vertex at the origin, opening towards +z where the light comes from
+/// (PHYSICS 1).
 struct Mirror {
-  double focal_length = 0;                ///< paraxial focal length [m], > 0; vertex radius of curvature 2 f
-  double conic = -1;                      ///< conic constant; -1 parabola, 0 sphere
-  std::array<double, 5> spherical{};      ///< c4, c6, c8, c10, c12 of sum c_2n rho^2n [m^(1-2n)]
+  double focal_length = 0;            ///< paraxial focal length [m], > 0; vertex radius of curvature 2 f
+  double conic = -1;                  ///< conic constant; -1 parabola, 0 sphere
+  std::array<double, 5> spherical{};  ///< c4, c6, c8, c10, c12 of sum c_2n rho^2n [m^(1-2n)]
 };
 
 /// Height and slopes of a surface at one point.

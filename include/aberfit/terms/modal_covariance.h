@@ -8,19 +8,22 @@
 
 namespace aberfit {
 
-/// Covariances <a_j a_j'> [m^2] of the orthonormal Zernike coefficients of a stationary isotropic surface over a disc of `radius` [m],
-/// for one signed m (they vanish between different m and do not depend on its sign): PHYSICS 4, after Noll 1976.
-/// n_values: radial orders of that m, ascending. Error below 1e-9 sqrt(C_jj C_kk). Throws ComputationError where the integral diverges
-/// (piston of a power law down to f = 0, say).
-Eigen::MatrixXd zernike_covariance(const RadialPsd& psd, double radius, int m, const std::vector<int>& n_values);
+/// Covariances <a_j a_j'> [m^2] of the orthonormal Zernike coefficients of a stationary isotropic surface
+/// over a disc of `radius` [m], for one signed m (they vanish between different m and do not depend on its
+/// sign): PHYSICS 4, after Noll 1976. n_values: radial orders of that m, ascending. Error below 1e-9
+/// sqrt(C_jj C_kk). Throws ComputationError where the integral diverges (piston of a power law down to f = 0,
+/// say).
+Eigen::MatrixXd zernike_covariance(const RadialPsd& psd, double radius, int m,
+                                   const std::vector<int>& n_values);
 
 enum class CovarianceKind {
   kFull,
   kDiagonal,  ///< the paper's independent coefficients: piles slope up at the rim (PHYSICS 4)
 };
 
-/// Gaussian prior of a coefficient vector, zero mean, block-diagonal covariance, each block = factor * factor^T.
-/// Turns white coordinates xi into coefficients, c = F xi, and gradients back, F^T g. Covers every coefficient exactly once.
+/// Gaussian prior of a coefficient vector, zero mean, block-diagonal covariance, each block = factor *
+/// factor^T. Turns white coordinates xi into coefficients, c = F xi, and gradients back, F^T g. Covers every
+/// coefficient exactly once.
 class CoefficientPrior {
  public:
   struct Block {
@@ -46,27 +49,32 @@ class CoefficientPrior {
   std::vector<Block> blocks_;
 };
 
-/// Prior of Zernike and Fourier terms that share a PSD. Zernikes: `zernike_covariance` per signed m. Fourier: independent, A and B of a
-/// mode with the variance of its share of the band, so that the surface has the PSD's height variance (see `fourier_modes`).
-/// With both kinds the PSD is split at the cut-off frequency of the Zernikes, (n_max + 1) / (2 pi R).
-/// Spherical terms have no PSD: blocks for them are appended by the caller with `spherical_prior_block`.
+/// Prior of Zernike and Fourier terms that share a PSD. Zernikes: `zernike_covariance` per signed m. Fourier:
+/// independent, A and B of a mode with the variance of its share of the band, so that the surface has the
+/// PSD's height variance (see `fourier_modes`). With both kinds the PSD is split at the cut-off frequency of
+/// the Zernikes, (n_max + 1) / (2 pi R). Spherical terms have no PSD: blocks for them are appended by the
+/// caller with `spherical_prior_block`.
 CoefficientPrior make_prior(const TermSet& terms, const RadialPsd& psd, CovarianceKind kind);
 
-/// Spherical terms: prior standard deviation `rms` [m] for the RMS height over the disc of each of a set of orthonormalised
-/// combinations (raw powers overlap strongly; the orthonormalised ones are well scaled).
+/// Spherical terms: prior standard deviation `rms` [m] for the RMS height over the disc of each of a set of
+/// orthonormalised combinations (raw powers overlap strongly; the orthonormalised ones are well scaled).
 CoefficientPrior::Block spherical_prior_block(const TermSet& terms, double rms);
 
-/// Standard normal vector of `size` entries, stream ("coefficient-draw", seed): white coordinates of a seeded draw.
+/// Standard normal vector of `size` entries, stream ("coefficient-draw", seed): white coordinates of a seeded
+/// draw.
 Eigen::VectorXd draw_white(Eigen::Index size, std::uint64_t seed);
 
-/// Share of the PSD's height variance over the disc that Zernikes n_min..n_max carry, sum of variances / height variance of the band.
+/// Share of the PSD's height variance over the disc that Zernikes n_min..n_max carry, sum of variances /
+/// height variance of the band.
 double captured_fraction(const RadialPsd& psd, double radius, int n_min, int n_max);
 /// Smallest n_max with captured_fraction >= fraction (n_min = 2), at most `limit`; `limit` when not reached.
 int captured_order(const RadialPsd& psd, double radius, double fraction, int limit);
 
 enum class FourierSampling { kLog, kGrid };
-/// `count` plane waves of the half plane that sample the PSD's band: log-uniform rings with golden-angle directions (stratified by seed), or a
-/// Cartesian frequency grid. The share of height variance each stands for is what make_prior gives it.
-std::vector<FourierMode> fourier_modes(const RadialPsd& psd, int count, FourierSampling sampling, std::uint64_t seed);
+/// `count` plane waves of the half plane that sample the PSD's band: log-uniform rings with golden-angle
+/// directions (stratified by seed), or a Cartesian frequency grid. The share of height variance each stands
+/// for is what make_prior gives it.
+std::vector<FourierMode> fourier_modes(const RadialPsd& psd, int count, FourierSampling sampling,
+                                       std::uint64_t seed);
 
 }  // namespace aberfit

@@ -4,7 +4,8 @@
 
 namespace aberfit {
 
-/// Zernike mode Z_n^m, orthonormal on the unit disc (unit RMS): m > 0 cosine, m < 0 sine (Noll 1976 normalisation).
+/// Zernike mode Z_n^m, orthonormal on the unit disc (unit RMS): m > 0 cosine, m < 0 sine (Noll 1976
+/// normalisation).
 struct ZernikeMode {
   int n = 0;
   int m = 0;
@@ -17,14 +18,15 @@ struct FourierMode {
   double fy = 0;  ///< [cycles/m]
 };
 
-/// Which aberration terms a surface has; what they weigh is a coefficient vector of `size()` entries, all heights [m]:
+/// Which aberration terms a surface has; what they weigh is a coefficient vector of `size()` entries, all
+/// heights [m]:
 ///   one per Zernike mode (RMS over the disc); then A, B per Fourier mode (amplitudes);
 ///   then one per spherical power: c_2n radius^2n, the height of the term at the rim.
 struct TermSet {
-  double radius = 0;                 ///< normalisation radius of Zernike and spherical terms [m]
+  double radius = 0;  ///< normalisation radius of Zernike and spherical terms [m]
   std::vector<ZernikeMode> zernike;
   std::vector<FourierMode> fourier;
-  std::vector<int> spherical;        ///< even powers out of 4, 6, 8, 10, 12
+  std::vector<int> spherical;  ///< even powers out of 4, 6, 8, 10, 12
 
   Eigen::Index size() const { return Eigen::Index(zernike.size() + 2 * fourier.size() + spherical.size()); }
   Eigen::Index fourier_begin() const { return Eigen::Index(zernike.size()); }

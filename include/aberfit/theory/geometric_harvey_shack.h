@@ -2,10 +2,10 @@
 #include <vector>
 
 #include "aberfit/focus/statistic.h"
-#include "aberfit/theory/convention.h"
-#include "aberfit/theory/gaussian_in_disc.h"
 #include "aberfit/scene/aperture.h"
 #include "aberfit/scene/mirror.h"
+#include "aberfit/theory/convention.h"
+#include "aberfit/theory/gaussian_in_disc.h"
 
 namespace aberfit {
 
