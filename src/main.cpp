@@ -188,6 +188,9 @@ int main(int argc, char** argv) {
   } catch (const aberfit::InputError& error) {
     fmt::print(stderr, "aberfit: {}\n", error.what());
     return int(ExitCode::kBadInput);
+  } catch (const aberfit::FieldError& error) {  // commands name the file; without it the field is still told
+    fmt::print(stderr, "aberfit: {}\n", error.what());
+    return int(ExitCode::kBadInput);
   } catch (const std::exception& error) {
     fmt::print(stderr, "aberfit: the computation failed: {}\n", error.what());
     return int(ExitCode::kComputationFailed);

@@ -1,6 +1,7 @@
 #include "aberfit/fit/calibrate.h"
 
-#include <ceres/ceres.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
 #include <fmt/format.h>
 
 #include <chrono>

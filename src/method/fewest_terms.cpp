@@ -57,15 +57,16 @@ class Trials {
   // A short fit on few rays, continuing the last one with fewer terms.
   FrontierPoint screen(const TermsSpec& asked) {
     const auto begin = Clock::now();
-    FitPlan plan = planned(asked);
-    const TermSet& terms = plan.terms->terms;
     if (ends_below_the_spectrum(asked)) {
+      double captured = 0;
       FrontierPoint point;
-      point.terms = terms.size();
+      point.terms = make_terms(of_.task, of_.ground, asked, &captured).size();
       point.fitted_mismatch = HUGE_VAL;
       point.screened = true;
       return point;
     }
+    FitPlan plan = planned(asked);
+    const TermSet& terms = plan.terms->terms;
     plan.pupil.rays = screening_rays(terms.size());
     plan.starts = 1;
     plan.most_iterations = std::min(plan.most_iterations, kScreeningIterations);

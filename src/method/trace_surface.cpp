@@ -7,7 +7,7 @@
 #include "aberfit/method/plan.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/trace/central_difference.h"
-#include "study_surface.h"
+#include "task_surface.h"
 
 namespace aberfit {
 using namespace internal;

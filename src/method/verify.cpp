@@ -6,7 +6,7 @@
 #include "aberfit/focus/counted_ring_width.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/theory/ray_perturbation.h"
-#include "study_surface.h"
+#include "task_surface.h"
 #include "verify_branches.h"
 
 namespace aberfit {
@@ -32,17 +32,17 @@ std::vector<Statistic> branch_statistics(const Groundwork& ground) {
   return statistics;
 }
 
-void add_scene_quantities(const SceneNumbers& ground, Quantities* quantities) {
+void add_scene_quantities(const SceneNumbers& scene, Quantities* quantities) {
   Quantities& q = *quantities;
-  q["scene.rms_height_m"] = ground.rms_height;
-  q["scene.rms_slope_per_axis"] = ground.rms_slope_per_axis;
-  q["scene.rms_slope_total"] = ground.rms_slope_per_axis * std::sqrt(2.0);
-  q["scene.correlation_length_m"] = ground.correlation_length;
-  q["scene.n_eff"] = ground.n_eff;
-  q["scene.g"] = ground.g;
-  q["scene.kappa"] = ground.kappa;
-  q["scene.tis"] = ground.tis;
-  q["scene.paper_ratio_r"] = ground.paper_ratio_r;
+  q["scene.rms_height_m"] = scene.rms_height;
+  q["scene.rms_slope_per_axis"] = scene.rms_slope_per_axis;
+  q["scene.rms_slope_total"] = scene.rms_slope_per_axis * std::sqrt(2.0);
+  q["scene.correlation_length_m"] = scene.correlation_length;
+  q["scene.n_eff"] = scene.n_eff;
+  q["scene.g"] = scene.g;
+  q["scene.kappa"] = scene.kappa;
+  q["scene.tis"] = scene.tis;
+  q["scene.paper_ratio_r"] = scene.paper_ratio_r;
 }
 
 void add_ideal_quantities(const RayBundle& nominal, Quantities* quantities) {
@@ -75,7 +75,7 @@ Branch terms_branch(const Task& task, const PupilSample& pupil, const RayBundle&
   return branch;
 }
 
-// Rays by analytic normals, whatever the study's: the scatter between draws is no matter of normals.
+// Rays by analytic normals, whatever the task's: the scatter between draws is no matter of normals.
 Realisation verify_realisation(const Task& task, const Groundwork& ground, const PupilSample& pupil,
                                const TermSet& terms, int threads) {
   const SurfaceOperator surface(terms, pupil, {threads, {}, {}});

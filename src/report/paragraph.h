@@ -6,7 +6,7 @@
 namespace aberfit::internal {
 
 inline constexpr std::size_t kColumns = 100;  ///< widest line of a table for people
-inline constexpr std::size_t kIndent = 10;    ///< of what stands behind "Groundwork", "Fit", ...
+inline constexpr std::size_t kIndent = 10;    ///< of what stands behind "Scene", "Fit", ...
 
 /// Words of `text` on lines of at most kColumns; the first line begins with `label`, the others are indented
 /// as deep as `indent`.

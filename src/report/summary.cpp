@@ -103,19 +103,18 @@ std::string scene_lines(const ResultDocument& result) {
                     "residuals worth {:.0f} independent points",
                     map->points, map->held_out_points, length(map->rms_map), map->condition_number, map->rank,
                     result.terms.size(), map->independent_points));
-  if (!result.has_roughness) return paragraph("Groundwork", "no roughness given; all targets are values");
-  const SceneNumbers& ground = result.scene;
+  if (!result.has_roughness) return paragraph("Scene", "no roughness given; all targets are values");
+  const SceneNumbers& scene = result.scene;
   std::string text = paragraph(
-      "Groundwork",
+      "Scene",
       fmt::format(
           "RMS height {}, RMS slope {} per axis, correlation length {}, {:.4g} modes carry the slope, "
           "g {:.3g}, kappa {:.3g}, TIS {:.3g} %, Airy ee90 {}, the paper's R {:.3g}",
-          length(ground.rms_height), slope(ground.rms_slope_per_axis), length(ground.correlation_length),
-          ground.n_eff, ground.g, ground.kappa, 100 * ground.tis, length(ground.airy_ee90),
-          ground.paper_ratio_r));
+          length(scene.rms_height), slope(scene.rms_slope_per_axis), length(scene.correlation_length),
+          scene.n_eff, scene.g, scene.kappa, 100 * scene.tis, length(scene.airy_ee90), scene.paper_ratio_r));
   text += paragraph("Model", fmt::format("targets {}, surface {}, needed {}: {}", result.theory, result.model,
                                          result.needed.empty() ? "-" : result.needed,
-                                         result.model_reason.empty() ? ground.reason : result.model_reason));
+                                         result.model_reason.empty() ? scene.reason : result.model_reason));
   if (const auto& errors = result.errors)
     text += paragraph(
         "", fmt::format("generalised Harvey-Shack ee50 {}, ee80 {}, ee90 {}; rays are off by {} % (ee50) and "

@@ -1,6 +1,7 @@
 #include "psd_shape_fit.h"
 
-#include <ceres/ceres.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -80,8 +80,11 @@ std::string against_angled(const fs::path& file, const std::string& room, const 
   for (const auto& [library, allowed] : libraries()) {
     if (!included.starts_with(library)) continue;
     if (!allowed.contains(room)) return "has no place in " + room;
-    if (file.string().starts_with("include") && !kPublicLibraries.contains(library))
-      return "is a private dependency, in a public header";
+    const bool header = file.string().starts_with("include");
+    if (header && !kPublicLibraries.contains(library)) return "is a private dependency, in a public header";
+    // Whoever includes a header of ours does not pay for all of JSON.
+    if (header && library == "nlohmann/" && included != "nlohmann/json_fwd.hpp")
+      return "is only named in public headers, by json_fwd.hpp";
     return "";
   }
   // Headers of the standard library have neither folder nor suffix.

@@ -11,7 +11,7 @@ namespace aberfit::benchmarks {
 namespace {
 
 struct Work {
-  Groundwork scene;
+  Scene scene;
   ModelEvaluation model;
 
   Work(int n_max, std::int64_t rays, bool all)

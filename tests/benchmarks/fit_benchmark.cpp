@@ -21,7 +21,7 @@ struct Outcome {
 };
 
 struct Work {
-  Groundwork scene;
+  Scene scene;
   std::vector<Statistic> statistics;
   FitOptions options;
 
@@ -44,8 +44,8 @@ struct Work {
 void add_fit(const std::string& name, int n_max, std::int64_t rays, std::vector<Statistic> statistics,
              std::vector<double> smoothing, int seeds) {
   add_case(name, [=]() -> Timed {
-    const auto work = std::make_shared<Work>(
-        Work{Groundwork(n_max, circle_pupil(PupilLayout::kRandom, rays)), statistics, {}});
+    const auto work =
+        std::make_shared<Work>(Work{Scene(n_max, circle_pupil(PupilLayout::kRandom, rays)), statistics, {}});
     work->options.smoothing = smoothing;
     return [=](benchmark::State& state) {
       std::vector<double> mismatch, evaluations;

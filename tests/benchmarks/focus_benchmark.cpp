@@ -15,7 +15,7 @@ constexpr double kWidth = 0.02;  // of focal_sigma
 constexpr double kSmoothAllowed = 2e-3;
 
 struct Work {
-  Groundwork scene;
+  Scene scene;
   SurfaceField field;
   RayBundle nominal, rays;
   std::vector<Statistic> statistics;

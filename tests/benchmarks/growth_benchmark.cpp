@@ -55,7 +55,7 @@ double peak_megabytes() {
 }
 
 // Half Zernikes, half plane waves beyond what the Zernikes resolve.
-Groundwork mixed_scene(int count, std::int64_t rays) {
+Scene mixed_scene(int count, std::int64_t rays) {
   int n_max = 1;
   while ((n_max + 2) * (n_max + 3) / 2 <= count / 2) ++n_max;
   TermSet terms = zernike_terms(n_max);
@@ -64,10 +64,10 @@ Groundwork mixed_scene(int count, std::int64_t rays) {
   terms.fourier = fourier_modes(psd.band(cut, 2 * cut), (count - int(terms.zernike.size()) + 1) / 2,
                                 FourierSampling::kLog, 1);
   CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
-  return Groundwork(std::move(terms), std::move(prior), circle_pupil(PupilLayout::kRandom, rays));
+  return Scene(std::move(terms), std::move(prior), circle_pupil(PupilLayout::kRandom, rays));
 }
 
-Outcome time_jacobian(const Groundwork& scene) {
+Outcome time_jacobian(const Scene& scene) {
   ModelEvaluation model(scene, twelve_statistics());
   model.values_and_jacobian();  // fills the caches
   Outcome outcome;
@@ -83,7 +83,7 @@ Outcome time_jacobian(const Groundwork& scene) {
   return outcome;
 }
 
-Outcome time_fit(const Groundwork& scene, const std::vector<Statistic>& statistics, int seeds) {
+Outcome time_fit(const Scene& scene, const std::vector<Statistic>& statistics, int seeds) {
   Outcome outcome;
   reset_peak();
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -193,14 +193,14 @@ void run_series(const std::string& name, const std::vector<Case>& cases, bool sm
 int run(bool smoke, const std::string& out) {
   Rows rows;
   const int seeds = smoke ? 1 : 3;
-  const auto by_rays = [&](std::int64_t largest, const std::function<Outcome(const Groundwork&)>& timed) {
+  const auto by_rays = [&](std::int64_t largest, const std::function<Outcome(const Scene&)>& timed) {
     std::vector<Case> cases;
     for (std::int64_t rays = 1000; rays <= largest; rays *= 10)
       cases.push_back({fmt::format("231 Zernikes, {} random rays", grouped(rays)), double(rays),
-                       [=] { return timed(Groundwork(20, circle_pupil(PupilLayout::kRandom, rays))); }});
+                       [=] { return timed(Scene(20, circle_pupil(PupilLayout::kRandom, rays))); }});
     return cases;
   };
-  const auto by_terms = [&](const std::function<Outcome(const Groundwork&)>& timed) {
+  const auto by_terms = [&](const std::function<Outcome(const Scene&)>& timed) {
     std::vector<Case> cases;
     for (int terms = 10; terms <= (smoke ? 1000 : 10000); terms *= 10)
       cases.push_back({fmt::format("{} mixed terms, 15,000 random rays", grouped(terms)), double(terms),
@@ -208,7 +208,7 @@ int run(bool smoke, const std::string& out) {
     return cases;
   };
   const auto fit = [seeds](const std::vector<Statistic>& statistics) {
-    return [=](const Groundwork& scene) { return time_fit(scene, statistics, seeds); };
+    return [=](const Scene& scene) { return time_fit(scene, statistics, seeds); };
   };
   run_series("Jacobian of 12 statistics over rays", by_rays(smoke ? 100000 : 10000000, time_jacobian), smoke,
              &rows);

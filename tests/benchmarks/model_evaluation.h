@@ -14,7 +14,7 @@ class ModelEvaluation {
   static constexpr double kWidth = 0.02;  // of focal_sigma
   using Jacobian = decltype(std::declval<internal::WhiteResiduals::Linearisation>().jacobian);
 
-  ModelEvaluation(const Groundwork& scene, const std::vector<Statistic>& statistics)
+  ModelEvaluation(const Scene& scene, const std::vector<Statistic>& statistics)
       : problem_(scene.problem(targets_of(scene, statistics, 2, 1e-3))),
         model_(problem_, kWidth * scene.focal_sigma, 1),
         white_{draw_white(scene.prior.size(), 1), draw_white(scene.prior.size(), 1)} {

@@ -13,7 +13,7 @@ inline nlohmann::ordered_json sample_study() {
           {"equivalence", {{"margin", 0.01}, {"confidence", 0.95}}}};
 }
 
-/// A finished fit as the study room would hand it over, with every kind of term and verdict in it.
+/// A finished fit as the method would hand it over, with every kind of term and verdict in it.
 inline ResultDocument sample_result() {
   ResultDocument result;
   result.title = "Stand-in scene, 100 nm RMS in 2.5-19.96 /m";

@@ -100,6 +100,7 @@ TEST(ModelChoice, IsNeverWrongWhereTheOlderRulesAre) {
   EXPECT_GT(r1000.wrong90, 0);
   EXPECT_GT(kappa.wrong90, 0);
   EXPECT_GT(by_rays, 20);  // and not by never trusting rays
+  EXPECT_GT(by_waves, 5);  // nor by always trusting them
 }
 
 TEST(ModelChoice, SaysWhyWhereModelsDoNotExist) {

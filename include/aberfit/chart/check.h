@@ -33,7 +33,7 @@ struct CheckReport {
   std::string theory;                    ///< what targets come from, as in SceneFacts
   FocusModel model = FocusModel::kRays;  ///< of the surface
   std::string reason;                    ///< one sentence: which model the scene needs and why
-  bool too_simple = false;               ///< theory or physics is simpler than what the scene needs
+  bool too_simple = false;               ///< theory or model is simpler than what the scene needs
   CheckedTerms terms;
   CheckedStatistics statistics;
   bool automatic_rays = false;  ///< `rays` is the least that the fit will choose

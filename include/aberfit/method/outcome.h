@@ -67,7 +67,7 @@ struct NeededJudgement {
 /// What came of a task: the fit, the surface, the verdict on it. Statistic vectors run parallel to `targets`.
 struct FitOutcome {
   ChosenByFit chosen;     ///< where the task left terms and rays open
-  double confidence = 0;  ///< of the tests behind the verdict; 0: nothing was judged
+  double confidence = 0;  ///< of the intervals of a verdict; 0: unknown
   bool has_roughness = false;
   SceneNumbers scene;                 ///< of the specification
   std::string theory;                 ///< "geometric", "rays", "ghs": what made the targets; "given", "map"

@@ -28,7 +28,7 @@ inline constexpr double kPromising = 10;
 /// given Fourier modes.
 inline constexpr int kLargestSearchedOrder = 100;
 
-/// The orders the search of a task expects to end at: from where the Zernikes carry 2 % of the slope
+/// The orders the search of a task expects to end at: from where the Zernikes carry 15 % of the slope
 /// variance to two steps beyond where they carry 99 % of the height variance.
 struct OrderRange {
   int low = 2, high = 2;

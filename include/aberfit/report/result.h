@@ -31,7 +31,7 @@ struct ResultDocument : FitOutcome {
 /// infinity become null). `scene` is null without roughness; statistics vectors that were never computed are
 /// left out. `scene.theory` made the targets, `scene.model` turned the surface into statistics,
 /// `scene.needed` is the model that the scene needs and `scene.reason` says why; `scene.ghs` is the
-/// prediction of generalised Harvey-Shack and `scene.model_error` what simpler models make of it, model / GHS
+/// prediction of generalised Harvey-Shack and `scene.model_error` what rays make of it, model / GHS
 /// - 1. `equivalence.verdict` is that of `equivalence.needed` where the fit's model is simpler than the scene
 /// needs. Spherical terms: `value_m` is the height of the term at the rim, `coefficient` the same as c_2n of
 /// sum c_2n rho^2n [m^(1-2n)]. Two targets of one name (rings of different radius, say) get "#2", "#3", ...
