@@ -2,6 +2,7 @@
 
 #include <ceres/problem.h>
 #include <ceres/solver.h>
+#include <ceres/version.h>
 #include <fmt/format.h>
 
 #include <chrono>

@@ -1,5 +1,6 @@
 #include "psd_shape_fit.h"
 
+#include <ceres/manifold.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 #include <fmt/format.h>
