@@ -243,7 +243,9 @@ void expect_unbiased_fits_and_covering_intervals(int surfaces) {
         EXPECT_GE(coverage, 0.95 - wider * 0.04) << where;
         // Of a hundred surfaces all may be covered by chance; the pooled bound below holds intervals that are
         // too wide.
-        if (surfaces >= 500) EXPECT_LE(coverage, 0.98) << where;
+        if (surfaces >= 500) {
+          EXPECT_LE(coverage, 0.98) << where;
+        }
         covered += sum.covered, looks += sum.n;
       }
     }
