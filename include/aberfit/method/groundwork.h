@@ -21,10 +21,11 @@ struct Groundwork {
   std::optional<GeometricHarveyShack> theory;
   PhysicsChoice use;
   std::shared_ptr<const GeneralisedHarveyShack> mean_spot;  ///< of theory ghs, else null
-  /// Like focal_sigma, of the sharpest part of the spot [m]: of the core, where a diffracted spot has core and halo.
+  /// Like focal_sigma, of the sharpest part of the spot [m]: of the core, where a diffracted spot has core
+  /// and halo.
   double core_sigma = 0;
   double plane_unit() const { return focal_length * core_sigma / radius; }  ///< natural unit of dz [m]
-  double focal_length = 0;  ///< [m]
+  double focal_length = 0;                                                  ///< [m]
 };
 Groundwork lay_groundwork(const Task& task);
 /// The same by the physics that is asked for instead of the task's own.
