@@ -4,7 +4,6 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
-#include "aberfit/core/parallel.h"
 #include "aberfit/core/units.h"
 #include "aberfit/report/check_report.h"
 #include "aberfit/report/fit_rates.h"
@@ -73,15 +72,11 @@ RunOptions check_options(const CommandLine& line, const Study& study, ProgressLi
   return options;
 }
 
-int threads_of(const RunOptions& options) {
-  return options.threads > 0 ? options.threads : available_threads();
-}
-
 }  // namespace
 
 CheckReport run_check(const Study& study, const RunOptions& options) {
   CheckReport report = with_fields_of(
-      study, [&] { return make_check(study, rates_for(study, options), threads_of(options)); });
+      study, [&] { return make_check(study, rates_for(study, options), context_of(options).threads); });
   report.title = study.title;
   if (options.paper_table) report.paper_table = paper_cells(*options.paper_table, study.mirror.focal_length);
   return report;
@@ -90,7 +85,7 @@ CheckReport run_check(const Study& study, const RunOptions& options) {
 MapCheckReport run_map_check(const Study& study, const RunOptions& options) {
   const HeightMap map = load_map(study);
   const TermSet terms = map_terms(study, aperture_radius(study.aperture));
-  MapCheckReport report = make_map_check(map, terms, threads_of(options));
+  MapCheckReport report = make_map_check(map, terms, context_of(options).threads);
   report.title = study.title;
   return report;
 }

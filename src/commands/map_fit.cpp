@@ -8,7 +8,6 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
-#include "aberfit/core/parallel.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/study/measured_psd.h"
@@ -177,7 +176,7 @@ EquivalentSurface surface_numbers(const PupilSample& pupil, const SurfaceField& 
 
 ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   require_analytic_normals(study);
-  const int threads = options.threads > 0 ? options.threads : available_threads();
+  const int threads = context_of(options).threads;
   ResultDocument result = fitted_map(study, options, threads);
   if (result.fit.status == FitStatus::kFailed) return result;
 

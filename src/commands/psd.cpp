@@ -4,7 +4,6 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
-#include "aberfit/core/parallel.h"
 #include "aberfit/report/psd_report.h"
 #include "aberfit/study/read_study.h"
 #include "output_directory.h"
@@ -94,7 +93,7 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
   report.warnings = measured.estimate.warnings;
   report.warnings.insert(report.warnings.end(), measured.result.warnings.begin(),
                          measured.result.warnings.end());
-  report.provenance = make_provenance(0, options.threads > 0 ? options.threads : available_threads());
+  report.provenance = make_provenance(0, context_of(options).threads);
   if (!options.output_directory.empty()) {
     if (options.plots) write_psd_plots(report, options.output_directory, &report.warnings);
     const std::string folder = options.output_directory + "/";

@@ -1,5 +1,4 @@
 #include "aberfit/commands/run.h"
-#include "aberfit/core/parallel.h"
 #include "aberfit/report/trace_report.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
@@ -10,7 +9,7 @@ namespace aberfit {
 using namespace internal;
 
 TraceReport run_trace(const Study& study, const RunOptions& options) {
-  const int threads = options.threads > 0 ? options.threads : available_threads();
+  const int threads = context_of(options).threads;
   TraceReport report =
       with_fields_of(study, [&] { return trace_surface(study, given_surface(study, options), threads); });
   report.title = study.title;

@@ -6,7 +6,6 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
-#include "aberfit/core/parallel.h"
 #include "aberfit/report/verify_report.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/published.h"
@@ -41,7 +40,7 @@ VerifyReport run_verify(const Study& study, const RunOptions& options) {
   if (!study.roughness)
     throw InputError(study.path, "/roughness", "nothing",
                      "a roughness block: verify compares with its Harvey-Shack prediction");
-  const int threads = options.threads > 0 ? options.threads : available_threads();
+  const int threads = context_of(options).threads;
   VerifyReport report = with_fields_of(
       study, [&] { return verify(study, study.verify.aside, given_surface(study, options), threads); });
   report.title = study.title;

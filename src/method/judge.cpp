@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "aberfit/method/pupil_choice.h"
+#include "aberfit/method/scene_facts.h"
 
 namespace aberfit {
 namespace {
@@ -78,12 +79,12 @@ Realisation realisation_of(const Task& task, const Groundwork& ground, const Lig
 }
 
 void describe_models(const Groundwork& ground, const std::string& theory, FitOutcome* result) {
-  result->theory = theory;
-  result->model = to_string(ground.use.model);
-  result->model_reason = ground.use.reason;
-  if (!ground.use.choice) return;
-  result->needed = to_string(ground.use.choice->model);
-  result->errors = ground.use.choice->errors;
+  const SceneFacts facts = scene_facts(ground, theory);
+  result->theory = facts.theory;
+  result->model = facts.model;
+  result->needed = facts.needed;
+  result->model_reason = facts.reason;
+  result->errors = facts.errors;
 }
 
 void warn_of_surface_regime(const Groundwork& ground, const SceneNumbers& surface, Warnings* warnings) {

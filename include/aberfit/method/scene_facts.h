@@ -3,7 +3,7 @@
 #include <string>
 
 #include "aberfit/method/groundwork.h"
-#include "aberfit/method/judge.h"
+#include "aberfit/method/outcome.h"
 
 namespace aberfit {
 
