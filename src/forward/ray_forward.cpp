@@ -80,20 +80,4 @@ std::string RayForward::trouble() const {
          "the spot): start from a draw instead of the perfect mirror";
 }
 
-void pull_back_heights(const SurfaceOperator& surface, std::vector<Eigen::ArrayXd>* gradients, int threads,
-                       const ForwardModel::GradientSink& sink) {
-  const auto pull = [&](std::size_t k) {
-    SurfaceField weights;
-    weights.height.swap((*gradients)[k]);
-    weights.slope_x.setZero(weights.height.size());
-    weights.slope_y.setZero(weights.height.size());
-    sink(k, surface.apply_transpose(weights));
-  };
-  // Fewer than threads: one by one, and the operator shares out their points.
-  if (gradients->size() < std::size_t(std::max(threads, 1)))
-    for (std::size_t k = 0; k < gradients->size(); ++k) pull(k);
-  else
-    parallel_for(gradients->size(), threads, pull);
-}
-
 }  // namespace aberfit::internal

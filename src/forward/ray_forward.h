@@ -30,8 +30,4 @@ class RayForward : public ForwardModel {
   SurfaceField height_weights_;  // slopes of zero, for statistics of the height alone
 };
 
-/// Sends d statistic/d coefficients of every gradient over heights to `sink`.
-void pull_back_heights(const SurfaceOperator& surface, std::vector<Eigen::ArrayXd>* gradients, int threads,
-                       const ForwardModel::GradientSink& sink);
-
 }  // namespace aberfit::internal

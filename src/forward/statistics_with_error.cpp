@@ -73,8 +73,9 @@ Eigen::VectorXd by_waves(const LitMirror& lit, const PupilSample& pupil, const T
 FreshStatistics fresh_by_waves(const LitMirror& lit, double pitch, const TermSet& terms,
                                const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
                                int threads, Warnings* warnings) {
-  const PupilSample coarse = diffraction_pupil(lit.aperture, pitch).sample;
-  const PupilSample fine = diffraction_pupil(lit.aperture, pitch / kFinerGrid).sample;
+  const PupilSample coarse = diffraction_pupil(lit.aperture, lit.mirror.focal_length, pitch).sample;
+  const PupilSample fine =
+      diffraction_pupil(lit.aperture, lit.mirror.focal_length, pitch / kFinerGrid).sample;
   FreshStatistics fresh;
   fresh.rays = fine.size();
   fresh.value = by_waves(lit, fine, terms, coefficients, statistics, threads, warnings);

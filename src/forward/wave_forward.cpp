@@ -23,12 +23,17 @@ bool is_geometric(const Statistic& statistic) {
 DiffractionPupil pupil_of(const LightPath& path) {
   const auto refuse = [] {
     throw std::invalid_argument(
-        "statistics by wave optics need the points of diffraction_pupil(aperture, pitch)");
+        "statistics by wave optics need the points of diffraction_pupil(aperture, focal length, pitch)");
   };
   const auto* grid = std::get_if<CartesianGrid>(&path.pupil.structure);
+  double focal_length = kParaxial;
+  if (const auto* directions = std::get_if<DirectionGrid>(&path.pupil.structure)) {
+    grid = &directions->cells;
+    focal_length = directions->focal_length;
+  }
   if (!grid || grid->x.size() < 2) refuse();
   const double pitch = (grid->x[grid->x.size() - 1] - grid->x[0]) / double(grid->x.size() - 1);
-  DiffractionPupil pupil = diffraction_pupil(*path.aperture, pitch);
+  DiffractionPupil pupil = diffraction_pupil(*path.aperture, focal_length, pitch);
   const double limit = kSamePoint * pitch;
   if (pupil.sample.size() != path.pupil.size() || !((pupil.sample.x - path.pupil.x).abs() <= limit).all() ||
       !((pupil.sample.y - path.pupil.y).abs() <= limit).all())
@@ -36,16 +41,22 @@ DiffractionPupil pupil_of(const LightPath& path) {
   return pupil;
 }
 
-// Sag less that of the parabola with the same focal length. A path along the axis and back is twice as much,
-// to first order in the slope, like that of the surface error.
-Eigen::ArrayXd departure_of(const Mirror& mirror, const PupilSample& pupil) {
+// Height errors [m] of a parabola with the same focal length that turn the phase as the mirror does. A path
+// to the focus by way of the height z is sqrt(rho^2 + (f - z)^2) - z, by that of the parabola z_p it is f;
+// the difference is written so that nothing cancels. To first order it is the departure of the sags itself.
+Eigen::ArrayXd departure_of(const Mirror& mirror, const DiffractionPupil& pupil) {
   const bool parabola = mirror.conic == -1 && std::all_of(mirror.spherical.begin(), mirror.spherical.end(),
                                                           [](double c) { return c == 0; });
   if (parabola) return {};
-  Eigen::ArrayXd departure(pupil.size());
-  for (Eigen::Index i = 0; i < pupil.size(); ++i) {
-    const double x = pupil.x[i], y = pupil.y[i];
-    departure[i] = base_surface(mirror, x, y).height - (x * x + y * y) / (4 * mirror.focal_length);
+  const PupilSample& sample = pupil.sample;
+  const bool paraxial = !std::holds_alternative<DirectionGrid>(sample.structure);
+  Eigen::ArrayXd departure(sample.size());
+  for (Eigen::Index i = 0; i < sample.size(); ++i) {
+    const double x = sample.x[i], y = sample.y[i], f = mirror.focal_length;
+    const double sag = (x * x + y * y) / (4 * f), d = base_surface(mirror, x, y).height - sag;
+    const double path = f + sag, more = d * (d - 2 * (f - sag));
+    const double longer = more / (std::sqrt(path * path + more) + path) - d;
+    departure[i] = paraxial ? d : -longer / (2 * pupil.obliquity[i]);
   }
   return departure;
 }
@@ -68,7 +79,7 @@ WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& st
       split_(statistics, is_geometric),
       rays_(path, split_.geometric, threads),
       diffraction_pupil_(pupil_of(path)),
-      departure_(departure_of(path.mirror, diffraction_pupil_.sample)) {}
+      departure_(departure_of(path.mirror, diffraction_pupil_)) {}
 
 void WaveForward::move_to(const Eigen::VectorXd& coefficients) {
   rays_.move_to(coefficients);
@@ -112,9 +123,9 @@ bool WaveForward::gradients(const GradientSink& sink) {
   const DiffractionProblem waves = problem();
   if (!evaluate_diffraction(waves, height_, split_.own, threads_, &workspace_, &values, &d_height))
     return false;
-  pull_back_heights(path_.surface, &d_height, threads_, [&](std::size_t j, const Eigen::VectorXd& gradient) {
-    sink(split_.own_place[j], gradient);
-  });
+  const Eigen::MatrixXd gradients = path_.surface.apply_transpose_heights(d_height);
+  for (std::size_t j = 0; j < split_.own.size(); ++j)
+    sink(split_.own_place[j], gradients.col(Eigen::Index(j)));
   return true;
 }
 

@@ -55,7 +55,8 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
 }
 
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch) {
-  if (model == FocusModel::kWaves) return diffraction_pupil(task.aperture, pitch).sample;
+  if (model == FocusModel::kWaves)
+    return diffraction_pupil(task.aperture, task.mirror.focal_length, pitch).sample;
   return make_pupil(task.aperture, rays);
 }
 

@@ -57,7 +57,7 @@ void add_mean_spots() {
 // The paper's band with a quarter of its roughness (g = 0.5).
 struct Waves {
   Mirror mirror = parabola();
-  DiffractionPupil pupil = diffraction_pupil(CircleAperture{2 * kRadius, 0}, 2 * kRadius / kCells);
+  DiffractionPupil pupil = diffraction_pupil(CircleAperture{2 * kRadius, 0}, kParaxial, 2 * kRadius / kCells);
   Eigen::ArrayXd height = heights(1), along = heights(2);
   std::vector<Statistic> statistics;
   DiffractionWorkspace workspace;

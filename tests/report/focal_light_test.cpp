@@ -61,7 +61,7 @@ struct TermScene {
           return parabola;
         }()),
         model(by),
-        pupil(by == FocusModel::kWaves ? diffraction_pupil(aperture, 2 * kRadius / 128).sample
+        pupil(by == FocusModel::kWaves ? diffraction_pupil(aperture, kFocalLength, 2 * kRadius / 128).sample
                                        : make_pupil(aperture, {PupilLayout::kSobol, 20000, 3})),
         surface(terms, pupil, {1, {}, {}, by == FocusModel::kWaves}) {}
   LightPath path() const { return {mirror, pupil, surface, model, kWavelength, &aperture}; }

@@ -31,7 +31,7 @@ struct FitProblem {
   const SurfaceSpectrum* spectrum = nullptr;
   Eigen::VectorXd spectrum_target = {};     ///< [m^4], positive, one per bin
   Eigen::VectorXd spectrum_tolerance = {};  ///< of the natural logarithm of the PSD, positive, one per bin
-  /// What the statistics are of. For kWaves `pupil` is the sample of diffraction_pupil(*aperture, pitch) and
+  /// What the statistics are of. For kWaves `pupil` is the sample of diffraction_pupil(*aperture, mirror.focal_length, pitch) and
   /// `surface` lives on its points.
   FocusModel model = FocusModel::kRays;
   double wavelength = 0;               ///< [m]; needed unless kRays
