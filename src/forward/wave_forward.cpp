@@ -27,13 +27,15 @@ DiffractionPupil pupil_of(const LightPath& path) {
   };
   const auto* grid = std::get_if<CartesianGrid>(&path.pupil.structure);
   double focal_length = kParaxial;
+  std::array<double, 2> shift{};
   if (const auto* directions = std::get_if<DirectionGrid>(&path.pupil.structure)) {
     grid = &directions->cells;
     focal_length = directions->focal_length;
+    shift = directions->shift;
   }
   if (!grid || grid->x.size() < 2) refuse();
   const double pitch = (grid->x[grid->x.size() - 1] - grid->x[0]) / double(grid->x.size() - 1);
-  DiffractionPupil pupil = diffraction_pupil(*path.aperture, focal_length, pitch);
+  DiffractionPupil pupil = diffraction_pupil(*path.aperture, focal_length, pitch, shift);
   const double limit = kSamePoint * pitch;
   if (pupil.sample.size() != path.pupil.size() || !((pupil.sample.x - path.pupil.x).abs() <= limit).all() ||
       !((pupil.sample.y - path.pupil.y).abs() <= limit).all())

@@ -38,7 +38,10 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
   if (!terms.zernike.empty())
     highest = std::max(highest, (terms.zernike.back().n + 1) / (2 * std::numbers::pi * terms.radius));
-  const double for_terms = highest > 0 ? 1 / (kCellsPerCycle * highest) : HUGE_VAL;
+  // At the rim a cell of the wave pupil is longer on the mirror than its pitch: by dr/dP, at most.
+  const double t = aperture_radius(task.aperture) / (2 * task.mirror.focal_length);
+  const double longer = (1 + t * t) * (1 + t * t) / (1 - t * t);
+  const double for_terms = highest > 0 ? 1 / (kCellsPerCycle * highest * longer) : HUGE_VAL;
   const double pitch = std::min(sampling.pitch, for_terms);
   const double cells = 2 * aperture_radius(task.aperture) / pitch;
   if (!(cells <= kMostCells))

@@ -41,14 +41,13 @@ ComplexMatrix on_grid(const DiffractionScene& scene, const Eigen::ArrayXcd& fiel
 
 Grid by_transform(const DiffractionScene& scene, const Eigen::ArrayXcd& field, int n, int parts,
                   Eigen::Index before, Eigen::Index samples) {
-  const CartesianGrid& grid = scene.grid();
   const FieldLayout layout{scene.rows(), scene.columns()};
   AlignedArray pupil(layout.size());
   std::fill_n(pupil.data(), layout.size(), 0.0);
   for (Eigen::Index k = 0; k < scene.points(); ++k) {
-    const std::size_t at = layout.at(grid.row[std::size_t(k)], grid.column[std::size_t(k)]);
-    pupil.data()[at] = field[k].real();
-    pupil.data()[at + kLines] = field[k].imag();
+    double* cell = pupil.data() + scene.places()[std::size_t(k)];
+    cell[0] = field[k].real();
+    cell[kLines] = field[k].imag();
   }
   return focal_intensity(layout, pupil.data(), n, parts, before, samples);
 }

@@ -77,6 +77,10 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
         unit_phasors(phase * pupil.obliquity.segment(first, size) * height.segment(first, size));
     base_.segment(first, size) = amplitude * turned;
   });
+  const FieldLayout layout{rows(), columns()};
+  places_.resize(grid_.column.size());
+  for (std::size_t k = 0; k < places_.size(); ++k)
+    places_[k] = std::uint32_t(layout.at(grid_.row[k], grid_.column[k]));
   const double cx = 0.5 * (grid_.x[0] + grid_.x[grid_.x.size() - 1]);
   const double cy = 0.5 * (grid_.y[0] + grid_.y[grid_.y.size() - 1]);
   double furthest = 0;
@@ -140,15 +144,27 @@ void DiffractionPlane::focus(double dz) {
   focused_.dz = std::nan("");  // until all of it is there
   unit_ = scene_.per_period(dz);
   const PupilTransform& transform = grid_.transform;
-  const CartesianGrid& grid = scene_.grid();
-  focused_.field = scene_.base() * unit_phasors(scene_.defocus(dz) * scene_.versine());
-  const FieldLayout& layout = transform.pupil();
   double* pupil = buffers_.pupil.data();
-  std::fill_n(pupil, layout.size(), 0.0);
-  for (Eigen::Index k = 0; k < focused_.field.size(); ++k) {
-    const std::size_t at = layout.at(grid.row[std::size_t(k)], grid.column[std::size_t(k)]);
-    pupil[at] = focused_.field[k].real();
-    pupil[at + kLines] = focused_.field[k].imag();
+  std::fill_n(pupil, transform.pupil().size(), 0.0);
+  const std::uint32_t* place = scene_.places().data();
+  focused_.field.resize(scene_.points());
+  const double turn = scene_.defocus(dz);
+  constexpr int kBlock = 512;
+  double phase[kBlock], sine[kBlock], cosine[kBlock];
+  for (Eigen::Index first = 0; first < scene_.points(); first += kBlock) {
+    const int size = int(std::min<Eigen::Index>(kBlock, scene_.points() - first));
+    for (int i = 0; i < size; ++i) phase[i] = turn * scene_.versine()[first + i];
+    sin_cos(phase, size, sine, cosine);
+    for (int i = 0; i < size; ++i) {
+      const Eigen::Index k = first + i;
+      const std::complex<double> base = scene_.base()[k];
+      const double re = base.real() * cosine[i] - base.imag() * sine[i],
+                   im = base.real() * sine[i] + base.imag() * cosine[i];
+      focused_.field[k] = {re, im};
+      double* cell = pupil + place[k];
+      cell[0] = re;
+      cell[kLines] = im;
+    }
   }
   transform.to_focus(focused_.focal.data(), &buffers_);
   transform.correlation(focused_.focal.data(), &buffers_);
@@ -223,13 +239,11 @@ Eigen::ArrayXd DiffractionPlane::axis_gradient(const Eigen::ArrayXcd& g_x, const
 
 // With S = sum_X K |F|^2, F = sum_k E_k exp(...): dS/d phase_k = 2 Re(i E_k conj(V_k)).
 Eigen::ArrayXd DiffractionPlane::pulled_back() const {
-  const CartesianGrid& grid = scene_.grid();
   const Eigen::ArrayXcd& field = focused_.field;
-  const FieldLayout& layout = grid_.transform.pupil();
+  const std::uint32_t* place = scene_.places().data();
   Eigen::ArrayXd d_phase(field.size());
   for (Eigen::Index k = 0; k < field.size(); ++k) {
-    const double* v =
-        buffers_.pupil.data() + layout.at(grid.row[std::size_t(k)], grid.column[std::size_t(k)]);
+    const double* v = buffers_.back.data() + place[k];
     d_phase[k] = 2 * (field[k].real() * v[kLines] - field[k].imag() * v[0]);
   }
   return d_phase;

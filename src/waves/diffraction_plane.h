@@ -36,6 +36,8 @@ class DiffractionScene {
   Eigen::Index points() const { return base_.size(); }
   /// amplitude exp(-4 pi i h/(lambda (1 + t^2)))
   const Eigen::ArrayXcd& base() const { return base_; }
+  /// Where each point's cell lies in a field laid out for transforms.
+  const std::vector<std::uint32_t>& places() const { return places_; }
   /// 1 - cos theta of every point, theta the angle of its light with the axis; half rho^2/f^2 where the pupil
   /// is paraxial.
   const Eigen::ArrayXd& versine() const { return versine_; }
@@ -70,6 +72,7 @@ class DiffractionScene {
   const CartesianGrid& grid_;
   Eigen::ArrayXcd base_;
   Eigen::ArrayXd versine_;
+  std::vector<std::uint32_t> places_;
   double longest_lag_ = 0;
 };
 

@@ -21,6 +21,9 @@ constexpr double kChord = 0.25;
 // Light from farther out than this many focal lengths meets the axis under more than 87 degrees.
 constexpr double kDeepest = 1.9;
 
+// Rays of deeper mirrors hardly reach planes out of focus.
+constexpr double kLeastCosine = 0.05;
+
 // Where light of the direction P = f sin(theta) comes from: r = P (1 + t^2), t = r/2f = tan(theta/2), and
 // the area d2r there over d2P.
 struct DirectedPoint {
@@ -49,7 +52,7 @@ class PupilBuilder {
   }
   const CartesianGrid& grid() const { return grid_; }
   /// On the mirror where the grid is one of direction cosines; infinity: where they are the same.
-  DiffractionPupil finish(double focal_length) {
+  DiffractionPupil finish(double focal_length, std::array<double, 2> shift) {
     if (clear_.empty()) throw ComputationError("no cell of the pupil grid lets light through");
     const Eigen::Index n = Eigen::Index(clear_.size());
     pupil_.cover.resize(n);
@@ -72,7 +75,7 @@ class PupilBuilder {
     sample.weight /= sample.weight.sum();
     sample.layout = PupilLayout::kGrid;
     if (std::isfinite(focal_length))
-      sample.structure = DirectionGrid{std::move(grid_), focal_length};
+      sample.structure = DirectionGrid{std::move(grid_), focal_length, shift};
     else
       sample.structure = std::move(grid_);
     return std::move(pupil_);
@@ -125,20 +128,24 @@ class PupilBuilder {
   DiffractionPupil pupil_;
 };
 
-Eigen::ArrayXd cell_centres(double low, double high, double pitch) {
-  // An aperture that is a whole number of cells wide gets just these.
-  const double cells = std::max(1.0, std::ceil((high - low) / pitch * (1 - 1e-12) - 1e-9));
+Eigen::ArrayXd cell_centres(double low, double high, double pitch, double shift) {
+  // An aperture that is a whole number of cells wide gets just these; a shift needs one more.
+  const double cells =
+      std::max(1.0, std::ceil((high - low) / pitch * (1 - 1e-12) - 1e-9)) + (shift == 0 ? 0 : 1);
   if (!(cells <= kMostCells))
     throw ComputationError("a pupil pitch of " + format_quantity(pitch, Dimension::kLength) +
                            " gives more than " + std::to_string(kMostCells) + " cells a side");
-  const double first = 0.5 * (low + high) - 0.5 * (cells - 1) * pitch;
+  const double first = 0.5 * (low + high) + (shift - 0.5 * (cells - 1)) * pitch;
   return first + pitch * Eigen::ArrayXd::LinSpaced(Eigen::Index(cells), 0.0, cells - 1);
 }
 
 }  // namespace
 
-DiffractionPupil diffraction_pupil(const Aperture& aperture, double focal_length, double pitch) {
+DiffractionPupil diffraction_pupil(const Aperture& aperture, double focal_length, double pitch,
+                                   std::array<double, 2> shift) {
   if (!(pitch > 0)) throw ComputationError("a pupil grid needs a pitch above zero");
+  if (!(std::abs(shift[0]) <= 0.5 && std::abs(shift[1]) <= 0.5))
+    throw ComputationError("a pupil grid is shifted by up to half a cell");
   if (!(focal_length > 0)) throw ComputationError("a pupil grid needs a focal length above zero");
   if (!(aperture_radius(aperture) < kDeepest * focal_length))
     throw ComputationError(
@@ -147,15 +154,15 @@ DiffractionPupil diffraction_pupil(const Aperture& aperture, double focal_length
         " is too deep for a pupil of direction cosines: the radius must stay below " + "1.9 focal lengths");
   const Aperture shape = in_directions(aperture, focal_length, kChord * pitch);
   const ApertureBox box = bounding_box(shape);
-  PupilBuilder builder(cell_centres(box.x0, box.x1, pitch), cell_centres(box.y0, box.y1, pitch), pitch,
-                       pitch);
+  PupilBuilder builder(cell_centres(box.x0, box.x1, pitch, shift[0]),
+                       cell_centres(box.y0, box.y1, pitch, shift[1]), pitch, pitch);
   const CartesianGrid& grid = builder.grid();
   const ApertureCells cells(shape, grid.x, grid.y, pitch, pitch);
   for (Eigen::Index row = 0; row < grid.y.size(); ++row)
     for (Eigen::Index column = 0; column < grid.x.size(); ++column)
       if (const ClearPart clear = cells(column, row); clear.share > 0) builder.add(column, row, clear);
   builder.pupil().total = aperture_area(aperture) / (pitch * pitch);
-  return builder.finish(focal_length);
+  return builder.finish(focal_length, shift);
 }
 
 DiffractionPupil diffraction_pupil(const HeightMap& map, const Aperture& aperture, Eigen::ArrayXd* height) {
@@ -183,7 +190,7 @@ DiffractionPupil diffraction_pupil(const HeightMap& map, const Aperture& apertur
   builder.pupil().missing = std::max(0.0, 1.0 - found / whole);
   builder.pupil().total = found;
   *height = Eigen::Map<Eigen::ArrayXd>(values.data(), Eigen::Index(values.size()));
-  return builder.finish(kParaxial);
+  return builder.finish(kParaxial, {0, 0});
 }
 
 DiffractionSampling diffraction_sampling(const Aperture& aperture, double focal_length, double wavelength,
@@ -192,7 +199,9 @@ DiffractionSampling diffraction_sampling(const Aperture& aperture, double focal_
   // Light at the distance w/2 from the focus, w = wavelength distance/pitch the field of view, turns the
   // phase by pi from cell to cell; half of that leaves room for what a Gaussian tail or the scatter of a draw
   // adds.
-  const double reach = radius + aperture_r * std::abs(dz) / focal_length;
+  const double t = aperture_r / (2 * focal_length);
+  const double reach =
+      radius + aperture_r * std::abs(dz) / (focal_length * std::max(1 - t * t, kLeastCosine));
   const double for_reach = 8 * aperture_r * reach / (wavelength * distance);
   DiffractionSampling result;
   result.samples = int(std::ceil(std::max(for_reach, double(least_samples))));

@@ -60,6 +60,7 @@ AlignedArray::~AlignedArray() { std::free(data_); }
 
 PupilTransform::Buffers::Buffers(const PupilTransform& t)
     : pupil(t.pupil_.size()),
+      back(t.pupil_.size()),
       quarter(t.quarter_size()),
       kernel(t.kernel_size()),
       half(2 * std::size_t(t.n_y_) * t.pupil_.stride()),
@@ -165,7 +166,7 @@ void PupilTransform::columns_to_pupil(Buffers* b) const {
   const long stride = long(pupil_.stride());
   for (int block = 0; block < pupil_.blocks(); ++block)
     kernels_.columns_back(plan_y_.steps(), 2, phases_y_.data(), b->half.data() + block * 2 * kLines,
-                          n_y_ * stride, stride, b->pupil.data() + block * 2 * kLines, stride, rows(),
+                          n_y_ * stride, stride, b->back.data() + block * 2 * kLines, stride, rows(),
                           b->work.data());
 }
 

@@ -62,6 +62,7 @@ class PupilTransform {
   struct Buffers {
     explicit Buffers(const PupilTransform& transform);
     AlignedArray pupil;    ///< laid out as pupil()
+    AlignedArray back;     ///< likewise, of what comes back
     AlignedArray quarter;  ///< quarter_stride()
     AlignedArray kernel;   ///< kernel_size(), for those that are not kept
     AlignedArray half, real_half, work, weights;
@@ -74,7 +75,7 @@ class PupilTransform {
   void correlation(const double* focal, Buffers* buffers) const;
   /// K(X) = sum_m g(m) exp(+2 pi i m.X/m) from g in `quarter`, even along both axes.
   void kernel(double* kernel, Buffers* buffers) const;
-  /// V_k = sum_X K(X) F(X) exp(+2 pi i k.X/m) into `pupil` ...
+  /// V_k = sum_X K(X) F(X) exp(+2 pi i k.X/m) into `back` ...
   void back_to_pupil(const double* focal, const double* kernel, Buffers* buffers) const;
   /// ... or K(X, Y) = along_x(X) + along_y(Y).
   void back_to_pupil(const double* focal, const Eigen::ArrayXd& along_x, const Eigen::ArrayXd& along_y,

@@ -25,12 +25,13 @@ struct FreshPupil {
   FocusModel model = FocusModel::kRays;
   std::int64_t rays = 0;   ///< kRays: wanted number, 8 to 4 million (2^22), clamped to that
   std::uint64_t seed = 1;  ///< kRays: of the scrambles
-  double pitch = 0;        ///< kWaves: of the coarser of two grids [m]
+  double pitch = 0;        ///< kWaves: of the coarser grids [m]
 };
 
 /// Statistics of a surface and how well its pupil sample knows them.
 struct FreshStatistics {
-  Eigen::VectorXd value, standard_error;
+  Eigen::VectorXd value;
+  Eigen::VectorXd standard_error;   ///< of waves, the bound
   Eigen::Index rays = 0, lost = 0;  ///< rays: of waves, cells of the finer grid
 };
 inline constexpr int kScrambles = 8;
@@ -42,12 +43,12 @@ inline constexpr int kScrambles = 8;
 ///     (Owen, Monte Carlo Theory, Methods and Examples, 2013, 17), itself known to a quarter. It falls faster
 ///     than N^-1/2 (N^-0.7 to N^-1.1 seen), and does not see a bias that all scrambles share,
 ///     O(kScrambles/N).
-///   kWaves: on a grid 1.37 times finer than `pitch`; the error is the difference from the grid of `pitch`,
-///   so
-///     that it holds what a fit has made of its own grid. Errors fall as pitch^2 or faster where the grid has
-///     three cells a cycle of the highest term (wave_pitch), with signs that change as cells cross the edge:
-///     over the statistics of a scene the root mean square is right within a factor of 3, that of one
-///     statistic may be small by chance.
+///   kWaves: on a grid 1.37 times finer than `pitch`; the error is a bound, 1.5 times the largest difference
+///     from three grids of about `pitch` that differ in pitch and in where their cells lie, one of them the
+///     fit's own, so that it holds what a fit has made of its cells. It stands on errors of second order in
+///     the pitch or better, which fall as pitch^2 to pitch^4 where the grid has three cells a cycle of the
+///     highest term (wave_pitch), with signs that change as cells cross the edge. It holds in 95 % of the
+///     cases and is 3 to 5 times the median error (tests/forward).
 /// NaN, and a warning when `warnings` is given, where a statistic does not exist. The same bits for any
 /// number of threads. Throws as make_forward_model does.
 FreshStatistics statistics_with_error(const LitMirror& lit, const FreshPupil& pupil, const TermSet& terms,

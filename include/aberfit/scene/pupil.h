@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <variant>
 #include <vector>
@@ -40,7 +41,8 @@ struct CartesianGrid {
 /// direction cosines, t = r/2f.
 struct DirectionGrid {
   CartesianGrid cells;
-  double focal_length = 0;  ///< [m]
+  double focal_length = 0;        ///< [m]
+  std::array<double, 2> shift{};  ///< of the cells from where they are symmetric about the aperture [cells]
 };
 using PupilStructure = std::variant<std::monostate, PolarRings, CartesianGrid, DirectionGrid>;
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -50,7 +51,9 @@ inline constexpr int kMostCells = 16384;
 ///   N = 128  8e-10, 3e-8, 2.3e-7;                  2e-5, 1.2e-4, 5e-4;              1e-3
 /// falling as N^-4, N^-2 and erratically. Throws ComputationError for a pitch that gives more than 16384
 /// cells a side, and for an aperture radius of 1.9 focal lengths or more (light from 87 degrees).
-DiffractionPupil diffraction_pupil(const Aperture& aperture, double focal_length, double pitch);
+/// shift: of all cells along x and y, in cells, each up to a half: another sample of the same pupil.
+DiffractionPupil diffraction_pupil(const Aperture& aperture, double focal_length, double pitch,
+                                   std::array<double, 2> shift = {0, 0});
 
 /// The cells of a measured map inside `aperture` (about the map's origin), and their heights [m] in the order
 /// of the points. Paraxial, since the cells are those of the map: radii are off by 1/(32 N^2), N the
