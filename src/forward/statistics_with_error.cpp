@@ -99,8 +99,11 @@ FreshStatistics fresh_by_waves(const LitMirror& lit, double pitch, const TermSet
   for (const CoarseGrid& grid : kCoarseGrids) {
     const PupilSample coarse = pupil(grid.pitch * pitch, grid.shift);
     const Eigen::VectorXd there = by_waves(lit, coarse, terms, coefficients, statistics, threads, nullptr);
-    // NaN stays: where one grid has no value, the error is not known.
-    largest = (fresh.value - there).cwiseAbs().cwiseMax<Eigen::PropagateNaN>(largest);
+    for (Eigen::Index k = 0; k < largest.size(); ++k) {
+      // NaN stays: where one grid has no value, the error is not known.
+      const double difference = std::abs(fresh.value[k] - there[k]);
+      if (!(difference <= largest[k])) largest[k] = std::isnan(largest[k]) ? largest[k] : difference;
+    }
   }
   fresh.standard_error = kBoundOverDifference * largest;
   return fresh;

@@ -32,7 +32,7 @@ std::vector<double> phases_of_parts(int n, int parts) {
   return all;
 }
 
-std::size_t line_work(int n) { return 2 * kLines * (3 * std::size_t(n) + kLines); }
+std::size_t line_work(int n) { return 2 * kLines * (3 * std::size_t(n) + 3 * kLines); }
 
 Eigen::ArrayXcd first_of_spectrum(const Eigen::ArrayXd& values, Eigen::Index wanted) {
   Eigen::ArrayXcd spectrum = values.cast<std::complex<double>>();

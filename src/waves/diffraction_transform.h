@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "line_kernel.h"
+#include "aberfit/roughness/line_kernel.h"
 
 namespace aberfit::internal {
 

@@ -1,6 +1,4 @@
-// The transforms of lines against their sums, for every instruction set.
-#include "../../src/waves/line_kernel.h"
-
+// The transforms of pupils against their sums.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,45 +13,12 @@ namespace aberfit::internal {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kRounding = 3e-15;  // of the largest sum, times the root of log2 n; seen: 1.1e-15 in all
 
 std::vector<double> normals(std::size_t count, const char* name) {
   const RandomStream stream(3, name);
   std::vector<double> values(count);
   for (std::size_t i = 0; i < count; ++i) values[i] = stream.normal(i);
   return values;
-}
-
-Complex phasor(double turns) { return std::polar(1.0, 2 * std::numbers::pi * (turns - std::floor(turns))); }
-
-TEST(LineKernel, TransformsOfEveryRadixAreTheirSums) {
-  for (const InstructionSet set :
-       {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
-    if (!is_supported(set)) continue;
-    for (const int n : {1, 2, 3, 4, 5, 7, 8, 16, 32, 64, 35, 42, 120, 126, 128, 210, 256}) {
-      const LinePlan plan(n);
-      const std::vector<double> in = normals(16 * std::size_t(n), "line");
-      const int count = (2 * n + 2) / 3;  // the rest is zero
-      for (const int part : {0, 1, 2}) {
-        const std::vector<double> phases = line_phases(n, part, 3);
-        AlignedArray work(16 * (3 * std::size_t(n) + 8)), out(16 * std::size_t(n));
-        line_kernels(set).columns_out(plan.steps(), phases.data(), in.data(), 16, count, out.data(), 16,
-                                      work.data());
-        double error = 0, largest = 0;
-        for (int x = 0; x < n; ++x)
-          for (int line = 0; line < kLines; ++line) {
-            Complex sum = 0;
-            for (int k = 0; k < count; ++k)
-              sum += Complex(in[std::size_t(16 * k + line)], in[std::size_t(16 * k + line + 8)]) *
-                     phasor(-double((3 * x + part) * k % (3 * n)) / (3 * n));
-            const Complex got(out.data()[16 * x + line], out.data()[16 * x + line + 8]);
-            error = std::max(error, std::abs(got - sum));
-            largest = std::max(largest, std::abs(sum));
-          }
-        EXPECT_LE(error, kRounding * std::sqrt(1 + std::log2(n)) * largest) << n << " part " << part;
-      }
-    }
-  }
 }
 
 // Pupils of odd and even sizes, of one block of columns and several, square and not.

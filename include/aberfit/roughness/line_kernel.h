@@ -3,7 +3,7 @@
 
 #include "aberfit/core/instruction_set.h"
 
-namespace aberfit::internal {
+namespace aberfit {
 
 /// Lines that are transformed side by side, one in each lane: element i of a bundle of complex lines is 16
 /// numbers, eight real parts and eight imaginary parts; of a bundle of real lines, eight.
@@ -41,8 +41,9 @@ using RowsOut = double* const*;
 using RowsIn = const double* const*;
 
 /// Pieces of two-dimensional transforms of what is zero beyond `count` elements, for one instruction set.
-/// `work`: 16 (3 n + 8) numbers. Sums over n elements are X = 0 .. n-1; `half` and `phase` are line_phases(n,
-/// 1, 2) and those of the part wanted. Samples of even fields at 2X and 2X + 1 are two parts, of which X = 0
+/// `work`: 16 (3 n + 24) numbers. Sums over n elements are X = 0 .. n-1; `half` and `phase` are
+/// line_phases(n, 1, 2) and those of the part wanted. Samples of even fields at 2X and 2X + 1 are two parts,
+/// of which X = 0
 /// .. n/2 and 0 .. (n-1)/2 are kept.
 struct LineKernels {
   /// to[X] = sum_k from[k] phase[k] exp(-2 pi i k X/n); strides in numbers.
@@ -71,7 +72,11 @@ struct LineKernels {
   /// The same along rows, into bundles of lines.
   void (*even_rows)(LineSteps steps, const double* half, RowsIn rows, int count, double* to_even, int even,
                     double* to_odd, int odd, double* work);
+  /// Real rows sum_k from[k] exp(-2 pi i k X/n), X < count, from k = 0 .. n/2 of what is Hermitian: sixteen
+  /// rows at a time.
+  void (*real_rows)(LineSteps steps, RowsIn first_rows, RowsIn second_rows, RowsOut to_first,
+                    RowsOut to_second, int count, double* work);
 };
 const LineKernels& line_kernels(InstructionSet set);
 
-}  // namespace aberfit::internal
+}  // namespace aberfit

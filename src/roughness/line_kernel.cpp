@@ -1,15 +1,15 @@
-#include "line_kernel.h"
+#include "aberfit/roughness/line_kernel.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
 
-#define ABERFIT_KERNEL_BODY "../waves/line_kernel.inc"
+#define ABERFIT_KERNEL_BODY "../roughness/line_kernel.inc"
 #include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
-namespace aberfit::internal {
+namespace aberfit {
 namespace {
 
 // exp(-2 pi i k/n), to the last bit or nearly so: the angle never exceeds an eighth of a turn.
@@ -76,11 +76,11 @@ std::vector<double> line_phases(int n, int part, int parts) {
 
 const LineKernels& line_kernels(InstructionSet set) {
 #if ABERFIT_X86_KERNELS
-  if (set == InstructionSet::kAvx512) return avx512::kKernels;
-  if (set == InstructionSet::kAvx2) return avx2::kKernels;
+  if (set == InstructionSet::kAvx512) return internal::avx512::kKernels;
+  if (set == InstructionSet::kAvx2) return internal::avx2::kKernels;
 #endif
   static_cast<void>(set);
-  return baseline::kKernels;
+  return internal::baseline::kKernels;
 }
 
-}  // namespace aberfit::internal
+}  // namespace aberfit
