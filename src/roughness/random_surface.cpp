@@ -120,8 +120,9 @@ Grid transformed(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen
   const LinePlan along_y{int(rows)}, along_x{int(columns)};
   const Eigen::Index blocks = (columns / 2 + kLines) / kLines, bundle = 2 * kLines;
   const long stride =
-      blocks * bundle + kLines;  // off a power of two, where all rows share a line of the cache
-  Eigen::ArrayXd spectrum = Eigen::ArrayXd::Zero(rows * stride), half(rows * stride);
+      blocks * bundle + kLines;            // off a power of two, where all rows share a line of the cache
+  Eigen::ArrayXd spectrum(rows * stride);  // columns are transformed in place
+  spectrum.setZero();
   draw_spectrum(cells, rows, columns, options, [&](Eigen::Index j, Eigen::Index k, Complex c) {
     double* to = spectrum.data() + j * stride + k / kLines * bundle + k % kLines;
     to[0] = c.real();
@@ -131,14 +132,14 @@ Grid transformed(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen
   const std::vector<double> none = line_phases(int(rows), 0, 1);
   for (Eigen::Index block = 0; block < blocks; ++block)
     kernels.columns_out(along_y.steps(), none.data(), spectrum.data() + block * bundle, stride, int(rows),
-                        half.data() + block * bundle, stride, work.data());
+                        spectrum.data() + block * bundle, stride, work.data());
   Grid height(map.rows, map.columns);
   for (Eigen::Index first = 0; first < map.rows; first += 2 * kLines) {
     const double* from[2][kLines];
     double* to[2][kLines];
     for (Eigen::Index line = 0; line < 2 * kLines; ++line) {
       const bool there = first + line < map.rows;
-      from[line / kLines][line % kLines] = there ? half.data() + (first + line) * stride : nullptr;
+      from[line / kLines][line % kLines] = there ? spectrum.data() + (first + line) * stride : nullptr;
       to[line / kLines][line % kLines] = there ? &height(first + line, 0) : nullptr;
     }
     kernels.real_rows(along_x.steps(), from[0], from[1], to[0], to[1], int(map.columns), work.data());

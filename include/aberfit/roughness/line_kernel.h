@@ -46,7 +46,7 @@ using RowsIn = const double* const*;
 /// of which X = 0
 /// .. n/2 and 0 .. (n-1)/2 are kept.
 struct LineKernels {
-  /// to[X] = sum_k from[k] phase[k] exp(-2 pi i k X/n); strides in numbers.
+  /// to[X] = sum_k from[k] phase[k] exp(-2 pi i k X/n); strides in numbers; `to` may be `from`.
   void (*columns_out)(LineSteps steps, const double* phase, const double* from, long stride, int count,
                       double* to, long to_stride, double* work);
   /// The same along rows, for all parts: focal[part n + X].
