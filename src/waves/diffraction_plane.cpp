@@ -149,6 +149,9 @@ void DiffractionPlane::focus(double dz) {
   const std::uint32_t* place = scene_.places().data();
   focused_.field.resize(scene_.points());
   const double turn = scene_.defocus(dz);
+  // As plain numbers: complex ones are put together in memory and read back, four times as slow.
+  const double* base = reinterpret_cast<const double*>(scene_.base().data());
+  double* field = reinterpret_cast<double*>(focused_.field.data());
   constexpr int kBlock = 512;
   double phase[kBlock], sine[kBlock], cosine[kBlock];
   for (Eigen::Index first = 0; first < scene_.points(); first += kBlock) {
@@ -157,13 +160,10 @@ void DiffractionPlane::focus(double dz) {
     sin_cos(phase, size, sine, cosine);
     for (int i = 0; i < size; ++i) {
       const Eigen::Index k = first + i;
-      const std::complex<double> base = scene_.base()[k];
-      const double re = base.real() * cosine[i] - base.imag() * sine[i],
-                   im = base.real() * sine[i] + base.imag() * cosine[i];
-      focused_.field[k] = {re, im};
-      double* cell = pupil + place[k];
-      cell[0] = re;
-      cell[kLines] = im;
+      const double re = base[2 * k] * cosine[i] - base[2 * k + 1] * sine[i];
+      const double im = base[2 * k] * sine[i] + base[2 * k + 1] * cosine[i];
+      field[2 * k] = pupil[place[k]] = re;
+      field[2 * k + 1] = pupil[place[k] + kLines] = im;
     }
   }
   transform.to_focus(focused_.focal.data(), &buffers_);

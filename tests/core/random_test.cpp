@@ -13,7 +13,7 @@ namespace {
 TEST(RandomStream, ManyNormalsAreThoseOfOneAfterTheOther) {
   const RandomStream stream(5, "many");
   for (const int count : {1, 7, 8, 255, 256, 1000}) {
-    std::vector<double> one(std::size_t(count)), other(std::size_t(count));
+    std::vector<double> one(static_cast<std::size_t>(count)), other(one.size());
     stream.normal_pairs(17, count, one.data(), other.data());
     for (int i = 0; i < count; ++i) {
       const auto pair = stream.normal_pair(17 + std::uint64_t(i));
