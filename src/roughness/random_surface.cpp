@@ -256,7 +256,7 @@ class PsdTable {
       : psd_(psd), low_(low), per_sample_(1 / spacing) {
     constexpr double kMostSamples = 1 << 20;
     const double samples = (high - low) / spacing + 4;
-    if (!(samples < kMostSamples)) return;
+    if (!(high > low && samples < kMostSamples)) return;
     values_.resize(std::size_t(samples));
     for (std::size_t i = 0; i < values_.size(); ++i) values_[i] = psd(low + double(i) * spacing);
     smooth_.assign(values_.size(), 1);

@@ -108,7 +108,7 @@ class DiffractionEvaluator {
   double operator()(const RmsRadius&) const { return std::nan(""); }
 
  private:
-  Eigen::ArrayXd per_height() const { return scene_.per_height(); }
+  const Eigen::ArrayXd& per_height() const { return scene_.per_height(); }
 
   const DiffractionScene& scene_;
   const Eigen::ArrayXd& height_;

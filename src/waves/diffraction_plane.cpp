@@ -66,7 +66,7 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
   else
     versine_ = (pupil.sample.x.square() + pupil.sample.y.square()) / (2 * f * f);
   base_.resize(height.size());
-  const double phase = -4 * kPi / problem.wavelength;
+  per_height_ = (-4 * kPi / problem.wavelength) * pupil.obliquity;
   constexpr Eigen::Index kBlock = 8192;
   const auto blocks = std::size_t((height.size() + kBlock - 1) / kBlock);
   parallel_for(blocks, threads, [&](std::size_t b) {
@@ -74,7 +74,7 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
     const Eigen::Index first = Eigen::Index(b) * kBlock, size = end - first;
     const auto amplitude = pupil.amplitude.segment(first, size);
     const Eigen::ArrayXcd turned =
-        unit_phasors(phase * pupil.obliquity.segment(first, size) * height.segment(first, size));
+        unit_phasors(per_height_.segment(first, size) * height.segment(first, size));
     base_.segment(first, size) = amplitude * turned;
   });
   const FieldLayout layout{rows(), columns()};
@@ -88,10 +88,6 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
     furthest = std::max(furthest, std::hypot(grid_.x[grid_.column[k]] - cx, grid_.y[grid_.row[k]] - cy));
   const double diagonal = std::hypot((columns() - 1) * pupil.pitch_x, (rows() - 1) * pupil.pitch_y);
   longest_lag_ = std::min(diagonal, 2 * furthest) * (1 + 1e-12) / finer_pitch();
-}
-
-Eigen::ArrayXd DiffractionScene::per_height() const {
-  return (-4 * kPi / problem_.wavelength) * problem_.pupil.obliquity;
 }
 
 double DiffractionScene::defocus(double dz) const {

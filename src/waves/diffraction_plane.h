@@ -42,7 +42,7 @@ class DiffractionScene {
   /// is paraxial.
   const Eigen::ArrayXd& versine() const { return versine_; }
   /// d phase/d height [rad/m].
-  Eigen::ArrayXd per_height() const;
+  const Eigen::ArrayXd& per_height() const { return per_height_; }
   double finer_pitch() const { return std::min(problem_.pupil.pitch_x, problem_.pupil.pitch_y); }
   /// Longest lag with light at both ends, in finer pitches.
   double longest_lag() const { return longest_lag_; }
@@ -71,7 +71,7 @@ class DiffractionScene {
   const DiffractionProblem& problem_;
   const CartesianGrid& grid_;
   Eigen::ArrayXcd base_;
-  Eigen::ArrayXd versine_;
+  Eigen::ArrayXd versine_, per_height_;
   std::vector<std::uint32_t> places_;
   double longest_lag_ = 0;
 };
