@@ -81,21 +81,22 @@ void HeightProducts::add_block(std::span<const Eigen::ArrayXd> weights, int colu
   std::fill(folded, folded + (folded_ ? 4 : 1) * of_class, 0.0);
   std::fill(x, x + 2 * kBlockOrbits, 0.0);
   for (std::size_t c = 0; c < 4; ++c) block.weights[c] = folded + c * of_class;
-  for (int p = 0; p < used; ++p) {
-    const std::int32_t* member = members_.data() + 4 * std::size_t(begin + p);
-    double* to = folded + std::size_t(p) * std::size_t(columns);
-    for (std::size_t k = 0; k < weights.size(); ++k, ++to) {
-      const double* w = weights[k].data();
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    const double* w = weights[k].data();
+    const std::int32_t* member = members_.data() + 4 * std::size_t(begin);
+    double* to = folded + k;
+    for (int p = 0; p < used; ++p, member += 4, to += columns) {
       if (!folded_) {
         *to = w[member[0]];
         continue;
       }
       const auto of = [&](int q) { return member[q] < 0 ? 0.0 : w[member[q]]; };
-      const double a = of(0), b = of(1), c = of(2), d = of(3);
-      to[0] = (a + b) + (c + d);
-      to[of_class] = (a - b) + (c - d);
-      to[2 * of_class] = (a + b) - (c + d);
-      to[3 * of_class] = (a - b) - (c - d);
+      const double right = of(0) + of(2), left = of(1) + of(3);
+      const double right_odd = of(0) - of(2), left_odd = of(1) - of(3);
+      to[0] = right + left;
+      to[of_class] = right - left;
+      to[2 * of_class] = right_odd + left_odd;
+      to[3 * of_class] = right_odd - left_odd;
     }
   }
   double* const fourier_sums = sums + 2 * zernike_.rows() * std::size_t(columns);
