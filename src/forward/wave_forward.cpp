@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "aberfit/core/units.h"
+#include "aberfit/trace/nominal_surface.h"
 
 namespace aberfit::internal {
 namespace {
@@ -36,20 +37,6 @@ DiffractionPupil pupil_of(const LightPath& path) {
   return pupil;
 }
 
-// Sag less that of the parabola with the same focal length. A path along the axis and back is twice as much,
-// to first order in the slope, like that of the surface error.
-Eigen::ArrayXd departure_of(const Mirror& mirror, const PupilSample& pupil) {
-  const bool parabola = mirror.conic == -1 && std::all_of(mirror.spherical.begin(), mirror.spherical.end(),
-                                                          [](double c) { return c == 0; });
-  if (parabola) return {};
-  Eigen::ArrayXd departure(pupil.size());
-  for (Eigen::Index i = 0; i < pupil.size(); ++i) {
-    const double x = pupil.x[i], y = pupil.y[i];
-    departure[i] = base_surface(mirror, x, y).height - (x * x + y * y) / (4 * mirror.focal_length);
-  }
-  return departure;
-}
-
 // Why an encircled-energy radius cannot be met: it lies well below `perfect` [m], that of the perfect
 // mirror's diffraction pattern in focus. Empty when it does not.
 std::string below_diffraction(const Target& target, double perfect) {
@@ -68,7 +55,8 @@ WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& st
       split_(statistics, is_geometric),
       rays_(path, split_.geometric, threads),
       diffraction_pupil_(pupil_of(path)),
-      departure_(departure_of(path.mirror, diffraction_pupil_.sample)) {}
+      departure_(departure_from_parabola(path.mirror, diffraction_pupil_.sample,
+                                         focus_operator(FocusModel::kWaves, threads))) {}
 
 void WaveForward::move_to(const Eigen::VectorXd& coefficients) {
   rays_.move_to(coefficients);

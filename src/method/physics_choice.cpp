@@ -1,16 +1,9 @@
 #include "aberfit/method/physics_choice.h"
 
-#include <algorithm>
-
 #include "aberfit/core/errors.h"
 
 namespace aberfit {
 namespace {
-
-bool is_parabola(const Mirror& mirror) {
-  return mirror.conic == -1 &&
-         std::all_of(mirror.spherical.begin(), mirror.spherical.end(), [](double c) { return c == 0; });
-}
 
 // Why diffraction about the perfect focus says nothing about this task.
 std::string obstacle_of(const Task& task) {
@@ -30,6 +23,11 @@ void check_named(const Task& task, const PhysicsRequest& asked, const std::strin
                      "\"auto\", \"geometric\", \"rays\"; or convention \"physical\"");
   if (ghs && !obstacle.empty())
     throw FieldError("target.theory", "\"ghs\", but " + obstacle, "\"auto\", \"geometric\", \"rays\"");
+  if (asked.theory == Theory::kGeometric && !is_rotationally_symmetric(task.mirror))
+    throw FieldError("target.theory",
+                     "\"geometric\", a closed form for mirrors of revolution, but mirror.zernike has "
+                     "terms with m != 0",
+                     "\"rays\", the same theory by drawn deflections; \"auto\"");
   if (waves && !obstacle.empty())
     throw FieldError("trace.model", "\"waves\", but " + obstacle, "\"auto\", \"rays\"");
 }
@@ -66,6 +64,8 @@ PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, cons
                                                      use.obstacle + ": targets and surface stay geometric"});
     }
   }
+  // The closed form exists for mirrors of revolution only; drawn deflections are the same theory.
+  if (use.theory == Theory::kGeometric && !is_rotationally_symmetric(task.mirror)) use.theory = Theory::kRays;
   use.model = asked.model.value_or(model_of(use.theory));
   return use;
 }

@@ -101,7 +101,9 @@ void compare(const Task& task, const Groundwork& ground, const std::vector<Stati
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const auto at = Eigen::Index(k);
     const std::string name = statistic_name(statistics[k]);
-    report->theory.push_back((*ground.theory)(statistics[k]));
+    // The closed form has the part of the mirror that is of revolution: nothing to show for another one.
+    report->theory.push_back(is_rotationally_symmetric(task.mirror) ? (*ground.theory)(statistics[k])
+                                                                    : std::nan(""));
     report->quantities["theory." + name] = report->theory.back();
     report->quantities["harvey_shack." + name] = harvey_shack.statistics[at];
     report->quantities["aberration_terms." + name] = terms.statistics[at];

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "aberfit/report/frontier.h"
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 #include "json_number.h"
 #include "statistic_label.h"
 

@@ -95,12 +95,10 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirro
                                                const Aperture& aperture, double wavelength,
                                                const GhsOptions& options)
     : psd_(psd), mirror_(mirror), aperture_(aperture), otf_(aperture), wavelength_(wavelength) {
-  if (mirror.conic != -1 ||
-      std::any_of(mirror.spherical.begin(), mirror.spherical.end(), [](double c) { return c != 0; }))
+  if (!is_parabola(mirror))
     throw ComputationError(
         "the wave-optics (generalised Harvey-Shack) target needs a parabola (conic -1) without spherical "
-        "terms: its "
-        "transfer function holds no aberration but defocus");
+        "terms and known Zernikes: its transfer function holds no aberration but defocus");
   const PsdMoments moments = psd_moments(psd);
   rms_height_ = moments.rms_height();
   slope_ = moments.rms_slope_per_axis();

@@ -145,6 +145,26 @@ TEST(ModelOfAStudy, WhereWavesCannotBeComputedAutoSaysSoAndANameIsRefused) {
   }
 }
 
+// The closed form of the geometric theory is one of mirrors of revolution: others get the same theory from
+// drawn deflections, and who names the closed form is told so.
+TEST(ModelOfAStudy, KnownZernikesWithoutSymmetryTakeDrawnRays) {
+  const auto study = [](const std::string& noll, const std::string& target) {
+    ordered_json text = ordered_json::parse(text_of(kRough, target));
+    text["mirror"]["zernike"] = {{"noll", ordered_json::parse(noll)}};
+    return parse_study(text.dump(), "study.json");
+  };
+  EXPECT_EQ(check(study(R"({"4": "300 nm", "11": "50 nm"})", "{}"))["scene"]["theory"], "geometric");
+  const std::string without = R"({"4": "300 nm", "6": "150 nm"})";
+  const ordered_json result = check(study(without, R"({"convention": "paper"})"));
+  EXPECT_EQ(result["scene"]["theory"], "rays");
+  EXPECT_EQ(result["scene"]["model"], "rays");
+  EXPECT_EQ(result["study"]["mirror"]["zernike"]["noll"]["6"], 150e-9);
+  const std::string error = error_of([&] { check(study(without, R"({"theory": "geometric"})")); });
+  EXPECT_NE(error.find("/target/theory"), std::string::npos) << error;
+  EXPECT_NE(error.find("\"rays\", the same theory"), std::string::npos) << error;
+  EXPECT_NO_THROW(check(study(without, R"({"theory": "rays"})")));
+}
+
 TEST(ModelOfAStudy, AnRmsRadiusExistsForRaysOnly) {
   const std::string statistics = R"("statistics": {"rms_radius": {}}})";
   const std::string error = error_of([&] { check(study_of(kSmooth, R"({"theory": "ghs", )" + statistics)); });

@@ -11,7 +11,8 @@ namespace aberfit {
 
 /// Geometric Harvey-Shack prediction: every ray is deflected by an isotropic Gaussian slope error of per-axis
 /// standard deviation `slope`; first order in the slope, exact in the aperture (PHYSICS 5). Relative error of
-/// order 4.6 slope^2. Works for every rotationally symmetric mirror and every aperture shape: the nominal
+/// order 4.6 slope^2. Works for every rotationally symmetric mirror (`is_rotationally_symmetric`; known
+/// Zernikes with m != 0 are left out, trace_perturbed has them) and every aperture shape: the nominal
 /// offset and the two focal standard deviations (radial, tangential) are functions of rho alone, averaged
 /// with `radial_quadrature`. With P the slope of the mirror at rho and u = zk - z the height of the plane
 /// over it: physical, radial 2 u s (1+P^2)/(1-P^2)^2 and tangential 2 u s/(1-P^2); paper, u s (1+P^2)/(1-P^2)
