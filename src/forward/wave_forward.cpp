@@ -15,11 +15,6 @@ namespace {
 constexpr double kSamePoint = 1e-6;  // in pitches
 constexpr double kNarrower = 0.02;   // phases can narrow single rings of a pattern a little
 
-bool is_geometric(const Statistic& statistic) {
-  return std::holds_alternative<ScatterRms>(statistic) || std::holds_alternative<ScatterMean>(statistic) ||
-         std::holds_alternative<RmsHeight>(statistic);
-}
-
 // The diffraction pupil that a pupil sample was taken from: its grid tells the pitch.
 DiffractionPupil pupil_of(const LightPath& path) {
   const auto refuse = [] {
@@ -52,15 +47,19 @@ std::string below_diffraction(const Target& target, double perfect) {
 WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads)
     : path_(path),
       threads_(threads),
-      split_(statistics, is_geometric),
-      rays_(path, split_.geometric, threads),
+      split_(statistics, is_moment),
       diffraction_pupil_(pupil_of(path)),
       departure_(departure_from_parabola(path.mirror, diffraction_pupil_.sample,
-                                         focus_operator(FocusModel::kWaves, threads))) {}
+                                         focus_operator(FocusModel::kWaves, threads))) {
+  if (!split_.geometric.empty())
+    moments_ = std::make_unique<MomentRays>(path.mirror, *path.aperture, path.surface.terms(),
+                                            split_.geometric, threads);
+}
 
 void WaveForward::move_to(const Eigen::VectorXd& coefficients) {
-  rays_.move_to(coefficients);
-  height_ = rays_.field().height;
+  path_.surface.apply(coefficients, &field_);
+  height_ = field_.height;
+  if (moments_) moments_->rays().move_to(coefficients);
   if (departure_.size() > 0) height_ += departure_;
 }
 
@@ -69,7 +68,7 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
   bool exist = true;
   Eigen::VectorXd some;
   if (!split_.geometric.empty()) {
-    exist = rays_.evaluate(width > 0 ? width : 1, &some);  // moments: no kernel in them
+    exist = moments_->rays().evaluate(width > 0 ? width : 1, &some);  // moments: no kernel in them
     for (std::size_t j = 0; j < split_.geometric.size(); ++j)
       (*values)[Eigen::Index(split_.geometric_place[j])] = some[Eigen::Index(j)];
   }
@@ -90,9 +89,9 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
 }
 
 bool WaveForward::gradients(const GradientSink& sink) {
-  if (!split_.geometric.empty() && !rays_.gradients([&](std::size_t j, const Eigen::VectorXd& gradient) {
-        sink(split_.geometric_place[j], gradient);
-      }))
+  if (!split_.geometric.empty() &&
+      !moments_->rays().gradients(
+          [&](std::size_t j, const Eigen::VectorXd& gradient) { sink(split_.geometric_place[j], gradient); }))
     return false;
   if (split_.own.empty()) return true;
   Eigen::VectorXd values;
@@ -109,7 +108,8 @@ bool WaveForward::gradients(const GradientSink& sink) {
 Eigen::VectorXd WaveForward::exact(Warnings* warnings) {
   Eigen::VectorXd values;
   evaluate(0, &values);
-  const Eigen::VectorXd geometric = rays_.exact(warnings);
+  Eigen::VectorXd geometric;
+  if (moments_) geometric = moments_->rays().exact(warnings);
   for (std::size_t j = 0; j < split_.geometric.size(); ++j)
     values[Eigen::Index(split_.geometric_place[j])] = geometric[Eigen::Index(j)];
   if (warnings) explain(values, warnings);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "aberfit/forward/term_moments.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
 #include "aberfit/method/term_search.h"
@@ -14,17 +15,14 @@ namespace {
 void describe_surface(const FitCase& of, Attempt* attempt) {
   const Task& task = of.task;
   const Groundwork& ground = of.ground;
-  const Workbench& bench = *attempt->bench;
   FitOutcome& result = attempt->result;
   EquivalentSurface& surface = result.surface;
   surface.prior_height_factor = ground.prior_height_factor;
   surface.captured_fraction = attempt->terms->captured;
-  const SurfaceField field = bench.field(result.fit.coefficients);
-  const Eigen::ArrayXd& weight = bench.pupil.weight;
-  const double mean = (weight * field.height).sum();
-  surface.rms_height = std::sqrt((weight * (field.height - mean).square()).sum());
-  surface.rms_slope_per_axis =
-      std::sqrt((weight * (field.slope_x.square() + field.slope_y.square())).sum() / 2);
+  const TermMoments moments =
+      term_moments(task.aperture, result.terms, result.fit.coefficients, of.context.threads);
+  surface.rms_height = moments.rms_height;
+  surface.rms_slope_per_axis = moments.rms_slope_per_axis;
   surface.g = 4 * EIGEN_PI * surface.rms_height / task.wavelength;
   surface.kappa = std::nan("");  // unknown without a spectrum
   if (ground.psd) {

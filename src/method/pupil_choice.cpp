@@ -38,6 +38,8 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
   if (!terms.zernike.empty())
     highest = std::max(highest, (terms.zernike.back().n + 1) / (2 * std::numbers::pi * terms.radius));
+  for (const KnownZernike& term : task.mirror.zernike)
+    highest = std::max(highest, (term.mode.n + 1) / (2 * std::numbers::pi * task.mirror.zernike_radius));
   const double for_terms = highest > 0 ? 1 / (kCellsPerCycle * highest) : HUGE_VAL;
   const double pitch = std::min(sampling.pitch, for_terms);
   const double cells = 2 * aperture_radius(task.aperture) / pitch;

@@ -48,7 +48,7 @@ TEST(StatisticsWithError, OfRaysIsTheActualSamplingErrorAndFallsFasterThanThatOf
                                           RingFwhm{0.9, {}},
                                           RingThrough{1e-4, -1e-3},
                                           SpotFwhm{2e-5},
-                                          ScatterMean{}};
+                                          RmsRadius{0}};
   const FreshStatistics truth = surface.seen({FocusModel::kRays, 1 << 20, 99}, statistics);
   constexpr int kSeeds = 24;
   Eigen::ArrayXd mean_error[2];

@@ -48,8 +48,10 @@ inline constexpr int kScrambles = 8;
 ///     three cells a cycle of the highest term (wave_pitch), with signs that change as cells cross the edge:
 ///     over the statistics of a scene the root mean square is right within a factor of 3, that of one
 ///     statistic may be small by chance.
-/// NaN, and a warning when `warnings` is given, where a statistic does not exist. The same bits for any
-/// number of threads. Throws as make_forward_model does.
+/// RMS height and the angles of scatter are the surface's own, exact for the order of its terms
+/// (term_moments.h), with an error of zero, the mean angle of kMeanAngleError; by rays, where a polygon has a
+/// margin, they are estimated like the rest. NaN, and a warning when `warnings` is given, where a statistic
+/// does not exist. The same bits for any number of threads. Throws as make_forward_model does.
 FreshStatistics statistics_with_error(const LitMirror& lit, const FreshPupil& pupil, const TermSet& terms,
                                       const Eigen::VectorXd& coefficients,
                                       const std::vector<Statistic>& statistics, int threads,
