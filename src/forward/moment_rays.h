@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <variant>
 
 #include "aberfit/forward/forward_model.h"
@@ -13,11 +14,11 @@ inline bool is_moment(const Statistic& statistic) {
          std::holds_alternative<RmsHeight>(statistic);
 }
 
-/// The mirror's rays through the points of moment_pupil: for statistics that are moments, and those only.
+/// Rays of the mirror through a pupil of their own.
 class MomentRays {
  public:
-  MomentRays(const Mirror& mirror, const Aperture& aperture, const TermSet& terms,
-             const std::vector<Statistic>& moments, int threads);
+  MomentRays(const Mirror& mirror, PupilSample pupil, const TermSet& terms, const OperatorOptions& how,
+             const std::vector<Statistic>& moments);
   MomentRays(const MomentRays&) = delete;
   MomentRays& operator=(const MomentRays&) = delete;
   RayForward& rays() { return rays_; }
@@ -27,5 +28,11 @@ class MomentRays {
   SurfaceOperator surface_;  // on pupil_
   RayForward rays_;          // through both
 };
+
+/// On the points of moment_pupil, or of mean_angle_pupil where the mean angle is among the statistics, which
+/// are moments all; null where there is no such pupil.
+std::unique_ptr<MomentRays> make_moment_rays(const Mirror& mirror, const Aperture& aperture,
+                                             const TermSet& terms, const std::vector<Statistic>& moments,
+                                             int threads);
 
 }  // namespace aberfit::internal

@@ -68,9 +68,11 @@ void set_moments(const LitMirror& lit, const TermSet& terms, const Eigen::Vector
   const std::optional<Aperture> clear = without_margin(lit.aperture);
   const SplitStatistics split(statistics, is_moment);
   if (!clear || split.geometric.empty()) return;
-  MomentRays moments(lit.mirror, *clear, terms, split.geometric, threads);
-  moments.rays().move_to(coefficients);
-  const Eigen::VectorXd values = moments.rays().exact(nullptr);
+  const std::unique_ptr<MomentRays> moments =
+      make_moment_rays(lit.mirror, *clear, terms, split.geometric, threads);
+  if (!moments) return;
+  moments->rays().move_to(coefficients);
+  const Eigen::VectorXd values = moments->rays().exact(nullptr);
   for (std::size_t j = 0; j < split.geometric.size(); ++j) {
     const auto at = Eigen::Index(split.geometric_place[j]);
     if (!std::isfinite(values[Eigen::Index(j)])) continue;

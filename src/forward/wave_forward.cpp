@@ -51,9 +51,12 @@ WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& st
       diffraction_pupil_(pupil_of(path)),
       departure_(departure_from_parabola(path.mirror, diffraction_pupil_.sample,
                                          focus_operator(FocusModel::kWaves, threads))) {
-  if (!split_.geometric.empty())
-    moments_ = std::make_unique<MomentRays>(path.mirror, *path.aperture, path.surface.terms(),
-                                            split_.geometric, threads);
+  if (split_.geometric.empty()) return;
+  const TermSet& terms = path.surface.terms();
+  moments_ = make_moment_rays(path.mirror, *path.aperture, terms, split_.geometric, threads);
+  if (!moments_)  // terms of so high an order that the cells have to do
+    moments_ = std::make_unique<MomentRays>(path.mirror, path.pupil, terms,
+                                            focus_operator(FocusModel::kWaves, threads), split_.geometric);
 }
 
 void WaveForward::move_to(const Eigen::VectorXd& coefficients) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 
 #include "aberfit/forward/term_moments.h"
 #include "aberfit/method/judge.h"
@@ -19,8 +20,11 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
   EquivalentSurface& surface = result.surface;
   surface.prior_height_factor = ground.prior_height_factor;
   surface.captured_fraction = attempt->terms->captured;
-  const TermMoments moments =
+  std::optional<TermMoments> exact =
       term_moments(task.aperture, result.terms, result.fit.coefficients, of.context.threads);
+  const TermMoments moments =
+      exact ? *exact
+            : moments_of(attempt->bench->field(result.fit.coefficients), attempt->bench->pupil.weight);
   surface.rms_height = moments.rms_height;
   surface.rms_slope_per_axis = moments.rms_slope_per_axis;
   surface.g = 4 * EIGEN_PI * surface.rms_height / task.wavelength;

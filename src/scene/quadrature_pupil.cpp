@@ -101,6 +101,14 @@ PupilSample quadrature_pupil(const Aperture& aperture, int degree) {
       aperture);
 }
 
+double quadrature_points(const Aperture& aperture, int degree) {
+  const double along = degree / 2 + 1.0;
+  if (std::holds_alternative<RectangleAperture>(aperture)) return along * along;
+  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture))
+    return double(polygon->vertices.size()) * along * along;
+  return (degree / 4 + 1.0) * (degree + 1.0);
+}
+
 std::optional<Aperture> without_margin(const Aperture& aperture) {
   if (aperture_margin(aperture) == 0) return aperture;
   return std::visit(

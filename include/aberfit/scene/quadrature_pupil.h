@@ -16,6 +16,9 @@ namespace aberfit {
 /// rectangles, that many per edge of a polygon. degree >= 0.
 PupilSample quadrature_pupil(const Aperture& aperture, int degree);
 
+/// How many points that is, or a little less.
+double quadrature_points(const Aperture& aperture, int degree);
+
 /// The aperture that is left when its margin is taken off: where rays lie. Nothing for a polygon with a
 /// margin, which is no polygon along its bent corners. Throws nothing; sizes may end at or below zero.
 std::optional<Aperture> without_margin(const Aperture& aperture);
