@@ -131,6 +131,7 @@ FreshStatistics fresh_by_rays(const LitMirror& lit, const FreshPupil& wanted, co
   const Eigen::VectorXd mean = values.rowwise().mean();
   fresh.standard_error =
       ((values.colwise() - mean).rowwise().squaredNorm() / (kScrambles * (kScrambles - 1.0))).cwiseSqrt();
+  fresh.degrees_of_freedom = kScrambles - 1;
   set_moments(lit, terms, coefficients, statistics, threads, &fresh);
   return fresh;
 }

@@ -127,7 +127,8 @@ void judge(const FitCase& of, const FreshStatistics& fresh, FitOutcome* result) 
   const auto add = [&](const Target& target, bool held_out, Eigen::Index at) {
     result->metrics.push_back(tost(statistic_name(target.statistic), held_out, target.value,
                                    target.standard_error, fresh.value[at], fresh.standard_error[at],
-                                   asked.margin, asked.confidence));
+                                   asked.margin, asked.confidence,
+                                   {target.degrees_of_freedom, fresh.degrees_of_freedom}));
   };
   Eigen::Index at = 0;
   for (const Target& target : of.targets.fitted) add(target, false, at++);

@@ -51,6 +51,7 @@ std::optional<NeededJudgement> judge_by_need(const Task& task, const Groundwork&
     for (std::size_t k = 0; k < wanted.size(); ++k) {
       wanted[k].value = predicted[Eigen::Index(k)];
       wanted[k].standard_error = 0;
+      wanted[k].degrees_of_freedom = std::numeric_limits<double>::infinity();
     }
   }
   const FreshPupil pupil{model, task.trace.pupil.rays, task.trace.pupil.seed,
@@ -61,7 +62,8 @@ std::optional<NeededJudgement> judge_by_need(const Task& task, const Groundwork&
     const auto at = Eigen::Index(k);
     judgement.metrics.push_back(tost(statistic_name(statistics[k]), false, wanted[k].value,
                                      wanted[k].standard_error, fresh.value[at], fresh.standard_error[at],
-                                     task.equivalence.margin, task.equivalence.confidence));
+                                     task.equivalence.margin, task.equivalence.confidence,
+                                     {wanted[k].degrees_of_freedom, fresh.degrees_of_freedom}));
   }
   judgement.verdict = overall(judgement.metrics);
   return judgement;

@@ -159,6 +159,7 @@ std::vector<Statistic> held_out_statistics(const Groundwork& ground, const std::
 
 struct Predicted {
   Eigen::VectorXd value, standard_error;
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();  // of the errors
 };
 
 // Theory `rays`: Harvey-Shack by perturbed rays, in independent batches that give the standard error.
@@ -183,6 +184,7 @@ Predicted predict_by_rays(const Task& task, const Groundwork& ground,
   predicted.standard_error =
       ((values.colwise() - predicted.value).rowwise().squaredNorm() / (kBatches * (kBatches - 1.0)))
           .cwiseSqrt();
+  predicted.degrees_of_freedom = kBatches - 1;
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     if (!std::holds_alternative<RmsHeight>(statistics[k])) continue;
     predicted.value[Eigen::Index(k)] = (*ground.theory)(statistics[k]);
@@ -243,6 +245,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
     const bool given = k < wanted.size() && wanted[k].value;
     target.value = given ? *wanted[k].value : predicted.value[Eigen::Index(k)];
     target.standard_error = given ? wanted[k].standard_error : predicted.standard_error[Eigen::Index(k)];
+    if (!given) target.degrees_of_freedom = predicted.degrees_of_freedom;
     if (!std::isfinite(target.value))
       throw ComputationError(fmt::format(
           "the theory has no value for {}: with an RMS slope of {:.3g} per axis and an Airy ee90 of "

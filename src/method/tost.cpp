@@ -1,6 +1,8 @@
 #include "aberfit/method/tost.h"
 
+#include <algorithm>
 #include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cassert>
 #include <cmath>
 
@@ -18,8 +20,21 @@ std::string to_string(Verdict verdict) {
   return "undecided";
 }
 
+double effective_degrees_of_freedom(double a, double nu_a, double b, double nu_b) {
+  const double largest = std::max(std::abs(a), std::abs(b));
+  if (!(largest > 0) || !std::isfinite(largest)) return std::numeric_limits<double>::infinity();
+  const double p = std::pow(a / largest, 2), q = std::pow(b / largest, 2);
+  return (p + q) * (p + q) / (p * p / nu_a + q * q / nu_b);
+}
+
+double student_quantile(double confidence, double degrees_of_freedom) {
+  if (std::isinf(degrees_of_freedom)) return boost::math::quantile(boost::math::normal(), confidence);
+  return boost::math::quantile(boost::math::students_t(degrees_of_freedom), confidence);
+}
+
 EquivalenceMetric tost(const std::string& name, bool held_out, double target, double target_error,
-                       double model, double model_error, double margin, double confidence) {
+                       double model, double model_error, double margin, double confidence,
+                       const DegreesOfFreedom& freedom) {
   assert(confidence > 0.5 && confidence < 1.0);
   EquivalenceMetric metric;
   metric.name = name;
@@ -30,11 +45,14 @@ EquivalenceMetric tost(const std::string& name, bool held_out, double target, do
   // (model - target) / target keeps digits that model/target - 1 would lose; equal values are no difference
   // even at zero.
   metric.relative_difference = model == target ? 0.0 : (model - target) / target;
-  metric.standard_error =
-      target == 0.0 && model_error == 0.0 && target_error == 0.0
-          ? 0.0
-          : std::hypot(model_error / target, model == 0.0 ? 0.0 : model / target * (target_error / target));
-  const double half = boost::math::quantile(boost::math::normal(), confidence) * metric.standard_error;
+  if (target != 0.0 || model_error != 0.0 || target_error != 0.0) {
+    const double of_model = model_error / target,
+                 of_target = model == 0.0 ? 0.0 : model / target * (target_error / target);
+    metric.standard_error = std::hypot(of_model, of_target);
+    metric.degrees_of_freedom =
+        effective_degrees_of_freedom(of_target, freedom.target, of_model, freedom.model);
+  }
+  const double half = student_quantile(confidence, metric.degrees_of_freedom) * metric.standard_error;
   metric.interval[0] = metric.relative_difference - half;
   metric.interval[1] = metric.relative_difference + half;
 

@@ -29,6 +29,7 @@ Json metrics_json(const std::vector<EquivalenceMetric>& metrics) {
          {"model", json_number(metric.model)},
          {"relative_difference", json_number(metric.relative_difference)},
          {"standard_error", json_number(metric.standard_error)},
+         {"degrees_of_freedom", json_number(metric.degrees_of_freedom)},
          {"interval", Json::array({json_number(metric.interval[0]), json_number(metric.interval[1])})},
          {"margin", json_number(metric.margin)},
          {"verdict", to_string(metric.verdict)}});

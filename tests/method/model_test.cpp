@@ -290,6 +290,37 @@ TEST(Judgement, RaysWhereRaysAreNeededAreJudgedOnce) {
   EXPECT_FALSE(to_json(result, {})["equivalence"].contains("needed"));
 }
 
+// Eight scrambles of fresh rays: 7 degrees of freedom; with a target from 16 batches of drawn rays at most 7
+// + 15.
+TEST(Judgement, IntervalsOfRaysAreStudentsWithTheirDegreesOfFreedom) {
+  constexpr double kT7 = 1.894578605090006;  // tables
+  for (const char* theory : {"geometric", "rays"}) {
+    const std::string target = R"({"theory": ")" + std::string(theory) +
+                               R"(", "statistics": {"ee50": {}, "ee90": {}, "rms_height": {}}})";
+    const ResultDocument result =
+        run_fit(parse_study(text_of(kRough, target, R"({"rays": 16384})",
+                                    R"({"shape": "circle", "diameter": "0.4 m"})", kLenient),
+                            "study.json"),
+                {});
+    for (const EquivalenceMetric& metric : result.metrics) {
+      const double reach = 0.5 * (metric.interval[1] - metric.interval[0]);
+      if (metric.standard_error == 0) {
+        EXPECT_EQ(metric.name, "rms_height_m");  // exact for the order of the terms
+        EXPECT_EQ(reach, 0);
+      } else if (std::string(theory) == "geometric") {
+        EXPECT_EQ(metric.degrees_of_freedom, 7) << metric.name;
+        EXPECT_NEAR(reach / metric.standard_error, kT7, 1e-9) << metric.name;
+      } else {
+        EXPECT_GT(metric.degrees_of_freedom, 7) << metric.name;
+        EXPECT_LE(metric.degrees_of_freedom, 22) << metric.name;
+        EXPECT_LT(reach / metric.standard_error, kT7) << metric.name;
+        EXPECT_GT(reach / metric.standard_error, 1.717) << metric.name;  // t of 22
+      }
+    }
+    EXPECT_EQ(result.metrics.front().name, "ee50_radius_m");
+  }
+}
+
 TEST(Judgement, WavesFitASmoothSurfaceToItsHarveyShackSpot) {
   const Study study = parse_study(
       text_of(kSmooth, "{" + std::string(kFew), "{}", R"({"shape": "circle", "diameter": "0.4 m"})",

@@ -39,6 +39,32 @@ TEST(Tost, IntervalIsTheNormalQuantileTimesTheErrorOfTheRatio) {
   EXPECT_EQ(metric.model, 81e-6);
 }
 
+// Student's t at 0.95 from tables: 1.895 for 7 degrees of freedom, 1.753 for 15 (Abramowitz & Stegun 26.10,
+// to more digits from its closed form for odd numbers of them).
+TEST(Tost, AnErrorFromAFewSamplesTakesStudentsT) {
+  constexpr double kT7 = 1.894578605090006, kT15 = 1.7530503556925727, kRounding = 1e-12;
+  EXPECT_NEAR(student_quantile(0.95, 7), kT7, kRounding);
+  EXPECT_NEAR(student_quantile(0.95, 15), kT15, kRounding);
+  EXPECT_NEAR(student_quantile(0.95, kInfinity), kQuantile95, kRounding);
+  EXPECT_NEAR(student_quantile(0.95, 1), std::tan(0.45 * std::acos(-1.0)), kRounding);  // Cauchy
+  const auto reach = [](double target_error, double model_error, const DegreesOfFreedom& freedom) {
+    const EquivalenceMetric metric =
+        tost("ee90_radius_m", false, 1.0, target_error, 1.0, model_error, 0.01, 0.95, freedom);
+    return 0.5 * (metric.interval[1] - metric.interval[0]);
+  };
+  EXPECT_NEAR(reach(0, 0.001, {kInfinity, 7}), 0.001 * kT7, kRounding);
+  EXPECT_NEAR(reach(0.001, 0, {15, 7}), 0.001 * kT15, kRounding);
+  EXPECT_NEAR(reach(0, 0.001, {}), 0.001 * kQuantile95, kRounding);
+  // Welch and Satterthwaite: 9 + 16 = 25 of errors 3 and 4, 625/(81/15 + 256/7).
+  const double together = 625.0 / (81.0 / 15 + 256.0 / 7);
+  EXPECT_NEAR(effective_degrees_of_freedom(3, 15, 4, 7), together, kRounding);
+  EXPECT_NEAR(reach(0.003, 0.004, {15, 7}), 0.005 * student_quantile(0.95, together), kRounding);
+  // Equal errors with equal freedom have that of both; one that is known leaves more than the other's own.
+  EXPECT_NEAR(effective_degrees_of_freedom(2, 7, 2, 7), 14, kRounding);
+  EXPECT_NEAR(effective_degrees_of_freedom(2, kInfinity, 2, 7), 28, kRounding);
+  EXPECT_EQ(effective_degrees_of_freedom(0, 7, 0, 7), kInfinity);
+}
+
 TEST(Tost, VerdictFlipsWhereTheIntervalTouchesTheMargin) {
   const double margin = 0.01, error = 0.001, reach = kQuantile95 * error, nudge = 1e-9;
   const auto verdict = [&](double difference) {

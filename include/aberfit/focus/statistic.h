@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <optional>
 #include <string>
 #include <variant>
@@ -49,6 +50,8 @@ struct Target {
   double value = 0;           ///< in the statistic's unit
   double standard_error = 0;  ///< sampling error of `value`, 0 for closed forms
   double tolerance = 0;       ///< absolute, in the statistic's unit, > 0
+  /// That `standard_error` is known by: infinite where it is not estimated from a few samples.
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace aberfit

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "aberfit/core/warning.h"
@@ -31,6 +32,8 @@ struct FreshPupil {
 /// Statistics of a surface and how well its pupil sample knows them.
 struct FreshStatistics {
   Eigen::VectorXd value, standard_error;
+  /// That the errors are known by: kScrambles - 1 by rays, infinite by waves.
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();
   Eigen::Index rays = 0, lost = 0;  ///< rays: of waves, cells of the finer grid
 };
 inline constexpr int kScrambles = 8;
@@ -39,7 +42,8 @@ inline constexpr int kScrambles = 8;
 /// no fit has seen.
 ///   kRays: on the union of kScrambles independently scrambled Sobol pupils of rays/kScrambles points each;
 ///     the error is the standard error of the mean of the scrambles' own statistics, s/sqrt(kScrambles)
-///     (Owen, Monte Carlo Theory, Methods and Examples, 2013, 17), itself known to a quarter. It falls faster
+///     (Owen, Monte Carlo Theory, Methods and Examples, 2013, 17), itself known to a quarter: intervals take
+///     Student's t. It falls faster
 ///     than N^-1/2 (N^-0.7 to N^-1.1 seen), and does not see a bias that all scrambles share,
 ///     O(kScrambles/N).
 ///   kWaves: on a grid 1.37 times finer than `pitch`; the error is the difference from the grid of `pitch`,
