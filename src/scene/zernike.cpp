@@ -36,6 +36,8 @@ void require_zernike_mode(ZernikeMode mode) {
         fmt::format("Zernike mode n = {}, m = {}: needs n >= 0, |m| <= n and n - |m| even", mode.n, mode.m));
 }
 
+ZernikeValue zernike(ZernikeMode mode, double x, double y) { return zernike_at<double>(mode, x, y); }
+
 int noll_index(ZernikeMode mode) {
   require_zernike_mode(mode);
   const int before = mode.n * (mode.n + 1) / 2, m = std::abs(mode.m);

@@ -21,16 +21,15 @@ int polynomial_order(const TermSet& terms, double reach);
 /// (1 + t^2)^-2, t the slope of the mirror, turns slopes into angles; from f/1 on that is below 1e-12.
 /// Relative error for n <= 60 below 1e-11 for RMS height and slope (tests/forward/term_moments_test.cpp); the
 /// RMS angle between rays adds terms of fourth order, a share of the order of the slope squared.
-/// Nothing where it takes more than kMostMomentPoints, as for waves of hundreds of cycles across: there the
-/// points that see the light have to do.
+/// Nothing where it takes more than kMostMomentPoints, as for waves of more than 600 cycles across: there
+/// the points that see the light have to do.
 std::optional<PupilSample> moment_pupil(const Aperture& aperture, const TermSet& terms);
 inline constexpr double kMostMomentPoints = 1 << 22;
 
 /// The same rule made finer, to about nine times the points of one on a circle, for the mean angle of
 /// scatter: that has a kink wherever the slope vanishes, and no rule is exact for it. Relative error, root
 /// mean square over surfaces: kMeanAngleError; up to five times that was seen where a few high orders make up
-/// the surface.
-/// Only as fine as kMostMomentPoints allow; nothing where moment_pupil is nothing.
+/// the surface. Only as fine as kMostMomentPoints allow; nothing where moment_pupil is nothing.
 std::optional<PupilSample> mean_angle_pupil(const Aperture& aperture, const TermSet& terms);
 inline constexpr double kMeanAngleError = 1e-4;
 

@@ -60,8 +60,7 @@ SurfacePoint<T> base_surface(const Mirror& mirror, const T& x, const T& y) {
   }
   SurfacePoint<T> point{height, slope_over_rho * x, slope_over_rho * y};
   for (const KnownZernike& term : mirror.zernike) {
-    const ZernikePoint<T> z =
-        aberfit::zernike<T>(term.mode, x / mirror.zernike_radius, y / mirror.zernike_radius);
+    const ZernikePoint<T> z = zernike_at<T>(term.mode, x / mirror.zernike_radius, y / mirror.zernike_radius);
     const double slope = term.height / mirror.zernike_radius;
     point.height = point.height + term.height * z.value;
     point.slope_x = point.slope_x + slope * z.dx;

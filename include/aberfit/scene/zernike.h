@@ -39,7 +39,7 @@ double zernike_norm(ZernikeMode mode);
 /// ordinary point. Error, relative to the largest value (largest gradient) of the mode over the disc: below
 /// 1e-12 for n <= 100, 1e-11 for n <= 300. Throws std::invalid_argument unless is_zernike_mode(mode).
 template <typename T>
-ZernikePoint<T> zernike(ZernikeMode mode, const T& x, const T& y) {
+ZernikePoint<T> zernike_at(ZernikeMode mode, const T& x, const T& y) {
   require_zernike_mode(mode);
   const int m = std::abs(mode.m), degree = (mode.n - m) / 2;
 
@@ -72,6 +72,9 @@ ZernikePoint<T> zernike(ZernikeMode mode, const T& x, const T& y) {
   return {norm * harmonic * p, norm * (harmonic_dx * p + 4.0 * x * harmonic * dp),
           norm * (harmonic_dy * p + 4.0 * y * harmonic * dp)};
 }
+
+/// The same in double precision, compiled once.
+ZernikeValue zernike(ZernikeMode mode, double x, double y);
 
 /// Noll's single index, from 1: (0,0) (1,1) (1,-1) (2,0) (2,-2) (2,2) ...; even j are cosines (Noll 1976,
 /// table 1). Also OpticStudio's `Zernike Standard`. The functions with an index throw std::invalid_argument
