@@ -8,6 +8,7 @@
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/roughness/bessel.h"
 #include "panel_rule.h"
+#include "pupil_overlap.h"
 
 namespace aberfit {
 using namespace internal;
@@ -119,21 +120,42 @@ ApertureOtf::ApertureOtf(const Aperture& aperture) {
     height_ = rectangle->height;
     breakpoints_ = {width_, height_, std::hypot(width_, height_)};
   } else {
-    throw ComputationError(
-        "the wave-optics (generalised Harvey-Shack) target knows circles, annuli and rectangles, not "
-        "polygons");
+    const auto& polygon = std::get<PolygonAperture>(aperture);
+    corners_ = polygon.vertices;
+    area_ = aperture_area(aperture);
+    edge_directions_ = edge_directions(corners_);
+    double longest = 0;
+    for (const auto& one : corners_)
+      for (const auto& two : corners_)
+        longest = std::max(longest, std::hypot(one[0] - two[0], one[1] - two[1]));
+    breakpoints_ = {longest};
   }
   std::sort(breakpoints_.begin(), breakpoints_.end());
   breakpoints_.erase(std::unique(breakpoints_.begin(), breakpoints_.end()), breakpoints_.end());
   if (breakpoints_.front() == 0) breakpoints_.erase(breakpoints_.begin());
-  const bool open = width_ > 0 ? height_ > 0 : outer_ > inner_ && inner_ >= 0;
+  const bool open = width_ > 0 ? height_ > 0 : area_ > 0 || (outer_ > inner_ && inner_ >= 0);
   if (breakpoints_.empty() || !open || !std::isfinite(cutoff()))
     throw ComputationError("the aperture lets no light through: its lengths must be positive and finite");
+}
+
+double ApertureOtf::of_polygon(double x, double beta) const {
+  const AzimuthRule azimuths = polygon_azimuths(edge_directions_, kDirectionsOfPolygon);
+  double sum = 0;
+  OverlapPoints points;
+  for (std::size_t d = 0; d < azimuths.direction.size(); ++d) {
+    points.clear();
+    append_polygon_overlap(in_frame(corners_, azimuths.direction[d]), x, {std::abs(beta) * cutoff(), 0},
+                           &points);
+    for (std::size_t k = 0; k < points.u.size(); ++k)
+      sum += azimuths.weight[d] * points.weight[k] * (beta == 0 ? 1 : std::cos(beta * points.u[k]));
+  }
+  return sum / area_;
 }
 
 double ApertureOtf::operator()(double x, double curvature) const {
   if (x >= cutoff()) return 0;
   const double beta = curvature * x;  // phase per length across the overlap [rad/m]
+  if (!corners_.empty()) return of_polygon(x, beta);
   if (width_ > 0) {
     const double from = x > width_ ? std::acos(width_ / x) : 0;
     const double to = x > height_ ? std::asin(height_ / x) : 0.5 * pi;

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
-#include <numbers>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
+#include "aberfit/theory/geometric_harvey_shack.h"
 
 namespace aberfit {
 namespace {
@@ -22,17 +21,13 @@ ModelRadii radii(const GeneralisedHarveyShack& model) {
 
 ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                          double wavelength) {
-  const Mirror parabola{mirror.focal_length, -1, {}};
-  const Aperture shape = std::holds_alternative<PolygonAperture>(aperture)
-                             ? CircleAperture{2 * std::sqrt(aperture_area(aperture) / std::numbers::pi)}
-                             : aperture;
   ModelErrors errors;
-  errors.ghs = radii(GeneralisedHarveyShack(psd, parabola, shape, wavelength));
+  errors.ghs = radii(GeneralisedHarveyShack(psd, mirror, aperture, wavelength));
   const double slope = psd_moments(psd).rms_slope_per_axis();
   if (std::isfinite(slope)) {
-    const double sigma = 2 * mirror.focal_length * slope;
-    errors.rays = {sigma * std::sqrt(2 * std::numbers::ln2), sigma * std::sqrt(2 * std::numbers::ln10),
-                   sigma * std::sqrt(2 * std::log(5.0))};
+    const GeometricHarveyShack rays(mirror, aperture, slope, Convention::kPhysical, 0);
+    errors.rays = {rays.encircled_energy_radius(0.5, 0), rays.encircled_energy_radius(0.9, 0),
+                   rays.encircled_energy_radius(0.8, 0)};
   } else {
     errors.rays = {kInfinity, kInfinity, kInfinity};
   }
@@ -45,7 +40,7 @@ ModelChoice choose_model(const RadialPsd& psd, const Mirror& mirror, const Apert
                          double wavelength) {
   const SceneNumbers numbers = scene_numbers(psd, mirror, aperture, wavelength);
   ModelChoice choice;
-  if (!std::isfinite(numbers.rms_height)) {
+  if (!std::isfinite(numbers.kappa)) {
     choice.errors = {{kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}, kNaN, kNaN};
     choice.reason = numbers.reason;
     return choice;

@@ -21,14 +21,14 @@ inline constexpr double kErrorOfRays = 0.10;
 
 struct ModelChoice {
   FocusModel model = FocusModel::kWaves;
-  ModelErrors errors;  ///< NaN where GHS does not exist (infinite height variance)
+  ModelErrors errors;  ///< NaN where GHS does not exist (infinite structure function)
   std::string reason;  ///< one sentence
 };
 
-/// Errors of geometric rays (paraxial Gaussian of 2 f slope per axis) against generalised Harvey-Shack, for
-/// an ideal parabola of this mirror's focal length; a polygon counts as the circle of its area. Infinite for
-/// rays of an infinite slope. Throws ComputationError when the height variance is infinite. Costs
-/// milliseconds to tenths of a second (power laws).
+/// Errors of geometric rays (GeometricHarveyShack) against generalised Harvey-Shack, both aperture-exact and
+/// of this mirror and this aperture. Infinite for rays of an infinite slope. Throws ComputationError as
+/// GeneralisedHarveyShack does. Costs milliseconds to tenths of a second (power laws, polygons). See
+/// `ray_error_in_light` for the same in light.
 ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                          double wavelength);
 
