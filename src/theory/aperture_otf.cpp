@@ -139,15 +139,17 @@ ApertureOtf::ApertureOtf(const Aperture& aperture) {
 }
 
 double ApertureOtf::of_polygon(double x, double beta) const {
+  constexpr int kInFocus = 96;
+  if (beta == 0) return mean_overlap(corners_, polygon_azimuths(edge_directions_, kInFocus), x) / area_;
   const AzimuthRule azimuths = polygon_azimuths(edge_directions_, kDirectionsOfPolygon);
   double sum = 0;
   OverlapPoints points;
   for (std::size_t d = 0; d < azimuths.direction.size(); ++d) {
     points.clear();
-    append_polygon_overlap(in_frame(corners_, azimuths.direction[d]), x, {std::abs(beta) * cutoff(), 0},
-                           &points);
+    append_points(polygon_overlap(in_frame(corners_, azimuths.direction[d]), x),
+                  {std::abs(beta) * cutoff(), 0}, &points);
     for (std::size_t k = 0; k < points.u.size(); ++k)
-      sum += azimuths.weight[d] * points.weight[k] * (beta == 0 ? 1 : std::cos(beta * points.u[k]));
+      sum += azimuths.weight[d] * points.weight[k] * std::cos(beta * points.u[k]);
   }
   return sum / area_;
 }

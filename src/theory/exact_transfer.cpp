@@ -15,8 +15,7 @@ constexpr double kGone = 45;                // exponent whose transfer shows now
 constexpr double kAccuracyOfTable = 1e-12;  // Legendre tail of E, times exp(-E)
 constexpr int kMostTablePanels = 3000;      // some milliseconds of a closed form
 constexpr double kInterpolation = 2e-6;     // of H over the aperture, at the shear where it is largest
-constexpr int kHighestOrder = 6;
-constexpr double kRoundMoments = 1e-11, kMeanMoments = 1e-7;
+constexpr double kRoundMoments = 1e-11, kMeanMoments = 1e-6;
 constexpr double kSpotResolved = 1e-11;
 constexpr int kMostHalvings = 40;
 constexpr std::size_t kMostPanels = 100'000;
@@ -31,13 +30,13 @@ double tail(const TransferPanel& panel) {
 // (E delta)^n exp(-E) / (n! 2^(2n-1)) is largest at E = n.
 int interpolation_order(double delta) {
   double factorial = 1;
-  for (int n = 1; n < kHighestOrder; ++n) {
+  for (int n = 1; n < kHighestMomentOrder; ++n) {
     factorial *= n;
     if (n > 1 &&
         std::pow(n * delta / std::exp(1.0), n) / (factorial * std::ldexp(1.0, 2 * n - 1)) < kInterpolation)
       return n;
   }
-  return kHighestOrder;
+  return kHighestMomentOrder;
 }
 
 std::vector<double> kinks(const PupilField& field) {
@@ -145,7 +144,9 @@ ExactTransfer::ExactTransfer(PupilField field,
     : field_(std::move(field)), halvings_(options.halvings), limit_(limit) {
   const double rho2 = std::pow(field_.outer() / field_.focal_length(), 2);
   order_ = interpolation_order(rho2 / (1 - rho2));
-  const PupilOverlap overlap(field_, 0, order_);
+  focus_overlap_ = std::make_unique<PupilOverlap>(field_, 0, order_);
+  focus_overlap_->set_correction();
+  const PupilOverlap& overlap = *focus_overlap_;
   double most = 1;
   for (const double a : overlap.nodes()) {
     const double c = std::sqrt(1 - a * rho2), q = 0.5 * (1 + c);
@@ -181,10 +182,10 @@ MomentPanels ExactTransfer::moments(double dz) const {
   // Shears beyond which the roughness has left no transfer anywhere in the aperture.
   const double least = *std::min_element(stretch_.begin(), stretch_.end());
   const double end = std::min(1.0, table_->end() / (least * cutoff()));
-  const bool is_round = field_.is_round() && field_.corners().empty();
-  const PupilOverlap overlap(field_, dz, order_);
+  PupilOverlap overlap(field_, dz, order_);
+  overlap.copy_correction(*focus_overlap_);
   std::vector<double> breakpoints = kinks(field_);
-  if (is_round && !field_.has_departure() && overlap.turn(end * cutoff()) > kFarDefocus)
+  if (is_round() && !field_.has_departure() && overlap.turn(end * cutoff()) > kFarDefocus)
     return far_moments(dz, breakpoints, end);
   for (int h = 0; h < halvings_; ++h) {
     std::vector<double> finer;
@@ -192,7 +193,7 @@ MomentPanels ExactTransfer::moments(double dz) const {
     for (const double to : breakpoints) finer.insert(finer.end(), {0.5 * (from + to), to}), from = to;
     breakpoints = finer;
   }
-  return moment_panels(overlap, breakpoints, end, is_round ? kRoundMoments : kMeanMoments, is_round);
+  return moment_panels(overlap, breakpoints, end, is_round() ? kRoundMoments : kMeanMoments, is_round());
 }
 
 // Of a disc or annulus that is so far out of focus that points of equal phase are everywhere: a parabolic
@@ -253,7 +254,9 @@ std::vector<TransferPanel> ExactTransfer::panels(double dz, bool scattered_only)
 }
 
 double ExactTransfer::at(double x, double dz) const {
-  const Eigen::ArrayXd moment = PupilOverlap(field_, dz, order_)(x);
+  PupilOverlap overlap(field_, dz, order_);
+  overlap.copy_correction(*focus_overlap_);
+  const Eigen::ArrayXd moment = overlap(x);
   double sum = 0;
   for (int i = 0; i < order_; ++i)
     for (int j = 0; j < order_; ++j) sum += moment[i * order_ + j] * part(i, j, x);

@@ -51,7 +51,7 @@ class ExactTransfer {
   double core_share() const;
   double cutoff() const { return 2 * field_.outer(); }
   double unresolved() const { return table_->unresolved(); }
-  const PupilField& field() const { return field_; }
+  bool is_round() const { return field_.is_round() && field_.corners().empty(); }
 
  private:
   double part(int i, int j, double x) const;
@@ -65,6 +65,7 @@ class ExactTransfer {
   int order_ = 1, halvings_ = 0;
   double limit_ = 0;
   std::vector<double> stretch_, share_;  // of (i, j): dr/x; of i: q^2
+  std::unique_ptr<PupilOverlap> focus_overlap_;
   std::unique_ptr<const ExponentTable> table_;
   Eigen::ArrayXd whole_;  // moments of the whole aperture
   MomentPanels focus_;

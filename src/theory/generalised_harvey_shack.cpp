@@ -201,6 +201,8 @@ double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
   // A cone of rays fills twice the area of the ring at 1.41 of this depth; diffraction adds its own depth of
   // focus.
   const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
+  // Planes of a pupil without symmetry are known to 1e-5, and cost much.
+  const double accuracy = exact_ && !exact_->is_round() ? 1e-6 : 1e-9;
   double width = 0;
   for (const double side : {-1.0, 1.0}) {
     double inner = 0, inner_excess = half;
@@ -212,7 +214,7 @@ double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
         std::uintmax_t iterations = 60;
         const auto bracket = boost::math::tools::toms748_solve(
             [&](double distance) { return excess(side * distance); }, inner, outer, inner_excess,
-            outer_excess, [](double low, double high) { return high - low <= 1e-9 * high; }, iterations);
+            outer_excess, [&](double low, double high) { return high - low <= accuracy * high; }, iterations);
         width += 0.5 * (bracket.first + bracket.second);
         break;
       }

@@ -55,7 +55,7 @@ std::vector<double> edge_directions(const std::vector<PupilField::Point>& polygo
 
 PupilField::PupilField(const Mirror& mirror, const Aperture& aperture, double wavelength,
                        const Departure& departure)
-    : focal_length_(mirror.focal_length), wavelength_(wavelength) {
+    : mirror_(mirror), focal_length_(mirror.focal_length), wavelength_(wavelength) {
   const double rim = aperture_radius(aperture);
   if (!(rim > 0 && rim < 2 * focal_length_ && aperture_area(aperture) > 0))
     throw ComputationError(fmt::format(
@@ -72,6 +72,7 @@ PupilField::PupilField(const Mirror& mirror, const Aperture& aperture, double wa
       const double own = base_surface(mirror, x, y).height - (x * x + y * y) / (4 * mirror.focal_length);
       return own + (departure ? departure(x, y) : 0.0);
     };
+  has_more_ = bool(departure);
   outline(aperture);
   if (!is_parabola_) {
     for (const double part : {0.31, 0.77, 1.0})
@@ -109,6 +110,7 @@ void PupilField::outline(const Aperture& aperture) {
                    y = a[1] + part * (b[1] - a[1]);
       const double scale = conjugate(std::hypot(x, y), focal_length_);
       corners_.push_back({scale * x, scale * y});
+      if (k == 0) straight_corners_.push_back(corners_.back());
     }
   }
   edge_directions_ = internal::edge_directions(polygon);
@@ -168,8 +170,18 @@ void PupilField::phase(double dz, const double* x, const double* y, int n, doubl
     result[k] = defocus * p2 / (1 + std::sqrt(1 - p2));
   }
   if (is_parabola_) return;
-  for (int k = 0; k < n; ++k)
-    result[k] += is_round_ ? departure_at(std::hypot(x[k], y[k]), 0) : interpolated(x[k], y[k]);
+  if (!is_round_) {
+    for (int k = 0; k < n; ++k) result[k] += interpolated(x[k], y[k]);
+  } else if (has_more_) {
+    for (int k = 0; k < n; ++k) result[k] += departure_at(std::sqrt(x[k] * x[k] + y[k] * y[k]), 0);
+  } else {  // the mirror's own, without a call for each
+    const double wave = 2 * std::numbers::pi / wavelength_, parabola = 0.25 / focal_length_;
+    for (int k = 0; k < n; ++k) {
+      const double p2 = x[k] * x[k] + y[k] * y[k], growth = 1 + std::sqrt(1 - scale * p2);
+      const double rho = 2 / growth * std::sqrt(p2);
+      result[k] += wave * growth * (base_surface(mirror_, rho, 0.0).height - parabola * rho * rho);
+    }
+  }
 }
 
 }  // namespace aberfit::internal

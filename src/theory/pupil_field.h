@@ -28,6 +28,8 @@ class PupilField {
   /// Of rectangles and polygons, P of points of the outline that a straight line follows within 2e-4 of the
   /// radius; empty for circle and annulus.
   const std::vector<Point>& corners() const { return corners_; }
+  /// P of the aperture's own corners.
+  const std::vector<Point>& straight_corners() const { return straight_corners_; }
   /// Directions of the aperture's straight edges in [0, pi), ascending.
   const std::vector<double>& edge_directions() const { return edge_directions_; }
   bool has_departure() const { return !is_parabola_; }
@@ -49,11 +51,13 @@ class PupilField {
   void tabulate();
   void outline(const Aperture& aperture);
 
-  Departure departure_;
+  Mirror mirror_;
+  Departure departure_;    // of the mirror and what was added
+  bool has_more_ = false;  // than the mirror's own
   double focal_length_ = 0, wavelength_ = 0;
   double outer_ = 0, inner_ = 0;
   bool is_parabola_ = true, is_round_ = true, is_rectangle_ = false;
-  std::vector<Point> corners_;
+  std::vector<Point> corners_, straight_corners_;
   std::vector<double> edge_directions_;
   Eigen::ArrayXXd table_;  // phase of the departure over x, y in P, where it is not round [rad]
   double pitch_ = 0;       // of the table [m]

@@ -100,7 +100,8 @@ class GeneralisedHarveyShack {
     return at_plane(dz).encircled_energy_radius(fraction);
   }
   /// Full width [m] over dz at which N(z) = encircled_energy(ring_radius, dz) falls to half of
-  /// its value in the focus: the crossings nearest to it, to 1e-9. NaN when ring_radius is not positive or
+  /// its value in the focus: the crossings nearest to it, to 1e-9 (1e-6 of pupils without
+  /// symmetry). NaN when ring_radius is not positive or
   /// |dz| would exceed f/2.
   double ring_fwhm(double ring_radius) const;
   /// FWHM [m] of the line spread profile int OTF(nu) cos(2 pi nu x) dnu in the focus, averaged over direction
