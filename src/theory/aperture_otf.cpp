@@ -138,19 +138,30 @@ ApertureOtf::ApertureOtf(const Aperture& aperture) {
     throw ComputationError("the aperture lets no light through: its lengths must be positive and finite");
 }
 
+namespace {
+
+// int (height1 + (height2 - height1) t) cos(beta u) du over u = u1 + t (u2 - u1), t in [0, 1].
+double waves_on(const OverlapRegion::Trapezoid& one, double beta) {
+  const double width = one.u2 - one.u1, middle = 0.5 * (one.u1 + one.u2), w = 0.5 * beta * width;
+  const double first = one.high1 - one.low1, second = one.high2 - one.low2;
+  // Means of cos and of t sin over t in [-1, 1], for the phase w t.
+  const double sine = std::sin(w), cosine = std::cos(w);
+  const double even = std::abs(w) < 1e-4 ? 1 - w * w / 6 : sine / w;
+  const double odd =
+      std::abs(w) < 1e-2 ? w / 3 * (1 - w * w / 10 * (1 - w * w / 28)) : (sine / w - cosine) / w;
+  return width * (0.5 * (first + second) * even * std::cos(beta * middle) -
+                  0.5 * (second - first) * odd * std::sin(beta * middle));
+}
+
+}  // namespace
+
 double ApertureOtf::of_polygon(double x, double beta) const {
-  constexpr int kInFocus = 96;
-  if (beta == 0) return mean_overlap(corners_, polygon_azimuths(edge_directions_, kInFocus), x) / area_;
-  const AzimuthRule azimuths = polygon_azimuths(edge_directions_, kDirectionsOfPolygon);
+  const AzimuthRule azimuths = polygon_azimuths(edge_directions_, kFineDirections);
   double sum = 0;
-  OverlapPoints points;
-  for (std::size_t d = 0; d < azimuths.direction.size(); ++d) {
-    points.clear();
-    append_points(polygon_overlap(in_frame(corners_, azimuths.direction[d]), x),
-                  {std::abs(beta) * cutoff(), 0}, &points);
-    for (std::size_t k = 0; k < points.u.size(); ++k)
-      sum += azimuths.weight[d] * points.weight[k] * std::cos(beta * points.u[k]);
-  }
+  for (std::size_t d = 0; d < azimuths.direction.size(); ++d)
+    for (const OverlapRegion::Trapezoid& one :
+         polygon_overlap(in_frame(corners_, azimuths.direction[d]), x).trapezoids)
+      sum += azimuths.weight[d] * waves_on(one, beta);
   return sum / area_;
 }
 

@@ -1,5 +1,7 @@
 #include "exact_transfer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -19,8 +21,15 @@ constexpr double kRoundMoments = 1e-11, kMeanMoments = 1e-6;
 constexpr double kSpotResolved = 1e-11;
 constexpr int kMostHalvings = 40;
 constexpr std::size_t kMostPanels = 100'000;
+constexpr double kSameKink = 3e-3;  // of the cutoff
+constexpr std::size_t kMostKinks = 8;
 // Turn of the phase [rad] from which moments of a round pupil come by the stationary closed form.
 constexpr double kFarDefocus = 1500;
+// Phase across the whole overlap of a wave of defocus: 2 W pi (1 - x/D) x/D at most.
+constexpr double kTurnsPerWave = std::numbers::pi * 2;
+// Of a mean over azimuth, which costs much: where the phase turns further than the first [rad], and its share
+// in the fourth power of p, about 1/16 of the second [rad], is small.
+constexpr double kDefocusOfMean = 100, kParabolic = 4;
 
 double tail(const TransferPanel& panel) {
   return internal::unresolved(panel) * std::sqrt((panel.b - panel.a) / panel.b);
@@ -39,13 +48,38 @@ int interpolation_order(double delta) {
   return kHighestMomentOrder;
 }
 
-std::vector<double> kinks(const PupilField& field) {
-  std::vector<double> result{1};
-  if (field.inner() > 0) {
-    const double e = field.inner() / field.outer();
-    result = {0.5 * (1 - e), e, 0.5 * (1 + e), 1};
-    std::sort(result.begin(), result.end());
+// Shears over the cutoff at which an azimuth's overlap begins or ends somewhere: distances of corners, and of
+// a corner from an edge it faces. Of polygons with many of them the mean is smooth enough without.
+std::vector<double> kinks_of_polygon(const std::vector<PupilField::Point>& corners, double cutoff) {
+  std::vector<double> shears;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const PupilField::Point &a = corners[i], &b = corners[(i + 1) % corners.size()];
+    const double ex = b[0] - a[0], ey = b[1] - a[1], length = std::hypot(ex, ey);
+    for (const PupilField::Point& p : corners) {
+      shears.push_back(std::hypot(p[0] - a[0], p[1] - a[1]));
+      const double along = ((p[0] - a[0]) * ex + (p[1] - a[1]) * ey) / length;
+      if (along >= -kSameKink * length && along <= (1 + kSameKink) * length)
+        shears.push_back(std::abs((p[0] - a[0]) * ey - (p[1] - a[1]) * ex) / length);
+    }
   }
+  for (double& shear : shears) shear /= cutoff;
+  shears.push_back(1);
+  std::sort(shears.begin(), shears.end());
+  std::vector<double> result;
+  for (const double shear : shears)
+    if (shear > kSameKink && shear < 1 - kSameKink && (result.empty() || shear > result.back() + kSameKink))
+      result.push_back(shear);
+  if (result.size() > kMostKinks) result.clear();
+  result.push_back(1);
+  return result;
+}
+
+std::vector<double> kinks(const PupilField& field) {
+  if (!field.straight_corners().empty()) return kinks_of_polygon(field.straight_corners(), 2 * field.outer());
+  if (!(field.inner() > 0)) return {1};
+  const double e = field.inner() / field.outer();
+  std::vector<double> result{0.5 * (1 - e), e, 0.5 * (1 + e), 1};
+  std::sort(result.begin(), result.end());
   return result;
 }
 
@@ -185,7 +219,16 @@ MomentPanels ExactTransfer::moments(double dz) const {
   PupilOverlap overlap(field_, dz, order_);
   overlap.copy_correction(*focus_overlap_);
   std::vector<double> breakpoints = kinks(field_);
-  if (is_round() && !field_.has_departure() && overlap.turn(end * cutoff()) > kFarDefocus)
+  const double turn = overlap.turn(end * cutoff());
+  if (turn > kFarDefocus && field_.has_departure())
+    throw ComputationError(
+        fmt::format("the aberrations of this mirror are {:.0f} waves in the plane {:.4g} m from the focus, "
+                    "too many for its "
+                    "mean spot in light (at most {:.0f})",
+                    turn / kTurnsPerWave, dz, kFarDefocus / kTurnsPerWave));
+  const double rho2 = std::pow(field_.outer() / field_.focal_length(), 2);
+  const bool nearly_parabolic = turn > kDefocusOfMean && turn * rho2 < kParabolic;
+  if (!field_.has_departure() && (turn > kFarDefocus || (!is_round() && nearly_parabolic)))
     return far_moments(dz, breakpoints, end);
   for (int h = 0; h < halvings_; ++h) {
     std::vector<double> finer;
@@ -193,25 +236,24 @@ MomentPanels ExactTransfer::moments(double dz) const {
     for (const double to : breakpoints) finer.insert(finer.end(), {0.5 * (from + to), to}), from = to;
     breakpoints = finer;
   }
-  return moment_panels(overlap, breakpoints, end, is_round() ? kRoundMoments : kMeanMoments, is_round());
+  return moment_panels([&](double s) { return overlap(s * cutoff()); }, order_ * order_, breakpoints, end,
+                       is_round() ? kRoundMoments : kMeanMoments, is_round());
 }
 
 // Of a disc or annulus that is so far out of focus that points of equal phase are everywhere: a parabolic
 // phase, which has its overlap in closed form, with the roughness's mean over the aperture.
 MomentPanels ExactTransfer::far_moments(double dz, const std::vector<double>& breakpoints, double end) const {
   const double f = field_.focal_length(), rho2 = std::pow(field_.outer() / f, 2);
-  const ApertureOtf otf(field_.inner() > 0 ? Aperture(AnnulusAperture{2 * field_.outer(), 2 * field_.inner()})
-                                           : Aperture(CircleAperture{2 * field_.outer()}));
+  const ApertureOtf otf(!field_.corners().empty() ? Aperture(PolygonAperture{field_.corners()})
+                        : field_.inner() > 0
+                            ? Aperture(AnnulusAperture{2 * field_.outer(), 2 * field_.inner()})
+                            : Aperture(CircleAperture{2 * field_.outer()}));
   // Of 1 - c over (P/f)^2 / 2, at the mean of (P/f)^2.
   const double steeper = 1 / std::sqrt(1 - 0.5 * rho2);
   const double curvature = 2 * std::numbers::pi * dz * steeper / (field_.wavelength() * f * (f + dz));
-  MomentPanels result;
-  for (const TransferPanel& panel :
-       resolved_otf([&](double s) { return otf(s * cutoff(), curvature); }, breakpoints, end)) {
-    MomentPanel& one = result.panels.emplace_back(MomentPanel{panel.a, panel.b, {}});
-    one.value = (panel.value.matrix() * whole_.matrix().transpose()).array();
-  }
-  return result;
+  return moment_panels([&](double s) { return Eigen::ArrayXd(otf(s * cutoff(), curvature) * whole_); },
+                       int(whole_.size()), breakpoints, end, is_round() ? kRoundMoments : kMeanMoments,
+                       is_round());
 }
 
 void ExactTransfer::append(const MomentPanel& moments, double a, double b, int halvings, bool scattered_only,

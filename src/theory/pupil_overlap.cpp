@@ -22,7 +22,7 @@ constexpr int kAcross = 6;          // nodes across it: amplitudes are smooth in
 constexpr int kTrapezoid = 4;       // nodes along and across a trapezoid
 constexpr double kSmallTurn = 2.5;  // rad that the nodes without phase carry, too
 // A finer mean over the azimuth of a polygon's area, at so many shears.
-constexpr int kFineDirections = 96, kCorrections = 200;
+constexpr int kCorrections = 200;
 constexpr std::size_t kMostCornersOfFine = 24;                // beyond, the outline is nearly round
 constexpr double kTurnOfFew = 0.3;                            // rad that two or three nodes carry
 constexpr int kFewestOfInterval = 4, kMostOfInterval = 12;    // directions between those of two edges
@@ -464,12 +464,13 @@ namespace {
 
 constexpr int kMostMomentPanels = 3000;
 // Where means over the azimuth have kinks of high order at shears that nobody lists, halving on is of no use.
-constexpr int kHalvingsOfMean = 6, kHalvingsOfRound = 40;
+constexpr int kHalvingsOfMean = 5, kHalvingsOfRound = 40;
 
 }  // namespace
 
-MomentPanels moment_panels(const PupilOverlap& overlap, const std::vector<double>& breakpoints, double end,
-                           double tolerance, bool is_round) {
+MomentPanels moment_panels(const std::function<Eigen::ArrayXd(double)>& moments, int count,
+                           const std::vector<double>& breakpoints, double end, double tolerance,
+                           bool is_round) {
   MomentPanels result;
   struct Piece {
     double a, b;
@@ -487,10 +488,9 @@ MomentPanels moment_panels(const PupilOverlap& overlap, const std::vector<double
   while (!pending.empty()) {
     const Piece piece = pending.back();
     pending.pop_back();
-    MomentPanel panel{piece.a, piece.b, MomentPanel::Values(kPanelNodes, overlap.order() * overlap.order())};
+    MomentPanel panel{piece.a, piece.b, MomentPanel::Values(kPanelNodes, count)};
     const PanelArray nodes = 0.5 * (piece.a + piece.b) + 0.5 * (piece.b - piece.a) * rule.t;
-    for (int j = 0; j < kPanelNodes; ++j)
-      panel.value.row(j) = overlap(overlap.cutoff() * nodes[j]).transpose();
+    for (int j = 0; j < kPanelNodes; ++j) panel.value.row(j) = moments(nodes[j]).transpose();
     if (!panel.value.isFinite().all())
       throw ComputationError("the transfer function of this mirror is not finite in this plane");
     double missed = 0;

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "panel_rule.h"
@@ -51,6 +52,8 @@ struct AzimuthRule {
 /// with the copy has a kink at every shear; about `wanted` directions in all.
 AzimuthRule azimuth_rule(std::vector<double> edges, double period, int wanted);
 inline constexpr int kDirectionsOfPolygon = 24;
+/// Where areas alone are averaged.
+inline constexpr int kFineDirections = 96;
 AzimuthRule polygon_azimuths(const std::vector<double>& edge_directions, int wanted);
 /// Area of a polygon's overlap with itself, averaged over the azimuth [m^2].
 double mean_overlap(const std::vector<PupilField::Point>& corners, const AzimuthRule& azimuths, double shear);
@@ -120,10 +123,11 @@ struct MomentPanels {
   std::vector<MomentPanel> panels;
   double unresolved = 0;  ///< largest Legendre tail left
 };
-/// Up to `end`, which is at most 1; panels bounded by the overlap's kinks (`breakpoints`, ascending, the last
-/// one 1) and halved until the Legendre tail is `tolerance`; a mean over the azimuth (not `is_round`), whose
-/// kinks are many and weak, only a few times.
-MomentPanels moment_panels(const PupilOverlap& overlap, const std::vector<double>& breakpoints, double end,
-                           double tolerance, bool is_round);
+/// Of `count` moments as a function of shear / cutoff, up to `end`, which is at most 1; panels bounded by the
+/// overlap's kinks (`breakpoints`, ascending, the last one 1) and halved until the Legendre tail is
+/// `tolerance`; a mean over the azimuth (not `is_round`), whose kinks are many and weak, only a few times.
+MomentPanels moment_panels(const std::function<Eigen::ArrayXd(double)>& moments, int count,
+                           const std::vector<double>& breakpoints, double end, double tolerance,
+                           bool is_round);
 
 }  // namespace aberfit::internal

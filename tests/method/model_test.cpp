@@ -183,8 +183,10 @@ TEST(Check, TellsTheHarveyShackSpotAndTheErrorsOfSimplerModels) {
   EXPECT_NEAR(scene["ghs"]["tis"].get<double>(), 1 - std::exp(-g * g), 1e-12);
   EXPECT_NEAR(scene["ghs"]["core_share"].get<double>(), std::exp(-g * g), 1e-12);
   const double slope = std::numbers::pi * 25.18e-9 * std::hypot(2.5, 19.96);
-  const double rays = std::sqrt(2 * std::numbers::ln10) * 2 * kFocal * slope;
-  EXPECT_NEAR(scene["rays_ee90_radius_m"].get<double>() / rays, 1, 1e-9);
+  // Aperture-exact rays: wider than 2 f slope sqrt(2 ln 10) by 1/(32 N^2).
+  const double rays = scene["rays_ee90_radius_m"].get<double>();
+  const double paraxial = std::sqrt(2 * std::numbers::ln10) * 2 * kFocal * slope;
+  EXPECT_NEAR(rays / paraxial - 1, std::pow(kDiameter / kFocal, 2) / 32, 2e-6);
   EXPECT_NEAR(scene["model_error"]["ray_ee90"].get<double>(), rays / ee90 - 1, 1e-9);
   EXPECT_EQ(scene["model_error"].size(), 2u);
   EXPECT_NEAR(scene["paper_ratio_r"].get<double>(), 1.84, 0.01);  // a quarter of the R of 100 nm

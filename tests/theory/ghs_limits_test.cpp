@@ -18,12 +18,14 @@ constexpr double kLambda = 632.8e-9;
 void expect_an_answer(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture, double wavelength,
                       const GhsOptions& options) {
   const GeneralisedHarveyShack waves(psd, mirror, aperture, wavelength, options);
-  for (const double dz : {0.0, 0.2 * mirror.focal_length, -0.3 * mirror.focal_length}) {
+  for (const double dz : {0.0, 0.01 * mirror.focal_length, -0.02 * mirror.focal_length}) {
     const MeanSpot spot = waves.at_plane(dz);
     for (const double p : {0.1, 0.5, 0.8, 0.9, 0.99}) {
       const double radius = spot.encircled_energy_radius(p);
       EXPECT_GT(radius, 0) << dz << " " << p;
-      if (std::isfinite(radius)) EXPECT_NEAR(spot.encircled_energy(radius), p, 1e-9) << dz << " " << p;
+      if (std::isfinite(radius)) {
+        EXPECT_NEAR(spot.encircled_energy(radius), p, 1e-9) << dz << " " << p;
+      }
     }
     EXPECT_TRUE(std::isnan(spot.encircled_energy(std::nan(""))));
     EXPECT_TRUE(std::isnan(spot.encircled_energy(HUGE_VAL)));

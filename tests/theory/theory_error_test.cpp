@@ -33,10 +33,10 @@ TEST(ScatteringBand, CutsWhatIsShorterThanTheWavelength) {
   EXPECT_EQ(band.psd.f_max(), F);
   EXPECT_EQ(scattering_band(RadialPsd(GaussianPsd{1e-8, 0.01}), kLambda).cut_share, 0);
   EXPECT_EQ(scattering_band(RadialPsd(UniformPsd{1e-8, 1, 1e5}), kLambda).psd.f_max(), 1e5);
-  const ScatteringBand endless = scattering_band(RadialPsd(PowerLawPsd{{}, 1e-20, 3.5, 0, kInf}), kLambda);
+  const ScatteringBand endless = scattering_band(RadialPsd(PowerLawPsd{{}, 1e-20, 2.5, 0, kInf}), kLambda);
   EXPECT_TRUE(std::isinf(endless.rms_height));
   EXPECT_GT(endless.cut_share, 0);
-  EXPECT_LT(endless.cut_share, 1e-6);
+  EXPECT_LT(endless.cut_share, 1e-4);
 }
 
 TEST(ScatteringBand, IsWhatTheNumbersOfLightAreMadeOf) {
@@ -108,7 +108,9 @@ TEST(RayErrorInLight, FallsWithTheRoughnessAndIsWhatItSays) {
     const double slope_of_light = radius * light.at_plane(0).encircled_energy_slope(radius);
     EXPECT_NEAR(alone * std::max(0.35, slope_of_light), std::abs(rays.encircled_energy(radius, 0) - 0.5),
                 1e-12);
-    if (g == 200) EXPECT_NEAR(slope_of_light, std::log(2.0), 2e-3);
+    if (g == 200) {
+      EXPECT_NEAR(slope_of_light, std::log(2.0), 2e-3);
+    }
   }
   EXPECT_LT(last, 1e-3);
 }

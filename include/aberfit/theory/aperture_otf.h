@@ -19,9 +19,9 @@ class ApertureOtf {
   /// aberration dz rho^2 / (2 f (f + dz)) makes the phase curvature * x * u across the overlap, u along the
   /// shear. Overlap of two circles and of two annuli in closed form without defocus (O'Neill 1956), with it
   /// one integral over the angle whose cosine is u (Hopkins 1955); of rectangles a mean over the azimuth,
-  /// closed without defocus. Error below 1e-13. Of polygons the overlap in one direction is exact without
-  /// defocus (trapezoids), its mean over azimuth by Gauss-Legendre between the directions of the edges: error
-  /// below 1e-5.
+  /// closed without defocus. Error below 1e-13. Of polygons the overlap in one direction is exact
+  /// (trapezoids), its mean over azimuth by Gauss-Legendre between the directions of the edges: error below
+  /// 2e-5.
   double operator()(double x, double curvature = 0) const;
   /// Shear from which the OTF is 0 [m].
   double cutoff() const { return breakpoints_.back(); }
