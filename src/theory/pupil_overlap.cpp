@@ -13,9 +13,9 @@ namespace {
 
 using std::numbers::pi;
 
-// Phase in rad that a rule of 24 nodes integrates to 1e-10 beside the smooth rest: J_48(8) = 3e-34 leaves the
-// rest 16 degrees.
-constexpr double kTurnOfRule = 16;
+// Phase in rad that a rule of 24 nodes, exact to degree 47, integrates beside a smooth rest of degree 8:
+// J_40(14) = 5e-15.
+constexpr double kTurnOfRule = 28;
 constexpr int kLong = 24;           // nodes of a rule on which the phase turns
 constexpr int kRound = 14;          // nodes along a lens without phase, in the angle of its rim
 constexpr int kAcross = 6;          // nodes across it: amplitudes are smooth in v^2
