@@ -408,25 +408,53 @@ Eigen::ArrayXd PupilOverlap::at_direction(double x, double direction) const {
   return moments_of(points);
 }
 
-// Sums of weight times the products of the Lagrange polynomials in a and b.
-Eigen::ArrayXd PupilOverlap::moments_of(const OverlapPoints& points) const {
-  Eigen::ArrayXd moment = Eigen::ArrayXd::Zero(order_ * order_);
-  const double inverse = 1 / (field_.outer() * field_.outer());
-  std::array<double, kHighestMomentOrder> first{}, second{};
+namespace {
+
+// Sums of weight times the products of the Lagrange polynomials in a and b; the order known to the compiler,
+// which makes them twice as fast.
+template <int kOrder>
+Eigen::ArrayXd lagrange_moments(const OverlapPoints& points, double inverse, const std::vector<double>& nodes,
+                                const std::vector<double>& denominators) {
+  Eigen::Array<double, kOrder, 1> node, denominator;
+  for (int i = 0; i < kOrder; ++i) {
+    node[i] = nodes[std::size_t(i)];
+    denominator[i] = denominators[std::size_t(i)];
+  }
+  std::array<double, std::size_t(kOrder * kOrder)> sum{};
   for (std::size_t k = 0; k < points.u.size(); ++k) {
     const double b = points.u[k] * points.u[k] * inverse, a = b + points.v[k] * points.v[k] * inverse;
-    for (int i = 0; i < order_; ++i) {
-      double one = points.weight[k] * denominators_[std::size_t(i)], two = denominators_[std::size_t(i)];
-      for (int j = 0; j < order_; ++j)
-        if (j != i) one *= a - nodes_[std::size_t(j)], two *= b - nodes_[std::size_t(j)];
-      first[std::size_t(i)] = one;
-      second[std::size_t(i)] = two;
+    double first[kOrder], second[kOrder];
+    for (int i = 0; i < kOrder; ++i) {
+      double one = points.weight[k] * denominator[i], two = denominator[i];
+      for (int j = 0; j < kOrder; ++j)
+        if (j != i) one *= a - node[j], two *= b - node[j];
+      first[i] = one;
+      second[i] = two;
     }
-    for (int i = 0; i < order_; ++i)
-      for (int j = 0; j < order_; ++j)
-        moment[i * order_ + j] += first[std::size_t(i)] * second[std::size_t(j)];
+    for (int i = 0; i < kOrder; ++i)
+      for (int j = 0; j < kOrder; ++j) sum[std::size_t(i * kOrder + j)] += first[i] * second[j];
   }
-  return moment;
+  return Eigen::Map<const Eigen::ArrayXd>(sum.data(), kOrder * kOrder);
+}
+
+}  // namespace
+
+Eigen::ArrayXd PupilOverlap::moments_of(const OverlapPoints& points) const {
+  const double inverse = 1 / (field_.outer() * field_.outer());
+  switch (order_) {
+    case 1:
+      return lagrange_moments<1>(points, inverse, nodes_, denominators_);
+    case 2:
+      return lagrange_moments<2>(points, inverse, nodes_, denominators_);
+    case 3:
+      return lagrange_moments<3>(points, inverse, nodes_, denominators_);
+    case 4:
+      return lagrange_moments<4>(points, inverse, nodes_, denominators_);
+    case 5:
+      return lagrange_moments<5>(points, inverse, nodes_, denominators_);
+    default:
+      return lagrange_moments<kHighestMomentOrder>(points, inverse, nodes_, denominators_);
+  }
 }
 
 Eigen::ArrayXd PupilOverlap::operator()(double x) const {
