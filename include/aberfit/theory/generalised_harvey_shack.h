@@ -69,8 +69,10 @@ struct GhsOptions {
 /// convention `paper` give it the PSD of half the heights. Frequencies above 1/lambda do not scatter and are
 /// cut off. Where the height variance diverges towards f = 0 (power laws) the structure function takes the
 /// place of the autocorrelation, and no specular core is left. Error of encircled energies: below 1e-9 of
-/// circles and annuli with rotational symmetry (interpolation of H over the aperture: 2e-6 of it), 1e-5 of
-/// all others, beside the error of the theory itself, see `theory_error`. Where f_max x exceeds 100 cycles
+/// circles and annuli with rotational symmetry (interpolation of H over the aperture: 2e-6 of it), of all
+/// others some 1e-5 in focus and 2e-4 ten waves out of it (hexagon, against more directions of the mean over
+/// azimuth), beside the error of the theory itself, see `theory_error`. Aberrations whose phase turns by more
+/// than 240 waves across the overlap are refused. Where f_max x exceeds 100 cycles
 /// within the aperture the band edge is softened by 1 %: at such shears the autocorrelation is that of S
 /// cos^4(pi f / (2 f_max)). Const use from many threads.
 ///
