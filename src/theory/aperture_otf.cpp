@@ -140,6 +140,8 @@ ApertureOtf::ApertureOtf(const Aperture& aperture) {
 
 namespace {
 
+constexpr double kTurnPerDirection = 8, kMostOfDefocus = 300;  // rad; directions
+
 // int (height1 + (height2 - height1) t) cos(beta u) du over u = u1 + t (u2 - u1), t in [0, 1].
 double waves_on(const OverlapRegion::Trapezoid& one, double beta) {
   const double width = one.u2 - one.u1, middle = 0.5 * (one.u1 + one.u2), w = 0.5 * beta * width;
@@ -156,7 +158,9 @@ double waves_on(const OverlapRegion::Trapezoid& one, double beta) {
 }  // namespace
 
 double ApertureOtf::of_polygon(double x, double beta) const {
-  const AzimuthRule azimuths = polygon_azimuths(edge_directions_, kFineDirections);
+  // A defocus that turns far over the overlap tells directions apart.
+  const int defocused = int(std::min(std::abs(beta) * cutoff() / kTurnPerDirection, kMostOfDefocus));
+  const AzimuthRule azimuths = polygon_azimuths(edge_directions_, kFineDirections + defocused);
   double sum = 0;
   for (std::size_t d = 0; d < azimuths.direction.size(); ++d)
     for (const OverlapRegion::Trapezoid& one :

@@ -244,10 +244,16 @@ MomentPanels ExactTransfer::moments(double dz) const {
 // phase, which has its overlap in closed form, with the roughness's mean over the aperture.
 MomentPanels ExactTransfer::far_moments(double dz, const std::vector<double>& breakpoints, double end) const {
   const double f = field_.focal_length(), rho2 = std::pow(field_.outer() / f, 2);
-  const ApertureOtf otf(!field_.corners().empty() ? Aperture(PolygonAperture{field_.corners()})
-                        : field_.inner() > 0
-                            ? Aperture(AnnulusAperture{2 * field_.outer(), 2 * field_.inner()})
-                            : Aperture(CircleAperture{2 * field_.outer()}));
+  const auto shape = [&]() -> Aperture {
+    if (field_.is_rectangle()) {  // in closed form over the azimuth, too
+      const PupilField::Point& corner = field_.straight_corners().front();
+      return RectangleAperture{2 * std::abs(corner[0]), 2 * std::abs(corner[1])};
+    }
+    if (!field_.corners().empty()) return PolygonAperture{field_.corners()};
+    if (field_.inner() > 0) return AnnulusAperture{2 * field_.outer(), 2 * field_.inner()};
+    return CircleAperture{2 * field_.outer()};
+  };
+  const ApertureOtf otf(shape());
   // Of 1 - c over (P/f)^2 / 2, at the mean of (P/f)^2.
   const double steeper = 1 / std::sqrt(1 - 0.5 * rho2);
   const double curvature = 2 * std::numbers::pi * dz * steeper / (field_.wavelength() * f * (f + dz));
