@@ -33,6 +33,22 @@ void add_paper_quantities(const std::string& branch, const Task& task, const Gro
   q[branch + ".deflection_rms_y_rad"] = deflection_y;
   q[branch + ".mean_to_rms_deflection"] = std::hypot((pupil.weight * dx).sum(), (pupil.weight * dy).sum()) /
                                           std::hypot(deflection_x, deflection_y);
+  // As vectors of direction: the ray's unit vector less that of its nominal ray.
+  const auto along = [](const RayBundle& r) { return (1 + r.tx.square() + r.ty.square()).rsqrt().eval(); };
+  const Eigen::ArrayXd c = along(b.rays), c0 = along(nominal), w = pupil.weight / pupil.weight.sum();
+  const Eigen::ArrayXd vx = b.rays.tx * c - nominal.tx * c0, vy = b.rays.ty * c - nominal.ty * c0;
+  const Eigen::ArrayXd vz = c - c0;
+  const double mx = (w * vx).sum(), my = (w * vy).sum(), mz = (w * vz).sum();
+  q[branch + ".deflection_mean_x"] = mx;
+  q[branch + ".deflection_mean_y"] = my;
+  q[branch + ".deflection_mean_z"] = mz;
+  q[branch + ".deflection_std_z"] = std::sqrt((w * (vz - mz).square()).sum());
+  q[branch + ".mean_to_mean_deflection"] =
+      std::hypot(mx, my, mz) / (w * (vx.square() + vy.square() + vz.square()).sqrt()).sum();
+  const double scale = 4 * kPi / task.wavelength;
+  q[branch + ".phase_gradient_covariance_rad2_per_m2"] =
+      scale * scale * ((w * dx * dy).sum() - (w * dx).sum() * (w * dy).sum());
+  q[branch + ".phase_gradient_axis_ratio"] = deflection_x / deflection_y;
   q[branch + ".phase_gradient_rms_x_rad_per_m"] = 4 * kPi / task.wavelength * deflection_x;
   q[branch + ".phase_gradient_rms_y_rad_per_m"] = 4 * kPi / task.wavelength * deflection_y;
   q[branch + ".phase_gradient_rms_rad_per_m"] =
@@ -46,8 +62,9 @@ void add_paper_quantities(const std::string& branch, const Task& task, const Gro
       (ring * task.mirror.focal_length / ground.radius);
 }
 
-void add_published_phase(const Task& task, const PhaseSynthesis& published, const PupilSample& pupil,
-                         const RayBundle& nominal, int threads, Quantities* quantities) {
+std::vector<FourierMode> add_published_phase(const Task& task, const PhaseSynthesis& published,
+                                             const PupilSample& pupil, const RayBundle& nominal, int threads,
+                                             Quantities* quantities) {
   // Each mode stands for a ring of the frequency plane, its width taken with log10 where the measure of
   // log-uniform modes is ln.
   const double decades = std::log10(published.f_max / published.f_min);
@@ -91,6 +108,10 @@ void add_published_phase(const Task& task, const PhaseSynthesis& published, cons
       evaluate_exact({rays, nominal, no_height, task.trace.centre}, statistics, threads);
   for (std::size_t k = 0; k < statistics.size(); ++k)
     q["published_phase." + statistic_name(statistics[k])] = values[Eigen::Index(k)];
+  q["published_phase.psd_level"] = published.psd_level;
+  q["published_phase.f_min_per_m"] = published.f_min;
+  q["published_phase.f_max_per_m"] = published.f_max;
+  return terms.fourier;
 }
 
 void add_independent_terms(const Task& task, const IndependentTerms& spec, int threads,
