@@ -1,5 +1,10 @@
 #include "aberfit/method/verify.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
@@ -14,16 +19,35 @@
 namespace aberfit {
 using namespace internal;
 
+namespace {
+
+// A row that points to a picture points to one that exists.
+void check_pictures(const Study& study) {
+  const std::vector<std::string>& names = verify_picture_names();
+  for (std::size_t k = 0; k < study.verify.published.size(); ++k) {
+    const std::string& picture = study.verify.published[k].picture;
+    if (!picture.empty() && std::find(names.begin(), names.end(), picture) == names.end())
+      throw InputError(study.path, fmt::format("/verify/published/{}/picture", k), '"' + picture + '"',
+                       fmt::format("{}", fmt::join(names, ", ")));
+  }
+}
+
+}  // namespace
+
 VerifyReport run_verify(const Study& study, const RunOptions& options) {
   if (!study.roughness)
     throw InputError(study.path, "/roughness", "nothing",
                      "a roughness block: verify compares with its Harvey-Shack prediction");
+  check_pictures(study);  // before anything is computed
   const int threads = options.threads > 0 ? options.threads : available_threads();
   VerifyReport report = with_fields_of(
       study, [&] { return verify(study, study.verify.aside, given_surface(study, options), threads); });
   report.title = study.title;
   report.published = compare_published(study, report.quantities);
   if (!options.output_directory.empty()) {
+    if (options.plots && study.output.plots)
+      write_verify_plots(report, study.mirror, study.aperture, study.wavelength, options.output_directory,
+                         &report.warnings);
     write_file(options.output_directory + "/summary.txt", summary_table(report));
     write_file(options.output_directory + "/result.json",
                to_json(report, resolved_study(study)).dump(2) + "\n");

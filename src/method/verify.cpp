@@ -17,8 +17,6 @@ using namespace internal;
 
 namespace {
 
-constexpr double kIdealRing = 10e-6;  // the ring the paper lays around the ideal focus
-
 // EE at focus, ring widths, angles and spot: what both branches can be asked for.
 std::vector<Statistic> branch_statistics(const Groundwork& ground) {
   std::vector<Statistic> statistics;
@@ -59,6 +57,7 @@ void add_scene_quantities(const Groundwork& ground, const Task& task, Quantities
 
 void add_ideal_quantities(const RayBundle& nominal, Quantities* quantities) {
   const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(nominal.size());
+  (*quantities)["ideal.ring_radius_m"] = kIdealRing;
   (*quantities)["ideal.ring_fwhm_m"] =
       evaluate_exact({nominal, nominal, no_height, Centre::kNominal}, {RingFwhm{0.9, kIdealRing}}, 1)[0];
   (*quantities)["ideal.ring_fwhm_counted_m"] = counted_ring_width(nominal, kIdealRing, 1e-4, 2e-2);
@@ -151,14 +150,16 @@ void add_statistic_quantities(const VerifyReport& report, Quantities* quantities
 Warnings verify_warnings(const Task& task, const Groundwork& ground, const VerifyReport& report) {
   Warnings warnings;
   if (report.rays_decide && ground.use.choice->model != FocusModel::kRays)
-    warnings.push_back({"rays-not-valid", ground.use.reason + " The verdict here is one of rays: their "
-                                                              "agreement says nothing of the focus in light."});
+    warnings.push_back({"rays-not-valid", ground.use.reason +
+                                              " The verdict here is one of rays: their "
+                                              "agreement says nothing of the focus in light."});
   if (!report.light_obstacle.empty())
     warnings.push_back({"no-light", "light is not shown: " + report.light_obstacle});
   if (report.draws > 0 && report.verdict == Verdict::kUndecided)
-    warnings.push_back({"few-draws", fmt::format("the means of {} draws do not decide at this margin; more of "
-                                                 "them do (`draws` in `verify`), or a wider margin",
-                                                 report.draws)});
+    warnings.push_back(
+        {"few-draws", fmt::format("the means of {} draws do not decide at this margin; more of "
+                                  "them do (`draws` in `verify`), or a wider margin",
+                                  report.draws)});
   if (task.trace.central_difference_step)
     warnings.push_back(
         {"central-difference", "normals by central differences: a hidden low-pass filter (PHYSICS 8)"});

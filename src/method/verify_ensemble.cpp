@@ -26,7 +26,7 @@ constexpr std::int64_t kRaysPerDraw = 4096;
 
 // A cell of a draw costs half a microsecond on one thread (1600 terms, five planes): half a minute for all.
 constexpr double kMostWaveCells = 6e7;
-constexpr double kFlatCurve = 0.35;     // least r dE/dr that a margin is counted in (PHYSICS 7)
+constexpr double kFlatCurve = 0.35;  // least r dE/dr that a margin is counted in (PHYSICS 7)
 
 // Rays of many draws one behind the other.
 struct Gathered {
@@ -69,17 +69,17 @@ EnsembleMean mean_of_groups(const Task& task, int draws, const std::vector<Stati
     const PupilSample pupil = make_pupil(task.aperture, {PupilLayout::kSobol, kRaysPerDraw, seed});
     Gathered group(group_rays);
     light(g, per_group, pupil, trace_nominal(task.mirror, pupil), &group);
-    values.col(Eigen::Index(g)) = evaluate_exact(
-        {group.rays, group.nominal, group.height, task.trace.centre}, statistics, 1);
+    values.col(Eigen::Index(g)) =
+        evaluate_exact({group.rays, group.nominal, group.height, task.trace.centre}, statistics, 1);
     const Eigen::Index at = Eigen::Index(g) * group_rays;
     all.put(at, group.rays, group.nominal, group.height, 1.0 / kEnsembleGroups);
   });
   EnsembleMean mean;
   mean.value = evaluate_exact({all.rays, all.nominal, all.height, task.trace.centre}, statistics, threads);
   const Eigen::VectorXd of_groups = values.rowwise().mean();
-  mean.standard_error = ((values.colwise() - of_groups).rowwise().squaredNorm() /
-                         (kEnsembleGroups * (kEnsembleGroups - 1.0)))
-                            .cwiseSqrt();
+  mean.standard_error =
+      ((values.colwise() - of_groups).rowwise().squaredNorm() / (kEnsembleGroups * (kEnsembleGroups - 1.0)))
+          .cwiseSqrt();
   return mean;
 }
 
@@ -92,7 +92,7 @@ Eigen::VectorXd drawn(const Ensemble& ensemble, std::uint64_t draw) {
 struct LightRow {
   std::string name;
   double fraction = 0, radius = 0, slope = 0;  // of an EE radius
-  double width = 0, fall = 0;  // of the ring: theory's width, and -dN/dz at its ends over N(0) [1/m]
+  double width = 0, fall = 0;       // of the ring: theory's width, and -dN/dz at its ends over N(0) [1/m]
   std::vector<std::size_t> shares;  // which of the shares asked for: one, or below, in and above the focus
 };
 struct LightPlan {
@@ -248,9 +248,9 @@ LightComparison compare_in_light(const Ensemble& ensemble, const Groundwork& gro
     WaveShares shares;
     double widening = 1;
     if (given) {
-      const FreshStatistics fresh = statistics_with_error(
-          lit_mirror(task), {FocusModel::kWaves, 0, task.trace.pupil.seed, light.pitch}, given->terms,
-          given->coefficients, plan.shares, threads, nullptr);
+      const FreshStatistics fresh =
+          statistics_with_error(lit_mirror(task), {FocusModel::kWaves, 0, task.trace.pupil.seed, light.pitch},
+                                given->terms, given->coefficients, plan.shares, threads, nullptr);
       shares.mean = {fresh.value, fresh.standard_error};
     } else {
       const double cells = std::pow(2 * ground.radius / light.pitch, 2);

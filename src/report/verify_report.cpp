@@ -46,7 +46,8 @@ std::string light_word(const VerifyReport& report) {
 // Verdict of the theory that decides, and what the other says.
 std::string headline(const VerifyReport& report) {
   const std::string rays = capitals(to_string(report.rays_verdict)) + worst(report.metrics);
-  const std::string first = report.rays_decide ? rays + " in geometric rays" : light_word(report) + " in light";
+  const std::string first =
+      report.rays_decide ? rays + " in geometric rays" : light_word(report) + " in light";
   const std::string second =
       report.rays_decide ? "in light " + light_word(report) : "in geometric rays " + rays;
   return fmt::format("{}; {}", first, second);
@@ -55,8 +56,9 @@ std::string headline(const VerifyReport& report) {
 std::string judged_line(const VerifyReport& report) {
   const double level = 100 * report.margin;
   return report.draws > 0
-             ? fmt::format("Judged: the mean light of {} drawn surfaces, at a margin of {:.3g} %, convention {}",
-                           report.draws, level, convention_word(report.convention))
+             ? fmt::format(
+                   "Judged: the mean light of {} drawn surfaces, at a margin of {:.3g} %, convention {}",
+                   report.draws, level, convention_word(report.convention))
              : fmt::format("Judged: the given surface by {} rays, at a margin of {:.3g} %, convention {}",
                            report.rays, level, convention_word(report.convention));
 }
@@ -65,11 +67,10 @@ std::string metric_rows(const std::vector<EquivalenceMetric>& metrics, const std
   std::string text;
   for (std::size_t k = 0; k < metrics.size(); ++k) {
     const EquivalenceMetric& m = metrics[k];
-    text += fmt::format("  {:<24} {:>11} {:>11.5g} {:>11.5g} {:>8.2f}% {:>15}  {}\n", m.name,
-                        theory ? fmt::format("{:.5g}", theory->at(k)) : "", m.target, m.model,
-                        100 * m.relative_difference,
-                        fmt::format("{:+.2f} {:+.2f}", 100 * m.interval[0], 100 * m.interval[1]),
-                        to_string(m.verdict));
+    text += fmt::format(
+        "  {:<24} {:>11} {:>11.5g} {:>11.5g} {:>8.2f}% {:>15}  {}\n", m.name,
+        theory ? fmt::format("{:.5g}", theory->at(k)) : "", m.target, m.model, 100 * m.relative_difference,
+        fmt::format("{:+.2f} {:+.2f}", 100 * m.interval[0], 100 * m.interval[1]), to_string(m.verdict));
   }
   return text;
 }
@@ -86,9 +87,11 @@ std::string printed_cell(const PublishedComparison& row) {
 }
 
 std::string published_row(const PublishedComparison& row) {
-  const std::string shown =
-      std::isfinite(row.ours) ? fmt::format("{:.5g}{}{}", row.ours, row.unit.empty() ? "" : " ", row.unit) : "-";
-  std::string text = fmt::format("  {:<46} {:>18}  {:>15}  {}\n", row.label, printed_cell(row), shown, row.verdict);
+  const std::string shown = std::isfinite(row.ours)
+                                ? fmt::format("{:.5g}{}{}", row.ours, row.unit.empty() ? "" : " ", row.unit)
+                                : "-";
+  std::string text =
+      fmt::format("  {:<46} {:>18}  {:>15}  {}\n", row.label, printed_cell(row), shown, row.verdict);
   if (!row.reading.empty()) text += "      " + wrapped(row.reading, kColumns - 6, 6) + "\n";
   return text;
 }
@@ -99,14 +102,15 @@ std::string published_table(const std::vector<PublishedComparison>& rows) {
   for (const PublishedComparison& row : rows) ++count[row.verdict];
   std::string tally;
   for (const auto& [word, number] : count)
-    tally += fmt::format("{}{} {}", tally.empty() ? "" : ", ", number, word.empty() ? "without verdict" : word);
+    tally +=
+        fmt::format("{}{} {}", tally.empty() ? "" : ", ", number, word.empty() ? "without verdict" : word);
   std::string text = fmt::format("\nPublished numbers: {}\n", wrapped(tally, kColumns - 19, 19));
   std::string section;
   for (const PublishedComparison& row : rows) {
     if (&row == &rows.front() || row.section != section) {
       section = row.section;
-      text += fmt::format("\n  {:<46} {:>18}  {:>15}  {}\n", section.empty() ? "published" : section, "printed",
-                          "ours", "verdict");
+      text += fmt::format("\n  {:<46} {:>18}  {:>15}  {}\n", section.empty() ? "published" : section,
+                          "printed", "ours", "verdict");
     }
     text += published_row(row);
   }

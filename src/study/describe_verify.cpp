@@ -60,7 +60,8 @@ void describe(Visitor& v, PublishedNumber& number) {
   v.text({"id", "stable key of the number", Need::kOptional, "\"hs-ee90\""}, number.id, true);
   v.text({"section", "where it stands there"}, number.section, true);
   v.text({"label", "what it is called there", Need::kRequired, "\"EE90 (HS)\""}, number.label, false);
-  v.text({"quantity", "name of a quantity of the verify result; this, formula, expression, or none (reading only)",
+  v.text({"quantity",
+          "name of a quantity of the verify result; this, formula, expression, or none (reading only)",
           Need::kOptional, "\"harvey_shack.ee90_radius_m\""},
          number.quantity, true);
   v.text({"formula", meaning.c_str(), Need::kOptional, "\"mean_deflection\""}, number.formula, true);

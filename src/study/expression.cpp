@@ -119,8 +119,8 @@ class ExpressionParser {
     if (!take(')')) fail("')'");
     for (const auto& [known, apply] : kUnary)
       if (known == name) return apply(first);
-    throw std::invalid_argument(
-        fmt::format("no function \"{}\"; there are sqrt, exp, log, log10, sin, cos, asin, abs, min, max", name));
+    throw std::invalid_argument(fmt::format(
+        "no function \"{}\"; there are sqrt, exp, log, log10, sin, cos, asin, abs, min, max", name));
   }
 
   static bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }

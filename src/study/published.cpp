@@ -80,8 +80,8 @@ double evaluate_formula(const std::string& name, const FormulaInputs& inputs, co
 }
 
 const std::vector<std::string>& published_verdicts() {
-  static const std::vector<std::string> words = {"holds",      "fails",            "reading",  "input",
-                                                 "not-stated", "not-reproducible", "untested", "picture"};
+  static const std::vector<std::string> words = {
+      "holds", "fails", "reading", "input", "not-stated", "not-reproducible", "untested", "picture"};
   return words;
 }
 
@@ -179,7 +179,8 @@ PublishedComparison compare_row(const PublishedRow& place) {
   } else {
     compared = false;
   }
-  if (compared) c.verdict = !holds ? "fails" : row.verdict.empty() || row.verdict == "fails" ? "holds" : row.verdict;
+  if (compared)
+    c.verdict = !holds ? "fails" : row.verdict.empty() || row.verdict == "fails" ? "holds" : row.verdict;
   return c;
 }
 

@@ -15,7 +15,14 @@ PaperCell paper_cell(double sigma, double l_c, double diameter, double wavelengt
   const Aperture aperture = CircleAperture{diameter};
   const SceneNumbers n = scene_numbers(psd, mirror, aperture, wavelength);
   const ModelChoice choice = choose_model(psd, mirror, aperture, wavelength);
-  return {sigma, l_c, diameter, n.paper_ratio_r, n.g, n.kappa, choice.errors.ray_ee90, choice.model,
+  return {sigma,
+          l_c,
+          diameter,
+          n.paper_ratio_r,
+          n.g,
+          n.kappa,
+          choice.errors.ray_ee90,
+          choice.model,
           gaussian_share_beyond(sigma, length, wavelength, kSmallAngle)};
 }
 

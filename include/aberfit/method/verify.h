@@ -60,12 +60,14 @@ struct PublishedComparison {
   std::string picture;       ///< of verify's pictures, the one that shows it; empty: none
 };
 
+inline constexpr double kIdealRing = 10e-6;  ///< the ring that the paper lays around the ideal focus [m]
+
 /// The rays and modes behind a report, for its pictures.
 struct VerifyRays {
   PupilSample pupil;
   RayBundle nominal, harvey_shack, terms;
-  SurfaceField field;      ///< surface error behind `terms` at the pupil points
-  GivenSurface surface;    ///< its terms
+  SurfaceField field;                        ///< surface error behind `terms` at the pupil points
+  GivenSurface surface;                      ///< its terms
   std::vector<FourierMode> published_modes;  ///< of the published phase; empty: not asked for
 };
 
@@ -84,11 +86,11 @@ struct VerifyReport {
   /// Of the theory that the task names: of `metrics` for theory `geometric` and convention `paper`, else of
   /// `light`. Where light was not computed, that of rays in a scene that needs no more, else undecided.
   Verdict verdict = Verdict::kUndecided;
-  bool rays_decide = false;  ///< which of the two that is
-  SceneFacts scene;          ///< its model is "rays", whatever the scene needs
-  Eigen::Index rays = 0;     ///< of the pupil on which one draw is shown
-  int draws = 0;             ///< behind every ensemble mean; 0: a given surface
-  double margin = 0;         ///< of the test, relative
+  bool rays_decide = false;                ///< which of the two that is
+  SceneFacts scene;                        ///< its model is "rays", whatever the scene needs
+  Eigen::Index rays = 0;                   ///< of the pupil on which one draw is shown
+  int draws = 0;                           ///< behind every ensemble mean; 0: a given surface
+  double margin = 0;                       ///< of the test, relative
   std::vector<double> theory;              ///< geometric, in closed form, parallel to `metrics` [SI]
   std::vector<EquivalenceMetric> metrics;  ///< target: Harvey-Shack branch; model: aberration terms
   /// In light. target: generalised Harvey-Shack (of half the heights in convention `paper`); model: waves.

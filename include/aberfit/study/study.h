@@ -95,11 +95,11 @@ struct PublishedNumber {
   std::string formula;     ///< a formula of study/published.h on `inputs`, or
   std::string expression;  ///< arithmetic on quantities and printed values; all empty: nothing of ours
   FormulaInputs inputs;
-  std::string printed;          ///< as printed, digit for digit; may be words
-  std::optional<double> value;  ///< the same as a number; absent where `printed` is none
-  bool derived = false;         ///< not printed there, but follows from what is
-  std::string unit;             ///< as printed
-  double scale = 1;             ///< printed value times scale = SI value
+  std::string printed;           ///< as printed, digit for digit; may be words
+  std::optional<double> value;   ///< the same as a number; absent where `printed` is none
+  bool derived = false;          ///< not printed there, but follows from what is
+  std::string unit;              ///< as printed
+  double scale = 1;              ///< printed value times scale = SI value
   std::optional<double> within;  ///< relative difference that still holds; absent: half of the last digit
   std::string holds;    ///< what has to be true instead of that: an expression, `ours` and `printed` in it
   std::string verdict;  ///< where nothing is computed; or what it is called if the comparison holds
