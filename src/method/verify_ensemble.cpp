@@ -28,32 +28,30 @@ constexpr std::int64_t kRaysPerDraw = 4096;
 constexpr double kMostWaveCells = 6e7;
 constexpr double kFlatCurve = 0.35;  // least r dE/dr that a margin is counted in (PHYSICS 7)
 
-// Rays of many draws one behind the other.
+// Rays of many draws one behind the other, with the directions of their nominal rays.
 struct Gathered {
   RayBundle rays, nominal;
-  Eigen::ArrayXd height;
 
-  explicit Gathered(Eigen::Index size) : height(size) {
-    for (RayBundle* bundle : {&rays, &nominal})
-      for (const auto part :
-           {&RayBundle::x, &RayBundle::y, &RayBundle::tx, &RayBundle::ty, &RayBundle::weight})
-        (bundle->*part).resize(size);
+  explicit Gathered(Eigen::Index size) {
+    for (const auto part : {&RayBundle::x, &RayBundle::y, &RayBundle::tx, &RayBundle::ty, &RayBundle::weight})
+      (rays.*part).resize(size);
+    nominal.tx.resize(size);
+    nominal.ty.resize(size);
   }
-  void put(Eigen::Index at, const RayBundle& from, const RayBundle& ideal, const Eigen::ArrayXd& h,
-           double share) {
-    const auto copy = [&](RayBundle& to, const RayBundle& one) {
-      for (const auto part : {&RayBundle::x, &RayBundle::y, &RayBundle::tx, &RayBundle::ty})
-        (to.*part).segment(at, one.size()) = one.*part;
-      to.weight.segment(at, one.size()) = share * one.weight;
-    };
-    copy(rays, from);
-    copy(nominal, ideal);
-    if (h.size() > 0)
-      height.segment(at, h.size()) = h;
-    else
-      height.segment(at, from.size()).setZero();
+  void put(Eigen::Index at, const RayBundle& from, const RayBundle& ideal, double share) {
+    for (const auto part : {&RayBundle::x, &RayBundle::y, &RayBundle::tx, &RayBundle::ty})
+      (rays.*part).segment(at, from.size()) = from.*part;
+    rays.weight.segment(at, from.size()) = share * from.weight;
+    nominal.tx.segment(at, from.size()) = ideal.tx;
+    nominal.ty.segment(at, from.size()) = ideal.ty;
   }
 };
+
+Eigen::VectorXd statistics_of(const Gathered& light, Centre centre, const std::vector<Statistic>& statistics,
+                              int threads) {
+  static const Eigen::ArrayXd kNoHeight;
+  return evaluate_exact({light.rays, light.nominal, kNoHeight, centre}, statistics, threads);
+}
 
 // Mean over all and its standard error from groups that are each evaluated alone. `light` fills the rays of
 // a group from the given place on.
@@ -69,13 +67,11 @@ EnsembleMean mean_of_groups(const Task& task, int draws, const std::vector<Stati
     const PupilSample pupil = make_pupil(task.aperture, {PupilLayout::kSobol, kRaysPerDraw, seed});
     Gathered group(group_rays);
     light(g, per_group, pupil, trace_nominal(task.mirror, pupil), &group);
-    values.col(Eigen::Index(g)) =
-        evaluate_exact({group.rays, group.nominal, group.height, task.trace.centre}, statistics, 1);
-    const Eigen::Index at = Eigen::Index(g) * group_rays;
-    all.put(at, group.rays, group.nominal, group.height, 1.0 / kEnsembleGroups);
+    values.col(Eigen::Index(g)) = statistics_of(group, task.trace.centre, statistics, 1);
+    all.put(Eigen::Index(g) * group_rays, group.rays, group.nominal, 1.0 / kEnsembleGroups);
   });
   EnsembleMean mean;
-  mean.value = evaluate_exact({all.rays, all.nominal, all.height, task.trace.centre}, statistics, threads);
+  mean.value = statistics_of(all, task.trace.centre, statistics, threads);
   const Eigen::VectorXd of_groups = values.rowwise().mean();
   mean.standard_error =
       ((values.colwise() - of_groups).rowwise().squaredNorm() / (kEnsembleGroups * (kEnsembleGroups - 1.0)))
@@ -214,7 +210,7 @@ EnsembleMean ensemble_by_rays(const Ensemble& ensemble, const std::vector<Statis
             field = surface_field(task, pupil, {ensemble.terms, c}, 1);
           else
             surface.apply(c, &field);
-          group->put(d * kRaysPerDraw, trace(task.mirror, pupil, field), nominal, field.height, 1.0 / count);
+          group->put(d * kRaysPerDraw, trace(task.mirror, pupil, field), nominal, 1.0 / count);
         }
       });
 }
@@ -228,7 +224,7 @@ EnsembleMean ensemble_of_perturbed_rays(const Task& task, double slope, int draw
         for (int d = 0; d < count; ++d) {
           const std::uint64_t seed = seeds.bits(g * std::uint64_t(count) + std::uint64_t(d));
           group->put(d * kRaysPerDraw,
-                     trace_perturbed(task.mirror, pupil, slope, task.target.convention, seed), nominal, {},
+                     trace_perturbed(task.mirror, pupil, slope, task.target.convention, seed), nominal,
                      1.0 / count);
         }
       });
@@ -273,7 +269,7 @@ LightComparison compare_in_light(const Ensemble& ensemble, const Groundwork& gro
 
 int ensemble_draws(double spread, double margin) {
   constexpr double kPrecision = 8;  // standard errors of ee90 in a margin; those of ee20 are twice as large
-  constexpr int kLeast = 2, kMost = 64;
+  constexpr int kLeast = 2, kMost = 36;  // groups
   const double wanted = std::pow(kPrecision * spread / margin, 2) / kEnsembleGroups;
   // Not a number where the spread is none: then as many as there may be.
   const double groups = wanted <= kMost ? std::max(double(kLeast), std::ceil(wanted)) : kMost;

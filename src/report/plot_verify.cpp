@@ -299,27 +299,9 @@ double rayleigh(double r, double sigma) {
   return r <= 0 ? 0.0 : r / (sigma * sigma) * std::exp(-0.5 * r * r / (sigma * sigma));
 }
 
-// Deflections of a case [rad] as vectors of direction, from the ideal ray.
-struct Deflections {
-  Eigen::ArrayXd x, y, z, magnitude, weight;
-  double sigma_x = 0, sigma_y = 0, sigma_z = 0, rms = 0;
-
-  double per_axis() const { return rms / std::numbers::sqrt2; }
-  double mean() const { return std::sqrt(kPi / 2) * per_axis(); }  // Rayleigh
-};
-Deflections deflections_of(const RayBundle& rays, const RayBundle& ideal) {
-  const auto along = [](const RayBundle& r) { return (1 + r.tx.square() + r.ty.square()).rsqrt().eval(); };
-  const Eigen::ArrayXd c = along(rays), c0 = along(ideal);
-  Deflections d;
-  d.x = rays.tx * c - ideal.tx * c0;
-  d.y = rays.ty * c - ideal.ty * c0;
-  d.z = c - c0;
-  d.magnitude = (d.x.square() + d.y.square() + d.z.square()).sqrt();
-  d.weight = rays.weight / rays.weight.sum();
-  const auto rms = [&](const Eigen::ArrayXd& v) { return std::sqrt((d.weight * v.square()).sum()); };
-  d.sigma_x = rms(d.x), d.sigma_y = rms(d.y), d.sigma_z = rms(d.z), d.rms = rms(d.magnitude);
-  return d;
-}
+// Of the Rayleigh law of a case: as wide as its deflections.
+double per_axis(const Deflections& d) { return d.rms / std::numbers::sqrt2; }
+double rayleigh_mean(const Deflections& d) { return std::sqrt(kPi / 2) * per_axis(d); }
 
 // A dashed vertical line and its place in the key.
 struct Upright {
@@ -357,7 +339,7 @@ Panel histogram_panel(Picture* picture, const std::string& key, const std::strin
 Picture gradient_picture(const Scene& s, const Deflections& hs, const Deflections& terms) {
   Picture picture{"phase_gradients", "", {}};
   const double scale = 4 * kPi / s.wavelength;  // of a deflection [rad], in rad/m
-  const double sx = scale * hs.sigma_x, sy = scale * hs.sigma_y, total = std::hypot(sx, sy);
+  const double sx = scale * hs.rms_x, sy = scale * hs.rms_y, total = std::hypot(sx, sy);
   const double reach = 4 * std::max(sx, sy);
   const auto component = [&](const char* key, const char* axis, const Eigen::ArrayXd& of_hs, double sigma,
                              const Eigen::ArrayXd& of_terms) {
@@ -398,7 +380,7 @@ Picture gradient_picture(const Scene& s, const Deflections& hs, const Deflection
 Picture deflection_picture(const Scene& s, const Deflections& hs, const Deflections& terms) {
   Picture picture{"deflections", "", {}};
   const AxisUnit unit = angle_unit(3 * hs.rms);
-  const double u = unit.per_si, reach = 4 * u * std::max(hs.sigma_x, hs.sigma_y);
+  const double u = unit.per_si, reach = 4 * u * std::max(hs.rms_x, hs.rms_y);
   std::vector<Panel> all;
   const auto component = [&](const std::string& axis, const Eigen::ArrayXd& of_hs, double sigma,
                              const Eigen::ArrayXd& of_terms, double far, const std::string& name,
@@ -410,17 +392,18 @@ Picture deflection_picture(const Scene& s, const Deflections& hs, const Deflecti
                            fmt::format("Gaussian, std {:.4g}", per * sigma));
   };
   const std::string name = "deflection [" + unit.name + "]";
-  all.push_back(component("x", hs.x, hs.sigma_x, terms.x, reach, name, u));
-  all.push_back(component("y", hs.y, hs.sigma_y, terms.y, reach, name, u));
-  const AxisUnit fine = angle_unit(3 * hs.sigma_z);
-  all.push_back(component("z", hs.z, hs.sigma_z, terms.z, 4 * fine.per_si * hs.sigma_z,
+  all.push_back(component("x", hs.x, hs.rms_x, terms.x, reach, name, u));
+  all.push_back(component("y", hs.y, hs.rms_y, terms.y, reach, name, u));
+  const AxisUnit fine = angle_unit(3 * hs.rms_z);
+  all.push_back(component("z", hs.z, hs.rms_z, terms.z, 4 * fine.per_si * hs.rms_z,
                           "change of the direction cosine z [" + fine.name + "]", fine.per_si));
-  const auto law = [&](double r) { return rayleigh(r, u * hs.per_axis()); };
-  all.push_back(histogram_panel(&picture, "magnitude", "magnitude", "|D| [" + unit.name + "]",
-                                histogram(u * hs.magnitude, hs.weight, 0, reach, law),
-                                histogram(u * terms.magnitude, terms.weight, 0, reach, law), "Rayleigh",
-                                {{u * hs.mean(), fmt::format("mean {:.4g} {}", u * hs.mean(), unit.name)},
-                                 {u * hs.rms, fmt::format("RMS {:.4g} {}", u * hs.rms, unit.name)}}));
+  const auto law = [&](double r) { return rayleigh(r, u * per_axis(hs)); };
+  all.push_back(histogram_panel(
+      &picture, "magnitude", "magnitude", "|D| [" + unit.name + "]",
+      histogram(u * hs.magnitude, hs.weight, 0, reach, law),
+      histogram(u * terms.magnitude, terms.weight, 0, reach, law), "Rayleigh",
+      {{u * rayleigh_mean(hs), fmt::format("mean {:.4g} {}", u * rayleigh_mean(hs), unit.name)},
+       {u * hs.rms, fmt::format("RMS {:.4g} {}", u * hs.rms, unit.name)}}));
   picture.script = panels(picture.name, s.title("Deflections of the rays"), 1400, 1150, 2, all);
   return picture;
 }
@@ -428,9 +411,9 @@ Picture deflection_picture(const Scene& s, const Deflections& hs, const Deflecti
 /// Scatter angles, on the sky's scale.
 Picture scatter_angle_picture(const Scene& s, const Deflections& hs, const Deflections& terms) {
   Picture picture{"scatter_angles", "", {}};
-  const double sigma = hs.per_axis() / kArcsec, reach = 7.7 * sigma;  // 20 arcsec for the paper's spot
+  const double sigma = per_axis(hs) / kArcsec, reach = 7.7 * sigma;  // 20 arcsec for the paper's spot
   const auto law = [&](double r) { return rayleigh(r, sigma); };
-  const double mean = hs.mean() / kArcsec, rms = hs.rms / kArcsec;
+  const double mean = rayleigh_mean(hs) / kArcsec, rms = hs.rms / kArcsec;
   picture.script = panels(
       picture.name, s.title("Scatter angles"), 1200, 800, 1,
       {histogram_panel(

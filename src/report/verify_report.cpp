@@ -80,18 +80,32 @@ std::string heading(const char* theory, const char* target, const char* model) {
                      model, "diff", "interval [%]", "verdict");
 }
 
+// What is printed, with its unit where it is a number or begins with one: a formula has none.
 std::string printed_cell(const PublishedComparison& row) {
   std::string text = row.printed_text.empty() ? fmt::format("{:.6g}", row.printed) : row.printed_text;
-  if (!row.unit.empty()) text += " " + row.unit;
+  const bool of_numbers =
+      std::isdigit(static_cast<unsigned char>(text.front())) && text.find('_') == std::string::npos;
+  if (!row.unit.empty() && (std::isfinite(row.printed) || of_numbers)) text += " " + row.unit;
   return row.derived ? text + " (derived)" : text;
 }
 
+constexpr std::size_t kLabelColumns = 46, kPrintedColumns = 18;
+
+// Label, printed, ours, verdict; on two lines where the first two are too long for one.
+std::string published_line(const std::string& label, const std::string& printed, const std::string& ours,
+                           const std::string& verdict) {
+  const bool fits = label.size() <= kLabelColumns && printed.size() <= kPrintedColumns;
+  const std::string left =
+      fits ? fmt::format("{:<{}} {:>{}}", label, kLabelColumns, printed, kPrintedColumns)
+           : fmt::format("{}\n  {:>{}}", label, printed, kLabelColumns + 1 + kPrintedColumns);
+  return fmt::format("  {}  {:>15}  {}\n", left, ours, verdict);
+}
+
 std::string published_row(const PublishedComparison& row) {
-  const std::string shown = std::isfinite(row.ours)
-                                ? fmt::format("{:.5g}{}{}", row.ours, row.unit.empty() ? "" : " ", row.unit)
-                                : "-";
-  std::string text =
-      fmt::format("  {:<46} {:>18}  {:>15}  {}\n", row.label, printed_cell(row), shown, row.verdict);
+  const std::string ours = std::isfinite(row.ours)
+                               ? fmt::format("{:.5g}{}{}", row.ours, row.unit.empty() ? "" : " ", row.unit)
+                               : "-";
+  std::string text = published_line(row.label, printed_cell(row), ours, row.verdict);
   if (!row.reading.empty()) text += "      " + wrapped(row.reading, kColumns - 6, 6) + "\n";
   return text;
 }
@@ -109,8 +123,7 @@ std::string published_table(const std::vector<PublishedComparison>& rows) {
   for (const PublishedComparison& row : rows) {
     if (&row == &rows.front() || row.section != section) {
       section = row.section;
-      text += fmt::format("\n  {:<46} {:>18}  {:>15}  {}\n", section.empty() ? "published" : section,
-                          "printed", "ours", "verdict");
+      text += "\n" + published_line(section.empty() ? "published" : section, "printed", "ours", "verdict");
     }
     text += published_row(row);
   }

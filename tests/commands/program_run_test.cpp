@@ -27,7 +27,7 @@ std::string tiny_study(const std::string& statistics, const std::string& rest = 
   "light": { "wavelength": "632.8 nm" },
   "roughness": { "psd": { "model": "uniform", "rms": "200 nm", "f_min": "2.5 /m", "f_max": "6 /m" } },
   "terms": { "zernike": { "n_max": 8 } },
-  "trace": { "rays": 4096 },
+  "trace": { "rays": 4096 }, "verify": { "draws": 16 },
   "target": { "statistics": { )" +
          statistics + " } }" + rest + "\n}\n";
 }
@@ -164,8 +164,11 @@ TEST_F(ProgramRun, VerifyReturnsItsVerdictAndTheOthersZero) {
   for (const char* name : {"theory.json", "lenient.json"}) {
     SCOPED_TRACE(name);
     const int code = run(std::string("verify ") + name + " -o verified");
-    EXPECT_EQ(entries(file("verified")), (std::set<std::string>{"result.json", "summary.txt"}));
+    EXPECT_EQ(entries(file("verified")), (std::set<std::string>{"plots", "result.json", "summary.txt"}));
+    EXPECT_TRUE(entries(file("verified/plots")).contains("focal_images.gp"));
     EXPECT_EQ(read_file(file("verified/summary.txt")), out());
+    run(std::string("verify ") + name + " --no-plots -o plain");
+    EXPECT_EQ(entries(file("plain")), (std::set<std::string>{"result.json", "summary.txt"}));
     EXPECT_EQ(code, read_json(file("verified/result.json"))["verdict"] == "equivalent" ? 0 : 1);
     codes.insert(code);
   }

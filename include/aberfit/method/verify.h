@@ -60,6 +60,15 @@ struct PublishedComparison {
   std::string picture;       ///< of verify's pictures, the one that shows it; empty: none
 };
 
+/// How rays differ in direction from their nominal rays: unit vector less unit vector [1, rad where small].
+struct Deflections {
+  Eigen::ArrayXd x, y, z, magnitude;
+  Eigen::ArrayXd weight;                            ///< shares of the light, summing to 1
+  double rms_x = 0, rms_y = 0, rms_z = 0, rms = 0;  ///< of the components and the magnitude
+  double mean_x = 0, mean_y = 0, mean_z = 0, mean = 0;
+};
+Deflections deflections_of(const RayBundle& rays, const RayBundle& nominal);
+
 inline constexpr double kIdealRing = 10e-6;  ///< the ring that the paper lays around the ideal focus [m]
 
 /// The rays and modes behind a report, for its pictures.
@@ -73,7 +82,7 @@ struct VerifyRays {
 
 /// Draws of an ensemble: as many as make the standard error of the mean ee90 an eighth of `margin`, so that a
 /// test at 95 % of a dozen statistics, some of which scatter twice as much, says `equivalent` of equal means;
-/// `spread`: relative scatter of ee90 between draws. A multiple of kEnsembleGroups from 2 to 64 times that:
+/// `spread`: relative scatter of ee90 between draws. A multiple of kEnsembleGroups from 2 to 36 times that:
 /// low-frequency roughness scatters so much that no number of draws to be waited for will do, and the verdict
 /// is then undecided.
 inline constexpr int kEnsembleGroups = 16;
