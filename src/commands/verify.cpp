@@ -39,6 +39,7 @@ VerifyReport run_verify(const Study& study, const RunOptions& options) {
     throw InputError(study.path, "/roughness", "nothing",
                      "a roughness block: verify compares with its Harvey-Shack prediction");
   check_pictures(study);  // before anything is computed
+  if (options.progress) options.progress("tracing and diffracting draws of the roughness");
   const int threads = options.threads > 0 ? options.threads : available_threads();
   VerifyReport report = with_fields_of(
       study, [&] { return verify(study, study.verify.aside, given_surface(study, options), threads); });

@@ -107,13 +107,11 @@ void compare_means(const Ensemble& ensemble, const Groundwork& ground,
   const EnsembleMean terms = ensemble_by_rays(ensemble, statistics, threads);
   const EnsembleMean rays = ensemble_of_perturbed_rays(task, ground.numbers.rms_slope_per_axis,
                                                        ensemble.draws, statistics, threads);
-  const double widening = student_widening(kEnsembleGroups, task.equivalence.confidence);
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const auto at = Eigen::Index(k);
-    report->metrics.push_back(tost(statistic_name(statistics[k]), false, rays.value[at],
-                                   widening * rays.standard_error[at], terms.value[at],
-                                   widening * terms.standard_error[at], task.equivalence.margin,
-                                   task.equivalence.confidence));
+    report->metrics.push_back(tost_of_groups(statistic_name(statistics[k]), rays.value[at],
+                                             rays.standard_error[at], terms.value[at],
+                                             terms.standard_error[at], task.equivalence));
   }
 }
 

@@ -132,30 +132,41 @@ LightPlan plan_light(const GeneralisedHarveyShack& ghs, const std::vector<Statis
   return plan;
 }
 
+// Quantile of Student's t over the normal one: what a standard error from groups is widened by before a test
+// that takes it for known.
+double student_widening(double confidence) {
+  return boost::math::quantile(boost::math::students_t(kEnsembleGroups - 1), confidence) /
+         boost::math::quantile(boost::math::normal(), confidence);
+}
+
 // The metric from the mean shares and what groups of draws gave.
 EquivalenceMetric light_metric(const LightRow& row, const EnsembleMean& shares, const Eigen::MatrixXd& groups,
-                               double widening, const EquivalenceSpec& test) {
+                               const EquivalenceSpec& test) {
   const auto at = [&](std::size_t k) { return Eigen::Index(row.shares[k]); };
-  if (row.shares.size() == 1)
-    return share_metric(row.name, row.fraction, row.radius, row.slope, shares.value[at(0)],
-                        widening * shares.standard_error[at(0)], test.margin, test.confidence);
+  const bool drawn = groups.cols() > 1;
+  const double wider = drawn ? student_widening(test.confidence) : 1;
+  if (row.shares.size() == 1) {
+    EquivalenceMetric metric =
+        share_metric(row.name, row.fraction, row.radius, row.slope, shares.value[at(0)],
+                     wider * shares.standard_error[at(0)], test.margin, test.confidence);
+    metric.standard_error /= wider;
+    return metric;
+  }
   // How far the light at theory's two ends is above half of that in the focus, as a change of the width:
   // each end moves by excess/fall.
   const auto width_of = [&](double before, double focus, double behind) {
     return row.width + ((before + behind) / focus - 1) / row.fall;
   };
   const double width = width_of(shares.value[at(0)], shares.value[at(1)], shares.value[at(2)]);
-  double error = shares.standard_error[at(1)];  // of a given surface: that of a share, about
-  if (groups.cols() > 1) {
-    Eigen::ArrayXd widths(groups.cols());
-    for (Eigen::Index g = 0; g < groups.cols(); ++g)
-      widths[g] = width_of(groups(at(0), g), groups(at(1), g), groups(at(2), g));
-    const double n = double(groups.cols());
-    error = std::sqrt((widths - widths.mean()).square().sum() / (n * (n - 1)));
-  } else {
-    error /= row.fall;
-  }
-  return tost(row.name, false, row.width, 0, width, widening * error, test.margin, test.confidence);
+  if (!drawn)
+    return tost(row.name, false, row.width, 0, width, shares.standard_error[at(1)] / row.fall, test.margin,
+                test.confidence);
+  Eigen::ArrayXd widths(groups.cols());
+  for (Eigen::Index g = 0; g < groups.cols(); ++g)
+    widths[g] = width_of(groups(at(0), g), groups(at(1), g), groups(at(2), g));
+  const double n = double(groups.cols());
+  return tost_of_groups(row.name, row.width, 0, width,
+                        std::sqrt((widths - widths.mean()).square().sum() / (n * (n - 1))), test);
 }
 
 struct WaveShares {
@@ -191,9 +202,13 @@ WaveShares shares_of_draws(const Ensemble& ensemble, const LightPlan& plan, doub
 
 namespace internal {
 
-double student_widening(int groups, double confidence) {
-  return boost::math::quantile(boost::math::students_t(groups - 1), confidence) /
-         boost::math::quantile(boost::math::normal(), confidence);
+EquivalenceMetric tost_of_groups(const std::string& name, double target, double target_error, double model,
+                                 double model_error, const EquivalenceSpec& test) {
+  const double wider = student_widening(test.confidence);
+  EquivalenceMetric metric = tost(name, false, target, wider * target_error, model, wider * model_error,
+                                  test.margin, test.confidence);
+  metric.standard_error /= wider;
+  return metric;
 }
 
 EnsembleMean ensemble_by_rays(const Ensemble& ensemble, const std::vector<Statistic>& statistics,
@@ -242,7 +257,6 @@ LightComparison compare_in_light(const Ensemble& ensemble, const Groundwork& gro
     const LightPlan plan = plan_light(ghs, statistics);
     light.pitch = wave_pitch(task, ensemble.terms, plan.extent);
     WaveShares shares;
-    double widening = 1;
     if (given) {
       const FreshStatistics fresh =
           statistics_with_error(lit_mirror(task), {FocusModel::kWaves, 0, task.trace.pupil.seed, light.pitch},
@@ -253,10 +267,9 @@ LightComparison compare_in_light(const Ensemble& ensemble, const Groundwork& gro
       const int most = int(kMostWaveCells / cells) / kEnsembleGroups * kEnsembleGroups;
       light.draws = std::clamp(ensemble.draws, kEnsembleGroups, std::max(most, kEnsembleGroups));
       shares = shares_of_draws(ensemble, plan, light.pitch, light.draws, threads);
-      widening = student_widening(kEnsembleGroups, task.equivalence.confidence);
     }
     for (const LightRow& row : plan.rows)
-      light.metrics.push_back(light_metric(row, shares.mean, shares.groups, widening, task.equivalence));
+      light.metrics.push_back(light_metric(row, shares.mean, shares.groups, task.equivalence));
     light.verdict = overall(light.metrics);
   } catch (const ComputationError& error) {
     light = LightComparison{};

@@ -42,8 +42,8 @@ LightComparison compare_in_light(const Ensemble& ensemble, const Groundwork& gro
                                  const std::optional<GivenSurface>& given,
                                  const std::vector<Statistic>& statistics, int threads);
 
-/// One-sided quantile of Student's t over the normal one at `confidence`: what a standard error from `groups`
-/// groups is to be widened by before a test that takes it for known.
-double student_widening(int groups, double confidence);
+/// TOST of means whose standard errors come from kEnsembleGroups groups, with Student's t.
+EquivalenceMetric tost_of_groups(const std::string& name, double target, double target_error, double model,
+                                 double model_error, const EquivalenceSpec& test);
 
 }  // namespace aberfit::internal

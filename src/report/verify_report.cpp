@@ -104,7 +104,8 @@ std::string published_line(const std::string& label, const std::string& printed,
 std::string published_row(const PublishedComparison& row) {
   const std::string ours = std::isfinite(row.ours)
                                ? fmt::format("{:.5g}{}{}", row.ours, row.unit.empty() ? "" : " ", row.unit)
-                               : "-";
+                           : row.picture.empty() ? "-"
+                                                 : row.picture;
   std::string text = published_line(row.label, printed_cell(row), ours, row.verdict);
   if (!row.reading.empty()) text += "      " + wrapped(row.reading, kColumns - 6, 6) + "\n";
   return text;
@@ -190,7 +191,8 @@ std::string summary_table(const VerifyReport& report) {
   text += heading("theory", "Harvey-Shack", "terms") + metric_rows(report.metrics, &report.theory);
   if (!report.light.empty()) {
     text += fmt::format(
-        "\nIn light: generalised Harvey-Shack and the diffraction of the terms{}; EE differs by shares\n\n",
+        "\nIn light: generalised Harvey-Shack{} and the diffraction of the terms{}; EE differs by shares\n\n",
+        report.convention == Convention::kPaper ? " of half the heights" : "",
         report.light_draws > 0 ? fmt::format(", {} draws", report.light_draws) : "");
     text += heading("", "GHS", "waves") + metric_rows(report.light, nullptr);
   }
