@@ -159,6 +159,11 @@ TEST_F(PaperVerify, IsEquivalentByRaysAndInLight) {
     EXPECT_NEAR(m.relative_difference, 0, 4.5 * m.standard_error) << m.name;
     EXPECT_LT(m.standard_error, 0.004) << m.name;  // what makes a margin of 1 % decidable
   }
+  // Intervals of means of 16 groups: Student's t with 15 degrees of freedom, one-sided 95 % (1.753, not the
+  // 1.645 of a known error).
+  for (const auto* metrics : {&report_->metrics, &report_->light})
+    for (const EquivalenceMetric& m : *metrics)
+      EXPECT_NEAR((m.interval[1] - m.interval[0]) / 2 / m.standard_error, 1.753050356, 1e-6) << m.name;
   ASSERT_GE(report_->light.size(), 8u);
   for (const EquivalenceMetric& m : report_->light) {
     EXPECT_NEAR(m.relative_difference, 0, 4.5 * m.standard_error) << m.name;
