@@ -120,8 +120,7 @@ CLI::App* add_check_command(CLI::App* app, CommandLine* line) {
   range("--sigma", &line->table_sigma, "RMS heights of the table (default: 1, 10, 100, 1000 nm)");
   range("--correlation-length", &line->table_length,
         "Correlation lengths of the table (default: 1, 10, 100 um)");
-  range("--diameter", &line->table_diameter,
-        "Aperture diameters of the table (default: 0.2, 0.5, 1 m)");
+  range("--diameter", &line->table_diameter, "Aperture diameters of the table (default: 0.2, 0.5, 1 m)");
   sub->add_option("--wavelength", line->table_wavelength, "Wavelength of the table (default: 500 nm)")
       ->needs(table)
       ->type_name("LENGTH");

@@ -119,7 +119,7 @@ Picture mirror_picture(const Scene& s) {
   const std::string of_x = "x [" + s.lateral.name + "]", of_y = "y [" + s.lateral.name + "]",
                     of_z = "z [" + depth.name + "]";
   const std::string space = fmt::format(
-      "set view 62,35\nset xyplane 0\nset xlabel offset 0,-1\nset zlabel '{}' rotate by 90 offset 3,0\nset "
+      "set view 62,35\nset xyplane 0\nset xlabel offset 0,-1\nset zlabel '{}' rotate by 90 offset 1,0\nset "
       "xtics {:.9g} offset 0,-0.4\nset ytics {:.9g} offset 1,-0.3\n"
       "set key off\n",
       of_z, s.radius() * s.lateral.per_si, s.radius() * s.lateral.per_si);

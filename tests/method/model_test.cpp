@@ -208,9 +208,8 @@ TEST(Check, PrintsThePapersTableWithBothVerdicts) {
     EXPECT_NEAR(row["g"].get<double>() / (4 * std::numbers::pi * sigma / 500e-9), 1, 1e-9);
     // Golden arithmetic: R = 655.738, 1639.34, 3278.69 of 1 nm and 1 um; the others in paper_table_test.
     const auto is = [](double a, double b) { return std::abs(a / b - 1) < 1e-9; };
-    const double golden[][4] = {{1e-9, 1e-6, 0.2, 655.737704918},
-                                {1e-9, 1e-6, 0.5, 1639.3442623},
-                                {1e-9, 1e-6, 1.0, 3278.68852459}};
+    const double golden[][4] = {
+        {1e-9, 1e-6, 0.2, 655.737704918}, {1e-9, 1e-6, 0.5, 1639.3442623}, {1e-9, 1e-6, 1.0, 3278.68852459}};
     for (const auto& cell : golden) {
       if (!is(sigma, cell[0]) || !is(l, cell[1]) || !is(d, cell[2])) continue;
       ++printed;

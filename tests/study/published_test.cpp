@@ -56,7 +56,8 @@ TEST(Expression, SaysWhatIsWrongWithIt) {
   EXPECT_NE(error_of(R"("expression": "unknown")").find("\"unknown\""), std::string::npos);
   EXPECT_NE(error_of(R"("expression": "1", "quantity": "a")").find("one of quantity"), std::string::npos);
   EXPECT_NE(error_of(R"("verdict": "perhaps")").find("not-reproducible"), std::string::npos);
-  EXPECT_NE(error_of(R"("printed": "2.5", "value": 2.6)").find("/verify/published/0/value"), std::string::npos);
+  EXPECT_NE(error_of(R"("printed": "2.5", "value": 2.6)").find("/verify/published/0/value"),
+            std::string::npos);
   const std::string deep = std::string(100000, '(');
   EXPECT_NE(error_of(R"("expression": ")" + deep + '"').find("nested"), std::string::npos);
 }
@@ -105,10 +106,10 @@ TEST(PublishedRow, KnowsThePrintedValuesOfTheOthers) {
           {"label": "total", "printed": "5", "scale": 1e-3,
            "expression": "sqrt(printed.gradient_x^2 + printed.gradient_y^2)"}])-");
   const auto rows = compare_published(study, {});
-EXPECT_DOUBLE_EQ(rows.at(2).ours, 5);
-EXPECT_EQ(rows.at(2).verdict, "holds");
-EXPECT_EQ(rows.at(2).from, "sqrt(printed.gradient_x^2 + printed.gradient_y^2)");
-EXPECT_EQ(rows.at(0).printed_text, "3");
+  EXPECT_DOUBLE_EQ(rows.at(2).ours, 5);
+  EXPECT_EQ(rows.at(2).verdict, "holds");
+  EXPECT_EQ(rows.at(2).from, "sqrt(printed.gradient_x^2 + printed.gradient_y^2)");
+  EXPECT_EQ(rows.at(0).printed_text, "3");
 }
 
 TEST(PublishedRow, IsWrittenIntoTheResolvedStudyAsItWasRead) {
