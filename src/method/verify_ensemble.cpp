@@ -291,12 +291,14 @@ int ensemble_draws(double spread, double margin) {
 
 EquivalenceMetric share_metric(const std::string& name, double fraction, double radius, double slope,
                                double share, double error, double margin, double confidence) {
+  constexpr double kFirstOrder = 0.25;  // of the radius: further off the slope says nothing of where it is
   // Differences in units in which `margin` is the tolerance; a test of 1 + difference against 1.
   const double unit = std::max(radius * slope, kFlatCurve);
   EquivalenceMetric metric =
       tost(name, false, 1, 0, 1 + (fraction - share) / unit, error / unit, margin, confidence);
   metric.target = radius;
-  metric.model = radius + (fraction - share) / slope;
+  const double shift = (fraction - share) / slope;
+  metric.model = std::abs(shift) <= kFirstOrder * radius ? radius + shift : std::nan("");
   return metric;
 }
 

@@ -137,7 +137,7 @@ Picture mirror_picture(const Scene& s) {
       name, s.title("Mirror and hit points"), 1400, 1150, 2,
       {{"the mirror without roughness (z stretched)", of_x, of_y,
         space + "set palette defined (0 '#053061', 0.5 '#92c5de', 1 '#fddbc7')\nset colorbox\nset cblabel '" +
-            of_z + "'\n",
+            of_z + "' offset 1.5,0\n",
         "'mirror_surface.dat' using ($1*" + u + "):($2*" + u + "):($3*" + v + "):($3*" + v +
             ") with pm3d notitle",
         true},

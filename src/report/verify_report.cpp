@@ -64,12 +64,13 @@ std::string judged_line(const VerifyReport& report) {
 }
 
 std::string metric_rows(const std::vector<EquivalenceMetric>& metrics, const std::vector<double>* theory) {
+  const auto number = [](double value) { return std::isfinite(value) ? fmt::format("{:.5g}", value) : "-"; };
   std::string text;
   for (std::size_t k = 0; k < metrics.size(); ++k) {
     const EquivalenceMetric& m = metrics[k];
     text += fmt::format(
-        "  {:<24} {:>11} {:>11.5g} {:>11.5g} {:>8.2f}% {:>15}  {}\n", m.name,
-        theory ? fmt::format("{:.5g}", theory->at(k)) : "", m.target, m.model, 100 * m.relative_difference,
+        "  {:<24} {:>11} {:>11} {:>11} {:>8.2f}% {:>15}  {}\n", m.name, theory ? number(theory->at(k)) : "",
+        number(m.target), number(m.model), 100 * m.relative_difference,
         fmt::format("{:+.2f} {:+.2f}", 100 * m.interval[0], 100 * m.interval[1]), to_string(m.verdict));
   }
   return text;

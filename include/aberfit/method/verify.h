@@ -116,7 +116,8 @@ struct VerifyReport {
 
 /// An EE radius judged in light (PHYSICS 7). radius: theory's, holding `fraction`; slope: dE/dr there [1/m];
 /// share: of the light inside it in truth. relative_difference = (fraction - share)/max(r dE/dr, 0.35), the
-/// sign of the radius that would hold the fraction; `model` is that radius to first order. error: of share.
+/// sign of the radius that would hold the fraction; `model` is that radius to first order, NaN where
+/// it is more than a quarter away. error: of share.
 EquivalenceMetric share_metric(const std::string& name, double fraction, double radius, double slope,
                                double share, double error, double margin, double confidence);
 
