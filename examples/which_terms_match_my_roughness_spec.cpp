@@ -1,5 +1,5 @@
 // Which aberration terms match my roughness specification? The whole path of `aberfit fit` from a program:
-// a study as text, the fit, and the verdict on rays it has not seen.
+// a study as text, the fit by waves that this mirror needs, and the verdict on a grid it has not seen.
 #include <fmt/format.h>
 
 #include "aberfit/commands/run.h"
@@ -13,7 +13,6 @@ int main() {
     "light": { "wavelength": "632.8 nm" },
     "roughness": { "psd": { "model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": "19.96 /m" } },
     "terms": { "zernike": { "n_max": 28 } },
-    "trace": { "rays": 32768 },
     "equivalence": { "margin": "1 %" }
   })",
                                                     "my_spec.json");
@@ -27,7 +26,7 @@ int main() {
     fmt::print("{}: target {:.5g}, a draw of the roughness {:.4g}, these terms {:.4g}\n", name,
                result.targets[k].value, result.start[at], result.fitted[at]);
   }
-  fmt::print("verdict on fresh rays and held-out statistics: {}\n", aberfit::to_string(result.verdict));
+  fmt::print("verdict on a finer grid and held-out statistics: {}\n", aberfit::to_string(result.verdict));
   fmt::print("the first of {} coefficients:\n", result.fit.coefficients.size());
   for (std::size_t j = 0; j < 5; ++j)
     fmt::print("  Z({}, {:2}) {:8.2f} nm +- {:.2f}\n", result.terms.zernike[j].n, result.terms.zernike[j].m,

@@ -117,11 +117,10 @@ CLI::App* add_check_command(CLI::App* app, CommandLine* line) {
   const auto range = [&](const char* flag, std::vector<std::string>* values, const char* meaning) {
     sub->add_option(flag, *values, meaning)->needs(table)->delimiter(',')->type_name("LENGTH,...");
   };
-  range("--sigma", &line->table_sigma, "RMS heights of the table (default: 1 nm, 10 nm, 100 nm)");
+  range("--sigma", &line->table_sigma, "RMS heights of the table (default: 1, 10, 100, 1000 nm)");
   range("--correlation-length", &line->table_length,
-        "Correlation lengths of the table (default: 1 um, 10 um, 1 mm)");
-  range("--diameter", &line->table_diameter,
-        "Aperture diameters of the table (default: 0.2 m, 0.4 m, 0.5 m, 1 m)");
+        "Correlation lengths of the table (default: 1, 10, 100 um)");
+  range("--diameter", &line->table_diameter, "Aperture diameters of the table (default: 0.2, 0.5, 1 m)");
   sub->add_option("--wavelength", line->table_wavelength, "Wavelength of the table (default: 500 nm)")
       ->needs(table)
       ->type_name("LENGTH");

@@ -7,7 +7,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/random.h"
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 #include "chart_families.h"
 
 namespace aberfit::internal {
@@ -135,7 +135,7 @@ class OperatorRows {
         reference_error = field_error(at_points(field, sample), twin);
         row.reference = fmt::format("term by term at {} points", sample.size());
         row.error = reference_error;
-        row.error_of_reference = 1e-14;  // one mode of the twin at the rim, n = 40 (terms/zernike.h)
+        row.error_of_reference = 1e-14;  // one mode of the twin at the rim, n = 40 (scene/zernike.h)
       } else {
         row.reference = methods.front().name;
         row.error = field_error(field, reference);

@@ -40,7 +40,8 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
   if (ground.psd) {
     report.scene = scene_facts(ground, targets.theory);
     report.scene->realisation = Realisation{ground.numbers.realisation_spread, std::nan(""), 0};
-    report.too_simple = ground.use.too_simple(targets_are_given(task));
+    report.too_simple =
+        ground.use.choice->model != FocusModel::kRays && !ground.use.in_light(targets_are_given(task));
   }
   report.terms = checked_terms(task, ground, terms, captured);
   report.statistics = {targets.fitted.size(), targets.guides.size(), targets.held_out.size()};

@@ -7,6 +7,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/forward/statistics_with_error.h"
+#include "aberfit/method/judged_set.h"
 #include "aberfit/method/prior_draws.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
@@ -24,9 +25,9 @@ namespace {
 // both 0.4 m f/7). The sets that a search looks at closely are the ones that just pass or just fail: 20 to
 // 100.
 // Far fewer unknowns than statistics leave no freedom: 81 in fits/spherical.
-constexpr double kIterations = 10, kWaveIterations = 30, kSearchIterations = 30, kFewTermsIterations = 80;
-// Sets that a search fits in full: 3 to 6 by rays (fits/ without `terms`), 4 by waves (the uniform band).
-constexpr int kFullFits = 5, kWaveFits = 4;
+constexpr double kIterations = 10, kWaveIterations = 15, kSearchIterations = 30, kFewTermsIterations = 80;
+// Sets that a search fits in full: 3 to 6 by rays (fits/ without `terms`), 6 by waves (the README's).
+constexpr int kFullFits = 5, kWaveFits = 6;
 // Of these as many meet every tolerance, are judged, and need twice the rays they started with.
 constexpr int kPassing = 2;
 // Plane waves: 32, 64, ... to where they pass (181 for 20 nm uniform from 2.5 to 200 /m), then in between.
@@ -48,8 +49,14 @@ void time_fit(const ChartBench& bench, const ChartTrace& at, double limit, FitRa
   const Task& task = bench.task;
   const SpectrumTarget spectrum =
       make_spectrum_target(task, bench.ground, bench.terms, bench.prior, bench.threads);
-  FitProblem problem{task.mirror,          at.pupil(),           at.surface(),      bench.prior,
-                     bench.targets.fitted, bench.targets.guides, task.trace.centre, bench.ground.focal_sigma};
+  FitProblem problem{task.mirror,
+                     at.pupil(),
+                     at.surface(),
+                     bench.prior,
+                     aims_of(bench.targets.fitted),
+                     aims_of(bench.targets.guides),
+                     task.trace.centre,
+                     bench.ground.focal_sigma};
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;
   problem.spectrum_tolerance = spectrum.tolerance;
@@ -92,8 +99,9 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
 
   bench.say("chart: an evaluation and a Jacobian");
   ChartTrace at(bench, bench.terms, make_pupil(task.aperture, task.trace.pupil), bench.threads);
-  std::vector<Statistic> both = bench.statistics;
-  for (const Target& guide : bench.targets.guides) both.push_back(guide.statistic);
+  std::vector<Statistic> both;
+  for (const auto* targets : {&bench.targets.fitted, &bench.targets.guides})
+    for (const Target& target : *targets) both.push_back(aim_of(target).statistic);
   Eigen::VectorXd values;
   Eigen::MatrixXd jacobian;
   const double share = 0.06 * seconds;
@@ -108,15 +116,14 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
   time_fit(bench, at, 0.5 * seconds, &rates);
 
   bench.say("chart: fresh rays");
-  std::vector<Statistic> judged = bench.statistics;
-  for (const Target& target : bench.targets.held_out) judged.push_back(target.statistic);
+  const JudgedSet judged(bench.targets.fitted, bench.targets.held_out);
   const double whole = 8 * rates.exact * rates.size.judged / std::max(1.0, double(bench.statistics.size()));
   const double part = std::clamp(0.15 * seconds / whole, 0.01, 1.0);
   const auto fresh_rays = std::int64_t(std::max(4096.0, 4 * rates.size.rays * part));
   const ChartClock fresh_clock(0);
   const FreshStatistics fresh =
       statistics_with_error(lit_mirror(task), {FocusModel::kRays, fresh_rays, task.trace.pupil.seed},
-                            bench.terms, bench.coefficients, judged, bench.threads, nullptr);
+                            bench.terms, bench.coefficients, judged.statistics(), bench.threads, nullptr);
   rates.measured.fresh =
       fresh_clock.elapsed() * 4 * rates.size.rays / double(std::max<Eigen::Index>(1, fresh.rays));
 

@@ -118,9 +118,9 @@ double algebra(double statistics, double terms) {
   return kQr * statistics * terms * terms;
 }
 
-// The fit's own grid and the finer one.
+// The finer grid and three of about `pitch`.
 double judged_by_waves(const Task& task, const TermSet& terms, const Asked& wanted, double pitch) {
-  return values(on_grid(task, terms, pitch), wanted) +
+  return 3 * values(on_grid(task, terms, pitch), wanted) +
          values(on_grid(task, terms, pitch / kFinerGrid), wanted);
 }
 
@@ -130,11 +130,11 @@ double judged_by_rays(const TermSet& terms, const Asked& wanted, double rays) {
   return 2 * values(optics, wanted) - optics.forward;
 }
 
-// As judge_by_need (judge.cpp) decides.
+// As judge_in_light (judge.cpp) decides.
 double judgement(const Task& task, const Groundwork& ground, const TermSet& terms,
                  const TargetSets& targets) {
   const bool given = targets.theory == "given";
-  if (!ground.use.too_simple(given) || !ground.use.obstacle.empty()) return 0;
+  if (ground.use.in_light(given) || !ground.use.obstacle.empty()) return 0;
   const Asked wanted = asked({&targets.fitted});
   const double theory = given ? 0 : wanted.planes(kSpotRing) * kSpotPlane;
   return theory + judged_by_waves(task, terms, wanted, wave_pitch(task, terms, targets.fitted));
@@ -180,8 +180,9 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
                  const TargetSets& targets, int threads) {
   const bool waves = ground.use.model == FocusModel::kWaves;
   const double pitch = waves ? wave_pitch(task, terms, all_of(targets)) : 0;
-  const Optics optics = waves ? on_grid(task, terms, pitch)
-                              : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
+  const Optics optics = waves
+                            ? on_grid(task, terms, wave_pitch(task, terms, all_of(targets), kFirstCoarsening))
+                            : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
   const Asked fitted = asked({&targets.fitted, &targets.guides});
   const Asked reported = asked({&targets.fitted}), judged = asked({&targets.fitted, &targets.held_out});
   FitWork work;

@@ -1,3 +1,5 @@
+#include <memory>
+
 #include "aberfit/commands/run.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/method/attempt.h"
@@ -14,6 +16,24 @@ namespace aberfit {
 using namespace internal;
 
 namespace {
+
+// One way through the method, with all that its parts refer to.
+struct Run {
+  Run(const Study& study, const PhysicsRequest& asked, const RunContext& context)
+      : ground(lay_groundwork(study, asked)),
+        targets((context.say("targets"), make_targets(study, ground, context.threads))),
+        of{study, ground, targets, context} {}
+  Groundwork ground;
+  TargetSets targets;
+  FitCase of;
+};
+
+// Rays were right for the specification, but light says otherwise of the surface that came of them.
+bool rays_fell_short(const FitCase& of, const FitOutcome& result) {
+  return of.ground.use.model == FocusModel::kRays && of.ground.use.light_decides && !of.task.trace.model &&
+         result.light && result.light->obstacle.empty() && result.light->verdict != Verdict::kEquivalent &&
+         overall(result.metrics) == Verdict::kEquivalent;
+}
 
 Attempt fit_as_asked(const FitCase& of) {
   if (of.task.terms.automatic && of.ground.psd) return fit_fewest_terms(of);
@@ -42,15 +62,18 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
     require_analytic_normals(study);
     if (study.map) throw FieldError("target.map", "a map as target", "statistics; run_map_fit is for maps");
     const RunContext context = context_of(options);
-    const Groundwork ground = lay_groundwork(study);
-    context.say("targets");
-    const TargetSets targets = make_targets(study, ground, context.threads);
-    const FitCase of{study, ground, targets, context};
-    Attempt attempt = fit_as_asked(of);
-    conclude(of, &attempt);
+    auto run = std::make_unique<Run>(study, requested_physics(study), context);
+    Attempt attempt = fit_as_asked(run->of);
+    conclude(run->of, &attempt);
+    if (rays_fell_short(run->of, attempt.result)) {
+      context.say("rays are not enough: waves");
+      run = std::make_unique<Run>(study, PhysicsRequest{study.target.theory, FocusModel::kWaves}, context);
+      attempt = fit_as_asked(run->of);
+      conclude(run->of, &attempt);
+    }
     ResultDocument result = document(study, std::move(attempt.result), context.threads);
     if (!options.output_directory.empty())
-      write_fit(study, ground, options, attempt.bench->focus(study), &result);
+      write_fit(study, run->ground, options, attempt.bench->focus(study), &result);
     return result;
   });
 }
@@ -66,9 +89,9 @@ ExitCode fit_command(CommandLine line) {
         summary_table(result, false));
   say_where(line);
   if (result.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
-  const bool judged_well = result.map.has_value() || result.verdict == Verdict::kEquivalent;
-  const bool met = result.fit.status == FitStatus::kConverged && judged_well;
-  return met ? ExitCode::kDone : ExitCode::kNotMet;
+  const bool done =
+      result.map ? result.fit.status == FitStatus::kConverged : result.verdict == Verdict::kEquivalent;
+  return done ? ExitCode::kDone : ExitCode::kNotMet;
 }
 
 }  // namespace aberfit

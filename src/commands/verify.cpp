@@ -1,8 +1,9 @@
 #include "aberfit/method/verify.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <cmath>
+#include <algorithm>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
@@ -19,19 +20,15 @@ using namespace internal;
 
 namespace {
 
-// What stands beside a published number [SI]; NaN: nothing.
-double quantity(const Study& study, const PublishedNumber& row, std::size_t at,
-                const Quantities& quantities) {
-  if (!row.formula.empty()) return evaluate_formula(row.formula, row.inputs, study);
-  if (row.quantity.empty()) return std::nan("");
-  const auto found = quantities.find(row.quantity);
-  if (found == quantities.end()) {
-    std::string known;
-    for (const auto& [name, value] : quantities) known += (known.empty() ? "" : ", ") + name;
-    throw InputError(study.path, fmt::format("/verify/published/{}/quantity", at), "\"" + row.quantity + "\"",
-                     known);
+// A row that points to a picture points to one that exists.
+void check_pictures(const Study& study) {
+  const std::vector<std::string>& names = verify_picture_names();
+  for (std::size_t k = 0; k < study.verify.published.size(); ++k) {
+    const std::string& picture = study.verify.published[k].picture;
+    if (!picture.empty() && std::find(names.begin(), names.end(), picture) == names.end())
+      throw InputError(study.path, fmt::format("/verify/published/{}/picture", k), '"' + picture + '"',
+                       fmt::format("{}", fmt::join(names, ", ")));
   }
-  return found->second;
 }
 
 }  // namespace
@@ -40,17 +37,17 @@ VerifyReport run_verify(const Study& study, const RunOptions& options) {
   if (!study.roughness)
     throw InputError(study.path, "/roughness", "nothing",
                      "a roughness block: verify compares with its Harvey-Shack prediction");
+  check_pictures(study);  // before anything is computed
+  if (options.progress) options.progress("tracing and diffracting draws of the roughness");
   const int threads = context_of(options).threads;
   VerifyReport report = with_fields_of(
       study, [&] { return verify(study, study.verify.aside, given_surface(study, options), threads); });
   report.title = study.title;
-  for (std::size_t k = 0; k < study.verify.published.size(); ++k) {
-    const PublishedNumber& row = study.verify.published[k];
-    const double ours = quantity(study, row, k, report.quantities) / row.scale;
-    report.published.push_back({row.label, row.value, ours, row.unit,
-                                row.formula.empty() ? row.quantity : row.formula, row.reading});
-  }
+  report.published = compare_published(study, report.quantities);
   if (!options.output_directory.empty()) {
+    if (options.plots && study.output.plots)
+      write_verify_plots(report, study.mirror, study.aperture, study.wavelength, options.output_directory,
+                         &report.warnings);
     write_file(options.output_directory + "/summary.txt", summary_table(report));
     write_file(options.output_directory + "/result.json",
                to_json(report, resolved_study(study)).dump(2) + "\n");

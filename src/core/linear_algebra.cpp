@@ -5,6 +5,9 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cassert>
+
+#include "eigen_kernels.h"
 
 namespace aberfit {
 
@@ -12,9 +15,33 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace {
+
+const internal::EigenKernels& kernels() {
+  static const internal::EigenKernels& best = internal::eigen_kernels(best_instruction_set());
+  return best;
+}
+
+}  // namespace
+
+MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
+  assert(a.cols() == b.rows());
+  MatrixXd result(a.rows(), b.cols());
+  kernels().product(false, a.rows(), a.cols(), b.cols(), a.data(), b.data(), result.data());
+  return result;
+}
+
+MatrixXd transposed_product(const MatrixXd& a, const MatrixXd& b) {
+  assert(a.rows() == b.rows());
+  MatrixXd result(a.cols(), b.cols());
+  kernels().product(true, a.cols(), a.rows(), b.cols(), a.data(), b.data(), result.data());
+  return result;
+}
+
 SymmetricEigen symmetric_eigen(const MatrixXd& matrix) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(matrix);
-  return {solver.eigenvalues(), solver.eigenvectors()};
+  SymmetricEigen result{VectorXd(matrix.rows()), MatrixXd(matrix.rows(), matrix.rows())};
+  kernels().symmetric_eigen(matrix.rows(), matrix.data(), result.values.data(), result.vectors.data());
+  return result;
 }
 
 VectorXd tridiagonal_eigenvalues(const VectorXd& diagonal, const VectorXd& beside) {
@@ -37,10 +64,10 @@ MatrixXd jacobi_right_vectors(const MatrixXd& matrix) {
 }
 
 MatrixXd qr_triangle(const MatrixXd& matrix) {
-  const Eigen::HouseholderQR<MatrixXd> qr(matrix);
+  MatrixXd filled(std::min(matrix.rows(), matrix.cols()), matrix.cols());
+  kernels().qr_triangle(matrix.rows(), matrix.cols(), matrix.data(), filled.data());
   MatrixXd triangle = MatrixXd::Zero(matrix.cols(), matrix.cols());
-  const Index filled = std::min(matrix.rows(), matrix.cols());
-  triangle.topRows(filled) = qr.matrixQR().topRows(filled).triangularView<Eigen::Upper>();
+  triangle.topRows(filled.rows()) = filled;
   return triangle;
 }
 
@@ -49,13 +76,14 @@ MatrixXd orthonormal_columns(const MatrixXd& matrix) {
 }
 
 Cholesky::Cholesky(const MatrixXd& matrix) {
-  const Eigen::LLT<MatrixXd> cholesky(matrix);
-  positive_ = cholesky.info() == Eigen::Success;
-  lower_ = cholesky.matrixL();
+  lower_.resize(matrix.rows(), matrix.rows());
+  positive_ = kernels().cholesky(matrix.rows(), matrix.data(), lower_.data());
 }
 
 MatrixXd Cholesky::solve_lower(const MatrixXd& right) const {
-  return lower_.triangularView<Eigen::Lower>().solve(right);
+  MatrixXd result = right;
+  kernels().solve_lower(lower_.rows(), lower_.data(), false, result.cols(), result.data());
+  return result;
 }
 
 VectorXd Cholesky::solve_lower(const VectorXd& right) const {
@@ -64,7 +92,7 @@ VectorXd Cholesky::solve_lower(const VectorXd& right) const {
 
 MatrixXd Cholesky::solve(const MatrixXd& right) const {
   MatrixXd result = solve_lower(right);
-  lower_.adjoint().triangularView<Eigen::Upper>().solveInPlace(result);
+  kernels().solve_lower(lower_.rows(), lower_.data(), true, result.cols(), result.data());
   return result;
 }
 

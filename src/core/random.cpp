@@ -2,8 +2,11 @@
 
 #include <Random123/philox.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "normal_kernel.h"
 
 namespace aberfit {
 namespace {
@@ -35,6 +38,24 @@ std::array<double, 2> RandomStream::normal_pair(std::uint64_t index) const {
   const auto [u, v] = uniform_pair(index);
   const double radius = std::sqrt(-2.0 * std::log(u)), angle = 2.0 * std::numbers::pi * v;
   return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+void RandomStream::normal_pairs(std::uint64_t first, int count, double* one, double* other) const {
+  constexpr int kBlock = 256;
+  alignas(64) double u[kBlock], v[kBlock];
+  for (int at = 0; at < count; at += kBlock) {
+    const int size = std::min(kBlock, count - at);
+    for (int i = 0; i < size; ++i) {
+      const auto pair = uniform_pair(first + std::uint64_t(at + i));
+      u[i] = pair[0];
+      v[i] = pair[1];
+    }
+    std::fill(u + size, u + kBlock, 0.5);
+    std::fill(v + size, v + kBlock, 0.5);
+    internal::box_muller(best_instruction_set(), (size + 7) / 8 * 8, u, v);
+    std::copy_n(u, size, one + at);
+    std::copy_n(v, size, other + at);
+  }
 }
 
 std::uint64_t RandomStream::bits(std::uint64_t index) const { return block(key_, index)[0]; }

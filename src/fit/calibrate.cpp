@@ -30,22 +30,25 @@ constexpr double kDamped = 1e-2;
 // Residuals, in tolerances per prior standard deviation, that this and less is rounding in.
 constexpr double kStationary = 1e-6;
 
-// xi - xi0 of one block.
+// Weight times xi - xi0 of one block.
 class PriorResiduals : public ceres::CostFunction {
  public:
-  explicit PriorResiduals(Eigen::VectorXd centre) : centre_(std::move(centre)) {
+  PriorResiduals(Eigen::VectorXd centre, double weight) : centre_(std::move(centre)), weight_(weight) {
     set_num_residuals(int(centre_.size()));
     mutable_parameter_block_sizes()->push_back(int(centre_.size()));
   }
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const Eigen::Index n = centre_.size();
-    Eigen::Map<Eigen::VectorXd>(residuals, n) = Eigen::Map<const Eigen::VectorXd>(parameters[0], n) - centre_;
-    if (jacobians && jacobians[0]) Eigen::Map<Eigen::MatrixXd>(jacobians[0], n, n).setIdentity();
+    Eigen::Map<Eigen::VectorXd>(residuals, n) =
+        weight_ * (Eigen::Map<const Eigen::VectorXd>(parameters[0], n) - centre_);
+    if (jacobians && jacobians[0])
+      Eigen::Map<Eigen::MatrixXd>(jacobians[0], n, n) = weight_ * Eigen::MatrixXd::Identity(n, n);
     return true;
   }
 
  private:
   Eigen::VectorXd centre_;
+  double weight_;
 };
 
 // Largest residual of the targets and PSD bins; the guides behind the targets do not count.
@@ -124,7 +127,8 @@ ceres::Solver::Options solver_options(int iterations) {
 
 // All white coordinates as unknowns: few terms, or bounds on them. Moves `white`.
 ceres::Solver::Summary solve_all(const CalibrationBlocks& residuals, const Eigen::VectorXd& centre,
-                                 double bound, ceres::Solver::Options options, Eigen::VectorXd* white) {
+                                 const FitOptions& how, ceres::Solver::Options options,
+                                 Eigen::VectorXd* white) {
   // Identity plus low rank: conjugate gradients end after about as many steps as there are statistics,
   // whatever the number of terms.
   options.linear_solver_type = ceres::CGNR;
@@ -141,11 +145,11 @@ ceres::Solver::Summary solve_all(const CalibrationBlocks& residuals, const Eigen
   for (const int size : white_block_sizes(centre.size())) {
     blocks.push_back(white->data() + at);
     ceres_problem.AddParameterBlock(blocks.back(), size);
-    priors.push_back(std::make_unique<PriorResiduals>(centre.segment(at, size)));
+    priors.push_back(std::make_unique<PriorResiduals>(centre.segment(at, size), how.prior_weight));
     ceres_problem.AddResidualBlock(priors.back().get(), nullptr, blocks.back());
-    for (int i = 0; bound > 0 && i < size; ++i) {
-      ceres_problem.SetParameterLowerBound(blocks.back(), i, -bound);
-      ceres_problem.SetParameterUpperBound(blocks.back(), i, bound);
+    for (int i = 0; how.bound > 0 && i < size; ++i) {
+      ceres_problem.SetParameterLowerBound(blocks.back(), i, -how.bound);
+      ceres_problem.SetParameterUpperBound(blocks.back(), i, how.bound);
     }
     at += size;
   }
@@ -163,7 +167,7 @@ ceres::Solver::Summary solve_all(const CalibrationBlocks& residuals, const Eigen
 double first_radius(const FitProblem& problem) {
   double tolerance = std::numeric_limits<double>::infinity();
   for (const Target& target : problem.targets)
-    if (target.value != 0) tolerance = std::min(tolerance, target.tolerance / std::abs(target.value));
+    if (target.relative_to() > 0) tolerance = std::min(tolerance, target.tolerance / target.relative_to());
   if (problem.spectrum && problem.spectrum_tolerance.size() > 0)
     tolerance = std::min(tolerance, problem.spectrum_tolerance.minCoeff());
   return std::isfinite(tolerance) ? std::pow(tolerance / kDamped, 2) : 1;
@@ -171,8 +175,8 @@ double first_radius(const FitProblem& problem) {
 
 // As many unknowns as residuals: more terms than that. Moves `white`.
 ceres::Solver::Summary solve_reduced(const FitProblem& problem, const CalibrationBlocks& residuals,
-                                     const Eigen::VectorXd& centre, ceres::Solver::Options options,
-                                     Eigen::VectorXd* white) {
+                                     const Eigen::VectorXd& centre, double prior_weight,
+                                     ceres::Solver::Options options, Eigen::VectorXd* white) {
   options.linear_solver_type = ceres::DENSE_QR;
   // One damping for all directions: they turn at every step, and the prior has made them alike.
   options.min_lm_diagonal = options.max_lm_diagonal = 1;
@@ -180,7 +184,7 @@ ceres::Solver::Summary solve_reduced(const FitProblem& problem, const Calibratio
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem ceres_problem(ownership);
-  ReducedResiduals reduced(residuals, centre, *white);
+  ReducedResiduals reduced(residuals, centre, prior_weight, *white);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(reduced.size());
   ceres_problem.AddResidualBlock(&reduced, nullptr, y.data());
   ceres::Solver::Summary summary;
@@ -204,8 +208,8 @@ Solve solve_once(const FitProblem& problem, const CalibrationBlocks& residuals, 
   ceres_options.callbacks.push_back(&watch);
   const bool reduce = options.bound <= 0 && centre.size() > residuals.residuals() + 1;
   const ceres::Solver::Summary summary =
-      reduce ? solve_reduced(problem, residuals, centre, ceres_options, &result->white)
-             : solve_all(residuals, centre, options.bound, ceres_options, &result->white);
+      reduce ? solve_reduced(problem, residuals, centre, options.prior_weight, ceres_options, &result->white)
+             : solve_all(residuals, centre, options, ceres_options, &result->white);
 
   result->iterations += std::max(0, int(summary.iterations.size()) - 1);
   result->evaluations = residuals.evaluations();

@@ -12,8 +12,12 @@ constexpr double kIndependent = 1e-10;
 }  // namespace
 
 ReducedResiduals::ReducedResiduals(const CalibrationBlocks& blocks, const Eigen::VectorXd& centre,
-                                   Eigen::VectorXd start)
-    : blocks_(blocks), centre_(centre), base_(std::move(start)), y_base_(Eigen::VectorXd::Zero(size())) {
+                                   double prior_weight, Eigen::VectorXd start)
+    : blocks_(blocks),
+      centre_(centre),
+      prior_weight_(prior_weight),
+      base_(std::move(start)),
+      y_base_(Eigen::VectorXd::Zero(size())) {
   set_num_residuals(blocks.residuals() + size());
   mutable_parameter_block_sizes()->push_back(size());
 }
@@ -50,11 +54,13 @@ bool ReducedResiduals::Evaluate(double const* const* parameters, double* residua
   if (y != y_base_) white.noalias() += rows_.transpose() * (basis_ * (y - y_base_));
   if (!blocks_.evaluate(white, jacobians != nullptr, residuals)) return false;
   if (jacobians) set_base(std::move(white), y);
-  Eigen::Map<Eigen::VectorXd>(residuals + blocks_.residuals(), size()) = away_ + y - y_base_;
+  Eigen::Map<Eigen::VectorXd>(residuals + blocks_.residuals(), size()) =
+      prior_weight_ * (away_ + y - y_base_);
   if (jacobians && jacobians[0]) {
     Eigen::Map<Jacobian> all(jacobians[0], num_residuals(), size());
     all.topRows(blocks_.residuals()) = slopes_;
-    all.bottomRows(size()).setIdentity();
+    all.bottomRows(size()).setZero();
+    all.bottomRows(size()).diagonal().setConstant(prior_weight_);
   }
   return true;
 }

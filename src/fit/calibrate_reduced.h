@@ -18,7 +18,9 @@ namespace aberfit::internal {
 class ReducedResiduals : public ceres::CostFunction {
  public:
   /// `centre`: xi0; `start`: xi at y = 0. The blocks are evaluated here and must outlive this.
-  ReducedResiduals(const CalibrationBlocks& blocks, const Eigen::VectorXd& centre, Eigen::VectorXd start);
+  /// prior_weight: factor on xi - xi0.
+  ReducedResiduals(const CalibrationBlocks& blocks, const Eigen::VectorXd& centre, double prior_weight,
+                   Eigen::VectorXd start);
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
@@ -31,6 +33,7 @@ class ReducedResiduals : public ceres::CostFunction {
 
   const CalibrationBlocks& blocks_;
   const Eigen::VectorXd& centre_;
+  double prior_weight_;
   // Of the base point; Ceres evaluates constant cost functions.
   mutable Eigen::VectorXd base_, y_base_;
   mutable Jacobian rows_;           // J, then xi - xi0, each divided by its norm

@@ -125,8 +125,12 @@ class RadiusSolver {
       sum += plane->bins[std::size_t(b)];
     }
     plane->before[kBins] = sum;
-    for (RadiusPlane::Search& search : plane->searches)
-      width_ > 0 ? bracket(*plane, &search) : partners(*plane, &search);
+    for (RadiusPlane::Search& search : plane->searches) {
+      if (requests_[search.request].of_share)
+        touched(*plane, &search);
+      else
+        width_ > 0 ? bracket(*plane, &search) : partners(*plane, &search);
+    }
     unite(plane);
   }
 
@@ -199,6 +203,18 @@ class RadiusSolver {
     reach(search->high, &unused, &search->last_bin);
   }
 
+  static bool is_disc(double radius) { return radius > 0 && std::isfinite(radius * radius); }
+  // A given radius: the bins within the kernel's reach of it, or the one it lies in.
+  void touched(const RadiusPlane& plane, RadiusPlane::Search* search) const {
+    const double radius = requests_[search->request].radius;
+    search->every_bin = false;
+    search->first_bin = search->last_bin = 0;
+    if (!is_disc(radius)) return;
+    const SmoothDisc disc(radius, width_);
+    search->first_bin = bin_of(plane, disc.inside2);
+    search->last_bin = bin_of(plane, disc.outside2);
+  }
+
   void unite(RadiusPlane* plane) const {
     plane->intervals.clear();
     std::sort(plane->searches.begin(), plane->searches.end(), [](const auto& a, const auto& b) {
@@ -268,6 +284,10 @@ class RadiusSolver {
 
   void solve(const RadiusPlane& plane, const RadiusPlane::Search& search) const {
     RadiusRequest& request = requests_[search.request];
+    if (request.of_share) {
+      solve_share(plane, search.interval, &request);
+      return;
+    }
     const double wanted = request.fraction * sums_.weight;
     if (!(width_ > 0)) {
       request.radius = order_statistic(plane, search.interval, wanted);
@@ -282,7 +302,29 @@ class RadiusSolver {
     request.radius = std::nan("");
     if (search.too_small || !(start > kSmallestSpotInWidths * width_)) return;
     request.radius = root(plane, search.interval, wanted, start, low, high);
-    if (request.gradient && std::isfinite(request.radius)) gradient(plane, search.interval, request);
+    // Implicit function theorem on count(radius) = fraction * total: d radius = -d count / density.
+    if (request.gradient && std::isfinite(request.radius))
+      gradient(plane, search.interval, request,
+               2.0 / smooth_count(plane, search.interval, request.radius).density);
+  }
+
+  void solve_share(const RadiusPlane& plane, int interval, RadiusRequest* request) const {
+    if (!is_disc(request->radius)) {
+      request->fraction = request->radius <= 0 ? 0.0 : request->radius > 0 ? 1.0 : std::nan("");
+      return;
+    }
+    if (width_ > 0) {
+      request->fraction = smooth_count(plane, interval, request->radius).weight / sums_.weight;
+      if (request->gradient) gradient(plane, interval, *request, -2.0 / sums_.weight);
+      return;
+    }
+    double sum = plane.before[std::size_t(plane.intervals[std::size_t(interval)].first_bin)];
+    const double radius2 = request->radius * request->radius;
+    const RadiusShell* shells = shells_of(plane, interval);
+    for (int g = 0; g < groups_.count; ++g)
+      for (std::size_t i = 0; i < shells[g].used; ++i)
+        if (shells[g].r2[i] <= radius2) sum += shells[g].weight[i];
+    request->fraction = sum / sums_.weight;
   }
 
   double order_statistic(const RadiusPlane& plane, int interval, double wanted) const {
@@ -353,8 +395,8 @@ class RadiusSolver {
     return smooth_count(plane, interval, radius).density > 0 ? radius : std::nan("");
   }
 
-  // Implicit function theorem on count(radius) = fraction * total: d radius = -d count / density.
-  void gradient(const RadiusPlane& plane, int interval, const RadiusRequest& request) const {
+  // -scale/2 times the derivative of the smooth count within the request's radius.
+  void gradient(const RadiusPlane& plane, int interval, const RadiusRequest& request, double scale) const {
     const SmoothDisc disc(request.radius, width_);
     const DiscShape shape{0, 0, disc.radius2, disc.scale};
     const RadiusShell* shells = shells_of(plane, interval);
@@ -389,7 +431,6 @@ class RadiusSolver {
     g.rays.resize(at);
     g.d_x.resize(at);
     resize_with_spare(g.d_y, at);
-    const double scale = 2.0 / smooth_count(plane, interval, request.radius).density;
     for (std::size_t k = 0; k < at; ++k) {
       const auto i = Eigen::Index(g.rays[k]);
       const double share = scale * g.d_x[k];

@@ -8,11 +8,12 @@
 
 namespace aberfit::internal {
 
-/// An encircled-energy radius that is wanted.
+/// An encircled-energy radius that is wanted, or the other way round the share inside a radius.
 struct RadiusRequest {
   double dz = 0, fraction = 0;
-  RayGradient* gradient = nullptr;  ///< of the smooth radius, when given
+  RayGradient* gradient = nullptr;  ///< of the smooth result, when given
   double radius = std::nan("");  ///< result; NaN when the kernel is wider than the spot or no ray lies near
+  bool of_share = false;         ///< `radius` is given, `fraction` is the result
 };
 
 /// Rays of a few bins: squared distance, weight, which ray.

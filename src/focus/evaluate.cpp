@@ -36,6 +36,7 @@ struct Shared {
     return {(sums.x + dz * sums.tx) / sums.weight, (sums.y + dz * sums.ty) / sums.weight};
   }
   double radius_of(std::size_t k) const { return buffers.requests[buffers.request_of[k]].radius; }
+  double share_of(std::size_t k) const { return buffers.requests[buffers.request_of[k]].fraction; }
   Ring ring_of(std::size_t k, const RingFwhm& s) const {
     const Point middle = centre(0.0);  // fixed through focus
     return {s.ring_radius ? *s.ring_radius : radius_of(k), middle.x, middle.y};
@@ -64,6 +65,9 @@ void prepare(const std::vector<Statistic>& statistics, std::vector<StatisticGrad
     } else if (const auto* ring = std::get_if<RingFwhm>(&statistics[k]); ring && !ring->ring_radius) {
       b.ring_gradients[k].clear();
       b.requests.push_back({0.0, ring->ring_fraction, gradients ? &b.ring_gradients[k] : nullptr});
+    } else if (const auto* share = std::get_if<RingThrough>(&statistics[k])) {
+      b.requests.push_back(
+          {share->dz, std::nan(""), gradients ? &(*gradients)[k].rays : nullptr, share->ring_radius, true});
     }
   }
   encircled_radii(shared->input.rays, shared->sums, shared->about_centroid(), shared->width, shared->threads,
@@ -83,7 +87,8 @@ void for_each_statistic(const std::vector<Statistic>& statistics, Shared* shared
     // Only what is more than a look-up is worth a thread.
     std::vector<std::size_t> heavy;
     for (std::size_t k = 0; k < statistics.size(); ++k) {
-      if (std::holds_alternative<EncircledEnergyRadius>(statistics[k]))
+      if (std::holds_alternative<EncircledEnergyRadius>(statistics[k]) ||
+          std::holds_alternative<RingThrough>(statistics[k]))
         evaluate(k);
       else
         heavy.push_back(k);
@@ -133,16 +138,7 @@ class SmoothEvaluator {
     if (rays && !s.ring_radius) add_ring_radius(shared_.buffers.ring_gradients[index_], d_ring, rays);
     return result->fwhm;
   }
-  double operator()(const RingThrough& s) const {
-    const double total = shared_.sums.weight;
-    const SmoothDisc disc(s.ring_radius, shared_.width);
-    const Point centre = shared_.centre(s.dz);
-    if (gradient_) {
-      smooth_share_gradient(in_.rays, s.dz, centre, disc, 1.0 / total, &gradient_->rays);
-      if (shared_.about_centroid()) follow_centroid(in_.rays, total, &gradient_->rays);
-    }
-    return smooth_weight_inside(in_.rays, s.dz, centre, disc) / total;
-  }
+  double operator()(const RingThrough&) const { return shared_.share_of(index_); }
   double operator()(const ScatterRms&) const {
     const double total = shared_.sums.weight, rms = std::sqrt(shared_.angles.squares / total);
     if (!(rms > kNoScatter)) return std::nan("");
@@ -217,9 +213,7 @@ class ExactEvaluator {
                                               " times; the width is that of the main peak"};
     return result->fwhm;
   }
-  double operator()(const RingThrough& s) const {
-    return weight_inside(in_.rays, s.dz, shared_.centre(s.dz), s.ring_radius) / shared_.sums.weight;
-  }
+  double operator()(const RingThrough&) const { return shared_.share_of(index_); }
   double operator()(const ScatterRms&) const {
     return std::sqrt(shared_.angles.squares / shared_.sums.weight);
   }

@@ -50,6 +50,33 @@ struct Name {
 
 }  // namespace
 
+Target aim_of(const Target& target) {
+  const auto* radius = std::get_if<EncircledEnergyRadius>(&target.statistic);
+  if (!radius || !target.curve_slope) {
+    Target aim = target;
+    aim.scale = target.relative_to();
+    return aim;
+  }
+  const double scale = std::max(*target.curve_slope, kFlattestCurve);
+  Target aim;
+  aim.statistic = RingThrough{target.value, radius->dz};
+  aim.value = radius->fraction;
+  aim.standard_error = *target.curve_slope * target.standard_error / target.value;
+  aim.tolerance = scale * target.tolerance / target.value;
+  aim.scale = scale;
+  aim.degrees_of_freedom = target.degrees_of_freedom;
+  return aim;
+}
+
+std::vector<Target> aims_of(const std::vector<Target>& targets) {
+  std::vector<Target> aims;
+  aims.reserve(targets.size());
+  for (const Target& target : targets) aims.push_back(aim_of(target));
+  return aims;
+}
+
+double gaussian_curve_slope(double fraction) { return -2 * (1 - fraction) * std::log1p(-fraction); }
+
 std::string statistic_name(const Statistic& statistic) { return std::visit(Name{}, statistic); }
 
 }  // namespace aberfit

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "aberfit/core/parallel.h"
+#include "aberfit/trace/nominal_surface.h"
 
 namespace aberfit::internal {
 
@@ -10,14 +11,21 @@ RayForward::RayForward(const LightPath& path, std::vector<Statistic> statistics,
     : path_(path),
       statistics_(std::move(statistics)),
       threads_(threads),
-      nominal_(trace_nominal(path.mirror, path.pupil, threads)) {
+      nominal_(trace_nominal(path.mirror, path.pupil, threads)),
+      of_revolution_(without_known_zernikes(path.mirror)),
+      known_(known_zernike_field(path.mirror, path.pupil, {threads, {}, {}})) {
   // Scatter angles look at directions only; the rest is an eighth of the memory of a fit.
   for (Eigen::ArrayXd* unread : {&nominal_.x, &nominal_.y, &nominal_.weight}) unread->resize(0);
 }
 
 void RayForward::move_to(const Eigen::VectorXd& coefficients) {
   path_.surface.apply(coefficients, &field_);
-  trace(path_.mirror, path_.pupil, field_, threads_, &rays_);
+  if (known_.size() > 0) {
+    whole_.height = field_.height + known_.height;
+    whole_.slope_x = field_.slope_x + known_.slope_x;
+    whole_.slope_y = field_.slope_y + known_.slope_y;
+  }
+  trace(of_revolution_, path_.pupil, whole_field(), threads_, &rays_);
 }
 
 // The gradients over the rays come with the values: nearly every point that a solver tries is accepted, and
@@ -55,7 +63,7 @@ void RayForward::pull_back(const std::vector<const RayGradient*>& gradients, con
     if (gradients[k]) (gradients[k]->all_rays ? dense : sparse).push_back(k);
   const auto pull = [&](std::size_t k) {
     const RayGradient& rays = *gradients[k];
-    const SurfaceField weights = trace_adjoint(path_.mirror, path_.pupil, field_, rays);
+    const SurfaceField weights = trace_adjoint(of_revolution_, path_.pupil, whole_field(), rays);
     sink(k, rays.all_rays ? path_.surface.apply_transpose(weights)
                           : path_.surface.apply_transpose(rays.rays, weights));
   };
@@ -78,22 +86,6 @@ Eigen::VectorXd RayForward::exact(Warnings* warnings) {
 std::string RayForward::trouble() const {
   return "a focal statistic has no derivative (all rays on one point, or a kernel wider than "
          "the spot): start from a draw instead of the perfect mirror";
-}
-
-void pull_back_heights(const SurfaceOperator& surface, std::vector<Eigen::ArrayXd>* gradients, int threads,
-                       const ForwardModel::GradientSink& sink) {
-  const auto pull = [&](std::size_t k) {
-    SurfaceField weights;
-    weights.height.swap((*gradients)[k]);
-    weights.slope_x.setZero(weights.height.size());
-    weights.slope_y.setZero(weights.height.size());
-    sink(k, surface.apply_transpose(weights));
-  };
-  // Fewer than threads: one by one, and the operator shares out their points.
-  if (gradients->size() < std::size_t(std::max(threads, 1)))
-    for (std::size_t k = 0; k < gradients->size(); ++k) pull(k);
-  else
-    parallel_for(gradients->size(), threads, pull);
 }
 
 }  // namespace aberfit::internal

@@ -19,19 +19,20 @@ class RayForward : public ForwardModel {
   /// Sends d statistic/d coefficients of every ray gradient to `sink`.
   void pull_back(const std::vector<const RayGradient*>& gradients, const GradientSink& sink) const;
 
+  const SurfaceField& whole_field() const { return known_.size() > 0 ? whole_ : field_; }
+
   LightPath path_;
   std::vector<Statistic> statistics_;
   int threads_;
   RayBundle nominal_;
+  // The known Zernikes of the mirror at the pupil points, once and for all, and the rest of it.
+  Mirror of_revolution_;
+  SurfaceField known_, whole_;  // empty without known Zernikes; whole_: field_ + known_
   SurfaceField field_;
   RayBundle rays_;
   FocusWorkspace workspace_;
   std::vector<StatisticGradient> gradients_;
   SurfaceField height_weights_;  // slopes of zero, for statistics of the height alone
 };
-
-/// Sends d statistic/d coefficients of every gradient over heights to `sink`.
-void pull_back_heights(const SurfaceOperator& surface, std::vector<Eigen::ArrayXd>* gradients, int threads,
-                       const ForwardModel::GradientSink& sink);
 
 }  // namespace aberfit::internal

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "aberfit/core/units.h"
+#include "aberfit/trace/nominal_surface.h"
 
 namespace aberfit::internal {
 namespace {
@@ -14,21 +16,23 @@ namespace {
 constexpr double kSamePoint = 1e-6;  // in pitches
 constexpr double kNarrower = 0.02;   // phases can narrow single rings of a pattern a little
 
-bool is_geometric(const Statistic& statistic) {
-  return std::holds_alternative<ScatterRms>(statistic) || std::holds_alternative<ScatterMean>(statistic) ||
-         std::holds_alternative<RmsHeight>(statistic);
-}
-
 // The diffraction pupil that a pupil sample was taken from: its grid tells the pitch.
 DiffractionPupil pupil_of(const LightPath& path) {
   const auto refuse = [] {
     throw std::invalid_argument(
-        "statistics by wave optics need the points of diffraction_pupil(aperture, pitch)");
+        "statistics by wave optics need the points of diffraction_pupil(aperture, focal length, pitch)");
   };
   const auto* grid = std::get_if<CartesianGrid>(&path.pupil.structure);
+  double focal_length = kParaxial;
+  std::array<double, 2> shift{};
+  if (const auto* directions = std::get_if<DirectionGrid>(&path.pupil.structure)) {
+    grid = &directions->cells;
+    focal_length = directions->focal_length;
+    shift = directions->shift;
+  }
   if (!grid || grid->x.size() < 2) refuse();
   const double pitch = (grid->x[grid->x.size() - 1] - grid->x[0]) / double(grid->x.size() - 1);
-  DiffractionPupil pupil = diffraction_pupil(*path.aperture, pitch);
+  DiffractionPupil pupil = diffraction_pupil(*path.aperture, focal_length, pitch, shift);
   const double limit = kSamePoint * pitch;
   if (pupil.sample.size() != path.pupil.size() || !((pupil.sample.x - path.pupil.x).abs() <= limit).all() ||
       !((pupil.sample.y - path.pupil.y).abs() <= limit).all())
@@ -36,28 +40,51 @@ DiffractionPupil pupil_of(const LightPath& path) {
   return pupil;
 }
 
-// Sag less that of the parabola with the same focal length. A path along the axis and back is twice as much,
-// to first order in the slope, like that of the surface error.
-Eigen::ArrayXd departure_of(const Mirror& mirror, const PupilSample& pupil) {
-  const bool parabola = mirror.conic == -1 && std::all_of(mirror.spherical.begin(), mirror.spherical.end(),
-                                                          [](double c) { return c == 0; });
-  if (parabola) return {};
-  Eigen::ArrayXd departure(pupil.size());
-  for (Eigen::Index i = 0; i < pupil.size(); ++i) {
-    const double x = pupil.x[i], y = pupil.y[i];
-    departure[i] = base_surface(mirror, x, y).height - (x * x + y * y) / (4 * mirror.focal_length);
+// Height errors [m] of a parabola with the same focal length that turn the phase as the mirror does. A path
+// to the focus by way of the height z is sqrt(rho^2 + (f - z)^2) - z, by that of the parabola z_p it is f;
+// the difference is written so that nothing cancels. To first order it is the departure of the sags itself.
+Eigen::ArrayXd departure_of(const Mirror& mirror, const DiffractionPupil& pupil,
+                            const OperatorOptions& options) {
+  const PupilSample& sample = pupil.sample;
+  Eigen::ArrayXd departure = departure_from_parabola(mirror, sample, options);
+  const bool paraxial = !std::holds_alternative<DirectionGrid>(sample.structure);
+  if (paraxial) return departure;
+  const double f = mirror.focal_length;
+  for (Eigen::Index i = 0; i < departure.size(); ++i) {
+    const double x = sample.x[i], y = sample.y[i], sag = (x * x + y * y) / (4 * f), d = departure[i];
+    const double path = f + sag, more = d * (d - 2 * (f - sag));
+    const double longer = more / (std::sqrt(path * path + more) + path) - d;
+    departure[i] = -longer / (2 * pupil.obliquity[i]);
   }
   return departure;
 }
 
-// Why an encircled-energy radius cannot be met: it lies well below `perfect` [m], that of the perfect
-// mirror's diffraction pattern in focus. Empty when it does not.
-std::string below_diffraction(const Target& target, double perfect) {
-  if (!(target.value + target.tolerance < (1 - kNarrower) * perfect)) return {};
+// Where light has to be: a share of it inside a radius [m] in plane dz.
+struct Wanted {
+  double fraction, radius, dz;
+  bool of_share;     // judged as the share inside the radius, else as the radius of the share
+  double tolerance;  // in the unit of what is judged
+};
+std::optional<Wanted> wanted_light(const Target& target) {
+  if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic))
+    return Wanted{ee->fraction, target.value, ee->dz, false, target.tolerance};
+  if (const auto* share = std::get_if<RingThrough>(&target.statistic))
+    return Wanted{target.value, share->ring_radius, share->dz, true, target.tolerance};
+  return std::nullopt;
+}
+
+// Why light cannot be where it is wanted: the perfect mirror in focus holds less there. perfect: its value of
+// what is judged. Empty when nothing speaks against it.
+std::string below_diffraction(const Wanted& wanted, double perfect) {
+  const bool beyond = wanted.of_share ? wanted.fraction - wanted.tolerance > (1 + kNarrower) * perfect
+                                      : wanted.radius + wanted.tolerance < (1 - kNarrower) * perfect;
+  if (!beyond) return {};
+  const std::string best = wanted.of_share ? fmt::format("{:.3g} % there", 100 * perfect)
+                                           : "within " + format_quantity(perfect, Dimension::kLength);
   return fmt::format(
-      "the target {} = {} lies below the {} of a perfect mirror: the aperture's diffraction allows no less",
-      statistic_name(target.statistic), format_quantity(target.value, Dimension::kLength),
-      format_quantity(perfect, Dimension::kLength));
+      "the target of {:.3g} % of the light within {} is sharper than a perfect mirror, which "
+      "has {}: the aperture's diffraction allows no less",
+      100 * wanted.fraction, format_quantity(wanted.radius, Dimension::kLength), best);
 }
 
 }  // namespace
@@ -65,14 +92,21 @@ std::string below_diffraction(const Target& target, double perfect) {
 WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads)
     : path_(path),
       threads_(threads),
-      split_(statistics, is_geometric),
-      rays_(path, split_.geometric, threads),
+      split_(statistics, is_moment),
       diffraction_pupil_(pupil_of(path)),
-      departure_(departure_of(path.mirror, diffraction_pupil_.sample)) {}
+      departure_(departure_of(path.mirror, diffraction_pupil_, focus_operator(FocusModel::kWaves, threads))) {
+  if (split_.geometric.empty()) return;
+  const TermSet& terms = path.surface.terms();
+  moments_ = make_moment_rays(path.mirror, *path.aperture, terms, split_.geometric, threads);
+  if (!moments_)  // terms of so high an order that the cells have to do
+    moments_ = std::make_unique<MomentRays>(path.mirror, path.pupil, terms,
+                                            focus_operator(FocusModel::kWaves, threads), split_.geometric);
+}
 
 void WaveForward::move_to(const Eigen::VectorXd& coefficients) {
-  rays_.move_to(coefficients);
-  height_ = rays_.field().height;
+  path_.surface.apply(coefficients, &field_);
+  height_ = field_.height;
+  if (moments_) moments_->rays().move_to(coefficients);
   if (departure_.size() > 0) height_ += departure_;
 }
 
@@ -81,7 +115,7 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
   bool exist = true;
   Eigen::VectorXd some;
   if (!split_.geometric.empty()) {
-    exist = rays_.evaluate(width > 0 ? width : 1, &some);  // moments: no kernel in them
+    exist = moments_->rays().evaluate(width > 0 ? width : 1, &some);  // moments: no kernel in them
     for (std::size_t j = 0; j < split_.geometric.size(); ++j)
       (*values)[Eigen::Index(split_.geometric_place[j])] = some[Eigen::Index(j)];
   }
@@ -102,9 +136,9 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
 }
 
 bool WaveForward::gradients(const GradientSink& sink) {
-  if (!split_.geometric.empty() && !rays_.gradients([&](std::size_t j, const Eigen::VectorXd& gradient) {
-        sink(split_.geometric_place[j], gradient);
-      }))
+  if (!split_.geometric.empty() &&
+      !moments_->rays().gradients(
+          [&](std::size_t j, const Eigen::VectorXd& gradient) { sink(split_.geometric_place[j], gradient); }))
     return false;
   if (split_.own.empty()) return true;
   Eigen::VectorXd values;
@@ -112,16 +146,17 @@ bool WaveForward::gradients(const GradientSink& sink) {
   const DiffractionProblem waves = problem();
   if (!evaluate_diffraction(waves, height_, split_.own, threads_, &workspace_, &values, &d_height))
     return false;
-  pull_back_heights(path_.surface, &d_height, threads_, [&](std::size_t j, const Eigen::VectorXd& gradient) {
-    sink(split_.own_place[j], gradient);
-  });
+  const Eigen::MatrixXd gradients = path_.surface.apply_transpose_heights(d_height);
+  for (std::size_t j = 0; j < split_.own.size(); ++j)
+    sink(split_.own_place[j], gradients.col(Eigen::Index(j)));
   return true;
 }
 
 Eigen::VectorXd WaveForward::exact(Warnings* warnings) {
   Eigen::VectorXd values;
   evaluate(0, &values);
-  const Eigen::VectorXd geometric = rays_.exact(warnings);
+  Eigen::VectorXd geometric;
+  if (moments_) geometric = moments_->rays().exact(warnings);
   for (std::size_t j = 0; j < split_.geometric.size(); ++j)
     values[Eigen::Index(split_.geometric_place[j])] = geometric[Eigen::Index(j)];
   if (warnings) explain(values, warnings);
@@ -167,28 +202,32 @@ void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) con
 
 std::string WaveForward::unreachable(const std::vector<Target>& targets) const {
   const double pitch = std::max(diffraction_pupil_.pitch_x, diffraction_pupil_.pitch_y);
-  std::vector<Target> radii;
+  std::vector<Wanted> light;
   std::vector<Statistic> in_focus;
   for (const Target& target : targets) {
-    const auto* radius = std::get_if<EncircledEnergyRadius>(&target.statistic);
-    if (!radius) continue;
-    const double largest = 0.5 * path_.wavelength * (path_.mirror.focal_length + radius->dz) / pitch;
-    if (target.value > largest)
+    const std::optional<Wanted> wanted = wanted_light(target);
+    if (!wanted) continue;
+    const double largest = 0.5 * path_.wavelength * (path_.mirror.focal_length + wanted->dz) / pitch;
+    if (wanted->radius > largest)
       return fmt::format(
-          "the target {} = {} lies outside the field of view of the pupil grid, which ends at {}: take a "
-          "finer grid",
-          statistic_name(target.statistic), format_quantity(target.value, Dimension::kLength),
+          "the target {:.3g} % of the light within {} lies outside the field of view of the pupil grid, "
+          "which "
+          "ends at {}: take a finer grid",
+          100 * wanted->fraction, format_quantity(wanted->radius, Dimension::kLength),
           format_quantity(largest, Dimension::kLength));
-    radii.push_back(target);
-    in_focus.push_back(EncircledEnergyRadius{radius->fraction, 0});
+    light.push_back(*wanted);
+    if (wanted->of_share)
+      in_focus.push_back(RingThrough{wanted->radius, 0});
+    else
+      in_focus.push_back(EncircledEnergyRadius{wanted->fraction, 0});
   }
-  if (radii.empty()) return {};
+  if (light.empty()) return {};
   const Eigen::ArrayXd flat = Eigen::ArrayXd::Zero(path_.pupil.size());
   Eigen::VectorXd perfect;
   const DiffractionProblem waves = problem();
   evaluate_diffraction(waves, flat, in_focus, threads_, nullptr, &perfect, nullptr);
-  for (std::size_t k = 0; k < radii.size(); ++k)
-    if (std::string why = below_diffraction(radii[k], perfect[Eigen::Index(k)]); !why.empty()) return why;
+  for (std::size_t k = 0; k < light.size(); ++k)
+    if (std::string why = below_diffraction(light[k], perfect[Eigen::Index(k)]); !why.empty()) return why;
   return {};
 }
 

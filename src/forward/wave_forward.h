@@ -1,14 +1,17 @@
 #pragma once
+#include <memory>
+
 #include "aberfit/forward/forward_model.h"
 #include "aberfit/waves/diffraction_psf.h"
-#include "ray_forward.h"
+#include "moment_rays.h"
 #include "split_statistics.h"
 
 namespace aberfit::internal {
 
 /// Statistics of the diffraction pattern of the pupil field: coefficients -> L -> phase -> PSF. Scatter
-/// angles and the RMS height are those of the same surface by rays: a sharp edge scatters as 1/r^3, so that
-/// waves have no finite second moment. The width of `evaluate` is not used: diffraction smooths by itself.
+/// angles and the RMS height are those of the same surface by rays, exact for the order of the terms whatever
+/// the grid (MomentRays): a sharp edge scatters as 1/r^3, so that waves have no finite second moment. The
+/// width of `evaluate` is not used: diffraction smooths by itself.
 class WaveForward : public ForwardModel {
  public:
   WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads);
@@ -29,7 +32,8 @@ class WaveForward : public ForwardModel {
   LightPath path_;
   int threads_;
   SplitStatistics split_;
-  RayForward rays_;
+  std::unique_ptr<MomentRays> moments_;  // of split_.geometric, on points of their own; null without any
+  SurfaceField field_;
   DiffractionPupil diffraction_pupil_;
   Eigen::ArrayXd departure_;  // of the mirror from a parabola [m], empty for parabolas
   DiffractionWorkspace workspace_;

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 
+#include "aberfit/forward/term_moments.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
 #include "aberfit/method/term_search.h"
@@ -14,17 +16,17 @@ namespace {
 void describe_surface(const FitCase& of, Attempt* attempt) {
   const Task& task = of.task;
   const Groundwork& ground = of.ground;
-  const Workbench& bench = *attempt->bench;
   FitOutcome& result = attempt->result;
   EquivalentSurface& surface = result.surface;
   surface.prior_height_factor = ground.prior_height_factor;
   surface.captured_fraction = attempt->terms->captured;
-  const SurfaceField field = bench.field(result.fit.coefficients);
-  const Eigen::ArrayXd& weight = bench.pupil.weight;
-  const double mean = (weight * field.height).sum();
-  surface.rms_height = std::sqrt((weight * (field.height - mean).square()).sum());
-  surface.rms_slope_per_axis =
-      std::sqrt((weight * (field.slope_x.square() + field.slope_y.square())).sum() / 2);
+  std::optional<TermMoments> exact =
+      term_moments(task.aperture, result.terms, result.fit.coefficients, of.context.threads);
+  const TermMoments moments =
+      exact ? *exact
+            : moments_of(attempt->bench->field(result.fit.coefficients), attempt->bench->pupil.weight);
+  surface.rms_height = moments.rms_height;
+  surface.rms_slope_per_axis = moments.rms_slope_per_axis;
   surface.g = 4 * EIGEN_PI * surface.rms_height / task.wavelength;
   surface.kappa = std::nan("");  // unknown without a spectrum
   if (ground.psd) {
@@ -41,15 +43,39 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
         zone_slopes(task, result.terms, attempt->terms->prior, result.fit.coefficients, of.context.threads);
 }
 
-// The verdict is on the model that the scene needs. Where that cannot be computed, a good result on a simpler
-// model decides nothing.
-void decide_by_need(const FitCase& of, FitOutcome* result) {
-  result->needed_judgement = judge_by_need(of.task, of.ground, of.targets, result->terms,
-                                           result->fit.coefficients, of.context.threads, &result->warnings);
-  if (!result->needed_judgement) return;
-  const NeededJudgement& needed = *result->needed_judgement;
-  const bool cannot = needed.metrics.empty() && result->verdict == Verdict::kDifferent;
-  if (!cannot) result->verdict = needed.verdict;
+// Of geometric rays against light over all planes, where choose_model stopped at the first.
+double ray_error(const Task& task, const Groundwork& ground) {
+  return choose_model(*ground.psd, task.mirror, task.aperture, task.wavelength, HUGE_VAL).ray_error;
+}
+
+// The verdict is light's unless the study names another theory. Where light has no answer, a good result on a
+// simpler model decides nothing.
+void ask_light(const FitCase& of, FitOutcome* result) {
+  if (of.ground.use.in_light(of.targets.theory == "given")) return;
+  of.context.say("light");
+  result->light = judge_in_light(of.task, of.ground, of.targets, result->terms, result->fit.coefficients,
+                                 of.context.threads, &result->warnings);
+  const LightJudgement& light = *result->light;
+  if (!light.decides) return;
+  if (light.no_grid && of.ground.use.choice) {
+    const double model_error = ray_error(of.task, of.ground);
+    for (EquivalenceMetric& metric : result->metrics) metric = with_model_error(metric, model_error);
+    result->verdict = overall(result->metrics);
+    return;
+  }
+  const bool unknown = light.metrics.empty();
+  if (!(unknown && result->verdict == Verdict::kDifferent)) result->verdict = light.verdict;
+}
+
+void ask_perfect_mirror(const FitCase& of, FitOutcome* result) {
+  result->perfect = judge_perfect_mirror(of.task, of.ground, of.targets, of.context.threads);
+  if (result->perfect && result->perfect->mismatch < 1)
+    result->warnings.push_back(
+        {"margin-sees-nothing",
+         fmt::format("the perfect mirror would pass, too: its worst statistic, {}, is {:.2g} of a tolerance "
+                     "away, so a margin of {:.3g} % cannot see this roughness; take a smaller margin",
+                     result->perfect->statistic, result->perfect->mismatch,
+                     100 * of.task.equivalence.margin)});
 }
 
 std::string spread_source(const Groundwork& ground, const Realisation& realisation) {
@@ -68,6 +94,11 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
          fmt::format("draws of this roughness differ by {:.1f} % in ee90 ({}): the verdict holds for the "
                      "calibrated surface, not for any one real mirror",
                      100 * result->realisation->spread(), spread_source(of.ground, *result->realisation))});
+  if (result->fit.status == FitStatus::kNotConverged)
+    warnings.push_back({"not-converged",
+                        "the fit ended before every target was met, which is no verdict on its "
+                        "surface: " +
+                            result->fit.message});
   if (fresh.lost > 0)
     warnings.push_back(
         {"lost-rays", fmt::format("{} of {} fresh rays miss the focal region", fresh.lost, fresh.rays)});
@@ -90,7 +121,8 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
 
 void conclude(const FitCase& of, Attempt* attempt) {
   FitOutcome& result = attempt->result;
-  decide_by_need(of, &result);
+  ask_light(of, &result);
+  ask_perfect_mirror(of, &result);
   if (of.ground.psd) {
     of.context.say("realisations");
     result.realisation = realisation_of(of.task, of.ground, attempt->bench->focus(of.task),

@@ -23,9 +23,23 @@ FrontierPoint frontier_point(const Attempt& attempt, double seconds) {
   point.passes = attempt.met && attempt.result.verdict == Verdict::kEquivalent;
   double worst = NAN;
   for (const EquivalenceMetric& metric : attempt.result.metrics)
-    if (metric.held_out) worst = std::fmax(worst, std::abs(metric.relative_difference));
+    if (metric.held_out) worst = std::fmax(worst, std::abs(metric.difference));
   point.held_out_mismatch = worst;
   return point;
+}
+
+// Of one grid in a search by waves: fits that pass took 16 to 31 of them (the README's study, n = 18 to 30).
+constexpr int kWaveTrialIterations = 40;
+
+// A rejection this near to the tolerances or to the margin may be the rays' or the solver's, not the terms':
+// an annulus took 207 terms where 187 pass with twice the rays.
+constexpr double kNearMiss = 1.3;
+bool near_miss(const Task& task, const Attempt& attempt) {
+  if (!has_solution(attempt.result.fit) || frontier_point(attempt, 0).passes) return false;
+  double worst = 0;
+  for (const EquivalenceMetric& metric : attempt.result.metrics)
+    worst = std::fmax(worst, std::abs(metric.difference) / task.equivalence.margin);
+  return attempt.mismatch <= kNearMiss && worst <= kNearMiss;
 }
 
 // White coordinates of `terms` that continue a fit of fewer Zernikes: its coefficients, and the seeded draw's
@@ -84,8 +98,18 @@ class Trials {
     const auto begin = Clock::now();
     FitPlan plan = planned(asked);
     plan.give_up_on_stall = true;
+    if (of_.ground.use.model == FocusModel::kWaves)
+      plan.most_iterations = std::min(plan.most_iterations, kWaveTrialIterations);
     if (descending && best_) plan.warm = continued(of_.task.fit.seed, *best_, *plan.terms);
-    Attempt attempt = fit_on_enough_rays(of_, std::move(plan), false);
+    Attempt attempt = fit_on_enough_rays(of_, plan, false);
+    if (near_miss(of_.task, attempt)) {
+      plan.warm = attempt.result.fit.white;
+      plan.give_up_on_stall = false;
+      plan.pupil.rays = more_rays(attempt.result.chosen.rays);
+      plan.automatic_rays = false;
+      Attempt again = fit_on_enough_rays(of_, std::move(plan), false);
+      if (frontier_point(again, 0).passes) attempt = std::move(again);
+    }
     const FrontierPoint point = frontier_point(attempt, since(begin));
     if (point.passes && (!best_ || point.terms < best_->result.terms.size())) best_ = std::move(attempt);
     return point;

@@ -11,7 +11,7 @@
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/method/plan.h"
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 
 namespace aberfit {
 namespace {
@@ -104,7 +104,8 @@ int radial_overlap(const TermSet& terms) {
 Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSet& terms, double captured) {
   Warnings warnings = task.data_warnings;
   warnings.insert(warnings.end(), ground.use.warnings.begin(), ground.use.warnings.end());
-  if (ground.use.too_simple(targets_are_given(task)))
+  if (ground.use.choice && ground.use.choice->model != FocusModel::kRays &&
+      !ground.use.in_light(targets_are_given(task)))
     warnings.push_back({"rays-not-valid", ground.use.reason});
   if (ground.prior_height_factor != 1)
     warnings.push_back({"prior-scaled",

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "aberfit/core/errors.h"
+#include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/scene_facts.h"
 
@@ -12,60 +14,106 @@ namespace {
 
 constexpr int kRealisationDraws = 32;  // a spread known to 13 %
 
-std::string why(const Groundwork& ground) {
-  const double error = ground.use.choice->errors.ray_ee90;
-  return fmt::format(
-      "rays are not valid here: kappa = {:.3g}, and {}", ground.numbers.kappa,
-      std::isfinite(error)
-          ? fmt::format("the ray ee90 is {:+.3g} % off the Harvey-Shack prediction", 100 * error)
-          : "the Harvey-Shack prediction has no finite ee90");
+// Of light: targets and margins from GHS instead of the theory that was fitted to.
+std::vector<Target> targets_of_light(const GeneralisedHarveyShack& light, const std::vector<Target>& asked,
+                                     int threads) {
+  std::vector<Target> targets;
+  std::vector<Statistic> statistics;
+  for (const Target& target : asked) {
+    if (std::holds_alternative<RmsRadius>(target.statistic)) continue;
+    targets.push_back(target);
+    statistics.push_back(target.statistic);
+  }
+  Eigen::VectorXd slopes;
+  const Eigen::VectorXd predicted = light.predict(statistics, threads, &slopes);
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    targets[k].value = predicted[Eigen::Index(k)];
+    targets[k].standard_error = 0;
+    targets[k].degrees_of_freedom = std::numeric_limits<double>::infinity();
+    if (targets[k].curve_slope) targets[k].curve_slope = slopes[Eigen::Index(k)];
+  }
+  std::erase_if(targets, [](const Target& target) { return !std::isfinite(target.value); });
+  return targets;
 }
+
+std::vector<Target> seen_by_waves(std::vector<Target> targets) {
+  std::erase_if(targets,
+                [](const Target& target) { return std::holds_alternative<RmsRadius>(target.statistic); });
+  return targets;
+}
+
+// Roughness so small that no digit of the pattern knows of it.
+constexpr double kNoRoughness = 1e-6;
 
 }  // namespace
 
-std::optional<NeededJudgement> judge_by_need(const Task& task, const Groundwork& ground,
-                                             const TargetSets& targets, const TermSet& terms,
-                                             const Eigen::VectorXd& coefficients, int threads,
-                                             Warnings* warnings) {
+LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const TargetSets& targets,
+                              const TermSet& terms, const Eigen::VectorXd& coefficients, int threads,
+                              Warnings* warnings) {
   const bool given = targets.theory == "given";
-  if (!ground.use.too_simple(given)) return std::nullopt;
-  const FocusModel model = ground.use.choice->model;
-  NeededJudgement judgement;
-  judgement.theory = given ? "given" : to_string(theory_of(model));
-  judgement.model = to_string(model);
-  judgement.reason = why(ground);
-  if (!ground.use.obstacle.empty()) {
-    judgement.reason += ", but what is needed cannot be computed: " + ground.use.obstacle + ".";
-    return judgement;
-  }
-  judgement.reason += ".";
-  std::vector<Target> wanted;
-  std::vector<Statistic> statistics;
-  for (const Target& target : targets.fitted) {
-    if (std::holds_alternative<RmsRadius>(target.statistic)) continue;
-    wanted.push_back(target);
-    statistics.push_back(target.statistic);
-  }
-  if (!given) {
+  LightJudgement light;
+  light.decides = ground.use.light_decides;
+  light.theory = given ? "given" : to_string(Theory::kGhs);
+  light.obstacle = ground.use.obstacle;
+  if (!light.obstacle.empty()) return light;
+  std::vector<Target> fitted = seen_by_waves(targets.fitted), held_out;
+  if (light.decides) held_out = seen_by_waves(targets.held_out);
+  if (!given && ground.use.theory != Theory::kGhs) {
     const GeneralisedHarveyShack spot(*ground.prior_psd, task.mirror, task.aperture, task.wavelength);
-    const Eigen::VectorXd predicted = spot.predict(statistics, threads);
-    for (std::size_t k = 0; k < wanted.size(); ++k) {
-      wanted[k].value = predicted[Eigen::Index(k)];
-      wanted[k].standard_error = 0;
+    fitted = targets_of_light(spot, fitted, threads);
+    held_out = targets_of_light(spot, held_out, threads);
+  }
+  std::vector<Target> all = fitted;
+  all.insert(all.end(), held_out.begin(), held_out.end());
+  try {
+    const double pitch = wave_pitch(task, terms, all);
+    const double cells = 2 * ground.radius / pitch;
+    if (cells > kMostJudgedCells) {
+      light.no_grid = true;
+      light.obstacle =
+          fmt::format("the pupil would need {:.0f} cells across, more than {:.0f}", cells, kMostJudgedCells);
+      return light;
     }
+    const JudgedSet judged(fitted, held_out);
+    const FreshPupil pupil{FocusModel::kWaves, task.trace.pupil.rays, task.trace.pupil.seed, pitch};
+    const FreshStatistics fresh = statistics_with_error(lit_mirror(task), pupil, terms, coefficients,
+                                                        judged.statistics(), threads, warnings);
+    light.metrics = judged.judge(fresh, task.equivalence);
+  } catch (const ComputationError& error) {
+    light.no_grid = true;
+    light.obstacle = error.what();
+    return light;
   }
-  const FreshPupil pupil{model, task.trace.pupil.rays, task.trace.pupil.seed,
-                         wave_pitch(task, terms, wanted)};
-  const FreshStatistics fresh =
-      statistics_with_error(lit_mirror(task), pupil, terms, coefficients, statistics, threads, warnings);
-  for (std::size_t k = 0; k < wanted.size(); ++k) {
-    const auto at = Eigen::Index(k);
-    judgement.metrics.push_back(tost(statistic_name(statistics[k]), false, wanted[k].value,
-                                     wanted[k].standard_error, fresh.value[at], fresh.standard_error[at],
-                                     task.equivalence.margin, task.equivalence.confidence));
+  light.verdict = overall(light.metrics);
+  return light;
+}
+
+std::optional<PerfectMirror> judge_perfect_mirror(const Task& task, const Groundwork& ground,
+                                                  const TargetSets& targets, int threads) {
+  if (!ground.psd || !ground.use.obstacle.empty()) return std::nullopt;
+  std::vector<Target> seen = targets.fitted;
+  seen.insert(seen.end(), targets.held_out.begin(), targets.held_out.end());
+  std::erase_if(seen, [](const Target& target) {
+    return !std::holds_alternative<EncircledEnergyRadius>(target.statistic) &&
+           !std::holds_alternative<RingThrough>(target.statistic);
+  });
+  if (seen.empty()) return std::nullopt;
+  const double smooth = kNoRoughness / std::max(kNoRoughness, ground.numbers.g);
+  const GeneralisedHarveyShack perfect(ground.psd->scaled(smooth), task.mirror, task.aperture,
+                                       task.wavelength);
+  std::vector<Target> aims = aims_of(seen);
+  std::vector<Statistic> statistics;
+  for (const Target& aim : aims) statistics.push_back(aim.statistic);
+  const Eigen::VectorXd value = perfect.predict(statistics, threads);
+  PerfectMirror result;
+  for (std::size_t k = 0; k < aims.size(); ++k) {
+    const double mismatch =
+        std::abs(value[Eigen::Index(k)] - aims[k].value) / (task.equivalence.margin * aims[k].relative_to());
+    if (!(mismatch > result.mismatch)) continue;
+    result.mismatch = mismatch;
+    result.statistic = statistic_name(seen[k].statistic);
   }
-  judgement.verdict = overall(judgement.metrics);
-  return judgement;
+  return result;
 }
 
 Realisation realisation_of(const Task& task, const Groundwork& ground, const LightPath& focus,
@@ -83,6 +131,7 @@ void describe_models(const Groundwork& ground, const std::string& theory, FitOut
   result->theory = facts.theory;
   result->model = facts.model;
   result->needed = facts.needed;
+  result->light_decides = ground.use.light_decides;
   result->model_reason = facts.reason;
   result->errors = facts.errors;
 }

@@ -1,24 +1,29 @@
 #include "aberfit/method/physics_choice.h"
 
-#include <algorithm>
+#include <cmath>
 
 #include "aberfit/core/errors.h"
 
 namespace aberfit {
 namespace {
 
-bool is_parabola(const Mirror& mirror) {
-  return mirror.conic == -1 &&
-         std::all_of(mirror.spherical.begin(), mirror.spherical.end(), [](double c) { return c == 0; });
-}
-
-// Why diffraction about the perfect focus says nothing about this task.
+// Why diffraction about the nominal focus says nothing about this task.
 std::string obstacle_of(const Task& task) {
-  if (!is_parabola(task.mirror)) return "the mirror is no parabola, so it has no perfect focus";
-  if (std::holds_alternative<PolygonAperture>(task.aperture))
-    return "the diffraction pattern of a polygon is not part of the theory";
   if (task.trace.centre == Centre::kCentroid) return "statistics about the centroid exist for rays only";
   return "";
+}
+
+// What wave optics leaves out of this roughness: an obstacle where it is too much, else a word.
+void mind_theory(const Task& task, const RadialPsd& psd, PhysicsChoice* use) {
+  try {
+    use->theory_error = theory_error(psd, task.mirror, task.aperture, task.wavelength);
+  } catch (const ComputationError& error) {
+    if (use->obstacle.empty()) use->obstacle = error.what();
+    return;
+  }
+  const TheoryError& error = *use->theory_error;
+  if (!error.applies && use->obstacle.empty()) use->obstacle = error.clause;
+  if (error.applies && error.mostly_grazing) use->warnings.push_back({"grazing-incidence", error.clause});
 }
 
 // What a study names must be computable; what is left to the program may fall back.
@@ -30,15 +35,19 @@ void check_named(const Task& task, const PhysicsRequest& asked, const std::strin
                      "\"auto\", \"geometric\", \"rays\"; or convention \"physical\"");
   if (ghs && !obstacle.empty())
     throw FieldError("target.theory", "\"ghs\", but " + obstacle, "\"auto\", \"geometric\", \"rays\"");
+  if (asked.theory == Theory::kGeometric && !is_rotationally_symmetric(task.mirror))
+    throw FieldError("target.theory",
+                     "\"geometric\", a closed form for mirrors of revolution, but mirror.zernike has "
+                     "terms with m != 0",
+                     "\"rays\", the same theory by drawn deflections; \"auto\"");
   if (waves && !obstacle.empty())
     throw FieldError("trace.model", "\"waves\", but " + obstacle, "\"auto\", \"rays\"");
 }
 
 }  // namespace
 
-bool PhysicsChoice::too_simple(bool targets_are_given) const {
-  if (!choice || choice->model == FocusModel::kRays) return false;
-  return model == FocusModel::kRays || (!targets_are_given && model_of(theory) == FocusModel::kRays);
+bool PhysicsChoice::in_light(bool targets_are_given) const {
+  return model == FocusModel::kWaves && (targets_are_given || theory == Theory::kGhs);
 }
 
 PhysicsRequest requested_physics(const Task& task) { return {task.target.theory, task.trace.model}; }
@@ -46,27 +55,33 @@ PhysicsRequest requested_physics(const Task& task) { return {task.target.theory,
 PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, const RadialPsd* psd) {
   PhysicsChoice use;
   use.obstacle = obstacle_of(task);
+  if (psd) mind_theory(task, *psd, &use);
   check_named(task, asked, use.obstacle);
+  const bool paper = task.target.convention == Convention::kPaper;
   if (psd) {
-    use.choice = choose_model(*psd, task.mirror, task.aperture, task.wavelength);
+    use.choice = choose_model(*psd, task.mirror, task.aperture, task.wavelength,
+                              kModelShareOfMargin * task.equivalence.margin);
     use.reason = use.choice->reason;
   }
   if (asked.theory) {
     use.theory = *asked.theory;
-  } else {
-    use.theory = use.choice ? theory_of(use.choice->model) : Theory::kGeometric;
-    if (use.theory != Theory::kGeometric && task.target.convention == Convention::kPaper) {
-      use.theory = Theory::kGeometric;
-      use.warnings.push_back({"theory-fallback",
-                              "convention `paper` is a rule for rays and has no wave counterpart: targets "
-                              "and surface stay geometric, although the scene needs more"});
-    } else if (use.theory != Theory::kGeometric && !use.obstacle.empty()) {
-      use.theory = Theory::kGeometric;
-      use.warnings.push_back({"theory-fallback", "the scene needs more than geometric rays, but " +
-                                                     use.obstacle + ": targets and surface stay geometric"});
-    }
+  } else if (use.choice && (paper || !use.obstacle.empty())) {
+    if (use.choice->model != FocusModel::kRays)
+      use.warnings.push_back({"theory-fallback", paper ? "convention `paper` is a rule for rays and has no "
+                                                         "wave counterpart: targets and surface stay "
+                                                         "geometric, although the scene needs more"
+                                                       : "the scene needs more than geometric rays, but " +
+                                                             use.obstacle +
+                                                             ": targets and surface stay geometric"});
+  } else if (use.choice) {
+    use.theory = Theory::kGhs;
   }
-  use.model = asked.model.value_or(model_of(use.theory));
+  use.light_decides = use.obstacle.empty() && !paper && (!asked.theory || *asked.theory == Theory::kGhs);
+  const FocusModel own =
+      use.theory == Theory::kGhs && !asked.theory ? use.choice->model : model_of(use.theory);
+  // The closed form exists for mirrors of revolution only; drawn deflections are the same theory.
+  if (use.theory == Theory::kGeometric && !is_rotationally_symmetric(task.mirror)) use.theory = Theory::kRays;
+  use.model = asked.model.value_or(own);
   return use;
 }
 

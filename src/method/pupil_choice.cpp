@@ -19,7 +19,8 @@ constexpr double kCellsPerCycle = 3.0;  // a phase screen sampled twice a cycle 
 
 }  // namespace
 
-double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets) {
+double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
+                  double coarsening) {
   double radius = 0, reach_dz = 0;
   for (const Target& target : targets) {
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
@@ -34,17 +35,23 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   }
   const DiffractionSampling sampling = diffraction_sampling(task.aperture, task.mirror.focal_length,
                                                             task.wavelength, radius, reach_dz, kLeastCells);
+  const double for_light = coarsening * sampling.pitch;
   double highest = 0;  // of the terms [cycles/m]
   for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
   if (!terms.zernike.empty())
     highest = std::max(highest, (terms.zernike.back().n + 1) / (2 * std::numbers::pi * terms.radius));
-  const double for_terms = highest > 0 ? 1 / (kCellsPerCycle * highest) : HUGE_VAL;
-  const double pitch = std::min(sampling.pitch, for_terms);
+  for (const KnownZernike& term : task.mirror.zernike)
+    highest = std::max(highest, (term.mode.n + 1) / (2 * std::numbers::pi * task.mirror.zernike_radius));
+  // At the rim a cell of the wave pupil is longer on the mirror than its pitch: by dr/dP, at most.
+  const double t = aperture_radius(task.aperture) / (2 * task.mirror.focal_length);
+  const double longer = (1 + t * t) * (1 + t * t) / (1 - t * t);
+  const double for_terms = highest > 0 ? 1 / (kCellsPerCycle * highest * longer) : HUGE_VAL;
+  const double pitch = std::min(for_light, for_terms);
   const double cells = 2 * aperture_radius(task.aperture) / pitch;
   if (!(cells <= kMostCells))
     throw ComputationError(fmt::format(
         "waves would need a grid of {:.0f} cells across the aperture, more than {}: {}", cells, kMostCells,
-        for_terms < sampling.pitch
+        for_terms < for_light
             ? fmt::format("terms of up to {:.4g} cycles/m ask for it; take fewer", highest)
             : fmt::format(
                   "light {} from the axis, in planes up to {} out of focus, asks for it; take smaller "
@@ -55,7 +62,8 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
 }
 
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch) {
-  if (model == FocusModel::kWaves) return diffraction_pupil(task.aperture, pitch).sample;
+  if (model == FocusModel::kWaves)
+    return diffraction_pupil(task.aperture, task.mirror.focal_length, pitch).sample;
   return make_pupil(task.aperture, rays);
 }
 

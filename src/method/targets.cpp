@@ -1,16 +1,21 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/theory/ray_perturbation.h"
+#include "light_guides.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr double kDefaultTolerance = 1e-3;
@@ -23,10 +28,7 @@ constexpr double kPlanes[] = {0, -1, 1, -2, 2, -3.5, 3.5, -5, 5};
 // 0.7 %.
 constexpr double kGuideFractions[] = {0.275, 0.425, 0.575, 0.725, 0.85};
 constexpr double kGuidePlanes[] = {0, -0.5, 0.5, -1.5, 1.5, -2.75, 2.75, -4.25, 4.25};
-constexpr double kGuideTolerance = 4e-3;
-// Between core and halo of a diffracted spot a small error of the energy is a large one of the radius. Guides
-// fill steps of the radius above this factor, in the guides' planes as far as `kNearFocus`.
-constexpr double kLargestStep = 1.25, kNearFocus = 1.5;
+constexpr double kGuideTolerance = 3e-3;
 // Held out from both: other fractions, planes in between, other rings, the mean angle.
 constexpr double kHeldOutFractions[] = {0.25, 0.30, 0.40, 0.60, 0.70, 0.75, 0.875, 0.925};
 constexpr double kHeldOutPlanes[] = {0, -0.25, 0.25, -0.75, 0.75, -1.75, 1.75, -3.1, 3.1, -4.6, 4.6};
@@ -105,38 +107,16 @@ std::vector<Wanted> requested_statistics(const Task& task, const Groundwork& gro
   return wanted;
 }
 
-// Fractions that fill large steps between the radii of the others in the focus.
-std::vector<double> fractions_between(const MeanSpot& focus) {
-  std::vector<double> known(std::begin(kFractions), std::end(kFractions)), added;
-  known.insert(known.end(), std::begin(kGuideFractions), std::end(kGuideFractions));
-  std::sort(known.begin(), known.end());
-  for (std::size_t k = 0; k + 1 < known.size(); ++k) {
-    const double low = focus.encircled_energy_radius(known[k]),
-                 high = focus.encircled_energy_radius(known[k + 1]);
-    const int parts = int(std::ceil(std::log(high / low) / std::log(kLargestStep)));
-    for (int j = 1; j < parts; ++j) {
-      const double energy = focus.encircled_energy(low * std::pow(high / low, double(j) / parts));
-      const double fraction = 1e-3 * std::round(1e3 * energy);  // a name that can be read
-      if (fraction > known[k] && fraction < known[k + 1] && (added.empty() || fraction > added.back()))
-        added.push_back(fraction);
-    }
-  }
-  return added;
-}
-
+// By rays. Waves have guides of their own: light_guides.
 std::vector<Statistic> guide_statistics(const Groundwork& ground) {
   std::vector<Statistic> guides;
-  const std::vector<double> between =
-      ground.mean_spot ? fractions_between(ground.mean_spot->at_plane(0)) : std::vector<double>();
-  for (const double units : kGuidePlanes) {
+  if (ground.use.model == FocusModel::kWaves && ground.mean_spot) {
+    guides.push_back(ScatterMean{});  // nothing in a diffracted focus ties the mean of the slopes
+    return guides;
+  }
+  for (const double units : kGuidePlanes)
     for (const double fraction : kGuideFractions)
       guides.push_back(EncircledEnergyRadius{fraction, plane(units, ground)});
-    if (std::abs(units) > kNearFocus) continue;
-    for (const double fraction : between)
-      guides.push_back(EncircledEnergyRadius{fraction, plane(units, ground)});
-  }
-  // Nothing in a diffracted focus ties the mean of the slopes.
-  if (ground.use.model == FocusModel::kWaves) guides.push_back(ScatterMean{});
   return guides;
 }
 
@@ -159,7 +139,22 @@ std::vector<Statistic> held_out_statistics(const Groundwork& ground, const std::
 
 struct Predicted {
   Eigen::VectorXd value, standard_error;
+  Eigen::VectorXd curve_slope;  // r dE/dr of the encircled-energy radii, NaN for the rest
+  double degrees_of_freedom = std::numeric_limits<double>::infinity();  // of the errors
 };
+
+// By closed form; theory `rays` has the same curve in the mean.
+Eigen::VectorXd geometric_curve_slopes(const GeometricHarveyShack& theory,
+                                       const std::vector<Statistic>& statistics, int threads) {
+  Eigen::VectorXd slopes = Eigen::VectorXd::Constant(Eigen::Index(statistics.size()), kNaN);
+  parallel_for(statistics.size(), threads, [&](std::size_t k) {
+    const auto* ee = std::get_if<EncircledEnergyRadius>(&statistics[k]);
+    if (!ee) return;
+    const double radius = theory.encircled_energy_radius(ee->fraction, ee->dz);
+    slopes[Eigen::Index(k)] = radius * theory.encircled_energy_slope(radius, ee->dz);
+  });
+  return slopes;
+}
 
 // Theory `rays`: Harvey-Shack by perturbed rays, in independent batches that give the standard error.
 Predicted predict_by_rays(const Task& task, const Groundwork& ground,
@@ -183,25 +178,69 @@ Predicted predict_by_rays(const Task& task, const Groundwork& ground,
   predicted.standard_error =
       ((values.colwise() - predicted.value).rowwise().squaredNorm() / (kBatches * (kBatches - 1.0)))
           .cwiseSqrt();
+  predicted.degrees_of_freedom = kBatches - 1;
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     if (!std::holds_alternative<RmsHeight>(statistics[k])) continue;
     predicted.value[Eigen::Index(k)] = (*ground.theory)(statistics[k]);
     predicted.standard_error[Eigen::Index(k)] = 0;
   }
+  predicted.curve_slope = geometric_curve_slopes(*ground.theory, statistics, threads);
   return predicted;
 }
 
 Predicted predict(const Task& task, const Groundwork& ground, const std::vector<Statistic>& statistics,
                   int threads) {
   if (ground.use.theory == Theory::kRays) return predict_by_rays(task, ground, statistics, threads);
-  if (ground.mean_spot)
-    return {ground.mean_spot->predict(statistics, threads),
-            Eigen::VectorXd::Zero(Eigen::Index(statistics.size()))};
   Predicted predicted{Eigen::VectorXd(Eigen::Index(statistics.size())),
-                      Eigen::VectorXd::Zero(Eigen::Index(statistics.size()))};
+                      Eigen::VectorXd::Zero(Eigen::Index(statistics.size())),
+                      {}};
+  if (ground.mean_spot) {
+    predicted.value = ground.mean_spot->predict(statistics, threads, &predicted.curve_slope);
+    return predicted;
+  }
   parallel_for(statistics.size(), threads,
                [&](std::size_t k) { predicted.value[Eigen::Index(k)] = (*ground.theory)(statistics[k]); });
+  predicted.curve_slope = geometric_curve_slopes(*ground.theory, statistics, threads);
   return predicted;
+}
+
+// Where all values are given, all that is left to predict.
+Predicted predict_curves(const Groundwork& ground, const std::vector<Statistic>& statistics, int threads) {
+  Predicted predicted;
+  if (!ground.mean_spot) {
+    predicted.curve_slope = geometric_curve_slopes(*ground.theory, statistics, threads);
+    return predicted;
+  }
+  std::vector<Statistic> radii;
+  for (const Statistic& statistic : statistics)
+    if (std::holds_alternative<EncircledEnergyRadius>(statistic)) radii.push_back(statistic);
+  Eigen::VectorXd slopes;
+  ground.mean_spot->predict(radii, threads, &slopes);
+  predicted.curve_slope = Eigen::VectorXd::Constant(Eigen::Index(statistics.size()), kNaN);
+  Eigen::Index at = 0;
+  for (std::size_t k = 0; k < statistics.size(); ++k)
+    if (std::holds_alternative<EncircledEnergyRadius>(statistics[k]))
+      predicted.curve_slope[Eigen::Index(k)] = slopes[at++];
+  return predicted;
+}
+
+[[noreturn]] void refuse_without_focus(const std::string& statistic, const Groundwork& ground) {
+  throw ComputationError(
+      fmt::format("the theory has no value for {}: with an RMS slope of {:.3g} per axis and an Airy ee90 of "
+                  "{} there is no focus to speak of; check rms and f_max of the roughness and the "
+                  "wavelength",
+                  statistic, ground.numbers.rms_slope_per_axis,
+                  format_quantity(ground.numbers.airy_ee90, Dimension::kLength)));
+}
+
+// Of the theory's curve, scaled to the target's radius where that is given: r dE/dr does not change by it.
+// Without a theory that of a Gaussian spot.
+std::optional<double> curve_slope_of(const Statistic& statistic, const Predicted& predicted, Eigen::Index k) {
+  const auto* ee = std::get_if<EncircledEnergyRadius>(&statistic);
+  if (!ee) return std::nullopt;
+  if (predicted.curve_slope.size() == 0) return gaussian_curve_slope(ee->fraction);
+  const double slope = predicted.curve_slope[k];
+  return std::isfinite(slope) ? slope : 0;
 }
 
 }  // namespace
@@ -233,9 +272,12 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   if (!any_given) held_out = held_out_statistics(ground, statistics);
   statistics.insert(statistics.end(), held_out.begin(), held_out.end());
   Predicted predicted;
-  if (!all_given) predicted = predict(task, ground, statistics, threads);
+  if (ground.theory)
+    predicted =
+        all_given ? predict_curves(ground, statistics, threads) : predict(task, ground, statistics, threads);
 
   TargetSets sets;
+  std::vector<std::string> without_value;
   sets.theory = all_given ? "given" : to_string(ground.use.theory);
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     Target target;
@@ -243,13 +285,13 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
     const bool given = k < wanted.size() && wanted[k].value;
     target.value = given ? *wanted[k].value : predicted.value[Eigen::Index(k)];
     target.standard_error = given ? wanted[k].standard_error : predicted.standard_error[Eigen::Index(k)];
-    if (!std::isfinite(target.value))
-      throw ComputationError(fmt::format(
-          "the theory has no value for {}: with an RMS slope of {:.3g} per axis and an Airy ee90 of "
-          "{} there is no focus to speak of; check rms and f_max of the roughness and the "
-          "wavelength",
-          statistic_name(statistics[k]), ground.numbers.rms_slope_per_axis,
-          format_quantity(ground.numbers.airy_ee90, Dimension::kLength)));
+    target.curve_slope = curve_slope_of(statistics[k], predicted, Eigen::Index(k));
+    if (!given) target.degrees_of_freedom = predicted.degrees_of_freedom;
+    if (!std::isfinite(target.value) && default_set) {
+      if (k < wanted.size()) without_value.push_back(statistic_name(statistics[k]));
+      continue;
+    }
+    if (!std::isfinite(target.value)) refuse_without_focus(statistic_name(statistics[k]), ground);
     if (k < wanted.size()) {
       target.tolerance = wanted[k].tolerance * (wanted[k].absolute_tolerance ? 1.0 : std::abs(target.value));
       sets.fitted.push_back(target);
@@ -260,6 +302,17 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
       sets.held_out.push_back(target);
     }
   }
+  if (default_set && ground.use.model == FocusModel::kWaves && ground.mean_spot) {
+    std::vector<double> planes;
+    for (const double units : kPlanes) planes.push_back(plane(units, ground));
+    const std::vector<Target> between = light_guides(task, ground, planes, kGuideTolerance, threads);
+    sets.guides.insert(sets.guides.end(), between.begin(), between.end());
+  }
+  if (sets.fitted.empty()) refuse_without_focus(without_value.front(), ground);
+  if (!without_value.empty())
+    sets.warnings.push_back({"target-missing", fmt::format("the theory has no value for {}: left out of the "
+                                                           "default statistics",
+                                                           fmt::join(without_value, ", "))});
   return sets;
 }
 

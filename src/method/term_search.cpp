@@ -82,19 +82,27 @@ int climb(Search* search, const OrderRange& range) {
   return go_down(search, found - 1, found, 0);
 }
 
-// The same by going down from the highest order that is expected, in the steps of the climb and then between
-// the last that passes and the first that does not.
-int descend(Search* search, const OrderRange& range) {
+// The same where nothing is known before a full fit: halves the range that is expected, taking it that more
+// terms never do worse, then makes sure as `climb` does.
+int bisect(Search* search, const OrderRange& range) {
   const int last = last_order(range);
-  int found = range.high;
-  while (found <= last && !search->passes(found)) found = next_order(found);
-  if (found > last) return 0;
-  int failed = 1;
-  while (found - failed > 1) {
-    const int lower = std::max(failed + 1, previous_order(found));
-    (search->passes(lower) ? found : failed) = lower;
+  int failed = range.low - 1, found = range.high;
+  bool fails = false, passes = false;  // seen to
+  while (found - failed > 1 || !passes) {
+    // Beyond the range one step at a time, like a climb: what lies between is looked at when one passes.
+    const bool halve = found - failed > 1 && (passes || found == range.high);
+    const int order = halve ? (failed + found) / 2 : found;
+    if (search->passes(order)) {
+      found = order;
+      passes = true;
+    } else {
+      failed = order;
+      fails = true;
+      if (order == found) found = next_order(found);
+      if (found > last) return 0;
+    }
   }
-  return go_down(search, failed - 1, found, 1);
+  return go_down(search, fails ? failed - 1 : failed, found, fails ? 1 : 0);
 }
 
 // The same for numbers of plane waves: double until one passes, then halve the factor in between.
@@ -165,7 +173,7 @@ Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange
   Search search(covariance, trials, range.wide ? "fourier" : "zernike");
   int found = range.wide      ? double_up(&search)
               : trials.screen ? climb(&search, range)
-                              : descend(&search, range);
+                              : bisect(&search, range);
   std::vector<FrontierPoint>& points = search.points;
   if (found == 0) found = nearest(points);
   std::stable_sort(points.begin(), points.end(),

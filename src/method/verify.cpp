@@ -1,5 +1,7 @@
 #include "aberfit/method/verify.h"
 
+#include <fmt/format.h>
+
 #include <cassert>
 #include <cmath>
 
@@ -8,13 +10,12 @@
 #include "aberfit/theory/ray_perturbation.h"
 #include "task_surface.h"
 #include "verify_branches.h"
+#include "verify_ensemble.h"
 
 namespace aberfit {
 using namespace internal;
 
 namespace {
-
-constexpr double kIdealRing = 10e-6;  // the ring the paper lays around the ideal focus
 
 // EE at focus, ring widths, angles and spot: what both branches can be asked for.
 std::vector<Statistic> branch_statistics(const Groundwork& ground) {
@@ -32,8 +33,17 @@ std::vector<Statistic> branch_statistics(const Groundwork& ground) {
   return statistics;
 }
 
-void add_scene_quantities(const SceneNumbers& scene, Quantities* quantities) {
+void add_scene_quantities(const Groundwork& ground, const Task& task, Quantities* quantities) {
+  const SceneNumbers& scene = ground.numbers;
   Quantities& q = *quantities;
+  q["scene.focal_length_m"] = task.mirror.focal_length;
+  q["scene.conic"] = task.mirror.conic;
+  q["scene.aperture_diameter_m"] = 2 * ground.radius;
+  q["scene.wavelength_m"] = task.wavelength;
+  q["scene.rays"] = double(task.trace.pupil.rays);
+  q["scene.f_min_per_m"] = ground.psd->f_min();
+  q["scene.f_max_per_m"] = ground.psd->f_max();
+  q["scene.airy_ee90_m"] = scene.airy_ee90;
   q["scene.rms_height_m"] = scene.rms_height;
   q["scene.rms_slope_per_axis"] = scene.rms_slope_per_axis;
   q["scene.rms_slope_total"] = scene.rms_slope_per_axis * std::sqrt(2.0);
@@ -47,6 +57,7 @@ void add_scene_quantities(const SceneNumbers& scene, Quantities* quantities) {
 
 void add_ideal_quantities(const RayBundle& nominal, Quantities* quantities) {
   const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(nominal.size());
+  (*quantities)["ideal.ring_radius_m"] = kIdealRing;
   (*quantities)["ideal.ring_fwhm_m"] =
       evaluate_exact({nominal, nominal, no_height, Centre::kNominal}, {RingFwhm{0.9, kIdealRing}}, 1)[0];
   (*quantities)["ideal.ring_fwhm_counted_m"] = counted_ring_width(nominal, kIdealRing, 1e-4, 2e-2);
@@ -75,49 +86,78 @@ Branch terms_branch(const Task& task, const PupilSample& pupil, const RayBundle&
   return branch;
 }
 
-// Rays by analytic normals, whatever the task's: the scatter between draws is no matter of normals.
-Realisation verify_realisation(const Task& task, const Groundwork& ground, const PupilSample& pupil,
-                               const TermSet& terms, int threads) {
-  const SurfaceOperator surface(terms, pupil, {threads, {}, {}});
-  const CoefficientPrior prior = plan_terms(task, ground, task.terms).prior;
-  return realisation_of(
-      task, ground,
-      {task.mirror, pupil, surface, FocusModel::kRays, task.wavelength, &task.aperture, task.trace.centre},
-      prior, threads);
-}
-
-// Both branches are rays. Where these are the wrong model, agreement of the two decides nothing.
-Verdict verify_verdict(const Groundwork& ground, const std::vector<EquivalenceMetric>& metrics) {
-  const Verdict verdict = overall(metrics);
-  const bool rays_decide = ground.use.choice->model == FocusModel::kRays;
-  return rays_decide || verdict != Verdict::kEquivalent ? verdict : Verdict::kUndecided;
-}
-
-// Theory in closed form, and the two branches tested against each other.
-void compare(const Task& task, const Groundwork& ground, const std::vector<Statistic>& statistics,
-             const Branch& harvey_shack, const Branch& terms, VerifyReport* report) {
+// A given surface as it is, on the pupil of the task: what is uncertain is the sampling of both branches.
+void compare_given(const Task& task, const std::vector<Statistic>& statistics, const Branch& harvey_shack,
+                   const Branch& terms, VerifyReport* report) {
   const double sampling =
       0.51e-2 * std::sqrt(15000.0 / double(report->rays));  // PHYSICS 2, ee90 of random rays
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     const auto at = Eigen::Index(k);
-    const std::string name = statistic_name(statistics[k]);
-    report->theory.push_back((*ground.theory)(statistics[k]));
-    report->quantities["theory." + name] = report->theory.back();
-    report->quantities["harvey_shack." + name] = harvey_shack.statistics[at];
-    report->quantities["aberration_terms." + name] = terms.statistics[at];
-    report->metrics.push_back(tost(name, false, harvey_shack.statistics[at],
+    report->metrics.push_back(tost(statistic_name(statistics[k]), false, harvey_shack.statistics[at],
                                    sampling * harvey_shack.statistics[at], terms.statistics[at],
-                                   std::hypot(sampling, report->spread) * terms.statistics[at],
-                                   task.equivalence.margin, task.equivalence.confidence));
+                                   sampling * terms.statistics[at], task.equivalence.margin,
+                                   task.equivalence.confidence));
   }
-  report->verdict = verify_verdict(ground, report->metrics);
 }
 
-Warnings verify_warnings(const Task& task, const Groundwork& ground) {
+// The mean light of draws against that of as many perturbed rays.
+void compare_means(const Ensemble& ensemble, const Groundwork& ground,
+                   const std::vector<Statistic>& statistics, int threads, VerifyReport* report) {
+  const Task& task = ensemble.task;
+  const EnsembleMean terms = ensemble_by_rays(ensemble, statistics, threads);
+  const EnsembleMean rays = ensemble_of_perturbed_rays(task, ground.numbers.rms_slope_per_axis,
+                                                       ensemble.draws, statistics, threads);
+  for (std::size_t k = 0; k < statistics.size(); ++k) {
+    const auto at = Eigen::Index(k);
+    report->metrics.push_back(tost_of_groups(statistic_name(statistics[k]), rays.value[at],
+                                             rays.standard_error[at], terms.value[at],
+                                             terms.standard_error[at], task.equivalence));
+  }
+}
+
+// Rays decide where the task says so: by their theory, or by a convention that only rays have.
+bool asks_for_rays(const Task& task) {
+  return task.target.convention == Convention::kPaper || task.target.theory == Theory::kGeometric ||
+         task.target.theory == Theory::kRays;
+}
+
+void decide(const Task& task, const Groundwork& ground, VerifyReport* report) {
+  report->rays_verdict = overall(report->metrics);
+  report->rays_decide = asks_for_rays(task) || !report->light_obstacle.empty();
+  report->verdict = report->rays_decide ? report->rays_verdict : report->light_verdict;
+  // Light would decide, and is not there: agreement of rays says nothing where they are the wrong model.
+  if (report->rays_decide && !asks_for_rays(task) && ground.use.choice->model != FocusModel::kRays &&
+      report->verdict == Verdict::kEquivalent)
+    report->verdict = Verdict::kUndecided;
+}
+
+void add_statistic_quantities(const VerifyReport& report, Quantities* quantities) {
+  Quantities& q = *quantities;
+  for (std::size_t k = 0; k < report.metrics.size(); ++k) {
+    const EquivalenceMetric& metric = report.metrics[k];
+    q["theory." + metric.name] = report.theory[k];
+    q["harvey_shack." + metric.name] = metric.target;
+    q["aberration_terms." + metric.name] = metric.model;
+  }
+  for (const EquivalenceMetric& metric : report.light) {
+    q["ghs." + metric.name] = metric.target;
+    q["waves." + metric.name] = metric.model;
+  }
+}
+
+Warnings verify_warnings(const Task& task, const Groundwork& ground, const VerifyReport& report) {
   Warnings warnings;
-  if (ground.use.choice->model != FocusModel::kRays)
-    warnings.push_back({"rays-not-valid", ground.use.reason + " Both branches here are rays: their agreement "
-                                                              "is no verdict on the focus."});
+  if (report.rays_decide && ground.use.choice->model != FocusModel::kRays)
+    warnings.push_back({"rays-not-valid", ground.use.reason +
+                                              " The verdict here is one of rays: their "
+                                              "agreement says nothing of the focus in light."});
+  if (!report.light_obstacle.empty())
+    warnings.push_back({"no-light", "light is not shown: " + report.light_obstacle});
+  if (report.draws > 0 && report.verdict == Verdict::kUndecided)
+    warnings.push_back(
+        {"few-draws", fmt::format("the means of {} draws do not decide at this margin; more of "
+                                  "them do (`draws` in `verify`), or a wider margin",
+                                  report.draws)});
   if (task.trace.central_difference_step)
     warnings.push_back(
         {"central-difference", "normals by central differences: a hidden low-pass filter (PHYSICS 8)"});
@@ -134,7 +174,10 @@ VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optio
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
   const std::vector<Statistic> statistics = branch_statistics(ground);
   const Branch harvey_shack = harvey_shack_branch(task, ground, pupil, nominal, statistics, threads);
-  const GivenSurface surface = surface_of(task, ground, given);
+  const TermPlan plan = given ? TermPlan{} : plan_terms(task, ground, task.terms);
+  const GivenSurface surface =
+      given ? *given
+            : GivenSurface{plan.terms, plan.prior.colour(draw_white(plan.terms.size(), task.fit.seed))};
   const Branch terms = terms_branch(task, pupil, nominal, surface, statistics, threads);
 
   VerifyReport report;
@@ -143,21 +186,40 @@ VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optio
   report.margin = task.equivalence.margin;
   report.scene = scene_facts(ground, to_string(Theory::kRays));
   report.scene.model = to_string(FocusModel::kRays);
-  // The scatter is the larger of what the law says and, near the margin, what draws show.
-  report.scene.realisation = given ? Realisation{ground.numbers.realisation_spread, std::nan(""), 0}
-                                   : verify_realisation(task, ground, pupil, surface.terms, threads);
-  report.spread = given ? 0.0 : report.scene.realisation->spread();
-  compare(task, ground, statistics, harvey_shack, terms, &report);
+  report.scene.realisation = Realisation{ground.numbers.realisation_spread, std::nan(""), 0};
+  // The closed form has the part of the mirror that is of revolution: nothing to show for another one.
+  for (const Statistic& statistic : statistics)
+    report.theory.push_back(is_rotationally_symmetric(task.mirror) ? (*ground.theory)(statistic)
+                                                                   : std::nan(""));
+  const int law = ensemble_draws(ground.numbers.realisation_spread, task.equivalence.margin);
+  const int asked = (aside.draws.value_or(law) + kEnsembleGroups - 1) / kEnsembleGroups * kEnsembleGroups;
+  report.draws = given ? 0 : asked;
+  const Ensemble ensemble{task, surface.terms, plan.prior, report.draws};
+  if (given)
+    compare_given(task, statistics, harvey_shack, terms, &report);
+  else
+    compare_means(ensemble, ground, statistics, threads, &report);
+  LightComparison light = compare_in_light(ensemble, ground, given, statistics, threads);
+  report.light = std::move(light.metrics);
+  report.light_verdict = light.verdict;
+  report.light_obstacle = light.obstacle;
+  report.light_draws = light.draws;
+  decide(task, ground, &report);
 
   Quantities& quantities = report.quantities;
-  add_scene_quantities(ground.numbers, &quantities);
+  add_statistic_quantities(report, &quantities);
+  add_scene_quantities(ground, task, &quantities);
   add_ideal_quantities(nominal, &quantities);
   add_paper_quantities("harvey_shack", task, ground, pupil, nominal, harvey_shack, &quantities);
   add_paper_quantities("aberration_terms", task, ground, pupil, nominal, terms, &quantities);
+  auto shown = std::make_shared<VerifyRays>(
+      VerifyRays{pupil, nominal, harvey_shack.rays, terms.rays, terms.field, surface, {}});
   if (aside.published_phase)
-    add_published_phase(task, *aside.published_phase, pupil, nominal, threads, &quantities);
+    shown->published_modes =
+        add_published_phase(task, *aside.published_phase, pupil, nominal, threads, &quantities);
   if (aside.independent_terms) add_independent_terms(task, *aside.independent_terms, threads, &quantities);
-  report.warnings = verify_warnings(task, ground);
+  report.shown = std::move(shown);
+  report.warnings = verify_warnings(task, ground, report);
   return report;
 }
 

@@ -33,6 +33,16 @@ void add_paper_quantities(const std::string& branch, const Task& task, const Gro
   q[branch + ".deflection_rms_y_rad"] = deflection_y;
   q[branch + ".mean_to_rms_deflection"] = std::hypot((pupil.weight * dx).sum(), (pupil.weight * dy).sum()) /
                                           std::hypot(deflection_x, deflection_y);
+  const Deflections d = deflections_of(b.rays, nominal);
+  q[branch + ".deflection_mean_x"] = d.mean_x;
+  q[branch + ".deflection_mean_y"] = d.mean_y;
+  q[branch + ".deflection_mean_z"] = d.mean_z;
+  q[branch + ".deflection_std_z"] = std::sqrt(d.rms_z * d.rms_z - d.mean_z * d.mean_z);
+  q[branch + ".mean_to_mean_deflection"] = std::hypot(d.mean_x, d.mean_y, d.mean_z) / d.mean;
+  const double scale = 4 * kPi / task.wavelength;
+  q[branch + ".phase_gradient_covariance_rad2_per_m2"] =
+      scale * scale * ((d.weight * d.x * d.y).sum() - d.mean_x * d.mean_y);
+  q[branch + ".phase_gradient_axis_ratio"] = deflection_x / deflection_y;
   q[branch + ".phase_gradient_rms_x_rad_per_m"] = 4 * kPi / task.wavelength * deflection_x;
   q[branch + ".phase_gradient_rms_y_rad_per_m"] = 4 * kPi / task.wavelength * deflection_y;
   q[branch + ".phase_gradient_rms_rad_per_m"] =
@@ -46,8 +56,9 @@ void add_paper_quantities(const std::string& branch, const Task& task, const Gro
       (ring * task.mirror.focal_length / ground.radius);
 }
 
-void add_published_phase(const Task& task, const PhaseSynthesis& published, const PupilSample& pupil,
-                         const RayBundle& nominal, int threads, Quantities* quantities) {
+std::vector<FourierMode> add_published_phase(const Task& task, const PhaseSynthesis& published,
+                                             const PupilSample& pupil, const RayBundle& nominal, int threads,
+                                             Quantities* quantities) {
   // Each mode stands for a ring of the frequency plane, its width taken with log10 where the measure of
   // log-uniform modes is ln.
   const double decades = std::log10(published.f_max / published.f_min);
@@ -91,6 +102,10 @@ void add_published_phase(const Task& task, const PhaseSynthesis& published, cons
       evaluate_exact({rays, nominal, no_height, task.trace.centre}, statistics, threads);
   for (std::size_t k = 0; k < statistics.size(); ++k)
     q["published_phase." + statistic_name(statistics[k])] = values[Eigen::Index(k)];
+  q["published_phase.psd_level"] = published.psd_level;
+  q["published_phase.f_min_per_m"] = published.f_min;
+  q["published_phase.f_max_per_m"] = published.f_max;
+  return terms.fourier;
 }
 
 void add_independent_terms(const Task& task, const IndependentTerms& spec, int threads,
@@ -122,3 +137,23 @@ void add_independent_terms(const Task& task, const IndependentTerms& spec, int t
 }
 
 }  // namespace aberfit::internal
+
+namespace aberfit {
+
+Deflections deflections_of(const RayBundle& rays, const RayBundle& nominal) {
+  const auto along = [](const RayBundle& r) { return (1 + r.tx.square() + r.ty.square()).rsqrt().eval(); };
+  const Eigen::ArrayXd c = along(rays), c0 = along(nominal);
+  Deflections d;
+  d.x = rays.tx * c - nominal.tx * c0;
+  d.y = rays.ty * c - nominal.ty * c0;
+  d.z = c - c0;
+  d.magnitude = (d.x.square() + d.y.square() + d.z.square()).sqrt();
+  d.weight = rays.weight / rays.weight.sum();
+  const auto mean = [&](const Eigen::ArrayXd& v) { return (d.weight * v).sum(); };
+  d.mean_x = mean(d.x), d.mean_y = mean(d.y), d.mean_z = mean(d.z), d.mean = mean(d.magnitude);
+  const auto rms = [&](const Eigen::ArrayXd& v) { return std::sqrt(mean(v.square())); };
+  d.rms_x = rms(d.x), d.rms_y = rms(d.y), d.rms_z = rms(d.z), d.rms = rms(d.magnitude);
+  return d;
+}
+
+}  // namespace aberfit

@@ -19,9 +19,10 @@ void add_paper_quantities(const std::string& branch, const Task& task, const Gro
                           Quantities* quantities);
 
 /// The published phase synthesis (PHYSICS 9): gradient RMS per axis and expected, and the surface height its
-/// phase really stands for.
-void add_published_phase(const Task& task, const PhaseSynthesis& published, const PupilSample& pupil,
-                         const RayBundle& nominal, int threads, Quantities* quantities);
+/// phase really stands for. Returns its modes.
+std::vector<FourierMode> add_published_phase(const Task& task, const PhaseSynthesis& published,
+                                             const PupilSample& pupil, const RayBundle& nominal, int threads,
+                                             Quantities* quantities);
 
 /// Mean focal statistics of independently drawn Zernikes.
 void add_independent_terms(const Task& task, const IndependentTerms& spec, int threads,

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 #include "coefficient_listing.h"
 #include "listing_lines.h"
 

@@ -12,7 +12,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/report/result.h"
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 
 namespace aberfit {
 namespace {

@@ -5,7 +5,7 @@
 #include <map>
 #include <numeric>
 
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 #include "picture.h"
 
 namespace aberfit::internal {

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "aberfit/report/frontier.h"
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 #include "json_number.h"
 #include "statistic_label.h"
 
@@ -21,17 +21,24 @@ using Json = nlohmann::ordered_json;
 
 Json metrics_json(const std::vector<EquivalenceMetric>& metrics) {
   Json json = Json::array();
-  for (const EquivalenceMetric& metric : metrics)
+  for (const EquivalenceMetric& metric : metrics) {
     json.push_back(
         {{"name", metric.name},
          {"held_out", metric.held_out},
          {"target", json_number(metric.target)},
          {"model", json_number(metric.model)},
          {"relative_difference", json_number(metric.relative_difference)},
+         {"difference", json_number(metric.difference)},
          {"standard_error", json_number(metric.standard_error)},
+         {"degrees_of_freedom", json_number(metric.degrees_of_freedom)},
          {"interval", Json::array({json_number(metric.interval[0]), json_number(metric.interval[1])})},
          {"margin", json_number(metric.margin)},
          {"verdict", to_string(metric.verdict)}});
+    if (metric.model_error > 0) json.back()["model_error"] = json_number(metric.model_error);
+    if (std::isnan(metric.tolerance_share)) continue;
+    json.back()["share_difference"] = json_number(metric.share_difference);
+    json.back()["tolerance_share"] = json_number(metric.tolerance_share);
+  }
   return json;
 }
 
@@ -145,7 +152,7 @@ Json statistics_json(const ResultDocument& result, const std::vector<std::string
   add("start", result.start);
   add("fitted", result.fitted);
   add("validated", result.validated);
-  add("posterior_std", result.fit.statistic_std);
+  add("posterior_std", result.posterior_std);
   return json;
 }
 
@@ -171,14 +178,30 @@ Json map_json(const MapFitResult& map) {
           {"rank", map.rank}};
 }
 
+// Light's answer; `metrics` only where they are not those of the fit.
+Json light_json(const ResultDocument& result) {
+  if (!result.light)
+    return {{"decides", true},
+            {"theory", result.theory},
+            {"model", "waves"},
+            {"verdict", to_string(result.verdict)}};
+  const LightJudgement& light = *result.light;
+  Json json = {{"decides", light.decides},
+               {"theory", light.theory},
+               {"model", "waves"},
+               {"verdict", light.metrics.empty() ? Json(nullptr) : Json(to_string(light.verdict))}};
+  if (!light.obstacle.empty()) json["obstacle"] = light.obstacle;
+  json["metrics"] = metrics_json(light.metrics);
+  return json;
+}
+
 Json equivalence_json(const ResultDocument& result) {
   Json json = {{"verdict", to_string(result.verdict)}, {"metrics", metrics_json(result.metrics)}};
-  if (const auto& needed = result.needed_judgement)
-    json["needed"] = {{"theory", needed->theory},
-                      {"model", needed->model},
-                      {"verdict", to_string(needed->verdict)},
-                      {"reason", needed->reason},
-                      {"metrics", metrics_json(needed->metrics)}};
+  if (result.fit.status == FitStatus::kNotRun || result.map) return json;
+  json["light"] = light_json(result);
+  if (result.perfect)
+    json["perfect_mirror"] = {{"mismatch_tolerances", json_number(result.perfect->mismatch)},
+                              {"statistic", result.perfect->statistic}};
   return json;
 }
 

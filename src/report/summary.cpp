@@ -17,6 +17,7 @@ using namespace internal;
 namespace {
 
 constexpr std::size_t kWorstFitted = 3, kWorstHeldOut = 5;
+constexpr double kCarriesAll = 0.985;  // of the height variance, as a default order does
 
 // Always four significant digits, so that the numbers of a row line up and can be compared: 100.0 nm beside
 // 100.2 nm.
@@ -53,6 +54,82 @@ std::string label(const std::string& name) {
   return name;
 }
 
+std::string in_capitals(Verdict verdict) {
+  std::string text = to_string(verdict);
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](char c) { return c >= 'a' && c <= 'z' ? char(c - 32) : c; });
+  return text;
+}
+
+// What the verdict was made on.
+const std::vector<EquivalenceMetric>& decided_by(const ResultDocument& result) {
+  const auto& light = result.light;
+  return light && light->decides && !light->metrics.empty() ? light->metrics : result.metrics;
+}
+
+// The theory that a verdict is true of.
+std::string theory_words(const ResultDocument& result) {
+  if (result.light_decides && !(result.light && result.light->no_grid)) return "light";
+  if (result.light_decides) return "rays (no grid holds the pupil's phase; their model error is allowed for)";
+  return result.theory == "ghs" ? "light" : "geometric rays";
+}
+
+const EquivalenceMetric* worst_of(const std::vector<EquivalenceMetric>& metrics) {
+  const auto used = [](const EquivalenceMetric& m) {
+    const double most = std::max(std::abs(m.interval[0]), std::abs(m.interval[1])) / m.margin;
+    return std::isfinite(most) ? most : HUGE_VAL;
+  };
+  const EquivalenceMetric* worst = nullptr;
+  for (const EquivalenceMetric& metric : metrics)
+    if (!worst || used(metric) > used(*worst)) worst = &metric;
+  return worst;
+}
+
+// "ee35 -4 %".
+std::string worst_words(const std::vector<EquivalenceMetric>& metrics) {
+  const EquivalenceMetric* worst = worst_of(metrics);
+  if (!worst) return "-";
+  if (!std::isfinite(worst->difference)) return label(worst->name) + " has no value";
+  return fmt::format("{} {:+.2g} %", label(worst->name), 100 * worst->difference);
+}
+
+// How many of the metrics are what.
+struct Tally {
+  explicit Tally(const std::vector<EquivalenceMetric>& metrics) : count(long(metrics.size())) {
+    for (const EquivalenceMetric& metric : metrics) {
+      different += metric.verdict == Verdict::kDifferent;
+      undecided += metric.verdict == Verdict::kUndecided;
+      held_out += metric.held_out;
+      margin = std::max(margin, metric.margin);
+    }
+  }
+  std::string words() const {
+    if (different == 0 && undecided == 0)
+      return fmt::format("all {} within +-{:.4g} %", plural(count, "statistic"), 100 * margin);
+    return fmt::format("{} of {} different, {} undecided, margin +-{:.4g} %", different,
+                       plural(count, "statistic"), undecided, 100 * margin);
+  }
+  long count, different = 0, undecided = 0, held_out = 0;
+  double margin = 0;
+};
+
+// One sentence for whoever has to do better.
+std::string what_would_help(const ResultDocument& result) {
+  const Tally tally(decided_by(result));
+  if (result.light && result.light->decides && !result.light->obstacle.empty())
+    return "Light has no answer: " + result.light->obstacle + ".";
+  if (tally.different == 0 && tally.undecided > 0)
+    return "What is undecided needs smaller errors: more rays (`trace.rays`) or a larger margin.";
+  if (!result.frontier && result.surface.captured_fraction > 0 &&
+      result.surface.captured_fraction < kCarriesAll)
+    return "More terms would help: leave `terms` out and they are chosen.";
+  if (result.fit.status != FitStatus::kConverged)
+    return "The fit ended early (" + to_string(result.fit.status) +
+           "): more iterations (`fit.max_iterations`), another `fit.seed` or more terms would help.";
+  if (result.frontier) return "No set of terms that was tried passes: another `fit.seed` or a larger margin.";
+  return "More terms (leave `terms` out), another `fit.seed` or a larger margin would help.";
+}
+
 std::string headline(const ResultDocument& result) {
   if (result.map)
     return paragraph(
@@ -65,33 +142,19 @@ std::string headline(const ResultDocument& result) {
     if (result.fit.status == FitStatus::kNotRun) return paragraph("", "NOT JUDGED - nothing was fitted", 0);
     return paragraph("", "NOT JUDGED - fit: " + to_string(result.fit.status), 0);
   }
-  long different = 0, undecided = 0, held_out = 0;
-  double margin = 0;
-  const auto& needed = result.needed_judgement;
-  const std::vector<EquivalenceMetric>& deciding =
-      needed && !needed->metrics.empty() ? needed->metrics : result.metrics;
-  for (const EquivalenceMetric& metric : deciding) {
-    different += metric.verdict == Verdict::kDifferent;
-    undecided += metric.verdict == Verdict::kUndecided;
-    held_out += metric.held_out;
-    margin = std::max(margin, metric.margin);
-  }
-  const long count = long(deciding.size());
-  std::string text = to_string(result.verdict);
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](char c) { return c >= 'a' && c <= 'z' ? char(c - 32) : c; });
-  if (result.fit.status != FitStatus::kConverged && result.fit.status != FitStatus::kNotRun)
-    text += " (the fit: " + to_string(result.fit.status) + ")";
-  if (different == 0 && undecided == 0) {
-    text += fmt::format(" - all {} within +-{:.4g} %", plural(count, "statistic"), 100 * margin);
-  } else {
-    text += fmt::format(" - {} of {} different, {} undecided, margin +-{:.4g} %", different,
-                        plural(count, "statistic"), undecided, 100 * margin);
-  }
+  const std::vector<EquivalenceMetric>& deciding = decided_by(result);
+  const Tally tally(deciding);
+  std::string text = in_capitals(result.verdict) + " in " + theory_words(result);
+  if (result.light && !result.light->decides && !result.light->metrics.empty())
+    text += "; in light " + in_capitals(result.light->verdict) +
+            (result.light->verdict == Verdict::kEquivalent ? ""
+                                                           : " (" + worst_words(result.light->metrics) + ")");
+  text += " - " + tally.words();
   if (const double confidence = result.confidence; confidence > 0)
     text += fmt::format(", {:.4g} % confidence", 100 * confidence);
-  text = paragraph("", text + fmt::format("; {} held out", held_out), 0);
-  if (needed) text += paragraph("", "Judged on " + needed->model + ": " + needed->reason, 0);
+  text = paragraph("", text + fmt::format("; {} held out", tally.held_out), 0);
+  if (result.verdict != Verdict::kEquivalent)
+    text += paragraph("", "Worst: " + worst_words(deciding) + ". " + what_would_help(result), 0);
   return text;
 }
 
@@ -177,7 +240,7 @@ struct Line {
     const int rank = metric->verdict == Verdict::kDifferent   ? 2
                      : metric->verdict == Verdict::kUndecided ? 1
                                                               : 0;
-    const double used = std::abs(metric->relative_difference) / metric->margin;
+    const double used = std::abs(metric->difference) / metric->margin;
     return {rank, std::isfinite(used) ? used : HUGE_VAL};
   }
 };
@@ -223,7 +286,7 @@ std::vector<Line> worst(const std::vector<Line>& lines, std::size_t count, std::
 std::string table_row(const Line& line, std::size_t name_width) {
   std::string difference = "-", interval = "-", verdict = "-";
   if (const EquivalenceMetric* metric = line.metric) {
-    difference = percent(metric->relative_difference);
+    difference = percent(metric->difference);
     if (std::isfinite(metric->interval[0]) && std::isfinite(metric->interval[1]))
       interval = percent(metric->interval[0]) + " .. " + percent(metric->interval[1]);
     verdict = to_string(metric->verdict);
@@ -286,20 +349,45 @@ std::string statistics_table(const ResultDocument& result, bool all) {
   return out;
 }
 
-// What decided, where the fit's own model is too simple for its scene.
-std::string needed_table(const ResultDocument& result, bool all) {
-  const auto& needed = result.needed_judgement;
-  if (!needed || needed->metrics.empty()) return "";
-  std::string out = fmt::format("\nThe same surface on {} (this decides)\n  {:<28} {:>10} {:>10} {:>9}  {}\n",
-                                needed->model, "", needed->theory, "surface", "diff. [%]", "verdict");
-  for (const EquivalenceMetric& metric : needed->metrics) {
+// Light's answer, where the fit's own metrics are not light's.
+std::string light_table(const ResultDocument& result, bool all) {
+  const auto& light = result.light;
+  if (!light) return "";
+  if (light->metrics.empty())
+    return light->obstacle.empty() ? "" : "\n" + paragraph("Light", "no answer: " + light->obstacle);
+  std::string out = fmt::format(
+      "\nThe same surface in light, by diffraction{}\n  {:<28} {:>10} {:>10} {:>9}  {}\n",
+      light->decides ? " (this decides)" : "", "", light->theory, "surface", "diff. [%]", "verdict");
+  const EquivalenceMetric* worst = worst_of(light->metrics);
+  for (const EquivalenceMetric& metric : light->metrics) {
     const std::size_t plane = metric.name.find('@');
-    if (!all && plane != std::string::npos && metric.name.compare(plane, 6, "@ring=") != 0) continue;
-    out += fmt::format("  {:<28} {:>10} {:>10} {:>9}  {}\n", label(metric.name),
+    const bool at_focus = plane == std::string::npos || metric.name.compare(plane, 6, "@ring=") == 0;
+    if (!all && &metric != worst && (!at_focus || metric.held_out)) continue;
+    out += fmt::format("  {:<28} {:>10} {:>10} {:>9}  {}{}\n", label(metric.name),
                        quantity(metric.target, metric.name), quantity(metric.model, metric.name),
-                       percent(metric.relative_difference),
-                       metric.verdict == Verdict::kDifferent ? "DIFFERENT" : to_string(metric.verdict));
+                       percent(metric.difference),
+                       metric.verdict == Verdict::kDifferent ? "DIFFERENT" : to_string(metric.verdict),
+                       &metric == worst ? ", the worst of all" : "");
   }
+  return out;
+}
+
+// What differences mean, and whether the margin can see the roughness.
+std::string footnotes(const ResultDocument& result) {
+  std::string out;
+  const bool in_light =
+      std::any_of(result.metrics.begin(), result.metrics.end(),
+                  [](const EquivalenceMetric& m) { return std::isfinite(m.tolerance_share); });
+  if (in_light)
+    out += "\n" +
+           paragraph("diff.", fmt::format("of an ee radius: p less the share of light inside the target's "
+                                          "radius, over max(r dE/dr, {})",
+                                          kFlattestCurve));
+  if (result.perfect)
+    out +=
+        paragraph("Perfect", fmt::format("the perfect mirror's worst statistic in light is {:.3g} tolerances "
+                                         "away ({})",
+                                         result.perfect->mismatch, label(result.perfect->statistic)));
   return out;
 }
 
@@ -335,8 +423,8 @@ std::string summary_table(const ResultDocument& result, bool all) {
   std::string out = headline(result);
   out += std::string(kColumns, '-') + "\n";
   if (!result.title.empty()) out += paragraph("Study", result.title);
-  out += scene_lines(result) + fit_lines(result) + statistics_table(result, all) + needed_table(result, all) +
-         spectrum_table(result) + zone_table(result);
+  out += scene_lines(result) + fit_lines(result) + statistics_table(result, all) + light_table(result, all) +
+         footnotes(result) + spectrum_table(result) + zone_table(result);
   if (!result.warnings.empty()) out += "\n";
   for (const Warning& warning : result.warnings)
     out += paragraph("WARNING", "[" + warning.code + "] " + warning.message);

@@ -6,7 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 #include "coefficient_listing.h"
 #include "listing_lines.h"
 

@@ -8,13 +8,21 @@ namespace aberfit::internal {
 
 using std::numbers::pi;
 
-bool has_finite_height_variance(const RadialPsd& psd) {
+namespace {
+
+// int S f^(power + 1) df exists at f = 0 and int S f df at infinity.
+bool integrable(const RadialPsd& psd, double power) {
   for (const PowerTerm& term : psd.low_frequency_terms())
-    if (!(term.exponent < 2)) return false;
+    if (!(term.exponent < 2 + power)) return false;
   for (const PowerTerm& term : psd.high_frequency_terms())
     if (!(term.exponent > 2)) return false;
   return true;
 }
+
+}  // namespace
+
+bool has_finite_height_variance(const RadialPsd& psd) { return integrable(psd, 0); }
+bool has_finite_structure_function(const RadialPsd& psd) { return integrable(psd, 2); }
 
 SharedPanels shared_panels(const RadialPsd& psd, double r_min, double r_max) {
   const PowerLawLimits limits = power_law_limits(psd);

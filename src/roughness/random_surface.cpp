@@ -12,6 +12,7 @@
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/random.h"
 #include "aberfit/roughness/fourier_transform.h"
+#include "aberfit/roughness/line_kernel.h"
 #include "profile_spectrum.h"
 #include "spectrum_cells.h"
 
@@ -62,30 +63,99 @@ Grid cell_variances(const QuadrantVariance& variance, Eigen::Index rows, Eigen::
   Grid cells(rows / 2 + 1, columns / 2 + 1);
   for (Eigen::Index j = 0; j < cells.rows(); ++j)
     for (Eigen::Index k = 0; k < cells.cols(); ++k) {
+      if (rows == columns && k < j) {  // isotropic
+        cells(j, k) = cells(k, j);
+        continue;
+      }
       const auto y = edges(j, rows), x = edges(k, columns);
       cells(j, k) = j == 0 && k == 0 ? 0 : variance(x[0], x[1], y[0], y[1]);
     }
   return cells;
 }
 
-// Waves of the first grid, cut to the map. Hermitian by construction: each ordinate is drawn once, with its
-// mirror image, and those that are their own image (zero and, in even sizes, Nyquist) are real and hold the
-// cells of both signs.
+// Half of the spectrum of the first grid: ordinates (j, k), k = 0 .. columns/2; the rest is their mirror
+// image. Each pair is drawn once, at the number of the one that comes first in the order of rows; those that
+// are their own image (zero and, in even sizes, Nyquist) are real and hold the cells of both signs.
+// put(j, k, value).
+template <typename Put>
+void draw_spectrum(const Grid& cells, Eigen::Index rows, Eigen::Index columns,
+                   const RandomSurfaceOptions& options, const Put& put) {
+  const RandomStream stream(options.seed, "random-surface");
+  const Eigen::Index half = columns / 2;
+  const bool gaussian = options.draw == SpectrumDraw::kGaussian;
+  std::vector<double> re(static_cast<std::size_t>(columns)), im(re.size());
+  for (Eigen::Index j = 0; 2 * j <= rows; ++j) {
+    const Eigen::Index opposite = (rows - j) % rows;
+    const bool own_row = opposite == j;
+    const Eigen::Index last = own_row ? half : columns - 1;
+    if (gaussian) stream.normal_pairs(std::uint64_t(j * columns), int(last + 1), re.data(), im.data());
+    for (Eigen::Index k = 0; k <= last; ++k) {
+      const Eigen::Index k_mirror = (columns - k) % columns, column = std::min(k, k_mirror);
+      const bool own_column = k == k_mirror;
+      const double variance = cells(j, column) * (own_row ? 2 : 1) * (own_column ? 2 : 1);
+      Complex c;
+      if (!gaussian)
+        c = amplitude(options.draw, stream, std::uint64_t(j * columns + k), variance, own_row && own_column);
+      else if (own_row && own_column)
+        c = std::sqrt(variance) * re[std::size_t(k)];
+      else
+        c = std::sqrt(0.5 * variance) * Complex(re[std::size_t(k)], im[std::size_t(k)]);
+      if (k <= half) put(j, k, c);
+      // The mirror image, where it is in this half, too.
+      if (k_mirror <= half && !(own_row && own_column)) put(opposite, k_mirror, std::conj(c));
+    }
+  }
+}
+
+bool has_fast_lines(Eigen::Index n) {
+  for (const int prime : {2, 3, 5, 7})
+    while (n % prime == 0) n /= prime;
+  return n == 1;
+}
+
+// The real transform along columns and rows, by lines side by side; only what the map needs of it.
+Grid transformed(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen::Index columns,
+                 const RandomSurfaceOptions& options) {
+  const LineKernels& kernels = line_kernels(best_instruction_set());
+  const LinePlan along_y{int(rows)}, along_x{int(columns)};
+  const Eigen::Index blocks = (columns / 2 + kLines) / kLines, bundle = 2 * kLines;
+  const long stride =
+      blocks * bundle + kLines;            // off a power of two, where all rows share a line of the cache
+  Eigen::ArrayXd spectrum(rows * stride);  // columns are transformed in place
+  spectrum.setZero();
+  draw_spectrum(cells, rows, columns, options, [&](Eigen::Index j, Eigen::Index k, Complex c) {
+    double* to = spectrum.data() + j * stride + k / kLines * bundle + k % kLines;
+    to[0] = c.real();
+    to[kLines] = c.imag();
+  });
+  Eigen::ArrayXd work(2 * kLines * (3 * std::max(rows, columns) + 3 * kLines));
+  const std::vector<double> none = line_phases(int(rows), 0, 1);
+  for (Eigen::Index block = 0; block < blocks; ++block)
+    kernels.columns_out(along_y.steps(), none.data(), spectrum.data() + block * bundle, stride, int(rows),
+                        spectrum.data() + block * bundle, stride, work.data());
+  Grid height(map.rows, map.columns);
+  for (Eigen::Index first = 0; first < map.rows; first += 2 * kLines) {
+    const double* from[2][kLines];
+    double* to[2][kLines];
+    for (Eigen::Index line = 0; line < 2 * kLines; ++line) {
+      const bool there = first + line < map.rows;
+      from[line / kLines][line % kLines] = there ? spectrum.data() + (first + line) * stride : nullptr;
+      to[line / kLines][line % kLines] = there ? &height(first + line, 0) : nullptr;
+    }
+    kernels.real_rows(along_x.steps(), from[0], from[1], to[0], to[1], int(map.columns), work.data());
+  }
+  return height;
+}
+
+// Waves of the first grid, cut to the map.
 Grid first_grid(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen::Index columns,
                 const RandomSurfaceOptions& options) {
-  const RandomStream stream(options.seed, "random-surface");
+  if (has_fast_lines(rows) && has_fast_lines(columns)) return transformed(cells, map, rows, columns, options);
   std::vector<Complex> values(std::size_t(rows * columns));
-  for (Eigen::Index j = 0; j < rows; ++j)
-    for (Eigen::Index k = 0; k < columns; ++k) {
-      const Eigen::Index j_mirror = (rows - j) % rows, k_mirror = (columns - k) % columns;
-      const Eigen::Index here = j * columns + k, mirror = j_mirror * columns + k_mirror;
-      if (mirror < here) continue;
-      const double cell = cells(std::min(j, j_mirror), std::min(k, k_mirror));
-      const Complex c = amplitude(options.draw, stream, std::uint64_t(here),
-                                  cell * (j == j_mirror ? 2 : 1) * (k == k_mirror ? 2 : 1), mirror == here);
-      values[std::size_t(here)] = c;
-      values[std::size_t(mirror)] = std::conj(c);
-    }
+  draw_spectrum(cells, rows, columns, options, [&](Eigen::Index j, Eigen::Index k, Complex c) {
+    values[std::size_t(j * columns + k)] = c;
+    values[std::size_t((rows - j) % rows * columns + (columns - k) % columns)] = std::conj(c);
+  });
   fourier_transform(int(rows), int(columns), values.data());
   Grid height(map.rows, map.columns);
   for (Eigen::Index j = 0; j < map.rows; ++j)
@@ -176,6 +246,46 @@ bool jumps_between(const std::vector<double>& jump, double lower, double upper) 
   return next != jump.end() && *next < upper;
 }
 
+// S(f) by cubics through samples `spacing` apart, itself where there are none and beside its breakpoints.
+// Cells are never nearer to zero than seven frequency steps: at eight samples a step, S ~ f^-4 is good to
+// 2e-6.
+constexpr double kSamplesPerStep = 8;
+class PsdTable {
+ public:
+  PsdTable(const RadialPsd& psd, double low, double high, double spacing)
+      : psd_(psd), low_(low), per_sample_(1 / spacing) {
+    constexpr double kMostSamples = 1 << 20;
+    const double samples = (high - low) / spacing + 4;
+    if (!(high > low && samples < kMostSamples)) return;
+    values_.resize(std::size_t(samples));
+    for (std::size_t i = 0; i < values_.size(); ++i) values_[i] = psd(low + double(i) * spacing);
+    smooth_.assign(values_.size(), 1);
+    for (const double f : psd.breakpoints()) {
+      const double at = (f - low) * per_sample_;
+      for (double i = std::floor(at) - 2; i <= std::floor(at) + 2; ++i)
+        if (i >= 0 && i < double(smooth_.size())) smooth_[std::size_t(i)] = 0;
+    }
+  }
+  double operator()(double f) const {
+    const double t = (f - low_) * per_sample_;
+    if (!(t >= 1 && t < double(values_.size()) - 2)) return psd_(f);
+    const auto i = std::size_t(t);
+    if (!smooth_[i]) return psd_(f);
+    const double u = t - double(i), *v = values_.data() + i;
+    const double below = v[-1], at = v[0], above = v[1], beyond = v[2];
+    const double cubic =
+        at + u * ((above - at) + (u - 1) * (0.5 * (above - 2 * at + below) +
+                                            (u + 1) / 6 * (beyond - 3 * above + 3 * at - below)));
+    return std::max(0.0, cubic);
+  }
+
+ private:
+  const RadialPsd& psd_;
+  double low_, per_sample_;
+  std::vector<double> values_;
+  std::vector<char> smooth_;
+};
+
 constexpr double kGaussNode = 0.288675134594812882;  // of two on [-1/2, 1/2], 1/sqrt(12)
 
 }  // namespace
@@ -183,15 +293,21 @@ constexpr double kGaussNode = 0.288675134594812882;  // of two on [-1/2, 1/2], 1
 HeightMap random_surface(const RadialPsd& psd, Eigen::Index rows, Eigen::Index columns, double pitch,
                          const RandomSurfaceOptions& options) {
   check(rows, columns, pitch, options);
-  const QuadrantVariance variance = [&psd, jump = jumps(psd)](double x0, double x1, double y0, double y1) {
+  const double step = 1 / (double(std::max(rows, columns) * options.oversize) * pitch);
+  const PsdTable table(psd, (kLowCells - 1) * step, std::numbers::sqrt2 / (2 * pitch),
+                       step / kSamplesPerStep);
+  const QuadrantVariance variance = [&psd, &table, jump = jumps(psd)](double x0, double x1, double y0,
+                                                                      double y1) {
     const double inner = std::hypot(x0, y0), outer = std::hypot(x1, y1);
     if (outer <= psd.f_min() || inner >= psd.f_max()) return 0.0;
     if ((low_cell(x0, x1) && low_cell(y0, y1)) || jumps_between(jump, inner, outer))
       return rectangle_variance(psd, x0, x1, y0, y1);
     double sum = 0;
     for (const double s : {-kGaussNode, kGaussNode})
-      for (const double t : {-kGaussNode, kGaussNode})
-        sum += psd(std::hypot(0.5 * (x0 + x1) + s * (x1 - x0), 0.5 * (y0 + y1) + t * (y1 - y0)));
+      for (const double t : {-kGaussNode, kGaussNode}) {
+        const double x = 0.5 * (x0 + x1) + s * (x1 - x0), y = 0.5 * (y0 + y1) + t * (y1 - y0);
+        sum += table(std::sqrt(x * x + y * y));
+      }
     return 0.25 * sum * (x1 - x0) * (y1 - y0);
   };
   HeightMap map;

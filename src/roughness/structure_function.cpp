@@ -155,7 +155,7 @@ const LegendreRule* rule_for(double turn) {
   return turn <= 560 ? &widest : nullptr;
 }
 
-// int S (1 - J0(2 pi f r)) d2f of any S with a finite height variance, panel by panel. Every octave of r has
+// int S (1 - J0(2 pi f r)) d2f of any S where it exists, panel by panel. Every octave of r has
 // a plan: panels below the first turn of J0 come in by their moments, neighbours across which J0 hardly turns
 // (a long table has hundreds) are merged to one set of nodes, on wide panels the Hankel amplitude is
 // integrated by Filon's rule.
@@ -170,7 +170,12 @@ class ByQuadrature {
       stretch_.push_back(s < stretches_.size() && panel.a >= stretches_[s].f_min() ? s : stretches_.size());
     }
     psd_ = [psd](double f) { return psd(f); };
-    Powers sum{};
+    // Below the panels 1 - J0 is its series: next to nothing where the height variance is finite, a good part
+    // where S falls almost as fast as f^-4.
+    if (psd.f_min() == 0)
+      for (std::size_t m = 1; m < low_.size(); ++m)
+        low_[m] = std::pow(pi, 2.0 * double(m)) * radial_moment(psd, 2.0 * double(m), 0, shared_.low);
+    Powers sum = low_;
     for (const PsdPanel& panel : shared_.panels) {
       PanelArray term = 2 * pi * panel.weight * panel.psd * panel.f;
       mass_.push_back(term.sum());
@@ -191,11 +196,10 @@ class ByQuadrature {
     const Plan& now = *plans_[octave];
     const double k = 2 * pi * r;
     double sum = beyond_;
-    if (now.first > 0) {  // four terms of 1 - J0: the next is 1e-12 of the first
-      const Powers& p = below_[now.first - 1];
-      const double q = r * r;
-      sum += q * (p[1] - q / 4 * (p[2] - q / 9 * (p[3] - q / 16 * p[4])));
-    }
+    // Four terms of 1 - J0: the next is 1e-12 of the first.
+    const Powers& p = now.first > 0 ? below_[now.first - 1] : low_;
+    const double q = r * r;
+    sum += q * (p[1] - q / 4 * (p[2] - q / 9 * (p[3] - q / 16 * p[4])));
     sum += one_minus_j0_sum(k, now.f.data(), now.weight.data(), int(now.f.size()));
     for (const std::size_t i : now.wide) sum += far(i, k);
     return sum + (now.wave_mass - now.waves(r));
@@ -314,7 +318,8 @@ class ByQuadrature {
   std::function<double(double)> psd_;
   double r_max_;
   std::vector<double> mass_;   // int S d2f of each panel
-  std::vector<Powers> below_;  // of all panels up to and with this one
+  Powers low_{};               // of all below the panels, without the zeroth
+  std::vector<Powers> below_;  // of that and all panels up to and with this one
   std::vector<std::optional<Plan>> plans_;
   double beyond_ = 0;
 };
@@ -322,7 +327,7 @@ class ByQuadrature {
 }  // namespace
 
 Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r) {
-  if (!has_finite_height_variance(psd))
+  if (!has_finite_structure_function(psd))
     return Eigen::ArrayXd::Constant(r.size(), std::numeric_limits<double>::infinity());
   Eigen::ArrayXd result = Eigen::ArrayXd::Zero(r.size());
   const double r_max = r.size() > 0 ? r.maxCoeff() : 0;

@@ -10,13 +10,13 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
-#include "aberfit/core/quadrature.h"
 #include "aberfit/core/random.h"
+#include "polar_rule.h"
 
 namespace aberfit {
-namespace {
+using namespace internal;
 
-constexpr double kGoldenAngle = std::numbers::pi * (3.0 - 2.2360679774997896);
+namespace {
 
 struct Ring {
   double inner, outer;  // [m]
@@ -62,20 +62,6 @@ PupilSample equal_weights(const std::vector<double>& x, const std::vector<double
           {}};
 }
 
-// The number without prime factors beyond 5 that is nearest to `wanted`, at least 1: transforms over the
-// angle take two to five times as long where a large prime divides the number of spokes.
-std::int64_t nearest_smooth(std::int64_t wanted) {
-  const auto is_smooth = [](std::int64_t n) {
-    for (const int prime : {2, 3, 5})
-      while (n % prime == 0) n /= prime;
-    return n == 1;
-  };
-  for (std::int64_t away = 0;; ++away) {
-    if (wanted - away >= 1 && is_smooth(wanted - away)) return wanted - away;
-    if (wanted + away >= 1 && is_smooth(wanted + away)) return wanted + away;
-  }
-}
-
 PupilSample polar_pupil(const Ring& ring, std::int64_t rays) {
   if (!(ring.outer > ring.inner)) no_room();
   // Cells about as long as wide: spokes / rings = mean circumference / radial extent.
@@ -84,31 +70,7 @@ PupilSample polar_pupil(const Ring& ring, std::int64_t rays) {
   const double aspect = kTwoPi * mean_radius / (b - a);
   const std::int64_t spokes = 8 * nearest_smooth(std::llround(std::sqrt(double(rays) * aspect) / 8));
   const auto rings = std::max<std::int64_t>(1, std::llround(double(rays) / double(spokes)));
-  const Quadrature rule = gauss_legendre(int(rings), a * a, b * b);
-
-  PupilSample pupil;
-  pupil.layout = PupilLayout::kPolar;
-  PolarRings structure{Eigen::ArrayXd(rings), Eigen::ArrayXd(rings), spokes};
-  pupil.x.resize(rings * spokes);
-  pupil.y.resize(rings * spokes);
-  pupil.weight.resize(rings * spokes);
-  for (Eigen::Index i = 0, k = 0; i < rings; ++i) {
-    const double rho = std::sqrt(rule.nodes[i]);
-    const double weight = rule.weights[i] / ((b * b - a * a) * double(spokes));
-    // Turning the rings against each other keeps each ring exact and spares counts of discontinuous functions
-    // the alignment of spokes. Taken modulo a full turn, so that angles keep their last digits.
-    const double turn = std::remainder(kGoldenAngle * double(i), kTwoPi);
-    structure.rho[i] = rho;
-    structure.turn[i] = turn;
-    for (Eigen::Index j = 0; j < spokes; ++j, ++k) {
-      const double angle = kTwoPi * double(j) / double(spokes) + turn;
-      pupil.x[k] = rho * std::cos(angle);
-      pupil.y[k] = rho * std::sin(angle);
-      pupil.weight[k] = weight;
-    }
-  }
-  pupil.structure = std::move(structure);
-  return pupil;
+  return polar_rule(a, b, rings, spokes);
 }
 
 // Points of [0,1)^2 by index: random numbers or a Sobol sequence.

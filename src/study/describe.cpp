@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "describe_names.h"
 #include "describe_roughness.h"
@@ -16,9 +17,46 @@ namespace {
 constexpr int kLargestOrder = 300;
 constexpr std::int64_t kMostRays = 1000000000;
 
+// Noll's index of the last mode with n = 100, up to which one recurrence keeps 12 digits (scene/zernike.h).
+constexpr int kLargestNoll = 5151;
+
+void describe_known_zernikes(Visitor& v, Mirror& mirror) {
+  bool given = !mirror.zernike.empty();
+  v.object({"zernike", "known Zernike terms of the design or of a measurement, part of the nominal mirror"},
+           &given, [&](Visitor& z) {
+             std::optional<double> radius;
+             if (mirror.zernike_radius > 0) radius = mirror.zernike_radius;
+             z.quantity({"radius",
+                         "of the disc on which they are orthonormal [m], no less than that of the aperture; "
+                         "absent: that of the aperture",
+                         kOptional, "\"0.2 m\""},
+                        radius, kLength, Range::positive());
+             mirror.zernike_radius = radius.value_or(0);
+             std::size_t of = 0;
+             z.choice({"of",
+                       "what the heights are of: the surface, or the wavefront, which is twice as much; both "
+                       "positive where the mirror is too high, towards the incoming light"},
+                      of, {"surface", "wavefront"});
+             std::map<int, double> heights;
+             for (const KnownZernike& term : mirror.zernike) heights[noll_index(term.mode)] += term.height;
+             z.numbered_quantities(
+                 {"noll",
+                  "RMS over the disc [m] by Noll's index, 1 to 5151 (n <= 100): orthonormal, even "
+                  "indices are cosines; 2 and 3 tilt the image away from the nominal focus, about "
+                  "which light is counted",
+                  kRequired, R"({"4": "120 nm", "7": "-30 nm"})"},
+                 heights, 1, kLargestNoll, kLength, Range::any());
+             if (!z.reading()) return;
+             mirror.zernike.clear();
+             for (const auto& [index, height] : heights)
+               mirror.zernike.push_back({zernike_from_noll(index), of == 1 ? 0.5 * height : height});
+           });
+}
+
 void describe_mirror(Visitor& v, Mirror& mirror) {
   v.object(
-      {"mirror", "rotationally symmetric mirror without roughness", kRequired}, nullptr, [&](Visitor& m) {
+      {"mirror", "the mirror without roughness: a conic, even powers, known Zernikes", kRequired}, nullptr,
+      [&](Visitor& m) {
         m.quantity({"focal_length", "paraxial focal length [m]", kRequired, "\"2.8 m\""}, mirror.focal_length,
                    kLength, Range::positive());
         m.quantity({"conic", "conic constant: -1 parabola, 0 sphere"}, mirror.conic, kNumber, Range::any());
@@ -29,6 +67,7 @@ void describe_mirror(Visitor& v, Mirror& mirror) {
                    for (std::size_t i = 0; i < mirror.spherical.size(); ++i)
                      s.quantity({kKeys[i], kMeanings[i]}, mirror.spherical[i], kNumber, Range::any());
                  });
+        describe_known_zernikes(m, mirror);
       });
 }
 
@@ -209,6 +248,8 @@ void describe_study(Visitor& v, Study& study) {
   v.text({"title", "for people"}, study.title, true);
   describe_mirror(v, study.mirror);
   describe_aperture(v, study.aperture);
+  if (v.reading() && !study.mirror.zernike.empty() && study.mirror.zernike_radius == 0)
+    study.mirror.zernike_radius = aperture_radius(study.aperture);
   describe_light(v, study.wavelength);
   describe_roughness(v, study.roughness);
   describe_target(v, study.target, study.map);

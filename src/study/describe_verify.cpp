@@ -4,9 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "aberfit/study/published.h"
 #include "describe_names.h"
+#include "expression.h"
+#include "published_number.h"
 
 namespace aberfit::internal {
 namespace {
@@ -40,25 +43,71 @@ void describe(Visitor& v, FormulaInputs& inputs) {
   v.quantity({"f_max", "[cycles/m]"}, inputs.f_max, kFrequency, Range::positive());
 }
 
+// Only the grammar: what its names mean is known once there are quantities.
+void check_expression(Visitor& v, const char* key, const std::string& text) {
+  std::string problem;
+  try {
+    if (!text.empty()) evaluate_expression(text, [](std::string_view) { return 1.0; });
+  } catch (const std::invalid_argument& error) {
+    problem = error.what();
+  }
+  v.check(problem.empty(), key, '"' + text + '"', problem);
+}
+
 void describe(Visitor& v, PublishedNumber& number) {
   static const std::string formulas = fmt::format("{}", fmt::join(published_formulas(), ", "));
   static const std::string meaning = "formula to evaluate on inputs: " + formulas;
+  v.text({"id", "stable key of the number", Need::kOptional, "\"hs-ee90\""}, number.id, true);
+  v.text({"section", "where it stands there"}, number.section, true);
   v.text({"label", "what it is called there", Need::kRequired, "\"EE90 (HS)\""}, number.label, false);
-  v.text({"quantity", "name of a quantity of the verify result; this, formula, or neither (reading only)",
+  v.text({"quantity",
+          "name of a quantity of the verify result; this, formula, expression, or none (reading only)",
           Need::kOptional, "\"harvey_shack.ee90_radius_m\""},
          number.quantity, true);
   v.text({"formula", meaning.c_str(), Need::kOptional, "\"mean_deflection\""}, number.formula, true);
   const auto& names = published_formulas();
   v.check(number.formula.empty() || std::find(names.begin(), names.end(), number.formula) != names.end(),
           "formula", '"' + number.formula + '"', formulas);
-  v.check(number.formula.empty() || number.quantity.empty(), "formula", "a formula beside a quantity",
-          "one of quantity and formula");
+  v.text({"expression",
+          "arithmetic on quantities of the result and on printed.ID, the printed value of another row [SI]; "
+          "comparisons give 1 or 0",
+          Need::kOptional, "\"2.146*scene.focal_length_m*printed.deflection_x\""},
+         number.expression, true);
+  check_expression(v, "expression", number.expression);
+  const int sources =
+      int(!number.formula.empty()) + int(!number.quantity.empty()) + int(!number.expression.empty());
+  v.check(sources < 2, number.formula.empty() ? "expression" : "formula", "more than one of them",
+          "one of quantity, formula and expression");
   v.object({"inputs", "what the formula works on"}, nullptr, [&](Visitor& i) { describe(i, number.inputs); });
-  v.quantity({"value", "as printed", Need::kRequired, "76"}, number.value, kNumber, Range::any());
+  v.text({"printed", "as printed, digit for digit; may be words", Need::kOptional, "\"1.57e-5\""},
+         number.printed, true);
+  v.quantity({"value", "the same as a number; absent: that of printed, if it is one", Need::kOptional, "76"},
+             number.value, kNumber, Range::any());
+  const std::optional<double> printed = number_of(number.printed);
+  v.check(!printed || !number.value || *printed == *number.value, "value",
+          number.value ? fmt::format("{}", *number.value) : "", "the number in printed, " + number.printed);
+  if (!number.value) number.value = printed;
+  v.boolean({"derived", "not printed there, but follows from what is"}, number.derived);
   v.text({"unit", "as printed", Need::kOptional, "\"um\""}, number.unit, true);
   v.quantity({"scale", "printed value times scale is the SI value", Need::kOptional, "1e-6"}, number.scale,
              kNumber, Range::any());
   v.check(number.scale != 0, "scale", "0", "a factor other than 0");
+  v.quantity({"within", "relative difference that still holds; absent: half of the last printed digit",
+              Need::kOptional, "0.002"},
+             number.within, kNumber, Range::non_negative());
+  v.text({"holds", "what has to be true instead: an expression, with ours and printed in the printed unit",
+          Need::kOptional, "\"ours < printed\""},
+         number.holds, true);
+  check_expression(v, "holds", number.holds);
+  const auto& words = published_verdicts();
+  static const std::string all_words = fmt::format("{}", fmt::join(words, ", "));
+  v.text({"verdict", "where nothing is computed, or what it is called if the comparison holds",
+          Need::kOptional, "\"reading\""},
+         number.verdict, true);
+  v.check(number.verdict.empty() || std::find(words.begin(), words.end(), number.verdict) != words.end(),
+          "verdict", '"' + number.verdict + '"', all_words);
+  v.text({"picture", "name of a picture of verify that shows it", Need::kOptional, "\"ring_through\""},
+         number.picture, true);
   v.text({"reading", "what holds and what does not, in a sentence"}, number.reading, true);
 }
 
@@ -66,6 +115,13 @@ void describe(Visitor& v, PublishedNumber& number) {
 
 void describe_verify(Visitor& v, VerifySpec& verify) {
   v.object({"verify", "what `verify` sets beside our own numbers"}, nullptr, [&](Visitor& w) {
+    std::optional<std::int64_t> draws;
+    if (verify.aside.draws) draws = *verify.aside.draws;
+    w.integer({"draws",
+               "surfaces drawn for the ensemble means, a multiple of 16; absent: as many as the margin needs",
+               Need::kOptional, "256"},
+              draws, 2, 1000000);
+    if (draws) verify.aside.draws = int(*draws);
     bool phase = verify.aside.published_phase.has_value();
     w.object({"published_phase", "phase synthesis by the published formula"}, &phase, [&](Visitor& p) {
       if (!verify.aside.published_phase) verify.aside.published_phase.emplace();

@@ -1,13 +1,22 @@
 #include "aberfit/study/published.h"
 
+#include <fmt/format.h>
+
+#include <cctype>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <utility>
 
 #include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
+#include "expression.h"
+#include "published_number.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 struct Values {
@@ -68,6 +77,121 @@ double evaluate_formula(const std::string& name, const FormulaInputs& inputs, co
   for (const Formula& formula : formulas())
     if (formula.first == name) return formula.second(values);
   return unknown;
+}
+
+const std::vector<std::string>& published_verdicts() {
+  static const std::vector<std::string> words = {
+      "holds", "fails", "reading", "input", "not-stated", "not-reproducible", "untested", "picture"};
+  return words;
+}
+
+double half_last_digit(const std::string& printed) {
+  if (!number_of(printed)) return std::nan("");
+  const std::size_t mantissa_end = std::min(printed.find_first_of("eE"), printed.size());
+  const std::size_t point = printed.find('.');
+  const double decimals = point < mantissa_end ? double(mantissa_end - point - 1) : 0.0;
+  const double exponent = mantissa_end < printed.size() ? *number_of(printed.substr(mantissa_end + 1)) : 0.0;
+  return 0.5 * std::pow(10.0, exponent - decimals);
+}
+
+namespace {
+
+// What stands at a name in an expression.
+std::string as_name(std::string text) {
+  for (char& c : text)
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.') c = '_';
+  return text;
+}
+
+using Names = std::map<std::string, double, std::less<>>;
+
+Names names_of(const std::vector<PublishedNumber>& rows, const Quantities& quantities) {
+  Names names;
+  for (const auto& [name, value] : quantities) names[as_name(name)] = value;
+  for (const PublishedNumber& row : rows)
+    if (!row.id.empty() && row.value) names["printed." + as_name(row.id)] = *row.value * row.scale;
+  return names;
+}
+
+std::string list_of(const Names& names) {
+  std::string known;
+  for (const auto& [name, value] : names) known += (known.empty() ? "" : ", ") + name;
+  return known;
+}
+
+// A row among its neighbours: evaluates what it asks for, and says where it cannot.
+struct PublishedRow {
+  const Study& study;
+  std::size_t at;
+  const Quantities& quantities;
+  const Names& names;
+
+  const PublishedNumber& row() const { return study.verify.published[at]; }
+
+  [[noreturn]] void refuse(const char* key, const std::string& found, const std::string& allowed) const {
+    throw InputError(study.path, fmt::format("/verify/published/{}/{}", at, key), found, allowed);
+  }
+  double expression(const char* key, const std::string& text, const Names& own) const {
+    return evaluate_expression(text, [&](std::string_view name) {
+      if (const auto found = own.find(name); found != own.end()) return found->second;
+      if (const auto found = names.find(name); found != names.end()) return found->second;
+      refuse(key, '"' + std::string(name) + '"', list_of(names));
+    });
+  }
+  // [SI]; NaN: there is none.
+  double ours() const {
+    if (!row().formula.empty()) return evaluate_formula(row().formula, row().inputs, study);
+    if (!row().expression.empty()) return expression("expression", row().expression, {});
+    if (row().quantity.empty()) return std::nan("");
+    const auto found = quantities.find(row().quantity);
+    if (found != quantities.end()) return found->second;
+    std::string known;
+    for (const auto& [name, value] : quantities) known += (known.empty() ? "" : ", ") + name;
+    refuse("quantity", '"' + row().quantity + '"', known);
+  }
+};
+
+PublishedComparison compare_row(const PublishedRow& place) {
+  const PublishedNumber& row = place.row();
+  PublishedComparison c;
+  c.id = row.id;
+  c.section = row.section;
+  c.label = row.label;
+  c.printed_text = row.printed;
+  c.printed = row.value.value_or(std::nan(""));
+  c.derived = row.derived;
+  c.ours = place.ours() / row.scale;
+  c.unit = row.unit;
+  c.from = !row.formula.empty() ? row.formula : !row.expression.empty() ? row.expression : row.quantity;
+  if (c.from.empty()) c.from = row.holds;
+  c.within = row.within ? *row.within * std::abs(c.printed) : half_last_digit(row.printed);
+  c.verdict = row.verdict;
+  c.reading = row.reading;
+  c.picture = row.picture;
+  bool compared = true, holds = false;
+  if (!row.holds.empty()) {
+    holds = place.expression("holds", row.holds, {{"ours", c.ours}, {"printed", c.printed}}) != 0;
+    c.within = std::nan("");
+  } else if (std::isfinite(c.printed) && std::isfinite(c.ours) && std::isfinite(c.within)) {
+    // A bound that is met to the last bit is met: numbers of a table are decimal, ours are binary.
+    constexpr double kRounding = 1e-12;
+    holds = std::abs(c.ours - c.printed) <= c.within + kRounding * std::abs(c.printed);
+  } else {
+    compared = false;
+  }
+  if (compared)
+    c.verdict = !holds ? "fails" : row.verdict.empty() || row.verdict == "fails" ? "holds" : row.verdict;
+  return c;
+}
+
+}  // namespace
+
+std::vector<PublishedComparison> compare_published(const Study& study, const Quantities& quantities) {
+  const Names names = names_of(study.verify.published, quantities);
+  std::vector<PublishedComparison> compared;
+  for (std::size_t k = 0; k < study.verify.published.size(); ++k)
+    compared.push_back(compare_row({study, k, quantities, names}));
+  return compared;
 }
 
 }  // namespace aberfit

@@ -90,6 +90,9 @@ class Reader::KnownKeys : public Visitor {
 
   void quantity(const Field& f, std::optional<double>&, Dimension, Range) override { add(f); }
   void quantities(const Field& f, std::vector<double>&, Dimension, Range, bool) override { add(f); }
+  void numbered_quantities(const Field& f, std::map<int, double>&, int, int, Dimension, Range) override {
+    add(f);
+  }
   void word_or_quantity(const Field& f, std::variant<std::string, double>&, const std::string&, Dimension,
                         Range) override {
     add(f);
@@ -202,6 +205,25 @@ void Reader::quantities(const Field& field, std::vector<double>& values, Dimensi
     if (ascending && !values.empty() && value <= values.back())
       fail(pointer, shown((*json)[i]), "ascending values, each once");
     values.push_back(value);
+  }
+}
+
+void Reader::numbered_quantities(const Field& field, std::map<int, double>& values, int low, int high,
+                                 Dimension dimension, Range range) {
+  const Json* json = find(field);
+  if (!json) return;
+  const std::string keys = fmt::format("whole numbers from {} to {} as keys", low, high);
+  if (!json->is_object() || json->empty())
+    fail(at(field), *json, "an object of at least one value, " + keys, field);
+  values.clear();
+  for (const auto& item : json->items()) {
+    const std::string& key = item.key();
+    const std::string pointer = child_pointer(at(field), key);
+    // As many digits as an int holds for sure; no sign and no zero in front, so that no number has two names.
+    static const std::regex whole_key("0|[1-9][0-9]{0,8}");
+    if (!std::regex_match(key, whole_key) || std::stoi(key) < low || std::stoi(key) > high)
+      fail(pointer, fmt::format("key \"{}\"", key), keys);
+    values[std::stoi(key)] = number(item.value(), pointer, field, dimension, range);
   }
 }
 

@@ -23,6 +23,8 @@ class Reader : public Visitor {
   using Visitor::quantity;
   void quantity(const Field&, std::optional<double>&, Dimension, Range) override;
   void quantities(const Field&, std::vector<double>&, Dimension, Range, bool ascending) override;
+  void numbered_quantities(const Field&, std::map<int, double>&, int low, int high, Dimension,
+                           Range) override;
   void word_or_quantity(const Field&, std::variant<std::string, double>&, const std::string& regex, Dimension,
                         Range) override;
   void points(const Field&, std::vector<std::array<double, 2>>&, std::size_t least) override;

@@ -94,6 +94,18 @@ void SchemaWriter::quantities(const Field& field, std::vector<double>& values, D
   add(field, std::move(schema));
 }
 
+// A schema says how the keys look, not how large they may be: that is in the words of the field.
+void SchemaWriter::numbered_quantities(const Field& field, std::map<int, double>&, int, int high,
+                                       Dimension dimension, Range range) {
+  const std::string digits = fmt::format("[1-9][0-9]{{0,{}}}", std::to_string(high).size() - 1);
+  Json schema{{"type", "object"},
+              {"patternProperties", Json{{whole(digits), quantity_schema(dimension, range)}}},
+              {"minProperties", 1},
+              {"additionalProperties", false}};
+  schema["description"] = units_note(dimension);
+  add(field, std::move(schema));
+}
+
 void SchemaWriter::word_or_quantity(const Field& field, std::variant<std::string, double>& value,
                                     const std::string& regex, Dimension dimension, Range range) {
   Json schema;

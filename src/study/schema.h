@@ -21,6 +21,8 @@ class SchemaWriter : public Visitor {
   using Visitor::quantity;
   void quantity(const Field& field, std::optional<double>& value, Dimension, Range) override;
   void quantities(const Field&, std::vector<double>&, Dimension, Range, bool ascending) override;
+  void numbered_quantities(const Field&, std::map<int, double>&, int low, int high, Dimension,
+                           Range) override;
   void word_or_quantity(const Field&, std::variant<std::string, double>&, const std::string& regex, Dimension,
                         Range) override;
   void points(const Field&, std::vector<std::array<double, 2>>&, std::size_t least) override;

@@ -11,8 +11,17 @@
 namespace aberfit::internal {
 namespace {
 
+constexpr double kSameLength = 1e-9;  // rounding of a length that was computed and written down
+
 void check_aperture(const Study& study) {
   const double radius = aperture_radius(study.aperture), domain = sag_domain_radius(study.mirror);
+  if (!study.mirror.zernike.empty() && study.mirror.zernike_radius < radius * (1 - kSameLength))
+    throw InputError(
+        study.path, "/mirror/zernike/radius",
+        format_quantity(study.mirror.zernike_radius, Dimension::kLength),
+        fmt::format("at least {}, the largest distance of the aperture from the axis: outside their "
+                    "disc Zernikes grow without bound",
+                    format_quantity(radius, Dimension::kLength)));
   if (radius < domain) return;
   static const char* const kSizes[] = {"diameter", "diameter", "", "vertices"};
   const std::string key = kSizes[study.aperture.index()];

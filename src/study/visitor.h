@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -66,6 +67,9 @@ class Visitor {
   /// A quantity or one of the words that match `regex` ("ee90").
   virtual void word_or_quantity(const Field& field, std::variant<std::string, double>& value,
                                 const std::string& regex, Dimension dimension, Range range) = 0;
+  /// Object whose keys are whole numbers from `low` to `high` and whose values are such quantities.
+  virtual void numbered_quantities(const Field& field, std::map<int, double>& values, int low, int high,
+                                   Dimension dimension, Range range) = 0;
   /// Array of [x, y] lengths.
   virtual void points(const Field& field, std::vector<std::array<double, 2>>& points, std::size_t least) = 0;
   virtual void integer(const Field& field, std::optional<std::int64_t>& value, std::int64_t low,

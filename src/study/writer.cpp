@@ -10,6 +10,13 @@ void Writer::quantities(const Field& field, std::vector<double>& values, Dimensi
   if (!values.empty()) json[field.key] = values;
 }
 
+void Writer::numbered_quantities(const Field& field, std::map<int, double>& values, int, int, Dimension,
+                                 Range) {
+  Json items = Json::object();
+  for (const auto& [key, value] : values) items[std::to_string(key)] = value;
+  json[field.key] = std::move(items);
+}
+
 void Writer::word_or_quantity(const Field& field, std::variant<std::string, double>& value,
                               const std::string&, Dimension, Range) {
   std::visit([&](const auto& held) { json[field.key] = held; }, value);

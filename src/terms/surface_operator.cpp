@@ -56,6 +56,7 @@
 #include "aberfit/terms/operator_cost.h"
 #include "dense_operator.h"
 #include "fourier_grid.h"
+#include "height_products.h"
 #include "pointwise_operator.h"
 #include "zernike_polar.h"
 
@@ -111,6 +112,9 @@ void check_structure(const PupilSample& pupil) {
   };
   const auto* rings = std::get_if<PolarRings>(&pupil.structure);
   const auto* grid = std::get_if<CartesianGrid>(&pupil.structure);
+  if (const auto* directions = std::get_if<DirectionGrid>(&pupil.structure);
+      directions && !well_formed(directions->cells, pupil.size()))
+    throw std::invalid_argument("SurfaceOperator: the structure of the pupil is not that of its points");
   if (pupil.size() > 0 && ((rings && !matches(*rings)) || (grid && !matches(*grid))))
     throw std::invalid_argument("SurfaceOperator: the structure of the pupil is not that of its points");
 }
@@ -167,6 +171,7 @@ struct SurfaceOperator::Plan {
   OperatorChoice choice;
   std::unique_ptr<PointwiseOperator> pointwise;
   std::vector<WholePart> whole;
+  std::unique_ptr<HeightProducts> heights;
   mutable ScratchPool<SurfaceField> scattered;
 };
 
@@ -179,8 +184,11 @@ SurfaceOperator::SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd
   if (!terms.fourier.empty()) plan->choice.fourier = FourierMethod::kPhaseSums;
   plan->choice.reason = std::string("scattered points");
   const Families all{!terms.zernike.empty(), !terms.fourier.empty(), !terms.spherical.empty()};
-  plan->pointwise =
-      std::make_unique<PointwiseOperator>(terms, PointCoordinates(std::move(x), std::move(y)), all);
+  plan->pointwise = std::make_unique<PointwiseOperator>(terms, PointCoordinates(x, y), all);
+  PupilSample scattered;
+  scattered.x = std::move(x);
+  scattered.y = std::move(y);
+  plan->heights = std::make_unique<HeightProducts>(terms, scattered, false);
   plan->terms = std::move(terms);
   plan_ = std::move(plan);
 }
@@ -221,6 +229,7 @@ SurfaceOperator::SurfaceOperator(TermSet terms, const PupilSample& pupil, const 
           {{false, true, false}, std::move(part), enough_rays(*choice.fourier, terms, layout)});
   }
   plan->pointwise = std::make_unique<PointwiseOperator>(terms, points, pointwise);
+  plan->heights = std::make_unique<HeightProducts>(terms, pupil, options.hold_at_rim);
   plan->terms = std::move(terms);
   plan_ = std::move(plan);
 }
@@ -279,6 +288,10 @@ void SurfaceOperator::apply_transpose(std::span<const std::uint32_t> rays, const
     for (const TermOperator* part : whole_parts) part->adjoint(*all, plan_->threads, result);
   }
   if (pointwise.any()) plan_->pointwise->adjoint(rays.data(), weights, pointwise, plan_->threads, result);
+}
+
+Eigen::MatrixXd SurfaceOperator::apply_transpose_heights(std::span<const Eigen::ArrayXd> weights) const {
+  return (*plan_->heights)(weights, plan_->threads);
 }
 
 Eigen::VectorXd SurfaceOperator::apply_transpose(const SurfaceField& weights) const {

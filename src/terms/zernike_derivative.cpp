@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 
 namespace aberfit::internal {
 

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 
 #define ABERFIT_KERNEL_BODY "../terms/zernike_kernel.inc"
 #include "aberfit/core/each_instruction_set.inc"

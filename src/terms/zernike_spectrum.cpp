@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "aberfit/core/quadrature.h"
+#include "aberfit/scene/zernike.h"
 #include "aberfit/terms/surface_spectrum.h"
-#include "aberfit/terms/zernike.h"
 #include "bessel_orders.h"
 
 namespace aberfit {

@@ -8,6 +8,7 @@
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/roughness/bessel.h"
 #include "panel_rule.h"
+#include "pupil_overlap.h"
 
 namespace aberfit {
 using namespace internal;
@@ -119,21 +120,59 @@ ApertureOtf::ApertureOtf(const Aperture& aperture) {
     height_ = rectangle->height;
     breakpoints_ = {width_, height_, std::hypot(width_, height_)};
   } else {
-    throw ComputationError(
-        "the wave-optics (generalised Harvey-Shack) target knows circles, annuli and rectangles, not "
-        "polygons");
+    const auto& polygon = std::get<PolygonAperture>(aperture);
+    corners_ = polygon.vertices;
+    area_ = aperture_area(aperture);
+    edge_directions_ = edge_directions(corners_);
+    double longest = 0;
+    for (const auto& one : corners_)
+      for (const auto& two : corners_)
+        longest = std::max(longest, std::hypot(one[0] - two[0], one[1] - two[1]));
+    breakpoints_ = {longest};
   }
   std::sort(breakpoints_.begin(), breakpoints_.end());
   breakpoints_.erase(std::unique(breakpoints_.begin(), breakpoints_.end()), breakpoints_.end());
   if (breakpoints_.front() == 0) breakpoints_.erase(breakpoints_.begin());
-  const bool open = width_ > 0 ? height_ > 0 : outer_ > inner_ && inner_ >= 0;
+  const bool open = width_ > 0 ? height_ > 0 : area_ > 0 || (outer_ > inner_ && inner_ >= 0);
   if (breakpoints_.empty() || !open || !std::isfinite(cutoff()))
     throw ComputationError("the aperture lets no light through: its lengths must be positive and finite");
+}
+
+namespace {
+
+constexpr double kTurnPerDirection = 8, kMostOfDefocus = 300;  // rad; directions
+
+// int (height1 + (height2 - height1) t) cos(beta u) du over u = u1 + t (u2 - u1), t in [0, 1].
+double waves_on(const OverlapRegion::Trapezoid& one, double beta) {
+  const double width = one.u2 - one.u1, middle = 0.5 * (one.u1 + one.u2), w = 0.5 * beta * width;
+  const double first = one.high1 - one.low1, second = one.high2 - one.low2;
+  // Means of cos and of t sin over t in [-1, 1], for the phase w t.
+  const double sine = std::sin(w), cosine = std::cos(w);
+  const double even = std::abs(w) < 1e-4 ? 1 - w * w / 6 : sine / w;
+  const double odd =
+      std::abs(w) < 1e-2 ? w / 3 * (1 - w * w / 10 * (1 - w * w / 28)) : (sine / w - cosine) / w;
+  return width * (0.5 * (first + second) * even * std::cos(beta * middle) -
+                  0.5 * (second - first) * odd * std::sin(beta * middle));
+}
+
+}  // namespace
+
+double ApertureOtf::of_polygon(double x, double beta) const {
+  // A defocus that turns far over the overlap tells directions apart.
+  const int defocused = int(std::min(std::abs(beta) * cutoff() / kTurnPerDirection, kMostOfDefocus));
+  const AzimuthRule azimuths = polygon_azimuths(edge_directions_, kFineDirections + defocused);
+  double sum = 0;
+  for (std::size_t d = 0; d < azimuths.direction.size(); ++d)
+    for (const OverlapRegion::Trapezoid& one :
+         polygon_overlap(in_frame(corners_, azimuths.direction[d]), x).trapezoids)
+      sum += azimuths.weight[d] * waves_on(one, beta);
+  return sum / area_;
 }
 
 double ApertureOtf::operator()(double x, double curvature) const {
   if (x >= cutoff()) return 0;
   const double beta = curvature * x;  // phase per length across the overlap [rad/m]
+  if (!corners_.empty()) return of_polygon(x, beta);
   if (width_ > 0) {
     const double from = x > width_ ? std::acos(width_ / x) : 0;
     const double to = x > height_ ? std::asin(height_ / x) : 0.5 * pi;

@@ -18,6 +18,8 @@
 #include "aberfit/core/overloaded.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
+#include "aberfit/theory/scattering_band.h"
+#include "exact_transfer.h"
 #include "radial_transform.h"
 #include "surface_transfer.h"
 
@@ -28,9 +30,6 @@ namespace {
 
 using std::numbers::pi;
 
-// Cycles of the highest frequency within a shear, from which the band edge is softened. Encircled energies
-// more than a few per cent away from the edge keep four digits (test ASoftenedBandEdgeMovesLittleLight).
-constexpr double kSharpCycles = 100;
 constexpr double kNegligibleCore = 1e-16;
 
 }  // namespace
@@ -60,7 +59,8 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
   // Over log v: a halo is decades wider than the core. A dark ring has no slope, so Newton's steps are kept
   // inside a bracket and, where they do not shrink, replaced by one of the regula falsi (Illinois).
   double low = -kInfinity, high = kInfinity, at_low = 0, at_high = 0, last = kInfinity;
-  double u = std::log(guess_ * v_per_radius_);
+  double u = std::min(std::log(guess_ * v_per_radius_), std::log(v_max));
+  if (!std::isfinite(u)) u = 0;
   int side = 0;
   for (int i = 0; i < 200; ++i) {
     const double v = std::exp(u);
@@ -73,7 +73,7 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
     (now < 0 ? at_low : at_high) = excess;
     if (now == side) (now < 0 ? at_high : at_low) *= 0.5;
     side = now;
-    if (std::exp(low) >= v_max) return kInfinity;
+    if (low >= std::log(v_max)) return kInfinity;
     if (high - low <= 1e-14) return std::exp(high) / v_per_radius_;
     double next = u + newton;
     const bool bracketed = std::isfinite(low) && std::isfinite(high);
@@ -85,6 +85,7 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
       next = std::clamp(next, low + margin, high - margin);
     } else if (!bracketed) {
       next = std::clamp(here.derivative > 0 ? next : u + 2 * (now < 0 ? 1 : -1), u - 2, u + 2);
+      next = std::min(next, std::log(v_max));  // there the answer is infinity or the bracket closes
     }
     u = next;
   }
@@ -94,68 +95,60 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror,
                                                const Aperture& aperture, double wavelength,
                                                const GhsOptions& options)
-    : psd_(psd), mirror_(mirror), aperture_(aperture), otf_(aperture), wavelength_(wavelength) {
-  if (mirror.conic != -1 ||
-      std::any_of(mirror.spherical.begin(), mirror.spherical.end(), [](double c) { return c != 0; }))
-    throw ComputationError(
-        "the wave-optics (generalised Harvey-Shack) target needs a parabola (conic -1) without spherical "
-        "terms: its "
-        "transfer function holds no aberration but defocus");
+    : psd_(psd), mirror_(mirror), aperture_(aperture), wavelength_(wavelength) {
   const PsdMoments moments = psd_moments(psd);
   rms_height_ = moments.rms_height();
   slope_ = moments.rms_slope_per_axis();
-  g_ = 4 * pi * rms_height_ / wavelength;
-  if (!std::isfinite(rms_height_))
+  const ScatteringBand band = scattering_band(psd, wavelength);
+  psd_ = band.psd;
+  cut_share_ = band.cut_share;
+  g_ = 4 * pi * band.rms_height / wavelength;
+  if (!std::isfinite(structure_function(psd_, Eigen::ArrayXd::Constant(1, aperture_radius(aperture)))[0]))
     throw ComputationError(
-        "the height variance of this PSD is infinite, so there is no g = 4 pi sigma/lambda and no "
-        "generalised "
-        "Harvey-Shack prediction: give the PSD a lowest frequency");
+        "the structure function of this PSD is infinite, so there is no generalised Harvey-Shack prediction: "
+        "give the PSD a lowest frequency");
+  if (options.paraxial)
+    set_paraxial(options);
+  else
+    set_exact(options);
+}
+
+void GeneralisedHarveyShack::set_exact(const GhsOptions& options) {
+  PupilField field(mirror_, aperture_, wavelength_, options.departure);
+  const double cutoff = 2 * field.outer();
+  exact_ = std::make_unique<const ExactTransfer>(
+      std::move(field), [this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_,
+      transfer_options(psd_, wavelength_, cutoff, options.halvings));
+  core_ = exact_->core_share();
+}
+
+void GeneralisedHarveyShack::set_paraxial(const GhsOptions& options) {
+  if (options.departure || !is_parabola(mirror_))
+    throw ComputationError(
+        "the paraxial form of generalised Harvey-Shack needs a parabola (conic -1) without spherical terms "
+        "and "
+        "known Zernikes: its transfer function holds no aberration but defocus");
+  if (std::holds_alternative<PolygonAperture>(aperture_))
+    throw ComputationError(
+        "the paraxial form of generalised Harvey-Shack knows circles, annuli and rectangles, not polygons");
+  otf_.emplace(aperture_);
   core_ = std::exp(-g_ * g_);
-  SurfaceTransferOptions transfer;
-  transfer.cutoff = otf_.cutoff();
-  transfer.breakpoints = otf_.breakpoints();
-  const double sharp = kSharpCycles / psd.f_max();
-  for (const double x : {sharp, 2 * sharp})
-    if (x > 0 && x < transfer.cutoff) transfer.breakpoints.push_back(x);
-  std::sort(transfer.breakpoints.begin(), transfer.breakpoints.end());
-  transfer.smallest = 1e-8 * wavelength;  // v s stays below 1e-7 there up to r = f
-  transfer.halvings = options.halvings;
+  SurfaceTransferOptions transfer = transfer_options(psd_, wavelength_, otf_->cutoff(), options.halvings);
+  transfer.breakpoints.insert(transfer.breakpoints.end(), otf_->breakpoints().begin(),
+                              otf_->breakpoints().end());
   surface_transfer_ = std::make_unique<const SurfaceTransfer>(
       internal::surface_transfer([this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_, transfer));
   scattered_ = std::make_shared<const RadialTransform>(transfer_panels(0, 0));
 }
+
+double GeneralisedHarveyShack::cutoff() const { return exact_ ? exact_->cutoff() : otf_->cutoff(); }
 
 GeneralisedHarveyShack::~GeneralisedHarveyShack() = default;
 GeneralisedHarveyShack::GeneralisedHarveyShack(GeneralisedHarveyShack&&) noexcept = default;
 GeneralisedHarveyShack& GeneralisedHarveyShack::operator=(GeneralisedHarveyShack&&) noexcept = default;
 
 Eigen::ArrayXd GeneralisedHarveyShack::exponent(const Eigen::ArrayXd& x) const {
-  const double k = 4 * pi / wavelength_;
-  Eigen::ArrayXd half_structure = structure_function(psd_, x);
-  const double sharp = kSharpCycles / psd_.f_max();
-  std::vector<Eigen::Index> far;
-  for (Eigen::Index i = 0; i < x.size(); ++i)
-    if (sharp > 0 && x[i] > sharp) far.push_back(i);
-  if (!far.empty()) {
-    // Mean over shears half a cycle of the edge apart, weights 1 4 6 4 1: of J0(2 pi f x) far out it is that
-    // of S cos^4.
-    constexpr std::array<int, 4> kShifts{-2, -1, 1, 2};
-    const Eigen::Index count = Eigen::Index(far.size());
-    Eigen::ArrayXd shifted(4 * count);
-    for (Eigen::Index i = 0; i < count; ++i)
-      for (int j = 0; j < 4; ++j)
-        shifted[4 * i + j] = x[far[std::size_t(i)]] + 0.5 * kShifts[std::size_t(j)] / psd_.f_max();
-    const Eigen::ArrayXd values = structure_function(psd_, shifted);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      double& here = half_structure[far[std::size_t(i)]];
-      const double* const value = &values[4 * i];
-      const double mean = (value[0] + value[3] + 4 * (value[1] + value[2]) + 6 * here) / 16;
-      const double t = std::min(1.0, x[far[std::size_t(i)]] / sharp - 1);
-      const double share = t * t * t * (10 - t * (15 - 6 * t));  // smooth from 0 to 1 between the two shears
-      here += share * (mean - here);
-    }
-  }
-  return k * k * half_structure;
+  return surface_exponent(psd_, wavelength_, x);
 }
 
 double GeneralisedHarveyShack::curvature(double dz) const {
@@ -168,12 +161,16 @@ MeanSpot GeneralisedHarveyShack::at_plane(double dz) const {
   MeanSpot spot;
   const double f = mirror_.focal_length, radius = aperture_radius(aperture_);
   spot.focal_length_ = f;
-  spot.v_per_radius_ = 2 * pi * otf_.cutoff() / (wavelength_ * (f + dz));
+  spot.v_per_radius_ = 2 * pi * cutoff() / (wavelength_ * (f + dz));
   spot.guess_ =
       std::hypot(wavelength_ * f / radius, dz * radius / f, std::isfinite(slope_) ? 2 * f * slope_ : 0.0);
-  if (dz == 0 && (otf_.is_circle() || core_ < kNegligibleCore)) {
+  if (exact_) {
+    spot.transform_ = std::make_shared<const RadialTransform>(exact_->panels(dz, false));
+    return spot;
+  }
+  if (dz == 0 && (otf_->is_circle() || core_ < kNegligibleCore)) {
     spot.transform_ = scattered_;
-    spot.airy_share_ = otf_.is_circle() ? core_ : 0;
+    spot.airy_share_ = otf_->is_circle() ? core_ : 0;
     return spot;
   }
   spot.transform_ = std::make_shared<const RadialTransform>(
@@ -182,8 +179,8 @@ MeanSpot GeneralisedHarveyShack::at_plane(double dz) const {
 }
 
 std::vector<TransferPanel> GeneralisedHarveyShack::transfer_panels(double core, double curvature) const {
-  const double x = otf_.cutoff();
-  std::vector<double> edges = otf_.breakpoints();
+  const double x = otf_->cutoff();
+  std::vector<double> edges = otf_->breakpoints();
   for (double& edge : edges) edge /= x;
   double end = 1;
   if (core == 0) {
@@ -192,7 +189,7 @@ std::vector<TransferPanel> GeneralisedHarveyShack::transfer_panels(double core, 
       if ((panel.value != 0).any()) end = std::max(end, panel.b);
   }
   return product(surface_transfer_->panels, core,
-                 resolved_otf([&](double s) { return otf_(s * x, curvature); }, edges, end));
+                 resolved_otf([&](double s) { return (*otf_)(s * x, curvature); }, edges, end));
 }
 
 double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
@@ -203,6 +200,8 @@ double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
   // A cone of rays fills twice the area of the ring at 1.41 of this depth; diffraction adds its own depth of
   // focus.
   const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
+  // Planes of a pupil without symmetry are known to 1e-5, and cost much.
+  const double accuracy = exact_ && !exact_->is_round() ? 1e-6 : 1e-9;
   double width = 0;
   for (const double side : {-1.0, 1.0}) {
     double inner = 0, inner_excess = half;
@@ -214,7 +213,7 @@ double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
         std::uintmax_t iterations = 60;
         const auto bracket = boost::math::tools::toms748_solve(
             [&](double distance) { return excess(side * distance); }, inner, outer, inner_excess,
-            outer_excess, [](double low, double high) { return high - low <= 1e-9 * high; }, iterations);
+            outer_excess, [&](double low, double high) { return high - low <= accuracy * high; }, iterations);
         width += 0.5 * (bracket.first + bracket.second);
         break;
       }
@@ -226,13 +225,17 @@ double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
 }
 
 double GeneralisedHarveyShack::spot_fwhm(double bandwidth) const {
-  const double x = otf_.cutoff(), nu = x / (wavelength_ * mirror_.focal_length);
+  const double x = cutoff(), nu = x / (wavelength_ * mirror_.focal_length);
+  const auto gaussian = [&](double s) { return std::exp(-2 * std::pow(pi * nu * bandwidth * s, 2)); };
   std::vector<TransferPanel> panels;
-  for (TransferPanel panel : surface_transfer_->panels) {
-    panel.value += core_;
-    append_product(
-        panel, [&](double s) { return otf_(s * x) * std::exp(-2 * std::pow(pi * nu * bandwidth * s, 2)); },
-        &panels);
+  if (exact_) {
+    for (const TransferPanel& panel : exact_->panels(0, false)) append_product(panel, gaussian, &panels);
+  } else {
+    for (TransferPanel panel : surface_transfer_->panels) {
+      panel.value += core_;
+      append_product(
+          panel, [&](double s) { return (*otf_)(s * x) * gaussian(s); }, &panels);
+    }
   }
   const RadialTransform transform(std::move(panels));
   const double top = transform.cosine(0);
@@ -267,23 +270,27 @@ double GeneralisedHarveyShack::scatter_mean() const {
   return GeometricHarveyShack(mirror_, aperture_, slope_, Convention::kPhysical, rms_height_).scatter_mean();
 }
 
-double GeneralisedHarveyShack::tis() const { return -std::expm1(-g_ * g_); }
+double GeneralisedHarveyShack::tis() const { return exact_ ? 1 - core_ : -std::expm1(-g_ * g_); }
 
 double GeneralisedHarveyShack::angle_spread(double theta) const {
-  const double scale = 2 * pi * otf_.cutoff() / wavelength_, v = scale * std::abs(std::sin(theta));
-  const double integral = v > 0 ? scattered_->disc(v).derivative / v : scattered_->first_moment();
+  const double scale = 2 * pi * cutoff() / wavelength_, v = scale * std::abs(std::sin(theta));
+  const std::shared_ptr<const RadialTransform> scattered =
+      exact_ ? std::make_shared<const RadialTransform>(exact_->panels(0, true)) : scattered_;
+  const double integral = v > 0 ? scattered->disc(v).derivative / v : scattered->first_moment();
   return scale * scale / (2 * pi) * integral;
 }
 
 double GeneralisedHarveyShack::surface_transfer(double x) const {
-  return std::exp(-exponent(Eigen::ArrayXd::Constant(1, x))[0]);
+  return exact_ ? exact_->mean_surface_transfer(x) : std::exp(-exponent(Eigen::ArrayXd::Constant(1, x))[0]);
 }
 
 double GeneralisedHarveyShack::transfer(double x, double dz) const {
-  return surface_transfer(x) * otf_(x, curvature(dz));
+  return exact_ ? exact_->at(x, dz) : surface_transfer(x) * (*otf_)(x, curvature(dz));
 }
 
-double GeneralisedHarveyShack::unresolved() const { return surface_transfer_->unresolved; }
+double GeneralisedHarveyShack::unresolved() const {
+  return exact_ ? exact_->unresolved() : surface_transfer_->unresolved;
+}
 
 double GeneralisedHarveyShack::operator()(const Statistic& statistic) const {
   return std::visit(
@@ -306,7 +313,8 @@ double GeneralisedHarveyShack::operator()(const Statistic& statistic) const {
       statistic);
 }
 
-Eigen::VectorXd GeneralisedHarveyShack::predict(const std::vector<Statistic>& statistics, int threads) const {
+Eigen::VectorXd GeneralisedHarveyShack::predict(const std::vector<Statistic>& statistics, int threads,
+                                                Eigen::VectorXd* curve_slope) const {
   std::map<double, std::vector<std::size_t>> planes;
   std::vector<std::vector<std::size_t>> tasks;
   for (std::size_t i = 0; i < statistics.size(); ++i) {
@@ -320,6 +328,7 @@ Eigen::VectorXd GeneralisedHarveyShack::predict(const std::vector<Statistic>& st
   const std::size_t single = tasks.size();  // NaN, which a map cannot hold, went with infinity: both throw
   for (const auto& [dz, members] : planes) tasks.push_back(members);
   Eigen::VectorXd result(Eigen::Index(statistics.size()));
+  if (curve_slope) curve_slope->setConstant(result.size(), kNaN);
   std::vector<std::exception_ptr> failures(tasks.size());
   parallel_for(tasks.size(), threads, [&](std::size_t t) {
     try {
@@ -334,6 +343,9 @@ Eigen::VectorXd GeneralisedHarveyShack::predict(const std::vector<Statistic>& st
         if (!spot) spot = at_plane(radius ? radius->dz : through->dz);
         result[Eigen::Index(i)] = radius ? spot->encircled_energy_radius(radius->fraction)
                                          : spot->encircled_energy(through->ring_radius);
+        if (curve_slope && radius)
+          (*curve_slope)[Eigen::Index(i)] =
+              result[Eigen::Index(i)] * spot->encircled_energy_slope(result[Eigen::Index(i)]);
       }
     } catch (...) {
       failures[t] = std::current_exception();

@@ -42,10 +42,12 @@ GeometricHarveyShack::GeometricHarveyShack(const Mirror& mirror, const Aperture&
   const bool physical = convention == Convention::kPhysical;
   focal_sigma_ = (physical ? 2.0 : 1.0) * mirror.focal_length * slope;
   rms_height_ = physical ? rms_height : 0.5 * rms_height;
+  Mirror of_revolution = mirror;
+  std::erase_if(of_revolution.zernike, [](const KnownZernike& term) { return term.mode.m != 0; });
   for (const int n : kDoublings) {
     std::vector<Zone>& level = levels_.emplace_back();
     for (const RadialNode& node : radial_quadrature(aperture, n)) {
-      const SurfacePoint<double> surface = base_surface(mirror, node.rho, 0.0);
+      const SurfacePoint<double> surface = base_surface(of_revolution, node.rho, 0.0);
       const double p2 = surface.slope_x * surface.slope_x;
       if (!(p2 < 1.0))
         throw ComputationError(fmt::format(
@@ -121,6 +123,10 @@ GeometricHarveyShack::Sums GeometricHarveyShack::sums(double radius, double dz) 
 
 double GeometricHarveyShack::encircled_energy(double radius, double dz) const {
   return sums(radius, dz).share;
+}
+
+double GeometricHarveyShack::encircled_energy_slope(double radius, double dz) const {
+  return sums(radius, dz).d_radius;
 }
 
 double GeometricHarveyShack::encircled_energy_radius(double fraction, double dz) const {

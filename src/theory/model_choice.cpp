@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 
 #include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
+#include "aberfit/theory/geometric_harvey_shack.h"
+#include "aberfit/theory/theory_error.h"
 
 namespace aberfit {
 namespace {
@@ -22,17 +24,13 @@ ModelRadii radii(const GeneralisedHarveyShack& model) {
 
 ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                          double wavelength) {
-  const Mirror parabola{mirror.focal_length, -1, {}};
-  const Aperture shape = std::holds_alternative<PolygonAperture>(aperture)
-                             ? CircleAperture{2 * std::sqrt(aperture_area(aperture) / std::numbers::pi)}
-                             : aperture;
   ModelErrors errors;
-  errors.ghs = radii(GeneralisedHarveyShack(psd, parabola, shape, wavelength));
+  errors.ghs = radii(GeneralisedHarveyShack(psd, mirror, aperture, wavelength));
   const double slope = psd_moments(psd).rms_slope_per_axis();
   if (std::isfinite(slope)) {
-    const double sigma = 2 * mirror.focal_length * slope;
-    errors.rays = {sigma * std::sqrt(2 * std::numbers::ln2), sigma * std::sqrt(2 * std::numbers::ln10),
-                   sigma * std::sqrt(2 * std::log(5.0))};
+    const GeometricHarveyShack rays(mirror, aperture, slope, Convention::kPhysical, 0);
+    errors.rays = {rays.encircled_energy_radius(0.5, 0), rays.encircled_energy_radius(0.9, 0),
+                   rays.encircled_energy_radius(0.8, 0)};
   } else {
     errors.rays = {kInfinity, kInfinity, kInfinity};
   }
@@ -41,31 +39,61 @@ ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Apert
   return errors;
 }
 
+namespace {
+
+// What verdicts look at: the default fractions, and planes in depths of focus f sigma_f / R.
+const std::vector<double> kFractions = {0.20, 0.35, 0.50, 0.65, 0.80, 0.90, 0.95};
+constexpr double kPlanes[] = {0, -1, 1, -2.5, 2.5, -5, 5};
+constexpr double kFarthestPlane =
+    0.25;  // of the focal length: spots that are this deep have no planes to speak of
+constexpr double kEe90OfGaussian = 2.14596602628934724;  // sqrt(2 ln 10), in sigma_f
+
+double error_of_rays(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture, double wavelength,
+                     double ghs_ee90, double allowed) {
+  const double slope = psd_moments(psd).rms_slope_per_axis();
+  if (!std::isfinite(slope) || !std::isfinite(ghs_ee90)) return kInfinity;
+  const GeneralisedHarveyShack light(psd, mirror, aperture, wavelength);
+  const GeometricHarveyShack rays(mirror, aperture, slope, Convention::kPhysical, 0);
+  const double depth = mirror.focal_length * ghs_ee90 / kEe90OfGaussian / aperture_radius(aperture);
+  double worst = 0;
+  for (const double plane : kPlanes) {
+    if (std::abs(plane * depth) > kFarthestPlane * mirror.focal_length) continue;
+    worst = std::max(worst, ray_error_in_light(light, rays, kFractions, {plane * depth}));
+    if (!(worst <= allowed)) break;
+  }
+  return worst;
+}
+
+}  // namespace
+
 ModelChoice choose_model(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
-                         double wavelength) {
-  const SceneNumbers numbers = scene_numbers(psd, mirror, aperture, wavelength);
+                         double wavelength, double allowed) {
   ModelChoice choice;
-  if (!std::isfinite(numbers.rms_height)) {
+  choice.allowed = allowed;
+  try {
+    choice.errors = model_errors(psd, mirror, aperture, wavelength);
+  } catch (const ComputationError& e) {
     choice.errors = {{kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}, kNaN, kNaN};
-    choice.reason = numbers.reason;
+    choice.ray_error = kNaN;
+    choice.reason = fmt::format(
+        "Wave optics has no prediction here, and rays nothing to be compared with: {}.", e.what());
     return choice;
   }
-  const ModelErrors& e = choice.errors = model_errors(psd, mirror, aperture, wavelength);
-  const bool rays_agree = std::abs(e.ray_ee50) <= kErrorOfRays && std::abs(e.ray_ee90) <= kErrorOfRays;
-  if (numbers.rays_are_valid && rays_agree) {
+  choice.ray_error = error_of_rays(psd, mirror, aperture, wavelength, choice.errors.ghs.ee90, allowed);
+  if (choice.ray_error <= allowed) {
     choice.model = FocusModel::kRays;
     choice.reason = fmt::format(
-        "kappa = {:.3g} is at least {} and geometric rays meet wave optics within {:.1f} % (ee50) and {:.1f} "
-        "% (ee90): "
-        "geometric rays are the right model.",
-        numbers.kappa, kKappaOfRays, 100 * std::abs(e.ray_ee50), 100 * std::abs(e.ray_ee90));
-  } else if (numbers.kappa >= kKappaOfRays) {
-    choice.reason = fmt::format(
-        "kappa = {:.3g} is at least {}, but geometric rays err by {:+.1f} % (ee50) and {:+.1f} % (ee90) on a "
-        "spot of {:.3g} Airy ee90: wave optics is needed.",
-        numbers.kappa, kKappaOfRays, 100 * e.ray_ee50, 100 * e.ray_ee90, e.ghs.ee90 / numbers.airy_ee90);
+        "Geometric rays meet wave optics within {:.2g} % in light, which is at most the {:.2g} % allowed: "
+        "rays "
+        "will do.",
+        100 * choice.ray_error, 100 * allowed);
   } else {
-    choice.reason = numbers.reason;
+    choice.reason = fmt::format(
+        "Geometric rays are {} off wave optics in light (ee50 {:+.1f} %, ee90 {:+.1f} %), more than the "
+        "{:.2g} "
+        "% allowed: wave optics is needed.",
+        std::isfinite(choice.ray_error) ? fmt::format("{:.2g} %", 100 * choice.ray_error) : "infinitely",
+        100 * choice.errors.ray_ee50, 100 * choice.errors.ray_ee90, 100 * allowed);
   }
   return choice;
 }

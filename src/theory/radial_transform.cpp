@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/roughness/bessel.h"
 
 namespace aberfit::internal {
@@ -62,6 +63,7 @@ RadialTransform::RadialTransform(std::vector<TransferPanel> panels) : panels_(st
 }
 
 RadialTransform::Disc RadialTransform::disc(double v) const {
+  if (!std::isfinite(v)) return {kNaN, kNaN};  // no halving would end
   std::size_t next = 0;
   while (next < panels_.size() && v * panels_[next].b < kMoments) ++next;
   Disc sum;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "aberfit/core/random.h"
+#include "aberfit/trace/nominal_surface.h"
 
 namespace aberfit {
 namespace {
@@ -42,8 +43,15 @@ RayBundle trace_perturbed(const Mirror& mirror, const PupilSample& pupil, const 
   rays.tx.resize(n);
   rays.ty.resize(n);
   rays.weight = pupil.weight;
+  const SurfaceField known = known_zernike_field(mirror, pupil);
+  const Mirror of_revolution = without_known_zernikes(mirror);
   for (Eigen::Index i = 0; i < n; ++i) {
-    SurfacePoint<double> s = base_surface(mirror, pupil.x[i], pupil.y[i]);
+    SurfacePoint<double> s = base_surface(of_revolution, pupil.x[i], pupil.y[i]);
+    if (known.size() > 0) {
+      s.height += known.height[i];
+      s.slope_x += known.slope_x[i];
+      s.slope_y += known.slope_y[i];
+    }
     const double ex = slope_error(0, i), ey = slope_error(1, i);
     if (convention == Convention::kPhysical) {
       s.slope_x += ex;

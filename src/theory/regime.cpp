@@ -8,9 +8,12 @@
 #include <numbers>
 #include <vector>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/units.h"
 #include "aberfit/theory/aperture_otf.h"
+#include "aberfit/theory/scattering_band.h"
+#include "surface_transfer.h"
 
 namespace aberfit {
 namespace {
@@ -54,10 +57,18 @@ std::string length(double metres) { return format_quantity(metres, Dimension::kL
 
 std::string explain(const SceneNumbers& n, double ray_ee90) {
   if (n.rms_height == 0) return "The surface is perfectly smooth: there is no scatter to model by rays.";
-  if (!std::isfinite(n.rms_height))
-    return "The height variance of this PSD is infinite (its integral diverges at low frequency), so g, the "
-           "autocorrelation and kappa do "
-           "not exist, and nothing says that rays are right; give it a lowest frequency.";
+  if (!std::isfinite(n.rms_height) && !std::isfinite(n.kappa))
+    return "The height variance of this PSD is infinite (its integral diverges at low frequency), and so is "
+           "its "
+           "structure function: g, the autocorrelation and kappa do not exist, and nothing says that rays "
+           "are "
+           "right; give it a lowest frequency.";
+  if (!std::isfinite(n.rms_height) && n.kappa < kKappaOfRays)
+    return fmt::format(
+        "The height variance of this PSD is infinite (its integral diverges at low frequency), so g does not "
+        "exist; by its structure function kappa = {:.3g} is below {}, so wave optics is needed and rays "
+        "mislead.",
+        n.kappa, kKappaOfRays);
   if (!std::isfinite(n.rms_slope_per_axis))
     return fmt::format(
         "The slope variance of this PSD is infinite (the slope integral diverges at high frequency), so "
@@ -91,8 +102,6 @@ double airy_ee90(const Mirror& mirror, const Aperture& aperture, double waveleng
   const double waves = wavelength * mirror.focal_length;
   if (std::holds_alternative<CircleAperture>(aperture))
     return kAiryEe90 * waves / (2.0 * aperture_radius(aperture));
-  if (std::holds_alternative<PolygonAperture>(aperture))
-    return kAiryEe90 * waves / (2.0 * std::sqrt(aperture_area(aperture) / std::numbers::pi));
   return perfect_ee90(ApertureOtf(aperture)) * waves;
 }
 
@@ -107,19 +116,25 @@ SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Ape
   SceneNumbers n;
   n.rms_height = moments.rms_height();
   n.rms_slope_per_axis = moments.rms_slope_per_axis();
-  n.g = 4.0 * std::numbers::pi * n.rms_height / wavelength;
+  const ScatteringBand band = scattering_band(psd, wavelength);
+  n.relevant_rms_height = band.rms_height;
+  n.cut_share = band.cut_share;
+  n.g = 4.0 * std::numbers::pi * n.relevant_rms_height / wavelength;
   n.tis = -std::expm1(-n.g * n.g);
   n.airy_ee90 = airy_ee90(mirror, aperture, wavelength);
-  if (n.rms_height > 0 && std::isfinite(n.rms_height)) {
-    n.correlation_length = correlation_length(psd);
-    n.paper_ratio_r = 2.0 * n.rms_height * diameter / (1.22 * wavelength * n.correlation_length);
+  if (n.rms_height > 0) {
+    if (std::isfinite(n.rms_height)) {
+      n.correlation_length = correlation_length(psd);
+      n.paper_ratio_r = 2.0 * n.rms_height * diameter / (1.22 * wavelength * n.correlation_length);
+    }
+    if (!std::isfinite(structure_function(psd, Eigen::ArrayXd::Constant(1, diameter))[0])) n.kappa = kNaN;
     // Without a slope variance x1 is 0, where E is 0: kappa stays 0, and so does n_eff, whose two integrals
-    // diverge.
+    // diverge. Without a height variance E is half the phase's structure function.
     if (std::isfinite(n.rms_slope_per_axis)) {
       n.n_eff = effective_modes(moments, aperture_area(aperture));
       const double x1 = std::numbers::sqrt2 * wavelength / (4.0 * std::numbers::pi * n.rms_slope_per_axis);
-      n.kappa = n.g * n.g * (1.0 - autocorrelation(psd, x1) / moments.height_variance);
-      n.realisation_spread = 0.65 / std::sqrt(n.n_eff);
+      n.kappa = internal::surface_exponent(band.psd, wavelength, Eigen::ArrayXd::Constant(1, x1))[0];
+      if (n.n_eff > 0) n.realisation_spread = 0.65 / std::sqrt(n.n_eff);
     }
   }
   const double ray_ee90 = kGaussianEe90 * 2.0 * mirror.focal_length * n.rms_slope_per_axis;

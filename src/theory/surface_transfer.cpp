@@ -1,7 +1,11 @@
 #include "surface_transfer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
+
+#include "aberfit/core/errors.h"
 
 namespace aberfit::internal {
 namespace {
@@ -13,11 +17,75 @@ constexpr double kResolved = 1e-12;
 constexpr double kVanished = 1e-16;
 constexpr int kMaxPanels = 3000;
 
+// Cycles of the highest frequency within a shear, from which the band edge is softened. Encircled energies
+// more than a few per cent away from the edge keep four digits (test ASoftenedBandEdgeMovesLittleLight).
+constexpr double kSharpCycles = 100;
+
 bool resolved(const TransferPanel& panel) {
   return unresolved(panel) * std::sqrt((panel.b - panel.a) / panel.b) <= kResolved;
 }
 
 }  // namespace
+
+Eigen::ArrayXd surface_exponent(const RadialPsd& psd, double wavelength, const Eigen::ArrayXd& x) {
+  const double k = 4 * std::numbers::pi / wavelength;
+  Eigen::ArrayXd half_structure = structure_function(psd, x);
+  const double sharp = kSharpCycles / psd.f_max();
+  std::vector<Eigen::Index> far;
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    if (sharp > 0 && x[i] > sharp) far.push_back(i);
+  if (!far.empty()) {
+    // Mean over shears half a cycle of the edge apart, weights 1 4 6 4 1: of J0(2 pi f x) far out it is that
+    // of S cos^4.
+    constexpr std::array<int, 4> kShifts{-2, -1, 1, 2};
+    const Eigen::Index count = Eigen::Index(far.size());
+    Eigen::ArrayXd shifted(4 * count);
+    for (Eigen::Index i = 0; i < count; ++i)
+      for (int j = 0; j < 4; ++j)
+        shifted[4 * i + j] = x[far[std::size_t(i)]] + 0.5 * kShifts[std::size_t(j)] / psd.f_max();
+    const Eigen::ArrayXd values = structure_function(psd, shifted);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      double& here = half_structure[far[std::size_t(i)]];
+      const double* const value = &values[4 * i];
+      const double mean = (value[0] + value[3] + 4 * (value[1] + value[2]) + 6 * here) / 16;
+      const double t = std::min(1.0, x[far[std::size_t(i)]] / sharp - 1);
+      const double share = t * t * t * (10 - t * (15 - 6 * t));  // smooth from 0 to 1 between the two shears
+      here += share * (mean - here);
+    }
+  }
+  return k * k * half_structure;
+}
+
+SurfaceTransferOptions transfer_options(const RadialPsd& psd, double wavelength, double cutoff,
+                                        int halvings) {
+  SurfaceTransferOptions transfer;
+  transfer.cutoff = cutoff;
+  const double sharp = kSharpCycles / psd.f_max();
+  for (const double x : {sharp, 2 * sharp})
+    if (x > 0 && x < cutoff) transfer.breakpoints.push_back(x);
+  transfer.smallest = 1e-8 * wavelength;  // v s stays below 1e-7 there up to r = f
+  transfer.halvings = halvings;
+  return transfer;
+}
+
+std::vector<double> transfer_edges(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,
+                                   double limit, const SurfaceTransferOptions& options) {
+  std::vector<double> edges = options.breakpoints;
+  edges.push_back(options.cutoff);
+  // Octaves down to where E is small. E grows at most fourfold in each, so that no panel can hide a transfer
+  // function that is gone between its end and its first node.
+  Eigen::ArrayXd octaves(1 + std::max(0, int(std::ceil(std::log2(options.cutoff / options.smallest)))));
+  for (int k = 0; k < octaves.size(); ++k) octaves[k] = options.cutoff * std::ldexp(1.0, -k - 1);
+  const Eigen::ArrayXd at_octaves = exponent(octaves);
+  for (int k = 0; k < octaves.size(); ++k) {
+    edges.push_back(octaves[k]);
+    if (at_octaves[k] < 1e-3 * std::min(1.0, limit)) break;
+  }
+  edges.push_back(0);
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
+}
 
 SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,
                                  double limit, const SurfaceTransferOptions& options) {
@@ -26,18 +94,7 @@ SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen:
     // Small differences from the core keep their digits; large limits have no core.
     return limit < 30 ? core * std::expm1(limit - e) : std::exp(-e) - core;
   };
-  std::vector<double> edges = options.breakpoints;
-  // Octaves down to where E is small: samples of a wide panel could miss a transfer function that is gone at
-  // once.
-  Eigen::ArrayXd octaves(1 + int(std::ceil(std::log2(edges.front() / options.smallest))));
-  for (int k = 0; k < octaves.size(); ++k) octaves[k] = edges.front() * std::ldexp(1.0, -k - 1);
-  const Eigen::ArrayXd at_octaves = exponent(octaves);
-  for (int k = 0; k < octaves.size(); ++k) {
-    edges.push_back(octaves[k]);
-    if (at_octaves[k] < 1e-3 * std::min(1.0, limit)) break;
-  }
-  edges.push_back(0);
-  std::sort(edges.begin(), edges.end());
+  const std::vector<double> edges = transfer_edges(exponent, limit, options);
   std::vector<TransferPanel> pending;
   const int pieces = 1 << options.halvings;
   for (std::size_t i = 0; i + 1 < edges.size(); ++i)
@@ -79,30 +136,44 @@ SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen:
 
 namespace {
 
-void append_otf(const std::function<double(double)>& otf, double a, double b,
+// Splits of one panel: beyond these many halvings it is a rounding wide, and no panel is halved without end
+// where a value is not finite.
+constexpr int kMaxHalvings = 48;
+// Panels of one product, some hundred times what a resolved one takes; beyond, the rest stays as it is and
+// `unresolved` says by how much.
+constexpr std::size_t kMaxProduct = 200000;
+
+bool is_done(const TransferPanel& panel, int halvings, std::size_t panels) {
+  if (!panel.value.isFinite().all())
+    throw ComputationError("the transfer function of this aperture is not finite in this plane");
+  return resolved(panel) || panel.b - panel.a < 1e-10 * panel.b || halvings >= kMaxHalvings ||
+         panels >= kMaxProduct;
+}
+
+void append_otf(const std::function<double(double)>& otf, double a, double b, int halvings,
                 std::vector<TransferPanel>* panels) {
   TransferPanel panel{a, b};
   const PanelArray s = panel.nodes();
   for (int j = 0; j < kPanelNodes; ++j) panel.value[j] = otf(s[j]);
-  if (resolved(panel) || b - a < 1e-10 * b) {
+  if (is_done(panel, halvings, panels->size())) {
     panels->push_back(panel);
   } else {
-    append_otf(otf, a, 0.5 * (a + b), panels);
-    append_otf(otf, 0.5 * (a + b), b, panels);
+    append_otf(otf, a, 0.5 * (a + b), halvings + 1, panels);
+    append_otf(otf, 0.5 * (a + b), b, halvings + 1, panels);
   }
 }
 
 void append_overlap(const TransferPanel& one, const TransferPanel& two, double a, double b, double constant,
-                    std::vector<TransferPanel>* product) {
+                    int halvings, std::vector<TransferPanel>* product) {
   TransferPanel result{a, b};
   const PanelArray first = restricted(one, a, b) + constant;
   if (first.abs().maxCoeff() < kVanished) return;
   result.value = first * restricted(two, a, b);
-  if (resolved(result) || b - a < 1e-10 * b) {
+  if (is_done(result, halvings, product->size())) {
     product->push_back(result);
   } else {
-    append_overlap(one, two, a, 0.5 * (a + b), constant, product);
-    append_overlap(one, two, 0.5 * (a + b), b, constant, product);
+    append_overlap(one, two, a, 0.5 * (a + b), constant, halvings + 1, product);
+    append_overlap(one, two, 0.5 * (a + b), b, constant, halvings + 1, product);
   }
 }
 
@@ -114,7 +185,7 @@ std::vector<TransferPanel> resolved_otf(const std::function<double(double)>& otf
   double a = 0;
   for (double b : breakpoints) {
     b = std::min(b, end);
-    if (b > a) append_otf(otf, a, b, &panels);
+    if (b > a) append_otf(otf, a, b, 0, &panels);
     a = std::max(a, b);
   }
   return panels;
@@ -130,7 +201,7 @@ std::vector<TransferPanel> product(const std::vector<TransferPanel>& transfer, d
     while (j < otf.size() && otf[j].b <= panel.a) ++j;
     for (; j < otf.size() && otf[j].a < panel.b; ++j) {
       const double a = std::max(panel.a, otf[j].a), b = std::min(panel.b, otf[j].b);
-      if (b > a) append_overlap(panel, otf[j], a, b, constant, &result);
+      if (b > a) append_overlap(panel, otf[j], a, b, constant, 0, &result);
       if (otf[j].b > panel.b) break;
     }
     if (j == otf.size()) break;
@@ -138,18 +209,27 @@ std::vector<TransferPanel> product(const std::vector<TransferPanel>& transfer, d
   return result;
 }
 
-void append_product(const TransferPanel& panel, const std::function<double(double)>& otf,
-                    std::vector<TransferPanel>* product) {
+namespace {
+
+void append_halves(const TransferPanel& panel, const std::function<double(double)>& otf, int halvings,
+                   std::vector<TransferPanel>* product) {
   if (panel.value.abs().maxCoeff() < kVanished) return;
   TransferPanel result = panel;
   const PanelArray s = panel.nodes();
   for (int j = 0; j < kPanelNodes; ++j) result.value[j] *= otf(s[j]);
-  if (resolved(result) || panel.b - panel.a < 1e-10 * panel.b) {
+  if (is_done(result, halvings, product->size())) {
     product->push_back(result);
   } else {
-    append_product(lower_half(panel), otf, product);
-    append_product(upper_half(panel), otf, product);
+    append_halves(lower_half(panel), otf, halvings + 1, product);
+    append_halves(upper_half(panel), otf, halvings + 1, product);
   }
+}
+
+}  // namespace
+
+void append_product(const TransferPanel& panel, const std::function<double(double)>& otf,
+                    std::vector<TransferPanel>* product) {
+  append_halves(panel, otf, 0, product);
 }
 
 }  // namespace aberfit::internal

@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "aberfit/roughness/psd.h"
 #include "panel_rule.h"
 
 namespace aberfit::internal {
@@ -21,6 +22,17 @@ struct SurfaceTransferOptions {
   double smallest = 0;  ///< shear below which nothing needs resolving [m]
   int halvings = 0;     ///< further halvings of every panel at the start
 };
+
+/// E(x) = (4 pi/lambda)^2 (C(0) - C(x)) at shears x >= 0 [m], far out with a softened band edge.
+Eigen::ArrayXd surface_exponent(const RadialPsd& psd, double wavelength, const Eigen::ArrayXd& x);
+/// With the shears between which the softening sets in as breakpoints.
+SurfaceTransferOptions transfer_options(const RadialPsd& psd, double wavelength, double cutoff, int halvings);
+
+/// Where panels over the shear begin and end [m]: the breakpoints, and octaves from the cutoff down to where
+/// E is small. E grows at most fourfold in an octave, so that no panel can hide a transfer function that is
+/// gone between its end and its first node.
+std::vector<double> transfer_edges(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,
+                                   double limit, const SurfaceTransferOptions& options);
 
 /// `exponent` gives E at an array of shears [m]; E tends to `limit` and core = exp(-limit).
 SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,

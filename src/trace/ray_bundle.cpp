@@ -5,6 +5,7 @@
 #include <cassert>
 
 #include "aberfit/core/parallel.h"
+#include "aberfit/trace/nominal_surface.h"
 #include "trace_kernel.h"
 
 namespace aberfit {
@@ -37,8 +38,23 @@ int trace_some(InstructionSet set, const Mirror& mirror, const PupilSample& pupi
   return lost;
 }
 
+// The known Zernikes of the mirror plus the surface error: what the kernels add to the rest of the mirror.
+SurfaceField with_known_zernikes(const Mirror& mirror, const PupilSample& pupil, const SurfaceField* field,
+                                 int threads) {
+  SurfaceField sum = known_zernike_field(mirror, pupil, {threads, {}, {}});
+  if (!field) return sum;
+  sum.height += field->height;
+  sum.slope_x += field->slope_x;
+  sum.slope_y += field->slope_y;
+  return sum;
+}
+
 void trace_any(const Mirror& mirror, const PupilSample& pupil, const SurfaceField* field, int threads,
                RayBundle* rays) {
+  if (!mirror.zernike.empty()) {
+    const SurfaceField sum = with_known_zernikes(mirror, pupil, field, threads);
+    return trace_any(without_known_zernikes(mirror), pupil, &sum, threads, rays);
+  }
   const Eigen::Index n = pupil.size();
   assert(!field || field->size() == n);
   for (Eigen::ArrayXd* a : {&rays->x, &rays->y, &rays->tx, &rays->ty, &rays->weight}) a->resize(n);
@@ -76,6 +92,10 @@ RayBundle trace_nominal(const Mirror& mirror, const PupilSample& pupil, int thre
 
 void trace_adjoint(const Mirror& mirror, const PupilSample& pupil, const SurfaceField& field,
                    const RayGradient& gradient, SurfaceField* result) {
+  if (!mirror.zernike.empty()) {
+    const SurfaceField sum = with_known_zernikes(mirror, pupil, &field, 1);
+    return trace_adjoint(without_known_zernikes(mirror), pupil, sum, gradient, result);
+  }
   const Eigen::Index n = gradient.all_rays ? pupil.size() : Eigen::Index(gradient.rays.size());
   assert(field.size() == pupil.size());
   for ([[maybe_unused]] const auto* d : {&gradient.d_x, &gradient.d_y, &gradient.d_tx, &gradient.d_ty})

@@ -1,21 +1,10 @@
 #include "trace_kernel.h"
 
-#include <algorithm>
-
 #define ABERFIT_KERNEL_BODY "../trace/trace_kernel.inc"
 #include "aberfit/core/each_instruction_set.inc"
 #undef ABERFIT_KERNEL_BODY
 
 namespace aberfit::internal {
-namespace {
-
-bool is_parabola(const Mirror& mirror) {
-  return mirror.conic == -1.0 &&
-         std::all_of(mirror.spherical.begin(), mirror.spherical.end(), [](double c) { return c == 0.0; });
-}
-
-}  // namespace
-
 int trace_run(InstructionSet set, const Mirror& mirror, int count, const double* x, const double* y,
               const double* weight, const FieldRun& field, const RayRun& rays) {
   const bool parabola = is_parabola(mirror);

@@ -21,8 +21,9 @@ struct AdjointRun {
   double *height, *slope_x, *slope_y;
 };
 
-/// `base_surface` and `reflect` for `count` points, a multiple of 8, with the processor's vectors; these
-/// templates are the definition. Returns the number of lost rays, whose entries are zero.
+/// `base_surface` of a mirror without known Zernikes (they come with the field) and `reflect` for `count`
+/// points, a multiple of 8, with the processor's vectors; these templates are the definition. Returns the
+/// number of lost rays, whose entries are zero.
 int trace_run(InstructionSet set, const Mirror& mirror, int count, const double* x, const double* y,
               const double* weight, const FieldRun& field, const RayRun& rays);
 

@@ -36,14 +36,14 @@ class DiffractionEvaluator {
     if (d_height_) {
       const double density = plane_->density(*radius);
       if (!(density * *radius > kDark)) return std::nan("");
-      *d_height_ = -per_height() / density * plane_->energy_gradient(*radius);
+      *d_height_ = (-1 / density) * per_height() * plane_->energy_gradient(*radius);
     }
     return *radius;
   }
   double operator()(const RingThrough& s) const {
     if (!scene_.has_plane(s.dz) || !(s.ring_radius > 0) || s.ring_radius > scene_.largest_radius(s.dz))
       return std::nan("");
-    if (d_height_) *d_height_ = per_height() * plane_->energy_gradient(s.ring_radius);
+    if (d_height_) *d_height_ = per_height() * plane_->energy_gradient(s.ring_radius, true);
     return plane_->energy(s.ring_radius);
   }
   double operator()(const RingFwhm& s) const {
@@ -67,7 +67,7 @@ class DiffractionEvaluator {
     if (steps.aliased_share > scene_.problem().aliased_limit) return std::nan("");
     if (d_height_) {
       *d_height_ = per_height() * d_phase;
-      if (!s.ring_radius) *d_height_ += (per_height() * d_ring) * d_phase_of_ring;
+      if (!s.ring_radius) *d_height_ += d_ring * per_height() * d_phase_of_ring;
     }
     return width->fwhm;
   }
@@ -108,7 +108,7 @@ class DiffractionEvaluator {
   double operator()(const RmsRadius&) const { return std::nan(""); }
 
  private:
-  double per_height() const { return -4 * kPi / scene_.problem().wavelength; }
+  const Eigen::ArrayXd& per_height() const { return scene_.per_height(); }
 
   const DiffractionScene& scene_;
   const Eigen::ArrayXd& height_;

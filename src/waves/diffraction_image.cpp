@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "aberfit/core/errors.h"
-#include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "diffraction_plane.h"
 
@@ -26,30 +25,31 @@ constexpr double kSecondsPerButterfly =
 // A side of an image or of its transform: 4 GiB of complex samples.
 constexpr double kMostSamples = 16384;
 
-// The pupil field in plane dz, on all cells of the grid.
-ComplexMatrix pupil_field(const DiffractionScene& scene, double dz) {
-  const CartesianGrid& grid = scene.grid();
-  const double chirp = scene.chirp(dz);
-  ComplexMatrix field = ComplexMatrix::Zero(scene.columns(), scene.rows());
-  for (Eigen::Index k = 0; k < scene.points(); ++k) {
-    const Eigen::Index i = grid.column[std::size_t(k)], j = grid.row[std::size_t(k)];
-    field(i, j) = scene.base()[k] * std::polar(1.0, chirp * (grid.x[i] * grid.x[i] + grid.y[j] * grid.y[j]));
-  }
-  return field;
+// The pupil field in plane dz, at the pupil points.
+Eigen::ArrayXcd pupil_field(const DiffractionScene& scene, double dz) {
+  return scene.base() * unit_phasors(scene.defocus(dz) * scene.versine());
 }
 
-Grid by_transform(const ComplexMatrix& field, int m, Eigen::Index before, Eigen::Index samples) {
-  std::vector<std::complex<double>> values(std::size_t(m) * std::size_t(m), 0.0);
-  for (Eigen::Index j = 0; j < field.cols(); ++j)
-    for (Eigen::Index i = 0; i < field.rows(); ++i)
-      values[std::size_t(j) * std::size_t(m) + std::size_t(i)] = field(i, j);
-  fourier_transform(m, m, values.data());
-  Grid intensity(samples, samples);
-  const auto wrapped = [&](Eigen::Index k) { return std::size_t((k - before + m) % m); };
-  for (Eigen::Index row = 0; row < samples; ++row)
-    for (Eigen::Index column = 0; column < samples; ++column)
-      intensity(row, column) = std::norm(values[wrapped(row) * std::size_t(m) + wrapped(column)]);
-  return intensity;
+// On all cells of the grid, columns by rows.
+ComplexMatrix on_grid(const DiffractionScene& scene, const Eigen::ArrayXcd& field) {
+  const CartesianGrid& grid = scene.grid();
+  ComplexMatrix cells = ComplexMatrix::Zero(scene.columns(), scene.rows());
+  for (Eigen::Index k = 0; k < scene.points(); ++k)
+    cells(grid.column[std::size_t(k)], grid.row[std::size_t(k)]) = field[k];
+  return cells;
+}
+
+Grid by_transform(const DiffractionScene& scene, const Eigen::ArrayXcd& field, int n, int parts,
+                  Eigen::Index before, Eigen::Index samples) {
+  const FieldLayout layout{scene.rows(), scene.columns()};
+  AlignedArray pupil(layout.size());
+  std::fill_n(pupil.data(), layout.size(), 0.0);
+  for (Eigen::Index k = 0; k < scene.points(); ++k) {
+    double* cell = pupil.data() + scene.places()[std::size_t(k)];
+    cell[0] = field[k].real();
+    cell[kLines] = field[k].imag();
+  }
+  return focal_intensity(layout, pupil.data(), n, parts, before, samples);
 }
 
 // step: phase of one cell and one sample, -2 pi pitch_pupil pitch/(lambda (f+dz)).
@@ -80,7 +80,11 @@ PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd
   const double wanted = window.pitch > 0 ? window.pitch : 0.25 * field_of_view / cells;
   const double transform_samples = std::max(double(cells), std::ceil(field_of_view / wanted * (1 - 1e-12)));
   const bool transform_fits = transform_samples <= kMostSamples;
-  const int m = transform_fits ? fast_transform_size(int(transform_samples)) : 0;
+  // As many parts of a transform as long as the pupil as there are samples to a cell.
+  const int parts = transform_fits ? std::max(1, int(transform_samples / cells)) : 1;
+  const int part_size =
+      transform_fits ? fast_transform_size(std::max(cells, int(std::ceil(transform_samples / parts)))) : 0;
+  const int m = parts * part_size;
   const double transform_pitch = field_of_view / (transform_fits ? double(m) : transform_samples);
   const bool whole = !(window.half_width > 0) || window.half_width >= 0.5 * field_of_view - transform_pitch;
   const double matrix_samples = 2 * std::floor(window.half_width / wanted) + 1;
@@ -103,12 +107,13 @@ PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd
     before = Eigen::Index(std::floor(window.half_width / image.pitch * (1 + 1e-12)));
     samples = 2 * before + 1;
   }
-  const ComplexMatrix field = pupil_field(scene, window.dz);
+  const Eigen::ArrayXcd field = pupil_field(scene, window.dz);
   const double per_metre = scene.per_period(window.dz);  // periods of the PSF
-  image.intensity = image.method == PsfImage::Method::kMatrix
-                        ? by_matrix(field, -2 * std::numbers::pi * image.pitch * per_metre, before, samples)
-                        : by_transform(field, m, before, samples);
-  image.intensity *= per_metre * per_metre / scene.total_cover();
+  image.intensity =
+      image.method == PsfImage::Method::kMatrix
+          ? by_matrix(on_grid(scene, field), -2 * std::numbers::pi * image.pitch * per_metre, before, samples)
+          : by_transform(scene, field, part_size, parts, before, samples);
+  image.intensity *= per_metre * per_metre / scene.total();
   image.first = -double(before) * image.pitch;
   return image;
 }

@@ -12,27 +12,20 @@
 namespace aberfit::internal {
 namespace {
 
+constexpr double kSameFocalLength = 1e-12;  // relative
+
 const CartesianGrid& grid_of(const DiffractionPupil& pupil) {
   const auto* grid = std::get_if<CartesianGrid>(&pupil.sample.structure);
+  if (const auto* directions = std::get_if<DirectionGrid>(&pupil.sample.structure)) grid = &directions->cells;
   if (!grid || pupil.cover.size() == 0 || grid->column.size() != std::size_t(pupil.cover.size()) ||
-      pupil.amplitude.size() != pupil.cover.size())
+      pupil.amplitude.size() != pupil.cover.size() || pupil.obliquity.size() != pupil.cover.size())
     throw std::invalid_argument("a diffraction pupil needs the cells of a Cartesian grid");
   return *grid;
 }
 
-// exp(i phase)
-Eigen::ArrayXcd unit_phasors(const Eigen::ArrayXd& phase) {
-  Eigen::ArrayXd sine(phase.size()), cosine(phase.size());
-  sin_cos(phase.data(), int(phase.size()), sine.data(), cosine.data());
-  Eigen::ArrayXcd result(phase.size());
-  result.real() = cosine;
-  result.imag() = sine;
-  return result;
-}
-
 // Share of the light per unit of a sum over the focal plane.
 double per_sample(const DiffractionScene& scene, const PupilTransform& transform) {
-  return 1.0 / (double(transform.m_rows()) * double(transform.m_columns()) * scene.total_cover());
+  return 1.0 / (double(transform.m_rows()) * double(transform.m_columns()) * scene.total());
 }
 
 // Of one lag of a cell against one of the finer pitch.
@@ -42,6 +35,15 @@ double cell_area(const DiffractionScene& scene) {
 }
 
 }  // namespace
+
+Eigen::ArrayXcd unit_phasors(const Eigen::ArrayXd& phase) {
+  Eigen::ArrayXd sine(phase.size()), cosine(phase.size());
+  sin_cos(phase.data(), int(phase.size()), sine.data(), cosine.data());
+  Eigen::ArrayXcd result(phase.size());
+  result.real() = cosine;
+  result.imag() = sine;
+  return result;
+}
 
 DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                                    int threads)
@@ -54,29 +56,47 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
       !(pupil.pitch_y > 0))
     throw std::invalid_argument("focal length, wavelength and pitch must be above zero");
   if (!(problem.padding >= 2)) throw std::invalid_argument("padding below 2 folds the transfer function");
-  total_cover_ = pupil.cover.sum();
+  const auto* directions = std::get_if<DirectionGrid>(&pupil.sample.structure);
+  if (directions && !(std::abs(directions->focal_length / problem.focal_length - 1) <= kSameFocalLength))
+    throw std::invalid_argument("a diffraction pupil belongs to the focal length it was made for");
+  // 1 - cos theta = p^2/(1 + cos theta) = 2 t^2/(1 + t^2), 1/(1 + t^2) the obliquity.
+  const double f = problem.focal_length;
+  if (directions)
+    versine_ = 2 * (1 - pupil.obliquity);
+  else
+    versine_ = (pupil.sample.x.square() + pupil.sample.y.square()) / (2 * f * f);
   base_.resize(height.size());
-  const double phase = -4 * kPi / problem.wavelength;
+  per_height_ = (-4 * kPi / problem.wavelength) * pupil.obliquity;
   constexpr Eigen::Index kBlock = 8192;
   const auto blocks = std::size_t((height.size() + kBlock - 1) / kBlock);
   parallel_for(blocks, threads, [&](std::size_t b) {
     const Eigen::Index end = std::min(height.size(), Eigen::Index(b + 1) * kBlock);
     const Eigen::Index first = Eigen::Index(b) * kBlock, size = end - first;
     const auto amplitude = pupil.amplitude.segment(first, size);
-    const Eigen::ArrayXcd turned = unit_phasors(phase * height.segment(first, size));
+    const Eigen::ArrayXcd turned =
+        unit_phasors(per_height_.segment(first, size) * height.segment(first, size));
     base_.segment(first, size) = amplitude * turned;
   });
+  const FieldLayout layout{rows(), columns()};
+  places_.resize(grid_.column.size());
+  for (std::size_t k = 0; k < places_.size(); ++k)
+    places_[k] = std::uint32_t(layout.at(grid_.row[k], grid_.column[k]));
   const double cx = 0.5 * (grid_.x[0] + grid_.x[grid_.x.size() - 1]);
   const double cy = 0.5 * (grid_.y[0] + grid_.y[grid_.y.size() - 1]);
-  const double furthest =
-      std::sqrt(((pupil.sample.x - cx).square() + (pupil.sample.y - cy).square()).maxCoeff());
+  double furthest = 0;
+  for (std::size_t k = 0; k < grid_.column.size(); ++k)
+    furthest = std::max(furthest, std::hypot(grid_.x[grid_.column[k]] - cx, grid_.y[grid_.row[k]] - cy));
   const double diagonal = std::hypot((columns() - 1) * pupil.pitch_x, (rows() - 1) * pupil.pitch_y);
   longest_lag_ = std::min(diagonal, 2 * furthest) * (1 + 1e-12) / finer_pitch();
 }
 
-double DiffractionScene::chirp(double dz) const {
+double DiffractionScene::defocus(double dz) const {
   const double f = problem_.focal_length;
-  return -kPi / problem_.wavelength * dz / (f * (f + dz));
+  return -2 * kPi / problem_.wavelength * dz * f / (f + dz);
+}
+double DiffractionScene::defocus_slope(double dz) const {
+  const double stretch = problem_.focal_length / (problem_.focal_length + dz);
+  return -2 * kPi / problem_.wavelength * stretch * stretch;
 }
 
 PhaseSteps DiffractionScene::phase_steps(const Eigen::ArrayXd& height, double dz_low, double dz_high) const {
@@ -84,14 +104,13 @@ PhaseSteps DiffractionScene::phase_steps(const Eigen::ArrayXd& height, double dz
   std::vector<Eigen::Index> cell(width * std::size_t(rows()), -1);
   for (Eigen::Index k = 0; k < points(); ++k)
     cell[grid_.row[std::size_t(k)] * width + grid_.column[std::size_t(k)]] = k;
-  const Eigen::ArrayXd &x = problem_.pupil.sample.x, &y = problem_.pupil.sample.y;
-  const double per_height = -4 * kPi / problem_.wavelength, low = chirp(dz_low), high = chirp(dz_high);
+  const Eigen::ArrayXd turned = per_height() * height;
+  const double low = defocus(dz_low), high = defocus(dz_high);
   PhaseSteps steps;
   std::size_t pairs = 0, aliased = 0;
   const auto look = [&](Eigen::Index a, Eigen::Index b) {
-    const double surface = per_height * (height[a] - height[b]);
-    const double rho2 = x[a] * x[a] + y[a] * y[a] - x[b] * x[b] - y[b] * y[b];
-    const double step = std::max(std::abs(surface + low * rho2), std::abs(surface + high * rho2));
+    const double surface = turned[a] - turned[b], versine = versine_[a] - versine_[b];
+    const double step = std::max(std::abs(surface + low * versine), std::abs(surface + high * versine));
     steps.largest = std::max(steps.largest, step);
     ++pairs;
     aliased += step > kPi;
@@ -121,18 +140,27 @@ void DiffractionPlane::focus(double dz) {
   focused_.dz = std::nan("");  // until all of it is there
   unit_ = scene_.per_period(dz);
   const PupilTransform& transform = grid_.transform;
-  const CartesianGrid& grid = scene_.grid();
-  const double chirp = scene_.chirp(dz);
-  const Eigen::ArrayXcd along_columns = unit_phasors(chirp * grid.x.square());
-  const Eigen::ArrayXcd along_rows = unit_phasors(chirp * grid.y.square());
-  const std::size_t width = transform.pupil_stride();
-  std::complex<double>* pupil = buffers_.pupil.data();
-  std::fill_n(pupil, std::size_t(transform.rows()) * width, 0.0);
+  double* pupil = buffers_.pupil.data();
+  std::fill_n(pupil, transform.pupil().size(), 0.0);
+  const std::uint32_t* place = scene_.places().data();
   focused_.field.resize(scene_.points());
-  for (Eigen::Index k = 0; k < focused_.field.size(); ++k) {
-    const std::uint32_t row = grid.row[std::size_t(k)], column = grid.column[std::size_t(k)];
-    focused_.field[k] = scene_.base()[k] * (along_columns[column] * along_rows[row]);
-    pupil[row * width + column] = focused_.field[k];
+  const double turn = scene_.defocus(dz);
+  // As plain numbers: complex ones are put together in memory and read back, four times as slow.
+  const double* base = reinterpret_cast<const double*>(scene_.base().data());
+  double* field = reinterpret_cast<double*>(focused_.field.data());
+  constexpr int kBlock = 512;
+  double phase[kBlock], sine[kBlock], cosine[kBlock];
+  for (Eigen::Index first = 0; first < scene_.points(); first += kBlock) {
+    const int size = int(std::min<Eigen::Index>(kBlock, scene_.points() - first));
+    for (int i = 0; i < size; ++i) phase[i] = turn * scene_.versine()[first + i];
+    sin_cos(phase, size, sine, cosine);
+    for (int i = 0; i < size; ++i) {
+      const Eigen::Index k = first + i;
+      const double re = base[2 * k] * cosine[i] - base[2 * k + 1] * sine[i];
+      const double im = base[2 * k] * sine[i] + base[2 * k + 1] * cosine[i];
+      field[2 * k] = pupil[place[k]] = re;
+      field[2 * k + 1] = pupil[place[k] + kLines] = im;
+    }
   }
   transform.to_focus(focused_.focal.data(), &buffers_);
   transform.correlation(focused_.focal.data(), &buffers_);
@@ -148,9 +176,17 @@ void DiffractionPlane::focus(double dz) {
   }
   const double scale = per_sample(scene_, transform);
   focused_.otf = RadialOtf((scale * cell_area(scene_)) * grid_.lags.to_nodes(sums));
-  focused_.along_x = scale * transform.correlation_along_x(buffers_);
-  focused_.along_y = scale * transform.correlation_along_y(buffers_);
+  focused_.along_x.resize(0);
+  focused_.along_y.resize(0);
   focused_.dz = dz;
+}
+
+void DiffractionPlane::correlate_along_axes() {
+  if (focused_.along_x.size() > 0) return;
+  const double scale = per_sample(scene_, grid_.transform);
+  grid_.transform.axis_correlations(focused_.focal.data(), &focused_.along_x, &focused_.along_y);
+  focused_.along_x *= scale;
+  focused_.along_y *= scale;
 }
 
 std::optional<double> DiffractionPlane::radius(double fraction) {
@@ -159,11 +195,10 @@ std::optional<double> DiffractionPlane::radius(double fraction) {
   return *q / unit_;
 }
 
-Eigen::ArrayXd DiffractionPlane::energy_gradient(double radius) {
+void DiffractionPlane::build_kernel(double q, double* kernel) {
   const PupilTransform& transform = grid_.transform;
   const double scale = cell_area(scene_) * per_sample(scene_, transform);
-  const Eigen::ArrayXd g =
-      scale * grid_.lags.at_lengths(RadialOtf::energy_weights(radius * unit_, grid_.lags.nodes()));
+  const Eigen::ArrayXd g = scale * grid_.lags.at_lengths(RadialOtf::energy_weights(q, grid_.lags.nodes()));
   std::fill_n(buffers_.quarter.data(), transform.quarter_size(), 0.0);
   for (int row = 0; row < transform.rows(); ++row) {
     double* even = buffers_.quarter.data() + std::size_t(row) * transform.quarter_stride();
@@ -171,8 +206,20 @@ Eigen::ArrayXd DiffractionPlane::energy_gradient(double radius) {
     const int within = grid_.lags.columns_within(row);
     for (int column = 0; column < within; ++column) even[column] = g[length[column]];
   }
-  transform.kernel(&buffers_);
-  transform.back_to_pupil(focused_.focal.data(), &buffers_);
+  transform.kernel(kernel, &buffers_);
+}
+
+Eigen::ArrayXd DiffractionPlane::energy_gradient(double radius, bool remember) {
+  const PupilTransform& transform = grid_.transform;
+  const double q = radius * unit_;
+  const double* kernel =
+      remember ? grid_.kernels.find(q, transform.kernel_size(), [&](double* k) { build_kernel(q, k); })
+               : nullptr;
+  if (!kernel) {
+    build_kernel(q, buffers_.kernel.data());
+    kernel = buffers_.kernel.data();
+  }
+  transform.back_to_pupil(focused_.focal.data(), kernel, &buffers_);
   return pulled_back();
 }
 
@@ -188,24 +235,19 @@ Eigen::ArrayXd DiffractionPlane::axis_gradient(const Eigen::ArrayXcd& g_x, const
 
 // With S = sum_X K |F|^2, F = sum_k E_k exp(...): dS/d phase_k = 2 Re(i E_k conj(V_k)).
 Eigen::ArrayXd DiffractionPlane::pulled_back() const {
-  const CartesianGrid& grid = scene_.grid();
   const Eigen::ArrayXcd& field = focused_.field;
-  const std::size_t width = grid_.transform.pupil_stride();
+  const std::uint32_t* place = scene_.places().data();
   Eigen::ArrayXd d_phase(field.size());
   for (Eigen::Index k = 0; k < field.size(); ++k) {
-    const std::complex<double> v =
-        buffers_.pupil.data()[grid.row[std::size_t(k)] * width + grid.column[std::size_t(k)]];
-    d_phase[k] = 2 * (field[k].real() * v.imag() - field[k].imag() * v.real());
+    const double* v = buffers_.back.data() + place[k];
+    d_phase[k] = 2 * (field[k].real() * v[kLines] - field[k].imag() * v[0]);
   }
   return d_phase;
 }
 
 double DiffractionPlane::energy_slope(double radius, const Eigen::ArrayXd& energy_gradient) const {
-  const PupilSample& sample = scene_.problem().pupil.sample;
-  const double distance = scene_.problem().focal_length + dz();
-  const double turn = -kPi / (scene_.problem().wavelength * distance * distance);
-  return turn * (energy_gradient * (sample.x.square() + sample.y.square())).sum() -
-         density(radius) * radius / distance;
+  return scene_.defocus_slope(dz()) * (energy_gradient * scene_.versine()).sum() -
+         density(radius) * radius / (scene_.problem().focal_length + dz());
 }
 
 }  // namespace aberfit::internal

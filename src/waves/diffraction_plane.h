@@ -2,7 +2,9 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <complex>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -27,18 +29,27 @@ class DiffractionScene {
   DiffractionScene(const DiffractionProblem& problem, const Eigen::ArrayXd& height, int threads);
 
   const DiffractionProblem& problem() const { return problem_; }
+  /// Cells by f times the direction cosine, or by place where the pupil is paraxial.
   const CartesianGrid& grid() const { return grid_; }
   int rows() const { return int(grid_.y.size()); }
   int columns() const { return int(grid_.x.size()); }
   Eigen::Index points() const { return base_.size(); }
-  /// amplitude exp(-4 pi i h/lambda)
+  /// amplitude exp(-4 pi i h/(lambda (1 + t^2)))
   const Eigen::ArrayXcd& base() const { return base_; }
+  /// Where each point's cell lies in a field laid out for transforms.
+  const std::vector<std::uint32_t>& places() const { return places_; }
+  /// 1 - cos theta of every point, theta the angle of its light with the axis; half rho^2/f^2 where the pupil
+  /// is paraxial.
+  const Eigen::ArrayXd& versine() const { return versine_; }
+  /// d phase/d height [rad/m].
+  const Eigen::ArrayXd& per_height() const { return per_height_; }
   double finer_pitch() const { return std::min(problem_.pupil.pitch_x, problem_.pupil.pitch_y); }
   /// Longest lag with light at both ends, in finer pitches.
   double longest_lag() const { return longest_lag_; }
-  double total_cover() const { return total_cover_; }
+  /// Light that passes the aperture, in squared amplitudes of cells.
+  double total() const { return problem_.pupil.total; }
   /// Light beyond the field of view: what Parseval finds missing.
-  double energy_outside() const { return 1 - problem_.pupil.amplitude.square().sum() / total_cover_; }
+  double energy_outside() const { return 1 - problem_.pupil.amplitude.square().sum() / total(); }
   /// u = pitch/(lambda (f+dz)) [1/m], of the finer pitch; radii times u are in periods of the PSF.
   double per_period(double dz) const {
     return finer_pitch() / (problem_.wavelength * (problem_.focal_length + dz));
@@ -50,8 +61,9 @@ class DiffractionScene {
   }
   /// False for planes at or behind the mirror's vertex and for a dz that is not finite.
   bool has_plane(double dz) const { return std::isfinite(dz) && problem_.focal_length + dz > 0; }
-  /// Defocus phase over rho^2 [rad/m^2].
-  double chirp(double dz) const;
+  /// Defocus phase over the versine [rad], and its derivative by dz [rad/m].
+  double defocus(double dz) const;
+  double defocus_slope(double dz) const;
   /// Over all planes between the two.
   PhaseSteps phase_steps(const Eigen::ArrayXd& height, double dz_low, double dz_high) const;
 
@@ -59,7 +71,36 @@ class DiffractionScene {
   const DiffractionProblem& problem_;
   const CartesianGrid& grid_;
   Eigen::ArrayXcd base_;
-  double total_cover_ = 0, longest_lag_ = 0;
+  Eigen::ArrayXd versine_, per_height_;
+  std::vector<std::uint32_t> places_;
+  double longest_lag_ = 0;
+};
+
+/// exp(i phase)
+Eigen::ArrayXcd unit_phasors(const Eigen::ArrayXd& phase);
+
+/// Kernels of circles of given radii, which fits ask for again and again; used by several threads. Not a bit
+/// of them depends on whether they were kept.
+class KernelMemory {
+ public:
+  /// The kernel of a circle, built by build(double* kernel) unless it is there; null when there is no room.
+  template <typename Build>
+  const double* find(double q, std::size_t size, const Build& build) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (const auto at = kept_.find(q); at != kept_.end()) return at->second->data();
+      if (double(kept_.size() + 1) * double(size) * sizeof(double) > kMostKept) return nullptr;
+    }
+    auto made = std::make_unique<AlignedArray>(size);
+    build(made->data());
+    const std::lock_guard lock(mutex_);
+    return kept_.emplace(q, std::move(made)).first->second->data();
+  }
+
+ private:
+  static constexpr double kMostKept = 256e6;  // bytes
+  std::mutex mutex_;
+  std::map<double, std::unique_ptr<AlignedArray>> kept_;
 };
 
 /// What all planes of one pupil grid share.
@@ -67,16 +108,17 @@ struct DiffractionGrid {
   explicit DiffractionGrid(const DiffractionScene& scene);
   PupilTransform transform;
   LagTable lags;
+  mutable KernelMemory kernels;
 };
 
 /// The field in one plane and what is read from it, in memory that serves one plane after the other.
 struct FocusedField {
   explicit FocusedField(const PupilTransform& transform) : focal(transform.focal_size()) {}
   double dz = std::nan("");  ///< NaN: nothing yet
-  FftwArray<std::complex<double>> focal;
+  AlignedArray focal;
   Eigen::ArrayXcd field;  ///< at the pupil points
   RadialOtf otf;
-  Eigen::ArrayXcd along_x, along_y;
+  Eigen::ArrayXcd along_x, along_y;  ///< once asked for
 };
 
 /// The PSF of a scene in one plane, in borrowed memory. A `focused` with a dz must be of the same scene.
@@ -96,11 +138,18 @@ class DiffractionPlane {
   const RadialOtf& otf() const { return focused_.otf; }
 
   /// C_m along the lags (m, 0) and (0, m), m >= 0, as shares of all light.
-  const Eigen::ArrayXcd& along_x() const { return focused_.along_x; }
-  const Eigen::ArrayXcd& along_y() const { return focused_.along_y; }
+  const Eigen::ArrayXcd& along_x() {
+    correlate_along_axes();
+    return focused_.along_x;
+  }
+  const Eigen::ArrayXcd& along_y() {
+    correlate_along_axes();
+    return focused_.along_y;
+  }
 
-  /// d energy(radius)/d phase of every pupil point: two transforms.
-  Eigen::ArrayXd energy_gradient(double radius);
+  /// d energy(radius)/d phase of every pupil point: one transform, and another where the radius is new.
+  /// remember: the radius will be asked for again, at other heights.
+  Eigen::ArrayXd energy_gradient(double radius, bool remember = false);
   /// d/d phase of Re sum_m (g_x C_(m,0) + g_y C_(0,m)), m >= 0: one transform.
   Eigen::ArrayXd axis_gradient(const Eigen::ArrayXcd& g_x, const Eigen::ArrayXcd& g_y);
   /// d energy(radius)/d dz: the phases turn with dz and the PSF grows with f + dz.
@@ -108,6 +157,8 @@ class DiffractionPlane {
 
  private:
   Eigen::ArrayXd pulled_back() const;
+  void correlate_along_axes();
+  void build_kernel(double q, double* kernel);
 
   const DiffractionScene& scene_;
   const DiffractionGrid& grid_;

@@ -1,79 +1,21 @@
 #include "diffraction_transform.h"
 
-#include <fftw3.h>
-
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+#include <cstdlib>
 #include <new>
-#include <vector>
 
 #include "aberfit/roughness/fourier_transform.h"
 
 namespace aberfit::internal {
 namespace {
 
-using Complex = std::complex<double>;
+constexpr std::size_t kCacheLine = 64;
 
-fftw_complex* as_fftw(const Complex* values) {
-  return reinterpret_cast<fftw_complex*>(const_cast<Complex*>(values));
-}
-
-fftw_plan plan_line(int n, Complex* in, Complex* out, int sign) {
-  return fftw_plan_dft_1d(n, as_fftw(in), as_fftw(out), sign, FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
-}
-void transform_line(void* plan, const Complex* in, Complex* out) {
-  fftw_execute_dft(static_cast<fftw_plan>(plan), as_fftw(in), as_fftw(out));
-}
-
-// Columns that are taken along together: a line of the cache holds as many complex numbers.
-constexpr int kLines = 4;
-
-// Rows a power of two apart would all fall on the same few lines of the cache when columns are transformed.
-constexpr std::size_t kSkew = 4;
-
-// Columns first .. first + 3 of `rows` rows to lines, and back. Rows have gaps behind them, so that there is
-// always room for all four.
-void take_columns(const Complex* from, std::size_t stride, int rows, std::size_t line_stride,
-                  Complex* lines) {
-  for (int row = 0; row < rows; ++row, from += stride)
-    for (int line = 0; line < kLines; ++line) lines[std::size_t(line) * line_stride + row] = from[line];
-}
-void give_columns(const Complex* lines, std::size_t line_stride, int rows, std::size_t stride, Complex* to) {
-  for (int row = 0; row < rows; ++row, to += stride)
-    for (int line = 0; line < kLines; ++line) to[line] = lines[std::size_t(line) * line_stride + row];
-}
-
-std::size_t rounded_up(int n, std::size_t unit) { return (std::size_t(n) + unit - 1) / unit * unit; }
-
-int padded(int n, double padding) {
-  return fast_transform_size(std::max(2 * n - 1, int(std::ceil(padding * n - 1e-9))));
-}
-
-// row[m - i] = row[i] for 0 < i < m/2.
-template <typename T>
-void mirror(T* row, int m) {
-  for (int i = 1; i < m / 2; ++i) row[m - i] = row[i];
-}
-
-Eigen::ArrayXcd first_of_spectrum(void* forward, const Eigen::ArrayXd& values, int wanted) {
-  const Eigen::ArrayXcd in = values.cast<Complex>();
-  Eigen::ArrayXcd out(in.size());
-  transform_line(forward, in.data(), out.data());
-  return out.head(wanted).conjugate();
-}
-
-Eigen::ArrayXd real_part_of_sum(void* backward, const Eigen::ArrayXcd& g, int m) {
-  Eigen::ArrayXcd in = Eigen::ArrayXcd::Zero(m), out(m);
-  in.head(g.size()) = g;
-  transform_line(backward, in.data(), out.data());
-  return out.real();
-}
-
-}  // namespace
-
-int fast_transform_size(int n) {
-  for (int m = std::max(2, n + n % 2);; m += 2) {
+// Length of the transform of half of the samples.
+int half_length(int n, double padding) {
+  const int least = std::max(n, int(std::ceil(0.5 * padding * n - 1e-9)));
+  for (int m = least;; ++m) {
     int rest = m;
     for (const int prime : {2, 3, 5, 7})
       while (rest % prime == 0) rest /= prime;
@@ -81,200 +23,247 @@ int fast_transform_size(int n) {
   }
 }
 
-template <typename T>
-FftwArray<T>::FftwArray(std::size_t size) : data_(static_cast<T*>(fftw_malloc(size * sizeof(T)))) {
+std::vector<double> phases_of_parts(int n, int parts) {
+  std::vector<double> all;
+  for (int part = 0; part < parts; ++part) {
+    const std::vector<double> phases = line_phases(n, part, parts);
+    all.insert(all.end(), phases.begin(), phases.end());
+  }
+  return all;
+}
+
+std::size_t line_work(int n) { return 2 * kLines * (3 * std::size_t(n) + 3 * kLines); }
+
+Eigen::ArrayXcd first_of_spectrum(const Eigen::ArrayXd& values, Eigen::Index wanted) {
+  Eigen::ArrayXcd spectrum = values.cast<std::complex<double>>();
+  fourier_transform(1, int(spectrum.size()), spectrum.data());
+  return spectrum.head(wanted).conjugate();
+}
+
+Eigen::ArrayXd real_part_of_sum(const Eigen::ArrayXcd& g, int m) {
+  Eigen::ArrayXcd spectrum = Eigen::ArrayXcd::Zero(m);
+  spectrum.head(g.size()) = g.conjugate();
+  fourier_transform(1, m, spectrum.data());
+  return spectrum.real();
+}
+
+}  // namespace
+
+int fast_transform_size(int n) { return 2 * half_length((std::max(2, n) + 1) / 2, 1); }
+
+AlignedArray::AlignedArray(std::size_t size)
+    : data_(static_cast<double*>(std::aligned_alloc(
+          kCacheLine, (size * sizeof(double) + kCacheLine - 1) / kCacheLine * kCacheLine + kCacheLine))) {
   if (!data_) throw std::bad_alloc();
 }
-template <typename T>
-FftwArray<T>::~FftwArray() {
-  fftw_free(data_);
-}
-template class FftwArray<double>;
-template class FftwArray<Complex>;
+AlignedArray::~AlignedArray() { std::free(data_); }
 
 PupilTransform::Buffers::Buffers(const PupilTransform& t)
-    : pupil(std::size_t(t.rows_) * t.pupil_stride_),
+    : pupil(t.pupil_.size()),
+      back(t.pupil_.size()),
       quarter(t.quarter_size()),
-      power_x(t.m_columns_),
-      power_y(t.m_rows_),
-      half(std::size_t(t.m_rows_) * t.pupil_stride_),
-      in(kLines * t.line_stride_),
-      out(kLines * t.line_stride_) {
-  std::fill_n(quarter.data(), t.quarter_size(), 0.0);  // gaps are transformed, too, and must stay zero
+      kernel(t.kernel_size()),
+      half(2 * std::size_t(t.n_y_) * t.pupil_.stride()),
+      real_half(std::size_t(t.n_y_ + 1) * t.pupil_.real_stride()),
+      work(t.work_size()),
+      weights(std::size_t(2 * t.n_x_) * kLines) {
+  std::fill_n(quarter.data(), t.quarter_size(), 0.0);  // gaps are transformed, too
+  std::fill_n(pupil.data(), t.pupil_.size(), 0.0);
 }
 
 PupilTransform::PupilTransform(int rows, int columns, double padding)
-    : rows_(rows),
-      columns_(columns),
-      m_rows_(padded(rows, padding)),
-      m_columns_(padded(columns, padding)),
-      stride_(std::size_t(m_columns_) + kSkew),
-      pupil_stride_(rounded_up(columns, kLines) + kSkew),
-      quarter_stride_(rounded_up(quarter_columns(), 2 * kLines)),
-      line_stride_(rounded_up(std::max(m_rows_, m_columns_), kLines) + kSkew) {
-  Buffers buffers(*this);
-  Complex *in = buffers.in.data(), *out = buffers.out.data();
-  const std::lock_guard lock(fftw_planner());
-  forward_x_ = plan_line(m_columns_, in, out, FFTW_FORWARD);
-  forward_y_ = plan_line(m_rows_, in, out, FFTW_FORWARD);
-  backward_x_ = plan_line(m_columns_, in, out, FFTW_BACKWARD);
-  backward_y_ = plan_line(m_rows_, in, out, FFTW_BACKWARD);
-}
-
-PupilTransform::~PupilTransform() {
-  const std::lock_guard lock(fftw_planner());
-  for (void* plan : {forward_x_, forward_y_, backward_x_, backward_y_})
-    fftw_destroy_plan(static_cast<fftw_plan>(plan));
-}
-
-void PupilTransform::to_focus(Complex* focal, Buffers* b) const {
-  Complex *in = b->in.data(), *out = b->out.data();
-  for (int line = 0; line < kLines; ++line)
-    std::fill(in + std::size_t(line) * line_stride_ + rows_, in + std::size_t(line) * line_stride_ + m_rows_,
-              0.0);
-  for (int first = 0; first < columns_; first += kLines) {
-    const int lines = std::min(kLines, columns_ - first);
-    take_columns(b->pupil.data() + first, pupil_stride_, rows_, line_stride_, in);
-    for (int line = 0; line < lines; ++line)
-      transform_line(forward_y_, in + std::size_t(line) * line_stride_,
-                     out + std::size_t(line) * line_stride_);
-    give_columns(out, line_stride_, m_rows_, stride_, focal + first);
-  }
-  std::fill(in + columns_, in + m_columns_, 0.0);
-  for (int row = 0; row < m_rows_; ++row) {
-    Complex* field = focal + std::size_t(row) * stride_;
-    std::copy_n(field, columns_, in);
-    transform_line(forward_x_, in, field);
-  }
-}
-
-void PupilTransform::correlation(const Complex* focal, Buffers* b) const {
-  b->power_x.setZero();
-  Eigen::ArrayXd power(m_columns_), opposite(m_columns_);
-  const auto add_power = [&](int row, Eigen::ArrayXd* to) {
-    const double* field = reinterpret_cast<const double*>(focal + std::size_t(row) * stride_);
-    double* p = to->data();
-    for (int i = 0; i < m_columns_; ++i)
-      p[i] = field[2 * i] * field[2 * i] + field[2 * i + 1] * field[2 * i + 1];
-    b->power_y[row] = to->sum();
-    b->power_x += *to;
-  };
-  for (int row = 0; row < quarter_rows(); ++row) {
-    add_power(row, &power);
-    if (row > 0 && row < m_rows_ / 2) {
-      add_power(m_rows_ - row, &opposite);
-      power += opposite;
-    } else {
-      power *= 2;
+    : pupil_{rows, columns},
+      n_x_(half_length(columns, padding)),
+      n_y_(half_length(rows, padding)),
+      plan_x_(n_x_),
+      plan_y_(n_y_),
+      phases_x_(phases_of_parts(n_x_, 2)),
+      phases_y_(phases_of_parts(n_y_, 2)),
+      kernels_(line_kernels(best_instruction_set())) {
+  for (const int part : {0, 1})
+    for (int first = 0; first < kept_y(part); first += kLines) {
+      Group group{part, {}, {}};
+      for (int line = 0; line < kLines; ++line) {
+        const int row = first + line, opposite = n_y_ - part - row;
+        const bool there = row < kept_y(part);
+        group.row[std::size_t(line)] = there ? row : -1;
+        group.mirror[std::size_t(line)] = there && opposite < n_y_ && opposite != row ? opposite : -1;
+      }
+      groups_.push_back(group);
     }
-    double* to = b->quarter.data() + std::size_t(row) * quarter_stride_;
-    to[0] = 0.5 * power[0];
-    for (int i = 1; i < quarter_columns(); ++i) to[i] = 0.25 * (power[i] + power[m_columns_ - i]);
+}
+
+std::size_t PupilTransform::work_size() const { return line_work(std::max(n_x_, n_y_)); }
+
+std::array<double*, kLines> PupilTransform::half_rows(int part, const std::array<int, kLines>& row,
+                                                      double* half) const {
+  std::array<double*, kLines> rows;
+  for (std::size_t line = 0; line < kLines; ++line)
+    rows[line] = row[line] < 0 ? nullptr
+                               : half + (std::size_t(part) * std::size_t(n_y_) + std::size_t(row[line])) *
+                                            pupil_.stride();
+  return rows;
+}
+
+// Rows of part 0 up to n_y/2, then those of part 1.
+std::array<double*, kLines> PupilTransform::real_rows(const Group& group, double* real_half) const {
+  std::array<double*, kLines> rows;
+  for (std::size_t line = 0; line < kLines; ++line)
+    rows[line] = group.row[line] < 0 ? nullptr
+                                     : real_half + std::size_t(group.part * kept_y(0) + group.row[line]) *
+                                                       pupil_.real_stride();
+  return rows;
+}
+
+void PupilTransform::to_focus(double* focal, Buffers* b) const {
+  const long stride = long(pupil_.stride());
+  for (int block = 0; block < pupil_.blocks(); ++block)
+    for (const int part : {0, 1})
+      kernels_.columns_out(
+          plan_y_.steps(), phases_y_.data() + 2 * part * n_y_, b->pupil.data() + block * 2 * kLines, stride,
+          rows(), b->half.data() + part * n_y_ * stride + block * 2 * kLines, stride, b->work.data());
+  for (const Group& group : groups_)
+    for (const auto* row : {&group.row, &group.mirror}) {
+      const auto lines = half_rows(group.part, *row, b->half.data());
+      kernels_.rows_out(plan_x_.steps(), 2, phases_x_.data(), lines.data(), columns(), focal, b->work.data());
+      focal += group_size();
+    }
+}
+
+void PupilTransform::correlation(const double* focal, Buffers* b) const {
+  for (const Group& group : groups_) {
+    const auto lines = real_rows(group, b->real_half.data());
+    kernels_.power_rows(plan_x_.steps(), phases_x_.data() + 2 * n_x_, focal, focal + group_size(),
+                        lines.data(), columns(), b->work.data());
+    focal += 2 * group_size();
   }
-  even_transform(quarter_rows(), columns_, b);
+  const long stride = long(pupil_.real_stride());
+  for (int block = 0; block < pupil_.blocks(); ++block) {
+    const double* even = b->real_half.data() + block * kLines;
+    kernels_.power_columns(plan_y_.steps(), phases_y_.data() + 2 * n_y_, even, kept_y(0),
+                           even + kept_y(0) * stride, kept_y(1), stride, b->quarter.data() + block * kLines,
+                           stride, rows(), b->work.data());
+  }
 }
 
-Eigen::ArrayXcd PupilTransform::correlation_along_x(const Buffers& b) const {
-  return first_of_spectrum(forward_x_, b.power_x, columns_);
-}
-Eigen::ArrayXcd PupilTransform::correlation_along_y(const Buffers& b) const {
-  return first_of_spectrum(forward_y_, b.power_y, rows_);
+void PupilTransform::kernel(double* kernel, Buffers* b) const {
+  const long stride = long(pupil_.real_stride());
+  for (int block = 0; block < pupil_.blocks(); ++block) {
+    double* even = b->real_half.data() + block * kLines;
+    kernels_.even_columns(plan_y_.steps(), phases_y_.data() + 2 * n_y_, b->quarter.data() + block * kLines,
+                          stride, rows(), even, kept_y(0), even + kept_y(0) * stride, kept_y(1), stride,
+                          b->work.data());
+  }
+  for (const Group& group : groups_) {
+    const auto lines = real_rows(group, b->real_half.data());
+    kernels_.even_rows(plan_x_.steps(), phases_x_.data() + 2 * n_x_, lines.data(), columns(), kernel,
+                       kept_x(0), kernel + kept_x(0) * kLines, kept_x(1), b->work.data());
+    kernel += kernel_group_size();
+  }
 }
 
-void PupilTransform::kernel(Buffers* b) const { even_transform(rows_, quarter_columns(), b); }
+void PupilTransform::columns_to_pupil(Buffers* b) const {
+  const long stride = long(pupil_.stride());
+  for (int block = 0; block < pupil_.blocks(); ++block)
+    kernels_.columns_back(plan_y_.steps(), 2, phases_y_.data(), b->half.data() + block * 2 * kLines,
+                          n_y_ * stride, stride, b->back.data() + block * 2 * kLines, stride, rows(),
+                          b->work.data());
+}
+
+void PupilTransform::back_to_pupil(const double* focal, const double* kernel, Buffers* b) const {
+  const int kept[2] = {kept_x(0), kept_x(1)};
+  for (const Group& group : groups_) {
+    const double* const weight[2] = {kernel, kernel + kept[0] * kLines};
+    for (const auto* row : {&group.row, &group.mirror}) {
+      const auto lines = half_rows(group.part, *row, b->half.data());
+      kernels_.rows_back(plan_x_.steps(), 2, phases_x_.data(), focal, weight, kept, lines.data(), columns(),
+                         b->work.data());
+      focal += group_size();
+    }
+    kernel += kernel_group_size();
+  }
+  columns_to_pupil(b);
+}
+
+void PupilTransform::back_to_pupil(const double* focal, const Eigen::ArrayXd& along_x,
+                                   const Eigen::ArrayXd& along_y, Buffers* b) const {
+  const int kept[2] = {n_x_, n_x_};
+  double* const weight[2] = {b->weights.data(), b->weights.data() + n_x_ * kLines};
+  for (const Group& group : groups_)
+    for (const auto* row : {&group.row, &group.mirror}) {
+      for (int part = 0; part < 2; ++part)
+        for (int x = 0; x < n_x_; ++x)
+          for (std::size_t line = 0; line < kLines; ++line)
+            weight[part][std::size_t(x) * kLines + line] =
+                along_x[2 * x + part] + ((*row)[line] < 0 ? 0.0 : along_y[2 * (*row)[line] + group.part]);
+      const auto lines = half_rows(group.part, *row, b->half.data());
+      kernels_.rows_back(plan_x_.steps(), 2, phases_x_.data(), focal, weight, kept, lines.data(), columns(),
+                         b->work.data());
+      focal += group_size();
+    }
+  columns_to_pupil(b);
+}
+
+void PupilTransform::axis_correlations(const double* focal, Eigen::ArrayXcd* along_x,
+                                       Eigen::ArrayXcd* along_y) const {
+  Eigen::ArrayXd over_y = Eigen::ArrayXd::Zero(m_columns()), over_x = Eigen::ArrayXd::Zero(m_rows());
+  for (const Group& group : groups_)
+    for (const auto* row : {&group.row, &group.mirror}) {
+      for (int part = 0; part < 2; ++part)
+        for (int x = 0; x < n_x_; ++x, focal += 2 * kLines)
+          for (std::size_t line = 0; line < kLines; ++line) {
+            if ((*row)[line] < 0) continue;
+            const double power = focal[line] * focal[line] + focal[line + kLines] * focal[line + kLines];
+            over_y[2 * x + part] += power;
+            over_x[2 * (*row)[line] + group.part] += power;
+          }
+    }
+  *along_x = first_of_spectrum(over_y, columns());
+  *along_y = first_of_spectrum(over_x, rows());
+}
 
 Eigen::ArrayXd PupilTransform::kernel_along_x(const Eigen::ArrayXcd& g) const {
-  return real_part_of_sum(backward_x_, g, m_columns_);
+  return real_part_of_sum(g, m_columns());
 }
 Eigen::ArrayXd PupilTransform::kernel_along_y(const Eigen::ArrayXcd& g) const {
-  return real_part_of_sum(backward_y_, g, m_rows_);
+  return real_part_of_sum(g, m_rows());
 }
 
-// What is real and even has a real spectrum, so that two lines go through one complex transform: as its real
-// and its imaginary part. Rows from rows_in on are zero.
-void PupilTransform::even_transform(int rows_in, int columns_out, Buffers* b) const {
-  Complex *in = b->in.data(), *out = b->out.data();
-  double* quarter = b->quarter.data();
-  for (int row = 0; row < rows_in; row += 2) {
-    double* one = quarter + std::size_t(row) * quarter_stride_;
-    double* two = row + 1 < rows_in ? one + quarter_stride_ : nullptr;
-    for (int i = 0; i < quarter_columns(); ++i) in[i] = Complex(one[i], two ? two[i] : 0.0);
-    mirror(in, m_columns_);
-    transform_line(forward_x_, in, out);
-    for (int i = 0; i < quarter_columns(); ++i) one[i] = out[i].real();
-    if (!two) continue;
-    for (int i = 0; i < quarter_columns(); ++i) two[i] = out[i].imag();
-  }
-  for (int first = 0; first < columns_out; first += 2 * kLines) {
-    const int wanted = std::min(2 * kLines, columns_out - first), lines = (wanted + 1) / 2;
-    for (int row = 0; row < quarter_rows(); ++row) {
-      const double* from = quarter + std::size_t(row) * quarter_stride_ + first;
-      for (int line = 0; line < lines; ++line)
-        in[std::size_t(line) * line_stride_ + row] = Complex(from[2 * line], from[2 * line + 1]);
+Eigen::Array<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> focal_intensity(
+    const FieldLayout& layout, const double* pupil, int n, int parts, Eigen::Index before,
+    Eigen::Index samples) {
+  const LineKernels& kernels = line_kernels(best_instruction_set());
+  const LinePlan plan(n);
+  const std::vector<double> phases = phases_of_parts(n, parts);
+  const Eigen::Index m = Eigen::Index(n) * parts;
+  const long stride = long(layout.stride());
+  AlignedArray half(std::size_t(m) * layout.stride()), focal(std::size_t(m) * 2 * kLines), work(line_work(n));
+  for (int block = 0; block < layout.blocks(); ++block)
+    for (int part = 0; part < parts; ++part)
+      kernels.columns_out(plan.steps(), phases.data() + 2 * std::size_t(part) * std::size_t(n),
+                          pupil + block * 2 * kLines, stride, layout.rows,
+                          half.data() + part * n * stride + block * 2 * kLines, stride, work.data());
+  Eigen::Array<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> intensity(samples, samples);
+  const auto wrapped = [&](Eigen::Index k) { return (k - before + m) % m; };
+  std::vector<std::size_t> places(static_cast<std::size_t>(samples));
+  for (Eigen::Index k = 0; k < samples; ++k)
+    places[std::size_t(k)] = std::size_t(wrapped(k) % parts * n + wrapped(k) / parts) * 2 * kLines;
+  for (Eigen::Index first = 0; first < samples; first += kLines) {
+    const Eigen::Index lines = std::min<Eigen::Index>(kLines, samples - first);
+    std::array<const double*, kLines> rows{};
+    for (Eigen::Index line = 0; line < lines; ++line) {
+      const Eigen::Index y = wrapped(first + line);
+      rows[std::size_t(line)] = half.data() + (y % parts * n + y / parts) * stride;
     }
-    for (int line = 0; line < lines; ++line) {
-      Complex* at = in + std::size_t(line) * line_stride_;
-      mirror(at, m_rows_);
-      transform_line(forward_y_, at, out + std::size_t(line) * line_stride_);
-    }
-    for (int row = 0; row < quarter_rows(); ++row) {
-      double* to = quarter + std::size_t(row) * quarter_stride_ + first;
-      for (int line = 0; line < wanted / 2; ++line) {
-        const Complex value = out[std::size_t(line) * line_stride_ + row];
-        to[2 * line] = value.real();
-        to[2 * line + 1] = value.imag();
-      }
-      if (wanted % 2) to[wanted - 1] = out[std::size_t(lines - 1) * line_stride_ + row].real();
+    kernels.rows_out(plan.steps(), parts, phases.data(), rows.data(), layout.columns, focal.data(),
+                     work.data());
+    for (Eigen::Index k = 0; k < samples; ++k) {
+      const double* value = focal.data() + places[std::size_t(k)];
+      for (Eigen::Index line = 0; line < lines; ++line)
+        intensity(first + line, k) = value[line] * value[line] + value[line + kLines] * value[line + kLines];
     }
   }
-}
-
-// set_weights(row, w): K of each sample of a row, twice: of its real and of its imaginary part. Called for
-// row and m_rows - row one after the other.
-template <typename Weights>
-void PupilTransform::back(const Complex* focal, const Weights& set_weights, Buffers* b) const {
-  Complex *in = b->in.data(), *out = b->out.data();
-  std::vector<double> weights(2 * std::size_t(m_columns_));
-  const auto go = [&](int row) {
-    set_weights(row, weights.data());
-    const double* field = reinterpret_cast<const double*>(focal + std::size_t(row) * stride_);
-    double* product = reinterpret_cast<double*>(in);
-    for (int i = 0; i < 2 * m_columns_; ++i) product[i] = weights[std::size_t(i)] * field[i];
-    transform_line(backward_x_, in, out);
-    std::copy_n(out, columns_, b->half.data() + std::size_t(row) * pupil_stride_);
-  };
-  for (int row = 0; row < quarter_rows(); ++row) {
-    go(row);
-    if (row > 0 && row < m_rows_ / 2) go(m_rows_ - row);
-  }
-  for (int first = 0; first < columns_; first += kLines) {
-    const int lines = std::min(kLines, columns_ - first);
-    take_columns(b->half.data() + first, pupil_stride_, m_rows_, line_stride_, in);
-    for (int line = 0; line < lines; ++line)
-      transform_line(backward_y_, in + std::size_t(line) * line_stride_,
-                     out + std::size_t(line) * line_stride_);
-    give_columns(out, line_stride_, rows_, pupil_stride_, b->pupil.data() + first);
-  }
-}
-
-void PupilTransform::back_to_pupil(const Complex* focal, Buffers* b) const {
-  const auto weights = [&](int row, double* w) {
-    if (row > m_rows_ / 2) return;  // those of m_rows - row are there
-    const double* even = b->quarter.data() + std::size_t(row) * quarter_stride_;
-    w[0] = w[1] = even[0];
-    double* opposite = w + 2 * m_columns_;
-    for (int i = 1; i < quarter_columns(); ++i)
-      w[2 * i] = w[2 * i + 1] = opposite[-2 * i] = opposite[1 - 2 * i] = even[i];
-  };
-  back(focal, weights, b);
-}
-
-void PupilTransform::back_to_pupil(const Complex* focal, const Eigen::ArrayXd& along_x,
-                                   const Eigen::ArrayXd& along_y, Buffers* b) const {
-  const auto weights = [&](int row, double* w) {
-    for (int i = 0; i < m_columns_; ++i) w[2 * i] = w[2 * i + 1] = along_x[i] + along_y[row];
-  };
-  back(focal, weights, b);
+  return intensity;
 }
 
 }  // namespace aberfit::internal

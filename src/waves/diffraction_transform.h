@@ -1,88 +1,120 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <complex>
 #include <cstddef>
+#include <vector>
+
+#include "aberfit/roughness/line_kernel.h"
 
 namespace aberfit::internal {
 
-/// Memory aligned as FFTW's vector code likes it. Not initialised.
-template <typename T>
-class FftwArray {
+/// Numbers on the boundary of a cache line. Not initialised.
+class AlignedArray {
  public:
-  explicit FftwArray(std::size_t size);
-  ~FftwArray();
-  FftwArray(FftwArray&&) = delete;
-  T* data() { return data_; }
-  const T* data() const { return data_; }
+  explicit AlignedArray(std::size_t size);
+  ~AlignedArray();
+  AlignedArray(AlignedArray&&) = delete;
+  double* data() { return data_; }
+  const double* data() const { return data_; }
 
  private:
-  T* data_;
+  double* data_;
 };
 
-/// Transforms between a pupil of rows x columns cells and a focal plane of m_rows x m_columns >= (2 rows - 1)
-/// x (2 columns - 1) samples, leaving out the rows or columns that are known to be zero or are not wanted.
-/// Lines go through the cache one by one, from where they lie to where they belong: one plan for all of a
-/// length. Planned once, by estimate, so that the same bits come out every time.
+/// Fields of rows x columns cells as the lines of kernels want them: eight columns side by side, their real
+/// parts before their imaginary parts. Rows have gaps behind them: a power of two apart, they would all fall
+/// on the same few lines of the cache.
+struct FieldLayout {
+  int rows = 0, columns = 0;
+  int blocks() const { return (columns + kLines - 1) / kLines; }
+  std::size_t stride() const { return std::size_t(blocks()) * 2 * kLines + kLines; }   ///< of rows
+  std::size_t real_stride() const { return std::size_t(blocks()) * kLines + kLines; }  ///< of real rows
+  std::size_t size() const { return std::size_t(rows) * stride(); }
+  /// Of the real part; the imaginary part lies kLines behind it.
+  std::size_t at(std::size_t row, std::size_t column) const {
+    return row * stride() + column / kLines * (2 * kLines) + column % kLines;
+  }
+};
+
+/// Transforms between a pupil of rows x columns cells and a focal plane of m_rows x m_columns = 2 n_y x 2 n_x
+/// >= (2 rows - 1) x (2 columns - 1) samples. Even and odd samples along an axis are transforms of length n
+/// each, so that nothing is spent on the zeros around the pupil and lines stay in the first-level cache.
 class PupilTransform {
  public:
   /// padding: focal samples over pupil cells, at least 2.
   PupilTransform(int rows, int columns, double padding);
-  ~PupilTransform();
-  PupilTransform(const PupilTransform&) = delete;
-  PupilTransform& operator=(const PupilTransform&) = delete;
 
-  int rows() const { return rows_; }
-  int columns() const { return columns_; }
-  int m_rows() const { return m_rows_; }  ///< even, as m_columns
-  int m_columns() const { return m_columns_; }
-  std::size_t stride() const { return stride_; }  ///< of rows of focal fields, complex numbers
-  std::size_t focal_size() const { return std::size_t(m_rows_) * stride_; }
-  std::size_t pupil_stride() const { return pupil_stride_; }  ///< of rows of `pupil`
-  /// Rows 0 .. m_rows/2 of what is even along both axes, columns 0 .. m_columns/2 of each.
-  int quarter_rows() const { return m_rows_ / 2 + 1; }
-  int quarter_columns() const { return m_columns_ / 2 + 1; }
-  std::size_t quarter_stride() const { return quarter_stride_; }
-  std::size_t quarter_size() const { return std::size_t(quarter_rows()) * quarter_stride_; }
+  const FieldLayout& pupil() const { return pupil_; }
+  int rows() const { return pupil_.rows; }
+  int columns() const { return pupil_.columns; }
+  int m_rows() const { return 2 * n_y_; }
+  int m_columns() const { return 2 * n_x_; }
+  /// Numbers of a focal field: bundles of rows, each beside its mirror image about Y = 0.
+  std::size_t focal_size() const { return groups_.size() * 2 * group_size(); }
+  /// Numbers of a kernel, even along both axes: a quarter of the samples.
+  std::size_t kernel_size() const { return groups_.size() * kernel_group_size(); }
+  /// Of what is even along both axes and beyond rows and columns zero or not wanted: rows x columns lags.
+  std::size_t quarter_stride() const { return pupil_.real_stride(); }
+  std::size_t quarter_size() const { return std::size_t(rows()) * quarter_stride(); }
 
   /// What one thread works in.
   struct Buffers {
     explicit Buffers(const PupilTransform& transform);
-    FftwArray<std::complex<double>> pupil;    ///< rows x columns, pupil_stride()
-    FftwArray<double> quarter;                ///< quarter_stride()
-    Eigen::ArrayXd power_x, power_y;          ///< sums of |F|^2 over columns' and rows' samples
-    FftwArray<std::complex<double>> half;     ///< m_rows x columns, likewise
-    FftwArray<std::complex<double>> in, out;  ///< lines
+    AlignedArray pupil;    ///< laid out as pupil()
+    AlignedArray back;     ///< likewise, of what comes back
+    AlignedArray quarter;  ///< quarter_stride()
+    AlignedArray kernel;   ///< kernel_size(), for those that are not kept
+    AlignedArray half, real_half, work, weights;
   };
 
   /// F(X) = sum_k E_k exp(-2 pi i k.X/m) from E in `pupil`.
-  void to_focus(std::complex<double>* focal, Buffers* buffers) const;
-  /// sum_X |F(X)|^2 cos(2 pi m_x X/m) cos(2 pi m_y Y/m) into `quarter`, m < columns and rows: m_rows
-  /// m_columns times Re(C_(mx,my) + C_(mx,-my))/2, C_m = sum_k E_(k+m) conj(E_k). Sets power_x and power_y.
-  void correlation(const std::complex<double>* focal, Buffers* buffers) const;
-  /// m_rows m_columns C_(m,0) and C_(0,m) from power_x and power_y.
-  Eigen::ArrayXcd correlation_along_x(const Buffers& buffers) const;
-  Eigen::ArrayXcd correlation_along_y(const Buffers& buffers) const;
-  /// K(X) = sum_m g(m) exp(+2 pi i m.X/m) in place in `quarter`, g even along both axes; on entry zero for m
-  /// beyond columns and rows.
-  void kernel(Buffers* buffers) const;
+  void to_focus(double* focal, Buffers* buffers) const;
+  /// sum_X |F(X)|^2 cos(2 pi m_x X/m) cos(2 pi m_y Y/m) into `quarter`: m_rows m_columns times Re(C_(mx,my) +
+  /// C_(mx,-my))/2, C_m = sum_k E_(k+m) conj(E_k).
+  void correlation(const double* focal, Buffers* buffers) const;
+  /// K(X) = sum_m g(m) exp(+2 pi i m.X/m) from g in `quarter`, even along both axes.
+  void kernel(double* kernel, Buffers* buffers) const;
+  /// V_k = sum_X K(X) F(X) exp(+2 pi i k.X/m) into `back` ...
+  void back_to_pupil(const double* focal, const double* kernel, Buffers* buffers) const;
+  /// ... or K(X, Y) = along_x(X) + along_y(Y).
+  void back_to_pupil(const double* focal, const Eigen::ArrayXd& along_x, const Eigen::ArrayXd& along_y,
+                     Buffers* buffers) const;
+
+  /// m_rows m_columns C_(m,0) and C_(0,m), m from 0 to columns and rows.
+  void axis_correlations(const double* focal, Eigen::ArrayXcd* along_x, Eigen::ArrayXcd* along_y) const;
   /// Re sum_m g(m) exp(+2 pi i m X/m), m = 0 .. g.size()-1, for each X.
   Eigen::ArrayXd kernel_along_x(const Eigen::ArrayXcd& g) const;
   Eigen::ArrayXd kernel_along_y(const Eigen::ArrayXcd& g) const;
-  /// V_k = sum_X K(X) F(X) exp(+2 pi i k.X/m) into `pupil`, K from `quarter` ...
-  void back_to_pupil(const std::complex<double>* focal, Buffers* buffers) const;
-  /// ... or K(X, Y) = along_x(X) + along_y(Y).
-  void back_to_pupil(const std::complex<double>* focal, const Eigen::ArrayXd& along_x,
-                     const Eigen::ArrayXd& along_y, Buffers* buffers) const;
 
  private:
-  void even_transform(int rows_in, int columns_out, Buffers* buffers) const;
-  template <typename Weights>
-  void back(const std::complex<double>* focal, const Weights& set_weights, Buffers* buffers) const;
+  // Eight rows 2 row[l] + part, and those opposite; -1: none.
+  struct Group {
+    int part;
+    std::array<int, kLines> row, mirror;
+  };
+  std::size_t group_size() const { return std::size_t(2 * n_x_) * 2 * kLines; }
+  std::size_t kernel_group_size() const { return std::size_t(n_x_ + 1) * kLines; }
+  int kept_y(int part) const { return part == 0 ? n_y_ / 2 + 1 : (n_y_ + 1) / 2; }
+  int kept_x(int part) const { return part == 0 ? n_x_ / 2 + 1 : (n_x_ + 1) / 2; }
+  std::array<double*, kLines> half_rows(int part, const std::array<int, kLines>& row, double* half) const;
+  std::array<double*, kLines> real_rows(const Group& group, double* real_half) const;
+  std::size_t work_size() const;
+  void columns_to_pupil(Buffers* buffers) const;
 
-  int rows_, columns_, m_rows_, m_columns_;
-  std::size_t stride_, pupil_stride_, quarter_stride_, line_stride_;
-  void *forward_x_, *forward_y_, *backward_x_, *backward_y_;
+  FieldLayout pupil_;
+  int n_x_, n_y_;
+  LinePlan plan_x_, plan_y_;
+  std::vector<double> phases_x_, phases_y_;  // of both parts
+  std::vector<Group> groups_;
+  const LineKernels& kernels_;
 };
+
+/// |F(X)|^2, X = 0 .. m-1 along both axes, m = parts n, F as above, n at least rows and columns and of a fast
+/// size: samples - before .. samples - before - 1 about X = 0, row after row.
+Eigen::Array<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> focal_intensity(
+    const FieldLayout& layout, const double* pupil, int n, int parts, Eigen::Index before,
+    Eigen::Index samples);
 
 /// Smallest even 2^a 3^b 5^c 7^d >= n.
 int fast_transform_size(int n);

@@ -25,8 +25,8 @@ DiffractionWorkspace& DiffractionWorkspace::operator=(DiffractionWorkspace&&) no
 bool DiffractionWorkspace::Buffers::Surface::is(const DiffractionScene& scene) const {
   const DiffractionProblem& problem = scene.problem();
   return focal_length == problem.focal_length && wavelength == problem.wavelength &&
-         pitch_x == problem.pupil.pitch_x && pitch_y == problem.pupil.pitch_y &&
-         total_cover == scene.total_cover() && same(base, scene.base()) && same(grid.x, scene.grid().x) &&
+         pitch_x == problem.pupil.pitch_x && pitch_y == problem.pupil.pitch_y && total == scene.total() &&
+         same(base, scene.base()) && same(versine, scene.versine()) && same(grid.x, scene.grid().x) &&
          same(grid.y, scene.grid().y) && grid.row == scene.grid().row && grid.column == scene.grid().column;
 }
 
@@ -49,7 +49,7 @@ void DiffractionWorkspace::Buffers::look_at(const DiffractionScene& scene, const
   if (surface_.is(scene)) return;
   const DiffractionProblem& problem = scene.problem();
   surface_ = {problem.focal_length, problem.wavelength, problem.pupil.pitch_x, problem.pupil.pitch_y,
-              scene.total_cover(),  scene.grid(),       scene.base()};
+              scene.total(),        scene.grid(),       scene.base(),          scene.versine()};
   rings.clear();
   std::erase_if(planes_,
                 [&](const auto& plane) { return std::find(dz.begin(), dz.end(), plane.first) == dz.end(); });
@@ -60,7 +60,7 @@ FocusedField* DiffractionWorkspace::Buffers::plane(double dz) {
   const auto found = planes_.find(dz);
   if (found != planes_.end()) return found->second.get();
   const double bytes =
-      double(grid->transform.focal_size() + std::size_t(surface_.base.size())) * sizeof(std::complex<double>);
+      double(grid->transform.focal_size() + 2 * std::size_t(surface_.base.size())) * sizeof(double);
   if (double(planes_.size() + 1) * bytes > kMostKept) return nullptr;
   return planes_.emplace(dz, std::make_unique<FocusedField>(grid->transform)).first->second.get();
 }

@@ -60,9 +60,10 @@ struct DiffractionWorkspace::Buffers {
  private:
   // All that a plane is a function of.
   struct Surface {
-    double focal_length = 0, wavelength = 0, pitch_x = 0, pitch_y = 0, total_cover = 0;
+    double focal_length = 0, wavelength = 0, pitch_x = 0, pitch_y = 0, total = 0;
     CartesianGrid grid;
     Eigen::ArrayXcd base;
+    Eigen::ArrayXd versine;
     bool is(const internal::DiffractionScene& scene) const;
   };
   Surface surface_;

@@ -15,25 +15,40 @@ struct RingSample {
   double dz, energy;
 };
 
-/// Zero of f between a and b, where its signs differ: regula falsi, Illinois variant.
+/// Zero of f between a and b, where its signs differ, by inverse interpolation through the last four values
+/// known (Brent, Algorithms for Minimization without Derivatives, 1973, ch. 4, with one point more), or the
+/// middle where that leaves the bracket or halves it too slowly. `known`: values elsewhere, the nearest last.
+/// Every value of f costs transforms: five do where a secant needs nine.
 template <typename F>
-double illinois_root(const F& f, double a, double fa, double b, double fb, double tolerance) {
-  for (int iteration = 0; iteration < 60 && fa != 0 && fb != 0 && std::abs(b - a) > tolerance; ++iteration) {
-    double c = (fa * b - fb * a) / (fa - fb);
-    if (!(c > std::min(a, b) && c < std::max(a, b))) c = 0.5 * (a + b);
-    const double fc = f(c);
-    const double moved = std::abs(c - b);
-    if ((fc > 0) == (fb > 0)) {
-      fa *= 0.5;
-    } else {
-      a = b;
-      fa = fb;
-    }
-    b = c;
-    fb = fc;
-    if (moved < tolerance) break;
+double interpolated_root(const F& f, std::vector<RingSample> known, RingSample a, RingSample b,
+                         double tolerance) {
+  constexpr std::size_t kPoints = 4;
+  known.push_back(a);
+  known.push_back(b);
+  double last = std::abs(a.energy) < std::abs(b.energy) ? a.dz : b.dz, width = std::abs(b.dz - a.dz);
+  for (int iteration = 0; iteration < 60 && a.energy != 0 && b.energy != 0; ++iteration) {
+    const std::size_t count = std::min(kPoints, known.size());
+    double next[kPoints];
+    const RingSample* point = known.data() + (known.size() - count);
+    for (std::size_t i = 0; i < count; ++i) next[i] = point[i].dz;
+    for (std::size_t step = 1; step < count; ++step)  // Neville, at f = 0
+      for (std::size_t i = 0; i + step < count; ++i)
+        next[i] = (point[i + step].energy * next[i] - point[i].energy * next[i + 1]) /
+                  (point[i + step].energy - point[i].energy);
+    double c = next[0];
+    const bool slow = iteration % 4 == 3 && std::abs(b.dz - a.dz) > 0.25 * width;
+    if (iteration % 4 == 3) width = std::abs(b.dz - a.dz);
+    if (slow || !(c > std::min(a.dz, b.dz) && c < std::max(a.dz, b.dz))) c = 0.5 * (a.dz + b.dz);
+    const double moved = std::abs(c - last);
+    if (moved < tolerance && iteration > 0) return c;
+    const RingSample at{c, f(c)};
+    if (std::isnan(at.energy)) return c;
+    ((at.energy > 0) == (a.energy > 0) ? a : b) = at;
+    known.push_back(at);
+    last = c;
+    if (std::abs(b.dz - a.dz) < tolerance) break;
   }
-  return fb == 0 || std::abs(fb) < std::abs(fa) ? b : a;
+  return std::abs(a.energy) < std::abs(b.energy) ? a.dz : b.dz;
 }
 
 /// Crossings nearest to the highest peak of `energy(dz)`, of which `slope(dz)` is the derivative, from a scan
@@ -78,7 +93,7 @@ std::optional<RingCrossings> search_ring(const Energy& energy, const Slope& slop
       at_outer = slope(outer);
     }
     if ((at_outer > 0) == (at_inner > 0)) return std::nullopt;
-    peak = illinois_root(slope, inner, at_inner, outer, at_outer, kPeakTolerance * span);
+    peak = interpolated_root(slope, {}, {inner, at_inner}, {outer, at_outer}, kPeakTolerance * span);
   }
   const double half = 0.5 * energy(peak);
   const auto excess = [&](double z) { return energy(z) - half; };
@@ -90,8 +105,12 @@ std::optional<RingCrossings> search_ring(const Energy& energy, const Slope& slop
     }
     const RingSample& outside = scan[k];
     const RingSample& inside = scan[outward > 0 ? k - 1 : k + 1];
-    return illinois_root(excess, inside.dz, inside.energy - half, outside.dz, outside.energy - half,
-                         kCrossingTolerance * step);
+    std::vector<RingSample> known;  // one on either side of the two
+    if (k > 1 && k + 2 < scan.size())
+      for (const std::size_t beyond : {outward > 0 ? k - 2 : k + 2, outward > 0 ? k + 1 : k - 1})
+        known.push_back({scan[beyond].dz, scan[beyond].energy - half});
+    return interpolated_root(excess, known, {inside.dz, inside.energy - half},
+                             {outside.dz, outside.energy - half}, kCrossingTolerance * step);
   };
   const auto upper = crossing(+1), lower = crossing(-1);
   if (!upper || !lower) return std::nullopt;

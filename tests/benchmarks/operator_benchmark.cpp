@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "../terms/zernike_exact.h"
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 #include "benchmark_case.h"
 #include "benchmark_scene.h"
 #include "zernike_twin.h"

@@ -56,17 +56,20 @@ void add_mean_spots() {
 
 // The paper's band with a quarter of its roughness (g = 0.5).
 struct Waves {
+  bool shares;  // within radii, else radii of shares and all else
   Mirror mirror = parabola();
-  DiffractionPupil pupil = diffraction_pupil(CircleAperture{2 * kRadius, 0}, 2 * kRadius / kCells);
+  DiffractionPupil pupil = diffraction_pupil(CircleAperture{2 * kRadius, 0}, kParaxial, 2 * kRadius / kCells);
   Eigen::ArrayXd height = heights(1), along = heights(2);
   std::vector<Statistic> statistics;
   DiffractionWorkspace workspace;
   Eigen::VectorXd values;
   std::vector<Eigen::ArrayXd> gradients;
 
-  Waves() {
+  explicit Waves(bool of_shares = false) : shares(of_shares) {
     for (const Statistic& statistic : default_statistics(30e-6))
-      if (!std::holds_alternative<ScatterRms>(statistic)) statistics.push_back(statistic);
+      if (!shares && !std::holds_alternative<ScatterRms>(statistic)) statistics.push_back(statistic);
+    for (int k = 0; shares && k < 65; ++k)
+      statistics.push_back(RingThrough{(1 + k % 7) * 6e-6, 4e-5 * (k / 7 - 4)});
   }
   Eigen::ArrayXd heights(std::uint64_t seed) const {
     const SurfaceOperator surface(zernike_terms(20), pupil.sample, {1, {}, {}, true});
@@ -117,6 +120,17 @@ void register_cases(bool /*smoke*/) {
       report_rate(state, "radii", 1);
     };
   });
+  for (const bool gradients : {false, true})
+    add_case(fmt::format("Diffraction/{} of 65 shares within radii, {} cells across",
+                         gradients ? "values and gradients" : "values", kCells),
+             [=]() -> Timed {
+               const auto work = std::make_shared<Waves>(true);
+               return [=](benchmark::State& state) {
+                 time_alone(state, [&] { work->evaluate(gradients); });
+                 report_error(state, work->gradient_error(), 1e-6);
+                 report_rate(state, "cells", double(work->height.size()));
+               };
+             });
   const auto make = [] { return std::make_shared<Waves>(); };
   const std::string setting = fmt::format("65 statistics, {} cells across", kCells);
   add_case("Diffraction/values of " + setting, [=]() -> Timed {

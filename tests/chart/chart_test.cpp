@@ -27,7 +27,7 @@ const char* const kStudy = R"({
   "roughness": { "psd": { "model": "uniform", "rms": "200 nm", "f_min": "2.5 /m", "f_max": "10 /m" } },
   "terms": { "zernike": { "n_max": 15 } },
   "trace": { "rays": 8192 },
-  "target": { "statistics": { "ee50": {}, "ee80": {}, "ee90": { "planes": ["0 mm", "1 mm"] }, "ring_fwhm": {}, "scatter_rms": {} } }
+  "target": { "theory": "geometric", "statistics": { "ee50": {}, "ee80": {}, "ee90": { "planes": ["0 mm", "1 mm"] }, "ring_fwhm": {}, "scatter_rms": {} } }
 })";
 
 // One chart serves every test: it takes a few seconds.

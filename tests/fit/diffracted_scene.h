@@ -24,7 +24,7 @@ struct DiffractedScene {
 
   DiffractedScene(const RadialPsd& of_unit_rms, double g, int modes, int cells, int threads = 1)
       : psd(of_unit_rms.scaled(g * wavelength / (4 * std::numbers::pi))),
-        pupil(diffraction_pupil(aperture, 0.4 / cells)),
+        pupil(diffraction_pupil(aperture, mirror.focal_length, 0.4 / cells)),
         surface(terms_of(psd, modes), pupil.sample, {threads, {}, {}}),
         prior(make_prior(surface.terms(), psd, CovarianceKind::kFull)) {}
 

@@ -15,8 +15,8 @@
 
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/random.h"
+#include "aberfit/scene/zernike.h"
 #include "aberfit/terms/surface_operator.h"
-#include "aberfit/terms/zernike.h"
 
 using namespace aberfit;
 

@@ -136,7 +136,7 @@ TEST(Calibrate, MeetsTheMeanOfWavesAtHalfAWaveOfPhase) {
   RecordProperty("message", result.message);
 
   // An independent pattern: finer cells, more padding.
-  const DiffractionPupil finer = diffraction_pupil(scene.aperture, 0.4 / 213);
+  const DiffractionPupil finer = diffraction_pupil(scene.aperture, scene.mirror.focal_length, 0.4 / 213);
   const SurfaceOperator surface(scene.surface.terms(), finer.sample, {});
   SurfaceField field;
   surface.apply(result.coefficients, &field);

@@ -7,12 +7,16 @@
 
 namespace aberfit::test {
 
-/// Holds a result.json against the expected.json of a reference study: verdict, status, warnings, values.
+/// Holds a result.json against the expected.json of a reference study: verdict, light's verdict,
+/// status, warnings, values.
 inline void expect_what_the_file_says(const nlohmann::json& result, const std::string& folder) {
   std::ifstream file(folder + "/expected.json");
   const nlohmann::json expected = nlohmann::json::parse(file);
   EXPECT_EQ(result["equivalence"]["verdict"], expected["verdict"]);
   EXPECT_EQ(result["fit"]["status"], expected["status"]);
+  if (expected.contains("light")) {
+    EXPECT_EQ(result["equivalence"]["light"]["verdict"], expected["light"]);
+  }
   for (const auto& code : expected["warnings"]) {
     bool found = false;
     for (const auto& warning : result["warnings"]) found = found || warning["code"] == code;

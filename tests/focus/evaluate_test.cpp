@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "aberfit/core/random.h"
 
@@ -130,6 +131,39 @@ TEST(RingThrough, IdealMirrorHasTheClosedFormWidth) {
   const Eigen::ArrayXd none;
   const double value = evaluate_exact({rays, rays, none}, {RingFwhm{0.9, 10e-6}}, 1)[0];
   EXPECT_NEAR(value / (2 * std::sqrt(2.0) * 10e-6 * kF / kR), 1.0, 2e-3);
+}
+
+// Many radii in a plane go through bins of r^2; here every ray is counted.
+TEST(RingThrough, IsTheWeightOfTheRaysInside) {
+  Scene scene = gaussian_scene(40000, 6e-6, 7);
+  scene.rays.x[5] = scene.rays.y[5] = 0;  // a ray through the centre
+  const double sigma = 2 * kF * 6e-6;
+  const double inf = std::numeric_limits<double>::infinity();
+  for (const Centre centre : {Centre::kNominal, Centre::kCentroid}) {
+    std::vector<Statistic> statistics;
+    for (const double dz : {0.0, -0.6e-3, 2.5e-3})
+      for (const double radius : {0.0, 1e-3 * sigma, 0.3 * sigma, sigma, 2.1 * sigma, 40 * sigma, 1.0, inf})
+        statistics.push_back(RingThrough{radius, dz});
+    statistics.push_back(EncircledEnergyRadius{0.5, -0.6e-3});  // shares their bins
+    const FocusInput input{scene.rays, scene.nominal, scene.field.height, centre};
+    const Eigen::VectorXd exact = evaluate_exact(input, statistics, 2);
+    for (std::size_t k = 0; k + 1 < statistics.size(); ++k) {
+      const RingThrough s = std::get<RingThrough>(statistics[k]);
+      const Eigen::ArrayXd x = scene.rays.x + s.dz * scene.rays.tx, y = scene.rays.y + s.dz * scene.rays.ty;
+      const Eigen::ArrayXd& w = scene.rays.weight;
+      const bool about = centre == Centre::kCentroid;
+      const double cx = about ? (w * x).sum() / w.sum() : 0, cy = about ? (w * y).sum() / w.sum() : 0;
+      const Eigen::ArrayXd r2 = (x - cx).square() + (y - cy).square();
+      const double inside =
+          s.ring_radius > 0 ? (r2 <= s.ring_radius * s.ring_radius).select(w, 0.0).sum() / w.sum() : 0.0;
+      EXPECT_NEAR(exact[Eigen::Index(k)], inside, 1e-11) << s.ring_radius << " " << s.dz;
+    }
+    Eigen::VectorXd smooth;
+    const std::vector<Statistic> one = {RingThrough{sigma, 2.5e-3}};
+    ASSERT_TRUE(evaluate_smooth(input, one, 0.005 * sigma, 1, &smooth, nullptr));
+    EXPECT_NEAR(smooth[0], evaluate_exact(input, one, 1)[0], 2e-4);
+  }
+  EXPECT_TRUE(std::isnan(evaluate_exact(scene.input(), {RingThrough{std::nan(""), 0}}, 1)[0]));
 }
 
 TEST(FocusStatistics, DoNotDependOnTheThreadCount) {

@@ -48,7 +48,7 @@ TEST(StatisticsWithError, OfRaysIsTheActualSamplingErrorAndFallsFasterThanThatOf
                                           RingFwhm{0.9, {}},
                                           RingThrough{1e-4, -1e-3},
                                           SpotFwhm{2e-5},
-                                          ScatterMean{}};
+                                          RmsRadius{0}};
   const FreshStatistics truth = surface.seen({FocusModel::kRays, 1 << 20, 99}, statistics);
   constexpr int kSeeds = 24;
   Eigen::ArrayXd mean_error[2];
@@ -78,9 +78,68 @@ TEST(StatisticsWithError, OfRaysIsTheActualSamplingErrorAndFallsFasterThanThatOf
   RecordProperty("largest_power_of_rays_in_percent", int(100 * power.maxCoeff()));
 }
 
-// Of one statistic the difference of two grids may be small by chance (a fortieth of an error of 1e-5 was
-// seen), of all together it is not. Seen: 0.7 to 1.8.
-TEST(StatisticsWithError, OfWavesIsTheActualErrorOfAllStatisticsTogether) {
+// Scenes of every shape, slow and fast, smooth and rough: truth is the mean of two grids four times as fine
+// again, whose own errors are a tenth and less.
+TEST(StatisticsWithError, OfWavesBoundsTheActualErrorInNineteenCasesOfTwenty) {
+  struct Scene {
+    Aperture aperture;
+    double focal_length, rms;
+    int n_max;
+  };
+  const PolygonAperture polygon{{{-0.18, -0.1}, {0.17, -0.12}, {0.1, 0.17}, {-0.12, 0.15}}};
+  int held = 0, cases = 0;
+  std::vector<double> errors, bounds;
+  for (const Scene& scene :
+       {Scene{CircleAperture{0.4}, 2.8, 40e-9, 24}, Scene{CircleAperture{0.4}, 0.8, 20e-9, 16},
+        Scene{AnnulusAperture{0.4, 0.12}, 1.6, 60e-9, 24}, Scene{RectangleAperture{0.3, 0.2}, 1.2, 40e-9, 20},
+        Scene{polygon, 1.5, 50e-9, 20}, Scene{CircleAperture{0.4}, 2.8, 120e-9, 20}}) {
+    const Mirror mirror{scene.focal_length, -1, {}};
+    const LitMirror lit{mirror, scene.aperture, kWavelength, Centre::kNominal};
+    TermSet terms;
+    terms.radius = aperture_radius(scene.aperture);
+    terms.zernike = zernike_modes(2, scene.n_max);
+    const CoefficientPrior prior = make_prior(
+        terms, RadialPsd(UniformPsd{scene.rms, 0.5 / terms.radius, 0.14 * scene.n_max / terms.radius}),
+        CovarianceKind::kFull);
+    const double f_number = scene.focal_length / (2 * terms.radius), unit = kWavelength * f_number;
+    std::vector<Statistic> statistics;
+    for (const double waves : {0.0, 1.5, -3.0})
+      for (const double radius : {0.5, 1.0, 2.0, 3.0, 5.0, 8.0})
+        statistics.push_back(RingThrough{radius * unit, waves * 8 * unit * f_number});
+    for (const double fraction : {0.2, 0.5, 0.8, 0.9})
+      statistics.push_back(EncircledEnergyRadius{fraction, 0});
+    for (const std::uint64_t seed : {1, 2}) {
+      const Eigen::VectorXd coefficients = prior.colour(draw_white(prior.size(), seed));
+      const auto on_grid = [&](double pitch) {
+        return statistics_with_error(lit, {FocusModel::kWaves, 0, 1, pitch}, terms, coefficients, statistics,
+                                     2, nullptr);
+      };
+      const double pitch = 2 * terms.radius / 112;
+      const Eigen::VectorXd truth = 0.5 * (on_grid(pitch / 3.9).value + on_grid(pitch / 4.1).value);
+      const FreshStatistics fresh = on_grid(pitch);
+      for (Eigen::Index k = 0; k < truth.size(); ++k) {
+        const double scale = k < 18 ? 1 : truth[k], error = std::abs(fresh.value[k] - truth[k]);
+        ++cases;
+        held += error <= fresh.standard_error[k];
+        errors.push_back(error / scale);
+        bounds.push_back(fresh.standard_error[k] / scale);
+        EXPECT_LT(fresh.standard_error[k] / scale, 5e-4) << statistic_name(statistics[std::size_t(k)]);
+      }
+    }
+  }
+  const auto median = [](std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());
+    return values[values.size() / 2];
+  };
+  EXPECT_GE(held, 0.95 * cases) << held << " of " << cases;
+  EXPECT_LE(median(bounds), 5 * median(errors));
+  RecordProperty("held_in_permille", int(1000.0 * held / cases));
+  RecordProperty("bound_over_median_error_in_percent", int(100 * median(bounds) / median(errors)));
+}
+
+// The order that the bound stands on: halving the pitch takes a quarter of it or less, all statistics
+// together.
+TEST(StatisticsWithError, OfWavesFallsWithTheSquareOfThePitch) {
   const Surface surface(40e-9, 24);
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.2, 0},    EncircledEnergyRadius{0.5, 0},
                                           EncircledEnergyRadius{0.8, 0},    EncircledEnergyRadius{0.9, 0},
@@ -91,9 +150,9 @@ TEST(StatisticsWithError, OfWavesIsTheActualErrorOfAllStatisticsTogether) {
     const FreshStatistics fresh = surface.seen({FocusModel::kWaves, 0, 1, kDiameter / cells}, statistics);
     const Eigen::ArrayXd actual = fresh.value.array() / truth.value.array() - 1;
     const Eigen::ArrayXd stated = fresh.standard_error.array() / truth.value.array();
-    EXPECT_LT(rms(actual), 3 * rms(stated)) << cells;
-    EXPECT_GT(rms(actual), rms(stated) / 3) << cells;
-    EXPECT_LT(rms(actual), 0.3 / (cells * cells)) << cells;  // the order in the pitch
+    EXPECT_LT(rms(actual), 1.5 * rms(stated)) << cells;
+    EXPECT_LT(rms(actual), 0.3 / (cells * cells)) << cells;
+    EXPECT_LT(rms(stated), 1.5 / (cells * cells)) << cells;
   }
 }
 

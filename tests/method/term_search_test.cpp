@@ -115,20 +115,19 @@ TEST(TermSearch, TakesTheNearestSetWhereNonePasses) {
   EXPECT_TRUE(hopeless.confirmed.empty());
 }
 
-// Without short fits: down from the high end of the range.
+// Without short fits: by halves of the range.
 TermTrials without_screen(Trials* trials) {
   TermTrials hooks = trials->hooks();
   hooks.screen = nullptr;
   return hooks;
 }
 
-TEST(TermSearch, GoesDownWhereShortFitsSayNothing) {
+TEST(TermSearch, HalvesTheRangeWhereShortFitsSayNothing) {
   Trials trials;
   for (int order = 23; order <= 100; ++order) trials.passing.insert(order);
   EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&trials))), 23);
   EXPECT_TRUE(trials.screened.empty());
-  EXPECT_EQ(trials.confirmed.front(), 40);
-  EXPECT_LT(trials.confirmed.size(), 12u);
+  EXPECT_LE(trials.confirmed.size(), 8u);
   // One failure does not end the way down, two in a row do.
   Trials gap;
   for (int order = 23; order <= 100; ++order) gap.passing.insert(order);
@@ -175,9 +174,9 @@ TEST(TermSearch, EndsAtTheFewestOfAnExhaustiveSearch) {
     const ResultDocument result = run_fit(given, {});
     double worst = 0;
     for (Eigen::Index k = 0; k < result.fit.smooth_statistics.size(); ++k)
-      worst =
-          std::max(worst, std::abs(result.fit.smooth_statistics[k] - result.targets[std::size_t(k)].value) /
-                              result.targets[std::size_t(k)].tolerance);
+      worst = std::max(
+          worst, std::abs(result.fit.smooth_statistics[k] - aim_of(result.targets[std::size_t(k)]).value) /
+                     aim_of(result.targets[std::size_t(k)]).tolerance);
     if (worst <= 1 && result.fit.status == FitStatus::kConverged && result.verdict == Verdict::kEquivalent)
       fewest = result.terms.size();
   }
@@ -230,7 +229,8 @@ TEST(AutomaticRays, StayUntilFreshRaysSayTheSame) {
   for (Eigen::Index k = 0; k < result.fitted.size(); ++k)
     gap = std::max(gap,
                    std::abs(result.fitted[k] - result.validated[k]) / result.targets[std::size_t(k)].value);
-  EXPECT_NEAR(choice.gap, gap, 1e-12);
+  // The gap is that in light, which is the radius's to first order.
+  EXPECT_NEAR(choice.gap, gap, 0.05 * gap);
 }
 
 TEST(BandUse, SharesOfAUniformBandAreDifferencesOfPowers) {
@@ -285,7 +285,13 @@ TEST(DefaultStatistics, AreDistinctInEveryDepthOfFocus) {
     std::set<std::string> names;
     std::size_t count = 0;
     for (const auto* some : {&sets.fitted, &sets.guides, &sets.held_out})
-      for (const Target& target : *some) names.insert(statistic_name(target.statistic)), ++count;
+      for (const Target& target : *some) {
+        std::string name = statistic_name(target.statistic);
+        if (const auto* ring = std::get_if<RingThrough>(&target.statistic))
+          name += std::to_string(1e9 * ring->ring_radius);
+        names.insert(name);
+        ++count;
+      }
     EXPECT_EQ(names.size(), count) << size;
     // Rounding is small beside the steps between planes.
     for (const Target& target : sets.held_out)

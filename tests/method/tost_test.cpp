@@ -39,6 +39,32 @@ TEST(Tost, IntervalIsTheNormalQuantileTimesTheErrorOfTheRatio) {
   EXPECT_EQ(metric.model, 81e-6);
 }
 
+// Student's t at 0.95 from tables: 1.895 for 7 degrees of freedom, 1.753 for 15 (Abramowitz & Stegun 26.10,
+// to more digits from its closed form for odd numbers of them).
+TEST(Tost, AnErrorFromAFewSamplesTakesStudentsT) {
+  constexpr double kT7 = 1.894578605090006, kT15 = 1.7530503556925727, kRounding = 1e-12;
+  EXPECT_NEAR(student_quantile(0.95, 7), kT7, kRounding);
+  EXPECT_NEAR(student_quantile(0.95, 15), kT15, kRounding);
+  EXPECT_NEAR(student_quantile(0.95, kInfinity), kQuantile95, kRounding);
+  EXPECT_NEAR(student_quantile(0.95, 1), std::tan(0.45 * std::acos(-1.0)), kRounding);  // Cauchy
+  const auto reach = [](double target_error, double model_error, const DegreesOfFreedom& freedom) {
+    const EquivalenceMetric metric =
+        tost("ee90_radius_m", false, 1.0, target_error, 1.0, model_error, 0.01, 0.95, freedom);
+    return 0.5 * (metric.interval[1] - metric.interval[0]);
+  };
+  EXPECT_NEAR(reach(0, 0.001, {kInfinity, 7}), 0.001 * kT7, kRounding);
+  EXPECT_NEAR(reach(0.001, 0, {15, 7}), 0.001 * kT15, kRounding);
+  EXPECT_NEAR(reach(0, 0.001, {}), 0.001 * kQuantile95, kRounding);
+  // Welch and Satterthwaite: 9 + 16 = 25 of errors 3 and 4, 625/(81/15 + 256/7).
+  const double together = 625.0 / (81.0 / 15 + 256.0 / 7);
+  EXPECT_NEAR(effective_degrees_of_freedom(3, 15, 4, 7), together, kRounding);
+  EXPECT_NEAR(reach(0.003, 0.004, {15, 7}), 0.005 * student_quantile(0.95, together), kRounding);
+  // Equal errors with equal freedom have that of both; one that is known leaves more than the other's own.
+  EXPECT_NEAR(effective_degrees_of_freedom(2, 7, 2, 7), 14, kRounding);
+  EXPECT_NEAR(effective_degrees_of_freedom(2, kInfinity, 2, 7), 28, kRounding);
+  EXPECT_EQ(effective_degrees_of_freedom(0, 7, 0, 7), kInfinity);
+}
+
 TEST(Tost, VerdictFlipsWhereTheIntervalTouchesTheMargin) {
   const double margin = 0.01, error = 0.001, reach = kQuantile95 * error, nudge = 1e-9;
   const auto verdict = [&](double difference) {
@@ -140,4 +166,82 @@ TEST(Verdict, HasTheWordsOfTheResultFormat) {
   EXPECT_EQ(to_string(Verdict::kEquivalent), "equivalent");
   EXPECT_EQ(to_string(Verdict::kDifferent), "different");
   EXPECT_EQ(to_string(Verdict::kUndecided), "undecided");
+}
+
+namespace {
+
+// ee80 of a Gaussian spot of 10 um per axis: r dE/dr = 2 (1 - p) ln(1/(1 - p)) = 0.644.
+Target gaussian_ee80() {
+  Target target;
+  target.statistic = EncircledEnergyRadius{0.8, 0};
+  target.value = 10e-6 * std::sqrt(2 * std::log(5.0));
+  target.tolerance = 1e-3 * target.value;
+  target.curve_slope = gaussian_curve_slope(0.8);
+  return target;
+}
+double gaussian_share(double radius, double sigma) { return -std::expm1(-0.5 * std::pow(radius / sigma, 2)); }
+
+}  // namespace
+
+TEST(JudgeInLight, IsTheRadiusWhereTheCurveIsSteep) {
+  const Target target = gaussian_ee80();
+  EXPECT_NEAR(*target.curve_slope, 2 * 0.2 * std::log(5.0), 1e-14);
+  // A spot 0.4 % larger: E(r_p) falls by 0.004 r dE/dr to first order.
+  const double share = gaussian_share(target.value, 10.04e-6);
+  const EquivalenceMetric metric = judge_target(target, false, 1.004 * target.value, share, 0, 0.01, 0.95);
+  EXPECT_NEAR(metric.share_difference, share - 0.8, 1e-15);
+  EXPECT_NEAR(metric.tolerance_share, 0.01 * *target.curve_slope, 1e-15);
+  EXPECT_NEAR(metric.difference, 0.004, 1e-4);
+  EXPECT_NEAR(metric.relative_difference, 0.004, 1e-12);
+  EXPECT_EQ(metric.verdict, Verdict::kEquivalent);
+  // 1.4 % larger is different by both.
+  const double far = gaussian_share(target.value, 10.14e-6);
+  EXPECT_EQ(judge_target(target, false, 1.014 * target.value, far, 0, 0.01, 0.95).verdict,
+            Verdict::kDifferent);
+}
+
+TEST(JudgeInLight, IsAShareOfTheLightWhereTheCurveIsFlat) {
+  Target target = gaussian_ee80();
+  target.curve_slope = 0.05;  // between core and halo
+  // A radius 4 % off is 0.2 % of the light there: within the 0.35 % that a margin of 1 % asks for.
+  const EquivalenceMetric good = judge_target(target, false, 1.04 * target.value, 0.798, 0, 0.01, 0.95);
+  EXPECT_NEAR(good.tolerance_share, 0.0035, 1e-15);
+  EXPECT_NEAR(good.difference, 0.002 / 0.35, 1e-12);
+  EXPECT_EQ(good.verdict, Verdict::kEquivalent);
+  EXPECT_EQ(judge_target(target, false, target.value, 0.796, 0, 0.01, 0.95).verdict, Verdict::kDifferent);
+  // Its standard error counts: 0.1 % of the light at 90 % reaches beyond.
+  EXPECT_EQ(judge_target(target, false, target.value, 0.798, 1e-3, 0.01, 0.95).verdict, Verdict::kUndecided);
+}
+
+TEST(JudgeInLight, LeavesOtherStatisticsToTheirOwnUnit) {
+  Target target;
+  target.statistic = RingFwhm{};
+  target.value = 3e-3;
+  const EquivalenceMetric metric = judge_target(target, true, 3.015e-3, 3.015e-3, 0, 0.01, 0.95);
+  EXPECT_NEAR(metric.difference, 0.005, 1e-12);
+  EXPECT_TRUE(std::isnan(metric.tolerance_share));
+  EXPECT_TRUE(metric.held_out);
+}
+
+TEST(JudgeInLight, ToleranceAndStandardErrorOfAnAimAreTheRadiusesInLight) {
+  Target target = gaussian_ee80();
+  target.standard_error = 2e-3 * target.value;
+  const Target aim = aim_of(target);
+  EXPECT_EQ(std::get<RingThrough>(aim.statistic).ring_radius, target.value);
+  EXPECT_EQ(aim.value, 0.8);
+  EXPECT_NEAR(aim.tolerance, 1e-3 * *target.curve_slope, 1e-15);
+  EXPECT_NEAR(aim.standard_error, 2e-3 * *target.curve_slope, 1e-15);
+  target.curve_slope.reset();
+  EXPECT_EQ(aim_of(target).statistic.index(), target.statistic.index());
+}
+
+TEST(ModelError, WidensTheIntervalToBothSides) {
+  const EquivalenceMetric sharp = judge(1.0, 0, 1.006, 0);
+  EXPECT_EQ(sharp.verdict, Verdict::kEquivalent);
+  const EquivalenceMetric wide = with_model_error(sharp, 0.005);
+  EXPECT_NEAR(wide.interval[0], 0.001, 1e-12);
+  EXPECT_NEAR(wide.interval[1], 0.011, 1e-12);
+  EXPECT_EQ(wide.verdict, Verdict::kUndecided);
+  EXPECT_EQ(with_model_error(judge(1.0, 0, 1.02, 0), 0.005).verdict, Verdict::kDifferent);
+  EXPECT_EQ(with_model_error(sharp, 0.003).verdict, Verdict::kEquivalent);
 }

@@ -124,7 +124,7 @@ TEST(CheckReport, WhatCannotBePredictedIsNullAndSaysWhy) {
 TEST(CheckReport, ThePapersTableHasItsCells) {
   CheckReport report = hand_made();
   report.paper_table =
-      PaperCells{500e-9, {{1e-9, 1e-6, 0.2, 655.738, 0.0251, 0.01, NAN, FocusModel::kWaves}}};
+      PaperCells{500e-9, {{1e-9, 1e-6, 0.2, 655.738, 0.0251, 0.01, NAN, FocusModel::kWaves, 0}}};
   const ordered_json cell = to_json(report, {})["paper_table"]["rows"][0];
   EXPECT_EQ(cell["paper_verdict"], "rays");
   EXPECT_EQ(cell["needed"], "waves");
@@ -132,6 +132,10 @@ TEST(CheckReport, ThePapersTableHasItsCells) {
   const std::string table = summary_table(report);
   EXPECT_NE(table.find("\n\nR = 2 sigma D/(1.22 lambda l_c) at 500 nm"), std::string::npos) << table;
   EXPECT_NE(table.find("655.7"), std::string::npos);
+  EXPECT_EQ(table.find("beyond 10 degrees"), std::string::npos);
+  report.paper_table->cells[0].wide_share = 0.01;
+  EXPECT_EQ(to_json(report, {})["paper_table"]["rows"][0]["share_beyond_10_degrees"], 0.01);
+  EXPECT_NE(summary_table(report).find("beyond 10 degrees in these"), std::string::npos);
 }
 
 TEST(MapCheckReport, SaysWhatIsFittedAndHowLongThatTakes) {

@@ -17,9 +17,9 @@
 #include "aberfit/focus/evaluate.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/scene/pupil.h"
+#include "aberfit/scene/zernike.h"
 #include "aberfit/terms/modal_covariance.h"
 #include "aberfit/terms/surface_operator.h"
-#include "aberfit/terms/zernike.h"
 #include "aberfit/trace/ray_bundle.h"
 #include "bicubic_reader.h"
 

@@ -34,6 +34,7 @@ inline ResultDocument sample_result() {
       "kappa is 0.85 or more and the spot is at least five times the diffraction-limited one";
   result.theory = "geometric";
   result.model = result.needed = "rays";
+  result.light_decides = false;
   result.targets = {{EncircledEnergyRadius{0.5, 0.0}, 41.234e-6, 0.0, 4e-8},
                     {EncircledEnergyRadius{0.9, 0.0}, 75.412e-6, 1e-8, 8e-8},
                     {EncircledEnergyRadius{0.5, -1e-3}, 91.9e-6, 0.0, 9e-8},
@@ -65,6 +66,7 @@ inline ResultDocument sample_result() {
   result.fit.coefficients = Eigen::VectorXd::LinSpaced(result.terms.size(), -5e-8, 7e-8) / 3.0;
   result.fit.coefficient_std = Eigen::VectorXd::Constant(result.terms.size(), 1e-9 / 7.0);
   result.fit.statistic_std = 1e-3 * value;
+  result.posterior_std = 1e-3 * value;
   result.fit.singular_values = Eigen::Vector3d(9.0, 4.0, 1.5);
   result.rays = 16384;
   result.radius = 0.2;

@@ -27,18 +27,64 @@ std::string line_with(const std::string& text, const std::string& word) {
 
 TEST(SummaryTable, PutsTheVerdictFirst) {
   ResultDocument result = sample_result();
-  EXPECT_TRUE(
-      summary_table(result, false).starts_with("DIFFERENT - 1 of 8 statistics different, 1 undecided"));
+  EXPECT_TRUE(summary_table(result, false)
+                  .starts_with("DIFFERENT in geometric rays - 1 of 8 statistics different, 1 undecided"));
   result.metrics.erase(result.metrics.begin() + 3);
   result.verdict = overall(result.metrics);
-  EXPECT_TRUE(
-      summary_table(result, false).starts_with("UNDECIDED - 0 of 7 statistics different, 1 undecided"));
+  EXPECT_TRUE(summary_table(result, false)
+                  .starts_with("UNDECIDED in geometric rays - 0 of 7 statistics different, 1 undecided"));
   result.metrics.pop_back();
   result.verdict = overall(result.metrics);
-  EXPECT_TRUE(summary_table(result, false)
-                  .starts_with("EQUIVALENT - all 6 statistics within +-1 %, 95 % confidence; 1 held out"));
+  EXPECT_TRUE(
+      summary_table(result, false)
+          .starts_with("EQUIVALENT in geometric rays - all 6 statistics within +-1 %, 95 % confidence; "
+                       "1 held out"));
   result.metrics.clear();
   EXPECT_TRUE(summary_table(result, false).starts_with("NOT JUDGED"));
+}
+
+// Headline, table and JSON of one result say the same thing, whoever decides.
+TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
+  ResultDocument result = sample_result();
+  result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.1e-6, 0, 0.01, 0.95)};
+  result.verdict = overall(result.metrics);
+  LightJudgement light{false, "ghs", "", false, Verdict::kDifferent, {}};
+  light.metrics = {tost("ee35_radius_m", false, 30e-6, 0, 28.8e-6, 0, 0.01, 0.95),
+                   tost("ee50_radius_m", false, 40e-6, 0, 40.1e-6, 0, 0.01, 0.95)};
+  result.light = light;
+  const std::string beside = summary_table(result, false);
+  EXPECT_TRUE(
+      beside.starts_with("EQUIVALENT in geometric rays; in light DIFFERENT (ee35_radius -4 %) - all 1 "
+                         "statistic"))
+      << beside.substr(0, 120);
+  EXPECT_NE(line_with(beside, "The same surface in light").size(), 0u);
+  EXPECT_EQ(line_with(beside, "(this decides)"), "");
+  // The same where light decides.
+  result.light->decides = result.light_decides = true;
+  result.verdict = Verdict::kDifferent;
+  const std::string decides = summary_table(result, false);
+  EXPECT_TRUE(decides.starts_with("DIFFERENT in light - 1 of 2 statistics different")) << decides;
+  EXPECT_NE(decides.find("Worst: ee35_radius -4 %."), std::string::npos);
+  EXPECT_NE(line_with(decides, "(this decides)"), "");
+  const auto json = to_json(result, {})["equivalence"];
+  EXPECT_EQ(json["verdict"], "different");
+  EXPECT_EQ(json["light"]["decides"], true);
+  EXPECT_EQ(json["light"]["verdict"], "different");
+  EXPECT_EQ(json["light"]["metrics"][0]["name"], "ee35_radius_m");
+}
+
+TEST(SummaryTable, SaysWhatWouldHelpWhereItIsNotEquivalent) {
+  ResultDocument result = sample_result();
+  result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.3e-6, 0.2e-6, 0.01, 0.95)};
+  result.verdict = overall(result.metrics);
+  EXPECT_NE(summary_table(result, false).find("more rays"), std::string::npos);  // undecided
+  result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 41e-6, 0, 0.01, 0.95)};
+  result.verdict = overall(result.metrics);
+  result.surface.captured_fraction = 0.8;
+  EXPECT_NE(summary_table(result, false).find("leave `terms` out"), std::string::npos);
+  result.surface.captured_fraction = 0.999;
+  result.fit.status = FitStatus::kNotConverged;
+  EXPECT_NE(summary_table(result, false).find("fit.max_iterations"), std::string::npos);
 }
 
 TEST(SummaryTable, FitsAHundredColumnsInPlainAscii) {
@@ -65,7 +111,7 @@ TEST(SummaryTable, ShowsValuesInUnitsForPeople) {
 }
 
 TEST(SummaryTable, ShoutsWhatDoesNotExist) {
-  const std::string row = line_with(summary_table(sample_result(), false), "ring_fwhm");
+  const std::string row = line_with(summary_table(sample_result(), false), "  ring_fwhm");
   EXPECT_NE(row.find("DIFFERENT"), std::string::npos) << row;
   EXPECT_EQ(row.find("nan"), std::string::npos) << row;
 }

@@ -30,14 +30,18 @@ VerifyReport hand_made() {
   VerifyReport report;
   report.title = "by hand";
   report.convention = Convention::kPaper;
-  report.verdict = Verdict::kDifferent;
+  report.verdict = report.rays_verdict = Verdict::kDifferent;
+  report.rays_decide = true;
   report.scene = test::scene_of_waves();
   report.rays = 15000;
-  report.spread = 0.107;
+  report.draws = 576;
   report.margin = 0.05;
   report.theory = {75e-6, NAN};
   report.metrics = {metric("ee90_radius_m", 80e-6, 82e-6, Verdict::kEquivalent),
                     metric("ring_fwhm_m", 2e-3, 3e-3, Verdict::kDifferent)};
+  report.light = {metric("ee90_radius_m", 70e-6, 71e-6, Verdict::kEquivalent)};
+  report.light_verdict = Verdict::kEquivalent;
+  report.light_draws = 320;
   report.quantities = {{"scene.g", 0.5}, {"none", NAN}};
   report.warnings = {{"some-code", "A sentence."}};
   return report;
@@ -53,9 +57,21 @@ TEST(VerifyReport, HeadlineTableAndJsonSayTheSame) {
   const VerifyReport report = hand_made();
   const std::string table = summary_table(report);
   const ordered_json json = to_json(report, {{"title", "by hand"}});
-  EXPECT_EQ(table.find("by hand\n\nBoth branches, 15000 rays, convention paper; realisation scatter 10.7 %"),
-            0u)
+  EXPECT_EQ(
+      table.find("by hand\n\nDIFFERENT (ring_fwhm_m +50.00 %) in geometric rays; in light EQUIVALENT\n\n"
+                 "Judged: the mean light of 576 drawn surfaces, at a margin of 5 %, convention paper\n"),
+      0u)
       << table;
+  EXPECT_EQ(json["headline"], "DIFFERENT (ring_fwhm_m +50.00 %) in geometric rays; in light EQUIVALENT");
+  EXPECT_EQ(json["decided_by"], "rays");
+  EXPECT_EQ(json["draws"], 576);
+  EXPECT_EQ(json["light"]["draws"], 320);
+  EXPECT_EQ(json["light"]["verdict"], "equivalent");
+  EXPECT_EQ(json["light"]["statistics"]["ee90_radius_m"]["ghs"], 70e-6);
+  EXPECT_EQ(json["light"]["statistics"]["ee90_radius_m"]["waves"], 71e-6);
+  const std::string in_light = table.substr(table.find("In light:"));
+  for (const char* cell : {"7e-05", "7.1e-05", "1.43%", "equivalent"})
+    EXPECT_NE(line_of(in_light, "ee90_radius_m").find(cell), std::string::npos) << cell << "\n" << table;
   EXPECT_EQ(json["kind"], "verify");
   EXPECT_EQ(json["study"]["title"], "by hand");
   EXPECT_EQ(json["convention"], "paper");
@@ -80,20 +96,62 @@ TEST(VerifyReport, HeadlineTableAndJsonSayTheSame) {
   EXPECT_EQ(table.find("Published"), std::string::npos);
 }
 
+TEST(VerifyReport, LightThatDecidesStandsFirst) {
+  VerifyReport report = hand_made();
+  report.rays_decide = false;
+  report.verdict = report.light_verdict;
+  EXPECT_EQ(to_json(report, {})["headline"],
+            "EQUIVALENT in light; in geometric rays DIFFERENT (ring_fwhm_m +50.00 %)");
+  report.draws = 0;
+  report.light.clear();
+  report.light_obstacle = "a polygon";
+  report.rays_decide = true;
+  const std::string table = summary_table(report);
+  EXPECT_NE(table.find("; in light not computed\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("Judged: the given surface by 15000 rays, at a margin of 5 %"), std::string::npos)
+      << table;
+  EXPECT_EQ(to_json(report, {})["light"]["obstacle"], "a polygon");
+}
+
 TEST(VerifyReport, PutsPublishedNumbersBesideOurs) {
   VerifyReport report = hand_made();
-  report.published = {{"ring width", 2.9, 2.8, "mm", "harvey_shack.ring_fwhm_m", "It holds."},
-                      {"a rest", 1, NAN, "um", "", "Not reproducible."}};
+  PublishedComparison width{"hs-fwhm",     "5.4 Axis", "ring width",
+                            "2.90",        2.9,        false,
+                            2.8,           "mm",       "harvey_shack.ring_fwhm_m",
+                            0.05,          "fails",    "It is a count.",
+                            "ring_through"};
+  PublishedComparison ratio{"", "5.4 Axis", "a ratio", "3.31",  3.31,          true, 2.81,
+                            "", "a/b",      0.005,     "fails", "It follows.", ""};
+  PublishedComparison words{"formula", "6 Terms", "a formula", "r = 2 N D sigma/l_c, with N = f/D",
+                            NAN,       false,     NAN,         "m",
+                            "",        NAN,       "reading",   "A factor is hidden.",
+                            ""};
+  report.published = {width, ratio, words};
   const std::string table = summary_table(report);
   const ordered_json json = to_json(report, {});
-  ASSERT_EQ(json["published"].size(), 2u);
-  EXPECT_EQ(json["published"][0]["printed"], 2.9);
-  EXPECT_EQ(json["published"][0]["ours"], 2.8);
-  EXPECT_EQ(json["published"][0]["from"], "harvey_shack.ring_fwhm_m");
-  EXPECT_TRUE(json["published"][1]["ours"].is_null());
-  for (const char* cell : {"2.9 mm", "2.8 mm", "It holds."})
+  ASSERT_EQ(json["published"].size(), 3u);
+  const ordered_json& row = json["published"][0];
+  EXPECT_EQ(row["id"], "hs-fwhm");
+  EXPECT_EQ(row["section"], "5.4 Axis");
+  EXPECT_EQ(row["printed"], 2.9);
+  EXPECT_EQ(row["printed_text"], "2.90");
+  EXPECT_EQ(row["ours"], 2.8);
+  EXPECT_EQ(row["from"], "harvey_shack.ring_fwhm_m");
+  EXPECT_EQ(row["within"], 0.05);
+  EXPECT_EQ(row["verdict"], "fails");
+  EXPECT_EQ(row["picture"], "ring_through");
+  EXPECT_EQ(json["published"][1]["derived"], true);
+  EXPECT_TRUE(json["published"][2]["ours"].is_null());
+  EXPECT_TRUE(json["published"][2]["printed"].is_null());
+  for (const char* cell : {"2.90 mm", "2.8 mm", "fails"})
     EXPECT_NE(line_of(table, "ring width").find(cell), std::string::npos) << cell << "\n" << table;
-  EXPECT_NE(line_of(table, "a rest").find(" -  Not reproducible."), std::string::npos) << table;
+  EXPECT_NE(table.find("\n      It is a count.\n"), std::string::npos) << table;
+  EXPECT_NE(line_of(table, "a ratio").find("3.31 (derived)"), std::string::npos) << table;
+  // Words have no unit, and a line of their own where they are long.
+  EXPECT_NE(table.find("\n  a formula\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("with N = f/D                -  reading\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("\nPublished numbers: 2 fails, 1 reading\n\n  5.4 Axis "), std::string::npos) << table;
+  EXPECT_NE(table.find("\n\n  6 Terms "), std::string::npos) << table;
 }
 
 TEST(TraceReport, TableAndJsonSayTheSame) {

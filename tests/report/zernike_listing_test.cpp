@@ -12,7 +12,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/random.h"
 #include "aberfit/report/exports.h"
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 
 namespace aberfit {
 namespace {

@@ -111,7 +111,28 @@ TEST(StructureFunction, OfASplitFractalSumsToTheWhole) {
   }
 }
 
-TEST(StructureFunction, IsZeroAtZeroAndInfiniteWithoutHeightVariance) {
+TEST(StructureFunction, OfKolmogorovTurbulenceIsFried) {
+  // Half of 6.883877182 (r/r0)^(5/3) for S = 0.02289558710855518 r0^(-5/3) f^(-11/3), whose variance
+  // diverges.
+  constexpr double kPrinted = 2e-10;  // digits of the two constants
+  const double r0 = 0.15, amplitude = 0.02289558710855518 * std::pow(r0, -5.0 / 3);
+  const RadialPsd whole(PowerLawPsd{{}, amplitude, 11.0 / 3, 0, kInf});
+  for (const double r : {1e-6, 1e-3, 0.1, 10.0, 1e4})
+    EXPECT_NEAR(at(whole, r) / (0.5 * 6.883877182 * std::pow(r / r0, 5.0 / 3)), 1, kPrinted) << r;
+  // Many at once share panels; cut in two where the lower part alone diverges.
+  Eigen::ArrayXd r(3);
+  r << 1e-5, 0.3, 2e3;
+  const Eigen::ArrayXd all = structure_function(whole, r);
+  const Eigen::ArrayXd split =
+      structure_function(whole.band(0, 1.7), r) + structure_function(whole.band(1.7, kInf), r);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    EXPECT_NEAR(all[i] / (0.5 * 6.883877182 * std::pow(r[i] / r0, 5.0 / 3)), 1, kPrinted);
+    EXPECT_NEAR(split[i] / all[i], 1, kRelative);
+  }
+}
+
+TEST(StructureFunction, IsZeroAtZeroAndInfiniteWhereItDoesNotExist) {
   EXPECT_EQ(at(RadialPsd(GaussianPsd{1e-7, 0.01}), 0), 0);
-  EXPECT_TRUE(std::isinf(at(RadialPsd(PowerLawPsd{{}, 0.02, 11.0 / 3, 0, kInf}), 0.1)));
+  EXPECT_TRUE(std::isinf(at(RadialPsd(PowerLawPsd{{}, 0.02, 4.0, 0, 100}), 0.1)));
+  EXPECT_TRUE(std::isinf(at(RadialPsd(PowerLawPsd{{}, 0.02, 1.9, 1, kInf}), 0.1)));
 }

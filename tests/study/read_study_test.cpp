@@ -70,6 +70,12 @@ TEST(ReadStudy, ReadsEveryBlock) {
   const Study study = parse(test::kFullStudy);
   EXPECT_EQ(study.title, "every block");
   EXPECT_EQ(study.mirror.spherical, (std::array<double, 5>{1e-9, 0, 0, 0, 2.5}));
+  EXPECT_EQ(study.mirror.zernike_radius, 0.21);
+  ASSERT_EQ(study.mirror.zernike.size(), 2u);  // of the wavefront: the surface has half
+  EXPECT_EQ(study.mirror.zernike[0].mode, (ZernikeMode{2, 0}));
+  EXPECT_DOUBLE_EQ(study.mirror.zernike[0].height, 60e-9);
+  EXPECT_EQ(study.mirror.zernike[1].mode, (ZernikeMode{3, -1}));
+  EXPECT_DOUBLE_EQ(study.mirror.zernike[1].height, -15e-9);
   EXPECT_EQ(std::get<CircleAperture>(study.aperture).margin, 1e-3);
   EXPECT_EQ(study.target.theory, Theory::kRays);
   EXPECT_EQ(study.target.convention, Convention::kPaper);
@@ -235,6 +241,24 @@ TEST(ReadStudy, ReadsEveryAperture) {
   ASSERT_EQ(polygon.vertices.size(), 4u);
   EXPECT_EQ(polygon.vertices[0], (std::array<double, 2>{-0.1, 0}));
   EXPECT_EQ(polygon.vertices[2], (std::array<double, 2>{0, 0.15}));
+}
+
+TEST(ReadStudy, GivesKnownZernikesTheRadiusOfTheApertureAndTheHeightsOfTheSurface) {
+  const std::string noll = R"("noll": {"11": "5 nm", "5": 2e-8})";
+  const Study plain = parse(changed("/mirror/zernike", "{" + noll + "}"));
+  EXPECT_EQ(plain.mirror.zernike_radius, 0.2);
+  ASSERT_EQ(plain.mirror.zernike.size(), 2u);
+  EXPECT_EQ(plain.mirror.zernike[0].mode, (ZernikeMode{2, -2}));
+  EXPECT_EQ(plain.mirror.zernike[0].height, 2e-8);
+  EXPECT_EQ(plain.mirror.zernike[1].mode, (ZernikeMode{4, 0}));
+  EXPECT_DOUBLE_EQ(plain.mirror.zernike[1].height, 5e-9);
+  const std::string rectangle = changed("/mirror/zernike", "{" + noll + "}");
+  const Study corners = parse(changed(
+      "/aperture", R"({"shape": "rectangle", "width": "0.3 m", "height": "0.4 m"})", rectangle.c_str()));
+  EXPECT_DOUBLE_EQ(corners.mirror.zernike_radius, 0.25);  // to the corners
+  const nlohmann::ordered_json resolved = resolved_study(plain);
+  EXPECT_EQ(resolved["mirror"]["zernike"].dump(),
+            R"({"radius":0.2,"of":"surface","noll":{"5":2e-08,"11":5e-09}})");
 }
 
 TEST(ReadStudy, TakesSobolRaysWherePolarOnesDoNotExist) {

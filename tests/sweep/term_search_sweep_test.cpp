@@ -23,7 +23,8 @@ bool passes(const ResultDocument& result) {
   if (result.fit.status != FitStatus::kConverged || result.verdict != Verdict::kEquivalent) return false;
   for (Eigen::Index k = 0; k < result.fit.smooth_statistics.size(); ++k) {
     const Target& target = result.targets[std::size_t(k)];
-    if (!(std::abs(result.fit.smooth_statistics[k] - target.value) <= target.tolerance)) return false;
+    const Target aim = aim_of(target);
+    if (!(std::abs(result.fit.smooth_statistics[k] - aim.value) <= aim.tolerance)) return false;
   }
   return true;
 }

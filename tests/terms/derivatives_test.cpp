@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "aberfit/core/random.h"
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 
 using namespace aberfit;
 using std::numbers::pi;

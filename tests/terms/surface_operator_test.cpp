@@ -9,7 +9,7 @@
 #include "../../src/terms/fourier_kernel.h"
 #include "../../src/terms/zernike_kernel.h"
 #include "aberfit/core/random.h"
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 
 using namespace aberfit;
 using namespace aberfit::internal;

@@ -11,9 +11,9 @@
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/random.h"
+#include "aberfit/scene/zernike.h"
 #include "aberfit/terms/modal_covariance.h"
 #include "aberfit/terms/surface_operator.h"
-#include "aberfit/terms/zernike.h"
 
 using namespace aberfit;
 using std::numbers::pi;

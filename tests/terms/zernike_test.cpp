@@ -1,4 +1,4 @@
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 
 #include <gtest/gtest.h>
 

@@ -24,6 +24,7 @@ constexpr double kLambda = 632.8e-9;
 constexpr double kGolden = 1e-6;
 constexpr double kConverged = 1e-9;  // of encircled energies, as the header promises
 constexpr double kDigits = 1e-10;
+const GhsOptions kParaxial{.paraxial = true};
 
 double number(const GoldenRow& row, const std::string& column) { return std::stod(row.at(column)); }
 
@@ -57,13 +58,14 @@ TEST(GeneralisedHarveyShack, RefusesPlanesThatDoNotExist) {
   }
 }
 
-TEST(GeneralisedHarveyShack, MatchesEveryGoldenRadius) {
+// The golden rows are the paraxial form by definition.
+TEST(GeneralisedHarveyShack, InItsParaxialFormMatchesEveryGoldenRadius) {
   int rows = 0;
   double worst = 0;
   for (const GoldenRow& row : read_golden("ghs_ee.csv")) {
     ++rows;
     const RadialPsd psd = golden_psd(row);
-    const GeneralisedHarveyShack waves(psd, kParabola, kCircle, kLambda);
+    const GeneralisedHarveyShack waves(psd, kParabola, kCircle, kLambda, kParaxial);
     const auto check = [&](double fraction, const std::string& column) {
       const double error = waves.encircled_energy_radius(fraction, 0) / number(row, column) - 1;
       worst = std::max(worst, std::abs(error));
@@ -83,7 +85,8 @@ TEST(GeneralisedHarveyShack, MatchesEveryGoldenRadius) {
 }
 
 TEST(GeneralisedHarveyShack, WithoutRoughnessIsTheAiryPattern) {
-  const GeneralisedHarveyShack smooth(RadialPsd(GaussianPsd{1e-16, 0.01}), kParabola, kCircle, kLambda);
+  const GeneralisedHarveyShack smooth(RadialPsd(GaussianPsd{1e-16, 0.01}), kParabola, kCircle, kLambda,
+                                      kParaxial);
   const double scale = pi * 0.4 / (kLambda * 2.8);
   for (const double r : {1e-8, 1e-6, 3e-6, 1e-5, 1e-4, 1e-2}) {
     const double j0 = boost::math::cyl_bessel_j(0, scale * r), j1 = boost::math::cyl_bessel_j(1, scale * r);
@@ -100,7 +103,8 @@ TEST(GeneralisedHarveyShack, WithoutRoughnessIsTheAiryPattern) {
 TEST(GeneralisedHarveyShack, WithoutRoughnessIsTheAnnularPattern) {
   // Irradiance from the amplitude 2 J1(z)/z - e^2 2 J1(e z)/(e z), integrated by Gauss-Legendre.
   const double e = 0.15 / 0.4;
-  const GeneralisedHarveyShack smooth(RadialPsd(GaussianPsd{1e-16, 0.01}), kParabola, kAnnulus, kLambda);
+  const GeneralisedHarveyShack smooth(RadialPsd(GaussianPsd{1e-16, 0.01}), kParabola, kAnnulus, kLambda,
+                                      kParaxial);
   for (const double r : {1e-6, 3e-6, 2e-5}) {
     const double end = pi * 0.4 * r / (kLambda * 2.8);
     const Quadrature rule = gauss_legendre(200, 0, end);
@@ -121,16 +125,17 @@ TEST(GeneralisedHarveyShack, OfAVeryRoughSurfaceIsGeometric) {
   const double slope = psd_moments(psd).rms_slope_per_axis();
   const GeneralisedHarveyShack waves(psd, kParabola, kCircle, kLambda);
   const GeometricHarveyShack rays(kParabola, kCircle, slope, Convention::kPhysical, sigma);
-  // Off the paraxial frame rays differ by r^2/(4 f^2) = 0.13 % at the rim.
-  constexpr double kParaxial = 1.3e-3 + 1e-4;
+  // The Airy pattern adds to the light outside by its 1/r tail: 1e-4 of the light at g = 300, 1.5e-4 at
+  // 200, which moves ee95 most, by 4.3e-4.
+  constexpr double kTail = 6e-4;
   for (const double p : {0.2, 0.5, 0.8, 0.9, 0.95})
     for (const double spread : {0.0, 1.0, -3.5, 5.0}) {
       const double dz = spread * 2 * slope * 2.8 * 14;
-      EXPECT_NEAR(waves.encircled_energy_radius(p, dz) / rays.encircled_energy_radius(p, dz), 1, kParaxial)
+      EXPECT_NEAR(waves.encircled_energy_radius(p, dz) / rays.encircled_energy_radius(p, dz), 1, kTail)
           << p << " " << spread;
     }
   const double ring = waves.encircled_energy_radius(0.9, 0);
-  EXPECT_NEAR(waves.ring_fwhm(ring) / rays.ring_fwhm(ring), 1, 2 * kParaxial);
+  EXPECT_NEAR(waves.ring_fwhm(ring) / rays.ring_fwhm(ring), 1, 2 * kTail);
   EXPECT_NEAR(waves.ring_fwhm(ring) / (2.80675977 * ring * 14), 1, 1e-3);
   EXPECT_NEAR(waves.spot_fwhm(0) / (std::sqrt(8 * std::log(2.0)) * 2 * 2.8 * slope), 1, 1e-3);
   EXPECT_DOUBLE_EQ(waves.scatter_rms(), rays.scatter_rms());
@@ -141,8 +146,10 @@ TEST(GeneralisedHarveyShack, HalvingEveryPanelChangesNothing) {
   double worst = 0;
   for (const RadialPsd& psd : families())
     for (const Aperture& aperture : {kCircle, kAnnulus, Aperture(RectangleAperture{0.3, 0.2})}) {
-      const GeneralisedHarveyShack once(psd, kParabola, aperture, kLambda);
-      const GeneralisedHarveyShack twice(psd, kParabola, aperture, kLambda, {.halvings = 1});
+      const bool paraxial = std::holds_alternative<RectangleAperture>(aperture);
+      const GeneralisedHarveyShack once(psd, kParabola, aperture, kLambda, {.paraxial = paraxial});
+      const GeneralisedHarveyShack twice(psd, kParabola, aperture, kLambda,
+                                         {.halvings = 1, .paraxial = paraxial});
       EXPECT_EQ(once.unresolved(), 0);
       for (const double dz : {0.0, 1e-4, -2e-3}) {
         const MeanSpot a = once.at_plane(dz), b = twice.at_plane(dz);
@@ -159,7 +166,7 @@ TEST(GeneralisedHarveyShack, AgreesWithBruteForceQuadratureOffFocus) {
   // EE as the plain integral of OTF(nu) J1 on 40,000 midpoints, the OTF a double sum over the overlap of two
   // circles.
   const RadialPsd psd(GaussianPsd{80e-9, 0.05});
-  const GeneralisedHarveyShack waves(psd, kParabola, kCircle, kLambda);
+  const GeneralisedHarveyShack waves(psd, kParabola, kCircle, kLambda, kParaxial);
   const double D = 0.4, dz = 3e-4, c = 2 * pi * dz / (kLambda * 2.8 * (2.8 + dz)),
                g = 4 * pi * 80e-9 / kLambda;
   const int n = 4000;
@@ -210,7 +217,7 @@ TEST(GeneralisedHarveyShack, TheAngleSpreadHoldsTheScatteredLightAndFollowsThePs
   // Smooth surface: ASF = (4 pi/lambda)^2 ... first order in g^2, 16 pi^2/lambda^4 S(sin/lambda)
   // (Rayleigh-Rice without its obliquity).
   const RadialPsd psd(GaussianPsd{0.5e-9, 2e-5});
-  const GeneralisedHarveyShack waves(psd, kParabola, kCircle, kLambda);
+  const GeneralisedHarveyShack waves(psd, kParabola, kCircle, kLambda, kParaxial);
   for (const double theta : {0.0, 5e-3, 1e-2, 1.5e-2}) {
     const double expected = 16 * pi * pi / std::pow(kLambda, 4) * psd(std::sin(theta) / kLambda);
     EXPECT_NEAR(waves.angle_spread(theta) / expected, 1, 1e-3)
@@ -222,15 +229,30 @@ TEST(GeneralisedHarveyShack, TheAngleSpreadHoldsTheScatteredLightAndFollowsThePs
   for (int i = 0; i < 60; ++i)
     light += rule.weights[i] * 2 * pi * rule.nodes[i] * waves.angle_spread(std::asin(rule.nodes[i]));
   EXPECT_NEAR(light / waves.tis(), 1, 1e-4);
+  // Aperture-exact it is spread a little wider (the surface is tilted: 1/q by 1/(c q)), and all of it is
+  // there.
+  const GeneralisedHarveyShack exact(psd, kParabola, kCircle, kLambda);
+  light = 0;
+  for (int i = 0; i < 60; ++i)
+    light += rule.weights[i] * 2 * pi * rule.nodes[i] * exact.angle_spread(std::asin(rule.nodes[i]));
+  EXPECT_NEAR(light / exact.tis(), 1, 1e-4);
+  EXPECT_NEAR(exact.tis() / waves.tis(), 1, std::pow(1.0 / 14, 2));
 }
 
 TEST(GeneralisedHarveyShack, RefusesWhatHasNoPrediction) {
-  const RadialPsd good(GaussianPsd{1e-8, 0.01}), endless(PowerLawPsd{{}, 1e-20, 3.0, 0, 100});
+  const RadialPsd good(GaussianPsd{1e-8, 0.01}), endless(PowerLawPsd{{}, 1e-20, 4.0, 0, 100});
   const RadialPsd steep(KCorrelationPsd{1e-7, 0.1, 3.0});
   const Aperture polygon = PolygonAperture{{{-0.1, -0.1}, {0.1, -0.1}, {0.0, 0.1}}};
   EXPECT_THROW(GeneralisedHarveyShack(endless, kParabola, kCircle, kLambda), ComputationError);
-  EXPECT_THROW(GeneralisedHarveyShack(good, kParabola, polygon, kLambda), ComputationError);
-  EXPECT_THROW(GeneralisedHarveyShack(good, Mirror{2.8, 0, {}}, kCircle, kLambda), ComputationError);
+  EXPECT_THROW(GeneralisedHarveyShack(good, kParabola, CircleAperture{12}, kLambda), ComputationError);
+  EXPECT_THROW(GeneralisedHarveyShack(good, Mirror{0.3, 3, {}}, CircleAperture{0.7}, kLambda),
+               ComputationError);
+  EXPECT_THROW(GeneralisedHarveyShack(good, kParabola, polygon, kLambda, kParaxial), ComputationError);
+  EXPECT_THROW(GeneralisedHarveyShack(good, Mirror{2.8, 0, {}}, kCircle, kLambda, kParaxial),
+               ComputationError);
+  EXPECT_THROW(GeneralisedHarveyShack(good, kParabola, kCircle, kLambda,
+                                      {.departure = [](double x, double) { return x / 0.0; }}),
+               ComputationError);
   const GeneralisedHarveyShack waves(steep, kParabola, kCircle, kLambda);
   EXPECT_THROW(waves(RmsRadius{}), ComputationError);
   EXPECT_THROW(waves(ScatterRms{}), ComputationError);
@@ -241,7 +263,7 @@ TEST(GeneralisedHarveyShack, RefusesWhatHasNoPrediction) {
 
 TEST(GeneralisedHarveyShack, OfARectangleAveragesItsDiffractionPattern) {
   const GeneralisedHarveyShack smooth(RadialPsd(GaussianPsd{1e-16, 0.01}), kParabola,
-                                      RectangleAperture{0.3, 0.2}, kLambda);
+                                      RectangleAperture{0.3, 0.2}, kLambda, kParaxial);
   // sinc^2 sinc^2 over a disc, polar Gauss-Legendre.
   const auto sinc = [](double z) { return z == 0 ? 1.0 : std::sin(z) / z; };
   const double k = pi / (kLambda * 2.8);
@@ -264,7 +286,7 @@ TEST(GeneralisedHarveyShack, ASoftenedBandEdgeMovesLittleLight) {
   // disc of radius lambda f f_max evenly lit.
   const double f_max = 1e5, g = 0.003, edge = kLambda * 2.8 * f_max, scale = pi * 0.4 / (kLambda * 2.8);
   const GeneralisedHarveyShack waves(RadialPsd(UniformPsd{g * kLambda / (4 * pi), 2.5, f_max}), kParabola,
-                                     kCircle, kLambda);
+                                     kCircle, kLambda, kParaxial);
   EXPECT_EQ(waves.unresolved(), 0);
   const MeanSpot spot = waves.at_plane(0);
   for (const double part : {0.1, 0.4, 0.7, 0.9, 0.95, 1.05, 1.2}) {

@@ -379,6 +379,29 @@ TEST(GeometricHarveyShack, SpotWidthOfAnAberratedMirrorMatchesAHistogramOfThePro
   EXPECT_NEAR(model.spot_fwhm(0.0) / (2 * low), 1.0, 1e-4);  // midpoint rings and the grid of the maximum
 }
 
+// Z4 makes of a parabola another one, 1/(4f') = 1/(4f) + 2 sqrt(3) a/R^2, moved by -sqrt(3) a (and the
+// theory has nothing but the shape of the mirror).
+TEST(GeometricHarveyShack, KnownDefocusIsTheOtherParabola) {
+  const Aperture circle = CircleAperture{0.4};
+  constexpr double kHeight = -2e-6, kRadius = 0.2, kSlope = 1e-5;
+  Mirror mirror = kParabola;
+  mirror.zernike = {{{2, 0}, kHeight}};
+  mirror.zernike_radius = kRadius;
+  const double focal =
+      1 / (4 * (1 / (4 * kParabola.focal_length) + 2 * std::sqrt(3.0) * kHeight / (kRadius * kRadius)));
+  const double shift = focal - std::sqrt(3.0) * kHeight - kParabola.focal_length;
+  const GeometricHarveyShack known(mirror, circle, kSlope, Convention::kPhysical, 0);
+  const GeometricHarveyShack other(Mirror{focal, -1, {}}, circle, kSlope, Convention::kPhysical, 0);
+  for (const double dz : {0.0, 1e-3, -4e-3})
+    for (const double p : {0.3, 0.9})
+      EXPECT_NEAR(known.encircled_energy_radius(p, shift + dz) / other.encircled_energy_radius(p, dz), 1,
+                  1e-9);
+  // What depends on the azimuth has no place in it and is left to drawn rays.
+  mirror.zernike.push_back({{2, 2}, 1e-6});
+  const GeometricHarveyShack with_astigmatism(mirror, circle, kSlope, Convention::kPhysical, 0);
+  EXPECT_EQ(with_astigmatism.encircled_energy(3e-5, 1e-3), known.encircled_energy(3e-5, 1e-3));
+}
+
 TEST(GeometricHarveyShack, RefusesMirrorsThatSendNoLightToTheFocus) {
   EXPECT_THROW(GeometricHarveyShack({0.1, -1, {}}, CircleAperture{0.5}, 1e-6, Convention::kPhysical, 0),
                ComputationError);

@@ -41,6 +41,26 @@ constexpr double kRounding = 1e-14;  // of lengths of metres; largest seen 2e-15
 
 }  // namespace
 
+// The slope error is added to the slopes of the whole nominal mirror.
+TEST(TracePerturbed, FollowsKnownZernikesOfAnySymmetry) {
+  Mirror mirror = kParabola;
+  mirror.zernike = {{{2, -2}, 2e-4}, {{3, 1}, 1e-4}, {{4, 0}, -1e-4}};
+  mirror.zernike_radius = 0.2;
+  const PupilSample pupil = random_pupil(1000, 3);
+  const Eigen::Array2Xd slopes = random_slopes(pupil.size());
+  SurfaceField tilted;
+  tilted.resize(pupil.size());
+  tilted.height.setZero();
+  tilted.slope_x = slopes.row(0).transpose();
+  tilted.slope_y = slopes.row(1).transpose();
+  const RayBundle found = trace_perturbed(mirror, pupil, slopes, Convention::kPhysical),
+                  expected = trace(mirror, pupil, tilted);
+  EXPECT_LT((found.x - expected.x).abs().maxCoeff(), kRounding);
+  EXPECT_LT((found.y - expected.y).abs().maxCoeff(), kRounding);
+  EXPECT_GT((found.x - trace_perturbed(kParabola, pupil, slopes, Convention::kPhysical).x).abs().maxCoeff(),
+            1e-3);
+}
+
 TEST(TracePerturbed, RandomRaysMeetEveryFirstOrderGoldenStatistic) {
   const double n = 1e6, looks = 4.5;  // standard errors allowed; 12 comparisons
   const PupilSample pupil = random_pupil(std::int64_t(n), 11);

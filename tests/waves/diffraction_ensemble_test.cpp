@@ -33,7 +33,7 @@ TEST(DiffractionEnsemble, MeetsBruteForceAndGeneralisedHarveyShack) {
   // The stored numbers: mean PSF of 24 surfaces on 512 cells with focal pixels of 2.2 um. EE90 is good to
   // half a pixel and the scatter of both ensembles; EE50 too where it lies outside the pixelated core. GHS
   // has neither error, but its model agrees within 4 % only (PHYSICS 6).
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 256);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 256);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   int rows = 0;
   for (const GoldenRow& row : read_golden("fft_check.csv")) {
@@ -66,7 +66,7 @@ TEST(DiffractionEnsemble, MeetsBruteForceAndGeneralisedHarveyShack) {
 }
 
 TEST(DiffractionEnsemble, MeanAndErrorsAreThoseOfItsDraws) {
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 48);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 48);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   const RadialPsd psd(UniformPsd{60e-9, 2.5, 20});
   const auto draw = [&](int i) { return random_heights(psd, pupil, std::uint64_t(i)); };
@@ -107,7 +107,7 @@ TEST(DiffractionEnsemble, SteepSmoothSurfacesFocusLikeTheirRays) {
   TermSet terms;
   terms.radius = 0.5 * kDiameter;
   terms.zernike = zernike_modes(2, 8);
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 384);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 384);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   const SurfaceOperator surface(terms, pupil.sample, OperatorOptions{});
   const RandomStream stream(3, "rays-and-waves");

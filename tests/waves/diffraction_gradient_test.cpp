@@ -103,7 +103,7 @@ double bisect(const std::function<double(double)>& f, double a, double b) {
 class DiffractionGradient : public testing::Test {
  protected:
   // 9 cells across, heights of 40 nm: strong enough for every term to count, cheap enough for direct sums.
-  DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 9);
+  DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 9);
   // Independent heights turn the phase by more than pi here and there, which sums do not mind.
   DiffractionProblem problem{pupil, kFocal, kWave, 2, 1};
   Eigen::Index n = pupil.cover.size();
@@ -220,7 +220,8 @@ double ridders(const std::function<double(double)>& f, double step) {
 }
 
 TEST(DiffractionCoefficientGradient, AgreesWithDifferencesOverZernikeAndFourierTerms) {
-  const DiffractionPupil pupil = diffraction_pupil(AnnulusAperture{kDiameter, 0.1}, kDiameter / 48);
+  const DiffractionPupil pupil =
+      diffraction_pupil(AnnulusAperture{kDiameter, 0.1}, kParaxial, kDiameter / 48);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   TermSet terms;
   terms.radius = 0.5 * kDiameter;
@@ -270,7 +271,7 @@ TEST(DiffractionCoefficientGradient, AgreesWithDifferencesOverZernikeAndFourierT
 TEST(DiffractionCoefficientGradient, VanishesAtThePerfectMirror) {
   // Flat phase is stationary for every energy: first-order changes are in quadrature with the field. A fit
   // must not start there.
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 32);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 32);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   Eigen::VectorXd values;
   std::vector<Eigen::ArrayXd> d_height;

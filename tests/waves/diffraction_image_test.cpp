@@ -22,7 +22,7 @@ double at(const PsfImage& image, double x, double y) {
 
 class DiffractionImage : public testing::Test {
  protected:
-  DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 63);
+  DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 63);
   DiffractionProblem problem{pupil, kFocal, kWave};
   Eigen::ArrayXd flat = Eigen::ArrayXd::Zero(pupil.cover.size());
   Eigen::ArrayXd rough = 60e-9 * (25 * pupil.sample.x + 3).sin() * (31 * pupil.sample.y).cos();
@@ -113,7 +113,7 @@ TEST_F(DiffractionImage, SinusoidalGratingSendsBesselSquaredIntoItsOrders) {
   // at n lambda f nu is J_n(4 pi a/lambda)^2 of the unaberrated peak (Goodman 4.4.4). 16 cells a period:
   // order n + 16 lands there, too: 2 J_4 J_12 = 4e-12 at most.
   const double width = 0.24, nu = 12 / width, a = 80e-9;
-  const DiffractionPupil square = diffraction_pupil(RectangleAperture{width, width}, width / 192);
+  const DiffractionPupil square = diffraction_pupil(RectangleAperture{width, width}, kParaxial, width / 192);
   DiffractionPupil plain = square;
   plain.amplitude = plain.cover;  // equal cells: the discrete sum is exact
   const DiffractionProblem grating{plain, kFocal, kWave};

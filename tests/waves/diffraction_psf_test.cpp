@@ -57,7 +57,7 @@ TEST(DiffractionPsf, AiryRadiiOfACircleMeetTheClosedForm) {
   // Seen: 2.3e-7 (EE90) for 128 cells, 1.4e-5 for 32; even and odd grids alike.
   for (const auto& [cells, tolerance] :
        std::vector<std::pair<int, double>>{{31, 2e-5}, {32, 2e-5}, {127, 4e-7}, {128, 4e-7}}) {
-    const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / cells);
+    const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / cells);
     const DiffractionProblem problem{pupil, kFocal, kWave};
     const auto found =
         values_of(problem, flat(pupil),
@@ -71,7 +71,7 @@ TEST(DiffractionPsf, AiryRadiiOfACircleMeetTheClosedForm) {
 TEST(DiffractionPsf, AiryEnergyOfAnAnnulusMeetsTheIntegral) {
   const double e = 0.3;
   const DiffractionPupil pupil =
-      diffraction_pupil(AnnulusAperture{kDiameter, e * kDiameter}, kDiameter / 100);
+      diffraction_pupil(AnnulusAperture{kDiameter, e * kDiameter}, kParaxial, kDiameter / 100);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   const Eigen::ArrayXd radius = kAiryUnit * Eigen::ArrayXd::LinSpaced(6, 0.5, 3.0);
   const Eigen::ArrayXd energy = diffraction_encircled_energy(problem, flat(pupil), 0, radius);
@@ -85,7 +85,7 @@ TEST(DiffractionPsf, CoverIsTheExactAreaOfEveryAperture) {
       PolygonAperture{{{{-0.1, -0.1}, {0.2, -0.1}, {0.2, 0.15}, {0.05, 0.0}, {-0.1, 0.15}}}}};
   for (const Aperture& aperture : apertures) {
     const double pitch = 0.0137;
-    const DiffractionPupil pupil = diffraction_pupil(aperture, pitch);
+    const DiffractionPupil pupil = diffraction_pupil(aperture, kParaxial, pitch);
     EXPECT_NEAR(pupil.cover.sum() * pitch * pitch / aperture_area(aperture), 1, 1e-13);
     EXPECT_NEAR(pupil.amplitude.sum() / pupil.cover.sum(), 1, 1e-13);
   }
@@ -96,7 +96,7 @@ TEST(DiffractionPsf, EdgesIntegrateSmoothFieldsToThirdOrder) {
   // factor of 6 or more when the pitch halves, that of `cover` about 4.
   const double k = 31, l = 23;
   const auto error = [&](const Aperture& aperture, double pitch, double exact, bool corrected) {
-    const DiffractionPupil pupil = diffraction_pupil(aperture, pitch);
+    const DiffractionPupil pupil = diffraction_pupil(aperture, kParaxial, pitch);
     const Eigen::ArrayXd field = (k * pupil.sample.x).cos() * (l * pupil.sample.y).cos();
     const double sum = ((corrected ? pupil.amplitude : pupil.cover) * field).sum() * pitch * pitch;
     return std::abs(sum - exact) / aperture_area(aperture);
@@ -122,7 +122,7 @@ TEST(DiffractionPsf, EdgesIntegrateSmoothFieldsToThirdOrder) {
 }
 
 TEST(DiffractionPsf, PaddingChangesNothing) {
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 45);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 45);
   const Eigen::ArrayXd height = 90e-9 * (25 * pupil.sample.x + 3).sin() * (31 * pupil.sample.y).cos();
   const std::vector<Statistic> statistics = {EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.9, 2e-4},
                                              RingThrough{9e-6, -1e-4}, SpotFwhm{0}};
@@ -139,7 +139,7 @@ TEST(DiffractionPsf, PaddingChangesNothing) {
 TEST(DiffractionPsf, DefocusAgreesInSignAndSizeWithRays) {
   // A surface h = c rho^2 moves the focus: rays X = x (-4 c (f+dz) - dz/f) meet at dz = -4 c f^2/(1 + 4 c f).
   // There the PSF is the Airy pattern again, (f + dz)/f larger.
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 64);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 64);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   const double c = 2e-5, dz = -4 * c * kFocal * kFocal / (1 + 4 * c * kFocal);
   const Eigen::ArrayXd height = c * (pupil.sample.x.square() + pupil.sample.y.square());
@@ -155,7 +155,7 @@ TEST(DiffractionPsf, EnergyBeyondTheFieldOfViewFallsWithTheCells) {
   // (the mean of 1/r over the square's edge, 0.9003/w), w = N lambda F/2: 0.365/N. The corrected amplitudes
   // weaken the outermost light by some of it.
   for (const int cells : {64, 256}) {
-    const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / cells);
+    const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / cells);
     const DiffractionCheck check = check_diffraction({pupil, kFocal, kWave}, flat(pupil), 0);
     EXPECT_NEAR(check.energy_outside * cells, 0.365, 0.1) << cells;
     EXPECT_NEAR(check.field_of_view / (cells * kAiryUnit), 1, 1e-12);
@@ -165,7 +165,7 @@ TEST(DiffractionPsf, EnergyBeyondTheFieldOfViewFallsWithTheCells) {
 }
 
 TEST(DiffractionPsf, SurfacesTooSteepForTheGridAreRefused) {
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 64);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 64);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   // 4 pi slope pitch/lambda = pi at slope = lambda/(4 pitch).
   const double limit = kWave / (4 * pupil.pitch_x);
@@ -234,7 +234,7 @@ TEST(DiffractionPsf, AMapWithHolesDiffractsLikeTheOpaqueAperture) {
 }
 
 TEST(DiffractionPsf, StatisticsWithoutAFiniteValueAreRefused) {
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 32);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 32);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   for (const Statistic& statistic :
        std::vector<Statistic>{ScatterRms{}, ScatterMean{}, RmsRadius{0}, RmsHeight{},
@@ -243,11 +243,11 @@ TEST(DiffractionPsf, StatisticsWithoutAFiniteValueAreRefused) {
     EXPECT_FALSE(evaluate_diffraction(problem, flat(pupil), {statistic}, 1, nullptr, &values, nullptr));
     EXPECT_TRUE(std::isnan(values[0])) << statistic_name(statistic);
   }
-  EXPECT_THROW(diffraction_pupil(CircleAperture{kDiameter}, 1e-6), ComputationError);
+  EXPECT_THROW(diffraction_pupil(CircleAperture{kDiameter}, kParaxial, 1e-6), ComputationError);
 }
 
 TEST(DiffractionPsf, PlanesThatDoNotExistHaveNoValues) {
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 16);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 16);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   const Eigen::ArrayXd radius = Eigen::ArrayXd::Constant(2, kAiryUnit);
   const double infinity = std::numeric_limits<double>::infinity();
@@ -271,7 +271,7 @@ TEST(DiffractionPsf, PlanesThatDoNotExistHaveNoValues) {
 }
 
 TEST(DiffractionPsf, HeightsThatAreNotFiniteAreRefused) {
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 16);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 16);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     Eigen::ArrayXd height = flat(pupil);
@@ -289,7 +289,7 @@ TEST(DiffractionPsf, HeightsThatAreNotFiniteAreRefused) {
 }
 
 TEST(DiffractionPsf, RingThroughProfileOfAnIdealMirrorPeaksAtFocusAndHasTheRightWidth) {
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 128);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 128);
   const DiffractionProblem problem{pupil, kFocal, kWave};
   const double ring = airy_radius(0.9, 0);
   const auto found = values_of(problem, flat(pupil), {RingFwhm{0.9, std::nullopt}, RingFwhm{0.9, ring}});
@@ -325,13 +325,13 @@ TEST(DiffractionPsf, RingThroughProfileOfAnIdealMirrorPeaksAtFocusAndHasTheRight
 
 TEST(DiffractionPsf, LineSpreadWidthOfASquareIsThatOfSincSquared) {
   // L(x) ~ sinc^2(w x/(lambda f)) along the side of a square: FWHM 0.885892941 lambda f/w.
-  const DiffractionPupil pupil = diffraction_pupil(RectangleAperture{0.3, 0.3}, 0.3 / 100);
+  const DiffractionPupil pupil = diffraction_pupil(RectangleAperture{0.3, 0.3}, kParaxial, 0.3 / 100);
   const auto found = values_of({pupil, kFocal, kWave}, flat(pupil), {SpotFwhm{0}});
   EXPECT_NEAR(found[0] / (0.885892941 * kWave * kFocal / 0.3), 1, 1e-5);
 }
 
 TEST(DiffractionPsf, ResultsDoNotDependOnThreadsOrOnReusedMemory) {
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 40);
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 40);
   const Eigen::ArrayXd height = 60e-9 * (25 * pupil.sample.x + 3).sin() * (31 * pupil.sample.y).cos();
   const DiffractionProblem problem{pupil, kFocal, kWave};
   const std::vector<Statistic> statistics = {
@@ -355,7 +355,7 @@ TEST(DiffractionPsf, AWorkspaceTellsOneSurfaceFromTheNext) {
                                              SpotFwhm{1e-6}};
   const std::vector<Statistic> other_planes = {EncircledEnergyRadius{0.6, -1e-4},
                                                EncircledEnergyRadius{0.6, 2e-4}};
-  DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 40);
+  DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 40);
   Eigen::ArrayXd height = 60e-9 * (25 * pupil.sample.x + 3).sin() * (31 * pupil.sample.y).cos();
   DiffractionWorkspace workspace;
   const auto compare = [&](const DiffractionProblem& problem, const std::vector<Statistic>& wanted) {
@@ -377,7 +377,7 @@ TEST(DiffractionPsf, AWorkspaceTellsOneSurfaceFromTheNext) {
   compare({pupil, kFocal, kWave, 3}, statistics);
   pupil.amplitude[100] *= 0.5;  // in place: the address stays
   compare({pupil, kFocal, kWave}, statistics);
-  pupil = diffraction_pupil(CircleAperture{kDiameter}, kDiameter / 36);
+  pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 36);
   height = 60e-9 * (25 * pupil.sample.x + 3).sin();
   compare({pupil, kFocal, kWave}, statistics);
 }

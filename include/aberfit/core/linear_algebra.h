@@ -2,9 +2,15 @@
 #include <Eigen/Core>
 #include <memory>
 
-/// Decompositions of dense real matrices, Eigen's: compiled once, because its templates for them take
-/// minutes.
+/// Products and decompositions of dense real matrices, Eigen's: compiled once, because its templates for them
+/// take minutes. Products, symmetric eigenvalues, Cholesky's and the triangle of QR by the processor's best
+/// instruction set: a third of the time of Eigen as everything else includes it, and the same bits on one
+/// kind of processor.
 namespace aberfit {
+
+/// a b and a^T b of large matrices; where Eigen's own product costs nothing that counts, it reads better.
+Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+Eigen::MatrixXd transposed_product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
 /// Of a symmetric matrix, of which the lower half is read: values ascending, vectors in columns.
 struct SymmetricEigen {

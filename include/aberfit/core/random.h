@@ -16,6 +16,9 @@ class RandomStream {
   std::array<double, 2> uniform_pair(std::uint64_t index) const;
   /// Two independent standard normal numbers (Box-Muller on uniform_pair(index)).
   std::array<double, 2> normal_pair(std::uint64_t index) const;
+  /// normal_pair(first + i), i < count, into `one` and `other`, several times as fast and within 4e-15 of it:
+  /// the same bits on one kind of processor.
+  void normal_pairs(std::uint64_t first, int count, double* one, double* other) const;
   double uniform(std::uint64_t index) const { return uniform_pair(index)[0]; }
   double normal(std::uint64_t index) const { return normal_pair(index)[0]; }
   /// 64 random bits.

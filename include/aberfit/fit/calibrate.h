@@ -31,8 +31,8 @@ struct FitProblem {
   const SurfaceSpectrum* spectrum = nullptr;
   Eigen::VectorXd spectrum_target = {};     ///< [m^4], positive, one per bin
   Eigen::VectorXd spectrum_tolerance = {};  ///< of the natural logarithm of the PSD, positive, one per bin
-  /// What the statistics are of. For kWaves `pupil` is the sample of diffraction_pupil(*aperture, pitch) and
-  /// `surface` lives on its points.
+  /// What the statistics are of. For kWaves `pupil` is the sample of diffraction_pupil(*aperture,
+  /// mirror.focal_length, pitch) and `surface` lives on its points.
   FocusModel model = FocusModel::kRays;
   double wavelength = 0;               ///< [m]; needed unless kRays
   const Aperture* aperture = nullptr;  ///< needed unless kRays
@@ -61,6 +61,10 @@ struct FitOptions {
   /// and the worst mismatch has stopped falling; solvers otherwise creep along the prior. Met tolerances are
   /// kConverged either way.
   double stop_at = 0.5;
+  /// Factor on the prior's residuals xi - xi0 (or xi) in the solve. Below 1 the targets pull harder than the
+  /// prior's own standard deviations would let them: a fit of few terms, which the prior keeps at the edge of
+  /// the tolerances, ends sooner. The posterior is that of 1.
+  double prior_weight = 1;
   double bound = 0;  ///< when > 0: |xi_i| <= bound, coefficients within so many prior standard deviations
   int threads = 1;
   std::function<bool(const FitProgress&)> progress;  ///< called after every iteration; false cancels

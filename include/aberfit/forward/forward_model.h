@@ -18,7 +18,8 @@ namespace aberfit {
 /// The way of light from a term surface to the focus: all that the statistics of the surface depend on.
 struct LightPath {
   const Mirror& mirror;
-  const PupilSample& pupil;        ///< for kWaves the sample of diffraction_pupil(*aperture, pitch)
+  const PupilSample&
+      pupil;  ///< for kWaves the sample of diffraction_pupil(*aperture, mirror.focal_length, pitch)
   const SurfaceOperator& surface;  ///< L at the pupil points
   FocusModel model = FocusModel::kRays;
   double wavelength = 0;               ///< [m]; needed unless kRays

@@ -40,7 +40,8 @@ struct Attempt {
   FitOutcome result;
   std::shared_ptr<const TermPlan> terms;
   std::shared_ptr<const Workbench> bench;
-  FreshStatistics fresh;       ///< empty where the fit was not judged
+  FreshStatistics fresh;       ///< of a JudgedSet's statistics; empty where the fit was not judged
+  Eigen::VectorXd own;         ///< on the fit's own points: what is judged of each fitted target
   double mismatch = HUGE_VAL;  ///< worst, in tolerances
   bool met = false;            ///< every tolerance
 };

@@ -16,7 +16,7 @@ struct FrontierPoint {
   Eigen::Index terms = 0, rays = 0;
   double fitted_mismatch = 0;  ///< largest |S - T| / tolerance over the fitted statistics
   double held_out_mismatch =
-      NAN;  ///< largest |S / T - 1| over the held-out ones on fresh rays; NaN: not judged
+      NAN;  ///< largest judged difference of the held-out ones on fresh rays; NaN: not judged
   double seconds = 0;
   bool screened = false;           ///< left after a short fit on few rays
   std::optional<Verdict> verdict;  ///< on fresh rays; nothing where it was not judged

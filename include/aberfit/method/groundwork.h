@@ -40,6 +40,7 @@ int radial_overlap(const TermSet& terms);
 struct TargetSets {
   std::vector<Target> fitted, guides, held_out;
   std::string theory;  ///< "geometric", "rays", "ghs", or "given"
+  Warnings warnings;   ///< `target-missing`: statistics of the default set that the theory has no value for
 };
 /// Whether all of the task's statistics have a value: then no theory is asked.
 bool targets_are_given(const Task& task);

@@ -7,14 +7,23 @@
 
 namespace aberfit {
 
-/// The fitted surface judged by what its scene needs, where the fit's own theory or model is simpler;
-/// absent where it is not. Theory: GHS, of half the heights in convention `paper`; given targets
-/// stay themselves. Statistics: the fitted ones that exist for waves. Where that cannot be computed,
-/// `undecided` and no metrics.
-std::optional<NeededJudgement> judge_by_need(const Task& task, const Groundwork& ground,
-                                             const TargetSets& targets, const TermSet& terms,
-                                             const Eigen::VectorXd& coefficients, int threads,
-                                             Warnings* warnings);
+/// Light's answer about a fitted surface whose own metrics are not light's: by diffraction on a grid as fine
+/// as its light needs, against GHS (of half the heights in convention `paper`) or the given values.
+/// Statistics: the fitted ones that exist for waves; the held-out ones too where light decides. Nothing
+/// without a theory of light (`obstacle` then says why) or where the grid would be larger than
+/// kMostJudgedCells.
+LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const TargetSets& targets,
+                              const TermSet& terms, const Eigen::VectorXd& coefficients, int threads,
+                              Warnings* warnings);
+
+/// Cells across the aperture at most for light's answer: 8e5 cells, some ten seconds for the default
+/// statistics.
+inline constexpr double kMostJudgedCells = 1024;
+
+/// What the perfect mirror would have come to against the targets, in light: the encircled energies and ring
+/// widths of the fitted and held-out targets by GHS without roughness. Nothing where the scene has no GHS.
+std::optional<PerfectMirror> judge_perfect_mirror(const Task& task, const Groundwork& ground,
+                                                  const TargetSets& targets, int threads);
 
 /// The predicted spread of ee90 between draws, and, where it is within a factor 2 of the margin (or above
 /// half of it and the model is not that of the prediction), the one of 32 draws through `focus`.

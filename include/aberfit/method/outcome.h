@@ -55,13 +55,22 @@ struct Realisation {
   double spread() const { return draws > 0 ? measured : predicted; }
 };
 
-/// The fitted surface through the model that its scene needs, against the theory that the scene needs.
-struct NeededJudgement {
-  std::string theory;  ///< "ghs"; "given" where the targets are values
-  std::string model;   ///< "waves"
-  std::string reason;  ///< one sentence: why the fit's own model does not decide
+/// Light's answer: the fitted surface by diffraction against generalised Harvey-Shack, or against given
+/// values.
+struct LightJudgement {
+  bool decides = false;  ///< the verdict of the result is this one
+  std::string theory;    ///< "ghs"; "given" where the targets are values
+  std::string obstacle;  ///< why it could not be computed, a clause; empty: it was
+  bool no_grid = false;  ///< because no grid holds the pupil's phase: the verdict is then that of rays, with
+                         ///< the difference of geometric and generalised Harvey-Shack as their model error
   Verdict verdict = Verdict::kUndecided;
-  std::vector<EquivalenceMetric> metrics;  ///< empty where it cannot be computed
+  std::vector<EquivalenceMetric> metrics;
+};
+
+/// What the perfect mirror would have said: whether a margin can see the roughness at all.
+struct PerfectMirror {
+  double mismatch = 0;    ///< largest of its differences in light, in tolerances of the verdict
+  std::string statistic;  ///< whose
 };
 
 /// What came of a task: the fit, the surface, the verdict on it. Statistic vectors run parallel to `targets`.
@@ -73,6 +82,7 @@ struct FitOutcome {
   std::string theory;                 ///< "geometric", "rays", "ghs": what made the targets; "given", "map"
   std::string model = "rays";         ///< "rays", "waves": what turned the surface into statistics
   std::string needed;                 ///< the same words: what the scene needs; empty without roughness
+  bool light_decides = true;          ///< the verdict is light's; else that of the theory the study names
   std::string model_reason;           ///< why it is needed, one sentence
   std::optional<ModelErrors> errors;  ///< of rays against GHS; absent without roughness
   std::optional<Realisation> realisation;
@@ -83,14 +93,16 @@ struct FitOutcome {
   double radius = 0;  ///< normalisation radius [m]
   EquivalentSurface surface;
   Eigen::VectorXd start, fitted, validated;
+  Eigen::VectorXd posterior_std;      ///< of `fitted`, by the linearised problem
   std::vector<SpectrumBin> spectrum;  ///< empty where no PSD bins were asked for
   std::optional<Frontier> frontier;  ///< what the search for the fewest terms tried; absent: terms were given
   std::optional<RayChoice> ray_choice;
   std::optional<BandUse> band;      ///< absent without roughness
   std::optional<MapFitResult> map;  ///< least-squares fit of a measured map; statistics then have no target
-  Verdict verdict = Verdict::kUndecided;            ///< that of `needed_judgement` where there is one
-  std::vector<EquivalenceMetric> metrics;           ///< on the model of the fit
-  std::optional<NeededJudgement> needed_judgement;  ///< where that model is too simple for the scene
+  Verdict verdict = Verdict::kUndecided;   ///< that of `light` where it decides
+  std::vector<EquivalenceMetric> metrics;  ///< on the model of the fit
+  std::optional<LightJudgement> light;     ///< absent where `metrics` are light's own, and without a fit
+  std::optional<PerfectMirror> perfect;    ///< absent where the scene has no GHS
   Warnings warnings;
 };
 

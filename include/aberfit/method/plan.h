@@ -33,6 +33,7 @@ struct FitPlan {
   std::shared_ptr<const TermPlan> terms;
   PupilOptions pupil;           ///< rays; waves have a grid that their light decides
   bool automatic_rays = false;  ///< more of them until fresh ones say the same
+  double coarsening = 1;        ///< of the grid that waves need (wave_pitch)
   int starts = 1;               ///< tries from different draws
   int most_iterations = 100;
   Eigen::VectorXd warm;           ///< white coordinates to start from instead of a draw

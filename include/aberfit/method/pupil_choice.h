@@ -10,10 +10,16 @@
 
 namespace aberfit {
 
+/// A fit by waves starts on a grid that is coarser than the safe one by this factor.
+inline constexpr double kFirstCoarsening = 2;
+
 /// Pitch [m] of the pupil grid for waves: light at 1.5 times the largest EE radius of `targets` in all of
-/// their planes stays inside half of the field of view, the highest frequency of `terms` gets three cells a
-/// cycle, and there are at least 128 cells across.
-double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets);
+/// their planes stays inside half of the field of view, the highest frequency of `terms` and of the
+/// mirror's known Zernikes gets three cells a cycle, and there are at least 128 cells across. coarsening:
+/// factor on all of this but the terms' cells; at 2 the same light just fits into the field of view, and
+/// there are 64 cells across.
+double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
+                  double coarsening = 1);
 
 /// The points that a surface is propagated from: rays, or the cells of a grid of `pitch` [m].
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch);

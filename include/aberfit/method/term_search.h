@@ -13,7 +13,7 @@ using TryTerms = std::function<FrontierPoint(const TermsSpec& asked)>;
 /// How the search looks at a set.
 struct TermTrials {
   /// A short fit on few rays, warm-started from the one before: tells how far from the tolerances a set
-  /// stays. Empty where such fits say nothing: then the search goes down instead of up.
+  /// stays. Empty where such fits say nothing: then the search halves the range instead of climbing it.
   TryTerms screen;
   /// The fit of these terms, judged on fresh rays. What it says is the answer.
   TryTerms confirm;
@@ -41,10 +41,9 @@ TermsSpec zernikes_up_to(int order, CovarianceKind covariance);
 TermsSpec plane_waves(int count);
 
 /// The fewest terms that pass, by climbing through the orders: screens each, confirms the promising ones, and
-/// goes down from the first that passes until two in a row do not. Without screening it goes down from the
-/// high end of the range. Where none passes: the judged set with
-/// the smallest held-out mismatch, else the one nearest to its tolerances, not fitted in full if screened.
-/// `chosen` is marked in the result, which is sorted by terms.
+/// goes down from the first that passes until two in a row do not. Without screening it halves the range
+/// first. Where none passes: the judged set with the smallest held-out mismatch, else the one nearest to its
+/// tolerances, not fitted in full if screened. `chosen` is marked in the result, which is sorted by terms.
 /// range: expected_orders; the climb ends a third beyond its high end. margin: of the verdicts, told in the
 /// result.
 Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange& range,

@@ -22,7 +22,8 @@ enum class ExportFormat {
 /// enumeration.
 const std::vector<std::string>& export_names();
 
-/// A term surface to be carried into another program.
+/// A term surface to be carried into another program: the terms alone, to be added to the nominal mirror
+/// (conic, even powers and known Zernikes), which the other program is to have as a surface of its own.
 struct ExportInput {
   const TermSet& terms;
   const Eigen::VectorXd& coefficients;  ///< [m]

@@ -32,10 +32,12 @@ struct ResultDocument : FitOutcome {
 /// left out. `scene.theory` made the targets, `scene.model` turned the surface into statistics,
 /// `scene.needed` is the model that the scene needs and `scene.reason` says why; `scene.ghs` is the
 /// prediction of generalised Harvey-Shack and `scene.model_error` what rays make of it, model / GHS
-/// - 1. `equivalence.verdict` is that of `equivalence.needed` where the fit's model is simpler than the scene
-/// needs. Spherical terms: `value_m` is the height of the term at the rim, `coefficient` the same as c_2n of
-/// sum c_2n rho^2n [m^(1-2n)]. Two targets of one name (rings of different radius, say) get "#2", "#3", ...
-/// appended to the later ones.
+/// - 1. `equivalence.light` is light's answer: `decides` says whether `equivalence.verdict` is its verdict
+/// (it is unless the study names another theory); `metrics` are there where those of the fit are not light's.
+/// `equivalence.perfect_mirror` is how far the mirror without roughness would be from the targets. Spherical
+/// terms: `value_m` is the height of the term at the rim, `coefficient` the same as c_2n of sum c_2n rho^2n
+/// [m^(1-2n)]. Two targets of one name (rings of different radius, say) get "#2", "#3", ... appended to the
+/// later ones.
 nlohmann::ordered_json to_json(const ResultDocument& result, const nlohmann::ordered_json& study);
 /// `scene` of a result: numbers, models, GHS prediction, model errors, realisation scatter.
 nlohmann::ordered_json scene_json(const FitOutcome& result);

@@ -125,7 +125,8 @@ Eigen::ArrayXd autocorrelation(const RadialPsd& psd, const Eigen::ArrayXd& r);
 /// 1e-11 however small r is, where the difference of two autocorrelations has lost its digits. Closed forms
 /// as for `autocorrelation`, with their power series at small r; otherwise the integral of S (1 - J0), whose
 /// integrand has one sign. A k-correlation whose exponent is within 1e-6 of an even number errs up to 1e-7.
-/// Infinity when the height variance is.
+/// It exists for S steeper than any height variance allows, up to f^-4 at f = 0 (Kolmogorov's f^-11/3 too);
+/// infinity beyond, and where the height variance diverges at high frequency.
 Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r);
 /// l_c = int_0^inf C(r)/C(0) dr = int S df / (height variance) [m]; infinity when int S df diverges at f = 0;
 /// NaN without a finite height variance.

@@ -1,16 +1,36 @@
 #pragma once
 #include <array>
 #include <cmath>
+#include <vector>
+
+#include "aberfit/scene/zernike.h"
 
 namespace aberfit {
 
-/// Rotationally symmetric mirror, vertex at the origin, opening towards +z where the light comes from
-/// (PHYSICS 1).
-struct Mirror {
-  double focal_length = 0;            ///< paraxial focal length [m], > 0; vertex radius of curvature 2 f
-  double conic = -1;                  ///< conic constant; -1 parabola, 0 sphere
-  std::array<double, 5> spherical{};  ///< c4, c6, c8, c10, c12 of sum c_2n rho^2n [m^(1-2n)]
+/// A Zernike term of the mirror that is known beforehand.
+struct KnownZernike {
+  ZernikeMode mode;
+  double height = 0;  ///< RMS over the disc [m], of the surface, with the sign of h: towards the light
 };
+
+/// The nominal mirror: all that is known of its shape, roughness apart. Vertex of the conic at the origin,
+/// opening towards +z where the light comes from (PHYSICS 1). A surface of revolution but for the known
+/// Zernikes. Focus, planes and centre of the statistics stay those of focal_length, whatever the Zernikes.
+struct Mirror {
+  double focal_length = 0;              ///< paraxial focal length [m], > 0; vertex radius of curvature 2 f
+  double conic = -1;                    ///< conic constant; -1 parabola, 0 sphere
+  std::array<double, 5> spherical{};    ///< c4, c6, c8, c10, c12 of sum c_2n rho^2n [m^(1-2n)]
+  std::vector<KnownZernike> zernike{};  ///< of the design or of a measurement, added to the sag
+  double zernike_radius = 0;            ///< of their disc [m], > 0 where there are any
+};
+
+/// Whether the sag is rho^2/(4f) and nothing else: then, and only then, light along the axis has a perfect
+/// focus.
+bool is_parabola(const Mirror& mirror);
+/// Whether the sag depends on rho alone: no known Zernike with m != 0.
+bool is_rotationally_symmetric(const Mirror& mirror);
+/// The same mirror without its known Zernikes.
+Mirror without_known_zernikes(Mirror mirror);
 
 /// Height and slopes of a surface at one point.
 template <typename T>
@@ -20,8 +40,10 @@ struct SurfacePoint {
   T slope_y;  ///< dz/dy
 };
 
-/// Sag and gradient of the mirror without roughness at (x, y) [m]: standard conic sag plus even powers.
-/// Valid for (1+conic) rho^2 < (2f)^2, see `sag_domain_radius`; NaN outside. Scalars: double or a Jet type.
+/// Sag and gradient of the nominal mirror at (x, y) [m]: standard conic sag plus even powers plus known
+/// Zernikes. Valid for (1+conic) rho^2 < (2f)^2, see `sag_domain_radius`; NaN outside. Beyond their disc the
+/// Zernikes go on as the polynomials they are. Scalars: double or a Jet type. Definition of what many points
+/// at once get from trace/nominal_surface.h; the time is that of one recurrence a Zernike.
 template <typename T>
 SurfacePoint<T> base_surface(const Mirror& mirror, const T& x, const T& y) {
   using std::sqrt;
@@ -36,7 +58,15 @@ SurfacePoint<T> base_surface(const Mirror& mirror, const T& x, const T& y) {
     power = power * rho2;
     height = height + mirror.spherical[i] * power;
   }
-  return {height, slope_over_rho * x, slope_over_rho * y};
+  SurfacePoint<T> point{height, slope_over_rho * x, slope_over_rho * y};
+  for (const KnownZernike& term : mirror.zernike) {
+    const ZernikePoint<T> z = zernike_at<T>(term.mode, x / mirror.zernike_radius, y / mirror.zernike_radius);
+    const double slope = term.height / mirror.zernike_radius;
+    point.height = point.height + term.height * z.value;
+    point.slope_x = point.slope_x + slope * z.dx;
+    point.slope_y = point.slope_y + slope * z.dy;
+  }
+  return point;
 }
 
 /// Largest rho [m] at which the conic sag exists; infinity for conic <= -1.

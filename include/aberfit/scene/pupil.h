@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <variant>
 #include <vector>
@@ -35,7 +36,15 @@ struct CartesianGrid {
   Eigen::ArrayXd x, y;  ///< coordinates of the columns and of the rows [m]
   std::vector<std::uint32_t> column, row;
 };
-using PupilStructure = std::variant<std::monostate, PolarRings, CartesianGrid>;
+/// Points of a mirror from where light meets the focus of its parabola at equal steps of the direction
+/// cosine: point k lies at (x, y) (1 + t^2), x = x[column[k]] and y = y[row[k]] focal lengths times the
+/// direction cosines, t = r/2f.
+struct DirectionGrid {
+  CartesianGrid cells;
+  double focal_length = 0;        ///< [m]
+  std::array<double, 2> shift{};  ///< of the cells from where they are symmetric about the aperture [cells]
+};
+using PupilStructure = std::variant<std::monostate, PolarRings, CartesianGrid, DirectionGrid>;
 
 /// Points of the aperture with weights that sum to 1.
 struct PupilSample {
@@ -43,7 +52,7 @@ struct PupilSample {
   Eigen::ArrayXd y;       ///< [m]
   Eigen::ArrayXd weight;  ///< share of the light
   PupilLayout layout = PupilLayout::kPolar;
-  PupilStructure structure = {};  ///< polar and grid; nothing for scattered points
+  PupilStructure structure = {};  ///< nothing for scattered points
   Eigen::Index size() const { return x.size(); }
 };
 

@@ -87,17 +87,24 @@ struct FormulaInputs {
   std::optional<double> f_min, f_max;                                                 ///< [cycles/m]
 };
 
-/// A number printed elsewhere, to be set beside ours.
+/// A number, claim or picture printed elsewhere, to be answered with ours.
 struct PublishedNumber {
+  std::string id, section;  ///< stable key, and place there; may be empty
   std::string label;
-  std::string quantity;  ///< key of the quantities of a verify result, or
-  std::string
-      formula;  ///< a formula of study/published.h on `inputs`; both empty: nothing to compare, reading only
+  std::string quantity;    ///< key of the quantities of a verify result, or
+  std::string formula;     ///< a formula of study/published.h on `inputs`, or
+  std::string expression;  ///< arithmetic on quantities and printed values; all empty: nothing of ours
   FormulaInputs inputs;
-  double value = 0;     ///< as printed
-  std::string unit;     ///< as printed
-  double scale = 1;     ///< printed value times scale = SI value
+  std::string printed;           ///< as printed, digit for digit; may be words
+  std::optional<double> value;   ///< the same as a number; absent where `printed` is none
+  bool derived = false;          ///< not printed there, but follows from what is
+  std::string unit;              ///< as printed
+  double scale = 1;              ///< printed value times scale = SI value
+  std::optional<double> within;  ///< relative difference that still holds; absent: half of the last digit
+  std::string holds;    ///< what has to be true instead of that: an expression, `ours` and `printed` in it
+  std::string verdict;  ///< where nothing is computed; or what it is called if the comparison holds
   std::string reading;  ///< what holds and what does not, in a sentence
+  std::string picture;  ///< of verify_picture_names, the one that shows it
 };
 struct VerifySpec {
   VerifyAside aside;

@@ -2,15 +2,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace aberfit {
+#include "aberfit/scene/zernike.h"
 
-/// Zernike mode Z_n^m, orthonormal on the unit disc (unit RMS): m > 0 cosine, m < 0 sine (Noll 1976
-/// normalisation).
-struct ZernikeMode {
-  int n = 0;
-  int m = 0;
-  bool operator==(const ZernikeMode&) const = default;
-};
+namespace aberfit {
 
 /// Plane wave A cos(2 pi f.x) + B sin(2 pi f.x).
 struct FourierMode {

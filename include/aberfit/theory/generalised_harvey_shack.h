@@ -1,5 +1,7 @@
 #pragma once
+#include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "aberfit/focus/statistic.h"
@@ -10,6 +12,7 @@
 namespace aberfit {
 
 namespace internal {
+class ExactTransfer;
 class RadialTransform;
 struct SurfaceTransfer;
 struct TransferPanel;
@@ -46,41 +49,61 @@ class MeanSpot {
 
 struct GhsOptions {
   int halvings = 0;  ///< further halvings of every quadrature panel: checks convergence
+  /// The textbook form, in which the pupil coordinate is the position on the mirror: EE radii err by 1/(32
+  /// N^2), N the f-number. Of parabolas alone.
+  bool paraxial = false;
+  /// Height [m] at x, y [m] on top of the mirror's own surface; with the mirror's own departure from the
+  /// parabola it is the aberration whose spot the roughness spreads. May be empty.
+  std::function<double(double, double)> departure = {};
 };
 
-/// Generalised Harvey-Shack prediction of the ensemble-mean spot of a rough parabola (PHYSICS 6; Krywonos,
-/// Harvey and Choi 2011 at normal incidence):
-///   OTF(x) = OTF_aperture(x; dz) exp(-g^2 (1 - C(x)/sigma^2)),  x = lambda (f + dz) nu,  g = 4 pi
-/// sigma/lambda,
-/// which is exact for a stationary Gaussian surface in scalar, small-angle diffraction. The physical law of
-/// reflection: for convention `paper` give it the PSD of half the heights. Set up once per scene: the surface
-/// transfer function on panels of 24 nodes, halved until resolved to 1e-12 (some 600 nodes for smooth
-/// autocorrelations). The specular core exp(-g^2) is split off, in the focus of a circle in closed form.
-/// Error of encircled energies below 1e-9. Where f_max x exceeds 100 cycles within the aperture the band edge
-/// is softened by 1 %: at such shears the autocorrelation is that of S cos^4(pi f / (2 f_max)). Const use
-/// from many threads.
+/// Generalised Harvey-Shack prediction of the ensemble-mean spot of a rough mirror (PHYSICS 6; Krywonos,
+/// Harvey and Choi 2011 at normal incidence), exact for a stationary Gaussian surface in scalar diffraction
+/// at small scatter angles. In its aperture-exact form, the default, with P the position in the pupil and x =
+/// lambda (f + dz) nu the shear, both f times a direction cosine [m],
+///   OTF(x) = int A(P + x/2) A*(P - x/2) H(P, x) d2P / int |A|^2 d2P,
+///   H = exp(-(4 pi/(lambda (1 + t^2)))^2 (C(0) - C(dr))),  t = r/2f;
+/// see ExactTransfer in src/theory for dr and A. Every aperture and every mirror: the pupil field A holds
+/// conic, spherical terms, `departure` and the defocus; planes and centre are those of the nominal focus f.
+/// Of pupils without symmetry the real part, averaged over azimuth. The physical law of reflection: for
+/// convention `paper` give it the PSD of half the heights. Frequencies above 1/lambda do not scatter and are
+/// cut off. Where the height variance diverges towards f = 0 (power laws) the structure function takes the
+/// place of the autocorrelation, and no specular core is left. Error of encircled energies: below 1e-9 of
+/// circles and annuli with rotational symmetry (interpolation of H over the aperture: 2e-6 of it), of all
+/// others some 1e-5 in focus and 2e-4 ten waves out of it (hexagon, against more directions of the mean over
+/// azimuth), beside the error of the theory itself, see `theory_error`. Aberrations whose phase turns by more
+/// than 240 waves across the overlap are refused. Where f_max x exceeds 100 cycles
+/// within the aperture the band edge is softened by 1 %: at such shears the autocorrelation is that of S
+/// cos^4(pi f / (2 f_max)). Const use from many threads.
+///
+/// `paraxial`: OTF = OTF_aperture(x; dz) exp(-g^2 (1 - C(x)/sigma^2)), g = 4 pi sigma/lambda, P = r; the
+/// specular core exp(-g^2) is split off, in the focus of a circle in closed form.
 class GeneralisedHarveyShack {
  public:
-  /// wavelength > 0 [m]. Throws ComputationError where the height variance is infinite, for a mirror that is
-  /// not a parabola, whose aberrations this OTF does not hold, and for polygons.
+  /// wavelength > 0 [m]. Throws ComputationError where the structure function is infinite (PSDs as steep as
+  /// f^-4 at f = 0), where the aperture reaches 45 degrees on the mirror or the mirror has no sag; in the
+  /// paraxial form for mirrors that are not parabolas.
   GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                          double wavelength, const GhsOptions& options = {});
   ~GeneralisedHarveyShack();
   GeneralisedHarveyShack(GeneralisedHarveyShack&&) noexcept;
   GeneralisedHarveyShack& operator=(GeneralisedHarveyShack&&) noexcept;
 
-  /// The spot in the plane z = f + dz. Wave aberration of the defocus: dz rho^2/(2 f (f
-  /// + dz)) (Fresnel; Goodman, Introduction to Fourier Optics, 5.2.2). Prefer it to the
-  /// shortcuts below for more than one value in a plane; it costs milliseconds, more for a far defocus with
-  /// much specular light. Throws ComputationError where dz is not finite or f + dz is not above zero, as does
-  /// all that asks for such a plane.
+  /// The spot in the plane z = f + dz. Wave aberration of the defocus: dz (1 - cos theta)/(1 + dz/f), and the
+  /// spot grows by 1 + dz/f; paraxial dz rho^2/(2 f (f + dz)) (Fresnel; Goodman, Introduction to Fourier
+  /// Optics, 5.2.2). Prefer it to the shortcuts below for more than one value in a plane; it costs
+  /// milliseconds, more for a far defocus with much specular light, tenths of a second for a pupil without
+  /// symmetry. Beyond some 200 waves of defocus that the roughness lets through, the phase counts as
+  /// parabolic and H as its mean over the aperture. Throws ComputationError where dz is not finite or f + dz
+  /// is not above zero, as does all that asks for such a plane.
   MeanSpot at_plane(double dz) const;
   double encircled_energy(double radius, double dz) const { return at_plane(dz).encircled_energy(radius); }
   double encircled_energy_radius(double fraction, double dz) const {
     return at_plane(dz).encircled_energy_radius(fraction);
   }
   /// Full width [m] over dz at which N(z) = encircled_energy(ring_radius, dz) falls to half of
-  /// its value in the focus: the crossings nearest to it, to 1e-9. NaN when ring_radius is not positive or
+  /// its value in the focus: the crossings nearest to it, to 1e-9 (1e-6 of pupils without
+  /// symmetry). NaN when ring_radius is not positive or
   /// |dz| would exceed f/2.
   double ring_fwhm(double ring_radius) const;
   /// FWHM [m] of the line spread profile int OTF(nu) cos(2 pi nu x) dnu in the focus, averaged over direction
@@ -93,17 +116,22 @@ class GeneralisedHarveyShack {
   double scatter_rms() const;
   double scatter_mean() const;
 
-  double rms_height() const { return rms_height_; }  ///< [m]
-  double g() const { return g_; }                    ///< 4 pi sigma/lambda
-  double core_share() const { return core_; }        ///< specular light exp(-g^2)
-  double tis() const;                                ///< total integrated scatter 1 - core_share
+  double rms_height() const { return rms_height_; }  ///< of the whole PSD [m]
+  double g() const {
+    return g_;
+  }  ///< 4 pi sigma/lambda, sigma of the frequencies that scatter; may be infinite
+  /// Share of the height variance at frequencies above 1/lambda, which do not scatter.
+  double cut_share() const { return cut_share_; }
+  double core_share() const { return core_; }  ///< specular light: exp(-g^2), averaged over the aperture
+  double tis() const;                          ///< total integrated scatter 1 - core_share
+  bool is_paraxial() const { return exact_ == nullptr; }
   /// Angle-spread function: scattered light (without the specular core) per unit of direction-cosine area at
   /// angle theta [rad] from the specular direction, in the focus [1/sr]; times cos(theta) it is per solid
   /// angle. Its integral 2 pi int ASF sin d(sin) is `tis`. Direction cosines keep it shift-invariant beyond
   /// 10 degrees; the obliquity factor and polarisation are left out, which limits it to some 30 degrees and g
   /// theta^2 << 1.
   double angle_spread(double theta) const;
-  /// exp(-E) at pupil shear x >= 0 [m], and its product with the aperture's OTF.
+  /// exp(-E) at pupil shear x >= 0 [m], averaged over the aperture, and the transfer function in a plane.
   double surface_transfer(double x) const;
   double transfer(double x, double dz) const;
   /// Largest part of the transfer function that the panels could not resolve; 0 as a rule.
@@ -114,19 +142,25 @@ class GeneralisedHarveyShack {
   double operator()(const Statistic& statistic) const;
   /// Many statistics in their order, each plane set up once; prefer it for a whole study. The same values as
   /// one by one, whatever the number of threads. Throws as one by one.
-  Eigen::VectorXd predict(const std::vector<Statistic>& statistics, int threads = 1) const;
+  /// curve_slope, when given: r dE/dr [1] at each encircled-energy radius, NaN for other statistics.
+  Eigen::VectorXd predict(const std::vector<Statistic>& statistics, int threads = 1,
+                          Eigen::VectorXd* curve_slope = nullptr) const;
 
  private:
   Eigen::ArrayXd exponent(const Eigen::ArrayXd& x) const;
   double curvature(double dz) const;
+  double cutoff() const;
+  void set_exact(const GhsOptions& options);
+  void set_paraxial(const GhsOptions& options);
   std::vector<internal::TransferPanel> transfer_panels(double core, double curvature) const;
 
   RadialPsd psd_;
   Mirror mirror_;
   Aperture aperture_;
-  ApertureOtf otf_;
+  std::optional<ApertureOtf> otf_;  // of the paraxial form
   double wavelength_ = 0;
-  double rms_height_ = 0, slope_ = 0, g_ = 0, core_ = 0;
+  double rms_height_ = 0, slope_ = 0, g_ = 0, core_ = 0, cut_share_ = 0;
+  std::unique_ptr<const internal::ExactTransfer> exact_;  // null in the paraxial form, which has the next two
   std::unique_ptr<const internal::SurfaceTransfer> surface_transfer_;
   std::shared_ptr<const internal::RadialTransform> scattered_;  // in the focus, without the core
 };

@@ -11,7 +11,8 @@ namespace aberfit {
 
 /// Geometric Harvey-Shack prediction: every ray is deflected by an isotropic Gaussian slope error of per-axis
 /// standard deviation `slope`; first order in the slope, exact in the aperture (PHYSICS 5). Relative error of
-/// order 4.6 slope^2. Works for every rotationally symmetric mirror and every aperture shape: the nominal
+/// order 4.6 slope^2. Works for every rotationally symmetric mirror (`is_rotationally_symmetric`; known
+/// Zernikes with m != 0 are left out, trace_perturbed has them) and every aperture shape: the nominal
 /// offset and the two focal standard deviations (radial, tangential) are functions of rho alone, averaged
 /// with `radial_quadrature`. With P the slope of the mirror at rho and u = zk - z the height of the plane
 /// over it: physical, radial 2 u s (1+P^2)/(1-P^2)^2 and tangential 2 u s/(1-P^2); paper, u s (1+P^2)/(1-P^2)
@@ -29,6 +30,8 @@ class GeometricHarveyShack {
 
   /// Share of the light within `radius` [m] of the axis at plane dz [m] from z = f.
   double encircled_energy(double radius, double dz) const;
+  /// Its derivative over the radius [1/m]; 0 where the curve is a stair.
+  double encircled_energy_slope(double radius, double dz) const;
   /// Radius [m] that holds `fraction` of the light at plane dz, to 1e-12. Newton with bisection on
   /// encircled_energy. NaN for fractions outside (0, 1).
   double encircled_energy_radius(double fraction, double dz) const;

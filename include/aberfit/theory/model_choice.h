@@ -15,29 +15,30 @@ struct ModelErrors {
   double ray_ee50 = 0, ray_ee90 = 0;
 };
 
-/// Largest error against GHS, of ee50 and of ee90, with which geometric rays are accepted (PHYSICS 7, rule
-/// 1).
-inline constexpr double kErrorOfRays = 0.10;
-
 struct ModelChoice {
   FocusModel model = FocusModel::kWaves;
-  ModelErrors errors;  ///< NaN where GHS does not exist (infinite height variance)
+  ModelErrors errors;  ///< NaN where GHS does not exist
+  /// Largest error of geometric rays in light, relative as a margin is (ray_error_in_light), over fractions
+  /// from 20 to 95 % and planes up to five depths of focus; where it is above `allowed`, of the first plane
+  /// it is so in. Infinite where there are no rays, NaN where GHS does not exist.
+  double ray_error = 0;
+  double allowed = 0;  ///< as asked
   std::string reason;  ///< one sentence
 };
 
-/// Errors of geometric rays (paraxial Gaussian of 2 f slope per axis) against generalised Harvey-Shack, for
-/// an ideal parabola of this mirror's focal length; a polygon counts as the circle of its area. Infinite for
-/// rays of an infinite slope. Throws ComputationError when the height variance is infinite. Costs
-/// milliseconds to tenths of a second (power laws).
+/// Errors of geometric rays (GeometricHarveyShack) against generalised Harvey-Shack, both aperture-exact and
+/// of this mirror and this aperture. Infinite for rays of an infinite slope. Throws ComputationError as
+/// GeneralisedHarveyShack does. Costs milliseconds to tenths of a second (power laws, polygons). See
+/// `ray_error_in_light` for the same in light.
 ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                          double wavelength);
 
-/// The model a scene needs. kappa >= kKappaOfRays and ray ee90 >= kAiryRadiiForRays Airy ee90 admit rays,
-/// which must then agree with GHS within the error above; all else is for waves. Evidence, test ModelChoice,
-/// 532 scenes: the thresholds alone let no error above 10 % pass (worst 8.7 %); comparing keeps the promise
-/// for spectra outside that grid, too. R >= 1000 is 10 % wrong on ee90 in 5 of its 28 scenes, by
-/// up to a factor 1600 on ee50.
+/// A third of the usual margin of 1 %: what `allowed` is where no study gives a margin.
+inline constexpr double kUsualAllowedError = 0.01 / 3;
+
+/// The model a scene needs (PHYSICS 7): rays where their error against light is at most `allowed`, relative
+/// as a margin is; else waves. Costs a few planes of GHS where rays are nearly right, one where they are not.
 ModelChoice choose_model(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
-                         double wavelength);
+                         double wavelength, double allowed);
 
 }  // namespace aberfit

@@ -6,13 +6,12 @@
 
 namespace aberfit {
 
-/// Ranges of the paper's table of R, one cell for each combination. Defaults: the cells whose R the paper
-/// prints (1 nm, 1 um; 100 nm, 10 um), at its 500 nm.
+/// Ranges of the paper's table of R, one cell for each combination. Defaults: its own 36 cells at its 500 nm.
 struct PaperTable {
-  std::vector<double> rms_heights = {1e-9, 10e-9, 100e-9};        ///< sigma [m], > 0
-  std::vector<double> correlation_lengths = {1e-6, 10e-6, 1e-3};  ///< l_c = int C/C(0) dr [m], > 0
-  std::vector<double> diameters = {0.2, 0.4, 0.5, 1.0};           ///< D [m], > 0
-  double wavelength = 500e-9;                                     ///< [m], > 0
+  std::vector<double> rms_heights = {1e-9, 10e-9, 100e-9, 1e-6};    ///< sigma [m], > 0
+  std::vector<double> correlation_lengths = {1e-6, 10e-6, 100e-6};  ///< l_c = int C/C(0) dr [m], > 0
+  std::vector<double> diameters = {0.2, 0.5, 1.0};                  ///< D [m], > 0
+  double wavelength = 500e-9;                                       ///< [m], > 0
 };
 
 /// One combination of the ranges with both verdicts.
@@ -22,7 +21,20 @@ struct PaperCell {
   double g = 0, kappa = 0;                                      ///< as in SceneNumbers
   double ray_ee90_error = 0;               ///< ray ee90 over that of GHS - 1; NaN or infinite: none
   FocusModel needed = FocusModel::kWaves;  ///< by choose_model
+  double wide_share = 0;                   ///< of the light, scattered beyond kSmallAngle
 };
+
+/// Scatter angle [rad] up to which the theories here, of small angles, are trusted (PHYSICS 6), and the share
+/// of the light that may lie beyond.
+inline constexpr double kSmallAngle = 10 * 0.017453292519943295;
+inline constexpr double kWideShare = 1e-3;
+
+/// Share of the light that a surface of RMS height `sigma` [m] and Gaussian autocorrelation
+/// C = sigma^2 exp(-(x/length)^2) scatters beyond `angle` [rad], by generalised Harvey-Shack: the transfer
+/// function exp(-g^2 (1 - C/sigma^2)) is the Poisson sum exp(-g^2) g^(2n)/n! exp(-n (x/length)^2), whose
+/// terms scatter as Gaussians, exp(-(pi length sin(angle)/wavelength)^2/n) of each beyond. All of it beyond
+/// 90 degrees is counted as scattered.
+double gaussian_share_beyond(double sigma, double length, double wavelength, double angle);
 
 /// The table in numbers.
 struct PaperCells {

@@ -10,11 +10,13 @@ namespace aberfit {
 
 /// Dimensionless numbers of a scene that say which model it needs (PHYSICS 7).
 struct SceneNumbers {
-  double rms_height = 0;  ///< [m]
+  double rms_height = 0;           ///< of the whole PSD [m]; may be infinite
+  double relevant_rms_height = 0;  ///< of the frequencies below 1/lambda, which alone scatter light [m]
+  double cut_share = 0;            ///< share of the height variance above them
   double rms_slope_per_axis = 0;
   double correlation_length = 0;  ///< [m]
   double n_eff = 0;               ///< modes that carry the slope; 0 when the slope is infinite
-  double g = 0;                   ///< 4 pi sigma / lambda
+  double g = 0;                   ///< 4 pi sigma / lambda, sigma = relevant_rms_height
   double kappa =
       0;  ///< how nearly quadratic the structure function is where it matters; >= 0.85: rays are right
   double tis = 0;                 ///< total integrated scatter 1 - exp(-g^2)
@@ -33,13 +35,14 @@ inline constexpr double kAiryRadiiForRays = 5;
 
 /// ee90 of the perfect mirror by diffraction [m]. Full circle: 1.900688 lambda f / D, from 1 - J0(v)^2 -
 /// J1(v)^2 = 0.9, v = pi D r / (lambda f) (Born and Wolf 8.5.2). Annuli and rectangles: from their own OTF,
-/// relative error below 1e-8. A polygon counts as the circle of its area.
+/// relative error below 1e-8; polygons 1e-4.
 double airy_ee90(const Mirror& mirror, const Aperture& aperture, double wavelength);
 
-/// Numbers of a roughness on a mirror, wavelength > 0 [m]. kappa = E(x1), E(x) = g^2 (1 - C(x)/sigma^2), x1 =
-/// sqrt2 lambda/(4 pi slope). The ray ee90 compared is the paraxial one of convention `physical`, 2.146 * 2 f
-/// slope. Where the slope or the height variance is infinite, kappa is 0, rays_are_valid is false and the
-/// reason says so.
+/// Numbers of a roughness on a mirror, wavelength > 0 [m]. kappa = E(x1), E(x) = (4 pi/lambda)^2 (C(0) -
+/// C(x)), x1 = sqrt2 lambda/(4 pi slope). The ray ee90 compared is the paraxial one of convention
+/// `physical`, 2.146 * 2 f slope. Where the slope variance is infinite, kappa is 0, rays_are_valid is false
+/// and the reason says so. Where the height variance is, at low frequency, g is infinite, R and l_c are 0,
+/// and kappa comes from the structure function, NaN where that is infinite, too.
 SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                            double wavelength);
 

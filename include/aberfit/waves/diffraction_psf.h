@@ -1,7 +1,9 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,37 +16,49 @@
 
 namespace aberfit {
 
-/// Cells of a Cartesian grid over an aperture. A surface is known at their centres; light passes through the
-/// clear part of each.
+/// In place of a focal length: pupil grids and phases to first order in the aperture.
+inline constexpr double kParaxial = std::numeric_limits<double>::infinity();
+
+/// Cells of an aperture, squares in P = f (direction cosine) = r/(1 + t^2), t = r/2f: equal steps of P are
+/// what a transform to the focal plane needs, exactly, where equal steps on the mirror are off by t^2 at the
+/// rim (PHYSICS 6). A surface is known where the light of their centres meets the mirror; light passes
+/// through the clear part of each. In a paraxial pupil P is the place on the mirror.
 struct DiffractionPupil {
-  /// Centres of the cells that let light through (`structure` is their CartesianGrid), so that a
-  /// SurfaceOperator or a trace works on the same points; weight: share of the clear area. Centres of edge
-  /// cells may lie up to 0.71 pitch outside the aperture.
+  /// Points on the mirror of the cells that let light through (`structure` is a DirectionGrid, in a paraxial
+  /// pupil a CartesianGrid), so that a SurfaceOperator or a trace works on the same points; weight: share of
+  /// the mirror's clear area. Centres of edge cells may lie up to 0.71 pitch outside the aperture.
   PupilSample sample;
   Eigen::ArrayXd cover;  ///< clear share of each of these cells, in (0, 1]
-  /// What a cell adds to a sum that stands for an integral over the aperture: `cover`, corrected at edges so
-  /// that the sum is right to third order in the pitch; edge cells may come out slightly negative. The same
-  /// total.
+  /// What a cell adds to a sum that stands for an integral over P: `cover`, corrected at edges so that the
+  /// sum is right to third order in the pitch (edge cells may come out slightly negative), times the root of
+  /// d2r/d2P = (1 + t^2)^3/(1 - t^2), so that the energy of a cell is its area on the mirror.
   Eigen::ArrayXd amplitude;
-  double pitch_x = 0, pitch_y = 0;  ///< [m]
+  Eigen::ArrayXd obliquity;         ///< 1/(1 + t^2): a height h is a path of 2h times this
+  double total = 0;                 ///< clear area of the mirror, in cells: all light
+  double pitch_x = 0, pitch_y = 0;  ///< of P [m]
   double missing = 0;  ///< share of the aperture's area where a map has no heights: taken as opaque
 };
 
 /// Cells a side of a pupil grid, at most.
 inline constexpr int kMostCells = 16384;
 
-/// Square cells of side `pitch` [m], centred on the aperture's bounding box. The clear share of a cell is its
-/// exact common area with the aperture (margin not taken off: light passes there, too). Relative error of
-/// EE50, EE80 and EE90 of a full circle N cells across, against the Airy pattern:
+/// Square cells of side `pitch` [m], centred on the bounding box of the aperture as P has it, for a parabola
+/// of this focal length [m] or kParaxial. The clear share of a cell is its common area with the aperture
+/// there (margin not taken off: light passes there, too): exact for circles and annuli; straight edges, which
+/// are arcs of ellipses in P, as chords of a quarter of a cell. Relative error of EE50, EE80 and EE90 of a
+/// full circle N cells across, against the Airy pattern:
 ///   N =  32  2e-7, 2e-6, 1.4e-5 with `amplitude`;  2e-4, 2e-3, 7e-3 with `cover`;  5e-3 with cells in or out
 ///   N = 128  8e-10, 3e-8, 2.3e-7;                  2e-5, 1.2e-4, 5e-4;              1e-3
 /// falling as N^-4, N^-2 and erratically. Throws ComputationError for a pitch that gives more than 16384
-/// cells a side.
-DiffractionPupil diffraction_pupil(const Aperture& aperture, double pitch);
+/// cells a side, and for an aperture radius of 1.9 focal lengths or more (light from 87 degrees).
+/// shift: of all cells along x and y, in cells, each up to a half: another sample of the same pupil.
+DiffractionPupil diffraction_pupil(const Aperture& aperture, double focal_length, double pitch,
+                                   std::array<double, 2> shift = {0, 0});
 
 /// The cells of a measured map inside `aperture` (about the map's origin), and their heights [m] in the order
-/// of the points. Cells without a value are opaque. Throws ComputationError when nothing is left or the map
-/// has no pitch.
+/// of the points. Paraxial, since the cells are those of the map: radii are off by 1/(32 N^2), N the
+/// f-number: 0.06 % at f/7, 0.35 % at f/3. Cells without a value are opaque. Throws ComputationError when
+/// nothing is left or the map has no pitch.
 DiffractionPupil diffraction_pupil(const HeightMap& map, const Aperture& aperture, Eigen::ArrayXd* height);
 
 /// What sampling a scene needs.
@@ -61,18 +75,19 @@ struct DiffractionSampling {
 DiffractionSampling diffraction_sampling(const Aperture& aperture, double focal_length, double wavelength,
                                          double radius, double dz, int least_samples = 64);
 
-/// What the statistics are functions of: the pupil focused by an ideal mirror.
+/// What the statistics are functions of: the pupil focused by a parabola.
 ///
-/// Field in the plane z = f + dz, paraxial (Fresnel; Goodman, Introduction to Fourier Optics, 4.2 and 5.2.2):
-///   U(X) = sum_k amplitude_k exp(-i (4 pi h_k/lambda + pi rho_k^2 dz/(lambda f (f+dz)))) exp(-2 pi i
-///   x_k.X/(lambda (f+dz)))
-/// The wavefront is 2h; signs and scale are those of the rays: stationary phase gives X = -2 grad h (f+dz) -
-/// x dz/f, positive dz further from the mirror (PHYSICS 1 to first order in R/2f and in the slope: errors of
-/// order (R/2f)^2, 0.06 % of a radius at f/7, 2 % at f/1.25). For |dz| << f the defocus phase is 2 pi/lambda
-/// dz rho^2/(2f^2).
+/// Field in the plane z = f + dz (PHYSICS 6; t = r/2f, cos theta = (1 - t^2)/(1 + t^2)):
+///   U(X) = sum_k amplitude_k exp(-i [4 pi h_k/(lambda (1 + t_k^2)) + 2 pi/lambda f dz/(f+dz) (1 - cos
+///   theta_k)]) exp(-2 pi i P_k.X/(lambda (f+dz)))
+/// Signs and scale are those of the rays, exact in the aperture and of first order in the slope: positive dz
+/// further from the mirror, (dz/f) r/(1 - t^2) from the axis without roughness. Out of focus the growth of
+/// the spread is that of rays to first order in t^2 dz/f. In a paraxial pupil (Fresnel; Goodman, Introduction
+/// to Fourier Optics, 4.2 and 5.2.2) t = 0 and 1 - cos theta = rho^2/2f^2: errors of order t^2, 0.06 % of a
+/// radius at f/7, 2 % at f/1.25.
 ///
 /// Encircled energy comes from the optical transfer function, the autocorrelation C_m of the pupil field:
-///   EE(r) = u^2 sum_m C_m r J1(2 pi r u |m|)/(u |m|) / sum cover,  u = pitch/(lambda (f+dz)),
+///   EE(r) = u^2 sum_m C_m r J1(2 pi r u |m|)/(u |m|) / total,  u = pitch/(lambda (f+dz)),
 /// the exact integral of the PSF over the disc: no pixels, no interpolation of an image, and no dependence on
 /// padding. Shares are of all light that passes the aperture; light beyond the field of view lambda f/pitch
 /// (for a sharp edge about 0.3/N) is not inside any radius.

@@ -1,4 +1,4 @@
-#include "aberfit/terms/zernike.h"
+#include "aberfit/scene/zernike.h"
 
 #include <fmt/core.h>
 
@@ -8,12 +8,6 @@
 
 namespace aberfit {
 namespace {
-
-void require_mode(ZernikeMode mode) {
-  if (!is_zernike_mode(mode))
-    throw std::invalid_argument(
-        fmt::format("Zernike mode n = {}, m = {}: needs n >= 0, |m| <= n and n - |m| even", mode.n, mode.m));
-}
 
 void require_index(int j, int first, const char* scheme) {
   if (j < first) throw std::invalid_argument(fmt::format("{} index {}: starts at {}", scheme, j, first));
@@ -36,42 +30,16 @@ bool is_zernike_mode(ZernikeMode mode) {
 
 double zernike_norm(ZernikeMode mode) { return std::sqrt((mode.m == 0 ? 1.0 : 2.0) * (mode.n + 1.0)); }
 
-ZernikeValue zernike(ZernikeMode mode, double x, double y) {
-  require_mode(mode);
-  const int m = std::abs(mode.m), degree = (mode.n - m) / 2;
-
-  // P_k^(0,m)(t) and its t-derivative, upwards in the degree.
-  const double t = 2.0 * (x * x + y * y) - 1.0;
-  double p = 1.0, p_before = 0.0, dp = 0.0, dp_before = 0.0;
-  for (int k = 0; k < degree; ++k) {
-    const double s = 2.0 * k + m;
-    const double denominator = 2.0 * (k + 1.0) * (k + m + 1.0);
-    const double a = (s + 1.0) * (s + 2.0) / denominator;
-    const double b = m == 0 ? 0.0 : -double(m) * m * (s + 1.0) / (denominator * s);
-    const double c = k == 0 ? 0.0 : 2.0 * k * (k + m) * (s + 2.0) / (denominator * s);
-    const double p_next = (a * t + b) * p - c * p_before;
-    const double dp_next = (a * t + b) * dp + a * p - c * dp_before;
-    p_before = p, p = p_next;
-    dp_before = dp, dp = dp_next;
-  }
-
-  // (x + iy)^m and m (x + iy)^(m-1), the harmonic and what its gradient is made of.
-  double re = 1.0, im = 0.0, d_re = 0.0, d_im = 0.0;
-  for (int i = 0; i < m; ++i) {
-    d_re = m * re, d_im = m * im;
-    const double re_next = x * re - y * im;
-    im = y * re + x * im;
-    re = re_next;
-  }
-  const bool sine = mode.m < 0;
-  const double harmonic = sine ? im : re, harmonic_dx = sine ? d_im : d_re, harmonic_dy = sine ? d_re : -d_im;
-  const double norm = zernike_norm(mode);
-  return {norm * harmonic * p, norm * (harmonic_dx * p + 4.0 * x * harmonic * dp),
-          norm * (harmonic_dy * p + 4.0 * y * harmonic * dp)};
+void require_zernike_mode(ZernikeMode mode) {
+  if (!is_zernike_mode(mode))
+    throw std::invalid_argument(
+        fmt::format("Zernike mode n = {}, m = {}: needs n >= 0, |m| <= n and n - |m| even", mode.n, mode.m));
 }
 
+ZernikeValue zernike(ZernikeMode mode, double x, double y) { return zernike_at<double>(mode, x, y); }
+
 int noll_index(ZernikeMode mode) {
-  require_mode(mode);
+  require_zernike_mode(mode);
   const int before = mode.n * (mode.n + 1) / 2, m = std::abs(mode.m);
   if (m == 0) return before + 1;
   // The pair +-m stands at m and m + 1 within its row; parity says which is the cosine.
@@ -87,7 +55,7 @@ ZernikeMode zernike_from_noll(int j) {
 }
 
 int osa_index(ZernikeMode mode) {
-  require_mode(mode);
+  require_zernike_mode(mode);
   return (mode.n * (mode.n + 2) + mode.m) / 2;
 }
 
@@ -98,7 +66,7 @@ ZernikeMode zernike_from_osa(int j) {
 }
 
 int fringe_index(ZernikeMode mode) {
-  require_mode(mode);
+  require_zernike_mode(mode);
   const int m = std::abs(mode.m), group = (mode.n + m) / 2;
   return (group + 1) * (group + 1) - 2 * m + (mode.m < 0 ? 1 : 0);
 }

@@ -1,0 +1,82 @@
+#pragma once
+#include <vector>
+
+#include "aberfit/core/instruction_set.h"
+
+namespace aberfit {
+
+/// Lines that are transformed side by side, one in each lane: element i of a bundle of complex lines is 16
+/// numbers, eight real parts and eight imaginary parts; of a bundle of real lines, eight.
+inline constexpr int kLines = 8;
+
+/// What a kernel needs to know of a transform of length n.
+struct LineSteps {
+  int n = 0;
+  int passes = 0;
+  const int* radix = nullptr;
+  const double* twiddle = nullptr;
+  const int* order = nullptr;  ///< of the blocks that the last pass finds
+};
+
+/// Discrete Fourier transform of length n = 2^a 3^b 5^c 7^d: decimation in frequency in place, sorted as the
+/// last pass writes. The factors follow from n alone, nothing is timed: the same bits on every run.
+class LinePlan {
+ public:
+  explicit LinePlan(int n);
+  LineSteps steps() const { return {n_, int(radix_.size()), radix_.data(), twiddle_.data(), order_.data()}; }
+
+ private:
+  int n_;
+  std::vector<int> radix_, order_;
+  std::vector<double> twiddle_;  // of each pass, radix - 1 for each of its butterflies' places
+};
+
+/// exp(-2 pi i part k/(parts n)), k < n: what shifts the samples of a transform of length n to place `part`
+/// of `parts` between them.
+std::vector<double> line_phases(int n, int part, int parts);
+
+/// Eight rows of a field, null where there is none: row l, block c of its columns at row[l] + 16 c (complex)
+/// or row[l] + 8 c (real).
+using RowsOut = double* const*;
+using RowsIn = const double* const*;
+
+/// Pieces of two-dimensional transforms of what is zero beyond `count` elements, for one instruction set.
+/// `work`: 16 (3 n + 24) numbers. Sums over n elements are X = 0 .. n-1; `half` and `phase` are
+/// line_phases(n, 1, 2) and those of the part wanted. Samples of even fields at 2X and 2X + 1 are two parts,
+/// of which X = 0
+/// .. n/2 and 0 .. (n-1)/2 are kept.
+struct LineKernels {
+  /// to[X] = sum_k from[k] phase[k] exp(-2 pi i k X/n); strides in numbers; `to` may be `from`.
+  void (*columns_out)(LineSteps steps, const double* phase, const double* from, long stride, int count,
+                      double* to, long to_stride, double* work);
+  /// The same along rows, for all parts: focal[part n + X].
+  void (*rows_out)(LineSteps steps, int parts, const double* phases, RowsIn rows, int count, double* focal,
+                   double* work);
+  /// Rows of conj(sum over parts and X of weight F exp(+2 pi i k (parts X + part)/(parts n))), `weight`
+  /// parts arrays of which `kept` elements are given (fewer than n: even, weight[part]).
+  void (*rows_back)(LineSteps steps, int parts, const double* phases, const double* focal,
+                    const double* const* weight, const int* kept, RowsOut rows, int count, double* work);
+  /// Conjugate of the sum over parts along columns, from what rows_back left.
+  void (*columns_back)(LineSteps steps, int parts, const double* phases, const double* from, long part_stride,
+                       long stride, double* to, long to_stride, int count, double* work);
+  /// sum over both parts of |F|^2 cos(pi m (2 X + part)/n) into real rows; `mirrored`, if there, is added.
+  void (*power_rows)(LineSteps steps, const double* half, const double* focal, const double* mirrored,
+                     RowsOut rows, int count, double* work);
+  /// The same sum along columns of real numbers, of which `even` and `odd` are there.
+  void (*power_columns)(LineSteps steps, const double* half, const double* from_even, int even,
+                        const double* from_odd, int odd, long stride, double* to, long to_stride, int count,
+                        double* work);
+  /// g[0] + 2 sum_(m>0) g[m] cos(pi m (2 X + part)/n): the first `even` of part 0 and `odd` of part 1.
+  void (*even_columns)(LineSteps steps, const double* half, const double* from, long stride, int count,
+                       double* to_even, int even, double* to_odd, int odd, long to_stride, double* work);
+  /// The same along rows, into bundles of lines.
+  void (*even_rows)(LineSteps steps, const double* half, RowsIn rows, int count, double* to_even, int even,
+                    double* to_odd, int odd, double* work);
+  /// Real rows sum_k from[k] exp(-2 pi i k X/n), X < count, from k = 0 .. n/2 of what is Hermitian: sixteen
+  /// rows at a time.
+  void (*real_rows)(LineSteps steps, RowsIn first_rows, RowsIn second_rows, RowsOut to_first,
+                    RowsOut to_second, int count, double* work);
+};
+const LineKernels& line_kernels(InstructionSet set);
+
+}  // namespace aberfit

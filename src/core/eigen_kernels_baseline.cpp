@@ -1,0 +1,3 @@
+#define ABERFIT_ISA baseline
+#define Eigen aberfit_eigen_baseline
+#include "eigen_kernels.inc"

@@ -1,0 +1,38 @@
+#pragma once
+#include <memory>
+#include <variant>
+
+#include "aberfit/forward/forward_model.h"
+#include "ray_forward.h"
+
+namespace aberfit::internal {
+
+/// Statistics that are integrals over height and slope of the surface, not counts of rays: they are computed
+/// on points that are exact for the order of the terms, whatever else is.
+inline bool is_moment(const Statistic& statistic) {
+  return std::holds_alternative<ScatterRms>(statistic) || std::holds_alternative<ScatterMean>(statistic) ||
+         std::holds_alternative<RmsHeight>(statistic);
+}
+
+/// Rays of the mirror through a pupil of their own.
+class MomentRays {
+ public:
+  MomentRays(const Mirror& mirror, PupilSample pupil, const TermSet& terms, const OperatorOptions& how,
+             const std::vector<Statistic>& moments);
+  MomentRays(const MomentRays&) = delete;
+  MomentRays& operator=(const MomentRays&) = delete;
+  RayForward& rays() { return rays_; }
+
+ private:
+  PupilSample pupil_;
+  SurfaceOperator surface_;  // on pupil_
+  RayForward rays_;          // through both
+};
+
+/// On the points of moment_pupil, or of mean_angle_pupil where the mean angle is among the statistics, which
+/// are moments all; null where there is no such pupil.
+std::unique_ptr<MomentRays> make_moment_rays(const Mirror& mirror, const Aperture& aperture,
+                                             const TermSet& terms, const std::vector<Statistic>& moments,
+                                             int threads);
+
+}  // namespace aberfit::internal

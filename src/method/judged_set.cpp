@@ -1,0 +1,45 @@
+#include "aberfit/method/judged_set.h"
+
+namespace aberfit {
+
+JudgedSet::JudgedSet(const std::vector<Target>& fitted, const std::vector<Target>& held_out)
+    : targets_(fitted), fitted_(fitted.size()) {
+  targets_.insert(targets_.end(), held_out.begin(), held_out.end());
+  for (const Target& target : targets_) statistics_.push_back(target.statistic);
+  for (std::size_t k = 0; k < targets_.size(); ++k) {
+    const Target aim = aim_of(targets_[k]);
+    if (aim.statistic.index() == targets_[k].statistic.index()) {
+      judged_at_.push_back(Eigen::Index(k));
+    } else {
+      judged_at_.push_back(Eigen::Index(statistics_.size()));
+      statistics_.push_back(aim.statistic);
+    }
+  }
+}
+
+Eigen::VectorXd JudgedSet::shown(const Eigen::VectorXd& values) const {
+  return values.head(Eigen::Index(targets_.size()));
+}
+
+Eigen::VectorXd JudgedSet::judged(const Eigen::VectorXd& values) const {
+  Eigen::VectorXd result(Eigen::Index(targets_.size()));
+  for (Eigen::Index k = 0; k < result.size(); ++k) result[k] = values[judged_at_[std::size_t(k)]];
+  return result;
+}
+
+std::vector<EquivalenceMetric> JudgedSet::judge(const FreshStatistics& fresh,
+                                                const EquivalenceSpec& asked) const {
+  std::vector<EquivalenceMetric> metrics;
+  const Eigen::VectorXd aims = judged(fresh.value), errors = judged(fresh.standard_error);
+  for (std::size_t k = 0; k < targets_.size(); ++k) {
+    const auto at = Eigen::Index(k);
+    const double sampling = fresh.errors_are_bounds ? 0.0 : errors[at];
+    metrics.push_back(judge_target(targets_[k], k >= fitted_, fresh.value[at], aims[at], sampling,
+                                   asked.margin, asked.confidence, fresh.degrees_of_freedom));
+    if (fresh.errors_are_bounds)
+      metrics.back() = with_model_error(metrics.back(), errors[at] / aim_of(targets_[k]).relative_to());
+  }
+  return metrics;
+}
+
+}  // namespace aberfit

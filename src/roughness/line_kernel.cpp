@@ -1,0 +1,86 @@
+#include "aberfit/roughness/line_kernel.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#define ABERFIT_KERNEL_BODY "../roughness/line_kernel.inc"
+#include "aberfit/core/each_instruction_set.inc"
+#undef ABERFIT_KERNEL_BODY
+
+namespace aberfit {
+namespace {
+
+// exp(-2 pi i k/n), to the last bit or nearly so: the angle never exceeds an eighth of a turn.
+void put_phase(long long k, long long n, double* to) {
+  k %= n;
+  const long long eighth = (8 * k + n / 2) / n;  // nearest multiple of n/8
+  const double angle = 2 * std::numbers::pi * double(8 * k - eighth * n) / (8.0 * double(n));
+  const double c = std::cos(angle), s = std::sin(angle), root = std::numbers::sqrt2 / 2;
+  const double turn[8][2] = {{1, 0},  {root, root},   {0, 1},  {-root, root},
+                             {-1, 0}, {-root, -root}, {0, -1}, {root, -root}};
+  const double* t = turn[eighth % 8];
+  to[0] = t[0] * c - t[1] * s;
+  to[1] = -(t[0] * s + t[1] * c);
+}
+
+}  // namespace
+
+LinePlan::LinePlan(int n) : n_(n) {
+  int rest = n, twos = 0;
+  for (const int prime : {7, 5, 3})
+    for (; rest % prime == 0; rest /= prime) radix_.push_back(prime);
+  for (; rest % 2 == 0; rest /= 2) ++twos;
+  assert(rest == 1);
+  // Eights last: the last pass has no twiddles. 16 is 4 4, not 2 8.
+  if (twos % 3 == 1 && twos > 1) {
+    radix_.insert(radix_.end(), {4, 4});
+    twos -= 4;
+  } else if (twos % 3 > 0) {
+    radix_.push_back(twos % 3 == 1 ? 2 : 4);
+    twos -= twos % 3;
+  }
+  for (; twos > 0; twos -= 3) radix_.push_back(8);
+  if (radix_.empty()) radix_.push_back(1);
+  int length = n;
+  for (const int radix : radix_) {
+    for (int p = 0; p < length / radix; ++p)
+      for (int j = 1; j < radix; ++j) {
+        double w[2];
+        put_phase(static_cast<long long>(p) * j, length, w);
+        twiddle_.insert(twiddle_.end(), w, w + 2);
+      }
+    length /= radix;
+  }
+  // Digits of a block's place, the first pass's the most significant, are those of its sample, there the
+  // least.
+  order_ = {0};
+  int samples = 1;
+  for (std::size_t i = 0; i + 1 < radix_.size(); ++i) {
+    std::vector<int> next;
+    for (const int place : order_)
+      for (int j = 0; j < radix_[i]; ++j) next.push_back(place + samples * j);
+    order_ = std::move(next);
+    samples *= radix_[i];
+  }
+}
+
+std::vector<double> line_phases(int n, int part, int parts) {
+  std::vector<double> phases(2 * std::size_t(n));
+  for (int k = 0; k < n; ++k)
+    put_phase(static_cast<long long>(part) * k, static_cast<long long>(parts) * n,
+              &phases[2 * std::size_t(k)]);
+  return phases;
+}
+
+const LineKernels& line_kernels(InstructionSet set) {
+#if ABERFIT_X86_KERNELS
+  if (set == InstructionSet::kAvx512) return internal::avx512::kKernels;
+  if (set == InstructionSet::kAvx2) return internal::avx2::kKernels;
+#endif
+  static_cast<void>(set);
+  return internal::baseline::kKernels;
+}
+
+}  // namespace aberfit

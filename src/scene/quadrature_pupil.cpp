@@ -1,0 +1,128 @@
+#include "aberfit/scene/quadrature_pupil.h"
+
+#include <array>
+#include <cassert>
+#include <vector>
+
+#include "aberfit/core/overloaded.h"
+#include "aberfit/core/quadrature.h"
+#include "polar_rule.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+// The least number of equal angles above `degree` that a transform likes.
+std::int64_t spokes_above(int degree) {
+  std::int64_t spokes = degree + 1;
+  while (nearest_smooth(spokes) != spokes) ++spokes;
+  return spokes;
+}
+
+PupilSample rings_between(double inner, double outer, int degree) {
+  return polar_rule(inner, outer, degree / 4 + 1, spokes_above(degree));
+}
+
+PupilSample tensor_product(double width, double height, int degree) {
+  const int n = degree / 2 + 1;
+  const Quadrature along_x = gauss_legendre(n, -width / 2, width / 2),
+                   along_y = gauss_legendre(n, -height / 2, height / 2);
+  PupilSample pupil;
+  pupil.layout = PupilLayout::kGrid;
+  for (Eigen::ArrayXd* array : {&pupil.x, &pupil.y, &pupil.weight}) array->resize(Eigen::Index(n) * n);
+  CartesianGrid grid{along_x.nodes, along_y.nodes, {}, {}};
+  for (int j = 0, k = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i, ++k) {
+      pupil.x[k] = along_x.nodes[i];
+      pupil.y[k] = along_y.nodes[j];
+      pupil.weight[k] = along_x.weights[i] * along_y.weights[j] / (width * height);
+      grid.column.push_back(std::uint32_t(i));
+      grid.row.push_back(std::uint32_t(j));
+    }
+  pupil.structure = std::move(grid);
+  return pupil;
+}
+
+PupilSample fan(const std::vector<std::array<double, 2>>& vertices, int degree) {
+  const auto edge = [&](std::size_t i) {
+    const auto &a = vertices[i], &b = vertices[(i + 1) % vertices.size()];
+    return std::array<std::array<double, 2>, 2>{a, b};
+  };
+  const auto cross = [](double ax, double ay, double bx, double by) { return ax * by - ay * bx; };
+  double twice_area = 0, centre_x = 0, centre_y = 0;  // about a vertex: no cancellation
+  const auto& origin = vertices.front();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const auto [a, b] = edge(i);
+    const double ax = a[0] - origin[0], ay = a[1] - origin[1], bx = b[0] - origin[0], by = b[1] - origin[1];
+    const double twice = cross(ax, ay, bx, by);
+    twice_area += twice;
+    centre_x += twice * (ax + bx);
+    centre_y += twice * (ay + by);
+  }
+  centre_x = origin[0] + centre_x / (3 * twice_area);
+  centre_y = origin[1] + centre_y / (3 * twice_area);
+
+  // The square's u runs from the centre to the edge and brings a factor u, hence one degree more.
+  const Quadrature outwards = gauss_legendre((degree + 1) / 2 + 1, 0, 1),
+                   along = gauss_legendre(degree / 2 + 1, 0, 1);
+  const Eigen::Index per_edge = outwards.nodes.size() * along.nodes.size();
+  PupilSample pupil;
+  pupil.layout = PupilLayout::kGrid;
+  for (Eigen::ArrayXd* array : {&pupil.x, &pupil.y, &pupil.weight})
+    array->resize(per_edge * Eigen::Index(vertices.size()));
+  Eigen::Index k = 0;
+  for (std::size_t e = 0; e < vertices.size(); ++e) {
+    const auto [a, b] = edge(e);
+    const double ax = a[0] - centre_x, ay = a[1] - centre_y, bx = b[0] - centre_x, by = b[1] - centre_y;
+    const double share = cross(ax, ay, bx, by) / twice_area;
+    for (Eigen::Index i = 0; i < outwards.nodes.size(); ++i)
+      for (Eigen::Index j = 0; j < along.nodes.size(); ++j, ++k) {
+        const double u = outwards.nodes[i], v = along.nodes[j];
+        pupil.x[k] = centre_x + u * (ax + v * (bx - ax));
+        pupil.y[k] = centre_y + u * (ay + v * (by - ay));
+        pupil.weight[k] = 2 * share * u * outwards.weights[i] * along.weights[j];
+      }
+  }
+  return pupil;
+}
+
+}  // namespace
+
+PupilSample quadrature_pupil(const Aperture& aperture, int degree) {
+  assert(degree >= 0);
+  return std::visit(
+      Overloaded{[&](const CircleAperture& a) { return rings_between(0, a.diameter / 2, degree); },
+                 [&](const AnnulusAperture& a) {
+                   return rings_between(a.inner_diameter / 2, a.diameter / 2, degree);
+                 },
+                 [&](const RectangleAperture& a) { return tensor_product(a.width, a.height, degree); },
+                 [&](const PolygonAperture& a) { return fan(a.vertices, degree); }},
+      aperture);
+}
+
+double quadrature_points(const Aperture& aperture, int degree) {
+  const double along = degree / 2 + 1.0;
+  if (std::holds_alternative<RectangleAperture>(aperture)) return along * along;
+  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture))
+    return double(polygon->vertices.size()) * along * along;
+  return (degree / 4 + 1.0) * (degree + 1.0);
+}
+
+std::optional<Aperture> without_margin(const Aperture& aperture) {
+  if (aperture_margin(aperture) == 0) return aperture;
+  return std::visit(
+      Overloaded{[](const CircleAperture& a) -> std::optional<Aperture> {
+                   return CircleAperture{a.diameter - 2 * a.margin, 0};
+                 },
+                 [](const AnnulusAperture& a) -> std::optional<Aperture> {
+                   return AnnulusAperture{a.diameter - 2 * a.margin, a.inner_diameter + 2 * a.margin, 0};
+                 },
+                 [](const RectangleAperture& a) -> std::optional<Aperture> {
+                   return RectangleAperture{a.width - 2 * a.margin, a.height - 2 * a.margin, 0};
+                 },
+                 [](const PolygonAperture&) -> std::optional<Aperture> { return std::nullopt; }},
+      aperture);
+}
+
+}  // namespace aberfit

@@ -1,0 +1,49 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "aberfit/core/instruction_set.h"
+#include "aberfit/scene/pupil.h"
+#include "aberfit/terms/term_set.h"
+#include "fourier_kernel.h"
+#include "partial_sums.h"
+#include "scratch_pool.h"
+#include "zernike_kernel.h"
+
+namespace aberfit::internal {
+
+/// L^T of heights alone, for many weights at once: a product of matrices, of which L's is made block by block
+/// and never stored. Points of a grid that is its own mirror image in x and y are taken four at a time:
+/// terms are even or odd under either reflection, so that a quarter of L and of the products is enough,
+/// whichever of the four are there.
+class HeightProducts {
+ public:
+  /// hold_at_rim: as in OperatorOptions.
+  HeightProducts(const TermSet& terms, const PupilSample& pupil, bool hold_at_rim);
+
+  /// terms x weights.size(): column k is L^T of weights[k], one number per point. The same bits for any
+  /// number of threads.
+  Eigen::MatrixXd operator()(std::span<const Eigen::ArrayXd> weights, int threads) const;
+
+ private:
+  std::size_t sums_rows() const {
+    return 2 * zernike_.rows() + 2 * std::size_t(fourier_.modes()) + spherical_.size();
+  }
+  void add_block(std::span<const Eigen::ArrayXd> weights, int columns, Eigen::Index begin, int used,
+                 std::vector<CacheLine>* scratch, double* sums) const;
+
+  double radius_;
+  ZernikeRows zernike_;
+  FourierRows fourier_;
+  std::vector<int> spherical_;
+  bool hold_at_rim_, folded_ = false;
+  Eigen::ArrayXd x_, y_;               // of the orbits [m]
+  std::vector<std::int32_t> members_;  // four per orbit: at (x, y), (-x, y), (x, -y), (-x, -y); -1: none
+  InstructionSet set_;
+  mutable ScratchPool<PartialSums> sums_;
+  mutable ScratchPool<std::vector<CacheLine>> scratch_;
+};
+
+}  // namespace aberfit::internal

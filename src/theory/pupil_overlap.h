@@ -1,0 +1,133 @@
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "panel_rule.h"
+#include "pupil_field.h"
+
+namespace aberfit::internal {
+
+/// Points of an overlap of the pupil with itself, in a frame whose first axis is the shear: midpoints of the
+/// two pupil points, and weights [m^2].
+struct OverlapPoints {
+  std::vector<double> u, v, weight;
+  void clear();
+};
+/// How finely an overlap is sampled: the phase [rad] that turns along the shear and across it.
+struct OverlapTurn {
+  double along = 0, across = 0;
+};
+
+/// The overlap of two copies of an aperture, in pieces.
+struct OverlapRegion {
+  struct Arc {  ///< between a circle's upper half, from u1 to u2, and its diameter; added or taken off
+    double radius, centre, u1, u2, sign;
+  };
+  struct Trapezoid {  ///< between two straight lines, from u1 to u2
+    double u1, u2, low1, low2, high1, high2;
+  };
+  std::vector<Arc> arcs;
+  std::vector<Trapezoid> trapezoids;
+  double length = 0;  ///< of all trapezoids, along u
+};
+/// Of disc or annulus with itself at `shear` [m]: one quarter of it, u and v >= 0.
+OverlapRegion round_overlap(double outer, double inner, double shear);
+/// Of a simple polygon, all of it, cut where its outline or that of its copy has a corner or the two cross.
+/// `corners` in the frame of the shear.
+OverlapRegion polygon_overlap(const std::vector<PupilField::Point>& corners, double shear);
+/// Gauss-Legendre points of a region.
+void append_points(const OverlapRegion& region, const OverlapTurn& turn, OverlapPoints* points);
+/// A few points that show how far a phase turns over it, three at each u; weights 0.
+void append_probes(const OverlapRegion& region, OverlapPoints* points);
+
+/// Points in a frame whose first axis has this direction [rad].
+std::vector<PupilField::Point> in_frame(const std::vector<PupilField::Point>& corners, double direction);
+
+/// Rule for a mean over the direction of the shear.
+struct AzimuthRule {
+  std::vector<double> direction, weight;  // [rad]; sums to 1
+};
+/// Gauss-Legendre between `edges` (ascending, less than `period` apart; none: equal steps), where the overlap
+/// with the copy has a kink at every shear; about `wanted` directions in all.
+AzimuthRule azimuth_rule(std::vector<double> edges, double period, int wanted);
+inline constexpr int kDirectionsOfPolygon = 24;
+/// Where areas alone are averaged.
+inline constexpr int kFineDirections = 96;
+AzimuthRule polygon_azimuths(const std::vector<double>& edge_directions, int wanted);
+/// Area of a polygon's overlap with itself, averaged over the azimuth [m^2].
+double mean_overlap(const std::vector<PupilField::Point>& corners, const AzimuthRule& azimuths, double shear);
+
+inline constexpr int kHighestMomentOrder = 6;
+
+/// The autocorrelation of the pupil's field, split by where in the pupil: a function H of a = (|P| / outer)^2
+/// of the midpoint and b = (its part along the shear / outer)^2 that is close to a polynomial has
+///   int A(P + x/2) A*(P - x/2) H d2P / int |A|^2 d2P = sum_ij moment_ij(x) H(a_i, b_j),
+/// averaged over the direction of the shear x, with a_i and b_j the `order` Chebyshev nodes of [0, 1]. The
+/// moments hold no roughness: one set serves a plane. Real part, which is what encircled energy sees.
+class PupilOverlap {
+ public:
+  /// `field` must outlive it. order 1 to kHighestMomentOrder.
+  PupilOverlap(const PupilField& field, double dz, int order);
+
+  /// For polygons: how a finer mean over azimuth differs, by the area alone. Tens of milliseconds; one set of
+  /// them serves all planes whose mean is over the same directions.
+  void set_correction();
+  void copy_correction(const PupilOverlap& other) {
+    if (other.azimuths_.direction == azimuths_.direction) correction_ = other.correction_;
+  }
+
+  int order() const { return order_; }
+  const std::vector<double>& nodes() const { return nodes_; }
+  /// order^2 moments at shear x >= 0 [m], i major. Safe from many threads.
+  Eigen::ArrayXd operator()(double x) const;
+  /// Largest turn of the phase across the overlap at shears up to `end` [m], an estimate [rad].
+  double turn(double end) const;
+  double cutoff() const { return 2 * field_.outer(); }
+
+ private:
+  struct Work {  // of the two pupil points: places, cosines, phases
+    std::vector<double> x1, y1, x2, y2, c1, c2, wave1, wave2;
+    void resize(std::size_t n);
+  };
+  OverlapRegion region(double x, double direction) const;
+  void unfold(OverlapPoints* points) const;
+  void pupil_points(const OverlapPoints& points, double x, double direction, Work* work) const;
+  void phase_difference(Work* work) const;
+  OverlapTurn turn_of(const OverlapRegion& region, double x, double direction) const;
+  Eigen::ArrayXd at_direction(double x, double direction) const;
+  Eigen::ArrayXd moments_of(const OverlapPoints& points) const;
+  void set_directions();
+  double correction_at(double x) const;
+
+  const PupilField& field_;
+  double dz_ = 0;
+  int order_ = 1;
+  bool has_phase_ = false;
+  double scale_ = 1;  // 1 / int |A|^2 d2P
+  std::vector<double> nodes_, denominators_;
+  AzimuthRule azimuths_;
+  std::vector<double> correction_;  // at equally spaced shears up to the cutoff; empty: none
+};
+
+/// Moments over [0, 1] of shear / cutoff as polynomials on panels.
+struct MomentPanel {
+  using Values = Eigen::Array<double, kPanelNodes, Eigen::Dynamic>;
+  double a = 0, b = 0;
+  Values value;  ///< (node, moment)
+
+  /// At the nodes of [from, to] inside the panel.
+  Values restricted(double from, double to) const;
+};
+struct MomentPanels {
+  std::vector<MomentPanel> panels;
+  double unresolved = 0;  ///< largest Legendre tail left
+};
+/// Of `count` moments as a function of shear / cutoff, up to `end`, which is at most 1; panels bounded by the
+/// overlap's kinks (`breakpoints`, ascending, the last one 1) and halved until the Legendre tail is
+/// `tolerance`; a mean over the azimuth (not `is_round`), whose kinks are many and weak, only a few times.
+MomentPanels moment_panels(const std::function<Eigen::ArrayXd(double)>& moments, int count,
+                           const std::vector<double>& breakpoints, double end, double tolerance,
+                           bool is_round);
+
+}  // namespace aberfit::internal

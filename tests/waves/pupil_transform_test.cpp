@@ -1,0 +1,95 @@
+// The transforms of pupils against their sums.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <vector>
+
+#include "../../src/waves/diffraction_transform.h"
+#include "aberfit/core/random.h"
+
+namespace aberfit::internal {
+namespace {
+
+using Complex = std::complex<double>;
+
+std::vector<double> normals(std::size_t count, const char* name) {
+  const RandomStream stream(3, name);
+  std::vector<double> values(count);
+  for (std::size_t i = 0; i < count; ++i) values[i] = stream.normal(i);
+  return values;
+}
+
+// Pupils of odd and even sizes, of one block of columns and several, square and not.
+struct Fields {
+  int rows, columns;
+  double padding;
+};
+
+TEST(PupilTransform, IsItsSumThereAndBack) {
+  for (const Fields& c : {Fields{5, 7, 2}, Fields{16, 16, 2}, Fields{9, 21, 2.7}, Fields{33, 12, 2}}) {
+    const PupilTransform transform(c.rows, c.columns, c.padding);
+    const int m_x = transform.m_columns(), m_y = transform.m_rows();
+    ASSERT_GE(m_x, 2 * c.columns - 1);
+    ASSERT_GE(m_y, 2 * c.rows - 1);
+    PupilTransform::Buffers b(transform);
+    const std::vector<double> random = normals(2 * std::size_t(c.rows * c.columns), "pupil");
+    const auto e = [&](int row, int column) {
+      const auto at = 2 * std::size_t(row * c.columns + column);
+      return Complex(random[at], random[at + 1]);
+    };
+    for (int row = 0; row < c.rows; ++row)
+      for (int column = 0; column < c.columns; ++column) {
+        const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
+        b.pupil.data()[at] = e(row, column).real();
+        b.pupil.data()[at + kLines] = e(row, column).imag();
+      }
+    AlignedArray focal(transform.focal_size());
+    transform.to_focus(focal.data(), &b);
+    transform.correlation(focal.data(), &b);
+    const double power = double(m_x) * m_y;
+    // C_m by its definition; the even part is what circles see.
+    const auto correlation = [&](int my, int mx) {
+      Complex sum = 0;
+      for (int row = std::max(0, -my); row + std::max(my, 0) < c.rows; ++row)
+        for (int column = std::max(0, -mx); column + std::max(mx, 0) < c.columns; ++column)
+          sum += e(row + my, column + mx) * std::conj(e(row, column));
+      return sum;
+    };
+    const double scale = power * std::abs(correlation(0, 0));
+    for (int my = 0; my < c.rows; ++my)
+      for (int mx = 0; mx < c.columns; ++mx)
+        EXPECT_NEAR(b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)],
+                    0.5 * power * (correlation(my, mx) + correlation(my, -mx)).real(), 1e-14 * scale);
+    Eigen::ArrayXcd along_x, along_y;
+    transform.axis_correlations(focal.data(), &along_x, &along_y);
+    for (int m = 0; m < c.columns; ++m)
+      EXPECT_LE(std::abs(along_x[m] - power * correlation(0, m)), 1e-14 * scale);
+    for (int m = 0; m < c.rows; ++m)
+      EXPECT_LE(std::abs(along_y[m] - power * correlation(m, 0)), 1e-14 * scale);
+
+    // Back with a kernel g: V_k = M sum_m g(m) E_(k+m).
+    const std::vector<double> g = normals(std::size_t(c.rows * c.columns), "kernel");
+    std::fill_n(b.quarter.data(), transform.quarter_size(), 0.0);
+    for (int my = 0; my < c.rows; ++my)
+      for (int mx = 0; mx < c.columns; ++mx)
+        b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)] =
+            g[std::size_t(my * c.columns + mx)];
+    transform.kernel(b.kernel.data(), &b);
+    transform.back_to_pupil(focal.data(), b.kernel.data(), &b);
+    for (int row = 0; row < c.rows; ++row)
+      for (int column = 0; column < c.columns; ++column) {
+        Complex sum = 0;
+        for (int j = 0; j < c.rows; ++j)
+          for (int i = 0; i < c.columns; ++i)
+            sum += g[std::size_t(std::abs(j - row) * c.columns + std::abs(i - column))] * e(j, i);
+        const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
+        const Complex got(b.back.data()[at], b.back.data()[at + kLines]);
+        EXPECT_LE(std::abs(got - power * sum), 1e-13 * scale);
+      }
+  }
+}
+
+}  // namespace
+}  // namespace aberfit::internal
