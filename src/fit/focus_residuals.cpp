@@ -125,7 +125,7 @@ bool SpectrumResiduals::linearise(const Eigen::VectorXd& white, bool with_jacobi
 
 LightPath light_path_of(const FitProblem& problem) {
   return {problem.mirror,     problem.pupil,    problem.surface, problem.model,
-          problem.wavelength, problem.aperture, problem.centre};
+          problem.wavelength, problem.aperture, problem.centre,  problem.aliased_limit};
 }
 
 }  // namespace aberfit::internal

@@ -25,7 +25,7 @@ class WaveForward : public ForwardModel {
 
  private:
   DiffractionProblem problem() const {
-    return {diffraction_pupil_, path_.mirror.focal_length, path_.wavelength};
+    return {diffraction_pupil_, path_.mirror.focal_length, path_.wavelength, 2, path_.aliased_limit};
   }
   void explain(const Eigen::VectorXd& values, Warnings* warnings) const;
 

@@ -38,6 +38,10 @@ double grid_pitch(const FitCase& of, const TermSet& terms, double coarsening) {
 
 // Grids for waves: the last one is finer than the safe one; each is finer than the one before by a root of 2.
 constexpr double kLeastCoarsening = 0.6, kNextGrid = 1.41421356237;
+// Share of neighbouring cells whose phases may alias while a fit goes on: draws on a coarse grid have some at
+// the rim, far out of focus. What that does to the surface the safe grid sees, and the fit goes on to a finer
+// one.
+constexpr double kAliasedInAFit = 2e-2;
 // What the gap between the fit's grid and the safe one may take of the margin.
 constexpr double kGridShareOfMargin = 0.15;
 // Through waves a fit ends when every target is within its tolerance: the next grid moves them as much.
@@ -205,6 +209,7 @@ FitProblem problem_of(const FitCase& of, const Workbench& bench, const Coefficie
   problem.model = bench.model;
   problem.wavelength = of.task.wavelength;
   problem.aperture = &of.task.aperture;
+  problem.aliased_limit = kAliasedInAFit;
   return problem;
 }
 
@@ -235,7 +240,8 @@ Eigen::VectorXd Workbench::exact(const Task& task, const Eigen::VectorXd& coeffi
 }
 
 LightPath Workbench::focus(const Task& task) const {
-  return {task.mirror, pupil, surface, model, task.wavelength, &task.aperture, task.trace.centre};
+  return {task.mirror,     pupil,          surface,           model,
+          task.wavelength, &task.aperture, task.trace.centre, kAliasedInAFit};
 }
 
 bool has_solution(const FitResult& fit) {

@@ -29,7 +29,7 @@ FrontierPoint frontier_point(const Attempt& attempt, double seconds) {
 }
 
 // Of one grid in a search by waves: fits that pass took 16 to 31 of them (the README's study, n = 18 to 30).
-constexpr int kWaveTrialIterations = 40;
+constexpr int kWaveTrialIterations = 32;
 
 // A rejection this near to the tolerances or to the margin may be the rays' or the solver's, not the terms':
 // an annulus took 207 terms where 187 pass with twice the rays.

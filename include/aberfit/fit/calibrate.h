@@ -36,6 +36,7 @@ struct FitProblem {
   FocusModel model = FocusModel::kRays;
   double wavelength = 0;               ///< [m]; needed unless kRays
   const Aperture* aperture = nullptr;  ///< needed unless kRays
+  double aliased_limit = 1e-3;         ///< kWaves: as DiffractionProblem has it
 };
 
 enum class PriorMode {

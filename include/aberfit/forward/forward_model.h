@@ -25,6 +25,7 @@ struct LightPath {
   double wavelength = 0;               ///< [m]; needed unless kRays
   const Aperture* aperture = nullptr;  ///< needed unless kRays
   Centre centre = Centre::kNominal;    ///< kCentroid: kRays only
+  double aliased_limit = 1e-3;         ///< kWaves: as DiffractionProblem has it
 };
 
 /// The way from coefficients to statistics and back, for one model. Remembers the last point: a solver asks
