@@ -15,15 +15,10 @@ namespace {
 constexpr int kRealisationDraws = 32;  // a spread known to 13 %
 
 // Of light: targets and margins from GHS instead of the theory that was fitted to.
-std::vector<Target> targets_of_light(const GeneralisedHarveyShack& light, const std::vector<Target>& asked,
+std::vector<Target> targets_of_light(const GeneralisedHarveyShack& light, std::vector<Target> targets,
                                      int threads) {
-  std::vector<Target> targets;
   std::vector<Statistic> statistics;
-  for (const Target& target : asked) {
-    if (std::holds_alternative<RmsRadius>(target.statistic)) continue;
-    targets.push_back(target);
-    statistics.push_back(target.statistic);
-  }
+  for (const Target& target : targets) statistics.push_back(target.statistic);
   Eigen::VectorXd slopes;
   const Eigen::VectorXd predicted = light.predict(statistics, threads, &slopes);
   for (std::size_t k = 0; k < targets.size(); ++k) {
@@ -60,8 +55,8 @@ LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const 
   if (light.decides) held_out = seen_by_waves(targets.held_out);
   if (!given && ground.use.theory != Theory::kGhs) {
     const GeneralisedHarveyShack spot(*ground.prior_psd, task.mirror, task.aperture, task.wavelength);
-    fitted = targets_of_light(spot, fitted, threads);
-    held_out = targets_of_light(spot, held_out, threads);
+    fitted = targets_of_light(spot, std::move(fitted), threads);
+    held_out = targets_of_light(spot, std::move(held_out), threads);
   }
   std::vector<Target> all = fitted;
   all.insert(all.end(), held_out.begin(), held_out.end());

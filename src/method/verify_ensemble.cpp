@@ -3,10 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
@@ -26,7 +25,6 @@ constexpr std::int64_t kRaysPerDraw = 4096;
 
 // A cell of a draw costs half a microsecond on one thread (1600 terms, five planes): half a minute for all.
 constexpr double kMostWaveCells = 6e7;
-constexpr double kFlatCurve = 0.35;  // least r dE/dr that a margin is counted in (PHYSICS 7)
 
 // Rays of many draws one behind the other, with the directions of their nominal rays.
 struct Gathered {
@@ -135,8 +133,7 @@ LightPlan plan_light(const GeneralisedHarveyShack& ghs, const std::vector<Statis
 // Quantile of Student's t over the normal one: what a standard error from groups is widened by before a test
 // that takes it for known.
 double student_widening(double confidence) {
-  return boost::math::quantile(boost::math::students_t(kEnsembleGroups - 1), confidence) /
-         boost::math::quantile(boost::math::normal(), confidence);
+  return student_quantile(confidence, kEnsembleGroups - 1) / student_quantile(confidence, kInfinity);
 }
 
 // The metric from the mean shares and what groups of draws gave.
@@ -293,7 +290,7 @@ EquivalenceMetric share_metric(const std::string& name, double fraction, double 
                                double share, double error, double margin, double confidence) {
   constexpr double kFirstOrder = 0.25;  // of the radius: further off the slope says nothing of where it is
   // Differences in units in which `margin` is the tolerance; a test of 1 + difference against 1.
-  const double unit = std::max(radius * slope, kFlatCurve);
+  const double unit = std::max(radius * slope, kFlattestCurve);
   EquivalenceMetric metric =
       tost(name, false, 1, 0, 1 + (fraction - share) / unit, error / unit, margin, confidence);
   metric.target = radius;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
@@ -20,17 +21,24 @@ ModelRadii radii(const GeneralisedHarveyShack& model) {
           spot.encircled_energy_radius(0.8)};
 }
 
-}  // namespace
+// Both theories of a scene; no rays where the slope is infinite.
+struct Theories {
+  GeneralisedHarveyShack light;
+  std::optional<GeometricHarveyShack> rays;
 
-ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
-                         double wavelength) {
+  Theories(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture, double wavelength)
+      : light(psd, mirror, aperture, wavelength) {
+    const double slope = psd_moments(psd).rms_slope_per_axis();
+    if (std::isfinite(slope)) rays.emplace(mirror, aperture, slope, Convention::kPhysical, 0);
+  }
+};
+
+ModelErrors errors_of(const Theories& theories) {
   ModelErrors errors;
-  errors.ghs = radii(GeneralisedHarveyShack(psd, mirror, aperture, wavelength));
-  const double slope = psd_moments(psd).rms_slope_per_axis();
-  if (std::isfinite(slope)) {
-    const GeometricHarveyShack rays(mirror, aperture, slope, Convention::kPhysical, 0);
-    errors.rays = {rays.encircled_energy_radius(0.5, 0), rays.encircled_energy_radius(0.9, 0),
-                   rays.encircled_energy_radius(0.8, 0)};
+  errors.ghs = radii(theories.light);
+  if (const auto& rays = theories.rays) {
+    errors.rays = {rays->encircled_energy_radius(0.5, 0), rays->encircled_energy_radius(0.9, 0),
+                   rays->encircled_energy_radius(0.8, 0)};
   } else {
     errors.rays = {kInfinity, kInfinity, kInfinity};
   }
@@ -39,8 +47,6 @@ ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Apert
   return errors;
 }
 
-namespace {
-
 // What verdicts look at: the default fractions, and planes in depths of focus f sigma_f / R.
 const std::vector<double> kFractions = {0.20, 0.35, 0.50, 0.65, 0.80, 0.90, 0.95};
 constexpr double kPlanes[] = {0, -1, 1, -2.5, 2.5, -5, 5};
@@ -48,17 +54,14 @@ constexpr double kFarthestPlane =
     0.25;  // of the focal length: spots that are this deep have no planes to speak of
 constexpr double kEe90OfGaussian = 2.14596602628934724;  // sqrt(2 ln 10), in sigma_f
 
-double error_of_rays(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture, double wavelength,
+double error_of_rays(const Theories& theories, const Mirror& mirror, const Aperture& aperture,
                      double ghs_ee90, double allowed) {
-  const double slope = psd_moments(psd).rms_slope_per_axis();
-  if (!std::isfinite(slope) || !std::isfinite(ghs_ee90)) return kInfinity;
-  const GeneralisedHarveyShack light(psd, mirror, aperture, wavelength);
-  const GeometricHarveyShack rays(mirror, aperture, slope, Convention::kPhysical, 0);
+  if (!theories.rays || !std::isfinite(ghs_ee90)) return kInfinity;
   const double depth = mirror.focal_length * ghs_ee90 / kEe90OfGaussian / aperture_radius(aperture);
   double worst = 0;
   for (const double plane : kPlanes) {
     if (std::abs(plane * depth) > kFarthestPlane * mirror.focal_length) continue;
-    worst = std::max(worst, ray_error_in_light(light, rays, kFractions, {plane * depth}));
+    worst = std::max(worst, ray_error_in_light(theories.light, *theories.rays, kFractions, {plane * depth}));
     if (!(worst <= allowed)) break;
   }
   return worst;
@@ -66,12 +69,19 @@ double error_of_rays(const RadialPsd& psd, const Mirror& mirror, const Aperture&
 
 }  // namespace
 
+ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
+                         double wavelength) {
+  return errors_of(Theories(psd, mirror, aperture, wavelength));
+}
+
 ModelChoice choose_model(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                          double wavelength, double allowed) {
   ModelChoice choice;
   choice.allowed = allowed;
+  std::optional<Theories> theories;
   try {
-    choice.errors = model_errors(psd, mirror, aperture, wavelength);
+    theories.emplace(psd, mirror, aperture, wavelength);
+    choice.errors = errors_of(*theories);
   } catch (const ComputationError& e) {
     choice.errors = {{kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}, kNaN, kNaN};
     choice.ray_error = kNaN;
@@ -79,7 +89,7 @@ ModelChoice choose_model(const RadialPsd& psd, const Mirror& mirror, const Apert
         "Wave optics has no prediction here, and rays nothing to be compared with: {}.", e.what());
     return choice;
   }
-  choice.ray_error = error_of_rays(psd, mirror, aperture, wavelength, choice.errors.ghs.ee90, allowed);
+  choice.ray_error = error_of_rays(*theories, mirror, aperture, choice.errors.ghs.ee90, allowed);
   if (choice.ray_error <= allowed) {
     choice.model = FocusModel::kRays;
     choice.reason = fmt::format(

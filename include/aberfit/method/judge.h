@@ -20,8 +20,8 @@ LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const 
 /// statistics.
 inline constexpr double kMostJudgedCells = 1024;
 
-/// What the perfect mirror would have come to against the targets, in light: the encircled energies and ring
-/// widths of the fitted and held-out targets by GHS without roughness. Nothing where the scene has no GHS.
+/// What the perfect mirror would have come to against the targets, in light: the encircled energies
+/// of the fitted and held-out targets by GHS without roughness. Nothing where the scene has no GHS.
 std::optional<PerfectMirror> judge_perfect_mirror(const Task& task, const Groundwork& ground,
                                                   const TargetSets& targets, int threads);
 
