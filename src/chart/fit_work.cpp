@@ -19,16 +19,14 @@ constexpr double kTouched = 0.05;  // share of the rays that a gradient lists: `
 // Waves: 16 EE radii in one plane, one in 16 planes, and a ring alone, M = 258 and 298, divided by M^2 log2
 // M. The 45 planes of a ring search need no radius and cost half as much.
 constexpr double kWavePlane = 2.8e-9, kWaveGradient = 1.9e-9, kWaveRing = 22;
-constexpr double kFinerGrid = 1.37;  // of the second grid that waves are judged on, statistics_with_error.cpp
 // Dense algebra, one thread: a QR with as many unknowns as statistics, and products with the terms.
 constexpr double kQr = 1.6e-9, kProducts = 0.3e-9;  // per statistics^3, per statistics^2 terms
 // Per statistic of the geometric theory; per plane of a mean spot, and a ring's planes.
 constexpr double kTarget = 1.4e-4, kSpotPlane = 5e-4, kSpotRing = 45;
 constexpr double kRaysOfTheory = 16 * 131072.0;  // theory `rays`, targets.cpp
 constexpr double kPriorTerms = 432, kPrior = 5e-4;
-constexpr int kRealisations = 32;                                 // judge.cpp
-constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;            // per draw
-constexpr double kMostFreshRays = double(std::int64_t(1) << 22);  // statistics_with_error.cpp
+constexpr int kRealisations = 32;                       // judge.cpp
+constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;  // per draw
 
 /// Statistics, and the planes they are looked at in.
 struct Asked {
@@ -118,15 +116,15 @@ double algebra(double statistics, double terms) {
   return kQr * statistics * terms * terms;
 }
 
-// The finer grid and three of about `pitch`.
+// The grid of `pitch` and three coarser ones.
 double judged_by_waves(const Task& task, const TermSet& terms, const Asked& wanted, double pitch) {
-  return 3 * values(on_grid(task, terms, pitch), wanted) +
-         values(on_grid(task, terms, pitch / kFinerGrid), wanted);
+  return 3 * values(on_grid(task, terms, kCoarserGrid * pitch), wanted) +
+         values(on_grid(task, terms, pitch), wanted);
 }
 
 // Scrambles and all of them together.
 double judged_by_rays(const TermSet& terms, const Asked& wanted, double rays) {
-  const Optics optics = on_scattered_rays(terms, std::min(rays, kMostFreshRays));
+  const Optics optics = on_scattered_rays(terms, std::min(rays, double(kMostFreshRays)));
   return 2 * values(optics, wanted) - optics.forward;
 }
 

@@ -51,16 +51,19 @@ class PriorResiduals : public ceres::CostFunction {
   double weight_;
 };
 
-// Largest residual of the targets and PSD bins; the guides behind the targets do not count.
-double worst_mismatch(const FitProblem& problem, const CalibrationBlocks& blocks) {
+// Largest residual of the targets and PSD bins, and of the guides behind the targets over `guides_within`
+// unless that is 0.
+double worst_mismatch(const FitProblem& problem, const CalibrationBlocks& blocks, double guides_within) {
   const auto largest = [](const auto& residuals) {
     return residuals.size() == 0 ? 0.0 : residuals.cwiseAbs().maxCoeff();
   };
   double worst = 0;
   if (blocks.focus) {
     const Eigen::VectorXd& residuals = blocks.focus->last().residuals;
-    worst = largest(
-        residuals.head(std::min<Eigen::Index>(residuals.size(), Eigen::Index(problem.targets.size()))));
+    const auto targets = std::min<Eigen::Index>(residuals.size(), Eigen::Index(problem.targets.size()));
+    worst = largest(residuals.head(targets));
+    if (guides_within > 0)
+      worst = std::max(worst, largest(residuals.tail(residuals.size() - targets)) / guides_within);
   }
   if (blocks.spectrum) worst = std::max(worst, largest(blocks.spectrum->last().residuals));
   return worst;
@@ -79,13 +82,13 @@ class Watch : public ceres::IterationCallback {
         begin_(begin) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    const double mismatch = worst_mismatch(problem_, blocks_);
+    const double mismatch = worst_mismatch(problem_, blocks_, options_.guides_within);
     if (options_.progress) {
       const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin_;
       if (!options_.progress(
               {iterations_before_ + summary.iteration, summary.cost, mismatch, elapsed.count()})) {
-        cancelled_ = true;
-        return ceres::SOLVER_ABORT;
+        cancelled_ = true;  // where it has come to is kept
+        return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
       }
     }
     if (mismatch <= stop_at_) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
@@ -125,14 +128,34 @@ ceres::Solver::Options solver_options(int iterations) {
   return options;
 }
 
+// First trust region radius, one over the damping of a squared singular value of the Jacobian. Undamped, the
+// first steps go far along combinations of statistics that the coefficients hardly move, such as the
+// difference of neighbouring radii, where the linearisation is mostly sampling noise: 15 iterations instead
+// of 4 (228 terms, 15,000 rays, tolerance 1e-3).
+double first_radius(const FitProblem& problem) {
+  double tolerance = std::numeric_limits<double>::infinity();
+  for (const Target& target : problem.targets)
+    if (target.relative_to() > 0) tolerance = std::min(tolerance, target.tolerance / target.relative_to());
+  if (problem.spectrum && problem.spectrum_tolerance.size() > 0)
+    tolerance = std::min(tolerance, problem.spectrum_tolerance.minCoeff());
+  return std::isfinite(tolerance) ? std::pow(tolerance / kDamped, 2) : 1;
+}
+
+// One damping for all directions: they turn at every step, and the prior has made them alike.
+void damp_alike(const FitProblem& problem, ceres::Solver::Options* options) {
+  options->min_lm_diagonal = options->max_lm_diagonal = 1;
+  options->initial_trust_region_radius = first_radius(problem);
+}
+
 // All white coordinates as unknowns: few terms, or bounds on them. Moves `white`.
-ceres::Solver::Summary solve_all(const CalibrationBlocks& residuals, const Eigen::VectorXd& centre,
-                                 const FitOptions& how, ceres::Solver::Options options,
-                                 Eigen::VectorXd* white) {
+ceres::Solver::Summary solve_all(const FitProblem& problem, const CalibrationBlocks& residuals,
+                                 const Eigen::VectorXd& centre, const FitOptions& how,
+                                 ceres::Solver::Options options, Eigen::VectorXd* white) {
   // Identity plus low rank: conjugate gradients end after about as many steps as there are statistics,
   // whatever the number of terms.
   options.linear_solver_type = ceres::CGNR;
   options.preconditioner_type = ceres::IDENTITY;
+  damp_alike(problem, &options);
   options.max_linear_solver_iterations = 300;
   options.eta = 1e-3;  // a step costs far less than the Jacobian it uses: solve it well
 
@@ -160,27 +183,12 @@ ceres::Solver::Summary solve_all(const CalibrationBlocks& residuals, const Eigen
   return summary;
 }
 
-// First trust region radius, one over the damping of a squared singular value of the Jacobian. Undamped, the
-// first steps go far along combinations of statistics that the coefficients hardly move, such as the
-// difference of neighbouring radii, where the linearisation is mostly sampling noise: 15 iterations instead
-// of 4 (228 terms, 15,000 rays, tolerance 1e-3).
-double first_radius(const FitProblem& problem) {
-  double tolerance = std::numeric_limits<double>::infinity();
-  for (const Target& target : problem.targets)
-    if (target.relative_to() > 0) tolerance = std::min(tolerance, target.tolerance / target.relative_to());
-  if (problem.spectrum && problem.spectrum_tolerance.size() > 0)
-    tolerance = std::min(tolerance, problem.spectrum_tolerance.minCoeff());
-  return std::isfinite(tolerance) ? std::pow(tolerance / kDamped, 2) : 1;
-}
-
 // As many unknowns as residuals: more terms than that. Moves `white`.
 ceres::Solver::Summary solve_reduced(const FitProblem& problem, const CalibrationBlocks& residuals,
                                      const Eigen::VectorXd& centre, double prior_weight,
                                      ceres::Solver::Options options, Eigen::VectorXd* white) {
   options.linear_solver_type = ceres::DENSE_QR;
-  // One damping for all directions: they turn at every step, and the prior has made them alike.
-  options.min_lm_diagonal = options.max_lm_diagonal = 1;
-  options.initial_trust_region_radius = first_radius(problem);
+  damp_alike(problem, &options);
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem ceres_problem(ownership);
@@ -209,7 +217,7 @@ Solve solve_once(const FitProblem& problem, const CalibrationBlocks& residuals, 
   const bool reduce = options.bound <= 0 && centre.size() > residuals.residuals() + 1;
   const ceres::Solver::Summary summary =
       reduce ? solve_reduced(problem, residuals, centre, options.prior_weight, ceres_options, &result->white)
-             : solve_all(residuals, centre, options, ceres_options, &result->white);
+             : solve_all(problem, residuals, centre, options, ceres_options, &result->white);
 
   result->iterations += std::max(0, int(summary.iterations.size()) - 1);
   result->evaluations = residuals.evaluations();
@@ -217,7 +225,7 @@ Solve solve_once(const FitProblem& problem, const CalibrationBlocks& residuals, 
   if (watch.cancelled()) return {FitStatus::kCancelled, "cancelled"};
   if (!summary.IsSolutionUsable() || !residuals.complete())
     return {FitStatus::kFailed, "the solver failed: " + summary.message};
-  const double mismatch = worst_mismatch(problem, residuals);
+  const double mismatch = worst_mismatch(problem, residuals, 0);
   if (mismatch <= std::max(1.0, options.stop_at))
     return {FitStatus::kConverged, fmt::format("every target is within {:.2g} of its tolerance", mismatch)};
   if (summary.termination_type == ceres::CONVERGENCE)

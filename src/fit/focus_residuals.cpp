@@ -19,7 +19,10 @@ StatisticsModel::StatisticsModel(const FitProblem& problem, double width, int th
   std::vector<Statistic> statistics;
   for (const Target& target : problem.targets) statistics.push_back(target.statistic);
   for (const Target& guide : problem.guides) statistics.push_back(guide.statistic);
-  forward_ = make_forward_model(light_path_of(problem), statistics, threads);
+  workspace_.follow_rings();
+  LightPath path = light_path_of(problem);
+  path.workspace = &workspace_;
+  forward_ = make_forward_model(path, statistics, threads);
 }
 
 void StatisticsModel::set_width(double width) {

@@ -34,6 +34,7 @@ class StatisticsModel {
  private:
   const CoefficientPrior& prior_;
   double width_;
+  DiffractionWorkspace workspace_;
   std::unique_ptr<ForwardModel> forward_;
   // The last point: moved to where `white_` is not empty, evaluated where `evaluated_` says so.
   Eigen::VectorXd white_;

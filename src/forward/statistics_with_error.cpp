@@ -82,20 +82,18 @@ void set_moments(const LitMirror& lit, const TermSet& terms, const Eigen::Vector
   }
 }
 
-// Here the sampling error of ee90 is below 0.03 % even by the law of random points (PHYSICS 2: 0.51 % for
-// 15,000), and below that for Sobol points; more only takes memory.
-constexpr std::int64_t kMostFreshRays = std::int64_t(1) << 22;
-
-// No multiple of the fit's pitch, so that no cell of one grid is a cell of the other.
-constexpr double kFinerGrid = 1.37;
-
-// The coarser grids: the fit's own, so that what the fit has made of its cells counts, and two on which other
-// cells straddle the edge. Pitches in units of the fit's, shifts in cells.
+// Three grids that are coarser by kCoarserGrid or a little less, and whose other cells straddle the edge.
+// Pitches in units of the judging grid's, shifts in cells.
 struct CoarseGrid {
   double pitch;
   std::array<double, 2> shift;
 };
-constexpr CoarseGrid kCoarseGrids[] = {{1.0, {0.0, 0.0}}, {1.0, {0.25, -0.35}}, {0.93, {-0.4, 0.15}}};
+constexpr CoarseGrid kCoarseGrids[] = {
+    {kCoarserGrid, {0.0, 0.0}}, {kCoarserGrid, {0.25, -0.35}}, {0.93 * kCoarserGrid, {-0.4, 0.15}}};
+
+// The grid that rings are searched for on, which takes ten times as many planes as to follow them; where it
+// is too coarse for the surface, the next one searches.
+constexpr double kSearchGrid = 2.5;
 
 // An error that falls as pitch^2 with one sign is 1/(1.37^2 - 1) = 1.14 of its difference to the coarser
 // grid; one whose sign changes from grid to grid, half of the largest difference or less. The rest is for
@@ -105,11 +103,11 @@ constexpr double kBoundOverDifference = 1.5;
 
 Eigen::VectorXd by_waves(const LitMirror& lit, const PupilSample& pupil, const TermSet& terms,
                          const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
-                         int threads, Warnings* warnings) {
+                         int threads, DiffractionWorkspace* workspace, Warnings* warnings) {
   const SurfaceOperator surface(terms, pupil, focus_operator(FocusModel::kWaves, threads));
-  return focus_statistics(
-      {lit.mirror, pupil, surface, FocusModel::kWaves, lit.wavelength, &lit.aperture, lit.centre},
-      coefficients, statistics, threads, warnings);
+  LightPath path{lit.mirror, pupil, surface, FocusModel::kWaves, lit.wavelength, &lit.aperture, lit.centre};
+  path.workspace = workspace;
+  return focus_statistics(path, coefficients, statistics, threads, warnings);
 }
 
 FreshStatistics fresh_by_waves(const LitMirror& lit, double pitch, const TermSet& terms,
@@ -118,20 +116,29 @@ FreshStatistics fresh_by_waves(const LitMirror& lit, double pitch, const TermSet
   const auto pupil = [&](double of_pitch, std::array<double, 2> shift) {
     return diffraction_pupil(lit.aperture, lit.mirror.focal_length, of_pitch, shift).sample;
   };
-  const PupilSample fine = pupil(pitch / kFinerGrid, {0, 0});
+  // Rings are searched for on a grid of a few cells, and then followed.
+  DiffractionWorkspace workspace;
+  workspace.follow_rings();
+  std::vector<Statistic> rings = statistics;
+  std::erase_if(rings, [](const Statistic& s) { return !std::holds_alternative<RingFwhm>(s); });
+  if (!rings.empty())
+    by_waves(lit, pupil(kSearchGrid * pitch, {0, 0}), terms, coefficients, rings, threads, &workspace,
+             nullptr);
+  std::vector<Eigen::VectorXd> there;
+  for (const CoarseGrid& grid : kCoarseGrids)
+    there.push_back(by_waves(lit, pupil(grid.pitch * pitch, grid.shift), terms, coefficients, statistics,
+                             threads, &workspace, nullptr));
+  const PupilSample fine = pupil(pitch, {0, 0});
   FreshStatistics fresh;
   fresh.rays = fine.size();
-  fresh.value = by_waves(lit, fine, terms, coefficients, statistics, threads, warnings);
+  fresh.value = by_waves(lit, fine, terms, coefficients, statistics, threads, &workspace, warnings);
   Eigen::VectorXd largest = Eigen::VectorXd::Zero(fresh.value.size());
-  for (const CoarseGrid& grid : kCoarseGrids) {
-    const PupilSample coarse = pupil(grid.pitch * pitch, grid.shift);
-    const Eigen::VectorXd there = by_waves(lit, coarse, terms, coefficients, statistics, threads, nullptr);
+  for (const Eigen::VectorXd& values : there)
     for (Eigen::Index k = 0; k < largest.size(); ++k) {
       // NaN stays: where one grid has no value, the error is not known.
-      const double difference = std::abs(fresh.value[k] - there[k]);
+      const double difference = std::abs(fresh.value[k] - values[k]);
       if (!(difference <= largest[k])) largest[k] = std::isnan(largest[k]) ? largest[k] : difference;
     }
-  }
   fresh.standard_error = kBoundOverDifference * largest;
   fresh.errors_are_bounds = true;
   return fresh;

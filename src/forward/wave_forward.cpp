@@ -94,7 +94,8 @@ WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& st
       threads_(threads),
       split_(statistics, is_moment),
       diffraction_pupil_(pupil_of(path)),
-      departure_(departure_of(path.mirror, diffraction_pupil_, focus_operator(FocusModel::kWaves, threads))) {
+      departure_(departure_of(path.mirror, diffraction_pupil_, focus_operator(FocusModel::kWaves, threads))),
+      workspace_(path.workspace ? *path.workspace : own_workspace_) {
   if (split_.geometric.empty()) return;
   const TermSet& terms = path.surface.terms();
   moments_ = make_moment_rays(path.mirror, *path.aperture, terms, split_.geometric, threads);

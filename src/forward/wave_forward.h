@@ -36,7 +36,8 @@ class WaveForward : public ForwardModel {
   SurfaceField field_;
   DiffractionPupil diffraction_pupil_;
   Eigen::ArrayXd departure_;  // of the mirror from a parabola [m], empty for parabolas
-  DiffractionWorkspace workspace_;
+  DiffractionWorkspace own_workspace_;
+  DiffractionWorkspace& workspace_;
   Eigen::ArrayXd height_;
   std::string trouble_;
 };

@@ -47,39 +47,47 @@ constexpr double kGridShareOfMargin = 0.15;
 // Through waves a fit ends when every target is within its tolerance: the next grid moves them as much.
 constexpr double kWaveStop = 1.0;
 // Few terms are kept at the edge of the tolerances by the prior: the README's study at n = 22 took 40
-// iterations with a weight of 1, 16 with this.
-constexpr double kWavePriorWeight = 0.3;
+// iterations with a weight of 1, 16 with 0.3, beside guides that are looser since.
+constexpr double kWavePriorWeight = 0.1;
 
-// Ends a fit whose worst mismatch stays well above the tolerances.
+// Ends a fit that stays above the tolerances.
 class StallWatch {
  public:
-  explicit StallWatch(FocusModel model) : creeping_is_stalling_(model == FocusModel::kWaves) {}
+  StallWatch(FocusModel model, const FitPlan& plan)
+      : watches_pace_(model == FocusModel::kWaves),
+        most_iterations_(plan.most_iterations),
+        fewest_(plan.warm.size() > 0 ? kPace + 1 : 2 * kPace) {}
 
   bool stalled(const FitProgress& p) {
     if (p.worst_mismatch < (1 - kWorthwhile) * best_) {
       best_ = p.worst_mismatch;
       since_ = p.iteration;
     }
-    if (p.worst_mismatch < (1 - kCreep) * crept_to_) {
-      crept_to_ = p.worst_mismatch;
-      crept_at_ = p.iteration;
-    }
-    if (best_ > kWellAbove) return p.iteration - since_ >= kPatience;
-    return creeping_is_stalling_ && p.worst_mismatch > 1 && p.iteration - crept_at_ >= kCreepPatience;
+    if (watches_pace_) return out_of_reach(p);
+    return best_ > kWellAbove && p.iteration - since_ >= kPatience;
   }
 
  private:
+  // Through waves an iteration costs as much as a whole fit of rays. The pace of the last iterations, which
+  // only slackens, tells whether the rest of the way can be gone at all.
+  bool out_of_reach(const FitProgress& p) {
+    lowest_.push_back(lowest_.empty() ? p.worst_mismatch : std::min(lowest_.back(), p.worst_mismatch));
+    if (lowest_.back() <= 1 || lowest_.size() <= fewest_) return false;
+    const double gone = std::log(lowest_[lowest_.size() - 1 - kPace] / lowest_.back());
+    return gone * (most_iterations_ - p.iteration) < kPace * std::log(lowest_.back());
+  }
+
   // Fits that pass fell by more in every twelve iterations until they were at 2 tolerances (orders 2 to 31 of
   // fits/paper-physical); the ones that do not may run to the last iteration.
   static constexpr double kWorthwhile = 0.1, kWellAbove = 2;
   static constexpr int kPatience = 12;
-  // An iteration through waves costs as much as a whole fit of rays; without this a set that ends at 1.04
-  // tolerances took 14 s beside 5 s of one that passed (fits/smooth-waves, n <= 25).
-  static constexpr double kCreep = 0.05;
-  static constexpr int kCreepPatience = 6;
-  bool creeping_is_stalling_;
-  double best_ = std::numeric_limits<double>::infinity(), crept_to_ = best_;
-  int since_ = 0, crept_at_ = 0;
+  static constexpr std::size_t kPace = 5;
+  bool watches_pace_;
+  int most_iterations_;
+  std::size_t fewest_;  // a draw's first steps are not at its pace
+  double best_ = std::numeric_limits<double>::infinity();
+  int since_ = 0;
+  std::vector<double> lowest_;
 };
 
 // lowest: of the worst mismatches that the fit has been through.
@@ -92,9 +100,10 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double
   if (of.ground.use.model == FocusModel::kWaves) {
     fit.stop_at = kWaveStop;
     fit.prior_weight = kWavePriorWeight;
+    fit.guides_within = plan.guides_within;
   }
   if (!of.context.progress && !plan.give_up_on_stall) return fit;
-  auto watch = std::make_shared<StallWatch>(of.ground.use.model);
+  auto watch = std::make_shared<StallWatch>(of.ground.use.model, plan);
   fit.progress = [&of, &plan, watch, tries, lowest](const FitProgress& p) {
     *lowest = std::min(*lowest, p.worst_mismatch);
     if (plan.give_up_on_stall && watch->stalled(p)) return false;
@@ -290,7 +299,9 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
   for (plan.coarsening = kFirstCoarsening;; plan.coarsening /= kNextGrid) {
     Attempt attempt = attempt_fit(of, plan);
     // Phases that turn too far from cell to cell have no pattern on this grid.
-    if (!has_solution(attempt.result.fit) && plan.coarsening > kLeastCoarsening) continue;
+    const bool no_pattern = attempt.result.fit.status == FitStatus::kDegenerate ||
+                            attempt.result.fit.status == FitStatus::kFailed;
+    if (no_pattern && plan.coarsening > kLeastCoarsening) continue;
     if (judge_always || attempt.met) judge_on_fresh_rays(of, &attempt);
     if (attempt.fresh.rays == 0) return attempt;
     RayChoice& choice = attempt.result.ray_choice.emplace(ray_choice(of, plan, attempt));

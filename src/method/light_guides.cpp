@@ -10,7 +10,7 @@ namespace aberfit::internal {
 namespace {
 
 // Between the innermost and this share of the light; outside of it rings hold too many grains to vary.
-constexpr double kInnermost = 0.2, kOutermost = 0.8;
+constexpr double kInnermost = 0.2, kOutermost = 0.9;
 // Rings are three quarters of a grain apart, or as far as the grains on a ring, of which there are 2 pi r /
 // grain, keep the share between two rings to this many margins.
 constexpr double kRingsInGrains = 0.75, kSteadyRing = 1.5;

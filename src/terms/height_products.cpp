@@ -10,6 +10,7 @@ namespace {
 
 using Eigen::Index;
 
+constexpr std::size_t kTogether = 8;
 constexpr Index kChunkOrbits = 32 * kBlockOrbits;  // unit of work of a thread
 
 // The grid of cells that points lie on, if reflections at the axes leave it as it is.
@@ -65,6 +66,32 @@ HeightProducts::HeightProducts(const TermSet& terms, const PupilSample& pupil, b
   y_ = Eigen::Map<Eigen::ArrayXd>(y.data(), Index(y.size()));
 }
 
+// A cache line of weights at a time: rows of `to` are so far apart that a line written by one weight after
+// the other would leave the cache in between.
+void HeightProducts::fold(std::span<const Eigen::ArrayXd> weights, Index begin, int used, int columns,
+                          std::size_t of_class, double* to) const {
+  const std::size_t count = weights.size();
+  const std::int32_t* member = members_.data() + 4 * std::size_t(begin);
+  for (int p = 0; p < used; ++p, member += 4, to += columns) {
+    if (!folded_) {
+      for (std::size_t k = 0; k < count; ++k) to[k] = weights[k][member[0]];
+      continue;
+    }
+    double at[4][kTogether];
+    for (int q = 0; q < 4; ++q)
+      for (std::size_t k = 0; k < kTogether; ++k)
+        at[q][k] = member[q] >= 0 && k < count ? weights[k].data()[member[q]] : 0.0;
+    for (std::size_t k = 0; k < kTogether; ++k) {
+      const double right = at[0][k] + at[2][k], left = at[1][k] + at[3][k];
+      const double right_odd = at[0][k] - at[2][k], left_odd = at[1][k] - at[3][k];
+      to[k] = right + left;
+      to[of_class + k] = right - left;
+      to[2 * of_class + k] = right_odd + left_odd;
+      to[3 * of_class + k] = right_odd - left_odd;
+    }
+  }
+}
+
 void HeightProducts::add_block(std::span<const Eigen::ArrayXd> weights, int columns, Index begin, int used,
                                std::vector<CacheLine>* scratch, double* sums) const {
   const std::size_t of_class = std::size_t(kBlockOrbits) * std::size_t(columns);
@@ -81,24 +108,9 @@ void HeightProducts::add_block(std::span<const Eigen::ArrayXd> weights, int colu
   std::fill(folded, folded + (folded_ ? 4 : 1) * of_class, 0.0);
   std::fill(x, x + 2 * kBlockOrbits, 0.0);
   for (std::size_t c = 0; c < 4; ++c) block.weights[c] = folded + c * of_class;
-  for (std::size_t k = 0; k < weights.size(); ++k) {
-    const double* w = weights[k].data();
-    const std::int32_t* member = members_.data() + 4 * std::size_t(begin);
-    double* to = folded + k;
-    for (int p = 0; p < used; ++p, member += 4, to += columns) {
-      if (!folded_) {
-        *to = w[member[0]];
-        continue;
-      }
-      const auto of = [&](int q) { return member[q] < 0 ? 0.0 : w[member[q]]; };
-      const double right = of(0) + of(2), left = of(1) + of(3);
-      const double right_odd = of(0) - of(2), left_odd = of(1) - of(3);
-      to[0] = right + left;
-      to[of_class] = right - left;
-      to[2 * of_class] = right_odd + left_odd;
-      to[3 * of_class] = right_odd - left_odd;
-    }
-  }
+  for (std::size_t first = 0; first < weights.size(); first += kTogether)
+    fold(weights.subspan(first, std::min(kTogether, weights.size() - first)), begin, used, columns, of_class,
+         folded + first);
   double* const fourier_sums = sums + 2 * zernike_.rows() * std::size_t(columns);
   if (fourier_.modes() > 0) {
     std::copy_n(x_.data() + begin, used, x);

@@ -31,6 +31,8 @@ class HeightProducts {
   std::size_t sums_rows() const {
     return 2 * zernike_.rows() + 2 * std::size_t(fourier_.modes()) + spherical_.size();
   }
+  void fold(std::span<const Eigen::ArrayXd> weights, Eigen::Index begin, int used, int columns,
+            std::size_t of_class, double* to) const;
   void add_block(std::span<const Eigen::ArrayXd> weights, int columns, Eigen::Index begin, int used,
                  std::vector<CacheLine>* scratch, double* sums) const;
 

@@ -29,7 +29,12 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
     return plane->energy_slope(ring, plane->energy_gradient(ring));
   };
   const std::optional<RingMemory::Crossings> known = memory ? memory->find(ring, step) : std::nullopt;
-  const RingMemory::Crossings found = known ? *known : search_ring(energy, slope, step);
+  RingMemory::Crossings found = known ? *known : std::nullopt;
+  if (!known) {
+    if (const RingMemory::Crossings near = memory ? memory->near(ring) : std::nullopt)
+      found = follow_ring(energy, slope, *near, step);
+    if (!found) found = search_ring(energy, slope, step);
+  }
   if (memory && !known) memory->keep(ring, step, found);
   if (!found) return std::nullopt;
   const DiffractionRingWidth result{found->upper - found->lower, found->peak, found->lower, found->upper};

@@ -19,6 +19,7 @@ bool same(const Array& a, const Array& b) {
 
 DiffractionWorkspace::DiffractionWorkspace() : buffers_(std::make_unique<Buffers>()) {}
 DiffractionWorkspace::~DiffractionWorkspace() = default;
+void DiffractionWorkspace::follow_rings() { buffers_->rings.follows = true; }
 DiffractionWorkspace::DiffractionWorkspace(DiffractionWorkspace&&) noexcept = default;
 DiffractionWorkspace& DiffractionWorkspace::operator=(DiffractionWorkspace&&) noexcept = default;
 
@@ -37,7 +38,7 @@ const DiffractionGrid& DiffractionWorkspace::Buffers::prepare(const DiffractionS
   if (!grid || !(size_ == wanted)) {
     free.clear();
     planes_.clear();
-    rings.clear();
+    rings.move_on();
     surface_ = {};
     grid = std::make_unique<DiffractionGrid>(scene);
     size_ = wanted;
@@ -50,7 +51,7 @@ void DiffractionWorkspace::Buffers::look_at(const DiffractionScene& scene, const
   const DiffractionProblem& problem = scene.problem();
   surface_ = {problem.focal_length, problem.wavelength, problem.pupil.pitch_x, problem.pupil.pitch_y,
               scene.total(),        scene.grid(),       scene.base(),          scene.versine()};
-  rings.clear();
+  rings.move_on();
   std::erase_if(planes_,
                 [&](const auto& plane) { return std::find(dz.begin(), dz.end(), plane.first) == dz.end(); });
   for (auto& [at, plane] : planes_) plane->dz = std::nan("");

@@ -24,6 +24,7 @@ struct DiffractionBench {
 class RingMemory {
  public:
   using Crossings = std::optional<RingCrossings>;
+  bool follows = false;  ///< from one surface to the next
   std::optional<Crossings> find(double ring, double step) {
     const std::lock_guard lock(mutex_);
     const auto at = found_.find({ring, step});
@@ -33,11 +34,26 @@ class RingMemory {
     const std::lock_guard lock(mutex_);
     found_[{ring, step}] = crossings;
   }
-  void clear() { found_.clear(); }
+  /// For another surface or grid. What was found stays as the guess from which to follow.
+  void move_on() {
+    if (follows && !found_.empty()) last_ = std::move(found_);
+    found_.clear();
+  }
+  /// Of the last surface that had any, for the ring that is the nearest to this one.
+  Crossings near(double ring) const {
+    constexpr double kAlike = 1.2;
+    Crossings nearest;
+    double least = kAlike;
+    for (const auto& [key, crossings] : last_) {
+      const double ratio = std::max(key.first / ring, ring / key.first);
+      if (crossings && ratio < least) nearest = crossings, least = ratio;
+    }
+    return nearest;
+  }
 
  private:
   std::mutex mutex_;
-  std::map<std::pair<double, double>, Crossings> found_;
+  std::map<std::pair<double, double>, Crossings> found_, last_;
 };
 
 }  // namespace internal

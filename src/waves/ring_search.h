@@ -51,6 +51,53 @@ double interpolated_root(const F& f, std::vector<RingSample> known, RingSample a
   return std::abs(a.energy) < std::abs(b.energy) ? a.dz : b.dz;
 }
 
+/// The crossings that `guess`, those of a surface or a grid not far from this one, has moved to: a bracket
+/// around each, not a scan. Nothing where a bracket is not found within a few steps of a tenth of `step`, or
+/// with NaN.
+template <typename Energy, typename Slope>
+std::optional<RingCrossings> follow_ring(const Energy& energy, const Slope& slope, const RingCrossings& guess,
+                                         double step) {
+  // In steps: far below what a fit or the difference of two grids can tell. The energy at the peak changes
+  // with the square of an error of it.
+  constexpr double kTolerance = 1e-6, kPeakTolerance = 1e-4, kFirstMove = 0.03, kLeastMove = 1e-4;
+  constexpr int kMoves = 4;
+  constexpr double kWider = 4;
+  // Zero of f, which is `at_start` at `start`, towards `move`.
+  const auto root_near = [&](const auto& f, double start, double at_start, double move,
+                             double tolerance) -> std::optional<double> {
+    RingSample inner{start, at_start};
+    for (int k = 0; k < kMoves; ++k, move *= kWider) {
+      const RingSample outer{inner.dz + move, f(inner.dz + move)};
+      if (!std::isfinite(outer.energy)) return std::nullopt;
+      if ((outer.energy > 0) != (at_start > 0))
+        return interpolated_root(f, {}, inner, outer, tolerance * step);
+      inner = outer;
+    }
+    return std::nullopt;
+  };
+  const double at_guess = slope(guess.peak);
+  if (!std::isfinite(at_guess)) return std::nullopt;
+  const std::optional<double> peak =
+      at_guess == 0 ? guess.peak
+                    : root_near(slope, guess.peak, at_guess, std::copysign(kFirstMove * step, at_guess),
+                                kPeakTolerance);
+  if (!peak) return std::nullopt;
+  const double half = 0.5 * energy(*peak);
+  const auto excess = [&](double z) { return energy(z) - half; };
+  const auto crossing = [&](double start) -> std::optional<double> {
+    const double at_start = excess(start);
+    if (!std::isfinite(at_start)) return std::nullopt;
+    if (at_start == 0) return start;
+    // From twice `half` to `half` between the peak and here, and about as steep beyond.
+    const double outwards = 1.5 * (start - *peak) * at_start / half;
+    return root_near(excess, start, at_start,
+                     std::copysign(std::max(std::abs(outwards), kLeastMove * step), outwards), kTolerance);
+  };
+  const auto upper = crossing(guess.upper), lower = crossing(guess.lower);
+  if (!upper || !lower || !(*lower < *peak && *peak < *upper)) return std::nullopt;
+  return RingCrossings{*lower, *peak, *upper};
+}
+
 /// Crossings nearest to the highest peak of `energy(dz)`, of which `slope(dz)` is the derivative, from a scan
 /// in steps of `step` that is widened until both ends lie below half. NaN from `energy` ends the search:
 /// nothing, as where N does not fall to half within 60 steps.

@@ -115,24 +115,41 @@ TEST(TermSearch, TakesTheNearestSetWhereNonePasses) {
   EXPECT_TRUE(hopeless.confirmed.empty());
 }
 
-// Without short fits: by halves of the range.
+// Without short fits: by strides. A set that fails stays threefold away for every order that it lacks.
 TermTrials without_screen(Trials* trials) {
   TermTrials hooks = trials->hooks();
   hooks.screen = nullptr;
+  hooks.confirm = [trials, confirm = hooks.confirm](const TermsSpec& asked) {
+    FrontierPoint p = confirm(asked);
+    const auto next = trials->passing.lower_bound(p.order);
+    if (!p.passes)
+      p.fitted_mismatch = next == trials->passing.end() ? HUGE_VAL : std::pow(3, *next - p.order);
+    return p;
+  };
   return hooks;
 }
 
-TEST(TermSearch, HalvesTheRangeWhereShortFitsSayNothing) {
+TEST(TermSearch, StridesUpWhereShortFitsSayNothing) {
   Trials trials;
   for (int order = 23; order <= 100; ++order) trials.passing.insert(order);
   EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&trials))), 23);
   EXPECT_TRUE(trials.screened.empty());
-  EXPECT_LE(trials.confirmed.size(), 8u);
+  EXPECT_LE(trials.confirmed.size(), 9u);
+  // What was stepped over is looked at.
+  Trials slow;
+  for (int order = 12; order <= 100; ++order) slow.passing.insert(order);
+  TermTrials overshoot = without_screen(&slow);
+  overshoot.confirm = [confirm = overshoot.confirm](const TermsSpec& asked) {
+    FrontierPoint p = confirm(asked);
+    if (!p.passes) p.fitted_mismatch = 1e9;
+    return p;
+  };
+  EXPECT_EQ(chosen(search({10, 40, false}, overshoot)), 12);
   // One failure does not end the way down, two in a row do.
   Trials gap;
   for (int order = 23; order <= 100; ++order) gap.passing.insert(order);
   gap.passing.insert(21);
-  EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&gap))), 21);
+  EXPECT_EQ(chosen(search({23, 40, false}, without_screen(&gap))), 21);
   Trials below;
   for (int order = 2; order <= 100; ++order) below.passing.insert(order);
   EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&below))), 2);

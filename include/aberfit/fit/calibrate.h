@@ -66,6 +66,8 @@ struct FitOptions {
   /// prior's own standard deviations would let them: a fit of few terms, which the prior keeps at the edge of
   /// the tolerances, ends sooner. The posterior is that of 1.
   double prior_weight = 1;
+  /// When above 0: a guide counts as met within so many of its tolerances, and the fit goes on until all are.
+  double guides_within = 0;
   double bound = 0;  ///< when > 0: |xi_i| <= bound, coefficients within so many prior standard deviations
   int threads = 1;
   std::function<bool(const FitProgress&)> progress;  ///< called after every iteration; false cancels

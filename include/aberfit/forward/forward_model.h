@@ -22,10 +22,11 @@ struct LightPath {
       pupil;  ///< for kWaves the sample of diffraction_pupil(*aperture, mirror.focal_length, pitch)
   const SurfaceOperator& surface;  ///< L at the pupil points
   FocusModel model = FocusModel::kRays;
-  double wavelength = 0;               ///< [m]; needed unless kRays
-  const Aperture* aperture = nullptr;  ///< needed unless kRays
-  Centre centre = Centre::kNominal;    ///< kCentroid: kRays only
-  double aliased_limit = 1e-3;         ///< kWaves: as DiffractionProblem has it
+  double wavelength = 0;                      ///< [m]; needed unless kRays
+  const Aperture* aperture = nullptr;         ///< needed unless kRays
+  Centre centre = Centre::kNominal;           ///< kCentroid: kRays only
+  double aliased_limit = 1e-3;                ///< kWaves: as DiffractionProblem has it
+  DiffractionWorkspace* workspace = nullptr;  ///< kWaves: to work in; null: one of its own
 };
 
 /// The way from coefficients to statistics and back, for one model. Remembers the last point: a solver asks

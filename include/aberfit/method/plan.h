@@ -38,6 +38,7 @@ struct FitPlan {
   int most_iterations = 100;
   Eigen::VectorXd warm;           ///< white coordinates to start from instead of a draw
   bool give_up_on_stall = false;  ///< a search has other sets to try
+  double guides_within = 1;       ///< by waves: of their tolerances, before the fit ends
 };
 
 /// The fit that a task with explicit terms asks for.

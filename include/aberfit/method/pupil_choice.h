@@ -11,7 +11,7 @@
 namespace aberfit {
 
 /// A fit by waves starts on a grid that is coarser than the safe one by this factor.
-inline constexpr double kFirstCoarsening = 2;
+inline constexpr double kFirstCoarsening = 2.83;
 
 /// Pitch [m] of the pupil grid for waves: light at 1.5 times the largest EE radius of `targets` in all of
 /// their planes stays inside half of the field of view, the highest frequency of `terms` and of the

@@ -13,7 +13,8 @@ using TryTerms = std::function<FrontierPoint(const TermsSpec& asked)>;
 /// How the search looks at a set.
 struct TermTrials {
   /// A short fit on few rays, warm-started from the one before: tells how far from the tolerances a set
-  /// stays. Empty where such fits say nothing: then the search halves the range instead of climbing it.
+  /// stays. Empty where such fits say nothing: then every look is a full fit, and the search takes as many
+  /// orders at once as the last one was away from its tolerances.
   TryTerms screen;
   /// The fit of these terms, judged on fresh rays. What it says is the answer.
   TryTerms confirm;
@@ -41,11 +42,11 @@ TermsSpec zernikes_up_to(int order, CovarianceKind covariance);
 TermsSpec plane_waves(int count);
 
 /// The fewest terms that pass, by climbing through the orders: screens each, confirms the promising ones, and
-/// goes down from the first that passes until two in a row do not. Without screening it halves the range
-/// first. Where none passes: the judged set with the smallest held-out mismatch, else the one nearest to its
-/// tolerances, not fitted in full if screened. `chosen` is marked in the result, which is sorted by terms.
-/// range: expected_orders; the climb ends a third beyond its high end. margin: of the verdicts, told in the
-/// result.
+/// goes down from the first that passes until two in a row do not. Without screening it strides up and
+/// halves what it stepped over. Where none passes: the judged set with the smallest held-out mismatch, else
+/// the one nearest to its tolerances, not fitted in full if screened. `chosen` is marked in the result, which
+/// is sorted by terms. range: expected_orders; the climb ends a third beyond its high end. margin: of the
+/// verdicts, told in the result.
 Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange& range,
                       const TermTrials& trials);
 /// What came out, for people: a sentence without full stop.

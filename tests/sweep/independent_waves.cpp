@@ -1,0 +1,132 @@
+#include "independent_waves.h"
+
+#include <fftw3.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+namespace aberfit {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kPadding = 4;
+constexpr int kPointsAcross = 8;  // of a cell, for its share of the aperture
+
+// R_n^m = rho^m P_k^(0,m)(2 rho^2 - 1), k = (n - m)/2, by the three-term recurrence of Jacobi polynomials
+// (Abramowitz and Stegun 22.7.1 with alpha = 0, beta = m).
+double radial(int n, int m, double rho) {
+  const double x = 2 * rho * rho - 1;
+  double before = 0, now = 1;
+  for (int k = 0; k < (n - m) / 2; ++k) {
+    const double b = m;
+    double next = 0;
+    if (k == 0) {
+      next = 0.5 * (2 + b) * (x - 1) + 1;
+    } else {
+      const double s = 2 * k + b;
+      next = ((s + 1) * ((s + 2) * s * x - b * b) * now - 2 * k * (k + b) * (s + 2) * before) /
+             (2 * (k + 1) * (k + 1 + b) * s);
+    }
+    before = now;
+    now = next;
+  }
+  return std::pow(rho, m) * now;
+}
+
+double height(const TermSet& terms, const Eigen::VectorXd& c, double x, double y) {
+  const double rho = std::hypot(x, y) / terms.radius, angle = std::atan2(y, x);
+  double h = 0;
+  Eigen::Index j = 0;
+  for (const ZernikeMode& mode : terms.zernike) {
+    const int m = std::abs(mode.m);
+    const double along = mode.m >= 0 ? std::cos(m * angle) : std::sin(m * angle);
+    h += c[j++] * std::sqrt((m == 0 ? 1.0 : 2.0) * (mode.n + 1)) * radial(mode.n, m, rho) * along;
+  }
+  for (const FourierMode& mode : terms.fourier) {
+    const double turn = 2 * kPi * (mode.fx * x + mode.fy * y);
+    h += c[j] * std::cos(turn) + c[j + 1] * std::sin(turn);
+    j += 2;
+  }
+  return h;
+}
+
+}  // namespace
+
+IndependentWaves::IndependentWaves(double f, const Aperture& aperture, double wavelength,
+                                   const TermSet& terms, const Eigen::VectorXd& coefficients, int cells)
+    : focal_length_(f), wavelength_(wavelength), samples_(kPadding * cells) {
+  const double t_rim = aperture_radius(aperture) / (2 * f);
+  pitch_ = 2 * aperture_radius(aperture) / (1 + t_rim * t_rim) / cells;
+  for (int row = 0; row < cells; ++row)
+    for (int column = 0; column < cells; ++column) {
+      int inside = 0;
+      double x = 0, y = 0;  // the middle of what is inside
+      for (int i = 0; i < kPointsAcross * kPointsAcross; ++i) {
+        const double px = (column + (i % kPointsAcross + 0.5) / kPointsAcross - 0.5 * cells) * pitch_;
+        const double py = (row + (double(i / kPointsAcross) + 0.5) / kPointsAcross - 0.5 * cells) * pitch_;
+        const double sine = std::hypot(px, py) / f;
+        if (!(sine < 1)) continue;
+        const double t = sine / (1 + std::sqrt(1 - sine * sine));
+        const double longer = 1 + t * t;  // r over f sin(theta)
+        if (!aperture_contains(aperture, px * longer, py * longer, 0)) continue;
+        ++inside;
+        x += px * longer;
+        y += py * longer;
+      }
+      if (inside == 0) continue;
+      x /= inside;
+      y /= inside;
+      const double t2 = (x * x + y * y) / (4 * f * f), cover = inside / double(kPointsAcross * kPointsAcross);
+      const double density = std::pow(1 + t2, 3) / (1 - t2);
+      total_ += cover * density;
+      cells_.push_back({column, row, cover * std::sqrt(density),
+                        4 * kPi / wavelength * height(terms, coefficients, x, y) / (1 + t2),
+                        2 * t2 / (1 + t2)});
+    }
+  field_ = reinterpret_cast<std::complex<double>*>(
+      fftw_alloc_complex(std::size_t(samples_) * std::size_t(samples_)));
+  auto* data = reinterpret_cast<fftw_complex*>(field_);
+  plan_ = fftw_plan_dft_2d(samples_, samples_, data, data, FFTW_FORWARD, FFTW_ESTIMATE);
+}
+
+IndependentWaves::~IndependentWaves() {
+  fftw_destroy_plan(static_cast<fftw_plan>(plan_));
+  fftw_free(field_);
+}
+
+std::vector<double> IndependentWaves::shares(double dz, const std::vector<double>& radii) {
+  std::fill_n(field_, std::size_t(samples_) * std::size_t(samples_), 0.0);
+  const double defocus = 2 * kPi / wavelength_ * dz / (1 + dz / focal_length_);
+  for (const Cell& cell : cells_)
+    field_[std::size_t(cell.row) * std::size_t(samples_) + std::size_t(cell.column)] =
+        std::polar(cell.amplitude, cell.phase + defocus * cell.versine);
+  fftw_execute(static_cast<fftw_plan>(plan_));
+
+  // Radii in samples; planes further out have a larger image.
+  const double per_sample = wavelength_ * (focal_length_ + dz) / (samples_ * pitch_);
+  const auto from_axis = [this](int k) { return double(k < samples_ / 2 ? k : k - samples_); };
+  std::vector<double> light(radii.size(), 0.0);
+  double largest = 0;
+  for (const double radius : radii) largest = std::max(largest, radius / per_sample);
+  for (int row = 0; row < samples_; ++row) {
+    const double y = from_axis(row);
+    if (std::abs(y) > largest + 1) continue;
+    for (int column = 0; column < samples_; ++column) {
+      const double x = from_axis(column);
+      const double r = std::hypot(x, y);
+      if (r > largest + 1) continue;
+      const double power = std::norm(field_[std::size_t(row) * std::size_t(samples_) + std::size_t(column)]);
+      // A pixel that the circle cuts counts by how far its middle is inside, over its width that way.
+      const double width = r > 0 ? (std::abs(x) + std::abs(y)) / r : 1;
+      for (std::size_t k = 0; k < radii.size(); ++k)
+        light[k] += power * std::clamp(0.5 + (radii[k] / per_sample - r) / width, 0.0, 1.0);
+    }
+  }
+  const double all = total_ * double(samples_) * double(samples_);
+  for (double& share : light) share /= all;
+  return light;
+}
+
+}  // namespace aberfit

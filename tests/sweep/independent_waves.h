@@ -1,0 +1,40 @@
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+#include <vector>
+
+#include "aberfit/scene/aperture.h"
+#include "aberfit/terms/term_set.h"
+
+namespace aberfit {
+
+/// Light of a term surface on a parabola, written anew for the tests: shares nothing with the library but the
+/// definition of the terms and the outline of the aperture. Pupil sampled uniformly in f times the direction
+/// cosine (PHYSICS 6, aperture-exact: not paraxial at any f-number), heights by Jacobi polynomials, one
+/// padded FFT per plane, encircled energy by counting pixels. Good to a few 1e-4 of the light where the cells
+/// hold the phase.
+class IndependentWaves {
+ public:
+  /// cells: across the aperture. Lengths in [m].
+  IndependentWaves(double focal_length, const Aperture& aperture, double wavelength, const TermSet& terms,
+                   const Eigen::VectorXd& coefficients, int cells);
+  ~IndependentWaves();
+  IndependentWaves(const IndependentWaves&) = delete;
+  IndependentWaves& operator=(const IndependentWaves&) = delete;
+
+  /// Shares of all light that passes the aperture inside circles about the axis, in the plane z = f + dz.
+  std::vector<double> shares(double dz, const std::vector<double>& radii);
+
+ private:
+  struct Cell {
+    int column, row;
+    double amplitude, phase, versine;
+  };
+  double focal_length_, wavelength_, pitch_, total_ = 0;
+  int samples_;
+  std::vector<Cell> cells_;
+  std::complex<double>* field_;
+  void* plan_;
+};
+
+}  // namespace aberfit
