@@ -1,6 +1,7 @@
 #include "aberfit/chart/check.h"
 
 #include "aberfit/core/errors.h"
+#include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 
 namespace aberfit {
@@ -11,6 +12,24 @@ CheckedTerms checked_terms(const Task& task, const Groundwork& ground, const Ter
   CheckedTerms checked{terms.size(), captured, {}};
   if (task.terms.automatic && ground.psd) checked.expected = expected_orders(ground);
   return checked;
+}
+
+// Of a search the terms are not known: their frequencies ask for finer grids than light does only where they
+// are many.
+std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& ground, TermSet terms,
+                                          const TargetSets& targets) {
+  if (ground.use.model != FocusModel::kWaves) return std::nullopt;
+  if (task.terms.automatic) terms.zernike.clear(), terms.fourier.clear();
+  std::vector<Target> all = targets.fitted;
+  all.insert(all.end(), targets.guides.begin(), targets.guides.end());
+  all.insert(all.end(), targets.held_out.begin(), targets.held_out.end());
+  try {
+    const double across = 2 * ground.radius;
+    return CheckedCells{across / wave_pitch(task, terms, all, kFirstCoarsening),
+                        across / wave_pitch(task, terms, all)};
+  } catch (const ComputationError&) {
+    return std::nullopt;
+  }
 }
 
 void predict(const Task& task, const Groundwork& ground, const TermSet& terms, const TargetSets& targets,
@@ -45,6 +64,10 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
   }
   report.terms = checked_terms(task, ground, terms, captured);
   report.statistics = {targets.fitted.size(), targets.guides.size(), targets.held_out.size()};
+  report.theory_error = ground.use.theory_error;
+  report.cells = checked_cells(task, ground, terms, targets);
+  report.fitted = targets.fitted;
+  report.held_out = targets.held_out;
   report.automatic_rays = task.trace.automatic_rays;
   report.rays = task.trace.automatic_rays ? first_rays(terms.size()) : task.trace.pupil.rays;
   report.starts = task.fit.starts;

@@ -13,6 +13,9 @@
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/spectrum_target.h"
 #include "aberfit/method/term_search.h"
+#include "aberfit/scene/pupil.h"
+#include "aberfit/terms/operator_cost.h"
+#include "aberfit/waves/diffraction_psf.h"
 #include "chart_families.h"
 
 namespace aberfit {
@@ -21,13 +24,13 @@ using namespace internal;
 namespace {
 
 // Typical iterations of fits that end within their tolerances: 3 to 12 of explicit terms by rays (studies of
-// fits/), 24 and 33 by waves (a uniform band of 25 nm with n <= 28, a Gaussian PSD of 30 nm with n <= 57,
-// both 0.4 m f/7). The sets that a search looks at closely are the ones that just pass or just fail: 20 to
-// 100.
+// fits/), 6 to 30 by waves (generated scenes). The sets that a search looks at closely are the ones that just
+// pass or just fail: 20 to 100 by rays; by waves a search gives up sooner.
 // Far fewer unknowns than statistics leave no freedom: 81 in fits/spherical.
-constexpr double kIterations = 10, kWaveIterations = 15, kSearchIterations = 30, kFewTermsIterations = 80;
-// Sets that a search fits in full: 3 to 6 by rays (fits/ without `terms`), 6 by waves (the README's).
-constexpr int kFullFits = 5, kWaveFits = 6;
+constexpr double kIterations = 10, kWaveIterations = 15, kSearchIterations = 30, kWaveSearchIterations = 18,
+                 kFewTermsIterations = 80;
+// Sets that a search fits in full: 3 to 6 by rays (fits/ without `terms`), 3 to 6 by waves.
+constexpr int kFullFits = 5, kWaveFits = 4;
 // Of these as many meet every tolerance, are judged, and need twice the rays they started with.
 constexpr int kPassing = 2;
 // Plane waves: 32, 64, ... to where they pass (181 for 20 nm uniform from 2.5 to 200 /m), then in between.
@@ -153,6 +156,45 @@ FitRates built_in_rates() {
   return rates;
 }
 
+FitRates machine_rates() {
+  FitRates rates = built_in_rates();
+  const CircleAperture circle{0.1};
+  constexpr double kFocalLength = 0.7, kWavelength = 600e-9, kBudget = 0.03;
+  // Rays: L at scattered points.
+  TermSet terms;
+  terms.radius = 0.5 * circle.diameter;
+  terms.zernike = zernike_modes(2, 16);
+  const PupilSample points = make_pupil(circle, {PupilLayout::kSobol, 8192, 1});
+  const Eigen::VectorXd coefficients = Eigen::VectorXd::Constant(terms.size(), 1e-9);
+  const SurfaceOperator surface(terms, points.x, points.y, 1);
+  SurfaceField field;
+  PointLayout layout;
+  layout.points = points.size();
+  const double rays = measure_time(kBudget, [&] { surface.apply(coefficients, &field); }).median /
+                      choose_operator(terms, layout).forward_seconds;
+  // Waves: a plane, and the gradients of what rings in it hold.
+  constexpr int kCells = 96, kRings = 6;
+  const DiffractionPupil pupil = diffraction_pupil(circle, kFocalLength, circle.diameter / kCells);
+  std::vector<Statistic> inside;
+  for (int k = 1; k <= kRings; ++k) inside.push_back(RingThrough{k * 1e-5, 0});
+  Eigen::ArrayXd heights = 1e-8 * (pupil.sample.x / terms.radius).square();
+  DiffractionWorkspace workspace;
+  Eigen::VectorXd values;
+  std::vector<Eigen::ArrayXd> gradients;
+  const double waves = measure_time(kBudget,
+                                    [&] {
+                                      heights[0] += 1e-12;  // another surface: nothing of the last one serves
+                                      evaluate_diffraction({pupil, kFocalLength, kWavelength}, heights,
+                                                           inside, 1, &workspace, &values, &gradients);
+                                    })
+                           .median /
+                       wave_seconds(kCells, kRings);
+  rates.measured = {rays, rays, rays, rays, rays, rays, rays, rays};
+  rates.waves = waves;
+  rates.source = "measured just now";
+  return rates;
+}
+
 namespace {
 
 /// Full fits of one set on one number of rays.
@@ -187,12 +229,13 @@ TermSet terms_of(const Task& task, const Groundwork& ground, const TermsSpec& as
 }
 
 // Where searches by rays end: 18 of 15 to 28, 18 of 6 to 31, 24 of 17 to 74, 36 and 40 of 31 to 56 (studies
-// of fits/). By waves they start at the high end and end near it: 26 of 15 to 28. Where even the last order
-// is short of the height variance, none passes, and the search goes on to its end (95 of 27 to 100,
-// fits/measured-zygo).
+// of fits/). By waves, that start at the low end, nearer to it: 17 of 15 to 28, 17 of 16 to 35, 29 of 25 to
+// 46, 38 of 36 to 99, 70 of 36 to 95 (generated scenes). Where even the last order is short of the height
+// variance, none passes by rays, and the search goes on to its end (95 of 27 to 100, fits/measured-zygo).
 int typical_order(const OrderRange& range, bool waves) {
-  if (waves || range.high >= kLargestSearchedOrder) return range.high;
-  return std::max(2, int(std::lround(std::sqrt(double(range.low) * range.high))));
+  if (!waves && range.high >= kLargestSearchedOrder) return range.high;
+  const double share = waves ? 0.3 : 0.5;
+  return std::max(2, int(std::lround(range.low * std::pow(double(range.high) / range.low, share))));
 }
 
 // The sets of a search: short ones by `screens`, full ones by the return value.
@@ -226,7 +269,9 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
                           const TargetSets& targets, const FitRates& r, int threads) {
   const bool rays = ground.use.model == FocusModel::kRays;
   // A chart is of rays: of waves it only tells how fast the machine is.
-  const double speed = r.expected.iteration > 0 ? r.measured.iteration / r.expected.iteration : 1;
+  const double speed = r.waves > 0                ? r.waves
+                       : r.expected.iteration > 0 ? r.measured.iteration / r.expected.iteration
+                                                  : 1;
   const auto rate = [&](double FitWork::*stage) {
     return !rays ? speed : r.expected.*stage > 0 ? r.measured.*stage / r.expected.*stage : 0.0;
   };
@@ -239,7 +284,7 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
     add_fits(task, ground, terms, 1, 1, &fits);
   p.iterations_known = r.iterations_known && rays && !p.search;
   const bool few = 2 * std::size_t(terms.size()) <= targets.fitted.size() + targets.guides.size();
-  p.iterations = p.search             ? kSearchIterations
+  p.iterations = p.search             ? (rays ? kSearchIterations : kWaveSearchIterations)
                  : p.iterations_known ? r.iterations
                  : few                ? kFewTermsIterations
                  : rays               ? r.iterations

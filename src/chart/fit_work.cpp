@@ -16,9 +16,11 @@ namespace {
 // Rays: one statistic, per ray, smooth with its gradient and exact; and what it costs however few rays.
 constexpr double kSmoothStatistic = 1.7e-9, kExactStatistic = 3e-9, kStatistic = 1.5e-5;
 constexpr double kTouched = 0.05;  // share of the rays that a gradient lists: `aberfit chart`
-// Waves: 16 EE radii in one plane, one in 16 planes, and a ring alone, M = 258 and 298, divided by M^2 log2
-// M. The 45 planes of a ring search need no radius and cost half as much.
-constexpr double kWavePlane = 2.8e-9, kWaveGradient = 1.9e-9, kWaveRing = 22;
+// Waves, divided by M^2 log2 M: a plane and a gradient in fits of the README's study (M = 274). A ring that
+// is followed takes a dozen planes, one that is searched for some 45, without radii.
+constexpr double kWavePlane = 1.5e-9, kWaveGradient = 6e-10, kFollowedRing = 12, kSearchedRing = 40;
+// L^T of heights, per weight, point and term: a quarter of the terms at a quarter of the points.
+constexpr double kHeightProduct = 5e-11, kFourierHeightProduct = 2e-10;
 // Dense algebra, one thread: a QR with as many unknowns as statistics, and products with the terms.
 constexpr double kQr = 1.6e-9, kProducts = 0.3e-9;  // per statistics^3, per statistics^2 terms
 // Per statistic of the geometric theory; per plane of a mean spot, and a ring's planes.
@@ -63,6 +65,7 @@ struct Optics {
   double transform = 0;             // waves: M^2 log2 M
   double forward = 0, adjoint = 0;  // of L, one thread [s]
   double listed = 0;                // L^T at the rays that a ray statistic lists
+  double height_product = 0;        // waves: L^T of one among many height weights
 };
 
 Optics with_operator(Optics optics, const TermSet& terms, const PointLayout& layout) {
@@ -92,21 +95,22 @@ Optics on_grid(const Task& task, const TermSet& terms, double pitch) {
   PointLayout layout;
   layout.rows = layout.columns = Eigen::Index(across);
   layout.points = std::max<Eigen::Index>(1, Eigen::Index(aperture_area(task.aperture) / (pitch * pitch)));
+  optics.height_product = double(layout.points) * (kHeightProduct * double(terms.zernike.size()) +
+                                                   kFourierHeightProduct * double(terms.fourier.size()));
   return with_operator(optics, terms, layout);
 }
 
 // Values alone, of one surface, CPU seconds.
 double values(const Optics& optics, const Asked& wanted) {
   if (optics.model == FocusModel::kWaves)
-    return optics.forward + wanted.planes(kWaveRing) * optics.transform * kWavePlane;
+    return optics.forward + wanted.planes(kFollowedRing) * optics.transform * kWavePlane;
   return optics.forward + wanted.count * optics.points * kExactStatistic;
 }
 
 // Values and all gradients over the coefficients.
 double linearisation(const Optics& optics, const Asked& wanted) {
-  if (optics.model == FocusModel::kWaves)  // planes are focused for the values and again for the gradients
-    return 2 * values(optics, wanted) - optics.forward +
-           wanted.count * (optics.transform * kWaveGradient + optics.adjoint);
+  if (optics.model == FocusModel::kWaves)  // planes stay focused for the gradients
+    return values(optics, wanted) + wanted.count * (optics.transform * kWaveGradient + optics.height_product);
   return optics.forward + wanted.count * (optics.points * kSmoothStatistic + kStatistic + optics.listed);
 }
 
@@ -116,9 +120,11 @@ double algebra(double statistics, double terms) {
   return kQr * statistics * terms * terms;
 }
 
-// The grid of `pitch` and three coarser ones.
+// The grid of `pitch`, three coarser ones, and one for the search of the rings.
 double judged_by_waves(const Task& task, const TermSet& terms, const Asked& wanted, double pitch) {
-  return 3 * values(on_grid(task, terms, kCoarserGrid * pitch), wanted) +
+  const Asked rings{0, 0, wanted.rings};
+  return rings.planes(kSearchedRing) * on_grid(task, terms, kSearchGrid * pitch).transform * kWavePlane +
+         3 * values(on_grid(task, terms, kCoarserGrid * pitch), wanted) +
          values(on_grid(task, terms, pitch), wanted);
 }
 
@@ -172,6 +178,11 @@ double zone_points(const TermSet& terms) {
   if (terms.zernike.empty() && terms.fourier.empty()) return 0;
   const double order = terms.zernike.empty() ? 0 : terms.zernike.back().n;
   return std::clamp(4 * order * order, 4096.0, 65536.0);
+}
+
+double wave_seconds(int across, int statistics) {
+  const double length = 2.0 * across;
+  return length * length * std::log2(length) * (kWavePlane + statistics * kWaveGradient);
 }
 
 FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& terms, const PupilOptions& rays,

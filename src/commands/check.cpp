@@ -18,17 +18,18 @@ using namespace internal;
 
 namespace {
 
-// The chart's rates where one is given, else those that came with the program.
+// The chart's rates where one is given, else those of this machine, or what came with the program.
 FitRates rates_for(const Study& study, const RunOptions& options) {
+  const auto own = [&] { return options.measure_machine ? machine_rates() : built_in_rates(); };
   const bool there = !options.chart_file.empty() && std::filesystem::exists(options.chart_file);
-  if (options.chart_file.empty() || (options.chart_optional && !there)) return built_in_rates();
+  if (options.chart_file.empty() || (options.chart_optional && !there)) return own();
   bool same_study = false;
   try {
     const FitRates rates = read_rates(options.chart_file, resolved_study(study), &same_study);
-    return options.chart_optional && !same_study ? built_in_rates() : rates;
+    return options.chart_optional && !same_study ? own() : rates;
   } catch (const InputError&) {
     if (!options.chart_optional) throw;  // nobody asked for this one
-    return built_in_rates();
+    return own();
   }
 }
 
@@ -64,6 +65,7 @@ PaperTable paper_table(const CommandLine& line) {
 // Without --chart the chart that `aberfit chart` would have written serves, if it is there and of this study.
 RunOptions check_options(const CommandLine& line, const Study& study, ProgressLine* progress) {
   RunOptions options = run_options(line, progress);
+  options.measure_machine = true;
   if (line.paper_table) options.paper_table = paper_table(line);
   if (options.chart_file.empty()) {
     options.chart_file = (std::filesystem::path(default_chart_directory(study.path)) / "chart.json").string();

@@ -91,10 +91,6 @@ struct CoarseGrid {
 constexpr CoarseGrid kCoarseGrids[] = {
     {kCoarserGrid, {0.0, 0.0}}, {kCoarserGrid, {0.25, -0.35}}, {0.93 * kCoarserGrid, {-0.4, 0.15}}};
 
-// The grid that rings are searched for on, which takes ten times as many planes as to follow them; where it
-// is too coarse for the surface, the next one searches.
-constexpr double kSearchGrid = 2.5;
-
 // An error that falls as pitch^2 with one sign is 1/(1.37^2 - 1) = 1.14 of its difference to the coarser
 // grid; one whose sign changes from grid to grid, half of the largest difference or less. The rest is for
 // the chance that three differences are small: 95 % hold with 1.3 and less in eleven scenes of twelve

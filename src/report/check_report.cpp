@@ -5,6 +5,8 @@
 #include "json_number.h"
 #include "paper_table.h"
 #include "scene_facts_json.h"
+#include "statistic_label.h"
+#include "target_json.h"
 
 namespace aberfit {
 using namespace internal;
@@ -30,6 +32,25 @@ Json checked_terms_json(const CheckedTerms& terms) {
   return json;
 }
 
+Json theory_error_json(const TheoryError& error) {
+  return {{"paraxial", error.paraxial},
+          {"small_angle", json_number(error.small_angle)},
+          {"beyond_ten_degrees", error.beyond_ten_degrees},
+          {"cut_share", error.cut_share}};
+}
+
+Json targets_json(const CheckReport& report) {
+  std::vector<Target> all = report.fitted;
+  all.insert(all.end(), report.held_out.begin(), report.held_out.end());
+  const std::vector<std::string> names = unique_names(all);
+  Json json = Json::object();
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    json[names[k]] = target_json(all[k]);
+    json[names[k]]["held_out"] = k >= report.fitted.size();
+  }
+  return json;
+}
+
 Json prediction_json(const CheckReport& report) {
   const FitPrediction& p = *report.prediction;
   Json costs;
@@ -51,6 +72,9 @@ Json to_json(const CheckReport& report, const Json& study) {
                  {"rim_sag_m", report.mirror.rim_sag_max},
                  {"rim_plane_residual_m", report.mirror.plane_residual}}}};
   if (report.scene) json["scene"] = checked_scene_json(report);
+  if (report.theory_error) json["theory_error"] = theory_error_json(*report.theory_error);
+  json["target"] = targets_json(report);
+  if (report.cells) json["cells_across"] = {{"fit", report.cells->fit}, {"verdict", report.cells->verdict}};
   json["terms"] = checked_terms_json(report.terms);
   json["predicted_seconds"] = report.prediction ? Json(report.prediction->seconds) : Json(nullptr);
   if (report.prediction) json["prediction"] = prediction_json(report);

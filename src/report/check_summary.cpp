@@ -78,9 +78,20 @@ std::string expected_terms(const OrderRange& range) {
                      range.low, range.high, count(range.low), count(range.high));
 }
 
+// What the verdict leaves out whatever the surface, beside the margin that it is given with.
+std::string theory_text(const TheoryError& error) {
+  const std::string angle = std::isfinite(error.small_angle)
+                                ? fmt::format("{:.2g} %", 100 * error.small_angle)
+                                : "an unknown share";
+  return fmt::format("{} of radii by small angles, {:.2g} % of the light beyond 10 degrees", angle,
+                     100 * error.beyond_ten_degrees);
+}
+
 std::string rays_text(const CheckReport& report) {
   if (report.model == FocusModel::kWaves)
-    return "none: waves on a grid of cells that the light itself decides";
+    return report.cells ? fmt::format("none: waves on a grid of {:.0f} cells across, judged on {:.0f}",
+                                      report.cells->fit, report.cells->verdict)
+                        : "none: waves, but no grid is fine enough";
   return report.automatic_rays ? fmt::format("chosen by the fit: {} or more for so many terms", report.rays)
                                : fmt::format("{}", report.rays);
 }
@@ -114,7 +125,9 @@ std::string summary_table(const CheckReport& report) {
   std::string text = heading(report.title);
   text += row("f-number", fmt::format("f/{:.3g}", report.mirror.f_number));
   text += row("rim above vertex", metres_text(report.mirror.rim_sag_max));
-  text += report.scene ? scene_rows(report)
+  const std::string theory =
+      report.theory_error ? row("error of the wave theory", theory_text(*report.theory_error)) : "";
+  text += report.scene ? scene_rows(report) + theory
                        : row("models", fmt::format("targets {}, surface {}: {}", report.theory,
                                                    to_string(report.model), report.reason));
   text += row("terms", report.terms.expected ? expected_terms(*report.terms.expected)

@@ -11,6 +11,7 @@
 #include "aberfit/scene/zernike.h"
 #include "json_number.h"
 #include "statistic_label.h"
+#include "target_json.h"
 
 namespace aberfit {
 using namespace internal;
@@ -42,14 +43,9 @@ Json metrics_json(const std::vector<EquivalenceMetric>& metrics) {
   return json;
 }
 
-Json target_json(const ResultDocument& result, const std::vector<std::string>& names) {
+Json targets_json(const ResultDocument& result, const std::vector<std::string>& names) {
   Json json = Json::object();
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    const Target& target = result.targets[k];
-    json[names[k]] = {{"value", json_number(target.value)},
-                      {"standard_error", json_number(target.standard_error)},
-                      {"tolerance", json_number(target.tolerance)}};
-  }
+  for (std::size_t k = 0; k < names.size(); ++k) json[names[k]] = target_json(result.targets[k]);
   return json;
 }
 
@@ -281,7 +277,7 @@ nlohmann::ordered_json to_json(const ResultDocument& result, const nlohmann::ord
                {"kind", result.kind},
                {"study", study},
                {"scene", scene_json(result)},
-               {"target", target_json(result, names)},
+               {"target", targets_json(result, names)},
                {"fit", fit_json(result)},
                {"coefficients", coefficients_json(result)},
                {"statistics", statistics_json(result, names)}};

@@ -82,6 +82,52 @@ TEST(CheckReport, TableAndJsonSayTheSame) {
   EXPECT_FALSE(json.contains("paper_table"));
 }
 
+TEST(CheckReport, ListsEveryTargetOfTheVerdictAsAResultDoes) {
+  CheckReport report = hand_made();
+  Target fitted, held_out;
+  fitted.statistic = EncircledEnergyRadius{0.9, 0};
+  fitted.value = 8e-5;
+  fitted.tolerance = 8e-8;
+  fitted.standard_error = 1e-9;
+  held_out.statistic = EncircledEnergyRadius{0.25, 1e-3};
+  held_out.value = 3e-5;
+  report.fitted = {fitted};
+  report.held_out = {held_out};
+  const ordered_json json = to_json(report, {})["target"];
+  EXPECT_EQ(
+      json["ee90_radius_m"],
+      (ordered_json{{"value", 8e-5}, {"standard_error", 1e-9}, {"tolerance", 8e-8}, {"held_out", false}}));
+  EXPECT_EQ(json["ee25_radius_m@1mm"]["value"], 3e-5);
+  EXPECT_EQ(json["ee25_radius_m@1mm"]["held_out"], true);
+}
+
+TEST(CheckReport, SaysWhatTheWaveTheoryLeavesOutAndHowManyCellsThereAre) {
+  CheckReport report = hand_made();
+  EXPECT_EQ(row(summary_table(report), "error of the wave theory"), "");
+  EXPECT_FALSE(to_json(report, {}).contains("theory_error"));
+  EXPECT_FALSE(to_json(report, {}).contains("cells_across"));
+  TheoryError error;
+  error.paraxial = 6.4e-4;
+  error.small_angle = 2e-5;
+  error.beyond_ten_degrees = 3e-6;
+  report.theory_error = error;
+  report.model = FocusModel::kWaves;
+  EXPECT_EQ(row(summary_table(report), "rays"), "none: waves, but no grid is fine enough");
+  report.cells = CheckedCells{136.4, 386};
+  const std::string table = summary_table(report);
+  EXPECT_EQ(row(table, "error of the wave theory"),
+            "0.002 % of radii by small angles, 0.0003 % of the light beyond 10 degrees");
+  EXPECT_EQ(row(table, "rays"), "none: waves on a grid of 136 cells across, judged on 386");
+  const ordered_json json = to_json(report, {});
+  EXPECT_EQ(json["theory_error"]["small_angle"], 2e-5);
+  EXPECT_EQ(json["theory_error"]["beyond_ten_degrees"], 3e-6);
+  EXPECT_EQ(json["theory_error"]["paraxial"], 6.4e-4);
+  EXPECT_EQ(json["cells_across"], (ordered_json{{"fit", 136.4}, {"verdict", 386}}));
+  report.theory_error->small_angle = HUGE_VAL;
+  EXPECT_NE(summary_table(report).find("an unknown share of radii"), std::string::npos);
+  EXPECT_TRUE(to_json(report, {})["theory_error"]["small_angle"].is_null());
+}
+
 TEST(CheckReport, ASearchNamesTheOrdersItExpects) {
   CheckReport report = hand_made();
   report.terms.expected = OrderRange{4, 6, false};
@@ -118,7 +164,7 @@ TEST(CheckReport, WhatCannotBePredictedIsNullAndSaysWhy) {
   const std::string table = summary_table(report);
   EXPECT_EQ(row(table, "predicted time of `fit`"), "not known: the grid is too fine");
   EXPECT_EQ(row(table, "models"), "targets geometric, surface waves: kappa is too small.");
-  EXPECT_EQ(row(table, "rays"), "none: waves on a grid of cells that the light itself decides");
+  EXPECT_EQ(row(table, "rays"), "none: waves, but no grid is fine enough");
 }
 
 TEST(CheckReport, ThePapersTableHasItsCells) {

@@ -17,7 +17,7 @@
 namespace aberfit {
 namespace {
 
-// Of the light: what the counting of pixels and the cells of the independent code leave.
+// Of the light: what the cells at the edge of the independent code leave.
 constexpr double kOwnError = 5e-4;
 
 // Largest |E(r_p) - p| over its tolerance, of all encircled energies that were judged.
@@ -55,7 +55,7 @@ struct Outcome {
 Outcome run_scene(int k) {
   const GeneratedScene scene = generated_scene(k);
   SCOPED_TRACE(scene.name);
-  std::printf("%2d %-56s", k, scene.name.c_str());
+  std::printf("%2d %-60s ", k, scene.name.c_str());
   std::fflush(stdout);
   const auto begin = std::chrono::steady_clock::now();
   const Study study = parse_study(scene.study, "scene.json");
@@ -83,19 +83,30 @@ Outcome run_scene(int k) {
   return outcome;
 }
 
-TEST(GeneratedScenes, TwentySevenOfThirtyAreEquivalentAndTrueInLight) {
-  int counted = 0, equivalent = 0;
-  for (int k = 0; k < 30; ++k) {
-    const Outcome outcome = run_scene(k);
-    counted += outcome.counts;
-    equivalent += outcome.counts && outcome.equivalent;
+// One after the other, each by itself with --gtest_filter='*/12'.
+class GeneratedScenes : public testing::TestWithParam<int> {
+ protected:
+  static constexpr int kScenes = 30, kMayFail = 3;
+  static void TearDownTestSuite() {
+    if (run == kScenes) {
+      EXPECT_GE(equivalent, counted - kMayFail) << "equivalent, of " << counted;
+    }
   }
-  EXPECT_GE(equivalent, counted - 3) << "of " << counted;
-}
+  static int run, counted, equivalent;
+};
+int GeneratedScenes::run = 0, GeneratedScenes::counted = 0, GeneratedScenes::equivalent = 0;
 
-// Three that take seconds.
+TEST_P(GeneratedScenes, AreTrueInLightWhereTheyAreEquivalent) {
+  const Outcome outcome = run_scene(GetParam());
+  ++run;
+  counted += outcome.counts;
+  equivalent += outcome.counts && outcome.equivalent;
+}
+INSTANTIATE_TEST_SUITE_P(Seeded, GeneratedScenes, testing::Range(0, 30));
+
+// Two that take seconds.
 TEST(GeneratedScenesSmoke, AreEquivalentAndTrueInLight) {
-  for (const int k : {5, 11, 29}) EXPECT_TRUE(run_scene(k).equivalent);
+  for (const int k : {5, 11}) EXPECT_TRUE(run_scene(k).equivalent);
 }
 
 }  // namespace

@@ -4,15 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
+#include <numeric>
 
 namespace aberfit {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr int kPadding = 4;
-constexpr int kPointsAcross = 8;  // of a cell, for its share of the aperture
+constexpr int kPointsAcross = 8;     // of a cell, for its share of the aperture
+constexpr double kPartOfRadius = 2;  // samples that four nodes of Gauss serve
+constexpr double kGaussNode[] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,
+                                 0.8611363115940526};
+constexpr double kGaussWeight[] = {0.3478548451374538, 0.6521451548625461, 0.6521451548625461,
+                                   0.3478548451374538};
 
 // R_n^m = rho^m P_k^(0,m)(2 rho^2 - 1), k = (n - m)/2, by the three-term recurrence of Jacobi polynomials
 // (Abramowitz and Stegun 22.7.1 with alpha = 0, beta = m).
@@ -96,6 +101,34 @@ IndependentWaves::~IndependentWaves() {
   fftw_free(field_);
 }
 
+double IndependentWaves::power(int column, int row) const {
+  const auto wrapped = [this](int k) { return std::size_t((k % samples_ + samples_) % samples_); };
+  return std::norm(field_[wrapped(row) * std::size_t(samples_) + wrapped(column)]);
+}
+
+// Mean of the pattern on a circle, by Lagrange's polynomials through six samples along either axis.
+double IndependentWaves::on_circle(double r) const {
+  const int angles = std::max(48, int(std::ceil(6 * r)));
+  double sum = 0;
+  for (int a = 0; a < angles; ++a) {
+    const double x = r * std::cos(2 * kPi * a / angles), y = r * std::sin(2 * kPi * a / angles);
+    const int column = int(std::floor(x)) - 2, row = int(std::floor(y)) - 2;
+    const auto lagrange = [](double at, double* weight) {  // at: from the first of the six
+      for (int i = 0; i < 6; ++i) {
+        weight[i] = 1;
+        for (int j = 0; j < 6; ++j)
+          if (j != i) weight[i] *= (at - j) / (i - j);
+      }
+    };
+    double along_x[6], along_y[6];
+    lagrange(x - column, along_x);
+    lagrange(y - row, along_y);
+    for (int j = 0; j < 6; ++j)
+      for (int i = 0; i < 6; ++i) sum += along_y[j] * along_x[i] * power(column + i, row + j);
+  }
+  return sum / angles;
+}
+
 std::vector<double> IndependentWaves::shares(double dz, const std::vector<double>& radii) {
   std::fill_n(field_, std::size_t(samples_) * std::size_t(samples_), 0.0);
   const double defocus = 2 * kPi / wavelength_ * dz / (1 + dz / focal_length_);
@@ -104,25 +137,26 @@ std::vector<double> IndependentWaves::shares(double dz, const std::vector<double
         std::polar(cell.amplitude, cell.phase + defocus * cell.versine);
   fftw_execute(static_cast<fftw_plan>(plan_));
 
-  // Radii in samples; planes further out have a larger image.
+  // Radii in samples; planes further out have a larger image. The pattern, sampled twice as finely as it has
+  // to be, is interpolated along circles, and the circles are summed by Gauss's rule between the radii.
   const double per_sample = wavelength_ * (focal_length_ + dz) / (samples_ * pitch_);
-  const auto from_axis = [this](int k) { return double(k < samples_ / 2 ? k : k - samples_); };
+  std::vector<std::size_t> order(radii.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return radii[a] < radii[b]; });
   std::vector<double> light(radii.size(), 0.0);
-  double largest = 0;
-  for (const double radius : radii) largest = std::max(largest, radius / per_sample);
-  for (int row = 0; row < samples_; ++row) {
-    const double y = from_axis(row);
-    if (std::abs(y) > largest + 1) continue;
-    for (int column = 0; column < samples_; ++column) {
-      const double x = from_axis(column);
-      const double r = std::hypot(x, y);
-      if (r > largest + 1) continue;
-      const double power = std::norm(field_[std::size_t(row) * std::size_t(samples_) + std::size_t(column)]);
-      // A pixel that the circle cuts counts by how far its middle is inside, over its width that way.
-      const double width = r > 0 ? (std::abs(x) + std::abs(y)) / r : 1;
-      for (std::size_t k = 0; k < radii.size(); ++k)
-        light[k] += power * std::clamp(0.5 + (radii[k] / per_sample - r) / width, 0.0, 1.0);
+  double inside = 0, from = 0;
+  for (const std::size_t k : order) {
+    const double to = radii[k] / per_sample;
+    const int parts = std::max(1, int(std::ceil((to - from) / kPartOfRadius)));
+    for (int part = 0; part < parts; ++part) {
+      const double low = from + (to - from) * part / parts, width = (to - from) / parts;
+      for (std::size_t node = 0; node < 4; ++node) {
+        const double r = low + 0.5 * width * (1 + kGaussNode[node]);
+        inside += 0.5 * width * kGaussWeight[node] * 2 * kPi * r * on_circle(r);
+      }
     }
+    light[k] = inside;
+    from = to;
   }
   const double all = total_ * double(samples_) * double(samples_);
   for (double& share : light) share /= all;

@@ -11,7 +11,7 @@ namespace aberfit {
 /// Light of a term surface on a parabola, written anew for the tests: shares nothing with the library but the
 /// definition of the terms and the outline of the aperture. Pupil sampled uniformly in f times the direction
 /// cosine (PHYSICS 6, aperture-exact: not paraxial at any f-number), heights by Jacobi polynomials, one
-/// padded FFT per plane, encircled energy by counting pixels. Good to a few 1e-4 of the light where the cells
+/// padded FFT per plane, encircled energy along circles. Good to a few 1e-4 of the light where the cells
 /// hold the phase.
 class IndependentWaves {
  public:
@@ -30,6 +30,9 @@ class IndependentWaves {
     int column, row;
     double amplitude, phase, versine;
   };
+  double power(int column, int row) const;
+  double on_circle(double r) const;
+
   double focal_length_, wavelength_, pitch_, total_ = 0;
   int samples_;
   std::vector<Cell> cells_;

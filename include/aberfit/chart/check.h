@@ -24,6 +24,11 @@ struct CheckedStatistics {
   std::size_t fitted = 0, guides = 0, held_out = 0;
 };
 
+/// Cells across the aperture of the grids for waves: where a fit begins, and where its surface is judged.
+struct CheckedCells {
+  double fit = 0, verdict = 0;
+};
+
 /// The resolved numbers of a study's scene, the model it needs and why, and what a fit will take.
 struct CheckReport {
   std::string title;  ///< of the task, for people
@@ -36,11 +41,14 @@ struct CheckReport {
   bool too_simple = false;               ///< theory or model is simpler than what the scene needs
   CheckedTerms terms;
   CheckedStatistics statistics;
-  bool automatic_rays = false;  ///< `rays` is the least that the fit will choose
-  std::int64_t rays = 0;        ///< nothing for waves, whose grid the light decides
-  int starts = 1;               ///< of the fit
-  int threads = 1;              ///< that the prediction is for
-  std::string rates;            ///< where the rates of the prediction come from, a clause
+  bool automatic_rays = false;              ///< `rays` is the least that the fit will choose
+  std::int64_t rays = 0;                    ///< nothing for waves, whose grid the light decides
+  std::optional<CheckedCells> cells;        ///< of waves; absent where no grid is fine enough
+  std::optional<TheoryError> theory_error;  ///< of wave optics; absent without roughness or where it has none
+  std::vector<Target> fitted, held_out;     ///< every statistic that the verdict is on
+  int starts = 1;                           ///< of the fit
+  int threads = 1;                          ///< that the prediction is for
+  std::string rates;                        ///< where the rates of the prediction come from, a clause
   std::optional<FitPrediction> prediction;
   std::string unpredicted;  ///< why there is no prediction; empty where there is one
   Warnings warnings;

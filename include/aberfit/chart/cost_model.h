@@ -25,11 +25,15 @@ struct FitRates {
   bool iterations_known = false;     ///< the fit was run to its end, and on rays
   double forward = 0, jacobian = 0;  ///< smooth values; the same with the full Jacobian
   double exact = 0;                  ///< one exact evaluation of the targets on the fitted rays
-  std::string source;                ///< where they come from, a clause
+  double waves = 0;    ///< time of wave optics over what fit_work expects; 0: as the iteration has it
+  std::string source;  ///< where they come from, a clause
 };
 
 /// Rates of the machine that the constants come from; for studies without a chart.
 FitRates built_in_rates();
+/// The same with the speed of this machine, measured in less than 0.1 s: of terms at points and of one focal
+/// plane with gradients, on one thread.
+FitRates machine_rates();
 
 /// What `fit` will take, in order of its stages; first start only, pictures left out.
 struct FitPrediction {

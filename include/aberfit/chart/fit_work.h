@@ -26,6 +26,10 @@ struct FitWork {
 FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& terms, const PupilOptions& rays,
                  const TargetSets& targets, int threads);
 
+/// One thread's time [s] for one plane of a pupil of so many cells across, with the energy inside so many
+/// rings and its gradients over the heights, by the same constants.
+double wave_seconds(int across, int statistics);
+
 /// Points of the pupil that zone_slopes (prior_draws.h) takes; 0 for spherical terms, which it leaves out.
 double zone_points(const TermSet& terms);
 

@@ -46,6 +46,9 @@ inline constexpr std::int64_t kMostFreshRays = std::int64_t(1) << 22;
 /// Pitch of the grids that waves are compared with, over that of the one that judges. No multiple, so that no
 /// cell of one grid is a cell of the other.
 inline constexpr double kCoarserGrid = 1.37;
+/// The grid that rings are searched for on, which takes several times as many planes as to follow them; where
+/// it is too coarse for the surface, the next one searches.
+inline constexpr double kSearchGrid = 2.5;
 
 /// Exact statistics of the surface with `coefficients` [m] of `terms`, and their stated error, on points that
 /// no fit has seen.
