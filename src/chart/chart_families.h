@@ -7,6 +7,15 @@
 // The families of a chart, one function each; `seconds` is about how long it may take.
 namespace aberfit::internal {
 
+/// Theories of the mean spot in focus, in light, against the aperture-exact one; its own error is what it
+/// leaves out.
+ChartFamily chart_theories(const ChartBench& bench, double seconds);
+/// Rays by number and waves by grid, of one surface: encircled energies in light against a finer grid.
+ChartFamily chart_models(const ChartBench& bench, double seconds);
+/// Fits of growing orders by rays, by waves that begin on a coarse grid, and by waves on the safe grid alone:
+/// what light says of the surfaces against their targets.
+ChartFamily chart_fits(const ChartBench& bench, double seconds);
+
 /// Pupil layouts x ray counts: statistics against those of a four times finer pupil.
 ChartFamily chart_pupils(const ChartBench& bench, double seconds);
 

@@ -14,8 +14,9 @@ using namespace internal;
 namespace {
 
 // Shares of the budget. The fit's own stages first: `check` needs them most.
-constexpr double kRates = 0.18, kPupils = 0.22, kNormals = 0.12, kOperators = 0.12, kDerivatives = 0.14,
-                 kOrders = 0.08, kModes = 0.1, kSmoothing = 0.04;
+constexpr double kRates = 0.12, kTheories = 0.01, kModels = 0.12, kFits = 0.25, kPupils = 0.13,
+                 kNormals = 0.08, kOperators = 0.08, kDerivatives = 0.09, kOrders = 0.05, kModes = 0.05,
+                 kSmoothing = 0.02;
 
 }  // namespace
 
@@ -38,8 +39,9 @@ Chart make_chart(const Task& task, double budget, const RunContext& context) {
   Chart chart;
   if (const auto& choice = bench.ground.use.choice; choice && choice->model != FocusModel::kRays)
     chart.warnings.push_back(
-        {"rays-not-valid", fmt::format("this scene needs {}: what is charted are the methods of rays",
-                                       to_string(choice->model))});
+        {"rays-not-valid",
+         fmt::format("this scene needs {}: from the pupils on, what is charted are the methods of rays",
+                     to_string(choice->model))});
   chart.instruction_set = to_string(best_instruction_set());
   chart.threads = bench.threads;
   chart.budget_seconds = budget;
@@ -47,6 +49,11 @@ Chart make_chart(const Task& task, double budget, const RunContext& context) {
   const auto append = [&chart](std::vector<ChartFamily> families) {
     for (ChartFamily& family : families) chart.families.push_back(std::move(family));
   };
+  // What a user asks first: which model, and what a whole fit takes with it. The kernels come second.
+  const ChartBench as_is = make_chart_bench(task, requested_physics(task), context);
+  append({chart_theories(as_is, kTheories * budget)});
+  append({chart_models(as_is, kModels * budget)});
+  append({chart_fits(as_is, kFits * budget)});
   append({chart_pupils(bench, kPupils * budget)});
   append(chart_normals(bench, kNormals * budget));
   append(chart_operators(bench, kOperators * budget));

@@ -34,8 +34,6 @@ constexpr int kWaveTrialIterations = 32;
 // A rejection this near to the tolerances or to the margin may be the rays' or the solver's, not the terms':
 // an annulus took 207 terms where 187 pass with twice the rays.
 constexpr double kNearMiss = 1.3, kNearMissOfWaves = 1.1;
-// Waves have no more rays to take, but what lies between their targets can be held more closely.
-constexpr double kGuidesInDoubt = 0.6;
 bool near_miss(const Task& task, const Attempt& attempt) {
   if (!has_solution(attempt.result.fit) || frontier_point(attempt, 0).passes) return false;
   double worst = 0;

@@ -17,7 +17,7 @@ constexpr double kRingsInGrains = 0.75, kSteadyRing = 1.5;
 // Planes are three quarters of a grain's depth apart, or as far as the cone of light widens by so many steady
 // ring distances. The worst held-out statistic of the README's study at n = 30 by this factor: 3, 1.0 %; 5,
 // 0.8 %; without guides beyond two plane units, 2 %.
-constexpr double kPlanesInDepths = 0.75, kSteadyPlane = 5;
+constexpr double kPlanesInDepths = 0.75, kSteadyPlane = 4;
 // Where margins are small beside what grains do, guides end here: their cost would have no bound.
 constexpr int kMostRings = 16, kMostPlanesBetween = 8;
 

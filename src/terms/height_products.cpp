@@ -11,7 +11,7 @@ namespace {
 using Eigen::Index;
 
 constexpr std::size_t kTogether = 8;
-constexpr Index kChunkOrbits = 32 * kBlockOrbits;  // unit of work of a thread
+constexpr Index kChunkOrbits = 6 * kBlockOrbits;  // unit of work of a thread
 
 // The grid of cells that points lie on, if reflections at the axes leave it as it is.
 const CartesianGrid* mirrored_grid(const PupilSample& pupil) {

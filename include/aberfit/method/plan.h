@@ -28,6 +28,10 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
 /// The same with their prior, which costs more the more terms there are.
 TermPlan plan_terms(const Task& task, const Groundwork& ground, const TermsSpec& asked);
 
+/// What the guides of a fit by waves are held to, in their tolerances, where its verdict is in doubt: waves
+/// have no more rays to take.
+inline constexpr double kGuidesInDoubt = 0.6;
+
 /// What a run has decided about one fit: the task says what is wanted, the plan how it is tried.
 struct FitPlan {
   std::shared_ptr<const TermPlan> terms;

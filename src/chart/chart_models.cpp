@@ -1,0 +1,362 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/forward/statistics_with_error.h"
+#include "aberfit/method/attempt.h"
+#include "aberfit/method/judged_set.h"
+#include "aberfit/method/pupil_choice.h"
+#include "aberfit/method/ray_count.h"
+#include "aberfit/method/term_search.h"
+#include "chart_families.h"
+
+namespace aberfit::internal {
+namespace {
+
+constexpr const char* kOfVerdict = "margin of equivalence";
+// Grids for waves, pitches over the safe one; the reference lies below them.
+constexpr double kPitches[] = {4, 2.83, 2, 1.41, 1};
+constexpr double kReferencePitch = 0.73;
+constexpr double kAliased = 2e-2;  // coarse grids shall show what they do
+constexpr std::int64_t kRayCounts[] = {4096, 16384, 65536, 262144};
+
+std::vector<Target> in_light(std::vector<Target> targets) {
+  std::erase_if(targets, [](const Target& target) {
+    return !std::holds_alternative<EncircledEnergyRadius>(target.statistic);
+  });
+  return targets;
+}
+
+// Largest |share - reference| / max(r dE/dr, 0.35) of encircled energies (PHYSICS 7).
+StatisticErrors light_errors(const Eigen::VectorXd& values, const Eigen::VectorXd& reference,
+                             const std::vector<Target>& aims) {
+  std::vector<double> errors;
+  for (Eigen::Index k = 0; k < values.size(); ++k)
+    errors.push_back(std::abs(values[k] - reference[k]) / aims[std::size_t(k)].relative_to());
+  return worst_and_rms(errors);
+}
+
+ChartRow row_of(const char* family, const char* method, const char* parameter, double value) {
+  ChartRow row;
+  row.family = family;
+  row.method = method;
+  row.parameter = parameter;
+  row.unit = "1";
+  row.value = value;
+  return row;
+}
+
+}  // namespace
+
+ChartFamily chart_theories(const ChartBench& bench, double seconds) {
+  ChartFamily family{"theories",
+                     "Theories of the mean spot",
+                     "largest error in light of the encircled energies in focus",
+                     "the curve in the focal plane",
+                     kModelShareOfMargin * bench.task.equivalence.margin,
+                     "a third of the margin",
+                     {},
+                     "",
+                     ""};
+  const Task& task = bench.task;
+  if (!bench.ground.psd || !bench.ground.use.obstacle.empty()) {
+    family.skipped = bench.ground.psd ? "Wave optics does not apply: " + bench.ground.use.obstacle + "."
+                                      : "No roughness is given.";
+    return family;
+  }
+  bench.say("chart: theories");
+  const RadialPsd& psd = *bench.ground.psd;
+  const double share = seconds / 4;
+  const double fractions[] = {0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.95};
+  const GeneralisedHarveyShack exact(psd, task.mirror, task.aperture, task.wavelength);
+  const MeanSpot truth = exact.at_plane(0);
+  const auto add = [&](const char* method, double error, const ChartTime& time) {
+    ChartRow row = row_of("theories", method, "", std::nan(""));
+    row.error = row.error_rms = error;
+    row.error_of_reference = 0;
+    row.reference = "aperture-exact generalised Harvey-Shack";
+    set_time(time, &row);
+    family.rows.push_back(row);
+  };
+  const auto worst_of = [&](const auto& share_within) {
+    double worst = 0;
+    for (const double p : fractions) {
+      const double radius = truth.encircled_energy_radius(p);
+      const double scale = std::max(radius * truth.encircled_energy_slope(radius), kFlattestCurve);
+      worst = std::max(worst, std::abs(share_within(radius) - p) / scale);
+    }
+    return worst;
+  };
+  // What the scalar theory of small angles itself leaves out is its error, not zero.
+  const TheoryError& own = *bench.ground.use.theory_error;
+  const auto curve = [&](const auto& theory) {
+    double sum = 0;
+    for (const double p : fractions) sum += theory(truth.encircled_energy_radius(p));
+    return sum;
+  };
+  add("aperture-exact", std::max(own.small_angle, own.beyond_ten_degrees), measure_time(share, [&] {
+        const GeneralisedHarveyShack again(psd, task.mirror, task.aperture, task.wavelength);
+        const MeanSpot spot = again.at_plane(0);
+        curve([&](double r) { return spot.encircled_energy(r); });
+      }));
+  family.rows.back().reference = "its own neglect of large angles";
+  family.rows.back().is_default = bench.ground.use.theory == Theory::kGhs;
+  if (task.mirror.conic == -1 && task.mirror.zernike.empty() && is_rotationally_symmetric(task.mirror)) try {
+      GhsOptions options;
+      options.paraxial = true;
+      double error = 0;
+      const ChartTime time = measure_time(share, [&] {
+        const GeneralisedHarveyShack paraxial(psd, task.mirror, task.aperture, task.wavelength, options);
+        const MeanSpot spot = paraxial.at_plane(0);
+        error = worst_of([&](double r) { return spot.encircled_energy(r); });
+      });
+      add("paraxial", error, time);
+    } catch (const ComputationError&) {  // of parabolas alone
+    }
+  if (is_rotationally_symmetric(task.mirror) && std::isfinite(bench.ground.numbers.rms_slope_per_axis)) {
+    double error = 0;
+    const ChartTime time = measure_time(share, [&] {
+      const GeometricHarveyShack rays(task.mirror, task.aperture, bench.ground.numbers.rms_slope_per_axis,
+                                      Convention::kPhysical, bench.ground.numbers.rms_height);
+      error = worst_of([&](double r) { return rays.encircled_energy(r, 0); });
+    });
+    add("geometric", error, time);
+    family.rows.back().is_default = bench.ground.use.theory != Theory::kGhs;
+  }
+  mark_rows(&family);
+  return family;
+}
+
+namespace {
+
+// The models' rows as they are made, with what each says of the surface.
+struct ModelRows {
+  const ChartBench& bench;
+  std::vector<Target> aims;
+  std::vector<Statistic> statistics;
+  double each;  // time to measure a row in [s]
+  std::vector<ChartRow> rows = {};
+  std::vector<Eigen::VectorXd> values = {};
+  std::size_t waves = 0;  // rows of waves, which come first
+
+  Eigen::VectorXd by_waves(double pitch) const {
+    const Task& task = bench.task;
+    const PupilSample pupil = diffraction_pupil(task.aperture, task.mirror.focal_length, pitch).sample;
+    const SurfaceOperator surface(bench.terms, pupil, focus_operator(FocusModel::kWaves, bench.threads));
+    return focus_statistics({task.mirror, pupil, surface, FocusModel::kWaves, task.wavelength, &task.aperture,
+                             Centre::kNominal, kAliased},
+                            bench.coefficients, statistics, bench.threads, nullptr);
+  }
+  ChartRow& add(const char* method, const char* parameter, double value,
+                const std::function<Eigen::VectorXd()>& run) {
+    bench.say(fmt::format("chart: {} with {:.0f} {}", method, value, parameter));
+    ChartRow row = row_of("models", method, parameter, value);
+    values.emplace_back();
+    set_time(measure_time(each, [&] { values.back() = run(); }), &row);
+    row.terms = bench.terms.size();
+    row.statistics = std::int64_t(statistics.size());
+    rows.push_back(row);
+    return rows.back();
+  }
+  void add_waves(double pitch, const ChartClock& clock) {
+    const double across = 2 * aperture_radius(bench.task.aperture);
+    for (const double coarser : kPitches) {
+      if (waves > 0 && 3 * rows.back().seconds > clock.left()) break;
+      ChartRow& row = add("waves", "cells across", std::round(across / (coarser * pitch)),
+                          [&] { return by_waves(coarser * pitch); });
+      row.is_default = coarser == 1 && bench.ground.use.model == FocusModel::kWaves;
+      ++waves;
+    }
+  }
+  void add_rays(const ChartClock& clock) {
+    const PupilOptions& own = bench.task.trace.pupil;
+    const std::int64_t wanted = bench.task.trace.automatic_rays ? first_rays(bench.terms.size()) : own.rays;
+    bool taken = bench.ground.use.model != FocusModel::kRays;
+    for (const std::int64_t rays : kRayCounts) {
+      if (clock.left() < 0) break;
+      ChartTrace at(bench, bench.terms, make_pupil(bench.task.aperture, {own.layout, rays, own.seed}),
+                    bench.threads);
+      ChartRow& row =
+          add("rays", "rays", double(rays), [&] { return at.exact(bench.coefficients, statistics); });
+      row.rays = at.pupil().size();
+      // The study's number, or the next that is charted.
+      row.is_default = !taken && (rays >= wanted || rays == *std::rbegin(kRayCounts));
+      taken = taken || row.is_default;
+    }
+  }
+  void compare(double reference_pitch) {
+    bench.say("chart: waves, reference");
+    const Eigen::VectorXd truth = by_waves(reference_pitch);
+    const double across = 2 * aperture_radius(bench.task.aperture);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const StatisticErrors errors = light_errors(values[k], truth, aims);
+      rows[k].error = errors.worst;
+      rows[k].error_rms = errors.rms;
+      // An error of second order in the pitch.
+      rows[k].error_of_reference =
+          kReferencePitch * kReferencePitch * light_errors(values[waves - 1], truth, aims).worst;
+      rows[k].reference = fmt::format("waves, {:.0f} cells across", across / reference_pitch);
+    }
+  }
+};
+
+}  // namespace
+
+ChartFamily chart_models(const ChartBench& bench, double seconds) {
+  ChartFamily family{"models",
+                     "Rays and waves of one surface",
+                     "largest error in light of its encircled energies",
+                     "terms, propagation and statistics",
+                     kModelShareOfMargin * bench.task.equivalence.margin,
+                     "a third of the margin",
+                     {},
+                     "",
+                     ""};
+  const std::vector<Target> seen = in_light(bench.targets.fitted);
+  if (seen.empty() || !bench.ground.use.obstacle.empty()) {
+    family.skipped = seen.empty() ? "No encircled energies are among the targets."
+                                  : "Wave optics does not apply: " + bench.ground.use.obstacle + ".";
+    return family;
+  }
+  const ChartClock clock(seconds);
+  ModelRows models{bench, aims_of(seen), {}, 0.08 * seconds};
+  for (const Target& aim : models.aims) models.statistics.push_back(aim.statistic);
+  try {
+    const double pitch = wave_pitch(bench.task, bench.terms, seen);
+    models.add_waves(pitch, clock);
+    models.add_rays(clock);
+    models.compare(kReferencePitch * pitch);
+  } catch (const ComputationError& error) {
+    family.skipped = fmt::format("No grid holds the light: {}.", error.what());
+    return family;
+  }
+  family.rows = std::move(models.rows);
+  mark_rows(&family);
+  return family;
+}
+
+namespace {
+
+// Worst of what light says of a fitted surface, on the safe grid: every statistic of the verdict.
+double worst_in_light(const FitCase& of, const Attempt& attempt) {
+  const JudgedSet judged(in_light(of.targets.fitted), in_light(of.targets.held_out));
+  std::vector<Target> all = of.targets.fitted;
+  all.insert(all.end(), of.targets.held_out.begin(), of.targets.held_out.end());
+  const double pitch = wave_pitch(of.task, attempt.result.terms, all);
+  const PupilSample pupil = diffraction_pupil(of.task.aperture, of.task.mirror.focal_length, pitch).sample;
+  const SurfaceOperator surface(attempt.result.terms, pupil,
+                                focus_operator(FocusModel::kWaves, of.context.threads));
+  FreshStatistics fresh;
+  fresh.value =
+      focus_statistics({of.task.mirror, pupil, surface, FocusModel::kWaves, of.task.wavelength,
+                        &of.task.aperture, Centre::kNominal, kAliased},
+                       attempt.result.fit.coefficients, judged.statistics(), of.context.threads, nullptr);
+  fresh.standard_error = Eigen::VectorXd::Zero(fresh.value.size());
+  double worst = 0;
+  for (const EquivalenceMetric& metric : judged.judge(fresh, of.task.equivalence))
+    worst = std::isfinite(metric.difference) ? std::max(worst, std::abs(metric.difference))
+                                             : std::numeric_limits<double>::quiet_NaN();
+  return worst;
+}
+
+// Orders to chart, the most telling first: the study's own, or where searches end; then the ends of the range
+// that a search expects, and between.
+std::vector<int> orders_of(const ChartBench& bench) {
+  const OrderRange range = expected_orders(bench.ground);
+  const auto between = [&](double share) {
+    return int(std::lround(range.low * std::pow(double(range.high) / range.low, share)));
+  };
+  const bool named = !bench.task.terms.automatic && !bench.terms.zernike.empty();
+  std::vector<int> orders = {named ? bench.terms.zernike.back().n : between(0.3)};
+  for (const double share : {0.0, 0.6, 1.0})
+    if (std::find(orders.begin(), orders.end(), between(share)) == orders.end())
+      orders.push_back(between(share));
+  return orders;
+}
+
+// The ways of one fit that are compared.
+struct FitWay {
+  const char* method;
+  FocusModel model;
+  bool coarse_first;
+  double dearer;  // than what was timed last: another order, or the safe grid instead of a coarse one
+};
+constexpr FitWay kFitWays[] = {{"rays", FocusModel::kRays, false, 2},
+                               {"waves, coarse grid first", FocusModel::kWaves, true, 2},
+                               {"waves, safe grid alone", FocusModel::kWaves, false, 10}};
+
+}  // namespace
+
+ChartFamily chart_fits(const ChartBench& bench, double seconds) {
+  ChartFamily family{"fits",
+                     "Whole fits",
+                     "largest error in light of all encircled energies, held out or not",
+                     "prior, fit and its start",
+                     bench.task.equivalence.margin,
+                     kOfVerdict,
+                     {},
+                     "",
+                     ""};
+  const Task& task = bench.task;
+  if (!bench.ground.psd || !bench.ground.use.obstacle.empty() || in_light(bench.targets.fitted).empty() ||
+      expected_orders(bench.ground).wide) {
+    family.skipped =
+        "Whole fits are charted of Zernikes to the encircled energies of a roughness that wave optics "
+        "describes.";
+    return family;
+  }
+  const ChartClock clock(seconds);
+  const RunContext context{bench.threads, bench.say};
+  const std::vector<int> orders = orders_of(bench);
+  std::string skipped;
+  double last = 0;
+  for (const FitWay& way : kFitWays) {
+    const Groundwork ground = lay_groundwork(task, {{}, way.model});
+    const TargetSets targets = make_targets(task, ground, bench.threads);
+    const FitCase of{task, ground, targets, context};
+    if (way.coarse_first) last = 0;
+    for (const int order : orders) {
+      if (way.dearer * last > clock.left()) {
+        skipped += fmt::format("{}{} with n <= {}", skipped.empty() ? "" : ", ", way.method, order);
+        continue;
+      }
+      bench.say(fmt::format("chart: fit of n <= {} by {}", order, way.method));
+      const ChartClock fit_clock(0);
+      FitPlan plan = make_plan(task, std::make_shared<const TermPlan>(plan_terms(
+                                         task, ground, zernikes_up_to(order, task.terms.covariance))));
+      plan.give_up_on_stall = true;
+      plan.pupil.rays = first_rays(plan.terms->terms.size());
+      plan.automatic_rays = false;
+      if (way.coarse_first) plan.coarsening = kFirstCoarsening;
+      Attempt attempt = attempt_fit(of, plan);
+      last = fit_clock.elapsed();
+      ChartRow row = row_of("fits", way.method, "n_max", order);
+      row.seconds = row.seconds_low = row.seconds_high = last;
+      row.repeats = 1;
+      row.terms = attempt.result.terms.size();
+      row.rays = attempt.result.rays;
+      row.statistics = std::int64_t(targets.fitted.size() + targets.guides.size());
+      row.reference = "targets of light";
+      row.error_of_reference = 0;
+      row.is_default = order == orders.front() && bench.ground.use.model == way.model &&
+                       (way.coarse_first || way.model == FocusModel::kRays);
+      row.note =
+          attempt.met ? "met its tolerances" : fmt::format("stays {:.2g} tolerances away", attempt.mismatch);
+      try {
+        if (attempt.result.fit.coefficients.allFinite())
+          row.error = row.error_rms = worst_in_light(of, attempt);
+      } catch (const ComputationError& error) {
+        row.note += fmt::format("; {}", error.what());
+      }
+      family.rows.push_back(row);
+    }
+  }
+  if (!skipped.empty()) family.remark = "Left out for time: " + skipped + ".";
+  mark_rows(&family);
+  return family;
+}
+
+}  // namespace aberfit::internal
