@@ -382,5 +382,25 @@ TEST(DiffractionPsf, AWorkspaceTellsOneSurfaceFromTheNext) {
   compare({pupil, kFocal, kWave}, statistics);
 }
 
+// From one surface to one that differs by a little or by much, from one grid to the next, and where what was
+// found before is of no use: a ring that is followed is the one that a search finds.
+TEST(DiffractionPsf, RingsThatAreFollowedAreThoseThatAreFound) {
+  const std::vector<Statistic> rings = {RingFwhm{}, RingFwhm{0.5, std::nullopt}, RingFwhm{0.8, std::nullopt}};
+  DiffractionWorkspace workspace;
+  workspace.follow_rings();
+  constexpr double kFollowed = 1e-6;  // a millionth of a step of the search, at either side
+  for (const int cells : {40, 54})
+    for (const double rms : {60e-9, 61e-9, 30e-9, 120e-9, 0.0}) {
+      const DiffractionPupil pupil =
+          diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / cells);
+      const Eigen::ArrayXd height = rms * (25 * pupil.sample.x + 3).sin() * (31 * pupil.sample.y).cos();
+      Eigen::VectorXd searched, followed;
+      evaluate_diffraction({pupil, kFocal, kWave}, height, rings, 1, nullptr, &searched, nullptr);
+      evaluate_diffraction({pupil, kFocal, kWave}, height, rings, 2, &workspace, &followed, nullptr);
+      for (Eigen::Index k = 0; k < searched.size(); ++k)
+        EXPECT_NEAR(followed[k] / searched[k], 1, kFollowed) << cells << ' ' << rms << ' ' << k;
+    }
+}
+
 }  // namespace
 }  // namespace aberfit
