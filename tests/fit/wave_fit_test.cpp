@@ -154,6 +154,34 @@ TEST(Calibrate, MeetsTheMeanOfWavesAtHalfAWaveOfPhase) {
   RecordProperty("worst_in_1e-6", int(1e6 * worst));
 }
 
+// A target so loose that the fit could end long before its guide is near.
+TEST(Calibrate, GoesOnForItsGuidesWhereItIsToldTo) {
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 60, 48);
+  const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, RingThrough{8e-6, 2e-4}};
+  const Eigen::VectorXd other =
+      focus_statistics(scene.path(FocusModel::kWaves), scene.prior.colour(draw_white(scene.prior.size(), 9)),
+                       statistics, 1, nullptr);
+  FitProblem problem = scene.problem({{statistics[0], other[0], 0, 0.2 * other[0]}}, FocusModel::kWaves);
+  Target guide;
+  guide.statistic = statistics[1];
+  guide.value = other[1];
+  guide.tolerance = 1e-4;
+  problem.guides = {guide};
+  const auto guide_after = [&](double within) {
+    FitOptions options;
+    options.stop_at = 1;
+    options.guides_within = within;
+    const FitResult fit = calibrate(problem, draw_white(scene.prior.size(), 3), options);
+    EXPECT_EQ(fit.status, FitStatus::kConverged) << fit.message;
+    const Eigen::VectorXd values =
+        focus_statistics(scene.path(FocusModel::kWaves), fit.coefficients, statistics, 1, nullptr);
+    return std::abs(values[1] - guide.value) / guide.tolerance;
+  };
+  EXPECT_GT(guide_after(0), 2);
+  EXPECT_LE(guide_after(1), 1 + 1e-6);
+  EXPECT_LE(guide_after(0.1), 0.1 + 1e-6);
+}
+
 TEST(Calibrate, FitsWavesWithTheSameBitsForAnyThreadCount) {
   const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 60, 48);
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, 2e-4},
