@@ -311,6 +311,11 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
       if (attempt.fresh.rays == 0) return attempt;
       RayChoice& choice = attempt.result.ray_choice.emplace(ray_choice(of, plan, attempt));
       choice.allowed = kGridShareOfMargin * of.task.equivalence.margin;
+      choice.reason = fmt::format(
+          "{} cells: the finer grid that judges changes the fitted statistics by up to {:.2g} %, {} {:.2g} % "
+          "({:.0f} % of the margin)",
+          attempt.result.rays, 100 * choice.gap, choice.gap <= choice.allowed ? "below" : "above",
+          100 * choice.allowed, 100 * kGridShareOfMargin);
       const bool equivalent = attempt.result.verdict == Verdict::kEquivalent;
       const bool fine = choice.gap <= choice.allowed || plan.coarsening <= kLeastCoarsening;
       if (fine && (doubted || equivalent || !judge_always || !attempt.met))

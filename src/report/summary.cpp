@@ -212,7 +212,9 @@ std::string fit_lines(const ResultDocument& result) {
                                   plural(long(result.targets.size()), "target"), fit.rank,
                                   result.terms.size(), fit.null_directions));
   }
-  if (result.ray_choice && result.ray_choice->automatic) out += paragraph("Rays", result.ray_choice->reason);
+  const bool cells = by_waves(result);
+  if (result.ray_choice && (result.ray_choice->automatic || cells) && !result.ray_choice->reason.empty())
+    out += paragraph(cells ? "Cells" : "Rays", result.ray_choice->reason);
   if (result.frontier) out += frontier_lines(*result.frontier, by_waves(result) ? "cells" : "rays");
   const EquivalentSurface& surface = result.surface;
   if (surface.rms_height > 0) {
