@@ -43,6 +43,19 @@ TEST(SummaryTable, PutsTheVerdictFirst) {
   EXPECT_TRUE(summary_table(result, false).starts_with("NOT JUDGED"));
 }
 
+TEST(SummaryTable, SaysHowWellRaysOrCellsKnowTheSurfaceWhereTheProgramChoseThem) {
+  ResultDocument result = sample_result();
+  result.ray_choice = RayChoice{true, 1e-4, 1e-4, 1e-3, "8192 rays: so and so"};
+  EXPECT_EQ(line_with(summary_table(result, false), "so and so"), "Rays      8192 rays: so and so");
+  result.ray_choice->automatic = false;  // named by the study
+  EXPECT_EQ(line_with(summary_table(result, false), "so and so"), "");
+  result.model = "waves";
+  result.ray_choice->reason = "1234 cells: so and so";
+  EXPECT_EQ(line_with(summary_table(result, false), "so and so"), "Cells     1234 cells: so and so");
+  result.ray_choice->reason.clear();
+  EXPECT_EQ(line_with(summary_table(result, false), "Cells"), "");
+}
+
 // Headline, table and JSON of one result say the same thing, whoever decides.
 TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
   ResultDocument result = sample_result();
