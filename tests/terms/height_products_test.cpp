@@ -98,7 +98,8 @@ TEST(HeightProducts, EveryInstructionSetGivesTheSame) {
     };
     const Eigen::ArrayXd expected = run(InstructionSet::kBaseline);
     for (const InstructionSet set : {InstructionSet::kAvx2, InstructionSet::kAvx512})
-      if (is_supported(set))
+      if (is_supported(set)) {
         EXPECT_LE((run(set) - expected).matrix().norm(), 1e-13 * expected.matrix().norm()) << int(set);
+      }
   }
 }
