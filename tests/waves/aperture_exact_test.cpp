@@ -220,7 +220,9 @@ TEST(ApertureExact, SmoothDrawsFocusLikeTheirExactRaysAndTheMoreSoTheSteeper) {
     EXPECT_LT(std::abs(exact[1]), 0.25 * std::abs(exact[0]))
         << "f/" << c.f_number << ' ' << c.aperture.index();
     EXPECT_LT(std::abs(exact[1] - (exact[0] - exact[1]) / 5), 6e-4) << "f/" << c.f_number;
-    if (c.f_number < 2) EXPECT_LT(paraxial[1], exact[1] - 1e-2) << "f/" << c.f_number;
+    if (c.f_number < 2) {
+      EXPECT_LT(paraxial[1], exact[1] - 1e-2) << "f/" << c.f_number;
+    }
   }
 }
 
