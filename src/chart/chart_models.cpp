@@ -16,11 +16,9 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr const char* kOfVerdict = "margin of equivalence";
 // Grids for waves, pitches over the safe one; the reference lies below them.
 constexpr double kPitches[] = {4, 2.83, 2, 1.41, 1};
 constexpr double kReferencePitch = 0.73;
-constexpr double kAliased = 2e-2;  // coarse grids shall show what they do
 constexpr std::int64_t kRayCounts[] = {4096, 16384, 65536, 262144};
 
 std::vector<Target> in_light(std::vector<Target> targets) {
@@ -28,6 +26,19 @@ std::vector<Target> in_light(std::vector<Target> targets) {
     return !std::holds_alternative<EncircledEnergyRadius>(target.statistic);
   });
   return targets;
+}
+
+// The surface's statistics on a grid for waves.
+Eigen::VectorXd by_waves(const Task& task, const TermSet& terms, const Eigen::VectorXd& coefficients,
+                         const std::vector<Statistic>& statistics, double pitch, int threads) {
+  return Workbench(task, FocusModel::kWaves, {}, pitch, terms, threads)
+      .exact(task, coefficients, statistics, threads, nullptr);
+}
+
+// Why nothing is charted in light; empty where something is.
+std::string why_not_in_light(const ChartBench& bench) {
+  return bench.ground.use.obstacle.empty() ? ""
+                                           : "Wave optics does not apply: " + bench.ground.use.obstacle + ".";
 }
 
 // Largest |share - reference| / max(r dE/dr, 0.35) of encircled energies (PHYSICS 7).
@@ -62,70 +73,59 @@ ChartFamily chart_theories(const ChartBench& bench, double seconds) {
                      "",
                      ""};
   const Task& task = bench.task;
-  if (!bench.ground.psd || !bench.ground.use.obstacle.empty()) {
-    family.skipped = bench.ground.psd ? "Wave optics does not apply: " + bench.ground.use.obstacle + "."
-                                      : "No roughness is given.";
-    return family;
-  }
+  family.skipped = bench.ground.psd ? why_not_in_light(bench) : "No roughness is given.";
+  if (!family.skipped.empty()) return family;
   bench.say("chart: theories");
   const RadialPsd& psd = *bench.ground.psd;
-  const double share = seconds / 4;
-  const double fractions[] = {0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.95};
-  const GeneralisedHarveyShack exact(psd, task.mirror, task.aperture, task.wavelength);
-  const MeanSpot truth = exact.at_plane(0);
-  const auto add = [&](const char* method, double error, const ChartTime& time) {
+  const MeanSpot truth = GeneralisedHarveyShack(psd, task.mirror, task.aperture, task.wavelength).at_plane(0);
+  // Radii that hold these fractions, and what an error of the share there is over.
+  const std::vector<double> fractions = {0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.95};
+  std::vector<double> radii, scales;
+  for (const double fraction : fractions) {
+    radii.push_back(truth.encircled_energy_radius(fraction));
+    scales.push_back(std::max(radii.back() * truth.encircled_energy_slope(radii.back()), kFlattestCurve));
+  }
+  // theory(): its curve, made anew.
+  const auto add = [&](const char* method, bool is_default, const auto& theory) {
+    double worst = 0;
+    const ChartTime time = measure_time(0.25 * seconds, [&] {
+      const auto curve = theory();
+      worst = 0;
+      for (std::size_t k = 0; k < radii.size(); ++k)
+        worst = std::max(worst, std::abs(curve(radii[k]) - fractions[k]) / scales[k]);
+    });
     ChartRow row = row_of("theories", method, "", std::nan(""));
-    row.error = row.error_rms = error;
+    row.error = row.error_rms = worst;
     row.error_of_reference = 0;
     row.reference = "aperture-exact generalised Harvey-Shack";
+    row.is_default = is_default;
     set_time(time, &row);
     family.rows.push_back(row);
   };
-  const auto worst_of = [&](const auto& share_within) {
-    double worst = 0;
-    for (const double p : fractions) {
-      const double radius = truth.encircled_energy_radius(p);
-      const double scale = std::max(radius * truth.encircled_energy_slope(radius), kFlattestCurve);
-      worst = std::max(worst, std::abs(share_within(radius) - p) / scale);
-    }
-    return worst;
+  const auto waves = [&](bool paraxial) {
+    GhsOptions options;
+    options.paraxial = paraxial;
+    const GeneralisedHarveyShack theory(psd, task.mirror, task.aperture, task.wavelength, options);
+    return [spot = theory.at_plane(0)](double r) { return spot.encircled_energy(r); };
   };
+  const bool light = bench.ground.use.theory == Theory::kGhs;
+  add("aperture-exact", light, [&] { return waves(false); });
   // What the scalar theory of small angles itself leaves out is its error, not zero.
   const TheoryError& own = *bench.ground.use.theory_error;
-  const auto curve = [&](const auto& theory) {
-    double sum = 0;
-    for (const double p : fractions) sum += theory(truth.encircled_energy_radius(p));
-    return sum;
-  };
-  add("aperture-exact", std::max(own.small_angle, own.beyond_ten_degrees), measure_time(share, [&] {
-        const GeneralisedHarveyShack again(psd, task.mirror, task.aperture, task.wavelength);
-        const MeanSpot spot = again.at_plane(0);
-        curve([&](double r) { return spot.encircled_energy(r); });
-      }));
-  family.rows.back().reference = "its own neglect of large angles";
-  family.rows.back().is_default = bench.ground.use.theory == Theory::kGhs;
-  if (task.mirror.conic == -1 && task.mirror.zernike.empty() && is_rotationally_symmetric(task.mirror)) try {
-      GhsOptions options;
-      options.paraxial = true;
-      double error = 0;
-      const ChartTime time = measure_time(share, [&] {
-        const GeneralisedHarveyShack paraxial(psd, task.mirror, task.aperture, task.wavelength, options);
-        const MeanSpot spot = paraxial.at_plane(0);
-        error = worst_of([&](double r) { return spot.encircled_energy(r); });
-      });
-      add("paraxial", error, time);
-    } catch (const ComputationError&) {  // of parabolas alone
-    }
-  if (is_rotationally_symmetric(task.mirror) && std::isfinite(bench.ground.numbers.rms_slope_per_axis)) {
-    double error = 0;
-    const ChartTime time = measure_time(share, [&] {
-      const GeometricHarveyShack rays(task.mirror, task.aperture, bench.ground.numbers.rms_slope_per_axis,
-                                      Convention::kPhysical, bench.ground.numbers.rms_height);
-      error = worst_of([&](double r) { return rays.encircled_energy(r, 0); });
-    });
-    add("geometric", error, time);
-    family.rows.back().is_default = bench.ground.use.theory != Theory::kGhs;
+  ChartRow& exact = family.rows.back();
+  exact.error = exact.error_rms = std::max(own.small_angle, own.beyond_ten_degrees);
+  exact.reference = "its own neglect of large angles";
+  try {
+    add("paraxial", false, [&] { return waves(true); });
+  } catch (const ComputationError&) {  // of parabolas on simple apertures alone
   }
+  const SceneNumbers& numbers = bench.ground.numbers;
+  if (is_rotationally_symmetric(task.mirror) && std::isfinite(numbers.rms_slope_per_axis))
+    add("geometric", !light, [&] {
+      const GeometricHarveyShack rays(task.mirror, task.aperture, numbers.rms_slope_per_axis,
+                                      Convention::kPhysical, numbers.rms_height);
+      return [rays](double r) { return rays.encircled_energy(r, 0); };
+    });
   mark_rows(&family);
   return family;
 }
@@ -142,13 +142,8 @@ struct ModelRows {
   std::vector<Eigen::VectorXd> values = {};
   std::size_t waves = 0;  // rows of waves, which come first
 
-  Eigen::VectorXd by_waves(double pitch) const {
-    const Task& task = bench.task;
-    const PupilSample pupil = diffraction_pupil(task.aperture, task.mirror.focal_length, pitch).sample;
-    const SurfaceOperator surface(bench.terms, pupil, focus_operator(FocusModel::kWaves, bench.threads));
-    return focus_statistics({task.mirror, pupil, surface, FocusModel::kWaves, task.wavelength, &task.aperture,
-                             Centre::kNominal, kAliased},
-                            bench.coefficients, statistics, bench.threads, nullptr);
+  Eigen::VectorXd on_grid(double pitch) const {
+    return by_waves(bench.task, bench.terms, bench.coefficients, statistics, pitch, bench.threads);
   }
   ChartRow& add(const char* method, const char* parameter, double value,
                 const std::function<Eigen::VectorXd()>& run) {
@@ -166,7 +161,7 @@ struct ModelRows {
     for (const double coarser : kPitches) {
       if (waves > 0 && 3 * rows.back().seconds > clock.left()) break;
       ChartRow& row = add("waves", "cells across", std::round(across / (coarser * pitch)),
-                          [&] { return by_waves(coarser * pitch); });
+                          [&] { return on_grid(coarser * pitch); });
       row.is_default = coarser == 1 && bench.ground.use.model == FocusModel::kWaves;
       ++waves;
     }
@@ -189,15 +184,16 @@ struct ModelRows {
   }
   void compare(double reference_pitch) {
     bench.say("chart: waves, reference");
-    const Eigen::VectorXd truth = by_waves(reference_pitch);
+    const Eigen::VectorXd truth = on_grid(reference_pitch);
     const double across = 2 * aperture_radius(bench.task.aperture);
+    // An error of second order in the pitch.
+    const double doubt =
+        kReferencePitch * kReferencePitch * light_errors(values[waves - 1], truth, aims).worst;
     for (std::size_t k = 0; k < rows.size(); ++k) {
       const StatisticErrors errors = light_errors(values[k], truth, aims);
       rows[k].error = errors.worst;
       rows[k].error_rms = errors.rms;
-      // An error of second order in the pitch.
-      rows[k].error_of_reference =
-          kReferencePitch * kReferencePitch * light_errors(values[waves - 1], truth, aims).worst;
+      rows[k].error_of_reference = doubt;
       rows[k].reference = fmt::format("waves, {:.0f} cells across", across / reference_pitch);
     }
   }
@@ -216,11 +212,8 @@ ChartFamily chart_models(const ChartBench& bench, double seconds) {
                      "",
                      ""};
   const std::vector<Target> seen = in_light(bench.targets.fitted);
-  if (seen.empty() || !bench.ground.use.obstacle.empty()) {
-    family.skipped = seen.empty() ? "No encircled energies are among the targets."
-                                  : "Wave optics does not apply: " + bench.ground.use.obstacle + ".";
-    return family;
-  }
+  family.skipped = seen.empty() ? "No encircled energies are among the targets." : why_not_in_light(bench);
+  if (!family.skipped.empty()) return family;
   const ChartClock clock(seconds);
   ModelRows models{bench, aims_of(seen), {}, 0.08 * seconds};
   for (const Target& aim : models.aims) models.statistics.push_back(aim.statistic);
@@ -243,17 +236,10 @@ namespace {
 // Worst of what light says of a fitted surface, on the safe grid: every statistic of the verdict.
 double worst_in_light(const FitCase& of, const Attempt& attempt) {
   const JudgedSet judged(in_light(of.targets.fitted), in_light(of.targets.held_out));
-  std::vector<Target> all = of.targets.fitted;
-  all.insert(all.end(), of.targets.held_out.begin(), of.targets.held_out.end());
-  const double pitch = wave_pitch(of.task, attempt.result.terms, all);
-  const PupilSample pupil = diffraction_pupil(of.task.aperture, of.task.mirror.focal_length, pitch).sample;
-  const SurfaceOperator surface(attempt.result.terms, pupil,
-                                focus_operator(FocusModel::kWaves, of.context.threads));
+  const double pitch = wave_pitch(of.task, attempt.result.terms, all_targets(of.targets));
   FreshStatistics fresh;
-  fresh.value =
-      focus_statistics({of.task.mirror, pupil, surface, FocusModel::kWaves, of.task.wavelength,
-                        &of.task.aperture, Centre::kNominal, kAliased},
-                       attempt.result.fit.coefficients, judged.statistics(), of.context.threads, nullptr);
+  fresh.value = by_waves(of.task, attempt.result.terms, attempt.result.fit.coefficients, judged.statistics(),
+                         pitch, of.context.threads);
   fresh.standard_error = Eigen::VectorXd::Zero(fresh.value.size());
   double worst = 0;
   for (const EquivalenceMetric& metric : judged.judge(fresh, of.task.equivalence))
@@ -296,7 +282,7 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
                      "largest error in light of all encircled energies, held out or not",
                      "prior, fit and its start",
                      bench.task.equivalence.margin,
-                     kOfVerdict,
+                     "margin of equivalence",
                      {},
                      "",
                      ""};

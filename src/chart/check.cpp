@@ -20,9 +20,7 @@ std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& gr
                                           const TargetSets& targets) {
   if (ground.use.model != FocusModel::kWaves) return std::nullopt;
   if (task.terms.automatic) terms.zernike.clear(), terms.fourier.clear();
-  std::vector<Target> all = targets.fitted;
-  all.insert(all.end(), targets.guides.begin(), targets.guides.end());
-  all.insert(all.end(), targets.held_out.begin(), targets.held_out.end());
+  const std::vector<Target> all = all_targets(targets);
   try {
     const double across = 2 * ground.radius;
     return CheckedCells{across / wave_pitch(task, terms, all, kFirstCoarsening),

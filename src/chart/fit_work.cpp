@@ -51,13 +51,6 @@ Asked asked(const std::vector<const std::vector<Target>*>& sets) {
   return sum;
 }
 
-std::vector<Target> all_of(const TargetSets& targets) {
-  std::vector<Target> all = targets.fitted;
-  all.insert(all.end(), targets.guides.begin(), targets.guides.end());
-  all.insert(all.end(), targets.held_out.begin(), targets.held_out.end());
-  return all;
-}
-
 /// What a surface goes through on the way to its statistics.
 struct Optics {
   FocusModel model = FocusModel::kRays;
@@ -188,10 +181,10 @@ double wave_seconds(int across, int statistics) {
 FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& terms, const PupilOptions& rays,
                  const TargetSets& targets, int threads) {
   const bool waves = ground.use.model == FocusModel::kWaves;
-  const double pitch = waves ? wave_pitch(task, terms, all_of(targets)) : 0;
-  const Optics optics = waves
-                            ? on_grid(task, terms, wave_pitch(task, terms, all_of(targets), kFirstCoarsening))
-                            : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
+  const double pitch = waves ? wave_pitch(task, terms, all_targets(targets)) : 0;
+  const Optics optics =
+      waves ? on_grid(task, terms, wave_pitch(task, terms, all_targets(targets), kFirstCoarsening))
+            : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
   const Asked fitted = asked({&targets.fitted, &targets.guides});
   const Asked reported = asked({&targets.fitted}), judged = asked({&targets.fitted, &targets.held_out});
   FitWork work;

@@ -31,10 +31,7 @@ Eigen::VectorXd shown_std(const std::vector<Target>& targets, const Eigen::Vecto
 // Waves need a grid as fine as the light of everything that will be asked of it.
 double grid_pitch(const FitCase& of, const TermSet& terms, double coarsening) {
   if (of.ground.use.model != FocusModel::kWaves) return 0;
-  std::vector<Target> all = of.targets.fitted;
-  all.insert(all.end(), of.targets.guides.begin(), of.targets.guides.end());
-  all.insert(all.end(), of.targets.held_out.begin(), of.targets.held_out.end());
-  return wave_pitch(of.task, terms, all, coarsening);
+  return wave_pitch(of.task, terms, all_targets(of.targets), coarsening);
 }
 
 // Grids for waves: the last one is finer than the safe one; each is finer than the one before by a root of 2.
@@ -60,11 +57,11 @@ class StallWatch {
         fewest_(plan.warm.size() > 0 ? kPace + 1 : 2 * kPace) {}
 
   bool stalled(const FitProgress& p) {
+    if (watches_pace_) return out_of_reach(p);
     if (p.worst_mismatch < (1 - kWorthwhile) * best_) {
       best_ = p.worst_mismatch;
       since_ = p.iteration;
     }
-    if (watches_pace_) return out_of_reach(p);
     return best_ > kWellAbove && p.iteration - since_ >= kPatience;
   }
 

@@ -255,6 +255,13 @@ bool targets_are_given(const Task& task) {
   });
 }
 
+std::vector<Target> all_targets(const TargetSets& targets) {
+  std::vector<Target> all = targets.fitted;
+  all.insert(all.end(), targets.guides.begin(), targets.guides.end());
+  all.insert(all.end(), targets.held_out.begin(), targets.held_out.end());
+  return all;
+}
+
 TargetSets make_targets(const Task& task, const Groundwork& ground, int threads) {
   const bool default_set = task.target.statistics.empty();
   const std::vector<Wanted> wanted =

@@ -110,9 +110,7 @@ int ascend(Search* search, const OrderRange& range) {
     else
       failed = middle, ++failures;
   }
-  int lowest = found;
-  for (const FrontierPoint& point : search->points) lowest = std::min(lowest, point.order);
-  return go_down(search, lowest - 1, found, std::min(failures, kFailuresBelow));
+  return go_down(search, range.low - 1, found, failures);
 }
 
 // The same for numbers of plane waves: double until one passes, then halve the factor in between.

@@ -42,6 +42,8 @@ struct TargetSets {
   std::string theory;  ///< "geometric", "rays", "ghs", or "given"
   Warnings warnings;   ///< `target-missing`: statistics of the default set that the theory has no value for
 };
+/// Fitted, guides and held out: all that is asked of one surface.
+std::vector<Target> all_targets(const TargetSets& targets);
 /// Whether all of the task's statistics have a value: then no theory is asked.
 bool targets_are_given(const Task& task);
 TargetSets make_targets(const Task& task, const Groundwork& ground, int threads);
