@@ -127,8 +127,10 @@ bool SpectrumResiduals::linearise(const Eigen::VectorXd& white, bool with_jacobi
 }
 
 LightPath light_path_of(const FitProblem& problem) {
-  return {problem.mirror,     problem.pupil,    problem.surface, problem.model,
-          problem.wavelength, problem.aperture, problem.centre,  problem.aliased_limit};
+  LightPath path{problem.mirror,     problem.pupil,    problem.surface, problem.model,
+                 problem.wavelength, problem.aperture, problem.centre,  problem.aliased_limit};
+  path.scatter = problem.scatter;
+  return path;
 }
 
 }  // namespace aberfit::internal

@@ -103,6 +103,7 @@ Eigen::VectorXd by_waves(const LitMirror& lit, const PupilSample& pupil, const T
   const SurfaceOperator surface(terms, pupil, focus_operator(FocusModel::kWaves, threads));
   LightPath path{lit.mirror, pupil, surface, FocusModel::kWaves, lit.wavelength, &lit.aperture, lit.centre};
   path.workspace = workspace;
+  path.scatter = lit.scatter;
   return focus_statistics(path, coefficients, statistics, threads, warnings);
 }
 

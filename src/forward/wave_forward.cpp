@@ -118,7 +118,9 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
   if (!split_.geometric.empty()) {
     exist = moments_->rays().evaluate(width > 0 ? width : 1, &some);  // moments: no kernel in them
     for (std::size_t j = 0; j < split_.geometric.size(); ++j)
-      (*values)[Eigen::Index(split_.geometric_place[j])] = some[Eigen::Index(j)];
+      (*values)[Eigen::Index(split_.geometric_place[j])] =
+          with_scatter(split_.geometric[j], some[Eigen::Index(j)]);
+    exist = exist && values->array()(split_.geometric_place).isFinite().all();
   }
   if (!split_.own.empty()) {
     const DiffractionProblem waves = problem();
@@ -137,10 +139,15 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
 }
 
 bool WaveForward::gradients(const GradientSink& sink) {
-  if (!split_.geometric.empty() &&
-      !moments_->rays().gradients(
-          [&](std::size_t j, const Eigen::VectorXd& gradient) { sink(split_.geometric_place[j], gradient); }))
-    return false;
+  if (!split_.geometric.empty()) {
+    Eigen::VectorXd of_terms;
+    if (!moments_->rays().evaluate(1, &of_terms)) return false;
+    const auto chained = [&](std::size_t j, const Eigen::VectorXd& gradient) {
+      const double own = of_terms[Eigen::Index(j)], sum = with_scatter(split_.geometric[j], own);
+      sink(split_.geometric_place[j], path_.scatter ? Eigen::VectorXd(own / sum * gradient) : gradient);
+    };
+    if (!moments_->rays().gradients(chained)) return false;
+  }
   if (split_.own.empty()) return true;
   Eigen::VectorXd values;
   std::vector<Eigen::ArrayXd> d_height;
@@ -159,9 +166,17 @@ Eigen::VectorXd WaveForward::exact(Warnings* warnings) {
   Eigen::VectorXd geometric;
   if (moments_) geometric = moments_->rays().exact(warnings);
   for (std::size_t j = 0; j < split_.geometric.size(); ++j)
-    values[Eigen::Index(split_.geometric_place[j])] = geometric[Eigen::Index(j)];
+    values[Eigen::Index(split_.geometric_place[j])] =
+        with_scatter(split_.geometric[j], geometric[Eigen::Index(j)]);
   if (warnings) explain(values, warnings);
   return values;
+}
+
+double WaveForward::with_scatter(const Statistic& moment, double of_terms) const {
+  if (!path_.scatter) return of_terms;
+  if (std::holds_alternative<RmsHeight>(moment)) return std::hypot(of_terms, path_.scatter->rms_height());
+  if (std::holds_alternative<ScatterRms>(moment)) return std::hypot(of_terms, path_.scatter->scatter_rms());
+  return std::nan("");
 }
 
 void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) const {
@@ -172,10 +187,13 @@ void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) con
   std::vector<std::string> without_pattern;
   const auto lacks = [&](std::size_t place) { return !std::isfinite(values[Eigen::Index(place)]); };
   for (std::size_t j = 0; j < split_.geometric.size(); ++j)
-    if (lacks(split_.geometric_place[j]))
-      warnings->push_back(
-          {"statistic-missing",
-           statistic_name(split_.geometric[j]) + " has no derivative where the surface does not move a ray"});
+    if (lacks(split_.geometric_place[j])) {
+      const bool mean = path_.scatter && std::holds_alternative<ScatterMean>(split_.geometric[j]);
+      warnings->push_back({"statistic-missing",
+                           statistic_name(split_.geometric[j]) +
+                               (mean ? " has no value where part of the roughness is a scatter function"
+                                     : " has no derivative where the surface does not move a ray")});
+    }
   for (std::size_t j = 0; j < split_.own.size(); ++j) {
     if (!lacks(split_.own_place[j])) continue;
     const std::string name = statistic_name(split_.own[j]);
@@ -209,7 +227,7 @@ std::string WaveForward::unreachable(const std::vector<Target>& targets) const {
     const std::optional<Wanted> wanted = wanted_light(target);
     if (!wanted) continue;
     const double largest = 0.5 * path_.wavelength * (path_.mirror.focal_length + wanted->dz) / pitch;
-    if (wanted->radius > largest)
+    if (!path_.scatter && wanted->radius > largest)
       return fmt::format(
           "the target {:.3g} % of the light within {} lies outside the field of view of the pupil grid, "
           "which "
@@ -225,7 +243,8 @@ std::string WaveForward::unreachable(const std::vector<Target>& targets) const {
   if (light.empty()) return {};
   const Eigen::ArrayXd flat = Eigen::ArrayXd::Zero(path_.pupil.size());
   Eigen::VectorXd perfect;
-  const DiffractionProblem waves = problem();
+  DiffractionProblem waves = problem();
+  waves.scatter = nullptr;
   evaluate_diffraction(waves, flat, in_focus, threads_, nullptr, &perfect, nullptr);
   for (std::size_t k = 0; k < light.size(); ++k)
     if (std::string why = below_diffraction(light[k], perfect[Eigen::Index(k)]); !why.empty()) return why;

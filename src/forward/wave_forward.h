@@ -10,7 +10,8 @@ namespace aberfit::internal {
 
 /// Statistics of the diffraction pattern of the pupil field: coefficients -> L -> phase -> PSF. Scatter
 /// angles and the RMS height are those of the same surface by rays, exact for the order of the terms whatever
-/// the grid (MomentRays): a sharp edge scatters as 1/r^3, so that waves have no finite second moment. The
+/// the grid (MomentRays): a sharp edge scatters as 1/r^3, so that waves have no finite second moment. Those of
+/// roughness that the terms do not stand for are added in squares; the mean angle has then no value. The
 /// width of `evaluate` is not used: diffraction smooths by itself.
 class WaveForward : public ForwardModel {
  public:
@@ -25,8 +26,15 @@ class WaveForward : public ForwardModel {
 
  private:
   DiffractionProblem problem() const {
-    return {diffraction_pupil_, path_.mirror.focal_length, path_.wavelength, 2, path_.aliased_limit};
+    return {diffraction_pupil_,
+            path_.mirror.focal_length,
+            path_.wavelength,
+            2,
+            path_.aliased_limit,
+            path_.scatter,
+            departure_.size() > 0 ? &departure_ : nullptr};
   }
+  double with_scatter(const Statistic& moment, double of_terms) const;
   void explain(const Eigen::VectorXd& values, Warnings* warnings) const;
 
   LightPath path_;

@@ -19,6 +19,7 @@ constexpr int kMostTablePanels = 3000;      // some milliseconds of a closed for
 constexpr double kInterpolation = 2e-6;     // of H over the aperture, at the shear where it is largest
 constexpr double kRoundMoments = 1e-11, kMeanMoments = 1e-6;
 constexpr double kSpotResolved = 1e-11;
+constexpr double kNoOverlap = 1e-7;  // share of the aperture: a mean over less of it is rounding
 constexpr int kMostHalvings = 40;
 constexpr std::size_t kMostPanels = 100'000;
 constexpr double kSameKink = 3e-3;  // of the cutoff
@@ -316,6 +317,30 @@ double ExactTransfer::mean_surface_transfer(double x) const {
   for (int i = 0; i < order_; ++i)
     for (int j = 0; j < order_; ++j) sum += whole_[i * order_ + j] * part(i, j, x);
   return sum;
+}
+
+Eigen::ArrayXd ExactTransfer::mean_over_overlap(const Eigen::ArrayXd& x) const {
+  Eigen::ArrayXd result(x.size());
+  auto panel = focus_.panels.begin();
+  for (Eigen::Index k = 0; k < x.size(); ++k) {
+    const double s = x[k] / cutoff();
+    while (panel != focus_.panels.end() && panel->b < s) ++panel;
+    if (panel == focus_.panels.end() || s == 0) {
+      result[k] = mean_surface_transfer(x[k]);
+      continue;
+    }
+    const Eigen::ArrayXd moment = panel->at(s);
+    const double all = moment.sum();
+    if (!(all > kNoOverlap)) {
+      result[k] = mean_surface_transfer(x[k]);
+      continue;
+    }
+    double sum = 0;
+    for (int i = 0; i < order_; ++i)
+      for (int j = 0; j < order_; ++j) sum += moment[i * order_ + j] * part(i, j, x[k]);
+    result[k] = sum / all;
+  }
+  return result;
 }
 
 double ExactTransfer::core_share() const {

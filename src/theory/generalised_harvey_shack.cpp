@@ -284,6 +284,10 @@ double GeneralisedHarveyShack::surface_transfer(double x) const {
   return exact_ ? exact_->mean_surface_transfer(x) : std::exp(-exponent(Eigen::ArrayXd::Constant(1, x))[0]);
 }
 
+Eigen::ArrayXd GeneralisedHarveyShack::overlap_transfer(const Eigen::ArrayXd& x) const {
+  return exact_ ? exact_->mean_over_overlap(x) : Eigen::ArrayXd((-exponent(x)).exp());
+}
+
 double GeneralisedHarveyShack::transfer(double x, double dz) const {
   return exact_ ? exact_->at(x, dz) : surface_transfer(x) * (*otf_)(x, curvature(dz));
 }

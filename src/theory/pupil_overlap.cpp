@@ -488,6 +488,21 @@ MomentPanel::Values MomentPanel::restricted(double from, double to) const {
   return (p * c.matrix()).array();
 }
 
+Eigen::ArrayXd MomentPanel::at(double s) const {
+  const Eigen::Array<double, kPanelNodes, Eigen::Dynamic> c =
+      (panel_rule().legendre * value.matrix()).array();  // (l, moment)
+  const double t = (2 * s - a - b) / (b - a);
+  double before = 1, last = t;
+  Eigen::ArrayXd sum = c.row(0).transpose() + t * c.row(1).transpose();
+  for (int l = 1; l + 1 < kPanelNodes; ++l) {
+    const double next = ((2 * l + 1) * t * last - l * before) / (l + 1);
+    before = last;
+    last = next;
+    sum += next * c.row(l + 1).transpose();
+  }
+  return sum;
+}
+
 namespace {
 
 constexpr int kMostMomentPanels = 3000;

@@ -118,6 +118,8 @@ struct MomentPanel {
 
   /// At the nodes of [from, to] inside the panel.
   Values restricted(double from, double to) const;
+  /// All moments at s inside the panel.
+  Eigen::ArrayXd at(double s) const;
 };
 struct MomentPanels {
   std::vector<MomentPanel> panels;

@@ -44,7 +44,7 @@ DiffractionEnsemble diffraction_ensemble(const DiffractionProblem& problem, doub
   if (draws < 2) throw std::invalid_argument("the scatter of an ensemble needs two draws or more");
   const DiffractionScene flat(problem, Eigen::ArrayXd::Zero(problem.pupil.cover.size()), threads);
   if (!flat.has_plane(dz)) throw std::invalid_argument("the plane lies behind the mirror");
-  const double largest = flat.largest_radius(dz), unit = flat.per_period(dz);
+  const double largest = flat.field_radius(dz), unit = flat.per_period(dz);
   DiffractionWorkspace workspace;
   DiffractionWorkspace::Buffers& pool = workspace.buffers();
   const DiffractionGrid& grid = pool.prepare(flat);

@@ -201,7 +201,7 @@ DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eige
     check.warnings.push_back(
         {"psf-not-finite", "the surface has heights that are not finite, so it has no PSF"});
   check.energy_outside = scene.energy_outside();
-  check.field_of_view = 2 * scene.largest_radius(dz);
+  check.field_of_view = 2 * scene.field_radius(dz);
   check.largest_step = steps.largest;
   check.aliased_share = steps.aliased_share;
   if (steps.aliased_share > problem.aliased_limit)

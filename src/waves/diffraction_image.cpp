@@ -76,7 +76,7 @@ PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd
   const DiffractionScene scene(problem, height, 1);
   if (!scene.has_plane(window.dz)) throw ComputationError("the plane of the PSF lies behind the mirror");
   const int cells = std::max(scene.rows(), scene.columns());
-  const double field_of_view = 2 * scene.largest_radius(window.dz);
+  const double field_of_view = 2 * scene.field_radius(window.dz);
   const double wanted = window.pitch > 0 ? window.pitch : 0.25 * field_of_view / cells;
   const double transform_samples = std::max(double(cells), std::ceil(field_of_view / wanted * (1 - 1e-12)));
   const bool transform_fits = transform_samples <= kMostSamples;

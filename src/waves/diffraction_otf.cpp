@@ -18,8 +18,9 @@ Eigen::ArrayXd lags_from_first(Eigen::Index nodes) {
 
 }  // namespace
 
-RadialOtf::RadialOtf(Eigen::ArrayXd values)
+RadialOtf::RadialOtf(Eigen::ArrayXd values, const MeanLight& mean)
     : values_(std::move(values)),
+      mean_(mean),
       lag_(lags_from_first(values_.size())),
       per_lag_(values_.tail(values_.size() - 1) / lag_) {}
 
@@ -33,6 +34,17 @@ Eigen::ArrayXd RadialOtf::energy_weights(double q, Eigen::Index nodes) {
 }
 
 RadialOtf::Encircled RadialOtf::encircled(double q) const {
+  if (!mean_.scatter) return of_values(q);
+  const double radius = q * mean_.radius;
+  Encircled sum{mean_.scatter->encircled_energy(radius),
+                mean_.scatter->encircled_energy_slope(radius) * mean_.radius};
+  const Encircled own = of_values(std::min(q, mean_.end));
+  sum.energy += own.energy;
+  if (q < mean_.end) sum.density += own.density;
+  return sum;
+}
+
+RadialOtf::Encircled RadialOtf::of_values(double q) const {
   const BesselSums sums = bessel_sums(kTwoPi * q, lag_.data(), per_lag_.data(), int(lag_.size()));
   return {q * (std::numbers::pi * q * values_[0] + sums.first), kTwoPi * q * (values_[0] + sums.zeroth)};
 }

@@ -3,14 +3,23 @@
 #include <optional>
 #include <vector>
 
+#include "aberfit/waves/diffraction_psf.h"
+
 namespace aberfit::internal {
+
+/// A mean spot that the light of a transfer function is added to, inside q = `end`.
+struct MeanLight {
+  const MeanScatter* scatter = nullptr;  ///< null: none
+  double radius = 0;                     ///< of q = 1 in the focus [m]
+  double end = 0;                        ///< q
+};
 
 /// The transfer function as far as circles about the focus see it: sums of C_m over lags of equal length, on
 /// the nodes of a LagTable.
 class RadialOtf {
  public:
   RadialOtf() = default;
-  explicit RadialOtf(Eigen::ArrayXd values);
+  explicit RadialOtf(Eigen::ArrayXd values, const MeanLight& mean = {});
 
   const Eigen::ArrayXd& values() const { return values_; }
 
@@ -30,7 +39,9 @@ class RadialOtf {
 
  private:
   Eigen::ArrayXd values_;
+  MeanLight mean_;
   std::optional<double> find_radius(double fraction, double q_max);
+  Encircled of_values(double q) const;
 
   Eigen::ArrayXd lag_, per_lag_;  // s_j and T_j/s_j from j = 1
   std::vector<double> doubled_;   // energies of the radii that a search for any fraction looks at first

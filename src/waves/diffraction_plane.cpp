@@ -127,7 +127,46 @@ PhaseSteps DiffractionScene::phase_steps(const Eigen::ArrayXd& height, double dz
 DiffractionGrid::DiffractionGrid(const DiffractionScene& scene)
     : transform(scene.rows(), scene.columns(), scene.problem().padding),
       lags(scene.rows(), scene.columns(), scene.problem().pupil.pitch_x / scene.finer_pitch(),
-           scene.problem().pupil.pitch_y / scene.finer_pitch(), scene.longest_lag()) {}
+           scene.problem().pupil.pitch_y / scene.finer_pitch(), scene.longest_lag()) {
+  if (scene.problem().scatter) set_scatter(scene);
+}
+
+void DiffractionGrid::set_scatter(const DiffractionScene& scene) {
+  const DiffractionProblem& problem = scene.problem();
+  const MeanScatter& scatter = *problem.scatter;
+  const auto shears = [](Eigen::Index count, double step) -> Eigen::ArrayXd {
+    return Eigen::ArrayXd::LinSpaced(count, 0.0, double(count - 1)) * step;
+  };
+  const Eigen::ArrayXd nodes = shears(lags.nodes(), scene.finer_pitch() / LagTable::kNodesPerLag);
+  factor = lags.at_lengths(scatter.transfer(nodes));
+  along_x = scatter.transfer(shears(scene.columns() + 1, problem.pupil.pitch_x));
+  along_y = scatter.transfer(shears(scene.rows() + 1, problem.pupil.pitch_y));
+  DiffractionProblem bare = problem;
+  bare.scatter = nullptr;
+  const Eigen::ArrayXd flat = Eigen::ArrayXd::Zero(scene.points());
+  const DiffractionScene perfect(bare, problem.nominal ? *problem.nominal : flat, 1);
+  PupilTransform::Buffers buffers(transform);
+  FocusedField focused(transform);
+  DiffractionPlane(perfect, *this, buffers, focused).fill_focal(0);
+  mean = lags.to_nodes(lag_sums(perfect, *this, focused.focal, &buffers) *
+                       lags.at_lengths(scatter.whole_transfer(nodes)));
+}
+
+Eigen::ArrayXd lag_sums(const DiffractionScene& scene, const DiffractionGrid& grid, const AlignedArray& focal,
+                        PupilTransform::Buffers* buffers) {
+  const PupilTransform& transform = grid.transform;
+  transform.correlation(focal.data(), buffers);
+  Eigen::ArrayXd sums = Eigen::ArrayXd::Zero(grid.lags.lengths());
+  for (int row = 0; row < transform.rows(); ++row) {
+    const double* even = buffers->quarter.data() + std::size_t(row) * transform.quarter_stride();
+    const std::uint32_t* length = grid.lags.length_of(row);
+    const int within = grid.lags.columns_within(row);
+    const double times = row > 0 ? 4 : 2;  // lags of this length and direction
+    if (within > 0) sums[length[0]] += 0.5 * times * even[0];
+    for (int column = 1; column < within; ++column) sums[length[column]] += times * even[column];
+  }
+  return per_sample(scene, transform) * cell_area(scene) * sums;
+}
 
 DiffractionPlane::DiffractionPlane(const DiffractionScene& scene, const DiffractionGrid& grid,
                                    PupilTransform::Buffers& buffers, FocusedField& focused)
@@ -139,6 +178,21 @@ void DiffractionPlane::focus(double dz) {
   if (focused_.dz == dz) return;
   focused_.dz = std::nan("");  // until all of it is there
   unit_ = scene_.per_period(dz);
+  fill_focal(dz);
+  Eigen::ArrayXd sums = lag_sums(scene_, grid_, focused_.focal, &buffers_);
+  if (const MeanScatter* scatter = scene_.problem().scatter.get()) {
+    sums *= grid_.factor;
+    focused_.otf = RadialOtf(grid_.lags.to_nodes(sums) - grid_.mean,
+                             {scatter, 1 / scene_.per_period(0), scene_.field_radius(dz) * unit_});
+  } else {
+    focused_.otf = RadialOtf(grid_.lags.to_nodes(sums));
+  }
+  focused_.along_x.resize(0);
+  focused_.along_y.resize(0);
+  focused_.dz = dz;
+}
+
+void DiffractionPlane::fill_focal(double dz) {
   const PupilTransform& transform = grid_.transform;
   double* pupil = buffers_.pupil.data();
   std::fill_n(pupil, transform.pupil().size(), 0.0);
@@ -163,22 +217,6 @@ void DiffractionPlane::focus(double dz) {
     }
   }
   transform.to_focus(focused_.focal.data(), &buffers_);
-  transform.correlation(focused_.focal.data(), &buffers_);
-
-  Eigen::ArrayXd sums = Eigen::ArrayXd::Zero(grid_.lags.lengths());
-  for (int row = 0; row < transform.rows(); ++row) {
-    const double* even = buffers_.quarter.data() + std::size_t(row) * transform.quarter_stride();
-    const std::uint32_t* length = grid_.lags.length_of(row);
-    const int within = grid_.lags.columns_within(row);
-    const double times = row > 0 ? 4 : 2;  // lags of this length and direction
-    if (within > 0) sums[length[0]] += 0.5 * times * even[0];
-    for (int column = 1; column < within; ++column) sums[length[column]] += times * even[column];
-  }
-  const double scale = per_sample(scene_, transform);
-  focused_.otf = RadialOtf((scale * cell_area(scene_)) * grid_.lags.to_nodes(sums));
-  focused_.along_x.resize(0);
-  focused_.along_y.resize(0);
-  focused_.dz = dz;
 }
 
 void DiffractionPlane::correlate_along_axes() {
@@ -187,6 +225,9 @@ void DiffractionPlane::correlate_along_axes() {
   grid_.transform.axis_correlations(focused_.focal.data(), &focused_.along_x, &focused_.along_y);
   focused_.along_x *= scale;
   focused_.along_y *= scale;
+  if (!scene_.problem().scatter) return;
+  focused_.along_x *= grid_.along_x.head(focused_.along_x.size());
+  focused_.along_y *= grid_.along_y.head(focused_.along_y.size());
 }
 
 std::optional<double> DiffractionPlane::radius(double fraction) {
@@ -198,7 +239,8 @@ std::optional<double> DiffractionPlane::radius(double fraction) {
 void DiffractionPlane::build_kernel(double q, double* kernel) {
   const PupilTransform& transform = grid_.transform;
   const double scale = cell_area(scene_) * per_sample(scene_, transform);
-  const Eigen::ArrayXd g = scale * grid_.lags.at_lengths(RadialOtf::energy_weights(q, grid_.lags.nodes()));
+  Eigen::ArrayXd g = scale * grid_.lags.at_lengths(RadialOtf::energy_weights(q, grid_.lags.nodes()));
+  if (grid_.factor.size() > 0) g *= grid_.factor;
   std::fill_n(buffers_.quarter.data(), transform.quarter_size(), 0.0);
   for (int row = 0; row < transform.rows(); ++row) {
     double* even = buffers_.quarter.data() + std::size_t(row) * transform.quarter_stride();
@@ -211,7 +253,7 @@ void DiffractionPlane::build_kernel(double q, double* kernel) {
 
 Eigen::ArrayXd DiffractionPlane::energy_gradient(double radius, bool remember) {
   const PupilTransform& transform = grid_.transform;
-  const double q = radius * unit_;
+  const double q = std::min(radius, scene_.field_radius(dz())) * unit_;
   const double* kernel =
       remember ? grid_.kernels.find(q, transform.kernel_size(), [&](double* k) { build_kernel(q, k); })
                : nullptr;
@@ -228,8 +270,13 @@ Eigen::ArrayXd DiffractionPlane::energy_gradient(double radius, bool remember) {
 Eigen::ArrayXd DiffractionPlane::axis_gradient(const Eigen::ArrayXcd& g_x, const Eigen::ArrayXcd& g_y) {
   const PupilTransform& transform = grid_.transform;
   const double scale = per_sample(scene_, transform);
-  transform.back_to_pupil(focused_.focal.data(), transform.kernel_along_x(scale * g_x),
-                          transform.kernel_along_y(scale * g_y), &buffers_);
+  Eigen::ArrayXcd along_x = scale * g_x, along_y = scale * g_y;
+  if (scene_.problem().scatter) {
+    along_x *= grid_.along_x.head(along_x.size());
+    along_y *= grid_.along_y.head(along_y.size());
+  }
+  transform.back_to_pupil(focused_.focal.data(), transform.kernel_along_x(along_x),
+                          transform.kernel_along_y(along_y), &buffers_);
   return pulled_back();
 }
 

@@ -54,8 +54,12 @@ class DiffractionScene {
   double per_period(double dz) const {
     return finer_pitch() / (problem_.wavelength * (problem_.focal_length + dz));
   }
-  /// Largest radius [m] inside the field of view.
+  /// Largest radius [m] that has a value.
   double largest_radius(double dz) const {
+    return problem_.scatter ? problem_.focal_length + dz : field_radius(dz);
+  }
+  /// Half the field of view [m].
+  double field_radius(double dz) const {
     const double coarser = std::max(problem_.pupil.pitch_x, problem_.pupil.pitch_y);
     return 0.5 * problem_.wavelength * (problem_.focal_length + dz) / coarser;
   }
@@ -109,7 +113,19 @@ struct DiffractionGrid {
   PupilTransform transform;
   LagTable lags;
   mutable KernelMemory kernels;
+  // With roughness that no height stands for:
+  Eigen::ArrayXd factor;            ///< H at the lengths of `lags`; empty: 1
+  Eigen::ArrayXd mean;              ///< C_m^0 H_whole at its nodes, as shares of all light
+  Eigen::ArrayXd along_x, along_y;  ///< H at the lags (m, 0) and (0, m)
+
+ private:
+  void set_scatter(const DiffractionScene& scene);
 };
+
+/// Sums of C_m over the lags of each length, of the field that was focused into `focal`, as shares of all
+/// light per area of a cell.
+Eigen::ArrayXd lag_sums(const DiffractionScene& scene, const DiffractionGrid& grid, const AlignedArray& focal,
+                        PupilTransform::Buffers* buffers);
 
 /// The field in one plane and what is read from it, in memory that serves one plane after the other.
 struct FocusedField {
@@ -156,6 +172,8 @@ class DiffractionPlane {
   double energy_slope(double radius, const Eigen::ArrayXd& energy_gradient) const;
 
  private:
+  friend struct DiffractionGrid;
+  void fill_focal(double dz);
   Eigen::ArrayXd pulled_back() const;
   void correlate_along_axes();
   void build_kernel(double q, double* kernel);

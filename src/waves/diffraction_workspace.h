@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -87,6 +88,8 @@ struct DiffractionWorkspace::Buffers {
   struct Size {
     int rows = 0, columns = 0;
     double padding = 0, pitch_x = 0, pitch_y = 0, longest_lag = 0;
+    std::shared_ptr<const MeanScatter> scatter = {};
+    std::array<double, 2> shift = {};  // moves what is known of the mean
     bool operator==(const Size&) const = default;
   };
   Size size_;

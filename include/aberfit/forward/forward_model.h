@@ -27,6 +27,8 @@ struct LightPath {
   Centre centre = Centre::kNominal;           ///< kCentroid: kRays only
   double aliased_limit = 1e-3;                ///< kWaves: as DiffractionProblem has it
   DiffractionWorkspace* workspace = nullptr;  ///< kWaves: to work in; null: one of its own
+  /// kWaves: roughness that the terms do not stand for, as its mean; null: none.
+  std::shared_ptr<const MeanScatter> scatter = {};
 };
 
 /// The way from coefficients to statistics and back, for one model. Remembers the last point: a solver asks

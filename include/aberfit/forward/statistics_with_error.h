@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "aberfit/core/warning.h"
@@ -10,6 +11,7 @@
 #include "aberfit/scene/mirror.h"
 #include "aberfit/terms/term_set.h"
 #include "aberfit/theory/vocabulary.h"
+#include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
 
@@ -19,6 +21,7 @@ struct LitMirror {
   const Aperture& aperture;
   double wavelength = 0;             ///< [m]; needed for kWaves
   Centre centre = Centre::kNominal;  ///< kCentroid: kRays only
+  std::shared_ptr<const MeanScatter> scatter = {};  ///< as LightPath has it
 };
 
 /// Where a model looks at the pupil anew.

@@ -1,0 +1,51 @@
+#pragma once
+#include <memory>
+#include <optional>
+
+#include "aberfit/roughness/psd.h"
+#include "aberfit/scene/aperture.h"
+#include "aberfit/scene/mirror.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
+#include "aberfit/waves/diffraction_psf.h"
+
+namespace aberfit {
+
+/// A roughness split at a frequency (PHYSICS 10): below it a surface stands for it, above it a scatter function
+/// does, exp(-(4 pi/lambda)^2 (C_rest(0) - C_rest(x))) on the transfer function. Independent parts multiply, so
+/// that the mean over such surfaces is generalised Harvey-Shack of the whole, wherever the cut; heights and
+/// slopes add in squares. In its aperture-exact form the exponent varies over the aperture; what multiplies is
+/// its mean over the overlap, exact in focus for a mirror without aberrations. Out of focus and over f/2
+/// mirrors that is some 1e-3 of the light that both parts scatter.
+class BandSplit : public MeanScatter {
+ public:
+  /// cut [cycles/m] inside the band of `psd`, or at one of its ends: then one part is empty. `whole`: of the
+  /// same psd, mirror, aperture and wavelength [m].
+  BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, const Aperture& aperture,
+            double wavelength, std::shared_ptr<const GeneralisedHarveyShack> whole);
+
+  double cut() const { return cut_; }                ///< [cycles/m]
+  const RadialPsd& low() const { return low_; }      ///< what the terms stand for
+  const RadialPsd& rest() const { return rest_; }    ///< what scatters
+  bool has_low() const { return low_light_.has_value(); }
+  bool has_rest() const { return rest_light_.has_value(); }
+  double tis() const;                                ///< share of the light that the rest scatters
+  double rms_slope_per_axis() const { return rest_slope_; }  ///< of the rest
+
+  Eigen::ArrayXd transfer(const Eigen::ArrayXd& shear) const override;
+  Eigen::ArrayXd whole_transfer(const Eigen::ArrayXd& shear) const override;
+  double encircled_energy(double radius) const override { return focus_.encircled_energy(radius); }
+  double encircled_energy_slope(double radius) const override {
+    return focus_.encircled_energy_slope(radius);
+  }
+  double rms_height() const override { return rest_height_; }
+  double scatter_rms() const override { return rest_angle_; }
+
+ private:
+  double cut_ = 0;
+  RadialPsd low_, rest_;
+  std::optional<GeneralisedHarveyShack> low_light_, rest_light_;
+  double rest_height_ = 0, rest_slope_ = 0, rest_angle_ = 0;
+  MeanSpot focus_;
+};
+
+}  // namespace aberfit

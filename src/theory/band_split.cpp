@@ -1,0 +1,44 @@
+#include "aberfit/theory/band_split.h"
+
+#include "aberfit/core/constants.h"
+#include "aberfit/theory/geometric_harvey_shack.h"
+
+namespace aberfit {
+namespace {
+
+// Whose overlap has no phase.
+Mirror perfect(const Mirror& mirror) {
+  Mirror parabola;
+  parabola.focal_length = mirror.focal_length;
+  return parabola;
+}
+
+}  // namespace
+
+BandSplit::BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, const Aperture& aperture,
+                     double wavelength, std::shared_ptr<const GeneralisedHarveyShack> whole)
+    : cut_(cut),
+      low_(psd.band(0, cut)),
+      rest_(psd.band(cut, kInfinity)),
+      focus_(whole->at_plane(0)) {
+  if (cut > psd.f_min()) low_light_.emplace(low_, perfect(mirror), aperture, wavelength);
+  if (!(cut < psd.f_max())) return;
+  rest_light_.emplace(rest_, perfect(mirror), aperture, wavelength);
+  const PsdMoments moments = psd_moments(rest_);
+  rest_height_ = moments.rms_height();
+  rest_slope_ = moments.rms_slope_per_axis();
+  rest_angle_ =
+      GeometricHarveyShack(mirror, aperture, rest_slope_, Convention::kPhysical, rest_height_).scatter_rms();
+}
+
+double BandSplit::tis() const { return rest_light_ ? rest_light_->tis() : 0; }
+
+Eigen::ArrayXd BandSplit::transfer(const Eigen::ArrayXd& shear) const {
+  return rest_light_ ? rest_light_->overlap_transfer(shear) : Eigen::ArrayXd(Eigen::ArrayXd::Ones(shear.size()));
+}
+
+Eigen::ArrayXd BandSplit::whole_transfer(const Eigen::ArrayXd& shear) const {
+  return low_light_ ? Eigen::ArrayXd(low_light_->overlap_transfer(shear) * transfer(shear)) : transfer(shear);
+}
+
+}  // namespace aberfit
