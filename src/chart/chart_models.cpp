@@ -218,7 +218,7 @@ ChartFamily chart_models(const ChartBench& bench, double seconds) {
   ModelRows models{bench, aims_of(seen), {}, 0.08 * seconds};
   for (const Target& aim : models.aims) models.statistics.push_back(aim.statistic);
   try {
-    const double pitch = wave_pitch(bench.task, bench.terms, seen);
+    const double pitch = wave_pitch(bench.task, bench.terms, seen, nullptr);
     models.add_waves(pitch, clock);
     models.add_rays(clock);
     models.compare(kReferencePitch * pitch);
@@ -236,7 +236,7 @@ namespace {
 // Worst of what light says of a fitted surface, on the safe grid: every statistic of the verdict.
 double worst_in_light(const FitCase& of, const Attempt& attempt) {
   const JudgedSet judged(in_light(of.targets.fitted), in_light(of.targets.held_out));
-  const double pitch = wave_pitch(of.task, attempt.result.terms, all_targets(of.targets));
+  const double pitch = wave_pitch(of.task, attempt.result.terms, all_targets(of.targets), nullptr);
   FreshStatistics fresh;
   fresh.value = by_waves(of.task, attempt.result.terms, attempt.result.fit.coefficients, judged.statistics(),
                          pitch, of.context.threads);

@@ -1,6 +1,7 @@
 #include "aberfit/chart/check.h"
 
 #include "aberfit/core/errors.h"
+#include "aberfit/method/band_choice.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 
@@ -23,8 +24,8 @@ std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& gr
   const std::vector<Target> all = all_targets(targets);
   try {
     const double across = 2 * ground.radius;
-    return CheckedCells{across / wave_pitch(task, terms, all, kFirstCoarsening),
-                        across / wave_pitch(task, terms, all)};
+    return CheckedCells{across / wave_pitch(task, terms, all, ground.split.get(), kFirstCoarsening),
+                        across / wave_pitch(task, terms, all, ground.split.get())};
   } catch (const ComputationError&) {
     return std::nullopt;
   }
@@ -43,10 +44,9 @@ void predict(const Task& task, const Groundwork& ground, const TermSet& terms, c
 }  // namespace
 
 CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
-  const Groundwork ground = lay_groundwork(task);
+  const auto [ground, targets] = lay_out(task, threads);
   double captured = 0;
   const TermSet terms = make_terms(task, ground, task.terms, &captured);
-  const TargetSets targets = make_targets(task, ground, threads);
   CheckReport report;
   report.warnings = scene_warnings(task, ground, terms, captured);
   report.mirror = characterise(task.mirror, task.aperture);

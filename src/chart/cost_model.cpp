@@ -125,7 +125,7 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
   const auto fresh_rays = std::int64_t(std::max(4096.0, 4 * rates.size.rays * part));
   const ChartClock fresh_clock(0);
   const FreshStatistics fresh =
-      statistics_with_error(lit_mirror(task), {FocusModel::kRays, fresh_rays, task.trace.pupil.seed},
+      statistics_with_error(lit_mirror(task, nullptr), {FocusModel::kRays, fresh_rays, task.trace.pupil.seed},
                             bench.terms, bench.coefficients, judged.statistics(), bench.threads, nullptr);
   rates.measured.fresh =
       fresh_clock.elapsed() * 4 * rates.size.rays / double(std::max<Eigen::Index>(1, fresh.rays));

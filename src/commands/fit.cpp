@@ -3,6 +3,7 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/method/attempt.h"
+#include "aberfit/method/band_choice.h"
 #include "aberfit/method/conclude.h"
 #include "aberfit/method/fewest_terms.h"
 #include "aberfit/study/field_errors.h"
@@ -20,11 +21,9 @@ namespace {
 // One way through the method, with all that its parts refer to.
 struct Run {
   Run(const Study& study, const PhysicsRequest& asked, const RunContext& context)
-      : ground(lay_groundwork(study, asked)),
-        targets((context.say("targets"), make_targets(study, ground, context.threads))),
-        of{study, ground, targets, context} {}
-  Groundwork ground;
-  TargetSets targets;
+      : layout((context.say("targets"), lay_out(study, asked, context.threads))),
+        of{study, layout.ground, layout.targets, context} {}
+  Layout layout;
   FitCase of;
 };
 
@@ -73,7 +72,7 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
     }
     ResultDocument result = document(study, std::move(attempt.result), context.threads);
     if (!options.output_directory.empty())
-      write_fit(study, run->ground, options, attempt.bench->focus(study), &result);
+      write_fit(study, run->layout.ground, options, attempt.bench->focus(study), &result);
     return result;
   });
 }

@@ -41,7 +41,9 @@ void draw(const Study& study, const Groundwork& ground, const RunOptions& option
   const Eigen::VectorXd& coefficients = result->fit.coefficients;
   SurfaceField field;
   focus.surface.apply(coefficients, &field);
-  const auto ideal = surface_light(focus, Eigen::VectorXd::Zero(coefficients.size()), threads);
+  LightPath smooth = focus;
+  smooth.scatter = nullptr;
+  const auto ideal = surface_light(smooth, Eigen::VectorXd::Zero(coefficients.size()), threads);
   const auto target = target_light(study, ground, focus.pupil, threads);
   const auto fitted = surface_light(focus, coefficients, threads);
   const SurfaceOperator map = map_operator(result->terms, ground.radius, threads);

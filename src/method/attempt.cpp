@@ -31,7 +31,7 @@ Eigen::VectorXd shown_std(const std::vector<Target>& targets, const Eigen::Vecto
 // Waves need a grid as fine as the light of everything that will be asked of it.
 double grid_pitch(const FitCase& of, const TermSet& terms, double coarsening) {
   if (of.ground.use.model != FocusModel::kWaves) return 0;
-  return wave_pitch(of.task, terms, all_targets(of.targets), coarsening);
+  return wave_pitch(of.task, terms, all_targets(of.targets), of.ground.split.get(), coarsening);
 }
 
 // Grids for waves: the last one is finer than the safe one; each is finer than the one before by a root of 2.
@@ -159,7 +159,7 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt) {
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   const FreshPupil pupil{attempt->bench->model, 4 * result.rays, of.task.trace.pupil.seed,
                          grid_pitch(of, result.terms, 1)};
-  attempt->fresh = statistics_with_error(lit_mirror(of.task), pupil, result.terms, result.fit.coefficients,
+  attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms, result.fit.coefficients,
                                          judged.statistics(), of.context.threads, &result.warnings);
   result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
   result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
@@ -194,6 +194,8 @@ FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
   result.radius = of.ground.radius;
   result.terms = plan.terms->terms;
   result.chosen = {plan.terms->asked, plan.pupil.rays};
+  result.chosen.terms.band.rule = BandRule::kAll;
+  if (of.ground.split) result.chosen.terms.band = {BandRule::kCut, of.ground.split->cut()};
   result.confidence = of.task.equivalence.confidence;
   result.warnings = scene_warnings(of.task, of.ground, result.terms, plan.terms->captured);
   result.warnings.insert(result.warnings.end(), of.targets.warnings.begin(), of.targets.warnings.end());
@@ -217,14 +219,16 @@ FitProblem problem_of(const FitCase& of, const Workbench& bench, const Coefficie
   problem.wavelength = of.task.wavelength;
   problem.aperture = &of.task.aperture;
   problem.aliased_limit = kAliasedInAFit;
+  problem.scatter = bench.scatter;
   return problem;
 }
 
 }  // namespace
 
 Workbench::Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
-                     const TermSet& terms, int threads)
+                     const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split)
     : model(by),
+      scatter(by == FocusModel::kWaves ? std::move(split) : nullptr),
       pitch(grid_pitch),
       pupil(focus_pupil(task, by, rays, grid_pitch)),
       surface(terms, pupil, focus_operator(by, threads)),
@@ -247,8 +251,8 @@ Eigen::VectorXd Workbench::exact(const Task& task, const Eigen::VectorXd& coeffi
 }
 
 LightPath Workbench::focus(const Task& task) const {
-  return {task.mirror,     pupil,          surface,           model,
-          task.wavelength, &task.aperture, task.trace.centre, kAliasedInAFit};
+  return {task.mirror,        pupil,          surface, model,  task.wavelength, &task.aperture,
+          task.trace.centre, kAliasedInAFit, nullptr, scatter};
 }
 
 bool has_solution(const FitResult& fit) {
@@ -264,7 +268,8 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   FitOutcome& result = attempt.result;
   attempt.bench =
       std::make_shared<const Workbench>(of.task, of.ground.use.model, plan.pupil,
-                                        grid_pitch(of, result.terms, plan.coarsening), result.terms, threads);
+                                        grid_pitch(of, result.terms, plan.coarsening), result.terms, threads,
+                                        of.ground.split);
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
 

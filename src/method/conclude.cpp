@@ -31,9 +31,9 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
   surface.kappa = std::nan("");  // unknown without a spectrum
   if (ground.psd) {
     // Same shape of spectrum, the fitted surface's own height.
-    const double factor = surface.rms_height / ground.numbers.rms_height;
+    const double factor = surface.rms_height / psd_moments(*ground.term_psd).rms_height();
     const SceneNumbers own =
-        scene_numbers(ground.psd->scaled(factor), task.mirror, task.aperture, task.wavelength);
+        scene_numbers(ground.term_psd->scaled(factor), task.mirror, task.aperture, task.wavelength);
     surface.kappa = own.kappa;
     surface.needed = to_string(regime(own));
     warn_of_surface_regime(ground, own, &result.warnings);

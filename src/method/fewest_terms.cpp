@@ -137,7 +137,7 @@ class Trials {
     const std::optional<PsdTarget>& psd = of_.task.target.psd;
     return psd && asked.zernike &&
            (asked.zernike->n_max.value() + 1) / (2 * EIGEN_PI * of_.ground.radius) <=
-               psd->f_min.value_or(of_.ground.psd->f_min());
+               psd->f_min.value_or(of_.ground.term_psd->f_min());
   }
 
   const FitCase& of_;

@@ -68,6 +68,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
     return ground;
   }
   ground.psd.emplace(*task.psd);
+  ground.term_psd = ground.psd;
   ground.numbers = scene_numbers(*ground.psd, task.mirror, task.aperture, task.wavelength);
   if (!std::isfinite(ground.numbers.rms_slope_per_axis))
     throw FieldError("roughness.psd", "a PSD whose slope variance is infinite",

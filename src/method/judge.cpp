@@ -61,7 +61,7 @@ LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const 
   std::vector<Target> all = fitted;
   all.insert(all.end(), held_out.begin(), held_out.end());
   try {
-    const double pitch = wave_pitch(task, terms, all);
+    const double pitch = wave_pitch(task, terms, all, ground.split.get());
     const double cells = 2 * ground.radius / pitch;
     if (cells > kMostJudgedCells) {
       light.no_grid = true;
@@ -71,7 +71,7 @@ LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const 
     }
     const JudgedSet judged(fitted, held_out);
     const FreshPupil pupil{FocusModel::kWaves, task.trace.pupil.rays, task.trace.pupil.seed, pitch};
-    const FreshStatistics fresh = statistics_with_error(lit_mirror(task), pupil, terms, coefficients,
+    const FreshStatistics fresh = statistics_with_error(lit_mirror(task, ground.split), pupil, terms, coefficients,
                                                         judged.statistics(), threads, warnings);
     light.metrics = judged.judge(fresh, task.equivalence);
   } catch (const ComputationError& error) {

@@ -16,7 +16,7 @@ constexpr int kLargestDefaultOrder = 100;
 // Share of the height variance over the aperture that is neither piston nor tilt: what terms from n = 2 on
 // can carry.
 double movable_share(const Groundwork& ground) {
-  return 1.0 - captured_fraction(*ground.psd, ground.radius, 0, 1);
+  return 1.0 - captured_fraction(*ground.term_psd, ground.radius, 0, 1);
 }
 
 CoefficientPrior make_term_prior(const Task& task, const Groundwork& ground, const TermSet& terms,
@@ -49,27 +49,27 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
     int n_max = 0;
     if (spec.n_max) {
       n_max = *spec.n_max;
-    } else if (ground.psd) {
-      n_max = captured_order(*ground.psd, ground.radius, kCapturedHeight * movable_share(ground),
+    } else if (ground.term_psd) {
+      n_max = captured_order(*ground.term_psd, ground.radius, kCapturedHeight * movable_share(ground),
                              kLargestDefaultOrder);
     } else {
       throw FieldError("terms.zernike.n_max", "nothing", "an order: without roughness there is no default");
     }
     terms.zernike = zernike_modes(spec.n_min, n_max);
     covered_to = (n_max + 1) / (2 * kPi * ground.radius);
-    if (ground.psd)
-      *captured = captured_fraction(*ground.psd, ground.radius, spec.n_min, n_max) /
+    if (ground.term_psd)
+      *captured = captured_fraction(*ground.term_psd, ground.radius, spec.n_min, n_max) /
                   (spec.n_min >= 2 ? movable_share(ground) : 1.0);
   }
   if (asked.fourier) {
-    if (!ground.psd)
+    if (!ground.term_psd)
       throw FieldError("terms.fourier", "Fourier terms without roughness",
                        "a roughness block: its band places them");
-    const double low = std::max(covered_to, ground.psd->f_min());
-    if (!(low < ground.psd->f_max()))
+    const double low = std::max(covered_to, ground.term_psd->f_min());
+    if (!(low < ground.term_psd->f_max()))
       throw FieldError("terms.fourier", fmt::format("no band left above the Zernikes' {:.4g} /m", covered_to),
                        "a smaller n_max, or no Fourier terms");
-    terms.fourier = fourier_modes(ground.psd->band(low, ground.psd->f_max()), asked.fourier->count,
+    terms.fourier = fourier_modes(ground.term_psd->band(low, ground.term_psd->f_max()), asked.fourier->count,
                                   asked.fourier->sampling, task.fit.seed);
     *captured = 1;
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
@@ -20,7 +21,7 @@ constexpr double kCellsPerCycle = 3.0;  // a phase screen sampled twice a cycle 
 }  // namespace
 
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
-                  double coarsening) {
+                  const BandSplit* split, double coarsening) {
   double radius = 0, reach_dz = 0;
   for (const Target& target : targets) {
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
@@ -33,6 +34,7 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
       reach_dz = std::max(reach_dz, 0.5 * kReach * target.value);
     }
   }
+  if (split) radius = std::min(radius, kReach * split->low_reach());
   const DiffractionSampling sampling = diffraction_sampling(task.aperture, task.mirror.focal_length,
                                                             task.wavelength, radius, reach_dz, kLeastCells);
   const double for_light = coarsening * sampling.pitch;
@@ -67,8 +69,8 @@ PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& 
   return make_pupil(task.aperture, rays);
 }
 
-LitMirror lit_mirror(const Task& task) {
-  return {task.mirror, task.aperture, task.wavelength, task.trace.centre};
+LitMirror lit_mirror(const Task& task, std::shared_ptr<const BandSplit> split) {
+  return {task.mirror, task.aperture, task.wavelength, task.trace.centre, std::move(split)};
 }
 
 }  // namespace aberfit

@@ -50,9 +50,9 @@ std::pair<double, double> default_band(const Groundwork& ground, const TermSet& 
   int n_max = 0;
   for (const ZernikeMode& mode : terms.zernike) n_max = std::max(n_max, mode.n);
   double high =
-      terms.fourier.empty() ? (n_max + 1) / (2 * std::numbers::pi * ground.radius) : ground.psd->f_max();
-  high = std::min(high, ground.psd->f_max());
-  return {std::max(1 / ground.radius, ground.psd->f_min()), high};
+      terms.fourier.empty() ? (n_max + 1) / (2 * std::numbers::pi * ground.radius) : ground.term_psd->f_max();
+  high = std::min(high, ground.term_psd->f_max());
+  return {std::max(1 / ground.radius, ground.term_psd->f_min()), high};
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ SpectrumTarget make_spectrum_target(const Task& task, const Groundwork& ground, 
                      fmt::format("a band from {} to {}", format_quantity(f_min, Dimension::kSpatialFrequency),
                                  format_quantity(f_max, Dimension::kSpatialFrequency)),
                      "f_min below f_max, inside what the terms carry");
-  if (f_max < ground.psd->f_min() || f_min > ground.psd->f_max() || f_min > last)
+  if (f_max < ground.term_psd->f_min() || f_min > ground.term_psd->f_max() || f_min > last)
     throw FieldError("target.psd",
                      fmt::format("a band from {} to {}", format_quantity(f_min, Dimension::kSpatialFrequency),
                                  format_quantity(f_max, Dimension::kSpatialFrequency)),

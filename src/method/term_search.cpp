@@ -148,13 +148,13 @@ int next_order(int order) { return order + (order < 14 ? 1 : std::max(1, int(0.0
 
 OrderRange expected_orders(const Groundwork& ground) {
   OrderRange range;
-  const double movable = 1 - captured_fraction(*ground.psd, ground.radius, 0, 1);
-  range.high = captured_order(*ground.psd, ground.radius, kExpectedHeight * movable, kLargestSearchedOrder);
-  range.wide = captured_fraction(*ground.psd, ground.radius, 2, range.high) < kExpectedHeight * movable;
+  const double movable = 1 - captured_fraction(*ground.term_psd, ground.radius, 0, 1);
+  range.high = captured_order(*ground.term_psd, ground.radius, kExpectedHeight * movable, kLargestSearchedOrder);
+  range.wide = captured_fraction(*ground.term_psd, ground.radius, 2, range.high) < kExpectedHeight * movable;
   range.high = std::min(next_order(next_order(range.high)), kLargestSearchedOrder);
-  const double slope = psd_moments(*ground.psd).slope_variance;
+  const double slope = psd_moments(*ground.term_psd).slope_variance;
   while (range.low < range.high &&
-         psd_moments(ground.psd->band(0, (range.low + 1) / (2 * kPi * ground.radius))).slope_variance <
+         psd_moments(ground.term_psd->band(0, (range.low + 1) / (2 * kPi * ground.radius))).slope_variance <
              kExpectedSlope * slope)
     ++range.low;
   return range;
@@ -221,7 +221,7 @@ std::string search_message(const Frontier& frontier, const OrderRange& range) {
 
 BandUse band_use(const Task& task, const Groundwork& ground, const TermSet& terms, Eigen::Index rays) {
   BandUse band;
-  const RadialPsd& psd = *ground.psd;
+  const RadialPsd& psd = *ground.term_psd;
   band.modelled_f_min = psd.f_min();
   band.modelled_f_max = psd.f_max();
   band.limited_by = "specification";

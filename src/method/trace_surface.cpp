@@ -4,6 +4,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/forward/forward_model.h"
+#include "aberfit/method/band_choice.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/trace/central_difference.h"
@@ -35,8 +36,7 @@ SurfaceField surface_field(const Task& task, const PupilSample& pupil, const Giv
 }  // namespace internal
 
 TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads) {
-  const Groundwork ground = lay_groundwork(task);
-  const TargetSets targets = make_targets(task, ground, threads);
+  const auto [ground, targets] = lay_out(task, threads);
   const GivenSurface surface = surface_of(task, ground, given);
   const FocusModel model = ground.use.model;
   const bool by_rays = model == FocusModel::kRays;
@@ -44,7 +44,7 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
     throw FieldError("trace.normals", "central differences with trace model \"" + to_string(model) + '"',
                      "\"analytic\" normals, or trace model \"rays\"");
   const PupilSample pupil = focus_pupil(task, model, task.trace.pupil,
-                                        by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted));
+                                        by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted, ground.split.get()));
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
   const SurfaceField field = surface_field(task, pupil, surface, threads);
   const RayBundle rays = trace(task.mirror, pupil, field);
@@ -57,7 +57,7 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
                                &report.warnings)
               : focus_statistics({task.mirror, pupil,
                                   SurfaceOperator(surface.terms, pupil, focus_operator(model, threads)),
-                                  model, task.wavelength, &task.aperture, task.trace.centre},
+                                  model, task.wavelength, &task.aperture, task.trace.centre, 1e-3, nullptr, ground.split},
                                  surface.coefficients, statistics, threads, &report.warnings);
   if (rays.lost > 0)
     report.warnings.push_back(

@@ -252,11 +252,11 @@ LightComparison compare_in_light(const Ensemble& ensemble, const Groundwork& gro
   try {
     const GeneralisedHarveyShack ghs(*ground.prior_psd, task.mirror, task.aperture, task.wavelength);
     const LightPlan plan = plan_light(ghs, statistics);
-    light.pitch = wave_pitch(task, ensemble.terms, plan.extent);
+    light.pitch = wave_pitch(task, ensemble.terms, plan.extent, nullptr);
     WaveShares shares;
     if (given) {
       const FreshStatistics fresh =
-          statistics_with_error(lit_mirror(task), {FocusModel::kWaves, 0, task.trace.pupil.seed, light.pitch},
+          statistics_with_error(lit_mirror(task, nullptr), {FocusModel::kWaves, 0, task.trace.pupil.seed, light.pitch},
                                 given->terms, given->coefficients, plan.shares, threads, nullptr);
       shares.mean = {fresh.value, fresh.standard_error};
     } else {

@@ -145,14 +145,35 @@ void describe_light(Visitor& v, double& wavelength) {
   });
 }
 
+void describe_band(Visitor& t, BandSpec& band) {
+  std::variant<std::string, double> value = std::string();  // absent
+  if (band.rule == BandRule::kCut)
+    value = band.cut;
+  else if (band.rule != BandRule::kDefault || !t.reading())
+    value = std::string(band.rule == BandRule::kAuto ? "auto" : "all");
+  t.word_or_quantity(
+      {"band",
+       "where the terms end and scatter begins [cycles/m]: frequencies of the roughness above it enter as their "
+       "mean, a scatter function; all: every frequency is the terms'; auto: where what lies above no longer "
+       "makes one mirror differ from the mean. Absent: auto where the terms are and the theory is not "
+       "geometric, else all",
+       kOptional, "\"6 /m\"", "Or \"auto\", or \"all\"."},
+      value, "auto|all", kFrequency, Range::positive());
+  if (const auto* cut = std::get_if<double>(&value))
+    band = {BandRule::kCut, *cut};
+  else if (const std::string& word = std::get<std::string>(value); !word.empty())
+    band = {word == "auto" ? BandRule::kAuto : BandRule::kAll, 0};
+}
+
 void describe_terms(Visitor& v, TermsSpec& terms) {
-  bool given = !terms.automatic && (terms.zernike || terms.fourier || !terms.spherical.empty());
+  const bool named = !terms.automatic && (terms.zernike || terms.fourier || !terms.spherical.empty());
+  bool given = named || terms.band.rule == BandRule::kCut || terms.band.rule == BandRule::kAll;
   v.word_or_object(
       {"terms",
        "aberration terms to fit; auto: the fewest Zernikes with which the fit meets every tolerance "
        "and is equivalent"},
       given, "auto", [&](Visitor& t) {
-        bool zernike = terms.zernike.has_value(), fourier = terms.fourier.has_value();
+        bool zernike = named && terms.zernike, fourier = terms.fourier.has_value();
         t.object({"zernike", "all Zernike modes n_min <= n <= n_max"}, &zernike, [&](Visitor& z) {
           if (!terms.zernike) terms.zernike.emplace();
           z.integer({"n_min", "lowest radial order"}, terms.zernike->n_min, 0, kLargestOrder);
@@ -179,12 +200,14 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
         t.choice_of(
             {"covariance", "prior of the Zernikes: the PSD's full covariance, or its diagonal (the paper's)"},
             terms.covariance, {"full", "diagonal"});
+        describe_band(t, terms.band);
         terms.spherical.clear();
         for (const std::size_t power : powers) terms.spherical.push_back(int(2 * power + 4));
-        t.check(terms.zernike || terms.fourier || !terms.spherical.empty(), "", "no terms",
-                "at least one of zernike, fourier and spherical; or \"auto\"");
+        t.check(terms.zernike || terms.fourier || !terms.spherical.empty() ||
+                    terms.band.rule != BandRule::kDefault,
+                "", "no terms", "at least one of zernike, fourier, spherical and band; or \"auto\"");
       });
-  if (!v.reading() || given) return;
+  if (!v.reading() || terms.zernike || terms.fourier || !terms.spherical.empty()) return;
   terms.automatic = true;
   terms.zernike.emplace();  // what everything but a fit uses
 }

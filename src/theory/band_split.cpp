@@ -1,10 +1,14 @@
 #include "aberfit/theory/band_split.h"
 
+#include <algorithm>
+
 #include "aberfit/core/constants.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 
 namespace aberfit {
 namespace {
+
+constexpr double kReachOfLow = 0.95;
 
 // Whose overlap has no phase.
 Mirror perfect(const Mirror& mirror) {
@@ -21,7 +25,11 @@ BandSplit::BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, con
       low_(psd.band(0, cut)),
       rest_(psd.band(cut, kInfinity)),
       focus_(whole->at_plane(0)) {
-  if (cut > psd.f_min()) low_light_.emplace(low_, perfect(mirror), aperture, wavelength);
+  if (cut > psd.f_min()) {
+    low_light_.emplace(low_, perfect(mirror), aperture, wavelength);
+    low_reach_ = std::max(low_light_->at_plane(0).encircled_energy_radius(kReachOfLow),
+                          wavelength * mirror.focal_length * low_.f_max());
+  }
   if (!(cut < psd.f_max())) return;
   rest_light_.emplace(rest_, perfect(mirror), aperture, wavelength);
   const PsdMoments moments = psd_moments(rest_);

@@ -13,13 +13,14 @@ namespace aberfit {
 /// The pupil that is fitted on, with the operators that live on it.
 struct Workbench {
   FocusModel model;
+  std::shared_ptr<const MeanScatter> scatter;  ///< of the rest of a split roughness; null: none
   double pitch;  ///< of a grid for waves [m]
   PupilSample pupil;
   SurfaceOperator surface;
   RayBundle nominal;
 
   Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
-            const TermSet& terms, int threads);
+            const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split = {});
   SurfaceField field(const Eigen::VectorXd& coefficients) const;
   /// Unsmoothed statistics; NaN where one does not exist, with a warning when asked for.
   Eigen::VectorXd exact(const Task& task, const Eigen::VectorXd& coefficients,

@@ -4,6 +4,7 @@
 
 #include "aberfit/method/physics_choice.h"
 #include "aberfit/method/task.h"
+#include "aberfit/theory/band_split.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/theory/regime.h"
@@ -13,6 +14,9 @@ namespace aberfit {
 /// What every command derives from a task before it does its own work.
 struct Groundwork {
   std::optional<RadialPsd> psd;        ///< of the specification
+  /// Where the roughness is split between terms and scatter; null: all of it is the terms'.
+  std::shared_ptr<const BandSplit> split;
+  std::optional<RadialPsd> term_psd;   ///< what the terms stand for: `psd`, or its low part
   std::optional<RadialPsd> prior_psd;  ///< of the equivalent surface: heights halved in convention `paper`
   double prior_height_factor = 1;
   SceneNumbers numbers;

@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <vector>
 
 #include "aberfit/focus/statistic.h"
@@ -6,6 +7,7 @@
 #include "aberfit/method/task.h"
 #include "aberfit/scene/pupil.h"
 #include "aberfit/terms/term_set.h"
+#include "aberfit/theory/band_split.h"
 #include "aberfit/theory/vocabulary.h"
 
 namespace aberfit {
@@ -18,13 +20,15 @@ inline constexpr double kFirstCoarsening = 2.83;
 /// mirror's known Zernikes gets three cells a cycle, and there are at least 128 cells across. coarsening:
 /// factor on all of this but the terms' cells; at 2 the same light just fits into the field of view, and
 /// there are 64 cells across.
+/// split: of the roughness, null where there is none. Light that its rest scatters needs no room on a grid: no
+/// radius counts beyond the low part's reach.
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
-                  double coarsening = 1);
+                  const BandSplit* split, double coarsening = 1);
 
 /// The points that a surface is propagated from: rays, or the cells of a grid of `pitch` [m].
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch);
 
-/// The mirror of a task in its light.
-LitMirror lit_mirror(const Task& task);
+/// The mirror of a task in its light, with the rest of its roughness as scatter. Null: none.
+LitMirror lit_mirror(const Task& task, std::shared_ptr<const BandSplit> split);
 
 }  // namespace aberfit

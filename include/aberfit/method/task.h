@@ -61,6 +61,17 @@ struct FourierSpec {
   int count = 400;
   FourierSampling sampling = FourierSampling::kLog;
 };
+/// Where the terms end and scatter begins (PHYSICS 10).
+enum class BandRule {
+  kDefault,  ///< kAuto where terms are automatic and the theory is not geometric, else kAll
+  kAuto,     ///< where the rest no longer makes one mirror differ from the mean
+  kAll,      ///< every frequency of the roughness is the terms'
+  kCut,      ///< at `cut`
+};
+struct BandSpec {
+  BandRule rule = BandRule::kDefault;
+  double cut = 0;  ///< kCut [cycles/m]
+};
 struct TermsSpec {
   /// "auto", or no terms in the file: a fit takes the fewest Zernikes that do; `zernike` then holds the
   /// default (99 %) for all that needs terms without a fit.
@@ -69,6 +80,7 @@ struct TermsSpec {
   std::optional<FourierSpec> fourier;
   std::vector<int> spherical;  ///< even powers 4..12
   CovarianceKind covariance = CovarianceKind::kFull;
+  BandSpec band;
 };
 
 struct TraceSpec {

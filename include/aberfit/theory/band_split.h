@@ -30,6 +30,9 @@ class BandSplit : public MeanScatter {
   bool has_rest() const { return rest_light_.has_value(); }
   double tis() const;                                ///< share of the light that the rest scatters
   double rms_slope_per_axis() const { return rest_slope_; }  ///< of the rest
+  /// Radius [m] of the light in focus that a surface with the low part needs room for: the 95 % of its mean
+  /// spot, and where its highest frequency scatters to.
+  double low_reach() const { return low_reach_; }
 
   Eigen::ArrayXd transfer(const Eigen::ArrayXd& shear) const override;
   Eigen::ArrayXd whole_transfer(const Eigen::ArrayXd& shear) const override;
@@ -44,7 +47,7 @@ class BandSplit : public MeanScatter {
   double cut_ = 0;
   RadialPsd low_, rest_;
   std::optional<GeneralisedHarveyShack> low_light_, rest_light_;
-  double rest_height_ = 0, rest_slope_ = 0, rest_angle_ = 0;
+  double low_reach_ = 0, rest_height_ = 0, rest_slope_ = 0, rest_angle_ = 0;
   MeanSpot focus_;
 };
 

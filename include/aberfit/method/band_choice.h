@@ -1,0 +1,19 @@
+#pragma once
+#include "aberfit/method/groundwork.h"
+
+namespace aberfit {
+
+/// What a task asks for, laid out: its physics, its targets, and where its roughness is split.
+struct Layout {
+  Groundwork ground;
+  TargetSets targets;
+};
+
+/// Groundwork, then targets, then the split that the task's `terms.band` asks for. Throws FieldError for a
+/// band that the task's physics cannot split: scatter multiplies a transfer function, which only waves with
+/// targets by generalised Harvey-Shack have.
+Layout lay_out(const Task& task, const PhysicsRequest& asked, int threads);
+/// By the physics that the task itself asks for.
+Layout lay_out(const Task& task, int threads);
+
+}  // namespace aberfit
