@@ -68,7 +68,9 @@ double seconds_of_probe(const ChartBench& bench, const TermSet& terms, const Pup
 class CapturedShare {
  public:
   explicit CapturedShare(const Groundwork& ground)
-      : psd_(*ground.term_psd), radius_(ground.radius), movable_(1 - captured_fraction(psd_, radius_, 0, 1)) {}
+      : psd_(*ground.term_psd),
+        radius_(ground.radius),
+        movable_(1 - captured_fraction(psd_, radius_, 0, 1)) {}
   double operator()(int n) const { return captured_fraction(psd_, radius_, 2, n) / movable_; }
   int order_of(double share) const { return captured_order(psd_, radius_, share * movable_, kLargestOrder); }
 

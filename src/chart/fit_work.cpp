@@ -134,7 +134,8 @@ double judgement(const Task& task, const Groundwork& ground, const TermSet& term
   if (ground.use.in_light(given) || !ground.use.obstacle.empty()) return 0;
   const Asked wanted = asked({&targets.fitted});
   const double theory = given ? 0 : wanted.planes(kSpotRing) * kSpotPlane;
-  return theory + judged_by_waves(task, terms, wanted, wave_pitch(task, terms, targets.fitted, ground.split.get()));
+  return theory +
+         judged_by_waves(task, terms, wanted, wave_pitch(task, terms, targets.fitted, ground.split.get()));
 }
 
 // As realisation_of (judge.cpp) decides.
@@ -183,7 +184,8 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   const bool waves = ground.use.model == FocusModel::kWaves;
   const double pitch = waves ? wave_pitch(task, terms, all_targets(targets), ground.split.get()) : 0;
   const Optics optics =
-      waves ? on_grid(task, terms, wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening))
+      waves ? on_grid(task, terms,
+                      wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening))
             : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
   const Asked fitted = asked({&targets.fitted, &targets.guides});
   const Asked reported = asked({&targets.fitted}), judged = asked({&targets.fitted, &targets.held_out});

@@ -159,8 +159,9 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt) {
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   const FreshPupil pupil{attempt->bench->model, 4 * result.rays, of.task.trace.pupil.seed,
                          grid_pitch(of, result.terms, 1)};
-  attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms, result.fit.coefficients,
-                                         judged.statistics(), of.context.threads, &result.warnings);
+  attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
+                                         result.fit.coefficients, judged.statistics(), of.context.threads,
+                                         &result.warnings);
   result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
   result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   result.verdict = overall(result.metrics);
@@ -251,7 +252,7 @@ Eigen::VectorXd Workbench::exact(const Task& task, const Eigen::VectorXd& coeffi
 }
 
 LightPath Workbench::focus(const Task& task) const {
-  return {task.mirror,        pupil,          surface, model,  task.wavelength, &task.aperture,
+  return {task.mirror,       pupil,          surface, model,  task.wavelength, &task.aperture,
           task.trace.centre, kAliasedInAFit, nullptr, scatter};
 }
 
@@ -266,10 +267,9 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   attempt.terms = plan.terms;
   attempt.result = outcome_of(of, plan);
   FitOutcome& result = attempt.result;
-  attempt.bench =
-      std::make_shared<const Workbench>(of.task, of.ground.use.model, plan.pupil,
-                                        grid_pitch(of, result.terms, plan.coarsening), result.terms, threads,
-                                        of.ground.split);
+  attempt.bench = std::make_shared<const Workbench>(of.task, of.ground.use.model, plan.pupil,
+                                                    grid_pitch(of, result.terms, plan.coarsening),
+                                                    result.terms, threads, of.ground.split);
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
 

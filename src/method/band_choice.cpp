@@ -20,8 +20,11 @@ std::optional<double> cut_of(const Task& task, const Groundwork& ground) {
   if (rule == BandRule::kAll || !ground.psd) return std::nullopt;
   if (!can_split(ground)) {
     if (rule == BandRule::kCut)
-      throw FieldError("terms.band", "a frequency, but " + std::string(ground.mean_spot ? "the scene needs rays alone" : "the targets are not those of light"),
-                       "\"all\", \"auto\"; or trace model \"waves\" with theory \"auto\"");
+      throw FieldError(
+          "terms.band",
+          "a frequency, but " + std::string(ground.mean_spot ? "the scene needs rays alone"
+                                                             : "the targets are not those of light"),
+          "\"all\", \"auto\"; or trace model \"waves\" with theory \"auto\"");
     return std::nullopt;
   }
   if (rule == BandRule::kCut) return task.terms.band.cut;

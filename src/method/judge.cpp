@@ -71,8 +71,8 @@ LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const 
     }
     const JudgedSet judged(fitted, held_out);
     const FreshPupil pupil{FocusModel::kWaves, task.trace.pupil.rays, task.trace.pupil.seed, pitch};
-    const FreshStatistics fresh = statistics_with_error(lit_mirror(task, ground.split), pupil, terms, coefficients,
-                                                        judged.statistics(), threads, warnings);
+    const FreshStatistics fresh = statistics_with_error(lit_mirror(task, ground.split), pupil, terms,
+                                                        coefficients, judged.statistics(), threads, warnings);
     light.metrics = judged.judge(fresh, task.equivalence);
   } catch (const ComputationError& error) {
     light.no_grid = true;

@@ -149,7 +149,8 @@ int next_order(int order) { return order + (order < 14 ? 1 : std::max(1, int(0.0
 OrderRange expected_orders(const Groundwork& ground) {
   OrderRange range;
   const double movable = 1 - captured_fraction(*ground.term_psd, ground.radius, 0, 1);
-  range.high = captured_order(*ground.term_psd, ground.radius, kExpectedHeight * movable, kLargestSearchedOrder);
+  range.high =
+      captured_order(*ground.term_psd, ground.radius, kExpectedHeight * movable, kLargestSearchedOrder);
   range.wide = captured_fraction(*ground.term_psd, ground.radius, 2, range.high) < kExpectedHeight * movable;
   range.high = std::min(next_order(next_order(range.high)), kLargestSearchedOrder);
   const double slope = psd_moments(*ground.term_psd).slope_variance;

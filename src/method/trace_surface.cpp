@@ -43,8 +43,9 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
   if (!by_rays && task.trace.central_difference_step)
     throw FieldError("trace.normals", "central differences with trace model \"" + to_string(model) + '"',
                      "\"analytic\" normals, or trace model \"rays\"");
-  const PupilSample pupil = focus_pupil(task, model, task.trace.pupil,
-                                        by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted, ground.split.get()));
+  const PupilSample pupil =
+      focus_pupil(task, model, task.trace.pupil,
+                  by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted, ground.split.get()));
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
   const SurfaceField field = surface_field(task, pupil, surface, threads);
   const RayBundle rays = trace(task.mirror, pupil, field);
@@ -53,12 +54,13 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
   TraceReport report;
   report.warnings = ground.use.warnings;
   const Eigen::VectorXd values =
-      by_rays ? evaluate_exact({rays, nominal, field.height, task.trace.centre}, statistics, threads,
-                               &report.warnings)
-              : focus_statistics({task.mirror, pupil,
-                                  SurfaceOperator(surface.terms, pupil, focus_operator(model, threads)),
-                                  model, task.wavelength, &task.aperture, task.trace.centre, 1e-3, nullptr, ground.split},
-                                 surface.coefficients, statistics, threads, &report.warnings);
+      by_rays
+          ? evaluate_exact({rays, nominal, field.height, task.trace.centre}, statistics, threads,
+                           &report.warnings)
+          : focus_statistics(
+                {task.mirror, pupil, SurfaceOperator(surface.terms, pupil, focus_operator(model, threads)),
+                 model, task.wavelength, &task.aperture, task.trace.centre, 1e-3, nullptr, ground.split},
+                surface.coefficients, statistics, threads, &report.warnings);
   if (rays.lost > 0)
     report.warnings.push_back(
         {"lost-rays", fmt::format("{} of {} rays miss the focal region", rays.lost, rays.size())});

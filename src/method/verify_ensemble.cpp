@@ -255,9 +255,9 @@ LightComparison compare_in_light(const Ensemble& ensemble, const Groundwork& gro
     light.pitch = wave_pitch(task, ensemble.terms, plan.extent, nullptr);
     WaveShares shares;
     if (given) {
-      const FreshStatistics fresh =
-          statistics_with_error(lit_mirror(task, nullptr), {FocusModel::kWaves, 0, task.trace.pupil.seed, light.pitch},
-                                given->terms, given->coefficients, plan.shares, threads, nullptr);
+      const FreshStatistics fresh = statistics_with_error(
+          lit_mirror(task, nullptr), {FocusModel::kWaves, 0, task.trace.pupil.seed, light.pitch},
+          given->terms, given->coefficients, plan.shares, threads, nullptr);
       shares.mean = {fresh.value, fresh.standard_error};
     } else {
       const double cells = std::pow(2 * ground.radius / light.pitch, 2);

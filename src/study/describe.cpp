@@ -153,7 +153,8 @@ void describe_band(Visitor& t, BandSpec& band) {
     value = std::string(band.rule == BandRule::kAuto ? "auto" : "all");
   t.word_or_quantity(
       {"band",
-       "where the terms end and scatter begins [cycles/m]: frequencies of the roughness above it enter as their "
+       "where the terms end and scatter begins [cycles/m]: frequencies of the roughness above it enter as "
+       "their "
        "mean, a scatter function; all: every frequency is the terms'; auto: where what lies above no longer "
        "makes one mirror differ from the mean. Absent: auto where the terms are and the theory is not "
        "geometric, else all",

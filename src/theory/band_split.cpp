@@ -21,10 +21,7 @@ Mirror perfect(const Mirror& mirror) {
 
 BandSplit::BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, const Aperture& aperture,
                      double wavelength, std::shared_ptr<const GeneralisedHarveyShack> whole)
-    : cut_(cut),
-      low_(psd.band(0, cut)),
-      rest_(psd.band(cut, kInfinity)),
-      focus_(whole->at_plane(0)) {
+    : cut_(cut), low_(psd.band(0, cut)), rest_(psd.band(cut, kInfinity)), focus_(whole->at_plane(0)) {
   if (cut > psd.f_min()) {
     low_light_.emplace(low_, perfect(mirror), aperture, wavelength);
     low_reach_ = std::max(low_light_->at_plane(0).encircled_energy_radius(kReachOfLow),
@@ -42,7 +39,8 @@ BandSplit::BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, con
 double BandSplit::tis() const { return rest_light_ ? rest_light_->tis() : 0; }
 
 Eigen::ArrayXd BandSplit::transfer(const Eigen::ArrayXd& shear) const {
-  return rest_light_ ? rest_light_->overlap_transfer(shear) : Eigen::ArrayXd(Eigen::ArrayXd::Ones(shear.size()));
+  return rest_light_ ? rest_light_->overlap_transfer(shear)
+                     : Eigen::ArrayXd(Eigen::ArrayXd::Ones(shear.size()));
 }
 
 Eigen::ArrayXd BandSplit::whole_transfer(const Eigen::ArrayXd& shear) const {

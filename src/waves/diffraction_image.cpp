@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "diffraction_plane.h"
 
@@ -66,6 +67,37 @@ Grid by_matrix(const ComplexMatrix& field, double step, Eigen::Index before, Eig
   return focal.transpose().cwiseAbs2().array();
 }
 
+// With roughness that no height stands for: the transfer function at all lags, times H, back to the focal
+// plane. step: 2 pi times the pitch of the image in periods of the PSF.
+Grid scattered(const DiffractionScene& scene, const Eigen::ArrayXcd& field, double step, Eigen::Index before,
+               Eigen::Index samples) {
+  const int n = fast_transform_size(2 * std::max(scene.rows(), scene.columns()));
+  const Grid intensity = by_transform(scene, field, n, 1, 0, n);
+  ComplexMatrix lags = intensity.matrix().transpose().cast<std::complex<double>>();  // columns: rows of X
+  fourier_transform(n, n, lags.data());
+  const auto lag = [n](Eigen::Index k) { return double(k <= n / 2 ? k : k - n); };
+  std::vector<double> squares;
+  for (Eigen::Index a = 0; a <= n / 2; ++a)
+    for (Eigen::Index b = 0; b <= a; ++b) squares.push_back(double(a * a + b * b));
+  std::sort(squares.begin(), squares.end());
+  squares.erase(std::unique(squares.begin(), squares.end()), squares.end());
+  const Eigen::ArrayXd lengths =
+      Eigen::Map<const Eigen::ArrayXd>(squares.data(), Eigen::Index(squares.size())).sqrt();
+  const Eigen::ArrayXd factor = scene.problem().scatter->transfer(lengths * scene.problem().pupil.pitch_x);
+  for (Eigen::Index a = 0; a < n; ++a)
+    for (Eigen::Index b = 0; b < n; ++b) {
+      const double square = lag(a) * lag(a) + lag(b) * lag(b);
+      const auto at = std::lower_bound(squares.begin(), squares.end(), square) - squares.begin();
+      lags(a, b) *= factor[at] / (double(n) * n);
+    }
+  ComplexMatrix phases(samples, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index k = 0; k < samples; ++k)
+      phases(k, i) = std::polar(1.0, step * double(k - before) * lag(i));
+  const ComplexMatrix half = phases * lags;  // X by lags along y
+  return (half * phases.transpose()).transpose().real().array();
+}
+
 }  // namespace
 
 PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
@@ -109,10 +141,14 @@ PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd
   }
   const Eigen::ArrayXcd field = pupil_field(scene, window.dz);
   const double per_metre = scene.per_period(window.dz);  // periods of the PSF
-  image.intensity =
-      image.method == PsfImage::Method::kMatrix
-          ? by_matrix(on_grid(scene, field), -2 * std::numbers::pi * image.pitch * per_metre, before, samples)
-          : by_transform(scene, field, part_size, parts, before, samples);
+  if (problem.scatter) {
+    image.intensity =
+        scattered(scene, field, 2 * std::numbers::pi * image.pitch * per_metre, before, samples);
+  } else
+    image.intensity = image.method == PsfImage::Method::kMatrix
+                          ? by_matrix(on_grid(scene, field), -2 * std::numbers::pi * image.pitch * per_metre,
+                                      before, samples)
+                          : by_transform(scene, field, part_size, parts, before, samples);
   image.intensity *= per_metre * per_metre / scene.total();
   image.first = -double(before) * image.pitch;
   return image;

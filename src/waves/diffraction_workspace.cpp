@@ -34,8 +34,9 @@ bool DiffractionWorkspace::Buffers::Surface::is(const DiffractionScene& scene) c
 const DiffractionGrid& DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene) {
   const DiffractionProblem& problem = scene.problem();
   const auto* directions = std::get_if<DirectionGrid>(&problem.pupil.sample.structure);
-  const Size wanted{scene.rows(),          scene.columns(),       problem.padding,
-                    problem.pupil.pitch_x, problem.pupil.pitch_y, scene.longest_lag(),
+  const Size wanted{scene.rows(),          scene.columns(),
+                    problem.padding,       problem.pupil.pitch_x,
+                    problem.pupil.pitch_y, scene.longest_lag(),
                     problem.scatter,       directions ? directions->shift : std::array<double, 2>{}};
   if (!grid || !(size_ == wanted)) {
     free.clear();

@@ -35,9 +35,9 @@ struct FitProblem {
   /// What the statistics are of. For kWaves `pupil` is the sample of diffraction_pupil(*aperture,
   /// mirror.focal_length, pitch) and `surface` lives on its points.
   FocusModel model = FocusModel::kRays;
-  double wavelength = 0;               ///< [m]; needed unless kRays
-  const Aperture* aperture = nullptr;  ///< needed unless kRays
-  double aliased_limit = 1e-3;         ///< kWaves: as DiffractionProblem has it
+  double wavelength = 0;                            ///< [m]; needed unless kRays
+  const Aperture* aperture = nullptr;               ///< needed unless kRays
+  double aliased_limit = 1e-3;                      ///< kWaves: as DiffractionProblem has it
   std::shared_ptr<const MeanScatter> scatter = {};  ///< kWaves: as LightPath has it
 };
 

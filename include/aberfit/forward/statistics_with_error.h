@@ -19,8 +19,8 @@ namespace aberfit {
 struct LitMirror {
   const Mirror& mirror;
   const Aperture& aperture;
-  double wavelength = 0;             ///< [m]; needed for kWaves
-  Centre centre = Centre::kNominal;  ///< kCentroid: kRays only
+  double wavelength = 0;                            ///< [m]; needed for kWaves
+  Centre centre = Centre::kNominal;                 ///< kCentroid: kRays only
   std::shared_ptr<const MeanScatter> scatter = {};  ///< as LightPath has it
 };
 

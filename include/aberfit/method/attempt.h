@@ -14,7 +14,7 @@ namespace aberfit {
 struct Workbench {
   FocusModel model;
   std::shared_ptr<const MeanScatter> scatter;  ///< of the rest of a split roughness; null: none
-  double pitch;  ///< of a grid for waves [m]
+  double pitch;                                ///< of a grid for waves [m]
   PupilSample pupil;
   SurfaceOperator surface;
   RayBundle nominal;

@@ -13,7 +13,7 @@ namespace aberfit {
 
 /// What every command derives from a task before it does its own work.
 struct Groundwork {
-  std::optional<RadialPsd> psd;        ///< of the specification
+  std::optional<RadialPsd> psd;  ///< of the specification
   /// Where the roughness is split between terms and scatter; null: all of it is the terms'.
   std::shared_ptr<const BandSplit> split;
   std::optional<RadialPsd> term_psd;   ///< what the terms stand for: `psd`, or its low part

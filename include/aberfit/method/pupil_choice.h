@@ -20,8 +20,8 @@ inline constexpr double kFirstCoarsening = 2.83;
 /// mirror's known Zernikes gets three cells a cycle, and there are at least 128 cells across. coarsening:
 /// factor on all of this but the terms' cells; at 2 the same light just fits into the field of view, and
 /// there are 64 cells across.
-/// split: of the roughness, null where there is none. Light that its rest scatters needs no room on a grid: no
-/// radius counts beyond the low part's reach.
+/// split: of the roughness, null where there is none. Light that its rest scatters needs no room on a grid:
+/// no radius counts beyond the low part's reach.
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
                   const BandSplit* split, double coarsening = 1);
 

@@ -10,12 +10,12 @@
 
 namespace aberfit {
 
-/// A roughness split at a frequency (PHYSICS 10): below it a surface stands for it, above it a scatter function
-/// does, exp(-(4 pi/lambda)^2 (C_rest(0) - C_rest(x))) on the transfer function. Independent parts multiply, so
-/// that the mean over such surfaces is generalised Harvey-Shack of the whole, wherever the cut; heights and
-/// slopes add in squares. In its aperture-exact form the exponent varies over the aperture; what multiplies is
-/// its mean over the overlap, exact in focus for a mirror without aberrations. Out of focus and over f/2
-/// mirrors that is some 1e-3 of the light that both parts scatter.
+/// A roughness split at a frequency (PHYSICS 10): below it a surface stands for it, above it a scatter
+/// function does, exp(-(4 pi/lambda)^2 (C_rest(0) - C_rest(x))) on the transfer function. Independent parts
+/// multiply, so that the mean over such surfaces is generalised Harvey-Shack of the whole, wherever the cut;
+/// heights and slopes add in squares. In its aperture-exact form the exponent varies over the aperture; what
+/// multiplies is its mean over the overlap, exact in focus for a mirror without aberrations. Out of focus and
+/// over f/2 mirrors that is some 1e-3 of the light that both parts scatter.
 class BandSplit : public MeanScatter {
  public:
   /// cut [cycles/m] inside the band of `psd`, or at one of its ends: then one part is empty. `whole`: of the
@@ -23,12 +23,12 @@ class BandSplit : public MeanScatter {
   BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, const Aperture& aperture,
             double wavelength, std::shared_ptr<const GeneralisedHarveyShack> whole);
 
-  double cut() const { return cut_; }                ///< [cycles/m]
-  const RadialPsd& low() const { return low_; }      ///< what the terms stand for
-  const RadialPsd& rest() const { return rest_; }    ///< what scatters
+  double cut() const { return cut_; }              ///< [cycles/m]
+  const RadialPsd& low() const { return low_; }    ///< what the terms stand for
+  const RadialPsd& rest() const { return rest_; }  ///< what scatters
   bool has_low() const { return low_light_.has_value(); }
   bool has_rest() const { return rest_light_.has_value(); }
-  double tis() const;                                ///< share of the light that the rest scatters
+  double tis() const;                                        ///< share of the light that the rest scatters
   double rms_slope_per_axis() const { return rest_slope_; }  ///< of the rest
   /// Radius [m] of the light in focus that a surface with the low part needs room for: the 95 % of its mean
   /// spot, and where its highest frequency scatters to.

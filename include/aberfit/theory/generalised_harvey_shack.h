@@ -133,8 +133,9 @@ class GeneralisedHarveyShack {
   double angle_spread(double theta) const;
   /// exp(-E) at pupil shear x >= 0 [m], averaged over the aperture, and the transfer function in a plane.
   double surface_transfer(double x) const;
-  /// The same at many x, ascending, averaged over the part of the aperture that overlaps its copy: of a mirror
-  /// without aberrations the transfer function in the focus over that without roughness. Paraxial: as above.
+  /// The same at many x, ascending, averaged over the part of the aperture that overlaps its copy: of a
+  /// mirror without aberrations the transfer function in the focus over that without roughness. Paraxial: as
+  /// above.
   Eigen::ArrayXd overlap_transfer(const Eigen::ArrayXd& x) const;
   double transfer(double x, double dz) const;
   /// Largest part of the transfer function that the panels could not resolve; 0 as a rule.

@@ -75,8 +75,8 @@ struct DiffractionSampling {
 DiffractionSampling diffraction_sampling(const Aperture& aperture, double focal_length, double wavelength,
                                          double radius, double dz, int least_samples = 64);
 
-/// Roughness that no height of a pupil stands for, by its ensemble mean (PHYSICS 10): parts of a roughness that
-/// are independent multiply the transfer function. Const use from many threads. Belongs to one mirror,
+/// Roughness that no height of a pupil stands for, by its ensemble mean (PHYSICS 10): parts of a roughness
+/// that are independent multiply the transfer function. Const use from many threads. Belongs to one mirror,
 /// aperture and wavelength.
 class MeanScatter {
  public:
@@ -85,8 +85,8 @@ class MeanScatter {
   virtual Eigen::ArrayXd transfer(const Eigen::ArrayXd& shear) const = 0;
   /// The same of the whole roughness: of this part and of the mean over what the heights stand for.
   virtual Eigen::ArrayXd whole_transfer(const Eigen::ArrayXd& shear) const = 0;
-  /// Share of the light inside `radius` [m] in the focus of the mirror with all its roughness, in the ensemble
-  /// mean, and its derivative [1/m].
+  /// Share of the light inside `radius` [m] in the focus of the mirror with all its roughness, in the
+  /// ensemble mean, and its derivative [1/m].
   virtual double encircled_energy(double radius) const = 0;
   virtual double encircled_energy_slope(double radius) const = 0;
   /// Of this part: RMS height [m] and RMS scatter angle [rad]. They add to those of the heights in squares.
@@ -121,12 +121,13 @@ struct DiffractionProblem {
   /// place) before a result is refused.
   double aliased_limit = 1e-3;
   /// Roughness on top of the heights; null: none. With it the transfer function is C_m H(x_m), and what the
-  /// cells cannot see of it, its halo beyond the field of view and all that moves within a lag, comes from the
-  /// mean spot E of the whole roughness:
+  /// cells cannot see of it, its halo beyond the field of view and all that moves within a lag, comes from
+  /// the mean spot E of the whole roughness:
   ///   EE(r) = E(r f/(f+dz)) + u^2 sum_m (C_m(dz) H(x_m) - C_m^0 H_whole(x_m)) r J1(2 pi r u |m|)/(u |m|)
-  /// with C_m^0 of the nominal heights in focus: in the mean over surfaces with the other part of the roughness
-  /// that is E itself in focus. Radii are not limited by the field of view: beyond it the curve goes on as E
-  /// does. Images are not made of it.
+  /// with C_m^0 of the nominal heights in focus: in the mean over surfaces with the other part of the
+  /// roughness that is E itself in focus. Radii are not limited by the field of view: beyond it the curve
+  /// goes on as E does. An image lacks what the rest scatters beyond the field of view, which comes back into
+  /// it from the other side.
   std::shared_ptr<const MeanScatter> scatter = {};
   /// Heights of the mirror without roughness at the pupil points [m]; null: 0. Looked at with `scatter`.
   const Eigen::ArrayXd* nominal = nullptr;
