@@ -1,0 +1,205 @@
+#include "aberfit/theory/band_split.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "aberfit/core/parallel.h"
+#include "aberfit/roughness/random_surface.h"
+#include "aberfit/theory/geometric_harvey_shack.h"
+
+// A roughness in two parts: a surface below a frequency, its mean on the transfer function above it.
+
+namespace aberfit {
+namespace {
+
+constexpr double kWave = 632.8e-9, kRadius = 0.1;
+
+struct Scene {
+  RadialPsd psd;
+  Aperture aperture;
+  Mirror mirror;
+};
+
+double height_of(double g) { return g * kWave / (4 * std::numbers::pi); }
+
+// 24 cycles across.
+Scene scene_of(int family, bool annulus, double g) {
+  const double rms = height_of(g), f_min = 10, f_max = 120;
+  const std::array<PsdModel, 3> models{KCorrelationPsd{rms, 0.04, 3.0, f_min, f_max},
+                                       PowerLawPsd{rms, {}, 2.2, f_min, f_max},
+                                       UniformPsd{rms, f_min, f_max}};
+  Aperture aperture = CircleAperture{2 * kRadius};
+  if (annulus) aperture = AnnulusAperture{2 * kRadius, 0.7 * kRadius};
+  Mirror mirror;
+  mirror.focal_length = 1.6;  // f/8
+  return {RadialPsd(models[std::size_t(family)]), aperture, mirror};
+}
+
+std::shared_ptr<const GeneralisedHarveyShack> whole_of(const Scene& scene) {
+  return std::make_shared<const GeneralisedHarveyShack>(scene.psd, scene.mirror, scene.aperture, kWave);
+}
+
+std::shared_ptr<const BandSplit> split_at(const Scene& scene, double cut) {
+  return std::make_shared<const BandSplit>(scene.psd, cut, scene.mirror, scene.aperture, kWave,
+                                           whole_of(scene));
+}
+
+double depth_of_focus(const Scene& scene) {
+  return kWave * std::pow(scene.mirror.focal_length / (2 * kRadius), 2);
+}
+
+// Radii of the mean spot in focus, one wave out of it on either side, and three waves.
+std::vector<Statistic> shares_of(const Scene& scene, const GeneralisedHarveyShack& whole) {
+  std::vector<Statistic> shares;
+  for (const double waves : {0.0, 1.0, -1.0, 3.0}) {
+    const double dz = 8 * waves * depth_of_focus(scene);
+    const MeanSpot spot = whole.at_plane(dz);
+    for (const double p : {0.2, 0.5, 0.8, 0.95})
+      shares.push_back(RingThrough{spot.encircled_energy_radius(p), dz});
+  }
+  return shares;
+}
+
+// Heights at points between those of a map, by cubic convolution: 24 points to the shortest wave.
+Eigen::ArrayXd heights_at(const HeightMap& map, double pitch, const PupilSample& sample) {
+  const auto weights = [](double t) {
+    return std::array<double, 4>{0.5 * t * (t * (2 - t) - 1), 0.5 * (t * t * (3 * t - 5) + 2),
+                                 0.5 * t * (t * (4 - 3 * t) + 1), 0.5 * t * t * (t - 1)};
+  };
+  Eigen::ArrayXd height(sample.size());
+  for (Eigen::Index k = 0; k < height.size(); ++k) {
+    const double u = sample.x[k] / pitch + 0.5 * double(map.height.cols()),
+                 v = sample.y[k] / pitch + 0.5 * double(map.height.rows());
+    const auto i = Eigen::Index(u), j = Eigen::Index(v);
+    const auto across = weights(u - double(i)), along = weights(v - double(j));
+    double sum = 0;
+    for (Eigen::Index b = 0; b < 4; ++b)
+      for (Eigen::Index a = 0; a < 4; ++a)
+        sum += along[std::size_t(b)] * across[std::size_t(a)] * map.height(j + b - 1, i + a - 1);
+    height[k] = sum;
+  }
+  return height;
+}
+
+// Shares of the light of `draws` surfaces with `psd`, one column each.
+Eigen::MatrixXd shares_of_draws(const Scene& scene, const RadialPsd& psd,
+                                const std::shared_ptr<const MeanScatter>& scatter,
+                                const std::vector<Statistic>& shares, int draws, std::uint64_t seed) {
+  constexpr int kMap = 640;
+  const double pitch = 2.1 * kRadius / kMap;
+  const DiffractionPupil pupil =
+      diffraction_pupil(scene.aperture, scene.mirror.focal_length, 2 * kRadius / 128);
+  Eigen::MatrixXd values(Eigen::Index(shares.size()), draws);
+  parallel_for(std::size_t(draws), available_threads(), [&](std::size_t i) {
+    RandomSurfaceOptions options;
+    options.seed = seed + i;
+    const Eigen::ArrayXd height =
+        heights_at(random_surface(psd, kMap, kMap, pitch, options), pitch, pupil.sample);
+    DiffractionProblem problem{pupil, scene.mirror.focal_length, kWave};
+    problem.scatter = scatter;
+    problem.aliased_limit = 0.01;
+    Eigen::VectorXd value;
+    EXPECT_TRUE(evaluate_diffraction(problem, height, shares, 1, nullptr, &value, nullptr));
+    values.col(Eigen::Index(i)) = value;
+  });
+  return values;
+}
+
+void expect_mean(const Eigen::MatrixXd& values, const GeneralisedHarveyShack& whole,
+                 const std::vector<Statistic>& shares, double also_allowed) {
+  for (Eigen::Index k = 0; k < values.rows(); ++k) {
+    const auto& ring = std::get<RingThrough>(shares[std::size_t(k)]);
+    const double mean = values.row(k).mean(), n = double(values.cols());
+    const double error = std::sqrt((values.row(k).array() - mean).square().sum() / (n * (n - 1)));
+    EXPECT_NEAR(mean, whole.encircled_energy(ring.ring_radius, ring.dz), 4 * error + also_allowed)
+        << "radius " << ring.ring_radius << " m, dz " << ring.dz << " m, standard error " << error;
+  }
+}
+
+// Both the draws of the low part with the rest as its mean, and full draws.
+void expect_exact_split(int family, bool annulus, double g, double cut, int draws) {
+  SCOPED_TRACE(testing::Message() << "family " << family << ", annulus " << annulus << ", g " << g << ", cut "
+                                  << cut << " /m");
+  const Scene scene = scene_of(family, annulus, g);
+  const auto whole = whole_of(scene);
+  const auto split = split_at(scene, cut);
+  const std::vector<Statistic> shares = shares_of(scene, *whole);
+  // What the mean factor leaves out of focus, and the grid of it.
+  expect_mean(shares_of_draws(scene, split->low(), split, shares, draws, 1), *whole, shares, 1e-4);
+  // Full draws scatter beyond the field of view of their grid, what the 95 % radius notices.
+  expect_mean(shares_of_draws(scene, scene.psd, nullptr, shares, draws, 5001), *whole, shares, 3e-3);
+}
+
+}  // namespace
+
+TEST(BandSplit, AtTheBottomOfTheBandIsHarveyShack) {
+  for (const bool annulus : {false, true}) {
+    const Scene scene = scene_of(0, annulus, 0.8);
+    const auto split = split_at(scene, scene.psd.f_min());
+    EXPECT_FALSE(split->has_low());
+    const auto whole = whole_of(scene);
+    const DiffractionPupil pupil =
+        diffraction_pupil(scene.aperture, scene.mirror.focal_length, 2 * kRadius / 96);
+    DiffractionProblem problem{pupil, scene.mirror.focal_length, kWave};
+    problem.scatter = split;
+    std::vector<Statistic> shares = shares_of(scene, *whole);
+    shares.push_back(EncircledEnergyRadius{0.9, 0});
+    shares.push_back(EncircledEnergyRadius{0.99, 0});  // outside the field of view
+    Eigen::VectorXd value;
+    ASSERT_TRUE(evaluate_diffraction(problem, Eigen::ArrayXd::Zero(pupil.sample.size()), shares, 1, nullptr,
+                                     &value, nullptr));
+    for (std::size_t k = 0; k < shares.size(); ++k) {
+      const double truth = (*whole)(shares[k]), found = value[Eigen::Index(k)];
+      const auto* ring = std::get_if<RingThrough>(&shares[k]);
+      const bool in_focus = !ring || ring->dz == 0;
+      EXPECT_NEAR(found / truth, 1, in_focus ? 1e-9 : 2e-4) << statistic_name(shares[k]);
+    }
+  }
+}
+
+TEST(BandSplit, AtTheTopOfTheBandLeavesEverythingToTheSurface) {
+  const Scene scene = scene_of(0, false, 0.8);
+  const auto split = split_at(scene, scene.psd.f_max());
+  EXPECT_FALSE(split->has_rest());
+  EXPECT_EQ(split->rms_height(), 0);
+  EXPECT_EQ(split->scatter_rms(), 0);
+  EXPECT_EQ(split->tis(), 0);
+  const Eigen::ArrayXd x = Eigen::ArrayXd::LinSpaced(50, 0, 2 * kRadius);
+  EXPECT_TRUE((split->transfer(x) == 1).all());
+  EXPECT_LT((split->whole_transfer(x) - whole_of(scene)->overlap_transfer(x)).abs().maxCoeff(), 1e-12);
+}
+
+TEST(BandSplit, PartsAddInSquaresAndMultiply) {
+  const Scene scene = scene_of(1, false, 1.5);
+  for (const double cut : {20.0, 45.0, 100.0}) {
+    const auto split = split_at(scene, cut);
+    const PsdMoments low = psd_moments(split->low()), all = psd_moments(scene.psd);
+    EXPECT_NEAR(std::hypot(low.rms_height(), split->rms_height()) / all.rms_height(), 1, 1e-12);
+    EXPECT_NEAR(std::hypot(low.rms_slope_per_axis(), split->rms_slope_per_axis()) / all.rms_slope_per_axis(),
+                1, 1e-12);
+    const GeometricHarveyShack low_rays(scene.mirror, scene.aperture, low.rms_slope_per_axis(),
+                                        Convention::kPhysical, low.rms_height());
+    EXPECT_NEAR(std::hypot(low_rays.scatter_rms(), split->scatter_rms()) / whole_of(scene)->scatter_rms(), 1,
+                1e-9);
+    // At f/8 the exponent varies by 2 % over the aperture: the product of means is the mean of products to
+    // second order in that.
+    const Eigen::ArrayXd x = Eigen::ArrayXd::LinSpaced(200, 0, 1.9 * kRadius);
+    const Eigen::ArrayXd product = split->whole_transfer(x), whole = whole_of(scene)->overlap_transfer(x);
+    EXPECT_LT((product - whole).abs().maxCoeff(), 2e-5);
+    EXPECT_GT((split->transfer(x) - whole).abs().maxCoeff(), 0.01);
+  }
+}
+
+TEST(BandSplit, MeanOfDrawsIsHarveyShack) { expect_exact_split(0, true, 1.0, 40, 48); }
+
+TEST(FullStatistics, MeanOfSplitDrawsIsHarveyShack) {
+  for (const int family : {0, 1, 2})
+    for (const bool annulus : {false, true})
+      for (const double cut : {20.0, 40.0, 80.0}) expect_exact_split(family, annulus, 1.0, cut, 200);
+}
+
+}  // namespace aberfit
