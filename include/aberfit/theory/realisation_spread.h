@@ -1,0 +1,101 @@
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "aberfit/roughness/psd.h"
+#include "aberfit/scene/aperture.h"
+#include "aberfit/scene/mirror.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
+
+namespace aberfit {
+
+/// A disc about the axis in the plane z = f + dz.
+struct FocalDisc {
+  double radius = 0;  ///< [m]
+  double dz = 0;      ///< [m]
+};
+
+/// A rough mirror whose realisations are to be compared with their mean.
+struct SpreadProblem {
+  const RadialPsd& psd;                ///< of the whole roughness
+  const Mirror& mirror;                ///< its departure from the parabola counts
+  const Aperture& aperture;            ///< any
+  double wavelength = 0;               ///< > 0 [m]
+  const GeneralisedHarveyShack& mean;  ///< of the same psd, mirror, aperture, wavelength and departure
+  /// Height [m] at x, y [m] on top of the mirror's own surface; may be empty.
+  std::function<double(double, double)> departure = {};
+};
+
+/// How much real mirrors differ from each other on account of the roughness above a frequency f_c, the cut:
+/// standard deviation of E(r), the share of the light within r, over mirrors that have the same surface below
+/// f_c and independent draws of the roughness above it, about their mean (PHYSICS 10). With k = 4 pi/lambda,
+///   var E(r) = int_{f > f_c} S |FT[dE/dh](f)|^2 d2f + (2/area) int_{f > f_c} (S dE/dS)^2 d2f,
+///   dE/dS(f) = k^2 [E(disc shifted by lambda (f_focal + dz) f) - E(disc)].
+/// First term: light that interferes with the mirror's own wave, linear in the heights; dE/dh at the mirror
+/// without roughness, its transfer function times the mean one of the whole roughness. Zero in the focus of a
+/// parabola behind an aperture that is symmetric about the axis. Second term: the periodogram of a draw
+/// differs from S. Where g_rest = k times the RMS height above f_c is above 1, the spread of speckles
+/// (Goodman, Speckle Phenomena in Optics, 2007, 3.3 and 6.1)
+///   var E(r) = (lambda f_focal)^2/area int_{disc} [I_h^2 + 2 I_c (I_h - I_h^-)] d2X
+/// counts where it is larger: I_c the mean irradiance that the roughness above f_c leaves unscattered, I_h
+/// what it scatters, I_h^- the transform of OTF_low exp(-g_rest^2) (1 - exp(-k^2 C_rest)).
+/// It grows on from nothing at g_rest = 1, so that the result is continuous in f_c.
+///
+/// Everything that costs is done at construction, for all cuts: milliseconds a plane, plus the mean spot
+/// there. Results are the same for any number of threads. Const use from many threads.
+class RealisationSpread {
+ public:
+  /// discs: radius > 0; planes as GeneralisedHarveyShack::at_plane, whose exceptions pass through. Throws
+  /// std::invalid_argument for a radius or a wavelength that is not above zero.
+  RealisationSpread(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, int threads = 1);
+  ~RealisationSpread();
+  RealisationSpread(RealisationSpread&&) noexcept;
+  RealisationSpread& operator=(RealisationSpread&&) noexcept;
+
+  /// Standard deviation of the light in each disc [1]. cut: [cycles/m]; below `lowest` that at `lowest`; 0
+  /// from `highest` on.
+  Eigen::ArrayXd light(double cut) const;
+  /// Standard deviation of the sample RMS height and RMS slope over the aperture relative to the RMS of the
+  /// whole roughness, from the frequencies above the cut: var(sigma^2) = (2/area) int S^2 d2f, and for slopes
+  /// (2 pi f)^2 S in place of S. 0 where the RMS of the whole is infinite.
+  double rms_height(double cut) const;
+  double rms_slope(double cut) const;
+
+  /// Where the band begins: f_min of the PSD, or 1/20 of a cycle across the aperture where it begins below,
+  /// since what is longer tilts the mirror and no more [cycles/m].
+  double lowest() const;
+  /// Where the band ends for light: f_max of the PSD, at most 1/wavelength [cycles/m].
+  double highest() const;
+  /// Cuts between which every spread is smooth, ascending from `lowest` to `highest` [cycles/m].
+  const std::vector<double>& edges() const;
+
+ private:
+  struct Tables;
+  std::unique_ptr<const Tables> tables_;
+};
+
+/// Largest standard deviations that are allowed; infinity for what nobody judges.
+struct SpreadLimits {
+  Eigen::ArrayXd light;                                         ///< one per disc, > 0 [1]
+  double rms_height = std::numeric_limits<double>::infinity();  ///< relative
+  double rms_slope = std::numeric_limits<double>::infinity();   ///< relative
+};
+
+/// The smallest cut that keeps the limits.
+struct SmallestCut {
+  double frequency = 0;     ///< [cycles/m]
+  bool whole_band = false;  ///< the limits hold with all of the roughness above the cut: no terms are needed
+  double share_of_limit = 0;  ///< the largest spread over its limit there; 1 unless `whole_band`
+  enum class Statistic { kLight, kRmsHeight, kRmsSlope } statistic = Statistic::kLight;  ///< which that is
+  int disc = -1;  ///< its index, of kLight; -1 otherwise
+};
+/// The smallest cut at and above which every spread is within its limit, solved to 1e-12 in the logarithm of
+/// the frequency, so that it is continuous in specification and limits. `whole_band` with the frequency at
+/// `lowest` where all limits hold there. Throws std::invalid_argument where the number of limits is not that
+/// of the discs or a limit is not above zero.
+SmallestCut smallest_cut(const RealisationSpread& spread, const SpreadLimits& limits);
+
+}  // namespace aberfit

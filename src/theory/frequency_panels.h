@@ -1,0 +1,54 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "aberfit/roughness/psd.h"
+
+namespace aberfit::internal {
+
+/// Nodes over a band of frequencies for integrals whose lower limit varies: Gauss-Legendre panels, so that an
+/// integral from any frequency to the top is that of polynomials through the nodes.
+class FrequencyPanels {
+ public:
+  static constexpr int kNodes = 4;
+  /// Panels between low and high, 0 < low < high [cycles/m], cut at the breakpoints of the PSD; each at most
+  /// the larger of `width` and 8 % of its frequency wide.
+  FrequencyPanels(const RadialPsd& psd, double low, double high, double width);
+
+  const std::vector<double>& edges() const { return edges_; }
+  const Eigen::ArrayXd& frequency() const { return frequency_; }  ///< nodes, ascending [cycles/m]
+  Eigen::Index panels() const { return Eigen::Index(edges_.size()) - 1; }
+  double width(Eigen::Index panel) const {
+    return edges_[std::size_t(panel) + 1] - edges_[std::size_t(panel)];
+  }
+  /// Gauss-Legendre weights of a panel's nodes over its width.
+  const Eigen::Array<double, kNodes, 1>& weights() const { return weights_; }
+
+  /// An integral's lower limit: its panel, and the weights of this panel's nodes for the rest of the panel
+  /// [cycles/m]. f in [low, high].
+  struct Place {
+    Eigen::Index panel = 0;
+    Eigen::Array<double, kNodes, 1> weight;
+  };
+  Place place(double f) const;
+
+ private:
+  std::vector<double> edges_;
+  Eigen::ArrayXd frequency_;
+  Eigen::Array<double, kNodes, 1> nodes_, weights_;  // on [-1, 1]; weights sum to 1
+};
+
+/// Integrals of several functions from any frequency to the top of the band.
+class TailIntegrals {
+ public:
+  /// integrand: nodes x functions.
+  TailIntegrals(const FrequencyPanels& panels, Eigen::ArrayXXd integrand);
+  /// From a place on to the top, one per function. Of integrands that are nowhere negative, clamped at 0.
+  Eigen::ArrayXd from(const FrequencyPanels::Place& place) const;
+
+ private:
+  Eigen::ArrayXXd integrand_;  // functions x nodes
+  Eigen::ArrayXXd above_;      // functions x edges: from each edge on
+};
+
+}  // namespace aberfit::internal

@@ -1,0 +1,277 @@
+#include "aberfit/theory/realisation_spread.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/tools/roots.hpp>
+#include <cmath>
+#include <exception>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+#include "aberfit/core/constants.h"
+#include "aberfit/core/parallel.h"
+#include "aberfit/roughness/psd_integrals.h"
+#include "aberfit/theory/scattering_band.h"
+#include "frequency_panels.h"
+#include "height_adjoint.h"
+#include "shifted_disc.h"
+#include "speckle_spread.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+constexpr double kLongest = 0.05;      // cycles across the aperture
+constexpr double kCore = 2;            // of lambda f/diameter: scale of the table of encircled energy
+constexpr double kPartOfFocus = 0.95;  // where tables of encircled energy end at most, of the focal length
+constexpr int kSpeckleCuts = 16;
+constexpr double kSpeckleFrom = 1, kSpeckleFully = 2;  // g_rest^2
+
+// Discs of one plane by their index.
+struct Plane {
+  double dz = 0;
+  std::vector<std::size_t> discs;
+};
+
+std::vector<Plane> planes_of(const std::vector<FocalDisc>& discs) {
+  std::map<double, std::size_t> known;
+  std::vector<Plane> planes;
+  for (std::size_t i = 0; i < discs.size(); ++i) {
+    const auto [place, is_new] = known.try_emplace(discs[i].dz, planes.size());
+    if (is_new) planes.push_back({discs[i].dz, {}});
+    planes[place->second].discs.push_back(i);
+  }
+  return planes;
+}
+
+// Phase per height [1/m]: in the mean square over the aperture, of obliquity 1/(1 + t^2).
+double wave_number(const SpreadProblem& problem) {
+  double square = 0;
+  for (const RadialNode& node : radial_quadrature(problem.aperture, 16)) {
+    const double t = problem.mean.is_paraxial() ? 0 : 0.5 * node.rho / problem.mirror.focal_length;
+    square += node.weight * std::pow(1 + t * t, -2);
+  }
+  return 4 * kPi / problem.wavelength * std::sqrt(square);
+}
+
+Eigen::ArrayXd psd_at(const RadialPsd& psd, const Eigen::ArrayXd& frequency) {
+  Eigen::ArrayXd result(frequency.size());
+  for (Eigen::Index i = 0; i < frequency.size(); ++i) result[i] = psd(frequency[i]);
+  return result;
+}
+
+double smooth_step(double t) {
+  t = std::clamp(t, 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& discs) {
+  if (!(problem.wavelength > 0)) throw std::invalid_argument("spread of realisations: no wavelength");
+  for (const FocalDisc& disc : discs)
+    if (!(disc.radius > 0))
+      throw std::invalid_argument(fmt::format("spread of realisations: a disc of radius {} m", disc.radius));
+  return scattering_band(problem.psd, problem.wavelength).psd;
+}
+
+}  // namespace
+
+struct RealisationSpread::Tables {
+  Tables(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, int threads);
+  void set_speckle(const SpreadProblem& problem, const std::vector<FocalDisc>& discs);
+  void evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, const Plane& plane,
+                const std::map<int, AdjointGrid>& grids, Eigen::ArrayXXd* integrand);
+  FrequencyPanels::Place place(double cut) const {
+    return panels.place(std::clamp(cut, panels.edges().front(), panels.edges().back()));
+  }
+
+  RadialPsd psd;
+  double phase_per_height, area, diameter;
+  FrequencyPanels panels;
+  Eigen::ArrayXd s;                       // S at the nodes
+  std::optional<TailIntegrals> of_psd;    // S d2f, S^2 d2f, ((2 pi f)^2 S)^2 d2f
+  std::optional<TailIntegrals> of_light;  // the integrands of var E(r), one per disc
+  std::optional<SpeckleSpread> speckle;   // where some cut has g_rest above 1
+  Eigen::ArrayXXd speckle_variance;       // discs x cuts
+  double height_variance, slope_variance;
+};
+
+RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
+                                  int threads)
+    : psd(checked(problem, discs)),
+      phase_per_height(wave_number(problem)),
+      area(aperture_area(problem.aperture)),
+      diameter(2 * aperture_radius(problem.aperture)),
+      panels(psd, std::max(psd.f_min(), std::min(kLongest / diameter, 0.5 * psd.f_max())),
+             std::min(psd.f_max(), 1 / problem.wavelength), 1 / diameter),
+      s(psd_at(psd, panels.frequency())),
+      height_variance(radial_moment(problem.psd, 0)),
+      slope_variance(kTwoPi * kTwoPi * radial_moment(problem.psd, 2)) {
+  const Eigen::ArrayXd& f = panels.frequency();
+  Eigen::ArrayXXd moments(f.size(), 3);
+  moments.col(0) = kTwoPi * f * s;
+  moments.col(1) = kTwoPi * f * s.square();
+  moments.col(2) = kTwoPi * f * ((kTwoPi * f).square() * s).square();
+  of_psd.emplace(panels, std::move(moments));
+  set_speckle(problem, discs);
+
+  const std::vector<Plane> planes = planes_of(discs);
+  std::map<int, AdjointGrid> grids;
+  for (const Plane& plane : planes) {
+    const int cells = AdjointGrid::cells_for(problem, plane.dz);
+    const auto [grid, is_new] = grids.try_emplace(cells, problem, cells);
+    if (is_new) grid->second.set_frequencies(f);
+  }
+  Eigen::ArrayXXd integrand(f.size(), Eigen::Index(discs.size()));
+  std::vector<std::exception_ptr> failures(planes.size());
+  parallel_for(planes.size(), threads, [&](std::size_t i) {
+    try {
+      evaluate(problem, discs, planes[i], grids, &integrand);
+    } catch (...) {
+      failures[i] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+  of_light.emplace(panels, std::move(integrand));
+}
+
+void RealisationSpread::Tables::set_speckle(const SpreadProblem& problem,
+                                            const std::vector<FocalDisc>& discs) {
+  const double low = panels.edges().front(), square = phase_per_height * phase_per_height;
+  const auto g2 = [&](double f) { return square * of_psd->from(place(f))[0]; };
+  if (!(g2(low) > kSpeckleFrom)) return;
+  double inside = low, outside = panels.edges().back();
+  for (int i = 0; i < 60; ++i) {
+    const double middle = std::sqrt(inside * outside);
+    (g2(middle) > kSpeckleFrom ? inside : outside) = middle;
+  }
+  std::vector<double> cuts;
+  for (int i = 0; i < kSpeckleCuts; ++i)
+    cuts.push_back(low * std::pow(inside / low, double(i) / (kSpeckleCuts - 1)));
+  SpeckleSpread::Scene scene{phase_per_height, problem.wavelength, diameter, area, 0};
+  for (const FocalDisc& disc : discs)
+    scene.cycles = std::max(scene.cycles, 2 * disc.radius * diameter /
+                                              (problem.wavelength * (problem.mirror.focal_length + disc.dz)));
+  speckle.emplace(psd, scene, std::move(cuts));
+  speckle_variance.resize(Eigen::Index(discs.size()), kSpeckleCuts);
+}
+
+// Writes to the columns of the plane's own discs alone.
+void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
+                                         const Plane& plane, const std::map<int, AdjointGrid>& grids,
+                                         Eigen::ArrayXXd* integrand) {
+  const double focal_length = problem.mirror.focal_length, distance = focal_length + plane.dz;
+  const double per_frequency = problem.wavelength * distance;  // shift of light
+  const Eigen::ArrayXd& f = panels.frequency();
+  double reach = per_frequency * f[f.size() - 1];
+  std::vector<double> radius;
+  for (const std::size_t i : plane.discs) radius.push_back(discs[i].radius);
+  reach = std::min(reach + *std::max_element(radius.begin(), radius.end()), kPartOfFocus * focal_length);
+  const MeanSpot spot = problem.mean.at_plane(plane.dz);
+  const ShiftedDisc shifted(spot, kCore * per_frequency / diameter, reach);
+  const AdjointGrid& grid = grids.at(AdjointGrid::cells_for(problem, plane.dz));
+  const HeightAdjoint adjoint(grid, plane.dz);
+  const double square = phase_per_height * phase_per_height;
+  for (const std::size_t i : plane.discs) {
+    const double inside = spot.encircled_energy(discs[i].radius);
+    Eigen::ArrayXd per_psd(f.size());
+    for (Eigen::Index k = 0; k < f.size(); ++k)
+      per_psd[k] = square * (shifted(discs[i].radius, per_frequency * f[k]) - inside);
+    auto column = integrand->col(Eigen::Index(i));
+    column = 2 / area * (s * per_psd).square();
+    if (!adjoint.is_flat()) column += s * adjoint.power(discs[i].radius);
+    column *= kTwoPi * f;
+  }
+  if (!speckle) return;
+  const Eigen::ArrayXXd variance =
+      speckle->variance(adjoint.transfer_function(), grid.pitch(), distance, radius);
+  for (std::size_t k = 0; k < plane.discs.size(); ++k)
+    speckle_variance.row(Eigen::Index(plane.discs[k])) = variance.row(Eigen::Index(k));
+}
+
+RealisationSpread::RealisationSpread(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
+                                     int threads)
+    : tables_(std::make_unique<const Tables>(problem, discs, threads)) {}
+RealisationSpread::~RealisationSpread() = default;
+RealisationSpread::RealisationSpread(RealisationSpread&&) noexcept = default;
+RealisationSpread& RealisationSpread::operator=(RealisationSpread&&) noexcept = default;
+
+double RealisationSpread::lowest() const { return edges().front(); }
+double RealisationSpread::highest() const { return edges().back(); }
+const std::vector<double>& RealisationSpread::edges() const { return tables_->panels.edges(); }
+
+Eigen::ArrayXd RealisationSpread::light(double cut) const {
+  const FrequencyPanels::Place place = tables_->place(cut);
+  Eigen::ArrayXd variance = tables_->of_light->from(place);
+  if (!tables_->speckle || !(cut < tables_->speckle->cuts().back())) return variance.sqrt();
+  const double g2 = tables_->phase_per_height * tables_->phase_per_height * tables_->of_psd->from(place)[0];
+  const double part = smooth_step((g2 - kSpeckleFrom) / (kSpeckleFully - kSpeckleFrom));
+  const std::vector<double>& cuts = tables_->speckle->cuts();
+  const double position = std::log(std::max(cut, cuts.front()) / cuts.front()) /
+                          std::log(cuts.back() / cuts.front()) * (kSpeckleCuts - 1);
+  const auto c = std::min<Eigen::Index>(Eigen::Index(position), kSpeckleCuts - 2);
+  const Eigen::ArrayXd speckles =
+      tables_->speckle_variance.col(c) +
+      (position - double(c)) * (tables_->speckle_variance.col(c + 1) - tables_->speckle_variance.col(c));
+  variance += part * (speckles - variance).max(0.0);
+  return variance.sqrt();
+}
+
+double RealisationSpread::rms_height(double cut) const {
+  const double variance = 2 / tables_->area * tables_->of_psd->from(tables_->place(cut))[1];
+  return 0.5 * std::sqrt(variance) / tables_->height_variance;
+}
+
+double RealisationSpread::rms_slope(double cut) const {
+  const double variance = 2 / tables_->area * tables_->of_psd->from(tables_->place(cut))[2];
+  return 0.5 * std::sqrt(variance) / tables_->slope_variance;
+}
+
+namespace {
+
+// Largest spread over its limit.
+SmallestCut judged(const RealisationSpread& spread, const SpreadLimits& limits, double cut) {
+  SmallestCut result;
+  result.frequency = cut;
+  const Eigen::ArrayXd light = spread.light(cut) / limits.light;
+  Eigen::Index worst = -1;
+  if (light.size() > 0) result.share_of_limit = light.maxCoeff(&worst);
+  result.disc = int(worst);
+  const auto compare = [&](double share, SmallestCut::Statistic statistic) {
+    if (!(share > result.share_of_limit)) return;
+    result.share_of_limit = share;
+    result.statistic = statistic;
+    result.disc = -1;
+  };
+  compare(spread.rms_height(cut) / limits.rms_height, SmallestCut::Statistic::kRmsHeight);
+  compare(spread.rms_slope(cut) / limits.rms_slope, SmallestCut::Statistic::kRmsSlope);
+  return result;
+}
+
+}  // namespace
+
+SmallestCut smallest_cut(const RealisationSpread& spread, const SpreadLimits& limits) {
+  if (limits.light.size() != spread.light(spread.highest()).size())
+    throw std::invalid_argument("smallest cut: not one limit per disc");
+  if (!((limits.light > 0).all() && limits.rms_height > 0 && limits.rms_slope > 0))
+    throw std::invalid_argument("smallest cut: a limit is not above zero");
+  const std::vector<double>& edges = spread.edges();
+  std::size_t below = edges.size() - 1;  // the first edge from above that breaks a limit
+  while (below > 0 && judged(spread, limits, edges[below - 1]).share_of_limit <= 1) --below;
+  if (below == 0) {
+    SmallestCut result = judged(spread, limits, edges.front());
+    result.whole_band = true;
+    return result;
+  }
+  const auto excess = [&](double u) { return judged(spread, limits, std::exp(u)).share_of_limit - 1; };
+  std::uintmax_t steps = 100;
+  const auto close = [](double a, double b) { return std::abs(a - b) <= 1e-12; };
+  const auto bracket = boost::math::tools::toms748_solve(excess, std::log(edges[below - 1]),
+                                                         std::log(edges[below]), close, steps);
+  return judged(spread, limits, std::exp(bracket.second));
+}
+
+}  // namespace aberfit
