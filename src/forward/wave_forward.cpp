@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/units.h"
 #include "aberfit/trace/nominal_surface.h"
 
@@ -176,7 +177,8 @@ double WaveForward::with_scatter(const Statistic& moment, double of_terms) const
   if (!path_.scatter) return of_terms;
   if (std::holds_alternative<RmsHeight>(moment)) return std::hypot(of_terms, path_.scatter->rms_height());
   if (std::holds_alternative<ScatterRms>(moment)) return std::hypot(of_terms, path_.scatter->scatter_rms());
-  return std::nan("");
+  // A Rayleigh mean of Gaussian slopes, which those of a surface of many terms nearly are.
+  return std::hypot(of_terms, 0.5 * std::sqrt(kPi) * path_.scatter->scatter_rms());
 }
 
 void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) const {
@@ -187,13 +189,10 @@ void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) con
   std::vector<std::string> without_pattern;
   const auto lacks = [&](std::size_t place) { return !std::isfinite(values[Eigen::Index(place)]); };
   for (std::size_t j = 0; j < split_.geometric.size(); ++j)
-    if (lacks(split_.geometric_place[j])) {
-      const bool mean = path_.scatter && std::holds_alternative<ScatterMean>(split_.geometric[j]);
-      warnings->push_back({"statistic-missing",
-                           statistic_name(split_.geometric[j]) +
-                               (mean ? " has no value where part of the roughness is a scatter function"
-                                     : " has no derivative where the surface does not move a ray")});
-    }
+    if (lacks(split_.geometric_place[j]))
+      warnings->push_back(
+          {"statistic-missing",
+           statistic_name(split_.geometric[j]) + " has no derivative where the surface does not move a ray"});
   for (std::size_t j = 0; j < split_.own.size(); ++j) {
     if (!lacks(split_.own_place[j])) continue;
     const std::string name = statistic_name(split_.own[j]);

@@ -195,6 +195,7 @@ FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
   result.radius = of.ground.radius;
   result.terms = plan.terms->terms;
   result.chosen = {plan.terms->asked, plan.pupil.rays};
+  result.shares = of.ground.shares;
   result.chosen.terms.band.rule = BandRule::kAll;
   if (of.ground.split) result.chosen.terms.band = {BandRule::kCut, of.ground.split->cut()};
   result.confidence = of.task.equivalence.confidence;

@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "aberfit/report/band_shares.h"
 #include "aberfit/report/frontier.h"
 #include "aberfit/scene/zernike.h"
 #include "json_number.h"
@@ -268,6 +269,7 @@ nlohmann::ordered_json scene_json(const FitOutcome& result) {
         {"measured", realisation->draws > 0 ? json_number(realisation->measured) : Json(nullptr)},
         {"draws", realisation->draws}};
   if (result.band) json["band"] = to_json(*result.band);
+  if (result.shares) json["split"] = to_json(*result.shares, result.surface);
   return json;
 }
 

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "aberfit/core/units.h"
+#include "aberfit/report/band_shares.h"
 #include "aberfit/report/frontier.h"
 #include "aberfit/report/result.h"
 #include "paragraph.h"
@@ -215,6 +216,7 @@ std::string fit_lines(const ResultDocument& result) {
   const bool cells = by_waves(result);
   if (result.ray_choice && (result.ray_choice->automatic || cells) && !result.ray_choice->reason.empty())
     out += paragraph(cells ? "Cells" : "Rays", result.ray_choice->reason);
+  if (result.shares) out += band_lines(*result.shares, result.surface);
   if (result.frontier) out += frontier_lines(*result.frontier, by_waves(result) ? "cells" : "rays");
   const EquivalentSurface& surface = result.surface;
   if (surface.rms_height > 0) {

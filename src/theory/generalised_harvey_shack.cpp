@@ -10,6 +10,7 @@
 #include <exception>
 #include <limits>
 #include <map>
+#include <mutex>
 #include <numbers>
 #include <optional>
 
@@ -31,8 +32,14 @@ namespace {
 using std::numbers::pi;
 
 constexpr double kNegligibleCore = 1e-16;
+constexpr std::size_t kMostPlanes = 100;
 
 }  // namespace
+
+struct GeneralisedHarveyShack::Planes {
+  std::mutex mutex;
+  std::map<double, MeanSpot> spots;
+};
 
 MeanSpot::Share MeanSpot::share(double v) const {
   const RadialTransform::Disc disc = transform_->disc(v);
@@ -95,7 +102,11 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror,
                                                const Aperture& aperture, double wavelength,
                                                const GhsOptions& options)
-    : psd_(psd), mirror_(mirror), aperture_(aperture), wavelength_(wavelength) {
+    : psd_(psd),
+      mirror_(mirror),
+      aperture_(aperture),
+      wavelength_(wavelength),
+      planes_(std::make_unique<Planes>()) {
   const PsdMoments moments = psd_moments(psd);
   rms_height_ = moments.rms_height();
   slope_ = moments.rms_slope_per_axis();
@@ -158,6 +169,17 @@ double GeneralisedHarveyShack::curvature(double dz) const {
 MeanSpot GeneralisedHarveyShack::at_plane(double dz) const {
   if (!(std::isfinite(dz) && mirror_.focal_length + dz > 0))
     throw ComputationError("the plane of the spot lies behind the mirror");
+  {
+    const std::lock_guard lock(planes_->mutex);
+    if (const auto known = planes_->spots.find(dz); known != planes_->spots.end()) return known->second;
+  }
+  const MeanSpot spot = make_plane(dz);
+  const std::lock_guard lock(planes_->mutex);
+  if (planes_->spots.size() < kMostPlanes) planes_->spots.emplace(dz, spot);
+  return spot;
+}
+
+MeanSpot GeneralisedHarveyShack::make_plane(double dz) const {
   MeanSpot spot;
   const double f = mirror_.focal_length, radius = aperture_radius(aperture_);
   spot.focal_length_ = f;

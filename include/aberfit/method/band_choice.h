@@ -3,6 +3,9 @@
 
 namespace aberfit {
 
+/// What mirrors that share the terms may differ by, one standard deviation, over the margin of the verdict.
+inline constexpr double kSpreadShareOfMargin = 1.0 / 3;
+
 /// What a task asks for, laid out: its physics, its targets, and where its roughness is split.
 struct Layout {
   Groundwork ground;

@@ -2,6 +2,7 @@
 #include <memory>
 #include <optional>
 
+#include "aberfit/method/frontier.h"
 #include "aberfit/method/physics_choice.h"
 #include "aberfit/method/task.h"
 #include "aberfit/theory/band_split.h"
@@ -16,6 +17,7 @@ struct Groundwork {
   std::optional<RadialPsd> psd;  ///< of the specification
   /// Where the roughness is split between terms and scatter; null: all of it is the terms'.
   std::shared_ptr<const BandSplit> split;
+  std::optional<BandShares> shares;    ///< of the split
   std::optional<RadialPsd> term_psd;   ///< what the terms stand for: `psd`, or its low part
   std::optional<RadialPsd> prior_psd;  ///< of the equivalent surface: heights halved in convention `paper`
   double prior_height_factor = 1;

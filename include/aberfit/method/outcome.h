@@ -98,6 +98,7 @@ struct FitOutcome {
   std::optional<Frontier> frontier;  ///< what the search for the fewest terms tried; absent: terms were given
   std::optional<RayChoice> ray_choice;
   std::optional<BandUse> band;      ///< absent without roughness
+  std::optional<BandShares> shares;  ///< absent where the roughness is not split
   std::optional<MapFitResult> map;  ///< least-squares fit of a measured map; statistics then have no target
   Verdict verdict = Verdict::kUndecided;   ///< that of `light` where it decides
   std::vector<EquivalenceMetric> metrics;  ///< on the model of the fit

@@ -96,7 +96,7 @@ class GeneralisedHarveyShack {
   /// symmetry. Beyond some 200 waves of defocus that the roughness lets through, the phase counts as
   /// parabolic and H as its mean over the aperture. Throws ComputationError where dz is not finite or f + dz
   /// is not above zero, as does all that asks for such a plane.
-  MeanSpot at_plane(double dz) const;
+  MeanSpot at_plane(double dz) const;  ///< remembers the first hundred planes
   double encircled_energy(double radius, double dz) const { return at_plane(dz).encircled_energy(radius); }
   double encircled_energy_radius(double fraction, double dz) const {
     return at_plane(dz).encircled_energy_radius(fraction);
@@ -152,6 +152,7 @@ class GeneralisedHarveyShack {
 
  private:
   Eigen::ArrayXd exponent(const Eigen::ArrayXd& x) const;
+  MeanSpot make_plane(double dz) const;
   double curvature(double dz) const;
   double cutoff() const;
   void set_exact(const GhsOptions& options);
@@ -166,6 +167,8 @@ class GeneralisedHarveyShack {
   double rms_height_ = 0, slope_ = 0, g_ = 0, core_ = 0, cut_share_ = 0;
   std::unique_ptr<const internal::ExactTransfer> exact_;  // null in the paraxial form, which has the next two
   std::unique_ptr<const internal::SurfaceTransfer> surface_transfer_;
+  struct Planes;
+  std::unique_ptr<Planes> planes_;
   std::shared_ptr<const internal::RadialTransform> scattered_;  // in the focus, without the core
 };
 
