@@ -19,6 +19,7 @@ namespace {
 
 // Of the light: what the cells at the edge of the independent code leave.
 constexpr double kOwnError = 5e-4;
+constexpr int kLargestGrid = 1536;  // 0.6 GB
 
 // Largest |E(r_p) - p| over its tolerance, of all encircled energies that were judged.
 double worst_by_independent_waves(const Study& study, const ResultDocument& result) {
@@ -29,11 +30,19 @@ double worst_by_independent_waves(const Study& study, const ResultDocument& resu
     for (const Target& target : *targets)
       if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic))
         planes[ee->dz].push_back({ee->fraction, target});
-  // Of the cells that the fit took, twice as many across and more.
-  const double fitted = std::sqrt(4 * double(result.rays) / EIGEN_PI);
-  const int cells = fitted > 200 ? 512 : 256;
+  // The field of view holds three times the largest radius.
+  double largest = 0;
+  for (const auto& [dz, wanted] : planes)
+    for (const auto& [fraction, target] : wanted) largest = std::max(largest, target.value);
+  const double airy = study.wavelength * study.mirror.focal_length / (2 * ground.radius);
+  const int cells = std::clamp(int(std::ceil(3 * largest / airy / 128)) * 128, 256, kLargestGrid);
   IndependentWaves waves(study.mirror.focal_length, study.aperture, study.wavelength, result.terms,
                          result.fit.coefficients, cells);
+  if (result.shares) {
+    const RadialPsd& psd = *ground.psd;
+    waves.scatter([&psd](double f) { return psd(f); }, std::max(result.shares->cut, psd.f_min()),
+                  psd.f_max());
+  }
   double worst = 0;
   for (const auto& [dz, wanted] : planes) {
     std::vector<double> radii;

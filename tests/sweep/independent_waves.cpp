@@ -63,6 +63,7 @@ IndependentWaves::IndependentWaves(double f, const Aperture& aperture, double wa
                                    const TermSet& terms, const Eigen::VectorXd& coefficients, int cells)
     : focal_length_(f), wavelength_(wavelength), samples_(kPadding * cells) {
   const double t_rim = aperture_radius(aperture) / (2 * f);
+  rim_ = t_rim;
   pitch_ = 2 * aperture_radius(aperture) / (1 + t_rim * t_rim) / cells;
   for (int row = 0; row < cells; ++row)
     for (int column = 0; column < cells; ++column) {
@@ -129,6 +130,70 @@ double IndependentWaves::on_circle(double r) const {
   return sum / angles;
 }
 
+void IndependentWaves::scatter(const std::function<double(double)>& psd, double f_min, double f_max) {
+  // C(0) - C(r) by the trapezoidal rule over log f, in steps that a Bessel function of the longest shear
+  // needs.
+  const double longest = 1.3 * samples_ / kPadding * pitch_ * (1 + rim_ * rim_);
+  constexpr int kPerCell = 8;
+  const int shears = int(1.5 * samples_ / kPadding) * kPerCell;
+  const double step = pitch_ / kPerCell, top = std::min(f_max, 40 / pitch_);
+  std::vector<double> exponent(std::size_t(shears), 0.0);
+  std::vector<double> f, weight;
+  for (double at = f_min; at < top;) {
+    const double next = std::min({top, at * 1.02, at + 0.1 / longest}), middle = 0.5 * (at + next);
+    f.push_back(middle);
+    weight.push_back(2 * kPi * middle * psd(middle) * (next - at));
+    at = next;
+  }
+  double beyond = 0;  // turns too often within a cell to be seen
+  for (double at = top; at < f_max;) {
+    const double next = std::min(f_max, at * 1.01), middle = 0.5 * (at + next);
+    beyond += 2 * kPi * middle * psd(middle) * (next - at);
+    at = next;
+  }
+  const double k2 = std::pow(4 * kPi / wavelength_, 2);
+  for (int i = 1; i < shears; ++i) {
+    double sum = beyond;
+    for (std::size_t j = 0; j < f.size(); ++j)
+      sum += weight[j] * (1 - std::cyl_bessel_j(0.0, 2 * kPi * f[j] * step * i));
+    exponent[std::size_t(i)] = k2 * sum;
+  }
+  const auto at = [&](double r) {
+    const double place = std::min(r / step, double(shears) - 1.001);
+    const auto i = std::size_t(place);
+    return exponent[i] + (place - double(i)) * (exponent[i + 1] - exponent[i]);
+  };
+  factor_.assign(std::size_t(shears), 0.0);
+  constexpr int kRings = 6, kDirections = 8;
+  for (int i = 0; i < shears; ++i) {
+    for (int ring = 0; ring < kRings; ++ring)
+      for (int direction = 0; direction < kDirections; ++direction) {
+        const double t2 = rim_ * rim_ * (ring + 0.5) / kRings, angle = kPi * (direction + 0.5) / kDirections;
+        const double across = 1 + t2, along = (1 + t2) * (1 + t2) / (1 - t2);
+        const double r = i * step * std::hypot(across * std::sin(angle), along * std::cos(angle));
+        factor_[std::size_t(i)] += std::exp(-at(r) / ((1 + t2) * (1 + t2))) / (kRings * kDirections);
+      }
+  }
+}
+
+// Pattern to transfer function, times the factor, and back.
+void IndependentWaves::apply_scatter() {
+  const std::size_t all = std::size_t(samples_) * std::size_t(samples_);
+  for (std::size_t k = 0; k < all; ++k) field_[k] = std::norm(field_[k]);
+  fftw_execute(static_cast<fftw_plan>(plan_));
+  const auto lag = [this](int k) { return double(k <= samples_ / 2 ? k : k - samples_); };
+  for (int row = 0; row < samples_; ++row)
+    for (int column = 0; column < samples_; ++column) {
+      const double place = 8 * std::hypot(lag(row), lag(column));
+      const auto i = std::min(std::size_t(place), factor_.size() - 2);
+      const double factor = factor_[i] + std::min(1.0, place - double(i)) * (factor_[i + 1] - factor_[i]);
+      field_[std::size_t(row) * std::size_t(samples_) + std::size_t(column)] *= factor;
+    }
+  fftw_execute(static_cast<fftw_plan>(plan_));
+  // Back to amplitudes, and to where they were: the second transform turns the plane about its middle.
+  for (std::size_t k = 0; k < all; ++k) field_[k] = std::sqrt(std::max(0.0, field_[k].real() / double(all)));
+}
+
 std::vector<double> IndependentWaves::shares(double dz, const std::vector<double>& radii) {
   std::fill_n(field_, std::size_t(samples_) * std::size_t(samples_), 0.0);
   const double defocus = 2 * kPi / wavelength_ * dz / (1 + dz / focal_length_);
@@ -136,6 +201,7 @@ std::vector<double> IndependentWaves::shares(double dz, const std::vector<double
     field_[std::size_t(cell.row) * std::size_t(samples_) + std::size_t(cell.column)] =
         std::polar(cell.amplitude, cell.phase + defocus * cell.versine);
   fftw_execute(static_cast<fftw_plan>(plan_));
+  if (!factor_.empty()) apply_scatter();
 
   // Radii in samples; planes further out have a larger image. The pattern, sampled twice as finely as it has
   // to be, is interpolated along circles, and the circles are summed by Gauss's rule between the radii.

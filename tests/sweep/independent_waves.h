@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <complex>
+#include <functional>
 #include <vector>
 
 #include "aberfit/scene/aperture.h"
@@ -22,6 +23,10 @@ class IndependentWaves {
   IndependentWaves(const IndependentWaves&) = delete;
   IndependentWaves& operator=(const IndependentWaves&) = delete;
 
+  /// Roughness on top of the terms, as its mean: S(f) [m^4] between two frequencies [cycles/m], Gaussian
+  /// heights, the exponent of its transfer function averaged over the aperture.
+  void scatter(const std::function<double(double)>& psd, double f_min, double f_max);
+
   /// Shares of all light that passes the aperture inside circles about the axis, in the plane z = f + dz.
   std::vector<double> shares(double dz, const std::vector<double>& radii);
 
@@ -32,10 +37,13 @@ class IndependentWaves {
   };
   double power(int column, int row) const;
   double on_circle(double r) const;
+  void apply_scatter();
 
   double focal_length_, wavelength_, pitch_, total_ = 0;
   int samples_;
   std::vector<Cell> cells_;
+  std::vector<double> factor_;  // on the transfer function, at shears of eighths of a cell; empty: 1
+  double rim_ = 0;              // t there
   std::complex<double>* field_;
   void* plan_;
 };
