@@ -1,0 +1,192 @@
+#include "aberfit/report/scatter_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+
+#include "aberfit/roughness/k_correlation.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kMuchMoreLight = 0.1;   // of the model's TIS over the function's, from which it is said
+constexpr double kNotOne = 1e-6;         // of the renormalisation, from which it is said
+constexpr double kInterpolation = 5e-4;  // of log S, between rows of a PSD
+constexpr double kBesideJump = 1e-9;
+constexpr double kBelowBreakpoints = 1e-3;
+constexpr int kMostHalvings = 30;
+constexpr double kSmallestPsd = 1e-290;  // [m^4], in place of nothing
+
+std::string band_text(double f_min, double f_max) {
+  return std::isinf(f_max) ? fmt::format("from {:.9g} /m on", f_min)
+                           : fmt::format("{:.9g} to {:.9g} /m", f_min, f_max);
+}
+
+std::string without_breaks(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < ' '; }, ' ');
+  return text;
+}
+
+std::string scene_lines(const ScatterExport& scatter) {
+  const ScatterTable& t = scatter.table;
+  std::string text = "# aberfit scatter function, version 1\n";
+  if (!scatter.title.empty()) text += fmt::format("# {}\n", without_breaks(scatter.title));
+  text += fmt::format(
+      "# wavelength_m = {:.9g}, normal incidence; roughness of {}\n"
+      "# rms_height_m = {:.9g}, rms_slope = {:.9g} rad per axis, g = 4 pi rms_height/wavelength = {:.9g}\n"
+      "# tis = 1 - exp(-g^2) = {:.9g}; the specular light, exp(-g^2), is in no column\n",
+      t.wavelength, band_text(t.f_min, t.f_max), t.rms_height, t.rms_slope, t.g, t.tis);
+  if (t.cut_share > 0)
+    text += fmt::format("# {:.3g} of the height variance lies above 1/wavelength and does not scatter\n",
+                        t.cut_share);
+  if (std::abs(t.renormalisation - 1) > kNotOne)
+    text += fmt::format(
+        "# All values are multiplied by {:.9g} for orders beyond 90 degrees, so that the integral is tis; "
+        "scalar theory holds while this is close to 1\n",
+        t.renormalisation);
+  return text;
+}
+
+std::string use_lines(const ScatterExport& scatter) {
+  std::string text =
+      "# asf_per_sr: scattered light per solid angle at theta from the specular direction; bsdf_per_sr = asf "
+      "/ "
+      "cos(theta), whose integral with cos(theta) over the hemisphere is tis; tis_within: share of all light "
+      "scattered to within theta. Reflectance 1: multiply by the mirror's.\n";
+  if (scatter.has_terms)
+    text +=
+        "# Use: the terms as the shape of the surface, this as the scatter of the same surface; together "
+        "they "
+        "are the mirror. The frequencies of the terms are not in this table. Attaching the scatter of the "
+        "whole "
+        "PSD to a surface that has the terms counts their energy twice.\n";
+  else
+    text +=
+        "# Use: as the scatter of the nominal surface. All of the roughness is in this table; no terms go "
+        "with "
+        "it.\n";
+  return text;
+}
+
+std::string abg_lines(const AbgFit& fit, double tis) {
+  std::string text = fmt::format(
+      "# ABg: BSDF = A / (B + |sin theta|^g), A = {:.9g} /sr, B = {:.9g}, g = {:.9g}; fitted from {:.6g} to "
+      "{:.6g} rad, off by at most {:.3g} % and {:.3g} % RMS there\n"
+      "# ABg: light between these angles {:.6g}, of the table {:.6g}; over the hemisphere the model "
+      "integrates "
+      "to {:.6g}, the table to {:.6g}\n",
+      fit.model.a, fit.model.b, fit.model.g, fit.theta_min, fit.theta_max, 100 * fit.largest_error,
+      100 * fit.rms_error, fit.model_in_range, fit.light_in_range, fit.tis, tis);
+  if (std::abs(fit.tis - tis) > kMuchMoreLight * tis)
+    text +=
+        "# ABg: the model goes on outside the range, where the roughness does not: limit its angles to the "
+        "range, or use the table.\n";
+  if (fit.at_least_b)
+    text +=
+        "# ABg: B rests on the least allowed value; a program that takes smaller ones can follow the table "
+        "more "
+        "closely.\n";
+  return text;
+}
+
+// Parameters in the conventions of other programs; a table has its own file.
+struct PsdLines {
+  double wavelength;
+
+  std::string operator()(const UniformPsd& m) const {
+    return fmt::format("# PSD: S2(f) = {:.9g} m^4 for {}\n", RadialPsd(m)(0.5 * (m.f_min + m.f_max)),
+                       band_text(m.f_min, m.f_max));
+  }
+  std::string operator()(const PowerLawPsd& m) const {
+    const double f = m.f_min > 0 ? m.f_min : m.f_max;
+    return fmt::format("# PSD: S2(f) = {:.9g} m^4 (f / (1 /m))^-{:.9g} for {}\n",
+                       m.amplitude ? *m.amplitude : RadialPsd(m)(f) * std::pow(f, m.exponent), m.exponent,
+                       band_text(m.f_min, m.f_max));
+  }
+  std::string operator()(const GaussianPsd& m) const {
+    return fmt::format("# PSD: S2(f) = pi l^2 sigma^2 exp(-(pi l f)^2), sigma = {:.9g} m, l = {:.9g} m\n",
+                       m.rms, m.correlation_length);
+  }
+  std::string operator()(const KCorrelationPsd& m) const {
+    const double f = std::max(m.f_min, std::min(1 / m.correlation, m.f_max));
+    const double a = RadialPsd(m)(f) * std::pow(1 + std::pow(m.correlation * f, 2), 0.5 * m.exponent);
+    const KCorrelationPsd whole = k_correlation_model({a, m.correlation, m.exponent}, 0, 1 / wavelength);
+    return fmt::format(
+        "# PSD: S2(f) = A / (1 + (B f)^2)^(C/2) for {}, A = {:.9g} um^4, B = {:.9g} um, C = {:.9g}; "
+        "two-sided, "
+        "two-dimensional, of heights of the surface\n"
+        "# PSD: of K-correlation models by sigma, B, s (s = C) from f = 0 to 1/wavelength, sigma = {:.9g} m; "
+        "a "
+        "program without a lowest frequency would scatter all of it, the band above has {:.9g} m\n",
+        band_text(m.f_min, m.f_max), a * 1e24, m.correlation * 1e6, m.exponent, whole.rms, m.rms);
+  }
+  std::string operator()(const TablePsd&) const { return "# PSD: a table, in the file of the PSD\n"; }
+  std::string operator()(const SumPsd& m) const {
+    std::string text;
+    for (const PsdModel& part : m.parts) text += std::visit(*this, part);
+    return text;
+  }
+};
+
+// Appends rows between two, the second included, until a chord in log f, log S is close to S.
+void append_rows(const std::function<double(double)>& psd, double f_low, double s_low, double f_high,
+                 double s_high, int halvings, std::string* text) {
+  const double f = std::sqrt(f_low * f_high), s = psd(f);
+  const double off = std::abs(std::log(s) - 0.5 * (std::log(s_low) + std::log(s_high)));
+  if (off > kInterpolation && halvings < kMostHalvings) {
+    append_rows(psd, f_low, s_low, f, s, halvings + 1, text);
+    append_rows(psd, f, s, f_high, s_high, halvings + 1, text);
+  } else {
+    fmt::format_to(std::back_inserter(*text), "{:.12g},{:.9g}\n", f_high, s_high);
+  }
+}
+
+}  // namespace
+
+std::string scatter_csv(const ScatterExport& scatter) {
+  const ScatterTable& t = scatter.table;
+  std::string text = scene_lines(scatter) + use_lines(scatter);
+  for (const AbgFit& fit : scatter.abg)
+    if (fit.found) text += abg_lines(fit, t.tis);
+  if (scatter.rest) text += std::visit(PsdLines{t.wavelength}, *scatter.rest);
+  text += "theta_rad,asf_per_sr,bsdf_per_sr,tis_within\n";
+  for (Eigen::Index i = 0; i < t.theta.size(); ++i)
+    fmt::format_to(std::back_inserter(text), "{:.12g},{:.9g},{:.9g},{:.12g}\n", t.theta[i], t.asf_per_sr[i],
+                   t.bsdf_per_sr[i], t.tis_within[i]);
+  return text;
+}
+
+std::string scatter_psd_csv(const PsdModel& rest, double wavelength) {
+  std::string text =
+      "# Two-sided, two-dimensional PSD of the surface that is scatter, S2(f) [m^4]; frequency in cycles/m; "
+      "log-log between rows\n"
+      "# For `\"model\": \"table\"`: \"kind\": \"2d-two-sided\", \"frequency_unit\": \"/m\", \"psd_unit\": "
+      "\"m^4\"\n"
+      "frequency_per_m,psd_2d_m4\n";
+  const RadialPsd psd(rest);
+  const double high = std::min(psd.f_max(), 1 / wavelength);
+  double low = psd.f_min();
+  if (!(low < high)) return text;  // nothing of it scatters
+  const auto& bends = psd.breakpoints();
+  if (low == 0) low = kBelowBreakpoints * std::min(high, bends.empty() ? high : bends.front());
+  std::vector<double> edges{low};
+  for (const double f : bends)
+    if (f > low * (1 + 4 * kBesideJump) && f < high * (1 - 4 * kBesideJump)) {
+      edges.push_back(f * (1 - kBesideJump));
+      edges.push_back(f * (1 + kBesideJump));
+    }
+  edges.push_back(high);
+  const auto value = [&](double f) { return std::max(psd(f), kSmallestPsd); };
+  fmt::format_to(std::back_inserter(text), "{:.12g},{:.9g}\n", low, value(low));
+  for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+    const double a = edges[i], b = edges[i + 1];
+    append_rows(value, a, value(a), b, value(b), b / a - 1 < 4 * kBesideJump ? kMostHalvings : 0, &text);
+  }
+  return text;
+}
+
+}  // namespace aberfit

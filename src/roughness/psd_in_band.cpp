@@ -1,0 +1,103 @@
+#include "aberfit/roughness/psd_in_band.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "aberfit/core/constants.h"
+#include "aberfit/roughness/psd_integrals.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kInterpolation = 1e-3;  // of S between the rows of a Gaussian
+constexpr double kWidestStep = 0.3;      // in log f
+
+// Keeps the name of the model; its S is not changed inside the band.
+template <class Model>
+PsdModel narrower(Model model, double f_min, double f_max) {
+  model.f_min = std::max(model.f_min, f_min);
+  model.f_max = std::min(model.f_max, f_max);
+  return model;
+}
+
+double rms_inside(const PsdModel& model, double f_min, double f_max) {
+  return std::sqrt(radial_moment(RadialPsd(model), 0, f_min, f_max));
+}
+
+// log S = -(pi l f)^2 bends in u = log f by 4 (pi l f)^2: a chord of width h misses h^2/8 of it.
+TablePsd gaussian_table(const GaussianPsd& model, double f_min, double f_max) {
+  const RadialPsd psd(model);
+  const double scale = kPi * model.correlation_length;
+  const double first = std::max(f_min, 1e-6 / scale);
+  const double last = std::min(f_max, std::sqrt(60.0) / scale);
+  TablePsd table;
+  if (!(first < last)) return table;
+  // The bend grows by at most exp(2 kWidestStep) within a step, for which half the allowance leaves room.
+  for (double f = first; f < last * (1 - 1e-9);) {
+    table.frequency.push_back(f);
+    f *= std::exp(std::min(kWidestStep, std::sqrt(8 * 0.5 * kInterpolation) / (2 * scale * f)));
+  }
+  table.frequency.push_back(last);
+  for (const double f : table.frequency) table.psd.push_back(psd(f));
+  return table;
+}
+
+TablePsd cut_table(const TablePsd& model, double f_min, double f_max) {
+  const RadialPsd psd(model);
+  const double low = std::max(f_min, model.frequency.front()), high = std::min(f_max, model.frequency.back());
+  TablePsd table;
+  if (!(low < high)) return table;
+  table.frequency.push_back(low);
+  for (const double f : model.frequency)
+    if (f > low && f < high) table.frequency.push_back(f);
+  table.frequency.push_back(high);
+  for (const double f : table.frequency) table.psd.push_back(psd(f));
+  return table;
+}
+
+struct Cutter {
+  double f_min, f_max;
+
+  std::optional<PsdModel> operator()(const UniformPsd& m) const { return of_rms(m); }
+  std::optional<PsdModel> operator()(const KCorrelationPsd& m) const { return of_rms(m); }
+  std::optional<PsdModel> operator()(const PowerLawPsd& m) const {
+    if (!(std::max(m.f_min, f_min) < std::min(m.f_max, f_max))) return std::nullopt;
+    if (m.amplitude) return narrower(m, f_min, f_max);
+    PowerLawPsd inside = m;
+    inside.rms = rms_inside(m, f_min, f_max);
+    return narrower(inside, f_min, f_max);
+  }
+  std::optional<PsdModel> operator()(const GaussianPsd& m) const {
+    if (f_min <= 0 && std::isinf(f_max)) return m;
+    const TablePsd table = gaussian_table(m, f_min, f_max);
+    return table.frequency.empty() ? std::nullopt : std::optional<PsdModel>(table);
+  }
+  std::optional<PsdModel> operator()(const TablePsd& m) const {
+    const TablePsd table = cut_table(m, f_min, f_max);
+    return table.frequency.empty() ? std::nullopt : std::optional<PsdModel>(table);
+  }
+  std::optional<PsdModel> operator()(const SumPsd& m) const {
+    SumPsd inside;
+    for (const PsdModel& part : m.parts)
+      if (const std::optional<PsdModel> cut = psd_in_band(part, f_min, f_max)) inside.parts.push_back(*cut);
+    if (inside.parts.empty()) return std::nullopt;
+    return inside.parts.size() == 1 ? inside.parts.front() : PsdModel(inside);
+  }
+
+ private:
+  template <class Model>
+  std::optional<PsdModel> of_rms(const Model& m) const {
+    if (!(std::max(m.f_min, f_min) < std::min(m.f_max, f_max))) return std::nullopt;
+    Model inside = m;
+    inside.rms = rms_inside(m, f_min, f_max);
+    return narrower(inside, f_min, f_max);
+  }
+};
+
+}  // namespace
+
+std::optional<PsdModel> psd_in_band(const PsdModel& model, double f_min, double f_max) {
+  return std::visit(Cutter{f_min, f_max}, model);
+}
+
+}  // namespace aberfit
