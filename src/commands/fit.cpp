@@ -2,6 +2,7 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/parallel.h"
+#include "aberfit/method/all_scatter.h"
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/conclude.h"
@@ -35,6 +36,7 @@ bool rays_fell_short(const FitCase& of, const FitOutcome& result) {
 }
 
 Attempt fit_as_asked(const FitCase& of) {
+  if (of.ground.split && !of.ground.split->has_low()) return judge_all_scatter(of);
   if (of.task.terms.automatic && of.ground.psd) return fit_fewest_terms(of);
   of.context.say("prior");
   const auto terms = std::make_shared<const TermPlan>(plan_terms(of.task, of.ground, of.task.terms));

@@ -5,6 +5,7 @@
 
 #include "aberfit/report/exports.h"
 #include "aberfit/report/plots.h"
+#include "aberfit/report/scatter_table.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/theory/ray_perturbation.h"
 
@@ -86,6 +87,13 @@ void write_fit(const Study& study, const Groundwork& ground, const RunOptions& o
   const std::string folder = options.output_directory + "/";
   write_file(folder + "coefficients.csv",
              coefficients_csv(result->terms, result->fit.coefficients, result->fit.coefficient_std));
+  if (result->scatter) {
+    const ScatterOfRest& scatter = *result->scatter;
+    write_file(folder + "scatter.csv", scatter_csv({study.title, scatter.table, scatter.abg, scatter.rest,
+                                                    result->terms.size() > 0}));
+    if (scatter.rest)
+      write_file(folder + "scatter_psd.csv", scatter_psd_csv(*scatter.rest, study.wavelength));
+  }
   write_exports(study, folder + "exports/", result);
   write_file(folder + "summary.txt", summary_table(*result, true));
   // Last, so that a result.json always has its companions beside it.

@@ -185,7 +185,8 @@ RayChoice ray_choice(const FitCase& of, const FitPlan& plan, const Attempt& atte
   return choice;
 }
 
-// What is known of a result before the solve.
+}  // namespace
+
 FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
   FitOutcome result;
   result.has_roughness = of.ground.psd.has_value();
@@ -203,6 +204,8 @@ FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
   result.warnings.insert(result.warnings.end(), of.targets.warnings.begin(), of.targets.warnings.end());
   return result;
 }
+
+namespace {
 
 FitProblem problem_of(const FitCase& of, const Workbench& bench, const CoefficientPrior& prior,
                       const SpectrumTarget& spectrum) {

@@ -9,6 +9,7 @@
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
 #include "aberfit/method/term_search.h"
+#include "aberfit/roughness/psd_in_band.h"
 
 namespace aberfit {
 namespace {
@@ -117,12 +118,34 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
                                  result->rays, result->terms.size())});
 }
 
+// B that OpticStudio takes is too large for the knee of a mirror metres across.
+constexpr double kPoorAbg = 0.1, kFreeB = 1e-30;
+
+void describe_scatter(const FitCase& of, FitOutcome* result) {
+  if (!of.ground.split || !of.ground.split->has_rest()) return;
+  of.context.say("scatter");
+  const RadialPsd& rest = of.ground.split->rest();
+  const ScatterFunction function(rest, of.task.wavelength);
+  ScatterOfRest& scatter = result->scatter.emplace();
+  scatter.table = scatter_table(function);
+  scatter.rest = psd_in_band(*of.task.psd, rest.f_min(), rest.f_max());
+  const AbgFit common = fit_abg(function);
+  if (!common.found) return;
+  scatter.abg.push_back(common);
+  if (!common.at_least_b || common.largest_error < kPoorAbg) return;
+  AbgOptions free;
+  free.least_b = kFreeB;
+  scatter.abg.push_back(fit_abg(function, free));
+}
+
 }  // namespace
 
 void conclude(const FitCase& of, Attempt* attempt) {
   FitOutcome& result = attempt->result;
   ask_light(of, &result);
   ask_perfect_mirror(of, &result);
+  describe_scatter(of, &result);
+  if (attempt->result.terms.size() == 0) return warn_of_result(of, attempt->fresh, &result);
   if (of.ground.psd) {
     of.context.say("realisations");
     result.realisation = realisation_of(of.task, of.ground, attempt->bench->focus(of.task),

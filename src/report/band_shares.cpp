@@ -22,15 +22,43 @@ constexpr const char* kBeware =
     "Not the whole PSD: a scatter model of all of it on a surface that has the terms counts their roughness "
     "twice.";
 
+constexpr const char* kUseWithoutTerms =
+    "Give a smooth surface the scatter function (scatter.csv) as its scatter model: that is this mirror.";
+
+nlohmann::ordered_json abg_json(const AbgFit& fit) {
+  return {{"a_per_sr", json_number(fit.model.a)},
+          {"b", json_number(fit.model.b)},
+          {"g", json_number(fit.model.g)},
+          {"theta_min_rad", json_number(fit.theta_min)},
+          {"theta_max_rad", json_number(fit.theta_max)},
+          {"largest_error", json_number(fit.largest_error)},
+          {"rms_error", json_number(fit.rms_error)},
+          {"tis", json_number(fit.tis)}};
+}
+
+std::string abg_words(const AbgFit& fit) {
+  return fmt::format(
+      "ABg: A {:.4g} /sr, B {:.4g}, g {:.4g}{}; from {} to {} within {:.2g} % (RMS {:.2g} %), "
+      "its own TIS {:.3g} %.",
+      fit.model.a, fit.model.b, fit.model.g, fit.at_least_b ? " (B as small as OpticStudio takes)" : "",
+      format_quantity(fit.theta_min, Dimension::kAngle), format_quantity(fit.theta_max, Dimension::kAngle),
+      100 * fit.largest_error, 100 * fit.rms_error, 100 * fit.tis);
+}
+
 }  // namespace
 
-nlohmann::ordered_json to_json(const BandShares& shares, const EquivalentSurface& surface) {
+nlohmann::ordered_json to_json(const BandShares& shares, const std::optional<ScatterOfRest>& of_rest,
+                               const EquivalentSurface& surface) {
   const auto part = [](double height, double slope) -> nlohmann::ordered_json {
     return {{"rms_height_m", json_number(height)}, {"rms_slope_per_axis", json_number(slope)}};
   };
   nlohmann::ordered_json scatter = part(shares.rest_rms, shares.rest_slope);
   scatter["scatter_rms_rad"] = json_number(shares.rest_scatter);
   scatter["tis"] = json_number(shares.tis);
+  if (of_rest) {
+    scatter["abg"] = nlohmann::ordered_json::array();
+    for (const AbgFit& fit : of_rest->abg) scatter["abg"].push_back(abg_json(fit));
+  }
   return {{"cut_per_m", json_number(shares.cut)},
           {"automatic", shares.automatic},
           {"specified_terms", part(shares.low_rms, shares.low_slope)},
@@ -45,13 +73,16 @@ nlohmann::ordered_json to_json(const BandShares& shares, const EquivalentSurface
           {"beware", kBeware}};
 }
 
-std::string band_lines(const BandShares& shares, const EquivalentSurface& surface) {
+std::string band_lines(const BandShares& shares, const std::optional<ScatterOfRest>& scatter,
+                       const EquivalentSurface& surface) {
   std::string text = paragraph("Band", shares.reason);
   const auto squares = [](double a, double b, Dimension dimension) {
     return fmt::format("{} and {}, together {}", format_quantity(a, dimension), format_quantity(b, dimension),
                        format_quantity(std::hypot(a, b), dimension));
   };
-  if (!(shares.cut > 0)) return text;
+  if (scatter)
+    for (const AbgFit& fit : scatter->abg) text += paragraph("", abg_words(fit));
+  if (!(shares.cut > 0)) return text + paragraph("", kUseWithoutTerms);
   text +=
       paragraph("", fmt::format("Terms and scatter: RMS height {}; RMS slope {} per axis.",
                                 squares(surface.rms_height, shares.rest_rms, Dimension::kLength),

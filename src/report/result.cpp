@@ -269,7 +269,7 @@ nlohmann::ordered_json scene_json(const FitOutcome& result) {
         {"measured", realisation->draws > 0 ? json_number(realisation->measured) : Json(nullptr)},
         {"draws", realisation->draws}};
   if (result.band) json["band"] = to_json(*result.band);
-  if (result.shares) json["split"] = to_json(*result.shares, result.surface);
+  if (result.shares) json["split"] = to_json(*result.shares, result.scatter, result.surface);
   return json;
 }
 

@@ -216,7 +216,7 @@ std::string fit_lines(const ResultDocument& result) {
   const bool cells = by_waves(result);
   if (result.ray_choice && (result.ray_choice->automatic || cells) && !result.ray_choice->reason.empty())
     out += paragraph(cells ? "Cells" : "Rays", result.ray_choice->reason);
-  if (result.shares) out += band_lines(*result.shares, result.surface);
+  if (result.shares) out += band_lines(*result.shares, result.scatter, result.surface);
   if (result.frontier) out += frontier_lines(*result.frontier, by_waves(result) ? "cells" : "rays");
   const EquivalentSurface& surface = result.surface;
   if (surface.rms_height > 0) {

@@ -47,6 +47,9 @@ struct Attempt {
   bool met = false;            ///< every tolerance
 };
 
+/// What is known of a result before the solve.
+FitOutcome outcome_of(const FitCase& of, const FitPlan& plan);
+
 /// Whether the solver got anywhere: a degenerate or failed try has no cost to compare.
 bool has_solution(const FitResult& fit);
 

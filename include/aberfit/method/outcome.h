@@ -10,8 +10,10 @@
 #include "aberfit/method/plan.h"
 #include "aberfit/method/tost.h"
 #include "aberfit/terms/term_set.h"
+#include "aberfit/theory/abg_fit.h"
 #include "aberfit/theory/model_choice.h"
 #include "aberfit/theory/regime.h"
+#include "aberfit/theory/scatter_function.h"
 
 namespace aberfit {
 
@@ -73,6 +75,13 @@ struct PerfectMirror {
   std::string statistic;  ///< whose
 };
 
+/// The part of a split roughness that no term carries, as other programs take it.
+struct ScatterOfRest {
+  ScatterTable table;
+  std::vector<AbgFit> abg;       ///< with B as OpticStudio takes it, and where that is poor, with a free one
+  std::optional<PsdModel> rest;  ///< its PSD
+};
+
 /// What came of a task: the fit, the surface, the verdict on it. Statistic vectors run parallel to `targets`.
 struct FitOutcome {
   ChosenByFit chosen;     ///< where the task left terms and rays open
@@ -97,8 +106,9 @@ struct FitOutcome {
   std::vector<SpectrumBin> spectrum;  ///< empty where no PSD bins were asked for
   std::optional<Frontier> frontier;  ///< what the search for the fewest terms tried; absent: terms were given
   std::optional<RayChoice> ray_choice;
-  std::optional<BandUse> band;      ///< absent without roughness
-  std::optional<BandShares> shares;  ///< absent where the roughness is not split
+  std::optional<BandUse> band;           ///< absent without roughness
+  std::optional<BandShares> shares;      ///< absent where the roughness is not split
+  std::optional<ScatterOfRest> scatter;  ///< likewise
   std::optional<MapFitResult> map;  ///< least-squares fit of a measured map; statistics then have no target
   Verdict verdict = Verdict::kUndecided;   ///< that of `light` where it decides
   std::vector<EquivalenceMetric> metrics;  ///< on the model of the fit

@@ -1,0 +1,18 @@
+#pragma once
+#include "aberfit/method/attempt.h"
+
+namespace aberfit {
+
+/// Draws behind a verdict without terms.
+inline constexpr int kScatterDraws = 16;
+/// Cycles across the aperture up to which such a draw is a surface; what is above, mirrors differ less in.
+inline constexpr double kDrawnCycles = 24;
+
+/// Where no frequency needs a term (the split at the bottom of the band): nothing is fitted, the surface is
+/// the mirror without roughness with all of it as scatter. Generalised Harvey-Shack would then be judged
+/// against itself; instead its targets are judged on the mean of kScatterDraws drawn mirrors of the whole
+/// PSD, with Student's t, each draw a surface of plane waves up to kDrawnCycles across and the rest as its
+/// mean.
+Attempt judge_all_scatter(const FitCase& of);
+
+}  // namespace aberfit
