@@ -1,5 +1,7 @@
 #include "aberfit/chart/check.h"
 
+#include <chrono>
+
 #include "aberfit/core/errors.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/pupil_choice.h"
@@ -31,6 +33,35 @@ std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& gr
   }
 }
 
+// What the fit would take if all of the roughness were terms.
+CheckedWholeBand whole_band(const Task& task, Groundwork ground, const TargetSets& targets,
+                            const FitRates& rates, int threads) {
+  ground.split.reset();
+  ground.prior_psd = ground.term_psd = ground.psd;
+  CheckedWholeBand whole;
+  double captured = 0;
+  const TermSet terms = make_terms(task, ground, task.terms, &captured);
+  try {
+    whole.seconds = predict_fit(task, ground, terms, targets, rates, threads).seconds;
+  } catch (const ComputationError&) {  // no grid
+  }
+  return whole;
+}
+
+constexpr double kLong = 60;  // s
+
+// The key that shortens a long fit.
+std::string remedy_of(const Task& task, const Groundwork& ground, const CheckReport& report) {
+  if (!report.prediction || report.prediction->seconds <= kLong) return "";
+  const bool waves = ground.use.model == FocusModel::kWaves;
+  if (waves && ground.mean_spot && !ground.split && task.terms.band.rule != BandRule::kAuto && ground.psd)
+    return "`\"terms\": {\"band\": \"auto\"}`: frequencies that need no term become scatter";
+  if (!task.terms.automatic) return "`terms`: fewer of them, or leave it out and they are chosen";
+  if (!waves && !task.trace.automatic_rays) return "`trace.rays`: fewer, or leave it out";
+  return "`equivalence.margin`: a larger one needs fewer terms and cells, and lets more of the band be "
+         "scatter";
+}
+
 void predict(const Task& task, const Groundwork& ground, const TermSet& terms, const TargetSets& targets,
              const FitRates& rates, CheckReport* report) {
   report->rates = rates.source;
@@ -44,7 +75,9 @@ void predict(const Task& task, const Groundwork& ground, const TermSet& terms, c
 }  // namespace
 
 CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
+  const auto begin = std::chrono::steady_clock::now();
   const auto [ground, targets] = lay_out(task, threads);
+  const std::chrono::duration<double> laying_out = std::chrono::steady_clock::now() - begin;
   double captured = 0;
   const TermSet terms = make_terms(task, ground, task.terms, &captured);
   CheckReport report;
@@ -70,7 +103,17 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
   report.rays = task.trace.automatic_rays ? first_rays(terms.size()) : task.trace.pupil.rays;
   report.starts = task.fit.starts;
   report.threads = threads;
+  report.shares = ground.shares;
   predict(task, ground, terms, targets, rates, &report);
+  if (report.prediction && ground.mean_spot) {
+    // Done just now: measured.
+    auto& [stage, seconds] = report.prediction->stages.front();
+    report.prediction->seconds += laying_out.count() - seconds;
+    stage = ground.split ? "targets and cut" : "targets";
+    seconds = laying_out.count();
+  }
+  if (ground.split) report.whole = whole_band(task, ground, targets, rates, threads);
+  report.remedy = remedy_of(task, ground, report);
   return report;
 }
 

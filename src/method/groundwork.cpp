@@ -120,9 +120,10 @@ Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSe
                         "Harvey-Shack target by tens of percent; use covariance `full`"});
   if (ground.psd && captured < kCapturedHeight - 5e-3)
     warnings.push_back(
-        {"truncated-terms", fmt::format("the terms can carry {:.1f} % of the height variance of the "
-                                        "specification; raise n_max",
-                                        100 * captured)});
+        {"truncated-terms",
+         fmt::format(
+             "the terms can carry {:.1f} % of the height variance of the specification{}; raise n_max",
+             100 * captured, ground.split ? " below the cut" : "")});
   if (const int overlap = radial_overlap(terms); overlap > 0)
     warnings.push_back(
         {"m0-overlap",

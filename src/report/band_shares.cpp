@@ -48,7 +48,7 @@ std::string abg_words(const AbgFit& fit) {
 }  // namespace
 
 nlohmann::ordered_json to_json(const BandShares& shares, const std::optional<ScatterOfRest>& of_rest,
-                               const EquivalentSurface& surface) {
+                               const std::optional<EquivalentSurface>& surface) {
   const auto part = [](double height, double slope) -> nlohmann::ordered_json {
     return {{"rms_height_m", json_number(height)}, {"rms_slope_per_axis", json_number(slope)}};
   };
@@ -59,18 +59,20 @@ nlohmann::ordered_json to_json(const BandShares& shares, const std::optional<Sca
     scatter["abg"] = nlohmann::ordered_json::array();
     for (const AbgFit& fit : of_rest->abg) scatter["abg"].push_back(abg_json(fit));
   }
-  return {{"cut_per_m", json_number(shares.cut)},
-          {"automatic", shares.automatic},
-          {"specified_terms", part(shares.low_rms, shares.low_slope)},
-          {"terms", part(surface.rms_height, surface.rms_slope_per_axis)},
-          {"scatter", std::move(scatter)},
-          {"sum", part(std::hypot(surface.rms_height, shares.rest_rms),
-                       std::hypot(surface.rms_slope_per_axis, shares.rest_slope))},
-          {"spread_in_tolerances", json_number(shares.spread)},
-          {"spread_of", shares.spread_of},
-          {"reason", shares.reason},
-          {"use", kUse},
-          {"beware", kBeware}};
+  nlohmann::ordered_json json = {{"cut_per_m", json_number(shares.cut)},
+                                 {"automatic", shares.automatic},
+                                 {"specified_terms", part(shares.low_rms, shares.low_slope)},
+                                 {"scatter", std::move(scatter)},
+                                 {"spread_in_tolerances", json_number(shares.spread)},
+                                 {"spread_of", shares.spread_of},
+                                 {"reason", shares.reason}};
+  if (!surface) return json;
+  json["terms"] = part(surface->rms_height, surface->rms_slope_per_axis);
+  json["sum"] = part(std::hypot(surface->rms_height, shares.rest_rms),
+                     std::hypot(surface->rms_slope_per_axis, shares.rest_slope));
+  json["use"] = shares.cut > 0 ? kUse : kUseWithoutTerms;
+  if (shares.cut > 0) json["beware"] = kBeware;
+  return json;
 }
 
 std::string band_lines(const BandShares& shares, const std::optional<ScatterOfRest>& scatter,

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "aberfit/report/band_shares.h"
 #include "json_number.h"
 #include "paper_table.h"
 #include "scene_facts_json.h"
@@ -76,6 +77,11 @@ Json to_json(const CheckReport& report, const Json& study) {
   json["target"] = targets_json(report);
   if (report.cells) json["cells_across"] = {{"fit", report.cells->fit}, {"verdict", report.cells->verdict}};
   json["terms"] = checked_terms_json(report.terms);
+  if (report.shares) json["split"] = to_json(*report.shares, std::nullopt, std::nullopt);
+  if (report.whole)
+    json["whole_band"] = {
+        {"predicted_seconds", report.whole->seconds ? Json(*report.whole->seconds) : Json(nullptr)}};
+  if (!report.remedy.empty()) json["remedy"] = report.remedy;
   json["predicted_seconds"] = report.prediction ? Json(report.prediction->seconds) : Json(nullptr);
   if (report.prediction) json["prediction"] = prediction_json(report);
   json["warnings"] = json_warnings(report.warnings);

@@ -106,6 +106,10 @@ std::string cost_rows(const CheckReport& report) {
                       plural(report.threads),
                       p.search ? "searches vary by a factor of three" : "within a factor of two to three"));
   rows += row("", "rates " + report.rates);
+  if (report.whole)
+    rows += row("  with `\"band\": \"all\"`",
+                report.whole->seconds ? rounded_text(*report.whole->seconds) : "no grid is fine enough");
+  if (!report.remedy.empty()) rows += row("  to bring it down", report.remedy);
   for (const auto& [stage, cost] : p.stages) {
     std::string text = cost_text(cost);
     if (stage == "iterations")
@@ -133,6 +137,7 @@ std::string summary_table(const CheckReport& report) {
   text += row("terms", report.terms.expected ? expected_terms(*report.terms.expected)
                                              : fmt::format("{} ({:.2f} % of the height variance)",
                                                            report.terms.count, 100 * report.terms.captured));
+  if (report.shares) text += row("band", report.shares->reason);
   text += row("statistics",
               fmt::format("{} fitted, {} guides, {} held out; targets: {}", report.statistics.fitted,
                           report.statistics.guides, report.statistics.held_out, report.theory));

@@ -29,6 +29,11 @@ struct CheckedCells {
   double fit = 0, verdict = 0;
 };
 
+/// The same fit with every frequency of the roughness as a term (`"band": "all"`).
+struct CheckedWholeBand {
+  std::optional<double> seconds;  ///< predicted; nothing where no grid is fine enough
+};
+
 /// The resolved numbers of a study's scene, the model it needs and why, and what a fit will take.
 struct CheckReport {
   std::string title;  ///< of the task, for people
@@ -44,6 +49,9 @@ struct CheckReport {
   bool automatic_rays = false;              ///< `rays` is the least that the fit will choose
   std::int64_t rays = 0;                    ///< nothing for waves, whose grid the light decides
   std::optional<CheckedCells> cells;        ///< of waves; absent where no grid is fine enough
+  std::optional<BandShares> shares;         ///< of a split roughness
+  std::optional<CheckedWholeBand> whole;    ///< what the split saves
+  std::string remedy;                       ///< what brings a prediction above a minute down; else empty
   std::optional<TheoryError> theory_error;  ///< of wave optics; absent without roughness or where it has none
   std::vector<Target> fitted, held_out;     ///< every statistic that the verdict is on
   int starts = 1;                           ///< of the fit

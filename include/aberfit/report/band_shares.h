@@ -8,9 +8,9 @@
 namespace aberfit {
 
 /// `split` of a result: where the band is cut, both parts and their sum (in squares), the spread that is
-/// left, and how to use the pair. SI units. surface: the fitted one.
+/// left, and how to use the pair. SI units. scatter, surface: of a fit.
 nlohmann::ordered_json to_json(const BandShares& shares, const std::optional<ScatterOfRest>& scatter,
-                               const EquivalentSurface& surface);
+                               const std::optional<EquivalentSurface>& surface);
 
 /// The same for people.
 std::string band_lines(const BandShares& shares, const std::optional<ScatterOfRest>& scatter,
