@@ -16,8 +16,8 @@
 #include "aberfit/theory/scattering_band.h"
 #include "frequency_panels.h"
 #include "height_adjoint.h"
+#include "scrambled_light.h"
 #include "shifted_disc.h"
-#include "speckle_spread.h"
 
 namespace aberfit {
 using namespace internal;
@@ -27,8 +27,7 @@ namespace {
 constexpr double kLongest = 0.05;      // cycles across the aperture
 constexpr double kCore = 2;            // of lambda f/diameter: scale of the table of encircled energy
 constexpr double kPartOfFocus = 0.95;  // where tables of encircled energy end at most, of the focal length
-constexpr int kSpeckleCuts = 16;
-constexpr double kSpeckleFrom = 1, kSpeckleFully = 2;  // g_rest^2
+constexpr double kSpecular = 0.1;      // g^2 up to which scattered light is not scattered again
 
 // Discs of one plane by their index.
 struct Plane {
@@ -63,11 +62,6 @@ Eigen::ArrayXd psd_at(const RadialPsd& psd, const Eigen::ArrayXd& frequency) {
   return result;
 }
 
-double smooth_step(double t) {
-  t = std::clamp(t, 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
-
 RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& discs) {
   if (!(problem.wavelength > 0)) throw std::invalid_argument("spread of realisations: no wavelength");
   for (const FocalDisc& disc : discs)
@@ -80,7 +74,7 @@ RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& di
 
 struct RealisationSpread::Tables {
   Tables(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, int threads);
-  void set_speckle(const SpreadProblem& problem, const std::vector<FocalDisc>& discs);
+  void set_scrambled(const SpreadProblem& problem, const std::vector<FocalDisc>& discs);
   void evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, const Plane& plane,
                 const std::map<int, AdjointGrid>& grids, Eigen::ArrayXXd* integrand);
   FrequencyPanels::Place place(double cut) const {
@@ -90,11 +84,10 @@ struct RealisationSpread::Tables {
   RadialPsd psd;
   double phase_per_height, area, diameter;
   FrequencyPanels panels;
-  Eigen::ArrayXd s;                       // S at the nodes
-  std::optional<TailIntegrals> of_psd;    // S d2f, S^2 d2f, ((2 pi f)^2 S)^2 d2f
-  std::optional<TailIntegrals> of_light;  // the integrands of var E(r), one per disc
-  std::optional<SpeckleSpread> speckle;   // where some cut has g_rest above 1
-  Eigen::ArrayXXd speckle_variance;       // discs x cuts
+  Eigen::ArrayXd s;                         // S at the nodes
+  std::optional<TailIntegrals> of_psd;      // S d2f, S^2 d2f, ((2 pi f)^2 S)^2 d2f
+  std::optional<TailIntegrals> of_light;    // the integrands of var E(r), one per disc
+  std::optional<ScrambledLight> scrambled;  // where light is scattered more than once
   double height_variance, slope_variance;
 };
 
@@ -115,7 +108,7 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
   moments.col(1) = kTwoPi * f * s.square();
   moments.col(2) = kTwoPi * f * ((kTwoPi * f).square() * s).square();
   of_psd.emplace(panels, std::move(moments));
-  set_speckle(problem, discs);
+  set_scrambled(problem, discs);
 
   const std::vector<Plane> planes = planes_of(discs);
   std::map<int, AdjointGrid> grids;
@@ -138,25 +131,15 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
   of_light.emplace(panels, std::move(integrand));
 }
 
-void RealisationSpread::Tables::set_speckle(const SpreadProblem& problem,
-                                            const std::vector<FocalDisc>& discs) {
-  const double low = panels.edges().front(), square = phase_per_height * phase_per_height;
-  const auto g2 = [&](double f) { return square * of_psd->from(place(f))[0]; };
-  if (!(g2(low) > kSpeckleFrom)) return;
-  double inside = low, outside = panels.edges().back();
-  for (int i = 0; i < 60; ++i) {
-    const double middle = std::sqrt(inside * outside);
-    (g2(middle) > kSpeckleFrom ? inside : outside) = middle;
-  }
-  std::vector<double> cuts;
-  for (int i = 0; i < kSpeckleCuts; ++i)
-    cuts.push_back(low * std::pow(inside / low, double(i) / (kSpeckleCuts - 1)));
-  SpeckleSpread::Scene scene{phase_per_height, problem.wavelength, diameter, area, 0};
+void RealisationSpread::Tables::set_scrambled(const SpreadProblem& problem,
+                                              const std::vector<FocalDisc>& discs) {
+  const double low = panels.edges().front(), high = panels.edges().back();
+  if (!(phase_per_height * phase_per_height * radial_moment(psd, 0, low, high) > kSpecular)) return;
+  ScrambledLight::Scene scene{phase_per_height, problem.wavelength, diameter, area, 0};
   for (const FocalDisc& disc : discs)
-    scene.cycles = std::max(scene.cycles, 2 * disc.radius * diameter /
-                                              (problem.wavelength * (problem.mirror.focal_length + disc.dz)));
-  speckle.emplace(psd, scene, std::move(cuts));
-  speckle_variance.resize(Eigen::Index(discs.size()), kSpeckleCuts);
+    scene.largest =
+        std::max(scene.largest, disc.radius / (problem.wavelength * (problem.mirror.focal_length + disc.dz)));
+  scrambled.emplace(psd, scene, low, high);
 }
 
 // Writes to the columns of the plane's own discs alone.
@@ -175,21 +158,19 @@ void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std
   const AdjointGrid& grid = grids.at(AdjointGrid::cells_for(problem, plane.dz));
   const HeightAdjoint adjoint(grid, plane.dz);
   const double square = phase_per_height * phase_per_height;
-  for (const std::size_t i : plane.discs) {
-    const double inside = spot.encircled_energy(discs[i].radius);
+  Eigen::ArrayXXd moved;
+  if (scrambled) moved = (*scrambled)(f, adjoint.transfer_function(), grid.pitch(), distance, radius);
+  for (std::size_t d = 0; d < radius.size(); ++d) {
+    const double inside = spot.encircled_energy(radius[d]);
     Eigen::ArrayXd per_psd(f.size());
     for (Eigen::Index k = 0; k < f.size(); ++k)
-      per_psd[k] = square * (shifted(discs[i].radius, per_frequency * f[k]) - inside);
-    auto column = integrand->col(Eigen::Index(i));
+      per_psd[k] = square * (shifted(radius[d], per_frequency * f[k]) - inside);
+    auto column = integrand->col(Eigen::Index(plane.discs[d]));
     column = 2 / area * (s * per_psd).square();
-    if (!adjoint.is_flat()) column += s * adjoint.power(discs[i].radius);
+    if (!adjoint.is_flat()) column += s * adjoint.power(radius[d]);
+    if (scrambled) column += s * moved.col(Eigen::Index(d));
     column *= kTwoPi * f;
   }
-  if (!speckle) return;
-  const Eigen::ArrayXXd variance =
-      speckle->variance(adjoint.transfer_function(), grid.pitch(), distance, radius);
-  for (std::size_t k = 0; k < plane.discs.size(); ++k)
-    speckle_variance.row(Eigen::Index(plane.discs[k])) = variance.row(Eigen::Index(k));
 }
 
 RealisationSpread::RealisationSpread(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
@@ -204,20 +185,7 @@ double RealisationSpread::highest() const { return edges().back(); }
 const std::vector<double>& RealisationSpread::edges() const { return tables_->panels.edges(); }
 
 Eigen::ArrayXd RealisationSpread::light(double cut) const {
-  const FrequencyPanels::Place place = tables_->place(cut);
-  Eigen::ArrayXd variance = tables_->of_light->from(place);
-  if (!tables_->speckle || !(cut < tables_->speckle->cuts().back())) return variance.sqrt();
-  const double g2 = tables_->phase_per_height * tables_->phase_per_height * tables_->of_psd->from(place)[0];
-  const double part = smooth_step((g2 - kSpeckleFrom) / (kSpeckleFully - kSpeckleFrom));
-  const std::vector<double>& cuts = tables_->speckle->cuts();
-  const double position = std::log(std::max(cut, cuts.front()) / cuts.front()) /
-                          std::log(cuts.back() / cuts.front()) * (kSpeckleCuts - 1);
-  const auto c = std::min<Eigen::Index>(Eigen::Index(position), kSpeckleCuts - 2);
-  const Eigen::ArrayXd speckles =
-      tables_->speckle_variance.col(c) +
-      (position - double(c)) * (tables_->speckle_variance.col(c + 1) - tables_->speckle_variance.col(c));
-  variance += part * (speckles - variance).max(0.0);
-  return variance.sqrt();
+  return tables_->of_light->from(tables_->place(cut)).sqrt();
 }
 
 double RealisationSpread::rms_height(double cut) const {
