@@ -12,7 +12,9 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/parallel.h"
+#include "aberfit/core/quadrature.h"
 #include "aberfit/roughness/psd_integrals.h"
+#include "aberfit/theory/aperture_otf.h"
 #include "aberfit/theory/scattering_band.h"
 #include "frequency_panels.h"
 #include "height_adjoint.h"
@@ -27,7 +29,8 @@ namespace {
 constexpr double kLongest = 0.05;      // cycles across the aperture
 constexpr double kCore = 2;            // of lambda f/diameter: scale of the table of encircled energy
 constexpr double kPartOfFocus = 0.95;  // where tables of encircled energy end at most, of the focal length
-constexpr double kSpecular = 0.1;      // g^2 up to which scattered light is not scattered again
+
+constexpr int kSharpnessNodes = 64;
 
 // Discs of one plane by their index.
 struct Plane {
@@ -60,6 +63,16 @@ Eigen::ArrayXd psd_at(const RadialPsd& psd, const Eigen::ArrayXd& frequency) {
   Eigen::ArrayXd result(frequency.size());
   for (Eigen::Index i = 0; i < frequency.size(); ++i) result[i] = psd(frequency[i]);
   return result;
+}
+
+// int |OTF|^2 d2x of the perfect aperture [m^2].
+double focal_sharpness(const Aperture& aperture) {
+  const ApertureOtf otf(aperture);
+  const Quadrature rule = gauss_legendre(kSharpnessNodes, 0, otf.cutoff());
+  double sum = 0;
+  for (int i = 0; i < kSharpnessNodes; ++i)
+    sum += rule.weights[i] * kTwoPi * rule.nodes[i] * std::pow(otf(rule.nodes[i]), 2);
+  return sum;
 }
 
 RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& discs) {
@@ -134,8 +147,8 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
 void RealisationSpread::Tables::set_scrambled(const SpreadProblem& problem,
                                               const std::vector<FocalDisc>& discs) {
   const double low = panels.edges().front(), high = panels.edges().back();
-  if (!(phase_per_height * phase_per_height * radial_moment(psd, 0, low, high) > kSpecular)) return;
-  ScrambledLight::Scene scene{phase_per_height, problem.wavelength, diameter, area, 0};
+  ScrambledLight::Scene scene{
+      phase_per_height, problem.wavelength, diameter, area, focal_sharpness(problem.aperture), 0};
   for (const FocalDisc& disc : discs)
     scene.largest =
         std::max(scene.largest, disc.radius / (problem.wavelength * (problem.mirror.focal_length + disc.dz)));

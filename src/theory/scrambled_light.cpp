@@ -1,6 +1,7 @@
 #include "scrambled_light.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "aberfit/core/constants.h"
@@ -32,15 +33,15 @@ ScrambledLight::ScrambledLight(const RadialPsd& psd, const Scene& scene, double 
   const Eigen::ArrayXd all = square * structure_function(psd, shear_);
   below_.resize(shear_.size(), kFrequencies);
   above_.resize(shear_.size(), kFrequencies);
-  core_.resize(kFrequencies);
+  core_.resize(kFrequencies), core_below_.resize(kFrequencies);
   for (int j = 0; j < kFrequencies; ++j) {
     const double f = frequency_[std::size_t(j)];
     const RadialPsd rest = psd.band(f, psd.f_max());
     const Eigen::ArrayXd exponent = square * structure_function(rest, shear_);
     core_[j] = std::exp(-square * radial_moment(rest, 0));
     above_.col(j) = (-exponent).exp() - core_[j];
-    const double below = std::exp(-square * radial_moment(psd, 0, low, f));
-    below_.col(j) = (exponent - all).min(0.0).exp() - below;
+    core_below_[j] = std::exp(-square * radial_moment(psd, 0, low, f));
+    below_.col(j) = (exponent - all).min(0.0).exp() - core_below_[j];
     moved_.push_back(moved(f));
   }
 }
@@ -95,23 +96,44 @@ std::vector<ScrambledLight::Moved> ScrambledLight::moved(double f) const {
   return result;
 }
 
-double ScrambledLight::density(std::size_t j, const Eigen::VectorXd& scattered,
-                               const Eigen::VectorXd& landing, double rim) const {
+double ScrambledLight::density(std::size_t j, const Eigen::VectorXd& unscattered,
+                               const Eigen::VectorXd& scattered, const Eigen::VectorXd& landing,
+                               double rim) const {
   const double core = core_[Eigen::Index(j)];
+  // Probability of light that f moves to a point, and what there is at it.
+  struct Moment {
+    double change, unscattered, scattered;
+  };
+  std::array<Moment, kRadii * kAngles> moments;
   const Moved* point = moved_[j].data();
-  double sum = 0;
+  double shift = 0;
   for (int i = 0; i < kRadii; ++i) {
     const double inside = landing[i] + (radius_[i] < rim ? core : 0);
     double mean = 0;
     for (int a = 0; a < kAngles; ++a, ++point) {
-      if (point->index < 0) continue;
-      const auto at = [&](const Eigen::VectorXd& values) {
-        return values[point->index] + point->part * (values[point->index + 1] - values[point->index]);
-      };
-      const double change = inside - at(landing) - (point->radius < rim ? core : 0);
-      mean += std::max(0.0, at(scattered)) * change * change;
+      Moment& moment = moments[std::size_t(i * kAngles + a)];
+      moment = {inside, 0, 0};
+      if (point->index >= 0) {
+        const auto at = [&](const Eigen::VectorXd& values) {
+          return values[point->index] + point->part * (values[point->index + 1] - values[point->index]);
+        };
+        moment = {inside - at(landing) - (point->radius < rim ? core : 0), at(unscattered), at(scattered)};
+      }
+      mean += moment.change;
     }
-    sum += ring_[i] * std::max(0.0, scattered[i]) * mean / kAngles;
+    shift += ring_[i] * (unscattered[i] + scattered[i]) * mean / kAngles;
+  }
+  shift = std::abs(shift);
+  double sum = 0;
+  for (int i = 0; i < kRadii; ++i) {
+    double of_unscattered = 0, of_scattered = 0;
+    for (int a = 0; a < kAngles; ++a) {
+      const Moment& moment = moments[std::size_t(i * kAngles + a)];
+      const double difference = std::abs(moment.change) - shift, square = difference * difference;
+      of_unscattered += 0.5 * moment.scattered * square;
+      of_scattered += (0.5 * moment.unscattered + moment.scattered) * square;
+    }
+    sum += ring_[i] * (unscattered[i] * of_unscattered + scattered[i] * of_scattered) / kAngles;
   }
   return scene_.wave_number * scene_.wave_number / scene_.area * sum;
 }
@@ -126,7 +148,11 @@ Eigen::ArrayXXd ScrambledLight::operator()(const Eigen::ArrayXd& frequency, cons
     smooth[i] =
         k + 1 < transfer.size() ? transfer[k] + (place - double(k)) * (transfer[k + 1] - transfer[k]) : 0;
   }
-  const Eigen::MatrixXd scattered = bessel_ * ((smooth * weight_).matrix().asDiagonal() * below_);
+  const double sharp = (smooth.square() * weight_).sum() / scene_.sharpness;
+  const Eigen::VectorXd perfect =
+      std::max(0.0, 1 - sharp) * (bessel_ * (smooth * weight_).matrix()).cwiseMax(0.0);
+  const Eigen::MatrixXd scattered =
+      (bessel_ * ((smooth * weight_).matrix().asDiagonal() * below_)).cwiseMax(0.0);
   Eigen::ArrayXXd result = Eigen::ArrayXXd::Zero(frequency.size(), Eigen::Index(radius.size()));
   Eigen::ArrayXd z(shear_.size()), j0(shear_.size()), j1(shear_.size());
   for (std::size_t d = 0; d < radius.size(); ++d) {
@@ -137,7 +163,8 @@ Eigen::ArrayXXd ScrambledLight::operator()(const Eigen::ArrayXd& frequency, cons
     const Eigen::MatrixXd landing = bessel_ * ((disc * weight_).matrix().asDiagonal() * above_);
     Eigen::ArrayXd known(kFrequencies);
     for (std::size_t j = 0; j < kFrequencies; ++j)
-      known[Eigen::Index(j)] = density(j, scattered.col(Eigen::Index(j)), landing.col(Eigen::Index(j)), rim);
+      known[Eigen::Index(j)] = density(j, core_below_[Eigen::Index(j)] * perfect,
+                                       scattered.col(Eigen::Index(j)), landing.col(Eigen::Index(j)), rim);
     const double first = std::log(frequency_[0]), step = std::log(frequency_[1]) - first;
     for (Eigen::Index i = 0; i < frequency.size(); ++i) {
       const double place = std::max(0.0, (std::log(frequency[i]) - first) / step);

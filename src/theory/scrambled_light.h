@@ -6,16 +6,21 @@
 
 namespace aberfit::internal {
 
-/// Spread of light that roughness of lower frequency has scattered already: speckle, which a frequency f
-/// moves by lambda F f across the edge of a disc, F = f_focal + dz. Frequencies made known one after the
-/// other, from the lowest on, are a martingale, so that their shares of var E(r) add; that of f is 2 pi f
-/// S(f) df times
-///   M(f) = (k^2/area) int J(q) J(q - f) (p(q) - p(q - f))^2 d2q,  q = X/(lambda F) [cycles/m],
-/// J the mean irradiance [per d2q] that the frequencies below f have scattered, p(q) the probability of light
-/// at q to be in the disc after those above f, k = 4 pi/lambda. The field counts as Gaussian with a
-/// correlation area of 1/area in q (fully developed speckle; Goodman, Speckle Phenomena in Optics,
-/// 2007, 6.1). Light that moves within the disc, or outside it, does not count, and what one loses the other
-/// gains.
+/// Spread by pairs of different frequencies: light that those below f have spread, the frequency f moves by
+/// lambda F f, F = f_focal + dz, across the edge of a disc. Frequencies made known one after the other, from
+/// the lowest on, are a martingale, so that their shares of var E(r) add; that of f is 2 pi f S(f) df times
+///   M(f) = (k^2/area) int [I(q) I(q - f) + I_c(q) I_h(q - f) + I_h(q) I_c(q - f) - I_c(q) I_c(q - f)]
+///          (|p(q) - p(q - f)| - |e|)^2 d2q,  q = X/(lambda F) [cycles/m], k = 4 pi/lambda,
+/// I = I_c + I_h the mean irradiance [per d2q] behind the frequencies below f, I_c what they leave
+/// unscattered and I_h what they scatter, p(q) the probability of light at q to be in the disc after those
+/// above f. Fields count as Gaussian with a correlation area of 1/area in q (fully developed speckle;
+/// Goodman, Speckle Phenomena in Optics, 2007, 6.1). Light that moves within the disc, or outside it, does
+/// not count, and what one loses the other gains. I_c counts as speckle as far as
+/// aberration spreads it: by the factor 1 - int |OTF|^2/int |OTF in focus|^2, OTF of the mirror without
+/// roughness, 0 for a perfect focus, which moves as a whole. I_c I_h counts twice since f and -f of a real
+/// surface scatter together; I_c I_c is no pair of frequencies, but the answer to one. e, the mean of p(q) -
+/// p(q - f) over I, is a shift of the whole spot: only a frequency with itself does that, which the
+/// periodogram's term holds.
 class ScrambledLight {
  public:
   struct Scene {
@@ -23,6 +28,7 @@ class ScrambledLight {
     double wavelength = 0;   ///< [m]
     double diameter = 0;     ///< of the aperture [m]
     double area = 0;         ///< [m^2]
+    double sharpness = 0;    ///< int |transfer function|^2 d2x of the perfect mirror in its focus [m^2]
     double largest = 0;      ///< radius of the largest disc over lambda F [cycles/m]
   };
   /// low, high: of the band [cycles/m].
@@ -41,8 +47,8 @@ class ScrambledLight {
   void set_shears(double reach);
   void set_radii(double reach);
   std::vector<Moved> moved(double f) const;
-  double density(std::size_t j, const Eigen::VectorXd& scattered, const Eigen::VectorXd& landing,
-                 double rim) const;
+  double density(std::size_t j, const Eigen::VectorXd& unscattered, const Eigen::VectorXd& scattered,
+                 const Eigen::VectorXd& landing, double rim) const;
 
   Scene scene_;
   std::vector<double> frequency_;  // where M is computed, ascending
@@ -50,8 +56,8 @@ class ScrambledLight {
   Eigen::ArrayXd radius_, ring_;   // grid over |q| and weight of int d2q
   Eigen::MatrixXd bessel_;         // J0(2 pi q x): radii x shears
   Eigen::MatrixXd below_,
-      above_;            // transfer functions without core of the frequencies below and above: shears x f
-  Eigen::ArrayXd core_;  // exp(-g^2) of the frequencies above
+      above_;  // transfer functions without core of the frequencies below and above: shears x f
+  Eigen::ArrayXd core_below_, core_;  // exp(-g^2) of the frequencies below and above
   std::vector<std::vector<Moved>> moved_;
 };
 
