@@ -171,7 +171,8 @@ void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std
   const AdjointGrid& grid = grids.at(AdjointGrid::cells_for(problem, plane.dz));
   const HeightAdjoint adjoint(grid, plane.dz);
   const double square = phase_per_height * phase_per_height;
-  Eigen::ArrayXXd moved;
+  Eigen::ArrayXXd moved, answered;
+  if (!adjoint.is_flat()) answered = adjoint.power(radius);
   if (scrambled) moved = (*scrambled)(f, adjoint.transfer_function(), grid.pitch(), distance, radius);
   for (std::size_t d = 0; d < radius.size(); ++d) {
     const double inside = spot.encircled_energy(radius[d]);
@@ -180,7 +181,7 @@ void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std
       per_psd[k] = square * (shifted(radius[d], per_frequency * f[k]) - inside);
     auto column = integrand->col(Eigen::Index(plane.discs[d]));
     column = 2 / area * (s * per_psd).square();
-    if (!adjoint.is_flat()) column += s * adjoint.power(radius[d]);
+    if (!adjoint.is_flat()) column += s * answered.col(Eigen::Index(d));
     if (scrambled) column += s * moved.col(Eigen::Index(d));
     column *= kTwoPi * f;
   }
