@@ -16,6 +16,7 @@ constexpr int kFrequencies = 24;
 constexpr int kNodesPerPanel = 12, kFewestPanels = 12, kHalvings = 8;
 constexpr double kCyclesPerPanel = 3, kMostCycles = 400;
 constexpr int kRadii = 72, kAngles = 16;
+constexpr double kHalf = 0.5;                 // of I_c I_h
 constexpr double kReach = 2.5, kBeyond = 10;  // radii of the largest disc, cycles across the aperture
 
 }  // namespace
@@ -130,8 +131,8 @@ double ScrambledLight::density(std::size_t j, const Eigen::VectorXd& unscattered
     for (int a = 0; a < kAngles; ++a) {
       const Moment& moment = moments[std::size_t(i * kAngles + a)];
       const double difference = std::abs(moment.change) - shift, square = difference * difference;
-      of_unscattered += 0.5 * moment.scattered * square;
-      of_scattered += (0.5 * moment.unscattered + moment.scattered) * square;
+      of_unscattered += kHalf * moment.scattered * square;
+      of_scattered += (kHalf * moment.unscattered + moment.scattered) * square;
     }
     sum += ring_[i] * (unscattered[i] * of_unscattered + scattered[i] * of_scattered) / kAngles;
   }

@@ -9,18 +9,22 @@ namespace aberfit::internal {
 /// Spread by pairs of different frequencies: light that those below f have spread, the frequency f moves by
 /// lambda F f, F = f_focal + dz, across the edge of a disc. Frequencies made known one after the other, from
 /// the lowest on, are a martingale, so that their shares of var E(r) add; that of f is 2 pi f S(f) df times
-///   M(f) = (k^2/area) int [I(q) I(q - f) + I_c(q) I_h(q - f) + I_h(q) I_c(q - f) - I_c(q) I_c(q - f)]
-///          (|p(q) - p(q - f)| - |e|)^2 d2q,  q = X/(lambda F) [cycles/m], k = 4 pi/lambda,
-/// I = I_c + I_h the mean irradiance [per d2q] behind the frequencies below f, I_c what they leave
-/// unscattered and I_h what they scatter, p(q) the probability of light at q to be in the disc after those
-/// above f. Fields count as Gaussian with a correlation area of 1/area in q (fully developed speckle;
-/// Goodman, Speckle Phenomena in Optics, 2007, 6.1). Light that moves within the disc, or outside it, does
-/// not count, and what one loses the other gains. I_c counts as speckle as far as
-/// aberration spreads it: by the factor 1 - int |OTF|^2/int |OTF in focus|^2, OTF of the mirror without
-/// roughness, 0 for a perfect focus, which moves as a whole. I_c I_h counts twice since f and -f of a real
-/// surface scatter together; I_c I_c is no pair of frequencies, but the answer to one. e, the mean of p(q) -
-/// p(q - f) over I, is a shift of the whole spot: only a frequency with itself does that, which the
-/// periodogram's term holds.
+///   M(f) = (k^2/area) int [I_h I_h' + (I_c I_h' + I_h I_c')/2] (|p - p'| - |e|)^2 d2q,  k = 4 pi/lambda,
+/// at q = X/(lambda F) [cycles/m], primed at q - f: I_c the mean irradiance [per d2q] that the frequencies
+/// below f leave unscattered, I_h what they scatter, p(q) the probability of light at q to be in the disc
+/// after those above f. Fields count as Gaussian with a correlation area of 1/area in q (fully developed
+/// speckle; Goodman, Speckle Phenomena in Optics, 2007, 6.1). Light that moves within the disc, or outside
+/// it, does not count, and what one loses the other gains.
+///
+/// e, the mean of p - p' over I_c + I_h, is a shift of the whole spot: only a frequency with itself does
+/// that, and the periodogram's term of RealisationSpread holds it. I_c counts as far as aberration spreads
+/// it: by the factor 1 - int |OTF|^2/int |OTF in focus|^2, OTF of the mirror without roughness; a perfect
+/// focus moves as a whole. The half is measured: of the spreads described at RealisationSpread it puts 98.2 %
+/// within a factor 1.5 of the draws, 1 in its place 97.9 %, 2 95.9 %. I_c I_c' is no pair of frequencies, but
+/// the answer to one, linear in the heights.
+///
+/// Light farther from the axis than 400 cycles across the aperture, or 2.5 radii of the largest disc, is left
+/// out.
 class ScrambledLight {
  public:
   struct Scene {
