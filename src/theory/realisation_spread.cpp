@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/roughness/psd_integrals.h"
@@ -75,11 +76,24 @@ double focal_sharpness(const Aperture& aperture) {
   return sum;
 }
 
+// Radius of the largest disc over lambda F [cycles/m].
+double largest(const SpreadProblem& problem, const std::vector<FocalDisc>& discs) {
+  double result = 0;
+  for (const FocalDisc& disc : discs)
+    result = std::max(result, disc.radius / (problem.wavelength * (problem.mirror.focal_length + disc.dz)));
+  return result;
+}
+
 RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& discs) {
   if (!(problem.wavelength > 0)) throw std::invalid_argument("spread of realisations: no wavelength");
   for (const FocalDisc& disc : discs)
     if (!(disc.radius > 0))
       throw std::invalid_argument(fmt::format("spread of realisations: a disc of radius {} m", disc.radius));
+  for (const FocalDisc& disc : discs)
+    if (!(std::isfinite(disc.dz) && problem.mirror.focal_length + disc.dz > 0))
+      throw ComputationError(fmt::format("there is no plane {} m from the focus", disc.dz));
+  if (!(problem.psd.f_min() * problem.wavelength < 1))
+    throw ComputationError("no frequency of this roughness scatters light: all are above 1/wavelength");
   return scattering_band(problem.psd, problem.wavelength).psd;
 }
 
@@ -87,7 +101,6 @@ RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& di
 
 struct RealisationSpread::Tables {
   Tables(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, int threads);
-  void set_scrambled(const SpreadProblem& problem, const std::vector<FocalDisc>& discs);
   void evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, const Plane& plane,
                 const std::map<int, AdjointGrid>& grids, Eigen::ArrayXXd* integrand);
   FrequencyPanels::Place place(double cut) const {
@@ -97,10 +110,10 @@ struct RealisationSpread::Tables {
   RadialPsd psd;
   double phase_per_height, area, diameter;
   FrequencyPanels panels;
-  Eigen::ArrayXd s;                         // S at the nodes
-  std::optional<TailIntegrals> of_psd;      // S d2f, S^2 d2f, ((2 pi f)^2 S)^2 d2f
-  std::optional<TailIntegrals> of_light;    // the integrands of var E(r), one per disc
-  std::optional<ScrambledLight> scrambled;  // where light is scattered more than once
+  Eigen::ArrayXd s;                       // S at the nodes
+  std::optional<TailIntegrals> of_psd;    // S^2 d2f, ((2 pi f)^2 S)^2 d2f
+  std::optional<TailIntegrals> of_light;  // the integrands of var E(r), one per disc
+  ScrambledLight scrambled;
   double height_variance, slope_variance;
 };
 
@@ -113,15 +126,17 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
       panels(psd, std::max(psd.f_min(), std::min(kLongest / diameter, 0.5 * psd.f_max())),
              std::min(psd.f_max(), 1 / problem.wavelength), 1 / diameter),
       s(psd_at(psd, panels.frequency())),
+      scrambled(psd,
+                {phase_per_height, problem.wavelength, diameter, area, focal_sharpness(problem.aperture),
+                 largest(problem, discs)},
+                panels.edges().front(), panels.edges().back()),
       height_variance(radial_moment(problem.psd, 0)),
       slope_variance(kTwoPi * kTwoPi * radial_moment(problem.psd, 2)) {
   const Eigen::ArrayXd& f = panels.frequency();
-  Eigen::ArrayXXd moments(f.size(), 3);
-  moments.col(0) = kTwoPi * f * s;
-  moments.col(1) = kTwoPi * f * s.square();
-  moments.col(2) = kTwoPi * f * ((kTwoPi * f).square() * s).square();
+  Eigen::ArrayXXd moments(f.size(), 2);
+  moments.col(0) = kTwoPi * f * s.square();
+  moments.col(1) = kTwoPi * f * ((kTwoPi * f).square() * s).square();
   of_psd.emplace(panels, std::move(moments));
-  set_scrambled(problem, discs);
 
   const std::vector<Plane> planes = planes_of(discs);
   std::map<int, AdjointGrid> grids;
@@ -144,17 +159,6 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
   of_light.emplace(panels, std::move(integrand));
 }
 
-void RealisationSpread::Tables::set_scrambled(const SpreadProblem& problem,
-                                              const std::vector<FocalDisc>& discs) {
-  const double low = panels.edges().front(), high = panels.edges().back();
-  ScrambledLight::Scene scene{
-      phase_per_height, problem.wavelength, diameter, area, focal_sharpness(problem.aperture), 0};
-  for (const FocalDisc& disc : discs)
-    scene.largest =
-        std::max(scene.largest, disc.radius / (problem.wavelength * (problem.mirror.focal_length + disc.dz)));
-  scrambled.emplace(psd, scene, low, high);
-}
-
 // Writes to the columns of the plane's own discs alone.
 void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
                                          const Plane& plane, const std::map<int, AdjointGrid>& grids,
@@ -171,18 +175,17 @@ void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std
   const AdjointGrid& grid = grids.at(AdjointGrid::cells_for(problem, plane.dz));
   const HeightAdjoint adjoint(grid, plane.dz);
   const double square = phase_per_height * phase_per_height;
-  Eigen::ArrayXXd moved, answered;
+  const Eigen::ArrayXXd moved = scrambled(f, adjoint.transfer_function(), grid.pitch(), distance, radius);
+  Eigen::ArrayXXd answered;
   if (!adjoint.is_flat()) answered = adjoint.power(radius);
-  if (scrambled) moved = (*scrambled)(f, adjoint.transfer_function(), grid.pitch(), distance, radius);
   for (std::size_t d = 0; d < radius.size(); ++d) {
     const double inside = spot.encircled_energy(radius[d]);
     Eigen::ArrayXd per_psd(f.size());
     for (Eigen::Index k = 0; k < f.size(); ++k)
       per_psd[k] = square * (shifted(radius[d], per_frequency * f[k]) - inside);
     auto column = integrand->col(Eigen::Index(plane.discs[d]));
-    column = 2 / area * (s * per_psd).square();
+    column = 2 / area * (s * per_psd).square() + s * moved.col(Eigen::Index(d));
     if (!adjoint.is_flat()) column += s * answered.col(Eigen::Index(d));
-    if (scrambled) column += s * moved.col(Eigen::Index(d));
     column *= kTwoPi * f;
   }
 }
@@ -203,12 +206,12 @@ Eigen::ArrayXd RealisationSpread::light(double cut) const {
 }
 
 double RealisationSpread::rms_height(double cut) const {
-  const double variance = 2 / tables_->area * tables_->of_psd->from(tables_->place(cut))[1];
+  const double variance = 2 / tables_->area * tables_->of_psd->from(tables_->place(cut))[0];
   return 0.5 * std::sqrt(variance) / tables_->height_variance;
 }
 
 double RealisationSpread::rms_slope(double cut) const {
-  const double variance = 2 / tables_->area * tables_->of_psd->from(tables_->place(cut))[2];
+  const double variance = 2 / tables_->area * tables_->of_psd->from(tables_->place(cut))[1];
   return 0.5 * std::sqrt(variance) / tables_->slope_variance;
 }
 

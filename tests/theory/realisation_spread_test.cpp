@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "aberfit/core/errors.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "drawn_mirrors.h"
 
@@ -324,6 +325,8 @@ TEST(RealisationSpread, RefusesWhatItCannotUse) {
   const GeneralisedHarveyShack mean(psd, kParabola, aperture, kLambda);
   const SpreadProblem problem{psd, kParabola, aperture, kLambda, mean};
   EXPECT_THROW(RealisationSpread(problem, {{0, 0}}), std::invalid_argument);
+  EXPECT_THROW(RealisationSpread(problem, {{1e-5, -kFocal}}), ComputationError);
+  EXPECT_THROW(RealisationSpread(problem, {{1e-5, std::nan("")}}), ComputationError);
   const RealisationSpread spread(problem, {{1e-5, 0}});
   SpreadLimits limits;
   EXPECT_THROW(smallest_cut(spread, limits), std::invalid_argument);
