@@ -8,7 +8,7 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kWidestPart = 0.08;  // of the frequency
+constexpr double kWidestPart = 0.05;  // of the frequency
 constexpr double kSameEdge = 0.02;    // of the frequency: breakpoints of a fine table that share a panel
 
 }  // namespace

@@ -12,7 +12,7 @@ class FrequencyPanels {
  public:
   static constexpr int kNodes = 4;
   /// Panels between low and high, 0 < low < high [cycles/m], cut at the breakpoints of the PSD; each at most
-  /// the larger of `width` and 8 % of its frequency wide.
+  /// the larger of `width` and 5 % of its frequency wide.
   FrequencyPanels(const RadialPsd& psd, double low, double high, double width);
 
   const std::vector<double>& edges() const { return edges_; }

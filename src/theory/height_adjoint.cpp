@@ -1,6 +1,7 @@
 #include "height_adjoint.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "aberfit/core/constants.h"
@@ -65,8 +66,9 @@ int AdjointGrid::cells_for(const SpreadProblem& problem, double dz) {
   }
   // A frequency that shifts light by more than the width of the spot no longer interferes with it.
   const double cycles = 2 * steepest / kTwoPi * 2 * rim + kCyclesOfEdge;
+  // Powers of two and three times them, which transform fast.
   int cells = kFewestCells;
-  while (cells < 2 * cycles && cells < kMostCells) cells *= 2;
+  while (cells < 2 * cycles && cells < kMostCells) cells = cells % 3 == 0 ? cells / 3 * 4 : cells / 2 * 3;
   return cells;
 }
 
@@ -85,6 +87,9 @@ AdjointGrid::AdjointGrid(const SpreadProblem& problem, int cells)
     departure_[k] = std::isfinite(value) ? value : 0;  // centres of edge cells may lie beyond the sag
     place_.push_back(structure.row[std::size_t(k)] * std::size_t(side_) + structure.column[std::size_t(k)]);
   }
+  distance_.resize((cells + 1) * (cells + 2) / 2);
+  for (int i = 0; i <= cells; ++i)
+    for (int j = 0; j <= i; ++j) distance_[i * (i + 1) / 2 + j] = std::hypot(i, j);
   transfer_.resize(Eigen::Index(1.5 * cells) * kTransferPerCell + 2);
   const double cutoff = 2 * aperture_radius(problem.aperture);
   for (Eigen::Index i = 0; i < transfer_.size(); ++i)
@@ -129,56 +134,94 @@ HeightAdjoint::HeightAdjoint(const AdjointGrid& grid, double dz) : grid_(grid), 
   grid.transform()(transform_.data());
 }
 
-Eigen::ArrayXd HeightAdjoint::power(double radius, double* share) const {
-  const int side = grid_.side();
+// Transforms of what a lag of the field adds to the light in a disc, r J1(2 pi r nu)/nu times the mean
+// transfer function of the roughness: even and real, the first in the real part, the second in the imaginary
+// one.
+ComplexGrid HeightAdjoint::kernels(double first, double second) const {
+  const int side = grid_.side(), half = side / 2;
   const double scale = grid_.pitch() / (grid_.wavelength() * (grid_.focal_length() + dz_));  // 1/m a cell
-  // What a lag of the field adds to the light in the disc: r J1(2 pi r nu)/nu times the mean transfer
-  // function of the roughness.
-  const int half = side / 2;
+  const Eigen::ArrayXd& distance = grid_.distance();
   Eigen::ArrayXd z(half + 1), j0(half + 1), j1(half + 1);
-  ComplexGrid kernel(field_.size());
+  ComplexGrid result(field_.size());
   for (int i = 0; i <= half; ++i) {
-    for (int j = 0; j <= i; ++j) z[j] = kTwoPi * radius * scale * distance(i, j, side);
-    bessel_j0_j1(z.data(), i + 1, j0.data(), j1.data());
+    std::array<Eigen::ArrayXd, 2> value;
+    for (const int disc : {0, 1}) {
+      const double radius = disc == 0 ? first : second;
+      const auto cells = distance.segment(i * (i + 1) / 2, i + 1);
+      z.head(i + 1) = kTwoPi * radius * scale * cells;
+      bessel_j0_j1(z.data(), i + 1, j0.data(), j1.data());
+      value[std::size_t(disc)] = radius * scale * j1.head(i + 1) / cells;
+      if (i == 0) value[std::size_t(disc)][0] = kPi * radius * radius * scale * scale;
+    }
     for (int j = 0; j <= i; ++j) {
-      const double cells = distance(i, j, side);
-      const double value = (cells == 0 ? kPi * radius * radius : radius * j1[j] / (scale * cells)) *
-                           grid_.transfer(cells) * scale * scale / grid_.pupil().total;
+      const double transfer = grid_.transfer(distance[i * (i + 1) / 2 + j]) / grid_.pupil().total;
+      const Complex both(value[0][j] * transfer, value[1][j] * transfer);
       for (const int a : {i, (side - i) % side})
         for (const int b : {j, (side - j) % side}) {
-          kernel[std::size_t(a) * std::size_t(side) + std::size_t(b)] = value;
-          kernel[std::size_t(b) * std::size_t(side) + std::size_t(a)] = value;
+          result[std::size_t(a) * std::size_t(side) + std::size_t(b)] = both;
+          result[std::size_t(b) * std::size_t(side) + std::size_t(a)] = both;
         }
     }
   }
-  grid_.transform()(kernel.data());
-  for (std::size_t k = 0; k < kernel.size(); ++k) kernel[k] = kernel[k].real() * transform_[k];
-  inverse(grid_.transform(), &kernel);
-  // E = sum_k conj(U_k) V_k, V the field times the kernel; a height at k turns U_k by -4 pi q_k/lambda.
-  ComplexGrid response(field_.size());
-  double light = 0;
-  for (Eigen::Index k = 0; k < grid_.pupil().sample.size(); ++k) {
-    const Complex product = std::conj(field_[grid_.place(k)]) * kernel[grid_.place(k)];
-    light += product.real();
-    response[grid_.place(k)] =
-        -2 * product.imag() * 4 * kPi / grid_.wavelength() * grid_.pupil().obliquity[k];
-  }
-  if (share) *share = light;
-  // |transform|^2 averaged over direction is the transform of the autocorrelation averaged over direction.
-  grid_.transform()(response.data());
-  for (Complex& value : response) value = std::norm(value);
-  inverse(grid_.transform(), &response);
-  Eigen::VectorXd bins = Eigen::VectorXd::Zero(grid_.bessel().rows());
-  for (int i = 0; i < side; ++i)
-    for (int j = 0; j < side; ++j) {
-      const double place = distance(i, j, side) * kBinsPerCell;
-      const auto bin = Eigen::Index(place);
-      if (bin + 1 >= bins.size()) continue;
-      const double value = response[std::size_t(i) * std::size_t(side) + std::size_t(j)].real();
-      bins[bin] += (double(bin) + 1 - place) * value;
-      bins[bin + 1] += (place - double(bin)) * value;
+  grid_.transform()(result.data());
+  return result;
+}
+
+// Of two real arrays, one in the real and one in the imaginary part, over bins of distance: bins x 2.
+Eigen::MatrixXd HeightAdjoint::autocorrelations(ComplexGrid responses) const {
+  const auto side = std::size_t(grid_.side());
+  grid_.transform()(responses.data());
+  ComplexGrid powers(responses.size());
+  for (std::size_t i = 0; i < side; ++i)
+    for (std::size_t j = 0; j < side; ++j) {
+      const Complex here = responses[i * side + j],
+                    there = std::conj(responses[(side - i) % side * side + (side - j) % side]);
+      powers[i * side + j] = 0.25 * Complex(std::norm(here + there), std::norm(here - there));
     }
-  return (grid_.bessel().transpose() * bins).array().max(0.0);
+  grid_.transform()(powers.data());  // even and real: the inverse, too, times their number
+  Eigen::MatrixXd bins = Eigen::MatrixXd::Zero(grid_.bessel().rows(), 2);
+  const std::size_t half = side / 2;
+  for (std::size_t i = 0; i < side; ++i)
+    for (std::size_t j = 0; j <= half; ++j) {  // the other half has the same
+      const std::size_t a = std::min(i, side - i), low = std::min(a, j), high = std::max(a, j);
+      const double place = grid_.distance()[Eigen::Index(high * (high + 1) / 2 + low)] * kBinsPerCell;
+      const auto bin = Eigen::Index(place);
+      if (bin + 1 >= bins.rows()) continue;
+      const Complex value = (j == 0 || j == half ? 1.0 : 2.0) * powers[i * side + j];
+      const double part = place - double(bin);
+      bins(bin, 0) += (1 - part) * value.real();
+      bins(bin, 1) += (1 - part) * value.imag();
+      bins(bin + 1, 0) += part * value.real();
+      bins(bin + 1, 1) += part * value.imag();
+    }
+  return bins / double(responses.size());
+}
+
+Eigen::ArrayXXd HeightAdjoint::power(const std::vector<double>& radius) const {
+  Eigen::ArrayXXd result(grid_.bessel().cols(), Eigen::Index(radius.size()));
+  for (std::size_t d = 0; d < radius.size(); d += 2) {
+    const bool is_pair = d + 1 < radius.size();
+    const ComplexGrid kernel = kernels(radius[d], radius[is_pair ? d + 1 : d]);
+    ComplexGrid responses(field_.size()), light(field_.size());
+    for (const int disc : {0, 1}) {
+      if (disc == 1 && !is_pair) break;
+      for (std::size_t k = 0; k < light.size(); ++k)
+        light[k] = std::conj((disc == 0 ? kernel[k].real() : kernel[k].imag()) * transform_[k]);
+      grid_.transform()(light.data());
+      // E = sum_k conj(U_k) V_k, V the field times the kernel, here its conjugate; a height at k turns U_k by
+      // -4 pi q_k/lambda.
+      const double scale = 8 * kPi / (grid_.wavelength() * double(light.size()));
+      for (Eigen::Index k = 0; k < grid_.pupil().sample.size(); ++k) {
+        const std::size_t place = grid_.place(k);
+        const double response = scale * grid_.pupil().obliquity[k] * (field_[place] * light[place]).imag();
+        responses[place] += disc == 0 ? Complex(response, 0) : Complex(0, response);
+      }
+    }
+    // |transform|^2 averaged over direction is the transform of the autocorrelation averaged over direction.
+    const Eigen::MatrixXd power = grid_.bessel().transpose() * autocorrelations(std::move(responses));
+    result.middleCols(Eigen::Index(d), is_pair ? 2 : 1) = power.leftCols(is_pair ? 2 : 1).array().max(0.0);
+  }
+  return result;
 }
 
 Eigen::ArrayXd HeightAdjoint::transfer_function() const {

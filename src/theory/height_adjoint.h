@@ -38,6 +38,8 @@ class AdjointGrid {
   /// frequencies that the cells do not carry.
   const Eigen::MatrixXd& bessel() const { return bessel_; }
   void set_frequencies(const Eigen::ArrayXd& frequency);
+  /// Distances of a corner's lags (i, j), j <= i <= side/2, at i (i + 1)/2 + j [cells].
+  const Eigen::ArrayXd& distance() const { return distance_; }
 
  private:
   double focal_length_, wavelength_;
@@ -45,7 +47,7 @@ class AdjointGrid {
   int side_;
   FourierTransform transform_;
   Eigen::ArrayXd departure_;  // phase [rad]
-  Eigen::ArrayXd transfer_;
+  Eigen::ArrayXd transfer_, distance_;
   Eigen::MatrixXd bessel_;
   std::vector<std::size_t> place_;
 };
@@ -56,13 +58,17 @@ class HeightAdjoint {
   HeightAdjoint(const AdjointGrid& grid, double dz);
   /// Whether the answer to heights is zero to first order.
   bool is_flat() const { return flat_; }
-  /// Mean over directions of |int dE/dh(P) exp(-2 pi i f.P) d2P|^2 [m^-2] at the frequencies of the grid;
-  /// share, when given: the light in the disc.
-  Eigen::ArrayXd power(double radius, double* share = nullptr) const;
+  /// Mean over directions of |int dE/dh(P) exp(-2 pi i f.P) d2P|^2 [m^-2] at the frequencies of the grid,
+  /// frequencies x discs. radius [m].
+  Eigen::ArrayXXd power(const std::vector<double>& radius) const;
   /// Transfer function without roughness at shears of 0, 1, 2, ... cells, averaged over direction.
   Eigen::ArrayXd transfer_function() const;
 
  private:
+  // Two discs at a time: what is real of both is one complex transform.
+  ComplexGrid kernels(double first, double second) const;
+  Eigen::MatrixXd autocorrelations(ComplexGrid responses) const;
+
   const AdjointGrid& grid_;
   double dz_;
   bool flat_;

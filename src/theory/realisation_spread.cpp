@@ -11,13 +11,16 @@
 #include <stdexcept>
 
 #include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
+#include "aberfit/core/quadrature.h"
 #include "aberfit/roughness/psd_integrals.h"
+#include "aberfit/theory/aperture_otf.h"
 #include "aberfit/theory/scattering_band.h"
 #include "frequency_panels.h"
 #include "height_adjoint.h"
+#include "scrambled_light.h"
 #include "shifted_disc.h"
-#include "speckle_spread.h"
 
 namespace aberfit {
 using namespace internal;
@@ -27,8 +30,8 @@ namespace {
 constexpr double kLongest = 0.05;      // cycles across the aperture
 constexpr double kCore = 2;            // of lambda f/diameter: scale of the table of encircled energy
 constexpr double kPartOfFocus = 0.95;  // where tables of encircled energy end at most, of the focal length
-constexpr int kSpeckleCuts = 16;
-constexpr double kSpeckleFrom = 1, kSpeckleFully = 2;  // g_rest^2
+
+constexpr int kSharpnessNodes = 64;
 
 // Discs of one plane by their index.
 struct Plane {
@@ -63,9 +66,22 @@ Eigen::ArrayXd psd_at(const RadialPsd& psd, const Eigen::ArrayXd& frequency) {
   return result;
 }
 
-double smooth_step(double t) {
-  t = std::clamp(t, 0.0, 1.0);
-  return t * t * (3 - 2 * t);
+// int |OTF|^2 d2x of the perfect aperture [m^2].
+double focal_sharpness(const Aperture& aperture) {
+  const ApertureOtf otf(aperture);
+  const Quadrature rule = gauss_legendre(kSharpnessNodes, 0, otf.cutoff());
+  double sum = 0;
+  for (int i = 0; i < kSharpnessNodes; ++i)
+    sum += rule.weights[i] * kTwoPi * rule.nodes[i] * std::pow(otf(rule.nodes[i]), 2);
+  return sum;
+}
+
+// Radius of the largest disc over lambda F [cycles/m].
+double largest(const SpreadProblem& problem, const std::vector<FocalDisc>& discs) {
+  double result = 0;
+  for (const FocalDisc& disc : discs)
+    result = std::max(result, disc.radius / (problem.wavelength * (problem.mirror.focal_length + disc.dz)));
+  return result;
 }
 
 RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& discs) {
@@ -73,6 +89,11 @@ RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& di
   for (const FocalDisc& disc : discs)
     if (!(disc.radius > 0))
       throw std::invalid_argument(fmt::format("spread of realisations: a disc of radius {} m", disc.radius));
+  for (const FocalDisc& disc : discs)
+    if (!(std::isfinite(disc.dz) && problem.mirror.focal_length + disc.dz > 0))
+      throw ComputationError(fmt::format("there is no plane {} m from the focus", disc.dz));
+  if (!(problem.psd.f_min() * problem.wavelength < 1))
+    throw ComputationError("no frequency of this roughness scatters light: all are above 1/wavelength");
   return scattering_band(problem.psd, problem.wavelength).psd;
 }
 
@@ -80,7 +101,6 @@ RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& di
 
 struct RealisationSpread::Tables {
   Tables(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, int threads);
-  void set_speckle(const SpreadProblem& problem, const std::vector<FocalDisc>& discs);
   void evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, const Plane& plane,
                 const std::map<int, AdjointGrid>& grids, Eigen::ArrayXXd* integrand);
   FrequencyPanels::Place place(double cut) const {
@@ -91,10 +111,9 @@ struct RealisationSpread::Tables {
   double phase_per_height, area, diameter;
   FrequencyPanels panels;
   Eigen::ArrayXd s;                       // S at the nodes
-  std::optional<TailIntegrals> of_psd;    // S d2f, S^2 d2f, ((2 pi f)^2 S)^2 d2f
+  std::optional<TailIntegrals> of_psd;    // S^2 d2f, ((2 pi f)^2 S)^2 d2f
   std::optional<TailIntegrals> of_light;  // the integrands of var E(r), one per disc
-  std::optional<SpeckleSpread> speckle;   // where some cut has g_rest above 1
-  Eigen::ArrayXXd speckle_variance;       // discs x cuts
+  ScrambledLight scrambled;
   double height_variance, slope_variance;
 };
 
@@ -107,15 +126,17 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
       panels(psd, std::max(psd.f_min(), std::min(kLongest / diameter, 0.5 * psd.f_max())),
              std::min(psd.f_max(), 1 / problem.wavelength), 1 / diameter),
       s(psd_at(psd, panels.frequency())),
+      scrambled(psd,
+                {phase_per_height, problem.wavelength, diameter, area, focal_sharpness(problem.aperture),
+                 largest(problem, discs)},
+                panels.edges().front(), panels.edges().back()),
       height_variance(radial_moment(problem.psd, 0)),
       slope_variance(kTwoPi * kTwoPi * radial_moment(problem.psd, 2)) {
   const Eigen::ArrayXd& f = panels.frequency();
-  Eigen::ArrayXXd moments(f.size(), 3);
-  moments.col(0) = kTwoPi * f * s;
-  moments.col(1) = kTwoPi * f * s.square();
-  moments.col(2) = kTwoPi * f * ((kTwoPi * f).square() * s).square();
+  Eigen::ArrayXXd moments(f.size(), 2);
+  moments.col(0) = kTwoPi * f * s.square();
+  moments.col(1) = kTwoPi * f * ((kTwoPi * f).square() * s).square();
   of_psd.emplace(panels, std::move(moments));
-  set_speckle(problem, discs);
 
   const std::vector<Plane> planes = planes_of(discs);
   std::map<int, AdjointGrid> grids;
@@ -138,27 +159,6 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
   of_light.emplace(panels, std::move(integrand));
 }
 
-void RealisationSpread::Tables::set_speckle(const SpreadProblem& problem,
-                                            const std::vector<FocalDisc>& discs) {
-  const double low = panels.edges().front(), square = phase_per_height * phase_per_height;
-  const auto g2 = [&](double f) { return square * of_psd->from(place(f))[0]; };
-  if (!(g2(low) > kSpeckleFrom)) return;
-  double inside = low, outside = panels.edges().back();
-  for (int i = 0; i < 60; ++i) {
-    const double middle = std::sqrt(inside * outside);
-    (g2(middle) > kSpeckleFrom ? inside : outside) = middle;
-  }
-  std::vector<double> cuts;
-  for (int i = 0; i < kSpeckleCuts; ++i)
-    cuts.push_back(low * std::pow(inside / low, double(i) / (kSpeckleCuts - 1)));
-  SpeckleSpread::Scene scene{phase_per_height, problem.wavelength, diameter, area, 0};
-  for (const FocalDisc& disc : discs)
-    scene.cycles = std::max(scene.cycles, 2 * disc.radius * diameter /
-                                              (problem.wavelength * (problem.mirror.focal_length + disc.dz)));
-  speckle.emplace(psd, scene, std::move(cuts));
-  speckle_variance.resize(Eigen::Index(discs.size()), kSpeckleCuts);
-}
-
 // Writes to the columns of the plane's own discs alone.
 void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
                                          const Plane& plane, const std::map<int, AdjointGrid>& grids,
@@ -175,21 +175,19 @@ void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std
   const AdjointGrid& grid = grids.at(AdjointGrid::cells_for(problem, plane.dz));
   const HeightAdjoint adjoint(grid, plane.dz);
   const double square = phase_per_height * phase_per_height;
-  for (const std::size_t i : plane.discs) {
-    const double inside = spot.encircled_energy(discs[i].radius);
+  const Eigen::ArrayXXd moved = scrambled(f, adjoint.transfer_function(), grid.pitch(), distance, radius);
+  Eigen::ArrayXXd answered;
+  if (!adjoint.is_flat()) answered = adjoint.power(radius);
+  for (std::size_t d = 0; d < radius.size(); ++d) {
+    const double inside = spot.encircled_energy(radius[d]);
     Eigen::ArrayXd per_psd(f.size());
     for (Eigen::Index k = 0; k < f.size(); ++k)
-      per_psd[k] = square * (shifted(discs[i].radius, per_frequency * f[k]) - inside);
-    auto column = integrand->col(Eigen::Index(i));
-    column = 2 / area * (s * per_psd).square();
-    if (!adjoint.is_flat()) column += s * adjoint.power(discs[i].radius);
+      per_psd[k] = square * (shifted(radius[d], per_frequency * f[k]) - inside);
+    auto column = integrand->col(Eigen::Index(plane.discs[d]));
+    column = 2 / area * (s * per_psd).square() + s * moved.col(Eigen::Index(d));
+    if (!adjoint.is_flat()) column += s * answered.col(Eigen::Index(d));
     column *= kTwoPi * f;
   }
-  if (!speckle) return;
-  const Eigen::ArrayXXd variance =
-      speckle->variance(adjoint.transfer_function(), grid.pitch(), distance, radius);
-  for (std::size_t k = 0; k < plane.discs.size(); ++k)
-    speckle_variance.row(Eigen::Index(plane.discs[k])) = variance.row(Eigen::Index(k));
 }
 
 RealisationSpread::RealisationSpread(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
@@ -204,29 +202,16 @@ double RealisationSpread::highest() const { return edges().back(); }
 const std::vector<double>& RealisationSpread::edges() const { return tables_->panels.edges(); }
 
 Eigen::ArrayXd RealisationSpread::light(double cut) const {
-  const FrequencyPanels::Place place = tables_->place(cut);
-  Eigen::ArrayXd variance = tables_->of_light->from(place);
-  if (!tables_->speckle || !(cut < tables_->speckle->cuts().back())) return variance.sqrt();
-  const double g2 = tables_->phase_per_height * tables_->phase_per_height * tables_->of_psd->from(place)[0];
-  const double part = smooth_step((g2 - kSpeckleFrom) / (kSpeckleFully - kSpeckleFrom));
-  const std::vector<double>& cuts = tables_->speckle->cuts();
-  const double position = std::log(std::max(cut, cuts.front()) / cuts.front()) /
-                          std::log(cuts.back() / cuts.front()) * (kSpeckleCuts - 1);
-  const auto c = std::min<Eigen::Index>(Eigen::Index(position), kSpeckleCuts - 2);
-  const Eigen::ArrayXd speckles =
-      tables_->speckle_variance.col(c) +
-      (position - double(c)) * (tables_->speckle_variance.col(c + 1) - tables_->speckle_variance.col(c));
-  variance += part * (speckles - variance).max(0.0);
-  return variance.sqrt();
+  return tables_->of_light->from(tables_->place(cut)).sqrt();
 }
 
 double RealisationSpread::rms_height(double cut) const {
-  const double variance = 2 / tables_->area * tables_->of_psd->from(tables_->place(cut))[1];
+  const double variance = 2 / tables_->area * tables_->of_psd->from(tables_->place(cut))[0];
   return 0.5 * std::sqrt(variance) / tables_->height_variance;
 }
 
 double RealisationSpread::rms_slope(double cut) const {
-  const double variance = 2 / tables_->area * tables_->of_psd->from(tables_->place(cut))[2];
+  const double variance = 2 / tables_->area * tables_->of_psd->from(tables_->place(cut))[1];
   return 0.5 * std::sqrt(variance) / tables_->slope_variance;
 }
 

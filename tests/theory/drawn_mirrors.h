@@ -3,26 +3,24 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <complex>
 #include <cstdint>
 #include <numbers>
 #include <random>
-#include <string>
 #include <vector>
 
 #include "aberfit/roughness/psd.h"
 
-// How much drawn mirrors differ, by a code of the tests alone: Fourier sums of Gaussian noise on a periodic square
-// of twice the aperture, Fraunhofer patterns of a paraxial pupil, their autocorrelation summed exactly over discs.
+// How much drawn mirrors differ, by a code of the tests alone: Fourier sums of Gaussian noise on a periodic
+// square of twice the aperture, Fraunhofer patterns of a paraxial pupil, their autocorrelation summed exactly
+// over discs.
 
 namespace aberfit::testing_draws {
 
 using Complex = std::complex<double>;
 
 struct DrawnScene {
-  std::string name;
   RadialPsd psd;
   double focal_length, diameter, inner_diameter, wavelength;
   int cells;  // across the aperture
@@ -54,8 +52,8 @@ class DrawnMirrors {
     double dz;
     std::vector<double> radius;
   };
-  /// Standard deviation over the draws of [light in the disc of a whole mirror] - [that of the same mirror cut
-  /// off times H_rest], one matrix (radius x cut) per plane. means, when given: of the same differences.
+  /// Standard deviation over the draws of [light in the disc of a whole mirror] - [that of the same mirror
+  /// cut off times H_rest], one matrix (radius x cut) per plane. means, when given: of the same differences.
   std::vector<Eigen::ArrayXXd> spread(const std::vector<Discs>& planes, int draws, std::uint64_t seed,
                                       std::vector<Eigen::ArrayXXd>* means = nullptr) {
     const auto count = Eigen::Index(cuts_.size());
@@ -109,7 +107,8 @@ class DrawnMirrors {
         for (int i = 0; i < kParts; ++i)
           for (int j = 0; j < kParts; ++j) {
             const double r = std::hypot(at(row + (i + 0.5) / kParts), at(column + (j + 0.5) / kParts));
-            cover += (r <= 0.5 * scene_.diameter && r >= 0.5 * scene_.inner_diameter) / double(kParts * kParts);
+            cover +=
+                (r <= 0.5 * scene_.diameter && r >= 0.5 * scene_.inner_diameter) / double(kParts * kParts);
           }
       }
   }
@@ -127,8 +126,7 @@ class DrawnMirrors {
             const double v = (j < scene_.cells ? j : j - side_) + (b + 0.5) / kParts - 0.5;
             const double f = std::hypot(u, v) * step;
             if (f > 0.5 / pitch_) continue;
-            const auto shell =
-                std::size_t(std::upper_bound(cuts_.begin(), cuts_.end(), f) - cuts_.begin());
+            const auto shell = std::size_t(std::upper_bound(cuts_.begin(), cuts_.end(), f) - cuts_.begin());
             amplitude_[shell][std::size_t(i) * std::size_t(side_) + std::size_t(j)] +=
                 scene_.psd(f) * step * step / (kParts * kParts);
           }
@@ -163,12 +161,12 @@ class DrawnMirrors {
   }
 
   // Light in discs; cut below cuts_.size() multiplies by its H_rest.
-  Eigen::ArrayXd shares(const std::vector<double>& height, double dz, const std::vector<Eigen::ArrayXd>& kernels,
-                        std::size_t cut) {
+  Eigen::ArrayXd shares(const std::vector<double>& height, double dz,
+                        const std::vector<Eigen::ArrayXd>& kernels, std::size_t cut) {
     const int cells = scene_.cells;
     const double wave = 4 * std::numbers::pi / scene_.wavelength;
-    const double defocus = std::numbers::pi * dz /
-                           (scene_.wavelength * scene_.focal_length * (scene_.focal_length + dz));
+    const double defocus =
+        std::numbers::pi * dz / (scene_.wavelength * scene_.focal_length * (scene_.focal_length + dz));
     std::fill(data_.begin(), data_.end(), Complex(0));
     double total = 0;
     for (int row = 0; row < cells; ++row)

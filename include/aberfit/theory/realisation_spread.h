@@ -31,25 +31,40 @@ struct SpreadProblem {
 
 /// How much real mirrors differ from each other on account of the roughness above a frequency f_c, the cut:
 /// standard deviation of E(r), the share of the light within r, over mirrors that have the same surface below
-/// f_c and independent draws of the roughness above it, about their mean (PHYSICS 10). With k = 4 pi/lambda,
-///   var E(r) = int_{f > f_c} S |FT[dE/dh](f)|^2 d2f + (2/area) int_{f > f_c} (S dE/dS)^2 d2f,
-///   dE/dS(f) = k^2 [E(disc shifted by lambda (f_focal + dz) f) - E(disc)].
-/// First term: light that interferes with the mirror's own wave, linear in the heights; dE/dh at the mirror
-/// without roughness, its transfer function times the mean one of the whole roughness. Zero in the focus of a
-/// parabola behind an aperture that is symmetric about the axis. Second term: the periodogram of a draw
-/// differs from S. Where g_rest = k times the RMS height above f_c is above 1, the spread of speckles
-/// (Goodman, Speckle Phenomena in Optics, 2007, 3.3 and 6.1)
-///   var E(r) = (lambda f_focal)^2/area int_{disc} [I_h^2 + 2 I_c (I_h - I_h^-)] d2X
-/// counts where it is larger: I_c the mean irradiance that the roughness above f_c leaves unscattered, I_h
-/// what it scatters, I_h^- the transform of OTF_low exp(-g_rest^2) (1 - exp(-k^2 C_rest)).
-/// It grows on from nothing at g_rest = 1, so that the result is continuous in f_c.
+/// f_c and independent draws of the roughness above it, about their mean, which is the light of the common
+/// surface with the mean transfer function of the rest. With k = 4 pi/lambda and F = f_focal + dz,
+///   var E(r) = int_{f > f_c} S (|FT[dE/dh]|^2 + M) d2f + (2/area) int_{f > f_c} (S dE/dS)^2 d2f,
+///   dE/dS(f) = k^2 [E(disc shifted by lambda F f) - E(disc)].
+/// First (PHYSICS 10): light that interferes with the mirror's own wave, linear in the heights; dE/dh of the
+/// mirror without roughness, its transfer function times the mean one of the whole roughness. Zero in the
+/// focus of a parabola. Last (PHYSICS 10): the periodogram of a draw differs from S, which moves the whole
+/// spot. M: pairs of different frequencies, the lower of which spreads light that the higher moves across the
+/// edge of the disc, for each f
+///   M = (k^2/area) int [I I' - I_c I_c' - (I_c I_h' + I_h I_c')/2] (|p - p'| - |e|)^2 d2q,
+/// see ScrambledLight in src/theory. M takes the place of the formula for speckle that PHYSICS 10 has for a g
+/// of the rest above 1: it needs no such threshold, conserves light, and holds where the whole roughness is
+/// strong and the rest weak, for which the two other terms are up to ten times too small.
 ///
-/// Everything that costs is done at construction, for all cuts: milliseconds a plane, plus the mean spot
-/// there. Results are the same for any number of threads. Const use from many threads.
+/// Measured against 60 draws (aperture 128 cells across; Gaussian, k-correlation, power law and uniform PSDs;
+/// g = 0.1, 0.3, 1, 2, 5; circle and annulus; in focus and two waves out of it; cuts of 1.2 to 35 cycles
+/// across; radii of 15 to 97 % of the light), where the spread is above a tenth of the tolerance of 1 % in
+/// light: predicted over measured is within a factor 1.3 for 93 % of 1541 spreads, within 1.5 for 98 %,
+/// median 1.04. Too small it is in the outermost light of strong smooth surfaces: 0.32 (200 draws; cut at 6
+/// cycles, Gaussian, g = 5, radius of 97 %: few facets of the mirror send light there). Too large, up to 3.5,
+/// at cuts of 1.2 cycles, where the periodogram of so few cycles is not that of the formula. Ratios of 1.7
+/// to 2.3 of power laws are those of draws whose cells do not hold the outermost light: 0.98 to 1.34 with
+/// cells of half the size.
+///
+/// Everything that costs is done at construction, for all cuts. Of 20 planes with 8 discs each, one costs 15
+/// ms on average where all are within two waves of the focus and 40 ms within ten (one core, a 2.4 m annulus,
+/// 480 cycles across), plus the mean spot there. Beyond some 25 waves of defocus the grid of dE/dh, 512 cells
+/// across, leaves out its highest frequencies. Results are the same for any number of threads. Const use from
+/// many threads.
 class RealisationSpread {
  public:
-  /// discs: radius > 0; planes as GeneralisedHarveyShack::at_plane, whose exceptions pass through. Throws
-  /// std::invalid_argument for a radius or a wavelength that is not above zero.
+  /// discs: radius > 0, any number. Throws std::invalid_argument for a radius or a wavelength that is not
+  /// above zero, ComputationError where dz is not finite or f + dz not above zero, and where all of the
+  /// roughness is above 1/wavelength.
   RealisationSpread(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, int threads = 1);
   ~RealisationSpread();
   RealisationSpread(RealisationSpread&&) noexcept;
