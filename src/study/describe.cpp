@@ -151,6 +151,7 @@ void describe_band(Visitor& t, BandSpec& band) {
     value = band.cut;
   else if (band.rule != BandRule::kDefault || !t.reading())
     value = std::string(band.rule == BandRule::kAuto ? "auto" : "all");
+  const std::variant<std::string, double> before = value;
   t.word_or_quantity(
       {"band",
        "where the terms end and scatter begins [cycles/m]: frequencies of the roughness above it enter as "
@@ -160,10 +161,11 @@ void describe_band(Visitor& t, BandSpec& band) {
        "geometric, else all",
        kOptional, "\"6 /m\"", "Or \"auto\", or \"all\"."},
       value, "auto|all", kFrequency, Range::positive());
+  if (value == before) return;
   if (const auto* cut = std::get_if<double>(&value))
     band = {BandRule::kCut, *cut};
-  else if (const std::string& word = std::get<std::string>(value); !word.empty())
-    band = {word == "auto" ? BandRule::kAuto : BandRule::kAll, 0};
+  else
+    band = {std::get<std::string>(value) == "auto" ? BandRule::kAuto : BandRule::kAll, 0};
 }
 
 void describe_terms(Visitor& v, TermsSpec& terms) {

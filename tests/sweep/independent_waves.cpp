@@ -136,7 +136,7 @@ void IndependentWaves::scatter(const std::function<double(double)>& psd, double 
   const double longest = 1.3 * samples_ / kPadding * pitch_ * (1 + rim_ * rim_);
   constexpr int kPerCell = 8;
   const int shears = int(1.5 * samples_ / kPadding) * kPerCell;
-  const double step = pitch_ / kPerCell, top = std::min(f_max, 40 / pitch_);
+  const double step = pitch_ / kPerCell, top = std::min({f_max, 40 / pitch_, 1 / wavelength_});
   std::vector<double> exponent(std::size_t(shears), 0.0);
   std::vector<double> f, weight;
   for (double at = f_min; at < top;) {
@@ -145,9 +145,10 @@ void IndependentWaves::scatter(const std::function<double(double)>& psd, double 
     weight.push_back(2 * kPi * middle * psd(middle) * (next - at));
     at = next;
   }
-  double beyond = 0;  // turns too often within a cell to be seen
-  for (double at = top; at < f_max;) {
-    const double next = std::min(f_max, at * 1.01), middle = 0.5 * (at + next);
+  const double end = std::min(f_max, 1 / wavelength_);  // nothing finer scatters
+  double beyond = 0;                                    // turns too often within a cell to be seen
+  for (double at = top; at < end;) {
+    const double next = std::min(end, at * 1.01), middle = 0.5 * (at + next);
     beyond += 2 * kPi * middle * psd(middle) * (next - at);
     at = next;
   }
