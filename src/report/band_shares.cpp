@@ -40,9 +40,19 @@ std::string abg_words(const AbgFit& fit) {
   return fmt::format(
       "ABg: A {:.4g} /sr, B {:.4g}, g {:.4g}{}; from {} to {} within {:.2g} % (RMS {:.2g} %), "
       "its own TIS {:.3g} %.",
-      fit.model.a, fit.model.b, fit.model.g, fit.at_least_b ? " (B as small as OpticStudio takes)" : "",
+      fit.model.a, fit.model.b, fit.model.g, fit.at_least_b ? " (the least B)" : "",
       format_quantity(fit.theta_min, Dimension::kAngle), format_quantity(fit.theta_max, Dimension::kAngle),
       100 * fit.largest_error, 100 * fit.rms_error, 100 * fit.tis);
+}
+
+// The best, and what the form that every program takes would miss.
+std::string abg_lines(const std::vector<AbgFit>& fits) {
+  if (fits.empty()) return "";
+  std::string text = abg_words(fits.back());
+  if (fits.size() > 1)
+    text += fmt::format(" With B above 1e-12, as OpticStudio takes it, {:.2g} %: take the table there.",
+                        100 * fits.front().largest_error);
+  return paragraph("", text);
 }
 
 }  // namespace
@@ -82,8 +92,7 @@ std::string band_lines(const BandShares& shares, const std::optional<ScatterOfRe
     return fmt::format("{} and {}, together {}", format_quantity(a, dimension), format_quantity(b, dimension),
                        format_quantity(std::hypot(a, b), dimension));
   };
-  if (scatter)
-    for (const AbgFit& fit : scatter->abg) text += paragraph("", abg_words(fit));
+  if (scatter) text += abg_lines(scatter->abg);
   if (!(shares.cut > 0)) return text + paragraph("", kUseWithoutTerms);
   text +=
       paragraph("", fmt::format("Terms and scatter: RMS height {}; RMS slope {} per axis.",

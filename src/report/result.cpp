@@ -269,7 +269,6 @@ nlohmann::ordered_json scene_json(const FitOutcome& result) {
         {"measured", realisation->draws > 0 ? json_number(realisation->measured) : Json(nullptr)},
         {"draws", realisation->draws}};
   if (result.band) json["band"] = to_json(*result.band);
-  if (result.shares) json["split"] = to_json(*result.shares, result.scatter, result.surface);
   return json;
 }
 
@@ -283,6 +282,7 @@ nlohmann::ordered_json to_json(const ResultDocument& result, const nlohmann::ord
                {"fit", fit_json(result)},
                {"coefficients", coefficients_json(result)},
                {"statistics", statistics_json(result, names)}};
+  if (result.shares) json["split"] = to_json(*result.shares, result.scatter, result.surface);
   if (!result.spectrum.empty()) json["spectrum"] = spectrum_json(result);
   if (result.map) json["map"] = map_json(*result.map);
   json["equivalence"] = equivalence_json(result);

@@ -20,9 +20,10 @@ TEST_P(ReferenceStudy, GivesWhatItsExpectedFileSays) {
 
 INSTANTIATE_TEST_SUITE_P(Fits, ReferenceStudy,
                          testing::Values("paper-physical", "paper-harvey-shack", "paper-published-values",
-                                         "spherical", "measured-zygo"),
+                                         "spherical", "measured-zygo", "large-annulus", "infrared-6.5m",
+                                         "euv"),
                          [](const auto& study) {
                            std::string name = study.param;
-                           std::erase(name, '-');
+                           std::erase_if(name, [](char c) { return c == '-' || c == '.'; });
                            return name;
                          });
