@@ -30,7 +30,8 @@ void refuse_cut(const Groundwork& ground) {
                    "\"all\", \"auto\"; or trace model \"waves\" with theory \"auto\"");
 }
 
-// The light that is judged, and how far mirrors may differ in it: a share of the verdict's tolerances.
+// The light that is judged - a mirror's own RMS height and slope are not its focus - and how far mirrors may
+// differ in it: a share of the verdict's tolerances.
 struct Judged {
   std::vector<FocalDisc> discs;
   std::vector<std::string> names;
@@ -68,10 +69,6 @@ Judged judged_of(const Task& task, const Groundwork& ground, const TargetSets& t
         judged.add(target.statistic, share->ring_radius, share->dz, allowed * aim.relative_to());
       else if (std::holds_alternative<RingFwhm>(target.statistic))
         add_ring(target, *ground.mean_spot, allowed, &judged);
-      else if (std::holds_alternative<RmsHeight>(target.statistic))
-        judged.limits.rms_height = allowed;
-      else if (std::holds_alternative<ScatterRms>(target.statistic))
-        judged.limits.rms_slope = allowed;
     }
   judged.limits.light =
       Eigen::Map<const Eigen::ArrayXd>(judged.light.data(), Eigen::Index(judged.light.size()));
@@ -80,15 +77,12 @@ Judged judged_of(const Task& task, const Groundwork& ground, const TargetSets& t
 
 // Largest spread over its tolerance, and whose.
 void describe_spread(const RealisationSpread& spread, const Judged& judged, double cut, BandShares* shares) {
-  const auto look = [&](double share, const std::string& name) {
-    if (!(kSpreadShareOfMargin * share > shares->spread)) return;
-    shares->spread = kSpreadShareOfMargin * share;
-    shares->spread_of = name;
-  };
-  const Eigen::ArrayXd light = spread.light(cut) / judged.limits.light;
-  for (Eigen::Index k = 0; k < light.size(); ++k) look(light[k], judged.names[std::size_t(k)]);
-  look(spread.rms_height(cut) / judged.limits.rms_height, "rms_height_m");
-  look(spread.rms_slope(cut) / judged.limits.rms_slope, "scatter_rms_rad");
+  Eigen::Index worst = 0;
+  if (judged.discs.empty()) return;
+  shares->spread = kSpreadShareOfMargin * (spread.light(cut) / judged.limits.light).maxCoeff(&worst);
+  shares->spread_of = judged.names[std::size_t(worst)];
+  shares->height_spread = spread.rms_height(cut);
+  shares->slope_spread = spread.rms_slope(cut);
 }
 
 BandShares shares_of(const BandSplit& split, bool automatic) {

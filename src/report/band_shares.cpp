@@ -75,6 +75,8 @@ nlohmann::ordered_json to_json(const BandShares& shares, const std::optional<Sca
                                  {"scatter", std::move(scatter)},
                                  {"spread_in_tolerances", json_number(shares.spread)},
                                  {"spread_of", shares.spread_of},
+                                 {"rms_height_spread", json_number(shares.height_spread)},
+                                 {"rms_slope_spread", json_number(shares.slope_spread)},
                                  {"reason", shares.reason}};
   if (!surface) return json;
   json["terms"] = part(surface->rms_height, surface->rms_slope_per_axis);

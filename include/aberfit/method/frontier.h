@@ -53,13 +53,14 @@ struct BandUse {
 
 /// How a roughness is shared out between terms and scatter.
 struct BandShares {
-  double cut = 0;                        ///< [cycles/m]; 0: all of it scatters
-  bool automatic = false;                ///< chosen by its spread
-  double low_rms = 0, rest_rms = 0;      ///< heights [m]
-  double low_slope = 0, rest_slope = 0;  ///< RMS slopes per axis
-  double rest_scatter = 0;               ///< RMS scatter angle [rad]
-  double tis = 0;                        ///< share of the light that the rest scatters
-  double spread = 0;      ///< largest standard deviation between mirrors that share the terms, in tolerances
+  double cut = 0;                              ///< [cycles/m]; 0: all of it scatters
+  bool automatic = false;                      ///< chosen by its spread
+  double low_rms = 0, rest_rms = 0;            ///< heights [m]
+  double low_slope = 0, rest_slope = 0;        ///< RMS slopes per axis
+  double rest_scatter = 0;                     ///< RMS scatter angle [rad]
+  double tis = 0;                              ///< share of the light that the rest scatters
+  double height_spread = 0, slope_spread = 0;  ///< of sample RMS height and slope, over that of the whole
+  double spread = 0;      ///< largest standard deviation of judged light between such mirrors, in tolerances
   std::string spread_of;  ///< statistic
   std::string reason;     ///< one sentence
 };

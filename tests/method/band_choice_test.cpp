@@ -1,0 +1,189 @@
+// Where a roughness is cut into terms and scatter, and what is said of both.
+#include "aberfit/method/band_choice.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/study/read_study.h"
+#include "aberfit/theory/realisation_spread.h"
+
+namespace aberfit {
+namespace {
+
+// A 0.3 m f/6 circle with a k-correlation of 5 to `f_max` cycles/m. more: further keys, with a leading comma.
+std::string scene(double rms_nm, double f_max = 400, const std::string& more = "", double f_min = 5) {
+  return fmt::format(
+      R"({{"aberfit": 1, "mirror": {{"focal_length": "1.8 m"}}, "aperture": {{"shape": "circle", )"
+      R"("diameter": "0.3 m"}}, "light": {{"wavelength": "632.8 nm"}}, "roughness": {{"psd": {{"model": )"
+      R"("k-correlation", "rms": "{} nm", "B": "40 mm", "exponent": 3, "f_min": "{} /m", "f_max": "{} /m"}}}}{}}})",
+      rms_nm, f_min, f_max, more);
+}
+
+Layout layout_of(const std::string& text) { return lay_out(parse_study(text, "study.json"), 2); }
+
+std::string refusal(const std::string& text) {
+  try {
+    layout_of(text);
+  } catch (const FieldError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// Largest standard deviation of what is judged over a third of its tolerance, by the theory and the targets
+// alone.
+double spread_over_limit(const Study& study, const Layout& layout, double cut) {
+  const double third = study.equivalence.margin / 3;
+  std::vector<FocalDisc> discs;
+  std::vector<double> limits;
+  for (const auto* set : {&layout.targets.fitted, &layout.targets.held_out})
+    for (const Target& target : *set)
+      if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
+        discs.push_back({target.value, ee->dz});
+        limits.push_back(third * std::max(*target.curve_slope, 0.35));
+      }
+  const RealisationSpread spread(
+      {*layout.ground.psd, study.mirror, study.aperture, study.wavelength, *layout.ground.mean_spot}, discs,
+      2);
+  const Eigen::ArrayXd light = spread.light(cut);
+  double worst = 0;
+  for (std::size_t k = 0; k < limits.size(); ++k) worst = std::max(worst, light[Eigen::Index(k)] / limits[k]);
+  return worst;
+}
+
+}  // namespace
+
+TEST(BandChoice, CutsWhereTheSpreadIsAThirdOfTheToleranceAndNoHigher) {
+  for (const double rms : {8.0, 25.0, 60.0}) {
+    const Study study = parse_study(scene(rms), "study.json");
+    const Layout layout = lay_out(study, 2);
+    ASSERT_TRUE(layout.ground.split);
+    const double cut = layout.ground.split->cut();
+    ASSERT_GT(cut, 5);
+    // Rings are judged, too, and may ask for a higher cut than what is looked at here.
+    EXPECT_LE(spread_over_limit(study, layout, cut), 1 + 1e-6) << rms;
+    EXPECT_NEAR(layout.ground.shares->spread, 1.0 / 3, 1e-6);
+    if (layout.ground.shares->spread_of.find("ring") == std::string::npos) {
+      EXPECT_GT(spread_over_limit(study, layout, 0.98 * cut), 1) << rms;
+    }
+  }
+}
+
+TEST(BandChoice, ALargerMarginCutsLower) {
+  double before = 1e9;
+  for (const char* margin : {"0.5 %", "1 %", "2 %", "4 %"}) {
+    const Layout layout =
+        layout_of(scene(25, 400, fmt::format(R"(, "equivalence": {{"margin": "{}"}})", margin)));
+    ASSERT_TRUE(layout.ground.split) << margin;
+    EXPECT_LT(layout.ground.split->cut(), before) << margin;
+    before = layout.ground.split->cut();
+  }
+}
+
+TEST(BandChoice, MovesSmoothlyAlongASweep) {
+  std::vector<double> cuts;
+  for (int k = 0; k < 9; ++k) {
+    const Layout layout = layout_of(scene(20 * std::pow(1.03, k)));
+    ASSERT_TRUE(layout.ground.split);
+    cuts.push_back(std::log(layout.ground.split->cut()));
+  }
+  // Off the line through its neighbours by less than a twentieth of a step's own size and 1 %.
+  for (std::size_t k = 1; k + 1 < cuts.size(); ++k)
+    EXPECT_NEAR(cuts[k], 0.5 * (cuts[k - 1] + cuts[k + 1]), 0.01) << k;
+}
+
+TEST(BandChoice, TheEndOfTheBandHardlyMattersToTheCut) {
+  // Ten times the band: the additional frequencies scatter far away.
+  const double narrow = layout_of(scene(15, 400)).ground.split->cut(),
+               wide = layout_of(scene(15, 4000)).ground.split->cut();
+  EXPECT_NEAR(wide / narrow, 1, 0.1);
+}
+
+TEST(BandChoice, NothingIsLostBetweenTheParts) {
+  const Layout layout = layout_of(scene(25));
+  const BandShares& shares = *layout.ground.shares;
+  const PsdMoments all = psd_moments(*layout.ground.psd);
+  EXPECT_NEAR(std::hypot(shares.low_rms, shares.rest_rms) / all.rms_height(), 1, 1e-10);
+  EXPECT_NEAR(std::hypot(shares.low_slope, shares.rest_slope) / all.rms_slope_per_axis(), 1, 1e-10);
+  EXPECT_NEAR(psd_moments(*layout.ground.prior_psd).rms_height() / shares.low_rms, 1, 1e-12);
+  EXPECT_NE(shares.reason.find("cycles across"), std::string::npos) << shares.reason;
+}
+
+TEST(BandChoice, FollowsWhatTheStudySays) {
+  EXPECT_FALSE(layout_of(scene(25, 400, R"(, "terms": {"band": "all"})")).ground.split);
+  EXPECT_FALSE(layout_of(scene(25, 400, R"(, "terms": {"zernike": {"n_max": 12}})")).ground.split);
+  EXPECT_TRUE(
+      layout_of(scene(25, 400, R"(, "terms": {"zernike": {"n_max": 12}, "band": "auto"})")).ground.split);
+  EXPECT_FALSE(layout_of(scene(25, 400, R"(, "target": {"theory": "geometric"})")).ground.split);
+  const Layout named = layout_of(scene(25, 400, R"(, "terms": {"band": "33 /m"})"));
+  ASSERT_TRUE(named.ground.split);
+  EXPECT_EQ(named.ground.split->cut(), 33);
+  EXPECT_FALSE(named.ground.shares->automatic);
+  EXPECT_TRUE(parse_study(scene(25, 400, R"(, "terms": {"band": "33 /m"})"), "s").terms.automatic);
+  // Above the band everything is terms; below it, nothing.
+  EXPECT_FALSE(layout_of(scene(25, 400, R"(, "terms": {"band": "500 /m"})")).ground.split);
+  EXPECT_FALSE(layout_of(scene(25, 400, R"(, "terms": {"band": "1 /m"})")).ground.split->has_low());
+}
+
+TEST(BandChoice, RefusesACutThatNoLightMultiplies) {
+  const std::string rays =
+      refusal(scene(25, 400, R"(, "terms": {"band": "33 /m"}, "target": {"theory": "geometric"})"));
+  EXPECT_NE(rays.find("terms.band"), std::string::npos) << rays;
+  const std::string mean = refusal(
+      scene(25, 400,
+            R"(, "terms": {"band": "33 /m"}, "target": {"statistics": {"scatter_mean": {}, "ee50": {}}})"));
+  EXPECT_NE(mean.find("scatter_mean"), std::string::npos) << mean;
+  EXPECT_FALSE(layout_of(scene(25, 400, R"(, "target": {"statistics": {"scatter_mean": {}, "ee50": {}}})"))
+                   .ground.split);
+  for (const char* band : {R"("-3 /m")", R"("some")", "0", R"("3 m")", "[1]"}) {
+    EXPECT_THROW(layout_of(scene(25, 400, fmt::format(R"(, "terms": {{"band": {}}})", band))), InputError)
+        << band;
+  }
+}
+
+TEST(BandChoice, AFitShowsBothPartsAndRunsAgainFromItsResolvedStudy) {
+  const Study study = parse_study(scene(25, 400, R"(, "equivalence": {"margin": "3 %"})"), "study.json");
+  const ResultDocument result = run_fit(study, {});
+  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
+  ASSERT_TRUE(result.shares && result.scatter);
+  EXPECT_NEAR(std::hypot(result.surface.rms_height, result.shares->rest_rms), 25e-9, 0.03 * 25e-9);
+  // Averaged over the aperture, whose rim at f/6 is tilted by 1 part in 24.
+  EXPECT_NEAR(result.scatter->table.tis, result.shares->tis, 5e-3 * result.shares->tis);
+  const nlohmann::ordered_json json = to_json(result, resolved(study, result));
+  EXPECT_EQ(json["split"]["cut_per_m"], result.shares->cut);
+  EXPECT_EQ(json["study"]["terms"]["band"], result.shares->cut);
+  const std::string table = summary_table(result, true);
+  EXPECT_NE(table.find("Band"), std::string::npos);
+  const ResultDocument again = run_fit(parse_study(json["study"].dump(), "study.json"), {});
+  ASSERT_EQ(again.terms.size(), result.terms.size());
+  EXPECT_LT((again.fit.coefficients - result.fit.coefficients).norm(), 1e-9 * result.fit.coefficients.norm());
+}
+
+TEST(BandChoice, WithoutTermsTheVerdictRestsOnDraws) {
+  const std::string smooth = scene(2, 4000, "", 60);
+  const ResultDocument result = run_fit(parse_study(smooth, "study.json"), {});
+  ASSERT_TRUE(result.shares);
+  EXPECT_EQ(result.shares->cut, 0);
+  EXPECT_EQ(result.terms.size(), 0);
+  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
+  ASSERT_GT(result.metrics.size(), 100u);
+  int scattered = 0;
+  for (const EquivalenceMetric& metric : result.metrics) {
+    scattered += metric.standard_error > 0;
+    EXPECT_TRUE(metric.degrees_of_freedom < 1e3 || metric.standard_error == 0) << metric.name;
+  }
+  EXPECT_GT(scattered, 100);
+  // Its PSD doubled in secret: the draws would say so. Here by targets of another roughness.
+  const std::string other = scene(
+      0.8, 4000,
+      R"(, "terms": {"band": "1 /m"}, "target": {"statistics": {"ee50": {"value": "2.2 um"}, "rms_height": {}}})",
+      60);
+  EXPECT_EQ(run_fit(parse_study(other, "study.json"), {}).verdict, Verdict::kDifferent);
+}
+
+}  // namespace aberfit
