@@ -8,6 +8,7 @@
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/judged_set.h"
 #include "aberfit/theory/realisation_spread.h"
 
 namespace aberfit {
@@ -60,11 +61,11 @@ void add_ring(const Target& target, const GeneralisedHarveyShack& mean, double a
 }
 
 Judged judged_of(const Task& task, const Groundwork& ground, const TargetSets& targets) {
-  const double allowed = kSpreadShareOfMargin * task.equivalence.margin;
   Judged judged;
   for (const std::vector<Target>* set : {&targets.fitted, &targets.held_out})
     for (const Target& target : *set) {
       const Target aim = aim_of(target);
+      const double allowed = kSpreadShareOfMargin * margin_of(target, task.equivalence);
       if (const auto* share = std::get_if<RingThrough>(&aim.statistic))
         judged.add(target.statistic, share->ring_radius, share->dz, allowed * aim.relative_to());
       else if (std::holds_alternative<RingFwhm>(target.statistic))

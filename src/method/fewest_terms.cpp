@@ -34,11 +34,11 @@ constexpr int kWaveTrialIterations = 32;
 // A rejection this near to the tolerances or to the margin may be the rays' or the solver's, not the terms':
 // an annulus took 207 terms where 187 pass with twice the rays.
 constexpr double kNearMiss = 1.3, kNearMissOfWaves = 1.1;
-bool near_miss(const Task& task, const Attempt& attempt) {
+bool near_miss(const Attempt& attempt) {
   if (!has_solution(attempt.result.fit) || frontier_point(attempt, 0).passes) return false;
   double worst = 0;
   for (const EquivalenceMetric& metric : attempt.result.metrics)
-    worst = std::fmax(worst, std::abs(metric.difference) / task.equivalence.margin);
+    worst = std::fmax(worst, std::abs(metric.difference) / metric.margin);
   const double near = attempt.bench->model == FocusModel::kWaves ? kNearMissOfWaves : kNearMiss;
   return attempt.mismatch <= near && worst <= near;
 }
@@ -103,7 +103,7 @@ class Trials {
     plan.give_up_on_stall = true;
     if (waves) plan.most_iterations = std::min(plan.most_iterations, kWaveTrialIterations);
     Attempt attempt = fit_on_enough_rays(of_, plan, false);
-    if (near_miss(of_.task, attempt)) {
+    if (near_miss(attempt)) {
       plan.warm = attempt.result.fit.white;
       plan.guides_within = kGuidesInDoubt;
       plan.give_up_on_stall = false;

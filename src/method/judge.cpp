@@ -102,8 +102,8 @@ std::optional<PerfectMirror> judge_perfect_mirror(const Task& task, const Ground
   const Eigen::VectorXd value = perfect.predict(statistics, threads);
   PerfectMirror result;
   for (std::size_t k = 0; k < aims.size(); ++k) {
-    const double mismatch =
-        std::abs(value[Eigen::Index(k)] - aims[k].value) / (task.equivalence.margin * aims[k].relative_to());
+    const double mismatch = std::abs(value[Eigen::Index(k)] - aims[k].value) /
+                            (margin_of(seen[k], task.equivalence) * aims[k].relative_to());
     if (!(mismatch > result.mismatch)) continue;
     result.mismatch = mismatch;
     result.statistic = statistic_name(seen[k].statistic);

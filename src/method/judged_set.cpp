@@ -1,6 +1,14 @@
 #include "aberfit/method/judged_set.h"
 
+#include <algorithm>
+
 namespace aberfit {
+
+double margin_of(const Target& target, const EquivalenceSpec& asked) {
+  const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic);
+  if (!asked.stray_light || !ee || !target.curve_slope) return asked.margin;
+  return std::min(asked.margin, *asked.stray_light * (1 - ee->fraction) / aim_of(target).scale);
+}
 
 JudgedSet::JudgedSet(const std::vector<Target>& fitted, const std::vector<Target>& held_out)
     : targets_(fitted), fitted_(fitted.size()) {
@@ -35,7 +43,8 @@ std::vector<EquivalenceMetric> JudgedSet::judge(const FreshStatistics& fresh,
     const auto at = Eigen::Index(k);
     const double sampling = fresh.errors_are_bounds ? 0.0 : errors[at];
     metrics.push_back(judge_target(targets_[k], k >= fitted_, fresh.value[at], aims[at], sampling,
-                                   asked.margin, asked.confidence, fresh.degrees_of_freedom));
+                                   margin_of(targets_[k], asked), asked.confidence,
+                                   fresh.degrees_of_freedom));
     if (fresh.errors_are_bounds)
       metrics.back() = with_model_error(metrics.back(), errors[at] / aim_of(targets_[k]).relative_to());
   }

@@ -287,6 +287,11 @@ void describe_study(Visitor& v, Study& study) {
   v.object({"equivalence", "two one-sided tests"}, nullptr, [&](Visitor& e) {
     e.quantity({"margin", "largest relative difference that counts as equivalent", kOptional, "\"1 %\""},
                study.equivalence.margin, Dimension::kFraction, Range{0, 1, true, true});
+    e.quantity({"stray_light",
+                "largest relative difference of the light outside an encircled energy's radius, 1 - E, that "
+                "counts as equivalent; absent: the margin alone",
+                kOptional, "\"5 %\""},
+               study.equivalence.stray_light, Dimension::kFraction, Range{0, 1, true, true});
     e.quantity({"confidence", "of each one-sided test"}, study.equivalence.confidence, Dimension::kFraction,
                Range{0.5, 1, true, true});
   });

@@ -1,3 +1,4 @@
+#include "aberfit/method/judged_set.h"
 #include "aberfit/method/tost.h"
 
 #include <gtest/gtest.h>
@@ -245,3 +246,34 @@ TEST(ModelError, WidensTheIntervalToBothSides) {
   EXPECT_EQ(with_model_error(judge(1.0, 0, 1.02, 0), 0.005).verdict, Verdict::kDifferent);
   EXPECT_EQ(with_model_error(sharp, 0.003).verdict, Verdict::kEquivalent);
 }
+
+namespace aberfit {
+
+TEST(StrayLight, IsATightToleranceFarFromTheCore) {
+  Target far;
+  far.statistic = EncircledEnergyRadius{0.95, 0};
+  far.value = 1e-4;
+  far.curve_slope = 0.1;
+  EquivalenceSpec asked;
+  EXPECT_EQ(margin_of(far, asked), asked.margin);
+  asked.stray_light = 0.02;
+  const JudgedSet judged({far}, {});
+  // 0.95 and 0.0015 less: 3 % more light outside, well within 1 % of max(r dE/dr, 0.35).
+  const auto verdict = [&](double share) {
+    FreshStatistics fresh;
+    fresh.value = Eigen::Vector2d(1e-4, share);
+    fresh.standard_error = Eigen::Vector2d::Zero();
+    return judged.judge(fresh, asked).front();
+  };
+  EXPECT_EQ(verdict(0.95 - 0.0015).verdict, Verdict::kDifferent);
+  EXPECT_EQ(verdict(0.95 - 0.0009).verdict, Verdict::kEquivalent);
+  EXPECT_NEAR(verdict(0.95).tolerance_share, 0.02 * 0.05, 1e-15);
+  asked.stray_light.reset();
+  EXPECT_EQ(verdict(0.95 - 0.0015).verdict, Verdict::kEquivalent);
+  // Near the core the margin is the tighter one.
+  far.statistic = EncircledEnergyRadius{0.2, 0};
+  asked.stray_light = 0.02;
+  EXPECT_EQ(margin_of(far, asked), asked.margin);
+}
+
+}  // namespace aberfit

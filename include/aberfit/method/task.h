@@ -106,6 +106,9 @@ struct FitSpec {
 struct EquivalenceSpec {
   double margin = 0.01;
   double confidence = 0.95;
+  /// Relative difference of the light outside, 1 - E, that counts as equivalent, in encircled energies judged
+  /// in light; absent: the margin alone.
+  std::optional<double> stray_light;
 };
 
 /// A mirror, its light and its roughness, and what is asked of them. Read, never changed: what a run decides
