@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <cstdio>
 #include <numbers>
 #include <stdexcept>
 #include <vector>
@@ -111,22 +112,77 @@ TEST(RealisationSpread, DrawnMirrorsDifferAsPredicted) {
   RecordProperty("worst_factor_in_hundredths", int(100 * worst));
 }
 
+namespace {
+
+std::vector<Case> twelve_scenes() {
+  return {{"gaussian g 0.1", GaussianPsd{height_of(0.1), 0.025}, 0},
+          {"gaussian g 1", GaussianPsd{height_of(1), 0.025}, 0.14},
+          {"gaussian g 2", GaussianPsd{height_of(2), 0.025}, 0},
+          {"k-correlation g 0.3", KCorrelationPsd{height_of(0.3), 0.1, 2.8, 2.5, 100}, 0.14},
+          {"k-correlation g 1", KCorrelationPsd{height_of(1), 0.1, 2.8, 2.5, 100}, 0},
+          {"k-correlation g 5", KCorrelationPsd{height_of(5), 0.1, 4, 2.5, 100}, 0.14},
+          {"power law g 0.1", PowerLawPsd{height_of(0.1), {}, 2.5, 2.5, 100}, 0},
+          {"power law g 2", PowerLawPsd{height_of(2), {}, 2.5, 2.5, 100}, 0.14},
+          {"power law g 5", PowerLawPsd{height_of(5), {}, 4, 2.5, 100}, 0},
+          {"uniform g 0.3", UniformPsd{height_of(0.3), 2.5, 60}, 0},
+          {"uniform g 2", UniformPsd{height_of(2), 2.5, 60}, 0.14},
+          {"uniform g 5", UniformPsd{height_of(5), 2.5, 25}, 0}};
+}
+
+// Largest measured spread over what is promised at the cut that the promise chooses: a third of the
+// tolerance.
+double worst_of_promise(const Case& scene, int cells, int draws, std::uint64_t seed) {
+  const RadialPsd psd(scene.psd);
+  const Aperture aperture = scene.aperture();
+  const GeneralisedHarveyShack mean(psd, kParabola, aperture, kLambda, {.paraxial = true});
+  std::vector<DrawnMirrors::Discs> planes;
+  std::vector<FocalDisc> discs;
+  std::vector<double> promise;
+  for (const double dz : {0.0, 0.7 * kWave, 2 * kWave}) {
+    const MeanSpot spot = mean.at_plane(dz);
+    DrawnMirrors::Discs plane{dz, {}};
+    for (const double fraction : {0.2, 0.4, 0.65, 0.8, 0.9}) {
+      const double r = spot.encircled_energy_radius(fraction);
+      if (r > kFieldOfView * kLambda * kFocal * cells / kDiameter) continue;
+      plane.radius.push_back(r);
+      discs.push_back({r, dz});
+      promise.push_back(kMargin * std::max(r * spot.encircled_energy_slope(r), 0.35) / 3);
+    }
+    planes.push_back(plane);
+  }
+  const RealisationSpread predicted({psd, kParabola, aperture, kLambda, mean}, discs);
+  SpreadLimits limits;
+  limits.light = Eigen::Map<const Eigen::ArrayXd>(promise.data(), Eigen::Index(promise.size()));
+  const double cut = smallest_cut(predicted, limits).frequency;
+  DrawnMirrors drawn({psd, kFocal, kDiameter, scene.inner_diameter, kLambda, cells}, {cut});
+  const std::vector<Eigen::ArrayXXd> measured = drawn.spread(planes, draws, seed);
+  double worst = 0;
+  std::size_t at = 0;
+  for (std::size_t plane = 0; plane < planes.size(); ++plane)
+    for (Eigen::Index d = 0; d < Eigen::Index(planes[plane].radius.size()); ++d)
+      worst = std::max(worst, measured[plane](d, 0) / promise[at++]);
+  return worst;
+}
+
+}  // namespace
+
+TEST(FullStatistics, AtTheChosenCutMirrorsKeepThePromise) {
+  std::uint64_t seed = 171;
+  for (const Case& scene : twelve_scenes()) {
+    const double worst =
+        worst_of_promise(scene, std::holds_alternative<UniformPsd>(scene.psd) ? 256 : 128, 100, ++seed);
+    std::printf("%-22s %.2f of the promised spread\n", scene.name.c_str(), worst);
+    // 100 draws know a spread to 7 %; the worst of some fifteen lies above it. Narrow bands that scatter all
+    // light many times, cut just below their end, spread more than the formula has.
+    EXPECT_LE(worst, scene.name == "uniform g 5" ? 1.9 : 1.25) << scene.name;
+  }
+}
+
 TEST(FullStatistics, MirrorsOfTwelveScenesDifferAsPredicted) {
-  const Case cases[] = {{"gaussian g 0.1", GaussianPsd{height_of(0.1), 0.025}, 0},
-                        {"gaussian g 1", GaussianPsd{height_of(1), 0.025}, 0.14},
-                        {"gaussian g 2", GaussianPsd{height_of(2), 0.025}, 0},
-                        {"k-correlation g 0.3", KCorrelationPsd{height_of(0.3), 0.1, 2.8, 2.5, 100}, 0.14},
-                        {"k-correlation g 1", KCorrelationPsd{height_of(1), 0.1, 2.8, 2.5, 100}, 0},
-                        {"k-correlation g 5", KCorrelationPsd{height_of(5), 0.1, 4, 2.5, 100}, 0.14},
-                        {"power law g 0.1", PowerLawPsd{height_of(0.1), {}, 2.5, 2.5, 100}, 0},
-                        {"power law g 2", PowerLawPsd{height_of(2), {}, 2.5, 2.5, 100}, 0.14},
-                        {"power law g 5", PowerLawPsd{height_of(5), {}, 4, 2.5, 100}, 0},
-                        {"uniform g 0.3", UniformPsd{height_of(0.3), 2.5, 60}, 0},
-                        {"uniform g 2", UniformPsd{height_of(2), 2.5, 60}, 0.14},
-                        {"uniform g 5", UniformPsd{height_of(5), 2.5, 25}, 0}};
   std::uint64_t seed = 71;
   double worst = 0;
-  for (const Case& scene : cases) worst = std::max(worst, worst_factor(scene, 128, 400, ++seed, 1.1));
+  for (const Case& scene : twelve_scenes())
+    worst = std::max(worst, worst_factor(scene, 128, 400, ++seed, 1.1));
   RecordProperty("worst_factor_in_hundredths", int(100 * worst));
 }
 
