@@ -67,7 +67,7 @@ std::shared_ptr<const TermPlan> no_terms(const FitCase& of) {
 
 std::shared_ptr<const BandSplit> drawn_split(const Task& task, const Groundwork& ground) {
   const RadialPsd& psd = *ground.psd;
-  const double low = std::max(psd.f_min(), 1e-3 * psd.f_max());
+  const double low = std::max(psd.f_min(), std::isfinite(psd.f_max()) ? 1e-3 * psd.f_max() : 0.0);
   const double cut =
       std::clamp(kDrawnCycles / (2 * ground.radius), std::min(2 * low, psd.f_max()), psd.f_max());
   return std::make_shared<const BandSplit>(psd, cut, task.mirror, task.aperture, task.wavelength,
