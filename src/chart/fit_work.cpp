@@ -20,6 +20,8 @@ constexpr double kTouched = 0.05;  // share of the rays that a gradient lists: `
 // Waves, divided by M^2 log2 M: a plane and a gradient in fits of the README's study (M = 274). A ring that
 // is followed takes a dozen planes, one that is searched for some 45, without radii.
 constexpr double kWavePlane = 1.5e-9, kWaveGradient = 6e-10, kFollowedRing = 12, kSearchedRing = 40;
+// Of a draw, whose ring no grid before it has looked for (tests/stability).
+constexpr double kDrawnRing = 60;
 // Searches of radii and what else does not grow with the grid, per statistic: fits on 45 cells across with 20
 // to 500 terms (tests/stability).
 constexpr double kWaveStatistic = 8e-5;
@@ -160,7 +162,8 @@ double draws(const Task& task, const Groundwork& ground, const TargetSets& targe
   waves.fourier.assign(kDrawnWaves, {split->low().f_max(), 0});
   const Asked judged = asked({&targets.fitted, &targets.held_out});
   const Optics optics = on_grid(task, waves, wave_pitch(task, waves, all_targets(targets), split.get()));
-  return kScatterDraws * (optics.forward + judged.planes(kSearchedRing) * optics.transform * kWavePlane);
+  return kScatterDraws * (optics.forward + judged.planes(kDrawnRing) * optics.transform * kWavePlane +
+                          judged.count * kWaveStatistic);
 }
 
 double zones(const Task& task, const TermSet& terms) {

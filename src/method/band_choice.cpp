@@ -167,7 +167,7 @@ void split_band(const Task& task, int threads, Layout* layout) {
 
 // A ring in the halo that a wide band scatters fades far out of focus, where terms have no say in it; the
 // grid would have to hold the whole cone of light there.
-constexpr double kDeepRing = 2;  // times the cells that all other statistics ask for
+constexpr double kDeepRing = 2.5;  // times the cells that all other statistics ask for
 
 void leave_out_deep_rings(const Task& task, Layout* layout) {
   const BandSplit* split = layout->ground.split.get();
