@@ -13,7 +13,8 @@ namespace {
 CheckedTerms checked_terms(const Task& task, const Groundwork& ground, const TermSet& terms,
                            double captured) {
   CheckedTerms checked{terms.size(), captured, {}};
-  if (task.terms.automatic && ground.psd) checked.expected = expected_orders(ground);
+  if (task.terms.automatic && ground.psd && !ground.all_scatters())
+    checked.expected = expected_orders(ground);
   return checked;
 }
 
@@ -79,9 +80,11 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
   const auto [ground, targets] = lay_out(task, threads);
   const std::chrono::duration<double> laying_out = std::chrono::steady_clock::now() - begin;
   double captured = 0;
-  const TermSet terms = make_terms(task, ground, task.terms, &captured);
+  const TermSet terms = make_terms(task, ground, ground.all_scatters() ? TermsSpec{} : task.terms, &captured);
   CheckReport report;
   report.warnings = scene_warnings(task, ground, terms, captured);
+  if (ground.all_scatters())
+    std::erase_if(report.warnings, [](const Warning& w) { return w.code == "truncated-terms"; });
   report.mirror = characterise(task.mirror, task.aperture);
   report.focal_sigma = ground.focal_sigma;
   report.theory = targets.theory;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/forward/statistics_with_error.h"
 #include "aberfit/method/judged_set.h"
@@ -25,12 +26,19 @@ namespace {
 
 // Typical iterations of fits that end within their tolerances: 3 to 12 of explicit terms by rays (studies of
 // fits/), 6 to 30 by waves (generated scenes). The sets that a search looks at closely are the ones that just
-// pass or just fail: 20 to 100 by rays; by waves a search gives up sooner.
+// pass or just fail: 20 to 100 by rays; by waves a set that fails is given up after 10 to 12, one that passes
+// takes 12 to 30 (tests/stability).
 // Far fewer unknowns than statistics leave no freedom: 81 in fits/spherical.
-constexpr double kIterations = 10, kWaveIterations = 15, kSearchIterations = 30, kWaveSearchIterations = 18,
+constexpr double kIterations = 10, kWaveIterations = 15, kSearchIterations = 30, kWaveSearchIterations = 14,
                  kFewTermsIterations = 80;
-// Sets that a search fits in full: 3 to 6 by rays (fits/ without `terms`), 3 to 6 by waves.
-constexpr int kFullFits = 5, kWaveFits = 4;
+// Sets that a search fits in full: 3 to 6 by rays (fits/ without `terms`); by waves all it looks at, most of
+// which stay 2 to 10 tolerances away.
+constexpr int kFullFits = 5;
+constexpr double kTypicalMismatch = 3;
+// How many these are depends on the draw more than on the range of orders: 4, 7, 8, 9, 11, 15, 20 and 21 in
+// tests/stability, up from the low end or, where that passes, down; 1, 1, 1, 1, 9, 8, 1 and 1 of them are
+// judged.
+constexpr int kWaveSets = 10, kWaveJudged = 3;
 // Of these as many meet every tolerance, are judged, and need twice the rays they started with.
 constexpr int kPassing = 2;
 // Plane waves: 32, 64, ... to where they pass (181 for 20 nm uniform from 2.5 to 200 /m), then in between.
@@ -150,11 +158,28 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
 
 FitRates built_in_rates() {
   FitRates rates;
-  rates.measured = rates.expected = {1, 1, 1, 1, 1, 1, 1, 1};
+  rates.measured = rates.expected = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   rates.iterations = kIterations;
   rates.source = "of two AVX-512 cores";
   return rates;
 }
+
+namespace {
+
+// What else runs on the machine only adds to a time: the least of several is the machine's own.
+double least_time(double budget, const std::function<void()>& run) {
+  constexpr int kFewest = 5;
+  double least = HUGE_VAL;
+  const ChartClock clock(budget);
+  for (int k = 0; k < kFewest || clock.elapsed() < budget; ++k) {
+    const ChartClock one(0);
+    run();
+    least = std::min(least, one.elapsed());
+  }
+  return least;
+}
+
+}  // namespace
 
 FitRates machine_rates() {
   FitRates rates = built_in_rates();
@@ -170,7 +195,7 @@ FitRates machine_rates() {
   SurfaceField field;
   PointLayout layout;
   layout.points = points.size();
-  const double rays = measure_time(kBudget, [&] { surface.apply(coefficients, &field); }).median /
+  const double rays = least_time(kBudget, [&] { surface.apply(coefficients, &field); }) /
                       choose_operator(terms, layout).forward_seconds;
   // Waves: a plane, and the gradients of what rings in it hold.
   constexpr int kCells = 96, kRings = 6;
@@ -181,15 +206,14 @@ FitRates machine_rates() {
   DiffractionWorkspace workspace;
   Eigen::VectorXd values;
   std::vector<Eigen::ArrayXd> gradients;
-  const double waves = measure_time(kBudget,
-                                    [&] {
-                                      heights[0] += 1e-12;  // another surface: nothing of the last one serves
-                                      evaluate_diffraction({pupil, kFocalLength, kWavelength}, heights,
-                                                           inside, 1, &workspace, &values, &gradients);
-                                    })
-                           .median /
+  const double waves = least_time(kBudget,
+                                  [&] {
+                                    heights[0] += 1e-12;  // another surface: nothing of the last one serves
+                                    evaluate_diffraction({pupil, kFocalLength, kWavelength}, heights, inside,
+                                                         1, &workspace, &values, &gradients);
+                                  }) /
                        wave_seconds(kCells, kRings);
-  rates.measured = {rays, rays, rays, rays, rays, rays, rays, rays};
+  rates.measured = {rays, rays, rays, rays, rays, rays, rays, rays, rays, rays};
   rates.waves = waves;
   rates.source = "measured just now";
   return rates;
@@ -229,38 +253,78 @@ TermSet terms_of(const Task& task, const Groundwork& ground, const TermsSpec& as
 }
 
 // Where searches by rays end: 18 of 15 to 28, 18 of 6 to 31, 24 of 17 to 74, 36 and 40 of 31 to 56 (studies
-// of fits/). By waves, that start at the low end, nearer to it: 17 of 15 to 28, 17 of 16 to 35, 29 of 25 to
-// 46, 38 of 36 to 99, 70 of 36 to 95 (generated scenes). Where even the last order is short of the height
-// variance, none passes by rays, and the search goes on to its end (95 of 27 to 100, fits/measured-zygo).
-int typical_order(const OrderRange& range, bool waves) {
-  if (!waves && range.high >= kLargestSearchedOrder) return range.high;
-  const double share = waves ? 0.3 : 0.5;
-  return std::max(2, int(std::lround(range.low * std::pow(double(range.high) / range.low, share))));
+// of fits/). Where even the last order is short of the height variance, none passes by rays, and the search
+// goes on to its end (95 of 27 to 100, fits/measured-zygo).
+int typical_order(const OrderRange& range) {
+  if (range.high >= kLargestSearchedOrder) return range.high;
+  return std::max(2, int(std::lround(std::sqrt(double(range.low) * range.high))));
+}
+
+// Plane waves where a search by waves ends: 32 of g = 0.12 and 0.16, 76 of 0.49 (tests/stability; g of what
+// the terms stand for).
+int typical_modes(const Task& task, const Groundwork& ground) {
+  constexpr double kWeak = 0.25;
+  const double g = 4 * kPi * psd_moments(*ground.term_psd).rms_height() / task.wavelength;
+  const double wanted = kFewestModes * std::min(g * g / (kWeak * kWeak), double(kTypicalModes));
+  int count = kFewestModes;
+  while (count < wanted && count < kTypicalModes) count *= 2;
+  return count;
+}
+
+// Plane waves: from few of them on, doubling to where they pass, then twice in between.
+std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground, bool waves) {
+  std::vector<Fits> fits;
+  const int most = waves ? typical_modes(task, ground) : kTypicalModes;
+  for (int count = kFewestModes; count <= most; count *= 2) {
+    const TermSet terms = terms_of(task, ground, plane_waves(count));
+    const bool last = count == most, first = count == kFewestModes;
+    const double passing = !last ? 0 : waves ? (first ? 1 : kPassing + 1) : kPassing;
+    add_fits(task, ground, terms, last && !(waves && first) ? kPassing + 1 : 1, passing, &fits);
+  }
+  return fits;
+}
+
+// As search_terms goes up where every look is a full fit: of all the sets that it fits the last ones meet
+// their targets and are judged.
+std::vector<Fits> ascending_fits(const Task& task, const Groundwork& ground, const OrderRange& range) {
+  std::vector<Fits> fits;
+  int order = range.low;
+  for (int k = 1; k <= kWaveSets; ++k) {
+    const TermSet terms = terms_of(task, ground, zernikes_up_to(order, task.terms.covariance));
+    const bool last = k == kWaveSets || order >= range.high;
+    fits.push_back({terms, task.trace.pupil, 1, last || k > kWaveSets - kWaveJudged ? 1.0 : 0.0});
+    if (last) break;
+    order = std::min(range.high, order + stride(order, kTypicalMismatch));
+  }
+  return fits;
 }
 
 // The sets of a search: short ones by `screens`, full ones by the return value.
 std::vector<Fits> search_fits(const Task& task, const Groundwork& ground, std::vector<Fits>* screens) {
   const bool waves = ground.use.model == FocusModel::kWaves;
   const OrderRange range = expected_orders(ground);
-  std::vector<Fits> fits;
-  if (range.wide) {  // doubling, then half as many steps in between
-    for (int count = kFewestModes; count <= kTypicalModes; count *= 2) {
-      const TermSet terms = terms_of(task, ground, plane_waves(count));
-      const bool last = count == kTypicalModes;
-      add_fits(task, ground, terms, last ? kPassing + 1 : 1, last ? kPassing : 0, &fits);
-    }
-    return fits;
-  }
+  if (range.wide) return plane_wave_fits(task, ground, waves);
+  if (waves) return ascending_fits(task, ground, range);
   const auto zernikes = [&](int order) {
     return terms_of(task, ground, zernikes_up_to(order, task.terms.covariance));
   };
-  const int end = typical_order(range, waves);
-  for (int order = 2; !waves && order < end; order = next_order(order)) {
+  const int end = typical_order(range);
+  for (int order = 2; order < end; order = next_order(order)) {
     const TermSet terms = zernikes(order);
     screens->push_back({terms, of_rays(task, screening_rays(terms.size())), 1, 0});
   }
-  add_fits(task, ground, zernikes(end), waves ? kWaveFits : kFullFits, kPassing, &fits);
+  std::vector<Fits> fits;
+  add_fits(task, ground, zernikes(end), kFullFits, kPassing, &fits);
   return fits;
+}
+
+// What a roughness takes that is all scatter.
+FitPrediction predict_draws(const FitWork& work, double speed) {
+  FitPrediction p;
+  p.stages = {
+      {"targets", work.targets * speed}, {"draws", work.draws * speed}, {"scatter", work.scatter * speed}};
+  for (const auto& [stage, seconds] : p.stages) p.seconds += seconds;
+  return p;
 }
 
 }  // namespace
@@ -275,6 +339,10 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
   const auto rate = [&](double FitWork::*stage) {
     return !rays ? speed : r.expected.*stage > 0 ? r.measured.*stage / r.expected.*stage : 0.0;
   };
+  if (ground.all_scatters()) {
+    const TermSet none = terms_of(task, ground, {});
+    return predict_draws(fit_work(task, ground, none, task.trace.pupil, targets, threads), speed);
+  }
   FitPrediction p;
   p.search = task.terms.automatic && ground.psd;
   std::vector<Fits> screens, fits;
@@ -316,6 +384,7 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
   p.stages.emplace_back("fresh rays", fresh);
   if (last.judgement > 0) p.stages.emplace_back("needed model", last.judgement * speed);
   if (last.realisations > 0) p.stages.emplace_back("realisations", last.realisations * speed);
+  if (last.scatter > 0) p.stages.emplace_back("scatter", last.scatter * speed);
   p.stages.emplace_back("zones", last.zones * rate(&FitWork::zones));
   for (const auto& [stage, seconds] : p.stages) p.seconds += seconds;
   return p;

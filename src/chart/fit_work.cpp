@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "aberfit/method/all_scatter.h"
 #include "aberfit/method/prior_draws.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/terms/operator_cost.h"
@@ -19,6 +20,11 @@ constexpr double kTouched = 0.05;  // share of the rays that a gradient lists: `
 // Waves, divided by M^2 log2 M: a plane and a gradient in fits of the README's study (M = 274). A ring that
 // is followed takes a dozen planes, one that is searched for some 45, without radii.
 constexpr double kWavePlane = 1.5e-9, kWaveGradient = 6e-10, kFollowedRing = 12, kSearchedRing = 40;
+// Of a draw, whose ring no grid before it has looked for (tests/stability).
+constexpr double kDrawnRing = 60;
+// Searches of radii and what else does not grow with the grid, per statistic: fits on 45 cells across with 20
+// to 500 terms (tests/stability).
+constexpr double kWaveStatistic = 8e-5;
 // L^T of heights, per weight, point and term: a quarter of the terms at a quarter of the points.
 constexpr double kHeightProduct = 5e-11, kFourierHeightProduct = 2e-10;
 // Dense algebra, one thread: a QR with as many unknowns as statistics, and products with the terms.
@@ -27,6 +33,7 @@ constexpr double kQr = 1.6e-9, kProducts = 0.3e-9;  // per statistics^3, per sta
 constexpr double kTarget = 1.4e-4, kSpotPlane = 5e-4, kSpotRing = 45;
 constexpr double kRaysOfTheory = 16 * 131072.0;  // theory `rays`, targets.cpp
 constexpr double kPriorTerms = 432, kPrior = 5e-4;
+constexpr double kScatterFunction = 0.25;               // with its ABg fits, one thread
 constexpr int kRealisations = 32;                       // judge.cpp
 constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;  // per draw
 
@@ -103,7 +110,8 @@ double values(const Optics& optics, const Asked& wanted) {
 // Values and all gradients over the coefficients.
 double linearisation(const Optics& optics, const Asked& wanted) {
   if (optics.model == FocusModel::kWaves)  // planes stay focused for the gradients
-    return values(optics, wanted) + wanted.count * (optics.transform * kWaveGradient + optics.height_product);
+    return values(optics, wanted) +
+           wanted.count * (optics.transform * kWaveGradient + optics.height_product + kWaveStatistic);
   return optics.forward + wanted.count * (optics.points * kSmoothStatistic + kStatistic + optics.listed);
 }
 
@@ -143,6 +151,19 @@ double realisations(const Task& task, const Groundwork& ground, const Optics& op
   const double share = ground.psd ? ground.numbers.realisation_spread / task.equivalence.margin : 0;
   if (!(share >= 0.5) || (share > 2 && optics.model == FocusModel::kRays)) return 0;
   return kRealisations * values(optics, {1, 1, 0});
+}
+
+// Rings are searched for in each.
+double draws(const Task& task, const Groundwork& ground, const TargetSets& targets) {
+  if (!ground.all_scatters()) return 0;
+  const std::shared_ptr<const BandSplit> split = drawn_split(task, ground);
+  TermSet waves;
+  waves.radius = ground.radius;
+  waves.fourier.assign(kDrawnWaves, {split->low().f_max(), 0});
+  const Asked judged = asked({&targets.fitted, &targets.held_out});
+  const Optics optics = on_grid(task, waves, wave_pitch(task, waves, all_targets(targets), split.get()));
+  return kScatterDraws * (optics.forward + judged.planes(kDrawnRing) * optics.transform * kWavePlane +
+                          judged.count * kWaveStatistic);
 }
 
 double zones(const Task& task, const TermSet& terms) {
@@ -200,6 +221,8 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   work.realisations = realisations(task, ground, optics) / threads;
   work.judgement = judgement(task, ground, terms, targets) / threads;
   work.zones = zones(task, terms) / threads;
+  work.draws = draws(task, ground, targets) / threads;
+  work.scatter = ground.split && ground.split->has_rest() ? kScatterFunction : 0;
   return work;
 }
 

@@ -13,8 +13,6 @@
 namespace aberfit {
 namespace {
 
-constexpr int kDrawnWaves = 1200;
-
 // What surfaces of the whole PSD are drawn from.
 struct Drawing {
   std::shared_ptr<const BandSplit> split;
@@ -24,13 +22,8 @@ struct Drawing {
 
 Drawing drawing_of(const FitCase& of) {
   const Task& task = of.task;
-  const RadialPsd& psd = *of.ground.psd;
-  const double low = std::max(psd.f_min(), 1e-3 * psd.f_max());
-  const double cut =
-      std::clamp(kDrawnCycles / (2 * of.ground.radius), std::min(2 * low, psd.f_max()), psd.f_max());
   Drawing drawing;
-  drawing.split = std::make_shared<const BandSplit>(psd, cut, task.mirror, task.aperture, task.wavelength,
-                                                    of.ground.mean_spot);
+  drawing.split = drawn_split(task, of.ground);
   drawing.terms.radius = of.ground.radius;
   drawing.terms.fourier =
       fourier_modes(drawing.split->low(), kDrawnWaves, FourierSampling::kGrid, task.fit.seed);
@@ -71,6 +64,15 @@ std::shared_ptr<const TermPlan> no_terms(const FitCase& of) {
 }
 
 }  // namespace
+
+std::shared_ptr<const BandSplit> drawn_split(const Task& task, const Groundwork& ground) {
+  const RadialPsd& psd = *ground.psd;
+  const double low = std::max(psd.f_min(), std::isfinite(psd.f_max()) ? 1e-3 * psd.f_max() : 0.0);
+  const double cut =
+      std::clamp(kDrawnCycles / (2 * ground.radius), std::min(2 * low, psd.f_max()), psd.f_max());
+  return std::make_shared<const BandSplit>(psd, cut, task.mirror, task.aperture, task.wavelength,
+                                           ground.mean_spot);
+}
 
 Attempt judge_all_scatter(const FitCase& of) {
   const int threads = of.context.threads;

@@ -84,13 +84,6 @@ int climb(Search* search, const OrderRange& range) {
   return go_down(search, found - 1, found, 0);
 }
 
-// How many orders lie between a set that stays this many tolerances away and one that may pass. Infinite
-// where a fit came to nothing.
-int stride(int order, double mismatch) {
-  const double away = std::clamp(mismatch, 1.0, kFarAway);
-  return std::max(1, int(std::lround(std::log(away) / std::log(kFallPerOrder) * order / kFallsAt)));
-}
-
 // The same where every look is a full fit: up by as many orders as the mismatch asks for, then halving what
 // was stepped over, then down as `climb` does.
 int ascend(Search* search, const OrderRange& range) {
@@ -142,6 +135,13 @@ int nearest(const std::vector<FrontierPoint>& points) {
 }
 
 }  // namespace
+
+// Between a set that stays this many tolerances away and one that may pass. Infinite where a fit came to
+// nothing.
+int stride(int order, double mismatch) {
+  const double away = std::clamp(mismatch, 1.0, kFarAway);
+  return std::max(1, int(std::lround(std::log(away) / std::log(kFallPerOrder) * order / kFallsAt)));
+}
 
 int previous_order(int order) { return order - (order < 15 ? 1 : std::max(1, int(0.09 * order))); }
 int next_order(int order) { return order + (order < 14 ? 1 : std::max(1, int(0.09 * order))); }

@@ -15,6 +15,8 @@ struct FitWork {
   double fresh = 0;                        ///< the verdict on fresh rays, or on a finer grid
   double realisations = 0, judgement = 0;  ///< 0 where `fit` leaves them out
   double zones = 0;
+  double draws = 0;    ///< that judge a roughness without terms (all_scatter.h)
+  double scatter = 0;  ///< the scatter function of the rest of a split, and its fits
 };
 
 /// Of these terms on `rays`, by the scene's physics:

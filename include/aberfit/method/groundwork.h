@@ -17,7 +17,8 @@ struct Groundwork {
   std::optional<RadialPsd> psd;  ///< of the specification
   /// Where the roughness is split between terms and scatter; null: all of it is the terms'.
   std::shared_ptr<const BandSplit> split;
-  std::optional<BandShares> shares;    ///< of the split
+  bool all_scatters() const { return split && !split->has_low(); }  ///< no frequency needs a term
+  std::optional<BandShares> shares;                                 ///< of the split
   std::optional<RadialPsd> term_psd;   ///< what the terms stand for: `psd`, or its low part
   std::optional<RadialPsd> prior_psd;  ///< of the equivalent surface: heights halved in convention `paper`
   double prior_height_factor = 1;
