@@ -61,7 +61,10 @@ struct BandShares {
   double tis = 0;                        ///< share of the light that the rest scatters
   double spread = 0;      ///< largest standard deviation between mirrors that share the terms, in tolerances
   std::string spread_of;  ///< statistic
-  std::string reason;     ///< one sentence
+  /// Of a measured part: what its terms leave of the map, and what they would leave of the specification on
+  /// it, RMS heights [m]. The rest stands for both: neither is added to it.
+  double map_residual = NAN, specified_residual = NAN;
+  std::string reason;  ///< one sentence
 };
 
 }  // namespace aberfit
