@@ -66,14 +66,14 @@ std::vector<Target> untargeted() {
 // Without a named order the terms of a part end where its scatter begins.
 int default_order(const Study& study, double radius) {
   if (!study.psd || study.terms.band.rule != BandRule::kCut) return kDefaultOrder;
-  const int order = order_below(study.terms.band.cut, radius);
+  const RadialPsd psd(*study.psd);
+  const int order = degree_below(psd, study.terms.band.cut, radius, kMostDefaultOrder);
   if (order <= kMostDefaultOrder) return order;
   throw InputError(
       study.path, "/terms/band", format_quantity(study.terms.band.cut, Dimension::kSpatialFrequency),
-      fmt::format(
-          "at most {}, where order {} ends; or an order (`terms.zernike.n_max`)",
-          format_quantity((kMostDefaultOrder + 1) / (2 * EIGEN_PI * radius), Dimension::kSpatialFrequency),
-          kMostDefaultOrder));
+      fmt::format("at most {}, where order {} ends; or an order (`terms.zernike.n_max`)",
+                  format_quantity(terms_end(psd, kMostDefaultOrder, radius), Dimension::kSpatialFrequency),
+                  kMostDefaultOrder));
 }
 
 }  // namespace

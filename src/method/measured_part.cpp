@@ -47,6 +47,26 @@ void require_light(const Task& task) {
         "no roughness, and the terms are fitted without a verdict; or one with a theory of light");
 }
 
+int degree_of(const TermSet& terms) {
+  int degree = 0;
+  for (const ZernikeMode& mode : terms.zernike) degree = std::max(degree, mode.n);
+  for (const int power : terms.spherical) degree = std::max(degree, power);
+  return degree;
+}
+
+// carried: share of the height variance by all Zernikes up to the degree.
+double end_of(const RadialPsd& psd, int degree, double radius, double carried) {
+  const double first = (degree + 1) / (2 * kPi * radius);
+  if (!(first < psd.f_max())) return first;
+  const double left = (1 - carried) * psd_moments(psd).height_variance;
+  double low = std::max(psd.f_min(), 1e-3 * first), high = std::min(psd.f_max(), 10 * first);
+  for (int i = 0; i < 50; ++i) {  // to 1e-14
+    const double middle = std::sqrt(low * high);
+    (psd_moments(psd.band(middle, kInfinity)).height_variance > left ? low : high) = middle;
+  }
+  return std::sqrt(low * high);
+}
+
 // RMS height that least squares by these terms leave of the specification on a disc with the map's points.
 double specified_residual(const RadialPsd& psd, const TermSet& terms, double nyquist) {
   if (terms.zernike.empty() || !(psd.f_min() < nyquist)) return std::nan("");
@@ -63,8 +83,7 @@ std::string terms_words(const TermSet& terms, const PartBand& band) {
   if (band.named) return fmt::format("the terms stand for frequencies up to {}, as asked", cycles);
   if (band.cut < band.terms)
     return fmt::format("the terms stand for frequencies up to {}, where the points of the map end", cycles);
-  return fmt::format("the terms resolve frequencies up to {}; the map ends at {}", cycles,
-                     frequency(band.nyquist));
+  return fmt::format("the terms end at {}; the map at {}", cycles, frequency(band.nyquist));
 }
 
 std::string part_reason(const RadialPsd& psd, const TermSet& terms, const PartBand& band,
@@ -86,7 +105,7 @@ void warn_of_band(const PartBand& band, const BandShares& shares, Warnings* warn
   if (band.named && std::abs(band.cut / band.terms - 1) > kSame)
     warnings->push_back(
         {"cut-off-the-terms",
-         fmt::format("the terms resolve up to {}, the cut is at {}: what lies between {}; leave `terms.band` "
+         fmt::format("the terms end at {}, the cut is at {}: what lies between {}; leave `terms.band` "
                      "out, or the terms' order",
                      frequency(band.terms), frequency(band.cut),
                      band.cut < band.terms ? "counts twice" : "is in neither terms nor scatter")});
@@ -142,20 +161,22 @@ void describe_part_scene(const FitCase& of, FitOutcome* result) {
 
 }  // namespace
 
-double terms_end(const TermSet& terms) {
-  int degree = -1;
-  for (const ZernikeMode& mode : terms.zernike) degree = std::max(degree, mode.n);
-  for (const int power : terms.spherical) degree = std::max(degree, power);
-  return (degree + 1) / (2 * kPi * terms.radius);
+double terms_end(const RadialPsd& psd, int degree, double radius) {
+  return end_of(psd, degree, radius, captured_fraction(psd, radius, 0, degree));
 }
 
-int order_below(double cut, double radius) {
-  return std::max(2, int(std::min(std::floor(2 * kPi * radius * cut * (1 + 1e-12)) - 1, 1e6)));
+int degree_below(const RadialPsd& psd, double cut, double radius, int most) {
+  double carried = captured_fraction(psd, radius, 0, 2);
+  for (int degree = 3; degree <= most + 1; ++degree) {
+    carried += captured_fraction(psd, radius, degree, degree);
+    if (end_of(psd, degree, radius, carried) > cut) return degree - 1;
+  }
+  return most + 1;
 }
 
 PartBand part_band(const Task& task, const TermSet& terms, const HeightMap& map) {
   PartBand band;
-  band.terms = terms_end(terms);
+  band.terms = terms_end(RadialPsd(*task.psd), degree_of(terms), terms.radius);
   band.nyquist = 0.5 / std::max(map.pitch_x, map.pitch_y);
   band.named = task.terms.band.rule == BandRule::kCut;
   band.cut = band.named ? task.terms.band.cut : std::min(band.terms, band.nyquist);
