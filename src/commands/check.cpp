@@ -5,6 +5,7 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/measured_part.h"
 #include "aberfit/report/check_report.h"
 #include "aberfit/report/fit_rates.h"
 #include "aberfit/study/field_errors.h"
@@ -89,6 +90,11 @@ MapCheckReport run_map_check(const Study& study, const RunOptions& options) {
   const TermSet terms = map_terms(study, aperture_radius(study.aperture));
   MapCheckReport report = make_map_check(map, terms, context_of(options).threads);
   report.title = study.title;
+  if (study.psd)
+    report.shares = with_fields_of(study, [&] {
+      return lay_out_part(study, terms, part_band(study, terms, map), context_of(options).threads)
+          .ground.shares;
+    });
   return report;
 }
 

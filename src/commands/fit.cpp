@@ -90,8 +90,9 @@ ExitCode fit_command(CommandLine line) {
         summary_table(result, false));
   say_where(line);
   if (result.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
-  const bool done =
-      result.map ? result.fit.status == FitStatus::kConverged : result.verdict == Verdict::kEquivalent;
+  // A map without a specification has nothing to be judged by.
+  const bool done = result.map && !result.has_roughness ? result.fit.status == FitStatus::kConverged
+                                                        : result.verdict == Verdict::kEquivalent;
   return done ? ExitCode::kDone : ExitCode::kNotMet;
 }
 

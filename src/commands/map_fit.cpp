@@ -10,6 +10,8 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/groundwork.h"
+#include "aberfit/method/measured_part.h"
+#include "aberfit/study/field_errors.h"
 #include "aberfit/study/measured_psd.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/theory/regime.h"
@@ -23,6 +25,7 @@ namespace {
 
 constexpr double kInsideRim = 1 - 1e-9;  // a point on the rim belongs to the mirror
 constexpr int kDefaultOrder = 20;        // 231 terms: what OpticStudio's Zernike surfaces take
+constexpr int kMostDefaultOrder = 60;    // 1891 terms: about a minute for 1e5 points
 
 // Terms of a disc cannot be told apart on a small part of it: rho^20 at half the radius is 1e-6.
 void check_reach(const Study& study, const HeightMap& map) {
@@ -58,6 +61,19 @@ std::vector<Target> untargeted() {
     targets.push_back(target);
   }
   return targets;
+}
+
+// Without a named order the terms of a part end where its scatter begins.
+int default_order(const Study& study, double radius) {
+  if (!study.psd || study.terms.band.rule != BandRule::kCut) return kDefaultOrder;
+  const RadialPsd psd(*study.psd);
+  const int order = degree_below(psd, study.terms.band.cut, radius, kMostDefaultOrder);
+  if (order <= kMostDefaultOrder) return order;
+  throw InputError(
+      study.path, "/terms/band", format_quantity(study.terms.band.cut, Dimension::kSpatialFrequency),
+      fmt::format("at most {}, where order {} ends; or an order (`terms.zernike.n_max`)",
+                  format_quantity(terms_end(psd, kMostDefaultOrder, radius), Dimension::kSpatialFrequency),
+                  kMostDefaultOrder));
 }
 
 }  // namespace
@@ -96,7 +112,8 @@ TermSet map_terms(const Study& study, double radius) {
   terms.radius = radius;
   if (study.terms.zernike)
     terms.zernike =
-        zernike_modes(study.terms.zernike->n_min, study.terms.zernike->n_max.value_or(kDefaultOrder));
+        zernike_modes(study.terms.zernike->n_min, study.terms.zernike->n_max ? *study.terms.zernike->n_max
+                                                                             : default_order(study, radius));
   terms.spherical = study.terms.spherical;
   return terms;
 }
@@ -105,12 +122,9 @@ TermSet map_terms(const Study& study, double radius) {
 
 namespace {
 
-// Least squares of the map: everything but the trace of what came.
-ResultDocument fitted_map(const Study& study, const RunOptions& options, int threads) {
+// Least squares of the map: everything but the light of what came.
+ResultDocument fitted_map(const Study& study, const HeightMap& map, const RunOptions& options, int threads) {
   const auto began = std::chrono::steady_clock::now();
-  const HeightMap map = load_map(study);
-  check_reach(study, map);
-
   ResultDocument result;
   result.title = study.title;
   result.confidence = study.equivalence.confidence;
@@ -172,30 +186,52 @@ EquivalentSurface surface_numbers(const PupilSample& pupil, const SurfaceField& 
   return surface;
 }
 
+// Of the terms alone: nothing says what the part should be.
+void describe_unjudged(const Study& study, const RunOptions& options, int threads, ResultDocument* result) {
+  const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
+  const SurfaceOperator operate(result->terms, pupil, focus_operator(FocusModel::kRays, threads));
+  SurfaceField field;
+  operate.apply(result->fit.coefficients, &field);
+  trace_map(study, pupil, field, threads, result);
+  result->surface = surface_numbers(pupil, field, study.wavelength);
+  if (options.output_directory.empty()) return;
+  Groundwork ground;  // a map has no specification: only sizes
+  ground.radius = result->radius;
+  ground.focal_length = study.mirror.focal_length;
+  ground.core_sigma = ground.focal_sigma = 2 * ground.focal_length * result->surface.rms_slope_per_axis;
+  const LightPath focus{study.mirror,     pupil,           operate,           FocusModel::kRays,
+                        study.wavelength, &study.aperture, study.trace.centre};
+  write_fit(study, ground, options, focus, result);
+}
+
+// A part and its specification: the terms of the map, the rest as scatter, light's verdict.
+ResultDocument judged_map(const Study& study, const HeightMap& map, const RunOptions& options,
+                          const RunContext& context) {
+  const TermSet terms = map_terms(study, aperture_radius(study.aperture));
+  const PartBand band = part_band(study, terms, map);
+  context.say("targets");
+  const Layout layout = lay_out_part(study, terms, band, context.threads);
+  ResultDocument result = fitted_map(study, map, options, context.threads);
+  if (result.fit.status == FitStatus::kFailed) return result;
+  const FitCase of{study, layout.ground, layout.targets, context};
+  judge_part(of, band, &result);
+  if (options.output_directory.empty()) return result;
+  const Workbench bench(study, FocusModel::kWaves, {}, part_pitch(of, result), result.terms, context.threads,
+                        layout.ground.split);
+  write_fit(study, layout.ground, options, bench.focus(study), &result);
+  return result;
+}
+
 }  // namespace
 
 ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   require_analytic_normals(study);
-  const int threads = context_of(options).threads;
-  ResultDocument result = fitted_map(study, options, threads);
-  if (result.fit.status == FitStatus::kFailed) return result;
-
-  const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
-  const SurfaceOperator operate(result.terms, pupil, focus_operator(FocusModel::kRays, threads));
-  SurfaceField field;
-  operate.apply(result.fit.coefficients, &field);
-  trace_map(study, pupil, field, threads, &result);
-  result.surface = surface_numbers(pupil, field, study.wavelength);
-
-  if (!options.output_directory.empty()) {
-    Groundwork ground;  // a map has no specification: only sizes
-    ground.radius = result.radius;
-    ground.focal_length = study.mirror.focal_length;
-    ground.core_sigma = ground.focal_sigma = 2 * ground.focal_length * result.surface.rms_slope_per_axis;
-    const LightPath focus{study.mirror,     pupil,           operate,           FocusModel::kRays,
-                          study.wavelength, &study.aperture, study.trace.centre};
-    write_fit(study, ground, options, focus, &result);
-  }
+  const RunContext context = context_of(options);
+  const HeightMap map = load_map(study);
+  check_reach(study, map);
+  if (study.psd) return with_fields_of(study, [&] { return judged_map(study, map, options, context); });
+  ResultDocument result = fitted_map(study, map, options, context.threads);
+  if (result.fit.status != FitStatus::kFailed) describe_unjudged(study, options, context.threads, &result);
   return result;
 }
 

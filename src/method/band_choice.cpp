@@ -125,7 +125,11 @@ void split_at(const Task& task, double cut, bool automatic, const RealisationSpr
   ground.prior_psd = ground.term_psd = ground.split->low();
   ground.shares = shares_of(*ground.split, automatic);
   describe_spread(spread, judged, cut, &*ground.shares);
-  ground.shares->reason = reason_of(ground, *ground.shares);
+}
+
+RealisationSpread spread_of(const Task& task, const Groundwork& ground, const Judged& judged, int threads) {
+  return RealisationSpread({*ground.psd, task.mirror, task.aperture, task.wavelength, *ground.mean_spot},
+                           judged.discs, threads);
 }
 
 bool asks_for_mean_angle(const TargetSets& targets) {
@@ -149,15 +153,15 @@ void split_band(const Task& task, int threads, Layout* layout) {
     return;
   }
   const Judged judged = judged_of(task, ground, layout->targets);
-  const RealisationSpread spread(
-      {*ground.psd, task.mirror, task.aperture, task.wavelength, *ground.mean_spot}, judged.discs, threads);
+  const RealisationSpread spread = spread_of(task, ground, judged, threads);
   double cut = task.terms.band.cut;
   if (rule == BandRule::kAuto) {
     const SmallestCut smallest = smallest_cut(spread, judged.limits);
     cut = smallest.whole_band ? ground.psd->f_min() : smallest.frequency;
   }
-  if (cut < ground.psd->f_max())
-    split_at(task, std::max(cut, ground.psd->f_min()), rule == BandRule::kAuto, spread, judged, layout);
+  if (!(cut < ground.psd->f_max())) return;
+  split_at(task, std::max(cut, ground.psd->f_min()), rule == BandRule::kAuto, spread, judged, layout);
+  layout->ground.shares->reason = reason_of(ground, *ground.shares);
 }
 
 // A ring in the halo that a wide band scatters fades far out of focus, where terms have no say in it; the
@@ -209,6 +213,17 @@ Layout lay_out(const Task& task, const PhysicsRequest& asked, int threads) {
   layout.targets = make_targets(task, layout.ground, threads);
   split_band(task, threads, &layout);
   leave_out_deep_rings(task, &layout);
+  return layout;
+}
+
+Layout lay_out_at(const Task& task, double cut, int threads) {
+  Layout layout{lay_groundwork(task, {task.target.theory, FocusModel::kWaves}), {}};
+  Groundwork& ground = layout.ground;
+  layout.targets = make_targets(task, ground, threads);
+  if (!(cut < ground.psd->f_max())) return layout;
+  const Judged judged = judged_of(task, ground, layout.targets);
+  split_at(task, std::max(cut, ground.psd->f_min()), false, spread_of(task, ground, judged, threads), judged,
+           &layout);
   return layout;
 }
 

@@ -9,9 +9,11 @@
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
 #include "aberfit/method/term_search.h"
-#include "aberfit/roughness/psd_in_band.h"
+#include "shared_conclusions.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 void describe_surface(const FitCase& of, Attempt* attempt) {
@@ -68,33 +70,9 @@ void ask_light(const FitCase& of, FitOutcome* result) {
   if (!(unknown && result->verdict == Verdict::kDifferent)) result->verdict = light.verdict;
 }
 
-void ask_perfect_mirror(const FitCase& of, FitOutcome* result) {
-  result->perfect = judge_perfect_mirror(of.task, of.ground, of.targets, of.context.threads);
-  if (result->perfect && result->perfect->mismatch < 1)
-    result->warnings.push_back(
-        {"margin-sees-nothing",
-         fmt::format("the perfect mirror would pass, too: its worst statistic, {}, is {:.2g} of a tolerance "
-                     "away, so a margin of {:.3g} % cannot see this roughness; take a smaller margin",
-                     result->perfect->statistic, result->perfect->mismatch,
-                     100 * of.task.equivalence.margin)});
-}
-
-std::string spread_source(const Groundwork& ground, const Realisation& realisation) {
-  std::string text = fmt::format("0.65/sqrt(N_eff), N_eff = {:.0f}", ground.numbers.n_eff);
-  if (realisation.draws > 0)
-    text = fmt::format("{:.1f} % by {}, {:.1f} % over {} draws", 100 * realisation.predicted, text,
-                       100 * realisation.measured, realisation.draws);
-  return text;
-}
-
 void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome* result) {
   Warnings& warnings = result->warnings;
-  if (result->realisation && result->realisation->spread() > of.task.equivalence.margin)
-    warnings.push_back(
-        {"realisation-spread",
-         fmt::format("draws of this roughness differ by {:.1f} % in ee90 ({}): the verdict holds for the "
-                     "calibrated surface, not for any one real mirror",
-                     100 * result->realisation->spread(), spread_source(of.ground, *result->realisation))});
+  warn_of_realisations(of, "the calibrated surface, not for any one real mirror", result);
   if (result->fit.status == FitStatus::kNotConverged)
     warnings.push_back({"not-converged",
                         "the fit ended before every target was met, which is no verdict on its "
@@ -118,33 +96,16 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
                                  result->rays, result->terms.size())});
 }
 
-// B that OpticStudio takes is too large for the knee of a mirror metres across.
-constexpr double kPoorAbg = 0.1, kFreeB = 1e-30;
-
-void describe_scatter(const FitCase& of, FitOutcome* result) {
-  if (!of.ground.split || !of.ground.split->has_rest()) return;
-  of.context.say("scatter");
-  const RadialPsd& rest = of.ground.split->rest();
-  const ScatterFunction function(rest, of.task.wavelength);
-  ScatterOfRest& scatter = result->scatter.emplace();
-  scatter.table = scatter_table(function);
-  scatter.rest = psd_in_band(*of.task.psd, rest.f_min(), rest.f_max());
-  const AbgFit common = fit_abg(function);
-  if (!common.found) return;
-  scatter.abg.push_back(common);
-  if (!common.at_least_b || common.largest_error < kPoorAbg) return;
-  AbgOptions free;
-  free.least_b = kFreeB;
-  scatter.abg.push_back(fit_abg(function, free));
-}
-
 }  // namespace
 
 void conclude(const FitCase& of, Attempt* attempt) {
   FitOutcome& result = attempt->result;
   ask_light(of, &result);
   ask_perfect_mirror(of, &result);
-  describe_scatter(of, &result);
+  if (of.ground.split && of.ground.split->has_rest()) {
+    of.context.say("scatter");
+    result.scatter = scatter_of_rest(of.task, *of.ground.split);
+  }
   if (attempt->result.terms.size() == 0) return warn_of_result(of, attempt->fresh, &result);
   if (of.ground.psd) {
     of.context.say("realisations");

@@ -44,7 +44,7 @@ constexpr double kNoRoughness = 1e-6;
 
 LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const TargetSets& targets,
                               const TermSet& terms, const Eigen::VectorXd& coefficients, int threads,
-                              Warnings* warnings) {
+                              Warnings* warnings, double least_reach) {
   const bool given = targets.theory == "given";
   LightJudgement light;
   light.decides = ground.use.light_decides;
@@ -61,7 +61,7 @@ LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const 
   std::vector<Target> all = fitted;
   all.insert(all.end(), held_out.begin(), held_out.end());
   try {
-    const double pitch = wave_pitch(task, terms, all, ground.split.get());
+    const double pitch = wave_pitch(task, terms, all, ground.split.get(), 1, least_reach);
     const double cells = 2 * ground.radius / pitch;
     if (cells > kMostJudgedCells) {
       light.no_grid = true;

@@ -21,7 +21,7 @@ constexpr double kCellsPerCycle = 3.0;  // a phase screen sampled twice a cycle 
 }  // namespace
 
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
-                  const BandSplit* split, double coarsening) {
+                  const BandSplit* split, double coarsening, double least_reach) {
   double radius = 0, reach_dz = 0;
   for (const Target& target : targets) {
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
@@ -35,6 +35,7 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
     }
   }
   if (split) radius = std::min(radius, kReach * split->low_reach());
+  radius = std::max(radius, kReach * least_reach);
   const DiffractionSampling sampling = diffraction_sampling(task.aperture, task.mirror.focal_length,
                                                             task.wavelength, radius, reach_dz, kLeastCells);
   const double for_light = coarsening * sampling.pitch;

@@ -25,6 +25,19 @@ constexpr const char* kBeware =
 constexpr const char* kUseWithoutTerms =
     "Give a smooth surface the scatter function (scatter.csv) as its scatter model: that is this mirror.";
 
+constexpr const char* kResidual =
+    "What the terms leave of the map is not added to the sum: the scatter stands for it, as specified.";
+
+std::string residual_words(const BandShares& shares) {
+  if (!std::isfinite(shares.map_residual)) return "";
+  std::string text =
+      fmt::format(" Residual of the map {}", format_quantity(shares.map_residual, Dimension::kLength));
+  if (std::isfinite(shares.specified_residual))
+    text += fmt::format(", of its specification {}",
+                        format_quantity(shares.specified_residual, Dimension::kLength));
+  return text + (shares.rest_rms > 0 ? ": not added, the scatter stands for it." : ".");
+}
+
 nlohmann::ordered_json abg_json(const AbgFit& fit) {
   return {{"a_per_sr", json_number(fit.model.a)},
           {"b", json_number(fit.model.b)},
@@ -82,6 +95,11 @@ nlohmann::ordered_json to_json(const BandShares& shares, const std::optional<Sca
   json["terms"] = part(surface->rms_height, surface->rms_slope_per_axis);
   json["sum"] = part(std::hypot(surface->rms_height, shares.rest_rms),
                      std::hypot(surface->rms_slope_per_axis, shares.rest_slope));
+  if (std::isfinite(shares.map_residual))
+    json["map_residual"] = {{"rms_height_m", json_number(shares.map_residual)},
+                            {"specified_rms_height_m", json_number(shares.specified_residual)},
+                            {"meaning", kResidual}};
+  if (!(shares.rest_rms > 0)) return json;
   json["use"] = shares.cut > 0 ? kUse : kUseWithoutTerms;
   if (shares.cut > 0) json["beware"] = kBeware;
   return json;
@@ -96,10 +114,11 @@ std::string band_lines(const BandShares& shares, const std::optional<ScatterOfRe
   };
   if (scatter) text += abg_lines(scatter->abg);
   if (!(shares.cut > 0)) return text + paragraph("", kUseWithoutTerms);
-  text +=
-      paragraph("", fmt::format("Terms and scatter: RMS height {}; RMS slope {} per axis.",
-                                squares(surface.rms_height, shares.rest_rms, Dimension::kLength),
-                                squares(surface.rms_slope_per_axis, shares.rest_slope, Dimension::kAngle)));
+  text += paragraph("", fmt::format("Terms and scatter: RMS height {}; RMS slope {} per axis.{}",
+                                    squares(surface.rms_height, shares.rest_rms, Dimension::kLength),
+                                    squares(surface.rms_slope_per_axis, shares.rest_slope, Dimension::kAngle),
+                                    residual_words(shares)));
+  if (!(shares.rest_rms > 0)) return text;
   return text + paragraph("", std::string(kUse) + " " + kBeware);
 }
 

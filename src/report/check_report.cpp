@@ -90,17 +90,19 @@ Json to_json(const CheckReport& report, const Json& study) {
 }
 
 Json to_json(const MapCheckReport& report, const Json& study) {
-  return {{"aberfit", 1},
-          {"kind", "check"},
-          {"study", study},
-          {"map",
-           {{"columns", report.columns},
-            {"rows", report.rows},
-            {"valid", report.valid},
-            {"pitch_m", report.pitch}}},
-          {"terms", {{"count", report.terms}}},
-          {"predicted_seconds", report.seconds},
-          {"warnings", Json::array()}};
+  Json json = {{"aberfit", 1},
+               {"kind", "check"},
+               {"study", study},
+               {"map",
+                {{"columns", report.columns},
+                 {"rows", report.rows},
+                 {"valid", report.valid},
+                 {"pitch_m", report.pitch}}},
+               {"terms", {{"count", report.terms}}}};
+  if (report.shares) json["split"] = to_json(*report.shares, std::nullopt, std::nullopt);
+  json["predicted_seconds"] = report.seconds;
+  json["warnings"] = Json::array();
+  return json;
 }
 
 }  // namespace aberfit

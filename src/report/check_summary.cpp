@@ -153,6 +153,7 @@ std::string summary_table(const MapCheckReport& report) {
   text += row("map", fmt::format("{} x {} points, {} valid, pitch {}", report.columns, report.rows,
                                  report.valid, metres_text(report.pitch)));
   text += row("terms", fmt::format("{} by least squares", report.terms));
+  if (report.shares) text += row("band", report.shares->reason);
   return text + row("predicted time of `fit`",
                     fmt::format("{} on {} thread{} (within a factor 3)", cost_text(report.seconds),
                                 report.threads, plural(report.threads)));

@@ -194,7 +194,7 @@ Json light_json(const ResultDocument& result) {
 
 Json equivalence_json(const ResultDocument& result) {
   Json json = {{"verdict", to_string(result.verdict)}, {"metrics", metrics_json(result.metrics)}};
-  if (result.fit.status == FitStatus::kNotRun || result.map) return json;
+  if (result.fit.status == FitStatus::kNotRun || (result.map && !result.has_roughness)) return json;
   json["light"] = light_json(result);
   if (result.perfect)
     json["perfect_mirror"] = {{"mismatch_tolerances", json_number(result.perfect->mismatch)},

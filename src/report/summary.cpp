@@ -121,6 +121,9 @@ std::string what_would_help(const ResultDocument& result) {
     return "Light has no answer: " + result.light->obstacle + ".";
   if (tally.different == 0 && tally.undecided > 0)
     return "What is undecided needs smaller errors: more rays (`trace.rays`) or a larger margin.";
+  if (result.map)
+    return "The part is what it is: `equivalence.margin` says how far it may be from the mean of its "
+           "specification.";
   if (!result.frontier && result.surface.captured_fraction > 0 &&
       result.surface.captured_fraction < kCarriesAll)
     return "More terms would help: leave `terms` out and they are chosen.";
@@ -131,8 +134,11 @@ std::string what_would_help(const ResultDocument& result) {
   return "More terms (leave `terms` out), another `fit.seed` or a larger margin would help.";
 }
 
+// Least-squares terms that nothing says what to make of.
+bool only_map(const ResultDocument& result) { return result.map && !result.has_roughness; }
+
 std::string headline(const ResultDocument& result) {
-  if (result.map)
+  if (only_map(result))
     return paragraph(
         "",
         fmt::format(
@@ -141,6 +147,8 @@ std::string headline(const ResultDocument& result) {
         0);
   if (result.metrics.empty()) {
     if (result.fit.status == FitStatus::kNotRun) return paragraph("", "NOT JUDGED - nothing was fitted", 0);
+    if (result.map && result.light)
+      return paragraph("", "NOT JUDGED - light has no answer: " + result.light->obstacle, 0);
     return paragraph("", "NOT JUDGED - fit: " + to_string(result.fit.status), 0);
   }
   const std::vector<EquivalenceMetric>& deciding = decided_by(result);
@@ -159,18 +167,27 @@ std::string headline(const ResultDocument& result) {
   return text;
 }
 
+std::string map_lines(const ResultDocument& result) {
+  const MapFitResult& map = *result.map;
+  std::string text = paragraph(
+      "Map",
+      fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, rank {} of {}, "
+                  "residuals worth {:.0f} independent points",
+                  map.points, map.held_out_points, length(map.rms_map), map.condition_number, map.rank,
+                  result.terms.size(), map.independent_points));
+  if (!only_map(result))
+    text += paragraph("", fmt::format("residual {} RMS, {} on the points kept back", length(map.rms_residual),
+                                      length(map.rms_held_out)));
+  return text;
+}
+
 std::string scene_lines(const ResultDocument& result) {
-  if (const auto& map = result.map)
-    return paragraph(
-        "Map",
-        fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, rank {} of {}, "
-                    "residuals worth {:.0f} independent points",
-                    map->points, map->held_out_points, length(map->rms_map), map->condition_number, map->rank,
-                    result.terms.size(), map->independent_points));
+  if (only_map(result)) return map_lines(result);
   if (!result.has_roughness) return paragraph("Scene", "no roughness given; all targets are values");
   const SceneNumbers& scene = result.scene;
-  std::string text = paragraph(
-      "Scene",
+  std::string text = result.map ? map_lines(result) : "";
+  text += paragraph(
+      result.map ? "Specified" : "Scene",
       fmt::format(
           "RMS height {}, RMS slope {} per axis, correlation length {}, {:.4g} modes carry the slope, "
           "g {:.3g}, kappa {:.3g}, TIS {:.3g} %, Airy ee90 {}, the paper's R {:.3g}",
@@ -201,8 +218,11 @@ std::string fit_lines(const ResultDocument& result) {
   const FitResult& fit = result.fit;
   std::string out;
   if (result.map) {
-    out += paragraph("Fit",
-                     fmt::format("{}, {:.3g} s; traced with {}", to_string(fit.status), fit.seconds, points));
+    out += paragraph(
+        "Fit", only_map(result)
+                   ? fmt::format("{}, {:.3g} s; traced with {}", to_string(fit.status), fit.seconds, points)
+                   : fmt::format("{}, {:.3g} s; {}, least squares", to_string(fit.status), fit.seconds,
+                                 plural(long(result.terms.size()), "term")));
   } else if (fit.status != FitStatus::kNotRun) {
     out += paragraph("Fit", fmt::format("{} after {}, {}, {:.3g} s: {}", to_string(fit.status),
                                         plural(fit.iterations, "iteration"),
@@ -322,8 +342,10 @@ std::string statistics_table(const ResultDocument& result, bool all) {
     std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines), held_out);
     sections.push_back(section);
   } else {
-    Section section{
-        result.map ? "Statistics of the terms at the focus, by rays" : "Fitted statistics at the focus", {}};
+    Section section{only_map(result) ? "Statistics of the terms at the focus, by rays"
+                    : result.map     ? "Statistics of the part at the focus"
+                                     : "Fitted statistics at the focus",
+                    {}};
     std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines),
                  [](const Line& l) { return l.at_focus; });
     sections.push_back(section);

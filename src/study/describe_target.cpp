@@ -130,8 +130,11 @@ void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& m
                if (!target.psd) target.psd.emplace();
                describe_psd_target(p, *target.psd);
              });
-    t.object({"map", "measured map to fit by least squares, instead of statistics"}, &of_map,
-             [&](Visitor& m) {
+    t.object({"map",
+              "measured map to fit by least squares, instead of statistics; beside a roughness, its "
+              "specification, "
+              "it is judged in light"},
+             &of_map, [&](Visitor& m) {
                if (!map) map.emplace();
                describe_map_target(m, *map);
              });

@@ -100,10 +100,9 @@ void check_rules(const Study& study) {
   if (study.trace.pupil.layout == PupilLayout::kPolar && study.aperture.index() > 1)
     throw InputError(study.path, "/trace/pupil", "\"polar\"",
                      "\"random\", \"sobol\", \"grid\": the polar layout is for circles and annuli");
-  if (study.map) return;  // neither targets nor terms need a roughness
   if (study.roughness)
     check_psd(study, *study.roughness, "/roughness/psd");
-  else
+  else if (!study.map)  // whose terms need none
     check_without_roughness(study);
 }
 

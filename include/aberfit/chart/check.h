@@ -66,7 +66,7 @@ struct CheckReport {
 /// Everything but the paper's table. The study has statistics as targets, no map. Computes no fit.
 CheckReport make_check(const Task& task, const FitRates& rates, int threads);
 
-/// The same of a study of a measured map, which has no specification: what is fitted, and what that takes.
+/// The same of a study of a measured map: what is fitted, and what that takes.
 struct MapCheckReport {
   std::string title;
   Eigen::Index columns = 0, rows = 0, valid = 0;  ///< points of the map
@@ -74,6 +74,7 @@ struct MapCheckReport {
   Eigen::Index terms = 0;                         ///< fitted by least squares
   double seconds = 0;                             ///< predicted time of the fit [s]
   int threads = 1;                                ///< that the prediction is for
+  std::optional<BandShares> shares;               ///< beside a roughness: where the terms end, what scatters
 };
 MapCheckReport make_map_check(const HeightMap& map, const TermSet& terms, int threads);
 

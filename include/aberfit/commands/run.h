@@ -22,7 +22,8 @@ RunContext context_of(const RunOptions& options);
 ResultDocument run_fit(const Study& study, const RunOptions& options);
 /// The study of a result: `study` with what the fit has chosen where it leaves that open.
 nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome);
-/// Least-squares terms of the measured map in target.map, which the study has, traced.
+/// Least-squares terms of the measured map in target.map, which the study has: traced, or, beside a
+/// roughness, judged in light against it (method/measured_part.h).
 ResultDocument run_map_fit(const Study& study, const RunOptions& options);
 /// Harvey-Shack branch, aberration-term branch and, where asked, published numbers side by side. Throws
 /// InputError for a study without roughness.

@@ -18,5 +18,9 @@ struct Layout {
 Layout lay_out(const Task& task, const PhysicsRequest& asked, int threads);
 /// By the physics that the task itself asks for.
 Layout lay_out(const Task& task, int threads);
+/// The same with the split at `cut` [cycles/m], or at the bottom of the band where that is above it, whatever
+/// `terms.band` says; above the band there is no split. By waves, for tasks that have a theory of light; the
+/// sentence of the shares is left to the caller.
+Layout lay_out_at(const Task& task, double cut, int threads);
 
 }  // namespace aberfit

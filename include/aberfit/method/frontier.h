@@ -62,7 +62,10 @@ struct BandShares {
   double height_spread = 0, slope_spread = 0;  ///< of sample RMS height and slope, over that of the whole
   double spread = 0;      ///< largest standard deviation of judged light between such mirrors, in tolerances
   std::string spread_of;  ///< statistic
-  std::string reason;     ///< one sentence
+  /// Of a measured part: what its terms leave of the map, and what they would leave of the specification on
+  /// it, RMS heights [m]. The rest stands for both: neither is added to it.
+  double map_residual = NAN, specified_residual = NAN;
+  std::string reason;  ///< one sentence
 };
 
 }  // namespace aberfit

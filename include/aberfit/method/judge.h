@@ -11,10 +11,10 @@ namespace aberfit {
 /// as its light needs, against GHS (of half the heights in convention `paper`) or the given values.
 /// Statistics: the fitted ones that exist for waves; the held-out ones too where light decides. Nothing
 /// without a theory of light (`obstacle` then says why) or where the grid would be larger than
-/// kMostJudgedCells.
+/// kMostJudgedCells. least_reach: as wave_pitch has it, of a surface that may be rougher than specified.
 LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const TargetSets& targets,
                               const TermSet& terms, const Eigen::VectorXd& coefficients, int threads,
-                              Warnings* warnings);
+                              Warnings* warnings, double least_reach = 0);
 
 /// Cells across the aperture at most for light's answer: 8e5 cells, some ten seconds for the default
 /// statistics.

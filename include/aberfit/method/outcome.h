@@ -109,7 +109,8 @@ struct FitOutcome {
   std::optional<BandUse> band;           ///< absent without roughness
   std::optional<BandShares> shares;      ///< absent where the roughness is not split
   std::optional<ScatterOfRest> scatter;  ///< likewise
-  std::optional<MapFitResult> map;  ///< least-squares fit of a measured map; statistics then have no target
+  std::optional<MapFitResult> map;  ///< least-squares fit of a measured map; without roughness statistics
+                                    ///< then have no target
   Verdict verdict = Verdict::kUndecided;   ///< that of `light` where it decides
   std::vector<EquivalenceMetric> metrics;  ///< on the model of the fit
   std::optional<LightJudgement> light;     ///< absent where `metrics` are light's own, and without a fit

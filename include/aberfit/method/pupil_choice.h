@@ -21,9 +21,10 @@ inline constexpr double kFirstCoarsening = 2.83;
 /// factor on all of this but the terms' cells; at 2 the same light just fits into the field of view, and
 /// there are 64 cells across.
 /// split: of the roughness, null where there is none. Light that its rest scatters needs no room on a grid:
-/// no radius counts beyond the low part's reach.
+/// no radius counts beyond the low part's reach. least_reach: of the light of a surface that need not be as
+/// specified [m].
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
-                  const BandSplit* split, double coarsening = 1);
+                  const BandSplit* split, double coarsening = 1, double least_reach = 0);
 
 /// The points that a surface is propagated from: rays, or the cells of a grid of `pitch` [m].
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch);

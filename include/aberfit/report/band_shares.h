@@ -8,7 +8,7 @@
 namespace aberfit {
 
 /// `split` of a result: where the band is cut, both parts and their sum (in squares), the spread that is
-/// left, and how to use the pair. SI units. scatter, surface: of a fit.
+/// left, and how to use the pair; `map_residual` of a measured part. SI units. scatter, surface: of a fit.
 nlohmann::ordered_json to_json(const BandShares& shares, const std::optional<ScatterOfRest>& scatter,
                                const std::optional<EquivalentSurface>& surface);
 

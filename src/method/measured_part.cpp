@@ -1,0 +1,244 @@
+#include "aberfit/method/measured_part.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
+#include "aberfit/forward/term_moments.h"
+#include "aberfit/method/pupil_choice.h"
+#include "shared_conclusions.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+// What the terms leave of the map, over what they would leave of its specification, before it is worth a
+// word: a few hundred independent points know an RMS to some percent, a model of a PSD is off by more.
+constexpr double kNoticedRatio = 1.5;
+// Light of the terms further out than all but so much may leave the grid: the edges of a map bend few rays
+// far.
+constexpr double kBeyondReach = 1e-3;
+
+std::string frequency(double f) { return format_quantity(f, Dimension::kSpatialFrequency); }
+std::string length(double x) { return format_quantity(x, Dimension::kLength); }
+
+void require_light(const Task& task) {
+  if (task.target.theory && *task.target.theory != Theory::kGhs)
+    throw FieldError("target.theory",
+                     '"' + to_string(*task.target.theory) + "\" for a map beside a roughness",
+                     "\"auto\", \"ghs\": a measured part is judged in light");
+  if (task.target.convention == Convention::kPaper)
+    throw FieldError("target.convention", "\"paper\", a rule for rays, for a map beside a roughness",
+                     "\"physical\": a measured part is judged in light");
+  if (task.trace.model && *task.trace.model != FocusModel::kWaves)
+    throw FieldError("trace.model", '"' + to_string(*task.trace.model) + "\" for a map beside a roughness",
+                     "\"auto\", \"waves\": a measured part is judged in light");
+  const RadialPsd psd(*task.psd);
+  const PhysicsChoice use = choose_physics(task, {task.target.theory, {}}, &psd);
+  if (!use.obstacle.empty())
+    throw FieldError(
+        "roughness", "one beside a map whose light cannot be judged: " + use.obstacle,
+        "no roughness, and the terms are fitted without a verdict; or one with a theory of light");
+}
+
+int degree_of(const TermSet& terms) {
+  int degree = 0;
+  for (const ZernikeMode& mode : terms.zernike) degree = std::max(degree, mode.n);
+  for (const int power : terms.spherical) degree = std::max(degree, power);
+  return degree;
+}
+
+// carried: share of the height variance by all Zernikes up to the degree.
+double end_of(const RadialPsd& psd, int degree, double radius, double carried) {
+  const double first = (degree + 1) / (2 * kPi * radius);
+  if (!(first < psd.f_max())) return first;
+  const double left = (1 - carried) * psd_moments(psd).height_variance;
+  double low = std::max(psd.f_min(), 1e-3 * first), high = std::min(psd.f_max(), 10 * first);
+  for (int i = 0; i < 50; ++i) {  // to 1e-14
+    const double middle = std::sqrt(low * high);
+    (psd_moments(psd.band(middle, kInfinity)).height_variance > left ? low : high) = middle;
+  }
+  return std::sqrt(low * high);
+}
+
+// RMS height that least squares by these terms leave of the specification on a disc with the map's points.
+double specified_residual(const RadialPsd& psd, const TermSet& terms, double nyquist) {
+  if (terms.zernike.empty() || !(psd.f_min() < nyquist)) return std::nan("");
+  const RadialPsd seen = psd.band(0, nyquist);
+  const int first = terms.zernike.front().n, last = terms.zernike.back().n;
+  double carried = captured_fraction(seen, terms.radius, 0, std::min(last, 1));  // piston and tilt fit along
+  if (last >= 2) carried += captured_fraction(seen, terms.radius, std::max(first, 2), last);
+  return psd_moments(seen).rms_height() * std::sqrt(std::max(0.0, 1 - carried));
+}
+
+std::string terms_words(const TermSet& terms, const PartBand& band) {
+  const std::string cycles =
+      fmt::format("{} ({:.3g} cycles across)", frequency(band.cut), 2 * terms.radius * band.cut);
+  if (band.named) return fmt::format("the terms stand for frequencies up to {}, as asked", cycles);
+  if (band.cut < band.terms)
+    return fmt::format("the terms stand for frequencies up to {}, where the points of the map end", cycles);
+  return fmt::format("the terms end at {}; the map at {}", cycles, frequency(band.nyquist));
+}
+
+std::string part_reason(const RadialPsd& psd, const TermSet& terms, const PartBand& band,
+                        const BandShares& shares) {
+  const std::string text = "A measured part: " + terms_words(terms, band) + "; ";
+  if (!(shares.rest_rms > 0))
+    return text + fmt::format("the specification ends at {}, below that: there is no rest, nothing scatters.",
+                              frequency(psd.f_max()));
+  return text + fmt::format(
+                    "the specification's {} to {} is scatter (RMS {}, TIS {:.2g} %); parts that share "
+                    "the terms differ by {:.2g} of a tolerance ({}, one standard deviation).",
+                    frequency(std::max(band.cut, psd.f_min())), frequency(psd.f_max()),
+                    length(shares.rest_rms), 100 * shares.tis, shares.spread,
+                    shares.spread_of.empty() ? "nothing is judged" : shares.spread_of);
+}
+
+void warn_of_band(const PartBand& band, const BandShares& shares, Warnings* warnings) {
+  constexpr double kSame = 0.15;  // an order up or down at n = 6
+  if (band.named && std::abs(band.cut / band.terms - 1) > kSame)
+    warnings->push_back(
+        {"cut-off-the-terms",
+         fmt::format("the terms end at {}, the cut is at {}: what lies between {}; leave `terms.band` "
+                     "out, or the terms' order",
+                     frequency(band.terms), frequency(band.cut),
+                     band.cut < band.terms ? "counts twice" : "is in neither terms nor scatter")});
+  const double ratio = shares.map_residual / shares.specified_residual;
+  if (ratio > kNoticedRatio || ratio < 1 / kNoticedRatio)
+    warnings->push_back(
+        {"rest-not-as-specified",
+         fmt::format(
+             "the terms leave {} RMS of the map, and would leave {} of its specification: beyond them "
+             "this part is {}, and the scatter is the specification's",
+             length(shares.map_residual), length(shares.specified_residual),
+             ratio > 1 ? "rougher" : "smoother, or the map does not resolve it")});
+}
+
+// Radius [m] that holds all but kBeyondReach of the light of the terms, by rays.
+double reach_of(const FitCase& of, const FitOutcome& result) {
+  const std::optional<PupilSample> pupil = moment_pupil(of.task.aperture, result.terms);
+  if (!pupil) return 0;
+  SurfaceField field;
+  SurfaceOperator(result.terms, *pupil, focus_operator(FocusModel::kRays, of.context.threads))
+      .apply(result.fit.coefficients, &field);
+  const Eigen::ArrayXd slope = (field.slope_x.square() + field.slope_y.square()).sqrt();
+  std::vector<Eigen::Index> steepest(std::size_t(slope.size()));
+  std::iota(steepest.begin(), steepest.end(), Eigen::Index(0));
+  std::sort(steepest.begin(), steepest.end(),
+            [&](Eigen::Index a, Eigen::Index b) { return slope[a] > slope[b]; });
+  double beyond = 0;
+  for (const Eigen::Index at : steepest)
+    if ((beyond += pupil->weight[at]) > kBeyondReach) return 2 * of.task.mirror.focal_length * slope[at];
+  return 0;
+}
+
+void describe_part_surface(const FitCase& of, FitOutcome* result) {
+  EquivalentSurface& surface = result->surface;
+  const std::optional<TermMoments> exact =
+      term_moments(of.task.aperture, result->terms, result->fit.coefficients, of.context.threads);
+  surface.rms_height = exact ? exact->rms_height : std::nan("");
+  surface.rms_slope_per_axis = exact ? exact->rms_slope_per_axis : std::nan("");
+  surface.g = 4 * kPi * surface.rms_height / of.task.wavelength;
+  surface.kappa = std::nan("");
+}
+
+void describe_part_scene(const FitCase& of, FitOutcome* result) {
+  result->has_roughness = true;
+  result->scene = of.ground.numbers;
+  describe_models(of.ground, of.targets.theory, result);
+  result->targets = of.targets.fitted;
+  result->shares = of.ground.shares;
+  const Warnings scene = scene_warnings(of.task, of.ground, result->terms, 1);
+  for (const Warnings* told : {&scene, &of.targets.warnings})
+    result->warnings.insert(result->warnings.end(), told->begin(), told->end());
+}
+
+}  // namespace
+
+double terms_end(const RadialPsd& psd, int degree, double radius) {
+  return end_of(psd, degree, radius, captured_fraction(psd, radius, 0, degree));
+}
+
+int degree_below(const RadialPsd& psd, double cut, double radius, int most) {
+  double carried = captured_fraction(psd, radius, 0, 2);
+  for (int degree = 3; degree <= most + 1; ++degree) {
+    carried += captured_fraction(psd, radius, degree, degree);
+    if (end_of(psd, degree, radius, carried) > cut) return degree - 1;
+  }
+  return most + 1;
+}
+
+PartBand part_band(const Task& task, const TermSet& terms, const HeightMap& map) {
+  PartBand band;
+  band.terms = terms_end(RadialPsd(*task.psd), degree_of(terms), terms.radius);
+  band.nyquist = 0.5 / std::max(map.pitch_x, map.pitch_y);
+  band.named = task.terms.band.rule == BandRule::kCut;
+  band.cut = band.named ? task.terms.band.cut : std::min(band.terms, band.nyquist);
+  return band;
+}
+
+Layout lay_out_part(const Task& task, const TermSet& terms, const PartBand& band, int threads) {
+  require_light(task);
+  Layout layout = lay_out_at(task, band.cut, threads);
+  if (!layout.ground.shares) {
+    const PsdMoments whole = psd_moments(*layout.ground.psd);
+    layout.ground.shares.emplace();
+    layout.ground.shares->low_rms = whole.rms_height();
+    layout.ground.shares->low_slope = whole.rms_slope_per_axis();
+  }
+  BandShares& shares = *layout.ground.shares;
+  shares.cut = band.cut;
+  shares.automatic = !band.named;
+  shares.specified_residual = specified_residual(*layout.ground.psd, terms, band.nyquist);
+  shares.reason = part_reason(*layout.ground.psd, terms, band, shares);
+  return layout;
+}
+
+double part_pitch(const FitCase& of, const FitOutcome& result) {
+  std::vector<Target> judged = of.targets.fitted;
+  judged.insert(judged.end(), of.targets.held_out.begin(), of.targets.held_out.end());
+  const double finest = 2 * of.ground.radius / kMostJudgedCells;
+  try {
+    return std::max(
+        finest, wave_pitch(of.task, result.terms, judged, of.ground.split.get(), 1, reach_of(of, result)));
+  } catch (const ComputationError&) {  // no grid is fine enough, which the judgement says
+    return finest;
+  }
+}
+
+void judge_part(const FitCase& of, const PartBand& band, FitOutcome* result) {
+  describe_part_scene(of, result);
+  describe_part_surface(of, result);
+  result->shares->map_residual = result->map->rms_residual;
+  warn_of_band(band, *result->shares, &result->warnings);
+  result->realisation = Realisation{of.ground.numbers.realisation_spread, std::nan(""), 0};
+  warn_of_realisations(of, "this part, not for any other of the same specification", result);
+  ask_perfect_mirror(of, result);
+  if (of.ground.split && of.ground.split->has_rest()) {
+    of.context.say("scatter");
+    result->scatter = scatter_of_rest(of.task, *of.ground.split);
+  }
+  if (result->fit.status != FitStatus::kConverged) return;
+  of.context.say("light");
+  const LightJudgement light =
+      judge_in_light(of.task, of.ground, of.targets, result->terms, result->fit.coefficients,
+                     of.context.threads, &result->warnings, reach_of(of, *result));
+  result->rays = focus_pupil(of.task, FocusModel::kWaves, {}, part_pitch(of, *result)).size();
+  result->verdict = light.verdict;
+  result->metrics = light.metrics;
+  if (light.metrics.empty()) {
+    result->light = light;  // and why there is no answer
+    return;
+  }
+  result->fitted.resize(Eigen::Index(result->targets.size()));
+  for (Eigen::Index k = 0; k < result->fitted.size(); ++k)
+    result->fitted[k] = result->metrics[std::size_t(k)].model;
+}
+
+}  // namespace aberfit

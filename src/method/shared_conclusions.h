@@ -1,0 +1,20 @@
+#pragma once
+#include <string>
+
+#include "aberfit/method/attempt.h"
+
+// What is said of every surface that light has judged, whether a fit made it or it was measured.
+namespace aberfit::internal {
+
+/// How far the perfect mirror would be from the targets, and the warning `margin-sees-nothing` where the
+/// margin would let it pass.
+void ask_perfect_mirror(const FitCase& of, FitOutcome* result);
+
+/// The warning `realisation-spread`, where mirrors of the specification differ by more than the margin.
+/// holds_for: what the verdict is about, a clause.
+void warn_of_realisations(const FitCase& of, const std::string& holds_for, FitOutcome* result);
+
+/// The rest of a split roughness as other programs take it: table, ABg fits, PSD. split.has_rest().
+ScatterOfRest scatter_of_rest(const Task& task, const BandSplit& split);
+
+}  // namespace aberfit::internal
