@@ -15,6 +15,9 @@ ChartFamily chart_models(const ChartBench& bench, double seconds);
 /// Fits of growing orders by rays, by waves that begin on a coarse grid, and by waves on the safe grid alone:
 /// what light says of the surfaces against their targets.
 ChartFamily chart_fits(const ChartBench& bench, double seconds);
+/// Whole fits by where the roughness is split between terms and scatter: what light says of the mean, and how
+/// far mirrors that share the terms differ.
+ChartFamily chart_bands(const ChartBench& bench, double seconds);
 
 /// Pupil layouts x ray counts: statistics against those of a four times finer pupil.
 ChartFamily chart_pupils(const ChartBench& bench, double seconds);

@@ -14,8 +14,8 @@ using namespace internal;
 namespace {
 
 // Shares of the budget. The fit's own stages first: `check` needs them most.
-constexpr double kRates = 0.12, kTheories = 0.01, kModels = 0.12, kFits = 0.25, kPupils = 0.13,
-                 kNormals = 0.08, kOperators = 0.08, kDerivatives = 0.09, kOrders = 0.05, kModes = 0.05,
+constexpr double kRates = 0.12, kTheories = 0.01, kModels = 0.1, kFits = 0.18, kBands = 0.18, kPupils = 0.1,
+                 kNormals = 0.06, kOperators = 0.07, kDerivatives = 0.08, kOrders = 0.04, kModes = 0.04,
                  kSmoothing = 0.02;
 
 }  // namespace
@@ -54,6 +54,7 @@ Chart make_chart(const Task& task, double budget, const RunContext& context) {
   append({chart_theories(as_is, kTheories * budget)});
   append({chart_models(as_is, kModels * budget)});
   append({chart_fits(as_is, kFits * budget)});
+  append({chart_bands(as_is, kBands * budget)});
   append({chart_pupils(bench, kPupils * budget)});
   append(chart_normals(bench, kNormals * budget));
   append(chart_operators(bench, kOperators * budget));

@@ -2,7 +2,6 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/parallel.h"
-#include "aberfit/method/all_scatter.h"
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/conclude.h"
@@ -33,14 +32,6 @@ bool rays_fell_short(const FitCase& of, const FitOutcome& result) {
   return of.ground.use.model == FocusModel::kRays && of.ground.use.light_decides && !of.task.trace.model &&
          result.light && result.light->obstacle.empty() && result.light->verdict != Verdict::kEquivalent &&
          overall(result.metrics) == Verdict::kEquivalent;
-}
-
-Attempt fit_as_asked(const FitCase& of) {
-  if (of.ground.split && !of.ground.split->has_low()) return judge_all_scatter(of);
-  if (of.task.terms.automatic && of.ground.psd) return fit_fewest_terms(of);
-  of.context.say("prior");
-  const auto terms = std::make_shared<const TermPlan>(plan_terms(of.task, of.ground, of.task.terms));
-  return fit_on_enough_rays(of, make_plan(of.task, terms), true);
 }
 
 ResultDocument document(const Study& study, FitOutcome outcome, int threads) {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
@@ -17,11 +19,6 @@ namespace {
 
 bool can_split(const Groundwork& ground) {
   return ground.mean_spot && ground.use.model == FocusModel::kWaves;
-}
-
-BandRule rule_of(const Task& task) {
-  if (task.terms.band.rule != BandRule::kDefault) return task.terms.band.rule;
-  return task.terms.automatic && task.target.theory != Theory::kGeometric ? BandRule::kAuto : BandRule::kAll;
 }
 
 // Scatter multiplies a transfer function.
@@ -132,35 +129,44 @@ RealisationSpread spread_of(const Task& task, const Groundwork& ground, const Ju
                            judged.discs, threads);
 }
 
+BandRule rule_of(const Task& task, const BandSpec& band) {
+  if (band.rule != BandRule::kDefault) return band.rule;
+  return task.terms.automatic && task.target.theory != Theory::kGeometric ? BandRule::kAuto : BandRule::kAll;
+}
+
 bool asks_for_mean_angle(const TargetSets& targets) {
   return std::any_of(targets.fitted.begin(), targets.fitted.end(), [](const Target& target) {
     return std::holds_alternative<ScatterMean>(target.statistic);
   });
 }
 
-void split_band(const Task& task, int threads, Layout* layout) {
-  const Groundwork& ground = layout->ground;
-  const BandRule rule = rule_of(task);
-  if (rule == BandRule::kAll || !ground.psd) return;
+// Whether there is anything to split and a way to do it.
+bool can_cut(BandRule rule, const Layout& layout) {
+  const Groundwork& ground = layout.ground;
+  if (rule == BandRule::kAll || !ground.psd) return false;
   if (!can_split(ground)) {
     if (rule == BandRule::kCut) refuse_cut(ground);
-    return;
+    return false;
   }
-  if (asks_for_mean_angle(layout->targets)) {
+  if (asks_for_mean_angle(layout.targets)) {
     if (rule == BandRule::kCut)
       throw FieldError("terms.band", "a frequency, but scatter_mean is among the statistics",
                        "\"all\"; the mean angle of terms and scatter together is not known");
-    return;
+    return false;
   }
-  const Judged judged = judged_of(task, ground, layout->targets);
-  const RealisationSpread spread = spread_of(task, ground, judged, threads);
-  double cut = task.terms.band.cut;
-  if (rule == BandRule::kAuto) {
+  return true;
+}
+
+void split_band(const Task& task, const BandSpec& band, const RealisationSpread& spread, const Judged& judged,
+                Layout* layout) {
+  const Groundwork& ground = layout->ground;
+  double cut = band.cut;
+  if (band.rule == BandRule::kAuto) {
     const SmallestCut smallest = smallest_cut(spread, judged.limits);
     cut = smallest.whole_band ? ground.psd->f_min() : smallest.frequency;
   }
   if (!(cut < ground.psd->f_max())) return;
-  split_at(task, std::max(cut, ground.psd->f_min()), rule == BandRule::kAuto, spread, judged, layout);
+  split_at(task, std::max(cut, ground.psd->f_min()), band.rule == BandRule::kAuto, spread, judged, layout);
   layout->ground.shares->reason = reason_of(ground, *ground.shares);
 }
 
@@ -206,14 +212,34 @@ void leave_out_deep_rings(const Task& task, Layout* layout) {
 
 }  // namespace
 
+BandRule band_rule(const Task& task) { return rule_of(task, task.terms.band); }
+
 Layout lay_out(const Task& task, int threads) { return lay_out(task, requested_physics(task), threads); }
 
 Layout lay_out(const Task& task, const PhysicsRequest& asked, int threads) {
-  Layout layout{lay_groundwork(task, asked), {}};
-  layout.targets = make_targets(task, layout.ground, threads);
-  split_band(task, threads, &layout);
-  leave_out_deep_rings(task, &layout);
-  return layout;
+  return std::move(lay_out(task, asked, std::vector{task.terms.band}, threads).front());
+}
+
+std::vector<Layout> lay_out(const Task& task, const PhysicsRequest& asked, const std::vector<BandSpec>& bands,
+                            int threads) {
+  Layout whole{lay_groundwork(task, asked), {}};
+  whole.targets = make_targets(task, whole.ground, threads);
+  std::vector<Layout> layouts(bands.size(), whole);
+  std::optional<Judged> judged;
+  std::optional<RealisationSpread> spread;
+  for (std::size_t k = 0; k < bands.size(); ++k) {
+    const BandRule rule = rule_of(task, bands[k]);
+    if (!can_cut(rule, whole)) continue;
+    if (!spread) {
+      judged = judged_of(task, whole.ground, whole.targets);
+      spread.emplace(SpreadProblem{*whole.ground.psd, task.mirror, task.aperture, task.wavelength,
+                                   *whole.ground.mean_spot},
+                     judged->discs, threads);
+    }
+    split_band(task, {rule, bands[k].cut}, *spread, *judged, &layouts[k]);
+    leave_out_deep_rings(task, &layouts[k]);
+  }
+  return layouts;
 }
 
 Layout lay_out_at(const Task& task, double cut, int threads) {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "aberfit/core/random.h"
+#include "aberfit/method/all_scatter.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/term_search.h"
 
@@ -188,6 +189,14 @@ Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms) {
 Attempt fit_fewest_terms(const FitCase& of) {
   return fit_fewest_terms(of,
                           [&of](const TermsSpec& asked) { return plan_terms(of.task, of.ground, asked); });
+}
+
+Attempt fit_as_asked(const FitCase& of) {
+  if (of.ground.split && !of.ground.split->has_low()) return judge_all_scatter(of);
+  if (of.task.terms.automatic && of.ground.psd) return fit_fewest_terms(of);
+  of.context.say("prior");
+  const auto terms = std::make_shared<const TermPlan>(plan_terms(of.task, of.ground, of.task.terms));
+  return fit_on_enough_rays(of, make_plan(of.task, terms), true);
 }
 
 }  // namespace aberfit

@@ -40,6 +40,7 @@ std::string short_label(const ChartRow& row) {
   if (row.unit == "m") return two_digits(row.value);
   if (row.parameter == "points") return "";  // the series says it all
   if (row.parameter == "rays") return thousands(row.value);
+  if (row.unit == "/m") return fmt::format("{:.3g} /m", row.value);
   if (row.value < 1e-3) return fmt::format("{:.0e}", row.value);
   return fmt::format("{:g}", row.value);
 }

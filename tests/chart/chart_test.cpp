@@ -112,6 +112,11 @@ TEST_F(ChartRun, EveryFamilyHasRowsOfWhichThoseOnTheFrontierAreNotBeaten) {
     const std::string name = family["name"];
     SCOPED_TRACE(name);
     const std::vector<ordered_json> all = rows(name);
+    if (!family["skipped"].is_null()) {
+      EXPECT_EQ(name, "bands");
+      EXPECT_TRUE(all.empty());
+      continue;
+    }
     EXPECT_EQ(all.size(), family["rows"].get<std::size_t>());
     EXPECT_FALSE(all.empty());
     int defaults = 0, frontier = 0;
@@ -204,6 +209,19 @@ TEST_F(ChartRun, HigherOrdersAndNarrowerKernelsMissLess) {
   EXPECT_LT(widths[3]["error_rms"], widths[0]["error_rms"]);
 }
 
+TEST_F(ChartRun, CutsNeedATransferFunction) {
+  int found = 0;
+  for (const ordered_json& family : chart_["families"])
+    if (family["name"] == "bands") {
+      ++found;
+      ASSERT_TRUE(family["skipped"].is_string());
+      EXPECT_NE(family["skipped"].get<std::string>().find("not those of light"), std::string::npos);
+      EXPECT_EQ(family["rows"], 0);
+    }
+  EXPECT_EQ(found, 1);
+  EXPECT_TRUE(rows("bands").empty());
+}
+
 TEST_F(ChartRun, CheckPredictsFromTheChart) {
   ASSERT_EQ(run_program(*folder_, "check study.json --json --chart chart"), 0)
       << read_file(folder_->file("stderr.txt"));
@@ -264,6 +282,57 @@ TEST_F(ChartRun, EditedRatesAreRefusedByName) {
     EXPECT_EQ(run_program(*folder_, "check study.json --chart edited.json"), 2) << pointer;
     EXPECT_NE(read_file(folder_->file("stderr.txt")).find(pointer), std::string::npos) << pointer;
   }
+}
+
+// A number in a note, behind this word.
+double after(const std::string& word, const std::string& note) {
+  const std::size_t at = note.find(word + " ");
+  return at == std::string::npos ? std::nan("") : std::stod(note.substr(at + word.size()));
+}
+
+// The margin is wide, so that fits take a second.
+const char* const kWaves = R"({
+  "aberfit": 1,
+  "mirror": { "focal_length": "1.2 m" },
+  "aperture": { "shape": "circle", "diameter": "0.2 m" },
+  "light": { "wavelength": "632.8 nm" },
+  "roughness": { "psd": { "model": "k-correlation", "rms": "25 nm", "B": "60 mm", "exponent": 3, "f_min": "6 /m", "f_max": "120 /m" } },
+  "target": { "statistics": { "ee50": {}, "ee80": {} } },
+  "equivalence": { "margin": "4 %" }
+})";
+
+TEST(ChartBands, MirrorsDifferLessTheHigherTheCutAndTheAutomaticOneIsToday) {
+  ScratchFolder folder;
+  folder.write("study.json", kWaves);
+  ASSERT_EQ(run_program(folder, "chart study.json --seconds 5 -o chart --no-plots"), 0)
+      << read_file(folder.file("stderr.txt"));
+  const ordered_json chart = ordered_json::parse(read_file(folder.file("chart/chart.json")));
+  std::map<double, double> spread;  // by f_c
+  int defaults = 0;
+  for (const ordered_json& row : chart["rows"]) {
+    if (row["family"] != "bands") continue;
+    SCOPED_TRACE(row.dump());
+    EXPECT_GT(row["seconds"].get<double>(), 0);
+    const std::string note = row["note"];
+    const double differ = after("spread", note), light = after("light", note);
+    // Three digits are printed.
+    EXPECT_NEAR(100 * row["error"].get<double>(), std::max(light, differ), 0.005 * std::max(light, differ));
+    EXPECT_EQ(row["reference"] == "targets of light", light >= differ);
+    if (row["method"] == "terms alone") {
+      EXPECT_EQ(differ, 0);
+      continue;
+    }
+    EXPECT_EQ(row["method"], "terms and scatter");
+    EXPECT_GT(row["terms"], 0);
+    spread[row["value"]] = differ;
+    if (!row["is_default"].get<bool>()) continue;
+    ++defaults;
+    EXPECT_NEAR(differ, 4.0 / 3, 0.005);  // a third of the margin
+  }
+  EXPECT_EQ(defaults, 1);
+  ASSERT_GE(spread.size(), 2u);
+  for (auto at = std::next(spread.begin()); at != spread.end(); ++at)
+    EXPECT_LT(at->second, std::prev(at)->second) << at->first << " /m";
 }
 
 }  // namespace

@@ -1,10 +1,15 @@
 #pragma once
+#include <vector>
+
 #include "aberfit/method/groundwork.h"
 
 namespace aberfit {
 
 /// What mirrors that share the terms may differ by, one standard deviation, over the margin of the verdict.
 inline constexpr double kSpreadShareOfMargin = 1.0 / 3;
+
+/// The rule of a task's band, the default resolved.
+BandRule band_rule(const Task& task);
 
 /// What a task asks for, laid out: its physics, its targets, and where its roughness is split.
 struct Layout {
@@ -16,6 +21,9 @@ struct Layout {
 /// band that the task's physics cannot split: scatter multiplies a transfer function, which only waves with
 /// targets by generalised Harvey-Shack have.
 Layout lay_out(const Task& task, const PhysicsRequest& asked, int threads);
+/// The same once for each of these bands in place of the task's own; targets and spread are computed once.
+std::vector<Layout> lay_out(const Task& task, const PhysicsRequest& asked, const std::vector<BandSpec>& bands,
+                            int threads);
 /// By the physics that the task itself asks for.
 Layout lay_out(const Task& task, int threads);
 /// The same with the split at `cut` [cycles/m], or at the bottom of the band where that is above it, whatever

@@ -14,4 +14,8 @@ using MakeTerms = std::function<TermPlan(const TermsSpec&)>;
 Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms);
 Attempt fit_fewest_terms(const FitCase& of);
 
+/// The fit that the task asks for: of the fewest terms, of those it names, or, where the split leaves nothing
+/// to terms, of none (all_scatter.h).
+Attempt fit_as_asked(const FitCase& of);
+
 }  // namespace aberfit

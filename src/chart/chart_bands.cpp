@@ -1,0 +1,213 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/method/band_choice.h"
+#include "aberfit/method/fewest_terms.h"
+#include "aberfit/method/judged_set.h"
+#include "chart_families.h"
+
+namespace aberfit::internal {
+namespace {
+
+constexpr int kEvenCuts = 4;       // cuts in equal ratios, in the middles of equal parts of the band
+constexpr double kSameCut = 1.05;  // ratio of two that are not worth a fit each
+constexpr double kForTheOwn = 3;   // times the family's seconds that the study's own cut may take
+
+template <typename S>
+bool asks_for(const std::vector<Target>& targets) {
+  return std::any_of(targets.begin(), targets.end(),
+                     [](const Target& target) { return std::holds_alternative<S>(target.statistic); });
+}
+
+// Why no cut is charted; empty where cuts are.
+std::string why_no_cut(const ChartBench& bench) {
+  const Groundwork& ground = bench.ground;
+  if (!ground.psd) return "No roughness is given.";
+  if (!ground.mean_spot)
+    return "Scatter multiplies a transfer function, and the targets of this study are not those of light.";
+  if (ground.use.model != FocusModel::kWaves)
+    return "Scatter multiplies a transfer function, and the surface of this study is traced by rays.";
+  if (asks_for<ScatterMean>(bench.targets.fitted))
+    return "scatter_mean is among the statistics; that of terms and scatter together is not known.";
+  if (!asks_for<EncircledEnergyRadius>(bench.targets.fitted))
+    return "No encircled energies are among the targets.";
+  return "";
+}
+
+struct Cut {
+  Layout layout;
+  double predicted = 0;  // time of the fit [s]
+  bool is_default = false;
+};
+
+// The study's own and the automatic one, from near the bottom of the band to near its top, and all of it.
+std::vector<BandSpec> bands_of(const ChartBench& bench) {
+  std::vector<BandSpec> bands = {{BandRule::kAuto, 0}, {BandRule::kAll, 0}};
+  if (band_rule(bench.task) == BandRule::kCut) bands.push_back(bench.task.terms.band);
+  // Below a cycle across a frequency tilts the mirror; above 1/lambda it does not scatter.
+  const double low = std::max(bench.ground.psd->f_min(), 0.5 / bench.ground.radius),
+               high = std::min(bench.ground.psd->f_max(), 1 / bench.task.wavelength);
+  for (int k = 0; k < kEvenCuts && low < high; ++k)
+    bands.push_back({BandRule::kCut, low * std::pow(high / low, (k + 0.5) / kEvenCuts)});
+  return bands;
+}
+
+// Where the terms end [cycles/m]; 0: there are none.
+double end_of_terms(const ChartBench& bench, const Layout& layout) {
+  if (!layout.ground.split) return bench.ground.psd->f_max();
+  return layout.ground.all_scatters() ? 0 : layout.ground.split->cut();
+}
+
+// Infinite where no grid holds the light.
+double predicted_seconds(const ChartBench& bench, const Layout& layout, const FitRates& rates) {
+  try {
+    double captured = 0;
+    const TermSet terms = make_terms(
+        bench.task, layout.ground, layout.ground.all_scatters() ? TermsSpec{} : bench.task.terms, &captured);
+    return predict_fit(bench.task, layout.ground, terms, layout.targets, rates, bench.threads).seconds;
+  } catch (const ComputationError&) {
+    return HUGE_VAL;
+  }
+}
+
+// Laid out, the cheap ones first; of two that are nearly the same the one that stands first in bands_of.
+std::vector<Cut> cuts_of(const ChartBench& bench) {
+  const std::vector<BandSpec> bands = bands_of(bench);
+  std::vector<Layout> layouts = lay_out(bench.task, requested_physics(bench.task), bands, bench.threads);
+  const FitRates rates = machine_rates();
+  const BandRule own = band_rule(bench.task);
+  std::vector<Cut> cuts;
+  for (std::size_t k = 0; k < bands.size(); ++k) {
+    const double end = end_of_terms(bench, layouts[k]);
+    const auto near = std::find_if(cuts.begin(), cuts.end(), [&](const Cut& cut) {
+      const double other = end_of_terms(bench, cut.layout);
+      return end <= kSameCut * other && other <= kSameCut * end;
+    });
+    const bool is_default = own == BandRule::kCut ? k == 2 : bands[k].rule == own;
+    if (near != cuts.end()) {
+      near->is_default = near->is_default || is_default;
+      continue;
+    }
+    const double predicted = predicted_seconds(bench, layouts[k], rates);
+    cuts.push_back({std::move(layouts[k]), predicted, is_default});
+  }
+  std::stable_sort(cuts.begin(), cuts.end(),
+                   [](const Cut& a, const Cut& b) { return a.predicted < b.predicted; });
+  return cuts;
+}
+
+std::string setting_of(const ChartBench& bench, const Cut& cut) {
+  if (!cut.layout.ground.split) return "terms alone";
+  const double end = end_of_terms(bench, cut.layout);
+  return end > 0 ? fmt::format("f_c = {:.3g} /m", end) : "scatter alone";
+}
+
+// What light says of the whole, and what one mirror is off from the mean: in tolerances, times the margin.
+void judge_row(const ChartBench& bench, const Layout& layout, const Attempt& attempt, ChartRow* row) {
+  const JudgedSet judged(layout.targets.fitted, layout.targets.held_out);
+  const double margin = bench.task.equivalence.margin;
+  std::vector<double> errors;
+  double known_to = 0;
+  for (std::size_t k = 0; k < attempt.result.metrics.size(); ++k) {
+    const EquivalenceMetric& metric = attempt.result.metrics[k];
+    if (!std::holds_alternative<EncircledEnergyRadius>(judged.targets()[k].statistic)) continue;
+    errors.push_back(std::abs(metric.difference) * margin / metric.margin);
+    known_to = std::max(known_to, metric.standard_error * margin / metric.margin);
+  }
+  const double light = worst_and_rms(errors).worst;
+  const std::optional<BandShares>& shares = layout.ground.shares;
+  const double spread = shares ? shares->spread * margin : 0;
+  errors.push_back(spread);
+  row->error = worst_and_rms(errors).worst;
+  row->error_rms = worst_and_rms(errors).rms;
+  row->error_of_reference = known_to;
+  row->reference = spread > light ? "mean of mirrors that share the terms" : "targets of light";
+  row->note =
+      fmt::format("light {:.3g} %, spread {:.3g} %{}; TIS of the rest {:.2g} %", 100 * light, 100 * spread,
+                  spread > 0 ? fmt::format(" ({})", shares->spread_of) : "", shares ? 100 * shares->tis : 0);
+}
+
+ChartRow fitted_row(const ChartBench& bench, const Cut& cut) {
+  ChartRow row;
+  row.family = "bands";
+  const Layout& layout = cut.layout;
+  const double end = end_of_terms(bench, layout);
+  row.method = !layout.ground.split ? "terms alone" : end > 0 ? "terms and scatter" : "scatter alone";
+  row.parameter = "f_c";
+  row.unit = "/m";
+  if (layout.ground.split && end > 0) row.value = end;
+  row.is_default = cut.is_default;
+  bench.say("chart: fit by " + setting_of(bench, cut));
+  const RunContext context{bench.threads, bench.say};
+  const ChartClock clock(0);
+  try {
+    const Attempt attempt = fit_as_asked({bench.task, layout.ground, layout.targets, context});
+    row.seconds = clock.elapsed();
+    row.terms = attempt.result.terms.size();
+    row.rays = attempt.result.rays;
+    judge_row(bench, layout, attempt, &row);
+  } catch (const ComputationError& error) {
+    row.seconds = clock.elapsed();
+    row.note = error.what();
+  }
+  row.seconds_low = row.seconds_high = row.seconds;
+  row.repeats = 1;
+  row.statistics = std::int64_t(layout.targets.fitted.size() + layout.targets.guides.size());
+  return row;
+}
+
+// The fits that there is time for: the cheapest in any case, the study's own where it is not far too long.
+// Left out: names of the others.
+std::vector<ChartRow> fitted_rows(const ChartBench& bench, const std::vector<Cut>& cuts,
+                                  const ChartClock& clock, std::string* left_out) {
+  std::vector<ChartRow> rows;
+  double pace = 1;  // measured over predicted time
+  for (const Cut& cut : cuts) {
+    const double expected = pace * cut.predicted;
+    const bool in_time =
+        cut.is_default ? cut.predicted <= kForTheOwn * clock.budget() : expected <= clock.left();
+    if (!rows.empty() && !in_time) {
+      *left_out += fmt::format("{}{} ({})", left_out->empty() ? "" : ", ", setting_of(bench, cut),
+                               std::isfinite(expected) ? fmt::format("{:.2g} s", expected) : "no grid");
+      continue;
+    }
+    rows.push_back(fitted_row(bench, cut));
+    if (cut.predicted > 0) pace = std::max(1.0, rows.back().seconds / cut.predicted);
+  }
+  return rows;
+}
+
+}  // namespace
+
+ChartFamily chart_bands(const ChartBench& bench, double seconds) {
+  ChartFamily family{"bands",
+                     "Terms below a frequency f_c, scatter above",
+                     "largest error in light of all encircled energies, or spread between mirrors",
+                     "search for terms, fit and judgement",
+                     bench.task.equivalence.margin,
+                     "margin of equivalence",
+                     {},
+                     "",
+                     ""};
+  family.skipped = why_no_cut(bench);
+  if (!family.skipped.empty()) return family;
+  const ChartClock clock(seconds);
+  bench.say("chart: cuts of the band");
+  std::string left_out;
+  family.rows = fitted_rows(bench, cuts_of(bench), clock, &left_out);
+  family.remark = fmt::format(
+      "The error is the larger of two, which the note of a row names: what the encircled energies of the "
+      "mean "
+      "miss, held out or not, and one standard deviation of what mirrors that share the terms differ by in "
+      "the light that is judged. The automatic cut keeps the second below {:.0f} % of the margin.",
+      100 * kSpreadShareOfMargin);
+  if (!left_out.empty()) family.remark += " Left out for time: " + left_out + ".";
+  mark_rows(&family);
+  return family;
+}
+
+}  // namespace aberfit::internal
