@@ -74,7 +74,8 @@ double predicted_seconds(const ChartBench& bench, const Layout& layout, const Fi
   }
 }
 
-// Laid out, the cheap ones first; of two that are nearly the same the one that stands first in bands_of.
+// Laid out, from the bottom of the band to all of it; of two that are nearly the same the one that stands
+// first in bands_of.
 std::vector<Cut> cuts_of(const ChartBench& bench) {
   const std::vector<BandSpec> bands = bands_of(bench);
   std::vector<Layout> layouts = lay_out(bench.task, requested_physics(bench.task), bands, bench.threads);
@@ -95,8 +96,9 @@ std::vector<Cut> cuts_of(const ChartBench& bench) {
     const double predicted = predicted_seconds(bench, layouts[k], rates);
     cuts.push_back({std::move(layouts[k]), predicted, is_default});
   }
-  std::stable_sort(cuts.begin(), cuts.end(),
-                   [](const Cut& a, const Cut& b) { return a.predicted < b.predicted; });
+  std::sort(cuts.begin(), cuts.end(), [&](const Cut& a, const Cut& b) {
+    return end_of_terms(bench, a.layout) < end_of_terms(bench, b.layout);
+  });
   return cuts;
 }
 
@@ -160,8 +162,8 @@ ChartRow fitted_row(const ChartBench& bench, const Cut& cut) {
   return row;
 }
 
-// The fits that there is time for: the cheapest in any case, the study's own where it is not far too long.
-// Left out: names of the others.
+// The fits that there is time for: the one of fewest terms in any case, the study's own where it is not far
+// too long. Left out: names of the others.
 std::vector<ChartRow> fitted_rows(const ChartBench& bench, const std::vector<Cut>& cuts,
                                   const ChartClock& clock, std::string* left_out) {
   std::vector<ChartRow> rows;

@@ -304,7 +304,7 @@ const char* const kWaves = R"({
 TEST(ChartBands, MirrorsDifferLessTheHigherTheCutAndTheAutomaticOneIsToday) {
   ScratchFolder folder;
   folder.write("study.json", kWaves);
-  ASSERT_EQ(run_program(folder, "chart study.json --seconds 5 -o chart --no-plots"), 0)
+  ASSERT_EQ(run_program(folder, "chart study.json --seconds 8 -o chart --no-plots"), 0)
       << read_file(folder.file("stderr.txt"));
   const ordered_json chart = ordered_json::parse(read_file(folder.file("chart/chart.json")));
   std::map<double, double> spread;  // by f_c
