@@ -11,7 +11,6 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/judged_set.h"
-#include "aberfit/method/pupil_choice.h"
 #include "aberfit/theory/realisation_spread.h"
 
 namespace aberfit {
@@ -170,46 +169,6 @@ void split_band(const Task& task, const BandSpec& band, const RealisationSpread&
   layout->ground.shares->reason = reason_of(ground, *ground.shares);
 }
 
-// A ring in the halo that a wide band scatters fades far out of focus, where terms have no say in it; the
-// grid would have to hold the whole cone of light there.
-constexpr double kDeepRing = 2.5;  // times the cells that all other statistics ask for
-
-void leave_out_deep_rings(const Task& task, Layout* layout) {
-  const BandSplit* split = layout->ground.split.get();
-  if (!split || !task.target.statistics.empty()) return;
-  const auto is_ring = [](const Target& t) { return std::holds_alternative<RingFwhm>(t.statistic); };
-  std::vector<Target> others = all_targets(layout->targets);
-  std::erase_if(others, is_ring);
-  TermSet none;
-  none.radius = layout->ground.radius;
-  const auto cells = [&](const std::vector<Target>& targets) {
-    try {
-      return 2 * layout->ground.radius / wave_pitch(task, none, targets, split);
-    } catch (const ComputationError&) {
-      return kInfinity;
-    }
-  };
-  const double most = kDeepRing * cells(others);
-  std::vector<std::string> deep;
-  const auto is_deep = [&](const Target& target) {
-    if (!is_ring(target)) return false;
-    std::vector<Target> with_it = others;
-    with_it.push_back(target);
-    if (!(cells(with_it) > most)) return false;
-    deep.push_back(fmt::format("{} ({})", statistic_name(target.statistic),
-                               format_quantity(target.value, Dimension::kLength)));
-    return true;
-  };
-  std::erase_if(layout->targets.fitted, is_deep);
-  if (!deep.empty())
-    layout->targets.warnings.push_back(
-        {"target-missing",
-         fmt::format("{} is that of scattered light, which fades far out of focus: left out of the default "
-                     "statistics",
-                     fmt::join(deep, ", "))});
-  std::erase_if(layout->targets.held_out, is_deep);
-}
-
 }  // namespace
 
 BandRule band_rule(const Task& task) { return rule_of(task, task.terms.band); }
@@ -237,7 +196,6 @@ std::vector<Layout> lay_out(const Task& task, const PhysicsRequest& asked, const
                      judged->discs, threads);
     }
     split_band(task, {rule, bands[k].cut}, *spread, *judged, &layouts[k]);
-    leave_out_deep_rings(task, &layouts[k]);
   }
   return layouts;
 }

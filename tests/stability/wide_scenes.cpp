@@ -14,6 +14,8 @@
 namespace aberfit {
 namespace {
 
+constexpr double kLargestSine = 0.15;  // of scatter; scalar theory ends at 10 degrees
+
 class Dice {
  public:
   explicit Dice(int k) : bits_(1400 + std::uint64_t(k)) {}
@@ -93,9 +95,12 @@ WideScene wide_scene(int k) {
   Dice dice(k);
   const std::string family = kFamilies[k % 5], shape = kShapes[k / 5 % 6];
   const double across = dice.log_uniform(5e-3, 10), f_number = dice.log_uniform(1.5, 40),
-               wavelength = dice.log_uniform(13.5e-9, 10.6e-6), g = dice.log_uniform(0.1, 2);
+               wavelength = dice.log_uniform(13.5e-9, 10.6e-6);
+  // A flat spectrum has all of its height far out: above g = 1 it leaves no focus but a halo.
+  const bool flat = family == "uniform" || family == "gaussian";
+  const double g = dice.log_uniform(0.1, flat ? 1 : 2);
   WideScene scene;
-  scene.cycles = std::min(dice.log_uniform(100, 3000), 0.5 * across / wavelength);
+  scene.cycles = std::min(dice.log_uniform(100, 3000), kLargestSine * across / wavelength);
   const Band band{dice.uniform(0.5, 2) / across, scene.cycles / across};
   const double rms = g * wavelength / (4 * std::numbers::pi);
   const nlohmann::json study{{"aberfit", 1},

@@ -8,8 +8,8 @@ namespace aberfit {
 
 /// Scene k = 0 .. kWideScenes - 1 of a seeded generator of ordinary smooth mirrors with wide bands: apertures
 /// of 5 mm to 10 m, f/1.5 to f/40, 13.5 nm to 10.6 um, a circle, an annulus, a rectangle or a hexagon; g from
-/// 0.1 to 2; 100 to 3000 cycles across, but no period below two wavelengths; five families of PSDs.
-/// Everything else by default.
+/// 0.1 to 2, of flat spectra to 1; 100 to 3000 cycles across, as far as they scatter by less than 8.6
+/// degrees; five families of PSDs. Everything else by default.
 struct WideScene {
   std::string name;
   double cycles = 0;  ///< of the band across the aperture
