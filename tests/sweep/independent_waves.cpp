@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 namespace aberfit {
 namespace {
@@ -136,6 +138,17 @@ void IndependentWaves::scatter(const std::function<double(double)>& psd, double 
   const double longest = 1.3 * samples_ / kPadding * pitch_ * (1 + rim_ * rim_);
   constexpr int kPerCell = 8;
   const int shears = int(1.5 * samples_ / kPadding) * kPerCell;
+  // A band without an end ends where a millionth of a millionth of its variance is left.
+  double all = 0;
+  std::vector<std::pair<double, double>> shells;
+  for (double at = f_min > 0 ? f_min : 1e-3 / longest; at < std::min(f_max, 1 / wavelength_); at *= 1.02)
+    shells.push_back({at, 2 * kPi * at * psd(at) * 0.02 * at}), all += shells.back().second;
+  double last = 1 / wavelength_, left = 0;
+  while (!shells.empty() && (left += shells.back().second) < 1e-12 * all) {
+    last = shells.back().first;
+    shells.pop_back();
+  }
+  f_max = std::min(f_max, last);
   const double step = pitch_ / kPerCell, top = std::min({f_max, 40 / pitch_, 1 / wavelength_});
   std::vector<double> exponent(std::size_t(shears), 0.0);
   std::vector<double> f, weight;
