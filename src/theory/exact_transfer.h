@@ -49,7 +49,8 @@ class ExactTransfer {
   /// Mean of H over the aperture at a shear x, and of its limit.
   double mean_surface_transfer(double x) const;
   /// Mean of H over the overlap of the aperture with itself at shears x [m], ascending: `at` over what it is
-  /// without roughness, for a mirror without aberrations in the focus. Where nothing overlaps over the aperture.
+  /// without roughness, for a mirror without aberrations in the focus. Where nothing overlaps over the
+  /// aperture.
   Eigen::ArrayXd mean_over_overlap(const Eigen::ArrayXd& x) const;
   double core_share() const;
   double cutoff() const { return 2 * field_.outer(); }

@@ -333,9 +333,10 @@ TEST(WavePitch, SaysWhatAsksForAGridThatNoMemoryHolds) {
   };
   const std::string scene = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": )"
                             R"("circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"}, )";
-  const std::string far = why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "25 nm", "f_min": )"
-                                      R"("2.5 /m", "f_max": "20 /m"}}, "terms": {"band": "all"}, "target": {"statistics": )"
-                                      R"({"ee50": {"value": "1 m"}}}})");
+  const std::string far =
+      why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "25 nm", "f_min": )"
+                  R"("2.5 /m", "f_max": "20 /m"}}, "terms": {"band": "all"}, "target": {"statistics": )"
+                  R"({"ee50": {"value": "1 m"}}}})");
   EXPECT_NE(far.find("1.5 m from the axis"), std::string::npos) << far;
   const std::string fine =
       why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "1 nm", "f_min": )"

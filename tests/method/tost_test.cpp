@@ -1,4 +1,3 @@
-#include "aberfit/method/judged_set.h"
 #include "aberfit/method/tost.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +6,7 @@
 #include <limits>
 
 #include "aberfit/core/random.h"
+#include "aberfit/method/judged_set.h"
 
 using namespace aberfit;
 

@@ -8,8 +8,8 @@
 
 namespace aberfit {
 
-/// Margin that a target is judged by, relative to its scale: that of the test, or less where the light outside
-/// an encircled energy's radius is judged, too.
+/// Margin that a target is judged by, relative to its scale: that of the test, or less where the light
+/// outside an encircled energy's radius is judged, too.
 double margin_of(const Target& target, const EquivalenceSpec& asked);
 
 /// What has to be computed of a surface to show it beside its targets and to judge it, and the judging: every
