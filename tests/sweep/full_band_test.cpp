@@ -35,12 +35,12 @@ class FullPupil {
     constexpr int kParts = 4;
     for (int row = 0; row < cells; ++row)
       for (int column = 0; column < cells; ++column) {
-        const auto on_mirror = [&](double i, double j, double* x, double* y) {
+        const auto on_mirror = [&](double i, double j, double* to_x, double* to_y) {
           const double px = (i - 0.5 * cells) * pitch_, py = (j - 0.5 * cells) * pitch_;
           const double sine = std::hypot(px, py) / focal_length_,
                        tangent = sine / (1 + std::sqrt(1 - sine * sine));
-          *x = px * (1 + tangent * tangent);
-          *y = py * (1 + tangent * tangent);
+          *to_x = px * (1 + tangent * tangent);
+          *to_y = py * (1 + tangent * tangent);
         };
         int inside = 0;
         double mx, my;
