@@ -17,25 +17,18 @@ constexpr int kEvenCuts = 4;       // cuts in equal ratios, in the middles of eq
 constexpr double kSameCut = 1.05;  // ratio of two that are not worth a fit each
 constexpr double kForTheOwn = 3;   // times the family's seconds that the study's own cut may take
 
-template <typename S>
-bool asks_for(const std::vector<Target>& targets) {
-  return std::any_of(targets.begin(), targets.end(),
-                     [](const Target& target) { return std::holds_alternative<S>(target.statistic); });
-}
-
 // Why no cut is charted; empty where cuts are.
 std::string why_no_cut(const ChartBench& bench) {
-  const Groundwork& ground = bench.ground;
-  if (!ground.psd) return "No roughness is given.";
-  if (!ground.mean_spot)
-    return "Scatter multiplies a transfer function, and the targets of this study are not those of light.";
-  if (ground.use.model != FocusModel::kWaves)
-    return "Scatter multiplies a transfer function, and the surface of this study is traced by rays.";
-  if (asks_for<ScatterMean>(bench.targets.fitted))
-    return "scatter_mean is among the statistics; that of terms and scatter together is not known.";
-  if (!asks_for<EncircledEnergyRadius>(bench.targets.fitted))
-    return "No encircled energies are among the targets.";
-  return "";
+  if (!bench.ground.psd) return "No roughness is given.";
+  const std::string obstacle = obstacle_to_split({bench.ground, bench.targets});
+  if (!obstacle.empty()) return "The roughness cannot be split: " + obstacle + ".";
+  const std::vector<Target>& fitted = bench.targets.fitted;
+  return std::any_of(fitted.begin(), fitted.end(),
+                     [](const Target& target) {
+                       return std::holds_alternative<EncircledEnergyRadius>(target.statistic);
+                     })
+             ? ""
+             : "No encircled energies are among the targets.";
 }
 
 struct Cut {
@@ -66,8 +59,7 @@ double end_of_terms(const ChartBench& bench, const Layout& layout) {
 double predicted_seconds(const ChartBench& bench, const Layout& layout, const FitRates& rates) {
   try {
     double captured = 0;
-    const TermSet terms = make_terms(
-        bench.task, layout.ground, layout.ground.all_scatters() ? TermsSpec{} : bench.task.terms, &captured);
+    const TermSet terms = make_terms(bench.task, layout.ground, bench.task.terms, &captured);
     return predict_fit(bench.task, layout.ground, terms, layout.targets, rates, bench.threads).seconds;
   } catch (const ComputationError&) {
     return HUGE_VAL;

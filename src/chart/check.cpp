@@ -80,11 +80,9 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
   const auto [ground, targets] = lay_out(task, threads);
   const std::chrono::duration<double> laying_out = std::chrono::steady_clock::now() - begin;
   double captured = 0;
-  const TermSet terms = make_terms(task, ground, ground.all_scatters() ? TermsSpec{} : task.terms, &captured);
+  const TermSet terms = make_terms(task, ground, task.terms, &captured);
   CheckReport report;
   report.warnings = scene_warnings(task, ground, terms, captured);
-  if (ground.all_scatters())
-    std::erase_if(report.warnings, [](const Warning& w) { return w.code == "truncated-terms"; });
   report.mirror = characterise(task.mirror, task.aperture);
   report.focal_sigma = ground.focal_sigma;
   report.theory = targets.theory;

@@ -121,7 +121,6 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
     for (std::size_t j = 0; j < split_.geometric.size(); ++j)
       (*values)[Eigen::Index(split_.geometric_place[j])] =
           with_scatter(split_.geometric[j], some[Eigen::Index(j)]);
-    exist = exist && values->array()(split_.geometric_place).isFinite().all();
   }
   if (!split_.own.empty()) {
     const DiffractionProblem waves = problem();

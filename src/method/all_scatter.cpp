@@ -80,7 +80,6 @@ Attempt judge_all_scatter(const FitCase& of) {
   attempt.terms = no_terms(of);
   FitOutcome& result = attempt.result;
   result = outcome_of(of, make_plan(of.task, attempt.terms));
-  std::erase_if(result.warnings, [](const Warning& w) { return w.code == "truncated-terms"; });
   const TermSet& none = attempt.terms->terms;
   attempt.bench = std::make_shared<const Workbench>(
       of.task, FocusModel::kWaves, PupilOptions{},

@@ -16,18 +16,6 @@
 namespace aberfit {
 namespace {
 
-bool can_split(const Groundwork& ground) {
-  return ground.mean_spot && ground.use.model == FocusModel::kWaves;
-}
-
-// Scatter multiplies a transfer function.
-void refuse_cut(const Groundwork& ground) {
-  throw FieldError("terms.band",
-                   ground.mean_spot ? "a frequency, but the surface of this study is traced by rays"
-                                    : "a frequency, but the targets of this study are not those of light",
-                   "\"all\", \"auto\"; or trace model \"waves\" with theory \"auto\"");
-}
-
 // The light that is judged - a mirror's own RMS height and slope are not its focus - and how far mirrors may
 // differ in it: a share of the verdict's tolerances.
 struct Judged {
@@ -133,27 +121,14 @@ BandRule rule_of(const Task& task, const BandSpec& band) {
   return task.terms.automatic && task.target.theory != Theory::kGeometric ? BandRule::kAuto : BandRule::kAll;
 }
 
-bool asks_for_mean_angle(const TargetSets& targets) {
-  return std::any_of(targets.fitted.begin(), targets.fitted.end(), [](const Target& target) {
-    return std::holds_alternative<ScatterMean>(target.statistic);
-  });
-}
-
 // Whether there is anything to split and a way to do it.
 bool can_cut(BandRule rule, const Layout& layout) {
-  const Groundwork& ground = layout.ground;
-  if (rule == BandRule::kAll || !ground.psd) return false;
-  if (!can_split(ground)) {
-    if (rule == BandRule::kCut) refuse_cut(ground);
-    return false;
-  }
-  if (asks_for_mean_angle(layout.targets)) {
-    if (rule == BandRule::kCut)
-      throw FieldError("terms.band", "a frequency, but scatter_mean is among the statistics",
-                       "\"all\"; the mean angle of terms and scatter together is not known");
-    return false;
-  }
-  return true;
+  if (rule == BandRule::kAll || !layout.ground.psd) return false;
+  const std::string obstacle = obstacle_to_split(layout);
+  if (!obstacle.empty() && rule == BandRule::kCut)
+    throw FieldError("terms.band", "a frequency, but " + obstacle,
+                     "\"all\", \"auto\"; or trace model \"waves\" with theory \"auto\", and no scatter_mean");
+  return obstacle.empty();
 }
 
 void split_band(const Task& task, const BandSpec& band, const RealisationSpread& spread, const Judged& judged,
@@ -170,6 +145,16 @@ void split_band(const Task& task, const BandSpec& band, const RealisationSpread&
 }
 
 }  // namespace
+
+std::string obstacle_to_split(const Layout& layout) {
+  const std::vector<Target>& fitted = layout.targets.fitted;
+  if (!layout.ground.mean_spot) return "the targets of this study are not those of light";
+  if (layout.ground.use.model != FocusModel::kWaves) return "the surface of this study is traced by rays";
+  if (std::any_of(fitted.begin(), fitted.end(),
+                  [](const Target& target) { return std::holds_alternative<ScatterMean>(target.statistic); }))
+    return "scatter_mean is among the statistics, and that of terms and scatter together is not known";
+  return "";
+}
 
 BandRule band_rule(const Task& task) { return rule_of(task, task.terms.band); }
 
@@ -191,9 +176,7 @@ std::vector<Layout> lay_out(const Task& task, const PhysicsRequest& asked, const
     if (!can_cut(rule, whole)) continue;
     if (!spread) {
       judged = judged_of(task, whole.ground, whole.targets);
-      spread.emplace(SpreadProblem{*whole.ground.psd, task.mirror, task.aperture, task.wavelength,
-                                   *whole.ground.mean_spot},
-                     judged->discs, threads);
+      spread.emplace(spread_of(task, whole.ground, *judged, threads));
     }
     split_band(task, {rule, bands[k].cut}, *spread, *judged, &layouts[k]);
   }

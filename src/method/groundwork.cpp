@@ -118,7 +118,7 @@ Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSe
                         "independent coefficients pile slope up at the rim: such a surface is not stationary "
                         "and differs from a "
                         "Harvey-Shack target by tens of percent; use covariance `full`"});
-  if (ground.psd && captured < kCapturedHeight - 5e-3)
+  if (ground.psd && !ground.all_scatters() && captured < kCapturedHeight - 5e-3)
     warnings.push_back(
         {"truncated-terms",
          fmt::format(

@@ -43,6 +43,7 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
   TermSet terms;
   terms.radius = ground.radius;
   *captured = 0;
+  if (ground.all_scatters()) return terms;
   double covered_to = 0;  // frequency up to which the Zernikes stand for the PSD
   if (asked.zernike) {
     const ZernikeSpec& spec = *asked.zernike;

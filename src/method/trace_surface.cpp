@@ -53,14 +53,16 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
   for (const Target& target : targets.fitted) statistics.push_back(target.statistic);
   TraceReport report;
   report.warnings = ground.use.warnings;
-  const Eigen::VectorXd values =
-      by_rays
-          ? evaluate_exact({rays, nominal, field.height, task.trace.centre}, statistics, threads,
-                           &report.warnings)
-          : focus_statistics(
-                {task.mirror, pupil, SurfaceOperator(surface.terms, pupil, focus_operator(model, threads)),
-                 model, task.wavelength, &task.aperture, task.trace.centre, 1e-3, nullptr, ground.split},
-                surface.coefficients, statistics, threads, &report.warnings);
+  Eigen::VectorXd values;
+  if (by_rays) {
+    values = evaluate_exact({rays, nominal, field.height, task.trace.centre}, statistics, threads,
+                            &report.warnings);
+  } else {
+    const SurfaceOperator operate(surface.terms, pupil, focus_operator(model, threads));
+    LightPath path{task.mirror, pupil, operate, model, task.wavelength, &task.aperture, task.trace.centre};
+    path.scatter = ground.split;
+    values = focus_statistics(path, surface.coefficients, statistics, threads, &report.warnings);
+  }
   if (rays.lost > 0)
     report.warnings.push_back(
         {"lost-rays", fmt::format("{} of {} rays miss the focal region", rays.lost, rays.size())});

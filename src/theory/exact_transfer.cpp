@@ -321,7 +321,8 @@ double ExactTransfer::mean_surface_transfer(double x) const {
 
 Eigen::ArrayXd ExactTransfer::mean_over_overlap(const Eigen::ArrayXd& x) const {
   Eigen::ArrayXd result(x.size());
-  auto panel = focus_.panels.begin();
+  auto panel = focus_.panels.begin(), known = focus_.panels.end();
+  MomentPanel::Values legendre;  // of the panel that is known
   for (Eigen::Index k = 0; k < x.size(); ++k) {
     const double s = x[k] / cutoff();
     while (panel != focus_.panels.end() && panel->b < s) ++panel;
@@ -329,7 +330,8 @@ Eigen::ArrayXd ExactTransfer::mean_over_overlap(const Eigen::ArrayXd& x) const {
       result[k] = mean_surface_transfer(x[k]);
       continue;
     }
-    const Eigen::ArrayXd moment = panel->at(s);
+    if (known != panel) legendre = panel->legendre(), known = panel;
+    const Eigen::ArrayXd moment = panel->at(s, legendre);
     const double all = moment.sum();
     if (!(all > kNoOverlap)) {
       result[k] = mean_surface_transfer(x[k]);

@@ -1,7 +1,6 @@
 #include "higher_orders.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "aberfit/core/constants.h"
@@ -20,31 +19,9 @@ constexpr double kSmallestOfWavelength = 1e-6;  // lags below have nothing to re
 
 double taper(double z) { return 0.5 * std::erfc(kTaperSteepness * (z - 1)); }
 
-// C(0) - C(x) [m^2] at lags x >= 0 [m], the band edge softened far out. The mean over lags half a cycle of
-// the edge apart, weights -1 0 9 16 9 0 -1, has the response (1 - y)^2 (1 + 2 y), y = sin^2(pi f/(2 f_max)):
-// flat to the fourth power at low frequencies, zero at the edge.
-Eigen::ArrayXd softened_structure(const RadialPsd& psd, const Eigen::ArrayXd& x) {
-  Eigen::ArrayXd result = structure_function(psd, x);
-  const double sharp = kSharpEdgeCycles / psd.f_max();
-  std::vector<Eigen::Index> far;
-  for (Eigen::Index i = 0; i < x.size(); ++i)
-    if (sharp > 0 && x[i] > sharp) far.push_back(i);
-  if (far.empty()) return result;
-  constexpr std::array<int, 4> kShifts{-3, -1, 1, 3};
-  Eigen::ArrayXd shifted(4 * Eigen::Index(far.size()));
-  for (std::size_t i = 0; i < far.size(); ++i)
-    for (std::size_t j = 0; j < 4; ++j)
-      shifted[Eigen::Index(4 * i + j)] = x[far[i]] + 0.5 * kShifts[j] / psd.f_max();
-  const Eigen::ArrayXd values = structure_function(psd, shifted);
-  for (std::size_t i = 0; i < far.size(); ++i) {
-    const double* const value = &values[Eigen::Index(4 * i)];
-    double& here = result[far[i]];
-    const double mean = (16 * here + 9 * (value[1] + value[2]) - (value[0] + value[3])) / 32;
-    const double t = std::min(1.0, x[far[i]] / sharp - 1);
-    here += t * t * t * (10 - t * (15 - 6 * t)) * (mean - here);  // a smooth step between the two lags
-  }
-  return result;
-}
+// Weights -1 0 9 16 9 0 -1: the mean has the response (1 - y)^2 (1 + 2 y), y = sin^2(pi f/(2 f_max)), flat to
+// the fourth power at low frequencies, zero at the edge.
+constexpr EdgeSoftening kFlatSoftening{kSharpEdgeCycles, 1, 3, 16, 9, -1};
 
 }  // namespace
 
@@ -78,7 +55,7 @@ HigherOrders::HigherOrders(const RadialPsd& psd, double wavelength, double g, do
   options.smallest = kSmallestOfWavelength * wavelength;
   // T over its value at 0 takes the place of exp(-E) in the panels: -log T is infinite where T is gone.
   const auto exponent = [&](const Eigen::ArrayXd& x) {
-    Eigen::ArrayXd e = k * k * softened_structure(psd, x);
+    Eigen::ArrayXd e = k * k * softened_structure(psd, x, kFlatSoftening);
     for (double& value : e) value = -std::log(higher_order_transfer(g * g, std::max(0.0, value)) / light_);
     return e;
   };

@@ -477,8 +477,7 @@ double PupilOverlap::turn(double end) const {
 MomentPanel::Values MomentPanel::restricted(double from, double to) const {
   if (from == a && to == b) return value;
   const PanelRule& rule = panel_rule();
-  const Eigen::Array<double, kPanelNodes, Eigen::Dynamic> c =
-      (rule.legendre * value.matrix()).array();  // (l, moment)
+  const Values c = legendre();
   const PanelArray t = (from + to - a - b) / (b - a) + (to - from) / (b - a) * rule.t;
   PanelRule::Matrix p;  // (node, l)
   p.col(0).setOnes();
@@ -488,9 +487,9 @@ MomentPanel::Values MomentPanel::restricted(double from, double to) const {
   return (p * c.matrix()).array();
 }
 
-Eigen::ArrayXd MomentPanel::at(double s) const {
-  const Eigen::Array<double, kPanelNodes, Eigen::Dynamic> c =
-      (panel_rule().legendre * value.matrix()).array();  // (l, moment)
+MomentPanel::Values MomentPanel::legendre() const { return (panel_rule().legendre * value.matrix()).array(); }
+
+Eigen::ArrayXd MomentPanel::at(double s, const Values& c) const {
   const double t = (2 * s - a - b) / (b - a);
   double before = 1, last = t;
   Eigen::ArrayXd sum = c.row(0).transpose() + t * c.row(1).transpose();

@@ -118,8 +118,9 @@ struct MomentPanel {
 
   /// At the nodes of [from, to] inside the panel.
   Values restricted(double from, double to) const;
-  /// All moments at s inside the panel.
-  Eigen::ArrayXd at(double s) const;
+  /// Legendre coefficients, (l, moment), and from them all moments at s inside the panel.
+  Values legendre() const;
+  Eigen::ArrayXd at(double s, const Values& legendre) const;
 };
 struct MomentPanels {
   std::vector<MomentPanel> panels;

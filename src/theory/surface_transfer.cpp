@@ -27,33 +27,38 @@ bool resolved(const TransferPanel& panel) {
 
 }  // namespace
 
-Eigen::ArrayXd surface_exponent(const RadialPsd& psd, double wavelength, const Eigen::ArrayXd& x) {
-  const double k = 4 * std::numbers::pi / wavelength;
+Eigen::ArrayXd softened_structure(const RadialPsd& psd, const Eigen::ArrayXd& x, const EdgeSoftening& how) {
   Eigen::ArrayXd half_structure = structure_function(psd, x);
-  const double sharp = kSharpCycles / psd.f_max();
+  const double sharp = how.cycles / psd.f_max();
   std::vector<Eigen::Index> far;
   for (Eigen::Index i = 0; i < x.size(); ++i)
     if (sharp > 0 && x[i] > sharp) far.push_back(i);
-  if (!far.empty()) {
-    // Mean over shears half a cycle of the edge apart, weights 1 4 6 4 1: of J0(2 pi f x) far out it is that
-    // of S cos^4.
-    constexpr std::array<int, 4> kShifts{-2, -1, 1, 2};
-    const Eigen::Index count = Eigen::Index(far.size());
-    Eigen::ArrayXd shifted(4 * count);
-    for (Eigen::Index i = 0; i < count; ++i)
-      for (int j = 0; j < 4; ++j)
-        shifted[4 * i + j] = x[far[std::size_t(i)]] + 0.5 * kShifts[std::size_t(j)] / psd.f_max();
-    const Eigen::ArrayXd values = structure_function(psd, shifted);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      double& here = half_structure[far[std::size_t(i)]];
-      const double* const value = &values[4 * i];
-      const double mean = (value[0] + value[3] + 4 * (value[1] + value[2]) + 6 * here) / 16;
-      const double t = std::min(1.0, x[far[std::size_t(i)]] / sharp - 1);
-      const double share = t * t * t * (10 - t * (15 - 6 * t));  // smooth from 0 to 1 between the two shears
-      here += share * (mean - here);
-    }
+  if (far.empty()) return half_structure;
+  const std::array<int, 4> shifts{-how.outer, -how.inner, how.inner, how.outer};
+  const Eigen::Index count = Eigen::Index(far.size());
+  Eigen::ArrayXd shifted(4 * count);
+  for (Eigen::Index i = 0; i < count; ++i)
+    for (int j = 0; j < 4; ++j)
+      shifted[4 * i + j] = x[far[std::size_t(i)]] + 0.5 * shifts[std::size_t(j)] / psd.f_max();
+  const Eigen::ArrayXd values = structure_function(psd, shifted);
+  const double all = how.centre_weight + 2 * (how.inner_weight + how.outer_weight);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    double& here = half_structure[far[std::size_t(i)]];
+    const double* const value = &values[4 * i];
+    const double mean = (how.outer_weight * (value[0] + value[3]) + how.inner_weight * (value[1] + value[2]) +
+                         how.centre_weight * here) /
+                        all;
+    const double t = std::min(1.0, x[far[std::size_t(i)]] / sharp - 1);
+    const double share = t * t * t * (10 - t * (15 - 6 * t));  // smooth from 0 to 1 between the two shears
+    here += share * (mean - here);
   }
-  return k * k * half_structure;
+  return half_structure;
+}
+
+Eigen::ArrayXd surface_exponent(const RadialPsd& psd, double wavelength, const Eigen::ArrayXd& x) {
+  const double k = 4 * std::numbers::pi / wavelength;
+  // Weights 1 4 6 4 1: of J0(2 pi f x) far out the mean is that of S cos^4.
+  return k * k * softened_structure(psd, x, {kSharpCycles, 1, 2, 6, 4, 1});
 }
 
 SurfaceTransferOptions transfer_options(const RadialPsd& psd, double wavelength, double cutoff,

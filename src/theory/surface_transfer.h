@@ -23,6 +23,15 @@ struct SurfaceTransferOptions {
   int halvings = 0;     ///< further halvings of every panel at the start
 };
 
+/// How C(0) - C(x) loses the oscillation of a sharp band edge: from `cycles` cycles of it on, completely at
+/// twice as many, it is the mean over lags multiples of half a cycle apart, with these weights.
+struct EdgeSoftening {
+  double cycles;
+  int inner, outer;  ///< half cycles
+  double centre_weight, inner_weight, outer_weight;
+};
+Eigen::ArrayXd softened_structure(const RadialPsd& psd, const Eigen::ArrayXd& x, const EdgeSoftening& how);
+
 /// E(x) = (4 pi/lambda)^2 (C(0) - C(x)) at shears x >= 0 [m], far out with a softened band edge.
 Eigen::ArrayXd surface_exponent(const RadialPsd& psd, double wavelength, const Eigen::ArrayXd& x);
 /// With the shears between which the softening sets in as breakpoints.

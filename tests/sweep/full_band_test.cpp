@@ -18,6 +18,7 @@
 #include "aberfit/study/read_study.h"
 #include "aberfit/terms/surface_operator.h"
 #include "large_scenes.h"
+#include "theory/height_between.h"
 
 namespace aberfit {
 namespace {
@@ -123,26 +124,11 @@ class FullPupil {
   fftw_plan plan_;
 };
 
-// Heights of a draw at the cells, by cubic convolution.
+// Heights of a draw at the cells.
 std::vector<double> heights_of(const HeightMap& map, const FullPupil& pupil) {
   std::vector<double> height(pupil.x.size());
-  const auto weights = [](double t, double* w) {
-    w[0] = 0.5 * t * (t * (2 - t) - 1);
-    w[1] = 0.5 * (t * t * (3 * t - 5) + 2);
-    w[2] = 0.5 * t * (t * (4 - 3 * t) + 1);
-    w[3] = 0.5 * t * t * (t - 1);
-  };
-  for (std::size_t k = 0; k < height.size(); ++k) {
-    const double u = pupil.x[k] / map.pitch_x + 0.5 * double(map.height.cols()),
-                 v = pupil.y[k] / map.pitch_y + 0.5 * double(map.height.rows());
-    const auto i = Eigen::Index(u), j = Eigen::Index(v);
-    double across[4], along[4];
-    weights(u - double(i), across);
-    weights(v - double(j), along);
-    for (Eigen::Index b = 0; b < 4; ++b)
-      for (Eigen::Index a = 0; a < 4; ++a)
-        height[k] += along[b] * across[a] * map.height(j + b - 1, i + a - 1);
-  }
+  for (std::size_t k = 0; k < height.size(); ++k)
+    height[k] = test::height_between(map, map.pitch_x, pupil.x[k], pupil.y[k]);
   return height;
 }
 

@@ -10,6 +10,7 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/roughness/random_surface.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
+#include "height_between.h"
 
 // A roughness in two parts: a surface below a frequency, its mean on the transfer function above it.
 
@@ -64,24 +65,10 @@ std::vector<Statistic> shares_of(const Scene& scene, const GeneralisedHarveyShac
   return shares;
 }
 
-// Heights at points between those of a map, by cubic convolution: 24 points to the shortest wave.
 Eigen::ArrayXd heights_at(const HeightMap& map, double pitch, const PupilSample& sample) {
-  const auto weights = [](double t) {
-    return std::array<double, 4>{0.5 * t * (t * (2 - t) - 1), 0.5 * (t * t * (3 * t - 5) + 2),
-                                 0.5 * t * (t * (4 - 3 * t) + 1), 0.5 * t * t * (t - 1)};
-  };
   Eigen::ArrayXd height(sample.size());
-  for (Eigen::Index k = 0; k < height.size(); ++k) {
-    const double u = sample.x[k] / pitch + 0.5 * double(map.height.cols()),
-                 v = sample.y[k] / pitch + 0.5 * double(map.height.rows());
-    const auto i = Eigen::Index(u), j = Eigen::Index(v);
-    const auto across = weights(u - double(i)), along = weights(v - double(j));
-    double sum = 0;
-    for (Eigen::Index b = 0; b < 4; ++b)
-      for (Eigen::Index a = 0; a < 4; ++a)
-        sum += along[std::size_t(b)] * across[std::size_t(a)] * map.height(j + b - 1, i + a - 1);
-    height[k] = sum;
-  }
+  for (Eigen::Index k = 0; k < height.size(); ++k)
+    height[k] = test::height_between(map, pitch, sample.x[k], sample.y[k]);
   return height;
 }
 

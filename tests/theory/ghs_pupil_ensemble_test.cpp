@@ -10,6 +10,7 @@
 
 #include "aberfit/roughness/random_surface.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
+#include "height_between.h"
 
 // Generalised Harvey-Shack against the mean of diffraction patterns of drawn surfaces, sampled in the
 // direction cosines of the focal plane: |transform|^2 of sqrt(dr^2/dp^2) exp(i phase) on a grid of P = f p.
@@ -107,24 +108,6 @@ std::vector<double> disc_weights(double radius, double pitch, double scale, Tran
   return weights;
 }
 
-// Heights between the points of a map by Catmull-Rom splines: 1e-4 of the RMS for maps of 20 points per
-// correlation length.
-double height_at(const HeightMap& map, double pitch, double x, double y) {
-  const auto weights = [](double t) {
-    return std::array<double, 4>{0.5 * t * (t * (2 - t) - 1), 0.5 * (t * t * (3 * t - 5) + 2),
-                                 0.5 * t * (t * (4 - 3 * t) + 1), 0.5 * t * t * (t - 1)};
-  };
-  const double u = x / pitch + 0.5 * double(map.height.cols()),
-               v = y / pitch + 0.5 * double(map.height.rows());
-  const auto i = Eigen::Index(u), j = Eigen::Index(v);
-  const auto across = weights(u - double(i)), along = weights(v - double(j));
-  double sum = 0;
-  for (Eigen::Index b = 0; b < 4; ++b)
-    for (Eigen::Index a = 0; a < 4; ++a)
-      sum += along[std::size_t(b)] * across[std::size_t(a)] * map.height(j + b - 1, i + a - 1);
-  return sum;
-}
-
 void expect_mean_of_draws(const Scene& scene, double g, std::uint64_t seed) {
   const double R = aperture_radius(scene.aperture), scale = kLambda * (scene.mirror.focal_length + scene.dz);
   const RadialPsd psd(GaussianPsd{g * kLambda / (4 * pi), 0.4 * R});
@@ -147,7 +130,7 @@ void expect_mean_of_draws(const Scene& scene, double g, std::uint64_t seed) {
     std::fill(transform.data.begin(), transform.data.end(), Complex(0));
     for (std::size_t k = 0; k < pupil.x.size(); ++k) {
       if (pupil.amplitude[k] == 0) continue;
-      const double height = surface ? height_at(*surface, map_pitch, pupil.x[k], pupil.y[k]) : 0;
+      const double height = surface ? test::height_between(*surface, map_pitch, pupil.x[k], pupil.y[k]) : 0;
       transform.data[(k / kCells) * kGrid + k % kCells] =
           std::polar(pupil.amplitude[k], pupil.phase[k] + pupil.path[k] * height);
     }
