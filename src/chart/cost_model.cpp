@@ -27,18 +27,17 @@ namespace {
 // Typical iterations of fits that end within their tolerances: 3 to 12 of explicit terms by rays (studies of
 // fits/), 6 to 30 by waves (generated scenes). The sets that a search looks at closely are the ones that just
 // pass or just fail: 20 to 100 by rays; by waves a set that fails is given up after 10 to 12, one that passes
-// takes 12 to 30 (tests/stability).
+// takes 8 to 20 (tests/stability).
 // Far fewer unknowns than statistics leave no freedom: 81 in fits/spherical.
-constexpr double kIterations = 10, kWaveIterations = 15, kSearchIterations = 30, kWaveSearchIterations = 14,
+constexpr double kIterations = 10, kWaveIterations = 15, kSearchIterations = 30, kWaveSearchIterations = 12,
                  kFewTermsIterations = 80;
-// Sets that a search fits in full: 3 to 6 by rays (fits/ without `terms`); by waves all it looks at, most of
-// which stay 2 to 10 tolerances away.
+// Sets that a search by rays fits in full: 3 to 6 (studies of fits/ without `terms`).
 constexpr int kFullFits = 5;
-constexpr double kTypicalMismatch = 3;
-// How many these are depends on the draw more than on the range of orders: 4, 7, 8, 9, 11, 15, 20 and 21 in
-// tests/stability, up from the low end or, where that passes, down; 1, 1, 1, 1, 9, 8, 1 and 1 of them are
-// judged.
-constexpr int kWaveSets = 10, kWaveJudged = 3;
+// Sets of a search by waves pass from this share of the orders it expects on: 0.1 to 0.8, half of them 0.25
+// to 0.6 (tests/stability). Those below stay 2 to 10 tolerances away, but the last, which meet what is
+// fitted.
+constexpr double kPassFrom = 0.4, kTypicalMismatch = 3;
+constexpr int kNearlyPassing = 2;
 // Of these as many meet every tolerance, are judged, and need twice the rays they started with.
 constexpr int kPassing = 2;
 // Plane waves: 32, 64, ... to where they pass (181 for 20 nm uniform from 2.5 to 200 /m), then in between.
@@ -260,41 +259,48 @@ int typical_order(const OrderRange& range) {
   return std::max(2, int(std::lround(std::sqrt(double(range.low) * range.high))));
 }
 
-// Plane waves where a search by waves ends: 32 of g = 0.12 and 0.16, 76 of 0.49 (tests/stability; g of what
-// the terms stand for).
+// Plane waves where a search by waves ends: 32 of g = 0.12 and 0.16, 76 of 0.49, 128 of 0.82, 45 and 181 of
+// 1.3 (tests/stability; g of what the terms stand for).
 int typical_modes(const Task& task, const Groundwork& ground) {
   constexpr double kWeak = 0.25;
+  constexpr int kMost = 128;
   const double g = 4 * kPi * psd_moments(*ground.term_psd).rms_height() / task.wavelength;
-  const double wanted = kFewestModes * std::min(g * g / (kWeak * kWeak), double(kTypicalModes));
+  const double wanted = kFewestModes * g * g / (kWeak * kWeak);
   int count = kFewestModes;
-  while (count < wanted && count < kTypicalModes) count *= 2;
+  while (count < wanted && count < kMost) count *= 2;
   return count;
 }
 
-// Plane waves: from few of them on, doubling to where they pass, then twice in between.
-std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground, bool waves) {
+// The sets that search_terms fits where every look is a full fit, if all from `end` on pass.
+std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const OrderRange& range, int end) {
+  TermTrials trials;
+  trials.confirm = [end](const TermsSpec& asked) {
+    FrontierPoint point;
+    point.terms = point.order = asked.zernike ? *asked.zernike->n_max : asked.fourier->count;
+    point.passes = point.order >= end;
+    point.fitted_mismatch = kTypicalMismatch;
+    return point;
+  };
   std::vector<Fits> fits;
-  const int most = waves ? typical_modes(task, ground) : kTypicalModes;
-  for (int count = kFewestModes; count <= most; count *= 2) {
-    const TermSet terms = terms_of(task, ground, plane_waves(count));
-    const bool last = count == most, first = count == kFewestModes;
-    const double passing = !last ? 0 : waves ? (first ? 1 : kPassing + 1) : kPassing;
-    add_fits(task, ground, terms, last && !(waves && first) ? kPassing + 1 : 1, passing, &fits);
+  double nearly = kNearlyPassing;
+  const Frontier frontier = search_terms(task.terms.covariance, task.equivalence.margin, range, trials);
+  for (auto point = frontier.points.rbegin(); point != frontier.points.rend(); ++point) {
+    const double judged = point->passes || nearly-- > 0 ? 1 : 0;
+    const TermSet terms = terms_of(
+        task, ground,
+        range.wide ? plane_waves(point->order) : zernikes_up_to(point->order, task.terms.covariance));
+    fits.push_back({terms, task.trace.pupil, 1, judged});
   }
   return fits;
 }
 
-// As search_terms goes up where every look is a full fit: of all the sets that it fits the last ones meet
-// their targets and are judged.
-std::vector<Fits> ascending_fits(const Task& task, const Groundwork& ground, const OrderRange& range) {
+// Plane waves by rays: from few of them on, doubling to where they pass, then twice in between.
+std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground) {
   std::vector<Fits> fits;
-  int order = range.low;
-  for (int k = 1; k <= kWaveSets; ++k) {
-    const TermSet terms = terms_of(task, ground, zernikes_up_to(order, task.terms.covariance));
-    const bool last = k == kWaveSets || order >= range.high;
-    fits.push_back({terms, task.trace.pupil, 1, last || k > kWaveSets - kWaveJudged ? 1.0 : 0.0});
-    if (last) break;
-    order = std::min(range.high, order + stride(order, kTypicalMismatch));
+  for (int count = kFewestModes; count <= kTypicalModes; count *= 2) {
+    const bool last = count == kTypicalModes;
+    add_fits(task, ground, terms_of(task, ground, plane_waves(count)), last ? kPassing + 1 : 1,
+             last ? kPassing : 0, &fits);
   }
   return fits;
 }
@@ -303,8 +309,11 @@ std::vector<Fits> ascending_fits(const Task& task, const Groundwork& ground, con
 std::vector<Fits> search_fits(const Task& task, const Groundwork& ground, std::vector<Fits>* screens) {
   const bool waves = ground.use.model == FocusModel::kWaves;
   const OrderRange range = expected_orders(ground);
-  if (range.wide) return plane_wave_fits(task, ground, waves);
-  if (waves) return ascending_fits(task, ground, range);
+  if (waves) {
+    const double at = kPassFrom * (range.high - range.low);
+    return strided_fits(task, ground, range, range.wide ? typical_modes(task, ground) : range.low + int(at));
+  }
+  if (range.wide) return plane_wave_fits(task, ground);
   const auto zernikes = [&](int order) {
     return terms_of(task, ground, zernikes_up_to(order, task.terms.covariance));
   };

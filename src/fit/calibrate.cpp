@@ -185,14 +185,15 @@ ceres::Solver::Summary solve_all(const FitProblem& problem, const CalibrationBlo
 
 // As many unknowns as residuals: more terms than that. Moves `white`.
 ceres::Solver::Summary solve_reduced(const FitProblem& problem, const CalibrationBlocks& residuals,
-                                     const Eigen::VectorXd& centre, double prior_weight,
+                                     const Eigen::VectorXd& centre, const FitOptions& how,
                                      ceres::Solver::Options options, Eigen::VectorXd* white) {
   options.linear_solver_type = ceres::DENSE_QR;
   damp_alike(problem, &options);
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem ceres_problem(ownership);
-  ReducedResiduals reduced(residuals, centre, prior_weight, *white);
+  const bool accelerate = how.accelerate && smooth_by_itself(problem.model);
+  ReducedResiduals reduced(residuals, centre, how.prior_weight, accelerate, *white);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(reduced.size());
   ceres_problem.AddResidualBlock(&reduced, nullptr, y.data());
   ceres::Solver::Summary summary;
@@ -216,7 +217,7 @@ Solve solve_once(const FitProblem& problem, const CalibrationBlocks& residuals, 
   ceres_options.callbacks.push_back(&watch);
   const bool reduce = options.bound <= 0 && centre.size() > residuals.residuals() + 1;
   const ceres::Solver::Summary summary =
-      reduce ? solve_reduced(problem, residuals, centre, options.prior_weight, ceres_options, &result->white)
+      reduce ? solve_reduced(problem, residuals, centre, options, ceres_options, &result->white)
              : solve_all(problem, residuals, centre, options, ceres_options, &result->white);
 
   result->iterations += std::max(0, int(summary.iterations.size()) - 1);

@@ -19,8 +19,10 @@ constexpr double kRingsInGrains = 0.75, kSteadyRing = 1.5;
 // 0.8 %; without guides beyond two plane units, 2 %. With 5 one of seven seeds at g = 5 missed a plane
 // between two of them by 1.1 %, with 4 none.
 constexpr double kPlanesInDepths = 0.75, kSteadyPlane = 4;
-// Where margins are small beside what grains do, guides end here: their cost would have no bound.
-constexpr int kMostRings = 16, kMostPlanesBetween = 8;
+// Where margins are small beside what grains do, guides end here: their cost would have no bound. Rings have
+// at least this share of the light between them, not this distance: a halo is hundreds of grains wide.
+constexpr double kLeastShare = 0.7 / 16;
+constexpr int kMostPlanesBetween = 8;
 
 struct Grain {
   double across, f_number, margin;
@@ -53,14 +55,17 @@ std::vector<Target> guides_in(const MeanSpot& spot, const Grain& grain, double d
   const double low = spot.encircled_energy_radius(kInnermost),
                high = spot.encircled_energy_radius(kOutermost);
   std::vector<Target> guides;
-  const double least_step = (high - low) / kMostRings;
-  for (double radius = low; radius < high; radius += std::max(least_step, grain.ring_step(radius))) {
+  for (double radius = low, share = kInnermost; radius < high;) {
     Target guide;
     guide.statistic = RingThrough{radius, dz};
-    guide.value = spot.encircled_energy(radius);
+    guide.value = share = spot.encircled_energy(radius);
     guide.scale = std::max(radius * spot.encircled_energy_slope(radius), kFlattestCurve);
     guide.tolerance = tolerance * guide.scale;
     guides.push_back(guide);
+    radius += grain.ring_step(radius);
+    share += kLeastShare;
+    if (share >= kOutermost) break;
+    radius = std::max(radius, spot.encircled_energy_radius(share));
   }
   return guides;
 }

@@ -20,19 +20,22 @@ constexpr double kCellsPerCycle = 3.0;  // a phase screen sampled twice a cycle 
 
 }  // namespace
 
+double plane_reach(const Target& target) {
+  if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) return std::abs(ee->dz);
+  if (const auto* ring = std::get_if<RingThrough>(&target.statistic)) return std::abs(ring->dz);
+  return std::holds_alternative<RingFwhm>(target.statistic) ? 0.5 * kReach * target.value : 0;
+}
+
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
                   const BandSplit* split, double coarsening, double least_reach) {
   double radius = 0, reach_dz = 0;
   for (const Target& target : targets) {
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
       if (ee->dz == 0) radius = std::max(radius, kReach * target.value);
-      reach_dz = std::max(reach_dz, std::abs(ee->dz));
     } else if (const auto* ring = std::get_if<RingThrough>(&target.statistic)) {
       radius = std::max(radius, kReach * ring->ring_radius);
-      reach_dz = std::max(reach_dz, std::abs(ring->dz));
-    } else if (std::holds_alternative<RingFwhm>(target.statistic)) {
-      reach_dz = std::max(reach_dz, 0.5 * kReach * target.value);
     }
+    reach_dz = std::max(reach_dz, plane_reach(target));
   }
   if (split) radius = std::min(radius, kReach * split->low_reach());
   radius = std::max(radius, kReach * least_reach);

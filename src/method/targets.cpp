@@ -10,7 +10,9 @@
 #include "aberfit/core/random.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/groundwork.h"
+#include "aberfit/method/pupil_choice.h"
 #include "aberfit/theory/ray_perturbation.h"
+#include "aberfit/waves/diffraction_psf.h"
 #include "light_guides.h"
 
 namespace aberfit {
@@ -256,6 +258,34 @@ std::optional<double> curve_slope_of(const Statistic& statistic, const Predicted
   return std::isfinite(slope) ? slope : 0;
 }
 
+// Rings of the default set that ask for a grid much finer than everything else: of a spot without a core the
+// light through a ring falls to half so far out of focus that thousands of cells see the cone of light turn,
+// minutes for one number.
+void leave_out_rings_far_out(const Task& task, const Groundwork& ground, TargetSets* sets) {
+  constexpr double kMostCells = 1024, kTimesFiner = 2;
+  if (ground.use.model != FocusModel::kWaves) return;
+  const auto is_ring = [](const Target& t) { return std::holds_alternative<RingFwhm>(t.statistic); };
+  const auto cells = [&](double dz) {
+    return 2 * ground.radius /
+           diffraction_sampling(task.aperture, task.mirror.focal_length, task.wavelength, 0, dz).pitch;
+  };
+  double reach = 0;  // of everything else
+  for (const Target& target : all_targets(*sets))
+    if (!is_ring(target)) reach = std::max(reach, plane_reach(target));
+  const double finest = std::max(kMostCells, kTimesFiner * cells(reach));
+  const auto far_out = [&](const Target& t) { return is_ring(t) && cells(plane_reach(t)) > finest; };
+  for (const Target& target : sets->fitted)
+    if (far_out(target))
+      sets->warnings.push_back(
+          {"target-missing",
+           fmt::format("the light of {} falls to half {} out of focus, where it takes a grid of {:.0f} cells "
+                       "across: left out of the default statistics",
+                       statistic_name(target.statistic),
+                       format_quantity(0.5 * target.value, Dimension::kLength), cells(plane_reach(target)))});
+  std::erase_if(sets->fitted, far_out);
+  std::erase_if(sets->held_out, far_out);
+}
+
 }  // namespace
 
 bool targets_are_given(const Task& task) {
@@ -329,6 +359,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
     sets.guides.insert(sets.guides.end(), between.begin(), between.end());
   }
   if (sets.fitted.empty()) refuse_without_focus(without_value.front(), ground);
+  if (default_set) leave_out_rings_far_out(task, ground, &sets);
   if (!without_value.empty())
     sets.warnings.push_back({"target-missing", fmt::format("the theory has no value for {}: left out of the "
                                                            "default statistics",

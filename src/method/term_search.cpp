@@ -20,6 +20,8 @@ constexpr int kFailuresBelow = 2;  // orders that fail in a row end the way down
 // Fits of the README's study stay 36, 6.5 and 1.4 tolerances away at n = 15, 16 and 17, and pass at 18.
 constexpr double kFallPerOrder = 5, kFallsAt = 17, kFarAway = 1000;
 constexpr int kFewestModes = 32, kMostModes = 16384;
+constexpr double kNearer = 0.8;
+constexpr int kFruitlessDoublings = 2;
 
 // Sets tried so far; remembers what was found at an order.
 class Search {
@@ -84,32 +86,52 @@ int climb(Search* search, const OrderRange& range) {
   return go_down(search, found - 1, found, 0);
 }
 
-// The same where every look is a full fit: up by as many orders as the mismatch asks for, then halving what
-// was stepped over, then down as `climb` does.
-int ascend(Search* search, const OrderRange& range) {
+// The same where every look is a full fit: up or down from the lowest that is expected, by strides that grow,
+// to the first that passes or fails; then halving what was stepped over, then down as `climb` does.
+int by_strides(Search* search, const OrderRange& range) {
   const int last = last_order(range);
-  int failed = 1, order = range.low, failures = 0;
-  while (!search->passes(order)) {
+  int failed = 1, passed = 0, order = range.low, growing = 1;
+  if (search->passes(order)) {
+    passed = order;
+    while (failed == 1 && passed > 2) {
+      order = std::max(2, passed - growing);
+      (search->passes(order) ? passed : failed) = order;
+      growing *= 2;
+    }
+  }
+  while (passed == 0) {
     failed = order;
-    ++failures;
     if (order >= last) return 0;
-    order = std::min(last, order + stride(order, search->points.back().fitted_mismatch));
+    order =
+        std::min(last, order + std::max(growing / 2, stride(order, search->points.back().fitted_mismatch)));
+    growing *= 2;
+    if (search->passes(order)) passed = order;
   }
-  int found = order;
-  while (failures > 0 && found - failed > 1) {
-    const int middle = (failed + found) / 2;
-    if (search->passes(middle))
-      found = middle;
-    else
-      failed = middle, ++failures;
+  while (passed - failed > 1) {
+    const int middle = (failed + passed) / 2;
+    (search->passes(middle) ? passed : failed) = middle;
   }
-  return go_down(search, range.low - 1, found, failures);
+  return go_down(search, passed - 1, passed, 0);
 }
 
-// The same for numbers of plane waves: double until one passes, then halve the factor in between.
+// How far a set is off: in what is fitted, and where that is met in what is held out.
+double distance(const FrontierPoint& point) {
+  return point.fitted_mismatch > 1 ? point.fitted_mismatch : std::min(1.0, point.held_out_mismatch);
+}
+
+// The same for numbers of plane waves: double until one passes, then halve the factor in between. More waves
+// do not help where twice as many bring a set no nearer: then not even the most would.
 int double_up(Search* search) {
+  double nearest = HUGE_VAL;
+  int fruitless = 0;
   for (int count = kFewestModes; count <= kMostModes; count *= 2) {
-    if (!search->passes(count)) continue;
+    if (!search->passes(count)) {
+      const double now = distance(search->points.back());
+      fruitless = now < kNearer * nearest ? 0 : fruitless + 1;
+      nearest = std::min(nearest, now);
+      if (fruitless == kFruitlessDoublings) return 0;
+      continue;
+    }
     int fails = count / 2, passes = count;
     while (count > kFewestModes && passes > 1.2 * fails) {
       const int middle = int(std::lround(std::sqrt(double(fails) * passes)));
@@ -143,7 +165,6 @@ int stride(int order, double mismatch) {
   return std::max(1, int(std::lround(std::log(away) / std::log(kFallPerOrder) * order / kFallsAt)));
 }
 
-int previous_order(int order) { return order - (order < 15 ? 1 : std::max(1, int(0.09 * order))); }
 int next_order(int order) { return order + (order < 14 ? 1 : std::max(1, int(0.09 * order))); }
 
 OrderRange expected_orders(const Groundwork& ground) {
@@ -182,7 +203,7 @@ Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange
   Search search(covariance, trials, range.wide ? "fourier" : "zernike");
   int found = range.wide      ? double_up(&search)
               : trials.screen ? climb(&search, range)
-                              : ascend(&search, range);
+                              : by_strides(&search, range);
   std::vector<FrontierPoint>& points = search.points;
   if (found == 0) found = nearest(points);
   std::stable_sort(points.begin(), points.end(),

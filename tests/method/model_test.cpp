@@ -411,8 +411,10 @@ TEST(Judgement, WavesFitASmoothSurfaceToItsHarveyShackSpot) {
   EXPECT_EQ(result.model, "waves");
   EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
   EXPECT_FALSE(result.light.has_value());
+  // The fit's tolerance, and what the grid that judges may differ by from the fit's: 15 % of the margin.
+  constexpr double kApart = 1e-3 + 0.15 * 0.02;
   for (std::size_t k = 0; k < 3; ++k)
-    EXPECT_NEAR(result.validated[Eigen::Index(k)] / result.targets[k].value, 1, 2e-3)
+    EXPECT_NEAR(result.validated[Eigen::Index(k)] / result.targets[k].value, 1, kApart)
         << result.metrics[k].name;
   for (const EquivalenceMetric& metric : result.metrics) {
     if (metric.held_out) continue;

@@ -155,6 +155,25 @@ TEST(TermSearch, StridesUpWhereShortFitsSayNothing) {
   EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&below))), 2);
 }
 
+// A search one order after the other has no end that can be foretold: 55 fits for 33 orders down, as many up
+// where each set is nearly good enough.
+TEST(TermSearch, TakesStridesThatGrowBothWays) {
+  Trials below;
+  for (int order = 27; order <= 100; ++order) below.passing.insert(order);
+  EXPECT_EQ(chosen(search({60, 80, false}, without_screen(&below))), 27);
+  EXPECT_LE(below.confirmed.size(), 14u);
+  Trials above;
+  for (int order = 93; order <= 100; ++order) above.passing.insert(order);
+  TermTrials nearly = without_screen(&above);
+  nearly.confirm = [confirm = nearly.confirm](const TermsSpec& asked) {
+    FrontierPoint p = confirm(asked);
+    if (!p.passes) p.fitted_mismatch = 1.05;
+    return p;
+  };
+  EXPECT_EQ(chosen(search({40, 80, false}, nearly)), 93);
+  EXPECT_LE(above.confirmed.size(), 15u);
+}
+
 TEST(TermSearch, GoesUpFirstWhereTheExpectedOrderFails) {
   Trials trials;
   for (int order = 46; order <= 100; ++order) trials.passing.insert(order);
@@ -168,12 +187,36 @@ TEST(TermSearch, GoesUpFirstWhereTheExpectedOrderFails) {
 TEST(TermSearch, DoublesPlaneWavesWhereZernikesNeedOrdersAbove100) {
   Trials trials;
   for (int count = 300; count < 20000; ++count) trials.passing.insert(count);
-  const Frontier frontier = search({10, 100, true}, trials.hooks());
+  TermTrials hooks = trials.hooks();
+  hooks.confirm = [confirm = hooks.confirm](const TermsSpec& asked) {
+    FrontierPoint p = confirm(asked);
+    if (!p.passes) p.fitted_mismatch = 300.0 / p.order;
+    return p;
+  };
+  const Frontier frontier = search({10, 100, true}, hooks);
   const int found = chosen(frontier);
   EXPECT_GE(found, 300);
   EXPECT_LE(found, 1.2 * 300);
   EXPECT_TRUE(trials.screened.empty());
   EXPECT_NE(frontier.message.find("plane waves"), std::string::npos);
+}
+
+// A spot that no number of waves mends was followed up to 16,384 of them, hours.
+TEST(TermSearch, StopsDoublingPlaneWavesWhereMoreBringNothing) {
+  Trials none;  // all of them 2 tolerances off
+  const Frontier frontier = search({10, 100, true}, none.hooks());
+  EXPECT_NE(frontier.message.find("no set"), std::string::npos);
+  EXPECT_EQ(none.confirmed.back(), 128);
+  // One doubling in vain does not end it.
+  Trials late;
+  for (int count = 250; count < 20000; ++count) late.passing.insert(count);
+  TermTrials hooks = late.hooks();
+  hooks.confirm = [confirm = hooks.confirm](const TermsSpec& asked) {
+    FrontierPoint p = confirm(asked);
+    if (!p.passes) p.fitted_mismatch = p.order == 64 ? 9 : p.order == 32 ? 8 : 3;
+    return p;
+  };
+  EXPECT_LE(chosen(search({10, 100, true}, hooks)), 300);
 }
 
 TEST(TermSearch, EndsAtTheFewestOfAnExhaustiveSearch) {

@@ -15,6 +15,10 @@ namespace aberfit {
 /// A fit by waves starts on a grid that is coarser than the safe one by this factor.
 inline constexpr double kFirstCoarsening = 2.83;
 
+/// How far out of focus the farthest plane lies that a grid has to show for this statistic [m]; rings are
+/// looked for beyond the half of their light.
+double plane_reach(const Target& target);
+
 /// Pitch [m] of the pupil grid for waves: light at 1.5 times the largest EE radius of `targets` in all of
 /// their planes stays inside half of the field of view, the highest frequency of `terms` and of the
 /// mirror's known Zernikes gets three cells a cycle, and there are at least 128 cells across. coarsening:

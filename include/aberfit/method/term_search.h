@@ -22,7 +22,6 @@ struct TermTrials {
 
 /// Orders that the search climbs: every one up to 14, then steps of at most 9 % (18 % in terms), at least 1.
 int next_order(int order);
-int previous_order(int order);
 /// How many orders a search without short fits goes up from one whose set stays this many tolerances away.
 int stride(int order, double mismatch);
 /// A set whose short fit on few rays stays this many tolerances away is given up; see term_search_sweep_test.
