@@ -3,8 +3,8 @@
 
 namespace aberfit {
 
-/// Draws behind a verdict without terms.
-inline constexpr int kScatterDraws = 16;
+/// Draws behind a verdict without terms: more where these spread too far to tell, up to the most.
+inline constexpr int kScatterDraws = 16, kMostScatterDraws = 64;
 /// Cycles across the aperture up to which such a draw is a surface; what is above, mirrors differ less in.
 inline constexpr double kDrawnCycles = 24;
 inline constexpr int kDrawnWaves = 1200;  ///< that such a surface has
@@ -14,9 +14,9 @@ std::shared_ptr<const BandSplit> drawn_split(const Task& task, const Groundwork&
 
 /// Where no frequency needs a term (the split at the bottom of the band): nothing is fitted, the surface is
 /// the mirror without roughness with all of it as scatter. Generalised Harvey-Shack would then be judged
-/// against itself; instead its targets are judged on the mean of kScatterDraws drawn mirrors of the whole
-/// PSD, with Student's t, each draw a surface of plane waves up to kDrawnCycles across and the rest as its
-/// mean.
+/// against itself; instead its targets are judged on the mean of kScatterDraws or more drawn mirrors of the
+/// whole PSD, with Student's t, each draw a surface of plane waves up to kDrawnCycles across and the rest as
+/// its mean.
 Attempt judge_all_scatter(const FitCase& of);
 
 }  // namespace aberfit

@@ -1,0 +1,49 @@
+// Where no frequency needs a term: how many drawn mirrors a verdict rests on.
+#include "aberfit/method/all_scatter.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "aberfit/commands/run.h"
+#include "aberfit/study/read_study.h"
+
+namespace aberfit {
+namespace {
+
+// A smooth 0.3 m f/24 annulus with a Gaussian spectrum, dozens of correlation lengths across: no terms.
+ResultDocument fitted(double rms_nm, double correlation_mm) {
+  return run_fit(parse_study(fmt::format(R"({{"aberfit": 1, "mirror": {{"focal_length": "7.06 m"}}, "aperture":
+    {{"shape": "annulus", "diameter": "0.3 m", "inner_diameter": "0.101 m"}}, "light": {{"wavelength": "1 um"}},
+    "roughness": {{"psd": {{"model": "gaussian", "rms": "{} nm", "correlation_length": "{} mm"}}}},
+    "output": {{"plots": false}}}})",
+                                         rms_nm, correlation_mm),
+                             "study.json"),
+                 {});
+}
+
+double widest(const ResultDocument& result) {
+  double widest = 0;
+  for (const EquivalenceMetric& metric : result.metrics)
+    widest = std::max(widest, 0.5 * (metric.interval[1] - metric.interval[0]) / metric.margin);
+  return widest;
+}
+
+TEST(AllScatter, DrawsMoreMirrorsWhereTheySpreadTooFarToTell) {
+  const ResultDocument steady = fitted(6, 0.5), wide = fitted(19.45, 1.0195);
+  for (const ResultDocument* result : {&steady, &wide}) {
+    ASSERT_EQ(result->terms.size(), 0);
+    EXPECT_EQ(result->verdict, Verdict::kEquivalent);
+  }
+  EXPECT_EQ(steady.metrics.front().degrees_of_freedom, kScatterDraws - 1);
+  EXPECT_LE(widest(steady), 0.25);
+  const double draws = wide.metrics.front().degrees_of_freedom + 1;
+  EXPECT_GT(draws, kScatterDraws);
+  EXPECT_LE(draws, kMostScatterDraws);
+  EXPECT_TRUE(draws == kMostScatterDraws || widest(wide) < 0.3);
+}
+
+}  // namespace
+}  // namespace aberfit
