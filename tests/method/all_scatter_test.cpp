@@ -15,13 +15,14 @@ namespace {
 
 // A smooth 0.3 m f/24 annulus with a Gaussian spectrum, dozens of correlation lengths across: no terms.
 ResultDocument fitted(double rms_nm, double correlation_mm) {
-  return run_fit(parse_study(fmt::format(R"({{"aberfit": 1, "mirror": {{"focal_length": "7.06 m"}}, "aperture":
+  return run_fit(
+      parse_study(fmt::format(R"({{"aberfit": 1, "mirror": {{"focal_length": "7.06 m"}}, "aperture":
     {{"shape": "annulus", "diameter": "0.3 m", "inner_diameter": "0.101 m"}}, "light": {{"wavelength": "1 um"}},
     "roughness": {{"psd": {{"model": "gaussian", "rms": "{} nm", "correlation_length": "{} mm"}}}},
     "output": {{"plots": false}}}})",
-                                         rms_nm, correlation_mm),
-                             "study.json"),
-                 {});
+                              rms_nm, correlation_mm),
+                  "study.json"),
+      {});
 }
 
 double widest(const ResultDocument& result) {
