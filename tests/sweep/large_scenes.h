@@ -37,7 +37,13 @@ inline const std::vector<LargeScene>& large_scenes() {
            "light": {"wavelength": "632.8 nm"},
            "roughness": {"psd": {"model": "k-correlation", "rms": "20 nm", "B": "20 mm", "exponent": 3.2,
                                  "f_min": "5 /m", "f_max": "750 /m"}}})",
-       1024, 1800}};
+       1024, 1800},
+      {"wide-1000",
+       R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": "circle", "diameter": "0.4 m"},
+           "light": {"wavelength": "632.8 nm"},
+           "roughness": {"psd": {"model": "k-correlation", "rms": "20 nm", "B": "20 mm", "exponent": 3.2,
+                                 "f_min": "5 /m", "f_max": "2500 /m"}}})",
+       3200, 5000}};
   return scenes;
 }
 
