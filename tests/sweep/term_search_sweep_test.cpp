@@ -57,6 +57,7 @@ TEST_P(TermSearchSweep, AutoEndsWithin20PercentOfTheFewestTerms) {
     Study given = study;
     given.terms = {};
     given.terms.zernike.emplace().n_max = ++order;
+    given.terms.band.rule = BandRule::kAuto;  // as automatic terms have it
     const ResultDocument result = run_fit(given, {});
     if (passes(result)) fewest = result.terms.size();
   }
