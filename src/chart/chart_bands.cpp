@@ -20,7 +20,7 @@ constexpr double kForTheOwn = 3;   // times the family's seconds that the study'
 // Why no cut is charted; empty where cuts are.
 std::string why_no_cut(const ChartBench& bench) {
   if (!bench.ground.psd) return "No roughness is given.";
-  const std::string obstacle = obstacle_to_split({bench.ground, bench.targets});
+  const std::string obstacle = obstacle_to_split(bench.ground, bench.targets);
   if (!obstacle.empty()) return "The roughness cannot be split: " + obstacle + ".";
   const std::vector<Target>& fitted = bench.targets.fitted;
   return std::any_of(fitted.begin(), fitted.end(),
@@ -195,8 +195,8 @@ ChartFamily chart_bands(const ChartBench& bench, double seconds) {
   family.rows = fitted_rows(bench, cuts_of(bench), clock, &left_out);
   family.remark = fmt::format(
       "The error is the larger of two, which the note of a row names: what the encircled energies of the "
-      "mean "
-      "miss, held out or not, and one standard deviation of what mirrors that share the terms differ by in "
+      "mean miss, held out or not, and one standard deviation of what mirrors that share the terms differ by "
+      "in "
       "the light that is judged. The automatic cut keeps the second below {:.0f} % of the margin.",
       100 * kSpreadShareOfMargin);
   if (!left_out.empty()) family.remark += " Left out for time: " + left_out + ".";

@@ -215,8 +215,8 @@ ChartFamily chart_models(const ChartBench& bench, double seconds) {
   family.skipped = seen.empty() ? "No encircled energies are among the targets." : why_not_in_light(bench);
   if (!family.skipped.empty()) return family;
   const ChartClock clock(seconds);
-  ModelRows models{bench, aims_of(seen), {}, 0.08 * seconds};
-  for (const Target& aim : models.aims) models.statistics.push_back(aim.statistic);
+  const std::vector<Target> aims = aims_of(seen);
+  ModelRows models{bench, aims, statistics_of(aims), 0.08 * seconds};
   try {
     const double pitch = wave_pitch(bench.task, bench.terms, seen, nullptr);
     models.add_waves(pitch, clock);

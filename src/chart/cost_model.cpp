@@ -33,13 +33,13 @@ constexpr double kIterations = 10, kWaveIterations = 15, kSearchIterations = 30,
                  kFewTermsIterations = 80;
 // Sets that a search by rays fits in full: 3 to 6 (studies of fits/ without `terms`).
 constexpr int kFullFits = 5;
+// Of these as many meet every tolerance, are judged, and need twice the rays they started with.
+constexpr int kPassing = 2;
 // Sets of a search by waves pass from this share of the orders it expects on: 0.1 to 0.8, half of them 0.25
 // to 0.6 (tests/stability). Those below stay 2 to 10 tolerances away, but the last, which meet what is
 // fitted.
 constexpr double kPassFrom = 0.4, kTypicalMismatch = 3;
 constexpr int kNearlyPassing = 3;
-// Of these as many meet every tolerance, are judged, and need twice the rays they started with.
-constexpr int kPassing = 2;
 // Plane waves: 32, 64, ... to where they pass (181 for 20 nm uniform from 2.5 to 200 /m), then in between.
 constexpr int kFewestModes = 32, kTypicalModes = 256;
 

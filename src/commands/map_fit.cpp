@@ -159,8 +159,7 @@ void trace_map(const Study& study, const PupilSample& pupil, const SurfaceField&
   result->rays = pupil.size();
   const RayBundle nominal = trace_nominal(study.mirror, pupil), rays = trace(study.mirror, pupil, field);
   result->targets = untargeted();
-  std::vector<Statistic> statistics;
-  for (const Target& target : result->targets) statistics.push_back(target.statistic);
+  const std::vector<Statistic> statistics = statistics_of(result->targets);
   result->fitted = evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, threads,
                                   &result->warnings);
 

@@ -16,9 +16,9 @@ std::vector<int> white_block_sizes(Eigen::Index terms) {
 
 StatisticsModel::StatisticsModel(const FitProblem& problem, double width, int threads)
     : prior_(problem.prior), width_(width) {
-  std::vector<Statistic> statistics;
-  for (const Target& target : problem.targets) statistics.push_back(target.statistic);
-  for (const Target& guide : problem.guides) statistics.push_back(guide.statistic);
+  std::vector<Statistic> statistics = statistics_of(problem.targets);
+  const std::vector<Statistic> guides = statistics_of(problem.guides);
+  statistics.insert(statistics.end(), guides.begin(), guides.end());
   workspace_.follow_rings();
   LightPath path = light_path_of(problem);
   path.workspace = &workspace_;

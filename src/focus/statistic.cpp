@@ -75,6 +75,13 @@ std::vector<Target> aims_of(const std::vector<Target>& targets) {
   return aims;
 }
 
+std::vector<Statistic> statistics_of(const std::vector<Target>& targets) {
+  std::vector<Statistic> statistics;
+  statistics.reserve(targets.size());
+  for (const Target& target : targets) statistics.push_back(target.statistic);
+  return statistics;
+}
+
 double gaussian_curve_slope(double fraction) { return -2 * (1 - fraction) * std::log1p(-fraction); }
 
 std::string statistic_name(const Statistic& statistic) { return std::visit(Name{}, statistic); }

@@ -139,13 +139,19 @@ FitResult fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProbl
   return best;
 }
 
-// Largest |S - T| / tolerance by the criterion the fit is stopped with, PSD bins included.
-double worst_mismatch(const FitProblem& problem, const FitResult& fit) {
+// Largest |S - T| / tolerance.
+double worst_mismatch(const std::vector<Target>& aims, const Eigen::VectorXd& values) {
   double worst = 0;
-  for (Eigen::Index k = 0; k < fit.smooth_statistics.size(); ++k) {
-    const Target& target = problem.targets[std::size_t(k)];
-    worst = std::max(worst, std::abs(fit.smooth_statistics[k] - target.value) / target.tolerance);
+  for (Eigen::Index k = 0; k < values.size(); ++k) {
+    const Target& aim = aims[std::size_t(k)];
+    worst = std::max(worst, std::abs(values[k] - aim.value) / aim.tolerance);
   }
+  return worst;
+}
+
+// By the criterion the fit is stopped with, PSD bins included.
+double worst_mismatch(const FitProblem& problem, const FitResult& fit) {
+  double worst = worst_mismatch(problem.targets, fit.smooth_statistics);
   for (Eigen::Index b = 0; b < fit.spectrum.size(); ++b)
     worst = std::max(worst, std::abs(std::log(fit.spectrum[b] / problem.spectrum_target[b])) /
                                 problem.spectrum_tolerance[b]);
@@ -300,30 +306,22 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
 
 namespace {
 
-// Largest |S - T| / tolerance of what is fitted, as it is judged.
-double worst_of(const std::vector<Target>& aims, const Eigen::VectorXd& values) {
-  double worst = 0;
-  for (std::size_t k = 0; k < aims.size(); ++k)
-    worst = std::max(worst, std::abs(values[Eigen::Index(k)] - aims[k].value) / aims[k].tolerance);
-  return worst;
-}
-
 // A fit may stay away from its targets because the grid itself errs by as much: light beyond the field of
 // view folds back, and no surface undoes that. The same surface on the next grid tells. (The grid of a draw
 // does not: the README's study starts on one that errs by 13 tolerances of its draw and passes.)
 bool grid_is_in_the_way(const FitCase& of, const FitPlan& plan, const Attempt& attempt) {
   constexpr double kNoticeably = 0.8;
+  if (attempt.met || plan.coarsening <= kLeastCoarsening) return false;
   const std::vector<Target> aims = aims_of(of.targets.fitted);
-  const double own = worst_of(aims, attempt.own);
-  if (attempt.met || !(own > 1) || plan.coarsening <= kLeastCoarsening) return false;
+  const double own = worst_mismatch(aims, attempt.own);
+  if (!(own > 1)) return false;
   const TermSet& terms = attempt.result.terms;
   const Workbench next(of.task, FocusModel::kWaves, plan.pupil,
                        grid_pitch(of, terms, plan.coarsening / kNextGrid), terms, of.context.threads,
                        of.ground.split);
-  std::vector<Statistic> statistics;
-  for (const Target& aim : aims) statistics.push_back(aim.statistic);
-  return worst_of(aims, next.exact(of.task, attempt.result.fit.coefficients, statistics, of.context.threads,
-                                   nullptr)) < kNoticeably * own;
+  const Eigen::VectorXd values =
+      next.exact(of.task, attempt.result.fit.coefficients, statistics_of(aims), of.context.threads, nullptr);
+  return worst_mismatch(aims, values) < kNoticeably * own;
 }
 
 // Waves: first on a coarse grid, then, from where that ended, on finer ones until the grid that the light
@@ -339,7 +337,10 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
     const bool no_pattern = attempt.result.fit.status == FitStatus::kDegenerate ||
                             attempt.result.fit.status == FitStatus::kFailed;
     const bool in_the_way = !no_pattern && grid_is_in_the_way(of, plan, attempt);
-    if (in_the_way) plan.warm = attempt.result.fit.white;
+    if (!no_pattern) {  // the next grid goes on from here, and once
+      plan.warm = attempt.result.fit.white;
+      plan.starts = 1;
+    }
     if (!(no_pattern || in_the_way) || plan.coarsening <= kLeastCoarsening) {
       if (judge_always || attempt.met) judge_on_fresh_rays(of, &attempt);
       if (attempt.fresh.rays == 0) return attempt;
@@ -354,8 +355,6 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
       const bool fine = choice.gap <= choice.allowed || plan.coarsening <= kLeastCoarsening;
       if (fine && (doubted || equivalent || !judge_always || !attempt.met))
         return doubted && !equivalent ? std::move(*doubted) : std::move(attempt);
-      plan.warm = attempt.result.fit.white;
-      plan.starts = 1;
       if (fine) {
         plan.guides_within = kGuidesInDoubt;
         doubted = std::move(attempt);

@@ -124,7 +124,7 @@ BandRule rule_of(const Task& task, const BandSpec& band) {
 // Whether there is anything to split and a way to do it.
 bool can_cut(BandRule rule, const Layout& layout) {
   if (rule == BandRule::kAll || !layout.ground.psd) return false;
-  const std::string obstacle = obstacle_to_split(layout);
+  const std::string obstacle = obstacle_to_split(layout.ground, layout.targets);
   if (!obstacle.empty() && rule == BandRule::kCut)
     throw FieldError("terms.band", "a frequency, but " + obstacle,
                      "\"all\", \"auto\"; or trace model \"waves\" with theory \"auto\", and no scatter_mean");
@@ -146,10 +146,10 @@ void split_band(const Task& task, const BandSpec& band, const RealisationSpread&
 
 }  // namespace
 
-std::string obstacle_to_split(const Layout& layout) {
-  const std::vector<Target>& fitted = layout.targets.fitted;
-  if (!layout.ground.mean_spot) return "the targets of this study are not those of light";
-  if (layout.ground.use.model != FocusModel::kWaves) return "the surface of this study is traced by rays";
+std::string obstacle_to_split(const Groundwork& ground, const TargetSets& targets) {
+  const std::vector<Target>& fitted = targets.fitted;
+  if (!ground.mean_spot) return "the targets of this study are not those of light";
+  if (ground.use.model != FocusModel::kWaves) return "the surface of this study is traced by rays";
   if (std::any_of(fitted.begin(), fitted.end(),
                   [](const Target& target) { return std::holds_alternative<ScatterMean>(target.statistic); }))
     return "scatter_mean is among the statistics, and that of terms and scatter together is not known";

@@ -17,10 +17,8 @@ constexpr int kRealisationDraws = 32;  // a spread known to 13 %
 // Of light: targets and margins from GHS instead of the theory that was fitted to.
 std::vector<Target> targets_of_light(const GeneralisedHarveyShack& light, std::vector<Target> targets,
                                      int threads) {
-  std::vector<Statistic> statistics;
-  for (const Target& target : targets) statistics.push_back(target.statistic);
   Eigen::VectorXd slopes;
-  const Eigen::VectorXd predicted = light.predict(statistics, threads, &slopes);
+  const Eigen::VectorXd predicted = light.predict(statistics_of(targets), threads, &slopes);
   for (std::size_t k = 0; k < targets.size(); ++k) {
     targets[k].value = predicted[Eigen::Index(k)];
     targets[k].standard_error = 0;
@@ -97,9 +95,7 @@ std::optional<PerfectMirror> judge_perfect_mirror(const Task& task, const Ground
   const GeneralisedHarveyShack perfect(ground.psd->scaled(smooth), task.mirror, task.aperture,
                                        task.wavelength);
   std::vector<Target> aims = aims_of(seen);
-  std::vector<Statistic> statistics;
-  for (const Target& aim : aims) statistics.push_back(aim.statistic);
-  const Eigen::VectorXd value = perfect.predict(statistics, threads);
+  const Eigen::VectorXd value = perfect.predict(statistics_of(aims), threads);
   PerfectMirror result;
   for (std::size_t k = 0; k < aims.size(); ++k) {
     const double mismatch = std::abs(value[Eigen::Index(k)] - aims[k].value) /

@@ -13,7 +13,7 @@ double margin_of(const Target& target, const EquivalenceSpec& asked) {
 JudgedSet::JudgedSet(const std::vector<Target>& fitted, const std::vector<Target>& held_out)
     : targets_(fitted), fitted_(fitted.size()) {
   targets_.insert(targets_.end(), held_out.begin(), held_out.end());
-  for (const Target& target : targets_) statistics_.push_back(target.statistic);
+  statistics_ = statistics_of(targets_);
   for (std::size_t k = 0; k < targets_.size(); ++k) {
     const Target aim = aim_of(targets_[k]);
     if (aim.statistic.index() == targets_[k].statistic.index()) {

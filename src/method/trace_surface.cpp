@@ -49,8 +49,7 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
   const SurfaceField field = surface_field(task, pupil, surface, threads);
   const RayBundle rays = trace(task.mirror, pupil, field);
-  std::vector<Statistic> statistics;
-  for (const Target& target : targets.fitted) statistics.push_back(target.statistic);
+  const std::vector<Statistic> statistics = statistics_of(targets.fitted);
   TraceReport report;
   report.warnings = ground.use.warnings;
   Eigen::VectorXd values;

@@ -50,6 +50,17 @@ struct Trials {
   }
 };
 
+// The same, but sets that fail are as far off as `mismatch` says of their order.
+template <typename F>
+TermTrials failing_by(TermTrials trials, F mismatch) {
+  trials.confirm = [confirm = trials.confirm, mismatch](const TermsSpec& asked) {
+    FrontierPoint p = confirm(asked);
+    if (!p.passes) p.fitted_mismatch = mismatch(p.order);
+    return p;
+  };
+  return trials;
+}
+
 Frontier search(const OrderRange& range, const TermTrials& trials) {
   return search_terms(CovarianceKind::kFull, 0.01, range, trials);
 }
@@ -119,14 +130,10 @@ TEST(TermSearch, TakesTheNearestSetWhereNonePasses) {
 TermTrials without_screen(Trials* trials) {
   TermTrials hooks = trials->hooks();
   hooks.screen = nullptr;
-  hooks.confirm = [trials, confirm = hooks.confirm](const TermsSpec& asked) {
-    FrontierPoint p = confirm(asked);
-    const auto next = trials->passing.lower_bound(p.order);
-    if (!p.passes)
-      p.fitted_mismatch = next == trials->passing.end() ? HUGE_VAL : std::pow(3, *next - p.order);
-    return p;
-  };
-  return hooks;
+  return failing_by(hooks, [trials](int order) {
+    const auto next = trials->passing.lower_bound(order);
+    return next == trials->passing.end() ? HUGE_VAL : std::pow(3, *next - order);
+  });
 }
 
 TEST(TermSearch, StridesUpWhereShortFitsSayNothing) {
@@ -138,12 +145,7 @@ TEST(TermSearch, StridesUpWhereShortFitsSayNothing) {
   // What was stepped over is looked at.
   Trials slow;
   for (int order = 12; order <= 100; ++order) slow.passing.insert(order);
-  TermTrials overshoot = without_screen(&slow);
-  overshoot.confirm = [confirm = overshoot.confirm](const TermsSpec& asked) {
-    FrontierPoint p = confirm(asked);
-    if (!p.passes) p.fitted_mismatch = 1e9;
-    return p;
-  };
+  const TermTrials overshoot = failing_by(without_screen(&slow), [](int) { return 1e9; });
   EXPECT_EQ(chosen(search({10, 40, false}, overshoot)), 12);
   // One failure does not end the way down, two in a row do.
   Trials gap;
@@ -164,12 +166,7 @@ TEST(TermSearch, TakesStridesThatGrowBothWays) {
   EXPECT_LE(below.confirmed.size(), 14u);
   Trials above;
   for (int order = 93; order <= 100; ++order) above.passing.insert(order);
-  TermTrials nearly = without_screen(&above);
-  nearly.confirm = [confirm = nearly.confirm](const TermsSpec& asked) {
-    FrontierPoint p = confirm(asked);
-    if (!p.passes) p.fitted_mismatch = 1.05;
-    return p;
-  };
+  const TermTrials nearly = failing_by(without_screen(&above), [](int) { return 1.05; });
   EXPECT_EQ(chosen(search({40, 80, false}, nearly)), 93);
   EXPECT_LE(above.confirmed.size(), 15u);
 }
@@ -187,12 +184,7 @@ TEST(TermSearch, GoesUpFirstWhereTheExpectedOrderFails) {
 TEST(TermSearch, DoublesPlaneWavesWhereZernikesNeedOrdersAbove100) {
   Trials trials;
   for (int count = 300; count < 20000; ++count) trials.passing.insert(count);
-  TermTrials hooks = trials.hooks();
-  hooks.confirm = [confirm = hooks.confirm](const TermsSpec& asked) {
-    FrontierPoint p = confirm(asked);
-    if (!p.passes) p.fitted_mismatch = 300.0 / p.order;
-    return p;
-  };
+  const TermTrials hooks = failing_by(trials.hooks(), [](int order) { return 300.0 / order; });
   const Frontier frontier = search({10, 100, true}, hooks);
   const int found = chosen(frontier);
   EXPECT_GE(found, 300);
@@ -210,12 +202,9 @@ TEST(TermSearch, StopsDoublingPlaneWavesWhereMoreBringNothing) {
   // One doubling in vain does not end it.
   Trials late;
   for (int count = 250; count < 20000; ++count) late.passing.insert(count);
-  TermTrials hooks = late.hooks();
-  hooks.confirm = [confirm = hooks.confirm](const TermsSpec& asked) {
-    FrontierPoint p = confirm(asked);
-    if (!p.passes) p.fitted_mismatch = p.order == 64 ? 9 : p.order == 32 ? 8 : 3;
-    return p;
-  };
+  const TermTrials hooks = failing_by(late.hooks(), [](int order) {
+    return order == 64 ? 9 : order == 32 ? 8 : 3;
+  });
   EXPECT_LE(chosen(search({10, 100, true}, hooks)), 300);
 }
 

@@ -11,6 +11,13 @@ struct LargeScene {
   int points = 0;  ///< of a map of heights
 };
 inline const std::vector<LargeScene>& large_scenes() {
+  const auto wide = [](const std::string& f_max) {
+    return R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"},
+               "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"},
+               "roughness": {"psd": {"model": "k-correlation", "rms": "20 nm", "B": "20 mm", "exponent": 3.2,
+                                     "f_min": "5 /m", "f_max": ")" +
+           f_max + R"( /m"}}})";
+  };
   static const std::vector<LargeScene> scenes = {
       {"large-annulus",
        R"({"aberfit": 1, "mirror": {"focal_length": "5.52 m"},
@@ -32,18 +39,8 @@ inline const std::vector<LargeScene>& large_scenes() {
            "roughness": {"psd": {"model": "power-law", "rms": "0.25 nm", "exponent": 2.9, "f_min": "10 /m",
                                  "f_max": "1000 /m"}}})",
        768, 1600},
-      {"wide-300",
-       R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": "circle", "diameter": "0.4 m"},
-           "light": {"wavelength": "632.8 nm"},
-           "roughness": {"psd": {"model": "k-correlation", "rms": "20 nm", "B": "20 mm", "exponent": 3.2,
-                                 "f_min": "5 /m", "f_max": "750 /m"}}})",
-       1024, 1800},
-      {"wide-1000",
-       R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": "circle", "diameter": "0.4 m"},
-           "light": {"wavelength": "632.8 nm"},
-           "roughness": {"psd": {"model": "k-correlation", "rms": "20 nm", "B": "20 mm", "exponent": 3.2,
-                                 "f_min": "5 /m", "f_max": "2500 /m"}}})",
-       3200, 5000}};
+      {"wide-300", wide("750"), 1024, 1800},
+      {"wide-1000", wide("2500"), 3200, 5000}};
   return scenes;
 }
 

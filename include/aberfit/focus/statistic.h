@@ -71,6 +71,8 @@ inline constexpr double kFlattestCurve = 0.35;
 /// max(r dE/dr, kFlattestCurve). Everything else is met as it is.
 Target aim_of(const Target& target);
 std::vector<Target> aims_of(const std::vector<Target>& targets);
+/// What they are targets of, in their order.
+std::vector<Statistic> statistics_of(const std::vector<Target>& targets);
 
 /// r dE/dr of a round Gaussian spot at the radius that holds `fraction` in (0, 1): 2 (1 - p) ln(1/(1 - p)).
 double gaussian_curve_slope(double fraction);

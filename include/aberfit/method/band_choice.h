@@ -20,7 +20,7 @@ struct Layout {
 
 /// Why the roughness of these targets cannot be split, a clause; empty: it can. Scatter multiplies a transfer
 /// function, and angles of terms and scatter add in squares.
-std::string obstacle_to_split(const Layout& layout);
+std::string obstacle_to_split(const Groundwork& ground, const TargetSets& targets);
 
 /// Groundwork, then targets, then the split that the task's `terms.band` asks for. Throws FieldError for a
 /// band that the task's physics cannot split: scatter multiplies a transfer function, which only waves with
