@@ -5,6 +5,7 @@
 #include <set>
 
 #include "aberfit/method/all_scatter.h"
+#include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/terms/operator_cost.h"
@@ -142,8 +143,9 @@ double judgement(const Task& task, const Groundwork& ground, const TermSet& term
   if (ground.use.in_light(given) || !ground.use.obstacle.empty()) return 0;
   const Asked wanted = asked({&targets.fitted});
   const double theory = given ? 0 : wanted.planes(kSpotRing) * kSpotPlane;
-  return theory +
-         judged_by_waves(task, terms, wanted, wave_pitch(task, terms, targets.fitted, ground.split.get()));
+  const double pitch = wave_pitch(task, terms, targets.fitted, ground.split.get());
+  const bool no_grid = 2 * ground.radius / pitch > kMostJudgedCells;
+  return theory + (no_grid ? 0 : judged_by_waves(task, terms, wanted, pitch));
 }
 
 // As realisation_of (judge.cpp) decides.

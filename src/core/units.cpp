@@ -268,6 +268,11 @@ double unit_factor(std::string_view unit, Dimension dimension) {
   return found->factor * scaled_number("1", found->exponent10);
 }
 
+std::string format_percent(double share) {
+  const double percent = 100 * share;
+  return std::abs(percent) < 99.5 ? fmt::format("{:.2g} %", percent) : fmt::format("{:.0f} %", percent);
+}
+
 std::string format_quantity(double value, Dimension dimension) {
   static constexpr Prefix kLengthPrefixes[] = {{"pm", 1e-12}, {"nm", 1e-9}, {"um", 1e-6},
                                                {"mm", 1e-3},  {"m", 1},     {"km", 1e3}};

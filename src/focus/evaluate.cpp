@@ -171,11 +171,12 @@ class SmoothEvaluator {
   }
   double operator()(const RmsHeight&) const {
     const HeightMoments moments = height_moments(in_.rays.weight, in_.height);
-    if (!(moments.rms > 0)) return std::nan("");
+    const double rms = std::hypot(moments.rms, in_.unseen_height);
+    if (!(rms > 0)) return std::nan("");
     if (gradient_)
       gradient_->d_height =
-          in_.rays.weight * (in_.height - moments.mean) * (1.0 / (moments.rms * shared_.sums.weight));
-    return moments.rms;
+          in_.rays.weight * (in_.height - moments.mean) * (1.0 / (rms * shared_.sums.weight));
+    return rms;
   }
 
  private:
@@ -227,7 +228,9 @@ class ExactEvaluator {
   double operator()(const RmsRadius& s) const {
     return std::sqrt(second_moment(in_.rays, s.dz, shared_.centre(s.dz)) / shared_.sums.weight);
   }
-  double operator()(const RmsHeight&) const { return height_moments(in_.rays.weight, in_.height).rms; }
+  double operator()(const RmsHeight&) const {
+    return std::hypot(height_moments(in_.rays.weight, in_.height).rms, in_.unseen_height);
+  }
 
  private:
   const Shared& shared_;

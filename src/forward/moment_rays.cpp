@@ -1,12 +1,21 @@
 #include "moment_rays.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/forward/term_moments.h"
 
 namespace aberfit::internal {
+
+double with_scatter(const MeanScatter* scatter, const Statistic& moment, double of_terms) {
+  if (!scatter) return of_terms;
+  if (std::holds_alternative<RmsHeight>(moment)) return std::hypot(of_terms, scatter->rms_height());
+  if (std::holds_alternative<ScatterRms>(moment)) return std::hypot(of_terms, scatter->scatter_rms());
+  return std::hypot(of_terms, 0.5 * std::sqrt(kPi) * scatter->scatter_rms());
+}
 
 MomentRays::MomentRays(const Mirror& mirror, PupilSample pupil, const TermSet& terms,
                        const OperatorOptions& how, const std::vector<Statistic>& moments)

@@ -14,6 +14,10 @@ inline bool is_moment(const Statistic& statistic) {
          std::holds_alternative<RmsHeight>(statistic);
 }
 
+/// A moment of terms and scatter together: heights and slopes add in squares, and the mean angle as if the
+/// slopes of the terms were Gaussian, too (a Rayleigh mean). scatter: null without any.
+double with_scatter(const MeanScatter* scatter, const Statistic& moment, double of_terms);
+
 /// Rays of the mirror through a pupil of their own.
 class MomentRays {
  public:

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "aberfit/core/parallel.h"
+#include "aberfit/theory/scattered_rays.h"
 #include "aberfit/trace/nominal_surface.h"
 
 namespace aberfit::internal {
@@ -14,6 +15,7 @@ RayForward::RayForward(const LightPath& path, std::vector<Statistic> statistics,
       nominal_(trace_nominal(path.mirror, path.pupil, threads)),
       of_revolution_(without_known_zernikes(path.mirror)),
       known_(known_zernike_field(path.mirror, path.pupil, {threads, {}, {}})) {
+  if (path.scatter) add_scatter(*path.scatter, path.pupil, kScatterSeed, &known_);
   // Scatter angles look at directions only; the rest is an eighth of the memory of a fit.
   for (Eigen::ArrayXd* unread : {&nominal_.x, &nominal_.y, &nominal_.weight}) unread->resize(0);
 }
@@ -28,11 +30,14 @@ void RayForward::move_to(const Eigen::VectorXd& coefficients) {
   trace(of_revolution_, path_.pupil, whole_field(), threads_, &rays_);
 }
 
+FocusInput RayForward::input() const {
+  return {rays_, nominal_, field_.height, path_.centre, path_.scatter ? path_.scatter->rms_height() : 0};
+}
+
 // The gradients over the rays come with the values: nearly every point that a solver tries is accepted, and
 // then they cost a fraction of a second look at the rays.
 bool RayForward::evaluate(double width, Eigen::VectorXd* values) {
-  const FocusInput input{rays_, nominal_, field_.height, path_.centre};
-  return evaluate_smooth(input, statistics_, width, threads_, &workspace_, values, &gradients_);
+  return evaluate_smooth(input(), statistics_, width, threads_, &workspace_, values, &gradients_);
 }
 
 bool RayForward::gradients(const GradientSink& sink) {
@@ -80,7 +85,7 @@ void RayForward::pull_back(const std::vector<const RayGradient*>& gradients, con
 
 Eigen::VectorXd RayForward::exact(Warnings* warnings) {
   if (statistics_.empty()) return {};
-  return evaluate_exact({rays_, nominal_, field_.height, path_.centre}, statistics_, threads_, warnings);
+  return evaluate_exact(input(), statistics_, threads_, warnings);
 }
 
 std::string RayForward::trouble() const {

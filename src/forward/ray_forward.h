@@ -4,6 +4,7 @@
 namespace aberfit::internal {
 
 /// Statistics of the traced rays: coefficients -> L -> trace -> smooth statistics, one adjoint pass each.
+/// Scatter of the path turns each ray by its own slope, the same for every surface.
 class RayForward : public ForwardModel {
  public:
   RayForward(const LightPath& path, std::vector<Statistic> statistics, int threads);
@@ -25,9 +26,12 @@ class RayForward : public ForwardModel {
   std::vector<Statistic> statistics_;
   int threads_;
   RayBundle nominal_;
-  // The known Zernikes of the mirror at the pupil points, once and for all, and the rest of it.
+  FocusInput input() const;
+
+  // What every surface has at the pupil points, once and for all: the known Zernikes of the mirror and the
+  // slopes of its scatter; and the rest of the mirror.
   Mirror of_revolution_;
-  SurfaceField known_, whole_;  // empty without known Zernikes; whole_: field_ + known_
+  SurfaceField known_, whole_;  // empty without any; whole_: field_ + known_
   SurfaceField field_;
   RayBundle rays_;
   FocusWorkspace workspace_;

@@ -8,6 +8,7 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
 #include "aberfit/forward/forward_model.h"
+#include "aberfit/theory/scattered_rays.h"
 #include "aberfit/forward/term_moments.h"
 #include "aberfit/scene/quadrature_pupil.h"
 #include "moment_rays.h"
@@ -25,9 +26,10 @@ struct Traced {
 };
 
 Traced trace_terms(const LitMirror& lit, const TermSet& terms, const Eigen::VectorXd& coefficients,
-                   const PupilSample& pupil, int threads) {
+                   const PupilSample& pupil, std::uint64_t scatter_seed, int threads) {
   Traced traced;
   SurfaceOperator(terms, pupil, {threads, {}, {}}).apply(coefficients, &traced.field);
+  if (lit.scatter) add_scatter(*lit.scatter, pupil, scatter_seed, &traced.field);
   traced.nominal = trace_nominal(lit.mirror, pupil);
   traced.rays = trace(lit.mirror, pupil, traced.field);
   return traced;
@@ -35,8 +37,9 @@ Traced trace_terms(const LitMirror& lit, const TermSet& terms, const Eigen::Vect
 
 Eigen::VectorXd statistics_of(const LitMirror& lit, const Traced& traced,
                               const std::vector<Statistic>& statistics, int threads, Warnings* warnings) {
-  return evaluate_exact({traced.rays, traced.nominal, traced.field.height, lit.centre}, statistics, threads,
-                        warnings);
+  return evaluate_exact({traced.rays, traced.nominal, traced.field.height, lit.centre,
+                         lit.scatter ? lit.scatter->rms_height() : 0},
+                        statistics, threads, warnings);
 }
 
 // The scrambles as one pupil of as many times the rays.
@@ -63,7 +66,8 @@ Traced joined(std::vector<Traced> parts) {
 }
 
 // Where rays can tell the moments of the surface from points that are exact for its order, these replace what
-// the scrambles estimate; then nothing is left of the sampling error.
+// the scrambles estimate; then nothing is left of the sampling error. The mean angle of terms and scatter
+// together stays with the rays, which know it.
 void set_moments(const LitMirror& lit, const TermSet& terms, const Eigen::VectorXd& coefficients,
                  const std::vector<Statistic>& statistics, int threads, FreshStatistics* fresh) {
   const std::optional<Aperture> clear = without_margin(lit.aperture);
@@ -77,7 +81,8 @@ void set_moments(const LitMirror& lit, const TermSet& terms, const Eigen::Vector
   for (std::size_t j = 0; j < split.geometric.size(); ++j) {
     const auto at = Eigen::Index(split.geometric_place[j]);
     if (!std::isfinite(values[Eigen::Index(j)])) continue;
-    fresh->value[at] = values[Eigen::Index(j)];
+    if (lit.scatter && std::holds_alternative<ScatterMean>(split.geometric[j])) continue;
+    fresh->value[at] = with_scatter(lit.scatter.get(), split.geometric[j], values[Eigen::Index(j)]);
     fresh->standard_error[at] = 0;
   }
 }
@@ -150,8 +155,9 @@ FreshStatistics fresh_by_rays(const LitMirror& lit, const FreshPupil& wanted, co
   std::vector<Traced> parts(kScrambles);
   Eigen::MatrixXd values(Eigen::Index(statistics.size()), kScrambles);
   parallel_for(kScrambles, threads, [&](std::size_t k) {
-    const PupilSample pupil = make_pupil(lit.aperture, {PupilLayout::kSobol, per_scramble, seeds.bits(k)});
-    parts[k] = trace_terms(lit, terms, coefficients, pupil, 1);
+    const std::uint64_t seed = seeds.bits(k);
+    const PupilSample pupil = make_pupil(lit.aperture, {PupilLayout::kSobol, per_scramble, seed});
+    parts[k] = trace_terms(lit, terms, coefficients, pupil, seed, 1);
     values.col(Eigen::Index(k)) = statistics_of(lit, parts[k], statistics, 1, nullptr);
   });
   const Traced traced = joined(std::move(parts));

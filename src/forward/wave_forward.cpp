@@ -7,7 +7,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "aberfit/core/constants.h"
 #include "aberfit/core/units.h"
 #include "aberfit/trace/nominal_surface.h"
 
@@ -120,7 +119,7 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
     exist = moments_->rays().evaluate(width > 0 ? width : 1, &some);  // moments: no kernel in them
     for (std::size_t j = 0; j < split_.geometric.size(); ++j)
       (*values)[Eigen::Index(split_.geometric_place[j])] =
-          with_scatter(split_.geometric[j], some[Eigen::Index(j)]);
+          with_scatter(path_.scatter.get(), split_.geometric[j], some[Eigen::Index(j)]);
   }
   if (!split_.own.empty()) {
     const DiffractionProblem waves = problem();
@@ -143,7 +142,7 @@ bool WaveForward::gradients(const GradientSink& sink) {
     Eigen::VectorXd of_terms;
     if (!moments_->rays().evaluate(1, &of_terms)) return false;
     const auto chained = [&](std::size_t j, const Eigen::VectorXd& gradient) {
-      const double own = of_terms[Eigen::Index(j)], sum = with_scatter(split_.geometric[j], own);
+      const double own = of_terms[Eigen::Index(j)], sum = with_scatter(path_.scatter.get(), split_.geometric[j], own);
       sink(split_.geometric_place[j], path_.scatter ? Eigen::VectorXd(own / sum * gradient) : gradient);
     };
     if (!moments_->rays().gradients(chained)) return false;
@@ -167,17 +166,9 @@ Eigen::VectorXd WaveForward::exact(Warnings* warnings) {
   if (moments_) geometric = moments_->rays().exact(warnings);
   for (std::size_t j = 0; j < split_.geometric.size(); ++j)
     values[Eigen::Index(split_.geometric_place[j])] =
-        with_scatter(split_.geometric[j], geometric[Eigen::Index(j)]);
+        with_scatter(path_.scatter.get(), split_.geometric[j], geometric[Eigen::Index(j)]);
   if (warnings) explain(values, warnings);
   return values;
-}
-
-double WaveForward::with_scatter(const Statistic& moment, double of_terms) const {
-  if (!path_.scatter) return of_terms;
-  if (std::holds_alternative<RmsHeight>(moment)) return std::hypot(of_terms, path_.scatter->rms_height());
-  if (std::holds_alternative<ScatterRms>(moment)) return std::hypot(of_terms, path_.scatter->scatter_rms());
-  // A Rayleigh mean of Gaussian slopes, which those of a surface of many terms nearly are.
-  return std::hypot(of_terms, 0.5 * std::sqrt(kPi) * path_.scatter->scatter_rms());
 }
 
 void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) const {

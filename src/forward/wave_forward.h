@@ -11,8 +11,7 @@ namespace aberfit::internal {
 /// Statistics of the diffraction pattern of the pupil field: coefficients -> L -> phase -> PSF. Scatter
 /// angles and the RMS height are those of the same surface by rays, exact for the order of the terms whatever
 /// the grid (MomentRays): a sharp edge scatters as 1/r^3, so that waves have no finite second moment. Those
-/// of roughness that the terms do not stand for are added in squares, and the mean angle as if slopes were
-/// Gaussian. The width of `evaluate` is not used: diffraction smooths by itself.
+/// of roughness that the terms do not stand for are added (with_scatter). The width of `evaluate` is not used: diffraction smooths by itself.
 class WaveForward : public ForwardModel {
  public:
   WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads);
@@ -34,7 +33,6 @@ class WaveForward : public ForwardModel {
             path_.scatter,
             departure_.size() > 0 ? &departure_ : nullptr};
   }
-  double with_scatter(const Statistic& moment, double of_terms) const;
   void explain(const Eigen::VectorXd& values, Warnings* warnings) const;
 
   LightPath path_;

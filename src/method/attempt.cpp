@@ -239,11 +239,10 @@ FitProblem problem_of(const FitCase& of, const Workbench& bench, const Coefficie
 Workbench::Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
                      const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split)
     : model(by),
-      scatter(by == FocusModel::kWaves ? std::move(split) : nullptr),
+      scatter(std::move(split)),
       pitch(grid_pitch),
       pupil(focus_pupil(task, by, rays, grid_pitch)),
-      surface(terms, pupil, focus_operator(by, threads)),
-      nominal(trace_nominal(task.mirror, pupil)) {}
+      surface(terms, pupil, focus_operator(by, threads)) {}
 
 SurfaceField Workbench::field(const Eigen::VectorXd& coefficients) const {
   SurfaceField result;
@@ -254,11 +253,7 @@ SurfaceField Workbench::field(const Eigen::VectorXd& coefficients) const {
 Eigen::VectorXd Workbench::exact(const Task& task, const Eigen::VectorXd& coefficients,
                                  const std::vector<Statistic>& statistics, int threads,
                                  Warnings* warnings) const {
-  if (model != FocusModel::kRays)
-    return focus_statistics(focus(task), coefficients, statistics, threads, warnings);
-  const SurfaceField f = field(coefficients);
-  const RayBundle rays = trace(task.mirror, pupil, f);
-  return evaluate_exact({rays, nominal, f.height, task.trace.centre}, statistics, threads, warnings);
+  return focus_statistics(focus(task), coefficients, statistics, threads, warnings);
 }
 
 LightPath Workbench::focus(const Task& task) const {

@@ -45,7 +45,7 @@ void add_ring(const Target& target, const GeneralisedHarveyShack& mean, double a
   judged->add(target.statistic, radius, end, allowed * target.value * slope / std::sqrt(2.0));
 }
 
-Judged judged_of(const Task& task, const Groundwork& ground, const TargetSets& targets) {
+Judged judged_of(const Task& task, const GeneralisedHarveyShack& mean, const TargetSets& targets) {
   Judged judged;
   for (const std::vector<Target>* set : {&targets.fitted, &targets.held_out})
     for (const Target& target : *set) {
@@ -54,7 +54,7 @@ Judged judged_of(const Task& task, const Groundwork& ground, const TargetSets& t
       if (const auto* share = std::get_if<RingThrough>(&aim.statistic))
         judged.add(target.statistic, share->ring_radius, share->dz, allowed * aim.relative_to());
       else if (std::holds_alternative<RingFwhm>(target.statistic))
-        add_ring(target, *ground.mean_spot, allowed, &judged);
+        add_ring(target, mean, allowed, &judged);
     }
   judged.limits.light =
       Eigen::Map<const Eigen::ArrayXd>(judged.light.data(), Eigen::Index(judged.light.size()));
@@ -88,32 +88,57 @@ BandShares shares_of(const BandSplit& split, bool automatic) {
 std::string reason_of(const Groundwork& ground, const BandShares& shares) {
   const auto frequency = [](double f) { return format_quantity(f, Dimension::kSpatialFrequency); };
   const std::string spread =
-      fmt::format("mirrors that share {} differ by {:.2g} of a tolerance ({}, one standard deviation)",
-                  shares.cut > 0 ? "the terms" : "nothing but this specification", shares.spread,
-                  shares.spread_of.empty() ? "nothing is judged" : shares.spread_of);
+      std::isnan(shares.spread)
+          ? "by rays it is not known how far mirrors that share the terms differ"
+          : fmt::format("mirrors that share {} differ by {:.2g} of a tolerance ({}, one standard deviation)",
+                        shares.cut > 0 ? "the terms" : "nothing but this specification", shares.spread,
+                        shares.spread_of.empty() ? "nothing is judged" : shares.spread_of);
   const std::string scatter = fmt::format(
-      "{} to {} {} scatter (RMS {}, TIS {:.2g} %)", frequency(std::max(shares.cut, ground.psd->f_min())),
+      "{} to {} {} scatter (RMS {}, TIS {})", frequency(std::max(shares.cut, ground.psd->f_min())),
       frequency(ground.psd->f_max()), shares.cut > 0 ? "are" : "are all",
-      format_quantity(shares.rest_rms, Dimension::kLength), 100 * shares.tis);
+      format_quantity(shares.rest_rms, Dimension::kLength), format_percent(shares.tis));
   if (!(shares.cut > 0)) return fmt::format("No frequency needs a term: {}; {}.", scatter, spread);
   return fmt::format("Frequencies from {} to {} ({:.3g} cycles across) are terms (RMS {}); {}; {}.",
                      frequency(ground.psd->f_min()), frequency(shares.cut), 2 * ground.radius * shares.cut,
                      format_quantity(shares.low_rms, Dimension::kLength), scatter, spread);
 }
 
-void split_at(const Task& task, double cut, bool automatic, const RealisationSpread& spread,
-              const Judged& judged, Layout* layout) {
-  Groundwork& ground = layout->ground;
-  ground.split = std::make_shared<const BandSplit>(*ground.psd, cut, task.mirror, task.aperture,
-                                                   task.wavelength, ground.mean_spot);
-  ground.prior_psd = ground.term_psd = ground.split->low();
-  ground.shares = shares_of(*ground.split, automatic);
-  describe_spread(spread, judged, cut, &*ground.shares);
+// Theories of rays alone, where a study asks for one: the rest is a slope of every ray's own.
+bool only_rays(const PhysicsChoice& use) {
+  return use.model == FocusModel::kRays && use.theory != Theory::kGhs;
 }
 
-RealisationSpread spread_of(const Task& task, const Groundwork& ground, const Judged& judged, int threads) {
-  return RealisationSpread({*ground.psd, task.mirror, task.aperture, task.wavelength, *ground.mean_spot},
-                           judged.discs, threads);
+// The light of all mirrors, and how those that share a cut differ in what is judged of it. Theories of rays
+// do without the latter.
+struct SplitLight {
+  std::shared_ptr<const GeneralisedHarveyShack> mean;
+  Judged judged;
+  std::optional<RealisationSpread> spread;
+};
+
+SplitLight light_of(const Task& task, const Layout& layout, int threads) {
+  const Groundwork& ground = layout.ground;
+  std::shared_ptr<const GeneralisedHarveyShack> mean = ground.mean_spot;
+  if (!mean)
+    mean = std::make_shared<const GeneralisedHarveyShack>(*ground.psd, task.mirror, task.aperture,
+                                                          task.wavelength);
+  if (only_rays(ground.use)) return {std::move(mean), {}, std::nullopt};
+  Judged judged = judged_of(task, *mean, layout.targets);
+  RealisationSpread spread({*ground.psd, task.mirror, task.aperture, task.wavelength, *mean}, judged.discs,
+                           threads);
+  return {std::move(mean), std::move(judged), std::move(spread)};
+}
+
+void split_at(const Task& task, double cut, bool automatic, const SplitLight& light, Layout* layout) {
+  Groundwork& ground = layout->ground;
+  ground.split = std::make_shared<const BandSplit>(*ground.psd, cut, task.mirror, task.aperture,
+                                                   task.wavelength, light.mean);
+  ground.prior_psd = ground.term_psd = ground.split->low();
+  ground.shares = shares_of(*ground.split, automatic);
+  if (light.spread)
+    describe_spread(*light.spread, light.judged, cut, &*ground.shares);
+  else
+    ground.shares->spread = ground.shares->height_spread = ground.shares->slope_spread = kNaN;
 }
 
 BandRule rule_of(const Task& task, const BandSpec& band) {
@@ -121,26 +146,42 @@ BandRule rule_of(const Task& task, const BandSpec& band) {
   return task.terms.automatic && task.target.theory != Theory::kGeometric ? BandRule::kAuto : BandRule::kAll;
 }
 
+// Why rays cannot be split at a cut that was asked for, a clause; empty: they can.
+std::string obstacle_to_rays(const Task& task, const Groundwork& ground, double cut) {
+  if (task.target.convention == Convention::kPaper)
+    return "convention \"paper\" turns terms and drawn rays by different angles";
+  if (!ground.use.obstacle.empty()) return ground.use.obstacle;
+  if (cut <= ground.psd->f_min())
+    return fmt::format(
+        "geometric rays need terms: all of the roughness lies above {}, and rays without "
+        "terms are the theory itself",
+        format_quantity(cut, Dimension::kSpatialFrequency));
+  return "";
+}
+
 // Whether there is anything to split and a way to do it.
-bool can_cut(BandRule rule, const Layout& layout) {
-  if (rule == BandRule::kAll || !layout.ground.psd) return false;
-  const std::string obstacle = obstacle_to_split(layout.ground, layout.targets);
-  if (!obstacle.empty() && rule == BandRule::kCut)
+bool can_cut(const Task& task, const BandSpec& band, const Layout& layout) {
+  const Groundwork& ground = layout.ground;
+  if (band.rule == BandRule::kAll || !ground.psd) return false;
+  const bool asked = band.rule == BandRule::kCut;
+  const std::string obstacle = asked && only_rays(ground.use) ? obstacle_to_rays(task, ground, band.cut)
+                                                              : obstacle_to_split(ground, layout.targets);
+  if (!obstacle.empty() && asked)
     throw FieldError("terms.band", "a frequency, but " + obstacle,
-                     "\"all\", \"auto\"; or trace model \"waves\" with theory \"auto\", and no scatter_mean");
+                     "\"all\"; or theory \"auto\", trace model \"auto\" or \"waves\", convention "
+                     "\"physical\", and no scatter_mean");
   return obstacle.empty();
 }
 
-void split_band(const Task& task, const BandSpec& band, const RealisationSpread& spread, const Judged& judged,
-                Layout* layout) {
+void split_band(const Task& task, const BandSpec& band, const SplitLight& light, Layout* layout) {
   const Groundwork& ground = layout->ground;
   double cut = band.cut;
   if (band.rule == BandRule::kAuto) {
-    const SmallestCut smallest = smallest_cut(spread, judged.limits);
+    const SmallestCut smallest = smallest_cut(*light.spread, light.judged.limits);
     cut = smallest.whole_band ? ground.psd->f_min() : smallest.frequency;
   }
   if (!(cut < ground.psd->f_max())) return;
-  split_at(task, std::max(cut, ground.psd->f_min()), band.rule == BandRule::kAuto, spread, judged, layout);
+  split_at(task, std::max(cut, ground.psd->f_min()), band.rule == BandRule::kAuto, light, layout);
   layout->ground.shares->reason = reason_of(ground, *ground.shares);
 }
 
@@ -169,16 +210,12 @@ std::vector<Layout> lay_out(const Task& task, const PhysicsRequest& asked, const
   Layout whole{lay_groundwork(task, asked), {}};
   whole.targets = make_targets(task, whole.ground, threads);
   std::vector<Layout> layouts(bands.size(), whole);
-  std::optional<Judged> judged;
-  std::optional<RealisationSpread> spread;
+  std::optional<SplitLight> light;
   for (std::size_t k = 0; k < bands.size(); ++k) {
-    const BandRule rule = rule_of(task, bands[k]);
-    if (!can_cut(rule, whole)) continue;
-    if (!spread) {
-      judged = judged_of(task, whole.ground, whole.targets);
-      spread.emplace(spread_of(task, whole.ground, *judged, threads));
-    }
-    split_band(task, {rule, bands[k].cut}, *spread, *judged, &layouts[k]);
+    const BandSpec band{rule_of(task, bands[k]), bands[k].cut};
+    if (!can_cut(task, band, whole)) continue;
+    if (!light) light.emplace(light_of(task, whole, threads));
+    split_band(task, band, *light, &layouts[k]);
   }
   return layouts;
 }
@@ -188,9 +225,7 @@ Layout lay_out_at(const Task& task, double cut, int threads) {
   Groundwork& ground = layout.ground;
   layout.targets = make_targets(task, ground, threads);
   if (!(cut < ground.psd->f_max())) return layout;
-  const Judged judged = judged_of(task, ground, layout.targets);
-  split_at(task, std::max(cut, ground.psd->f_min()), false, spread_of(task, ground, judged, threads), judged,
-           &layout);
+  split_at(task, std::max(cut, ground.psd->f_min()), false, light_of(task, layout, threads), &layout);
   return layout;
 }
 

@@ -93,10 +93,10 @@ std::string part_reason(const RadialPsd& psd, const TermSet& terms, const PartBa
     return text + fmt::format("the specification ends at {}, below that: there is no rest, nothing scatters.",
                               frequency(psd.f_max()));
   return text + fmt::format(
-                    "the specification's {} to {} is scatter (RMS {}, TIS {:.2g} %); parts that share "
+                    "the specification's {} to {} is scatter (RMS {}, TIS {}); parts that share "
                     "the terms differ by {:.2g} of a tolerance ({}, one standard deviation).",
                     frequency(std::max(band.cut, psd.f_min())), frequency(psd.f_max()),
-                    length(shares.rest_rms), 100 * shares.tis, shares.spread,
+                    length(shares.rest_rms), format_percent(shares.tis), shares.spread,
                     shares.spread_of.empty() ? "nothing is judged" : shares.spread_of);
 }
 

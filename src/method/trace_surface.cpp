@@ -4,6 +4,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/forward/forward_model.h"
+#include "aberfit/theory/scattered_rays.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/method/pupil_choice.h"
@@ -47,15 +48,17 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
       focus_pupil(task, model, task.trace.pupil,
                   by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted, ground.split.get()));
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
-  const SurfaceField field = surface_field(task, pupil, surface, threads);
+  SurfaceField field = surface_field(task, pupil, surface, threads);
+  if (by_rays && ground.split) add_scatter(*ground.split, pupil, kScatterSeed, &field);
   const RayBundle rays = trace(task.mirror, pupil, field);
   const std::vector<Statistic> statistics = statistics_of(targets.fitted);
   TraceReport report;
   report.warnings = ground.use.warnings;
   Eigen::VectorXd values;
   if (by_rays) {
-    values = evaluate_exact({rays, nominal, field.height, task.trace.centre}, statistics, threads,
-                            &report.warnings);
+    values = evaluate_exact({rays, nominal, field.height, task.trace.centre,
+                             ground.split ? ground.split->rms_height() : 0},
+                            statistics, threads, &report.warnings);
   } else {
     const SurfaceOperator operate(surface.terms, pupil, focus_operator(model, threads));
     LightPath path{task.mirror, pupil, operate, model, task.wavelength, &task.aperture, task.trace.centre};

@@ -51,11 +51,11 @@ nlohmann::ordered_json abg_json(const AbgFit& fit) {
 
 std::string abg_words(const AbgFit& fit) {
   return fmt::format(
-      "ABg: A {:.4g} /sr, B {:.4g}, g {:.4g}{}; from {} to {} within {:.2g} % (RMS {:.2g} %), "
+      "ABg: A {:.4g} /sr, B {:.4g}, g {:.4g}{}; from {} to {} within {} (RMS {}), "
       "its own TIS {:.3g} %.",
       fit.model.a, fit.model.b, fit.model.g, fit.at_least_b ? " (the least B)" : "",
       format_quantity(fit.theta_min, Dimension::kAngle), format_quantity(fit.theta_max, Dimension::kAngle),
-      100 * fit.largest_error, 100 * fit.rms_error, 100 * fit.tis);
+      format_percent(fit.largest_error), format_percent(fit.rms_error), 100 * fit.tis);
 }
 
 // The best, and what the form that every program takes would miss.
@@ -63,8 +63,8 @@ std::string abg_lines(const std::vector<AbgFit>& fits) {
   if (fits.empty()) return "";
   std::string text = abg_words(fits.back());
   if (fits.size() > 1)
-    text += fmt::format(" With B above 1e-12, as OpticStudio takes it, {:.2g} %: take the table there.",
-                        100 * fits.front().largest_error);
+    text += fmt::format(" With B above 1e-12, as OpticStudio takes it, {}: take the table there.",
+                        format_percent(fits.front().largest_error));
   return paragraph("", text);
 }
 

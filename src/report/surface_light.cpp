@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "aberfit/theory/scattered_rays.h"
 #include "aberfit/report/focal_light.h"
 
 namespace aberfit {
@@ -75,6 +76,7 @@ std::unique_ptr<FocalLight> surface_light(const LightPath& path, const Eigen::Ve
   if (path.model == FocusModel::kWaves) return std::make_unique<WaveLight>(path, coefficients, threads);
   SurfaceField field;
   path.surface.apply(coefficients, &field);
+  if (path.scatter) add_scatter(*path.scatter, path.pupil, kScatterSeed, &field);
   return ray_light(trace(path.mirror, path.pupil, field), trace_nominal(path.mirror, path.pupil),
                    path.centre);
 }

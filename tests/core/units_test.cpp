@@ -179,5 +179,15 @@ TEST(FormatQuantity, ChoosesAPrefixAndReadsBack) {
                 kShownDigits);
 }
 
+TEST(Units, SharesAreInPercentWithoutExponents) {
+  for (const auto& [share, text] : {std::pair<double, const char*>{0.0012, "0.12 %"},
+                                    {0.994, "99 %"},
+                                    {0.996, "100 %"},
+                                    {-1.37, "-137 %"},
+                                    {33, "3300 %"},
+                                    {0, "0 %"}})
+    EXPECT_EQ(format_percent(share), text);
+}
+
 }  // namespace
 }  // namespace aberfit

@@ -132,9 +132,11 @@ TEST(BandChoice, FollowsWhatTheStudySays) {
 }
 
 TEST(BandChoice, RefusesACutThatNoLightMultiplies) {
-  const std::string rays =
-      refusal(scene(25, 400, R"(, "terms": {"band": "33 /m"}, "target": {"theory": "geometric"})"));
-  EXPECT_NE(rays.find("terms.band"), std::string::npos) << rays;
+  for (const char* rays : {R"(, "terms": {"band": "33 /m"}, "target": {"convention": "paper"})",
+                           R"(, "terms": {"band": "3 /m"}, "target": {"theory": "geometric"})"}) {
+    const std::string why = refusal(scene(25, 400, rays));
+    EXPECT_NE(why.find("terms.band"), std::string::npos) << rays << why;
+  }
   const std::string mean = refusal(
       scene(25, 400,
             R"(, "terms": {"band": "33 /m"}, "target": {"statistics": {"scatter_mean": {}, "ee50": {}}})"));
@@ -163,6 +165,28 @@ TEST(BandChoice, AFitShowsBothPartsAndRunsAgainFromItsResolvedStudy) {
   const ResultDocument again = run_fit(parse_study(json["study"].dump(), "study.json"), {});
   ASSERT_EQ(again.terms.size(), result.terms.size());
   EXPECT_LT((again.fit.coefficients - result.fit.coefficients).norm(), 1e-9 * result.fit.coefficients.norm());
+}
+
+// Under a theory of rays the rest is a slope of every ray's own; light's answer stands beside it.
+TEST(BandChoice, RaysAreSplitWhereTheStudySaysAndTheirVerdictIsAboutTheWhole) {
+  const std::string text =
+      scene(250, 400,
+            R"(, "terms": {"zernike": {"n_max": 12}, "band": "33 /m"}, "target": {"theory": "geometric"}, )"
+            R"("equivalence": {"margin": "3 %"})");
+  const Layout layout = layout_of(text);
+  ASSERT_TRUE(layout.ground.split);
+  EXPECT_EQ(layout.ground.use.model, FocusModel::kRays);
+  EXPECT_EQ(layout.targets.theory, "geometric");
+  EXPECT_NEAR(psd_moments(*layout.ground.prior_psd).rms_height(), layout.ground.shares->low_rms, 1e-15);
+  const ResultDocument result = run_fit(parse_study(text, "study.json"), {});
+  EXPECT_EQ(result.verdict, Verdict::kEquivalent);
+  ASSERT_TRUE(result.shares && result.scatter && result.light);
+  EXPECT_NEAR(std::hypot(result.surface.rms_height, result.shares->rest_rms), 250e-9, 0.03 * 250e-9);
+  // The terms alone bend by less than the whole mirror is held to.
+  const double whole = psd_moments(*layout.ground.psd).rms_slope_per_axis();
+  EXPECT_LT(result.surface.rms_slope_per_axis, 0.8 * whole);
+  EXPECT_NEAR(std::hypot(result.surface.rms_slope_per_axis, result.shares->rest_slope) / whole, 1, 0.03);
+  EXPECT_NE(summary_table(result, true).find("in light"), std::string::npos);
 }
 
 TEST(BandChoice, WithoutTermsTheVerdictRestsOnDraws) {

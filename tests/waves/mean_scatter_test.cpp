@@ -27,6 +27,7 @@ class Gaussian : public MeanScatter {
   double encircled_energy(double radius) const override { return 1 - std::exp(-radius / kScale); }
   double encircled_energy_slope(double radius) const override { return std::exp(-radius / kScale) / kScale; }
   double rms_height() const override { return std::sqrt(g2_) * kWave / (4 * kPi); }
+  double rms_slope_per_axis() const override { return 0; }
   double scatter_rms() const override { return 1e-6; }
 
  private:

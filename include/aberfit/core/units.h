@@ -32,6 +32,8 @@ double unit_factor(std::string_view unit, Dimension dimension);
 
 /// Human text with a sensible prefix, e.g. 1.2e-4 m -> "120 um". For tables and messages, not for files.
 std::string format_quantity(double value, Dimension dimension);
+/// A share in percent, two significant digits and no exponent above one: "0.12 %", "270 %", "1.3e-07 %".
+std::string format_percent(double share);
 
 /// The units a message may offer for a dimension, e.g. "nm, um, mm, cm, m, in".
 std::string allowed_units(Dimension dimension);

@@ -22,6 +22,8 @@ struct FocusInput {
   const Eigen::ArrayXd&
       height;  ///< surface error h at the pupil points [m]; may be empty when RmsHeight is not asked for
   Centre centre = Centre::kNominal;
+  /// RMS height [m] of roughness that turns the rays but is not among the heights: added in squares.
+  double unseen_height = 0;
 };
 
 /// Memory that evaluations reuse, so that a second one of the same size allocates nothing. One per caller:

@@ -27,7 +27,8 @@ struct LightPath {
   Centre centre = Centre::kNominal;           ///< kCentroid: kRays only
   double aliased_limit = 1e-3;                ///< kWaves: as DiffractionProblem has it
   DiffractionWorkspace* workspace = nullptr;  ///< kWaves: to work in; null: one of its own
-  /// kWaves: roughness that the terms do not stand for, as its mean; null: none.
+  /// Roughness that the terms do not stand for; null: none. By waves its mean; by rays every ray is turned by
+  /// a Gaussian slope of its own (scattered_rays.h).
   std::shared_ptr<const MeanScatter> scatter = {};
 };
 

@@ -17,7 +17,6 @@ struct Workbench {
   double pitch;                                ///< of a grid for waves [m]
   PupilSample pupil;
   SurfaceOperator surface;
-  RayBundle nominal;
 
   Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
             const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split = {});

@@ -24,7 +24,8 @@ std::string obstacle_to_split(const Groundwork& ground, const TargetSets& target
 
 /// Groundwork, then targets, then the split that the task's `terms.band` asks for. Throws FieldError for a
 /// band that the task's physics cannot split: scatter multiplies a transfer function, which only waves with
-/// targets by generalised Harvey-Shack have.
+/// targets by generalised Harvey-Shack have; under a theory of rays it is a slope of every ray's own, at a
+/// cut that the study names.
 Layout lay_out(const Task& task, const PhysicsRequest& asked, int threads);
 /// The same once for each of these bands in place of the task's own; targets and spread are computed once.
 std::vector<Layout> lay_out(const Task& task, const PhysicsRequest& asked, const std::vector<BandSpec>& bands,

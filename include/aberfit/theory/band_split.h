@@ -28,8 +28,7 @@ class BandSplit : public MeanScatter {
   const RadialPsd& rest() const { return rest_; }  ///< what scatters
   bool has_low() const { return low_light_.has_value(); }
   bool has_rest() const { return rest_light_.has_value(); }
-  double tis() const;                                        ///< share of the light that the rest scatters
-  double rms_slope_per_axis() const { return rest_slope_; }  ///< of the rest
+  double tis() const;  ///< share of the light that the rest scatters
   /// Radius [m] of the light in focus that a surface with the low part needs room for: the 95 % of its mean
   /// spot, and where its highest frequency scatters to.
   double low_reach() const { return low_reach_; }
@@ -41,6 +40,7 @@ class BandSplit : public MeanScatter {
     return focus_.encircled_energy_slope(radius);
   }
   double rms_height() const override { return rest_height_; }
+  double rms_slope_per_axis() const override { return rest_slope_; }
   double scatter_rms() const override { return rest_angle_; }
 
  private:

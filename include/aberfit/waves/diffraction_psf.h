@@ -89,8 +89,10 @@ class MeanScatter {
   /// ensemble mean, and its derivative [1/m].
   virtual double encircled_energy(double radius) const = 0;
   virtual double encircled_energy_slope(double radius) const = 0;
-  /// Of this part: RMS height [m] and RMS scatter angle [rad]. They add to those of the heights in squares.
+  /// Of this part: RMS height [m], RMS slope in each axis, and RMS scatter angle [rad]. They add to those of
+  /// the heights in squares.
   virtual double rms_height() const = 0;
+  virtual double rms_slope_per_axis() const = 0;
   virtual double scatter_rms() const = 0;
 };
 
