@@ -311,8 +311,10 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       }
       bench.say(fmt::format("chart: fit of n <= {} by {}", order, way.method));
       const ChartClock fit_clock(0);
-      FitPlan plan = make_plan(task, std::make_shared<const TermPlan>(plan_terms(
-                                         task, ground, zernikes_up_to(order, task.terms.covariance))));
+      FitPlan plan = make_plan(
+          task,
+          std::make_shared<const TermPlan>(plan_terms(
+              task, ground, zernikes_up_to(order, task.terms.covariance, expected_orders(ground).first))));
       plan.give_up_on_stall = true;
       plan.pupil.rays = first_rays(plan.terms->terms.size());
       plan.automatic_rays = false;

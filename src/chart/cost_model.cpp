@@ -286,9 +286,10 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
   const Frontier frontier = search_terms(task.terms.covariance, task.equivalence.margin, range, trials);
   for (auto point = frontier.points.rbegin(); point != frontier.points.rend(); ++point) {
     const double judged = point->passes || nearly-- > 0 ? 1 : 0;
-    const TermSet terms = terms_of(
-        task, ground,
-        range.wide ? plane_waves(point->order) : zernikes_up_to(point->order, task.terms.covariance));
+    const TermSet terms =
+        terms_of(task, ground,
+                 range.wide ? plane_waves(point->order)
+                            : zernikes_up_to(point->order, task.terms.covariance, range.first));
     fits.push_back({terms, task.trace.pupil, 1, judged});
   }
   return fits;
@@ -315,7 +316,7 @@ std::vector<Fits> search_fits(const Task& task, const Groundwork& ground, std::v
   }
   if (range.wide) return plane_wave_fits(task, ground);
   const auto zernikes = [&](int order) {
-    return terms_of(task, ground, zernikes_up_to(order, task.terms.covariance));
+    return terms_of(task, ground, zernikes_up_to(order, task.terms.covariance, range.first));
   };
   const int end = typical_order(range);
   for (int order = 2; order < end; order = next_order(order)) {

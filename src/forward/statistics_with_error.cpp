@@ -8,9 +8,9 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
 #include "aberfit/forward/forward_model.h"
-#include "aberfit/theory/scattered_rays.h"
 #include "aberfit/forward/term_moments.h"
 #include "aberfit/scene/quadrature_pupil.h"
+#include "aberfit/theory/scattered_rays.h"
 #include "moment_rays.h"
 #include "split_statistics.h"
 

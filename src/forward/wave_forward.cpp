@@ -142,7 +142,8 @@ bool WaveForward::gradients(const GradientSink& sink) {
     Eigen::VectorXd of_terms;
     if (!moments_->rays().evaluate(1, &of_terms)) return false;
     const auto chained = [&](std::size_t j, const Eigen::VectorXd& gradient) {
-      const double own = of_terms[Eigen::Index(j)], sum = with_scatter(path_.scatter.get(), split_.geometric[j], own);
+      const double own = of_terms[Eigen::Index(j)],
+                   sum = with_scatter(path_.scatter.get(), split_.geometric[j], own);
       sink(split_.geometric_place[j], path_.scatter ? Eigen::VectorXd(own / sum * gradient) : gradient);
     };
     if (!moments_->rays().gradients(chained)) return false;

@@ -11,7 +11,8 @@ namespace aberfit::internal {
 /// Statistics of the diffraction pattern of the pupil field: coefficients -> L -> phase -> PSF. Scatter
 /// angles and the RMS height are those of the same surface by rays, exact for the order of the terms whatever
 /// the grid (MomentRays): a sharp edge scatters as 1/r^3, so that waves have no finite second moment. Those
-/// of roughness that the terms do not stand for are added (with_scatter). The width of `evaluate` is not used: diffraction smooths by itself.
+/// of roughness that the terms do not stand for are added (with_scatter). The width of `evaluate` is not
+/// used: diffraction smooths by itself.
 class WaveForward : public ForwardModel {
  public:
   WaveForward(const LightPath& path, const std::vector<Statistic>& statistics, int threads);

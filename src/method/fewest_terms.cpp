@@ -152,9 +152,9 @@ Attempt fit_nearest(const FitCase& of, const OrderRange& range, Trials* trials, 
   const auto begin = Clock::now();
   const auto chosen = std::find_if(frontier->points.begin(), frontier->points.end(),
                                    [](const FrontierPoint& point) { return point.chosen; });
-  Attempt attempt =
-      trials->whole(chosen->family == "fourier" ? plane_waves(chosen->order)
-                                                : zernikes_up_to(chosen->order, of.task.terms.covariance));
+  Attempt attempt = trials->whole(chosen->family == "fourier"
+                                      ? plane_waves(chosen->order)
+                                      : zernikes_up_to(chosen->order, of.task.terms.covariance, range.first));
   FrontierPoint point = frontier_point(attempt, chosen->seconds + since(begin));
   point.family = chosen->family;
   point.order = chosen->order;

@@ -12,6 +12,7 @@
 #include "aberfit/core/quadrature.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/scene/zernike.h"
+#include "aberfit/theory/height_on_aperture.h"
 
 namespace aberfit {
 namespace {
@@ -76,7 +77,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   ground.prior_height_factor = task.target.convention == Convention::kPaper ? 0.5 : 1.0;
   ground.prior_psd.emplace(ground.psd->scaled(ground.prior_height_factor));
   ground.theory.emplace(task.mirror, task.aperture, ground.numbers.rms_slope_per_axis, task.target.convention,
-                        ground.numbers.rms_height);
+                        rms_height_on(task.aperture, *ground.psd));
   ground.core_sigma = ground.focal_sigma = ground.theory->focal_sigma();
   ground.use = choose_physics(task, asked, &*ground.psd);
   set_mean_spot(task, &ground);

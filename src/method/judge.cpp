@@ -52,7 +52,8 @@ LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const 
   std::vector<Target> fitted = seen_by_waves(targets.fitted), held_out;
   if (light.decides) held_out = seen_by_waves(targets.held_out);
   if (!given && ground.use.theory != Theory::kGhs) {
-    const GeneralisedHarveyShack spot(ground.psd->scaled(ground.prior_height_factor), task.mirror, task.aperture, task.wavelength);
+    const GeneralisedHarveyShack spot(ground.psd->scaled(ground.prior_height_factor), task.mirror,
+                                      task.aperture, task.wavelength);
     fitted = targets_of_light(spot, std::move(fitted), threads);
     held_out = targets_of_light(spot, std::move(held_out), threads);
   }

@@ -13,10 +13,9 @@ namespace {
 
 constexpr int kLargestDefaultOrder = 100;
 
-// Share of the height variance over the aperture that is neither piston nor tilt: what terms from n = 2 on
-// can carry.
-double movable_share(const Groundwork& ground) {
-  return 1.0 - captured_fraction(*ground.term_psd, ground.radius, 0, 1);
+// Share of the height variance over the aperture that terms from n_min on can carry; piston moves no light.
+double movable_share(const Groundwork& ground, int n_min) {
+  return 1.0 - captured_fraction(*ground.term_psd, ground.radius, 0, n_min >= 2 ? 1 : 0);
 }
 
 CoefficientPrior make_term_prior(const Task& task, const Groundwork& ground, const TermSet& terms,
@@ -51,7 +50,7 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
     if (spec.n_max) {
       n_max = *spec.n_max;
     } else if (ground.term_psd) {
-      n_max = captured_order(*ground.term_psd, ground.radius, kCapturedHeight * movable_share(ground),
+      n_max = captured_order(*ground.term_psd, ground.radius, kCapturedHeight * movable_share(ground, 2),
                              kLargestDefaultOrder);
     } else {
       throw FieldError("terms.zernike.n_max", "nothing", "an order: without roughness there is no default");
@@ -60,7 +59,7 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
     covered_to = (n_max + 1) / (2 * kPi * ground.radius);
     if (ground.term_psd)
       *captured = captured_fraction(*ground.term_psd, ground.radius, spec.n_min, n_max) /
-                  (spec.n_min >= 2 ? movable_share(ground) : 1.0);
+                  (spec.n_min >= 1 ? movable_share(ground, spec.n_min) : 1.0);
   }
   if (asked.fourier) {
     if (!ground.term_psd)

@@ -26,8 +26,11 @@ constexpr int kFruitlessDoublings = 2;
 // Sets tried so far; remembers what was found at an order.
 class Search {
  public:
-  Search(CovarianceKind covariance, const TermTrials& trials, std::string family)
-      : covariance_(covariance), trials_(trials), family_(std::move(family)) {}
+  Search(CovarianceKind covariance, const OrderRange& range, const TermTrials& trials)
+      : covariance_(covariance),
+        first_(range.first),
+        trials_(trials),
+        family_(range.wide ? "fourier" : "zernike") {}
 
   bool promising(int order) {
     const FrontierPoint point = at(trials_.screen(make(order)), order);
@@ -47,7 +50,7 @@ class Search {
 
  private:
   TermsSpec make(int order) const {
-    return family_ == "fourier" ? plane_waves(order) : zernikes_up_to(order, covariance_);
+    return family_ == "fourier" ? plane_waves(order) : zernikes_up_to(order, covariance_, first_);
   }
   FrontierPoint at(FrontierPoint point, int order) const {
     point.order = order;
@@ -55,6 +58,7 @@ class Search {
     return point;
   }
   CovarianceKind covariance_;
+  int first_;
   const TermTrials& trials_;
   std::string family_;
 };
@@ -169,7 +173,9 @@ int next_order(int order) { return order + (order < 14 ? 1 : std::max(1, int(0.0
 
 OrderRange expected_orders(const Groundwork& ground) {
   OrderRange range;
-  const double movable = 1 - captured_fraction(*ground.term_psd, ground.radius, 0, 1);
+  const double piston = captured_fraction(*ground.term_psd, ground.radius, 0, 0),
+               tilt = captured_fraction(*ground.term_psd, ground.radius, 1, 1), movable = 1 - piston - tilt;
+  if (tilt > kTiltMatters * (1 - piston)) range.first = 1;
   range.high =
       captured_order(*ground.term_psd, ground.radius, kExpectedHeight * movable, kLargestSearchedOrder);
   range.wide = captured_fraction(*ground.term_psd, ground.radius, 2, range.high) < kExpectedHeight * movable;
@@ -182,9 +188,9 @@ OrderRange expected_orders(const Groundwork& ground) {
   return range;
 }
 
-TermsSpec zernikes_up_to(int order, CovarianceKind covariance) {
+TermsSpec zernikes_up_to(int order, CovarianceKind covariance, int first) {
   TermsSpec terms;
-  terms.zernike.emplace().n_max = order;
+  terms.zernike.emplace(ZernikeSpec{first, order});
   terms.covariance = covariance;
   return terms;
 }
@@ -200,7 +206,7 @@ Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange
   const auto begin = std::chrono::steady_clock::now();
   Frontier frontier;
   frontier.margin = margin;
-  Search search(covariance, trials, range.wide ? "fourier" : "zernike");
+  Search search(covariance, range, trials);
   int found = range.wide      ? double_up(&search)
               : trials.screen ? climb(&search, range)
                               : by_strides(&search, range);
@@ -219,8 +225,9 @@ std::string search_message(const Frontier& frontier, const OrderRange& range) {
   const std::vector<FrontierPoint>& points = frontier.points;
   const auto chosen =
       std::find_if(points.begin(), points.end(), [](const FrontierPoint& point) { return point.chosen; });
-  const std::string set =
-      range.wide ? fmt::format("{} plane waves", chosen->order) : fmt::format("n <= {}", chosen->order);
+  const std::string set = range.wide         ? fmt::format("{} plane waves", chosen->order)
+                          : range.first == 1 ? fmt::format("n <= {}, tilt among them", chosen->order)
+                                             : fmt::format("n <= {}", chosen->order);
   const auto screened =
       std::count_if(points.begin(), points.end(), [](const FrontierPoint& point) { return point.screened; });
   const std::ptrdiff_t full = std::ptrdiff_t(points.size()) - screened;

@@ -4,10 +4,10 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/forward/forward_model.h"
-#include "aberfit/theory/scattered_rays.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/method/pupil_choice.h"
+#include "aberfit/theory/scattered_rays.h"
 #include "aberfit/trace/central_difference.h"
 #include "task_surface.h"
 
@@ -56,9 +56,9 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
   report.warnings = ground.use.warnings;
   Eigen::VectorXd values;
   if (by_rays) {
-    values = evaluate_exact({rays, nominal, field.height, task.trace.centre,
-                             ground.split ? ground.split->rms_height() : 0},
-                            statistics, threads, &report.warnings);
+    values = evaluate_exact(
+        {rays, nominal, field.height, task.trace.centre, ground.split ? ground.split->rms_height() : 0},
+        statistics, threads, &report.warnings);
   } else {
     const SurfaceOperator operate(surface.terms, pupil, focus_operator(model, threads));
     LightPath path{task.mirror, pupil, operate, model, task.wavelength, &task.aperture, task.trace.centre};

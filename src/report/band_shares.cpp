@@ -52,10 +52,10 @@ nlohmann::ordered_json abg_json(const AbgFit& fit) {
 std::string abg_words(const AbgFit& fit) {
   return fmt::format(
       "ABg: A {:.4g} /sr, B {:.4g}, g {:.4g}{}; from {} to {} within {} (RMS {}), "
-      "its own TIS {:.3g} %.",
+      "its own TIS {}.",
       fit.model.a, fit.model.b, fit.model.g, fit.at_least_b ? " (the least B)" : "",
       format_quantity(fit.theta_min, Dimension::kAngle), format_quantity(fit.theta_max, Dimension::kAngle),
-      format_percent(fit.largest_error), format_percent(fit.rms_error), 100 * fit.tis);
+      format_percent(fit.largest_error), format_percent(fit.rms_error), format_percent(fit.tis));
 }
 
 // The best, and what the form that every program takes would miss.

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "aberfit/theory/scattered_rays.h"
 #include "aberfit/report/focal_light.h"
+#include "aberfit/theory/scattered_rays.h"
 
 namespace aberfit {
 namespace {

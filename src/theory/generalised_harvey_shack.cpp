@@ -19,6 +19,7 @@
 #include "aberfit/core/overloaded.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
+#include "aberfit/theory/height_on_aperture.h"
 #include "aberfit/theory/scattering_band.h"
 #include "exact_transfer.h"
 #include "radial_transform.h"
@@ -102,7 +103,8 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror,
                                                const Aperture& aperture, double wavelength,
                                                const GhsOptions& options)
-    : psd_(psd),
+    : whole_(psd),
+      psd_(psd),
       mirror_(mirror),
       aperture_(aperture),
       wavelength_(wavelength),
@@ -335,7 +337,7 @@ double GeneralisedHarveyShack::operator()(const Statistic& statistic) const {
                        "for encircled "
                        "energy radii, or take theory geometric");
                  },
-                 [&](const RmsHeight&) { return rms_height_; }},
+                 [&](const RmsHeight&) { return rms_height_on(aperture_, whole_); }},
       statistic);
 }
 

@@ -35,11 +35,16 @@ inline constexpr int kLargestSearchedOrder = 100;
 struct OrderRange {
   int low = 2, high = 2;
   bool wide = false;  ///< above kLargestSearchedOrder: Fourier modes
+  int first = 2;      ///< where the sets begin: 1 where tilt is more than kTiltMatters of the height variance
 };
+/// Share of the height variance about the mean from which tilt is among the terms. Without it sets have to
+/// stand for the motion of the image by other shapes, and cannot: with waves of half a cycle across (tilt 42
+/// %) sets to n = 17 stay 4 tolerances away and those with tilt meet them to 0.7.
+inline constexpr double kTiltMatters = 0.05;
 OrderRange expected_orders(const Groundwork& ground);
 
 /// The terms that an order of a search stands for.
-TermsSpec zernikes_up_to(int order, CovarianceKind covariance);
+TermsSpec zernikes_up_to(int order, CovarianceKind covariance, int first = 2);
 TermsSpec plane_waves(int count);
 
 /// The fewest terms that pass, by climbing through the orders: screens each, confirms the promising ones, and

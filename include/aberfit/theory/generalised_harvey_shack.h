@@ -159,7 +159,7 @@ class GeneralisedHarveyShack {
   void set_paraxial(const GhsOptions& options);
   std::vector<internal::TransferPanel> transfer_panels(double core, double curvature) const;
 
-  RadialPsd psd_;
+  RadialPsd whole_, psd_;  // psd_: of the frequencies that scatter
   Mirror mirror_;
   Aperture aperture_;
   std::optional<ApertureOtf> otf_;  // of the paraxial form
