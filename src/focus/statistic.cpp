@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <stdexcept>
+#include <utility>
 
 namespace aberfit {
 namespace {
@@ -35,17 +38,49 @@ std::string ring(const RingFwhm& statistic) {
   return name == "ee90" ? "" : "@ring=" + name;
 }
 
+// In the order of Statistic.
+const StatisticKind kKinds[] = {
+    {"ee", false, Dimension::kLength, true, true, false},
+    {"ring_fwhm", true, Dimension::kLength, false, true, false},
+    {"ring_through", false, Dimension::kNumber, true, true, false},
+    {"scatter_rms", true, Dimension::kAngle, false, true, true},
+    {"scatter_mean", true, Dimension::kAngle, false, true, true},
+    {"spot_fwhm", true, Dimension::kLength, false, true, false},
+    {"rms_radius", true, Dimension::kLength, true, false, false},
+    {"rms_height", true, Dimension::kLength, false, true, true},
+};
+static_assert(std::size(kKinds) == std::variant_size_v<Statistic>);
+
+const std::pair<const char*, Dimension> kSuffixes[] = {{"_m", Dimension::kLength},
+                                                       {"_rad", Dimension::kAngle}};
+
+// The name before "@..." or "#...", and the rest.
+std::pair<std::string, std::string> stem_of(const std::string& name) {
+  const std::size_t stem = std::min(name.find_first_of("@#"), name.size());
+  return {name.substr(0, stem), name.substr(stem)};
+}
+
+std::string suffix_of(Dimension dimension) {
+  for (const auto& [suffix, of] : kSuffixes)
+    if (of == dimension) return suffix;
+  return "";
+}
+
+// What stands before the unit, where that is not the key, and what tells statistics of a kind apart.
+struct NameOf {
+  std::string stem, rest;
+};
 struct Name {
-  std::string operator()(const EncircledEnergyRadius& s) const {
-    return encircled(s.fraction) + "_radius_m" + plane(s.dz);
+  NameOf operator()(const EncircledEnergyRadius& s) const {
+    return {encircled(s.fraction) + "_radius", plane(s.dz)};
   }
-  std::string operator()(const RingFwhm& s) const { return "ring_fwhm_m" + ring(s); }
-  std::string operator()(const RingThrough& s) const { return "ring_through" + plane(s.dz); }
-  std::string operator()(const ScatterRms&) const { return "scatter_rms_rad"; }
-  std::string operator()(const ScatterMean&) const { return "scatter_mean_rad"; }
-  std::string operator()(const SpotFwhm&) const { return "spot_fwhm_m"; }
-  std::string operator()(const RmsRadius& s) const { return "rms_radius_m" + plane(s.dz); }
-  std::string operator()(const RmsHeight&) const { return "rms_height_m"; }
+  NameOf operator()(const RingFwhm& s) const { return {"", ring(s)}; }
+  NameOf operator()(const RingThrough& s) const { return {"", plane(s.dz)}; }
+  NameOf operator()(const RmsRadius& s) const { return {"", plane(s.dz)}; }
+  template <typename Other>
+  NameOf operator()(const Other&) const {
+    return {};
+  }
 };
 
 }  // namespace
@@ -84,6 +119,39 @@ std::vector<Statistic> statistics_of(const std::vector<Target>& targets) {
 
 double gaussian_curve_slope(double fraction) { return -2 * (1 - fraction) * std::log1p(-fraction); }
 
-std::string statistic_name(const Statistic& statistic) { return std::visit(Name{}, statistic); }
+const StatisticKind& kind_of(const Statistic& statistic) { return kKinds[statistic.index()]; }
+
+const StatisticKind& kind_of_key(const std::string& key) {
+  for (const StatisticKind& kind : kKinds)
+    if (key == kind.key) return kind;
+  const bool percent = key.size() > 2 && key.starts_with("ee") && key[2] >= '0' && key[2] <= '9';
+  if (percent) return kind_of(EncircledEnergyRadius{});
+  throw std::invalid_argument("no statistic is called \"" + key + '"');
+}
+
+std::vector<std::string> request_keys() {
+  std::vector<std::string> keys;
+  for (const StatisticKind& kind : kKinds)
+    if (kind.has_key) keys.push_back(kind.key);
+  return keys;
+}
+
+Dimension dimension_of_name(const std::string& name) {
+  const std::string stem = stem_of(name).first;
+  for (const auto& [suffix, dimension] : kSuffixes)
+    if (stem.ends_with(suffix)) return dimension;
+  return Dimension::kNumber;
+}
+
+std::string name_without_unit(const std::string& name) {
+  const auto [stem, rest] = stem_of(name);
+  return stem.substr(0, stem.size() - suffix_of(dimension_of_name(name)).size()) + rest;
+}
+
+std::string statistic_name(const Statistic& statistic) {
+  const StatisticKind& kind = kind_of(statistic);
+  const NameOf name = std::visit(Name{}, statistic);
+  return (name.stem.empty() ? kind.key : name.stem) + suffix_of(kind.dimension) + name.rest;
+}
 
 }  // namespace aberfit

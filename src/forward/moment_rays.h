@@ -7,12 +7,8 @@
 
 namespace aberfit::internal {
 
-/// Statistics that are integrals over height and slope of the surface, not counts of rays: they are computed
-/// on points that are exact for the order of the terms, whatever else is.
-inline bool is_moment(const Statistic& statistic) {
-  return std::holds_alternative<ScatterRms>(statistic) || std::holds_alternative<ScatterMean>(statistic) ||
-         std::holds_alternative<RmsHeight>(statistic);
-}
+/// Moments are computed on points that are exact for the order of the terms, whatever else is.
+inline bool is_moment(const Statistic& statistic) { return kind_of(statistic).is_moment; }
 
 /// A moment of terms and scatter together: heights and slopes add in squares, and the mean angle as if the
 /// slopes of the terms were Gaussian, too (a Rayleigh mean). scatter: null without any.

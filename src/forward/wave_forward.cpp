@@ -187,7 +187,7 @@ void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) con
   for (std::size_t j = 0; j < split_.own.size(); ++j) {
     if (!lacks(split_.own_place[j])) continue;
     const std::string name = statistic_name(split_.own[j]);
-    if (std::holds_alternative<RmsRadius>(split_.own[j]))
+    if (!kind_of(split_.own[j]).in_waves)
       warnings->push_back({"rms-radius-of-waves",
                            name + " does not exist for waves: a sharp edge scatters light as 1/r^3, whose "
                                   "second moment diverges"});

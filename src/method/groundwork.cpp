@@ -13,6 +13,7 @@
 #include "aberfit/method/plan.h"
 #include "aberfit/scene/zernike.h"
 #include "aberfit/theory/height_on_aperture.h"
+#include "statistic_request.h"
 
 namespace aberfit {
 namespace {
@@ -21,21 +22,8 @@ constexpr double kGaussianEe90 = 2.14596602628934724;  // sqrt(2 ln 10), in sigm
 
 // Spot scale of a study that gives its targets as values: the first value that has one.
 double scale_of_values(const Task& task) {
-  for (const StatisticRequest& request : task.target.statistics) {
-    const double value = request.value.value_or(0);
-    if (request.name.starts_with("ee") && value > 0 && request.planes.front() == 0) {
-      const double fraction = std::stod(request.name.substr(2)) / 100;
-      return value / std::sqrt(-2 * std::log(1 - fraction));
-    }
-    if (request.name == "rms_radius" && value > 0) return value / std::numbers::sqrt2;
-    if (request.name == "scatter_rms" && value > 0)
-      return value * task.mirror.focal_length / std::numbers::sqrt2;
-    if (request.name == "scatter_mean" && value > 0)
-      return value * task.mirror.focal_length / 1.2533141373155;
-    if (request.name == "spot_fwhm" && value > 0) return value / 2.3548200450309493;
-    if (const auto* ring = std::get_if<double>(&request.ring); ring && request.name.starts_with("ring"))
-      return *ring / 2.146;
-  }
+  for (const StatisticRequest& request : task.target.statistics)
+    if (const auto sigma = spot_sigma(request, task.mirror.focal_length)) return *sigma;
   throw FieldError("target.statistics", "no value that gives the focal spot a size",
                    "a roughness block, or a value for an ee, rms_radius, scatter or spot statistic");
 }

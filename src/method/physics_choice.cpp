@@ -87,9 +87,9 @@ PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, cons
 
 void refuse_without_rays(const std::string& model, const std::vector<Statistic>& statistics) {
   for (const Statistic& statistic : statistics)
-    if (std::holds_alternative<RmsRadius>(statistic))
+    if (!kind_of(statistic).in_waves)
       throw FieldError(
-          "target.statistics.rms_radius",
+          "target.statistics." + kind_of(statistic).key,
           "an RMS radius with model \"" + model + "\": diffraction at the edge makes it infinite",
           "ee radii; or theory \"geometric\" and trace model \"rays\"");
 }

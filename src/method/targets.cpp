@@ -14,13 +14,12 @@
 #include "aberfit/theory/ray_perturbation.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "light_guides.h"
+#include "statistic_request.h"
 
 namespace aberfit {
 using namespace internal;
 
 namespace {
-
-constexpr double kDefaultTolerance = 1e-3;
 
 // The default statistics (DESIGN): fractions and planes in units of f sigma_f / R.
 constexpr double kFractions[] = {0.20, 0.35, 0.50, 0.65, 0.80, 0.90, 0.95};
@@ -55,22 +54,14 @@ bool in_halo(const Groundwork& ground, double fraction) {
          ground.mean_spot->encircled_energy_radius(fraction, 0) > kHalo * ground.core_sigma;
 }
 
-struct Wanted {
-  Statistic statistic;
-  std::optional<double> value;
-  double standard_error = 0;
-  double tolerance = kDefaultTolerance;
-  bool absolute_tolerance = false;
-};
-
 std::vector<Wanted> default_statistics(const Groundwork& ground) {
   std::vector<Wanted> wanted;
   for (const double units : kPlanes)
     for (const double fraction : kFractions)
-      wanted.push_back({EncircledEnergyRadius{fraction, plane(units, ground)}, {}});
-  if (!in_halo(ground, RingFwhm{}.ring_fraction)) wanted.push_back({RingFwhm{}, {}});
-  wanted.push_back({ScatterRms{}, {}});
-  wanted.push_back({RmsHeight{}, {}});
+      wanted.push_back({EncircledEnergyRadius{fraction, plane(units, ground)}});
+  if (!in_halo(ground, RingFwhm{}.ring_fraction)) wanted.push_back({RingFwhm{}});
+  wanted.push_back({ScatterRms{}});
+  wanted.push_back({RmsHeight{}});
   return wanted;
 }
 
@@ -80,45 +71,15 @@ double theory_radius(const Groundwork& ground, double fraction) {
 }
 
 std::vector<Wanted> requested_statistics(const Task& task, const Groundwork& ground) {
+  const RingOf ring_of = [&](double fraction) {
+    if (!ground.theory)
+      throw FieldError("target.statistics.ring_profile.ring", "an encircled-energy ring without roughness",
+                       "a length, e.g. \"76 um\"");
+    return theory_radius(ground, fraction);
+  };
   std::vector<Wanted> wanted;
-  for (const StatisticRequest& request : task.target.statistics) {
-    const auto add = [&](const Statistic& statistic) {
-      wanted.push_back({statistic, request.value, request.standard_error, request.tolerance});
-    };
-    const std::string& name = request.name;
-    if (name.starts_with("ee")) {
-      for (const double dz : request.planes) add(EncircledEnergyRadius{std::stod(name.substr(2)) / 100, dz});
-    } else if (name == "rms_radius") {
-      for (const double dz : request.planes) add(RmsRadius{dz});
-    } else if (name.starts_with("ring_fwhm")) {
-      RingFwhm ring;
-      if (const auto* radius = std::get_if<double>(&request.ring))
-        ring.ring_radius = *radius;
-      else
-        ring.ring_fraction = std::stod(std::get<std::string>(request.ring).substr(2)) / 100;
-      add(ring);
-    } else if (name == "ring_profile") {
-      const auto* given = std::get_if<double>(&request.ring);
-      if (!given && !ground.theory)
-        throw FieldError("target.statistics.ring_profile.ring", "an encircled-energy ring without roughness",
-                         "a length, e.g. \"76 um\"");
-      const double ring =
-          given ? *given
-                : theory_radius(ground, std::stod(std::get<std::string>(request.ring).substr(2)) / 100);
-      for (std::size_t k = 0; k < request.profile_dz.size(); ++k) {
-        wanted.push_back({RingThrough{ring, request.profile_dz[k]}, request.profile_value[k],
-                          request.standard_error, request.tolerance, true});
-      }
-    } else if (name == "scatter_rms") {
-      add(ScatterRms{});
-    } else if (name == "scatter_mean") {
-      add(ScatterMean{});
-    } else if (name == "spot_fwhm") {
-      add(SpotFwhm{request.bandwidth.value_or(0.1 * ground.focal_sigma)});
-    } else if (name == "rms_height") {
-      add(RmsHeight{});
-    }
-  }
+  for (const StatisticRequest& request : task.target.statistics)
+    for (Wanted& of : wanted_by(request, ring_of, ground.focal_sigma)) wanted.push_back(std::move(of));
   return wanted;
 }
 
@@ -291,7 +252,7 @@ void leave_out_rings_far_out(const Task& task, const Groundwork& ground, TargetS
 bool targets_are_given(const Task& task) {
   const std::vector<StatisticRequest>& requests = task.target.statistics;
   return !requests.empty() && std::all_of(requests.begin(), requests.end(), [](const StatisticRequest& r) {
-    return r.value.has_value() || r.name.starts_with("ring_profile");
+    return r.value.has_value() || !r.profile_value.empty();
   });
 }
 

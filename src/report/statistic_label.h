@@ -3,19 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "aberfit/core/units.h"
 #include "aberfit/focus/statistic.h"
 
 namespace aberfit::internal {
-
-/// What the unit suffix of a statistic's name says: `..._m...` a length, `..._rad...` an angle, else a
-/// number.
-inline Dimension statistic_dimension(const std::string& name) {
-  const std::string stem = name.substr(0, name.find_first_of("@#"));
-  if (stem.ends_with("_m")) return Dimension::kLength;
-  if (stem.ends_with("_rad")) return Dimension::kAngle;
-  return Dimension::kNumber;
-}
 
 /// Names of the targets, made unique: a name that came before gets "#2", "#3", ... so that no statistic hides
 /// another in a JSON object.

@@ -24,7 +24,7 @@ constexpr double kCarriesAll = 0.985;  // of the height variance, as a default o
 // 100.2 nm.
 std::string quantity(double value, const std::string& name) {
   if (!std::isfinite(value)) return "-";
-  const std::string text = format_quantity(value, statistic_dimension(name));
+  const std::string text = format_quantity(value, dimension_of_name(name));
   const std::size_t unit = std::min(text.find(' '), text.size());
   std::string digits = fmt::format("{:#.4g}", std::stod(text.substr(0, unit)));
   if (digits.back() == '.') digits.pop_back();
@@ -44,15 +44,6 @@ std::string percent(double fraction) {
 
 std::string plural(long count, const std::string& thing) {
   return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
-}
-
-// The SI suffix goes where the value beside it carries its own unit: ee50_radius_m@-1mm -> ee50_radius@-1mm.
-std::string label(const std::string& name) {
-  const std::size_t stem = std::min(name.find_first_of("@#"), name.size());
-  const std::string head = name.substr(0, stem), tail = name.substr(stem);
-  for (const std::string suffix : {"_m", "_rad"})
-    if (head.ends_with(suffix)) return head.substr(0, head.size() - suffix.size()) + tail;
-  return name;
 }
 
 std::string in_capitals(Verdict verdict) {
@@ -90,8 +81,8 @@ const EquivalenceMetric* worst_of(const std::vector<EquivalenceMetric>& metrics)
 std::string worst_words(const std::vector<EquivalenceMetric>& metrics) {
   const EquivalenceMetric* worst = worst_of(metrics);
   if (!worst) return "-";
-  if (!std::isfinite(worst->difference)) return label(worst->name) + " has no value";
-  return fmt::format("{} {:+.2g} %", label(worst->name), 100 * worst->difference);
+  if (!std::isfinite(worst->difference)) return name_without_unit(worst->name) + " has no value";
+  return fmt::format("{} {:+.2g} %", name_without_unit(worst->name), 100 * worst->difference);
 }
 
 // How many of the metrics are what.
@@ -318,8 +309,8 @@ std::string table_row(const Line& line, std::size_t name_width) {
   } else if (std::isfinite(line.target) && line.target != 0 && std::isfinite(line.fresh)) {
     difference = percent(line.fresh / line.target - 1);
   }
-  return fmt::format("  {:<{}} {:>10} {:>10} {:>10} {:>9}  {:>18}  {}\n", label(line.name), name_width,
-                     quantity(line.target, line.name), quantity(line.fitted, line.name),
+  return fmt::format("  {:<{}} {:>10} {:>10} {:>10} {:>9}  {:>18}  {}\n", name_without_unit(line.name),
+                     name_width, quantity(line.target, line.name), quantity(line.fitted, line.name),
                      quantity(line.fresh, line.name), difference, interval, verdict);
 }
 
@@ -360,7 +351,7 @@ std::string statistics_table(const ResultDocument& result, bool all) {
 
   std::size_t width = 20;
   for (const Section& section : sections)
-    for (const Line& line : section.lines) width = std::max(width, label(line.name).size());
+    for (const Line& line : section.lines) width = std::max(width, name_without_unit(line.name).size());
   const double confidence = result.confidence;
   const std::string interval =
       confidence > 0 ? fmt::format("{:.3g} % interval [%]", 100 * (2 * confidence - 1)) : "interval [%]";
@@ -389,7 +380,7 @@ std::string light_table(const ResultDocument& result, bool all) {
     const std::size_t plane = metric.name.find('@');
     const bool at_focus = plane == std::string::npos || metric.name.compare(plane, 6, "@ring=") == 0;
     if (!all && &metric != worst && (!at_focus || metric.held_out)) continue;
-    out += fmt::format("  {:<28} {:>10} {:>10} {:>9}  {}{}\n", label(metric.name),
+    out += fmt::format("  {:<28} {:>10} {:>10} {:>9}  {}{}\n", name_without_unit(metric.name),
                        quantity(metric.target, metric.name), quantity(metric.model, metric.name),
                        percent(metric.difference),
                        metric.verdict == Verdict::kDifferent ? "DIFFERENT" : to_string(metric.verdict),
@@ -410,10 +401,10 @@ std::string footnotes(const ResultDocument& result) {
                                           "radius, over max(r dE/dr, {})",
                                           kFlattestCurve));
   if (result.perfect)
-    out +=
-        paragraph("Perfect", fmt::format("the perfect mirror's worst statistic in light is {:.3g} tolerances "
-                                         "away ({})",
-                                         result.perfect->mismatch, label(result.perfect->statistic)));
+    out += paragraph("Perfect",
+                     fmt::format("the perfect mirror's worst statistic in light is {:.3g} tolerances "
+                                 "away ({})",
+                                 result.perfect->mismatch, name_without_unit(result.perfect->statistic)));
   return out;
 }
 

@@ -8,8 +8,8 @@ namespace aberfit::internal {
 namespace {
 
 void describe_value(Visitor& v, StatisticRequest& s) {
-  const bool angle = request_dimension(s.name) == Dimension::kAngle;
-  const Dimension dimension = request_dimension(s.name);
+  const Dimension dimension = kind_of_key(s.name).dimension;
+  const bool angle = dimension == Dimension::kAngle;
   v.quantity(
       {"tolerance", "how closely the fit is to meet it, relative to the value", Need::kOptional, "\"0.2 %\""},
       s.tolerance, Dimension::kFraction, Range{0, 1, true, false});
@@ -78,7 +78,7 @@ void describe_statistic(Visitor& v, StatisticRequest& s, bool ring_in_key) {
          Need::kOptional, "\"5 um\""},
         s.bandwidth, kLength, Range::positive());
   describe_value(v, s);
-  if (s.name == "rms_radius" || is_encircled_energy(s.name)) describe_planes(v, s);
+  if (kind_of_key(s.name).in_planes) describe_planes(v, s);
 }
 
 void describe_psd_target(Visitor& v, PsdTarget& target) {

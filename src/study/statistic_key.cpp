@@ -1,8 +1,5 @@
 #include "statistic_key.h"
 
-#include <regex>
-#include <set>
-
 namespace aberfit::internal {
 
 // No leading or trailing zeros, so that one statistic has one key and duplicates show.
@@ -16,28 +13,14 @@ const std::string kRingPrefix = "ring_fwhm@";
 }  // namespace
 
 const std::vector<KeyPattern>& statistic_keys() {
-  static const std::vector<KeyPattern> patterns = {
-      {"", kEncircledEnergyName, "ee50"},
-      {"ring_fwhm", "", "ring_fwhm"},
-      {"", kRingPrefix + kEncircledEnergyName, "ring_fwhm@ee50"},
-      {"ring_profile", "", "ring_profile"},
-      {"scatter_rms", "", "scatter_rms"},
-      {"scatter_mean", "", "scatter_mean"},
-      {"spot_fwhm", "", "spot_fwhm"},
-      {"rms_radius", "", "rms_radius"},
-      {"rms_height", "", "rms_height"},
-  };
+  static const std::vector<KeyPattern> patterns = [] {
+    std::vector<KeyPattern> keys = {{"", kEncircledEnergyName, "ee50"},
+                                    {"", kRingPrefix + kEncircledEnergyName, "ring_fwhm@ee50"},
+                                    {"ring_profile", "", "ring_profile"}};
+    for (const std::string& key : request_keys()) keys.push_back({key, "", key});
+    return keys;
+  }();
   return patterns;
-}
-
-bool is_encircled_energy(const std::string& key) {
-  static const std::regex pattern(kEncircledEnergyName);
-  return std::regex_match(key, pattern);
-}
-
-Dimension request_dimension(const std::string& name) {
-  if (name == "scatter_rms" || name == "scatter_mean") return Dimension::kAngle;
-  return Dimension::kLength;
 }
 
 std::vector<std::string> keys_of(const std::vector<StatisticRequest>& requests) {

@@ -15,12 +15,6 @@ extern const char* const kEncircledEnergyName;
 /// Kinds of keys of target.statistics.
 const std::vector<KeyPattern>& statistic_keys();
 
-/// Whether `key` names an encircled energy fraction.
-bool is_encircled_energy(const std::string& key);
-
-/// Dimension of the value of a statistic by its name without "@...".
-Dimension request_dimension(const std::string& name);
-
 /// Keys under which `requests` are written: names, and ring_fwhm@<ee> where several ring widths are asked
 /// for.
 std::vector<std::string> keys_of(const std::vector<StatisticRequest>& requests);

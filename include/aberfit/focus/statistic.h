@@ -5,6 +5,8 @@
 #include <variant>
 #include <vector>
 
+#include "aberfit/core/units.h"
+
 namespace aberfit {
 
 /// The focal statistics of PHYSICS 2. dz: plane, offset from z = f [m].
@@ -37,6 +39,28 @@ struct RmsHeight {};  ///< RMS of the surface error over the pupil, mean removed
 
 using Statistic = std::variant<EncircledEnergyRadius, RingFwhm, RingThrough, ScatterRms, ScatterMean,
                                SpotFwhm, RmsRadius, RmsHeight>;
+
+/// What there is to know of a kind of statistic, said here and nowhere else.
+struct StatisticKind {
+  std::string key;      ///< in target.statistics; of encircled energies "ee", before their percent
+  bool has_key;         ///< a study can name it by its key alone
+  Dimension dimension;  ///< of its value
+  bool in_planes;       ///< in every plane that is asked for
+  bool in_waves;        ///< exists in a diffracted focus
+  bool is_moment;       ///< an integral over height and slope of the surface, not a count of rays
+};
+const StatisticKind& kind_of(const Statistic& statistic);
+/// By the key of a study, ee<percent> among them. Throws std::invalid_argument for a key of no statistic.
+const StatisticKind& kind_of_key(const std::string& key);
+/// Keys that a study may name, without those of encircled energies.
+std::vector<std::string> request_keys();
+
+/// What the unit suffix of a statistic's name says: `..._m...` a length, `..._rad...` an angle, else a
+/// number.
+Dimension dimension_of_name(const std::string& name);
+/// The name without that suffix, for values that carry their own unit: ee50_radius_m@-1mm ->
+/// ee50_radius@-1mm.
+std::string name_without_unit(const std::string& name);
 
 /// Name with its SI unit as used in every result: `ee50_radius_m`, `ee50_radius_m@-1mm`, `ring_fwhm_m`,
 /// `ring_fwhm_m@ring=ee50`, `ring_through@0.5mm`, `scatter_rms_rad`, `scatter_mean_rad`, `spot_fwhm_m`,
