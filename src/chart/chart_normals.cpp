@@ -14,7 +14,7 @@ namespace aberfit::internal {
 namespace {
 
 // RMS rounding of a central difference is kSlopeRounding / step [rad] on a paraboloid with a rim kRim above
-// its vertex (PHYSICS 8, golden/fd_normals.csv); it grows with the sag that carries the rounding.
+// its vertex (PHYSICS 8); it grows with the sag that carries the rounding.
 constexpr double kSlopeRounding = 1.2e-19, kRim = 0.2 * 0.2 / (4 * 2.8);  // [m], [m]
 
 // Half decades from 1 nm to 1 mm, the law's best step, and the study's own.

@@ -21,7 +21,7 @@ using namespace internal;
 
 namespace {
 
-// The default statistics (DESIGN): fractions and planes in units of f sigma_f / R.
+// The default statistics: fractions and planes in units of f sigma_f / R.
 constexpr double kFractions[] = {0.20, 0.35, 0.50, 0.65, 0.80, 0.90, 0.95};
 constexpr double kPlanes[] = {0, -1, 1, -2, 2, -3.5, 3.5, -5, 5};
 // Between them, with a wider tolerance: guides of the fit. Without guides EE radii halfway between the fitted

@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 
 const char* const kProgram = "main.cpp";  // a room of its own, above all others
 
-// Where each outside library may appear, by the beginning of what is included (DESIGN, the table of rooms).
+// Where each outside library may appear, by the beginning of what is included (src/README.md, the table of
+// rooms).
 const std::map<std::string, std::set<std::string>>& libraries() {
   static const std::set<std::string> all = [] {
     std::set<std::string> names(rooms().begin(), rooms().end());
@@ -88,7 +89,8 @@ std::string against_angled(const fs::path& file, const std::string& room, const 
     return "";
   }
   // Headers of the standard library have neither folder nor suffix.
-  if (included.find_first_of("./") != std::string::npos) return "belongs to no library that DESIGN names";
+  if (included.find_first_of("./") != std::string::npos)
+    return "belongs to no library that src/README.md names";
   return "";
 }
 

@@ -7,7 +7,7 @@
 
 namespace aberfit::test {
 
-/// Rooms in include order (DESIGN): each may include itself and those before it.
+/// Rooms in include order (src/README.md): each may include itself and those before it.
 const std::vector<std::string>& rooms();
 
 /// What the rules say against a file: one sentence per #include that breaks them, naming file and line; empty

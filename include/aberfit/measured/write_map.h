@@ -6,8 +6,8 @@
 namespace aberfit {
 
 // Text or bytes of a map in a foreign format; the caller writes them (report/result.h write_file). FORMATS
-// has the sources. All take the surface; NaN becomes the format's no-data mark. Throw std::invalid_argument
-// for a map the format cannot hold.
+// says where each was learnt. All take the surface; NaN becomes the format's no-data mark. Throw
+// std::invalid_argument for a map the format cannot hold.
 
 /// CODE V INT of kind SUR: integers of 16 bits scaled by the largest |height|, so the rounding is at most
 /// max|h| / 65,000.

@@ -6,8 +6,7 @@
 
 namespace aberfit {
 
-/// A term bends single rays where there are fewer than this per term (DESIGN: 1,593 terms overfit 37,000
-/// rays).
+/// A term bends single rays where there are fewer than this per term (1,593 terms overfit 37,000 rays).
 inline constexpr std::int64_t kRaysPerTerm = 30;
 /// What the gap between the fit's rays and fresh ones, and the sampling error of those, may take of the
 /// margin of the verdict.

@@ -20,8 +20,9 @@ struct KCorrelation2d {
 };
 
 /// The surface whose profiles have S1: exponent C -> C + 1, amplitude A -> A B Gamma((C+1)/2) / (2 sqrt(pi)
-/// Gamma(C/2)), for the band 0..infinity, where int S2 df_y = S1/2 (Church and Takacs; FORMATS, PSD). Throws
-/// std::domain_error unless C > 0. A two-sided S1 is half the one-sided: double its amplitude first.
+/// Gamma(C/2)), for the band 0..infinity, where int S2 df_y = S1/2 (Church and Takacs; FORMATS, PSD
+/// conventions). Throws std::domain_error unless C > 0. A two-sided S1 is half the one-sided: double its
+/// amplitude first.
 KCorrelation2d k_correlation_1d_to_2d(const KCorrelation1d& profile);
 /// The inverse. Throws std::domain_error unless the 2-D exponent exceeds 1 (profiles of flatter surfaces have
 /// no finite PSD).

@@ -40,8 +40,8 @@ Profile random_profile(const RadialPsd& psd, Eigen::Index points, double pitch,
 
 /// The one-sided profile PSD of an isotropic surface, f > 0 [cycles/m],
 ///   S1(f) = 2 int_-inf^inf S2(sqrt(f^2 + fy^2)) dfy = 4 int_f^inf S2(g) g / sqrt(g^2 - f^2) dg [m^3],
-/// so that int_0^inf S1 df = variance (FORMATS, PSD: int S2 dfy alone is S1/2). Error below 1e-9 of S1;
-/// infinity where S2 falls as 1/f or slower for ever.
+/// so that int_0^inf S1 df = variance (FORMATS, PSD conventions: int S2 dfy alone is S1/2). Error below 1e-9
+/// of S1; infinity where S2 falls as 1/f or slower for ever.
 double profile_psd(const RadialPsd& psd, double f);
 
 }  // namespace aberfit

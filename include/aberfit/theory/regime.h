@@ -28,7 +28,7 @@ struct SceneNumbers {
   std::string reason;           ///< one sentence
 };
 
-/// kappa from which the ray ee90 and ee50 are within 10 % of GHS (PHYSICS 7, golden/ghs_ee.csv).
+/// kappa from which the ray ee90 and ee50 are within 10 % of GHS (PHYSICS 7, tests/data/golden/ghs_ee.csv).
 inline constexpr double kKappaOfRays = 0.85;
 /// Ray ee90 over Airy ee90 from which diffraction does not show (PHYSICS 7).
 inline constexpr double kAiryRadiiForRays = 5;
