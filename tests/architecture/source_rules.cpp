@@ -94,37 +94,49 @@ std::string against_angled(const fs::path& file, const std::string& room, const 
   return "";
 }
 
-// The text with comments and what stands between quotes as blanks: what remains is code, on the same lines.
-std::string code_of(const std::string& text) {
-  std::string code = text;
-  const auto blank = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < std::min(end, code.size()); ++i)
-      if (code[i] != '\n') code[i] = ' ';
+// What each character of a source belongs to.
+enum class Part : char { kCode, kQuoted, kComment };
+
+std::vector<Part> parts_of(const std::string& text) {
+  std::vector<Part> parts(text.size(), Part::kCode);
+  const auto mark = [&](std::size_t begin, std::size_t end, Part part) {
+    for (std::size_t i = begin; i < std::min(end, text.size()); ++i) parts[i] = part;
     return end;
   };
   const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
   for (std::size_t i = 0; i < text.size();) {
     const std::string_view rest = std::string_view(text).substr(i);
     if (rest.starts_with("//")) {
-      i = blank(i, std::min(text.find('\n', i), text.size()));
+      i = mark(i, std::min(text.find('\n', i), text.size()), Part::kComment);
     } else if (rest.starts_with("/*")) {
       const std::size_t end = text.find("*/", i + 2);
-      i = blank(i, end == std::string::npos ? text.size() : end + 2);
+      i = mark(i, end == std::string::npos ? text.size() : end + 2, Part::kComment);
     } else if (rest.starts_with("R\"") && (i == 0 || !is_word(text[i - 1]))) {
       const std::size_t open = text.find('(', i);
       const std::string close = ")" + text.substr(i + 2, open - i - 2) + "\"";
       const std::size_t end = text.find(close, i);
-      i = blank(i, end == std::string::npos ? text.size() : end + close.size());
+      i = mark(i, end == std::string::npos ? text.size() : end + close.size(), Part::kQuoted);
     } else if (text[i] == '"' || (text[i] == '\'' && (i == 0 || !is_word(text[i - 1])))) {  // not 1'000
       std::size_t end = i + 1;
       while (end < text.size() && text[end] != text[i] && text[end] != '\n') end += text[end] == '\\' ? 2 : 1;
-      i = blank(i + 1, end) + 1;
+      i = mark(i + 1, end, Part::kQuoted) + 1;
     } else {
       ++i;
     }
   }
-  return code;
+  return parts;
 }
+
+// The text with all but one kind of part as blanks, on the same lines.
+std::string only(Part wanted, const std::string& text) {
+  const std::vector<Part> parts = parts_of(text);
+  std::string left = text;
+  for (std::size_t i = 0; i < text.size(); ++i)
+    if (parts[i] != wanted && text[i] != '\n') left[i] = ' ';
+  return left;
+}
+
+std::string code_of(const std::string& text) { return only(Part::kCode, text); }
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -399,6 +411,8 @@ std::vector<std::string> leaked_names(const fs::path& file, const std::string& t
   }
   return found;
 }
+
+std::string comments_of(const std::string& text) { return only(Part::kComment, text); }
 
 std::vector<std::string> out_of_place(const std::vector<std::string>& names) {
   static const std::set<std::string> allowed = {

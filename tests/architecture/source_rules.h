@@ -42,6 +42,9 @@ std::vector<std::string> changed_studies(const std::filesystem::path& file, cons
 /// (`using namespace`). Other files may do as they like.
 std::vector<std::string> leaked_names(const std::filesystem::path& file, const std::string& text);
 
+/// The text of a source with all but its comments as blanks, on the same lines.
+std::string comments_of(const std::string& text);
+
 /// Entries of the top level that have no place there.
 /// names: files and folders of the top level, without what git ignores.
 std::vector<std::string> out_of_place(const std::vector<std::string>& names);
