@@ -2,8 +2,7 @@
 // a study as text, the fit by waves that this mirror needs, and the verdict on a grid it has not seen.
 #include <fmt/format.h>
 
-#include "aberfit/commands/run.h"
-#include "aberfit/study/read_study.h"
+#include "aberfit/aberfit.h"
 
 int main() {
   const aberfit::Study study = aberfit::parse_study(R"({

@@ -88,6 +88,12 @@ TEST(Architecture, EveryIncludeKeepsTheOrderOfTheRoomsAndTheirLibraries) {
     EXPECT_TRUE(seen.contains(room)) << room;
 }
 
+TEST(Architecture, OneHeaderIncludesEveryPublicHeaderInTheOrderOfTheRooms) {
+  const std::vector<std::string> found =
+      missing_from_umbrella(sources(), contents(kRoot / "include/aberfit/aberfit.h"));
+  EXPECT_TRUE(found.empty()) << "in include/aberfit/aberfit.h:\n" << joined(found);
+}
+
 TEST(Architecture, NoFunctionIsLongerThanEightyLines) {
   for (const fs::path& file : sources()) {
     const std::vector<std::string> found = long_functions(file, contents(kRoot / file));
@@ -168,6 +174,9 @@ TEST(SourceRules, TellEveryKindOfBreach) {
       {"src/core/a.cpp", "#include <math.h>", "no library that src/README.md names"},
       {"src/core/a.cpp", "#include <vector>  // and why", ""},
       {"src/core/a.cpp", "#include SOMETHING(else)", "cannot be read"},
+      {"include/aberfit/aberfit.h", "#include \"aberfit/commands/run.h\"", ""},
+      {"include/aberfit/aberfit.h", "#include <Eigen/Core>", "no place in aberfit.h"},
+      {"src/commands/a.cpp", "#include \"aberfit/aberfit.h\"", "is in aberfit.h, above commands"},
       {"src/attic/a.cpp", "#include <vector>", "lies in no room"},
   };
   for (const Case& c : cases) {
@@ -178,6 +187,16 @@ TEST(SourceRules, TellEveryKindOfBreach) {
   }
   EXPECT_EQ(out_of_place({"src", "README.md", ".ci", ".gitignore", "notes.txt", "data"}),
             (std::vector<std::string>{"notes.txt", "data"}));
+}
+
+TEST(SourceRules, TellWhatTheUmbrellaHeaderMisses) {
+  const std::vector<fs::path> files = {"include/aberfit/aberfit.h", "include/aberfit/core/a.h",
+                                       "include/aberfit/core/a.inc", "include/aberfit/fit/b.h",
+                                       "src/fit/c.h"};
+  const std::string a = "#include \"aberfit/core/a.h\"\n", b = "#include \"aberfit/fit/b.h\"\n";
+  EXPECT_TRUE(missing_from_umbrella(files, a + "\n// fit\n" + b).empty());
+  EXPECT_EQ(missing_from_umbrella(files, a), std::vector<std::string>{"include/aberfit/fit/b.h is missing"});
+  EXPECT_EQ(missing_from_umbrella(files, b + a), std::vector<std::string>{"fit comes too early"});
 }
 
 // So many lines of a body.

@@ -15,7 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const char* const kProgram = "main.cpp";  // a room of its own, above all others
+// Rooms of their own, above all others.
+const char* const kProgram = "main.cpp";
+const char* const kUmbrella = "aberfit.h";  // all public headers, and nothing else
 
 // Where each outside library may appear, by the beginning of what is included (src/README.md, the table of
 // rooms).
@@ -52,6 +54,7 @@ std::optional<std::string> room_of(const fs::path& file) {
   std::vector<std::string> parts;
   for (const fs::path& part : file.lexically_normal()) parts.push_back(part.string());
   if (parts.size() == 2 && parts[0] == "src" && parts[1] == kProgram) return kProgram;
+  if (file.lexically_normal() == fs::path("include/aberfit") / kUmbrella) return kUmbrella;
   const bool header = parts.size() == 4 && parts[0] == "include" && parts[1] == "aberfit";
   const bool source = parts.size() == 3 && parts[0] == "src";
   if (!header && !source) return std::nullopt;
@@ -315,6 +318,29 @@ std::vector<std::string> violations(const fs::path& root, const fs::path& file, 
     }
     if (!problem.empty())
       found.push_back(file.string() + ":" + std::to_string(number) + ": " + line + ": " + problem);
+  }
+  return found;
+}
+
+std::vector<std::string> missing_from_umbrella(const std::vector<fs::path>& files, const std::string& text) {
+  const auto at = [&](const fs::path& header) {
+    return text.find("#include \"" + header.lexically_relative("include").generic_string() + "\"\n");
+  };
+  std::vector<std::string> found;
+  std::map<std::string, std::size_t> last;  // place of a room's last header
+  for (const fs::path& file : files) {
+    if (file.extension() != ".h" || *file.begin() != "include") continue;
+    const std::string room = room_of(file).value_or("");
+    if (room == kUmbrella) continue;
+    if (at(file) == std::string::npos)
+      found.push_back(file.string() + " is missing");
+    else
+      last[room] = std::max(last[room], at(file));
+  }
+  std::size_t before = 0;
+  for (const std::string& room : rooms()) {
+    if (last.contains(room) && last[room] < before) found.push_back(room + " comes too early");
+    before = std::max(before, last[room]);
   }
   return found;
 }

@@ -11,10 +11,16 @@ namespace aberfit::test {
 const std::vector<std::string>& rooms();
 
 /// What the rules say against a file: one sentence per #include that breaks them, naming file and line; empty
-/// when all is well. file: path below `root`, in include/aberfit/<room>, src/<room> or src/main.cpp; text:
-/// its contents. Local includes are looked up on disc, beside the file.
+/// when all is well. file: path below `root`, in include/aberfit/<room>, src/<room>, src/main.cpp or
+/// include/aberfit/aberfit.h, which includes public headers and nothing else; text: its contents. Local
+/// includes are looked up on disc, beside the file.
 std::vector<std::string> violations(const std::filesystem::path& root, const std::filesystem::path& file,
                                     const std::string& text);
+
+/// Public headers that include/aberfit/aberfit.h does not include, one sentence each, and rooms that stand
+/// there out of their order. files: sources and headers by their paths below the root; text: of aberfit.h.
+std::vector<std::string> missing_from_umbrella(const std::vector<std::filesystem::path>& files,
+                                               const std::string& text);
 
 /// Functions of more than kLongestFunction lines, one sentence each, naming file and line. A function goes
 /// from the first line of its signature (templates and comments: from `template`, without the comment) to its

@@ -1,0 +1,158 @@
+#pragma once
+
+/// Everything that aberfit offers a program, room by room in the order in which they build on each other: all
+/// public headers, so that every type in a signature is complete and there is no list of favourites to agree
+/// on. For a first program, a notebook, a binding. It takes 2 s to compile, as commands/run.h alone does; who
+/// needs a single subject includes that header in half the time. JSON is only named: who calls `to_json`
+/// includes <nlohmann/json.hpp>. No file of the library includes this one.
+
+// core: units, errors, warnings, random streams, threads, instruction sets.
+#include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/core/instruction_set.h"
+#include "aberfit/core/linear_algebra.h"
+#include "aberfit/core/overloaded.h"
+#include "aberfit/core/parallel.h"
+#include "aberfit/core/quadrature.h"
+#include "aberfit/core/random.h"
+#include "aberfit/core/units.h"
+#include "aberfit/core/warning.h"
+
+// scene: mirror, aperture, pupil points, Zernike modes.
+#include "aberfit/scene/aperture.h"
+#include "aberfit/scene/characterisation.h"
+#include "aberfit/scene/mirror.h"
+#include "aberfit/scene/pupil.h"
+#include "aberfit/scene/quadrature_pupil.h"
+#include "aberfit/scene/zernike.h"
+
+// measured: profiles and maps from files.
+#include "aberfit/measured/height_map.h"
+#include "aberfit/measured/profile.h"
+#include "aberfit/measured/read_measurement.h"
+#include "aberfit/measured/write_map.h"
+
+// roughness: PSD models, their integrals, random surfaces.
+#include "aberfit/roughness/bessel.h"
+#include "aberfit/roughness/fourier_transform.h"
+#include "aberfit/roughness/k_correlation.h"
+#include "aberfit/roughness/line_kernel.h"
+#include "aberfit/roughness/psd.h"
+#include "aberfit/roughness/psd_in_band.h"
+#include "aberfit/roughness/psd_integrals.h"
+#include "aberfit/roughness/psd_table.h"
+#include "aberfit/roughness/random_surface.h"
+
+// spectrum: from a measurement to its PSD and to a model of it.
+#include "aberfit/spectrum/detrend.h"
+#include "aberfit/spectrum/psd_estimate.h"
+#include "aberfit/spectrum/psd_model_fit.h"
+
+// terms: term sets, their heights and slopes, their prior.
+#include "aberfit/terms/derivatives.h"
+#include "aberfit/terms/modal_covariance.h"
+#include "aberfit/terms/operator_cost.h"
+#include "aberfit/terms/surface_operator.h"
+#include "aberfit/terms/surface_spectrum.h"
+#include "aberfit/terms/term_set.h"
+
+// trace: rays through the mirror.
+#include "aberfit/trace/central_difference.h"
+#include "aberfit/trace/nominal_surface.h"
+#include "aberfit/trace/ray_bundle.h"
+
+// focus: statistics of rays.
+#include "aberfit/focus/counted_ring_width.h"
+#include "aberfit/focus/evaluate.h"
+#include "aberfit/focus/statistic.h"
+
+// waves: light by diffraction.
+#include "aberfit/waves/diffraction_psf.h"
+
+// theory: Harvey-Shack, geometric and generalised; regimes; the split of a band.
+#include "aberfit/theory/abg_fit.h"
+#include "aberfit/theory/aperture_otf.h"
+#include "aberfit/theory/band_split.h"
+#include "aberfit/theory/convention.h"
+#include "aberfit/theory/gaussian_in_disc.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
+#include "aberfit/theory/geometric_harvey_shack.h"
+#include "aberfit/theory/height_on_aperture.h"
+#include "aberfit/theory/model_choice.h"
+#include "aberfit/theory/paper_table.h"
+#include "aberfit/theory/ray_perturbation.h"
+#include "aberfit/theory/realisation_spread.h"
+#include "aberfit/theory/regime.h"
+#include "aberfit/theory/scatter_function.h"
+#include "aberfit/theory/scattered_rays.h"
+#include "aberfit/theory/scattering_band.h"
+#include "aberfit/theory/theory_error.h"
+#include "aberfit/theory/vocabulary.h"
+
+// forward: coefficients to statistics with derivatives, by rays or by waves.
+#include "aberfit/forward/forward_model.h"
+#include "aberfit/forward/statistics_with_error.h"
+#include "aberfit/forward/term_moments.h"
+
+// fit: the solve.
+#include "aberfit/fit/calibrate.h"
+#include "aberfit/fit/map_fit.h"
+
+// method: the procedure: targets, terms, fits, verdict.
+#include "aberfit/method/all_scatter.h"
+#include "aberfit/method/attempt.h"
+#include "aberfit/method/band_choice.h"
+#include "aberfit/method/conclude.h"
+#include "aberfit/method/fewest_terms.h"
+#include "aberfit/method/frontier.h"
+#include "aberfit/method/groundwork.h"
+#include "aberfit/method/judge.h"
+#include "aberfit/method/judged_set.h"
+#include "aberfit/method/measured_part.h"
+#include "aberfit/method/outcome.h"
+#include "aberfit/method/physics_choice.h"
+#include "aberfit/method/plan.h"
+#include "aberfit/method/prior_draws.h"
+#include "aberfit/method/pupil_choice.h"
+#include "aberfit/method/ray_count.h"
+#include "aberfit/method/run_context.h"
+#include "aberfit/method/scene_facts.h"
+#include "aberfit/method/spectrum_target.h"
+#include "aberfit/method/task.h"
+#include "aberfit/method/term_search.h"
+#include "aberfit/method/tost.h"
+#include "aberfit/method/trace_surface.h"
+#include "aberfit/method/verify.h"
+
+// chart: speed against accuracy; predicted cost.
+#include "aberfit/chart/chart.h"
+#include "aberfit/chart/check.h"
+#include "aberfit/chart/cost_model.h"
+#include "aberfit/chart/fit_work.h"
+
+// report: results as JSON, tables, pictures, files for other programs.
+#include "aberfit/report/band_shares.h"
+#include "aberfit/report/chart.h"
+#include "aberfit/report/check_report.h"
+#include "aberfit/report/exports.h"
+#include "aberfit/report/fit_rates.h"
+#include "aberfit/report/focal_light.h"
+#include "aberfit/report/frontier.h"
+#include "aberfit/report/plots.h"
+#include "aberfit/report/psd_report.h"
+#include "aberfit/report/result.h"
+#include "aberfit/report/scatter_table.h"
+#include "aberfit/report/trace_report.h"
+#include "aberfit/report/verify_report.h"
+
+// study: the study file.
+#include "aberfit/study/field_errors.h"
+#include "aberfit/study/measured_psd.h"
+#include "aberfit/study/published.h"
+#include "aberfit/study/read_study.h"
+#include "aberfit/study/study.h"
+
+// commands: what the program does, as functions.
+#include "aberfit/commands/program.h"
+#include "aberfit/commands/run.h"
+#include "aberfit/commands/run_options.h"
