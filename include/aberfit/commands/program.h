@@ -8,7 +8,7 @@ namespace aberfit {
 /// How the program ends.
 enum class ExitCode {
   kDone = 0,      ///< and equivalent, where judged
-  kNotMet = 1,    ///< ran, but not converged, different or undecided
+  kNotMet = 1,    ///< ran, but different or undecided; not converged where nothing is judged (psd, maps)
   kBadInput = 2,  ///< or bad usage
   kComputationFailed = 3,
 };

@@ -38,7 +38,7 @@ struct FitProblem {
   double wavelength = 0;                            ///< [m]; needed unless kRays
   const Aperture* aperture = nullptr;               ///< needed unless kRays
   double aliased_limit = 1e-3;                      ///< kWaves: as DiffractionProblem has it
-  std::shared_ptr<const MeanScatter> scatter = {};  ///< kWaves: as LightPath has it
+  std::shared_ptr<const MeanScatter> scatter = {};  ///< as LightPath has it
 };
 
 enum class PriorMode {
