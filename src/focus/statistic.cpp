@@ -42,7 +42,7 @@ std::string ring(const RingFwhm& statistic) {
 const StatisticKind kKinds[] = {
     {"ee", false, Dimension::kLength, true, true, false},
     {"ring_fwhm", true, Dimension::kLength, false, true, false},
-    {"ring_through", false, Dimension::kNumber, true, true, false},
+    {"ee_within", true, Dimension::kFraction, true, true, false},
     {"scatter_rms", true, Dimension::kAngle, false, true, true},
     {"scatter_mean", true, Dimension::kAngle, false, true, true},
     {"spot_fwhm", true, Dimension::kLength, false, true, false},
@@ -75,7 +75,10 @@ struct Name {
     return {encircled(s.fraction) + "_radius", plane(s.dz)};
   }
   NameOf operator()(const RingFwhm& s) const { return {"", ring(s)}; }
-  NameOf operator()(const RingThrough& s) const { return {"", plane(s.dz)}; }
+  NameOf operator()(const RingThrough& s) const {
+    if (s.is_point) return {"ring_through", plane(s.dz)};
+    return {"ee_within_" + digits(1e6 * s.ring_radius) + "um", plane(s.dz)};
+  }
   NameOf operator()(const RmsRadius& s) const { return {"", plane(s.dz)}; }
   template <typename Other>
   NameOf operator()(const Other&) const {
@@ -88,8 +91,9 @@ struct Name {
 Target aim_of(const Target& target) {
   const auto* radius = std::get_if<EncircledEnergyRadius>(&target.statistic);
   if (!radius || !target.curve_slope) {
+    const auto* share = std::get_if<RingThrough>(&target.statistic);
     Target aim = target;
-    aim.scale = target.relative_to();
+    aim.scale = share && !share->is_point && target.scale == 0 ? kFlattestCurve : target.relative_to();
     return aim;
   }
   const double scale = std::max(*target.curve_slope, kFlattestCurve);

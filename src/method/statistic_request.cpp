@@ -24,7 +24,7 @@ std::vector<Wanted> profile(const StatisticRequest& request, const RingOf& ring_
   const double ring = given ? *given : ring_of(fraction_of(std::get<std::string>(request.ring)));
   std::vector<Wanted> wanted;
   for (std::size_t k = 0; k < request.profile_dz.size(); ++k)
-    wanted.push_back({RingThrough{ring, request.profile_dz[k]}, request.profile_value[k],
+    wanted.push_back({RingThrough{ring, request.profile_dz[k], true}, request.profile_value[k],
                       request.standard_error, request.tolerance, true});
   return wanted;
 }
@@ -54,11 +54,15 @@ std::vector<Wanted> wanted_by(const StatisticRequest& request, const RingOf& rin
   if (name == "rms_height") add(RmsHeight{});
   if (kind_of_key(name).in_planes)
     for (const double dz : request.planes) {
-      if (name == "rms_radius")
+      if (name == "ee_within")
+        for (const double radius : request.radii) add(RingThrough{radius, dz});
+      else if (name == "rms_radius")
         add(RmsRadius{dz});
       else
         add(EncircledEnergyRadius{fraction_of(name), dz});
     }
+  for (Wanted& share : wanted)
+    if (std::holds_alternative<RingThrough>(share.statistic)) share.absolute_tolerance = true;
   return wanted;
 }
 
@@ -72,8 +76,9 @@ std::optional<double> spot_sigma(const StatisticRequest& request, double focal_l
   if (name == "scatter_rms") return value * focal_length / std::numbers::sqrt2;
   if (name == "scatter_mean") return value * focal_length / std::sqrt(0.5 * kPi);
   if (name == "spot_fwhm") return value / std::sqrt(8 * std::numbers::ln2);
-  if (name.starts_with("ee") && request.planes.front() == 0) return sigma_within(value, fraction_of(name));
-  return std::nullopt;
+  if (!name.starts_with("ee") || request.planes.front() != 0) return std::nullopt;
+  if (name == "ee_within") return sigma_within(request.radii.front(), value);
+  return sigma_within(value, fraction_of(name));
 }
 
 }  // namespace aberfit::internal

@@ -84,8 +84,9 @@ EquivalenceMetric judge_target(const Target& target, bool held_out, double shown
                                double degrees_of_freedom) {
   const Target aim = aim_of(target);
   const std::string name = statistic_name(target.statistic);
-  const bool in_light = target.curve_slope && std::holds_alternative<EncircledEnergyRadius>(target.statistic);
-  if (!in_light)
+  const bool of_radius = std::holds_alternative<EncircledEnergyRadius>(target.statistic),
+             of_share = std::holds_alternative<RingThrough>(target.statistic) && aim.scale == kFlattestCurve;
+  if (!(of_radius && target.curve_slope) && !of_share)
     return tost(name, held_out, target.value, target.standard_error, shown, judged_error, margin, confidence,
                 {target.degrees_of_freedom, degrees_of_freedom});
   EquivalenceMetric metric;
@@ -97,7 +98,8 @@ EquivalenceMetric judge_target(const Target& target, bool held_out, double shown
   metric.relative_difference = relative(shown, target.value);
   metric.share_difference = judged - aim.value;
   metric.tolerance_share = margin * aim.scale;
-  metric.difference = -metric.share_difference / aim.scale;  // too much light inside: the spot is small
+  // Too much light inside a radius: the spot is small.
+  metric.difference = (of_share ? 1 : -1) * metric.share_difference / aim.scale;
   metric.standard_error = std::hypot(judged_error, aim.standard_error) / aim.scale;
   metric.degrees_of_freedom = effective_degrees_of_freedom(aim.standard_error, aim.degrees_of_freedom,
                                                            judged_error, degrees_of_freedom);

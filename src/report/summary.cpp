@@ -398,8 +398,9 @@ std::string footnotes(const ResultDocument& result) {
   if (in_light)
     out += "\n" +
            paragraph("diff.", fmt::format("of an ee radius: p less the share of light inside the target's "
-                                          "radius, over max(r dE/dr, {})",
-                                          kFlattestCurve));
+                                          "radius, over max(r dE/dr, {}); of ee_within: the share less its "
+                                          "target, over {}",
+                                          kFlattestCurve, kFlattestCurve));
   if (result.perfect)
     out += paragraph("Perfect",
                      fmt::format("the perfect mirror's worst statistic in light is {:.3g} tolerances "

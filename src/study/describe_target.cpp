@@ -9,15 +9,21 @@ namespace {
 
 void describe_value(Visitor& v, StatisticRequest& s) {
   const Dimension dimension = kind_of_key(s.name).dimension;
-  const bool angle = dimension == Dimension::kAngle;
-  v.quantity(
-      {"tolerance", "how closely the fit is to meet it, relative to the value", Need::kOptional, "\"0.2 %\""},
-      s.tolerance, Dimension::kFraction, Range{0, 1, true, false});
-  v.quantity(
-      {"value",
-       angle ? "the target itself [rad]; absent: from theory" : "the target itself [m]; absent: from theory",
-       Need::kOptional, angle ? "\"36 urad\"" : "\"76 um\""},
-      s.value, dimension, Range::positive());
+  const bool angle = dimension == Dimension::kAngle, share = dimension == Dimension::kFraction;
+  v.quantity({"tolerance",
+              share ? "how closely the fit is to meet it, absolute share of the light"
+                    : "how closely the fit is to meet it, relative to the value",
+              Need::kOptional, "\"0.2 %\""},
+             s.tolerance, Dimension::kFraction, Range{0, 1, true, false});
+  v.quantity({"value",
+              share   ? "the target itself [share of the light]; absent: from theory"
+              : angle ? "the target itself [rad]; absent: from theory"
+                      : "the target itself [m]; absent: from theory",
+              Need::kOptional,
+              share   ? "\"80 %\""
+              : angle ? "\"36 urad\""
+                      : "\"76 um\""},
+             s.value, dimension, share ? Range{0, 1, true, true} : Range::positive());
   v.quantity({"standard_error", "sampling error of the given value, in its unit"}, s.standard_error,
              dimension, Range::non_negative());
   v.check(s.value.has_value() || s.standard_error == 0, "standard_error", "standard_error without value",
@@ -33,6 +39,13 @@ void describe_planes(Visitor& v, StatisticRequest& s) {
               format_quantity(s.planes[i], kLength) + " twice", "every plane once");
   v.check(!s.value || s.planes.size() == 1, "planes",
           std::to_string(s.planes.size()) + " planes for one value", "one plane where value is given");
+}
+
+void describe_radii(Visitor& v, StatisticRequest& s) {
+  v.quantities({"radii", "radii of the discs about the axis [m]", Need::kRequired, "[\"10 um\"]"}, s.radii,
+               kLength, Range::positive(), true);
+  v.check(!s.value || s.radii.size() == 1, "radii", std::to_string(s.radii.size()) + " radii for one value",
+          "one radius where value is given");
 }
 
 void describe_ring(Visitor& v, StatisticRequest& s) {
@@ -78,6 +91,7 @@ void describe_statistic(Visitor& v, StatisticRequest& s, bool ring_in_key) {
          Need::kOptional, "\"5 um\""},
         s.bandwidth, kLength, Range::positive());
   describe_value(v, s);
+  if (s.name == "ee_within") describe_radii(v, s);
   if (kind_of_key(s.name).in_planes) describe_planes(v, s);
 }
 

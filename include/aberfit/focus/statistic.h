@@ -24,6 +24,7 @@ struct RingFwhm {
 struct RingThrough {
   double ring_radius = 0;  ///< [m]
   double dz = 0;           ///< [m]
+  bool is_point = false;   ///< one point of a profile, named by its plane; else `ee_within`, by its radius
 };
 struct ScatterRms {};   ///< RMS angle between a ray and its nominal ray [rad]
 struct ScatterMean {};  ///< mean of the same angle [rad]
@@ -63,9 +64,9 @@ Dimension dimension_of_name(const std::string& name);
 std::string name_without_unit(const std::string& name);
 
 /// Name with its SI unit as used in every result: `ee50_radius_m`, `ee50_radius_m@-1mm`, `ring_fwhm_m`,
-/// `ring_fwhm_m@ring=ee50`, `ring_through@0.5mm`, `scatter_rms_rad`, `scatter_mean_rad`, `spot_fwhm_m`,
-/// `rms_radius_m`, `rms_height_m`. Fractions and planes print with as many digits as they need, at most 6
-/// significant ones.
+/// `ring_fwhm_m@ring=ee50`, `ee_within_10um@0.5mm`, `ring_through@0.5mm`, `scatter_rms_rad`,
+/// `scatter_mean_rad`, `spot_fwhm_m`, `rms_radius_m`, `rms_height_m`. Fractions and planes print with as many
+/// digits as they need, at most 6 significant ones.
 std::string statistic_name(const Statistic& statistic);
 
 /// One thing to be matched: a statistic, what it should be, and how closely.
@@ -92,7 +93,7 @@ inline constexpr double kFlattestCurve = 0.35;
 
 /// What a surface has to meet for `target`. A radius whose curve is known is met in light: the share of the
 /// light inside the target's radius (RingThrough) has to be the fraction, within the tolerance, relative to
-/// max(r dE/dr, kFlattestCurve). Everything else is met as it is.
+/// max(r dE/dr, kFlattestCurve). Everything else is met as it is, `ee_within` relative to kFlattestCurve.
 Target aim_of(const Target& target);
 std::vector<Target> aims_of(const std::vector<Target>& targets);
 /// What they are targets of, in their order.
