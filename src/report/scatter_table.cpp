@@ -164,7 +164,7 @@ std::string scatter_psd_csv(const PsdModel& rest, double wavelength) {
   std::string text =
       "# Two-sided, two-dimensional PSD of the surface that is scatter, S2(f) [m^4]; frequency in cycles/m; "
       "log-log between rows\n"
-      "# For `\"model\": \"table\"`: \"kind\": \"2d-two-sided\", \"frequency_unit\": \"/m\", \"psd_unit\": "
+      "# For `\"model\": \"table\"`: \"kind\": \"2d\", \"frequency_unit\": \"/m\", \"psd_unit\": "
       "\"m^4\"\n"
       "frequency_per_m,psd_2d_m4\n";
   const RadialPsd psd(rest);
