@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <optional>
 
@@ -13,8 +12,11 @@
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/spectrum_target.h"
+#include "stall_watch.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // Standard deviations of what is fitted, in the units of what is shown.
@@ -48,46 +50,6 @@ constexpr double kWaveStop = 1.0;
 // iterations with a weight of 1, 16 with 0.3, beside guides that are looser since.
 constexpr double kWavePriorWeight = 0.1;
 
-// Ends a fit that stays above the tolerances.
-class StallWatch {
- public:
-  StallWatch(FocusModel model, const FitPlan& plan)
-      : watches_pace_(model == FocusModel::kWaves),
-        most_iterations_(plan.most_iterations),
-        fewest_(plan.warm.size() > 0 ? kPace + 1 : 2 * kPace) {}
-
-  bool stalled(const FitProgress& p) {
-    if (watches_pace_) return out_of_reach(p);
-    if (p.worst_mismatch < (1 - kWorthwhile) * best_) {
-      best_ = p.worst_mismatch;
-      since_ = p.iteration;
-    }
-    return best_ > kWellAbove && p.iteration - since_ >= kPatience;
-  }
-
- private:
-  // Through waves an iteration costs as much as a whole fit of rays. The pace of the last iterations, which
-  // only slackens, tells whether the rest of the way can be gone at all.
-  bool out_of_reach(const FitProgress& p) {
-    lowest_.push_back(lowest_.empty() ? p.worst_mismatch : std::min(lowest_.back(), p.worst_mismatch));
-    if (lowest_.back() <= 1 || lowest_.size() <= fewest_) return false;
-    const double gone = std::log(lowest_[lowest_.size() - 1 - kPace] / lowest_.back());
-    return gone * (most_iterations_ - p.iteration) < kPace * std::log(lowest_.back());
-  }
-
-  // Fits that pass fell by more in every twelve iterations until they were at 2 tolerances (orders 2 to 31 of
-  // fits/paper-physical); the ones that do not may run to the last iteration.
-  static constexpr double kWorthwhile = 0.1, kWellAbove = 2;
-  static constexpr int kPatience = 12;
-  static constexpr std::size_t kPace = 5;
-  bool watches_pace_;
-  int most_iterations_;
-  std::size_t fewest_;  // a draw's first steps are not at its pace
-  double best_ = std::numeric_limits<double>::infinity();
-  int since_ = 0;
-  std::vector<double> lowest_;
-};
-
 // lowest: of the worst mismatches that the fit has been through.
 FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double* lowest) {
   FitOptions fit;
@@ -101,7 +63,7 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double
     fit.guides_within = plan.guides_within;
   }
   if (!of.context.progress && !plan.give_up_on_stall) return fit;
-  auto watch = std::make_shared<StallWatch>(of.ground.use.model, plan);
+  auto watch = std::make_shared<StallWatch>(of.ground.use.model, plan.most_iterations, plan.warm.size() > 0);
   fit.progress = [&of, &plan, watch, tries, lowest](const FitProgress& p) {
     *lowest = std::min(*lowest, p.worst_mismatch);
     if (plan.give_up_on_stall && watch->stalled(p)) return false;

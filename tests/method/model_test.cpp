@@ -412,6 +412,8 @@ TEST(Judgement, WavesFitASmoothSurfaceToItsHarveyShackSpot) {
   EXPECT_EQ(result.model, "waves");
   EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
   EXPECT_FALSE(result.light.has_value());
+  ASSERT_TRUE(result.ray_choice.has_value());
+  EXPECT_GT(result.ray_choice->gap, 0);  // the grid that judges is not the fit's
   // The fit's tolerance, and what the grid that judges may differ by from the fit's: 15 % of the margin.
   constexpr double kApart = 1e-3 + 0.15 * 0.02;
   for (std::size_t k = 0; k < 3; ++k)

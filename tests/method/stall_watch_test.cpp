@@ -1,0 +1,55 @@
+// When a fit of a search is given up.
+#include "../../src/method/stall_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace aberfit {
+namespace {
+
+using internal::StallWatch;
+
+// The iteration at which a fit with these mismatches is given up; 0 if not within 100.
+int given_up(StallWatch watch, const std::function<double(int)>& mismatch) {
+  for (int k = 1; k <= 100; ++k) {
+    FitProgress progress;
+    progress.iteration = k;
+    progress.worst_mismatch = mismatch(k);
+    if (watch.stalled(progress)) return k;
+  }
+  return 0;
+}
+
+// Rays: an iteration is cheap, and twelve without a tenth of progress are too many.
+TEST(StallWatch, OfRaysWaitsTwelveIterationsForATenth) {
+  const StallWatch watch(FocusModel::kRays, 100, false);
+  EXPECT_EQ(given_up(watch, [](int) { return 30.0; }), 1 + 12);
+  // Falls by a fifth in every eleventh iteration: never, until it may run to its end at 2 tolerances.
+  EXPECT_EQ(given_up(watch, [](int k) { return 30 * std::pow(0.8, (k - 1) / 11); }), 0);
+  // By a twentieth in each twelfth: too little.
+  EXPECT_NE(given_up(watch, [](int k) { return 30 * std::pow(0.95, (k - 1) / 12); }), 0);
+  // Near the tolerances it goes on.
+  EXPECT_EQ(given_up(watch, [](int) { return 1.9; }), 0);
+}
+
+// Waves: the pace of five iterations has to last for the rest of the way.
+TEST(StallWatch, OfWavesAsksWhetherThePaceReachesTheTolerances) {
+  const StallWatch draw(FocusModel::kWaves, 100, false), warm(FocusModel::kWaves, 100, true);
+  const auto falling = [](double from, double factor) {
+    return [=](int k) { return std::max(from * std::pow(factor, k - 1), 1.5); };
+  };
+  // 5 % an iteration leave 30 x 0.95^100 = 0.2 of 30 tolerances.
+  EXPECT_EQ(given_up(draw, [](int k) { return 30 * std::pow(0.95, k - 1); }), 0);
+  // 1 % an iteration leave 11; told as soon as the first steps do not count.
+  EXPECT_EQ(given_up(draw, falling(30, 0.99)), 11);
+  EXPECT_EQ(given_up(warm, falling(30, 0.99)), 7);
+  // With fewer iterations left, the same pace no longer reaches.
+  EXPECT_NE(
+      given_up(StallWatch(FocusModel::kWaves, 40, false), [](int k) { return 30 * std::pow(0.95, k - 1); }),
+      0);
+  EXPECT_EQ(given_up(draw, [](int) { return 0.9; }), 0);
+}
+
+}  // namespace
+}  // namespace aberfit
