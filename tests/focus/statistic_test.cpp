@@ -26,8 +26,10 @@ TEST(StatisticName, NamesPlanesInMillimetresAndTheFocusNotAtAll) {
   EXPECT_EQ(statistic_name(EncircledEnergyRadius{0.5, -0.0}), "ee50_radius_m");
   EXPECT_EQ(statistic_name(RmsRadius{0.0}), "rms_radius_m");
   EXPECT_EQ(statistic_name(RmsRadius{2.5e-3}), "rms_radius_m@2.5mm");
-  EXPECT_EQ(statistic_name(RingThrough{76e-6, 5e-4}), "ring_through@0.5mm");
-  EXPECT_EQ(statistic_name(RingThrough{76e-6, 0.0}), "ring_through");
+  EXPECT_EQ(statistic_name(RingThrough{76e-6, 5e-4, true}), "ring_through@0.5mm");
+  EXPECT_EQ(statistic_name(RingThrough{76e-6, 0.0, true}), "ring_through");
+  EXPECT_EQ(statistic_name(RingThrough{76e-6, 5e-4}), "ee_within_76um@0.5mm");
+  EXPECT_EQ(statistic_name(RingThrough{7.25e-6, 0.0}), "ee_within_7.25um");
 }
 
 TEST(StatisticName, KeepsSixSignificantDigitsOfAPlane) {
@@ -45,6 +47,30 @@ TEST(StatisticName, SaysTheRingUnlessItIsTheDefault) {
   EXPECT_EQ(statistic_name(RingFwhm{0.5, {}}), "ring_fwhm_m@ring=ee50");
   EXPECT_EQ(statistic_name(RingFwhm{0.9, 76e-6}), "ring_fwhm_m@ring=76um");
   EXPECT_EQ(statistic_name(RingFwhm{0.5, 1.25e-5}), "ring_fwhm_m@ring=12.5um");
+}
+
+TEST(StatisticKind, IsFoundByItsKeyAndByItsStatistic) {
+  for (const std::string& key : request_keys()) EXPECT_EQ(kind_of_key(key).key, key);
+  EXPECT_EQ(&kind_of_key("ee50"), &kind_of(EncircledEnergyRadius{}));
+  EXPECT_EQ(&kind_of_key("ee97.5"), &kind_of(EncircledEnergyRadius{0.5, 1e-3}));
+  EXPECT_EQ(&kind_of_key("ee_within"), &kind_of(RingThrough{}));
+  for (const char* none : {"", "ee", "eel", "strehl", "ring_profile"})
+    EXPECT_THROW(kind_of_key(none), std::invalid_argument) << none;
+  EXPECT_FALSE(kind_of(RmsRadius{}).in_waves);
+  EXPECT_TRUE(kind_of(RmsHeight{}).is_moment && kind_of(ScatterRms{}).is_moment);
+}
+
+TEST(StatisticKind, DimensionAndNameAgree) {
+  for (const Statistic& statistic :
+       {Statistic(EncircledEnergyRadius{0.5, -1e-3}), Statistic(RingFwhm{0.5, {}}), Statistic(ScatterRms{}),
+        Statistic(ScatterMean{}), Statistic(SpotFwhm{}), Statistic(RmsRadius{1e-3}), Statistic(RmsHeight{})})
+    EXPECT_EQ(dimension_of_name(statistic_name(statistic)), kind_of(statistic).dimension)
+        << statistic_name(statistic);
+  EXPECT_EQ(dimension_of_name("ee_within_10um@0.5mm"), Dimension::kNumber);
+  EXPECT_EQ(dimension_of_name("ring_fwhm_m@ring=ee50#2"), Dimension::kLength);
+  EXPECT_EQ(name_without_unit("ee50_radius_m@-1mm"), "ee50_radius@-1mm");
+  EXPECT_EQ(name_without_unit("scatter_rms_rad"), "scatter_rms");
+  EXPECT_EQ(name_without_unit("ee_within_10um"), "ee_within_10um");
 }
 
 TEST(StatisticName, OfScalarStatisticsIsFixed) {

@@ -39,8 +39,8 @@ inline ResultDocument sample_result() {
                     {EncircledEnergyRadius{0.9, 0.0}, 75.412e-6, 1e-8, 8e-8},
                     {EncircledEnergyRadius{0.5, -1e-3}, 91.9e-6, 0.0, 9e-8},
                     {RingFwhm{0.9, {}}, 2.985e-3, 0.0, 3e-6},
-                    {RingThrough{76e-6, 0.0}, 0.9, 0.0, 1e-3},
-                    {RingThrough{50e-6, 0.0}, 0.6, 0.0, 1e-3},
+                    {RingThrough{76e-6, 0.0, true}, 0.9, 0.0, 1e-3},
+                    {RingThrough{50e-6, 0.0, true}, 0.6, 0.0, 1e-3},
                     {ScatterRms{}, 35.75e-6, 0.0, 4e-8},
                     {RmsHeight{}, 100e-9, 0.0, 1e-10}};
   const Eigen::Index count = Eigen::Index(result.targets.size());
