@@ -8,6 +8,7 @@
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/study/read_study.h"
+#include "aberfit/theory/height_on_aperture.h"
 #include "report/bicubic_reader.h"
 
 namespace aberfit {
