@@ -14,13 +14,6 @@ namespace baseline {
 extern const EigenKernels kEigenKernels;
 }
 
-const EigenKernels& eigen_kernels(InstructionSet set) {
-#if ABERFIT_X86_KERNELS
-  if (set == InstructionSet::kAvx512) return avx512::kEigenKernels;
-  if (set == InstructionSet::kAvx2) return avx2::kEigenKernels;
-#endif
-  static_cast<void>(set);
-  return baseline::kEigenKernels;
-}
+const EigenKernels& eigen_kernels(InstructionSet set) { return ABERFIT_KERNEL(set, kEigenKernels); }
 
 }  // namespace aberfit::internal

@@ -7,9 +7,10 @@
 
 #define ABERFIT_KERNEL_BODY "../roughness/line_kernel.inc"
 #include "aberfit/core/each_instruction_set.inc"
-#undef ABERFIT_KERNEL_BODY
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // exp(-2 pi i k/n), to the last bit or nearly so: the angle never exceeds an eighth of a turn.
@@ -74,13 +75,6 @@ std::vector<double> line_phases(int n, int part, int parts) {
   return phases;
 }
 
-const LineKernels& line_kernels(InstructionSet set) {
-#if ABERFIT_X86_KERNELS
-  if (set == InstructionSet::kAvx512) return internal::avx512::kKernels;
-  if (set == InstructionSet::kAvx2) return internal::avx2::kKernels;
-#endif
-  static_cast<void>(set);
-  return internal::baseline::kKernels;
-}
+const LineKernels& line_kernels(InstructionSet set) { return ABERFIT_KERNEL(set, kKernels); }
 
 }  // namespace aberfit

@@ -4,7 +4,6 @@
 
 #define ABERFIT_KERNEL_BODY "../terms/fourier_kernel.inc"
 #include "aberfit/core/each_instruction_set.inc"
-#undef ABERFIT_KERNEL_BODY
 
 namespace aberfit::internal {
 
@@ -19,26 +18,12 @@ FourierRows fourier_rows(const std::vector<FourierMode>& modes) {
 
 void fourier_forward(InstructionSet set, const FourierRows& rows, const double* amplitudes,
                      PointBlock* block) {
-#if ABERFIT_X86_KERNELS
-  if (set == InstructionSet::kAvx512)
-    return avx512::forward(rows.modes(), rows.frequency.data(), amplitudes, block);
-  if (set == InstructionSet::kAvx2)
-    return avx2::forward(rows.modes(), rows.frequency.data(), amplitudes, block);
-#endif
-  static_cast<void>(set);
-  baseline::forward(rows.modes(), rows.frequency.data(), amplitudes, block);
+  ABERFIT_KERNEL(set, forward)(rows.modes(), rows.frequency.data(), amplitudes, block);
 }
 
 void fourier_adjoint(InstructionSet set, const FourierRows& rows, const PointBlock& block,
                      double* amplitudes) {
-#if ABERFIT_X86_KERNELS
-  if (set == InstructionSet::kAvx512)
-    return avx512::adjoint(rows.modes(), rows.frequency.data(), block, amplitudes);
-  if (set == InstructionSet::kAvx2)
-    return avx2::adjoint(rows.modes(), rows.frequency.data(), block, amplitudes);
-#endif
-  static_cast<void>(set);
-  baseline::adjoint(rows.modes(), rows.frequency.data(), block, amplitudes);
+  ABERFIT_KERNEL(set, adjoint)(rows.modes(), rows.frequency.data(), block, amplitudes);
 }
 
 }  // namespace aberfit::internal

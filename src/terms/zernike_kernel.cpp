@@ -10,7 +10,6 @@
 
 #define ABERFIT_KERNEL_BODY "../terms/zernike_kernel.inc"
 #include "aberfit/core/each_instruction_set.inc"
-#undef ABERFIT_KERNEL_BODY
 
 namespace aberfit::internal {
 
@@ -50,15 +49,7 @@ ZernikeRows zernike_rows(const std::vector<ZernikeMode>& modes) {
 }
 
 void zernike_forward(InstructionSet set, const ZernikeRows& rows, const double* packed, PointBlock* block) {
-  const int m_max = rows.m_max();
-#if ABERFIT_X86_KERNELS
-  if (set == InstructionSet::kAvx512)
-    return avx512::forward(m_max, rows.first.data(), rows.recurrence.data(), packed, block);
-  if (set == InstructionSet::kAvx2)
-    return avx2::forward(m_max, rows.first.data(), rows.recurrence.data(), packed, block);
-#endif
-  static_cast<void>(set);
-  baseline::forward(m_max, rows.first.data(), rows.recurrence.data(), packed, block);
+  ABERFIT_KERNEL(set, forward)(rows.m_max(), rows.first.data(), rows.recurrence.data(), packed, block);
 }
 
 int ZernikeRows::longest() const {
@@ -67,21 +58,17 @@ int ZernikeRows::longest() const {
   return longest;
 }
 
-void zernike_adjoint(InstructionSet set, const ZernikeRows& rows, const PointBlock& block,
-                     std::vector<CacheLine>* lanes, double* packed) {
-  const int m_max = rows.m_max();
-  if (rows.rows() == 0) return;
+double* lane_sums(const ZernikeRows& rows, std::vector<CacheLine>* lanes) {
   const std::size_t wanted = std::size_t(rows.longest()) * 2;
   if (lanes->size() < wanted) lanes->resize(wanted);
-  double* sums = lanes->front().lane;
-#if ABERFIT_X86_KERNELS
-  if (set == InstructionSet::kAvx512)
-    return avx512::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, sums, packed);
-  if (set == InstructionSet::kAvx2)
-    return avx2::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, sums, packed);
-#endif
-  static_cast<void>(set);
-  baseline::adjoint(m_max, rows.first.data(), rows.recurrence.data(), block, sums, packed);
+  return lanes->front().lane;
+}
+
+void zernike_adjoint(InstructionSet set, const ZernikeRows& rows, const PointBlock& block,
+                     std::vector<CacheLine>* lanes, double* packed) {
+  if (rows.rows() == 0) return;
+  double* const sums = lane_sums(rows, lanes);
+  ABERFIT_KERNEL(set, adjoint)(rows.m_max(), rows.first.data(), rows.recurrence.data(), block, sums, packed);
 }
 
 }  // namespace aberfit::internal

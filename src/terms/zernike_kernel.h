@@ -40,9 +40,12 @@ ZernikeRows zernike_rows(const std::vector<ZernikeMode>& modes);
 /// 1955) for value and tau-derivative, downwards in k, cosine and sine sums side by side.
 void zernike_forward(InstructionSet set, const ZernikeRows& rows, const double* packed, PointBlock* block);
 
+/// `lanes`, grown to one vector of partial sums per cosine and sine row of the longest m. There must be a
+/// row.
+double* lane_sums(const ZernikeRows& rows, std::vector<CacheLine>* lanes);
+
 /// Adds to `packed`, per row, the weighted sums over the block of its cosine and its sine term: the transpose
-/// of zernike_forward, with the recurrence running upwards. `lanes`: scratch, grown to one vector of partial
-/// sums per cosine and sine row of the longest m.
+/// of zernike_forward, with the recurrence running upwards. `lanes`: scratch.
 void zernike_adjoint(InstructionSet set, const ZernikeRows& rows, const PointBlock& block,
                      std::vector<CacheLine>* lanes, double* packed);
 

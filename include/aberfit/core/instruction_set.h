@@ -16,6 +16,17 @@ enum class InstructionSet {
 #define ABERFIT_X86_KERNELS 0
 #endif
 
+/// `name`, a function or a table of functions that each_instruction_set.inc compiled for every instruction
+/// set, of the one `set`; where the names of those sets are seen.
+#if ABERFIT_X86_KERNELS
+#define ABERFIT_KERNEL(set, name)                             \
+  ((set) == ::aberfit::InstructionSet::kAvx512 ? avx512::name \
+   : (set) == ::aberfit::InstructionSet::kAvx2 ? avx2::name   \
+                                               : baseline::name)
+#else
+#define ABERFIT_KERNEL(set, name) (static_cast<void>(set), baseline::name)
+#endif
+
 /// Whether this binary and this processor can run kernels of `set`.
 inline bool is_supported([[maybe_unused]] InstructionSet set) {
 #if ABERFIT_X86_KERNELS
