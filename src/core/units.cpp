@@ -12,6 +12,8 @@
 #include <span>
 #include <vector>
 
+#include "aberfit/core/text.h"
+
 namespace aberfit {
 namespace {
 
@@ -50,12 +52,6 @@ std::optional<Unit> find(std::span<const NamedUnit> units, std::string_view name
   for (const NamedUnit& unit : units)
     if (unit.name == name) return unit.unit;
   return std::nullopt;
-}
-
-std::string_view trim(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
 }
 
 // Products and quotients of powers of lengths and cycles, such as "nm^2 mm^2", "um^2/(cycles/mm)^2", "1/m":
@@ -233,7 +229,7 @@ std::string with_prefix(double value, std::span<const Prefix> ascending) {
 }  // namespace
 
 double parse_quantity(std::string_view text, Dimension dimension) {
-  const std::string_view body = trim(text);
+  const std::string_view body = trimmed(text);
   const auto fail = [&](std::string_view problem) {
     throw UnitError(fmt::format("\"{}\" {}; expected {} such as {}", text, problem, dimension_name(dimension),
                                 allowed_units(dimension)));
@@ -243,7 +239,7 @@ double parse_quantity(std::string_view text, Dimension dimension) {
   if (error == std::errc::invalid_argument) fail("does not begin with a number");
   if (error == std::errc::result_out_of_range || !std::isfinite(plain)) fail("is not a finite number");
   const std::string_view digits = body.substr(0, std::size_t(end - body.data()));
-  const std::string_view name = trim(body.substr(digits.size()));
+  const std::string_view name = trimmed(body.substr(digits.size()));
   if (dimension == Dimension::kNumber) {
     if (!name.empty()) fail(fmt::format("has the unit \"{}\" where none is allowed", name));
     return plain;
@@ -257,7 +253,7 @@ double parse_quantity(std::string_view text, Dimension dimension) {
 }
 
 double unit_factor(std::string_view unit, Dimension dimension) {
-  const std::string_view name = trim(unit);
+  const std::string_view name = trimmed(unit);
   // A column of plain fractions or numbers has no unit, or "1".
   if ((dimension == Dimension::kFraction || dimension == Dimension::kNumber) && (name.empty() || name == "1"))
     return 1;

@@ -29,64 +29,55 @@ struct IntHeader {
   std::optional<double> x_scale;  // XSC: width of the map / its height
 };
 
-std::string upper(std::string_view word) {
-  std::string text(word);
-  for (char& c : text) c = c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c;
-  return text;
-}
-
 bool is_grid_header(std::string_view line) {
-  const auto word = words(line);
-  return word.size() >= 3 && upper(word[0]) == "GRD" && number<std::int64_t>(word[1]) &&
-         number<std::int64_t>(word[2]);
+  const auto word = words(line, kControls);
+  return word.size() >= 3 && upper_case(word[0]) == "GRD" && parse_number<std::int64_t>(word[1]) &&
+         parse_number<std::int64_t>(word[2]);
 }
 
-void require_height_type(const std::string& path, const std::string& place, const std::string& type) {
+void require_height_type(const TextLines& lines, const std::string& type) {
   static const std::map<std::string, std::string> others = {{"FIL", "an intensity filter"},
                                                             {"THV", "a variation of coating thickness"},
                                                             {"BIR", "birefringence"},
                                                             {"CAO", "an orientation of crystal axes"}};
   const std::string allowed = "SUR (surface) or WFR (wavefront)";
   if (const auto other = others.find(type); other != others.end())
-    throw InputError(path, place, type + ", " + other->second + " and no heights", allowed);
-  if (type != "SUR" && type != "WFR")
-    throw InputError(path, place, "type " + internal::quoted(type), allowed);
+    lines.fail(type + ", " + other->second + " and no heights", allowed);
+  if (type != "SUR" && type != "WFR") lines.fail("type " + in_quotes(type), allowed);
 }
 
-IntHeader read_header(const std::string& path, const std::string& place, std::string_view line) {
-  const auto word = words(line);
-  const auto fail = [&](const std::string& found, const std::string& allowed) {
-    throw InputError(path, place, found, allowed);
-  };
-  const std::string kind = upper(word[0]);
+// `line` is the last one of `lines`.
+IntHeader read_header(const TextLines& lines, std::string_view line) {
+  const auto word = words(line, kControls);
+  const std::string kind = upper_case(word[0]);
   if (kind == "ZFR" || kind == "ZRN")
-    fail(kind + ", a file of Zernike coefficients", "a grid, whose header begins with GRD");
+    lines.fail(kind + ", a file of Zernike coefficients", "a grid, whose header begins with GRD");
   if (!is_grid_header(line) || word.size() < 4)
-    fail(internal::quoted(line), "the header GRD nx ny SUR|WFR WVL w SSZ s [NDA n] [XSC x]");
+    lines.fail(in_quotes(line), "the header GRD nx ny SUR|WFR WVL w SSZ s [NDA n] [XSC x]");
   IntHeader header;
   // The first number counts the points along x.
-  header.columns = *number<std::int64_t>(word[1]);
-  header.rows = *number<std::int64_t>(word[2]);
+  header.columns = *parse_number<std::int64_t>(word[1]);
+  header.rows = *parse_number<std::int64_t>(word[2]);
   if (header.columns < 1 || header.rows < 1 || header.columns > kMostMapPoints ||
       header.rows > kMostMapPoints / header.columns)
-    fail(fmt::format("a grid of {} x {} points", header.columns, header.rows),
-         fmt::format("1 to {} points", kMostMapPoints));
-  const std::string type = upper(word[3]);
-  require_height_type(path, place, type);
+    lines.fail(fmt::format("a grid of {} x {} points", header.columns, header.rows),
+               fmt::format("1 to {} points", kMostMapPoints));
+  const std::string type = upper_case(word[3]);
+  require_height_type(lines, type);
   header.wavefront = type == "WFR";
   for (std::size_t i = 4; i < word.size(); ++i) {
-    const std::string key = upper(word[i]);
+    const std::string key = upper_case(word[i]);
     if (key == "NNB" || key == "NNR") continue;  // how to interpolate, no matter here
     if (key != "WVL" && key != "SSZ" && key != "NDA" && key != "XSC")
-      fail(internal::quoted(word[i]), "WVL, SSZ, NDA, XSC or NNB");
+      lines.fail(in_quotes(word[i]), "WVL, SSZ, NDA, XSC or NNB");
     const std::string_view text = i + 1 < word.size() ? word[++i] : std::string_view();
-    const auto value = number<double>(text);
+    const auto value = parse_finite(text);
     if (key == "NDA") {
-      const auto mark = number<std::int64_t>(text);
-      if (!mark) fail("NDA " + internal::quoted(text), "an integer");
+      const auto mark = parse_number<std::int64_t>(text);
+      if (!mark) lines.fail("NDA " + in_quotes(text), "an integer");
       header.no_data = *mark;
     } else if (!value || *value <= 0) {
-      fail(key + " " + internal::quoted(text), "a positive number");
+      lines.fail(key + " " + in_quotes(text), "a positive number");
     } else if (key == "WVL") {
       header.wavelength = *value * kMetresPerMicrometre;
     } else if (key == "SSZ") {
@@ -95,24 +86,29 @@ IntHeader read_header(const std::string& path, const std::string& place, std::st
       header.x_scale = *value;
     }
   }
-  if (header.counts_per_wave == 0) fail("no SSZ", "SSZ, the counts per wavelength");
+  if (header.counts_per_wave == 0) lines.fail("no SSZ", "SSZ, the counts per wavelength");
   return header;
 }
 
+// A file without a title shows its header at once; the numbers after it are no second one.
+bool begins_with_header(const std::string& path) {
+  TextLines lines(path);
+  std::string_view line;
+  if (!next_with_content(&lines, &line) || !is_grid_header(line)) return false;
+  return !next_with_content(&lines, &line) || line.find_first_not_of("+-0123456789 \t") == line.npos;
+}
+
 // Title and header: the first two lines with content that are no comments; a blank title is no line.
-std::string_view find_header(const std::string& path, LineReader* lines, std::string* label) {
-  std::string_view title, line;
-  if (!lines->next_with_content(&title))
+IntHeader find_header(const std::string& path, TextLines* lines, std::string* label) {
+  std::string_view line;
+  if (!next_with_content(lines, &line))
     throw InputError(path, "line 1", "no text", "a title and a header GRD nx ny SUR|WFR ...");
-  // A file without a title shows its header at once; the numbers after it are no second one.
-  LineReader after_title = *lines;
-  const bool header_follows =
-      after_title.next_with_content(&line) && line.find_first_not_of("+-0123456789 \t") != line.npos;
-  if (is_grid_header(title) && !header_follows) return title;
-  *label = one_line(title, 80);
-  if (!lines->next_with_content(&line))
-    throw InputError(path, lines->place(), "the end of the file", "a header GRD nx ny SUR|WFR ...");
-  return line;
+  if (!begins_with_header(path)) {
+    *label = one_line(line, 80);
+    if (!next_with_content(lines, &line))
+      lines->fail("the end of the file", "a header GRD nx ny SUR|WFR ...");
+  }
+  return read_header(*lines, line);
 }
 
 }  // namespace
@@ -120,22 +116,18 @@ std::string_view find_header(const std::string& path, LineReader* lines, std::st
 HeightMap read_codev_int(const MeasuredSource& source) {
   require_sane_options(source);
   const std::string& path = source.path;
-  const std::string bytes = read_map_bytes(path);
-  LineReader lines(bytes);
+  TextLines lines(path);
   std::string label;
-  const std::string_view header_line = find_header(path, &lines, &label);
-  const std::string header_place = lines.place();
-  const IntHeader header = read_header(path, header_place, header_line);
+  const IntHeader header = find_header(path, &lines, &label);
   const std::optional<double> wavelength =
       agreed_length(path, "wavelength", source.wavelength, header.wavelength, kSameWavelength);
-  if (!wavelength) throw InputError(path, header_place, "no WVL", "WVL [um], or option 'wavelength'");
+  if (!wavelength) lines.fail("no WVL", "WVL [um], or option 'wavelength'");
   // Every value takes a digit and a blank, so what the file cannot hold is not allocated.
   const std::int64_t points = header.columns * header.rows;
   if (points > std::int64_t(lines.bytes_left() / 2 + 1))
-    throw InputError(path, header_place,
-                     fmt::format("a grid of {} x {} points before {} bytes of data", header.columns,
-                                 header.rows, lines.bytes_left()),
-                     "a file that holds every point");
+    lines.fail(fmt::format("a grid of {} x {} points before {} bytes of data", header.columns, header.rows,
+                           lines.bytes_left()),
+               "a file that holds every point");
   const double factor = *wavelength / header.counts_per_wave *
                         surface_per_height(agreed_wavefront(path, source.wavefront, header.wavefront));
 
@@ -148,13 +140,13 @@ HeightMap read_codev_int(const MeasuredSource& source) {
   map.label = label;
   std::int64_t point = 0;
   std::string_view line;
-  while (lines.next_with_content(&line))
-    for (const std::string_view word : words(line)) {
-      const auto value = number<std::int64_t>(word);
-      if (!value) throw InputError(path, lines.place(), internal::quoted(word), "an integer");
+  while (next_with_content(&lines, &line))
+    for (const std::string_view word : words(line, kControls)) {
+      const auto value = parse_number<std::int64_t>(word);
+      if (!value) lines.fail(in_quotes(word), "an integer");
       if (point == points)
-        throw InputError(path, lines.place(), "a number after the last point",
-                         fmt::format("{} x {} numbers", header.columns, header.rows));
+        lines.fail("a number after the last point",
+                   fmt::format("{} x {} numbers", header.columns, header.rows));
       // The top row comes first.
       if (*value != header.no_data)
         map.height(header.rows - 1 - point / header.columns, point % header.columns) =
@@ -162,8 +154,8 @@ HeightMap read_codev_int(const MeasuredSource& source) {
       ++point;
     }
   if (point < points)
-    throw InputError(path, lines.place(), fmt::format("the end of the file after {} numbers", point),
-                     fmt::format("{} x {} numbers", header.columns, header.rows));
+    lines.fail(fmt::format("the end of the file after {} numbers", point),
+               fmt::format("{} x {} numbers", header.columns, header.rows));
   return map;
 }
 

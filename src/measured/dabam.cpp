@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "aberfit/core/errors.h"
@@ -40,13 +39,9 @@ Paths paths_of(const std::string& path) {
 Json read_metadata(const std::string& path) {
   constexpr std::size_t kLargest = std::size_t(1) << 20;
   const char* const allowed = "JSON metadata of DABAM, an object with FILE_FORMAT";
-  std::error_code code;
-  std::ifstream file;
-  if (fs::is_regular_file(path, code)) file.open(path, std::ios::binary);
-  if (!file.is_open()) throw InputError(path, "", "a file that cannot be opened", allowed);
-  std::string text(kLargest + 1, '\0');
-  file.read(text.data(), std::streamsize(text.size()));
-  text.resize(std::size_t(file.gcount()));
+  const std::optional<std::string> bytes = file_bytes(path, kLargest + 1);
+  if (!bytes) throw InputError(path, "", "a file that cannot be opened", allowed);
+  const std::string& text = *bytes;
   if (text.size() > kLargest)
     throw InputError(path, "", fmt::format("more than {} bytes", kLargest), allowed);
   try {

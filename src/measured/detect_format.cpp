@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -19,18 +18,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kHead = 8192;
 
-// The beginning of a regular file; nothing when it cannot be opened.
-std::optional<std::string> head_of(const std::string& path) {
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) return std::nullopt;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return std::nullopt;
-  std::string head(kHead, '\0');
-  file.read(head.data(), std::streamsize(head.size()));
-  head.resize(std::size_t(file.gcount()));
-  return head;
-}
-
 bool is_dabam_metadata(std::string_view head) {
   if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
   const std::size_t first = head.find_first_not_of(" \t\r\n");
@@ -45,7 +32,7 @@ bool is_dabam(const std::string& path, const std::optional<std::string>& head) {
   const bool data = lower_case(name.extension().string()) == ".dat";
   if (!data && head) return false;
   const std::optional<std::string> metadata =
-      head_of(data ? fs::path(name).replace_extension(".txt").string() : path + ".txt");
+      file_bytes(data ? fs::path(name).replace_extension(".txt").string() : path + ".txt", kHead);
   return metadata && is_dabam_metadata(*metadata);
 }
 
@@ -55,21 +42,15 @@ std::vector<std::string_view> lines_of(std::string_view head) {
   constexpr std::size_t kLong = kHead / 4;
   const bool cut = head.size() == kHead;
   if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
-  std::vector<std::string_view> lines;
-  while (!head.empty()) {
-    const std::size_t end = std::min(head.find_first_of("\r\n"), head.size());
-    const bool without_end = end == head.size();
-    lines.push_back(trimmed(head.substr(0, end)));
-    head.remove_prefix(std::min(end + 1, head.size()));
-    if (cut && without_end) {
-      std::string_view& last = lines.back();
-      const std::size_t separator = last.find_last_of(" \t,;");
-      if (last.size() < kLong || separator == std::string_view::npos) {
-        lines.pop_back();
-      } else {
-        last = trimmed(last.substr(0, separator));
-      }
-    }
+  std::vector<std::string_view> lines = words(head, "\r\n");
+  for (std::string_view& line : lines) line = trimmed(line);
+  if (cut && !lines.empty() && head.find_last_of("\r\n") + 1 != head.size()) {
+    std::string_view& last = lines.back();
+    const std::size_t separator = last.find_last_of(" \t,;");
+    if (last.size() < kLong || separator == std::string_view::npos)
+      lines.pop_back();
+    else
+      last = trimmed(last.substr(0, separator));
   }
   return lines;
 }
@@ -160,7 +141,7 @@ MeasuredFormat columns_format(const std::vector<std::string_view>& lines, bool c
 }  // namespace
 
 MeasuredFormat detect_format(const std::string& path) {
-  const std::optional<std::string> head = head_of(path);
+  const std::optional<std::string> head = file_bytes(path, kHead);
   const auto begins = [&](std::string_view magic) { return head && head->starts_with(magic); };
   for (const char version : {'\x6f', '\x70', '\x71'})
     if (begins(std::string("\x88\x1b\x03") + version)) return MeasuredFormat::kZygo;

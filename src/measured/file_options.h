@@ -7,6 +7,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
+#include "aberfit/measured/read_measurement.h"
 
 // What an option may add to a file: only what the file does not say itself. Messages have the names of the
 // study keys and the words of the command line.
@@ -21,6 +22,15 @@ inline constexpr double kSamePitch = 1e-6, kSameUnit = 1e-6, kSameWavelength = 1
                                        const std::string& found, const std::string& file_says) {
   throw InputError(path, fmt::format("option '{}'", option), found,
                    file_says + ", which the file says; leave the option out");
+}
+
+/// Throws InputError naming `option` unless the option, where given, is finite and not zero (above zero when
+/// `positive`).
+inline void check_option(const MeasuredSource& source, const std::optional<double>& value, const char* option,
+                         bool positive) {
+  if (!value || (std::isfinite(*value) && *value != 0 && (!positive || *value > 0))) return;
+  throw InputError(source.path, fmt::format("option '{}'", option), fmt::format("{:g}", *value),
+                   positive ? "a finite number above zero" : "a finite number other than zero");
 }
 
 /// The length the file says [m], else the option's; refused when they differ by more than `tolerance`.

@@ -94,8 +94,8 @@ enum class Unit { kMetre, kRadian, kWave };
 
 // [m] (or the unit itself) per unit of the file.
 std::pair<double, Unit> unit_of(const std::string& path, const char* key, std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
-  const std::string found = internal::quoted(text);
+  text = lower_case(text);
+  const std::string found = in_quotes(text);
   if (text.size() > 1 && text.ends_with('s')) text.pop_back();
   if (text == "m" || text == "meter" || text == "metre") return {1, Unit::kMetre};
   if (text == "mm" || text == "millimeter" || text == "millimetre") return {1e-3, Unit::kMetre};
@@ -132,7 +132,7 @@ double metres_per_value(const MeasuredSource& source, const MemoryFits& file) {
   if (kind == Unit::kMetre)
     return agreed_factor(source.path, "value_unit", source.value_factor, factor, name);
   if (source.value_factor)  // a length where the file has a phase
-    refuse_option(source.path, "value_unit", "a length", internal::quoted(name));
+    refuse_option(source.path, "value_unit", "a length", in_quotes(name));
   if (!source.wavelength)
     throw InputError(source.path, "BUNIT", kind == Unit::kRadian ? "radians" : "waves",
                      "a length, or option 'wavelength'");

@@ -13,12 +13,6 @@ namespace {
 
 constexpr std::uint64_t kBlock = 2880, kCard = 80;
 
-std::string_view without_padding(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(' ');
-  if (begin == text.npos) return {};
-  return text.substr(begin, text.find_last_not_of(' ') - begin + 1);
-}
-
 // One header: its cards and what follows from them.
 class FitsHeader {
  public:
@@ -31,9 +25,9 @@ class FitsHeader {
       const std::string_view card = bytes.substr(at, kCard);
       for (const char c : card)
         if (c < 0x20 || c == 0x7f)
-          throw InputError(path, fmt::format("header {}, byte {}", hdu, at), quoted(card),
+          throw InputError(path, fmt::format("header {}, byte {}", hdu, at), in_quotes(card),
                            "cards of 80 printable ASCII characters");
-      if (without_padding(card) == "END") {
+      if (trimmed(card) == "END") {
         data_ = (at + kCard + kBlock - 1) / kBlock * kBlock;
         return;
       }
@@ -44,10 +38,10 @@ class FitsHeader {
   /// The value of a key, without its comment and the quotes of a string.
   std::optional<std::string_view> value(std::string_view key) const {
     for (const std::string_view card : cards_) {
-      if (without_padding(card.substr(0, 8)) != key || card.substr(8, 1) != "=") continue;
-      const std::string_view text = without_padding(card.substr(9));
-      if (text.starts_with('\'')) return without_padding(text.substr(1, text.find('\'', 1) - 1));
-      return without_padding(text.substr(0, text.find('/')));
+      if (trimmed(card.substr(0, 8)) != key || card.substr(8, 1) != "=") continue;
+      const std::string_view text = trimmed(card.substr(9));
+      if (text.starts_with('\'')) return trimmed(text.substr(1, text.find('\'', 1) - 1));
+      return trimmed(text.substr(0, text.find('/')));
     }
     return std::nullopt;
   }
@@ -55,9 +49,9 @@ class FitsHeader {
                        std::optional<std::int64_t> otherwise = {}) const {
     const auto text = value(key);
     if (!text && otherwise) return *otherwise;
-    const auto found = text ? number<std::int64_t>(*text) : std::nullopt;
+    const auto found = text ? parse_number<std::int64_t>(*text) : std::nullopt;
     if (!found || *found < least || *found > most)
-      fail(key, text ? quoted(*text) : "no value", fmt::format("an integer from {} to {}", least, most));
+      fail(key, text ? in_quotes(*text) : "no value", fmt::format("an integer from {} to {}", least, most));
     return *found;
   }
   bool is_true(std::string_view key) const { return value(key) == "T"; }
@@ -123,7 +117,7 @@ FitsImage find_fits_image(const std::string& path, std::string_view bytes) {
   if (bytes.starts_with("\x1f\x8b"))
     throw InputError(path, "byte 0", "a file compressed with gzip", "a FITS file, unpacked by gunzip");
   if (!bytes.starts_with("SIMPLE  ="))
-    throw InputError(path, "byte 0", quoted(bytes.substr(0, 9)), "a FITS file, which begins with SIMPLE");
+    throw InputError(path, "byte 0", in_quotes(bytes.substr(0, 9)), "a FITS file, which begins with SIMPLE");
   std::string others;
   FitsImage result;
   std::uint64_t start = 0;

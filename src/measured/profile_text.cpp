@@ -4,6 +4,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/measured/read_measurement.h"
+#include "file_options.h"
 #include "text_columns.h"
 #include "text_columns_names.h"
 #include "text_columns_profile.h"

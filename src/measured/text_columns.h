@@ -1,52 +1,14 @@
 #pragma once
 #include <cstddef>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "aberfit/core/text.h"
+
 namespace aberfit::internal {
-
-/// The largest text a reader takes; what is beyond is refused before it is stored.
-struct TextLimits {
-  std::size_t line_length = std::size_t(1) << 24;  ///< characters of one line
-  std::size_t numbers = std::size_t(1) << 26;      ///< of one file: a map of 8192 x 8192
-};
-
-/// The lines of a text file one after the other. Lines end with LF, CR LF or CR; a UTF-8 byte order mark is
-/// skipped. Throws InputError for what is no regular file, for a line that is too long, and for UTF-16 and
-/// binary files (bytes that are zero).
-class TextLines {
- public:
-  TextLines(const std::string& path, const TextLimits& limits);
-  /// The next line without its end; false at the end of the file. The view lives until the next call.
-  bool next(std::string_view* line);
-  /// Number of the line that `next` gave last, from 1.
-  long number() const { return number_; }
-
- private:
-  bool fill();
-
-  std::string path_;
-  TextLimits limits_;
-  std::ifstream file_;
-  std::vector<char> buffer_;
-  std::size_t begin_ = 0, end_ = 0;
-  std::string line_;
-  long number_ = 0;
-  bool after_return_ = false;
-};
-
-/// Throws InputError "<path>: line <line>: found <found>; allowed: <allowed>".
-[[noreturn]] void fail_at_line(const std::string& path, long line, const std::string& found,
-                               const std::string& allowed);
-/// 'text' for a message: at most 40 characters, unprintable ones as '?'.
-std::string in_quotes(std::string_view text);
-
-std::string_view trimmed(std::string_view text);
-std::string lower_case(std::string_view text);
 
 /// ';', tab or ',' when the line holds one, in this order; else ' ', which stands for runs of blanks.
 char delimiter_of(std::string_view line);
@@ -79,9 +41,9 @@ const std::vector<std::string>& known_text_keys();
 std::optional<std::pair<std::string, std::string>> comment_key(std::string_view line);
 
 struct TextRules {
-  long skip_lines = 0;  ///< lines before the numbers, whatever they hold
-  bool plain = false;   ///< columns between blanks only and no row of names
-  TextLimits limits;
+  long skip_lines = 0;                              ///< lines before the numbers, whatever they hold
+  bool plain = false;                               ///< columns between blanks only and no row of names
+  std::size_t most_numbers = std::size_t(1) << 26;  ///< of one file: a map of 8192 x 8192
 };
 
 /// Reads rows of numbers. '#' starts a comment. Before the first row one row of names may stand, or the last

@@ -143,11 +143,4 @@ std::optional<double> length_key(const TextTable& table, const std::string& key)
   return value;
 }
 
-void check_option(const MeasuredSource& source, const std::optional<double>& value, const char* option,
-                  bool positive) {
-  if (!value || (std::isfinite(*value) && *value != 0 && (!positive || *value > 0))) return;
-  throw InputError(source.path, fmt::format("option '{}'", option), fmt::format("{:g}", *value),
-                   positive ? "a finite number above zero" : "a finite number other than zero");
-}
-
 }  // namespace aberfit::internal

@@ -45,9 +45,4 @@ std::optional<double> length_key(const TextTable& table, const std::string& key)
 /// Value of a key, or nothing.
 std::optional<std::string> key_value(const TextTable& table, const std::string& key);
 
-/// Throws InputError naming `option` unless the option, where given, is finite and not zero (above zero when
-/// `positive`).
-void check_option(const MeasuredSource& source, const std::optional<double>& value, const char* option,
-                  bool positive);
-
 }  // namespace aberfit::internal

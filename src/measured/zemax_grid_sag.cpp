@@ -22,24 +22,20 @@ struct SagHeader {
   double unit = 1;                    // [m]
 };
 
-SagHeader read_header(const std::string& path, LineReader* lines) {
+SagHeader read_header(const std::string& path, TextLines* lines) {
   std::string_view line;
-  const bool found = lines->next_with_content(&line);
-  const auto fail = [&](const std::string& what, const std::string& allowed) {
-    throw InputError(path, found ? lines->place() : "line 1", what, allowed);
-  };
   const std::string form = "seven numbers: nx ny delx dely unitflag xdec ydec";
-  if (!found) fail("no text", form);
-  const auto word = words(line);
-  if (word.size() != 7) fail(fmt::format("{} in {} words", internal::quoted(line), word.size()), form);
+  if (!next_with_content(lines, &line)) throw InputError(path, "line 1", "no text", form);
+  const auto word = words(line, kControls);
+  if (word.size() != 7) lines->fail(fmt::format("{} in {} words", in_quotes(line), word.size()), form);
   const auto integer = [&](std::size_t i, const char* name) {
-    const auto value = number<std::int64_t>(word[i]);
-    if (!value) fail(fmt::format("{} {}", name, internal::quoted(word[i])), "an integer");
+    const auto value = parse_number<std::int64_t>(word[i]);
+    if (!value) lines->fail(fmt::format("{} {}", name, in_quotes(word[i])), "an integer");
     return *value;
   };
   const auto real = [&](std::size_t i, const char* name) {
-    const auto value = number<double>(word[i]);
-    if (!value) fail(fmt::format("{} {}", name, internal::quoted(word[i])), "a number");
+    const auto value = parse_finite(word[i]);
+    if (!value) lines->fail(fmt::format("{} {}", name, in_quotes(word[i])), "a number");
     return *value;
   };
   SagHeader header;
@@ -48,16 +44,16 @@ SagHeader read_header(const std::string& path, LineReader* lines) {
   constexpr std::int64_t kFewest = 5;
   if (header.columns < kFewest || header.rows < kFewest || header.columns > kMostMapPoints ||
       header.rows > kMostMapPoints / header.columns)
-    fail(fmt::format("a grid of {} x {} points", header.columns, header.rows),
-         fmt::format("at least {0} x {0} and at most {1} points", kFewest, kMostMapPoints));
+    lines->fail(fmt::format("a grid of {} x {} points", header.columns, header.rows),
+                fmt::format("at least {0} x {0} and at most {1} points", kFewest, kMostMapPoints));
   constexpr double kMetresPerUnit[] = {1e-3, 1e-2, 25.4e-3, 1};
   const std::int64_t unit = integer(4, "unitflag");
-  if (unit < 0 || unit > 3) fail(fmt::format("unitflag {}", unit), "0 (mm), 1 (cm), 2 (in) or 3 (m)");
+  if (unit < 0 || unit > 3) lines->fail(fmt::format("unitflag {}", unit), "0 (mm), 1 (cm), 2 (in) or 3 (m)");
   header.unit = kMetresPerUnit[unit];
   header.step_x = real(2, "delx") * header.unit;
   header.step_y = real(3, "dely") * header.unit;
   if (!(header.step_x > 0 && header.step_y > 0))
-    fail(fmt::format("spacing {} x {}", word[2], word[3]), "positive numbers");
+    lines->fail(fmt::format("spacing {} x {}", word[2], word[3]), "positive numbers");
   header.centre_x = real(5, "xdec") * header.unit;
   header.centre_y = real(6, "ydec") * header.unit;
   return header;
@@ -66,16 +62,14 @@ SagHeader read_header(const std::string& path, LineReader* lines) {
 }  // namespace
 
 GridSag read_zemax_grid_sag_with_derivatives(const std::string& path) {
-  const std::string bytes = read_map_bytes(path);
-  LineReader lines(bytes);
+  TextLines lines(path);
   const SagHeader header = read_header(path, &lines);
   // The shortest line is "0 0 0 0" and its end; what the file cannot hold is not allocated.
   const std::int64_t points = header.columns * header.rows;
   if (points > std::int64_t((lines.bytes_left() + 1) / 8))
-    throw InputError(path, lines.place(),
-                     fmt::format("a grid of {} x {} points before {} bytes of data", header.columns,
-                                 header.rows, lines.bytes_left()),
-                     "a file with a line for every point");
+    lines.fail(fmt::format("a grid of {} x {} points before {} bytes of data", header.columns, header.rows,
+                           lines.bytes_left()),
+               "a file with a line for every point");
   GridSag sag;
   sag.map = empty_map(header.rows, header.columns, header.step_x, header.step_y);
   sag.map.x0 += header.centre_x;
@@ -84,23 +78,21 @@ GridSag read_zemax_grid_sag_with_derivatives(const std::string& path) {
   const std::string form = "z dz/dx dz/dy d2z/dxdy [nodata]";
   std::int64_t point = 0;
   std::string_view line;
-  for (; lines.next_with_content(&line); ++point) {
+  for (; next_with_content(&lines, &line); ++point) {
     if (point == points)
-      throw InputError(path, lines.place(), "a line after the last point",
-                       fmt::format("{} x {} lines", header.columns, header.rows));
-    const auto word = words(line);
+      lines.fail("a line after the last point", fmt::format("{} x {} lines", header.columns, header.rows));
+    const auto word = words(line, kControls);
     if (word.size() != 4 && word.size() != 5)
-      throw InputError(path, lines.place(),
-                       fmt::format("{} in {} words", internal::quoted(line), word.size()), form);
+      lines.fail(fmt::format("{} in {} words", in_quotes(line), word.size()), form);
     double value[4];
     for (std::size_t i = 0; i < 4; ++i) {
-      const auto read = number<double>(word[i]);
-      if (!read) throw InputError(path, lines.place(), internal::quoted(word[i]), "a number; " + form);
+      const auto read = parse_finite(word[i]);
+      if (!read) lines.fail(in_quotes(word[i]), "a number; " + form);
       value[i] = *read;
     }
-    const auto no_data = word.size() == 5 ? number<std::int64_t>(word[4]) : std::optional<std::int64_t>(0);
-    if (!no_data)
-      throw InputError(path, lines.place(), "nodata " + internal::quoted(word[4]), "an integer, 0 for valid");
+    const auto no_data =
+        word.size() == 5 ? parse_number<std::int64_t>(word[4]) : std::optional<std::int64_t>(0);
+    if (!no_data) lines.fail("nodata " + in_quotes(word[4]), "an integer, 0 for valid");
     if (*no_data != 0) continue;
     // From the corner (-x, +y) to the right, then downwards.
     const Eigen::Index row = header.rows - 1 - point / header.columns, column = point % header.columns;
@@ -110,8 +102,8 @@ GridSag read_zemax_grid_sag_with_derivatives(const std::string& path) {
     sag.dxdy(row, column) = value[3] / header.unit;
   }
   if (point < points)
-    throw InputError(path, lines.place(), fmt::format("the end of the file after {} points", point),
-                     fmt::format("{} x {} lines", header.columns, header.rows));
+    lines.fail(fmt::format("the end of the file after {} points", point),
+               fmt::format("{} x {} lines", header.columns, header.rows));
   return sag;
 }
 

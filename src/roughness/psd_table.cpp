@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
-#include <fstream>
 #include <string_view>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/core/text.h"
 #include "aberfit/roughness/psd_integrals.h"
 
 namespace aberfit {
@@ -18,26 +17,6 @@ namespace {
 constexpr const char* kAllowed =
     "rows of two or more numbers (frequency, PSD), both positive, frequencies ascending; '#' comments; one "
     "header row";
-
-std::vector<std::string_view> fields_of(std::string_view line) {
-  constexpr std::string_view kSeparators = ",; \t\r";
-  line = line.substr(0, line.find('#'));
-  std::vector<std::string_view> fields;
-  for (std::size_t begin = line.find_first_not_of(kSeparators); begin != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(kSeparators, begin), line.size());
-    fields.push_back(line.substr(begin, end - begin));
-    begin = line.find_first_not_of(kSeparators, end);
-  }
-  return fields;
-}
-
-std::optional<double> number(std::string_view text) {
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 
 double interpolate(const TablePsd& table, double f) { return RadialPsd(table)(f); }
 
@@ -132,26 +111,25 @@ PsdTableResult psd_from_table(const std::vector<double>& frequency, const std::v
 }
 
 PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& options) {
-  std::ifstream file(path);
-  if (!file) throw InputError(path, "", "a file that cannot be opened", kAllowed);
+  TextLines file(path);
   std::vector<double> frequency, psd;
   std::vector<int> lines;
   bool header_seen = false;
-  std::string line;
-  for (int line_number = 1; std::getline(file, line); ++line_number) {
-    const std::vector<std::string_view> fields = fields_of(line);
+  std::string_view line;
+  while (file.next(&line)) {
+    const std::vector<std::string_view> fields = words(line.substr(0, line.find('#')), ",; \t\r");
     if (fields.empty()) continue;
-    const std::optional<double> first = number(fields[0]);
-    const std::optional<double> second = fields.size() > 1 ? number(fields[1]) : std::nullopt;
+    const std::optional<double> first = parse_number<double>(fields[0]);
+    const std::optional<double> second = fields.size() > 1 ? parse_number<double>(fields[1]) : std::nullopt;
     if (!first && !header_seen && lines.empty()) {
       header_seen = true;
       continue;
     }
     if (!first || !second)
-      throw InputError(path, "", fmt::format("line {}: \"{}\"", line_number, line.substr(0, 60)), kAllowed);
+      throw InputError(path, "", fmt::format("line {}: \"{}\"", file.number(), line.substr(0, 60)), kAllowed);
     frequency.push_back(*first);
     psd.push_back(*second);
-    lines.push_back(line_number);
+    lines.push_back(int(file.number()));
   }
   return psd_from_table(frequency, psd, options, path, lines);
 }

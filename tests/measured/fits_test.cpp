@@ -138,7 +138,7 @@ TEST(Fits, KnowsTheUnitsOfBunit) {
   EXPECT_NEAR(read_bytes(six(16, {{"Z_UNIT", "'meters'"}})).height(0, 1), 2, 1e-13);
   const InputError error = refusal([] { read_bytes(six(16, {{"BUNIT", "'furlong'"}})); });
   EXPECT_EQ(error.pointer(), "BUNIT");
-  EXPECT_EQ(error.found(), "\"furlong\"");
+  EXPECT_EQ(error.found(), "'furlong'");
 }
 
 TEST(Fits, RadiansNeedAWavelength) {

@@ -187,7 +187,7 @@ TEST(ProfileText, EndlessLinesAndFilesAreRefusedBeforeTheyAreStored) {
   EXPECT_NE(message.find("line 2: found more than 16777216 characters"), std::string::npos) << message;
   // More numbers than the limit; a small limit stands for the large one.
   TextRules rules;
-  rules.limits.numbers = 5;
+  rules.most_numbers = 5;
   const std::string path = scratch.write("many.csv", "1,2\n3,4\n5,6\n");
   EXPECT_NE(input_error([&] { read_text_table(path, rules); }).find("line 3: found more than 5 numbers"),
             std::string::npos);

@@ -177,7 +177,7 @@ TEST(ZemaxGridSag, RefusesDamageAndSaysWhere) {
   std::string text = small_file(0);
   text.replace(text.find("0.01"), 4, "abcd");
   EXPECT_EQ(refused(text).pointer(), "line 2");
-  EXPECT_EQ(refused(text).found(), "\"abcd\"");
+  EXPECT_EQ(refused(text).found(), "'abcd'");
   refused("");
   refused("!\n\n");
 }
