@@ -21,30 +21,23 @@ constexpr const char* kZfrHeader = "a header \"ZFR n SUR|WFR WVL micrometres SSZ
 // (1 + 300)^2: every mode of n <= 300. A damaged count beyond it must not become a wish for memory.
 constexpr int kMostTerms = 90601;
 
-std::string upper(std::string_view word) {
-  std::string result(word);
-  for (char& c : result)
-    if (c >= 'a' && c <= 'z') c = char(c - 'a' + 'A');
-  return result;
-}
-
 struct ZfrHeader {
   int terms = 0;
   double metres = 0;  // of the surface for a coefficient of 1
 };
 
 ZfrHeader header_of(const ListingLines& file) {
-  const std::vector<std::string_view> words = ListingLines::words(file.text());
-  if (words.size() < 3 || upper(words[0]) != "ZFR") file.fail(file.text(), kZfrHeader);
+  const std::vector<std::string_view> words = aberfit::words(file.text());
+  if (words.size() < 3 || upper_case(words[0]) != "ZFR") file.fail(file.text(), kZfrHeader);
   ZfrHeader header;
   header.terms = file.integer(words[1], "number of coefficients");
   if (header.terms < 1 || header.terms > kMostTerms)
     file.fail(words[1], fmt::format("number of coefficients: 1 .. {}", kMostTerms));
-  const std::string kind = upper(words[2]);
+  const std::string kind = upper_case(words[2]);
   if (kind != "SUR" && kind != "WFR") file.fail(words[2], "SUR (surface) or WFR (wavefront)");
   std::optional<double> wavelength, scale;
   for (std::size_t i = 3; i < words.size(); i += 2) {
-    const std::string key = upper(words[i]);
+    const std::string key = upper_case(words[i]);
     std::optional<double>* value = key == "WVL" ? &wavelength : key == "SSZ" ? &scale : nullptr;
     if (value == nullptr || value->has_value() || i + 1 == words.size()) file.fail(words[i], kZfrHeader);
     *value = file.number(words[i + 1], key);
@@ -83,7 +76,7 @@ std::string codev_zfr_text(const ExportInput& input) {
 }  // namespace internal
 
 std::vector<double> read_codev_zfr(const std::string& path) {
-  ListingLines file(path, kZfrFile);
+  ListingLines file(path);
   const auto next = [&] {
     bool there = file.next();
     while (there && file.text().front() == '!') there = file.next();
@@ -94,7 +87,7 @@ std::vector<double> read_codev_zfr(const std::string& path) {
   const ZfrHeader header = header_of(file);
   std::vector<double> coefficients;
   while (next()) {
-    for (const std::string_view word : ListingLines::words(file.text())) {
+    for (const std::string_view word : aberfit::words(file.text())) {
       if (int(coefficients.size()) == header.terms)
         file.fail(word, fmt::format("the end of the file after {} coefficients", header.terms));
       const double value = file.number(word, "coefficient") * header.metres;

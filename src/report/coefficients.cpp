@@ -2,9 +2,7 @@
 
 #include <array>
 #include <cassert>
-#include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
@@ -13,6 +11,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/report/result.h"
 #include "aberfit/scene/zernike.h"
+#include "listing_lines.h"
 
 namespace aberfit {
 namespace {
@@ -39,12 +38,6 @@ std::string deviation(const Eigen::VectorXd& std, Eigen::Index i) {
   return i < std.size() && std::isfinite(std[i]) ? shortest(std[i]) : "";
 }
 
-std::string_view trim(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
 // One row of the file, not yet looked up in a set.
 struct Row {
   enum class Kind { kZernike, kCos, kSin, kSpherical } kind = Kind::kZernike;
@@ -57,96 +50,70 @@ struct Row {
 
 class Reader {
  public:
-  explicit Reader(const std::string& path) : path_(path) {}
+  explicit Reader(const std::string& path) : file_(path) {}
 
   std::vector<Row> read(double* radius) {
-    std::ifstream in(path_);
-    if (!in) throw InputError(path_, "", "a file that cannot be read", "a CSV file of coefficients");
     std::vector<Row> rows;
     std::optional<double> found_radius;
     bool columns = false;
-    for (std::string line; std::getline(in, line);) {
-      ++line_;
-      const std::string_view text = trim(line);
-      if (text.empty()) continue;
+    while (file_.next()) {
+      const std::string_view text = file_.text();
       if (text.starts_with(kRadiusKey.substr(0, kRadiusKey.find('=')))) {
-        found_radius = number(trim(text.substr(text.find('=') + 1)), "a radius [m]");
-        if (!(*found_radius > 0)) fail(text, "a radius above 0");
+        found_radius = file_.number(trimmed(text.substr(text.find('=') + 1)), "a radius [m]");
+        if (!(*found_radius > 0)) file_.fail(text, "a radius above 0");
       } else if (text.front() == '#') {
         continue;
       } else if (!columns) {
-        if (text != kColumnNames) fail(text, "the columns " + std::string(kColumnNames));
+        if (text != kColumnNames) file_.fail(text, "the columns " + std::string(kColumnNames));
         columns = true;
       } else {
         rows.push_back(row(text));
       }
     }
-    if (in.bad())
-      throw InputError(path_, "", "a file that cannot be read to its end", "a CSV file of coefficients");
-    if (!columns) throw InputError(path_, "", "no line of column names", std::string(kColumnNames));
-    if (!found_radius)
-      throw InputError(path_, "", "no radius", "a line \"" + std::string(kRadiusKey) + "...\"");
+    if (!columns) file_.fail_whole("no line of column names", std::string(kColumnNames));
+    if (!found_radius) file_.fail_whole("no radius", "a line \"" + std::string(kRadiusKey) + "...\"");
     *radius = *found_radius;
     return rows;
   }
 
  private:
-  [[noreturn]] void fail(std::string_view found, const std::string& allowed) const {
-    throw InputError(path_, "line " + std::to_string(line_), "\"" + std::string(found) + "\"", allowed);
-  }
-
-  double number(std::string_view text, const std::string& what) const {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
-      fail(text, what + ": a finite number");
-    return value;
-  }
-
-  int integer(std::string_view text, const std::string& what) const {
-    int value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size()) fail(text, what + ": an integer");
-    return value;
-  }
-
   Row row(std::string_view text) const {
     std::array<std::string_view, 8> cell;
     std::size_t count = 0, begin = 0;
     for (;; ++count) {
       const std::size_t comma = text.find(',', begin);
-      if (count < cell.size()) cell[count] = trim(text.substr(begin, comma - begin));
+      if (count < cell.size()) cell[count] = trimmed(text.substr(begin, comma - begin));
       if (comma == std::string_view::npos) break;
       begin = comma + 1;
     }
-    if (count + 1 != cell.size()) fail(text, "8 cells: " + std::string(kColumnNames));
+    if (count + 1 != cell.size()) file_.fail(text, "8 cells: " + std::string(kColumnNames));
 
     Row row;
-    row.line = line_;
+    row.line = int(file_.line());
     if (cell[0] == "zernike") {
-      row.mode = {integer(cell[1], "n"), integer(cell[2], "m")};
-      if (!is_zernike_mode(row.mode)) fail(text, "n >= |m| with n - |m| even");
+      row.mode = {file_.integer(cell[1], "n"), file_.integer(cell[2], "m")};
+      if (!is_zernike_mode(row.mode)) file_.fail(text, "n >= |m| with n - |m| even");
       // The index is there for people; where it is given it must agree, or somebody renumbered the file in
       // another scheme.
-      if (!cell[3].empty() && integer(cell[3], "noll") != noll_index(row.mode))
-        fail(cell[3], "Noll's index of this (n, m), " + std::to_string(noll_index(row.mode)));
+      if (!cell[3].empty() && file_.integer(cell[3], "noll") != noll_index(row.mode))
+        file_.fail(cell[3], "Noll's index of this (n, m), " + std::to_string(noll_index(row.mode)));
     } else if (cell[0] == "cos" || cell[0] == "sin") {
       row.kind = cell[0] == "cos" ? Row::Kind::kCos : Row::Kind::kSin;
-      row.wave = {number(cell[4], "fx_per_m"), number(cell[5], "fy_per_m")};
+      row.wave = {file_.number(cell[4], "fx_per_m"), file_.number(cell[5], "fy_per_m")};
     } else if (cell[0] == "spherical") {
       row.kind = Row::Kind::kSpherical;
-      row.power = integer(cell[1], "n");
-      if (row.power < 4 || row.power > 12 || row.power % 2 != 0) fail(cell[1], "n of 4, 6, 8, 10 or 12");
+      row.power = file_.integer(cell[1], "n");
+      if (row.power < 4 || row.power > 12 || row.power % 2 != 0)
+        file_.fail(cell[1], "n of 4, 6, 8, 10 or 12");
     } else {
-      fail(cell[0], "zernike, cos, sin or spherical");
+      file_.fail(cell[0], "zernike, cos, sin or spherical");
     }
-    row.value = number(cell[6], "value_m");
-    if (!cell[7].empty()) number(cell[7], "std_m");
+    row.value = file_.number(cell[6], "value_m");
+    if (!cell[7].empty()) file_.number(cell[7], "std_m");
     return row;
   }
 
-  std::string path_;
-  int line_ = 0;
+  internal::ListingLines file_;
 };
 
 // Where each term of a set stands in the coefficient vector.

@@ -53,7 +53,7 @@ std::string radial_text(int n, int m) {
 
 std::string squeezed(std::string_view text) {
   std::string result;
-  for (const std::string_view word : ListingLines::words(text)) {
+  for (const std::string_view word : aberfit::words(text)) {
     if (!result.empty()) result += ' ';
     result += word;
   }
@@ -68,7 +68,7 @@ struct ListingHeader {
 
 double positive_length(const ListingLines& file, std::string_view value, const std::string& key,
                        const std::vector<std::string_view>& units, double factor) {
-  const std::vector<std::string_view> words = ListingLines::words(value);
+  const std::vector<std::string_view> words = aberfit::words(value);
   if (words.size() != 2 || std::find(units.begin(), units.end(), words[1]) == units.end())
     file.fail(value, key + ": a number and its unit, " + std::string(units[0]));
   const double length = file.number(words[0], key) * factor;
@@ -79,8 +79,8 @@ double positive_length(const ListingLines& file, std::string_view value, const s
 void header_line(const ListingLines& file, ListingHeader* header) {
   const std::size_t colon = file.text().find(':');
   if (colon == std::string_view::npos) return;
-  const std::string_view key = ListingLines::trim(file.text().substr(0, colon));
-  const std::string_view value = ListingLines::trim(file.text().substr(colon + 1));
+  const std::string_view key = trimmed(file.text().substr(0, colon));
+  const std::string_view value = trimmed(file.text().substr(colon + 1));
   const auto once = [&](bool there) {
     if (there) file.fail(file.text(), "each line of the header once");
   };
@@ -111,7 +111,7 @@ double coefficient(const ListingLines& file, int j) {
   const std::string_view text = file.text();
   const std::size_t colon = text.find(':');
   const std::string form = fmt::format("\"Z {} value : {}\"", j, zernike_polynomial_text(j));
-  const std::vector<std::string_view> words = ListingLines::words(text.substr(0, colon));
+  const std::vector<std::string_view> words = aberfit::words(text.substr(0, colon));
   if (colon == std::string_view::npos || words.size() != 3 || words[0] != "Z") file.fail(text, form);
   if (file.integer(words[1], "index") != j) file.fail(text, form);
   // Fringe or OSA order under the same numbers shows here.
@@ -179,7 +179,7 @@ std::string zernike_listing_text(const ExportInput& input) {
 }  // namespace internal
 
 ZernikeListing read_zernike_listing(const std::string& path) {
-  ListingLines file(path, kListingFile);
+  ListingLines file(path);
   if (!file.next()) file.fail_whole("an empty file", kListingFile);
   if (file.text() != kFirstLine) file.fail(file.text(), "\"" + std::string(kFirstLine) + "\"");
   ZernikeListing listing;

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "aberfit/core/text.h"
 #include "aberfit/study/published.h"
 #include "describe_names.h"
 #include "expression.h"
-#include "published_number.h"
 
 namespace aberfit::internal {
 namespace {
@@ -83,7 +83,7 @@ void describe(Visitor& v, PublishedNumber& number) {
          number.printed, true);
   v.quantity({"value", "the same as a number; absent: that of printed, if it is one", Need::kOptional, "76"},
              number.value, kNumber, Range::any());
-  const std::optional<double> printed = number_of(number.printed);
+  const std::optional<double> printed = parse_finite(number.printed);
   v.check(!printed || !number.value || *printed == *number.value, "value",
           number.value ? fmt::format("{}", *number.value) : "", "the number in printed, " + number.printed);
   if (!number.value) number.value = printed;

@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
+#include "aberfit/core/text.h"
 #include "aberfit/study/measured_psd.h"
 #include "statistic_key.h"
 
@@ -58,54 +57,33 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
   }
 }
 
-// Two numbers of a CSV line; false for anything else.
-bool two_numbers(std::string_view line, double* first, double* second) {
-  const auto skip = [&](std::string_view characters) {
-    line.remove_prefix(std::min(line.find_first_not_of(characters), line.size()));
-  };
-  for (double* value : {first, second}) {
-    skip(" \t");
-    const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), *value);
-    if (error != std::errc{} || !std::isfinite(*value)) return false;
-    line.remove_prefix(std::size_t(end - line.data()));
-    if (value == first) {
-      const std::size_t before = line.size();
-      skip(" \t,;");
-      if (line.size() == before) return false;
-    }
-  }
-  skip(" \t\r");
-  return line.empty();
-}
-
 // '#' starts a comment; one row of names may stand before the numbers.
 void load_profile(const Study& study, StatisticRequest& request, const std::string& pointer) {
   const char* const allowed =
       "two columns, dz [m] ascending and share of the light from 0 to 1; at least 2 rows";
-  std::ifstream file(locate(study, request.file, pointer));
-  const auto fail = [&](int number, const std::string& line) {
-    throw InputError(study.path, pointer,
-                     fmt::format("in \"{}\", line {}: \"{}\"", request.file, number, line.substr(0, 60)),
-                     allowed);
+  TextLines file(locate(study, request.file, pointer));
+  std::string_view line;
+  const auto fail = [&] {
+    throw InputError(
+        study.path, pointer,
+        fmt::format("in \"{}\", line {}: \"{}\"", request.file, file.number(), line.substr(0, 60)), allowed);
   };
   request.profile_dz.clear();
   request.profile_value.clear();
   bool header_seen = false;
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    const std::string text = line.substr(0, line.find('#'));
-    if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
-    double dz = 0, share = 0;
-    if (!two_numbers(text, &dz, &share)) {
-      const bool names = text.find_first_of("0123456789") != text.find_first_not_of(" \t") && !header_seen;
-      if (!names || !request.profile_dz.empty()) fail(number, line);
+  while (file.next(&line)) {
+    const std::vector<std::string_view> cells = words(line.substr(0, line.find('#')), " \t\r,;");
+    if (cells.empty()) continue;
+    const std::optional<double> dz = parse_finite(cells[0]);
+    const std::optional<double> share = cells.size() == 2 ? parse_finite(cells[1]) : std::nullopt;
+    if (!dz && !header_seen && request.profile_dz.empty()) {
       header_seen = true;
       continue;
     }
-    const bool ascending = request.profile_dz.empty() || dz > request.profile_dz.back();
-    if (!ascending || !(share >= 0 && share <= 1)) fail(number, line);
-    request.profile_dz.push_back(dz);
-    request.profile_value.push_back(share);
+    if (!dz || !share || !(*share >= 0 && *share <= 1)) fail();
+    if (!request.profile_dz.empty() && !(*dz > request.profile_dz.back())) fail();
+    request.profile_dz.push_back(*dz);
+    request.profile_value.push_back(*share);
   }
   if (request.profile_dz.size() < 2)
     throw InputError(study.path, pointer,

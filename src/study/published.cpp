@@ -11,8 +11,8 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/text.h"
 #include "expression.h"
-#include "published_number.h"
 
 namespace aberfit {
 using namespace internal;
@@ -86,11 +86,12 @@ const std::vector<std::string>& published_verdicts() {
 }
 
 double half_last_digit(const std::string& printed) {
-  if (!number_of(printed)) return std::nan("");
+  if (!parse_finite(printed)) return std::nan("");
   const std::size_t mantissa_end = std::min(printed.find_first_of("eE"), printed.size());
   const std::size_t point = printed.find('.');
   const double decimals = point < mantissa_end ? double(mantissa_end - point - 1) : 0.0;
-  const double exponent = mantissa_end < printed.size() ? *number_of(printed.substr(mantissa_end + 1)) : 0.0;
+  const double exponent =
+      mantissa_end < printed.size() ? *parse_finite(printed.substr(mantissa_end + 1)) : 0.0;
   return 0.5 * std::pow(10.0, exponent - decimals);
 }
 
