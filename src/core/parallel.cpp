@@ -33,6 +33,7 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
   }
   std::atomic<std::size_t> next = 0;
   std::exception_ptr failure;  // an exception must not leave a thread
+  std::size_t failed = count;  // the first body of those that threw
   std::mutex failure_mutex;
   const auto work = [&] {
     const InTeam mark;
@@ -41,7 +42,7 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
         body(i);
       } catch (...) {
         const std::lock_guard lock(failure_mutex);
-        if (!failure) failure = std::current_exception();
+        if (i < failed) failed = i, failure = std::current_exception();
       }
     }
   };

@@ -7,7 +7,6 @@
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <cstdint>
-#include <exception>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -357,30 +356,23 @@ Eigen::VectorXd GeneralisedHarveyShack::predict(const std::vector<Statistic>& st
   for (const auto& [dz, members] : planes) tasks.push_back(members);
   Eigen::VectorXd result(Eigen::Index(statistics.size()));
   if (curve_slope) curve_slope->setConstant(result.size(), kNaN);
-  std::vector<std::exception_ptr> failures(tasks.size());
   parallel_for(tasks.size(), threads, [&](std::size_t t) {
-    try {
-      if (t < single) {
-        result[Eigen::Index(tasks[t][0])] = (*this)(statistics[tasks[t][0]]);
-        return;
-      }
-      std::optional<MeanSpot> spot;
-      for (const std::size_t i : tasks[t]) {
-        const auto* radius = std::get_if<EncircledEnergyRadius>(&statistics[i]);
-        const auto* through = std::get_if<RingThrough>(&statistics[i]);
-        if (!spot) spot = at_plane(radius ? radius->dz : through->dz);
-        result[Eigen::Index(i)] = radius ? spot->encircled_energy_radius(radius->fraction)
-                                         : spot->encircled_energy(through->ring_radius);
-        if (curve_slope && radius)
-          (*curve_slope)[Eigen::Index(i)] =
-              result[Eigen::Index(i)] * spot->encircled_energy_slope(result[Eigen::Index(i)]);
-      }
-    } catch (...) {
-      failures[t] = std::current_exception();
+    if (t < single) {
+      result[Eigen::Index(tasks[t][0])] = (*this)(statistics[tasks[t][0]]);
+      return;
+    }
+    std::optional<MeanSpot> spot;
+    for (const std::size_t i : tasks[t]) {
+      const auto* radius = std::get_if<EncircledEnergyRadius>(&statistics[i]);
+      const auto* through = std::get_if<RingThrough>(&statistics[i]);
+      if (!spot) spot = at_plane(radius ? radius->dz : through->dz);
+      result[Eigen::Index(i)] = radius ? spot->encircled_energy_radius(radius->fraction)
+                                       : spot->encircled_energy(through->ring_radius);
+      if (curve_slope && radius)
+        (*curve_slope)[Eigen::Index(i)] =
+            result[Eigen::Index(i)] * spot->encircled_energy_slope(result[Eigen::Index(i)]);
     }
   });
-  for (const std::exception_ptr& failure : failures)
-    if (failure) std::rethrow_exception(failure);
   return result;
 }
 

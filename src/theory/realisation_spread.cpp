@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <boost/math/tools/roots.hpp>
 #include <cmath>
-#include <exception>
 #include <map>
 #include <optional>
 #include <stdexcept>
@@ -146,16 +145,8 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
     if (is_new) grid->second.set_frequencies(f);
   }
   Eigen::ArrayXXd integrand(f.size(), Eigen::Index(discs.size()));
-  std::vector<std::exception_ptr> failures(planes.size());
-  parallel_for(planes.size(), threads, [&](std::size_t i) {
-    try {
-      evaluate(problem, discs, planes[i], grids, &integrand);
-    } catch (...) {
-      failures[i] = std::current_exception();
-    }
-  });
-  for (const std::exception_ptr& failure : failures)
-    if (failure) std::rethrow_exception(failure);
+  parallel_for(planes.size(), threads,
+               [&](std::size_t i) { evaluate(problem, discs, planes[i], grids, &integrand); });
   of_light.emplace(panels, std::move(integrand));
 }
 
