@@ -20,4 +20,17 @@ Quadrature gauss_legendre(int n, double a, double b) {
   return rule;
 }
 
+Eigen::ArrayXXd legendre_polynomials(const Eigen::ArrayXd& t, int count) {
+  Eigen::ArrayXXd p = Eigen::ArrayXXd::Ones(t.size(), count);
+  p.col(1) = t;
+  for (int l = 1; l + 1 < count; ++l)
+    p.col(l + 1) = ((2 * l + 1) * t * p.col(l) - l * p.col(l - 1)) / (l + 1.0);
+  return p;
+}
+
+LegendreRule legendre_rule(int n) {
+  const Quadrature rule = gauss_legendre(n, -1.0, 1.0);
+  return {rule.nodes, rule.weights, legendre_polynomials(rule.nodes, n)};
+}
+
 }  // namespace aberfit

@@ -12,30 +12,16 @@ namespace {
 constexpr double kResolved = 1e-14;
 constexpr int kMaxHalvings = 10;  // exp(-700 t^2) on [1, 2], the steepest that has not underflowed, needs 5
 
-// Gauss-Legendre rule on [-1, 1] and the Legendre polynomials at its nodes; constant, computed at first use.
-struct ReferencePanel {
-  PanelArray t, weight;
-  Eigen::Array<double, kPanelNodes, kPanelNodes> legendre;  // (node, l): a column is contiguous
-};
-
-const ReferencePanel& reference_panel() {
-  static const ReferencePanel panel = [] {
-    ReferencePanel p;
-    const Quadrature rule = gauss_legendre(kPanelNodes, -1.0, 1.0);
-    p.t = rule.nodes;
-    p.weight = rule.weights;
-    p.legendre.col(0).setOnes();
-    p.legendre.col(1) = p.t;
-    for (int l = 1; l + 1 < kPanelNodes; ++l)
-      p.legendre.col(l + 1) = ((2 * l + 1) * p.t * p.legendre.col(l) - l * p.legendre.col(l - 1)) / (l + 1.0);
-    return p;
-  }();
-  return panel;
+// Constant, computed at first use.
+const LegendreRule& reference_panel() {
+  static const LegendreRule rule = legendre_rule(kPanelNodes);
+  return rule;
 }
 
 PsdPanel panel_on(const RadialPsd& psd, double a, double b) {
-  const ReferencePanel& reference = reference_panel();
-  PsdPanel panel{a, b, 0.5 * (a + b) + 0.5 * (b - a) * reference.t, 0.5 * (b - a) * reference.weight, {}};
+  const LegendreRule& reference = reference_panel();
+  PsdPanel panel{
+      a, b, 0.5 * (a + b) + 0.5 * (b - a) * reference.nodes, 0.5 * (b - a) * reference.weights, {}};
   for (int j = 0; j < kPanelNodes; ++j) panel.psd[j] = psd(panel.f[j]);
   return panel;
 }
@@ -43,12 +29,12 @@ PsdPanel panel_on(const RadialPsd& psd, double a, double b) {
 // The last two Legendre coefficients stand for what the polynomial misses. The floor is the rounding of S
 // itself: exp(-z) carries z eps, which no halving removes.
 bool resolved(const PsdPanel& panel) {
-  const ReferencePanel& reference = reference_panel();
+  const LegendreRule& reference = reference_panel();
   const double top = panel.psd.abs().maxCoeff();
   if (top < 1e-290) return true;
   double missed = 0;
   for (int l = kPanelNodes - 2; l < kPanelNodes; ++l)
-    missed += (l + 0.5) * std::abs((reference.weight * panel.psd * reference.legendre.col(l)).sum());
+    missed += (l + 0.5) * std::abs((reference.weights * panel.psd * reference.polynomials.col(l)).sum());
   return missed <= (kResolved + 4e-16 * std::abs(std::log(top))) * (2 * kPanelNodes) * top;
 }
 
@@ -128,7 +114,7 @@ std::vector<PsdPanel> resolved_panels(const RadialPsd& psd, double a, double b, 
 }
 
 Eigen::Array<std::complex<double>, kPanelNodes, 1> oscillatory_weights(double a, double b, double omega) {
-  const ReferencePanel& reference = reference_panel();
+  const LegendreRule& reference = reference_panel();
   const double half = 0.5 * (b - a), centre = 0.5 * (a + b);
   const PanelArray j = spherical_bessel(std::abs(omega) * half);
   // Real and imaginary part of sum (2l+1) i^l j_l P_l: even and odd over the panel, so half of it is enough.
@@ -136,8 +122,8 @@ Eigen::Array<std::complex<double>, kPanelNodes, 1> oscillatory_weights(double a,
   Eigen::Array<double, kHalf, 1> half_even = Eigen::Array<double, kHalf, 1>::Zero(), half_odd = half_even;
   for (int l = 0; l < kPanelNodes; l += 2) {
     const double sign = l % 4 == 0 ? 1 : -1;
-    half_even += sign * (2 * l + 1) * j[l] * reference.legendre.col(l).head<kHalf>();
-    half_odd += sign * (2 * l + 3) * j[l + 1] * reference.legendre.col(l + 1).head<kHalf>();
+    half_even += sign * (2 * l + 1) * j[l] * reference.polynomials.col(l).head<kHalf>();
+    half_odd += sign * (2 * l + 3) * j[l + 1] * reference.polynomials.col(l + 1).head<kHalf>();
   }
   if (omega < 0) half_odd = -half_odd;
   PanelArray even, odd;
@@ -146,7 +132,7 @@ Eigen::Array<std::complex<double>, kPanelNodes, 1> oscillatory_weights(double a,
   const std::complex<double> phase = std::polar(half, omega * centre);
   Eigen::Array<std::complex<double>, kPanelNodes, 1> weights;
   for (int i = 0; i < kPanelNodes; ++i)
-    weights[i] = phase * reference.weight[i] * std::complex<double>(even[i], odd[i]);
+    weights[i] = phase * reference.weights[i] * std::complex<double>(even[i], odd[i]);
   return weights;
 }
 

@@ -118,23 +118,6 @@ std::vector<PowerStretch> power_stretches(const Model&, double, double) {
   return {};
 }
 
-// Gauss-Legendre rule on [-1, 1].
-struct LegendreRule {
-  Quadrature quadrature;
-  Eigen::MatrixXd legendre;  // (node, l), l < nodes
-};
-
-LegendreRule legendre_rule(int n) {
-  LegendreRule rule{gauss_legendre(n, -1.0, 1.0), Eigen::MatrixXd::Ones(n, n)};
-  const Eigen::ArrayXd t = rule.quadrature.nodes;
-  rule.legendre.col(1) = t.matrix();
-  for (int l = 1; l + 1 < n; ++l)
-    rule.legendre.col(l + 1) =
-        ((2 * l + 1) * t * rule.legendre.col(l).array() - l * rule.legendre.col(l - 1).array()).matrix() /
-        (l + 1.0);
-  return rule;
-}
-
 const LegendreRule& unit_rule() {
   static const LegendreRule rule = legendre_rule(kPanelNodes);
   return rule;
@@ -268,7 +251,7 @@ class ByQuadrature {
   // panels [i, end) together.
   void append_merged(std::size_t i, std::size_t end, const LegendreRule& rule, Plan* plan) const {
     const double a = shared_.panels[i].a, b = shared_.panels[end - 1].b;
-    const int n = int(rule.quadrature.nodes.size());
+    const int n = int(rule.nodes.size());
     Eigen::ArrayXd moment = Eigen::ArrayXd::Zero(n);  // of Legendre polynomials
     for (std::size_t p = i; p < end; ++p) {
       const PsdPanel& panel = shared_.panels[p];
@@ -283,18 +266,17 @@ class ByQuadrature {
         here = next;
       }
     }
-    const Eigen::ArrayXd weights = rule.quadrature.weights * (rule.legendre * moment.matrix()).array();
-    for (int j = 0; j < n; ++j)
-      plan->add(0.5 * (a + b) + 0.5 * (b - a) * rule.quadrature.nodes[j], weights[j]);
+    const Eigen::ArrayXd weights = rule.weights * (rule.polynomials.matrix() * moment.matrix()).array();
+    for (int j = 0; j < n; ++j) plan->add(0.5 * (a + b) + 0.5 * (b - a) * rule.nodes[j], weights[j]);
   }
 
   void append_panel(const PsdPanel& panel, const LegendreRule& rule, Plan* plan) const {
-    const bool own = rule.quadrature.nodes.size() == kPanelNodes;
-    for (Eigen::Index j = 0; j < rule.quadrature.nodes.size(); ++j) {
+    const bool own = rule.nodes.size() == kPanelNodes;
+    for (Eigen::Index j = 0; j < rule.nodes.size(); ++j) {
       const double f =
-          own ? panel.f[j] : 0.5 * (panel.a + panel.b) + 0.5 * (panel.b - panel.a) * rule.quadrature.nodes[j];
+          own ? panel.f[j] : 0.5 * (panel.a + panel.b) + 0.5 * (panel.b - panel.a) * rule.nodes[j];
       const double psd = own ? panel.psd[j] : psd_(f);
-      plan->add(f, pi * (panel.b - panel.a) * rule.quadrature.weights[j] * psd * f);
+      plan->add(f, pi * (panel.b - panel.a) * rule.weights[j] * psd * f);
     }
   }
 

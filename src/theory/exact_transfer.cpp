@@ -13,10 +13,10 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kGone = 45;                // exponent whose transfer shows nowhere: 3e-20
-constexpr double kAccuracyOfTable = 1e-12;  // Legendre tail of E, times exp(-E)
-constexpr int kMostTablePanels = 3000;      // some milliseconds of a closed form
-constexpr double kInterpolation = 2e-6;     // of H over the aperture, at the shear where it is largest
+constexpr double kGone = 45;                    // exponent whose transfer shows nowhere: 3e-20
+constexpr double kAccuracyOfTable = 1e-12;      // Legendre tail of E, times exp(-E)
+constexpr std::size_t kMostTablePanels = 3000;  // some milliseconds of a closed form
+constexpr double kInterpolation = 2e-6;         // of H over the aperture, at the shear where it is largest
 constexpr double kRoundMoments = 1e-11, kMeanMoments = 1e-6;
 constexpr double kSpotResolved = 1e-11;
 constexpr double kNoOverlap = 1e-7;  // share of the aperture: a mean over less of it is rounding
@@ -91,34 +91,14 @@ ExponentTable::ExponentTable(const std::function<Eigen::ArrayXd(const Eigen::Arr
   const std::vector<double> edges = transfer_edges(exponent, limit, options);
   std::vector<TransferPanel> pending;
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) pending.push_back({edges[i], edges[i + 1]});
-  while (!pending.empty()) {
-    Eigen::ArrayXd x(Eigen::Index(pending.size()) * kPanelNodes);
-    for (std::size_t i = 0; i < pending.size(); ++i)
-      x.segment<kPanelNodes>(Eigen::Index(i) * kPanelNodes) = pending[i].nodes();
-    const Eigen::ArrayXd e = exponent(x);
-    std::vector<TransferPanel> halves;
-    for (std::size_t i = 0; i < pending.size(); ++i) {
-      TransferPanel& panel = pending[i];
-      panel.value = e.segment<kPanelNodes>(Eigen::Index(i) * kPanelNodes);
-      if (!panel.value.isFinite().all())
-        throw ComputationError("the structure function of this PSD is not finite");
-      const double least = panel.value.minCoeff();
-      if (least < kGone && panel.b - panel.a > options.smallest &&
-          tail(panel) * std::exp(-least) > kAccuracyOfTable) {
-        if (int(panels_.size() + pending.size() + halves.size()) < kMostTablePanels) {
-          const double middle = 0.5 * (panel.a + panel.b);
-          halves.push_back({panel.a, middle});
-          halves.push_back({middle, panel.b});
-          continue;
-        }
-        unresolved_ = std::max(unresolved_, internal::unresolved(panel) * std::exp(-least));
-      }
-      panels_.push_back(panel);
-    }
-    pending = std::move(halves);
-  }
-  std::sort(panels_.begin(), panels_.end(),
-            [](const TransferPanel& one, const TransferPanel& two) { return one.a < two.a; });
+  const auto missing = [&](TransferPanel* panel) {
+    if (!panel->value.isFinite().all())
+      throw ComputationError("the structure function of this PSD is not finite");
+    const double least = panel->value.minCoeff(), core = std::exp(-least);
+    const bool matters = least < kGone && panel->b - panel->a > options.smallest;
+    return matters && tail(*panel) * core > kAccuracyOfTable ? internal::unresolved(*panel) * core : 0;
+  };
+  unresolved_ = refine(std::move(pending), kMostTablePanels, exponent, missing, &panels_);
   for (const TransferPanel& panel : panels_) {
     legendre_.push_back((panel_rule().legendre * panel.value.matrix()).array());
     gone_.push_back(panel.value.minCoeff() >= kGone);

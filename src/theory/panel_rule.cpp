@@ -1,5 +1,7 @@
 #include "panel_rule.h"
 
+#include <algorithm>
+
 #include "aberfit/core/quadrature.h"
 
 namespace aberfit::internal {
@@ -7,29 +9,51 @@ namespace aberfit::internal {
 const PanelRule& panel_rule() {
   static const PanelRule rule = [] {
     PanelRule r;
-    const Quadrature gauss = gauss_legendre(kPanelNodes, -1.0, 1.0);
+    const LegendreRule gauss = legendre_rule(kPanelNodes);
     r.t = gauss.nodes;
     r.weight = gauss.weights;
-    const auto legendre = [](const PanelArray& t) {  // (l, node)
-      PanelRule::Matrix p;
-      p.row(0).setOnes();
-      p.row(1) = t.transpose();
-      for (int l = 1; l + 1 < kPanelNodes; ++l)
-        p.row(l + 1) =
-            ((2 * l + 1) * t.transpose() * p.row(l).array() - l * p.row(l - 1).array()) / (l + 1.0);
-      return p;
-    };
-    PanelRule::Matrix coefficients = legendre(r.t);  // (l, node): Legendre coefficients from values
     for (int l = 0; l < kPanelNodes; ++l)
-      coefficients.row(l) = (l + 0.5) * coefficients.row(l).array() * r.weight.transpose();
-    r.last = coefficients.row(kPanelNodes - 1).transpose();
-    r.last_but_one = coefficients.row(kPanelNodes - 2).transpose();
-    r.legendre = coefficients;
-    r.left = legendre(0.5 * r.t - 0.5).transpose() * coefficients;
-    r.right = legendre(0.5 * r.t + 0.5).transpose() * coefficients;
+      r.legendre.row(l) = ((l + 0.5) * gauss.polynomials.col(l) * gauss.weights).matrix().transpose();
+    r.last = r.legendre.row(kPanelNodes - 1).transpose();
+    r.last_but_one = r.legendre.row(kPanelNodes - 2).transpose();
+    const auto at = [&](const PanelArray& t) -> PanelRule::Matrix {
+      return legendre_polynomials(t, kPanelNodes).matrix() * r.legendre;
+    };
+    r.left = at(0.5 * r.t - 0.5);
+    r.right = at(0.5 * r.t + 0.5);
     return r;
   }();
   return rule;
+}
+
+double refine(std::vector<TransferPanel> pending, std::size_t most,
+              const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& values,
+              const std::function<double(TransferPanel*)>& missing, std::vector<TransferPanel>* panels) {
+  double missed = 0;
+  while (!pending.empty()) {
+    Eigen::ArrayXd x(Eigen::Index(pending.size()) * kPanelNodes);
+    for (std::size_t i = 0; i < pending.size(); ++i)
+      x.segment<kPanelNodes>(Eigen::Index(i) * kPanelNodes) = pending[i].nodes();
+    const Eigen::ArrayXd value = values(x);
+    std::vector<TransferPanel> halves;
+    for (std::size_t i = 0; i < pending.size(); ++i) {
+      TransferPanel& panel = pending[i];
+      panel.value = value.segment<kPanelNodes>(Eigen::Index(i) * kPanelNodes);
+      const double lack = missing(&panel);
+      if (lack > 0 && panels->size() + pending.size() + halves.size() < most) {
+        const double middle = 0.5 * (panel.a + panel.b);
+        halves.push_back({panel.a, middle});
+        halves.push_back({middle, panel.b});
+      } else {
+        missed = std::max(missed, lack);
+        panels->push_back(panel);
+      }
+    }
+    pending = std::move(halves);
+  }
+  std::sort(panels->begin(), panels->end(),
+            [](const TransferPanel& one, const TransferPanel& two) { return one.a < two.a; });
+  return missed;
 }
 
 double unresolved(const TransferPanel& panel) {

@@ -1,5 +1,7 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
+#include <vector>
 
 #include "aberfit/roughness/psd_integrals.h"
 
@@ -23,6 +25,13 @@ struct TransferPanel {
 
   PanelArray nodes() const { return 0.5 * (a + b) + 0.5 * (b - a) * panel_rule().t; }
 };
+/// Halves panels until nothing is missing, in ascending order. values: of the function at many places at a
+/// time, panel after panel. missing: what a panel with its values lacks, 0 for one that is done; it may
+/// change the values. Where there are `most` panels, they stay as they are; returns the largest of what they
+/// lack, else 0.
+double refine(std::vector<TransferPanel> pending, std::size_t most,
+              const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& values,
+              const std::function<double(TransferPanel*)>& missing, std::vector<TransferPanel>* panels);
 /// What the polynomial through the nodes misses, told by its last two Legendre coefficients.
 double unresolved(const TransferPanel& panel);
 /// The lower and upper half, by interpolation.

@@ -476,15 +476,8 @@ double PupilOverlap::turn(double end) const {
 
 MomentPanel::Values MomentPanel::restricted(double from, double to) const {
   if (from == a && to == b) return value;
-  const PanelRule& rule = panel_rule();
-  const Values c = legendre();
-  const PanelArray t = (from + to - a - b) / (b - a) + (to - from) / (b - a) * rule.t;
-  PanelRule::Matrix p;  // (node, l)
-  p.col(0).setOnes();
-  p.col(1) = t.matrix();
-  for (int l = 1; l + 1 < kPanelNodes; ++l)
-    p.col(l + 1) = (((2 * l + 1) * t * p.col(l).array() - l * p.col(l - 1).array()) / (l + 1.0)).matrix();
-  return (p * c.matrix()).array();
+  const PanelArray t = (from + to - a - b) / (b - a) + (to - from) / (b - a) * panel_rule().t;
+  return (legendre_polynomials(t, kPanelNodes).matrix() * legendre().matrix()).array();
 }
 
 MomentPanel::Values MomentPanel::legendre() const { return (panel_rule().legendre * value.matrix()).array(); }

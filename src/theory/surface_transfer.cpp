@@ -15,7 +15,7 @@ namespace {
 // contribute.
 constexpr double kResolved = 1e-12;
 constexpr double kVanished = 1e-16;
-constexpr int kMaxPanels = 3000;
+constexpr std::size_t kMaxPanels = 3000;
 
 // Cycles of the highest frequency within a shear, from which the band edge is softened. Encircled energies
 // more than a few per cent away from the edge keep four digits (test ASoftenedBandEdgeMovesLittleLight).
@@ -109,33 +109,18 @@ SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen:
           {(edges[i] + p * step) / options.cutoff,
            p + 1 == pieces ? edges[i + 1] / options.cutoff : (edges[i] + (p + 1) * step) / options.cutoff});
     }
+  const auto missing = [&](TransferPanel* panel) {
+    if (panel->value.abs().maxCoeff() < kVanished) panel->value.setZero();
+    const bool wide = options.cutoff * (panel->b - panel->a) > options.smallest;
+    return wide && !resolved(*panel) ? unresolved(*panel) : 0;
+  };
   SurfaceTransfer result;
-  while (!pending.empty()) {
-    Eigen::ArrayXd shear(Eigen::Index(pending.size()) * kPanelNodes);
-    for (std::size_t i = 0; i < pending.size(); ++i)
-      shear.segment<kPanelNodes>(Eigen::Index(i) * kPanelNodes) = options.cutoff * pending[i].nodes();
-    const Eigen::ArrayXd e = exponent(shear);
-    std::vector<TransferPanel> halves;
-    for (std::size_t i = 0; i < pending.size(); ++i) {
-      TransferPanel& panel = pending[i];
-      for (int j = 0; j < kPanelNodes; ++j) panel.value[j] = value(e[Eigen::Index(i) * kPanelNodes + j]);
-      if (panel.value.abs().maxCoeff() < kVanished) panel.value.setZero();
-      const bool wide = options.cutoff * (panel.b - panel.a) > options.smallest;
-      if (wide && !resolved(panel)) {
-        if (int(result.panels.size() + pending.size() + halves.size()) < kMaxPanels) {
-          const double middle = 0.5 * (panel.a + panel.b);
-          halves.push_back({panel.a, middle});
-          halves.push_back({middle, panel.b});
-          continue;
-        }
-        result.unresolved = std::max(result.unresolved, unresolved(panel));
-      }
-      result.panels.push_back(panel);
-    }
-    pending = std::move(halves);
-  }
-  std::sort(result.panels.begin(), result.panels.end(),
-            [](const TransferPanel& one, const TransferPanel& two) { return one.a < two.a; });
+  result.unresolved = refine(
+      std::move(pending), kMaxPanels,
+      [&](const Eigen::ArrayXd& s) -> Eigen::ArrayXd {
+        return exponent(options.cutoff * s).unaryExpr(value);
+      },
+      missing, &result.panels);
   return result;
 }
 
@@ -155,42 +140,37 @@ bool is_done(const TransferPanel& panel, int halvings, std::size_t panels) {
          panels >= kMaxProduct;
 }
 
-void append_otf(const std::function<double(double)>& otf, double a, double b, int halvings,
-                std::vector<TransferPanel>* panels) {
+// Appends what `panel_on` makes of [a, b], halved until it is done; nothing where that vanishes.
+template <class PanelOn>
+void append_halved(const PanelOn& panel_on, double a, double b, int halvings,
+                   std::vector<TransferPanel>* panels) {
   TransferPanel panel{a, b};
-  const PanelArray s = panel.nodes();
-  for (int j = 0; j < kPanelNodes; ++j) panel.value[j] = otf(s[j]);
+  if (!panel_on(&panel)) return;
   if (is_done(panel, halvings, panels->size())) {
     panels->push_back(panel);
   } else {
-    append_otf(otf, a, 0.5 * (a + b), halvings + 1, panels);
-    append_otf(otf, 0.5 * (a + b), b, halvings + 1, panels);
+    append_halved(panel_on, a, 0.5 * (a + b), halvings + 1, panels);
+    append_halved(panel_on, 0.5 * (a + b), b, halvings + 1, panels);
   }
 }
 
-void append_overlap(const TransferPanel& one, const TransferPanel& two, double a, double b, double constant,
-                    int halvings, std::vector<TransferPanel>* product) {
-  TransferPanel result{a, b};
-  const PanelArray first = restricted(one, a, b) + constant;
-  if (first.abs().maxCoeff() < kVanished) return;
-  result.value = first * restricted(two, a, b);
-  if (is_done(result, halvings, product->size())) {
-    product->push_back(result);
-  } else {
-    append_overlap(one, two, a, 0.5 * (a + b), constant, halvings + 1, product);
-    append_overlap(one, two, 0.5 * (a + b), b, constant, halvings + 1, product);
-  }
+PanelArray at_nodes(const std::function<double(double)>& f, const TransferPanel& panel) {
+  return panel.nodes().unaryExpr([&](double s) { return f(s); });
 }
 
 }  // namespace
 
 std::vector<TransferPanel> resolved_otf(const std::function<double(double)>& otf,
                                         const std::vector<double>& breakpoints, double end) {
+  const auto panel_on = [&](TransferPanel* panel) {
+    panel->value = at_nodes(otf, *panel);
+    return true;
+  };
   std::vector<TransferPanel> panels;
   double a = 0;
   for (double b : breakpoints) {
     b = std::min(b, end);
-    if (b > a) append_otf(otf, a, b, 0, &panels);
+    if (b > a) append_halved(panel_on, a, b, 0, &panels);
     a = std::max(a, b);
   }
   return panels;
@@ -198,6 +178,12 @@ std::vector<TransferPanel> resolved_otf(const std::function<double(double)>& otf
 
 std::vector<TransferPanel> product(const std::vector<TransferPanel>& transfer, double constant,
                                    const std::vector<TransferPanel>& otf) {
+  const auto multiply = [&](const TransferPanel& one, const TransferPanel& two, TransferPanel* part) {
+    const PanelArray first = restricted(one, part->a, part->b) + constant;
+    if (first.abs().maxCoeff() < kVanished) return false;
+    part->value = first * restricted(two, part->a, part->b);
+    return true;
+  };
   std::vector<TransferPanel> result;
   std::size_t j = 0;
   for (const TransferPanel& panel : transfer) {
@@ -206,7 +192,8 @@ std::vector<TransferPanel> product(const std::vector<TransferPanel>& transfer, d
     while (j < otf.size() && otf[j].b <= panel.a) ++j;
     for (; j < otf.size() && otf[j].a < panel.b; ++j) {
       const double a = std::max(panel.a, otf[j].a), b = std::min(panel.b, otf[j].b);
-      if (b > a) append_overlap(panel, otf[j], a, b, constant, 0, &result);
+      if (b > a)
+        append_halved([&](TransferPanel* part) { return multiply(panel, otf[j], part); }, a, b, 0, &result);
       if (otf[j].b > panel.b) break;
     }
     if (j == otf.size()) break;
@@ -214,27 +201,15 @@ std::vector<TransferPanel> product(const std::vector<TransferPanel>& transfer, d
   return result;
 }
 
-namespace {
-
-void append_halves(const TransferPanel& panel, const std::function<double(double)>& otf, int halvings,
-                   std::vector<TransferPanel>* product) {
-  if (panel.value.abs().maxCoeff() < kVanished) return;
-  TransferPanel result = panel;
-  const PanelArray s = panel.nodes();
-  for (int j = 0; j < kPanelNodes; ++j) result.value[j] *= otf(s[j]);
-  if (is_done(result, halvings, product->size())) {
-    product->push_back(result);
-  } else {
-    append_halves(lower_half(panel), otf, halvings + 1, product);
-    append_halves(upper_half(panel), otf, halvings + 1, product);
-  }
-}
-
-}  // namespace
-
 void append_product(const TransferPanel& panel, const std::function<double(double)>& otf,
                     std::vector<TransferPanel>* product) {
-  append_halves(panel, otf, 0, product);
+  const auto panel_on = [&](TransferPanel* part) {
+    part->value = restricted(panel, part->a, part->b);
+    if (part->value.abs().maxCoeff() < kVanished) return false;
+    part->value *= at_nodes(otf, *part);
+    return true;
+  };
+  append_halved(panel_on, panel.a, panel.b, 0, product);
 }
 
 }  // namespace aberfit::internal
