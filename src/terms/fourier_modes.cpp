@@ -6,6 +6,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/random.h"
+#include "aberfit/core/root.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "aberfit/terms/modal_covariance.h"
 #include "fourier_shares.h"
@@ -18,17 +19,14 @@ constexpr double kSameRing = 1e-9;  // relative difference of |f| that is roundi
 constexpr double kOpenEndShare =
     1e-4;  // height variance beyond the outermost ring where the band has no edge to put it on
 
-// The frequency below which `variance` of the height variance lies, by bisection in log f.
+// The frequency below which `variance` of the height variance lies, looked for in log f.
 double quantile_frequency(const RadialPsd& psd, double variance) {
   const PowerLawLimits limits = power_law_limits(psd);
   double low = std::log(limits.low) - 700 * (psd.f_min() == 0),
          high = std::log(limits.high) + 100 * std::isinf(psd.f_max());
   low = std::max(low, -690.0);
-  for (int i = 0; i < 80; ++i) {
-    const double middle = 0.5 * (low + high);
-    (radial_moment(psd, 0, 0, std::exp(middle)) < variance ? low : high) = middle;
-  }
-  return std::exp(0.5 * (low + high));
+  const auto excess = [&](double log_f) { return radial_moment(psd, 0, 0, std::exp(log_f)) - variance; };
+  return std::exp(root_between(excess, low, high, excess(low), excess(high)));
 }
 
 struct Edges {

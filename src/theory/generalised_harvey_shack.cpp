@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <boost/math/special_functions/bessel.hpp>
-#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -17,6 +15,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/overloaded.h"
 #include "aberfit/core/parallel.h"
+#include "aberfit/core/root.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/theory/height_on_aperture.h"
 #include "aberfit/theory/scattering_band.h"
@@ -226,24 +225,9 @@ double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
   // Planes of a pupil without symmetry are known to 1e-5, and cost much.
   const double accuracy = exact_ && !exact_->is_round() ? 1e-6 : 1e-9;
   double width = 0;
-  for (const double side : {-1.0, 1.0}) {
-    double inner = 0, inner_excess = half;
-    for (;;) {
-      const double outer = inner + step;
-      if (outer > 0.5 * f) return kNaN;
-      const double outer_excess = excess(side * outer);
-      if (outer_excess <= 0) {
-        std::uintmax_t iterations = 60;
-        const auto bracket = boost::math::tools::toms748_solve(
-            [&](double distance) { return excess(side * distance); }, inner, outer, inner_excess,
-            outer_excess, [&](double low, double high) { return high - low <= accuracy * high; }, iterations);
-        width += 0.5 * (bracket.first + bracket.second);
-        break;
-      }
-      inner = outer;
-      inner_excess = outer_excess;
-    }
-  }
+  for (const double side : {-1.0, 1.0})
+    width += first_crossing([&](double distance) { return excess(side * distance); }, 0, half, step, 0.5 * f,
+                            accuracy);
   return width;
 }
 
@@ -264,20 +248,7 @@ double GeneralisedHarveyShack::spot_fwhm(double bandwidth) const {
   const double top = transform.cosine(0);
   const auto excess = [&](double w) { return transform.cosine(w) - 0.5 * top; };
   const double step = 0.2 / top;  // a profile of equivalent width pi / top
-  double inner = 0, inner_excess = 0.5 * top;
-  for (int i = 0; i < 100000; ++i) {
-    const double outer = inner + step, outer_excess = excess(outer);
-    if (outer_excess <= 0) {
-      std::uintmax_t iterations = 100;
-      const auto bracket =
-          boost::math::tools::toms748_solve(excess, inner, outer, inner_excess, outer_excess,
-                                            boost::math::tools::eps_tolerance<double>(45), iterations);
-      return (bracket.first + bracket.second) / (2 * pi * nu);
-    }
-    inner = outer;
-    inner_excess = outer_excess;
-  }
-  return kNaN;
+  return first_crossing(excess, 0, 0.5 * top, step, 1e5 * step, 0x1p-44) / (pi * nu);
 }
 
 double GeneralisedHarveyShack::scatter_rms() const {

@@ -3,15 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/tools/toms748_solve.hpp>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numbers>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/overloaded.h"
+#include "aberfit/core/root.h"
 #include "aberfit/trace/ray_bundle.h"
 
 namespace aberfit {
@@ -23,16 +23,7 @@ namespace {
 constexpr std::array<int, 9> kDoublings{16, 24, 32, 48, 64, 96, 128, 256, 512};
 constexpr std::array<double, 8> kSpreads{8, 14, 20, 30, 38, 60, 78, 160};
 
-// Root of f between a and b, where it has opposite signs, to rounding.
-template <class Function>
-double root_between(const Function& f, double a, double b, double fa, double fb) {
-  if (fa == 0) return a;
-  if (fb == 0) return b;
-  std::uintmax_t iterations = 200;
-  const auto bracket = boost::math::tools::toms748_solve(
-      f, a, b, fa, fb, boost::math::tools::eps_tolerance<double>(50), iterations);
-  return 0.5 * (bracket.first + bracket.second);
-}
+constexpr int kBitsOfPlace = 26;
 
 }  // namespace
 
@@ -182,22 +173,8 @@ double GeometricHarveyShack::ring_fwhm(double ring_radius) const {
   const double depth = focal_length_ / aperture_radius_ * std::hypot(ring_radius, focal_sigma_);
   const auto excess = [&](double dz) { return encircled_energy(ring_radius, dz) - half; };
   double width = 0;
-  for (const double side : {-1.0, 1.0}) {
-    double inner = peak, inner_excess = half;
-    for (;;) {
-      const double outer = inner + side * 0.5 * depth;
-      if (std::abs(outer) > 0.5 * focal_length_) return kNaN;
-      const double outer_excess = excess(outer);
-      if (outer_excess <= 0) {
-        const double crossing = side > 0 ? root_between(excess, inner, outer, inner_excess, outer_excess)
-                                         : root_between(excess, outer, inner, outer_excess, inner_excess);
-        width += side * (crossing - peak);
-        break;
-      }
-      inner = outer;
-      inner_excess = outer_excess;
-    }
-  }
+  for (const double side : {-1.0, 1.0})
+    width += side * (first_crossing(excess, peak, half, side * 0.5 * depth, 0.5 * focal_length_) - peak);
   return width;
 }
 
@@ -266,14 +243,10 @@ double GeometricHarveyShack::spot_fwhm(double bandwidth) const {
   for (int i = 0; i <= steps; ++i) scan.push_back(profile(i * step));
   const int top = int(std::max_element(scan.begin(), scan.end()) - scan.begin());
   double most = scan[std::size_t(top)];
-  if (top > 0) {  // golden-section search; the value at a maximum needs only half the digits of its place
-    double low = (top - 1) * step, high = (top + 1) * step;
-    constexpr double kGolden = 1.0 / std::numbers::phi;
-    while (high - low > 1e-8 * step) {
-      const double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-      (profile(a) > profile(b) ? high : low) = profile(a) > profile(b) ? b : a;
-    }
-    most = profile(0.5 * (low + high));
+  if (top > 0) {  // the value at a maximum needs only half the digits of its place
+    const auto below = [&](double x) { return -profile(x); };
+    most = -boost::math::tools::brent_find_minima(below, (top - 1) * step, (top + 1) * step, kBitsOfPlace)
+                .second;
   }
   const auto excess = [&](double x) { return profile(x) - 0.5 * most; };
   int last = steps;

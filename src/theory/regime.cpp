@@ -10,6 +10,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/quadrature.h"
+#include "aberfit/core/root.h"
 #include "aberfit/core/units.h"
 #include "aberfit/theory/aperture_otf.h"
 #include "aberfit/theory/scattering_band.h"
@@ -25,6 +26,7 @@ constexpr double kGaussianEe90 = 2.14596602628934724;  // sqrt(2 ln 10), in sigm
 // shears.
 double perfect_ee90(const ApertureOtf& otf) {
   constexpr int kNodes = 64;
+  constexpr double kEe90Tolerance = 1e-13;
   const Quadrature rule = gauss_legendre(kNodes, 0.0, 1.0);
   std::vector<double> shear, weight;
   double low = 0;
@@ -45,12 +47,8 @@ double perfect_ee90(const ApertureOtf& otf) {
   };
   double inside = 0, outside = 1 / otf.cutoff();
   while (energy(outside) < 0.9) inside = outside, outside *= 1.5;
-  // EE rises with the radius: bisection cannot miss, and this is done once a scene.
-  for (int i = 0; i < 50 && outside - inside > 1e-13 * outside; ++i) {
-    const double middle = 0.5 * (inside + outside);
-    (energy(middle) < 0.9 ? inside : outside) = middle;
-  }
-  return 0.5 * (inside + outside);
+  return root_between([&](double a) { return energy(a) - 0.9; }, inside, outside, energy(inside) - 0.9,
+                      energy(outside) - 0.9, kEe90Tolerance);
 }
 
 std::string length(double metres) { return format_quantity(metres, Dimension::kLength); }
