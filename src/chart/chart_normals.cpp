@@ -40,7 +40,7 @@ std::optional<StepLaw> step_law(const ChartBench& bench) {
   // A band without end: what the terms reach of it.
   double f_max = ground.psd->f_max();
   if (!std::isfinite(radial_moment(*ground.psd, 6)) && !bench.terms.zernike.empty())
-    f_max = (bench.terms.zernike.back().n + 1) / (2 * std::numbers::pi * ground.radius);
+    f_max = zernike_cutoff(bench.terms.zernike.back().n, ground.radius);
   const double sixth = radial_moment(*ground.psd, 6, 0, f_max),
                second = radial_moment(*ground.psd, 2, 0, f_max);
   if (!std::isfinite(sixth) || !(second > 0)) return std::nullopt;

@@ -56,7 +56,7 @@ int degree_of(const TermSet& terms) {
 
 // carried: share of the height variance by all Zernikes up to the degree.
 double end_of(const RadialPsd& psd, int degree, double radius, double carried) {
-  const double first = (degree + 1) / (2 * kPi * radius);
+  const double first = zernike_cutoff(degree, radius);
   if (!(first < psd.f_max())) return first;
   const double left = (1 - carried) * psd_moments(psd).height_variance;
   double low = std::max(psd.f_min(), 1e-3 * first), high = std::min(psd.f_max(), 10 * first);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/method/groundwork.h"
 
@@ -56,7 +55,7 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
       throw FieldError("terms.zernike.n_max", "nothing", "an order: without roughness there is no default");
     }
     terms.zernike = zernike_modes(spec.n_min, n_max);
-    covered_to = (n_max + 1) / (2 * kPi * ground.radius);
+    covered_to = zernike_cutoff(n_max, ground.radius);
     if (ground.term_psd)
       *captured = captured_fraction(*ground.term_psd, ground.radius, spec.n_min, n_max) /
                   (spec.n_min >= 1 ? movable_share(ground, spec.n_min) : 1.0);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "aberfit/core/errors.h"
@@ -45,9 +44,9 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   double highest = 0;  // of the terms [cycles/m]
   for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
   if (!terms.zernike.empty())
-    highest = std::max(highest, (terms.zernike.back().n + 1) / (2 * std::numbers::pi * terms.radius));
+    highest = std::max(highest, zernike_cutoff(terms.zernike.back().n, terms.radius));
   for (const KnownZernike& term : task.mirror.zernike)
-    highest = std::max(highest, (term.mode.n + 1) / (2 * std::numbers::pi * task.mirror.zernike_radius));
+    highest = std::max(highest, zernike_cutoff(term.mode.n, task.mirror.zernike_radius));
   // At the rim a cell of the wave pupil is longer on the mirror than its pitch: by dr/dP, at most.
   const double t = aperture_radius(task.aperture) / (2 * task.mirror.focal_length);
   const double longer = (1 + t * t) * (1 + t * t) / (1 - t * t);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
@@ -49,8 +48,7 @@ Eigen::VectorXd expectation(const SurfaceSpectrum& spectrum, const CoefficientPr
 std::pair<double, double> default_band(const Groundwork& ground, const TermSet& terms) {
   int n_max = 0;
   for (const ZernikeMode& mode : terms.zernike) n_max = std::max(n_max, mode.n);
-  double high =
-      terms.fourier.empty() ? (n_max + 1) / (2 * std::numbers::pi * ground.radius) : ground.term_psd->f_max();
+  double high = terms.fourier.empty() ? zernike_cutoff(n_max, ground.radius) : ground.term_psd->f_max();
   high = std::min(high, ground.term_psd->f_max());
   return {std::max(1 / ground.radius, ground.term_psd->f_min()), high};
 }

@@ -7,8 +7,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "aberfit/core/constants.h"
-
 namespace aberfit {
 namespace {
 
@@ -182,7 +180,7 @@ OrderRange expected_orders(const Groundwork& ground) {
   range.high = std::min(next_order(next_order(range.high)), kLargestSearchedOrder);
   const double slope = psd_moments(*ground.term_psd).slope_variance;
   while (range.low < range.high &&
-         psd_moments(ground.term_psd->band(0, (range.low + 1) / (2 * kPi * ground.radius))).slope_variance <
+         psd_moments(ground.term_psd->band(0, zernike_cutoff(range.low, ground.radius))).slope_variance <
              kExpectedSlope * slope)
     ++range.low;
   return range;
@@ -259,7 +257,7 @@ BandUse band_use(const Task& task, const Groundwork& ground, const TermSet& term
   };
   if (terms.fourier.empty()) {
     const int order = terms.zernike.empty() ? 0 : terms.zernike.back().n;
-    cut((order + 1) / (2 * kPi * ground.radius), "zernike");
+    cut(zernike_cutoff(order, ground.radius), "zernike");
   } else {
     // A plane wave stands for a cell around it: the band ends where the farthest one's share does.
     double highest = 0;

@@ -2,7 +2,6 @@
 #include <cassert>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/random.h"
@@ -155,7 +154,7 @@ CoefficientPrior make_prior(const TermSet& terms, const RadialPsd& psd, Covarian
   if (!terms.zernike.empty() && !terms.fourier.empty()) {
     int n_max = 0;
     for (const ZernikeMode& mode : terms.zernike) n_max = std::max(n_max, mode.n);
-    const double split = (n_max + 1) / (2 * std::numbers::pi * terms.radius);
+    const double split = zernike_cutoff(n_max, terms.radius);
     zernike_psd = psd.band(0, split);
     fourier_psd = psd.band(split, std::numeric_limits<double>::infinity());
   }

@@ -1,10 +1,7 @@
 #include "zernike_kernel.h"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <cstdlib>
-#include <stdexcept>
 
 #include "aberfit/scene/zernike.h"
 
@@ -16,9 +13,7 @@ namespace aberfit::internal {
 ZernikeRows zernike_rows(const std::vector<ZernikeMode>& modes) {
   std::vector<int> count;  // rows per m
   for (const ZernikeMode mode : modes) {
-    if (!is_zernike_mode(mode))
-      throw std::invalid_argument(fmt::format(
-          "Zernike mode n = {}, m = {}: needs n >= 0, |m| <= n and n - |m| even", mode.n, mode.m));
+    require_zernike_mode(mode);
     const int m = std::abs(mode.m), k = (mode.n - m) / 2;
     if (m >= int(count.size())) count.resize(std::size_t(m) + 1, 0);
     count[std::size_t(m)] = std::max(count[std::size_t(m)], k + 1);

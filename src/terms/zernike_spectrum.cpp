@@ -103,8 +103,7 @@ std::unique_ptr<SurfaceSpectrum> zernike_spectrum(const TermSet& terms, const Ei
   if (!terms.fourier.empty() || !terms.spherical.empty())
     throw std::invalid_argument("the closed form of the spectrum holds for Zernike terms only");
   if (!(terms.radius > 0)) throw std::invalid_argument("the radius of the Zernike disc must be positive");
-  for (const ZernikeMode& mode : terms.zernike)
-    if (!is_zernike_mode(mode)) throw std::invalid_argument("not a Zernike mode (n, m)");
+  for (const ZernikeMode& mode : terms.zernike) require_zernike_mode(mode);
   if (low.size() != high.size() || !(low >= 0).all() || !(low < high).all() || !high.isFinite().all())
     throw std::invalid_argument("every bin needs 0 <= low < high < infinity");
   return std::make_unique<ZernikeSpectrum>(terms, low, high);

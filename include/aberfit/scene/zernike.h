@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 
 namespace aberfit {
 
@@ -27,6 +28,11 @@ bool is_zernike_mode(ZernikeMode mode);
 
 /// Throws std::invalid_argument unless it is one.
 void require_zernike_mode(ZernikeMode mode);
+
+/// Frequency [cycles/m] up to which all modes of orders up to n on a disc of `radius` [m] stand for a
+/// surface, (n + 1)/(2 pi radius): where the transform of those of order n, J_{n+1}(2 pi radius f)/f, turns
+/// from a power of f to a wave.
+inline double zernike_cutoff(int n, double radius) { return (n + 1) / (2 * std::numbers::pi * radius); }
 
 /// Factor that makes the peak-normalised mode (R_n^m(1) = 1) orthonormal on the disc: sqrt(n + 1), times
 /// sqrt(2) unless m = 0 (Noll 1976, eq. 1). A Fringe coefficient is the orthonormal coefficient times this.
