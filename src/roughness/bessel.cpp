@@ -10,10 +10,6 @@ void bessel_j0_j1(const double* z, int n, double* j0, double* j1, InstructionSet
   return ABERFIT_KERNEL(set, all_j0_j1)(z, n, j0, j1);
 }
 
-void one_minus_j0(const double* z, int n, double* result, InstructionSet set) {
-  return ABERFIT_KERNEL(set, all_one_minus_j0)(z, n, result);
-}
-
 BesselSums bessel_sums(double v, const double* s, const double* weight, int n, InstructionSet set) {
   BesselSums result;
   ABERFIT_KERNEL(set, sums)(v, s, weight, n, &result.first, &result.zeroth);

@@ -142,12 +142,6 @@ Eigen::VectorXd CoefficientPrior::whiten(const Eigen::VectorXd& coefficients) co
   return white;
 }
 
-CoefficientPrior CoefficientPrior::scaled(double factor) const {
-  CoefficientPrior result = *this;
-  for (Block& block : result.blocks_) block.factor *= factor;
-  return result;
-}
-
 CoefficientPrior make_prior(const TermSet& terms, const RadialPsd& psd, CovarianceKind kind) {
   std::vector<CoefficientPrior::Block> blocks;
   RadialPsd zernike_psd = psd, fourier_psd = psd;

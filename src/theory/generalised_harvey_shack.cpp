@@ -57,8 +57,6 @@ double MeanSpot::encircled_energy_slope(double radius) const {
   return share(radius * v_per_radius_).derivative * v_per_radius_;
 }
 
-int MeanSpot::nodes() const { return transform_->nodes(); }
-
 double MeanSpot::encircled_energy_radius(double fraction) const {
   if (!(fraction > 0 && fraction < 1)) return kNaN;
   const double v_max = focal_length_ * v_per_radius_;

@@ -69,11 +69,6 @@ double error_of_rays(const Theories& theories, const Mirror& mirror, const Apert
 
 }  // namespace
 
-ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
-                         double wavelength) {
-  return errors_of(Theories(psd, mirror, aperture, wavelength));
-}
-
 ModelChoice choose_model(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                          double wavelength, double allowed) {
   ModelChoice choice;

@@ -25,7 +25,6 @@ class RadialTransform {
   double cosine(double w) const;
   /// int s T(s) ds.
   double first_moment() const;
-  int nodes() const { return kPanelNodes * int(panels_.size()); }
 
  private:
   std::vector<TransferPanel> panels_;

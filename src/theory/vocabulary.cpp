@@ -18,6 +18,4 @@ std::string to_string(FocusModel model) { return model == FocusModel::kWaves ? "
 
 FocusModel model_of(Theory theory) { return theory == Theory::kGhs ? FocusModel::kWaves : FocusModel::kRays; }
 
-Theory theory_of(FocusModel model) { return model == FocusModel::kWaves ? Theory::kGhs : Theory::kGeometric; }
-
 }  // namespace aberfit

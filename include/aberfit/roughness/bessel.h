@@ -10,8 +10,6 @@ namespace aberfit {
 /// J0(z) and J1(z) of n arguments z >= 0.
 void bessel_j0_j1(const double* z, int n, double* j0, double* j1,
                   InstructionSet set = best_instruction_set());
-/// 1 - J0(z), to 1e-13 relative however small z is.
-void one_minus_j0(const double* z, int n, double* result, InstructionSet set = best_instruction_set());
 /// sum_i weight_i J1(v s_i) and sum_i weight_i s_i J0(v s_i).
 struct BesselSums {
   double first = 0, zeroth = 0;

@@ -41,8 +41,6 @@ class CoefficientPrior {
   Eigen::VectorXd colour_transpose(const Eigen::VectorXd& gradient) const;
   /// xi with F xi = c, by least squares within each block.
   Eigen::VectorXd whiten(const Eigen::VectorXd& coefficients) const;
-  /// The prior with every standard deviation multiplied by `factor`.
-  CoefficientPrior scaled(double factor) const;
 
  private:
   Eigen::Index size_ = 0;

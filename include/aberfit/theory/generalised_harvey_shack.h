@@ -30,8 +30,6 @@ class MeanSpot {
   /// fractions outside (0, 1); infinity when less than `fraction` lies within r = f, where direction cosines
   /// end.
   double encircled_energy_radius(double fraction) const;
-  /// Nodes of the quadrature.
-  int nodes() const;
 
  private:
   friend class GeneralisedHarveyShack;

@@ -26,13 +26,6 @@ struct ModelChoice {
   std::string reason;  ///< one sentence
 };
 
-/// Errors of geometric rays (GeometricHarveyShack) against generalised Harvey-Shack, both aperture-exact and
-/// of this mirror and this aperture. Infinite for rays of an infinite slope. Throws ComputationError as
-/// GeneralisedHarveyShack does. Costs milliseconds to tenths of a second (power laws, polygons). See
-/// `ray_error_in_light` for the same in light.
-ModelErrors model_errors(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
-                         double wavelength);
-
 /// A third of the usual margin of 1 %: what `allowed` is where no study gives a margin.
 inline constexpr double kUsualAllowedError = 0.01 / 3;
 

@@ -22,7 +22,5 @@ std::string to_string(FocusModel model);
 
 /// The model that a surface has to go through to be compared with `theory`: waves for kGhs, else rays.
 FocusModel model_of(Theory theory);
-/// The closed form that predicts the ensemble mean of `model`: kGeometric of rays, kGhs of waves.
-Theory theory_of(FocusModel model);
 
 }  // namespace aberfit
