@@ -12,18 +12,6 @@ namespace {
 constexpr double kInterpolation = 1e-3;  // of S between the rows of a Gaussian
 constexpr double kWidestStep = 0.3;      // in log f
 
-// Keeps the name of the model; its S is not changed inside the band.
-template <class Model>
-PsdModel narrower(Model model, double f_min, double f_max) {
-  model.f_min = std::max(model.f_min, f_min);
-  model.f_max = std::min(model.f_max, f_max);
-  return model;
-}
-
-double rms_inside(const PsdModel& model, double f_min, double f_max) {
-  return std::sqrt(radial_moment(RadialPsd(model), 0, f_min, f_max));
-}
-
 // log S = -(pi l f)^2 bends in u = log f by 4 (pi l f)^2: a chord of width h misses h^2/8 of it.
 TablePsd gaussian_table(const GaussianPsd& model, double f_min, double f_max) {
   const RadialPsd psd(model);
@@ -47,26 +35,24 @@ TablePsd cut_table(const TablePsd& model, double f_min, double f_max) {
   const double low = std::max(f_min, model.frequency.front()), high = std::min(f_max, model.frequency.back());
   TablePsd table;
   if (!(low < high)) return table;
-  table.frequency.push_back(low);
-  for (const double f : model.frequency)
-    if (f > low && f < high) table.frequency.push_back(f);
-  table.frequency.push_back(high);
-  for (const double f : table.frequency) table.psd.push_back(psd(f));
+  const auto add = [&](double f, double s) {
+    table.frequency.push_back(f);
+    table.psd.push_back(s);
+  };
+  if (low > model.frequency.front()) add(low, psd(low));
+  for (std::size_t i = 0; i < model.frequency.size(); ++i)
+    if (const double f = model.frequency[i]; f >= f_min && f <= f_max && (table.frequency.empty() || f > low))
+      add(f, model.psd[i]);
+  if (high < model.frequency.back() && high > table.frequency.back()) add(high, psd(high));
   return table;
 }
 
 struct Cutter {
   double f_min, f_max;
 
-  std::optional<PsdModel> operator()(const UniformPsd& m) const { return of_rms(m); }
-  std::optional<PsdModel> operator()(const KCorrelationPsd& m) const { return of_rms(m); }
-  std::optional<PsdModel> operator()(const PowerLawPsd& m) const {
-    if (!(std::max(m.f_min, f_min) < std::min(m.f_max, f_max))) return std::nullopt;
-    if (m.amplitude) return narrower(m, f_min, f_max);
-    PowerLawPsd inside = m;
-    inside.rms = rms_inside(m, f_min, f_max);
-    return narrower(inside, f_min, f_max);
-  }
+  std::optional<PsdModel> operator()(const UniformPsd& m) const { return inside(m, true); }
+  std::optional<PsdModel> operator()(const KCorrelationPsd& m) const { return inside(m, true); }
+  std::optional<PsdModel> operator()(const PowerLawPsd& m) const { return inside(m, !m.amplitude); }
   std::optional<PsdModel> operator()(const GaussianPsd& m) const {
     if (f_min <= 0 && std::isinf(f_max)) return m;
     const TablePsd table = gaussian_table(m, f_min, f_max);
@@ -85,12 +71,15 @@ struct Cutter {
   }
 
  private:
+  // Keeps the name of the model; its S is not changed inside the band.
   template <class Model>
-  std::optional<PsdModel> of_rms(const Model& m) const {
-    if (!(std::max(m.f_min, f_min) < std::min(m.f_max, f_max))) return std::nullopt;
-    Model inside = m;
-    inside.rms = rms_inside(m, f_min, f_max);
-    return narrower(inside, f_min, f_max);
+  std::optional<PsdModel> inside(Model m, bool has_rms) const {
+    const double low = std::max(m.f_min, f_min), high = std::min(m.f_max, f_max);
+    if (!(low < high)) return std::nullopt;
+    if (has_rms) m.rms = std::sqrt(radial_moment(RadialPsd(m), 0, f_min, f_max));
+    m.f_min = low;
+    m.f_max = high;
+    return m;
   }
 };
 

@@ -9,6 +9,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
+#include "aberfit/roughness/psd_in_band.h"
 #include "aberfit/roughness/psd_integrals.h"
 
 namespace aberfit {
@@ -17,25 +18,6 @@ namespace {
 constexpr const char* kAllowed =
     "rows of two or more numbers (frequency, PSD), both positive, frequencies ascending; '#' comments; one "
     "header row";
-
-double interpolate(const TablePsd& table, double f) { return RadialPsd(table)(f); }
-
-// The points inside the band, with interpolated ones at its edges.
-TablePsd cut(const TablePsd& table, double f_min, double f_max) {
-  TablePsd result;
-  const auto add = [&](double f, double s) {
-    result.frequency.push_back(f);
-    result.psd.push_back(s);
-  };
-  if (f_min > table.frequency.front()) add(f_min, interpolate(table, f_min));
-  for (std::size_t i = 0; i < table.frequency.size(); ++i)
-    if (table.frequency[i] >= f_min && table.frequency[i] <= f_max &&
-        (result.frequency.empty() || table.frequency[i] > result.frequency.back()))
-      add(table.frequency[i], table.psd[i]);
-  if (f_max < table.frequency.back() && f_max > result.frequency.back())
-    add(f_max, interpolate(table, f_max));
-  return result;
-}
 
 }  // namespace
 
@@ -97,7 +79,7 @@ PsdTableResult psd_from_table(const std::vector<double>& frequency, const std::v
     throw InputError(source, "", fmt::format("band {:g} .. {:g} /m", f_min, f_max),
                      fmt::format("a band that meets the table, {:g} .. {:g} /m", table.frequency.front(),
                                  table.frequency.back()));
-  result.psd = cut(table, f_min, f_max);
+  result.psd = std::get<TablePsd>(*psd_in_band(table, f_min, f_max));
   const RadialPsd whole(table);
   // Summed outside the band: one minus the share inside would lose the small ones.
   const auto left_out = [&](double power) {
