@@ -11,6 +11,7 @@
 
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/random.h"
+#include "aberfit/core/smooth_number.h"
 #include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/roughness/line_kernel.h"
 #include "profile_spectrum.h"
@@ -107,12 +108,6 @@ void draw_spectrum(const Grid& cells, Eigen::Index rows, Eigen::Index columns,
   }
 }
 
-bool has_fast_lines(Eigen::Index n) {
-  for (const int prime : {2, 3, 5, 7})
-    while (n % prime == 0) n /= prime;
-  return n == 1;
-}
-
 // The real transform along columns and rows, by lines side by side; only what the map needs of it.
 Grid transformed(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen::Index columns,
                  const RandomSurfaceOptions& options) {
@@ -150,7 +145,7 @@ Grid transformed(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen
 // Waves of the first grid, cut to the map.
 Grid first_grid(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen::Index columns,
                 const RandomSurfaceOptions& options) {
-  if (has_fast_lines(rows) && has_fast_lines(columns)) return transformed(cells, map, rows, columns, options);
+  if (is_smooth(rows) && is_smooth(columns)) return transformed(cells, map, rows, columns, options);
   std::vector<Complex> values(std::size_t(rows * columns));
   draw_spectrum(cells, rows, columns, options, [&](Eigen::Index j, Eigen::Index k, Complex c) {
     values[std::size_t(j * columns + k)] = c;

@@ -6,6 +6,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/quadrature.h"
+#include "aberfit/core/smooth_number.h"
 
 namespace aberfit::internal {
 namespace {
@@ -15,14 +16,9 @@ constexpr double kGoldenAngle = std::numbers::pi * (3.0 - 2.2360679774997896);
 }  // namespace
 
 std::int64_t nearest_smooth(std::int64_t wanted) {
-  const auto is_smooth = [](std::int64_t n) {
-    for (const int prime : {2, 3, 5})
-      while (n % prime == 0) n /= prime;
-    return n == 1;
-  };
   for (std::int64_t away = 0;; ++away) {
-    if (wanted - away >= 1 && is_smooth(wanted - away)) return wanted - away;
-    if (wanted + away >= 1 && is_smooth(wanted + away)) return wanted + away;
+    if (wanted - away >= 1 && is_smooth(wanted - away, 5)) return wanted - away;
+    if (wanted + away >= 1 && is_smooth(wanted + away, 5)) return wanted + away;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "aberfit/core/linear_algebra.h"
+#include "aberfit/core/smooth_number.h"
 #include "detrend_basis.h"
 #include "processing.h"
 #include "window.h"
@@ -13,18 +14,6 @@ namespace {
 
 using std::numbers::pi;
 constexpr Eigen::Index kFewestPoints = 4;  // along either side
-
-// Largest length up to n whose prime factors are 2, 3, 5 and 7: a prime length makes the transform several
-// times slower for a per cent of data.
-Eigen::Index smooth_length(Eigen::Index n) {
-  for (; n > 1; --n) {
-    Eigen::Index rest = n;
-    for (const int prime : {2, 3, 5, 7})
-      while (rest % prime == 0) rest /= prime;
-    if (rest == 1) return n;
-  }
-  return n;
-}
 
 }  // namespace
 
@@ -74,7 +63,8 @@ MapProcessing::MapProcessing(const HeightMap& geometry, const PsdEstimatorOption
       throw std::invalid_argument(std::string(name) +
                                   " of the map is unknown (0): give the distance of its points in metres");
   PixelRectangle inner = largest_inner_rectangle(geometry);
-  const Eigen::Index rows = smooth_length(inner.rows), columns = smooth_length(inner.columns);
+  // A prime length makes the transform several times slower for a per cent of data.
+  const Eigen::Index rows = smooth_up_to(inner.rows), columns = smooth_up_to(inner.columns);
   row_ = inner.row + (inner.rows - rows) / 2;
   column_ = inner.column + (inner.columns - columns) / 2;
   grid = {int(rows), int(columns), 1 / (double(columns) * geometry.pitch_x),

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "aberfit/core/smooth_number.h"
 #include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/terms/surface_spectrum.h"
 #include "estimator_steps.h"
@@ -110,8 +111,9 @@ std::unique_ptr<SurfaceSpectrum> estimated_spectrum(const TermSet& terms, const 
   if (!(terms.radius > 0)) throw std::invalid_argument("the square needs the radius of a disc to lie in");
   if (grid_size < 4) throw std::invalid_argument("a spectrum needs a grid of at least 4 x 4 points");
   const double pitch = std::sqrt(2.0) * terms.radius / grid_size;
+  // What the estimator cuts a map to.
   auto spectrum =
-      std::make_unique<EstimatedSpectrum>(terms, options, transform_length(grid_size), pitch, threads);
+      std::make_unique<EstimatedSpectrum>(terms, options, int(smooth_up_to(grid_size)), pitch, threads);
   *low = spectrum->edges().low;
   *high = spectrum->edges().high;
   return spectrum;

@@ -60,16 +60,6 @@ Eigen::MatrixXd orthonormal_polynomials(int n, int degree) {
   return orthonormal_columns(legendre);
 }
 
-int transform_length(int n) {
-  for (; n > 1; --n) {
-    int rest = n;
-    for (const int prime : {2, 3, 5, 7})
-      while (rest % prime == 0) rest /= prime;
-    if (rest == 1) break;
-  }
-  return n;
-}
-
 EstimatorBins estimator_bins(int n, double pitch, int bins_per_decade) {
   const double step = 1 / (n * pitch), nyquist = 0.5 * n * step, ratio = std::pow(10, 1.0 / bins_per_decade);
   const double first = step / std::sqrt(ratio);

@@ -15,8 +15,6 @@ Eigen::ArrayXd estimator_window(WindowKind window, int n);
 int detrend_degree(const DetrendOptions& options);
 /// Polynomials of degree 0 .. degree, orthonormal on n equidistant points: n x (degree + 1).
 Eigen::MatrixXd orthonormal_polynomials(int n, int degree);
-/// Largest length up to n with no prime factor above 7: what the estimator cuts a map to.
-int transform_length(int n);
 
 struct EstimatorBins {
   std::vector<int> of;       ///< bin of every ordinate of the n x n transform; -1: none

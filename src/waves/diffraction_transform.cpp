@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "aberfit/core/smooth_number.h"
 #include "aberfit/roughness/fourier_transform.h"
 
 namespace aberfit::internal {
@@ -14,13 +15,7 @@ constexpr std::size_t kCacheLine = 64;
 
 // Length of the transform of half of the samples.
 int half_length(int n, double padding) {
-  const int least = std::max(n, int(std::ceil(0.5 * padding * n - 1e-9)));
-  for (int m = least;; ++m) {
-    int rest = m;
-    for (const int prime : {2, 3, 5, 7})
-      while (rest % prime == 0) rest /= prime;
-    if (rest == 1) return m;
-  }
+  return int(smooth_from(std::max(n, int(std::ceil(0.5 * padding * n - 1e-9)))));
 }
 
 std::vector<double> phases_of_parts(int n, int parts) {
