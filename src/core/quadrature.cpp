@@ -22,7 +22,7 @@ Quadrature gauss_legendre(int n, double a, double b) {
 
 Eigen::ArrayXXd legendre_polynomials(const Eigen::ArrayXd& t, int count) {
   Eigen::ArrayXXd p = Eigen::ArrayXXd::Ones(t.size(), count);
-  p.col(1) = t;
+  if (count > 1) p.col(1) = t;
   for (int l = 1; l + 1 < count; ++l)
     p.col(l + 1) = ((2 * l + 1) * t * p.col(l) - l * p.col(l - 1)) / (l + 1.0);
   return p;

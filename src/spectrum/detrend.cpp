@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "aberfit/core/linear_algebra.h"
+#include "aberfit/core/quadrature.h"
 #include "detrend_basis.h"
 
 namespace aberfit {
@@ -34,14 +35,12 @@ Profile minus_polynomial(const Profile& profile, int degree) {
   return result;
 }
 
-struct Monomial {
-  int i, j;
-};
-std::vector<Monomial> products_up_to(int degree) {
-  std::vector<Monomial> products;
-  for (int total = 0; total <= degree; ++total)
-    for (int j = 0; j <= total; ++j) products.push_back({total - j, j});
-  return products;
+template <class Values>
+double rms_of_valid(const Values& values) {
+  double sum = 0, count = 0;
+  for (const double v : values)
+    if (std::isfinite(v)) sum += v * v, ++count;
+  return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
 }  // namespace
@@ -51,12 +50,14 @@ namespace internal {
 Eigen::MatrixXd legendre_basis(const Eigen::ArrayXd& x, double low, double high, int degree) {
   const Eigen::ArrayXd t = high > low ? Eigen::ArrayXd((2 * x - low - high) / (high - low))
                                       : Eigen::ArrayXd(Eigen::ArrayXd::Zero(x.size()));
-  Eigen::MatrixXd basis(x.size(), degree + 1);
-  basis.col(0).setOnes();
-  if (degree > 0) basis.col(1) = t;
-  for (int n = 2; n <= degree; ++n)
-    basis.col(n) = ((2 * n - 1) * t * basis.col(n - 1).array() - (n - 1) * basis.col(n - 2).array()) / n;
-  return basis;
+  return legendre_polynomials(t, degree + 1).matrix();
+}
+
+std::vector<std::pair<int, int>> products_up_to(int degree) {
+  std::vector<std::pair<int, int>> products;
+  for (int total = 0; total <= degree; ++total)
+    for (int j = 0; j <= total; ++j) products.emplace_back(total - j, j);
+  return products;
 }
 
 int polynomial_degree(const DetrendOptions& options, bool profile) {
@@ -119,14 +120,14 @@ HeightMap detrend(const HeightMap& map, const DetrendOptions& options) {
                                      double(columns - 1), degree);
   const auto down =
       legendre_basis(Eigen::ArrayXd::LinSpaced(rows, 0, double(rows - 1)), 0, double(rows - 1), degree);
-  const std::vector<Monomial> products = products_up_to(degree);
+  const std::vector<std::pair<int, int>> products = products_up_to(degree);
   const Eigen::Index terms = Eigen::Index(products.size());
   HeightMap result = map;
   Eigen::VectorXd term(terms);
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(terms, terms);
   const auto at = [&](Eigen::Index row, Eigen::Index column) -> const Eigen::VectorXd& {
     for (Eigen::Index k = 0; k < terms; ++k)
-      term[k] = across(column, products[std::size_t(k)].i) * down(row, products[std::size_t(k)].j);
+      term[k] = across(column, products[std::size_t(k)].first) * down(row, products[std::size_t(k)].second);
     return term;
   };
   for (Eigen::Index r = 0; r < rows; ++r)
@@ -147,18 +148,8 @@ HeightMap detrend(const HeightMap& map, const DetrendOptions& options) {
   return result;
 }
 
-double rms(const Profile& profile) {
-  double sum = 0, count = 0;
-  for (const double v : profile.value)
-    if (std::isfinite(v)) sum += v * v, ++count;
-  return count > 0 ? std::sqrt(sum / count) : 0;
-}
+double rms(const Profile& profile) { return rms_of_valid(profile.value); }
 
-double rms(const HeightMap& map) {
-  double sum = 0, count = 0;
-  for (const double v : map.height.reshaped())
-    if (std::isfinite(v)) sum += v * v, ++count;
-  return count > 0 ? std::sqrt(sum / count) : 0;
-}
+double rms(const HeightMap& map) { return rms_of_valid(map.height.reshaped()); }
 
 }  // namespace aberfit

@@ -107,8 +107,7 @@ MapProcessing::MapProcessing(const HeightMap& geometry, const PsdEstimatorOption
     const auto steps = [](int n) { return Eigen::ArrayXd::LinSpaced(n, 0, n - 1); };
     across_ = legendre_basis(steps(grid.cols), 0, grid.cols - 1, degree);
     down_ = legendre_basis(steps(grid.rows), 0, grid.rows - 1, degree);
-    for (int total = 0; total <= degree; ++total)
-      for (int j = 0; j <= total; ++j) products_.emplace_back(total - j, j);
+    products_ = products_up_to(degree);
     const Eigen::MatrixXd gx = across_.transpose() * across_, gy = down_.transpose() * down_;
     const Eigen::Index n = Eigen::Index(products_.size());
     Eigen::MatrixXd gram(n, n);

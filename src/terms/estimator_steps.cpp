@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "aberfit/core/linear_algebra.h"
+#include "aberfit/core/quadrature.h"
 
 namespace aberfit::internal {
 
@@ -50,14 +51,8 @@ Eigen::MatrixXd orthonormal_polynomials(int n, int degree) {
   if (degree >= n)
     throw std::invalid_argument("detrending of so high a degree leaves nothing of so small a grid");
   const Eigen::ArrayXd t = (2 * Eigen::ArrayXd::LinSpaced(n, 0, n - 1) - (n - 1)) / std::max(1, n - 1);
-  Eigen::MatrixXd legendre(n, degree + 1);
-  legendre.col(0).setOnes();
-  if (degree > 0) legendre.col(1) = t;
-  for (int k = 2; k <= degree; ++k)
-    legendre.col(k) =
-        ((2 * k - 1) * t * legendre.col(k - 1).array() - (k - 1) * legendre.col(k - 2).array()) / k;
   // Columns of Q span what the first columns of the polynomials span, degree by degree.
-  return orthonormal_columns(legendre);
+  return orthonormal_columns(legendre_polynomials(t, degree + 1).matrix());
 }
 
 EstimatorBins estimator_bins(int n, double pitch, int bins_per_decade) {

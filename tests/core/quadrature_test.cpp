@@ -17,3 +17,22 @@ TEST(GaussLegendre, IsExactForPolynomialsUpToTwiceItsPoints) {
     }
   }
 }
+
+TEST(LegendrePolynomials, AreTheClosedFormsAndOrthogonalUnderTheirRule) {
+  constexpr int kCount = 24;
+  const LegendreRule rule = legendre_rule(kCount);
+  const Eigen::ArrayXd t = rule.nodes;
+  const Eigen::ArrayXXd& p = rule.polynomials;
+  EXPECT_LT((p.col(2) - (1.5 * t.square() - 0.5)).abs().maxCoeff(), 1e-15);
+  EXPECT_LT((p.col(3) - (2.5 * t.cube() - 1.5 * t)).abs().maxCoeff(), 1e-15);
+  // int P_l P_m = 2/(2l+1) if l = m, else 0: degree 2 kCount - 2, which the rule integrates exactly.
+  const Eigen::MatrixXd gram = p.matrix().transpose() * rule.weights.matrix().asDiagonal() * p.matrix();
+  for (int l = 0; l < kCount; ++l)
+    for (int m = 0; m < kCount; ++m) EXPECT_NEAR(gram(l, m), l == m ? 2.0 / (2 * l + 1) : 0, 1e-14);
+  const Eigen::ArrayXXd ends = legendre_polynomials(Eigen::Array2d(-1, 1), kCount);
+  for (int l = 0; l < kCount; ++l) {
+    EXPECT_EQ(ends(0, l), l % 2 == 0 ? 1 : -1);
+    EXPECT_EQ(ends(1, l), 1);
+  }
+  EXPECT_EQ(legendre_polynomials(t, 1).cols(), 1);
+}

@@ -12,7 +12,7 @@ struct Quadrature {
 /// n-point Gauss-Legendre rule on [a, b], nodes ascending; exact for polynomials of degree 2n - 1. n >= 1.
 Quadrature gauss_legendre(int n, double a, double b);
 
-/// Legendre polynomials P_0 .. P_(count-1) at places t in [-1, 1], (place, l); count >= 2. Bonnet's
+/// Legendre polynomials P_0 .. P_(count-1) at places t in [-1, 1], (place, l); count >= 1. Bonnet's
 /// recurrence, DLMF 18.9.1.
 Eigen::ArrayXXd legendre_polynomials(const Eigen::ArrayXd& t, int count);
 
