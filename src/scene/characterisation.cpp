@@ -6,30 +6,12 @@
 #include <optional>
 
 #include "aberfit/core/linear_algebra.h"
+#include "polygon.h"
 
 namespace aberfit {
 namespace {
 
 using Point = std::array<double, 2>;
-
-// Centroid of the area; every shape but the polygon is centred on the axis.
-Point area_centroid(const Aperture& aperture) {
-  const auto* polygon = std::get_if<PolygonAperture>(&aperture);
-  if (!polygon) return {0.0, 0.0};
-  const auto& v = polygon->vertices;
-  double twice_area = 0, x = 0, y = 0;
-  for (std::size_t i = 0; i < v.size();
-       ++i) {  // from the first corner, so that a far-off polygon loses no digits
-    const Point a{v[i][0] - v[0][0], v[i][1] - v[0][1]};
-    const Point& next = v[(i + 1) % v.size()];
-    const Point b{next[0] - v[0][0], next[1] - v[0][1]};
-    const double cross = a[0] * b[1] - a[1] * b[0];
-    twice_area += cross;
-    x += cross * (a[0] + b[0]) / 3;
-    y += cross * (a[1] + b[1]) / 3;
-  }
-  return {v[0][0] + x / twice_area, v[0][1] + y / twice_area};
-}
 
 // Distance from `from` along (cos, sin) to the outermost edge: the first inside point met when walking in,
 // then bisection.
@@ -59,7 +41,9 @@ MirrorCharacterisation characterise(const Mirror& mirror, const Aperture& apertu
     return Eigen::Vector3d(x, y, base_surface(mirror, x, y).height);
   };
   MirrorCharacterisation result;
-  const Point centre = area_centroid(aperture);
+  // Every shape but the polygon is centred on the axis.
+  const auto* polygon = std::get_if<PolygonAperture>(&aperture);
+  const Point centre = polygon ? internal::polygon_area(polygon->vertices).centroid : Point{0, 0};
   result.vertex = on_mirror(0.0, 0.0);
   result.centroid = on_mirror(centre[0], centre[1]);
   result.rim.resize(3, directions);

@@ -7,6 +7,7 @@
 #include "aberfit/core/overloaded.h"
 #include "aberfit/core/quadrature.h"
 #include "polar_rule.h"
+#include "polygon.h"
 
 namespace aberfit {
 using namespace internal;
@@ -45,24 +46,7 @@ PupilSample tensor_product(double width, double height, int degree) {
 }
 
 PupilSample fan(const std::vector<std::array<double, 2>>& vertices, int degree) {
-  const auto edge = [&](std::size_t i) {
-    const auto &a = vertices[i], &b = vertices[(i + 1) % vertices.size()];
-    return std::array<std::array<double, 2>, 2>{a, b};
-  };
-  const auto cross = [](double ax, double ay, double bx, double by) { return ax * by - ay * bx; };
-  double twice_area = 0, centre_x = 0, centre_y = 0;  // about a vertex: no cancellation
-  const auto& origin = vertices.front();
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const auto [a, b] = edge(i);
-    const double ax = a[0] - origin[0], ay = a[1] - origin[1], bx = b[0] - origin[0], by = b[1] - origin[1];
-    const double twice = cross(ax, ay, bx, by);
-    twice_area += twice;
-    centre_x += twice * (ax + bx);
-    centre_y += twice * (ay + by);
-  }
-  centre_x = origin[0] + centre_x / (3 * twice_area);
-  centre_y = origin[1] + centre_y / (3 * twice_area);
-
+  const auto [twice_area, centre] = polygon_area(vertices);
   // The square's u runs from the centre to the edge and brings a factor u, hence one degree more.
   const Quadrature outwards = gauss_legendre((degree + 1) / 2 + 1, 0, 1),
                    along = gauss_legendre(degree / 2 + 1, 0, 1);
@@ -73,14 +57,14 @@ PupilSample fan(const std::vector<std::array<double, 2>>& vertices, int degree) 
     array->resize(per_edge * Eigen::Index(vertices.size()));
   Eigen::Index k = 0;
   for (std::size_t e = 0; e < vertices.size(); ++e) {
-    const auto [a, b] = edge(e);
-    const double ax = a[0] - centre_x, ay = a[1] - centre_y, bx = b[0] - centre_x, by = b[1] - centre_y;
-    const double share = cross(ax, ay, bx, by) / twice_area;
+    const auto &a = vertices[e], &b = vertices[(e + 1) % vertices.size()];
+    const double ax = a[0] - centre[0], ay = a[1] - centre[1], bx = b[0] - centre[0], by = b[1] - centre[1];
+    const double share = (ax * by - ay * bx) / twice_area;
     for (Eigen::Index i = 0; i < outwards.nodes.size(); ++i)
       for (Eigen::Index j = 0; j < along.nodes.size(); ++j, ++k) {
         const double u = outwards.nodes[i], v = along.nodes[j];
-        pupil.x[k] = centre_x + u * (ax + v * (bx - ax));
-        pupil.y[k] = centre_y + u * (ay + v * (by - ay));
+        pupil.x[k] = centre[0] + u * (ax + v * (bx - ax));
+        pupil.y[k] = centre[1] + u * (ay + v * (by - ay));
         pupil.weight[k] = 2 * share * u * outwards.weights[i] * along.weights[j];
       }
   }

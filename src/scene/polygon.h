@@ -1,0 +1,15 @@
+#pragma once
+#include <array>
+#include <vector>
+
+namespace aberfit::internal {
+
+/// Signed area (positive where the corners go round counter-clockwise) and centroid of a polygon, about its
+/// first corner, so that one far off loses no digits.
+struct PolygonArea {
+  double twice_area = 0;                 ///< [m^2]
+  std::array<double, 2> centroid{0, 0};  ///< [m]
+};
+PolygonArea polygon_area(const std::vector<std::array<double, 2>>& vertices);
+
+}  // namespace aberfit::internal
