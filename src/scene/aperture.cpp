@@ -20,11 +20,6 @@ double signed_area(const std::vector<Point>& v) {
   return 0.5 * twice;
 }
 
-std::vector<Point> corners(const RectangleAperture& a) {
-  const double x = 0.5 * a.width, y = 0.5 * a.height;
-  return {{x, -y}, {x, y}, {-x, y}, {-x, -y}};
-}
-
 double distance_to_segment(const Point& p, const Point& a, const Point& b) {
   const double ex = b[0] - a[0], ey = b[1] - a[1], length2 = ex * ex + ey * ey;
   double t = length2 > 0 ? ((p[0] - a[0]) * ex + (p[1] - a[1]) * ey) / length2 : 0.0;
@@ -165,6 +160,24 @@ double aperture_area(const Aperture& aperture) {
                     aperture);
 }
 
+ApertureBox bounding_box(const Aperture& aperture) {
+  const std::vector<Point> corners = aperture_corners(aperture);
+  const double radius = aperture_radius(aperture);
+  if (corners.empty()) return {-radius, radius, -radius, radius};
+  ApertureBox box{HUGE_VAL, -HUGE_VAL, HUGE_VAL, -HUGE_VAL};
+  for (const auto& [x, y] : corners)
+    box = {std::min(box.x0, x), std::max(box.x1, x), std::min(box.y0, y), std::max(box.y1, y)};
+  return box;
+}
+
+std::vector<Point> aperture_corners(const Aperture& aperture) {
+  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture)) return polygon->vertices;
+  const auto* rectangle = std::get_if<RectangleAperture>(&aperture);
+  if (!rectangle) return {};
+  const double x = 0.5 * rectangle->width, y = 0.5 * rectangle->height;
+  return {{x, -y}, {x, y}, {-x, y}, {-x, -y}};
+}
+
 bool aperture_contains(const Aperture& aperture, double x, double y, double margin) {
   return std::visit(
       Overloaded{[&](const CircleAperture& a) { return std::hypot(x, y) <= 0.5 * a.diameter - margin; },
@@ -189,8 +202,7 @@ std::vector<RadialNode> radial_quadrature(const Aperture& aperture, int n) {
                                [&](const AnnulusAperture& a) {
                                  return ring_nodes(0.5 * a.inner_diameter, 0.5 * a.diameter, n);
                                },
-                               [&](const RectangleAperture& a) { return polygon_nodes(corners(a), n); },
-                               [&](const PolygonAperture& a) { return polygon_nodes(a.vertices, n); }},
+                               [&](const auto&) { return polygon_nodes(aperture_corners(aperture), n); }},
                     aperture);
 }
 

@@ -34,24 +34,6 @@ std::optional<Ring> ring_of(const Aperture& aperture) {
   throw ComputationError("no pupil point fits inside the aperture and its margin");
 }
 
-struct Box {
-  double x0, x1, y0, y1;
-};
-
-Box bounding_box(const Aperture& aperture) {
-  if (const auto* rectangle = std::get_if<RectangleAperture>(&aperture))
-    return {-rectangle->width / 2, rectangle->width / 2, -rectangle->height / 2, rectangle->height / 2};
-  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture)) {
-    Box box{INFINITY, -INFINITY, INFINITY, -INFINITY};
-    for (const auto& [x, y] : polygon->vertices) {
-      box = {std::min(box.x0, x), std::max(box.x1, x), std::min(box.y0, y), std::max(box.y1, y)};
-    }
-    return box;
-  }
-  const double radius = aperture_radius(aperture);
-  return {-radius, radius, -radius, radius};
-}
-
 PupilSample equal_weights(const std::vector<double>& x, const std::vector<double>& y, PupilLayout layout) {
   if (x.empty()) no_room();
   const auto n = Eigen::Index(x.size());
@@ -107,7 +89,7 @@ PupilSample scattered_pupil(const Aperture& aperture, const PupilOptions& option
   }
   // Rejection from the bounding box; the share that fits is at least the share of the area, so a few boxes'
   // worth is enough.
-  const Box box = bounding_box(aperture);
+  const ApertureBox box = bounding_box(aperture);
   const double fill = aperture_area(aperture) / ((box.x1 - box.x0) * (box.y1 - box.y0));
   const double margin = aperture_margin(aperture);
   const auto limit = std::int64_t(double(options.rays) / fill * 1.5) + 1024;
@@ -130,7 +112,7 @@ PupilSample scattered_pupil(const Aperture& aperture, const PupilOptions& option
 
 PupilSample grid_of_pitch(const Aperture& aperture, double pitch) {
   const double margin = aperture_margin(aperture);
-  const Box box = bounding_box(aperture);
+  const ApertureBox box = bounding_box(aperture);
   const auto first = [pitch](double low) { return std::int64_t(std::floor(low / pitch)); };
   const auto last = [pitch](double high) { return std::int64_t(std::ceil(high / pitch)); };
   const auto axis = [&](std::int64_t from, std::int64_t to) -> Eigen::ArrayXd {

@@ -26,15 +26,6 @@ double conjugate(double rho, double focal_length) {
   return 1 / (1 + t * t);
 }
 
-std::vector<PupilField::Point> polygon_of(const Aperture& aperture) {
-  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture)) return polygon->vertices;
-  if (const auto* rectangle = std::get_if<RectangleAperture>(&aperture)) {
-    const double x = 0.5 * rectangle->width, y = 0.5 * rectangle->height;
-    return {{x, -y}, {x, y}, {-x, y}, {-x, -y}};
-  }
-  return {};
-}
-
 }  // namespace
 
 std::vector<double> edge_directions(const std::vector<PupilField::Point>& polygon) {
@@ -94,7 +85,7 @@ void PupilField::outline(const Aperture& aperture) {
     inner_ = rho * conjugate(rho, focal_length_);
   }
   is_rectangle_ = std::holds_alternative<RectangleAperture>(aperture);
-  const std::vector<Point> polygon = polygon_of(aperture);
+  const std::vector<Point> polygon = aperture_corners(aperture);
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Point &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
     const double length = std::hypot(b[0] - a[0], b[1] - a[1]);

@@ -85,21 +85,6 @@ struct CommonPart {
   AreaMoments operator()(const PolygonAperture&) const { return {}; }  // rasterised instead
 };
 
-struct BoundingBox {
-  ApertureBox operator()(const CircleAperture& a) const { return square(0.5 * a.diameter); }
-  ApertureBox operator()(const AnnulusAperture& a) const { return square(0.5 * a.diameter); }
-  ApertureBox operator()(const RectangleAperture& a) const {
-    return {-0.5 * a.width, 0.5 * a.width, -0.5 * a.height, 0.5 * a.height};
-  }
-  ApertureBox operator()(const PolygonAperture& a) const {
-    ApertureBox box{HUGE_VAL, -HUGE_VAL, HUGE_VAL, -HUGE_VAL};
-    for (const Point& v : a.vertices)
-      box = {std::min(box.x0, v[0]), std::max(box.x1, v[0]), std::min(box.y0, v[1]), std::max(box.y1, v[1])};
-    return box;
-  }
-  static ApertureBox square(double half) { return {-half, half, -half, half}; }
-};
-
 // Shares below this are rounding errors of the areas.
 constexpr double kNoCover = 1e-12;
 
@@ -143,8 +128,6 @@ Aperture in_directions(const Aperture& aperture, double focal_length, double cho
   const double x = 0.5 * rectangle.width, y = 0.5 * rectangle.height;
   return bent({{-x, -y}, {x, -y}, {x, y}, {-x, y}}, focal_length, chord);
 }
-
-ApertureBox bounding_box(const Aperture& aperture) { return std::visit(BoundingBox{}, aperture); }
 
 ApertureCells::ApertureCells(const Aperture& aperture, const Eigen::ArrayXd& x, const Eigen::ArrayXd& y,
                              double pitch_x, double pitch_y)

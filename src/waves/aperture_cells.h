@@ -14,11 +14,6 @@ double direction_of(double radius, double focal_length);
 /// broken into chords of at most `chord` [m] before they are bent.
 Aperture in_directions(const Aperture& aperture, double focal_length, double chord);
 
-struct ApertureBox {
-  double x0, x1, y0, y1;
-};
-ApertureBox bounding_box(const Aperture& aperture);
-
 /// Clear share of a cell, and the centre of the clear part from the cell's centre times that share, in
 /// pitches.
 struct ClearPart {

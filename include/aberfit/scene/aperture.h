@@ -33,6 +33,13 @@ using Aperture = std::variant<CircleAperture, AnnulusAperture, RectangleAperture
 double aperture_radius(const Aperture& aperture);
 /// Clear area [m^2], margin not taken off.
 double aperture_area(const Aperture& aperture);
+/// The smallest upright rectangle that holds the aperture [m].
+struct ApertureBox {
+  double x0, x1, y0, y1;
+};
+ApertureBox bounding_box(const Aperture& aperture);
+/// Corners of a rectangle or a polygon, in order; none of what is round.
+std::vector<std::array<double, 2>> aperture_corners(const Aperture& aperture);
 /// Whether (x, y) is inside and at least `margin` away from every edge.
 bool aperture_contains(const Aperture& aperture, double x, double y, double margin);
 double aperture_margin(const Aperture& aperture);
