@@ -1,6 +1,6 @@
 // The map of the repository, kept true: which room includes which, which library lives where, what lies at
-// the top, how long functions and how large rooms are, where a study may not be changed, and which names
-// leave their room.
+// the top, how long functions and how large rooms are, where a study may not be changed, which names leave
+// their room, and that a test knows every warning.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -125,6 +125,47 @@ TEST(Architecture, NamesOfOneRoomStayInside) {
   }
 }
 
+// What tests say, by the folder below tests/; `fits` has the expected results of the studies with it. What
+// the rules below are tried with is no test of a warning.
+std::map<std::string, std::string> texts_of_tests() {
+  std::map<std::string, std::string> texts;
+  const auto read = [&](const char* top, const auto& counts) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
+      const fs::path file = fs::relative(entry.path(), kRoot / top);
+      if (entry.is_regular_file() && counts(file))
+        texts[top == std::string("fits") ? top : file.begin()->string()] += contents(entry.path());
+    }
+  };
+  read("tests", [](const fs::path& file) {
+    const std::string folder = file.begin()->string();
+    return (file.extension() == ".cpp" || file.extension() == ".h") && folder != "architecture" &&
+           folder != "data";
+  });
+  read("fits", [](const fs::path& file) { return file.filename() == "expected.json"; });
+  return texts;
+}
+
+// A test that names a code is no proof that it sees the warning come, but one that none names, none sees.
+TEST(Architecture, EveryWarningIsNamedByATest) {
+  const std::map<std::string, std::string> tests = texts_of_tests();
+  EXPECT_TRUE(tests.contains("method") && tests.contains("fits"));
+  std::set<std::string> codes;
+  for (const fs::path& file : sources()) {
+    const bool reports = file.parent_path().filename() == "report";
+    for (const std::string& code : warning_codes(contents(kRoot / file))) {
+      codes.insert(code);
+      // The results that tests of reports show are made by hand.
+      EXPECT_TRUE(std::any_of(tests.begin(), tests.end(),
+                              [&](const auto& test) {
+                                return (reports || test.first != "report") &&
+                                       test.second.find('"' + code + '"') != std::string::npos;
+                              }))
+          << file.string() << ": no test names the warning " << code;
+    }
+  }
+  EXPECT_GT(codes.size(), 35u);  // sources were read, and warnings found
+}
+
 TEST(Architecture, TopLevelHoldsOnlyWhatBelongsThere) {
   std::vector<std::string> names = tracked_at_top();
   if (names.empty()) names = present_at_top();
@@ -187,6 +228,29 @@ TEST(SourceRules, TellEveryKindOfBreach) {
   }
   EXPECT_EQ(out_of_place({"src", "README.md", ".ci", ".gitignore", "notes.txt", "data"}),
             (std::vector<std::string>{"notes.txt", "data"}));
+}
+
+TEST(SourceRules, TellWarningsFromOtherWords) {
+  struct Case {
+    const char* line;
+    std::vector<std::string> codes;
+  };
+  const Case cases[] = {
+      {"warnings.push_back({\"no-tea\", \"the pot is empty\"});", {"no-tea"}},
+      {"result->warnings.push_back(\n    {\"no-tea\",\n     fmt::format(\"{}\", 1)});", {"no-tea"}},
+      {"warnings->push_back( { \"no-tea-4-2\", a + b});", {"no-tea-4-2"}},
+      {"warnings->push_back(\n    {cold ? \"no-tea\" : \"no-ice\", why});", {"no-tea", "no-ice"}},
+      {"*warning_ = {\n  \"no-tea\",\n  \"the pot is empty\"};", {"no-tea"}},
+      {"return {{\"no-tea\", \"the pot is empty\"}};", {"no-tea"}},
+      {"f({\"a-a\", b}); warnings.push_back({\"no-tea\", c}); g.push_back({\"no-ice\", d});",
+       {"no-tea", "no-ice"}},
+      {"// warnings.push_back({\"no-tea\", \"the pot is empty\"});", {}},
+      {"v.word(fit.prior, {\"near-start\", \"zero-mean\"});", {}},
+      {"Family family{\"tea-count\", \"cups\"};", {}},
+      {"names.push_back(\"no-tea\");", {}},
+      {"warnings.push_back({\"No tea\", \"the pot is empty\"});", {}},
+  };
+  for (const Case& c : cases) EXPECT_EQ(warning_codes(c.line), c.codes) << c.line;
 }
 
 TEST(SourceRules, TellWhatTheUmbrellaHeaderMisses) {

@@ -438,6 +438,23 @@ std::vector<std::string> leaked_names(const fs::path& file, const std::string& t
   return found;
 }
 
+std::vector<std::string> warning_codes(const std::string& text) {
+  static const std::string word = R"re("([a-z0-9]+(?:-[a-z0-9]+)+)")re";
+  static const std::regex given(
+      R"re((?:\bpush_back\s*\(|\breturn\s*\{|\bwarning_?\s*=)\s*\{\s*(?:[^"?:;{}]*\?\s*)re" + word +
+      R"re(\s*:\s*)?)re" + word + R"re(\s*,)re");
+  std::string code = text;
+  const std::string comments = comments_of(text);
+  for (std::size_t i = 0; i < code.size(); ++i)
+    if (comments[i] != ' ') code[i] = comments[i] == '\n' ? '\n' : ' ';
+  std::vector<std::string> found;
+  const std::sregex_iterator end;
+  for (std::sregex_iterator it(code.begin(), code.end(), given); it != end; ++it)
+    for (const std::size_t group : {1, 2})
+      if ((*it)[group].matched) found.push_back((*it)[group]);
+  return found;
+}
+
 std::string comments_of(const std::string& text) { return only(Part::kComment, text); }
 
 std::vector<std::string> out_of_place(const std::vector<std::string>& names) {

@@ -48,6 +48,11 @@ std::vector<std::string> changed_studies(const std::filesystem::path& file, cons
 /// (`using namespace`). Other files may do as they like.
 std::vector<std::string> leaked_names(const std::filesystem::path& file, const std::string& text);
 
+/// Codes of the warnings that a source gives: words in lower case with dashes that open the braces of an
+/// element pushed back, of a `return {{`, or of what a `warning` is set to; also where one of two is chosen
+/// by `? :`. Other lists of such words (formats, choices of a study) are none.
+std::vector<std::string> warning_codes(const std::string& text);
+
 /// The text of a source with all but its comments as blanks, on the same lines.
 std::string comments_of(const std::string& text);
 

@@ -233,6 +233,34 @@ TEST(MapFit, SaysWhenSphericalPowersRepeatTheZernikes) {
   EXPECT_LT(fit.coefficients.norm(), truth.norm());
 }
 
+// A surface that lacks one astigmatism leaves it as residual, which points share by the dozen; white noise
+// they do not share at all.
+TEST(MapFit, SaysWhenResidualsHoldNoMoreIndependentPointsThanItsTerms) {
+  TermSet terms;
+  terms.radius = 1;
+  for (const ZernikeMode& mode : zernike_modes(2, 5))
+    if (mode != ZernikeMode{2, 2}) terms.zernike.push_back(mode);
+  const auto few = [](const MapFitResult& fit) {
+    return std::find_if(fit.warnings.begin(), fit.warnings.end(),
+                        [](const Warning& warning) { return warning.code == "few-independent-points"; });
+  };
+  HeightMap smooth = empty_map(40, 40, 0.05, 0.05), rough = smooth;
+  const RandomStream stream(1, "map-fit-few-independent-points");
+  for (Eigen::Index i = 0; i < smooth.rows(); ++i)
+    for (Eigen::Index k = 0; k < smooth.columns(); ++k) {
+      const double x = smooth.x(k), y = smooth.y(i);
+      if (!in_circle(x, y)) continue;
+      smooth.height(i, k) = 1e-7 * zernike({2, 2}, x, y).value;
+      rough.height(i, k) = 1e-7 * stream.normal(std::uint64_t(i * smooth.columns() + k));
+    }
+  const MapFitResult shared = fit_map(smooth, terms), own = fit_map(rough, terms);
+  ASSERT_NE(few(shared), shared.warnings.end()) << shared.independent_points;
+  EXPECT_NE(few(shared)->message.find("independent points"), std::string::npos) << few(shared)->message;
+  EXPECT_LT(shared.independent_points, double(terms.size()) + 4);  // piston and tilts are fitted along
+  EXPECT_EQ(few(own), own.warnings.end());
+  EXPECT_GT(own.independent_points, 10 * double(terms.size()));
+}
+
 TEST(MapFit, IsTheSameToTheLastBitOnAnyNumberOfThreads) {
   HeightMap map = zygo_map();
   const TermSet terms = noll_terms(36, centre(&map));

@@ -1,0 +1,100 @@
+// What `fit` says of a map: its size beside the aperture, and exports that cannot be.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "aberfit/commands/run.h"
+#include "aberfit/core/random.h"
+#include "aberfit/measured/write_map.h"
+#include "aberfit/study/read_study.h"
+#include "study/scratch_folder.h"
+
+namespace aberfit::test {
+namespace {
+
+// Points every millimetre within 24 mm, 10 nm of white noise.
+HeightMap round_map() {
+  HeightMap map;
+  map.pitch_x = map.pitch_y = 1e-3;
+  map.height = Grid::Constant(49, 49, std::nan(""));
+  centre_on_grid(&map);
+  const RandomStream stream(1, "map-warnings-test");
+  for (Eigen::Index i = 0; i < map.rows(); ++i)
+    for (Eigen::Index k = 0; k < map.columns(); ++k)
+      if (std::hypot(map.x(k), map.y(i)) < 24.0001e-3)
+        map.height(i, k) = 10e-9 * stream.normal(std::uint64_t(i * map.columns() + k));
+  return map;
+}
+
+struct Fit {
+  ScratchFolder folder;
+  ResultDocument result;
+
+  Fit(double diameter_mm, const std::string& terms, const std::string& exports = "",
+      std::optional<int> order = {}) {
+    folder.write("map.csv", map_csv(round_map()));
+    const std::string text = fmt::format(
+        R"({{"aberfit": 1, "mirror": {{"focal_length": "1 m"}}, "light": {{"wavelength": "632.8 nm"}},
+             "aperture": {{"shape": "circle", "diameter": "{} mm"}}, "trace": {{"rays": 1024}},
+             "target": {{"map": {{"file": "map.csv", "origin": "file"}}}}, "terms": {{{}}},
+             "output": {{"plots": false, "export": [{}], "export_grid": 17}}}})",
+        diameter_mm, terms, exports);
+    Study study = parse_study(text, folder.write("study.json", text));
+    if (order) study.terms.zernike->n_max = order;
+    RunOptions options;
+    options.threads = 1;
+    options.plots = false;
+    if (!exports.empty()) options.output_directory = folder.file("out");
+    result = run_map_fit(study, options);
+  }
+  std::vector<std::string> messages(const std::string& code) const {
+    std::vector<std::string> found;
+    for (const Warning& warning : result.warnings)
+      if (warning.code == code) found.push_back(warning.message);
+    return found;
+  }
+  bool exported(const std::string& name) const {
+    return std::filesystem::exists(folder.file("out/exports/" + name));
+  }
+};
+
+bool has(const std::vector<std::string>& messages, const std::string& word) {
+  return messages.size() == 1 && messages[0].find(word) != std::string::npos;
+}
+
+TEST(MapWarnings, MapSmallerThanApertureBelow98Percent) {
+  const std::string terms = R"("zernike": {"n_max": 4})";
+  const Fit smaller(48 / 0.979, terms), same(48 / 0.981, terms);
+  EXPECT_TRUE(has(smaller.messages("map-smaller-than-aperture"), "extrapolated"));
+  EXPECT_TRUE(same.messages("map-smaller-than-aperture").empty());
+}
+
+// rho^4 beside the Zernikes that it is a sum of: the points tell only the sum.
+TEST(MapWarnings, ExportLeftOutWhereTheMapDoesNotDetermineTheTerms) {
+  const std::string both = R"("zernike": {"n_max": 4}, "spherical": ["c4"])";
+  const Fit unknown(48.1, both, R"("csv")"), known(48.1, R"("zernike": {"n_max": 4})", R"("csv")");
+  EXPECT_TRUE(has(unknown.messages("export-left-out"), "do not determine the terms"));
+  EXPECT_FALSE(unknown.exported("surface.csv"));
+  EXPECT_TRUE(known.messages("export-left-out").empty());
+  EXPECT_TRUE(known.exported("surface.csv"));
+  // Where no export is asked for, none is left out.
+  EXPECT_TRUE(Fit(48.1, both).messages("export-left-out").empty());
+}
+
+// Zernike Standard ends at n = 20. An order in the study file is refused when it is read; one that comes
+// later, as of a program or found by a fit, leaves the format out and writes the others.
+TEST(MapWarnings, ExportLeftOutWhereAFormatCannotHoldTheTerms) {
+  const std::string terms = R"("zernike": {})", formats = R"("zernike-noll", "csv")";
+  const Fit beyond(48.1, terms, formats, 21), within(48.1, terms, formats, 20);
+  EXPECT_TRUE(has(beyond.messages("export-left-out"), "zernike-noll: "));
+  EXPECT_FALSE(beyond.exported("zernike_standard.txt"));
+  EXPECT_TRUE(beyond.exported("surface.csv"));
+  EXPECT_TRUE(within.messages("export-left-out").empty());
+  EXPECT_TRUE(within.exported("zernike_standard.txt"));
+}
+
+}  // namespace
+}  // namespace aberfit::test

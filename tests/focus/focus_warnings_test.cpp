@@ -1,0 +1,95 @@
+// What the focal statistics say of themselves: bundles made by hand, on both sides of each rule.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "aberfit/focus/evaluate.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kRing = 1e-5, kSlope = 1e-3;  // a ray of that slope crosses the ring 1 cm out of its focus
+constexpr double kReach = kRing / kSlope;
+
+// Rays in the plane y = 0 that cross the axis at dz = `focus`.
+struct Beam {
+  double weight, slope, focus;
+};
+RayBundle bundle(const std::vector<Beam>& beams) {
+  RayBundle rays;
+  const auto count = Eigen::Index(beams.size());
+  for (Eigen::ArrayXd* part : {&rays.x, &rays.y, &rays.tx, &rays.ty, &rays.weight}) part->setZero(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Beam& beam = beams[std::size_t(i)];
+    rays.weight[i] = beam.weight;
+    rays.tx[i] = beam.slope;
+    rays.x[i] = -beam.slope * beam.focus;
+  }
+  return rays;
+}
+
+struct Seen {
+  double value;
+  Warnings warnings;
+};
+Seen seen(const RayBundle& rays, const Statistic& statistic) {
+  const Eigen::ArrayXd flat = Eigen::ArrayXd::Zero(rays.size());
+  Warnings warnings;
+  const double value = evaluate_exact({rays, rays, flat}, {statistic}, 1, &warnings)[0];
+  return {value, warnings};
+}
+
+TEST(FocusWarnings, NoLightWhereEveryRayIsLost) {
+  const RayBundle dark = bundle({{0, kSlope, 0}, {0, -kSlope, 0}});
+  const Seen none = seen(dark, EncircledEnergyRadius{0.5, 1e-3});
+  EXPECT_TRUE(std::isnan(none.value));
+  ASSERT_EQ(none.warnings.size(), 1u);
+  EXPECT_EQ(none.warnings[0].code, "no-light");
+  EXPECT_NE(none.warnings[0].message.find("every ray is lost"), std::string::npos);
+
+  const Seen one = seen(bundle({{0, kSlope, 0}, {0.1, -kSlope, 0}}), EncircledEnergyRadius{0.5, 1e-3});
+  EXPECT_TRUE(std::isfinite(one.value));
+  EXPECT_TRUE(one.warnings.empty());
+}
+
+// A share of the light that stays inside the ring in every plane, as that of collimated rays: below a half it
+// only lifts the profile, from a half on the profile has no half maximum.
+TEST(FocusWarnings, RingFwhmMissingWhereHalfTheLightNeverLeavesTheRing) {
+  const auto with_steady = [](double share) {
+    return bundle({{share, 0, 0}, {(1 - share) / 2, kSlope, 0}, {(1 - share) / 2, -kSlope, 0}});
+  };
+  const Seen none = seen(with_steady(0.51), RingFwhm{0.9, kRing});
+  EXPECT_TRUE(std::isnan(none.value));
+  ASSERT_EQ(none.warnings.size(), 1u);
+  EXPECT_EQ(none.warnings[0].code, "ring-fwhm-missing");
+  EXPECT_NE(none.warnings[0].message.find("half its maximum"), std::string::npos);
+  EXPECT_EQ(none.warnings[0].message.find("ring_fwhm_m"), 0u) << none.warnings[0].message;
+
+  const Seen found = seen(with_steady(0.49), RingFwhm{0.9, kRing});
+  // Profile: 1 within the reach, 0.49 beyond. It is counted in 4096 planes over 16 ring / RMS slope.
+  const double plane = 16 * kReach / std::sqrt(0.51) / 4096;
+  EXPECT_NEAR(found.value, 2 * kReach, 2 * plane);
+  EXPECT_TRUE(found.warnings.empty());
+}
+
+// Two foci five reaches apart: the second is seen where it holds half as much light as the first.
+TEST(FocusWarnings, RingFwhmCrossingsWhereASecondFocusIsHalfAsBright) {
+  const auto with_second = [](double share) {
+    return bundle({{1 - share, kSlope, 0}, {share, -kSlope, 5 * kReach}});
+  };
+  const double plane = 16 * kReach / 4096;
+  for (const double share : {0.30, 0.37}) {  // 0.43 and 0.59 of the first
+    const Seen found = seen(with_second(share), RingFwhm{0.9, kRing});
+    EXPECT_NEAR(found.value, 2 * kReach, 2 * plane) << share;
+    if (share < 1.0 / 3) {
+      EXPECT_TRUE(found.warnings.empty());
+      continue;
+    }
+    ASSERT_EQ(found.warnings.size(), 1u);
+    EXPECT_EQ(found.warnings[0].code, "ring-fwhm-crossings");
+    EXPECT_NE(found.warnings[0].message.find("4 times"), std::string::npos) << found.warnings[0].message;
+  }
+}
+
+}  // namespace
+}  // namespace aberfit

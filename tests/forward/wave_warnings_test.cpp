@@ -1,0 +1,80 @@
+// Why a statistic of waves is not there: one small mirror on a grid of 32 cells.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "aberfit/forward/forward_model.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kFocal = 2.8, kDiameter = 0.4, kWavelength = 632.8e-9;
+constexpr int kCells = 32;
+
+struct Scene {
+  Mirror mirror{kFocal, -1, {}};
+  Aperture aperture = CircleAperture{kDiameter};
+  PupilSample pupil = diffraction_pupil(aperture, kFocal, kDiameter / kCells).sample;
+  SurfaceOperator surface{terms(), pupil, focus_operator(FocusModel::kWaves, 1)};
+
+  static TermSet terms() {
+    TermSet terms;
+    terms.radius = kDiameter / 2;
+    terms.zernike = zernike_modes(2, 4);
+    return terms;
+  }
+  LightPath path() const {
+    return {mirror, pupil, surface, FocusModel::kWaves, kWavelength, &aperture, Centre::kNominal};
+  }
+  /// 20 nm of each term.
+  Warnings warnings(const std::vector<Statistic>& statistics, double height = 20e-9) const {
+    Warnings found;
+    const Eigen::VectorXd coefficients = Eigen::VectorXd::Constant(surface.terms().size(), height);
+    focus_statistics(path(), coefficients, statistics, 1, &found);
+    return found;
+  }
+};
+
+TEST(WaveWarnings, RmsRadiusOfWavesDiverges) {
+  const Scene scene;
+  const Warnings found = scene.warnings({RmsRadius{}});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].code, "rms-radius-of-waves");
+  EXPECT_NE(found[0].message.find("second moment diverges"), std::string::npos) << found[0].message;
+  EXPECT_TRUE(scene.warnings({EncircledEnergyRadius{0.5, 0}}).empty());
+}
+
+// The field of view of a grid ends at lambda f / (2 pitch), 16 grains lambda f / D here.
+TEST(WaveWarnings, StatisticMissingBeyondTheFieldOfView) {
+  const Scene scene;
+  const double grain = kWavelength * kFocal / kDiameter;
+  const Warnings found = scene.warnings({RingThrough{1.2 * kCells / 2 * grain, 0}});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].code, "statistic-missing");
+  EXPECT_NE(found[0].message.find("field of view"), std::string::npos) << found[0].message;
+  EXPECT_NE(found[0].message.find("ring_through"), std::string::npos) << found[0].message;
+  EXPECT_TRUE(scene.warnings({RingThrough{0.8 * kCells / 2 * grain, 0}}).empty());
+}
+
+// The scatter of a perfect mirror is 0, a corner of the root of its squares: a fit is told, a value exists.
+TEST(WaveWarnings, StatisticMissingWhereTheSurfaceMovesNoRay) {
+  const Scene scene;
+  const auto model = make_forward_model(scene.path(), {ScatterRms{}}, 1);
+  Eigen::VectorXd values;
+  model->move_to(Eigen::VectorXd::Zero(scene.surface.terms().size()));
+  EXPECT_FALSE(model->evaluate(1e-6, &values));
+  EXPECT_NE(model->trouble().find("does not move a ray"), std::string::npos) << model->trouble();
+  model->move_to(Eigen::VectorXd::Constant(scene.surface.terms().size(), 20e-9));
+  EXPECT_TRUE(model->evaluate(1e-6, &values));
+  EXPECT_EQ(model->trouble(), "");
+  EXPECT_TRUE(scene.warnings({ScatterRms{}}, 0).empty());
+
+  const Warnings found = scene.warnings({ScatterRms{}}, std::nan(""));
+  EXPECT_TRUE(std::any_of(found.begin(), found.end(), [](const Warning& warning) {
+    return warning.code == "statistic-missing" && warning.message.find("scatter_rms") == 0;
+  }));
+}
+
+}  // namespace
+}  // namespace aberfit

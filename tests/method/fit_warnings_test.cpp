@@ -1,0 +1,200 @@
+// What a finished fit says of itself: `conclude` on fits made by hand, on both sides of each rule, and once a
+// whole run that ends too soon on too few rays.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "aberfit/commands/run.h"
+#include "aberfit/method/band_choice.h"
+#include "aberfit/method/conclude.h"
+#include "aberfit/study/read_study.h"
+
+namespace aberfit {
+namespace {
+
+// 20 waves of phase: a scene for rays.
+const char* const kSteep =
+    R"(, "roughness": {"psd": {"model": "uniform", "rms": "2 um", "f_min": "2.5 /m", "f_max": "13 /m"}})";
+
+// A 0.4 m f/7 mirror with 12 terms, in rays: light has no statistics about the centroid.
+std::string scene(const std::string& rest) {
+  return R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
+      "aperture": {"shape": "circle", "diameter": "0.4 m"}, "terms": {"zernike": {"n_max": 4}},
+      "trace": {"centre": "centroid", "rays": 256})" +
+         rest + "}";
+}
+
+// Given radii of a Gaussian spot of 20 um: `count` targets.
+std::string with_values(int count) {
+  std::string statistics;
+  for (int k = 0; k < count; ++k) {
+    const int percent = 10 + 7 * k;
+    const double radius = 20 * std::sqrt(-2 * std::log(1 - percent / 100.0));
+    statistics += fmt::format(R"({}"ee{}": {{"value": "{:.4f} um"}})", k == 0 ? "" : ", ", percent, radius);
+  }
+  return R"(, "target": {"statistics": {)" + statistics +
+         R"(}}, "fit": {"prior": "zero-mean", "max_iterations": 1})";
+}
+
+// A fit that went well, for a test to change: no light lost, 30 rays a term, a flat surface.
+struct Fitted {
+  Study study;
+  Layout layout;
+  std::shared_ptr<const TermPlan> terms;
+  RunContext context{1};
+
+  explicit Fitted(const std::string& text)
+      : study(parse_study(text, "study.json")),
+        layout(lay_out(study, 1)),
+        terms(std::make_shared<const TermPlan>(plan_terms(study, layout.ground, study.terms))) {}
+
+  template <typename Change>
+  FitOutcome concluded(const Change& change) const {
+    const FitCase of{study, layout.ground, layout.targets, context};
+    const FitPlan plan = make_plan(study, terms);
+    Attempt attempt;
+    attempt.terms = terms;
+    attempt.bench =
+        std::make_shared<const Workbench>(study, FocusModel::kRays, plan.pupil, 0, terms->terms, 1);
+    attempt.result = outcome_of(of, plan);
+    attempt.result.fit.status = FitStatus::kConverged;
+    attempt.result.fit.coefficients = Eigen::VectorXd::Zero(terms->terms.size());
+    attempt.result.rays = 30 * terms->terms.size();
+    attempt.fresh.rays = 4 * attempt.result.rays;
+    change(&attempt);
+    conclude(of, &attempt);
+    return attempt.result;
+  }
+};
+
+std::vector<std::string> messages(const FitOutcome& result, const std::string& code) {
+  std::vector<std::string> found;
+  for (const Warning& warning : result.warnings)
+    if (warning.code == code) found.push_back(warning.message);
+  return found;
+}
+bool says(const std::vector<std::string>& messages, const std::string& word) {
+  return std::any_of(messages.begin(), messages.end(),
+                     [&](const std::string& message) { return message.find(word) != std::string::npos; });
+}
+
+TEST(FitWarnings, FewRaysBelowThirtyATermWithMoreThanTenTargets) {
+  const Fitted eleven(scene(with_values(11))), ten(scene(with_values(10)));
+  ASSERT_EQ(eleven.terms->terms.size(), 12);
+  const auto with_rays = [](Eigen::Index rays) {
+    return [rays](Attempt* attempt) { attempt->result.rays = rays; };
+  };
+  const std::vector<std::string> found = messages(eleven.concluded(with_rays(359)), "few-rays");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(says(found, "359 rays for 12 terms")) << found[0];
+  EXPECT_TRUE(says(found, "use more rays")) << found[0];
+  EXPECT_TRUE(messages(eleven.concluded(with_rays(360)), "few-rays").empty());
+  EXPECT_TRUE(messages(ten.concluded(with_rays(359)), "few-rays").empty());
+}
+
+TEST(FitWarnings, FewRaysIsNoWordOfWaves) {
+  Fitted waves(scene(with_values(11)));
+  waves.layout.ground.use.model = FocusModel::kWaves;
+  EXPECT_TRUE(
+      messages(waves.concluded([](Attempt* attempt) { attempt->result.rays = 12; }), "few-rays").empty());
+}
+
+TEST(FitWarnings, NotConvergedGivesTheSolversReason) {
+  const Fitted fitted(scene(with_values(1)));
+  const auto ended = [](FitStatus status) {
+    return [status](Attempt* attempt) {
+      attempt->result.fit.status = status;
+      attempt->result.fit.message = "it ran out of patience";
+    };
+  };
+  const std::vector<std::string> found =
+      messages(fitted.concluded(ended(FitStatus::kNotConverged)), "not-converged");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(says(found, "no verdict")) << found[0];
+  EXPECT_TRUE(says(found, "it ran out of patience")) << found[0];
+  EXPECT_TRUE(messages(fitted.concluded(ended(FitStatus::kConverged)), "not-converged").empty());
+}
+
+TEST(FitWarnings, LostRaysCountsFreshOnes) {
+  const Fitted fitted(scene(with_values(1)));
+  const auto with_lost = [](Eigen::Index lost) {
+    return [lost](Attempt* attempt) { attempt->fresh.lost = lost; };
+  };
+  const std::vector<std::string> found = messages(fitted.concluded(with_lost(1)), "lost-rays");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(says(found, "1 of 1440 fresh rays miss")) << found[0];
+  EXPECT_TRUE(messages(fitted.concluded(with_lost(0)), "lost-rays").empty());
+}
+
+// The slopes of cos 4 phi rise as rho^3, steeper than any draw of twelve equal terms; those of astigmatism
+// and defocus rise as rho.
+TEST(FitWarnings, ZoneSlopeWhereOneTermPilesTheSlopesUpAtTheRim) {
+  const Fitted fitted(scene(with_values(1)));
+  const std::vector<ZernikeMode>& modes = fitted.terms->terms.zernike;
+  const auto at = std::find(modes.begin(), modes.end(), ZernikeMode{4, 4}) - modes.begin();
+  ASSERT_LT(at, Eigen::Index(modes.size()));
+  const FitOutcome piled = fitted.concluded([&](Attempt* a) { a->result.fit.coefficients[at] = 1e-6; });
+  ASSERT_EQ(piled.surface.zones.size(), 4u);
+  // Closed form: mean of rho^6 over the ring a..b against the disc's 1/4, (b^8 - a^8) / (b^2 - a^2).
+  EXPECT_NEAR(piled.surface.zones[3].ratio, std::sqrt((1 - std::pow(0.75, 8)) / (1 - 0.75 * 0.75)), 2e-2);
+  std::size_t outside = 0;
+  for (const ZoneSlope& zone : piled.surface.zones) {
+    const bool told = !zone.inside() && !zone.more_even();
+    outside += told;
+    EXPECT_EQ(says(messages(piled, "zone-slope"),
+                   fmt::format("zone {:.2f}-{:.2f} R is {:.3f} ", zone.rho_min, zone.rho_max, zone.ratio)),
+              told)
+        << zone.rho_min;
+  }
+  EXPECT_GE(outside, 2u);
+  EXPECT_EQ(messages(piled, "zone-slope").size(), outside);
+}
+
+TEST(FitWarnings, ZoneSlopeIsSilentAboutADrawAndAboutEvenSlopes) {
+  const Fitted fitted(scene(with_values(1)));
+  const Eigen::Index size = fitted.terms->terms.size();
+  const FitOutcome drawn = fitted.concluded(
+      [&](Attempt* a) { a->result.fit.coefficients = fitted.terms->prior.colour(draw_white(size, 1)); });
+  ASSERT_EQ(drawn.surface.zones.size(), 4u);
+  EXPECT_TRUE(messages(drawn, "zone-slope").empty());
+
+  // Coma keeps more of its slope in the middle than draws do, which is nearer to the roughness itself.
+  const std::vector<ZernikeMode>& modes = fitted.terms->terms.zernike;
+  const auto at = std::find(modes.begin(), modes.end(), ZernikeMode{3, 1}) - modes.begin();
+  const FitOutcome coma = fitted.concluded([&](Attempt* a) { a->result.fit.coefficients[at] = 1e-6; });
+  ASSERT_FALSE(coma.surface.zones.at(0).inside());
+  ASSERT_TRUE(coma.surface.zones.at(0).more_even());
+  EXPECT_FALSE(says(messages(coma, "zone-slope"), "zone 0.00-0.25 R"));
+}
+
+// The specification is one for rays; a fiftieth of its heights, 0.8 rad of phase, is not.
+TEST(FitWarnings, SurfaceRegimeWhereTheFittedSurfaceCallsForAnotherModel) {
+  const Fitted fitted(scene(std::string(kSteep) + R"(, "equivalence": {"margin": "90 %"})"));
+  ASSERT_EQ(regime(fitted.layout.ground.numbers), FocusModel::kRays);
+  const Eigen::VectorXd draw =
+      fitted.terms->prior.colour(draw_white(fitted.terms->terms.size(), fitted.study.fit.seed));
+  const auto with_height = [&](double factor) {
+    return fitted.concluded([&](Attempt* a) { a->result.fit.coefficients = factor * draw; });
+  };
+  const FitOutcome flat = with_height(0.02), like = with_height(1);
+  const std::vector<std::string> found = messages(flat, "surface-regime");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(says(found, "calls for waves")) << found[0];
+  EXPECT_TRUE(says(found, "calls for rays")) << found[0];
+  EXPECT_EQ(flat.surface.needed, "waves");
+  EXPECT_TRUE(messages(like, "surface-regime").empty());
+  EXPECT_EQ(like.surface.needed, "rays");
+}
+
+TEST(FitWarnings, ReachTheResultOfARun) {
+  const ResultDocument result = run_fit(parse_study(scene(with_values(11)), "study.json"), {});
+  EXPECT_EQ(result.fit.status, FitStatus::kNotConverged) << result.fit.message;
+  EXPECT_TRUE(says(messages(result, "not-converged"), result.fit.message));
+  EXPECT_TRUE(says(messages(result, "few-rays"), "single rays"));
+}
+
+}  // namespace
+}  // namespace aberfit

@@ -1,0 +1,112 @@
+// What a specification, a trace and a comparison of branches say before anything is fitted.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "aberfit/method/band_choice.h"
+#include "aberfit/method/plan.h"
+#include "aberfit/method/trace_surface.h"
+#include "aberfit/method/verify.h"
+#include "aberfit/study/read_study.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kFocal = 2, kRadius = 0.2;
+
+std::string study_of(const std::string& rest, const std::string& wavelength = "632.8 nm") {
+  return R"({"aberfit": 1, "mirror": {"focal_length": "2 m"}, "light": {"wavelength": ")" + wavelength +
+         R"("}, "aperture": {"shape": "circle", "diameter": "0.4 m"})" + rest + "}";
+}
+const std::string kValue = R"(, "target": {"statistics": {"ee50": {"value": "20 um"}}},
+                               "fit": {"prior": "zero-mean"})";
+const std::string kSmooth =
+    R"(, "roughness": {"psd": {"model": "uniform", "rms": "1 nm", "f_min": "2.5 /m", "f_max": "5 /m"}})";
+
+// Message of the warning `code`; empty when there is none.
+std::string message(const Warnings& warnings, const std::string& code) {
+  for (const Warning& warning : warnings)
+    if (warning.code == code) return warning.message;
+  return "";
+}
+bool has(const std::string& text, const std::string& word) { return text.find(word) != std::string::npos; }
+
+TEST(SceneWarnings, DiagonalCovariancePilesSlopesUpAtTheRim) {
+  const auto said = [](const std::string& covariance) {
+    const Study study = parse_study(
+        study_of(kValue + R"(, "terms": {"zernike": {"n_max": 3}, "covariance": ")" + covariance + "\"}"),
+        "study.json");
+    const Groundwork ground = lay_groundwork(study);
+    const TermPlan plan = plan_terms(study, ground, study.terms);
+    return message(scene_warnings(study, ground, plan.terms, plan.captured), "diagonal-covariance");
+  };
+  EXPECT_TRUE(has(said("diagonal"), "at the rim")) << said("diagonal");
+  EXPECT_EQ(said("full"), "");
+}
+
+TEST(SceneWarnings, GrazingIncidenceBelowThirtyNanometres) {
+  const auto said = [](const std::string& wavelength) {
+    const Study study = parse_study(study_of(kSmooth, wavelength), "study.json");
+    const RadialPsd psd(*study.psd);
+    const PhysicsChoice use = choose_physics(study, requested_physics(study), &psd);
+    EXPECT_TRUE(use.theory_error && use.theory_error->applies);
+    return message(use.warnings, "grazing-incidence");
+  };
+  EXPECT_TRUE(has(said("29.9 nm"), "grazing incidence")) << said("29.9 nm");
+  EXPECT_EQ(said("30.1 nm"), "");
+}
+
+// Defocus sqrt(3) c (2 rho^2 - 1) on a parabola: the slope r / (2 f) + 4 sqrt(3) c r / R^2 turns rays from
+// 45 degrees on away from the focus.
+TEST(TraceWarnings, LostRaysAreThoseSteeperThanFortyFiveDegrees) {
+  const Study study = parse_study(
+      study_of(kValue + R"(, "terms": {"zernike": {"n_max": 2}}, "trace": {"rays": 2048})"), "study.json");
+  TermSet terms;
+  terms.radius = kRadius;
+  terms.zernike = {{2, 0}};
+  const auto traced = [&](double steepest) {
+    const double c = (1 / steepest - 1 / (2 * kFocal)) * kRadius * kRadius / (4 * std::sqrt(3.0));
+    return trace_surface(study, GivenSurface{terms, Eigen::VectorXd::Constant(1, c)}, 1);
+  };
+  const TraceReport lost = traced(0.9 * kRadius);
+  const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
+  EXPECT_EQ(lost.rays, pupil.size());
+  EXPECT_EQ(lost.lost_rays, ((pupil.x.square() + pupil.y.square()).sqrt() > 0.9 * kRadius).count());
+  EXPECT_GT(lost.lost_rays, 0);
+  const std::string said = message(lost.warnings, "lost-rays");
+  EXPECT_TRUE(has(said, std::to_string(lost.lost_rays) + " of " + std::to_string(lost.rays))) << said;
+  EXPECT_TRUE(has(said, "miss the focal region")) << said;
+  const TraceReport whole = traced(1.1 * kRadius);
+  EXPECT_EQ(whole.lost_rays, 0);
+  EXPECT_EQ(message(whole.warnings, "lost-rays"), "");
+}
+
+VerifyReport verified(const std::string& trace) {
+  const Study study = parse_study(
+      study_of(kSmooth + R"(, "terms": {"zernike": {"n_max": 4}}, "trace": {"rays": 512)" + trace + "}"),
+      "study.json");
+  TermSet terms;
+  terms.radius = kRadius;
+  terms.zernike = zernike_modes(2, 4);
+  const Eigen::VectorXd coefficients = 1e-9 * draw_white(terms.size(), 1);
+  return verify(study, {}, GivenSurface{terms, coefficients}, 1);
+}
+
+TEST(VerifyWarnings, CentralDifferenceIsALowPassFilter) {
+  const auto said = [](const std::string& normals) {
+    return message(verified(R"(, "centre": "centroid")" + normals).warnings, "central-difference");
+  };
+  EXPECT_TRUE(has(said(R"(, "normals": {"central_difference": {"step": "1 mm"}})"), "low-pass filter"));
+  EXPECT_EQ(said(R"(, "normals": "analytic")"), "");
+}
+
+TEST(VerifyWarnings, NoLightSaysWhatIsInTheWay) {
+  const VerifyReport dark = verified(R"(, "centre": "centroid")"), lit = verified("");
+  EXPECT_TRUE(has(message(dark.warnings, "no-light"), "the centroid")) << dark.light_obstacle;
+  EXPECT_TRUE(dark.light.empty());
+  EXPECT_EQ(message(lit.warnings, "no-light"), "");
+  EXPECT_FALSE(lit.light.empty());
+}
+
+}  // namespace
+}  // namespace aberfit
