@@ -15,6 +15,9 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/random.h"
+#include "aberfit/core/root.h"
+#include "aberfit/core/smooth_number.h"
+#include "aberfit/core/text.h"
 #include "aberfit/core/units.h"
 #include "aberfit/core/warning.h"
 

@@ -254,7 +254,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
     result.spectrum.push_back({spectrum.low[b], spectrum.high[b], spectrum.value[b], result.fit.spectrum[b],
                                spectrum.tolerance[b]});
   const Eigen::VectorXd own =
-      bench.exact(of.task, result.fit.coefficients, fitted.statistics(), threads, &result.warnings);
+      bench.exact(of.task, result.fit.coefficients, fitted.statistics(), threads, &attempt.own_warnings);
   result.fitted = fitted.shown(own);
   attempt.own = fitted.judged(own);
   result.posterior_std = shown_std(of.targets.fitted, result.fit.statistic_std);

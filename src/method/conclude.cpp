@@ -100,6 +100,8 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
 
 void conclude(const FitCase& of, Attempt* attempt) {
   FitOutcome& result = attempt->result;
+  if (attempt->fresh.rays == 0)
+    result.warnings.insert(result.warnings.end(), attempt->own_warnings.begin(), attempt->own_warnings.end());
   ask_light(of, &result);
   ask_perfect_mirror(of, &result);
   if (of.ground.split && of.ground.split->has_rest()) {

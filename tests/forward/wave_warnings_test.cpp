@@ -53,7 +53,7 @@ TEST(WaveWarnings, StatisticMissingBeyondTheFieldOfView) {
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].code, "statistic-missing");
   EXPECT_NE(found[0].message.find("field of view"), std::string::npos) << found[0].message;
-  EXPECT_NE(found[0].message.find("ring_through"), std::string::npos) << found[0].message;
+  EXPECT_NE(found[0].message.find("ee_within"), std::string::npos) << found[0].message;
   EXPECT_TRUE(scene.warnings({RingThrough{0.8 * kCells / 2 * grain, 0}}).empty());
 }
 

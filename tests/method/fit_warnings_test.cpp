@@ -196,5 +196,19 @@ TEST(FitWarnings, ReachTheResultOfARun) {
   EXPECT_TRUE(says(messages(result, "few-rays"), "single rays"));
 }
 
+// The fit's own rays and fresh ones both lack one width; the fresh ones say so.
+TEST(FitWarnings, OfAStatisticAreSaidOnce) {
+  const ResultDocument result =
+      run_fit(parse_study(
+                  R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
+              "aperture": {"shape": "circle", "diameter": "0.4 m"}, "terms": {"zernike": {"n_max": 4}},
+              "trace": {"centre": "centroid", "rays": 64}, "output": {"plots": false},
+              "target": {"statistics": {"ee50": {"value": "20 um"}, "ring_fwhm@ee10": {"value": "200 um"}}},
+              "fit": {"prior": "zero-mean"}})",
+                  "study.json"),
+              {});
+  EXPECT_EQ(messages(result, "ring-fwhm-crossings").size(), 1u);
+}
+
 }  // namespace
 }  // namespace aberfit
