@@ -100,8 +100,7 @@ TEST_P(MeasuredProfile, GivesAModelOfItsBinsAndTermsWithThatFocus) {
   EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
   EXPECT_EQ(result.verdict, Verdict::kEquivalent);
   const double rest = result.shares ? result.shares->rest_rms : 0;
-  EXPECT_NEAR(std::hypot(result.surface.rms_height, rest) / rms_height_on(study.aperture, model), 1,
-              2e-3);
+  EXPECT_NEAR(std::hypot(result.surface.rms_height, rest) / rms_height_on(study.aperture, model), 1, 2e-3);
   if (result.shares) {
     EXPECT_GE(result.perfect->mismatch, 5);  // a margin that sees the roughness
   } else {
