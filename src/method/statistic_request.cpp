@@ -1,5 +1,6 @@
 #include "statistic_request.h"
 
+#include <cassert>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -61,6 +62,7 @@ std::vector<Wanted> wanted_by(const StatisticRequest& request, const RingOf& rin
       else
         add(EncircledEnergyRadius{fraction_of(name), dz});
     }
+  assert(!wanted.empty());  // a kind without a line above
   for (Wanted& share : wanted)
     if (std::holds_alternative<RingThrough>(share.statistic)) share.absolute_tolerance = true;
   return wanted;
