@@ -290,6 +290,24 @@ TEST(AutomaticRays, KeepWhatAStudyNames) {
   EXPECT_FALSE(result.ray_choice->automatic);
 }
 
+// More while fresh rays say otherwise, know too little, or leave the verdict open; never beyond the most.
+TEST(AutomaticRays, DoubleUntilFreshRaysSettleIt) {
+  const auto enough = [](double gap, double error, Verdict verdict, std::int64_t rays = 16384) {
+    RayChoice choice;
+    choice.allowed = kRayShareOfMargin * 0.01;
+    choice.gap = gap;
+    choice.sampling_error = error;
+    return explain_rays(rays, verdict, &choice);
+  };
+  EXPECT_TRUE(enough(0.0049, 0.0049, Verdict::kEquivalent));
+  EXPECT_FALSE(enough(0.0051, 0.001, Verdict::kEquivalent));
+  EXPECT_FALSE(enough(0.001, 0.0051, Verdict::kDifferent));
+  EXPECT_FALSE(enough(0.001, 0.001, Verdict::kUndecided));  // a tenth of the margin could decide it
+  EXPECT_TRUE(enough(0.001, 0.0004, Verdict::kUndecided));  // 4 % of the margin could not
+  EXPECT_TRUE(enough(0.02, 0.02, Verdict::kUndecided, std::int64_t(1) << 40));
+  EXPECT_EQ(more_rays(16384), 32768);
+}
+
 TEST(AutomaticRays, StayUntilFreshRaysSayTheSame) {
   const ResultDocument result =
       run_fit(parse_study(small_study(R"({"zernike": {"n_max": 14}})", "\"auto\""), "study.json"), {});
