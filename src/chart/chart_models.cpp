@@ -303,6 +303,7 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
     const Groundwork ground = lay_groundwork(task, {{}, way.model});
     const TargetSets targets = make_targets(task, ground, bench.threads);
     const FitCase of{task, ground, targets, context};
+    const int first = expected_orders(ground).first;
     if (way.coarse_first) last = 0;
     for (const int order : orders) {
       if (way.dearer * last > clock.left()) {
@@ -311,10 +312,8 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       }
       bench.say(fmt::format("chart: fit of n <= {} by {}", order, way.method));
       const ChartClock fit_clock(0);
-      FitPlan plan = make_plan(
-          task,
-          std::make_shared<const TermPlan>(plan_terms(
-              task, ground, zernikes_up_to(order, task.terms.covariance, expected_orders(ground).first))));
+      FitPlan plan = make_plan(task, std::make_shared<const TermPlan>(plan_terms(
+                                         task, ground, zernikes_up_to(order, task.terms.covariance, first))));
       plan.give_up_on_stall = true;
       plan.pupil.rays = first_rays(plan.terms->terms.size());
       plan.automatic_rays = false;

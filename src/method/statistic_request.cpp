@@ -26,7 +26,7 @@ std::vector<Wanted> profile(const StatisticRequest& request, const RingOf& ring_
   std::vector<Wanted> wanted;
   for (std::size_t k = 0; k < request.profile_dz.size(); ++k)
     wanted.push_back({RingThrough{ring, request.profile_dz[k], true}, request.profile_value[k],
-                      request.standard_error, request.tolerance, true});
+                      request.standard_error, request.tolerance});
   return wanted;
 }
 
@@ -63,8 +63,6 @@ std::vector<Wanted> wanted_by(const StatisticRequest& request, const RingOf& rin
         add(EncircledEnergyRadius{fraction_of(name), dz});
     }
   assert(!wanted.empty());  // a kind without a line above
-  for (Wanted& share : wanted)
-    if (std::holds_alternative<RingThrough>(share.statistic)) share.absolute_tolerance = true;
   return wanted;
 }
 

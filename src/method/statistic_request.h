@@ -13,8 +13,7 @@ struct Wanted {
   Statistic statistic;
   std::optional<double> value = {};
   double standard_error = 0;
-  double tolerance = 1e-3;          ///< relative to the value
-  bool absolute_tolerance = false;  ///< the tolerance is in the statistic's unit
+  double tolerance = 1e-3;  ///< of a share of the light absolute, else relative to the value
 };
 
 /// Radius [m] in focus that holds a fraction of the light.

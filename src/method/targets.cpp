@@ -304,7 +304,8 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
     }
     if (!std::isfinite(target.value)) refuse_without_focus(statistic_name(statistics[k]), ground);
     if (k < wanted.size()) {
-      target.tolerance = wanted[k].tolerance * (wanted[k].absolute_tolerance ? 1.0 : std::abs(target.value));
+      const bool of_share = std::holds_alternative<RingThrough>(statistics[k]);
+      target.tolerance = wanted[k].tolerance * (of_share ? 1.0 : std::abs(target.value));
       sets.fitted.push_back(target);
     } else if (k < wanted.size() + guides.size()) {
       target.tolerance = kGuideTolerance * std::abs(target.value);

@@ -7,24 +7,16 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <set>
 
 #include "source_rules.h"
+#include "source_text.h"
 
 namespace aberfit::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-const fs::path kRoot = ABERFIT_SOURCE_DIR;
-
-std::string contents(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  EXPECT_TRUE(file) << path;
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
 
 // Sources and headers of the library and the program, as paths below the root; pages (.md) are no sources.
 std::vector<fs::path> sources() {
@@ -35,12 +27,6 @@ std::vector<fs::path> sources() {
         found.push_back(fs::relative(entry.path(), kRoot));
   std::sort(found.begin(), found.end());
   return found;
-}
-
-std::string joined(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += "  " + line + "\n";
-  return text;
 }
 
 // What git tracks at the top level; empty where the sources come without git or it will not answer.

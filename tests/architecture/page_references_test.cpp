@@ -3,28 +3,14 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "page_rules.h"
+#include "source_text.h"
 
 namespace aberfit::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-const fs::path kRoot = ABERFIT_SOURCE_DIR;
-
-std::string contents(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  EXPECT_TRUE(file) << path;
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-std::string joined(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += "  " + line + "\n";
-  return text;
-}
 
 // What people read, as paths below the root: sources, pages and build files, without data that others made.
 std::vector<fs::path> readings() {
