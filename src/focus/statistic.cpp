@@ -123,6 +123,10 @@ std::vector<Statistic> statistics_of(const std::vector<Target>& targets) {
 
 double gaussian_curve_slope(double fraction) { return -2 * (1 - fraction) * std::log1p(-fraction); }
 
+double gaussian_sigma(double radius, double fraction) {
+  return radius / std::sqrt(-2 * std::log(1 - fraction));
+}
+
 const StatisticKind& kind_of(const Statistic& statistic) { return kKinds[statistic.index()]; }
 
 const StatisticKind& kind_of_key(const std::string& key) {

@@ -18,8 +18,6 @@
 namespace aberfit {
 namespace {
 
-constexpr double kGaussianEe90 = 2.14596602628934724;  // sqrt(2 ln 10), in sigma_f
-
 // Spot scale of a study that gives its targets as values: the first value that has one.
 double scale_of_values(const Task& task) {
   for (const StatisticRequest& request : task.target.statistics)
@@ -38,7 +36,7 @@ void set_mean_spot(const Task& task, Groundwork* ground) {
   ground->core_sigma = ground->focal_sigma;
   const MeanSpot focus = ground->mean_spot->at_plane(0);
   for (const double fraction : {0.2, 0.5}) {
-    const double sigma = focus.encircled_energy_radius(fraction) / std::sqrt(-2 * std::log(1 - fraction));
+    const double sigma = gaussian_sigma(focus.encircled_energy_radius(fraction), fraction);
     if (sigma < ground->core_sigma) ground->core_sigma = sigma;
   }
 }

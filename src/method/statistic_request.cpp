@@ -11,14 +11,8 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kEe90 = 2.14596602628934724;  // sqrt(2 ln 10): of a Gaussian spot, in sigma
-
 // "ee50" -> 0.5
 double fraction_of(const std::string& name) { return std::stod(name.substr(2)) / 100; }
-
-double sigma_within(double radius, double fraction) {
-  return radius / std::sqrt(-2 * std::log(1 - fraction));
-}
 
 std::vector<Wanted> profile(const StatisticRequest& request, const RingOf& ring_of) {
   const auto* given = std::get_if<double>(&request.ring);
@@ -69,7 +63,7 @@ std::vector<Wanted> wanted_by(const StatisticRequest& request, const RingOf& rin
 std::optional<double> spot_sigma(const StatisticRequest& request, double focal_length) {
   const std::string& name = request.name;
   const auto* ring = std::get_if<double>(&request.ring);
-  if (ring && (name == "ring_fwhm" || name == "ring_profile")) return *ring / kEe90;
+  if (ring && (name == "ring_fwhm" || name == "ring_profile")) return *ring / kGaussianEe90;
   const double value = request.value.value_or(0);
   if (!(value > 0)) return std::nullopt;
   if (name == "rms_radius") return value / std::numbers::sqrt2;
@@ -77,8 +71,8 @@ std::optional<double> spot_sigma(const StatisticRequest& request, double focal_l
   if (name == "scatter_mean") return value * focal_length / std::sqrt(0.5 * kPi);
   if (name == "spot_fwhm") return value / std::sqrt(8 * std::numbers::ln2);
   if (!name.starts_with("ee") || request.planes.front() != 0) return std::nullopt;
-  if (name == "ee_within") return sigma_within(request.radii.front(), value);
-  return sigma_within(value, fraction_of(name));
+  if (name == "ee_within") return gaussian_sigma(request.radii.front(), value);
+  return gaussian_sigma(value, fraction_of(name));
 }
 
 }  // namespace aberfit::internal

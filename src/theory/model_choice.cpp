@@ -8,6 +8,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/focus/statistic.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/theory/theory_error.h"
@@ -52,12 +53,11 @@ const std::vector<double> kFractions = {0.20, 0.35, 0.50, 0.65, 0.80, 0.90, 0.95
 constexpr double kPlanes[] = {0, -1, 1, -2.5, 2.5, -5, 5};
 constexpr double kFarthestPlane =
     0.25;  // of the focal length: spots that are this deep have no planes to speak of
-constexpr double kEe90OfGaussian = 2.14596602628934724;  // sqrt(2 ln 10), in sigma_f
 
 double error_of_rays(const Theories& theories, const Mirror& mirror, const Aperture& aperture,
                      double ghs_ee90, double allowed) {
   if (!theories.rays || !std::isfinite(ghs_ee90)) return kInfinity;
-  const double depth = mirror.focal_length * ghs_ee90 / kEe90OfGaussian / aperture_radius(aperture);
+  const double depth = mirror.focal_length * ghs_ee90 / kGaussianEe90 / aperture_radius(aperture);
   double worst = 0;
   for (const double plane : kPlanes) {
     if (std::abs(plane * depth) > kFarthestPlane * mirror.focal_length) continue;

@@ -12,6 +12,7 @@
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/root.h"
 #include "aberfit/core/units.h"
+#include "aberfit/focus/statistic.h"
 #include "aberfit/theory/aperture_otf.h"
 #include "aberfit/theory/scattering_band.h"
 #include "surface_transfer.h"
@@ -19,8 +20,7 @@
 namespace aberfit {
 namespace {
 
-constexpr double kAiryEe90 = 1.9006879778302467;       // of a full circle: root of J0^2 + J1^2 = 0.1, over pi
-constexpr double kGaussianEe90 = 2.14596602628934724;  // sqrt(2 ln 10), in sigma_f
+constexpr double kAiryEe90 = 1.9006879778302467;  // of a full circle: root of J0^2 + J1^2 = 0.1, over pi
 
 // ee90 of a perfect aperture over lambda f [1/m]: EE(a) = 2 pi a int OTF(x) J1(2 pi a x) dx over pupil
 // shears.

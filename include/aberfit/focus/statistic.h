@@ -101,5 +101,9 @@ std::vector<Statistic> statistics_of(const std::vector<Target>& targets);
 
 /// r dE/dr of a round Gaussian spot at the radius that holds `fraction` in (0, 1): 2 (1 - p) ln(1/(1 - p)).
 double gaussian_curve_slope(double fraction);
+/// Its standard deviation in each axis where `radius` holds `fraction` in (0, 1): r/sqrt(-2 ln(1 - p)).
+double gaussian_sigma(double radius, double fraction);
+/// Its ee90 in units of that: sqrt(2 ln 10).
+inline constexpr double kGaussianEe90 = 2.14596602628934724;
 
 }  // namespace aberfit
