@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -213,6 +215,34 @@ TEST(CostModel, TheTextSaysHowFarItMayBeOff) {
 }
 
 // Every example, as it is and with the terms, the rays and the theory left to the program.
+// Predicted seconds of the machine as it is against the processor's seconds of the fit itself, one thread:
+// other processes slow both. Fresh rays are most of the first, waves all of the second. A factor three either
+// way: on a shared core either number is up to a half off.
+TEST(CostModel, PredictsTheTimeOfAFit) {
+  const char* const kScenes[][2] = {{R"({"theory": "geometric"})", R"({"model": "rays", "rays": 131072})"},
+                                    {R"({"theory": "auto"})", R"({"model": "waves"})"}};
+  for (const auto& [target, trace] : kScenes) {
+    ordered_json text = ordered_json::parse(test::with_psd(kSmooth));
+    text["terms"] = {{"zernike", {{"n_max", 8}}}};
+    text["target"] = ordered_json::parse(target);
+    text["trace"] = ordered_json::parse(trace);
+    text["fit"] = {{"max_iterations", 4}, {"starts", 1}};
+    const Study study = parse_study(text.dump(), "study.json");
+    RunOptions options;
+    options.threads = 1;
+    double predicted = HUGE_VAL, took = HUGE_VAL;
+    for (int run = 0; run < 3; ++run) {
+      predicted = std::min(predicted, run_check(study, options).prediction->seconds);
+      const std::clock_t begin = std::clock();
+      run_fit(study, options);
+      took = std::min(took, double(std::clock() - begin) / CLOCKS_PER_SEC);
+    }
+    EXPECT_GT(predicted, took / 3) << trace;
+    EXPECT_LT(predicted, took * 3) << trace;
+    std::printf("%s: predicted %.2f s, took %.2f s\n", trace, predicted, took);
+  }
+}
+
 TEST(CostModel, EveryStudyOfTheRepositoryGetsAFinitePrediction) {
   namespace fs = std::filesystem;
   int studies = 0;
