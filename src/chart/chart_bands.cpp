@@ -22,13 +22,7 @@ std::string why_no_cut(const ChartBench& bench) {
   if (!bench.ground.psd) return "No roughness is given.";
   const std::string obstacle = obstacle_to_split(bench.ground, bench.targets);
   if (!obstacle.empty()) return "The roughness cannot be split: " + obstacle + ".";
-  const std::vector<Target>& fitted = bench.targets.fitted;
-  return std::any_of(fitted.begin(), fitted.end(),
-                     [](const Target& target) {
-                       return std::holds_alternative<EncircledEnergyRadius>(target.statistic);
-                     })
-             ? ""
-             : "No encircled energies are among the targets.";
+  return in_light(bench.targets.fitted).empty() ? "No encircled energies are among the targets." : "";
 }
 
 struct Cut {
@@ -116,24 +110,21 @@ void judge_row(const ChartBench& bench, const Layout& layout, const Attempt& att
   const std::optional<BandShares>& shares = layout.ground.shares;
   const double spread = shares ? shares->spread * margin : 0;
   errors.push_back(spread);
-  row->error = worst_and_rms(errors).worst;
-  row->error_rms = worst_and_rms(errors).rms;
-  row->error_of_reference = known_to;
-  row->reference = spread > light ? "mean of mirrors that share the terms" : "targets of light";
+  set_errors(worst_and_rms(errors),
+             spread > light ? "mean of mirrors that share the terms" : "targets of light", known_to, row);
   row->note =
       fmt::format("light {:.3g} %, spread {:.3g} %{}; TIS of the rest {:.2g} %", 100 * light, 100 * spread,
                   spread > 0 ? fmt::format(" ({})", shares->spread_of) : "", shares ? 100 * shares->tis : 0);
 }
 
 ChartRow fitted_row(const ChartBench& bench, const Cut& cut) {
-  ChartRow row;
-  row.family = "bands";
   const Layout& layout = cut.layout;
   const double end = end_of_terms(bench, layout);
-  row.method = !layout.ground.split ? "terms alone" : end > 0 ? "terms and scatter" : "scatter alone";
-  row.parameter = "f_c";
-  row.unit = "/m";
-  if (layout.ground.split && end > 0) row.value = end;
+  const bool both = layout.ground.split && end > 0;
+  ChartRow row = row_of(both                  ? "terms and scatter"
+                        : layout.ground.split ? "scatter alone"
+                                              : "terms alone",
+                        "f_c", both ? end : std::nan(""), "/m");
   row.is_default = cut.is_default;
   bench.say("chart: fit by " + setting_of(bench, cut));
   const RunContext context{bench.threads, bench.say};
@@ -148,8 +139,7 @@ ChartRow fitted_row(const ChartBench& bench, const Cut& cut) {
     row.seconds = clock.elapsed();
     row.note = error.what();
   }
-  row.seconds_low = row.seconds_high = row.seconds;
-  row.repeats = 1;
+  set_time({row.seconds, row.seconds, row.seconds, 1}, &row);
   row.statistics = std::int64_t(layout.targets.fitted.size() + layout.targets.guides.size());
   return row;
 }
@@ -178,15 +168,10 @@ std::vector<ChartRow> fitted_rows(const ChartBench& bench, const std::vector<Cut
 }  // namespace
 
 ChartFamily chart_bands(const ChartBench& bench, double seconds) {
-  ChartFamily family{"bands",
-                     "Terms below a frequency f_c, scatter above",
-                     "largest error in light of all encircled energies, or spread between mirrors",
-                     "search for terms, fit and judgement",
-                     bench.task.equivalence.margin,
-                     "margin of equivalence",
-                     {},
-                     "",
-                     ""};
+  ChartFamily family =
+      family_of("bands", "Terms below a frequency f_c, scatter above",
+                "largest error in light of all encircled energies, or spread between mirrors",
+                "search for terms, fit and judgement", bench.margin());
   family.skipped = why_no_cut(bench);
   if (!family.skipped.empty()) return family;
   const ChartClock clock(seconds);
@@ -200,7 +185,6 @@ ChartFamily chart_bands(const ChartBench& bench, double seconds) {
       "the light that is judged. The automatic cut keeps the second below {:.0f} % of the margin.",
       100 * kSpreadShareOfMargin);
   if (!left_out.empty()) family.remark += " Left out for time: " + left_out + ".";
-  mark_rows(&family);
   return family;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 
 namespace aberfit::internal {
@@ -51,6 +52,15 @@ ChartTrace::ChartTrace(const ChartBench& bench, const TermSet& terms, PupilSampl
       pupil_(std::move(pupil)),
       surface_(terms, pupil_, OperatorOptions{threads, {}, {}}),
       nominal_(trace_nominal(bench.task.mirror, pupil_)) {}
+
+ChartTrace::ChartTrace(const ChartBench& bench, const PupilOptions& pupil)
+    : ChartTrace(bench, bench.terms, make_pupil(bench.task.aperture, pupil), bench.threads) {}
+
+void ChartTrace::set_sizes(ChartRow* row) const {
+  row->rays = pupil_.size();
+  row->terms = surface_.terms().size();
+  row->statistics = std::int64_t(bench_.statistics.size());
+}
 
 Eigen::VectorXd ChartTrace::exact(const Eigen::VectorXd& coefficients,
                                   const std::vector<Statistic>& statistics) {
@@ -103,6 +113,21 @@ ChartTime measure_time(double budget, const std::function<void()>& run) {
   return {quantile(seconds, 0.5), quantile(seconds, 0.25), quantile(seconds, 0.75), int(seconds.size())};
 }
 
+ChartFamily family_of(const std::string& name, const std::string& title, const std::string& error_of,
+                      const std::string& timed, const ErrorLimit& limit) {
+  return {name, title, error_of, timed, limit.value, limit.name, {}, "", ""};
+}
+
+ChartRow row_of(const std::string& method, const std::string& parameter, double value,
+                const std::string& unit) {
+  ChartRow row;
+  row.method = method;
+  row.parameter = parameter;
+  row.value = value;
+  row.unit = unit;
+  return row;
+}
+
 void set_time(const ChartTime& time, ChartRow* row) {
   row->seconds = time.median;
   row->seconds_low = time.low;
@@ -110,18 +135,26 @@ void set_time(const ChartTime& time, ChartRow* row) {
   row->repeats = time.repeats;
 }
 
+void set_errors(const StatisticErrors& errors, const std::string& reference, double error_of_reference,
+                ChartRow* row) {
+  row->error = errors.worst;
+  row->error_rms = errors.rms;
+  row->reference = reference;
+  row->error_of_reference = error_of_reference;
+}
+
 double statistic_scale(const Statistic& statistic, double reference) {
   return std::holds_alternative<RingThrough>(statistic) ? 1.0 : std::abs(reference);
 }
 
 StatisticErrors worst_and_rms(const std::vector<double>& errors) {
-  StatisticErrors both;
+  if (errors.empty()) return {};
+  StatisticErrors both{0};
   for (const double error : errors) {
-    if (!std::isfinite(error)) return {std::nan(""), std::nan("")};
+    if (!std::isfinite(error)) return {};
     both.worst = std::max(both.worst, error);
     both.rms += error * error;
   }
-  if (errors.empty()) return {std::nan(""), std::nan("")};
   both.rms = std::sqrt(both.rms / double(errors.size()));
   return both;
 }
@@ -137,10 +170,34 @@ StatisticErrors statistic_errors(const Eigen::VectorXd& values, const Eigen::Vec
   return worst_and_rms(errors);
 }
 
+std::vector<Target> in_light(std::vector<Target> targets) {
+  std::erase_if(targets, [](const Target& target) {
+    return !std::holds_alternative<EncircledEnergyRadius>(target.statistic);
+  });
+  return targets;
+}
+
 PupilOptions pupil_of_at_most(const Task& task, std::int64_t most) {
   PupilOptions pupil = task.trace.pupil;
   pupil.rays = std::min(pupil.rays, most);
   return pupil;
+}
+
+std::optional<PupilSample> try_pupil(const Aperture& aperture, const PupilOptions& options) {
+  try {
+    return make_pupil(aperture, options);
+  } catch (const ComputationError&) {
+    return std::nullopt;
+  }
+}
+
+std::string name_of(PupilLayout layout) {
+  constexpr const char* kNames[] = {"polar", "random", "sobol", "grid"};
+  return kNames[std::size_t(layout)];
+}
+
+double mean_square_slope(const PupilSample& pupil, const SurfaceField& field) {
+  return (pupil.weight * (field.slope_x.square() + field.slope_y.square())).sum();
 }
 
 }  // namespace aberfit::internal

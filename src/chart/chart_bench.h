@@ -12,6 +12,12 @@
 
 namespace aberfit::internal {
 
+/// What the errors of a family are held against.
+struct ErrorLimit {
+  double value = 0;
+  std::string name;
+};
+
 /// What every family of a chart is measured on: the study with the surface its fit would start from.
 struct ChartBench {
   const Task& task;
@@ -27,6 +33,12 @@ struct ChartBench {
   double targets_seconds = 0, prior_seconds = 0;
   int threads = 1;
   std::function<void(const std::string&)> say;
+
+  ErrorLimit margin() const { return {task.equivalence.margin, "margin of equivalence"}; }
+  ErrorLimit third_of_margin() const {
+    return {kModelShareOfMargin * task.equivalence.margin, "a third of the margin"};
+  }
+  ErrorLimit least_tolerance() const { return {tolerance, "tolerance of the targets"}; }
 };
 ChartBench make_chart_bench(const Task& task, const PhysicsRequest& physics, const RunContext& context);
 
@@ -34,6 +46,8 @@ ChartBench make_chart_bench(const Task& task, const PhysicsRequest& physics, con
 class ChartTrace {
  public:
   ChartTrace(const ChartBench& bench, const TermSet& terms, PupilSample pupil, int threads);
+  /// Of the bench's terms on its threads.
+  ChartTrace(const ChartBench& bench, const PupilOptions& pupil);
 
   const PupilSample& pupil() const { return pupil_; }
   const SurfaceOperator& surface() const { return surface_; }
@@ -44,12 +58,17 @@ class ChartTrace {
 
   /// Exact statistics of the surface with these coefficients [m].
   Eigen::VectorXd exact(const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics);
+  /// The bench's statistics of its surface.
+  Eigen::VectorXd exact() { return exact(bench_.coefficients, bench_.statistics); }
   /// Exact statistics of a surface error at the pupil points, however it was come by.
   Eigen::VectorXd exact_of(const SurfaceField& field, const std::vector<Statistic>& statistics);
   /// Smooth statistics, and by one adjoint pass per statistic their Jacobian (statistics x terms) where
   /// wanted. False where one does not exist.
   bool smooth(const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics, double width,
               Eigen::VectorXd* values, Eigen::MatrixXd* jacobian);
+
+  /// How many rays, terms and statistics of the bench there are.
+  void set_sizes(ChartRow* row) const;
 
  private:
   const ChartBench& bench_;
@@ -85,12 +104,21 @@ struct ChartTime {
 /// Repeats `run` at least five times where `budget` [s] allows it, once in any case, and no more than needed
 /// to fill a fifth of the budget.
 ChartTime measure_time(double budget, const std::function<void()>& run);
+
+/// A family without rows.
+ChartFamily family_of(const std::string& name, const std::string& title, const std::string& error_of,
+                      const std::string& timed, const ErrorLimit& limit);
+/// A row of a method that is not measured yet; a parameter without a name has no value.
+ChartRow row_of(const std::string& method, const std::string& parameter, double value,
+                const std::string& unit = "1");
 void set_time(const ChartTime& time, ChartRow* row);
 
 /// Largest and root mean square of errors; both NaN where one of them is no number or there are none.
 struct StatisticErrors {
-  double worst = 0, rms = 0;
+  double worst = std::nan(""), rms = worst;
 };
+void set_errors(const StatisticErrors& errors, const std::string& reference, double error_of_reference,
+                ChartRow* row);
 StatisticErrors worst_and_rms(const std::vector<double>& errors);
 /// How far values are off a reference, each relative to the reference (RingThrough: share of the light).
 /// Statistics without a reference do not count; one without a value makes both NaN.
@@ -99,7 +127,15 @@ StatisticErrors statistic_errors(const Eigen::VectorXd& values, const Eigen::Vec
 /// What a statistic's error is relative to.
 double statistic_scale(const Statistic& statistic, double reference);
 
+/// Targets of encircled energy.
+std::vector<Target> in_light(std::vector<Target> targets);
+
 /// The study's pupil, with no more than `most` rays.
 PupilOptions pupil_of_at_most(const Task& task, std::int64_t most);
+/// Nothing where the layout does not exist for the shape.
+std::optional<PupilSample> try_pupil(const Aperture& aperture, const PupilOptions& options);
+std::string name_of(PupilLayout layout);
+/// Mean of the square of the slope [rad^2].
+double mean_square_slope(const PupilSample& pupil, const SurfaceField& field);
 
 }  // namespace aberfit::internal

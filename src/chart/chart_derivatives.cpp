@@ -8,7 +8,6 @@
 
 #include "aberfit/core/random.h"
 #include "chart_families.h"
-#include "dual.h"
 
 namespace aberfit::internal {
 namespace {
@@ -53,6 +52,23 @@ TermSet one_term(const TermSet& terms, Eigen::Index j, Eigen::VectorXd* unit) {
     one.spherical = {terms.spherical[std::size_t(j - terms.spherical_begin())]};
   }
   return one;
+}
+
+// A number with its derivative along one direction: what the templated physics needs to be differentiated
+// forwards, and no more.
+struct Dual {
+  double value = 0, derivative = 0;
+};
+
+Dual operator+(const Dual& a, const Dual& b) { return {a.value + b.value, a.derivative + b.derivative}; }
+Dual operator-(const Dual& a, const Dual& b) { return {a.value - b.value, a.derivative - b.derivative}; }
+Dual operator*(const Dual& a, const Dual& b) {
+  return {a.value * b.value, a.derivative * b.value + a.value * b.derivative};
+}
+Dual operator-(double a, const Dual& b) { return {a - b.value, -b.derivative}; }
+Dual operator/(double a, const Dual& b) {
+  const double quotient = a / b.value;
+  return {quotient, -quotient / b.value * b.derivative};
 }
 
 // Derivatives of the rays along one coefficient: the templated physics with a dual number.
@@ -170,8 +186,7 @@ struct JacobianBench {
 // Rays with which one pass over the sampled columns takes half of what one step may.
 std::int64_t affordable_rays(const ChartBench& bench, double sampled, double share, double seconds) {
   constexpr std::int64_t kProbe = 4096;
-  ChartTrace probe(bench, bench.terms, make_pupil(bench.task.aperture, pupil_of_at_most(bench.task, kProbe)),
-                   bench.threads);
+  ChartTrace probe(bench, pupil_of_at_most(bench.task, kProbe));
   Eigen::VectorXd values;
   const double once = measure_time(0.05 * seconds, [&] {
                         probe.smooth(bench.coefficients, bench.statistics, bench.smoothing, &values, nullptr);
@@ -185,9 +200,8 @@ JacobianBench make_jacobian_bench(const ChartBench& bench, double seconds) {
   std::vector<Eigen::Index> sample = sample_of(sigma, bench.task.fit.seed);
   const double share = seconds / (std::size(kSteps) * 2 + 8);
   const std::int64_t rays = affordable_rays(bench, double(sample.size()), share, seconds);
-  PupilSample pupil = make_pupil(bench.task.aperture, pupil_of_at_most(bench.task, rays));
   return {bench, std::move(sigma), std::move(sample), share,
-          ChartTrace(bench, bench.terms, std::move(pupil), bench.threads)};
+          ChartTrace(bench, pupil_of_at_most(bench.task, rays))};
 }
 
 // The sampled columns times sigma, as one way gives them, and its time for values and full Jacobian.
@@ -250,42 +264,19 @@ Way by_forward_mode(const JacobianBench& on) {
 
 Way by_differences(const Values& f, const JacobianBench& on, double step) {
   Way way;
-  const ChartTime time = measure_time(
+  way.time = measure_time(
       on.share, [&] { way.columns = differences(f, on.bench.coefficients, on.sigma, on.sample, step); });
-  way.time = scaled(time, on.columns_per_sampled());
+  way.time = scaled(way.time, on.columns_per_sampled());
   return way;
-}
-
-// A way's errors against another way, and its time; family, `error_of_reference` and what only some ways have
-// are left to the caller.
-ChartRow row_of(const std::string& method, const Way& way, const Eigen::MatrixXd& reference,
-                const std::string& reference_name, const JacobianBench& on) {
-  ChartRow row;
-  row.method = method;
-  row.unit = "1";
-  row.rays = on.at.pupil().size();
-  row.terms = on.bench.coefficients.size();
-  row.statistics = std::int64_t(on.bench.statistics.size());
-  const StatisticErrors errors = gradient_errors(way.columns, reference);
-  row.error = errors.worst;
-  row.error_rms = errors.rms;
-  row.reference = reference_name + "; both differ from Ridders' extrapolation by error_of_reference";
-  set_time(way.time, &row);
-  return row;
 }
 
 }  // namespace
 
 ChartFamily chart_derivatives(const ChartBench& bench, double seconds) {
-  ChartFamily family{"derivatives",
-                     "Ways to the Jacobian",
-                     "largest relative error of a statistic's gradient",
-                     "values and full Jacobian (columns of a sample scaled to all terms)",
-                     kGradientTolerance,
-                     "what the linear solver leaves",
-                     {},
-                     "",
-                     ""};
+  ChartFamily family =
+      family_of("derivatives", "Ways to the Jacobian", "largest relative error of a statistic's gradient",
+                "values and full Jacobian (columns of a sample scaled to all terms)",
+                {kGradientTolerance, "what the linear solver leaves"});
   JacobianBench on = make_jacobian_bench(bench, seconds);
   bench.say("chart: Jacobian by adjoints");
   const std::optional<Way> adjoint = by_adjoints(&on);
@@ -309,27 +300,27 @@ ChartFamily chart_derivatives(const ChartBench& bench, double seconds) {
 
   const std::string timed =
       fmt::format("{} of {} columns timed", on.sample.size(), bench.coefficients.size());
-  family.rows.push_back(row_of("adjoint", *adjoint, forward.columns, "forward mode", on));
+  // The row of a way: its errors against another one and its time.
+  const auto add = [&](ChartRow row, const Way& way, const Way& other, const std::string& other_name) {
+    on.at.set_sizes(&row);
+    set_errors(gradient_errors(way.columns, other.columns),
+               other_name + "; both differ from Ridders' extrapolation by error_of_reference",
+               certainty.worst, &row);
+    set_time(way.time, &row);
+    family.rows.push_back(std::move(row));
+  };
+  add(row_of("adjoint", "", std::nan("")), *adjoint, forward, "forward mode");
   family.rows.back().is_default = true;
-  family.rows.push_back(row_of("forward mode", forward, adjoint->columns, "adjoint", on));
+  add(row_of("forward mode", "", std::nan("")), forward, *adjoint, "adjoint");
   family.rows.back().note = timed;
   for (const auto& [name, f] : {std::pair<std::string, const Values*>{"differences of smooth", &smooth},
                                 {"differences of exact", &exact}}) {
     for (const double step : kSteps) {
       bench.say(fmt::format("chart: {}, step {:.0e}", name, step));
-      ChartRow row = row_of(name, by_differences(*f, on, step), adjoint->columns, "adjoint", on);
-      row.value = step;
-      row.parameter = "step";
-      row.unit = "prior sigma";
-      row.note = timed;
-      family.rows.push_back(std::move(row));
+      add(row_of(name, "step", step, "prior sigma"), by_differences(*f, on, step), *adjoint, "adjoint");
+      family.rows.back().note = timed;
     }
   }
-  for (ChartRow& row : family.rows) {
-    row.family = family.name;
-    row.error_of_reference = certainty.worst;
-  }
-  mark_rows(&family);
   return family;
 }
 

@@ -21,13 +21,6 @@ constexpr double kPitches[] = {4, 2.83, 2, 1.41, 1};
 constexpr double kReferencePitch = 0.73;
 constexpr std::int64_t kRayCounts[] = {4096, 16384, 65536, 262144};
 
-std::vector<Target> in_light(std::vector<Target> targets) {
-  std::erase_if(targets, [](const Target& target) {
-    return !std::holds_alternative<EncircledEnergyRadius>(target.statistic);
-  });
-  return targets;
-}
-
 // The surface's statistics on a grid for waves.
 Eigen::VectorXd by_waves(const Task& task, const TermSet& terms, const Eigen::VectorXd& coefficients,
                          const std::vector<Statistic>& statistics, double pitch, int threads) {
@@ -50,28 +43,12 @@ StatisticErrors light_errors(const Eigen::VectorXd& values, const Eigen::VectorX
   return worst_and_rms(errors);
 }
 
-ChartRow row_of(const char* family, const char* method, const char* parameter, double value) {
-  ChartRow row;
-  row.family = family;
-  row.method = method;
-  row.parameter = parameter;
-  row.unit = "1";
-  row.value = value;
-  return row;
-}
-
 }  // namespace
 
 ChartFamily chart_theories(const ChartBench& bench, double seconds) {
-  ChartFamily family{"theories",
-                     "Theories of the mean spot",
-                     "largest error in light of the encircled energies in focus",
-                     "the curve in the focal plane",
-                     kModelShareOfMargin * bench.task.equivalence.margin,
-                     "a third of the margin",
-                     {},
-                     "",
-                     ""};
+  ChartFamily family = family_of("theories", "Theories of the mean spot",
+                                 "largest error in light of the encircled energies in focus",
+                                 "the curve in the focal plane", bench.third_of_margin());
   const Task& task = bench.task;
   family.skipped = bench.ground.psd ? why_not_in_light(bench) : "No roughness is given.";
   if (!family.skipped.empty()) return family;
@@ -94,10 +71,8 @@ ChartFamily chart_theories(const ChartBench& bench, double seconds) {
       for (std::size_t k = 0; k < radii.size(); ++k)
         worst = std::max(worst, std::abs(curve(radii[k]) - fractions[k]) / scales[k]);
     });
-    ChartRow row = row_of("theories", method, "", std::nan(""));
-    row.error = row.error_rms = worst;
-    row.error_of_reference = 0;
-    row.reference = "aperture-exact generalised Harvey-Shack";
+    ChartRow row = row_of(method, "", std::nan(""));
+    set_errors({worst}, "aperture-exact generalised Harvey-Shack", 0, &row);
     row.is_default = is_default;
     set_time(time, &row);
     family.rows.push_back(row);
@@ -112,9 +87,8 @@ ChartFamily chart_theories(const ChartBench& bench, double seconds) {
   add("aperture-exact", light, [&] { return waves(false); });
   // What the scalar theory of small angles itself leaves out is its error, not zero.
   const TheoryError& own = *bench.ground.use.theory_error;
-  ChartRow& exact = family.rows.back();
-  exact.error = exact.error_rms = std::max(own.small_angle, own.beyond_ten_degrees);
-  exact.reference = "its own neglect of large angles";
+  set_errors({std::max(own.small_angle, own.beyond_ten_degrees)}, "its own neglect of large angles", 0,
+             &family.rows.back());
   try {
     add("paraxial", false, [&] { return waves(true); });
   } catch (const ComputationError&) {  // of parabolas on simple apertures alone
@@ -126,7 +100,6 @@ ChartFamily chart_theories(const ChartBench& bench, double seconds) {
                                       Convention::kPhysical, numbers.rms_height);
       return [rays](double r) { return rays.encircled_energy(r, 0); };
     });
-  mark_rows(&family);
   return family;
 }
 
@@ -142,13 +115,14 @@ struct ModelRows {
   std::vector<Eigen::VectorXd> values = {};
   std::size_t waves = 0;  // rows of waves, which come first
 
+  double cells_across(double pitch) const { return 2 * aperture_radius(bench.task.aperture) / pitch; }
   Eigen::VectorXd on_grid(double pitch) const {
     return by_waves(bench.task, bench.terms, bench.coefficients, statistics, pitch, bench.threads);
   }
   ChartRow& add(const char* method, const char* parameter, double value,
                 const std::function<Eigen::VectorXd()>& run) {
     bench.say(fmt::format("chart: {} with {:.0f} {}", method, value, parameter));
-    ChartRow row = row_of("models", method, parameter, value);
+    ChartRow row = row_of(method, parameter, value);
     values.emplace_back();
     set_time(measure_time(each, [&] { values.back() = run(); }), &row);
     row.terms = bench.terms.size();
@@ -157,10 +131,9 @@ struct ModelRows {
     return rows.back();
   }
   void add_waves(double pitch, const ChartClock& clock) {
-    const double across = 2 * aperture_radius(bench.task.aperture);
     for (const double coarser : kPitches) {
       if (waves > 0 && 3 * rows.back().seconds > clock.left()) break;
-      ChartRow& row = add("waves", "cells across", std::round(across / (coarser * pitch)),
+      ChartRow& row = add("waves", "cells across", std::round(cells_across(coarser * pitch)),
                           [&] { return on_grid(coarser * pitch); });
       row.is_default = coarser == 1 && bench.ground.use.model == FocusModel::kWaves;
       ++waves;
@@ -172,8 +145,7 @@ struct ModelRows {
     bool taken = bench.ground.use.model != FocusModel::kRays;
     for (const std::int64_t rays : kRayCounts) {
       if (clock.left() < 0) break;
-      ChartTrace at(bench, bench.terms, make_pupil(bench.task.aperture, {own.layout, rays, own.seed}),
-                    bench.threads);
+      ChartTrace at(bench, {own.layout, rays, own.seed});
       ChartRow& row =
           add("rays", "rays", double(rays), [&] { return at.exact(bench.coefficients, statistics); });
       row.rays = at.pupil().size();
@@ -185,32 +157,21 @@ struct ModelRows {
   void compare(double reference_pitch) {
     bench.say("chart: waves, reference");
     const Eigen::VectorXd truth = on_grid(reference_pitch);
-    const double across = 2 * aperture_radius(bench.task.aperture);
+    const std::string reference = fmt::format("waves, {:.0f} cells across", cells_across(reference_pitch));
     // An error of second order in the pitch.
     const double doubt =
         kReferencePitch * kReferencePitch * light_errors(values[waves - 1], truth, aims).worst;
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-      const StatisticErrors errors = light_errors(values[k], truth, aims);
-      rows[k].error = errors.worst;
-      rows[k].error_rms = errors.rms;
-      rows[k].error_of_reference = doubt;
-      rows[k].reference = fmt::format("waves, {:.0f} cells across", across / reference_pitch);
-    }
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      set_errors(light_errors(values[k], truth, aims), reference, doubt, &rows[k]);
   }
 };
 
 }  // namespace
 
 ChartFamily chart_models(const ChartBench& bench, double seconds) {
-  ChartFamily family{"models",
-                     "Rays and waves of one surface",
-                     "largest error in light of its encircled energies",
-                     "terms, propagation and statistics",
-                     kModelShareOfMargin * bench.task.equivalence.margin,
-                     "a third of the margin",
-                     {},
-                     "",
-                     ""};
+  ChartFamily family =
+      family_of("models", "Rays and waves of one surface", "largest error in light of its encircled energies",
+                "terms, propagation and statistics", bench.third_of_margin());
   const std::vector<Target> seen = in_light(bench.targets.fitted);
   family.skipped = seen.empty() ? "No encircled energies are among the targets." : why_not_in_light(bench);
   if (!family.skipped.empty()) return family;
@@ -227,7 +188,6 @@ ChartFamily chart_models(const ChartBench& bench, double seconds) {
     return family;
   }
   family.rows = std::move(models.rows);
-  mark_rows(&family);
   return family;
 }
 
@@ -277,15 +237,9 @@ constexpr FitWay kFitWays[] = {{"rays", FocusModel::kRays, false, 2},
 }  // namespace
 
 ChartFamily chart_fits(const ChartBench& bench, double seconds) {
-  ChartFamily family{"fits",
-                     "Whole fits",
-                     "largest error in light of all encircled energies, held out or not",
-                     "prior, fit and its start",
-                     bench.task.equivalence.margin,
-                     "margin of equivalence",
-                     {},
-                     "",
-                     ""};
+  ChartFamily family =
+      family_of("fits", "Whole fits", "largest error in light of all encircled energies, held out or not",
+                "prior, fit and its start", bench.margin());
   const Task& task = bench.task;
   if (!bench.ground.psd || !bench.ground.use.obstacle.empty() || in_light(bench.targets.fitted).empty() ||
       expected_orders(bench.ground).wide) {
@@ -320,9 +274,8 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       if (way.coarse_first) plan.coarsening = kFirstCoarsening;
       Attempt attempt = attempt_fit(of, plan);
       last = fit_clock.elapsed();
-      ChartRow row = row_of("fits", way.method, "n_max", order);
-      row.seconds = row.seconds_low = row.seconds_high = last;
-      row.repeats = 1;
+      ChartRow row = row_of(way.method, "n_max", order);
+      set_time({last, last, last, 1}, &row);
       row.terms = attempt.result.terms.size();
       row.rays = attempt.result.rays;
       row.statistics = std::int64_t(targets.fitted.size() + targets.guides.size());
@@ -342,7 +295,6 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
     }
   }
   if (!skipped.empty()) family.remark = "Left out for time: " + skipped + ".";
-  mark_rows(&family);
   return family;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "aberfit/core/units.h"
 #include "aberfit/roughness/psd_integrals.h"
@@ -18,18 +19,12 @@ namespace {
 constexpr double kSlopeRounding = 1.2e-19, kRim = 0.2 * 0.2 / (4 * 2.8);  // [m], [m]
 
 // Half decades from 1 nm to 1 mm, the law's best step, and the study's own.
-std::vector<double> steps(const ChartBench& bench, const std::optional<StepLaw>& law) {
-  std::vector<double> all;
-  for (int k = 0; k <= 12; ++k) all.push_back(1e-9 * std::pow(10.0, k / 2) * (k % 2 == 0 ? 1 : 3));
-  if (law) all.push_back(law->best_step());
-  if (bench.task.trace.central_difference_step) all.push_back(*bench.task.trace.central_difference_step);
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
+std::set<double> steps(const std::optional<double>& own, const std::optional<StepLaw>& law) {
+  std::set<double> all;
+  for (int k = 0; k <= 12; ++k) all.insert(1e-9 * std::pow(10.0, k / 2) * (k % 2 == 0 ? 1 : 3));
+  if (law) all.insert(law->best_step());
+  if (own) all.insert(*own);
   return all;
-}
-
-double mean_square_slope(const PupilSample& pupil, const SurfaceField& field) {
-  return (pupil.weight * (field.slope_x.square() + field.slope_y.square())).sum();
 }
 
 }  // namespace
@@ -60,129 +55,69 @@ SurfaceField differences(const ChartBench& bench, const PupilSample& pupil, doub
 }
 
 // The study's pupil, with the rays that the budget allows for all steps.
-PupilSample affordable_pupil(const ChartBench& bench, double step_count, double seconds) {
+PupilOptions affordable_pupil(const ChartBench& bench, double step_count, double seconds) {
   const Task& task = bench.task;
   constexpr std::int64_t kProbe = 8192;
   const PupilSample few = make_pupil(task.aperture, pupil_of_at_most(task, kProbe));
   const double once = measure_time(0, [&] { differences(bench, few, 1e-6); }).median;
   const double affordable = double(kProbe) * seconds / (3 * step_count * std::max(once, 1e-6));
-  return make_pupil(task.aperture,
-                    pupil_of_at_most(task, std::int64_t(std::max(double(kProbe), affordable))));
+  return pupil_of_at_most(task, std::int64_t(std::max(double(kProbe), affordable)));
 }
 
-// What analytic normals give, which differences are compared with.
-struct Analytic {
-  Eigen::VectorXd statistics;
-  SurfaceField field;
-  double slope_square = 0;
-};
-
-// What is the same in all rows.
-ChartRow common_row(const ChartBench& bench, const PupilSample& pupil) {
-  ChartRow row;
-  row.rays = pupil.size();
-  row.terms = bench.terms.size();
-  row.statistics = std::int64_t(bench.statistics.size());
-  row.reference = "analytic normals on the same rays";
-  row.error_of_reference = 0;
-  row.unit = "m";
-  return row;
-}
-
-ChartRow analytic_row(const ChartBench& bench, double share, ChartTrace* at, Analytic* analytic) {
-  ChartRow row = common_row(bench, at->pupil());
-  set_time(
-      measure_time(share, [&] { analytic->statistics = at->exact(bench.coefficients, bench.statistics); }),
-      &row);
-  analytic->field = at->field();
-  analytic->slope_square = mean_square_slope(at->pupil(), analytic->field);
-  row.method = "analytic";
-  row.is_default = !bench.task.trace.central_difference_step;
-  row.note = "the reference itself";
-  return row;
-}
-
-struct StepErrors {
-  StatisticErrors statistics, slopes;
-};
-
-ChartRow step_row(const ChartBench& bench, double step, double share, const Analytic& analytic,
-                  ChartTrace* at, StepErrors* errors) {
-  ChartRow row = common_row(bench, at->pupil());
-  SurfaceField field;
-  Eigen::VectorXd values;
-  set_time(measure_time(share,
-                        [&] {
-                          field = differences(bench, at->pupil(), step);
-                          values = at->exact_of(field, bench.statistics);
-                        }),
-           &row);
-  row.method = "central difference";
-  row.parameter = "step";
-  row.value = step;
-  row.is_default =
-      bench.task.trace.central_difference_step && step == *bench.task.trace.central_difference_step;
-  errors->statistics = statistic_errors(values, analytic.statistics, bench.statistics);
-  field.slope_x -= analytic.field.slope_x;
-  field.slope_y -= analytic.field.slope_y;
-  const double error = std::sqrt(mean_square_slope(at->pupil(), field) / analytic.slope_square);
-  errors->slopes = {error, error};
-  return row;
-}
-
-void add_row(ChartFamily* family, ChartRow row, const StatisticErrors& errors) {
-  row.family = family->name;
-  row.error = errors.worst;
-  row.error_rms = errors.rms;
+void add_row(ChartRow row, const ChartTrace& at, const StatisticErrors& errors, ChartFamily* family) {
+  at.set_sizes(&row);
+  set_errors(errors, "analytic normals on the same rays", 0, &row);
   family->rows.push_back(std::move(row));
 }
 
 }  // namespace
 
 std::vector<ChartFamily> chart_normals(const ChartBench& bench, double seconds) {
-  ChartFamily statistics{"normals",
-                         "Normals, by the statistics",
-                         "largest relative error of the statistics",
-                         "terms, rays and exact statistics",
-                         bench.tolerance,
-                         "tolerance of the targets",
-                         {},
-                         "",
-                         ""};
-  ChartFamily slopes{"normals-slope",
-                     "Normals, by the slopes",
-                     "RMS error of the slopes over their RMS",
-                     statistics.timed,
-                     bench.tolerance,
-                     statistics.tolerance_of,
-                     {},
-                     "",
-                     ""};
+  ChartFamily statistics =
+      family_of("normals", "Normals, by the statistics", "largest relative error of the statistics",
+                "terms, rays and exact statistics", bench.least_tolerance());
+  ChartFamily slopes =
+      family_of("normals-slope", "Normals, by the slopes", "RMS error of the slopes over their RMS",
+                statistics.timed, bench.least_tolerance());
+  const std::optional<double>& own_step = bench.task.trace.central_difference_step;
   const std::optional<StepLaw> law = step_law(bench);
-  const std::vector<double> all = steps(bench, law);
-  ChartTrace at(bench, bench.terms, affordable_pupil(bench, double(all.size()), seconds), bench.threads);
+  const std::set<double> all = steps(own_step, law);
+  ChartTrace at(bench, affordable_pupil(bench, double(all.size()), seconds));
   const double share = seconds / double(all.size() + 1);
 
-  Analytic analytic;
-  const ChartRow reference = analytic_row(bench, share, &at, &analytic);
-  add_row(&statistics, reference, {0, 0});
-  add_row(&slopes, reference, {0, 0});
+  Eigen::VectorXd truth;
+  ChartRow analytic = row_of("analytic", "", std::nan(""), "m");
+  set_time(measure_time(share, [&] { truth = at.exact(); }), &analytic);
+  const SurfaceField true_field = at.field();
+  analytic.is_default = !own_step;
+  analytic.note = "the reference itself";
+  add_row(analytic, at, {0}, &statistics);
+  add_row(analytic, at, {0}, &slopes);
   for (const double step : all) {
     bench.say("chart: central differences, step " + format_quantity(step, Dimension::kLength));
-    StepErrors errors;
-    ChartRow row = step_row(bench, step, share, analytic, &at, &errors);
+    ChartRow row = row_of("central difference", "step", step, "m");
+    SurfaceField field;
+    Eigen::VectorXd values;
+    const ChartTime time = measure_time(share, [&] {
+      field = differences(bench, at.pupil(), step);
+      values = at.exact_of(field, bench.statistics);
+    });
+    set_time(time, &row);
+    row.is_default = own_step == step;
     if (law && step == law->best_step()) row.note = "best step by the law";
-    add_row(&statistics, row, errors.statistics);
+    add_row(row, at, statistic_errors(values, truth, bench.statistics), &statistics);
     if (law) row.note += fmt::format("{}law {:.3g}", row.note.empty() ? "" : "; ", (*law)(step));
-    add_row(&slopes, row, errors.slopes);
+    field.slope_x -= true_field.slope_x;
+    field.slope_y -= true_field.slope_y;
+    const double error =
+        std::sqrt(mean_square_slope(at.pupil(), field) / mean_square_slope(at.pupil(), true_field));
+    add_row(row, at, {error}, &slopes);
   }
   if (law && !bench.terms.zernike.empty())
     slopes.remark =
         "The law is that of a stationary surface; Zernikes bend more near the rim than their spectrum says, "
         "and so "
         "their truncation error lies above it.";
-  mark_rows(&statistics);
-  mark_rows(&slopes);
   return {statistics, slopes};
 }
 

@@ -79,71 +79,76 @@ SurfaceField random_weights(Eigen::Index size) {
 struct Method {
   std::string name;
   OperatorOptions options;
-  bool is_dense = false, is_reference = false;
+  bool is_dense() const {
+    return options.zernike == ZernikeMethod::kDense || options.fourier == FourierMethod::kDense;
+  }
+  bool is(const OperatorChoice& choice) const {
+    return choice.zernike == options.zernike && choice.fourier == options.fourier;
+  }
 };
 
-// Part of L (its Zernikes or its plane waves) on one pupil: forward and adjoint rows of every method that the
-// pupil allows.
-class OperatorRows {
- public:
-  OperatorRows(const ChartBench& bench, TermSet terms, Eigen::VectorXd c, double share)
-      : bench_(bench), terms_(std::move(terms)), c_(std::move(c)), share_(share) {}
+std::optional<SurfaceOperator> try_operator(const TermSet& terms, const PupilSample& pupil,
+                                            const Method& method) {
+  try {
+    SurfaceOperator surface(terms, pupil, method.options);
+    // A method that this build does not have is answered by another one.
+    if (method.is(surface.choice())) return surface;
+  } catch (const std::invalid_argument&) {  // the pupil lacks the structure
+  }
+  return std::nullopt;
+}
 
-  void add(const PupilSample& pupil, const std::string& layout, const std::vector<Method>& methods,
-           bool is_own, ChartFamily* forward, ChartFamily* adjoint) {
+// Part of L: its Zernikes or its plane waves, and the rows of all methods on one pupil after the other.
+struct OperatorPart {
+  const ChartBench& bench;
+  TermSet terms;
+  Eigen::VectorXd c;
+  std::vector<Method> methods;  // with the first, which any pupil allows, the others are compared
+  double seconds;               // of the budget
+  ChartFamily &forward, &adjoint;
+
+  // Every method that the pupil allows. is_own: of the study.
+  void add(const PupilSample& pupil, bool is_own) {
+    const std::string layout = name_of(pupil.layout);
+    const Eigen::Index count = std::min(kTwinPoints, pupil.size());
     std::vector<Eigen::Index> sample;
-    for (Eigen::Index i = 0; i < std::min(kTwinPoints, pupil.size()); ++i)
-      sample.push_back(i * (pupil.size() - 1) /
-                       std::max<Eigen::Index>(1, std::min(kTwinPoints, pupil.size()) - 1));
-    const SurfaceField twin = plain_field(terms_, c_, pupil, sample), weights = random_weights(pupil.size());
-    const SurfaceOperator automatic(terms_, pupil, OperatorOptions{bench_.threads, {}, {}});
+    for (Eigen::Index i = 0; i < count; ++i)
+      sample.push_back(i * (pupil.size() - 1) / std::max<Eigen::Index>(1, count - 1));
+    const SurfaceField twin = plain_field(terms, c, pupil, sample), weights = random_weights(pupil.size());
+    const SurfaceOperator automatic(terms, pupil, OperatorOptions{bench.threads, {}, {}});
+    const std::string& reference_name = methods.front().name;
     SurfaceField reference;
     Eigen::VectorXd adjoint_reference;
     double reference_error = 0;
     for (const Method& method : methods) {
-      if (method.is_dense &&
-          kBytesPerDenseEntry * double(pupil.size()) * double(terms_.size()) > kMostDenseBytes)
+      if (method.is_dense() &&
+          kBytesPerDenseEntry * double(pupil.size()) * double(terms.size()) > kMostDenseBytes)
         continue;
-      bench_.say(fmt::format("chart: operator {} on {} points", method.name, layout));
-      std::optional<SurfaceOperator> surface;
-      try {
-        surface.emplace(terms_, pupil, method.options);
-      } catch (const std::invalid_argument&) {
-        continue;  // the pupil lacks the structure
-      }
-      // A method that this build does not have is answered by another one.
-      if (surface->choice().zernike != method.options.zernike ||
-          surface->choice().fourier != method.options.fourier)
-        continue;
-      ChartRow row;
-      row.method = fmt::format("{} on {} points", method.name, layout);
-      row.parameter = "points";
-      row.unit = "1";
-      row.value = double(pupil.size());
+      bench.say(fmt::format("chart: operator {} on {} points", method.name, layout));
+      const std::optional<SurfaceOperator> surface = try_operator(terms, pupil, method);
+      if (!surface) continue;
+      ChartRow row =
+          row_of(fmt::format("{} on {} points", method.name, layout), "points", double(pupil.size()));
       row.rays = pupil.size();
-      row.terms = terms_.size();
-      row.is_default = is_own && automatic.choice().zernike == method.options.zernike &&
-                       automatic.choice().fourier == method.options.fourier;
+      row.terms = terms.size();
+      row.is_default = is_own && method.is(automatic.choice());
       SurfaceField field;
-      set_time(measure_time(share_, [&] { surface->apply(c_, &field); }), &row);
+      set_time(measure_time(seconds / 24, [&] { surface->apply(c, &field); }), &row);
       Eigen::VectorXd gradient;
       const ChartTime adjoint_time =
-          measure_time(share_, [&] { gradient = surface->apply_transpose(weights); });
-      if (method.is_reference) {
+          measure_time(seconds / 24, [&] { gradient = surface->apply_transpose(weights); });
+      const bool is_reference = &method == &methods.front();
+      if (is_reference) {
         reference = field;
         adjoint_reference = gradient;
         reference_error = field_error(at_points(field, sample), twin);
-        row.reference = fmt::format("term by term at {} points", sample.size());
-        row.error = reference_error;
-        row.error_of_reference = 1e-14;  // one mode of the twin at the rim, n = 40 (scene/zernike.h)
+        set_errors({reference_error}, fmt::format("term by term at {} points", sample.size()),
+                   1e-14,  // one mode of the twin at the rim, n = 40 (scene/zernike.h)
+                   &row);
       } else {
-        row.reference = methods.front().name;
-        row.error = field_error(field, reference);
-        row.error_of_reference = reference_error;
+        set_errors({field_error(field, reference)}, reference_name, reference_error, &row);
       }
-      row.error_rms = row.error;
-      row.family = forward->name;
-      forward->rows.push_back(row);
+      forward.rows.push_back(row);
       // <L c, g> = <c, L^T g> judges the adjoint that the others are compared with.
       const double product =
           (field.height * weights.height + field.slope_x * weights.slope_x + field.slope_y * weights.slope_y)
@@ -151,92 +156,67 @@ class OperatorRows {
       const double size = std::sqrt((field.height * weights.height).square().sum() +
                                     (field.slope_x * weights.slope_x).square().sum() +
                                     (field.slope_y * weights.slope_y).square().sum());
-      row.error = method.is_reference ? std::abs(product - c_.dot(gradient)) / size
-                                      : (gradient - adjoint_reference).cwiseAbs().maxCoeff() /
-                                            adjoint_reference.cwiseAbs().maxCoeff();
-      row.reference =
-          method.is_reference ? "the forward operator: <L c, g> = <c, L^T g>" : methods.front().name;
-      row.error_rms = row.error;
-      row.family = adjoint->name;
+      const double adjoint_error = is_reference ? std::abs(product - c.dot(gradient)) / size
+                                                : (gradient - adjoint_reference).cwiseAbs().maxCoeff() /
+                                                      adjoint_reference.cwiseAbs().maxCoeff();
+      set_errors({adjoint_error},
+                 is_reference ? "the forward operator: <L c, g> = <c, L^T g>" : reference_name,
+                 row.error_of_reference, &row);
       set_time(adjoint_time, &row);
-      adjoint->rows.push_back(row);
+      adjoint.rows.push_back(row);
     }
   }
 
- private:
-  const ChartBench& bench_;
-  TermSet terms_;
-  Eigen::VectorXd c_;
-  double share_;
+  // On pupils of the study's layout and of the one whose structure the fast method needs. work: of a point,
+  // in Zernike terms.
+  void add_pupils(PupilLayout structured, Eigen::Index work, bool is_of_study) {
+    const PupilOptions& own = bench.task.trace.pupil;
+    // So many points that some twenty timings of about ten runs each fit; 1e9 term-points a second is slow.
+    const auto affordable =
+        std::int64_t(std::max(4096.0, 1e9 * seconds / (60.0 * double(std::max<Eigen::Index>(work, 1)))));
+    for (const PupilLayout layout :
+         {PupilLayout::kPolar, PupilLayout::kRandom, PupilLayout::kSobol, PupilLayout::kGrid}) {
+      if (layout != own.layout && layout != structured) continue;
+      const std::optional<PupilSample> pupil =
+          try_pupil(bench.task.aperture, {layout, std::min(own.rays, affordable), own.seed});
+      if (pupil) add(*pupil, is_of_study && layout == own.layout);
+    }
+  }
 };
-
-ChartFamily family_of(const std::string& name, const std::string& title, const std::string& timed) {
-  ChartFamily family;
-  family.name = name;
-  family.title = title;
-  family.error_of = "largest difference over largest value";
-  family.timed = timed;
-  family.tolerance = kRounding;
-  family.tolerance_of = "rounding that no statistic notices";
-  return family;
-}
-
-// Pupils of the study's layout and of the one whose structure the fast method needs.
-std::vector<std::pair<std::string, PupilSample>> pupils_of(const ChartBench& bench, PupilLayout structured,
-                                                           std::int64_t rays) {
-  static constexpr std::pair<PupilLayout, const char*> kNames[] = {{PupilLayout::kPolar, "polar"},
-                                                                   {PupilLayout::kRandom, "random"},
-                                                                   {PupilLayout::kSobol, "sobol"},
-                                                                   {PupilLayout::kGrid, "grid"}};
-  std::vector<std::pair<std::string, PupilSample>> pupils;
-  const PupilOptions own = bench.task.trace.pupil;
-  for (const auto& [layout, name] : kNames) {
-    if (layout != own.layout && layout != structured) continue;
-    try {
-      pupils.emplace_back(name, make_pupil(bench.task.aperture, {layout, rays, own.seed}));
-    } catch (const ComputationError&) {
-      continue;  // the layout does not exist for the shape
-    }
-  }
-  return pupils;
-}
 
 }  // namespace
 
 std::vector<ChartFamily> chart_operators(const ChartBench& bench, double seconds) {
-  std::vector<ChartFamily> families = {
-      family_of("zernike-forward", "Zernike part of L", "heights and slopes from coefficients"),
-      family_of("zernike-adjoint", "Zernike part of L, adjoint", "coefficients from one weight per point"),
-      family_of("fourier-forward", "Fourier part of L", "heights and slopes from coefficients"),
-      family_of("fourier-adjoint", "Fourier part of L, adjoint", "coefficients from one weight per point")};
-  const std::int64_t wanted = bench.task.trace.pupil.rays;
-  // So many points that some twenty timings of about ten runs each fit; 1e9 term-points a second is slow.
-  const auto affordable = [&](Eigen::Index terms) {
-    return std::int64_t(std::max(4096.0, 1e9 * seconds / (60.0 * double(std::max<Eigen::Index>(terms, 1)))));
+  const auto family = [](const std::string& name, const std::string& title, const std::string& timed) {
+    return family_of(name, title, "largest difference over largest value", timed,
+                     {kRounding, "rounding that no statistic notices"});
   };
-  const double share = seconds / 24;
-
-  TermSet zernike = bench.terms;
-  zernike.fourier.clear();
-  zernike.spherical.clear();
+  std::vector<ChartFamily> families = {
+      family("zernike-forward", "Zernike part of L", "heights and slopes from coefficients"),
+      family("zernike-adjoint", "Zernike part of L, adjoint", "coefficients from one weight per point"),
+      family("fourier-forward", "Fourier part of L", "heights and slopes from coefficients"),
+      family("fourier-adjoint", "Fourier part of L, adjoint", "coefficients from one weight per point")};
+  const int threads = bench.threads;
+  const TermSet zernike{bench.terms.radius, bench.terms.zernike, {}, {}};
   if (zernike.size() > 0) {
-    OperatorRows rows(bench, zernike, bench.coefficients.head(zernike.size()), share);
-    const std::vector<Method> methods = {{"fused", {bench.threads, ZernikeMethod::kFused, {}}, false, true},
-                                         {"polar", {bench.threads, ZernikeMethod::kPolar, {}}},
-                                         {"dense", {bench.threads, ZernikeMethod::kDense, {}}, true}};
-    for (const auto& [name, pupil] :
-         pupils_of(bench, PupilLayout::kPolar, std::min(wanted, affordable(zernike.size()))))
-      rows.add(pupil, name, methods, pupil.layout == bench.task.trace.pupil.layout, &families[0],
-               &families[1]);
+    OperatorPart{bench,
+                 zernike,
+                 bench.coefficients.head(zernike.size()),
+                 {{"fused", {threads, ZernikeMethod::kFused, {}}},
+                  {"polar", {threads, ZernikeMethod::kPolar, {}}},
+                  {"dense", {threads, ZernikeMethod::kDense, {}}}},
+                 seconds,
+                 families[0],
+                 families[1]}
+        .add_pupils(PupilLayout::kPolar, zernike.size(), true);
   } else {
     families[0].skipped = families[1].skipped = "The study has no Zernike terms.";
   }
 
-  TermSet fourier = bench.terms;
-  fourier.zernike.clear();
-  fourier.spherical.clear();
+  TermSet fourier{bench.terms.radius, {}, bench.terms.fourier, {}};
+  const bool is_of_study = !fourier.fourier.empty();
   Eigen::VectorXd amplitudes;
-  if (!fourier.fourier.empty()) {
+  if (is_of_study) {
     amplitudes = bench.coefficients.segment(bench.terms.fourier_begin(), fourier.size());
   } else if (bench.ground.prior_psd) {
     const RadialPsd& psd = *bench.ground.prior_psd;
@@ -245,20 +225,19 @@ std::vector<ChartFamily> chart_operators(const ChartBench& bench, double seconds
     amplitudes = prior.colour(draw_white(prior.size(), bench.task.fit.seed));
   }
   if (amplitudes.size() > 0) {
-    OperatorRows rows(bench, fourier, amplitudes, share);
-    const std::vector<Method> methods = {
-        {"phase sums", {bench.threads, {}, FourierMethod::kPhaseSums}, false, true},
-        {"grid", {bench.threads, {}, FourierMethod::kGrid}},
-        {"dense", {bench.threads, {}, FourierMethod::kDense}, true}};
-    const bool own = !bench.terms.fourier.empty();
-    for (const auto& [name, pupil] :
-         pupils_of(bench, PupilLayout::kGrid, std::min(wanted, affordable(4 * fourier.size()))))
-      rows.add(pupil, name, methods, own && pupil.layout == bench.task.trace.pupil.layout, &families[2],
-               &families[3]);
+    OperatorPart{bench,
+                 fourier,
+                 amplitudes,
+                 {{"phase sums", {threads, {}, FourierMethod::kPhaseSums}},
+                  {"grid", {threads, {}, FourierMethod::kGrid}},
+                  {"dense", {threads, {}, FourierMethod::kDense}}},
+                 seconds,
+                 families[2],
+                 families[3]}
+        .add_pupils(PupilLayout::kGrid, 4 * fourier.size(), is_of_study);
   } else {
     families[2].skipped = families[3].skipped = "There is no roughness whose band would place plane waves.";
   }
-  for (ChartFamily& family : families) mark_rows(&family);
   return families;
 }
 

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <set>
 
-#include "aberfit/core/errors.h"
 #include "chart_families.h"
 
 namespace aberfit::internal {
@@ -17,34 +16,11 @@ constexpr int kFactor = 4;
 // to about 1.5 GB.
 constexpr double kBytesPerRay = 200, kBytesPerPlane = 16, kMemory = 1.5e9;
 
-const char* name_of(PupilLayout layout) {
-  switch (layout) {
-    case PupilLayout::kPolar:
-      return "polar";
-    case PupilLayout::kRandom:
-      return "random";
-    case PupilLayout::kSobol:
-      return "sobol";
-    case PupilLayout::kGrid:
-      break;
-  }
-  return "grid";
-}
-
-std::optional<PupilSample> try_pupil(const Aperture& aperture, const PupilOptions& options) {
-  try {
-    return make_pupil(aperture, options);
-  } catch (const ComputationError&) {
-    return std::nullopt;  // the layout does not exist for the shape
-  }
-}
-
 double planes_of(const std::vector<Statistic>& statistics) {
-  std::vector<double> planes = {0};
+  std::set<double> planes = {0};
   for (const Statistic& statistic : statistics)
-    if (const auto* ee = std::get_if<EncircledEnergyRadius>(&statistic)) planes.push_back(ee->dz);
-  std::sort(planes.begin(), planes.end());
-  return double(std::unique(planes.begin(), planes.end()) - planes.begin());
+    if (const auto* ee = std::get_if<EncircledEnergyRadius>(&statistic)) planes.insert(ee->dz);
+  return double(planes.size());
 }
 
 // Those that exist for the aperture, the finest first: polar, else Sobol.
@@ -57,9 +33,7 @@ std::vector<PupilLayout> layouts_of(const Task& task) {
 }
 
 ChartTrace trace_of(const ChartBench& bench, PupilLayout layout, std::int64_t rays) {
-  const Task& task = bench.task;
-  return ChartTrace(bench, bench.terms, make_pupil(task.aperture, {layout, rays, task.trace.pupil.seed}),
-                    bench.threads);
+  return ChartTrace(bench, PupilOptions{layout, rays, bench.task.trace.pupil.seed});
 }
 
 // How many rays the budget allows.
@@ -75,10 +49,8 @@ RayBudget ray_budget(const ChartBench& bench, const std::vector<PupilLayout>& la
   constexpr std::int64_t kProbe = 16384;
   RayBudget budget;
   ChartTrace probe = trace_of(bench, layouts.front(), kProbe);
-  probe.exact(bench.coefficients, bench.statistics);  // memory and caches
-  budget.per_ray =
-      measure_time(0.02 * seconds, [&] { probe.exact(bench.coefficients, bench.statistics); }).median /
-      double(kProbe);
+  probe.exact();  // memory and caches
+  budget.per_ray = measure_time(0.02 * seconds, [&] { probe.exact(); }).median / double(kProbe);
   budget.affordable = seconds / (budget.per_ray * (4 + 2.0 * double(layouts.size())));
   const double held =
       kMemory / (kBytesPerRay + kBytesPerPlane * planes_of(bench.statistics)) / double(kFactor);
@@ -90,33 +62,24 @@ RayBudget ray_budget(const ChartBench& bench, const std::vector<PupilLayout>& la
 }
 
 // Powers of kFactor up to the largest, and the study's own count where its layout can afford it.
-std::vector<std::int64_t> ray_counts(PupilLayout layout, const PupilOptions& today, const RayBudget& budget) {
-  std::vector<std::int64_t> counts;
-  for (std::int64_t rays = kFewestRays; rays <= budget.largest; rays *= kFactor) counts.push_back(rays);
-  const bool own = layout == today.layout && double(today.rays) <= std::max(2.0 * budget.affordable, 1e5);
-  if (own && std::find(counts.begin(), counts.end(), today.rays) == counts.end())
-    counts.push_back(today.rays);
-  std::sort(counts.begin(), counts.end());
+std::set<std::int64_t> ray_counts(PupilLayout layout, const PupilOptions& today, const RayBudget& budget) {
+  std::set<std::int64_t> counts;
+  for (std::int64_t rays = kFewestRays; rays <= budget.largest; rays *= kFactor) counts.insert(rays);
+  if (layout == today.layout && double(today.rays) <= std::max(2.0 * budget.affordable, 1e5))
+    counts.insert(today.rays);
   return counts;
 }
 
-// Error against `truth` and time within `budget` [s] of a layout with so many rays.
+// Error against `truth` and time within `budget` [s] of a layout with so many rays; how far the truth is to
+// be trusted is not known yet.
 ChartRow measured_row(const ChartBench& bench, PupilLayout layout, std::int64_t rays,
-                      const Eigen::VectorXd& truth, double budget) {
+                      const Eigen::VectorXd& truth, const std::string& reference, double budget) {
   ChartTrace at = trace_of(bench, layout, rays);
   Eigen::VectorXd values;
-  ChartRow row;
-  set_time(measure_time(budget, [&] { values = at.exact(bench.coefficients, bench.statistics); }), &row);
-  const StatisticErrors errors = statistic_errors(values, truth, bench.statistics);
-  row.method = name_of(layout);
-  row.parameter = "rays";
-  row.unit = std::string("1");
-  row.value = double(rays);
-  row.rays = at.pupil().size();
-  row.terms = bench.terms.size();
-  row.statistics = std::int64_t(bench.statistics.size());
-  row.error = errors.worst;
-  row.error_rms = errors.rms;
+  ChartRow row = row_of(name_of(layout), "rays", double(rays));
+  set_time(measure_time(budget, [&] { values = at.exact(); }), &row);
+  set_errors(statistic_errors(values, truth, bench.statistics), reference, std::nan(""), &row);
+  at.set_sizes(&row);
   const PupilOptions today = bench.task.trace.pupil;
   row.is_default = layout == today.layout && rays == today.rays;
   return row;
@@ -135,34 +98,25 @@ double error_of_reference(const std::vector<ChartRow>& rows, PupilLayout finest,
 
 ChartFamily chart_pupils(const ChartBench& bench, double seconds) {
   const Task& task = bench.task;
-  ChartFamily family{"pupil",
-                     "Pupil layouts and ray counts",
-                     "largest relative error of the statistics of one surface",
-                     "terms, rays and exact statistics",
-                     task.equivalence.margin,
-                     "margin of equivalence",
-                     {},
-                     "",
-                     ""};
+  ChartFamily family = family_of("pupil", "Pupil layouts and ray counts",
+                                 "largest relative error of the statistics of one surface",
+                                 "terms, rays and exact statistics", bench.margin());
   const std::vector<PupilLayout> layouts = layouts_of(task);
   const RayBudget budget = ray_budget(bench, layouts, seconds);
 
   bench.say("chart: pupils, reference");
   const PupilLayout finest = layouts.front();
   ChartTrace reference = trace_of(bench, finest, kFactor * budget.largest);
-  const Eigen::VectorXd truth = reference.exact(bench.coefficients, bench.statistics);
+  const Eigen::VectorXd truth = reference.exact();
   const std::string reference_name = fmt::format("{}, {} rays", name_of(finest), reference.pupil().size());
 
   for (const PupilLayout layout : layouts) {
-    const std::vector<std::int64_t> counts = ray_counts(layout, task.trace.pupil, budget);
+    const std::set<std::int64_t> counts = ray_counts(layout, task.trace.pupil, budget);
     const double share = 0.5 * seconds / double(layouts.size() * counts.size());
     for (const std::int64_t rays : counts) {
       bench.say(fmt::format("chart: {} pupil, {} rays", name_of(layout), rays));
-      ChartRow row =
-          measured_row(bench, layout, rays, truth, std::max(share, 1.1 * budget.per_ray * double(rays)));
-      row.family = family.name;
-      row.reference = reference_name;
-      family.rows.push_back(std::move(row));
+      family.rows.push_back(measured_row(bench, layout, rays, truth, reference_name,
+                                         std::max(share, 1.1 * budget.per_ray * double(rays))));
     }
   }
   const double doubt = error_of_reference(family.rows, finest, budget.largest);
@@ -171,7 +125,6 @@ ChartFamily chart_pupils(const ChartBench& bench, double seconds) {
       "This is what a surface that is there needs; a fit needs at least 30 rays for each term as well, lest "
       "the "
       "terms follow single rays.";
-  mark_rows(&family);
   return family;
 }
 

@@ -22,55 +22,34 @@ double touched_share(const ChartTrace& at, const std::vector<Statistic>& statist
 }  // namespace
 
 ChartFamily chart_smoothing(const ChartBench& bench, double seconds) {
-  const ChartClock clock(seconds);
-  ChartFamily family{"smoothing",
-                     "Width of the smooth twins' kernel",
-                     "largest relative difference of smooth and exact statistics",
-                     "values and full Jacobian by adjoints",
-                     bench.tolerance,
-                     "tolerance of the targets",
-                     {},
-                     "",
-                     ""};
-  const auto try_on = [&](std::int64_t rays) {
-    return ChartTrace(bench, bench.terms, make_pupil(bench.task.aperture, pupil_of_at_most(bench.task, rays)),
-                      bench.threads);
-  };
+  ChartFamily family = family_of("smoothing", "Width of the smooth twins' kernel",
+                                 "largest relative difference of smooth and exact statistics",
+                                 "values and full Jacobian by adjoints", bench.least_tolerance());
   // As many of the study's rays as leave time for all widths.
   constexpr std::int64_t kProbe = 8192;
   Eigen::VectorXd values;
   Eigen::MatrixXd jacobian;
-  ChartTrace probe = try_on(kProbe);
+  ChartTrace probe(bench, pupil_of_at_most(bench.task, kProbe));
   const double once =
       measure_time(0, [&] {
         probe.smooth(bench.coefficients, bench.statistics, bench.smoothing, &values, &jacobian);
       }).median;
   const double rays = double(kProbe) * seconds / (2 * std::size(kWidths) * std::max(once, 1e-6));
-  ChartTrace at = try_on(std::int64_t(std::max(double(kProbe), rays)));
-  const Eigen::VectorXd exact = at.exact(bench.coefficients, bench.statistics);
+  ChartTrace at(bench, pupil_of_at_most(bench.task, std::int64_t(std::max(double(kProbe), rays))));
+  const Eigen::VectorXd exact = at.exact();
   for (const double width : kWidths) {
     bench.say(fmt::format("chart: smoothing width {:g}", width));
-    ChartRow row;
-    row.family = family.name;
-    row.method = "smooth";
-    row.parameter = "width";
-    row.unit = "focal sigma";
-    row.value = width;
-    row.rays = at.pupil().size();
-    row.terms = bench.terms.size();
-    row.statistics = std::int64_t(bench.statistics.size());
-    row.reference = "exact statistics on the same rays";
-    row.error_of_reference = 0;
+    ChartRow row = row_of("smooth", "width", width, "focal sigma");
+    at.set_sizes(&row);
     row.is_default = width == FitOptions().smoothing.back();
     bool exists = false;
     const ChartTime time = measure_time(seconds / std::size(kWidths), [&] {
       exists = at.smooth(bench.coefficients, bench.statistics, width * bench.ground.focal_sigma, &values,
                          &jacobian);
     });
+    set_errors(exists ? statistic_errors(values, exact, bench.statistics) : StatisticErrors(),
+               "exact statistics on the same rays", 0, &row);
     if (exists) {
-      const StatisticErrors errors = statistic_errors(values, exact, bench.statistics);
-      row.error = errors.worst;
-      row.error_rms = errors.rms;
       row.note = fmt::format("a radius's gradient touches {:.3g} % of the rays",
                              100 * touched_share(at, bench.statistics));
       set_time(time, &row);
@@ -80,7 +59,6 @@ ChartFamily chart_smoothing(const ChartBench& bench, double seconds) {
     family.rows.push_back(std::move(row));
   }
   family.remark = "A fit through a kernel that holds few rays follows single rays.";
-  mark_rows(&family);
   return family;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <set>
 
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
@@ -43,9 +44,7 @@ void time_jacobian(const ChartBench& bench, ChartTrace* at, const Eigen::VectorX
     exists = at->smooth(c, bench.statistics, bench.smoothing, &values, &jacobian) && exists;
   });
   if (exists) set_time(time, row);
-  row->rays = at->pupil().size();
-  row->terms = c.size();
-  row->statistics = std::int64_t(bench.statistics.size());
+  at->set_sizes(row);
 }
 
 // The first EE radius's place among the statistics: what notes speak of. Negative: none.
@@ -79,24 +78,25 @@ class CapturedShare {
   double radius_, movable_;
 };
 
+TermSet zernikes_to(const ChartBench& bench, int order) {
+  return {bench.ground.radius, zernike_modes(2, order), {}, {}};
+}
+
 // Highest order of the study's own Zernikes; 0 without any.
 int order_of_today(const ChartBench& bench) {
   return bench.terms.zernike.empty() ? 0 : bench.terms.zernike.back().n;
 }
 
 std::vector<int> orders_to_try(const CapturedShare& captured, int today) {
-  std::vector<int> orders;
-  for (const double share : kShares) orders.push_back(captured.order_of(share));
-  if (today > 0) orders.push_back(today);
-  std::sort(orders.begin(), orders.end());
-  orders.erase(std::unique(orders.begin(), orders.end()), orders.end());
-  std::erase_if(orders, [](int n) { return n < 2; });
-  return orders;
+  std::set<int> orders = {today};
+  for (const double share : kShares) orders.insert(captured.order_of(share));
+  return {orders.lower_bound(2), orders.end()};
 }
 
 // Draws up to an order beyond all that are tried, which those are compared with.
 struct OrderDraws {
   int highest = 0;
+  double left_out = 0;  // share of the height variance beyond it
   TermSet terms;
   PupilSample pupil;
   std::vector<Eigen::VectorXd> coefficients;
@@ -108,13 +108,12 @@ OrderDraws affordable_order_draws(const ChartBench& bench, double seconds, std::
   constexpr std::size_t kMostDraws = 32, kFewestDraws = 4;
   const Task& task = bench.task;
   OrderDraws result;
-  result.terms.radius = bench.ground.radius;
   result.pupil = make_pupil(task.aperture, pupil_of_at_most(task, 4 * kProbe));
   CoefficientPrior prior;
   std::size_t draws = 0;
   while (true) {
     result.highest = orders->back() + std::max(2, orders->back() / 8);
-    result.terms.zernike = zernike_modes(2, result.highest);
+    result.terms = zernikes_to(bench, result.highest);
     prior = make_prior(result.terms, *bench.ground.prior_psd, task.terms.covariance);
     const double once = seconds_of_probe(bench, result.terms, result.pupil,
                                          prior.colour(draw_white(prior.size(), draw_seed(bench, 0))));
@@ -144,22 +143,14 @@ std::string note_of_mean(const ChartBench& bench, const Eigen::MatrixXd& values)
 // The draws to order n against `truth`, their statistics to the highest order. budget: for timing [s].
 ChartRow order_row(const ChartBench& bench, const OrderDraws& draws, int n, const Eigen::MatrixXd& truth,
                    double budget) {
-  TermSet lower;
-  lower.radius = bench.ground.radius;
-  lower.zernike = zernike_modes(2, n);  // a prefix of the highest set: OSA order
+  const TermSet lower = zernikes_to(bench, n);  // a prefix of the highest set: OSA order
   std::vector<Eigen::VectorXd> coefficients;
   for (const Eigen::VectorXd& c : draws.coefficients) coefficients.emplace_back(c.head(lower.size()));
   const Eigen::MatrixXd values = statistics_of_draws(bench, lower, draws.pupil, coefficients);
-  ChartRow row;
-  row.method = "Zernikes";
-  row.parameter = "n_max";
-  row.unit = "1";
-  row.value = n;
-  const StatisticErrors errors =
-      statistic_errors(values.rowwise().mean(), truth.rowwise().mean(), bench.statistics);
-  row.error = errors.worst;
-  row.error_rms = errors.rms;
-  row.reference = fmt::format("the same {} draws to n = {}", draws.coefficients.size(), draws.highest);
+  ChartRow row = row_of("Zernikes", "n_max", n);
+  set_errors(statistic_errors(values.rowwise().mean(), truth.rowwise().mean(), bench.statistics),
+             fmt::format("the same {} draws to n = {}", draws.coefficients.size(), draws.highest),
+             draws.left_out, &row);
   row.note = note_of_mean(bench, values);
   row.is_default = n == order_of_today(bench) && bench.terms.fourier.empty() && bench.terms.spherical.empty();
   ChartTrace at(bench, lower, draws.pupil, bench.threads);
@@ -170,33 +161,24 @@ ChartRow order_row(const ChartBench& bench, const OrderDraws& draws, int n, cons
 }  // namespace
 
 ChartFamily chart_orders(const ChartBench& bench, double seconds) {
-  ChartFamily family{"zernike-order",
-                     "Zernike orders",
-                     "largest change of the draws' mean statistics without higher orders",
-                     "values and full Jacobian by adjoints",
-                     bench.task.equivalence.margin,
-                     "margin of equivalence",
-                     {},
-                     "",
-                     ""};
+  ChartFamily family = family_of("zernike-order", "Zernike orders",
+                                 "largest change of the draws' mean statistics without higher orders",
+                                 "values and full Jacobian by adjoints", bench.margin());
   if (!bench.ground.prior_psd) {
     family.skipped = "There is no roughness whose orders could be left out.";
     return family;
   }
   const CapturedShare captured(bench.ground);
   std::vector<int> orders = orders_to_try(captured, order_of_today(bench));
-  const OrderDraws draws = affordable_order_draws(bench, seconds, &orders);
+  OrderDraws draws = affordable_order_draws(bench, seconds, &orders);
+  draws.left_out = 1 - captured(draws.highest);
   const Eigen::MatrixXd truth = statistics_of_draws(bench, draws.terms, draws.pupil, draws.coefficients);
-  const double left_out = 1 - captured(draws.highest);
   for (const int n : orders) {
     bench.say(fmt::format("chart: Zernikes to n = {}, {} draws", n, draws.coefficients.size()));
     ChartRow row = order_row(bench, draws, n, truth, 0.5 * seconds / double(orders.size()));
-    row.family = family.name;
-    row.error_of_reference = left_out;
     row.note = fmt::format("captures {:.4g} % of the height variance", 100 * captured(n)) + row.note;
     family.rows.push_back(std::move(row));
   }
-  mark_rows(&family);
   return family;
 }
 
@@ -218,8 +200,7 @@ ModeDraws draw_modes(const ChartBench& bench, const TermSet& terms, const Coeffi
     ChartTrace at(bench, terms, pupil, 1);
     const Eigen::VectorXd c = prior.colour(draw_white(prior.size(), draw_seed(bench, first + d)));
     values.col(Eigen::Index(d)) = at.exact(c, bench.statistics);
-    slope[Eigen::Index(d)] =
-        (at.pupil().weight * (at.field().slope_x.square() + at.field().slope_y.square())).sum();
+    slope[Eigen::Index(d)] = mean_square_slope(at.pupil(), at.field());
   });
   // Mean square slope of the set: A and B have the same variance.
   double expected = 0;
@@ -252,12 +233,7 @@ struct WaveSets {
   double radius;
   std::uint64_t seed;
 
-  TermSet terms(int count) const {
-    TermSet set;
-    set.radius = radius;
-    set.fourier = fourier_modes(psd, count, sampling, seed);
-    return set;
-  }
+  TermSet terms(int count) const { return {radius, {}, fourier_modes(psd, count, sampling, seed), {}}; }
   CoefficientPrior prior(const TermSet& terms) const { return make_prior(terms, psd, CovarianceKind::kFull); }
 };
 
@@ -268,11 +244,9 @@ std::optional<int> count_of_today(const ChartBench& bench) {
 }
 
 std::vector<int> counts_to_try(const std::optional<int>& today) {
-  std::vector<int> counts(std::begin(kModeCounts), std::end(kModeCounts));
-  if (today) counts.push_back(*today);
-  std::sort(counts.begin(), counts.end());
-  counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
-  return counts;
+  std::set<int> counts(std::begin(kModeCounts), std::end(kModeCounts));
+  if (today) counts.insert(*today);
+  return {counts.begin(), counts.end()};
 }
 
 // How many draws of every count the budget allows; counts that it does not reach are left out.
@@ -307,16 +281,13 @@ double chance(const ModeDraws& truth, const ModeDraws& here, const std::vector<S
   return largest;
 }
 
-// Draws of one set against `truth`, the mean of other draws of the finest one.
-ChartRow mode_row(const ChartBench& bench, const ModeDraws& here, const ModeDraws& truth) {
-  ChartRow row;
-  row.method = "plane waves";
-  row.parameter = "count";
-  row.unit = "1";
-  const StatisticErrors errors = statistic_errors(here.mean, truth.mean, bench.statistics);
-  row.error = errors.rms;  // the largest of many would be chance
-  row.error_rms = errors.rms;
-  row.error_of_reference = chance(truth, here, bench.statistics);
+// Draws of so many waves against `truth`, the mean of other draws of the finest set.
+ChartRow mode_row(const ChartBench& bench, int count, const ModeDraws& here, const ModeDraws& truth,
+                  const std::string& reference) {
+  ChartRow row = row_of("plane waves", "count", count);
+  // The largest of many would be chance.
+  const double rms = statistic_errors(here.mean, truth.mean, bench.statistics).rms;
+  set_errors({rms}, reference, chance(truth, here, bench.statistics), &row);
   if (const Eigen::Index k = spoken_of(bench.statistics); k >= 0)
     row.note = fmt::format("{} of a draw spreads by {:.3g} %",
                            statistic_name(bench.statistics[std::size_t(k)]), 100 * here.spread);
@@ -327,15 +298,9 @@ ChartRow mode_row(const ChartBench& bench, const ModeDraws& here, const ModeDraw
 
 ChartFamily chart_modes(const ChartBench& bench, double seconds) {
   const Task& task = bench.task;
-  ChartFamily family{"fourier-count",
-                     "Number of plane waves for the whole band",
-                     "RMS relative error of the mean statistics of draws",
-                     "values and full Jacobian by adjoints",
-                     task.equivalence.margin,
-                     "margin of equivalence",
-                     {},
-                     "",
-                     ""};
+  ChartFamily family = family_of("fourier-count", "Number of plane waves for the whole band",
+                                 "RMS relative error of the mean statistics of draws",
+                                 "values and full Jacobian by adjoints", bench.margin());
   if (!bench.ground.prior_psd || !std::isfinite(bench.ground.prior_psd->f_max())) {
     family.skipped = "There is no roughness with a band that plane waves could sample.";
     return family;
@@ -351,15 +316,13 @@ ChartFamily chart_modes(const ChartBench& bench, double seconds) {
   const TermSet finest = sets.terms(counts.back());
   bench.say(fmt::format("chart: {} plane waves, {} draws", counts.back(), draws));
   const ModeDraws truth = draw_modes(bench, finest, sets.prior(finest), pupil, draws, draws);  // other draws
+  const std::string reference =
+      fmt::format("{} plane waves, {} other draws on {} rays", counts.back(), draws, pupil.size());
   for (const int count : counts) {
     bench.say(fmt::format("chart: {} plane waves, {} draws", count, draws));
     const TermSet terms = sets.terms(count);
     const CoefficientPrior prior = sets.prior(terms);
-    ChartRow row = mode_row(bench, draw_modes(bench, terms, prior, pupil, draws, 0), truth);
-    row.family = family.name;
-    row.value = count;
-    row.reference =
-        fmt::format("{} plane waves, {} other draws on {} rays", counts.back(), draws, pupil.size());
+    ChartRow row = mode_row(bench, count, draw_modes(bench, terms, prior, pupil, draws, 0), truth, reference);
     row.is_default = today == count;
     ChartTrace at(bench, terms, time_pupil, bench.threads);
     time_jacobian(bench, &at, prior.colour(draw_white(prior.size(), draw_seed(bench, 0))),
@@ -370,7 +333,6 @@ ChartFamily chart_modes(const ChartBench& bench, double seconds) {
       "Differences below error_of_reference are chance. Too few waves show first in the spread of the draws "
       "(see "
       "the notes), which a fit to targets takes out.";
-  mark_rows(&family);
   return family;
 }
 

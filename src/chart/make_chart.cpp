@@ -25,13 +25,10 @@ Chart make_chart(const Task& task, double budget, const RunContext& context) {
   // The methods compared here are those of rays, whatever the scene needs.
   const Theory theory = task.target.theory == Theory::kRays ? Theory::kRays : Theory::kGeometric;
   const ChartBench bench = make_chart_bench(task, {theory, FocusModel::kRays}, context);
-  const SurfaceField surface = [&] {
-    SurfaceField field;
-    const PupilSample few = make_pupil(task.aperture, pupil_of_at_most(task, 1024));
-    SurfaceOperator(bench.terms, few, OperatorOptions{bench.threads, {}, {}})
-        .apply(bench.coefficients, &field);
-    return field;
-  }();
+  const PupilSample few = make_pupil(task.aperture, pupil_of_at_most(task, 1024));
+  SurfaceField surface;
+  SurfaceOperator(bench.terms, few, OperatorOptions{bench.threads, {}, {}})
+      .apply(bench.coefficients, &surface);
   if (!(surface.slope_x.abs().maxCoeff() > 0))
     throw ComputationError(
         "the draw that a chart is made on is flat: its statistics have nothing to be wrong about");
@@ -47,7 +44,11 @@ Chart make_chart(const Task& task, double budget, const RunContext& context) {
   chart.budget_seconds = budget;
   chart.rates = measure_rates(bench, kRates * budget);
   const auto append = [&chart](std::vector<ChartFamily> families) {
-    for (ChartFamily& family : families) chart.families.push_back(std::move(family));
+    for (ChartFamily& family : families) {
+      for (ChartRow& row : family.rows) row.family = family.name;
+      mark_rows(&family);
+      chart.families.push_back(std::move(family));
+    }
   };
   // What a user asks first: which model, and what a whole fit takes with it. The kernels come second.
   const ChartBench as_is = make_chart_bench(task, requested_physics(task), context);
