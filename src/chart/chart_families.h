@@ -4,7 +4,8 @@
 #include "aberfit/chart/cost_model.h"
 #include "chart_bench.h"
 
-// The families of a chart, one function each; `seconds` is about how long it may take.
+// The families of a chart, one function each; `seconds` is about how long it may take. Flags of the rows and
+// the name of their family are left to make_chart.
 namespace aberfit::internal {
 
 /// Theories of the mean spot in focus, in light, against the aperture-exact one; its own error is what it

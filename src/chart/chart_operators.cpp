@@ -5,7 +5,6 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "aberfit/core/errors.h"
 #include "aberfit/core/random.h"
 #include "aberfit/scene/zernike.h"
 #include "chart_families.h"

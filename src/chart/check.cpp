@@ -1,22 +1,13 @@
 #include "aberfit/chart/check.h"
 
-#include <chrono>
-
 #include "aberfit/core/errors.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
+#include "chart_bench.h"
 
 namespace aberfit {
 namespace {
-
-CheckedTerms checked_terms(const Task& task, const Groundwork& ground, const TermSet& terms,
-                           double captured) {
-  CheckedTerms checked{terms.size(), captured, {}};
-  if (task.terms.automatic && ground.psd && !ground.all_scatters())
-    checked.expected = expected_orders(ground);
-  return checked;
-}
 
 // Of a search the terms are not known: their frequencies ask for finer grids than light does only where they
 // are many.
@@ -76,9 +67,9 @@ void predict(const Task& task, const Groundwork& ground, const TermSet& terms, c
 }  // namespace
 
 CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
-  const auto begin = std::chrono::steady_clock::now();
+  const internal::ChartClock clock(0);
   const auto [ground, targets] = lay_out(task, threads);
-  const std::chrono::duration<double> laying_out = std::chrono::steady_clock::now() - begin;
+  const double laying_out = clock.elapsed();
   double captured = 0;
   const TermSet terms = make_terms(task, ground, task.terms, &captured);
   CheckReport report;
@@ -94,7 +85,9 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
     report.too_simple =
         ground.use.choice->model != FocusModel::kRays && !ground.use.in_light(targets_are_given(task));
   }
-  report.terms = checked_terms(task, ground, terms, captured);
+  report.terms = {terms.size(), captured, {}};
+  if (task.terms.automatic && ground.psd && !ground.all_scatters())
+    report.terms.expected = expected_orders(ground);
   report.statistics = {targets.fitted.size(), targets.guides.size(), targets.held_out.size()};
   report.theory_error = ground.use.theory_error;
   report.cells = checked_cells(task, ground, terms, targets);
@@ -109,9 +102,9 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
   if (report.prediction && ground.mean_spot) {
     // Done just now: measured.
     auto& [stage, seconds] = report.prediction->stages.front();
-    report.prediction->seconds += laying_out.count() - seconds;
+    report.prediction->seconds += laying_out - seconds;
     stage = ground.split ? "targets and cut" : "targets";
-    seconds = laying_out.count();
+    seconds = laying_out;
   }
   if (ground.split) report.whole = whole_band(task, ground, targets, rates, threads);
   report.remedy = remedy_of(task, ground, report);

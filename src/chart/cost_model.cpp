@@ -43,17 +43,6 @@ constexpr int kNearlyPassing = 3;
 // Plane waves: 32, 64, ... to where they pass (181 for 20 nm uniform from 2.5 to 200 /m), then in between.
 constexpr int kFewestModes = 32, kTypicalModes = 256;
 
-FitSize fit_size(const Task& task, const TermSet& terms, const TargetSets& targets, int threads) {
-  FitSize size;
-  size.rays = double(task.trace.pupil.rays);
-  size.terms = double(terms.size());
-  size.fitted = double(targets.fitted.size() + targets.guides.size());
-  size.judged = double(targets.fitted.size() + targets.held_out.size());
-  size.zone_points = zone_points(terms);
-  size.threads = threads;
-  return size;
-}
-
 // The fit itself, as far as the time goes: at most `limit` [s].
 void time_fit(const ChartBench& bench, const ChartTrace& at, double limit, FitRates* rates) {
   const Task& task = bench.task;
@@ -100,22 +89,28 @@ namespace internal {
 
 FitRates measure_rates(const ChartBench& bench, double seconds) {
   const Task& task = bench.task;
+  const TargetSets& targets = bench.targets;
   FitRates rates;
-  rates.size = fit_size(task, bench.terms, bench.targets, bench.threads);
-  rates.expected = fit_work(task, bench.ground, bench.terms, task.trace.pupil, bench.targets, bench.threads);
+  rates.size = {double(task.trace.pupil.rays),
+                double(bench.terms.size()),
+                double(targets.fitted.size() + targets.guides.size()),
+                double(targets.fitted.size() + targets.held_out.size()),
+                zone_points(bench.terms),
+                double(bench.threads)};
+  rates.expected = fit_work(task, bench.ground, bench.terms, task.trace.pupil, targets, bench.threads);
   rates.measured.targets = bench.targets_seconds;
   rates.measured.prior = bench.prior_seconds;
   rates.source = "measured on this study";
 
   bench.say("chart: an evaluation and a Jacobian");
-  ChartTrace at(bench, bench.terms, make_pupil(task.aperture, task.trace.pupil), bench.threads);
+  ChartTrace at(bench, task.trace.pupil);
   std::vector<Statistic> both;
-  for (const auto* targets : {&bench.targets.fitted, &bench.targets.guides})
-    for (const Target& target : *targets) both.push_back(aim_of(target).statistic);
+  for (const auto* set : {&targets.fitted, &targets.guides})
+    for (const Target& target : *set) both.push_back(aim_of(target).statistic);
   Eigen::VectorXd values;
   Eigen::MatrixXd jacobian;
   const double share = 0.06 * seconds;
-  rates.exact = measure_time(share, [&] { at.exact(bench.coefficients, bench.statistics); }).median;
+  rates.exact = measure_time(share, [&] { at.exact(); }).median;
   rates.forward = measure_time(share, [&] {
                     at.smooth(bench.coefficients, both, bench.smoothing, &values, nullptr);
                   }).median;
@@ -126,7 +121,7 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
   time_fit(bench, at, 0.5 * seconds, &rates);
 
   bench.say("chart: fresh rays");
-  const JudgedSet judged(bench.targets.fitted, bench.targets.held_out);
+  const JudgedSet judged(targets.fitted, targets.held_out);
   const double whole = 8 * rates.exact * rates.size.judged / std::max(1.0, double(bench.statistics.size()));
   const double part = std::clamp(0.15 * seconds / whole, 0.01, 1.0);
   const auto fresh_rays = std::int64_t(std::max(4096.0, 4 * rates.size.rays * part));
@@ -185,17 +180,13 @@ FitRates machine_rates() {
   const CircleAperture circle{0.1};
   constexpr double kFocalLength = 0.7, kWavelength = 600e-9, kBudget = 0.03;
   // Rays: L at scattered points.
-  TermSet terms;
-  terms.radius = 0.5 * circle.diameter;
-  terms.zernike = zernike_modes(2, 16);
+  const TermSet terms{0.5 * circle.diameter, zernike_modes(2, 16), {}, {}};
   const PupilSample points = make_pupil(circle, {PupilLayout::kSobol, 8192, 1});
   const Eigen::VectorXd coefficients = Eigen::VectorXd::Constant(terms.size(), 1e-9);
   const SurfaceOperator surface(terms, points.x, points.y, 1);
   SurfaceField field;
-  PointLayout layout;
-  layout.points = points.size();
   const double rays = least_time(kBudget, [&] { surface.apply(coefficients, &field); }) /
-                      choose_operator(terms, layout).forward_seconds;
+                      choose_operator(terms, PointLayout{points.size()}).forward_seconds;
   // Waves: a plane, and the gradients of what rings in it hold.
   constexpr int kCells = 96, kRings = 6;
   const DiffractionPupil pupil = diffraction_pupil(circle, kFocalLength, circle.diameter / kCells);
@@ -328,15 +319,6 @@ std::vector<Fits> search_fits(const Task& task, const Groundwork& ground, std::v
   return fits;
 }
 
-// What a roughness takes that is all scatter.
-FitPrediction predict_draws(const FitWork& work, double speed) {
-  FitPrediction p;
-  p.stages = {
-      {"targets", work.targets * speed}, {"draws", work.draws * speed}, {"scatter", work.scatter * speed}};
-  for (const auto& [stage, seconds] : p.stages) p.seconds += seconds;
-  return p;
-}
-
 }  // namespace
 
 FitPrediction predict_fit(const Task& task, const Groundwork& ground, const TermSet& terms,
@@ -349,11 +331,19 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
   const auto rate = [&](double FitWork::*stage) {
     return !rays ? speed : r.expected.*stage > 0 ? r.measured.*stage / r.expected.*stage : 0.0;
   };
+  FitPrediction p;
+  const auto add = [&p](const char* stage, double seconds) {
+    p.stages.emplace_back(stage, seconds);
+    p.seconds += seconds;
+  };
   if (ground.all_scatters()) {
     const TermSet none = terms_of(task, ground, {});
-    return predict_draws(fit_work(task, ground, none, task.trace.pupil, targets, threads), speed);
+    const FitWork work = fit_work(task, ground, none, task.trace.pupil, targets, threads);
+    add("targets", work.targets * speed);
+    add("draws", work.draws * speed);
+    add("scatter", work.scatter * speed);
+    return p;
   }
-  FitPrediction p;
   p.search = task.terms.automatic && ground.psd;
   std::vector<Fits> screens, fits;
   if (p.search)
@@ -386,17 +376,16 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
     ends += fit.count * last.ends * rate(&FitWork::iteration);
     fresh += fit.judged * last.fresh * rate(&FitWork::fresh);
   }
-  p.stages.emplace_back("targets", last.targets * rate(&FitWork::targets));
-  if (!screens.empty()) p.stages.emplace_back("short fits", screening);
-  p.stages.emplace_back("prior", prior);
-  p.stages.emplace_back("iterations", solving);
-  p.stages.emplace_back("start and result", ends);
-  p.stages.emplace_back("fresh rays", fresh);
-  if (last.judgement > 0) p.stages.emplace_back("needed model", last.judgement * speed);
-  if (last.realisations > 0) p.stages.emplace_back("realisations", last.realisations * speed);
-  if (last.scatter > 0) p.stages.emplace_back("scatter", last.scatter * speed);
-  p.stages.emplace_back("zones", last.zones * rate(&FitWork::zones));
-  for (const auto& [stage, seconds] : p.stages) p.seconds += seconds;
+  add("targets", last.targets * rate(&FitWork::targets));
+  if (!screens.empty()) add("short fits", screening);
+  add("prior", prior);
+  add("iterations", solving);
+  add("start and result", ends);
+  add("fresh rays", fresh);
+  if (last.judgement > 0) add("needed model", last.judgement * speed);
+  if (last.realisations > 0) add("realisations", last.realisations * speed);
+  if (last.scatter > 0) add("scatter", last.scatter * speed);
+  add("zones", last.zones * rate(&FitWork::zones));
   return p;
 }
 

@@ -69,30 +69,27 @@ struct Optics {
   double height_product = 0;        // waves: L^T of one among many height weights
 };
 
+// Work of a transform of so many cells across, padded to twice as many.
+double transform_of(double across) {
+  const double length = 2 * across;
+  return length * length * std::log2(length);
+}
+
 Optics with_operator(Optics optics, const TermSet& terms, const PointLayout& layout) {
   const OperatorChoice whole = choose_operator(terms, layout);
-  PointLayout scattered;
-  scattered.points = layout.points;
+  const OperatorChoice scattered = choose_operator(terms, PointLayout{layout.points});
   optics.points = double(layout.points);
   optics.forward = whole.forward_seconds;
   optics.adjoint = whole.adjoint_seconds;
-  optics.listed =
-      std::min(whole.adjoint_seconds, kTouched * choose_operator(terms, scattered).adjoint_seconds);
+  optics.listed = std::min(whole.adjoint_seconds, kTouched * scattered.adjoint_seconds);
   return optics;
-}
-
-Optics on_scattered_rays(const TermSet& terms, double rays) {
-  PointLayout layout;
-  layout.points = Eigen::Index(rays);
-  return with_operator({}, terms, layout);
 }
 
 Optics on_grid(const Task& task, const TermSet& terms, double pitch) {
   Optics optics;
   optics.model = FocusModel::kWaves;
   const double across = std::ceil(2 * aperture_radius(task.aperture) / pitch);
-  const double length = 2 * std::max(2.0, across);  // transforms that are fast are up to 5 % longer
-  optics.transform = length * length * std::log2(length);
+  optics.transform = transform_of(std::max(2.0, across));  // fast ones are up to 5 % longer
   PointLayout layout;
   layout.rows = layout.columns = Eigen::Index(across);
   layout.points = std::max<Eigen::Index>(1, Eigen::Index(aperture_area(task.aperture) / (pitch * pitch)));
@@ -132,7 +129,8 @@ double judged_by_waves(const Task& task, const TermSet& terms, const Asked& want
 
 // Scrambles and all of them together.
 double judged_by_rays(const TermSet& terms, const Asked& wanted, double rays) {
-  const Optics optics = on_scattered_rays(terms, std::min(rays, double(kMostFreshRays)));
+  const auto points = Eigen::Index(std::min(rays, double(kMostFreshRays)));
+  const Optics optics = with_operator({}, terms, PointLayout{points});
   return 2 * values(optics, wanted) - optics.forward;
 }
 
@@ -159,8 +157,7 @@ double realisations(const Task& task, const Groundwork& ground, const Optics& op
 double draws(const Task& task, const Groundwork& ground, const TargetSets& targets) {
   if (!ground.all_scatters()) return 0;
   const std::shared_ptr<const BandSplit> split = drawn_split(task, ground);
-  TermSet waves;
-  waves.radius = ground.radius;
+  TermSet waves{ground.radius, {}, {}, {}};
   waves.fourier.assign(kDrawnWaves, {split->low().f_max(), 0});
   const Asked judged = asked({&targets.fitted, &targets.held_out});
   const Optics optics = on_grid(task, waves, wave_pitch(task, waves, all_targets(targets), split.get()));
@@ -171,8 +168,7 @@ double draws(const Task& task, const Groundwork& ground, const TargetSets& targe
 double zones(const Task& task, const TermSet& terms) {
   const double points = zone_points(terms);
   if (points == 0) return 0;
-  PointLayout layout;
-  layout.points = Eigen::Index(points);
+  PointLayout layout{Eigen::Index(points)};
   if (task.aperture.index() < 2) {  // a polar rule, about twice as many spokes as rings
     layout.rings = std::max<Eigen::Index>(1, Eigen::Index(std::sqrt(points / 2) / 2));
     layout.spokes = 8 * std::max<Eigen::Index>(1, layout.points / (8 * layout.rings));
@@ -198,8 +194,7 @@ double zone_points(const TermSet& terms) {
 }
 
 double wave_seconds(int across, int statistics) {
-  const double length = 2.0 * across;
-  return length * length * std::log2(length) * (kWavePlane + statistics * kWaveGradient);
+  return transform_of(across) * (kWavePlane + statistics * kWaveGradient);
 }
 
 FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& terms, const PupilOptions& rays,
