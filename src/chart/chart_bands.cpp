@@ -121,12 +121,10 @@ ChartRow fitted_row(const ChartBench& bench, const Cut& cut) {
   const Layout& layout = cut.layout;
   const double end = end_of_terms(bench, layout);
   const bool both = layout.ground.split && end > 0;
-  ChartRow row = row_of(both                  ? "terms and scatter"
-                        : layout.ground.split ? "scatter alone"
-                                              : "terms alone",
-                        "f_c", both ? end : std::nan(""), "/m");
+  const std::string setting = setting_of(bench, cut);
+  ChartRow row = row_of(both ? "terms and scatter" : setting, "f_c", both ? end : std::nan(""), "/m");
   row.is_default = cut.is_default;
-  bench.say("chart: fit by " + setting_of(bench, cut));
+  bench.say("chart: fit by " + setting);
   const RunContext context{bench.threads, bench.say};
   const ChartClock clock(0);
   try {

@@ -22,7 +22,7 @@ double quantile(const std::vector<double>& sorted, double p) {
 }  // namespace
 
 ChartBench make_chart_bench(const Task& task, const PhysicsRequest& physics, const RunContext& context) {
-  ChartBench bench{task, lay_groundwork(task, physics), {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1, {}};
+  ChartBench bench{task, lay_groundwork(task, physics), {}, {}, {}, {}, {}, 0, 0, 0, 0, 1, {}};
   bench.threads = context.threads;
   bench.say = [context](const std::string& line) { context.say(line); };
   bench.say("targets");
@@ -32,7 +32,6 @@ ChartBench make_chart_bench(const Task& task, const PhysicsRequest& physics, con
   bench.say("prior");
   TermPlan plan = plan_terms(task, bench.ground, task.terms);
   bench.terms = std::move(plan.terms);
-  bench.captured = plan.captured;
   bench.prior = std::move(plan.prior);
   bench.prior_seconds = clock.elapsed() - bench.targets_seconds;
   bench.coefficients = bench.prior.colour(draw_white(bench.prior.size(), task.fit.seed));

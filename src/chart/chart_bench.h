@@ -24,7 +24,6 @@ struct ChartBench {
   Groundwork ground;
   TargetSets targets;
   TermSet terms;
-  double captured = 0;
   CoefficientPrior prior;
   Eigen::VectorXd coefficients;       ///< a seeded draw of the prior [m]
   std::vector<Statistic> statistics;  ///< the fitted ones
