@@ -1,6 +1,5 @@
 #pragma once
 #include <memory>
-#include <variant>
 
 #include "aberfit/forward/forward_model.h"
 #include "ray_forward.h"

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "aberfit/core/random.h"
-#include "aberfit/method/judge.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 

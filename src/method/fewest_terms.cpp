@@ -5,7 +5,6 @@
 #include <cmath>
 #include <optional>
 
-#include "aberfit/core/random.h"
 #include "aberfit/method/all_scatter.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/term_search.h"

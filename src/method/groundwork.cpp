@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/quadrature.h"
@@ -16,6 +14,8 @@
 #include "statistic_request.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 // Spot scale of a study that gives its targets as values: the first value that has one.

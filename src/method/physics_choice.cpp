@@ -1,7 +1,5 @@
 #include "aberfit/method/physics_choice.h"
 
-#include <cmath>
-
 #include "aberfit/core/errors.h"
 
 namespace aberfit {

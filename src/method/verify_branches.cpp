@@ -1,7 +1,6 @@
 #include "verify_branches.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/parallel.h"

@@ -1,7 +1,5 @@
 #include "verify_ensemble.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 

@@ -1,11 +1,8 @@
 #include "aberfit/theory/generalised_harvey_shack.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <mutex>
 #include <numbers>

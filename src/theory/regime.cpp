@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <numbers>

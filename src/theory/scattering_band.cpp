@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "aberfit/core/constants.h"
 #include "aberfit/roughness/psd_integrals.h"
 
 namespace aberfit {
