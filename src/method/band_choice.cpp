@@ -21,14 +21,14 @@ namespace {
 struct Judged {
   std::vector<FocalDisc> discs;
   std::vector<std::string> names;
-  std::vector<double> light;
-  SpreadLimits limits;
+  std::vector<double> limits;
 
   void add(const Statistic& statistic, double radius, double dz, double limit) {
     discs.push_back({radius, dz});
     names.push_back(statistic_name(statistic));
-    light.push_back(limit);
+    limits.push_back(limit);
   }
+  Eigen::Map<const Eigen::ArrayXd> limit() const { return {limits.data(), Eigen::Index(limits.size())}; }
 };
 
 // The ring holds N(z); its width ends where N is half of what it is in focus. To first order a change of N
@@ -56,8 +56,6 @@ Judged judged_of(const Task& task, const GeneralisedHarveyShack& mean, const Tar
       else if (std::holds_alternative<RingFwhm>(target.statistic))
         add_ring(target, mean, allowed, &judged);
     }
-  judged.limits.light =
-      Eigen::Map<const Eigen::ArrayXd>(judged.light.data(), Eigen::Index(judged.light.size()));
   return judged;
 }
 
@@ -65,7 +63,7 @@ Judged judged_of(const Task& task, const GeneralisedHarveyShack& mean, const Tar
 void describe_spread(const RealisationSpread& spread, const Judged& judged, double cut, BandShares* shares) {
   Eigen::Index worst = 0;
   if (judged.discs.empty()) return;
-  shares->spread = kSpreadShareOfMargin * (spread.light(cut) / judged.limits.light).maxCoeff(&worst);
+  shares->spread = kSpreadShareOfMargin * (spread.light(cut) / judged.limit()).maxCoeff(&worst);
   shares->spread_of = judged.names[std::size_t(worst)];
   shares->height_spread = spread.rms_height(cut);
   shares->slope_spread = spread.rms_slope(cut);
@@ -177,7 +175,7 @@ void split_band(const Task& task, const BandSpec& band, const SplitLight& light,
   const Groundwork& ground = layout->ground;
   double cut = band.cut;
   if (band.rule == BandRule::kAuto) {
-    const SmallestCut smallest = smallest_cut(*light.spread, light.judged.limits);
+    const SmallestCut smallest = smallest_cut(*light.spread, light.judged.limit());
     cut = smallest.whole_band ? ground.psd->f_min() : smallest.frequency;
   }
   if (!(cut < ground.psd->f_max())) return;

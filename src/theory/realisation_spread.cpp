@@ -209,31 +209,22 @@ double RealisationSpread::rms_slope(double cut) const {
 namespace {
 
 // Largest spread over its limit.
-SmallestCut judged(const RealisationSpread& spread, const SpreadLimits& limits, double cut) {
+SmallestCut judged(const RealisationSpread& spread, const Eigen::ArrayXd& limits, double cut) {
   SmallestCut result;
   result.frequency = cut;
-  const Eigen::ArrayXd light = spread.light(cut) / limits.light;
+  const Eigen::ArrayXd light = spread.light(cut) / limits;
   Eigen::Index worst = -1;
   if (light.size() > 0) result.share_of_limit = light.maxCoeff(&worst);
   result.disc = int(worst);
-  const auto compare = [&](double share, SmallestCut::Statistic statistic) {
-    if (!(share > result.share_of_limit)) return;
-    result.share_of_limit = share;
-    result.statistic = statistic;
-    result.disc = -1;
-  };
-  compare(spread.rms_height(cut) / limits.rms_height, SmallestCut::Statistic::kRmsHeight);
-  compare(spread.rms_slope(cut) / limits.rms_slope, SmallestCut::Statistic::kRmsSlope);
   return result;
 }
 
 }  // namespace
 
-SmallestCut smallest_cut(const RealisationSpread& spread, const SpreadLimits& limits) {
-  if (limits.light.size() != spread.light(spread.highest()).size())
+SmallestCut smallest_cut(const RealisationSpread& spread, const Eigen::ArrayXd& limits) {
+  if (limits.size() != spread.light(spread.highest()).size())
     throw std::invalid_argument("smallest cut: not one limit per disc");
-  if (!((limits.light > 0).all() && limits.rms_height > 0 && limits.rms_slope > 0))
-    throw std::invalid_argument("smallest cut: a limit is not above zero");
+  if (!(limits > 0).all()) throw std::invalid_argument("smallest cut: a limit is not above zero");
   const std::vector<double>& edges = spread.edges();
   std::size_t below = edges.size() - 1;  // the first edge from above that breaks a limit
   while (below > 0 && judged(spread, limits, edges[below - 1]).share_of_limit <= 1) --below;

@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <vector>
 
@@ -92,25 +91,18 @@ class RealisationSpread {
   std::unique_ptr<const Tables> tables_;
 };
 
-/// Largest standard deviations that are allowed; infinity for what nobody judges.
-struct SpreadLimits {
-  Eigen::ArrayXd light;                                         ///< one per disc, > 0 [1]
-  double rms_height = std::numeric_limits<double>::infinity();  ///< relative
-  double rms_slope = std::numeric_limits<double>::infinity();   ///< relative
-};
-
 /// The smallest cut that keeps the limits.
 struct SmallestCut {
   double frequency = 0;     ///< [cycles/m]
   bool whole_band = false;  ///< the limits hold with all of the roughness above the cut: no terms are needed
   double share_of_limit = 0;  ///< the largest spread over its limit there; 1 unless `whole_band`
-  enum class Statistic { kLight, kRmsHeight, kRmsSlope } statistic = Statistic::kLight;  ///< which that is
-  int disc = -1;  ///< its index, of kLight; -1 otherwise
+  int disc = -1;              ///< index of the disc that has it; -1 without discs
 };
 /// The smallest cut at and above which every spread is within its limit, solved to 1e-12 in the logarithm of
 /// the frequency, so that it is continuous in specification and limits. `whole_band` with the frequency at
 /// `lowest` where all limits hold there. Throws std::invalid_argument where the number of limits is not that
-/// of the discs or a limit is not above zero.
-SmallestCut smallest_cut(const RealisationSpread& spread, const SpreadLimits& limits);
+/// of the discs or a limit is not above zero. limits: largest standard deviation that is allowed, one per
+/// disc, > 0.
+SmallestCut smallest_cut(const RealisationSpread& spread, const Eigen::ArrayXd& limits);
 
 }  // namespace aberfit
