@@ -11,6 +11,7 @@
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
+#include "aberfit/method/scene_facts.h"
 #include "aberfit/method/spectrum_target.h"
 #include "stall_watch.h"
 
@@ -155,21 +156,32 @@ RayChoice ray_choice(const FitCase& of, const FitPlan& plan, const Attempt& atte
 
 }  // namespace
 
+void describe_scene(const FitCase& of, double captured, FitOutcome* result) {
+  const SceneFacts facts = scene_facts(of.ground, of.targets.theory);
+  result->has_roughness = of.ground.psd.has_value();
+  result->scene = facts.numbers;
+  result->theory = facts.theory;
+  result->model = facts.model;
+  result->needed = facts.needed;
+  result->light_decides = of.ground.use.light_decides;
+  result->model_reason = facts.reason;
+  result->errors = facts.errors;
+  result->targets = of.targets.fitted;
+  result->shares = of.ground.shares;
+  const Warnings scene = scene_warnings(of.task, of.ground, result->terms, captured);
+  for (const Warnings* told : {&scene, &of.targets.warnings})
+    result->warnings.insert(result->warnings.end(), told->begin(), told->end());
+}
+
 FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
   FitOutcome result;
-  result.has_roughness = of.ground.psd.has_value();
-  result.scene = of.ground.numbers;
-  describe_models(of.ground, of.targets.theory, &result);
-  result.targets = of.targets.fitted;
   result.radius = of.ground.radius;
   result.terms = plan.terms->terms;
   result.chosen = {plan.terms->asked, plan.pupil.rays};
-  result.shares = of.ground.shares;
   result.chosen.terms.band.rule = BandRule::kAll;
   if (of.ground.split) result.chosen.terms.band = {BandRule::kCut, of.ground.split->cut()};
   result.confidence = of.task.equivalence.confidence;
-  result.warnings = scene_warnings(of.task, of.ground, result.terms, plan.terms->captured);
-  result.warnings.insert(result.warnings.end(), of.targets.warnings.begin(), of.targets.warnings.end());
+  describe_scene(of, plan.terms->captured, &result);
   return result;
 }
 

@@ -16,6 +16,18 @@ using namespace internal;
 
 namespace {
 
+// A warning where the fitted surface itself calls for another model than its specification.
+void warn_of_surface_regime(const Groundwork& ground, const SceneNumbers& surface, Warnings* warnings) {
+  const FocusModel specified = regime(ground.numbers), own = regime(surface);
+  if (own == specified) return;
+  warnings->push_back(
+      {"surface-regime",
+       fmt::format("by its own height the fitted surface (RMS {:.4g} nm, kappa {:.2f}) calls for {}, while "
+                   "the specification (RMS {:.4g} nm, kappa {:.2f}) calls for {}",
+                   1e9 * surface.rms_height, surface.kappa, to_string(own), 1e9 * ground.numbers.rms_height,
+                   ground.numbers.kappa, to_string(specified))});
+}
+
 void describe_surface(const FitCase& of, Attempt* attempt) {
   const Task& task = of.task;
   const Groundwork& ground = of.ground;
@@ -56,8 +68,7 @@ double ray_error(const Task& task, const Groundwork& ground) {
 void ask_light(const FitCase& of, FitOutcome* result) {
   if (of.ground.use.in_light(of.targets.theory == "given")) return;
   of.context.say("light");
-  result->light = judge_in_light(of.task, of.ground, of.targets, result->terms, result->fit.coefficients,
-                                 of.context.threads, &result->warnings);
+  result->light = judge_in_light(of, result->terms, result->fit.coefficients, &result->warnings);
   const LightJudgement& light = *result->light;
   if (!light.decides) return;
   if (light.no_grid && of.ground.use.choice) {
@@ -104,15 +115,11 @@ void conclude(const FitCase& of, Attempt* attempt) {
     result.warnings.insert(result.warnings.end(), attempt->own_warnings.begin(), attempt->own_warnings.end());
   ask_light(of, &result);
   ask_perfect_mirror(of, &result);
-  if (of.ground.split && of.ground.split->has_rest()) {
-    of.context.say("scatter");
-    result.scatter = scatter_of_rest(of.task, *of.ground.split);
-  }
+  tell_scatter_of_rest(of, &result);
   if (attempt->result.terms.size() == 0) return warn_of_result(of, attempt->fresh, &result);
   if (of.ground.psd) {
     of.context.say("realisations");
-    result.realisation = realisation_of(of.task, of.ground, attempt->bench->focus(of.task),
-                                        attempt->terms->prior, of.context.threads);
+    result.realisation = realisation_of(of, *attempt);
   }
   of.context.say("zones");
   describe_surface(of, attempt);

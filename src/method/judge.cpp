@@ -6,8 +6,8 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/method/judged_set.h"
+#include "aberfit/method/prior_draws.h"
 #include "aberfit/method/pupil_choice.h"
-#include "aberfit/method/scene_facts.h"
 
 namespace aberfit {
 namespace {
@@ -39,27 +39,27 @@ constexpr double kNoRoughness = 1e-6;
 
 }  // namespace
 
-LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const TargetSets& targets,
-                              const TermSet& terms, const Eigen::VectorXd& coefficients, int threads,
+LightJudgement judge_in_light(const FitCase& of, const TermSet& terms, const Eigen::VectorXd& coefficients,
                               Warnings* warnings, double least_reach) {
-  const bool given = targets.theory == "given";
+  const Task& task = of.task;
+  const Groundwork& ground = of.ground;
+  const bool given = of.targets.theory == "given";
   LightJudgement light;
   light.decides = ground.use.light_decides;
   light.theory = given ? "given" : to_string(Theory::kGhs);
   light.obstacle = ground.use.obstacle;
   if (!light.obstacle.empty()) return light;
-  std::vector<Target> fitted = seen_by_waves(targets.fitted), held_out;
-  if (light.decides) held_out = seen_by_waves(targets.held_out);
+  std::vector<Target> fitted = seen_by_waves(of.targets.fitted), held_out;
+  if (light.decides) held_out = seen_by_waves(of.targets.held_out);
   if (!given && ground.use.theory != Theory::kGhs) {
     const GeneralisedHarveyShack spot(ground.psd->scaled(ground.prior_height_factor), task.mirror,
                                       task.aperture, task.wavelength);
-    fitted = targets_of_light(spot, std::move(fitted), threads);
-    held_out = targets_of_light(spot, std::move(held_out), threads);
+    fitted = targets_of_light(spot, std::move(fitted), of.context.threads);
+    held_out = targets_of_light(spot, std::move(held_out), of.context.threads);
   }
-  std::vector<Target> all = fitted;
-  all.insert(all.end(), held_out.begin(), held_out.end());
+  const JudgedSet judged(fitted, held_out);
   try {
-    const double pitch = wave_pitch(task, terms, all, ground.split.get(), 1, least_reach);
+    const double pitch = wave_pitch(task, terms, judged.targets(), ground.split.get(), 1, least_reach);
     const double cells = 2 * ground.radius / pitch;
     if (cells > kMostJudgedCells) {
       light.no_grid = true;
@@ -67,10 +67,10 @@ LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const 
           fmt::format("the pupil would need {:.0f} cells across, more than {:.0f}", cells, kMostJudgedCells);
       return light;
     }
-    const JudgedSet judged(fitted, held_out);
     const FreshPupil pupil{FocusModel::kWaves, task.trace.pupil.rays, task.trace.pupil.seed, pitch};
-    const FreshStatistics fresh = statistics_with_error(lit_mirror(task, ground.split), pupil, terms,
-                                                        coefficients, judged.statistics(), threads, warnings);
+    const FreshStatistics fresh =
+        statistics_with_error(lit_mirror(task, ground.split), pupil, terms, coefficients, judged.statistics(),
+                              of.context.threads, warnings);
     light.metrics = judged.judge(fresh, task.equivalence);
   } catch (const ComputationError& error) {
     light.no_grid = true;
@@ -81,25 +81,24 @@ LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const 
   return light;
 }
 
-std::optional<PerfectMirror> judge_perfect_mirror(const Task& task, const Groundwork& ground,
-                                                  const TargetSets& targets, int threads) {
+std::optional<PerfectMirror> judge_perfect_mirror(const FitCase& of) {
+  const Groundwork& ground = of.ground;
   if (!ground.psd || !ground.use.obstacle.empty()) return std::nullopt;
-  std::vector<Target> seen = targets.fitted;
-  seen.insert(seen.end(), targets.held_out.begin(), targets.held_out.end());
+  std::vector<Target> seen = JudgedSet(of.targets.fitted, of.targets.held_out).targets();
   std::erase_if(seen, [](const Target& target) {
     return !std::holds_alternative<EncircledEnergyRadius>(target.statistic) &&
            !std::holds_alternative<RingThrough>(target.statistic);
   });
   if (seen.empty()) return std::nullopt;
   const double smooth = kNoRoughness / std::max(kNoRoughness, ground.numbers.g);
-  const GeneralisedHarveyShack perfect(ground.psd->scaled(smooth), task.mirror, task.aperture,
-                                       task.wavelength);
+  const GeneralisedHarveyShack perfect(ground.psd->scaled(smooth), of.task.mirror, of.task.aperture,
+                                       of.task.wavelength);
   std::vector<Target> aims = aims_of(seen);
-  const Eigen::VectorXd value = perfect.predict(statistics_of(aims), threads);
+  const Eigen::VectorXd value = perfect.predict(statistics_of(aims), of.context.threads);
   PerfectMirror result;
   for (std::size_t k = 0; k < aims.size(); ++k) {
     const double mismatch = std::abs(value[Eigen::Index(k)] - aims[k].value) /
-                            (margin_of(seen[k], task.equivalence) * aims[k].relative_to());
+                            (margin_of(seen[k], of.task.equivalence) * aims[k].relative_to());
     if (!(mismatch > result.mismatch)) continue;
     result.mismatch = mismatch;
     result.statistic = statistic_name(seen[k].statistic);
@@ -107,35 +106,15 @@ std::optional<PerfectMirror> judge_perfect_mirror(const Task& task, const Ground
   return result;
 }
 
-Realisation realisation_of(const Task& task, const Groundwork& ground, const LightPath& focus,
-                           const CoefficientPrior& prior, int threads) {
-  Realisation realisation{ground.numbers.realisation_spread, std::nan(""), 0};
-  const double share = realisation.predicted / task.equivalence.margin;
+Realisation realisation_of(const FitCase& of, const Attempt& attempt) {
+  Realisation realisation{of.ground.numbers.realisation_spread, std::nan(""), 0};
+  const LightPath focus = attempt.bench->focus(of.task);
+  const double share = realisation.predicted / of.task.equivalence.margin;
   if (!(share >= 0.5) || (share > 2 && focus.model == FocusModel::kRays)) return realisation;
-  realisation.measured = measured_spread(focus, prior, task.fit.seed, kRealisationDraws, threads);
+  realisation.measured =
+      measured_spread(focus, attempt.terms->prior, of.task.fit.seed, kRealisationDraws, of.context.threads);
   if (std::isfinite(realisation.measured)) realisation.draws = kRealisationDraws;
   return realisation;
-}
-
-void describe_models(const Groundwork& ground, const std::string& theory, FitOutcome* result) {
-  const SceneFacts facts = scene_facts(ground, theory);
-  result->theory = facts.theory;
-  result->model = facts.model;
-  result->needed = facts.needed;
-  result->light_decides = ground.use.light_decides;
-  result->model_reason = facts.reason;
-  result->errors = facts.errors;
-}
-
-void warn_of_surface_regime(const Groundwork& ground, const SceneNumbers& surface, Warnings* warnings) {
-  const FocusModel specified = regime(ground.numbers), own = regime(surface);
-  if (own == specified) return;
-  warnings->push_back(
-      {"surface-regime",
-       fmt::format("by its own height the fitted surface (RMS {:.4g} nm, kappa {:.2f}) calls for {}, while "
-                   "the specification (RMS {:.4g} nm, kappa {:.2f}) calls for {}",
-                   1e9 * surface.rms_height, surface.kappa, to_string(own), 1e9 * ground.numbers.rms_height,
-                   ground.numbers.kappa, to_string(specified))});
 }
 
 }  // namespace aberfit

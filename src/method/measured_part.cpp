@@ -10,6 +10,8 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/forward/term_moments.h"
+#include "aberfit/method/judge.h"
+#include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "shared_conclusions.h"
 
@@ -140,23 +142,13 @@ double reach_of(const FitCase& of, const FitOutcome& result) {
 
 void describe_part_surface(const FitCase& of, FitOutcome* result) {
   EquivalentSurface& surface = result->surface;
-  const std::optional<TermMoments> exact =
-      term_moments(of.task.aperture, result->terms, result->fit.coefficients, of.context.threads);
-  surface.rms_height = exact ? exact->rms_height : std::nan("");
-  surface.rms_slope_per_axis = exact ? exact->rms_slope_per_axis : std::nan("");
+  const TermMoments exact =
+      term_moments(of.task.aperture, result->terms, result->fit.coefficients, of.context.threads)
+          .value_or(TermMoments{kNaN, kNaN});
+  surface.rms_height = exact.rms_height;
+  surface.rms_slope_per_axis = exact.rms_slope_per_axis;
   surface.g = 4 * kPi * surface.rms_height / of.task.wavelength;
-  surface.kappa = std::nan("");
-}
-
-void describe_part_scene(const FitCase& of, FitOutcome* result) {
-  result->has_roughness = true;
-  result->scene = of.ground.numbers;
-  describe_models(of.ground, of.targets.theory, result);
-  result->targets = of.targets.fitted;
-  result->shares = of.ground.shares;
-  const Warnings scene = scene_warnings(of.task, of.ground, result->terms, 1);
-  for (const Warnings* told : {&scene, &of.targets.warnings})
-    result->warnings.insert(result->warnings.end(), told->begin(), told->end());
+  surface.kappa = kNaN;
 }
 
 }  // namespace
@@ -201,34 +193,29 @@ Layout lay_out_part(const Task& task, const TermSet& terms, const PartBand& band
 }
 
 double part_pitch(const FitCase& of, const FitOutcome& result) {
-  std::vector<Target> judged = of.targets.fitted;
-  judged.insert(judged.end(), of.targets.held_out.begin(), of.targets.held_out.end());
+  const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   const double finest = 2 * of.ground.radius / kMostJudgedCells;
   try {
-    return std::max(
-        finest, wave_pitch(of.task, result.terms, judged, of.ground.split.get(), 1, reach_of(of, result)));
+    return std::max(finest, wave_pitch(of.task, result.terms, judged.targets(), of.ground.split.get(), 1,
+                                       reach_of(of, result)));
   } catch (const ComputationError&) {  // no grid is fine enough, which the judgement says
     return finest;
   }
 }
 
 void judge_part(const FitCase& of, const PartBand& band, FitOutcome* result) {
-  describe_part_scene(of, result);
+  describe_scene(of, 1, result);
   describe_part_surface(of, result);
   result->shares->map_residual = result->map->rms_residual;
   warn_of_band(band, *result->shares, &result->warnings);
   result->realisation = Realisation{of.ground.numbers.realisation_spread, std::nan(""), 0};
   warn_of_realisations(of, "this part, not for any other of the same specification", result);
   ask_perfect_mirror(of, result);
-  if (of.ground.split && of.ground.split->has_rest()) {
-    of.context.say("scatter");
-    result->scatter = scatter_of_rest(of.task, *of.ground.split);
-  }
+  tell_scatter_of_rest(of, result);
   if (result->fit.status != FitStatus::kConverged) return;
   of.context.say("light");
   const LightJudgement light =
-      judge_in_light(of.task, of.ground, of.targets, result->terms, result->fit.coefficients,
-                     of.context.threads, &result->warnings, reach_of(of, *result));
+      judge_in_light(of, result->terms, result->fit.coefficients, &result->warnings, reach_of(of, *result));
   result->rays = focus_pupil(of.task, FocusModel::kWaves, {}, part_pitch(of, *result)).size();
   result->verdict = light.verdict;
   result->metrics = light.metrics;

@@ -22,7 +22,7 @@ constexpr double kPoorAbg = 0.1, kFreeB = 1e-30;
 }  // namespace
 
 void ask_perfect_mirror(const FitCase& of, FitOutcome* result) {
-  result->perfect = judge_perfect_mirror(of.task, of.ground, of.targets, of.context.threads);
+  result->perfect = judge_perfect_mirror(of);
   if (result->perfect && result->perfect->mismatch < 1)
     result->warnings.push_back(
         {"margin-sees-nothing",
@@ -41,20 +41,21 @@ void warn_of_realisations(const FitCase& of, const std::string& holds_for, FitOu
                    holds_for)});
 }
 
-ScatterOfRest scatter_of_rest(const Task& task, const BandSplit& split) {
-  const RadialPsd& rest = split.rest();
-  const ScatterFunction function(rest, task.wavelength);
-  ScatterOfRest scatter;
+void tell_scatter_of_rest(const FitCase& of, FitOutcome* result) {
+  if (!of.ground.split || !of.ground.split->has_rest()) return;
+  of.context.say("scatter");
+  const RadialPsd& rest = of.ground.split->rest();
+  const ScatterFunction function(rest, of.task.wavelength);
+  ScatterOfRest& scatter = result->scatter.emplace();
   scatter.table = scatter_table(function);
-  scatter.rest = psd_in_band(*task.psd, rest.f_min(), rest.f_max());
+  scatter.rest = psd_in_band(*of.task.psd, rest.f_min(), rest.f_max());
   const AbgFit common = fit_abg(function);
-  if (!common.found) return scatter;
+  if (!common.found) return;
   scatter.abg.push_back(common);
-  if (!common.at_least_b || common.largest_error < kPoorAbg) return scatter;
+  if (!common.at_least_b || common.largest_error < kPoorAbg) return;
   AbgOptions free;
   free.least_b = kFreeB;
   scatter.abg.push_back(fit_abg(function, free));
-  return scatter;
 }
 
 }  // namespace aberfit::internal

@@ -14,7 +14,7 @@ void ask_perfect_mirror(const FitCase& of, FitOutcome* result);
 /// holds_for: what the verdict is about, a clause.
 void warn_of_realisations(const FitCase& of, const std::string& holds_for, FitOutcome* result);
 
-/// The rest of a split roughness as other programs take it: table, ABg fits, PSD. split.has_rest().
-ScatterOfRest scatter_of_rest(const Task& task, const BandSplit& split);
+/// The rest of a split roughness, where there is any, as other programs take it: table, ABg fits, PSD.
+void tell_scatter_of_rest(const FitCase& of, FitOutcome* result);
 
 }  // namespace aberfit::internal

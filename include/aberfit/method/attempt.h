@@ -3,7 +3,6 @@
 
 #include "aberfit/forward/statistics_with_error.h"
 #include "aberfit/method/groundwork.h"
-#include "aberfit/method/judge.h"
 #include "aberfit/method/outcome.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/method/run_context.h"
@@ -46,6 +45,10 @@ struct Attempt {
   double mismatch = HUGE_VAL;  ///< worst, in tolerances
   bool met = false;            ///< every tolerance
 };
+
+/// Says of a result what is known of its scene: models, targets, where the roughness is split, and warnings.
+/// result: with terms; captured: as in TermPlan.
+void describe_scene(const FitCase& of, double captured, FitOutcome* result);
 
 /// What is known of a result before the solve.
 FitOutcome outcome_of(const FitCase& of, const FitPlan& plan);

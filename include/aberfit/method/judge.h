@@ -1,9 +1,7 @@
 #pragma once
 #include <optional>
 
-#include "aberfit/method/groundwork.h"
-#include "aberfit/method/outcome.h"
-#include "aberfit/method/prior_draws.h"
+#include "aberfit/method/attempt.h"
 
 namespace aberfit {
 
@@ -12,8 +10,7 @@ namespace aberfit {
 /// Statistics: the fitted ones that exist for waves; the held-out ones too where light decides. Nothing
 /// without a theory of light (`obstacle` then says why) or where the grid would be larger than
 /// kMostJudgedCells. least_reach: as wave_pitch has it, of a surface that may be rougher than specified.
-LightJudgement judge_in_light(const Task& task, const Groundwork& ground, const TargetSets& targets,
-                              const TermSet& terms, const Eigen::VectorXd& coefficients, int threads,
+LightJudgement judge_in_light(const FitCase& of, const TermSet& terms, const Eigen::VectorXd& coefficients,
                               Warnings* warnings, double least_reach = 0);
 
 /// Cells across the aperture at most for light's answer: 8e5 cells, some ten seconds for the default
@@ -22,19 +19,10 @@ inline constexpr double kMostJudgedCells = 1024;
 
 /// What the perfect mirror would have come to against the targets, in light: the encircled energies
 /// of the fitted and held-out targets by GHS without roughness. Nothing where the scene has no GHS.
-std::optional<PerfectMirror> judge_perfect_mirror(const Task& task, const Groundwork& ground,
-                                                  const TargetSets& targets, int threads);
+std::optional<PerfectMirror> judge_perfect_mirror(const FitCase& of);
 
 /// The predicted spread of ee90 between draws, and, where it is within a factor 2 of the margin (or above
-/// half of it and the model is not that of the prediction), the one of 32 draws through `focus`.
-Realisation realisation_of(const Task& task, const Groundwork& ground, const LightPath& focus,
-                           const CoefficientPrior& prior, int threads);
-
-/// Copies what `use` decided into the result.
-void describe_models(const Groundwork& ground, const std::string& theory, FitOutcome* result);
-
-/// A warning `surface-regime` where the fitted surface itself calls for another model than its
-/// specification; nothing without a specification.
-void warn_of_surface_regime(const Groundwork& ground, const SceneNumbers& surface, Warnings* warnings);
+/// half of it and the model is not that of the prediction), the one of 32 draws through the attempt's bench.
+Realisation realisation_of(const FitCase& of, const Attempt& attempt);
 
 }  // namespace aberfit
