@@ -48,13 +48,9 @@ void time_fit(const ChartBench& bench, const ChartTrace& at, double limit, FitRa
   const Task& task = bench.task;
   const SpectrumTarget spectrum =
       make_spectrum_target(task, bench.ground, bench.terms, bench.prior, bench.threads);
-  FitProblem problem{task.mirror,
-                     at.pupil(),
-                     at.surface(),
-                     bench.prior,
-                     aims_of(bench.targets.fitted),
-                     aims_of(bench.targets.guides),
-                     task.trace.centre,
+  LightPath light{task.mirror, at.pupil(), at.surface()};
+  light.centre = task.trace.centre;
+  FitProblem problem{light, bench.prior, aims_of(bench.targets.fitted), aims_of(bench.targets.guides),
                      bench.ground.focal_sigma};
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;

@@ -192,7 +192,7 @@ ceres::Solver::Summary solve_reduced(const FitProblem& problem, const Calibratio
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem ceres_problem(ownership);
-  const bool accelerate = how.accelerate && smooth_by_itself(problem.model);
+  const bool accelerate = how.accelerate && smooth_by_itself(problem.light.model);
   ReducedResiduals reduced(residuals, centre, how.prior_weight, accelerate, *white);
   Eigen::VectorXd y = Eigen::VectorXd::Zero(reduced.size());
   ceres_problem.AddResidualBlock(&reduced, nullptr, y.data());
@@ -261,7 +261,7 @@ StartCost start_cost(const FitProblem& problem, const CalibrationBlocks& blocks,
   if (blocks.focus) {
     // The spot of a diffracting perfect mirror exists, but a pattern is at its best there: to first order
     // nothing changes.
-    const bool perfect = smooth_by_itself(problem.model) && start.isZero(0);
+    const bool perfect = smooth_by_itself(problem.light.model) && start.isZero(0);
     if (!blocks.focus->linearise(start, perfect, &here))
       cost.trouble = fmt::format("at the start, {}", blocks.focus->forward().trouble());
     else if (perfect && here.jacobian.cwiseAbs().maxCoeff() < kStationary)
@@ -327,7 +327,7 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
   FitResult result;
   result.white = start;
   result.coefficients = problem.prior.colour(start);
-  result.operator_choice = problem.surface.choice();
+  result.operator_choice = problem.light.surface.choice();
   const Eigen::VectorXd centre =
       options.prior == PriorMode::kNearStart ? start : Eigen::VectorXd::Zero(start.size()).eval();
 
@@ -342,7 +342,7 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
       cost.value + (options.prior == PriorMode::kNearStart ? 0.0 : 0.5 * start.squaredNorm());
 
   // What smooths by itself needs no coarse kernel first.
-  const std::size_t first = smooth_by_itself(problem.model) ? options.smoothing.size() - 1 : 0;
+  const std::size_t first = smooth_by_itself(problem.light.model) ? options.smoothing.size() - 1 : 0;
   for (std::size_t i = first; i < options.smoothing.size(); ++i) {
     const bool coarse = i + 1 < options.smoothing.size();
     if (residuals.focus) residuals.focus->set_width(options.smoothing[i] * problem.focal_sigma);

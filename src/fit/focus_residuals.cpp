@@ -20,7 +20,7 @@ StatisticsModel::StatisticsModel(const FitProblem& problem, double width, int th
   const std::vector<Statistic> guides = statistics_of(problem.guides);
   statistics.insert(statistics.end(), guides.begin(), guides.end());
   workspace_.follow_rings();
-  LightPath path = light_path_of(problem);
+  LightPath path = problem.light;
   path.workspace = &workspace_;
   forward_ = make_forward_model(path, statistics, threads);
 }
@@ -124,13 +124,6 @@ bool SpectrumResiduals::linearise(const Eigen::VectorXd& white, bool with_jacobi
     return result->jacobian.allFinite();
   }
   return result->residuals.allFinite();
-}
-
-LightPath light_path_of(const FitProblem& problem) {
-  LightPath path{problem.mirror,     problem.pupil,    problem.surface, problem.model,
-                 problem.wavelength, problem.aperture, problem.centre,  problem.aliased_limit};
-  path.scatter = problem.scatter;
-  return path;
 }
 
 }  // namespace aberfit::internal

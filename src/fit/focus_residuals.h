@@ -99,7 +99,4 @@ class SpectrumResiduals : public WhiteResiduals {
   const FitProblem& problem_;
 };
 
-/// The part of a problem that makes its statistics.
-LightPath light_path_of(const FitProblem& problem);
-
 }  // namespace aberfit::internal

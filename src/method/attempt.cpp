@@ -189,22 +189,11 @@ namespace {
 
 FitProblem problem_of(const FitCase& of, const Workbench& bench, const CoefficientPrior& prior,
                       const SpectrumTarget& spectrum) {
-  FitProblem problem{of.task.mirror,
-                     bench.pupil,
-                     bench.surface,
-                     prior,
-                     aims_of(of.targets.fitted),
-                     aims_of(of.targets.guides),
-                     of.task.trace.centre,
+  FitProblem problem{bench.focus(of.task), prior, aims_of(of.targets.fitted), aims_of(of.targets.guides),
                      of.ground.focal_sigma};
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;
   problem.spectrum_tolerance = spectrum.tolerance;
-  problem.model = bench.model;
-  problem.wavelength = of.task.wavelength;
-  problem.aperture = &of.task.aperture;
-  problem.aliased_limit = kAliasedInAFit;
-  problem.scatter = bench.scatter;
   return problem;
 }
 

@@ -85,7 +85,7 @@ struct Scene {
     return evaluate_exact({rays, nominal, field.height}, statistics, 1);
   }
   FitProblem problem(std::vector<Target> targets) const {
-    return {mirror, pupil, surface, prior, std::move(targets), {}, Centre::kNominal, focal_sigma};
+    return {{mirror, pupil, surface}, prior, std::move(targets), {}, focal_sigma};
   }
 };
 

@@ -92,7 +92,7 @@ TEST(CalibrateSpeed, TenThousandTermsNeedNoSquareMatrix) {
   const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
   const SurfaceOperator surface(terms, pupil, OperatorOptions{2, {}, {}});
   const double focal_sigma = 2 * mirror.focal_length * EIGEN_PI * 100e-9 * 200;  // f 2 s, s = pi sigma f_max
-  FitProblem problem{mirror, pupil, surface, prior, {}, {}, Centre::kNominal, focal_sigma};
+  FitProblem problem{{mirror, pupil, surface}, prior, {}, {}, focal_sigma};
   for (const Statistic& statistic : dozen()) {
     // 5 % wider than a stationary Gaussian spot of this slope.
     double value = 1.05 * focal_sigma;

@@ -31,12 +31,7 @@ struct DiffractedScene {
   /// lambda F [m]
   double unit() const { return wavelength * mirror.focal_length / 0.4; }
   FitProblem problem(std::vector<Target> targets, FocusModel model) const {
-    FitProblem problem{mirror, pupil.sample,     surface,   prior, std::move(targets),
-                       {},     Centre::kNominal, 2 * unit()};
-    problem.model = model;
-    problem.wavelength = wavelength;
-    problem.aperture = &aperture;
-    return problem;
+    return {path(model), prior, std::move(targets), {}, 2 * unit()};
   }
   LightPath path(FocusModel model) const {
     return {mirror, pupil.sample, surface, model, wavelength, &aperture, Centre::kNominal};

@@ -30,7 +30,7 @@ struct FitScene {
   }
 
   FitProblem problem(std::vector<Target> targets) const {
-    return {mirror, pupil, surface, prior, std::move(targets), {}, Centre::kNominal, focal_sigma};
+    return {{mirror, pupil, surface}, prior, std::move(targets), {}, focal_sigma};
   }
 
  private:

@@ -1,44 +1,31 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "aberfit/forward/forward_model.h"
-#include "aberfit/scene/aperture.h"
 #include "aberfit/terms/modal_covariance.h"
-#include "aberfit/terms/surface_operator.h"
 #include "aberfit/terms/surface_spectrum.h"
 
 namespace aberfit {
 
-/// What is fitted: coefficients of `surface.terms()` such that the statistics of the traced surface meet the
-/// targets, and the surface's own PSD the spectral ones. Either kind may be absent.
+/// What is fitted: coefficients of `light.surface.terms()` such that the statistics of the traced surface
+/// meet the targets, and the surface's own PSD the spectral ones. Either kind may be absent.
 struct FitProblem {
-  const Mirror& mirror;
-  const PupilSample& pupil;
-  const SurfaceOperator& surface;  ///< L at the pupil points
-  const CoefficientPrior& prior;   ///< whitens the coefficients
+  LightPath light;                ///< to what the statistics are of; a fit has a workspace of its own
+  const CoefficientPrior& prior;  ///< whitens the coefficients
   std::vector<Target> targets;
   /// Statistics between the targets that only guide: they pull with their own, wider tolerance, but are not
   /// asked to meet it. Without them the EE curve is free to wander between the fitted fractions and planes by
   /// what realisations differ (see `kGuideTolerance` in targets.cpp).
   std::vector<Target> guides;
-  Centre centre = Centre::kNominal;
   double focal_sigma = 0;  ///< scale of the focal spot [m]; smoothing widths are multiples of it
   /// PSD bins of the surface as targets beside the statistics; null: none. Residuals: log(S_b(c) / T_b) /
   /// tolerance_b. S_b is the surface's own bin, not a noisy estimate, so its logarithm has no bias.
   const SurfaceSpectrum* spectrum = nullptr;
   Eigen::VectorXd spectrum_target = {};     ///< [m^4], positive, one per bin
   Eigen::VectorXd spectrum_tolerance = {};  ///< of the natural logarithm of the PSD, positive, one per bin
-  /// What the statistics are of. For kWaves `pupil` is the sample of diffraction_pupil(*aperture,
-  /// mirror.focal_length, pitch) and `surface` lives on its points.
-  FocusModel model = FocusModel::kRays;
-  double wavelength = 0;                            ///< [m]; needed unless kRays
-  const Aperture* aperture = nullptr;               ///< needed unless kRays
-  double aliased_limit = 1e-3;                      ///< kWaves: as DiffractionProblem has it
-  std::shared_ptr<const MeanScatter> scatter = {};  ///< as LightPath has it
 };
 
 enum class PriorMode {
