@@ -105,6 +105,21 @@ PanelArray sinc(const PanelArray& z) {
   return (z.abs() < 1e-4).select(1 - z.square() / 6, Circular(z).sine / z);
 }
 
+constexpr double kTurnPerDirection = 8, kMostOfDefocus = 300;  // rad; directions
+
+// int (height1 + (height2 - height1) t) cos(beta u) du over u = u1 + t (u2 - u1), t in [0, 1].
+double waves_on(const OverlapRegion::Trapezoid& one, double beta) {
+  const double width = one.u2 - one.u1, middle = 0.5 * (one.u1 + one.u2), w = 0.5 * beta * width;
+  const double first = one.high1 - one.low1, second = one.high2 - one.low2;
+  // Means of cos and of t sin over t in [-1, 1], for the phase w t.
+  const double sine = std::sin(w), cosine = std::cos(w);
+  const double even = std::abs(w) < 1e-4 ? 1 - w * w / 6 : sine / w;
+  const double odd =
+      std::abs(w) < 1e-2 ? w / 3 * (1 - w * w / 10 * (1 - w * w / 28)) : (sine / w - cosine) / w;
+  return width * (0.5 * (first + second) * even * std::cos(beta * middle) -
+                  0.5 * (second - first) * odd * std::sin(beta * middle));
+}
+
 }  // namespace
 
 ApertureOtf::ApertureOtf(const Aperture& aperture) {
@@ -137,25 +152,6 @@ ApertureOtf::ApertureOtf(const Aperture& aperture) {
   if (breakpoints_.empty() || !open || !std::isfinite(cutoff()))
     throw ComputationError("the aperture lets no light through: its lengths must be positive and finite");
 }
-
-namespace {
-
-constexpr double kTurnPerDirection = 8, kMostOfDefocus = 300;  // rad; directions
-
-// int (height1 + (height2 - height1) t) cos(beta u) du over u = u1 + t (u2 - u1), t in [0, 1].
-double waves_on(const OverlapRegion::Trapezoid& one, double beta) {
-  const double width = one.u2 - one.u1, middle = 0.5 * (one.u1 + one.u2), w = 0.5 * beta * width;
-  const double first = one.high1 - one.low1, second = one.high2 - one.low2;
-  // Means of cos and of t sin over t in [-1, 1], for the phase w t.
-  const double sine = std::sin(w), cosine = std::cos(w);
-  const double even = std::abs(w) < 1e-4 ? 1 - w * w / 6 : sine / w;
-  const double odd =
-      std::abs(w) < 1e-2 ? w / 3 * (1 - w * w / 10 * (1 - w * w / 28)) : (sine / w - cosine) / w;
-  return width * (0.5 * (first + second) * even * std::cos(beta * middle) -
-                  0.5 * (second - first) * odd * std::sin(beta * middle));
-}
-
-}  // namespace
 
 double ApertureOtf::of_polygon(double x, double beta) const {
   // A defocus that turns far over the overlap tells directions apart.
@@ -195,16 +191,9 @@ double ApertureOtf::operator()(double x, double curvature) const {
                        return side(x * direction.cosine, width_) * side(x * direction.sine, height_);
                      });
   }
-  // A quarter of the overlap, u and the height above it positive: below the outer circle, above the inner
-  // one.
-  const double end = outer_ - 0.5 * x;
-  double quarter = chords(outer_, -0.5 * x, 0, end, beta);
-  if (inner_ > 0) {
-    const double crossing = x > 0 ? (outer_ - inner_) * (outer_ + inner_) / (2 * x) : 2 * outer_;
-    const double low = std::max(0.0, 0.5 * x - inner_), high = std::min(0.5 * x + inner_, end);
-    quarter -= chords(inner_, 0.5 * x, low, std::min(high, crossing), beta);
-    if (crossing < high) quarter -= chords(outer_, -0.5 * x, std::max(low, crossing), high, beta);
-  }
+  double quarter = 0;
+  for (const OverlapRegion::Arc& arc : round_overlap(outer_, inner_, x).arcs)
+    quarter += arc.sign * chords(arc.radius, arc.centre, arc.u1, arc.u2, beta);
   return 4 * quarter / (pi * (outer_ - inner_) * (outer_ + inner_));
 }
 

@@ -285,17 +285,13 @@ std::vector<TransferPanel> ExactTransfer::panels(double dz, bool scattered_only)
 double ExactTransfer::at(double x, double dz) const {
   PupilOverlap overlap(field_, dz, order_);
   overlap.copy_correction(*focus_overlap_);
-  const Eigen::ArrayXd moment = overlap(x);
+  return interpolated(overlap(x), x);
+}
+
+double ExactTransfer::interpolated(const Eigen::ArrayXd& moment, double x) const {
   double sum = 0;
   for (int i = 0; i < order_; ++i)
     for (int j = 0; j < order_; ++j) sum += moment[i * order_ + j] * part(i, j, x);
-  return sum;
-}
-
-double ExactTransfer::mean_surface_transfer(double x) const {
-  double sum = 0;
-  for (int i = 0; i < order_; ++i)
-    for (int j = 0; j < order_; ++j) sum += whole_[i * order_ + j] * part(i, j, x);
   return sum;
 }
 
@@ -317,10 +313,7 @@ Eigen::ArrayXd ExactTransfer::mean_over_overlap(const Eigen::ArrayXd& x) const {
       result[k] = mean_surface_transfer(x[k]);
       continue;
     }
-    double sum = 0;
-    for (int i = 0; i < order_; ++i)
-      for (int j = 0; j < order_; ++j) sum += moment[i * order_ + j] * part(i, j, x[k]);
-    result[k] = sum / all;
+    result[k] = interpolated(moment, x[k]) / all;
   }
   return result;
 }

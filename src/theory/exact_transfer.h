@@ -47,7 +47,7 @@ class ExactTransfer {
   std::vector<TransferPanel> panels(double dz, bool scattered_only) const;
   double at(double x, double dz) const;
   /// Mean of H over the aperture at a shear x, and of its limit.
-  double mean_surface_transfer(double x) const;
+  double mean_surface_transfer(double x) const { return interpolated(whole_, x); }
   /// Mean of H over the overlap of the aperture with itself at shears x [m], ascending: `at` over what it is
   /// without roughness, for a mirror without aberrations in the focus. Where nothing overlaps over the
   /// aperture.
@@ -59,6 +59,7 @@ class ExactTransfer {
 
  private:
   double part(int i, int j, double x) const;
+  double interpolated(const Eigen::ArrayXd& moment, double x) const;  // sum_ij moment_ij H(a_i, b_j) at x
   PanelArray part(int i, int j, const PanelArray& x, bool scattered_only) const;
   MomentPanels moments(double dz) const;
   MomentPanels far_moments(double dz, const std::vector<double>& breakpoints, double end) const;

@@ -16,10 +16,10 @@
 namespace aberfit {
 namespace {
 
-ModelRadii radii(const GeneralisedHarveyShack& model) {
-  const MeanSpot spot = model.at_plane(0);
-  return {spot.encircled_energy_radius(0.5), spot.encircled_energy_radius(0.9),
-          spot.encircled_energy_radius(0.8)};
+template <class Theory>
+ModelRadii radii(const Theory& model) {
+  const auto holding = [&](double fraction) { return model.encircled_energy_radius(fraction, 0); };
+  return {holding(0.5), holding(0.9), holding(0.8)};
 }
 
 // Both theories of a scene; no rays where the slope is infinite.
@@ -37,12 +37,7 @@ struct Theories {
 ModelErrors errors_of(const Theories& theories) {
   ModelErrors errors;
   errors.ghs = radii(theories.light);
-  if (const auto& rays = theories.rays) {
-    errors.rays = {rays->encircled_energy_radius(0.5, 0), rays->encircled_energy_radius(0.9, 0),
-                   rays->encircled_energy_radius(0.8, 0)};
-  } else {
-    errors.rays = {kInfinity, kInfinity, kInfinity};
-  }
+  errors.rays = theories.rays ? radii(*theories.rays) : ModelRadii{kInfinity, kInfinity, kInfinity};
   errors.ray_ee50 = errors.rays.ee50 / errors.ghs.ee50 - 1;
   errors.ray_ee90 = errors.rays.ee90 / errors.ghs.ee90 - 1;
   return errors;

@@ -1,6 +1,7 @@
 #include "pupil_overlap.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -100,6 +101,37 @@ void append_crossings(const std::vector<Edge>& edges, std::vector<double>* place
       if ((before < 0) != (after < 0)) places->push_back(from + (to - from) * before / (before - after));
     }
 }
+
+// Sums of weight times the products of the Lagrange polynomials in a and b; the order known to the compiler,
+// which makes them twice as fast.
+template <int kOrder>
+Eigen::ArrayXd lagrange_moments(const OverlapPoints& points, double inverse, const std::vector<double>& nodes,
+                                const std::vector<double>& denominators) {
+  Eigen::Array<double, kOrder, 1> node, denominator;
+  for (int i = 0; i < kOrder; ++i) {
+    node[i] = nodes[std::size_t(i)];
+    denominator[i] = denominators[std::size_t(i)];
+  }
+  std::array<double, std::size_t(kOrder * kOrder)> sum{};
+  for (std::size_t k = 0; k < points.u.size(); ++k) {
+    const double b = points.u[k] * points.u[k] * inverse, a = b + points.v[k] * points.v[k] * inverse;
+    double first[kOrder], second[kOrder];
+    for (int i = 0; i < kOrder; ++i) {
+      double one = points.weight[k] * denominator[i], two = denominator[i];
+      for (int j = 0; j < kOrder; ++j)
+        if (j != i) one *= a - node[j], two *= b - node[j];
+      first[i] = one;
+      second[i] = two;
+    }
+    for (int i = 0; i < kOrder; ++i)
+      for (int j = 0; j < kOrder; ++j) sum[std::size_t(i * kOrder + j)] += first[i] * second[j];
+  }
+  return Eigen::Map<const Eigen::ArrayXd>(sum.data(), kOrder * kOrder);
+}
+
+constexpr int kMostMomentPanels = 3000;
+// Where means over the azimuth have kinks of high order at shears that nobody lists, halving on is of no use.
+constexpr int kHalvingsOfMean = 5, kHalvingsOfRound = 40;
 
 }  // namespace
 
@@ -408,53 +440,12 @@ Eigen::ArrayXd PupilOverlap::at_direction(double x, double direction) const {
   return moments_of(points);
 }
 
-namespace {
-
-// Sums of weight times the products of the Lagrange polynomials in a and b; the order known to the compiler,
-// which makes them twice as fast.
-template <int kOrder>
-Eigen::ArrayXd lagrange_moments(const OverlapPoints& points, double inverse, const std::vector<double>& nodes,
-                                const std::vector<double>& denominators) {
-  Eigen::Array<double, kOrder, 1> node, denominator;
-  for (int i = 0; i < kOrder; ++i) {
-    node[i] = nodes[std::size_t(i)];
-    denominator[i] = denominators[std::size_t(i)];
-  }
-  std::array<double, std::size_t(kOrder * kOrder)> sum{};
-  for (std::size_t k = 0; k < points.u.size(); ++k) {
-    const double b = points.u[k] * points.u[k] * inverse, a = b + points.v[k] * points.v[k] * inverse;
-    double first[kOrder], second[kOrder];
-    for (int i = 0; i < kOrder; ++i) {
-      double one = points.weight[k] * denominator[i], two = denominator[i];
-      for (int j = 0; j < kOrder; ++j)
-        if (j != i) one *= a - node[j], two *= b - node[j];
-      first[i] = one;
-      second[i] = two;
-    }
-    for (int i = 0; i < kOrder; ++i)
-      for (int j = 0; j < kOrder; ++j) sum[std::size_t(i * kOrder + j)] += first[i] * second[j];
-  }
-  return Eigen::Map<const Eigen::ArrayXd>(sum.data(), kOrder * kOrder);
-}
-
-}  // namespace
-
 Eigen::ArrayXd PupilOverlap::moments_of(const OverlapPoints& points) const {
   const double inverse = 1 / (field_.outer() * field_.outer());
-  switch (order_) {
-    case 1:
-      return lagrange_moments<1>(points, inverse, nodes_, denominators_);
-    case 2:
-      return lagrange_moments<2>(points, inverse, nodes_, denominators_);
-    case 3:
-      return lagrange_moments<3>(points, inverse, nodes_, denominators_);
-    case 4:
-      return lagrange_moments<4>(points, inverse, nodes_, denominators_);
-    case 5:
-      return lagrange_moments<5>(points, inverse, nodes_, denominators_);
-    default:
-      return lagrange_moments<kHighestMomentOrder>(points, inverse, nodes_, denominators_);
-  }
+  static constexpr std::array kOfOrder{&lagrange_moments<1>, &lagrange_moments<2>, &lagrange_moments<3>,
+                                       &lagrange_moments<4>, &lagrange_moments<5>, &lagrange_moments<6>};
+  static_assert(kOfOrder.size() == kHighestMomentOrder);
+  return kOfOrder[std::size_t(order_ - 1)](points, inverse, nodes_, denominators_);
 }
 
 Eigen::ArrayXd PupilOverlap::operator()(double x) const {
@@ -494,14 +485,6 @@ Eigen::ArrayXd MomentPanel::at(double s, const Values& c) const {
   }
   return sum;
 }
-
-namespace {
-
-constexpr int kMostMomentPanels = 3000;
-// Where means over the azimuth have kinks of high order at shears that nobody lists, halving on is of no use.
-constexpr int kHalvingsOfMean = 5, kHalvingsOfRound = 40;
-
-}  // namespace
 
 MomentPanels moment_panels(const std::function<Eigen::ArrayXd(double)>& moments, int count,
                            const std::vector<double>& breakpoints, double end, double tolerance,

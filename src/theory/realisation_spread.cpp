@@ -59,12 +59,6 @@ double wave_number(const SpreadProblem& problem) {
   return 4 * kPi / problem.wavelength * std::sqrt(square);
 }
 
-Eigen::ArrayXd psd_at(const RadialPsd& psd, const Eigen::ArrayXd& frequency) {
-  Eigen::ArrayXd result(frequency.size());
-  for (Eigen::Index i = 0; i < frequency.size(); ++i) result[i] = psd(frequency[i]);
-  return result;
-}
-
 // int |OTF|^2 d2x of the perfect aperture [m^2].
 double focal_sharpness(const Aperture& aperture) {
   const ApertureOtf otf(aperture);
@@ -96,6 +90,17 @@ RadialPsd checked(const SpreadProblem& problem, const std::vector<FocalDisc>& di
   return scattering_band(problem.psd, problem.wavelength).psd;
 }
 
+// Largest spread over its limit.
+SmallestCut judged(const RealisationSpread& spread, const Eigen::ArrayXd& limits, double cut) {
+  SmallestCut result;
+  result.frequency = cut;
+  const Eigen::ArrayXd light = spread.light(cut) / limits;
+  Eigen::Index worst = -1;
+  if (light.size() > 0) result.share_of_limit = light.maxCoeff(&worst);
+  result.disc = int(worst);
+  return result;
+}
+
 }  // namespace
 
 struct RealisationSpread::Tables {
@@ -124,7 +129,7 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
       diameter(2 * aperture_radius(problem.aperture)),
       panels(psd, std::max(psd.f_min(), std::min(kLongest / diameter, 0.5 * psd.f_max())),
              std::min(psd.f_max(), 1 / problem.wavelength), 1 / diameter),
-      s(psd_at(psd, panels.frequency())),
+      s(panels.frequency().unaryExpr([this](double f) { return psd(f); })),
       scrambled(psd,
                 {phase_per_height, problem.wavelength, diameter, area, focal_sharpness(problem.aperture),
                  largest(problem, discs)},
@@ -205,21 +210,6 @@ double RealisationSpread::rms_slope(double cut) const {
   const double variance = 2 / tables_->area * tables_->of_psd->from(tables_->place(cut))[1];
   return 0.5 * std::sqrt(variance) / tables_->slope_variance;
 }
-
-namespace {
-
-// Largest spread over its limit.
-SmallestCut judged(const RealisationSpread& spread, const Eigen::ArrayXd& limits, double cut) {
-  SmallestCut result;
-  result.frequency = cut;
-  const Eigen::ArrayXd light = spread.light(cut) / limits;
-  Eigen::Index worst = -1;
-  if (light.size() > 0) result.share_of_limit = light.maxCoeff(&worst);
-  result.disc = int(worst);
-  return result;
-}
-
-}  // namespace
 
 SmallestCut smallest_cut(const RealisationSpread& spread, const Eigen::ArrayXd& limits) {
   if (limits.size() != spread.light(spread.highest()).size())

@@ -25,6 +25,38 @@ bool resolved(const TransferPanel& panel) {
   return unresolved(panel) * std::sqrt((panel.b - panel.a) / panel.b) <= kResolved;
 }
 
+// Splits of one panel: beyond these many halvings it is a rounding wide, and no panel is halved without end
+// where a value is not finite.
+constexpr int kMaxHalvings = 48;
+// Panels of one product, some hundred times what a resolved one takes; beyond, the rest stays as it is and
+// `unresolved` says by how much.
+constexpr std::size_t kMaxProduct = 200000;
+
+bool is_done(const TransferPanel& panel, int halvings, std::size_t panels) {
+  if (!panel.value.isFinite().all())
+    throw ComputationError("the transfer function of this aperture is not finite in this plane");
+  return resolved(panel) || panel.b - panel.a < 1e-10 * panel.b || halvings >= kMaxHalvings ||
+         panels >= kMaxProduct;
+}
+
+// Appends what `panel_on` makes of [a, b], halved until it is done; nothing where that vanishes.
+template <class PanelOn>
+void append_halved(const PanelOn& panel_on, double a, double b, int halvings,
+                   std::vector<TransferPanel>* panels) {
+  TransferPanel panel{a, b};
+  if (!panel_on(&panel)) return;
+  if (is_done(panel, halvings, panels->size())) {
+    panels->push_back(panel);
+  } else {
+    append_halved(panel_on, a, 0.5 * (a + b), halvings + 1, panels);
+    append_halved(panel_on, 0.5 * (a + b), b, halvings + 1, panels);
+  }
+}
+
+PanelArray at_nodes(const std::function<double(double)>& f, const TransferPanel& panel) {
+  return panel.nodes().unaryExpr([&](double s) { return f(s); });
+}
+
 }  // namespace
 
 Eigen::ArrayXd softened_structure(const RadialPsd& psd, const Eigen::ArrayXd& x, const EdgeSoftening& how) {
@@ -123,42 +155,6 @@ SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen:
       missing, &result.panels);
   return result;
 }
-
-namespace {
-
-// Splits of one panel: beyond these many halvings it is a rounding wide, and no panel is halved without end
-// where a value is not finite.
-constexpr int kMaxHalvings = 48;
-// Panels of one product, some hundred times what a resolved one takes; beyond, the rest stays as it is and
-// `unresolved` says by how much.
-constexpr std::size_t kMaxProduct = 200000;
-
-bool is_done(const TransferPanel& panel, int halvings, std::size_t panels) {
-  if (!panel.value.isFinite().all())
-    throw ComputationError("the transfer function of this aperture is not finite in this plane");
-  return resolved(panel) || panel.b - panel.a < 1e-10 * panel.b || halvings >= kMaxHalvings ||
-         panels >= kMaxProduct;
-}
-
-// Appends what `panel_on` makes of [a, b], halved until it is done; nothing where that vanishes.
-template <class PanelOn>
-void append_halved(const PanelOn& panel_on, double a, double b, int halvings,
-                   std::vector<TransferPanel>* panels) {
-  TransferPanel panel{a, b};
-  if (!panel_on(&panel)) return;
-  if (is_done(panel, halvings, panels->size())) {
-    panels->push_back(panel);
-  } else {
-    append_halved(panel_on, a, 0.5 * (a + b), halvings + 1, panels);
-    append_halved(panel_on, 0.5 * (a + b), b, halvings + 1, panels);
-  }
-}
-
-PanelArray at_nodes(const std::function<double(double)>& f, const TransferPanel& panel) {
-  return panel.nodes().unaryExpr([&](double s) { return f(s); });
-}
-
-}  // namespace
 
 std::vector<TransferPanel> resolved_otf(const std::function<double(double)>& otf,
                                         const std::vector<double>& breakpoints, double end) {
