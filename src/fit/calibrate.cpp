@@ -117,17 +117,6 @@ class Watch : public ceres::IterationCallback {
   int since_best_ = 0;
 };
 
-ceres::Solver::Options solver_options(int iterations) {
-  ceres::Solver::Options options;
-  options.max_num_iterations = iterations;
-  options.jacobi_scaling = false;  // the problem is whitened already
-  options.function_tolerance = 1e-9;
-  options.gradient_tolerance = 1e-14;
-  options.parameter_tolerance = 1e-10;
-  options.logging_type = ceres::SILENT;
-  return options;
-}
-
 // First trust region radius, one over the damping of a squared singular value of the Jacobian. Undamped, the
 // first steps go far along combinations of statistics that the coefficients hardly move, such as the
 // difference of neighbouring radii, where the linearisation is mostly sampling noise: 15 iterations instead
@@ -141,21 +130,28 @@ double first_radius(const FitProblem& problem) {
   return std::isfinite(tolerance) ? std::pow(tolerance / kDamped, 2) : 1;
 }
 
-// One damping for all directions: they turn at every step, and the prior has made them alike.
-void damp_alike(const FitProblem& problem, ceres::Solver::Options* options) {
-  options->min_lm_diagonal = options->max_lm_diagonal = 1;
-  options->initial_trust_region_radius = first_radius(problem);
+ceres::Solver::Options solver_options(const FitProblem& problem, int iterations) {
+  ceres::Solver::Options options;
+  options.max_num_iterations = iterations;
+  options.jacobi_scaling = false;  // the problem is whitened already
+  options.function_tolerance = 1e-9;
+  options.gradient_tolerance = 1e-14;
+  options.parameter_tolerance = 1e-10;
+  options.logging_type = ceres::SILENT;
+  // One damping for all directions: they turn at every step, and the prior has made them alike.
+  options.min_lm_diagonal = options.max_lm_diagonal = 1;
+  options.initial_trust_region_radius = first_radius(problem);
+  return options;
 }
 
 // All white coordinates as unknowns: few terms, or bounds on them. Moves `white`.
-ceres::Solver::Summary solve_all(const FitProblem& problem, const CalibrationBlocks& residuals,
-                                 const Eigen::VectorXd& centre, const FitOptions& how,
-                                 ceres::Solver::Options options, Eigen::VectorXd* white) {
+ceres::Solver::Summary solve_all(const CalibrationBlocks& residuals, const Eigen::VectorXd& centre,
+                                 const FitOptions& how, ceres::Solver::Options options,
+                                 Eigen::VectorXd* white) {
   // Identity plus low rank: conjugate gradients end after about as many steps as there are statistics,
   // whatever the number of terms.
   options.linear_solver_type = ceres::CGNR;
   options.preconditioner_type = ceres::IDENTITY;
-  damp_alike(problem, &options);
   options.max_linear_solver_iterations = 300;
   options.eta = 1e-3;  // a step costs far less than the Jacobian it uses: solve it well
 
@@ -188,7 +184,6 @@ ceres::Solver::Summary solve_reduced(const FitProblem& problem, const Calibratio
                                      const Eigen::VectorXd& centre, const FitOptions& how,
                                      ceres::Solver::Options options, Eigen::VectorXd* white) {
   options.linear_solver_type = ceres::DENSE_QR;
-  damp_alike(problem, &options);
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem ceres_problem(ownership);
@@ -213,12 +208,12 @@ Solve solve_once(const FitProblem& problem, const CalibrationBlocks& residuals, 
                  FitResult* result) {
   Watch watch(problem, residuals, options, stop_at, result->iterations, begin);
   ceres::Solver::Options ceres_options =
-      solver_options(std::max(0, options.max_iterations - result->iterations));
+      solver_options(problem, std::max(0, options.max_iterations - result->iterations));
   ceres_options.callbacks.push_back(&watch);
   const bool reduce = options.bound <= 0 && centre.size() > residuals.residuals() + 1;
   const ceres::Solver::Summary summary =
       reduce ? solve_reduced(problem, residuals, centre, options, ceres_options, &result->white)
-             : solve_all(problem, residuals, centre, options, ceres_options, &result->white);
+             : solve_all(residuals, centre, options, ceres_options, &result->white);
 
   result->iterations += std::max(0, int(summary.iterations.size()) - 1);
   result->evaluations = residuals.evaluations();
@@ -285,21 +280,10 @@ StartCost start_cost(const FitProblem& problem, const CalibrationBlocks& blocks,
 }  // namespace
 
 std::string to_string(FitStatus status) {
-  switch (status) {
-    case FitStatus::kNotRun:
-      return "not_run";
-    case FitStatus::kConverged:
-      return "converged";
-    case FitStatus::kNotConverged:
-      return "not_converged";
-    case FitStatus::kDegenerate:
-      return "degenerate";
-    case FitStatus::kCancelled:
-      return "cancelled";
-    case FitStatus::kFailed:
-      break;
-  }
-  return "failed";
+  // As the enum has them.
+  constexpr const char* kWords[] = {"not_run",    "converged", "not_converged",
+                                    "degenerate", "cancelled", "failed"};
+  return kWords[int(status)];
 }
 
 bool within_tolerance(const FitProblem& problem, const FitResult& result, double share) {

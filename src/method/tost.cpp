@@ -9,15 +9,8 @@
 namespace aberfit {
 
 std::string to_string(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kEquivalent:
-      return "equivalent";
-    case Verdict::kDifferent:
-      return "different";
-    case Verdict::kUndecided:
-      break;
-  }
-  return "undecided";
+  constexpr const char* kWords[] = {"equivalent", "different", "undecided"};  // as the enum has them
+  return kWords[int(verdict)];
 }
 
 double effective_degrees_of_freedom(double a, double nu_a, double b, double nu_b) {

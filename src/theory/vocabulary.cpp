@@ -3,15 +3,8 @@
 namespace aberfit {
 
 std::string to_string(Theory theory) {
-  switch (theory) {
-    case Theory::kGeometric:
-      return "geometric";
-    case Theory::kRays:
-      return "rays";
-    case Theory::kGhs:
-      break;
-  }
-  return "ghs";
+  constexpr const char* kWords[] = {"geometric", "rays", "ghs"};  // as the enum has them
+  return kWords[int(theory)];
 }
 
 std::string to_string(FocusModel model) { return model == FocusModel::kWaves ? "waves" : "rays"; }
