@@ -76,7 +76,6 @@
 #include "aberfit/theory/abg_fit.h"
 #include "aberfit/theory/aperture_otf.h"
 #include "aberfit/theory/band_split.h"
-#include "aberfit/theory/convention.h"
 #include "aberfit/theory/gaussian_in_disc.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "aberfit/theory/geometric_harvey_shack.h"

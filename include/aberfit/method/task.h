@@ -13,7 +13,6 @@
 #include "aberfit/scene/mirror.h"
 #include "aberfit/scene/pupil.h"
 #include "aberfit/terms/modal_covariance.h"
-#include "aberfit/theory/convention.h"
 #include "aberfit/theory/vocabulary.h"
 
 // What the method works on: the physics of a study without its file. Member names follow the keys of the

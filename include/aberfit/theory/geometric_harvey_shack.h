@@ -4,8 +4,8 @@
 #include "aberfit/focus/statistic.h"
 #include "aberfit/scene/aperture.h"
 #include "aberfit/scene/mirror.h"
-#include "aberfit/theory/convention.h"
 #include "aberfit/theory/gaussian_in_disc.h"
+#include "aberfit/theory/vocabulary.h"
 
 namespace aberfit {
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 
-#include "aberfit/theory/convention.h"
+#include "aberfit/theory/vocabulary.h"
 #include "aberfit/trace/ray_bundle.h"
 
 namespace aberfit {

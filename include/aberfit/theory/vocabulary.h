@@ -10,6 +10,12 @@ enum class Theory {
   kGhs,        ///< generalised Harvey-Shack, wave optics (GeneralisedHarveyShack)
 };
 
+/// How a surface slope grad h turns into a ray deflection in the Harvey-Shack branch (PHYSICS 1).
+enum class Convention {
+  kPhysical,  ///< law of reflection: the ray turns by twice the slope
+  kPaper,     ///< D = -grad h added to the unit ray, which is renormalised: half the physical deflection
+};
+
 /// What turns a surface into focal statistics.
 enum class FocusModel {
   kRays,   ///< order statistics and moments of the traced rays
