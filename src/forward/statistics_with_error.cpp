@@ -165,15 +165,19 @@ FreshStatistics fresh_by_rays(const LitMirror& lit, const FreshPupil& wanted, co
   fresh.rays = traced.rays.size();
   fresh.lost = traced.rays.lost;
   fresh.value = statistics_of(lit, traced, statistics, threads, warnings);
-  const Eigen::VectorXd mean = values.rowwise().mean();
-  fresh.standard_error =
-      ((values.colwise() - mean).rowwise().squaredNorm() / (kScrambles * (kScrambles - 1.0))).cwiseSqrt();
+  fresh.standard_error = standard_error_of_mean(values);
   fresh.degrees_of_freedom = kScrambles - 1;
   set_moments(lit, terms, coefficients, statistics, threads, &fresh);
   return fresh;
 }
 
 }  // namespace
+
+Eigen::VectorXd standard_error_of_mean(const Eigen::MatrixXd& samples) {
+  const double count = double(samples.cols());
+  const Eigen::VectorXd mean = samples.rowwise().mean();
+  return ((samples.colwise() - mean).rowwise().squaredNorm() / (count * (count - 1))).cwiseSqrt();
+}
 
 FreshStatistics statistics_with_error(const LitMirror& lit, const FreshPupil& pupil, const TermSet& terms,
                                       const Eigen::VectorXd& coefficients,

@@ -49,8 +49,7 @@ class DrawnMirrors {
     FreshStatistics fresh;
     fresh.rays = bench_.pupil.size();
     fresh.value = values.rowwise().mean();
-    fresh.standard_error =
-        ((values.colwise() - fresh.value).rowwise().squaredNorm() / (count * (count - 1.0))).cwiseSqrt();
+    fresh.standard_error = standard_error_of_mean(values);
     fresh.degrees_of_freedom = count - 1;
     return fresh;
   }

@@ -154,6 +154,75 @@ RayChoice ray_choice(const FitCase& of, const FitPlan& plan, const Attempt& atte
   return choice;
 }
 
+FitProblem problem_of(const FitCase& of, const Workbench& bench, const CoefficientPrior& prior,
+                      const SpectrumTarget& spectrum) {
+  FitProblem problem{bench.focus(of.task), prior, aims_of(of.targets.fitted), aims_of(of.targets.guides),
+                     of.ground.focal_sigma};
+  problem.spectrum = spectrum.spectrum.get();
+  problem.spectrum_target = spectrum.value;
+  problem.spectrum_tolerance = spectrum.tolerance;
+  return problem;
+}
+
+// A fit may stay away from its targets because the grid itself errs by as much: light beyond the field of
+// view folds back, and no surface undoes that. The same surface on the next grid tells. (The grid of a draw
+// does not: the README's study starts on one that errs by 13 tolerances of its draw and passes.)
+bool grid_is_in_the_way(const FitCase& of, const FitPlan& plan, const Attempt& attempt) {
+  constexpr double kNoticeably = 0.8;
+  if (attempt.met || plan.coarsening <= kLeastCoarsening) return false;
+  const std::vector<Target> aims = aims_of(of.targets.fitted);
+  const double own = worst_mismatch(aims, attempt.own);
+  if (!(own > 1)) return false;
+  const TermSet& terms = attempt.result.terms;
+  const Workbench next(of.task, FocusModel::kWaves, plan.pupil,
+                       grid_pitch(of, terms, plan.coarsening / kNextGrid), terms, of.context.threads,
+                       of.ground.split);
+  const Eigen::VectorXd values =
+      next.exact(of.task, attempt.result.fit.coefficients, statistics_of(aims), of.context.threads, nullptr);
+  return worst_mismatch(aims, values) < kNoticeably * own;
+}
+
+// Waves: first on a coarse grid, then, from where that ended, on finer ones until the grid that the light
+// needs says the same of the surface. A set that was asked for and misses the margin between its targets, all
+// of which it meets, gets another look with what lies between them held more closely: of the twenty seeds of
+// fits/smooth-waves one does.
+Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_always) {
+  std::optional<Attempt> doubted;
+  plan.coarsening = kFirstCoarsening;
+  for (;;) {
+    Attempt attempt = attempt_fit(of, plan);
+    // Phases that turn too far from cell to cell have no pattern on this grid.
+    const bool no_pattern = attempt.result.fit.status == FitStatus::kDegenerate ||
+                            attempt.result.fit.status == FitStatus::kFailed;
+    const bool in_the_way = !no_pattern && grid_is_in_the_way(of, plan, attempt);
+    if (!no_pattern) {  // the next grid goes on from here, and once
+      plan.warm = attempt.result.fit.white;
+      plan.starts = 1;
+    }
+    if (!(no_pattern || in_the_way) || plan.coarsening <= kLeastCoarsening) {
+      if (judge_always || attempt.met) judge_on_fresh_rays(of, &attempt);
+      if (attempt.fresh.rays == 0) return attempt;
+      RayChoice& choice = attempt.result.ray_choice.emplace(ray_choice(of, plan, attempt));
+      choice.allowed = kGridShareOfMargin * of.task.equivalence.margin;
+      choice.reason = fmt::format(
+          "{} cells: the finer grid that judges changes the fitted statistics by up to {:.2g} %, {} {:.2g} % "
+          "({:.0f} % of the margin)",
+          attempt.result.rays, 100 * choice.gap, choice.gap <= choice.allowed ? "below" : "above",
+          100 * choice.allowed, 100 * kGridShareOfMargin);
+      const bool equivalent = attempt.result.verdict == Verdict::kEquivalent;
+      const bool fine = choice.gap <= choice.allowed || plan.coarsening <= kLeastCoarsening;
+      if (fine && (doubted || equivalent || !judge_always || !attempt.met))
+        return doubted && !equivalent ? std::move(*doubted) : std::move(attempt);
+      if (fine) {
+        plan.guides_within = kGuidesInDoubt;
+        doubted = std::move(attempt);
+        continue;
+      }
+    }
+    plan.coarsening /= kNextGrid;
+  }
+}
+
 }  // namespace
 
 void describe_scene(const FitCase& of, double captured, FitOutcome* result) {
@@ -184,20 +253,6 @@ FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
   describe_scene(of, plan.terms->captured, &result);
   return result;
 }
-
-namespace {
-
-FitProblem problem_of(const FitCase& of, const Workbench& bench, const CoefficientPrior& prior,
-                      const SpectrumTarget& spectrum) {
-  FitProblem problem{bench.focus(of.task), prior, aims_of(of.targets.fitted), aims_of(of.targets.guides),
-                     of.ground.focal_sigma};
-  problem.spectrum = spectrum.spectrum.get();
-  problem.spectrum_target = spectrum.value;
-  problem.spectrum_tolerance = spectrum.tolerance;
-  return problem;
-}
-
-}  // namespace
 
 Workbench::Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
                      const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split)
@@ -261,69 +316,6 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   result.posterior_std = shown_std(of.targets.fitted, result.fit.statistic_std);
   return attempt;
 }
-
-namespace {
-
-// A fit may stay away from its targets because the grid itself errs by as much: light beyond the field of
-// view folds back, and no surface undoes that. The same surface on the next grid tells. (The grid of a draw
-// does not: the README's study starts on one that errs by 13 tolerances of its draw and passes.)
-bool grid_is_in_the_way(const FitCase& of, const FitPlan& plan, const Attempt& attempt) {
-  constexpr double kNoticeably = 0.8;
-  if (attempt.met || plan.coarsening <= kLeastCoarsening) return false;
-  const std::vector<Target> aims = aims_of(of.targets.fitted);
-  const double own = worst_mismatch(aims, attempt.own);
-  if (!(own > 1)) return false;
-  const TermSet& terms = attempt.result.terms;
-  const Workbench next(of.task, FocusModel::kWaves, plan.pupil,
-                       grid_pitch(of, terms, plan.coarsening / kNextGrid), terms, of.context.threads,
-                       of.ground.split);
-  const Eigen::VectorXd values =
-      next.exact(of.task, attempt.result.fit.coefficients, statistics_of(aims), of.context.threads, nullptr);
-  return worst_mismatch(aims, values) < kNoticeably * own;
-}
-
-// Waves: first on a coarse grid, then, from where that ended, on finer ones until the grid that the light
-// needs says the same of the surface. A set that was asked for and misses the margin between its targets, all
-// of which it meets, gets another look with what lies between them held more closely: of the twenty seeds of
-// fits/smooth-waves one does.
-Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_always) {
-  std::optional<Attempt> doubted;
-  plan.coarsening = kFirstCoarsening;
-  for (;;) {
-    Attempt attempt = attempt_fit(of, plan);
-    // Phases that turn too far from cell to cell have no pattern on this grid.
-    const bool no_pattern = attempt.result.fit.status == FitStatus::kDegenerate ||
-                            attempt.result.fit.status == FitStatus::kFailed;
-    const bool in_the_way = !no_pattern && grid_is_in_the_way(of, plan, attempt);
-    if (!no_pattern) {  // the next grid goes on from here, and once
-      plan.warm = attempt.result.fit.white;
-      plan.starts = 1;
-    }
-    if (!(no_pattern || in_the_way) || plan.coarsening <= kLeastCoarsening) {
-      if (judge_always || attempt.met) judge_on_fresh_rays(of, &attempt);
-      if (attempt.fresh.rays == 0) return attempt;
-      RayChoice& choice = attempt.result.ray_choice.emplace(ray_choice(of, plan, attempt));
-      choice.allowed = kGridShareOfMargin * of.task.equivalence.margin;
-      choice.reason = fmt::format(
-          "{} cells: the finer grid that judges changes the fitted statistics by up to {:.2g} %, {} {:.2g} % "
-          "({:.0f} % of the margin)",
-          attempt.result.rays, 100 * choice.gap, choice.gap <= choice.allowed ? "below" : "above",
-          100 * choice.allowed, 100 * kGridShareOfMargin);
-      const bool equivalent = attempt.result.verdict == Verdict::kEquivalent;
-      const bool fine = choice.gap <= choice.allowed || plan.coarsening <= kLeastCoarsening;
-      if (fine && (doubted || equivalent || !judge_always || !attempt.met))
-        return doubted && !equivalent ? std::move(*doubted) : std::move(attempt);
-      if (fine) {
-        plan.guides_within = kGuidesInDoubt;
-        doubted = std::move(attempt);
-        continue;
-      }
-    }
-    plan.coarsening /= kNextGrid;
-  }
-}
-
-}  // namespace
 
 Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always) {
   if (of.ground.use.model == FocusModel::kWaves)

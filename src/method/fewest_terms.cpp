@@ -128,7 +128,8 @@ class Trials {
   FitPlan planned(const TermsSpec& asked) {
     if (!last_ || !same_terms(last_->asked, asked)) {
       of_.context.say("prior");
-      last_ = std::make_shared<const TermPlan>(make_terms_(asked));
+      last_ = std::make_shared<const TermPlan>(make_terms_ ? make_terms_(asked)
+                                                           : plan_terms(of_.task, of_.ground, asked));
     }
     return make_plan(of_.task, last_);
   }
@@ -183,11 +184,6 @@ Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms) {
     std::erase_if(best->result.warnings, [](const Warning& w) { return w.code == "truncated-terms"; });
   best->result.frontier = frontier;
   return std::move(*best);
-}
-
-Attempt fit_fewest_terms(const FitCase& of) {
-  return fit_fewest_terms(of,
-                          [&of](const TermsSpec& asked) { return plan_terms(of.task, of.ground, asked); });
 }
 
 Attempt fit_as_asked(const FitCase& of) {

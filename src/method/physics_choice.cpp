@@ -5,12 +5,6 @@
 namespace aberfit {
 namespace {
 
-// Why diffraction about the nominal focus says nothing about this task.
-std::string obstacle_of(const Task& task) {
-  if (task.trace.centre == Centre::kCentroid) return "statistics about the centroid exist for rays only";
-  return "";
-}
-
 // What wave optics leaves out of this roughness: an obstacle where it is too much, else a word.
 void mind_theory(const Task& task, const RadialPsd& psd, PhysicsChoice* use) {
   try {
@@ -52,7 +46,8 @@ PhysicsRequest requested_physics(const Task& task) { return {task.target.theory,
 
 PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, const RadialPsd* psd) {
   PhysicsChoice use;
-  use.obstacle = obstacle_of(task);
+  if (task.trace.centre == Centre::kCentroid)
+    use.obstacle = "statistics about the centroid exist for rays only";
   if (psd) mind_theory(task, *psd, &use);
   check_named(task, asked, use.obstacle);
   const bool paper = task.target.convention == Convention::kPaper;

@@ -65,18 +65,16 @@ SpectrumTarget make_spectrum_target(const Task& task, const Groundwork& ground, 
   const PsdTarget& asked = *task.target.psd;
   const auto [first, last] = default_band(ground, terms);
   const double f_min = asked.f_min.value_or(first), f_max = asked.f_max.value_or(last);
+  const auto band = [](double low, double high) {
+    return fmt::format("{} to {}", format_quantity(low, Dimension::kSpatialFrequency),
+                       format_quantity(high, Dimension::kSpatialFrequency));
+  };
   if (!(f_min < f_max))
-    throw FieldError("target.psd",
-                     fmt::format("a band from {} to {}", format_quantity(f_min, Dimension::kSpatialFrequency),
-                                 format_quantity(f_max, Dimension::kSpatialFrequency)),
+    throw FieldError("target.psd", "a band from " + band(f_min, f_max),
                      "f_min below f_max, inside what the terms carry");
   if (f_max < ground.term_psd->f_min() || f_min > ground.term_psd->f_max() || f_min > last)
-    throw FieldError("target.psd",
-                     fmt::format("a band from {} to {}", format_quantity(f_min, Dimension::kSpatialFrequency),
-                                 format_quantity(f_max, Dimension::kSpatialFrequency)),
-                     fmt::format("a band inside that of the roughness and of the terms, {} to {}",
-                                 format_quantity(first, Dimension::kSpatialFrequency),
-                                 format_quantity(last, Dimension::kSpatialFrequency)));
+    throw FieldError("target.psd", "a band from " + band(f_min, f_max),
+                     "a band inside that of the roughness and of the terms, " + band(first, last));
   if (asked.method == "closed-form") {
     if (!terms.fourier.empty() || !terms.spherical.empty())
       throw FieldError("target.psd.method", "\"closed-form\" with Fourier or spherical terms",

@@ -151,9 +151,7 @@ Predicted predict_by_rays(const Task& task, const Groundwork& ground,
   });
   Predicted predicted;
   predicted.value = values.rowwise().mean();
-  predicted.standard_error =
-      ((values.colwise() - predicted.value).rowwise().squaredNorm() / (kBatches * (kBatches - 1.0)))
-          .cwiseSqrt();
+  predicted.standard_error = standard_error_of_mean(values);
   predicted.degrees_of_freedom = kBatches - 1;
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     if (!std::holds_alternative<RmsHeight>(statistics[k])) continue;

@@ -56,7 +56,7 @@ void add_scene_quantities(const Groundwork& ground, const Task& task, Quantities
 }
 
 void add_ideal_quantities(const RayBundle& nominal, Quantities* quantities) {
-  const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(nominal.size());
+  const Eigen::ArrayXd no_height;
   (*quantities)["ideal.ring_radius_m"] = kIdealRing;
   (*quantities)["ideal.ring_fwhm_m"] =
       evaluate_exact({nominal, nominal, no_height, Centre::kNominal}, {RingFwhm{0.9, kIdealRing}}, 1)[0];
@@ -65,22 +65,10 @@ void add_ideal_quantities(const RayBundle& nominal, Quantities* quantities) {
       evaluate_exact({nominal, nominal, no_height, Centre::kNominal}, {EncircledEnergyRadius{}}, 1)[0];
 }
 
-Branch harvey_shack_branch(const Task& task, const Groundwork& ground, const PupilSample& pupil,
-                           const RayBundle& nominal, const std::vector<Statistic>& statistics, int threads) {
-  Branch branch;
-  const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(pupil.size());
-  branch.rays = trace_perturbed(task.mirror, pupil, ground.numbers.rms_slope_per_axis, task.target.convention,
-                                task.trace.pupil.seed);
-  branch.statistics =
-      evaluate_exact({branch.rays, nominal, no_height, task.trace.centre}, statistics, threads);
-  return branch;
-}
-
-Branch terms_branch(const Task& task, const PupilSample& pupil, const RayBundle& nominal,
-                    const GivenSurface& surface, const std::vector<Statistic>& statistics, int threads) {
-  Branch branch;
-  branch.field = surface_field(task, pupil, surface, threads);
-  branch.rays = trace(task.mirror, pupil, branch.field);
+// field: empty for perturbed rays.
+Branch branch_of(const Task& task, const RayBundle& nominal, RayBundle rays, SurfaceField field,
+                 const std::vector<Statistic>& statistics, int threads) {
+  Branch branch{std::move(rays), std::move(field), {}};
   branch.statistics =
       evaluate_exact({branch.rays, nominal, branch.field.height, task.trace.centre}, statistics, threads);
   return branch;
@@ -166,6 +154,22 @@ Warnings verify_warnings(const Task& task, const Groundwork& ground, const Verif
 
 }  // namespace
 
+Deflections deflections_of(const RayBundle& rays, const RayBundle& nominal) {
+  const auto along = [](const RayBundle& r) { return (1 + r.tx.square() + r.ty.square()).rsqrt().eval(); };
+  const Eigen::ArrayXd c = along(rays), c0 = along(nominal);
+  Deflections d;
+  d.x = rays.tx * c - nominal.tx * c0;
+  d.y = rays.ty * c - nominal.ty * c0;
+  d.z = c - c0;
+  d.magnitude = (d.x.square() + d.y.square() + d.z.square()).sqrt();
+  d.weight = rays.weight / rays.weight.sum();
+  const auto mean = [&](const Eigen::ArrayXd& v) { return (d.weight * v).sum(); };
+  d.mean_x = mean(d.x), d.mean_y = mean(d.y), d.mean_z = mean(d.z), d.mean = mean(d.magnitude);
+  const auto rms = [&](const Eigen::ArrayXd& v) { return std::sqrt(mean(v.square())); };
+  d.rms_x = rms(d.x), d.rms_y = rms(d.y), d.rms_z = rms(d.z), d.rms = rms(d.magnitude);
+  return d;
+}
+
 VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optional<GivenSurface>& given,
                     int threads) {
   assert(task.psd);
@@ -173,12 +177,17 @@ VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optio
   const PupilSample pupil = make_pupil(task.aperture, task.trace.pupil);
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
   const std::vector<Statistic> statistics = branch_statistics(ground);
-  const Branch harvey_shack = harvey_shack_branch(task, ground, pupil, nominal, statistics, threads);
+  const Branch harvey_shack = branch_of(task, nominal,
+                                        trace_perturbed(task.mirror, pupil, ground.numbers.rms_slope_per_axis,
+                                                        task.target.convention, task.trace.pupil.seed),
+                                        {}, statistics, threads);
   const TermPlan plan = given ? TermPlan{} : plan_terms(task, ground, task.terms);
   const GivenSurface surface =
       given ? *given
             : GivenSurface{plan.terms, plan.prior.colour(draw_white(plan.terms.size(), task.fit.seed))};
-  const Branch terms = terms_branch(task, pupil, nominal, surface, statistics, threads);
+  SurfaceField field = surface_field(task, pupil, surface, threads);
+  RayBundle rays = trace(task.mirror, pupil, field);
+  const Branch terms = branch_of(task, nominal, std::move(rays), std::move(field), statistics, threads);
 
   VerifyReport report;
   report.convention = task.target.convention;
@@ -199,11 +208,7 @@ VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optio
     compare_given(task, statistics, harvey_shack, terms, &report);
   else
     compare_means(ensemble, ground, statistics, threads, &report);
-  LightComparison light = compare_in_light(ensemble, ground, given, statistics, threads);
-  report.light = std::move(light.metrics);
-  report.light_verdict = light.verdict;
-  report.light_obstacle = light.obstacle;
-  report.light_draws = light.draws;
+  compare_in_light(ensemble, ground, given, statistics, threads, &report);
   decide(task, ground, &report);
 
   Quantities& quantities = report.quantities;

@@ -42,17 +42,14 @@ void add_paper_quantities(const std::string& branch, const Task& task, const Gro
   q[branch + ".phase_gradient_covariance_rad2_per_m2"] =
       scale * scale * ((d.weight * d.x * d.y).sum() - d.mean_x * d.mean_y);
   q[branch + ".phase_gradient_axis_ratio"] = deflection_x / deflection_y;
-  q[branch + ".phase_gradient_rms_x_rad_per_m"] = 4 * kPi / task.wavelength * deflection_x;
-  q[branch + ".phase_gradient_rms_y_rad_per_m"] = 4 * kPi / task.wavelength * deflection_y;
-  q[branch + ".phase_gradient_rms_rad_per_m"] =
-      4 * kPi / task.wavelength * std::hypot(deflection_x, deflection_y);
-  const Eigen::ArrayXd height = b.field.size() > 0 ? b.field.height : Eigen::ArrayXd::Zero(pupil.size());
-  const double ring =
-      evaluate_exact({b.rays, nominal, height, task.trace.centre}, {EncircledEnergyRadius{}}, 1)[0];
+  q[branch + ".phase_gradient_rms_x_rad_per_m"] = scale * deflection_x;
+  q[branch + ".phase_gradient_rms_y_rad_per_m"] = scale * deflection_y;
+  q[branch + ".phase_gradient_rms_rad_per_m"] = scale * std::hypot(deflection_x, deflection_y);
+  const FocusInput focus{b.rays, nominal, b.field.height, task.trace.centre};
+  const double ring = evaluate_exact(focus, {EncircledEnergyRadius{}}, 1)[0];
   q[branch + ".ring_fwhm_counted_m"] = counted_ring_width(b.rays, ring, kPaperPitch, kPaperReach);
   q[branch + ".ring_fwhm_over_ee90_f_over_r"] =
-      evaluate_exact({b.rays, nominal, height, task.trace.centre}, {RingFwhm{}}, 1)[0] /
-      (ring * task.mirror.focal_length / ground.radius);
+      evaluate_exact(focus, {RingFwhm{}}, 1)[0] / (ring * task.mirror.focal_length / ground.radius);
 }
 
 std::vector<FourierMode> add_published_phase(const Task& task, const PhaseSynthesis& published,
@@ -94,11 +91,10 @@ std::vector<FourierMode> add_published_phase(const Task& task, const PhaseSynthe
   slope.row(0) = scale * field.slope_x.transpose();
   slope.row(1) = scale * field.slope_y.transpose();
   const RayBundle rays = trace_perturbed(task.mirror, pupil, slope, Convention::kPaper);
-  const Eigen::ArrayXd no_height = Eigen::ArrayXd::Zero(pupil.size());
   const std::vector<Statistic> statistics = {EncircledEnergyRadius{}, RingFwhm{}, ScatterMean{},
                                              ScatterRms{}};
   const Eigen::VectorXd values =
-      evaluate_exact({rays, nominal, no_height, task.trace.centre}, statistics, threads);
+      evaluate_exact({rays, nominal, Eigen::ArrayXd(), task.trace.centre}, statistics, threads);
   for (std::size_t k = 0; k < statistics.size(); ++k)
     q["published_phase." + statistic_name(statistics[k])] = values[Eigen::Index(k)];
   q["published_phase.psd_level"] = published.psd_level;
@@ -136,23 +132,3 @@ void add_independent_terms(const Task& task, const IndependentTerms& spec, int t
 }
 
 }  // namespace aberfit::internal
-
-namespace aberfit {
-
-Deflections deflections_of(const RayBundle& rays, const RayBundle& nominal) {
-  const auto along = [](const RayBundle& r) { return (1 + r.tx.square() + r.ty.square()).rsqrt().eval(); };
-  const Eigen::ArrayXd c = along(rays), c0 = along(nominal);
-  Deflections d;
-  d.x = rays.tx * c - nominal.tx * c0;
-  d.y = rays.ty * c - nominal.ty * c0;
-  d.z = c - c0;
-  d.magnitude = (d.x.square() + d.y.square() + d.z.square()).sqrt();
-  d.weight = rays.weight / rays.weight.sum();
-  const auto mean = [&](const Eigen::ArrayXd& v) { return (d.weight * v).sum(); };
-  d.mean_x = mean(d.x), d.mean_y = mean(d.y), d.mean_z = mean(d.z), d.mean = mean(d.magnitude);
-  const auto rms = [&](const Eigen::ArrayXd& v) { return std::sqrt(mean(v.square())); };
-  d.rms_x = rms(d.x), d.rms_y = rms(d.y), d.rms_z = rms(d.z), d.rms = rms(d.magnitude);
-  return d;
-}
-
-}  // namespace aberfit

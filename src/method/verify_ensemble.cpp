@@ -68,10 +68,7 @@ EnsembleMean mean_of_groups(const Task& task, int draws, const std::vector<Stati
   });
   EnsembleMean mean;
   mean.value = statistics_of(all, task.trace.centre, statistics, threads);
-  const Eigen::VectorXd of_groups = values.rowwise().mean();
-  mean.standard_error =
-      ((values.colwise() - of_groups).rowwise().squaredNorm() / (kEnsembleGroups * (kEnsembleGroups - 1.0)))
-          .cwiseSqrt();
+  mean.standard_error = standard_error_of_mean(values);
   return mean;
 }
 
@@ -187,9 +184,7 @@ WaveShares shares_of_draws(const Ensemble& ensemble, const LightPlan& plan, doub
     }
   });
   shares.mean.value = shares.groups.rowwise().mean();
-  shares.mean.standard_error = ((shares.groups.colwise() - shares.mean.value).rowwise().squaredNorm() /
-                                (kEnsembleGroups * (kEnsembleGroups - 1.0)))
-                                   .cwiseSqrt();
+  shares.mean.standard_error = standard_error_of_mean(shares.groups);
   return shares;
 }
 
@@ -240,37 +235,36 @@ EnsembleMean ensemble_of_perturbed_rays(const Task& task, double slope, int draw
       });
 }
 
-LightComparison compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
-                                 const std::optional<GivenSurface>& given,
-                                 const std::vector<Statistic>& statistics, int threads) {
+void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
+                      const std::optional<GivenSurface>& given, const std::vector<Statistic>& statistics,
+                      int threads, VerifyReport* report) {
   const Task& task = ensemble.task;
-  LightComparison light;
-  light.obstacle = ground.use.obstacle;
-  if (!light.obstacle.empty()) return light;
+  report->light_obstacle = ground.use.obstacle;
+  if (!report->light_obstacle.empty()) return;
   try {
     const GeneralisedHarveyShack ghs(*ground.prior_psd, task.mirror, task.aperture, task.wavelength);
     const LightPlan plan = plan_light(ghs, statistics);
-    light.pitch = wave_pitch(task, ensemble.terms, plan.extent, nullptr);
+    const double pitch = wave_pitch(task, ensemble.terms, plan.extent, nullptr);
     WaveShares shares;
     if (given) {
       const FreshStatistics fresh = statistics_with_error(
-          lit_mirror(task, nullptr), {FocusModel::kWaves, 0, task.trace.pupil.seed, light.pitch},
-          given->terms, given->coefficients, plan.shares, threads, nullptr);
+          lit_mirror(task, nullptr), {FocusModel::kWaves, 0, task.trace.pupil.seed, pitch}, given->terms,
+          given->coefficients, plan.shares, threads, nullptr);
       shares.mean = {fresh.value, fresh.standard_error};
     } else {
-      const double cells = std::pow(2 * ground.radius / light.pitch, 2);
+      const double cells = std::pow(2 * ground.radius / pitch, 2);
       const int most = int(kMostWaveCells / cells) / kEnsembleGroups * kEnsembleGroups;
-      light.draws = std::clamp(ensemble.draws, kEnsembleGroups, std::max(most, kEnsembleGroups));
-      shares = shares_of_draws(ensemble, plan, light.pitch, light.draws, threads);
+      report->light_draws = std::clamp(ensemble.draws, kEnsembleGroups, std::max(most, kEnsembleGroups));
+      shares = shares_of_draws(ensemble, plan, pitch, report->light_draws, threads);
     }
     for (const LightRow& row : plan.rows)
-      light.metrics.push_back(light_metric(row, shares.mean, shares.groups, task.equivalence));
-    light.verdict = overall(light.metrics);
+      report->light.push_back(light_metric(row, shares.mean, shares.groups, task.equivalence));
+    report->light_verdict = overall(report->light);
   } catch (const ComputationError& error) {
-    light = LightComparison{};
-    light.obstacle = error.what();
+    report->light.clear();
+    report->light_draws = 0;
+    report->light_obstacle = error.what();
   }
-  return light;
 }
 
 }  // namespace internal

@@ -27,20 +27,12 @@ EnsembleMean ensemble_by_rays(const Ensemble& ensemble, const std::vector<Statis
 EnsembleMean ensemble_of_perturbed_rays(const Task& task, double slope, int draws,
                                         const std::vector<Statistic>& statistics, int threads);
 
-/// What verify says of light; `draws` is 0 for a given surface.
-struct LightComparison {
-  std::vector<EquivalenceMetric> metrics;
-  Verdict verdict = Verdict::kUndecided;
-  std::string obstacle;  ///< why there are no metrics
-  int draws = 0;
-  double pitch = 0;  ///< of the pupil grid [m]
-};
-
-/// GHS of the equivalent surface against the diffraction of draws, or of `given`, at those of `statistics`
-/// that light has: EE radii, and the ring width in the ring that holds 90 % in theory.
-LightComparison compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
-                                 const std::optional<GivenSurface>& given,
-                                 const std::vector<Statistic>& statistics, int threads);
+/// What the report says of light: GHS of the equivalent surface against the diffraction of draws, or of
+/// `given`, at those of `statistics` that light has: EE radii, and the ring width in the ring that holds 90 %
+/// in theory.
+void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
+                      const std::optional<GivenSurface>& given, const std::vector<Statistic>& statistics,
+                      int threads, VerifyReport* report);
 
 /// TOST of means whose standard errors come from kEnsembleGroups groups, with Student's t.
 EquivalenceMetric tost_of_groups(const std::string& name, double target, double target_error, double model,

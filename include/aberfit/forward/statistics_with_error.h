@@ -42,6 +42,8 @@ struct FreshStatistics {
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
   Eigen::Index rays = 0, lost = 0;  ///< rays: of waves, cells of the finer grid
 };
+/// Standard error of the mean of each row.
+Eigen::VectorXd standard_error_of_mean(const Eigen::MatrixXd& samples);
 inline constexpr int kScrambles = 8;
 /// Here the sampling error of ee90 is below 0.03 % even by the law of random points (PHYSICS 2: 0.51 % for
 /// 15,000), and below that for Sobol points; more only takes memory.

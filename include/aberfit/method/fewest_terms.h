@@ -11,8 +11,7 @@ using MakeTerms = std::function<TermPlan(const TermsSpec&)>;
 /// `"terms": "auto"`: the fit of the fewest terms that meet every tolerance and are equivalent, with the
 /// frontier of all that were tried; where none passes, of the set that comes nearest. The terms and the prior
 /// of a set are made once for a trial, its short fit and its whole one together.
-Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms);
-Attempt fit_fewest_terms(const FitCase& of);
+Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms = {});
 
 /// The fit that the task asks for: of the fewest terms, of those it names, or, where the split leaves nothing
 /// to terms, of none (all_scatter.h).

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,7 +27,10 @@ struct ZoneSlope {
   bool inside() const { return ratio >= draws_low && ratio <= draws_high; }
   /// Outside, but nearer to 1, the ratio of the roughness itself, than draws are: few Zernikes leave most
   /// slopes at the edge, and a fit may do better.
-  bool more_even() const;
+  bool more_even() const {
+    const double nearest = ratio < draws_low ? draws_low : draws_high;
+    return !inside() && std::abs(ratio - 1) < std::abs(nearest - 1);
+  }
 };
 
 /// The fitted surface by the numbers of a scene (its own, not the specification's).
