@@ -1,5 +1,5 @@
 #pragma once
-#include "schema.h"
+#include "visitor.h"
 
 namespace aberfit::internal {
 

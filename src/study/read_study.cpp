@@ -12,10 +12,7 @@
 #include "describe_roughness.h"
 #include "load_files.h"
 #include "parse_json.h"
-#include "reader.h"
-#include "schema.h"
 #include "study_rules.h"
-#include "writer.h"
 
 namespace aberfit {
 using namespace internal;
@@ -24,7 +21,7 @@ Study parse_study(const std::string& text, const std::string& path) {
   const nlohmann::ordered_json json = parse_json(text, path);
   Study study;
   study.path = path;
-  Reader(json, study.path, "").read_object([&](Visitor& v) { describe_study(v, study); });
+  read_object(json, study.path, [&](Visitor& v) { describe_study(v, study); });
   load_files(study);
   check_rules(study);
   return study;
@@ -41,16 +38,14 @@ Study read_study(const std::string& path) {
 
 MeasuredPsd read_measured(const nlohmann::ordered_json& block, const std::string& source, int threads) {
   MeasuredPsd measured;
-  Reader(block, source, "").read_object([&](Visitor& v) { describe_measured_psd(v, measured); });
+  read_object(block, source, [&](Visitor& v) { describe_measured_psd(v, measured); });
   measure_psd(measured, "", source, "", threads);
   return measured;
 }
 
 nlohmann::ordered_json psd_block(const RoughnessModel& roughness) {
   RoughnessModel copy = roughness;
-  Writer writer;
-  describe_psd_block(writer, copy);
-  return std::move(writer.json);
+  return write_object([&](Visitor& v) { describe_psd_block(v, copy); });
 }
 
 RoughnessModel roughness_model(const PsdModel& model) {
@@ -73,9 +68,7 @@ RoughnessModel roughness_model(const PsdModel& model) {
 
 nlohmann::ordered_json resolved_study(const Study& study) {
   Study copy = study;  // visitors take references that they may write to
-  Writer writer;
-  describe_study(writer, copy);
-  return std::move(writer.json);
+  return write_object([&](Visitor& v) { describe_study(v, copy); });
 }
 
 nlohmann::ordered_json resolved_study(const Study& study, const ChosenByFit& chosen) {
@@ -89,8 +82,7 @@ nlohmann::ordered_json resolved_study(const Study& study, const ChosenByFit& cho
 nlohmann::ordered_json study_schema() {
   Study study;
   nlohmann::ordered_json definitions = nlohmann::ordered_json::object();
-  nlohmann::ordered_json root =
-      SchemaWriter::object_schema([&](Visitor& v) { describe_study(v, study); }, &definitions);
+  nlohmann::ordered_json root = object_schema([&](Visitor& v) { describe_study(v, study); }, &definitions);
   nlohmann::ordered_json schema;
   schema["$schema"] = "https://json-schema.org/draft/2020-12/schema";
   schema["title"] = "aberfit study, format version 1";

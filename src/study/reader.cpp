@@ -1,19 +1,19 @@
-#include "reader.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
+#include <nlohmann/json.hpp>
 #include <regex>
 
 #include "aberfit/core/errors.h"
 #include "parse_json.h"
+#include "visitor.h"
 
 namespace aberfit::internal {
 namespace {
 
-using Json = Reader::Json;
+using Json = nlohmann::ordered_json;
 
 std::string shown(const Json& json) {
   std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -55,8 +55,8 @@ std::optional<std::int64_t> whole_number(const Json& json) {
   return std::int64_t(value);
 }
 
-}  // namespace
-
+// The candidate with the smallest edit distance (Levenshtein, case folded) to `word`; empty when none is near
+// (more than half of the word changed).
 std::string nearest(const std::string& word, const std::vector<std::string>& candidates) {
   const auto folded = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
   std::string best;
@@ -78,90 +78,300 @@ std::string nearest(const std::string& word, const std::vector<std::string>& can
   return best;
 }
 
-// Runs a description to learn which keys it has, before anything is read: a misspelt required key is to be
-// reported as such, not as missing. Goes one level deep; tags are looked up, because the other keys depend on
-// them.
-class Reader::KnownKeys : public Visitor {
+class Reader : public Visitor {
  public:
-  explicit KnownKeys(Reader& reader) : reader_(reader) {}
+  // `json` and `file` must outlive the reader; `pointer` is where `json` stands in the file.
+  Reader(const Json& json, const std::string& file, std::string pointer)
+      : json_(json), file_(file), pointer_(std::move(pointer)) {}
 
-  std::vector<std::string> known;
-  std::map<std::string, std::string> reserved_keys;
+  // Checks that json is an object with known keys only, then lets the body read it.
+  void read(const Body& body, const char* note = nullptr);
 
-  void quantity(const Field& f, std::optional<double>&, Dimension, Range) override { add(f); }
-  void quantities(const Field& f, std::vector<double>&, Dimension, Range, bool) override { add(f); }
-  void numbered_quantities(const Field& f, std::map<int, double>&, int, int, Dimension, Range) override {
-    add(f);
+  void quantity(const Field& field, std::optional<double>& value, Dimension dimension, Range range) override {
+    if (const Json* json = find(field)) value = number(*json, at(field), field, dimension, range);
   }
-  void word_or_quantity(const Field& f, std::variant<std::string, double>&, const std::string&, Dimension,
-                        Range) override {
-    add(f);
+  void quantities(const Field& field, std::vector<double>& values, Dimension dimension, Range range,
+                  bool ascending) override {
+    const Json* json = find(field);
+    if (!json) return;
+    if (!json->is_array() || json->empty()) fail(at(field), *json, "an array of at least one value", field);
+    values.clear();
+    for (std::size_t i = 0; i < json->size(); ++i) {
+      const std::string pointer = at(field, std::to_string(i));
+      const double value = number((*json)[i], pointer, field, dimension, range);
+      if (ascending && !values.empty() && value <= values.back())
+        fail(pointer, shown((*json)[i]), "ascending values, each once");
+      values.push_back(value);
+    }
   }
-  void points(const Field& f, std::vector<std::array<double, 2>>&, std::size_t) override { add(f); }
-  void integer(const Field& f, std::optional<std::int64_t>&, std::int64_t, std::int64_t) override { add(f); }
-  void seed(const Field& f, std::uint64_t&) override { add(f); }
-  void boolean(const Field& f, bool&) override { add(f); }
-  void text(const Field& f, std::string&, bool) override { add(f); }
-  void choice(const Field& f, std::size_t&, const std::vector<std::string>&) override { add(f); }
-  void choices(const Field& f, std::vector<std::size_t>&, const std::vector<std::string>&) override {
-    add(f);
+  void numbered_quantities(const Field& field, NumberedQuantities& values, int low, int high,
+                           Dimension dimension, Range range) override {
+    const Json* json = find(field);
+    if (!json) return;
+    const std::string keys = fmt::format("whole numbers from {} to {} as keys", low, high);
+    if (!json->is_object() || json->empty())
+      fail(at(field), *json, "an object of at least one value, " + keys, field);
+    values.clear();
+    for (const auto& item : json->items()) {
+      const std::string& key = item.key();
+      const std::string pointer = at(field, key);
+      // As many digits as an int holds for sure; no sign and no zero in front, so that no number has two
+      // names.
+      static const std::regex whole_key("0|[1-9][0-9]{0,8}");
+      if (!std::regex_match(key, whole_key) || std::stoi(key) < low || std::stoi(key) > high)
+        fail(pointer, fmt::format("key \"{}\"", key), keys);
+      values[std::stoi(key)] = number(item.value(), pointer, field, dimension, range);
+    }
   }
-  void tag(const Field& f, std::size_t& index, const std::vector<std::string>& names) override {
-    add(f);
-    reader_.tag(f, index, names);
+  void word_or_quantity(const Field& field, WordOrQuantity& value, const std::string& regex,
+                        Dimension dimension, Range range) override {
+    const Json* json = find(field);
+    if (!json) return;
+    if (json->is_string() && std::regex_match(json->get_ref<const std::string&>(), std::regex(regex))) {
+      value = json->get<std::string>();
+      return;
+    }
+    const bool quantity_like =
+        json->is_number() || (json->is_string() && !json->get_ref<const std::string&>().starts_with("ee"));
+    if (!quantity_like)
+      fail(at(field), *json,
+           "a name such as \"ee90\" (percent above 0 and below 100), or " + describe_quantity(dimension),
+           field);
+    value = number(*json, at(field), field, dimension, range);
   }
-  void object(const Field& f, bool*, const Body&, const char*) override { add(f); }
-  void word_or_object(const Field& f, bool&, const std::string&, const Body&) override { add(f); }
-  void word_or_integer(const Field& f, bool&, const std::string&, std::int64_t&, std::int64_t,
-                       std::int64_t) override {
-    add(f);
+  void points(const Field& field, Points& points, std::size_t least) override {
+    const Json* json = find(field);
+    if (!json) return;
+    if (!json->is_array()) fail(at(field), *json, "an array of [x, y]", field);
+    if (json->size() < least)
+      fail(at(field), fmt::format("{} points", json->size()),
+           fmt::format("at least {} points [x, y]", least));
+    points.clear();
+    for (std::size_t i = 0; i < json->size(); ++i) {
+      const std::string pointer = at(field, std::to_string(i));
+      const Json& pair = (*json)[i];
+      if (!pair.is_array() || pair.size() != 2) fail(pointer, pair, "[x, y]", field);
+      std::array<double, 2> point{};
+      for (std::size_t k = 0; k < 2; ++k)
+        point[k] = number(pair[k], child_pointer(pointer, std::to_string(k)), field, Dimension::kLength,
+                          Range::any());
+      points.push_back(point);
+    }
   }
-  void list(const Field& f, std::size_t, std::size_t, const std::function<void(std::size_t)>&,
-            const std::function<void(Visitor&, std::size_t)>&, const char*) override {
-    add(f);
+  void integer(const Field& field, std::optional<std::int64_t>& value, std::int64_t low,
+               std::int64_t high) override {
+    const Json* json = find(field);
+    if (!json) return;
+    const std::string allowed =
+        low == high ? fmt::format("the integer {}", low) : fmt::format("an integer from {} to {}", low, high);
+    value = whole(*json, field, low, high, allowed);
   }
-  void keyed(const Field& f, std::vector<std::string>&, const std::vector<KeyPattern>&,
-             const std::function<void(Visitor&, std::size_t)>&) override {
-    add(f);
+  void seed(const Field& field, std::uint64_t& value) override {
+    const Json* json = find(field);
+    if (!json) return;
+    const std::int64_t number = whole(*json, field, 0, std::numeric_limits<std::int64_t>::max(),
+                                      "an integer from 0 to 18446744073709551615");
+    value = json->is_number_float() ? std::uint64_t(number) : json->get<std::uint64_t>();
   }
-  void reserved(const char* key, const char* sentence) override { reserved_keys[key] = sentence; }
+  void boolean(const Field& field, bool& value) override {
+    const Json* json = find(field);
+    if (!json) return;
+    if (!json->is_boolean()) fail(at(field), *json, "true or false", field);
+    value = json->get<bool>();
+  }
+  void text(const Field& field, std::string& value, bool may_be_empty) override {
+    const Json* json = find(field);
+    if (!json) return;
+    if (!json->is_string()) fail(at(field), *json, "a string", field);
+    if (!may_be_empty && json->get_ref<const std::string&>().empty())
+      fail(at(field), *json, "a string with text", field);
+    value = json->get<std::string>();
+  }
+  void choice(const Field& field, std::size_t& index, const Names& names) override {
+    const Json* json = find(field);
+    if (!json) return;
+    if (json->is_string()) {
+      const auto found = std::find(names.begin(), names.end(), json->get_ref<const std::string&>());
+      if (found != names.end()) {
+        index = std::size_t(found - names.begin());
+        return;
+      }
+    }
+    fail(at(field), *json, quoted_list(names), field);
+  }
+  void choices(const Field& field, std::vector<std::size_t>& indices, const Names& names) override {
+    const Json* json = find(field);
+    if (!json) return;
+    const std::string allowed = "an array out of " + quoted_list(names) + ", each at most once";
+    if (!json->is_array()) fail(at(field), *json, allowed, field);
+    indices.clear();
+    for (std::size_t i = 0; i < json->size(); ++i) {
+      const Json& item = (*json)[i];
+      const auto found =
+          item.is_string() ? std::find(names.begin(), names.end(), item.get<std::string>()) : names.end();
+      const auto index = std::size_t(found - names.begin());
+      if (found == names.end() || std::find(indices.begin(), indices.end(), index) != indices.end())
+        fail(at(field, std::to_string(i)), item, allowed, field);
+      indices.push_back(index);
+    }
+  }
+  void object(const Field& field, bool* present, const Body& body, const char*) override {
+    const Json* json = find(field);
+    if (present) *present = json != nullptr;
+    if (json) inside(*json, at(field)).read(body, field.note);
+  }
+  void word_or_object(const Field& field, bool& is_object, const std::string& word,
+                      const Body& body) override {
+    const Json* json = find(field);
+    if (!json) return;
+    is_object = json->is_object();
+    if (is_object)
+      inside(*json, at(field)).read(body);
+    else if (*json != word)
+      fail(at(field), *json, fmt::format("\"{}\" or an object", word), field);
+  }
+  void word_or_integer(const Field& field, bool& is_word, const std::string& word, std::int64_t& value,
+                       std::int64_t low, std::int64_t high) override {
+    const Json* json = find(field);
+    if (!json) return;
+    is_word = *json == word;
+    if (is_word) return;
+    value =
+        whole(*json, field, low, high, fmt::format("\"{}\" or an integer from {} to {}", word, low, high));
+  }
+  void list(const Field& field, std::size_t, std::size_t least, const Resize& resize, const ItemBody& body,
+            const char*) override {
+    const Json* json = find(field);
+    if (!json) return;
+    if (!json->is_array() || json->size() < least)
+      fail(at(field), *json, fmt::format("an array of at least {} objects", least), field);
+    resize(json->size());
+    for (std::size_t i = 0; i < json->size(); ++i)
+      inside((*json)[i], at(field, std::to_string(i))).read([&](Visitor& v) { body(v, i); });
+  }
+  void keyed(const Field& field, Names& keys, const std::vector<KeyPattern>& patterns,
+             const ItemBody& body) override {
+    const Json* json = find(field);
+    keys.clear();
+    if (!json) return;
+    if (!json->is_object()) fail(at(field), *json, "an object", field);
+    std::vector<std::string> samples;
+    for (const KeyPattern& pattern : patterns) samples.push_back(pattern.sample);
+    const auto known = [&](const std::string& key) {
+      return std::any_of(patterns.begin(), patterns.end(), [&](const KeyPattern& pattern) {
+        return pattern.regex.empty() ? key == pattern.literal
+                                     : std::regex_match(key, std::regex(pattern.regex));
+      });
+    };
+    for (const auto& item : json->items()) {
+      if (!known(item.key())) {
+        const std::string near = nearest(item.key(), samples);
+        fail(at(field, item.key()), fmt::format("unknown key \"{}\"", item.key()),
+             fmt::format("{}keys like {}", near.empty() ? "" : "did you mean \"" + near + "\"? ",
+                         quoted_list(samples)));
+      }
+      keys.push_back(item.key());
+    }
+    for (std::size_t i = 0; i < keys.size(); ++i)
+      inside((*json)[keys[i]], at(field, keys[i])).read([&](Visitor& v) { body(v, i); });
+  }
+  void removed_word(const char* key, const char* word, const char* why, const char* instead) override {
+    const auto found = json_.find(key);
+    if (found != json_.end() && *found == word)
+      fail(child_pointer(pointer_, key), fmt::format("\"{}\": {}", word, why), instead);
+  }
+  void check(bool holds, const std::string& key, const std::string& found,
+             const std::string& allowed) override {
+    if (!holds) fail(key.empty() ? pointer_ : pointer_ + '/' + key, found, allowed);
+  }
+  bool reading() const override { return true; }
+
+ protected:
+  // The value of the key, null pointer when an optional one is absent. Throws when a required one is.
+  virtual const Json* find(const Field& field) {
+    const auto found = json_.find(field.key);
+    if (found != json_.end()) return &*found;
+    if (field.need == Need::kRequired)
+      fail(at(field), "nothing",
+           fmt::format("required: {}{}{}", field.meaning, field.example ? ", e.g. " : "",
+                       field.example ? field.example : ""));
+    return nullptr;
+  }
+  Reader inside(const Json& json, const std::string& pointer) const { return Reader(json, file_, pointer); }
+
+  const Json& json_;
+  const std::string& file_;
+  std::string pointer_;
 
  private:
-  void add(const Field& field) { known.emplace_back(field.key); }
-  Reader& reader_;
+  [[noreturn]] void fail(const std::string& pointer, const std::string& found,
+                         const std::string& allowed) const {
+    throw InputError(file_, pointer, found, allowed);
+  }
+  [[noreturn]] void fail(const std::string& pointer, const Json& found, const std::string& allowed,
+                         const Field& field) const {
+    fail(pointer, shown(found), field.note ? allowed + ". " + field.note : allowed);
+  }
+  double number(const Json& json, const std::string& pointer, const Field& field, Dimension dimension,
+                Range range) const {
+    double value = 0;
+    if (json.is_number()) {
+      value = json.get<double>();
+    } else if (json.is_string() && dimension != Dimension::kNumber) {
+      try {
+        value = parse_quantity(json.get_ref<const std::string&>(), dimension);
+      } catch (const UnitError& error) {
+        fail(pointer, error.what(), describe_quantity(dimension));
+      }
+    } else {
+      fail(pointer, json, describe_quantity(dimension), field);
+    }
+    if (!range.contains(value))
+      fail(pointer, fmt::format("{} ({})", shown(json), format_quantity(value, dimension)),
+           describe_range(range, dimension));
+    return value;
+  }
+  std::int64_t whole(const Json& json, const Field& field, std::int64_t low, std::int64_t high,
+                     const std::string& allowed) const {
+    const std::optional<std::int64_t> value = whole_number(json);
+    if (!value || *value < low || *value > high) fail(at(field), json, allowed, field);
+    return *value;
+  }
+  std::string at(const Field& field) const { return child_pointer(pointer_, field.key); }
+  std::string at(const Field& field, const std::string& item) const { return child_pointer(at(field), item); }
 };
 
-void Reader::fail(const std::string& pointer, const std::string& found, const std::string& allowed) const {
-  throw InputError(file_, pointer, found, allowed);
-}
+// Runs a description to learn which keys it has, before anything is read: a misspelt required key is to be
+// reported as such, not as missing. A reader that finds no key that it is asked for but tags, because the
+// other keys depend on them; so it goes one level deep.
+class KnownKeys : public Reader {
+ public:
+  using Reader::Reader;
+  Names known;
 
-void Reader::fail(const std::string& pointer, const Json& found, const std::string& allowed,
-                  const Field& field) const {
-  fail(pointer, shown(found), field.note ? allowed + ". " + field.note : allowed);
-}
+  void tag(const Field& field, std::size_t& index, const Names& names) override {
+    known.emplace_back(field.key);
+    inside(json_, pointer_).choice(field, index, names);
+  }
+  void removed_word(const char*, const char*, const char*, const char*) override {}
+  void check(bool, const std::string&, const std::string&, const std::string&) override {}
+  bool reading() const override { return false; }
 
-std::string Reader::at(const Field& field) const { return child_pointer(pointer_, field.key); }
+ private:
+  const Json* find(const Field& field) override {
+    known.emplace_back(field.key);
+    return nullptr;
+  }
+};
 
-const Json* Reader::find(const Field& field) const {
-  const auto found = json_.find(field.key);
-  if (found != json_.end()) return &*found;
-  if (field.need == Need::kRequired)
-    fail(at(field), "nothing",
-         fmt::format("required: {}{}{}", field.meaning, field.example ? ", e.g. " : "",
-                     field.example ? field.example : ""));
-  return nullptr;
-}
-
-void Reader::read_object(const Body& body, const char* note) {
+void Reader::read(const Body& body, const char* note) {
   if (!json_.is_object()) fail(pointer_, json_, "an object", Field{"", "", Need::kOptional, nullptr, note});
-  KnownKeys keys(*this);
+  KnownKeys keys(json_, file_, pointer_);
   body(keys);
   for (const auto& item : json_.items()) {
     if (std::find(keys.known.begin(), keys.known.end(), item.key()) != keys.known.end()) continue;
     const std::string pointer = child_pointer(pointer_, item.key());
     std::string allowed = quoted_list(keys.known);
-    if (const auto reserved = keys.reserved_keys.find(item.key()); reserved != keys.reserved_keys.end())
-      fail(pointer, reserved->second, allowed);
     const std::string near = nearest(item.key(), keys.known);
     if (!near.empty()) allowed = fmt::format("did you mean \"{}\"? known keys: {}", near, allowed);
     fail(pointer, fmt::format("unknown key \"{}\"", item.key()), allowed);
@@ -169,250 +379,10 @@ void Reader::read_object(const Body& body, const char* note) {
   body(*this);
 }
 
-double Reader::number(const Json& json, const std::string& pointer, const Field& field, Dimension dimension,
-                      Range range) const {
-  double value = 0;
-  if (json.is_number()) {
-    value = json.get<double>();
-  } else if (json.is_string() && dimension != Dimension::kNumber) {
-    try {
-      value = parse_quantity(json.get_ref<const std::string&>(), dimension);
-    } catch (const UnitError& error) {
-      fail(pointer, error.what(), describe_quantity(dimension));
-    }
-  } else {
-    fail(pointer, json, describe_quantity(dimension), field);
-  }
-  if (!range.contains(value))
-    fail(pointer, fmt::format("{} ({})", shown(json), format_quantity(value, dimension)),
-         describe_range(range, dimension));
-  return value;
-}
+}  // namespace
 
-void Reader::quantity(const Field& field, std::optional<double>& value, Dimension dimension, Range range) {
-  if (const Json* json = find(field)) value = number(*json, at(field), field, dimension, range);
-}
-
-void Reader::quantities(const Field& field, std::vector<double>& values, Dimension dimension, Range range,
-                        bool ascending) {
-  const Json* json = find(field);
-  if (!json) return;
-  if (!json->is_array() || json->empty()) fail(at(field), *json, "an array of at least one value", field);
-  values.clear();
-  for (std::size_t i = 0; i < json->size(); ++i) {
-    const std::string pointer = child_pointer(at(field), std::to_string(i));
-    const double value = number((*json)[i], pointer, field, dimension, range);
-    if (ascending && !values.empty() && value <= values.back())
-      fail(pointer, shown((*json)[i]), "ascending values, each once");
-    values.push_back(value);
-  }
-}
-
-void Reader::numbered_quantities(const Field& field, std::map<int, double>& values, int low, int high,
-                                 Dimension dimension, Range range) {
-  const Json* json = find(field);
-  if (!json) return;
-  const std::string keys = fmt::format("whole numbers from {} to {} as keys", low, high);
-  if (!json->is_object() || json->empty())
-    fail(at(field), *json, "an object of at least one value, " + keys, field);
-  values.clear();
-  for (const auto& item : json->items()) {
-    const std::string& key = item.key();
-    const std::string pointer = child_pointer(at(field), key);
-    // As many digits as an int holds for sure; no sign and no zero in front, so that no number has two names.
-    static const std::regex whole_key("0|[1-9][0-9]{0,8}");
-    if (!std::regex_match(key, whole_key) || std::stoi(key) < low || std::stoi(key) > high)
-      fail(pointer, fmt::format("key \"{}\"", key), keys);
-    values[std::stoi(key)] = number(item.value(), pointer, field, dimension, range);
-  }
-}
-
-void Reader::word_or_quantity(const Field& field, std::variant<std::string, double>& value,
-                              const std::string& regex, Dimension dimension, Range range) {
-  const Json* json = find(field);
-  if (!json) return;
-  if (json->is_string() && std::regex_match(json->get_ref<const std::string&>(), std::regex(regex))) {
-    value = json->get<std::string>();
-    return;
-  }
-  const bool quantity_like =
-      json->is_number() || (json->is_string() && !json->get_ref<const std::string&>().starts_with("ee"));
-  if (!quantity_like)
-    fail(at(field), *json,
-         "a name such as \"ee90\" (percent above 0 and below 100), or " + describe_quantity(dimension),
-         field);
-  value = number(*json, at(field), field, dimension, range);
-}
-
-void Reader::points(const Field& field, std::vector<std::array<double, 2>>& points, std::size_t least) {
-  const Json* json = find(field);
-  if (!json) return;
-  if (!json->is_array()) fail(at(field), *json, "an array of [x, y]", field);
-  if (json->size() < least)
-    fail(at(field), fmt::format("{} points", json->size()), fmt::format("at least {} points [x, y]", least));
-  points.clear();
-  for (std::size_t i = 0; i < json->size(); ++i) {
-    const std::string pointer = child_pointer(at(field), std::to_string(i));
-    const Json& pair = (*json)[i];
-    if (!pair.is_array() || pair.size() != 2) fail(pointer, pair, "[x, y]", field);
-    std::array<double, 2> point{};
-    for (std::size_t k = 0; k < 2; ++k)
-      point[k] =
-          number(pair[k], child_pointer(pointer, std::to_string(k)), field, Dimension::kLength, Range::any());
-    points.push_back(point);
-  }
-}
-
-void Reader::integer(const Field& field, std::optional<std::int64_t>& value, std::int64_t low,
-                     std::int64_t high) {
-  const Json* json = find(field);
-  if (!json) return;
-  const std::optional<std::int64_t> whole = whole_number(*json);
-  if (!whole || *whole < low || *whole > high) {
-    const std::string allowed =
-        low == high ? fmt::format("the integer {}", low) : fmt::format("an integer from {} to {}", low, high);
-    fail(at(field), *json, allowed, field);
-  }
-  value = *whole;
-}
-
-void Reader::seed(const Field& field, std::uint64_t& value) {
-  const Json* json = find(field);
-  if (!json) return;
-  const std::optional<std::int64_t> whole = whole_number(*json);
-  if (!whole || *whole < 0) fail(at(field), *json, "an integer from 0 to 18446744073709551615", field);
-  value = json->is_number_float() ? std::uint64_t(*whole) : json->get<std::uint64_t>();
-}
-
-void Reader::boolean(const Field& field, bool& value) {
-  const Json* json = find(field);
-  if (!json) return;
-  if (!json->is_boolean()) fail(at(field), *json, "true or false", field);
-  value = json->get<bool>();
-}
-
-void Reader::text(const Field& field, std::string& value, bool may_be_empty) {
-  const Json* json = find(field);
-  if (!json) return;
-  if (!json->is_string()) fail(at(field), *json, "a string", field);
-  if (!may_be_empty && json->get_ref<const std::string&>().empty())
-    fail(at(field), *json, "a string with text", field);
-  value = json->get<std::string>();
-}
-
-void Reader::choice(const Field& field, std::size_t& index, const std::vector<std::string>& names) {
-  const Json* json = find(field);
-  if (!json) return;
-  if (json->is_string()) {
-    const auto found = std::find(names.begin(), names.end(), json->get_ref<const std::string&>());
-    if (found != names.end()) {
-      index = std::size_t(found - names.begin());
-      return;
-    }
-  }
-  fail(at(field), *json, quoted_list(names), field);
-}
-
-void Reader::removed_word(const char* key, const char* word, const char* why, const char* instead) {
-  const auto found = json_.find(key);
-  if (found != json_.end() && *found == word)
-    fail(child_pointer(pointer_, key), fmt::format("\"{}\": {}", word, why), instead);
-}
-
-void Reader::choices(const Field& field, std::vector<std::size_t>& indices,
-                     const std::vector<std::string>& names) {
-  const Json* json = find(field);
-  if (!json) return;
-  const std::string allowed = "an array out of " + quoted_list(names) + ", each at most once";
-  if (!json->is_array()) fail(at(field), *json, allowed, field);
-  indices.clear();
-  for (std::size_t i = 0; i < json->size(); ++i) {
-    const Json& item = (*json)[i];
-    const auto found =
-        item.is_string() ? std::find(names.begin(), names.end(), item.get<std::string>()) : names.end();
-    const auto index = std::size_t(found - names.begin());
-    if (found == names.end() || std::find(indices.begin(), indices.end(), index) != indices.end())
-      fail(child_pointer(at(field), std::to_string(i)), item, allowed, field);
-    indices.push_back(index);
-  }
-}
-
-void Reader::tag(const Field& field, std::size_t& index, const std::vector<std::string>& names) {
-  choice(field, index, names);
-}
-
-void Reader::object(const Field& field, bool* present, const Body& body, const char*) {
-  const Json* json = find(field);
-  if (present) *present = json != nullptr;
-  if (json) inside(*json, at(field)).read_object(body, field.note);
-}
-
-void Reader::word_or_object(const Field& field, bool& is_object, const std::string& word, const Body& body) {
-  const Json* json = find(field);
-  if (!json) return;
-  is_object = json->is_object();
-  if (is_object)
-    inside(*json, at(field)).read_object(body);
-  else if (*json != word)
-    fail(at(field), *json, fmt::format("\"{}\" or an object", word), field);
-}
-
-void Reader::word_or_integer(const Field& field, bool& is_word, const std::string& word, std::int64_t& value,
-                             std::int64_t low, std::int64_t high) {
-  const Json* json = find(field);
-  if (!json) return;
-  is_word = *json == word;
-  if (is_word) return;
-  const std::optional<std::int64_t> whole = whole_number(*json);
-  if (!whole || *whole < low || *whole > high)
-    fail(at(field), *json, fmt::format("\"{}\" or an integer from {} to {}", word, low, high), field);
-  value = *whole;
-}
-
-void Reader::list(const Field& field, std::size_t, std::size_t least,
-                  const std::function<void(std::size_t)>& resize,
-                  const std::function<void(Visitor&, std::size_t)>& body, const char*) {
-  const Json* json = find(field);
-  if (!json) return;
-  if (!json->is_array() || json->size() < least)
-    fail(at(field), *json, fmt::format("an array of at least {} objects", least), field);
-  resize(json->size());
-  for (std::size_t i = 0; i < json->size(); ++i)
-    inside((*json)[i], child_pointer(at(field), std::to_string(i))).read_object([&](Visitor& v) {
-      body(v, i);
-    });
-}
-
-void Reader::keyed(const Field& field, std::vector<std::string>& keys,
-                   const std::vector<KeyPattern>& patterns,
-                   const std::function<void(Visitor&, std::size_t)>& body) {
-  const Json* json = find(field);
-  keys.clear();
-  if (!json) return;
-  if (!json->is_object()) fail(at(field), *json, "an object", field);
-  std::vector<std::string> samples;
-  for (const KeyPattern& pattern : patterns) samples.push_back(pattern.sample);
-  const auto known = [&](const std::string& key) {
-    return std::any_of(patterns.begin(), patterns.end(), [&](const KeyPattern& pattern) {
-      return pattern.regex.empty() ? key == pattern.literal
-                                   : std::regex_match(key, std::regex(pattern.regex));
-    });
-  };
-  for (const auto& item : json->items()) {
-    if (!known(item.key())) {
-      const std::string near = nearest(item.key(), samples);
-      fail(child_pointer(at(field), item.key()), fmt::format("unknown key \"{}\"", item.key()),
-           fmt::format("{}keys like {}", near.empty() ? "" : "did you mean \"" + near + "\"? ",
-                       quoted_list(samples)));
-    }
-    keys.push_back(item.key());
-  }
-  for (std::size_t i = 0; i < keys.size(); ++i)
-    inside((*json)[keys[i]], child_pointer(at(field), keys[i])).read_object([&](Visitor& v) { body(v, i); });
-}
-
-void Reader::check(bool holds, const std::string& key, const std::string& found, const std::string& allowed) {
-  if (!holds) fail(key.empty() ? pointer_ : pointer_ + '/' + key, found, allowed);
+void read_object(const Json& json, const std::string& file, const Visitor::Body& body) {
+  Reader(json, file, "").read(body);
 }
 
 }  // namespace aberfit::internal

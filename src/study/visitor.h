@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <utility>
@@ -56,6 +57,12 @@ struct KeyPattern {
 class Visitor {
  public:
   using Body = std::function<void(Visitor&)>;
+  using ItemBody = std::function<void(Visitor&, std::size_t)>;  ///< describes the item of that index
+  using Resize = std::function<void(std::size_t)>;              ///< makes room for as many items
+  using Names = std::vector<std::string>;
+  using WordOrQuantity = std::variant<std::string, double>;
+  using NumberedQuantities = std::map<int, double>;
+  using Points = std::vector<std::array<double, 2>>;
   virtual ~Visitor() = default;
 
   /// String with unit or plain SI number. Empty: absent.
@@ -65,25 +72,26 @@ class Visitor {
   virtual void quantities(const Field& field, std::vector<double>& values, Dimension dimension, Range range,
                           bool ascending) = 0;
   /// A quantity or one of the words that match `regex` ("ee90").
-  virtual void word_or_quantity(const Field& field, std::variant<std::string, double>& value,
-                                const std::string& regex, Dimension dimension, Range range) = 0;
+  virtual void word_or_quantity(const Field& field, WordOrQuantity& value, const std::string& regex,
+                                Dimension dimension, Range range) = 0;
   /// Object whose keys are whole numbers from `low` to `high` and whose values are such quantities.
-  virtual void numbered_quantities(const Field& field, std::map<int, double>& values, int low, int high,
+  virtual void numbered_quantities(const Field& field, NumberedQuantities& values, int low, int high,
                                    Dimension dimension, Range range) = 0;
   /// Array of [x, y] lengths.
-  virtual void points(const Field& field, std::vector<std::array<double, 2>>& points, std::size_t least) = 0;
+  virtual void points(const Field& field, Points& points, std::size_t least) = 0;
   virtual void integer(const Field& field, std::optional<std::int64_t>& value, std::int64_t low,
                        std::int64_t high) = 0;
   /// Any unsigned 64-bit integer.
   virtual void seed(const Field& field, std::uint64_t& value) = 0;
   virtual void boolean(const Field& field, bool& value) = 0;
   virtual void text(const Field& field, std::string& value, bool may_be_empty) = 0;
-  virtual void choice(const Field& field, std::size_t& index, const std::vector<std::string>& names) = 0;
+  virtual void choice(const Field& field, std::size_t& index, const Names& names) = 0;
   /// Array of distinct choices.
-  virtual void choices(const Field& field, std::vector<std::size_t>& indices,
-                       const std::vector<std::string>& names) = 0;
+  virtual void choices(const Field& field, std::vector<std::size_t>& indices, const Names& names) = 0;
   /// The choice that says which other keys the object has; to be called before them.
-  virtual void tag(const Field& field, std::size_t& index, const std::vector<std::string>& names) = 0;
+  virtual void tag(const Field& field, std::size_t& index, const Names& names) {
+    choice(field, index, names);
+  }
   /// An object. `present` (may be null: always there) tells whether an optional object was given.
   /// `definition` names it in the schema, which a description that contains itself needs.
   virtual void object(const Field& field, bool* present, const Body& body,
@@ -94,17 +102,12 @@ class Visitor {
   /// Either the word or an integer.
   virtual void word_or_integer(const Field& field, bool& is_word, const std::string& word,
                                std::int64_t& value, std::int64_t low, std::int64_t high) = 0;
-  /// Array of objects; `resize` makes room, `body` describes element i.
-  virtual void list(const Field& field, std::size_t count, std::size_t least,
-                    const std::function<void(std::size_t)>& resize,
-                    const std::function<void(Visitor&, std::size_t)>& body,
-                    const char* definition = nullptr) = 0;
+  /// Array of objects.
+  virtual void list(const Field& field, std::size_t count, std::size_t least, const Resize& resize,
+                    const ItemBody& body, const char* definition = nullptr) = 0;
   /// Object whose keys are data; `keys` are its keys, `body` describes the value of keys[i].
-  virtual void keyed(const Field& field, std::vector<std::string>& keys,
-                     const std::vector<KeyPattern>& patterns,
-                     const std::function<void(Visitor&, std::size_t)>& body) = 0;
-  /// A key that a user may expect but this version does not have; `sentence` says what to do instead.
-  virtual void reserved(const char* /*key*/, const char* /*sentence*/) {}
+  virtual void keyed(const Field& field, Names& keys, const std::vector<KeyPattern>& patterns,
+                     const ItemBody& body) = 0;
 
   /// A word that `key` had in earlier versions; a study that has it is refused with the sentence `why` and
   /// with what to write `instead`. To be called before the key.
@@ -139,7 +142,7 @@ class Visitor {
   }
   /// Enumerators in the order of `names`, counted from 0.
   template <typename Enum>
-  void choice_of(const Field& field, Enum& value, const std::vector<std::string>& names) {
+  void choice_of(const Field& field, Enum& value, const Names& names) {
     std::size_t index = std::size_t(value);
     choice(field, index, names);
     value = Enum(index);
@@ -147,7 +150,7 @@ class Visitor {
   /// One of `values` by its `to_string`, or empty: the word "auto".
   template <typename Enum>
   void choice_or_auto(const Field& field, std::optional<Enum>& value, const std::vector<Enum>& values) {
-    std::vector<std::string> names = {"auto"};
+    Names names = {"auto"};
     std::size_t index = 0;
     for (const Enum each : values) {
       if (value == each) index = names.size();
@@ -157,7 +160,7 @@ class Visitor {
     value = index == 0 ? std::nullopt : std::optional(values[index - 1]);
   }
   /// A choice stored as its word.
-  void word(const Field& field, std::string& value, const std::vector<std::string>& names) {
+  void word(const Field& field, std::string& value, const Names& names) {
     std::size_t index = 0;
     for (std::size_t i = 0; i < names.size(); ++i)
       if (names[i] == value) index = i;
@@ -165,5 +168,16 @@ class Visitor {
     value = names[index];
   }
 };
+
+/// Fills what `body` describes from `json`, strictly: unknown keys, wrong types, missing keys, bad units and
+/// values out of range throw InputError with `file` and the JSON pointer.
+void read_object(const nlohmann::ordered_json& json, const std::string& file, const Visitor::Body& body);
+
+/// What `body` describes as JSON with every value that it holds, quantities as plain SI numbers.
+nlohmann::ordered_json write_object(const Visitor::Body& body);
+
+/// JSON Schema, draft 2020-12, of the object that `body` describes, which is run once, or once per tag;
+/// `definitions` collects the named ones ($defs).
+nlohmann::ordered_json object_schema(const Visitor::Body& body, nlohmann::ordered_json* definitions);
 
 }  // namespace aberfit::internal
