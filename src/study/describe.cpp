@@ -24,14 +24,12 @@ void describe_known_zernikes(Visitor& v, Mirror& mirror) {
   bool given = !mirror.zernike.empty();
   v.object({"zernike", "known Zernike terms of the design or of a measurement, part of the nominal mirror"},
            &given, [&](Visitor& z) {
-             std::optional<double> radius;
-             if (mirror.zernike_radius > 0) radius = mirror.zernike_radius;
-             z.quantity({"radius",
-                         "of the disc on which they are orthonormal [m], no less than that of the aperture; "
-                         "absent: that of the aperture",
-                         kOptional, "\"0.2 m\""},
-                        radius, kLength, Range::positive());
-             mirror.zernike_radius = radius.value_or(0);
+             z.quantity_or(
+                 {"radius",
+                  "of the disc on which they are orthonormal [m], no less than that of the aperture; "
+                  "absent: that of the aperture",
+                  kOptional, "\"0.2 m\""},
+                 mirror.zernike_radius, 0, kLength, Range::positive());
              std::size_t of = 0;
              z.choice({"of",
                        "what the heights are of: the surface, or the wavefront, which is twice as much; both "
@@ -116,23 +114,11 @@ void describe(Visitor& v, PolygonAperture& a) {
 void describe_aperture(Visitor& v, Aperture& aperture) {
   v.object({"aperture", "clear aperture, centred on the axis unless a polygon says otherwise", kRequired},
            nullptr, [&](Visitor& a) {
-             std::size_t index = aperture.index();
-             a.tag({"shape", "outline; the keys beside it belong to the shape", kRequired}, index,
-                   {"circle", "annulus", "rectangle", "polygon"});
-             if (index != aperture.index() || a.reading()) switch (index) {
-                 case 0:
-                   aperture = CircleAperture{};
-                   break;
-                 case 1:
-                   aperture = AnnulusAperture{};
-                   break;
-                 case 2:
-                   aperture = RectangleAperture{};
-                   break;
-                 default:
-                   aperture = PolygonAperture{};
-                   break;
-               }
+             a.kind({"shape", "outline; the keys beside it belong to the shape", kRequired}, aperture,
+                    {{"circle", CircleAperture{}},
+                     {"annulus", AnnulusAperture{}},
+                     {"rectangle", RectangleAperture{}},
+                     {"polygon", PolygonAperture{}}});
              std::visit([&](auto& shape) { describe(a, shape); }, aperture);
            });
 }
@@ -176,26 +162,25 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
        "aberration terms to fit; auto: the fewest Zernikes with which the fit meets every tolerance "
        "and is equivalent"},
       given, "auto", [&](Visitor& t) {
-        bool zernike = named && terms.zernike, fourier = terms.fourier.has_value();
+        bool zernike = named && terms.zernike;
         t.object({"zernike", "all Zernike modes n_min <= n <= n_max"}, &zernike, [&](Visitor& z) {
           if (!terms.zernike) terms.zernike.emplace();
           z.integer({"n_min", "lowest radial order"}, terms.zernike->n_min, 0, kLargestOrder);
-          std::optional<std::int64_t> n_max;
-          if (terms.zernike->n_max) n_max = *terms.zernike->n_max;
+          std::optional<int>& n_max = terms.zernike->n_max;
           z.integer(
               {"n_max", "highest radial order; absent: the one that captures 99 % of the height variance",
                kOptional, "20"},
               n_max, 0, kLargestOrder);
           z.check(!n_max || *n_max >= terms.zernike->n_min, "n_max", fmt::format("{}", n_max.value_or(0)),
                   fmt::format("an integer from n_min = {} to {}", terms.zernike->n_min, kLargestOrder));
-          if (n_max) terms.zernike->n_max = int(*n_max);
         });
-        t.object({"fourier", "plane waves that sample the band of the PSD"}, &fourier, [&](Visitor& f) {
-          if (!terms.fourier) terms.fourier.emplace();
-          f.integer({"count", "number of plane waves"}, terms.fourier->count, 1, 1000000);
-          f.choice_of({"sampling", "log: log-uniform rings; grid: Cartesian frequency grid"},
-                      terms.fourier->sampling, {"log", "grid"});
-        });
+        t.optional_object({"fourier", "plane waves that sample the band of the PSD"}, terms.fourier,
+                          [](Visitor& f, FourierSpec& fourier) {
+                            f.integer({"count", "number of plane waves"}, fourier.count, 1, 1000000);
+                            f.choice_of(
+                                {"sampling", "log: log-uniform rings; grid: Cartesian frequency grid"},
+                                fourier.sampling, {"log", "grid"});
+                          });
         std::vector<std::size_t> powers;
         for (const int power : terms.spherical) powers.push_back(std::size_t(power / 2 - 2));
         t.choices({"spherical", "even powers of rho", kOptional, R"(["c4", "c6"])"}, powers,
@@ -286,13 +271,13 @@ void describe_study(Visitor& v, Study& study) {
   describe_fit(v, study.fit);
   v.object({"equivalence", "two one-sided tests"}, nullptr, [&](Visitor& e) {
     e.quantity({"margin", "largest relative difference that counts as equivalent", kOptional, "\"1 %\""},
-               study.equivalence.margin, Dimension::kFraction, Range{0, 1, true, true});
+               study.equivalence.margin, kFraction, Range{0, 1, true, true});
     e.quantity({"stray_light",
                 "largest relative difference of the light outside an encircled energy's radius, 1 - E, that "
                 "counts as equivalent; absent: the margin alone",
                 kOptional, "\"5 %\""},
-               study.equivalence.stray_light, Dimension::kFraction, Range{0, 1, true, true});
-    e.quantity({"confidence", "of each one-sided test"}, study.equivalence.confidence, Dimension::kFraction,
+               study.equivalence.stray_light, kFraction, Range{0, 1, true, true});
+    e.quantity({"confidence", "of each one-sided test"}, study.equivalence.confidence, kFraction,
                Range{0.5, 1, true, true});
   });
   v.object({"output", "what is written besides the result"}, nullptr, [&](Visitor& o) {

@@ -31,19 +31,19 @@ void describe_source(Visitor& v, MeasuredFile& m) {
                        m.of, {"surface", "wavefront"});
   v.text({"x_unit", "unit of the positions, where the file does not say", kOptional, "\"mm\""}, m.x_unit,
          true);
-  if (!m.x_unit.empty()) check_unit(v, "x_unit", m.x_unit, Dimension::kLength);
+  if (!m.x_unit.empty()) check_unit(v, "x_unit", m.x_unit, kLength);
   v.text({"value_unit", "unit of heights or slopes, where the file does not say", kOptional, "\"nm\""},
          m.value_unit, true);
   if (!m.value_unit.empty())
-    check_unit(v, "value_unit", m.value_unit, m.quantity == "slope" ? Dimension::kAngle : Dimension::kLength);
+    check_unit(v, "value_unit", m.value_unit, m.quantity == "slope" ? kAngle : kLength);
   v.quantity({"pitch", "maps: distance of neighbouring points [m], where the file does not say", kOptional,
               "\"0.1 mm\""},
-             m.pitch, Dimension::kLength, Range::positive());
+             m.pitch, kLength, Range::positive());
   v.quantity({"wavelength", "of the instrument [m], for values in waves or radians; absent: as the file says",
               kOptional, "\"632.8 nm\""},
-             m.wavelength, Dimension::kLength, Range{1e-12, 1e-2});
-  v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale,
-             Dimension::kNumber, Range::positive());
+             m.wavelength, kLength, Range{1e-12, 1e-2});
+  v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale, kNumber,
+             Range::positive());
 }
 
 void describe_estimator(Visitor& v, PsdEstimatorOptions& e) {
@@ -56,27 +56,21 @@ void describe_estimator(Visitor& v, PsdEstimatorOptions& e) {
   v.integer({"bins_per_decade", "logarithmic bins"}, e.bins_per_decade, 1, 100);
   v.boolean({"find_lines", "take periodic structure (turning marks) out of the bins and report it as lines"},
             e.find_lines);
-  v.quantity({"confidence", "of the intervals"}, e.confidence, Dimension::kFraction,
-             Range{0.5, 1, true, true});
+  v.quantity({"confidence", "of the intervals"}, e.confidence, kFraction, Range{0.5, 1, true, true});
 }
 
 void describe_model_fit(Visitor& v, PsdFitOptions& f) {
   v.choice_of({"family", "model to fit; auto: chosen by the information criterion"}, f.family,
               {"auto", "power-law", "k-correlation", "uniform", "power-law-and-floor",
                "k-correlation-and-floor", "two-k-correlations"});
-  std::optional<double> low, high;
-  if (f.f_min > 0) low = f.f_min;
-  if (f.f_max > 0) high = f.f_max;
-  v.quantity({"f_min", "lower edge of the band to fit and to use [cycles/m]; absent: of the data", kOptional,
-              "\"20 /m\""},
-             low, Dimension::kSpatialFrequency, Range::positive());
-  v.quantity({"f_max", "upper edge of the band to fit and to use [cycles/m]; absent: of the data", kOptional,
-              "\"1 /mm\""},
-             high, Dimension::kSpatialFrequency, Range::positive());
-  v.check(!low || !high || *low < *high, "f_max",
-          format_quantity(high.value_or(0), Dimension::kSpatialFrequency), "a spatial frequency above f_min");
-  f.f_min = low.value_or(0);
-  f.f_max = high.value_or(0);
+  v.quantity_or({"f_min", "lower edge of the band to fit and to use [cycles/m]; absent: of the data",
+                 kOptional, "\"20 /m\""},
+                f.f_min, 0, kFrequency, Range::positive());
+  v.quantity_or({"f_max", "upper edge of the band to fit and to use [cycles/m]; absent: of the data",
+                 kOptional, "\"1 /mm\""},
+                f.f_max, 0, kFrequency, Range::positive());
+  v.check(f.f_min == 0 || f.f_max == 0 || f.f_min < f.f_max, "f_max", format_quantity(f.f_max, kFrequency),
+          "a spatial frequency above f_min");
 }
 
 }  // namespace
@@ -108,8 +102,8 @@ void describe_map_target(Visitor& v, MapTarget& target) {
           "the grid, or the "
           "file's own origin"},
          target.origin, {"circle", "grid", "file"});
-  v.quantity({"held_out", "share of the valid points kept back for judging"}, target.fit.held_out,
-             Dimension::kFraction, Range{0, 0.9});
+  v.quantity({"held_out", "share of the valid points kept back for judging"}, target.fit.held_out, kFraction,
+             Range{0, 0.9});
   v.seed({"seed", "of the points kept back"}, target.fit.seed);
 }
 

@@ -3,10 +3,8 @@
 
 namespace aberfit::internal {
 
-inline constexpr Dimension kLength = Dimension::kLength;
-inline constexpr Dimension kFrequency = Dimension::kSpatialFrequency;
-inline constexpr Dimension kNumber = Dimension::kNumber;
-inline constexpr Need kRequired = Need::kRequired;
-inline constexpr Need kOptional = Need::kOptional;
+using enum Need;
+using enum Dimension;
+inline constexpr Dimension kFrequency = kSpatialFrequency;
 
 }  // namespace aberfit::internal

@@ -11,11 +11,7 @@ namespace {
 // A micrometre written as a plain number ("0.1" for 0.1 um) would be 0.1 m: heights of roughness are never
 // that large.
 constexpr Range kRoughnessHeight{0, 1e-2, true, false};
-
-void require_band(Visitor& v, double f_min, double f_max) {
-  v.check(f_min < f_max, "f_max", format_quantity(f_max, kFrequency),
-          "a spatial frequency above f_min = " + format_quantity(f_min, kFrequency));
-}
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 void describe_rms(Visitor& v, double& rms) {
   v.quantity({"rms", "RMS surface height inside the band [m]", kRequired, "\"100 nm\""}, rms, kLength,
@@ -28,9 +24,8 @@ void describe_f_min(Visitor& v, double& f_min, Need need) {
 }
 
 void describe_unbounded_f_max(Visitor& v, double& f_max) {
-  v.quantity_or_infinity(
-      {"f_max", "upper edge of the band [cycles/m]; absent: none", Need::kOptional, "\"10 /mm\""}, f_max,
-      kFrequency, Range::positive());
+  v.quantity_or({"f_max", "upper edge of the band [cycles/m]; absent: none", kOptional, "\"10 /mm\""}, f_max,
+                kUnbounded, kFrequency, Range::positive());
 }
 
 void describe(Visitor& v, UniformPsd& m) {
@@ -45,23 +40,21 @@ void describe(Visitor& v, KCorrelationPsd& m) {
   describe_rms(v, m.rms);
   v.quantity({"B", "correlation parameter [m]; the knee is at f = 1/B", kRequired, "\"50 mm\""},
              m.correlation, kLength, Range::positive());
-  v.quantity({"exponent", "2-D exponent c of (1 + (B f)^2)^(-c/2)", kRequired, "3.5"}, m.exponent,
-             Dimension::kNumber, Range{0, 20, true, false});
-  describe_f_min(v, m.f_min, Need::kOptional);
+  v.quantity({"exponent", "2-D exponent c of (1 + (B f)^2)^(-c/2)", kRequired, "3.5"}, m.exponent, kNumber,
+             Range{0, 20, true, false});
+  describe_f_min(v, m.f_min, kOptional);
   describe_unbounded_f_max(v, m.f_max);
   require_band(v, m.f_min, m.f_max);
 }
 
 void describe(Visitor& v, PowerLawPsd& m) {
-  v.quantity(
-      {"rms", "RMS surface height inside the band [m]; this or amplitude", Need::kOptional, "\"20 nm\""},
-      m.rms, kLength, kRoughnessHeight);
-  v.quantity(
-      {"amplitude", "two-sided 2-D PSD at 1 cycle/m [m^4]; this or rms", Need::kOptional, "\"1 nm^2 mm^2\""},
-      m.amplitude, Dimension::kPsd2d, Range::positive());
+  v.quantity({"rms", "RMS surface height inside the band [m]; this or amplitude", kOptional, "\"20 nm\""},
+             m.rms, kLength, kRoughnessHeight);
+  v.quantity({"amplitude", "two-sided 2-D PSD at 1 cycle/m [m^4]; this or rms", kOptional, "\"1 nm^2 mm^2\""},
+             m.amplitude, kPsd2d, Range::positive());
   v.check(m.rms.has_value() != m.amplitude.has_value(), m.rms ? "amplitude" : "rms",
           m.rms ? "rms and amplitude" : "neither rms nor amplitude", "exactly one of rms and amplitude");
-  v.quantity({"exponent", "b of the 2-D PSD amplitude f^-b", kRequired, "3"}, m.exponent, Dimension::kNumber,
+  v.quantity({"exponent", "b of the 2-D PSD amplitude f^-b", kRequired, "3"}, m.exponent, kNumber,
              Range{-20, 20});
   describe_f_min(v, m.f_min, kRequired);
   describe_unbounded_f_max(v, m.f_max);
@@ -80,31 +73,24 @@ void describe(Visitor& v, PsdTableFile& m) {
          m.file, false);
   v.word({"kind", "\"2d\": two-sided two-dimensional PSD; \"1d\": one-sided PSD of a profile"}, m.kind,
          {"2d", "1d"});
-  const Dimension dimension = m.kind == "1d" ? Dimension::kPsd1d : Dimension::kPsd2d;
+  const Dimension dimension = m.kind == "1d" ? kPsd1d : kPsd2d;
   if (v.reading()) m.psd_unit = m.kind == "1d" ? "m^3" : "m^4";  // SI unless the file says otherwise
-  v.text({"frequency_unit", "unit of the frequency column", Need::kOptional, "\"1/mm\""}, m.frequency_unit,
-         false);
+  v.text({"frequency_unit", "unit of the frequency column", kOptional, "\"1/mm\""}, m.frequency_unit, false);
   check_unit(v, "frequency_unit", m.frequency_unit, kFrequency);
-  v.text({"psd_unit", "unit of the PSD column; SI when absent: m^4 for 2d, m^3 for 1d", Need::kOptional,
+  v.text({"psd_unit", "unit of the PSD column; SI when absent: m^4 for 2d, m^3 for 1d", kOptional,
           "\"nm^2 mm^2\""},
          m.psd_unit, false);
   check_unit(v, "psd_unit", m.psd_unit, dimension);
   v.word({"of", "what was measured; heights of a wavefront are twice the surface's"}, m.of,
          {"surface", "wavefront"});
-  v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale,
-             Dimension::kNumber, Range::positive());
-  v.quantity({"f_min", "cut the table below [cycles/m]", Need::kOptional, "\"2.5 /m\""}, m.f_min, kFrequency,
+  v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale, kNumber,
+             Range::positive());
+  v.quantity({"f_min", "cut the table below [cycles/m]", kOptional, "\"2.5 /m\""}, m.f_min, kFrequency,
              Range::non_negative());
-  v.quantity({"f_max", "cut the table above [cycles/m]", Need::kOptional, "\"1 /mm\""}, m.f_max, kFrequency,
+  v.quantity({"f_max", "cut the table above [cycles/m]", kOptional, "\"1 /mm\""}, m.f_max, kFrequency,
              Range::positive());
   if (m.f_min && m.f_max) require_band(v, *m.f_min, *m.f_max);
 }
-
-// In the order of RoughnessModel::model.
-const std::vector<std::string> kModels = {"uniform", "k-correlation", "power-law", "gaussian",
-                                          "table",   "measured",      "sum"};
-
-void describe_model(Visitor& v, RoughnessModel& node);
 
 void describe(Visitor& v, MeasuredPsd& m) { describe_measured_psd(v, m); }
 
@@ -112,58 +98,35 @@ void describe(Visitor& v, RoughnessSum& m) {
   v.list(
       {"parts", "PSD models that are added", kRequired}, m.parts.size(), 1,
       [&](std::size_t count) { m.parts.resize(count); },
-      [&](Visitor& part, std::size_t i) { describe_model(part, m.parts[i]); }, "psd");
-}
-
-// A fresh model of the kind; f_max of the open-ended ones is infinite unless given.
-void make_model(RoughnessModel& node, std::size_t index) {
-  switch (index) {
-    case 0:
-      node.model = UniformPsd{};
-      break;
-    case 1:
-      node.model = KCorrelationPsd{};
-      break;
-    case 2: {
-      PowerLawPsd& law = node.model.emplace<PowerLawPsd>();
-      law.f_max = std::numeric_limits<double>::infinity();
-      break;
-    }
-    case 3:
-      node.model = GaussianPsd{};
-      break;
-    case 4:
-      node.model = PsdTableFile{};
-      break;
-    case 5:
-      node.model = MeasuredPsd{};
-      break;
-    default:
-      node.model = RoughnessSum{};
-      break;
-  }
-}
-
-void describe_model(Visitor& v, RoughnessModel& node) {
-  std::size_t index = node.model.index();
-  v.tag({"model", "which PSD; the keys beside it belong to the model", kRequired}, index, kModels);
-  if (index != node.model.index() || v.reading()) make_model(node, index);
-  std::visit([&](auto& model) { describe(v, model); }, node.model);
+      [&](Visitor& part, std::size_t i) { describe_psd_block(part, m.parts[i]); }, "psd");
 }
 
 }  // namespace
 
-void describe_psd_block(Visitor& v, RoughnessModel& node) { describe_model(v, node); }
+void require_band(Visitor& v, double f_min, double f_max) {
+  v.check(f_min < f_max, "f_max", format_quantity(f_max, kFrequency),
+          "a spatial frequency above f_min = " + format_quantity(f_min, kFrequency));
+}
+
+void describe_psd_block(Visitor& v, RoughnessModel& node) {
+  v.kind({"model", "which PSD; the keys beside it belong to the model", kRequired}, node.model,
+         {{"uniform", UniformPsd{}},
+          {"k-correlation", KCorrelationPsd{}},
+          {"power-law", PowerLawPsd{.rms = {}, .amplitude = {}, .f_max = kUnbounded}},
+          {"gaussian", GaussianPsd{}},
+          {"table", PsdTableFile{}},
+          {"measured", MeasuredPsd{}},
+          {"sum", RoughnessSum{}}});
+  std::visit([&](auto& model) { describe(v, model); }, node.model);
+}
 
 void describe_roughness(Visitor& v, std::optional<RoughnessModel>& roughness) {
-  bool present = roughness.has_value();
-  v.object({"roughness", "surface roughness; needed unless every statistic has a value"}, &present,
-           [&](Visitor& r) {
-             if (!roughness) roughness.emplace();
-             r.object(
-                 {"psd", "isotropic two-dimensional, two-sided PSD of surface height", kRequired}, nullptr,
-                 [&](Visitor& psd) { describe_model(psd, *roughness); }, "psd");
-           });
+  v.optional_object({"roughness", "surface roughness; needed unless every statistic has a value"}, roughness,
+                    [](Visitor& r, RoughnessModel& node) {
+                      r.object(
+                          {"psd", "isotropic two-dimensional, two-sided PSD of surface height", kRequired},
+                          nullptr, [&](Visitor& psd) { describe_psd_block(psd, node); }, "psd");
+                    });
 }
 
 }  // namespace aberfit::internal

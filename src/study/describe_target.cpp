@@ -9,17 +9,17 @@ namespace {
 
 void describe_value(Visitor& v, StatisticRequest& s) {
   const Dimension dimension = kind_of_key(s.name).dimension;
-  const bool angle = dimension == Dimension::kAngle, share = dimension == Dimension::kFraction;
+  const bool angle = dimension == kAngle, share = dimension == kFraction;
   v.quantity({"tolerance",
               share ? "how closely the fit is to meet it, absolute share of the light"
                     : "how closely the fit is to meet it, relative to the value",
-              Need::kOptional, "\"0.2 %\""},
-             s.tolerance, Dimension::kFraction, Range{0, 1, true, false});
+              kOptional, "\"0.2 %\""},
+             s.tolerance, kFraction, Range{0, 1, true, false});
   v.quantity({"value",
               share   ? "the target itself [share of the light]; absent: from theory"
               : angle ? "the target itself [rad]; absent: from theory"
                       : "the target itself [m]; absent: from theory",
-              Need::kOptional,
+              kOptional,
               share   ? "\"80 %\""
               : angle ? "\"36 urad\""
                       : "\"76 um\""},
@@ -31,8 +31,8 @@ void describe_value(Visitor& v, StatisticRequest& s) {
 }
 
 void describe_planes(Visitor& v, StatisticRequest& s) {
-  v.quantities({"planes", "planes dz from z = f [m]", Need::kOptional, "[\"0 mm\", \"-1 mm\"]"}, s.planes,
-               kLength, Range::any(), false);
+  v.quantities({"planes", "planes dz from z = f [m]", kOptional, "[\"0 mm\", \"-1 mm\"]"}, s.planes, kLength,
+               Range::any(), false);
   for (std::size_t i = 0; i < s.planes.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       v.check(s.planes[i] != s.planes[j], "planes/" + std::to_string(i),
@@ -42,8 +42,8 @@ void describe_planes(Visitor& v, StatisticRequest& s) {
 }
 
 void describe_radii(Visitor& v, StatisticRequest& s) {
-  v.quantities({"radii", "radii of the discs about the axis [m]", Need::kRequired, "[\"10 um\"]"}, s.radii,
-               kLength, Range::positive(), true);
+  v.quantities({"radii", "radii of the discs about the axis [m]", kRequired, "[\"10 um\"]"}, s.radii, kLength,
+               Range::positive(), true);
   v.check(!s.value || s.radii.size() == 1, "radii", std::to_string(s.radii.size()) + " radii for one value",
           "one radius where value is given");
 }
@@ -51,26 +51,25 @@ void describe_radii(Visitor& v, StatisticRequest& s) {
 void describe_ring(Visitor& v, StatisticRequest& s) {
   v.word_or_quantity(
       {"ring", "radius of the ring [m], or the encircled-energy radius at z = f that it has (\"ee90\")",
-       Need::kOptional, "\"ee90\""},
+       kOptional, "\"ee90\""},
       s.ring, kEncircledEnergyName, kLength, Range::positive());
 }
 
 void describe_profile(Visitor& v, StatisticRequest& s) {
   describe_ring(v, s);
   v.quantity({"tolerance", "how closely the fit is to meet it, absolute share of the light"}, s.tolerance,
-             Dimension::kFraction, Range{0, 1, true, false});
+             kFraction, Range{0, 1, true, false});
   v.text({"file", "CSV table of dz [m] and share of the light, one pair a line; relative to the study file",
-          Need::kOptional, "\"ring_through.csv\""},
+          kOptional, "\"ring_through.csv\""},
          s.file, true);
   // The resolved study names the file, not what was loaded from it.
   std::vector<double> dz, values;
   if (s.file.empty() && !v.reading()) dz = s.profile_dz, values = s.profile_value;
   v.quantities(
-      {"dz", "planes of `values` [m], ascending; instead of file", Need::kOptional, "[\"-1 mm\", \"0 mm\"]"},
-      dz, kLength, Range::any(), true);
-  v.quantities(
-      {"values", "share of the light inside the ring, one for each dz", Need::kOptional, "[0.4, 0.9]"},
-      values, Dimension::kFraction, Range{0, 1}, false);
+      {"dz", "planes of `values` [m], ascending; instead of file", kOptional, "[\"-1 mm\", \"0 mm\"]"}, dz,
+      kLength, Range::any(), true);
+  v.quantities({"values", "share of the light inside the ring, one for each dz", kOptional, "[0.4, 0.9]"},
+               values, kFraction, Range{0, 1}, false);
   if (!v.reading()) return;
   const bool in_line = !dz.empty() || !values.empty();
   v.check(s.file.empty() != !in_line, in_line ? "file" : "values",
@@ -88,7 +87,7 @@ void describe_statistic(Visitor& v, StatisticRequest& s, bool ring_in_key) {
   if (s.name == "spot_fwhm")
     v.quantity(
         {"bandwidth", "standard deviation of the Gaussian kernel that smooths the line spread profile [m]",
-         Need::kOptional, "\"5 um\""},
+         kOptional, "\"5 um\""},
         s.bandwidth, kLength, Range::positive());
   describe_value(v, s);
   if (s.name == "ee_within") describe_radii(v, s);
@@ -97,17 +96,16 @@ void describe_statistic(Visitor& v, StatisticRequest& s, bool ring_in_key) {
 
 void describe_psd_target(Visitor& v, PsdTarget& target) {
   v.quantity({"f_min", "lower edge of the bins [cycles/m]; absent: of the band that the terms carry",
-              Need::kOptional, "\"5 /m\""},
-             target.f_min, Dimension::kSpatialFrequency, Range::positive());
+              kOptional, "\"5 /m\""},
+             target.f_min, kFrequency, Range::positive());
   v.quantity({"f_max", "upper edge of the bins [cycles/m]; absent: of the band that the terms carry",
-              Need::kOptional, "\"20 /m\""},
-             target.f_max, Dimension::kSpatialFrequency, Range::positive());
+              kOptional, "\"20 /m\""},
+             target.f_max, kFrequency, Range::positive());
   v.check(!target.f_min || !target.f_max || *target.f_min < *target.f_max, "f_max",
-          format_quantity(target.f_max.value_or(0), Dimension::kSpatialFrequency),
-          "a spatial frequency above f_min");
+          format_quantity(target.f_max.value_or(0), kFrequency), "a spatial frequency above f_min");
   v.integer({"bins_per_decade", "logarithmic bins"}, target.bins_per_decade, 1, 100);
-  v.quantity({"tolerance", "how closely the fit is to meet log PSD", Need::kOptional, "\"5 %\""},
-             target.tolerance, Dimension::kFraction, Range{0, 1, true, false});
+  v.quantity({"tolerance", "how closely the fit is to meet log PSD", kOptional, "\"5 %\""}, target.tolerance,
+             kFraction, Range{0, 1, true, false});
   v.word({"method",
           "closed-form: of Zernikes over the whole disc; estimator: any terms, on a grid through the "
           "estimator of a measurement"},
@@ -128,7 +126,7 @@ void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& m
                 target.convention, {"physical", "paper"});
     std::vector<std::string> keys = keys_of(target.statistics);
     std::vector<StatisticRequest> requests = target.statistics;
-    t.keyed({"statistics", "focal statistics to match; none: the default set", Need::kOptional,
+    t.keyed({"statistics", "focal statistics to match; none: the default set", kOptional,
              R"({"ee50": {"planes": ["0 mm", "-1 mm"]}, "ring_fwhm": {"ring": "ee90"}, "rms_height": {}})"},
             keys, statistic_keys(), [&](Visitor& s, std::size_t i) {
               requests.resize(keys.size());
@@ -136,24 +134,18 @@ void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& m
               if (s.reading() || requests[i].name != fresh.name) requests[i] = std::move(fresh);
               describe_statistic(s, requests[i], keys[i].find('@') != std::string::npos);
             });
-    bool psd = target.psd.has_value(), of_map = map.has_value();
-    t.object({"psd",
-              "PSD bins of the term surface to match as well: the expectation of the same bins under the "
-              "roughness"},
-             &psd, [&](Visitor& p) {
-               if (!target.psd) target.psd.emplace();
-               describe_psd_target(p, *target.psd);
-             });
-    t.object({"map",
-              "measured map to fit by least squares, instead of statistics; beside a roughness, its "
-              "specification, "
-              "it is judged in light"},
-             &of_map, [&](Visitor& m) {
-               if (!map) map.emplace();
-               describe_map_target(m, *map);
-             });
+    t.optional_object(
+        {"psd",
+         "PSD bins of the term surface to match as well: the expectation of the same bins under the "
+         "roughness"},
+        target.psd, describe_psd_target);
+    t.optional_object({"map",
+                       "measured map to fit by least squares, instead of statistics; beside a roughness, its "
+                       "specification, "
+                       "it is judged in light"},
+                      map, describe_map_target);
     if (!t.reading()) return;
-    t.check(!of_map || (keys.empty() && !psd), "map", "a map beside statistics or psd",
+    t.check(!map || (keys.empty() && !target.psd), "map", "a map beside statistics or psd",
             "either a map, or statistics and psd");
     requests.resize(keys.size());
     target.statistics = requests;

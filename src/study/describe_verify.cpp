@@ -9,6 +9,7 @@
 #include "aberfit/core/text.h"
 #include "aberfit/study/published.h"
 #include "describe_names.h"
+#include "describe_roughness.h"
 #include "expression.h"
 
 namespace aberfit::internal {
@@ -19,8 +20,7 @@ void describe(Visitor& v, PhaseSynthesis& phase) {
   v.integer({"modes", "number of modes"}, phase.modes, 1, 100000000);
   v.quantity({"f_min", "lower edge of the modes [cycles/m]"}, phase.f_min, kFrequency, Range::positive());
   v.quantity({"f_max", "upper edge of the modes [cycles/m]"}, phase.f_max, kFrequency, Range::positive());
-  v.check(phase.f_min < phase.f_max, "f_max", format_quantity(phase.f_max, kFrequency),
-          "a spatial frequency above f_min = " + format_quantity(phase.f_min, kFrequency));
+  require_band(v, phase.f_min, phase.f_max);
 }
 
 void describe(Visitor& v, IndependentTerms& terms) {
@@ -57,21 +57,21 @@ void check_expression(Visitor& v, const char* key, const std::string& text) {
 void describe(Visitor& v, PublishedNumber& number) {
   static const std::string formulas = fmt::format("{}", fmt::join(published_formulas(), ", "));
   static const std::string meaning = "formula to evaluate on inputs: " + formulas;
-  v.text({"id", "stable key of the number", Need::kOptional, "\"hs-ee90\""}, number.id, true);
+  v.text({"id", "stable key of the number", kOptional, "\"hs-ee90\""}, number.id, true);
   v.text({"section", "where it stands there"}, number.section, true);
-  v.text({"label", "what it is called there", Need::kRequired, "\"EE90 (HS)\""}, number.label, false);
+  v.text({"label", "what it is called there", kRequired, "\"EE90 (HS)\""}, number.label, false);
   v.text({"quantity",
           "name of a quantity of the verify result; this, formula, expression, or none (reading only)",
-          Need::kOptional, "\"harvey_shack.ee90_radius_m\""},
+          kOptional, "\"harvey_shack.ee90_radius_m\""},
          number.quantity, true);
-  v.text({"formula", meaning.c_str(), Need::kOptional, "\"mean_deflection\""}, number.formula, true);
+  v.text({"formula", meaning.c_str(), kOptional, "\"mean_deflection\""}, number.formula, true);
   const auto& names = published_formulas();
   v.check(number.formula.empty() || std::find(names.begin(), names.end(), number.formula) != names.end(),
           "formula", '"' + number.formula + '"', formulas);
   v.text({"expression",
           "arithmetic on quantities of the result and on printed.ID, the printed value of another row [SI]; "
           "comparisons give 1 or 0",
-          Need::kOptional, "\"2.146*scene.focal_length_m*printed.deflection_x\""},
+          kOptional, "\"2.146*scene.focal_length_m*printed.deflection_x\""},
          number.expression, true);
   check_expression(v, "expression", number.expression);
   const int sources =
@@ -79,34 +79,34 @@ void describe(Visitor& v, PublishedNumber& number) {
   v.check(sources < 2, number.formula.empty() ? "expression" : "formula", "more than one of them",
           "one of quantity, formula and expression");
   v.object({"inputs", "what the formula works on"}, nullptr, [&](Visitor& i) { describe(i, number.inputs); });
-  v.text({"printed", "as printed, digit for digit; may be words", Need::kOptional, "\"1.57e-5\""},
-         number.printed, true);
-  v.quantity({"value", "the same as a number; absent: that of printed, if it is one", Need::kOptional, "76"},
+  v.text({"printed", "as printed, digit for digit; may be words", kOptional, "\"1.57e-5\""}, number.printed,
+         true);
+  v.quantity({"value", "the same as a number; absent: that of printed, if it is one", kOptional, "76"},
              number.value, kNumber, Range::any());
   const std::optional<double> printed = parse_finite(number.printed);
   v.check(!printed || !number.value || *printed == *number.value, "value",
           number.value ? fmt::format("{}", *number.value) : "", "the number in printed, " + number.printed);
   if (!number.value) number.value = printed;
   v.boolean({"derived", "not printed there, but follows from what is"}, number.derived);
-  v.text({"unit", "as printed", Need::kOptional, "\"um\""}, number.unit, true);
-  v.quantity({"scale", "printed value times scale is the SI value", Need::kOptional, "1e-6"}, number.scale,
-             kNumber, Range::any());
+  v.text({"unit", "as printed", kOptional, "\"um\""}, number.unit, true);
+  v.quantity({"scale", "printed value times scale is the SI value", kOptional, "1e-6"}, number.scale, kNumber,
+             Range::any());
   v.check(number.scale != 0, "scale", "0", "a factor other than 0");
   v.quantity({"within", "relative difference that still holds; absent: half of the last printed digit",
-              Need::kOptional, "0.002"},
+              kOptional, "0.002"},
              number.within, kNumber, Range::non_negative());
   v.text({"holds", "what has to be true instead: an expression, with ours and printed in the printed unit",
-          Need::kOptional, "\"ours < printed\""},
+          kOptional, "\"ours < printed\""},
          number.holds, true);
   check_expression(v, "holds", number.holds);
   const auto& words = published_verdicts();
   static const std::string all_words = fmt::format("{}", fmt::join(words, ", "));
-  v.text({"verdict", "where nothing is computed, or what it is called if the comparison holds",
-          Need::kOptional, "\"reading\""},
+  v.text({"verdict", "where nothing is computed, or what it is called if the comparison holds", kOptional,
+          "\"reading\""},
          number.verdict, true);
   v.check(number.verdict.empty() || std::find(words.begin(), words.end(), number.verdict) != words.end(),
           "verdict", '"' + number.verdict + '"', all_words);
-  v.text({"picture", "name of a picture of verify that shows it", Need::kOptional, "\"ring_through\""},
+  v.text({"picture", "name of a picture of verify that shows it", kOptional, "\"ring_through\""},
          number.picture, true);
   v.text({"reading", "what holds and what does not, in a sentence"}, number.reading, true);
 }
@@ -115,24 +115,14 @@ void describe(Visitor& v, PublishedNumber& number) {
 
 void describe_verify(Visitor& v, VerifySpec& verify) {
   v.object({"verify", "what `verify` sets beside our own numbers"}, nullptr, [&](Visitor& w) {
-    std::optional<std::int64_t> draws;
-    if (verify.aside.draws) draws = *verify.aside.draws;
     w.integer({"draws",
                "surfaces drawn for the ensemble means, a multiple of 16; absent: as many as the margin needs",
-               Need::kOptional, "256"},
-              draws, 2, 1000000);
-    if (draws) verify.aside.draws = int(*draws);
-    bool phase = verify.aside.published_phase.has_value();
-    w.object({"published_phase", "phase synthesis by the published formula"}, &phase, [&](Visitor& p) {
-      if (!verify.aside.published_phase) verify.aside.published_phase.emplace();
-      describe(p, *verify.aside.published_phase);
-    });
-    bool terms = verify.aside.independent_terms.has_value();
-    w.object({"independent_terms", "Zernikes drawn independently with equal variance"}, &terms,
-             [&](Visitor& t) {
-               if (!verify.aside.independent_terms) verify.aside.independent_terms.emplace();
-               describe(t, *verify.aside.independent_terms);
-             });
+               kOptional, "256"},
+              verify.aside.draws, 2, 1000000);
+    w.optional_object({"published_phase", "phase synthesis by the published formula"},
+                      verify.aside.published_phase, describe);
+    w.optional_object({"independent_terms", "Zernikes drawn independently with equal variance"},
+                      verify.aside.independent_terms, describe);
     std::vector<PublishedNumber>& numbers = verify.published;
     w.list(
         {"published", "printed numbers"}, numbers.size(), 0,

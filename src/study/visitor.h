@@ -9,6 +9,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -127,12 +128,18 @@ class Visitor {
     quantity(field, optional, dimension, range);
     value = optional.value_or(value);
   }
-  /// Infinity is written as an absent key.
-  void quantity_or_infinity(const Field& field, double& value, Dimension dimension, Range range) {
+  /// `none` and infinity are written as an absent key, which is read as `none`.
+  void quantity_or(const Field& field, double& value, double none, Dimension dimension, Range range) {
     std::optional<double> optional;
-    if (std::isfinite(value)) optional = value;
+    if (std::isfinite(value) && value != none) optional = value;
     quantity(field, optional, dimension, range);
-    value = optional.value_or(std::numeric_limits<double>::infinity());
+    value = optional.value_or(none);
+  }
+  template <typename Integer>
+  void integer(const Field& field, std::optional<Integer>& value, std::int64_t low, std::int64_t high) {
+    std::optional<std::int64_t> wide = value;
+    integer(field, wide, low, high);
+    if (wide) value = Integer(*wide);
   }
   template <typename Integer>
   void integer(const Field& field, Integer& value, std::int64_t low, std::int64_t high) {
@@ -158,6 +165,26 @@ class Visitor {
     }
     choice(field, index, names);
     value = index == 0 ? std::nullopt : std::optional(values[index - 1]);
+  }
+  /// The tag of an object that is one of several: its word, and what it starts from where it is read. In the
+  /// order of the variant.
+  template <typename Variant>
+  void kind(const Field& field, Variant& held, const std::vector<std::pair<std::string, Variant>>& kinds) {
+    Names names;
+    for (const auto& [name, fresh] : kinds) names.push_back(name);
+    std::size_t index = held.index();
+    tag(field, index, names);
+    if (index != held.index() || reading()) held = kinds[index].second;
+  }
+  /// An object that is there where its member is.
+  template <typename Value>
+  void optional_object(const Field& field, std::optional<Value>& value,
+                       void (*describe)(Visitor&, std::type_identity_t<Value>&)) {
+    bool present = value.has_value();
+    object(field, &present, [&](Visitor& inside) {
+      if (!value) value.emplace();
+      describe(inside, *value);
+    });
   }
   /// A choice stored as its word.
   void word(const Field& field, std::string& value, const Names& names) {
