@@ -156,26 +156,12 @@ MeasuredFormat detect_format(const std::string& path) {
   return columns_format(lines, head->size() == kHead);
 }
 
-std::string to_string(MeasuredFormat format) {
-  switch (format) {
-    case MeasuredFormat::kAuto:
-      return "auto";
-    case MeasuredFormat::kDabam:
-      return "dabam";
-    case MeasuredFormat::kProfileText:
-      return "profile";
-    case MeasuredFormat::kMapText:
-      return "map";
-    case MeasuredFormat::kZygo:
-      return "zygo";
-    case MeasuredFormat::kCodeVInt:
-      return "codev-int";
-    case MeasuredFormat::kFits:
-      return "fits";
-    case MeasuredFormat::kZemaxGridSag:
-      return "zemax-grid-sag";
-  }
-  return "";
+const std::vector<std::string>& measured_format_names() {
+  static const std::vector<std::string> names = {"auto", "dabam",     "profile", "map",
+                                                 "zygo", "codev-int", "fits",    "zemax-grid-sag"};
+  return names;
 }
+
+std::string to_string(MeasuredFormat format) { return measured_format_names()[std::size_t(format)]; }
 
 }  // namespace aberfit

@@ -60,4 +60,8 @@ inline bool agreed_wavefront(const std::string& path, const std::optional<bool>&
   return said;
 }
 
+/// What heights are multiplied by to be those of the surface: light reflected at normal incidence goes over
+/// every height twice.
+inline double surface_per_height(bool wavefront) { return wavefront ? 0.5 : 1.0; }
+
 }  // namespace aberfit::internal

@@ -58,10 +58,6 @@ inline void require_sane_options(const MeasuredSource& source) {
   check_option(source, source.value_factor, "value_unit", false);
 }
 
-/// What heights are multiplied by to be those of the surface: light reflected at normal incidence goes over
-/// every height twice.
-inline double surface_per_height(bool wavefront) { return wavefront ? 0.5 : 1.0; }
-
 /// A map of invalid points with its origin in the middle; pitch 0 means unknown.
 inline HeightMap empty_map(Eigen::Index rows, Eigen::Index columns, double pitch_x, double pitch_y) {
   HeightMap map;

@@ -18,10 +18,6 @@ namespace {
 
 constexpr double kHole = std::numeric_limits<double>::quiet_NaN();
 
-ColumnName name_of(const TextTable& table, std::size_t column) {
-  return table.names.empty() ? ColumnName{} : parse_column_name(table.names[column]);
-}
-
 // Three columns are points unless the file says otherwise: no map has a width of three.
 bool holds_points(const TextTable& table) {
   if (const auto layout = key_value(table, "layout")) {
@@ -38,7 +34,7 @@ double value_factor_of(const MeasuredSource& source, const TextTable& table, con
   if (!wavefront)
     throw InputError(table.path, "", "no word whether the heights are of the surface or of a wavefront",
                      "the option 'of', or a header line '# of: surface' or '# of: wavefront'");
-  const double halve = *wavefront ? 0.5 : 1;
+  const double halve = surface_per_height(*wavefront);
   if (source.value_factor) return halve * value_factor_beside(source, table, unit, ProfileQuantity::kHeight);
   if (unit.empty())
     throw InputError(table.path, "", "heights without unit",
@@ -131,7 +127,7 @@ Eigen::Index node_of(const TextTable& table, std::size_t row, std::size_t column
 // and the option `pitch` say must agree.
 double position_factor(const MeasuredSource& source, const TextTable& table, std::size_t column,
                        const Axis& axis) {
-  const std::string named = name_of(table, column).unit;
+  const std::string named = column_name(table, column).unit;
   const std::string unit = named.empty() ? key_value(table, "x_unit").value_or("") : named;
   const std::optional<double> pitch =
       agreed_length(table.path, "pitch", source.pitch, length_key(table, "pitch"), kSamePitch);
@@ -140,8 +136,9 @@ double position_factor(const MeasuredSource& source, const TextTable& table, std
     throw InputError(table.path, fmt::format("column {}", column + 1), "positions without unit",
                      "the option 'x_unit' or 'pitch', or a row of names such as 'x_mm, y_mm, height_nm'");
   }
-  const double factor = source.x_factor ? x_factor_beside(source, table, unit)
-                                        : length_factor(unit, table, fmt::format("column {}", column + 1));
+  const double factor =
+      source.x_factor ? x_factor_beside(source, table, unit)
+                      : factor_or_fail(unit, Dimension::kLength, table, fmt::format("column {}", column + 1));
   if (pitch && std::abs(axis.step * factor / *pitch - 1) > kOffNode)
     throw InputError(table.path, fmt::format("column {}", column + 1),
                      fmt::format("a step of {:.6g} m and a pitch of {:.6g} m", axis.step * factor, *pitch),
@@ -157,7 +154,7 @@ HeightMap point_map(const MeasuredSource& source, const TextTable& table) {
     throw InputError(table.path, "",
                      fmt::format("{} points for a grid of {:g} x {:g}", table.rows(), x.nodes, y.nodes),
                      "points on a regular grid, at least 1 % of it");
-  const auto [word, named] = name_of(table, 2);
+  const auto [word, named] = column_name(table, 2);
   if (quantity_of_word(word) == ProfileQuantity::kSlope)
     throw InputError(table.path, "column 3", in_quotes(word), "heights; slopes are read as profiles only");
   const double factor =

@@ -25,7 +25,7 @@ bool unit_measures(const std::string& unit, ProfileQuantity quantity, const Meas
                    const TextTable& table) {
   try {
     if (quantity == ProfileQuantity::kSlope)
-      angle_factor(unit, table, "");
+      factor_or_fail(unit, Dimension::kAngle, table, "");
     else if (lower_case(unit).substr(0, 4) != "wave")  // a height, even without its wavelength
       height_factor(unit, source, table, "");
     return true;
@@ -59,7 +59,7 @@ double value_factor_of(const MeasuredSource& source, const TextTable& table, con
     throw InputError(table.path, pointer, "values without unit",
                      "the option 'value_unit', or a header row such as 'x_mm, height_nm'");
   if (quantity == ProfileQuantity::kHeight) return height_factor(unit, source, table, pointer);
-  return angle_factor(unit, table, pointer);
+  return factor_or_fail(unit, Dimension::kAngle, table, pointer);
 }
 
 double x_factor_of(const MeasuredSource& source, const TextTable& table, const ColumnName& name) {
@@ -69,7 +69,7 @@ double x_factor_of(const MeasuredSource& source, const TextTable& table, const C
   if (unit.empty())
     throw InputError(table.path, pointer, "positions without unit",
                      "the option 'x_unit', or a header row such as 'x_mm, height_nm'");
-  return length_factor(unit, table, pointer);
+  return factor_or_fail(unit, Dimension::kLength, table, pointer);
 }
 
 }  // namespace
@@ -84,12 +84,10 @@ std::vector<Profile> read_profile_text(const MeasuredSource& source) {
   if (table.columns > kMostColumns)
     fail_at_line(table.path, table.lines.front(), fmt::format("{} columns", table.columns),
                  fmt::format("at most {} columns; a matrix of heights is read as a map", kMostColumns));
-  const auto name = [&](std::size_t column) {
-    return table.names.empty() ? ColumnName{} : parse_column_name(table.names[column]);
-  };
+  const auto name = [&](std::size_t column) { return column_name(table, column); };
   ProfileColumns columns;
   columns.x_factor = x_factor_of(source, table, name(0));
-  const double halve = is_wavefront(source, table).value_or(false) ? 0.5 : 1;
+  const double halve = surface_per_height(is_wavefront(source, table).value_or(false));
   std::vector<Profile> profiles;
   for (std::size_t column = 1; column < table.columns; ++column) {
     const std::string pointer = column_pointer(column, name(column));

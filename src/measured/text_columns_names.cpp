@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "aberfit/core/errors.h"
-#include "aberfit/core/units.h"
 #include "file_options.h"
 
 namespace aberfit::internal {
@@ -24,13 +23,6 @@ std::optional<double> factor(const std::string& unit, Dimension dimension) {
 bool is_unit(const std::string& text) {
   return !text.empty() &&
          (factor(text, Dimension::kLength) || factor(text, Dimension::kAngle) || is_waves(text));
-}
-
-double factor_or_fail(const std::string& unit, Dimension dimension, const TextTable& table,
-                      const std::string& pointer, const std::string& more) {
-  if (const std::optional<double> known = factor(unit, dimension)) return *known;
-  throw InputError(table.path, pointer, unit.empty() ? "no unit" : "unit " + in_quotes(unit),
-                   allowed_units(dimension) + more);
 }
 
 }  // namespace
@@ -57,8 +49,9 @@ double value_factor_beside(const MeasuredSource& source, const TextTable& table,
               : *source.value_factor;
 }
 
-ColumnName parse_column_name(const std::string& name) {
-  std::string text(trimmed(name));
+ColumnName column_name(const TextTable& table, std::size_t column) {
+  if (table.names.empty()) return {};
+  std::string text(trimmed(table.names[column]));
   if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = text.substr(1, text.size() - 2);
   // The first bracket that holds a unit, else the first bracket: "SLOPE[urad][W/B4C]".
   ColumnName result;
@@ -94,12 +87,11 @@ std::optional<ProfileQuantity> quantity_of_word(const std::string& word) {
   return std::nullopt;
 }
 
-double length_factor(const std::string& unit, const TextTable& table, const std::string& pointer) {
-  return factor_or_fail(unit, Dimension::kLength, table, pointer, "");
-}
-
-double angle_factor(const std::string& unit, const TextTable& table, const std::string& pointer) {
-  return factor_or_fail(unit, Dimension::kAngle, table, pointer, "");
+double factor_or_fail(const std::string& unit, Dimension dimension, const TextTable& table,
+                      const std::string& pointer, const std::string& more) {
+  if (const std::optional<double> known = factor(unit, dimension)) return *known;
+  throw InputError(table.path, pointer, unit.empty() ? "no unit" : "unit " + in_quotes(unit),
+                   allowed_units(dimension) + more);
 }
 
 double height_factor(const std::string& unit, const MeasuredSource& source, const TextTable& table,

@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "aberfit/core/units.h"
 #include "aberfit/measured/profile.h"
 #include "aberfit/measured/read_measurement.h"
 #include "text_columns.h"
@@ -14,7 +15,8 @@ namespace aberfit::internal {
 struct ColumnName {
   std::string word, unit;
 };
-ColumnName parse_column_name(const std::string& name);
+/// Nothing where the table has no names.
+ColumnName column_name(const TextTable& table, std::size_t column);
 
 /// What a word or a title says: "slope", "dz/dx" -> slope; "height", "sag", "z" ... -> height.
 std::optional<ProfileQuantity> quantity_of_word(const std::string& word);
@@ -23,9 +25,9 @@ std::optional<ProfileQuantity> quantity_of_word(const std::string& word);
 /// the message: where the unit stands and which option replaces it. Throws InputError.
 double height_factor(const std::string& unit, const MeasuredSource& source, const TextTable& table,
                      const std::string& pointer);
-/// SI units in one `unit`, for a length or an angle. Throws InputError.
-double length_factor(const std::string& unit, const TextTable& table, const std::string& pointer);
-double angle_factor(const std::string& unit, const TextTable& table, const std::string& pointer);
+/// SI units in one `unit` of the dimension. `more`: what else the message allows. Throws InputError.
+double factor_or_fail(const std::string& unit, Dimension dimension, const TextTable& table,
+                      const std::string& pointer, const std::string& more = "");
 
 /// The factor of the option `x_unit` or `value_unit`, which must be given, beside the file's `unit`, which
 /// may be empty or unknown. Throws InputError where they contradict each other.

@@ -7,9 +7,6 @@
 namespace aberfit::internal {
 namespace {
 
-const std::vector<std::string> kFormats = {"auto", "dabam",     "profile", "map",
-                                           "zygo", "codev-int", "fits",    "zemax-grid-sag"};
-
 // A choice that may be left open: absent means that the file says it.
 void describe_open_choice(Visitor& v, const Field& field, std::string& value,
                           std::vector<std::string> names) {
@@ -22,7 +19,7 @@ void describe_open_choice(Visitor& v, const Field& field, std::string& value,
 void describe_source(Visitor& v, MeasuredFile& m) {
   v.text({"file", "measured profile or map; relative to the study file", kRequired, "\"m3.fits\""}, m.file,
          false);
-  v.word({"format", "auto: by content"}, m.format, kFormats);
+  v.choice_of({"format", "auto: by content"}, m.format, measured_format_names());
   v.integer({"column", "profiles: which scan line, from 1"}, m.column, 1, 100000);
   describe_open_choice(v, {"quantity", "profiles in columns: what the values are; auto: as the file says"},
                        m.quantity, {"height", "slope"});

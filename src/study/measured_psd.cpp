@@ -11,18 +11,10 @@
 namespace aberfit {
 namespace {
 
-MeasuredFormat format_of(const std::string& word) {
-  for (const MeasuredFormat format :
-       {MeasuredFormat::kDabam, MeasuredFormat::kProfileText, MeasuredFormat::kMapText, MeasuredFormat::kZygo,
-        MeasuredFormat::kCodeVInt, MeasuredFormat::kFits, MeasuredFormat::kZemaxGridSag})
-    if (to_string(format) == word) return format;
-  return MeasuredFormat::kAuto;
-}
-
 MeasuredSource source_of(const MeasuredFile& file, const std::string& path) {
   MeasuredSource source;
   source.path = path;
-  source.format = format_of(file.format);
+  source.format = file.format;
   source.column = file.column;
   if (!file.quantity.empty())
     source.quantity = file.quantity == "slope" ? ProfileQuantity::kSlope : ProfileQuantity::kHeight;

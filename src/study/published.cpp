@@ -114,7 +114,8 @@ Names names_of(const std::vector<PublishedNumber>& rows, const Quantities& quant
   return names;
 }
 
-std::string list_of(const Names& names) {
+template <typename Map>
+std::string list_of(const Map& names) {
   std::string known;
   for (const auto& [name, value] : names) known += (known.empty() ? "" : ", ") + name;
   return known;
@@ -146,9 +147,7 @@ struct PublishedRow {
     if (row().quantity.empty()) return std::nan("");
     const auto found = quantities.find(row().quantity);
     if (found != quantities.end()) return found->second;
-    std::string known;
-    for (const auto& [name, value] : quantities) known += (known.empty() ? "" : ", ") + name;
-    refuse("quantity", '"' + row().quantity + '"', known);
+    refuse("quantity", '"' + row().quantity + '"', list_of(quantities));
   }
 };
 

@@ -17,6 +17,39 @@
 namespace aberfit {
 using namespace internal;
 
+namespace {
+
+struct NodeOfModel {
+  template <typename Closed>
+  RoughnessModel operator()(const Closed& model) const {
+    return {model};
+  }
+  RoughnessModel operator()(const TablePsd&) const {
+    throw std::invalid_argument("a table has no closed form");
+  }
+  RoughnessModel operator()(const SumPsd& sum) const {
+    RoughnessSum result;
+    for (const PsdModel& part : sum.parts) result.parts.push_back(roughness_model(part));
+    return {result};
+  }
+};
+
+struct ModelOfNode {
+  template <typename Closed>
+  PsdModel operator()(const Closed& model) const {
+    return model;
+  }
+  PsdModel operator()(const PsdTableFile& table) const { return table.table.psd; }
+  PsdModel operator()(const MeasuredPsd& measured) const { return measured.result.model; }
+  PsdModel operator()(const RoughnessSum& sum) const {
+    SumPsd result;
+    for (const RoughnessModel& part : sum.parts) result.parts.push_back(psd_model(part));
+    return result;
+  }
+};
+
+}  // namespace
+
 Study parse_study(const std::string& text, const std::string& path) {
   const nlohmann::ordered_json json = parse_json(text, path);
   Study study;
@@ -48,23 +81,7 @@ nlohmann::ordered_json psd_block(const RoughnessModel& roughness) {
   return write_object([&](Visitor& v) { describe_psd_block(v, copy); });
 }
 
-RoughnessModel roughness_model(const PsdModel& model) {
-  struct {
-    RoughnessModel operator()(const TablePsd&) const {
-      throw std::invalid_argument("a table has no closed form");
-    }
-    RoughnessModel operator()(const SumPsd& sum) const {
-      RoughnessSum result;
-      for (const PsdModel& part : sum.parts) result.parts.push_back(roughness_model(part));
-      return {result};
-    }
-    RoughnessModel operator()(const UniformPsd& m) const { return {m}; }
-    RoughnessModel operator()(const KCorrelationPsd& m) const { return {m}; }
-    RoughnessModel operator()(const PowerLawPsd& m) const { return {m}; }
-    RoughnessModel operator()(const GaussianPsd& m) const { return {m}; }
-  } convert;
-  return std::visit(convert, model);
-}
+RoughnessModel roughness_model(const PsdModel& model) { return std::visit(NodeOfModel{}, model); }
 
 nlohmann::ordered_json resolved_study(const Study& study) {
   Study copy = study;  // visitors take references that they may write to
@@ -95,21 +112,6 @@ nlohmann::ordered_json study_schema() {
   return schema;
 }
 
-PsdModel psd_model(const RoughnessModel& roughness) {
-  struct {
-    PsdModel operator()(const PsdTableFile& table) const { return table.table.psd; }
-    PsdModel operator()(const MeasuredPsd& measured) const { return measured.result.model; }
-    PsdModel operator()(const RoughnessSum& sum) const {
-      SumPsd result;
-      for (const RoughnessModel& part : sum.parts) result.parts.push_back(psd_model(part));
-      return result;
-    }
-    PsdModel operator()(const UniformPsd& model) const { return model; }
-    PsdModel operator()(const KCorrelationPsd& model) const { return model; }
-    PsdModel operator()(const PowerLawPsd& model) const { return model; }
-    PsdModel operator()(const GaussianPsd& model) const { return model; }
-  } convert;
-  return std::visit(convert, roughness.model);
-}
+PsdModel psd_model(const RoughnessModel& roughness) { return std::visit(ModelOfNode{}, roughness.model); }
 
 }  // namespace aberfit

@@ -43,7 +43,9 @@ Measurement read_measurement(const MeasuredSource& source);
 /// What a file looks like; kAuto when nothing fits. Reads at most a few kilobytes. Throws InputError when it
 /// cannot be opened.
 MeasuredFormat detect_format(const std::string& path);
-/// "dabam", "profile", "map", "zygo", "codev-int", "fits", "zemax-grid-sag", "auto".
+/// "auto", "dabam", "profile", "map", "zygo", "codev-int", "fits", "zemax-grid-sag": in the order of
+/// MeasuredFormat.
+const std::vector<std::string>& measured_format_names();
 std::string to_string(MeasuredFormat format);
 
 // The readers behind it, one file each; the same errors.

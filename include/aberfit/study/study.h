@@ -33,7 +33,7 @@ struct PsdTableFile {
 /// A measured profile or map: the file and what it may not say itself.
 struct MeasuredFile {
   std::string file;  ///< as written in the study, relative to it
-  std::string format = "auto";
+  MeasuredFormat format = MeasuredFormat::kAuto;
   int column = 1;                  ///< profiles: which scan line, from 1
   std::string quantity;            ///< profile text: "height" or "slope"; empty: as the file says
   std::string of;                  ///< "surface" or "wavefront"; empty: as the file says
