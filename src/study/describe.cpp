@@ -5,10 +5,6 @@
 #include <algorithm>
 #include <map>
 
-#include "describe_names.h"
-#include "describe_roughness.h"
-#include "describe_target.h"
-#include "describe_verify.h"
 #include "polygon.h"
 
 namespace aberfit::internal {

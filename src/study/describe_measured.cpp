@@ -1,8 +1,4 @@
-#include "describe_measured.h"
-
-#include <fmt/format.h>
-
-#include "describe_names.h"
+#include "describe.h"
 
 namespace aberfit::internal {
 namespace {

@@ -1,9 +1,4 @@
-#include "describe_roughness.h"
-
-#include <fmt/format.h>
-
-#include "describe_measured.h"
-#include "describe_names.h"
+#include "describe.h"
 
 namespace aberfit::internal {
 namespace {

@@ -1,7 +1,4 @@
-#include "describe_target.h"
-
-#include "describe_measured.h"
-#include "describe_names.h"
+#include "describe.h"
 #include "statistic_key.h"
 
 namespace aberfit::internal {

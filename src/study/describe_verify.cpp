@@ -1,5 +1,3 @@
-#include "describe_verify.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -8,8 +6,7 @@
 
 #include "aberfit/core/text.h"
 #include "aberfit/study/published.h"
-#include "describe_names.h"
-#include "describe_roughness.h"
+#include "describe.h"
 #include "expression.h"
 
 namespace aberfit::internal {

@@ -8,8 +8,6 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/study/measured_psd.h"
 #include "describe.h"
-#include "describe_measured.h"
-#include "describe_roughness.h"
 #include "load_files.h"
 #include "parse_json.h"
 #include "study_rules.h"
