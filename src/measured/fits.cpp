@@ -56,24 +56,16 @@ class MemoryFits {
     return one_line(value, FLEN_VALUE);
   }
   std::optional<double> positive(const char* key) const {
-    double value = 0;
-    int status = 0;
-    fits_read_key(file_, TDOUBLE, key, &value, nullptr, &status);
-    if (absent(status)) return std::nullopt;
-    check(status, key);
-    if (!(value > 0 && std::isfinite(value)))
-      throw InputError(path_, key, fmt::format("{}", value), "a positive number [m]");
+    const std::optional<double> value = number(key);
+    if (value && !(*value > 0 && std::isfinite(*value)))
+      throw InputError(path_, key, fmt::format("{}", *value), "a positive number [m]");
     return value;
   }
 
   /// BSCALE and BZERO must be numbers of use; CFITSIO takes a scale of 0 and makes one value of all pixels.
   void require_scale() const {
     for (const char* key : {"BSCALE", "BZERO"}) {
-      double value = 1;
-      int status = 0;
-      fits_read_key(file_, TDOUBLE, key, &value, nullptr, &status);
-      if (absent(status)) continue;
-      check(status, key);
+      const double value = number(key).value_or(1);
       const bool scale = std::string_view(key) == "BSCALE";
       if (!std::isfinite(value) || (scale && value == 0))
         throw InputError(path_, key, fmt::format("{}", value),
@@ -83,6 +75,14 @@ class MemoryFits {
 
  private:
   static bool absent(int status) { return status == KEY_NO_EXIST || status == VALUE_UNDEFINED; }
+  std::optional<double> number(const char* key) const {
+    double value = 0;
+    int status = 0;
+    fits_read_key(file_, TDOUBLE, key, &value, nullptr, &status);
+    if (absent(status)) return std::nullopt;
+    check(status, key);
+    return value;
+  }
 
   const std::string& path_;
   void* buffer_;

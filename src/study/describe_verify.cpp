@@ -51,9 +51,18 @@ void check_expression(Visitor& v, const char* key, const std::string& text) {
   v.check(problem.empty(), key, '"' + text + '"', problem);
 }
 
+std::string listed(const std::vector<std::string>& words) {
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+// An empty text, or one of the words.
+void check_word(Visitor& v, const char* key, const std::string& text, const std::vector<std::string>& words) {
+  v.check(text.empty() || std::find(words.begin(), words.end(), text) != words.end(), key, '"' + text + '"',
+          listed(words));
+}
+
 void describe(Visitor& v, PublishedNumber& number) {
-  static const std::string formulas = fmt::format("{}", fmt::join(published_formulas(), ", "));
-  static const std::string meaning = "formula to evaluate on inputs: " + formulas;
+  static const std::string meaning = "formula to evaluate on inputs: " + listed(published_formulas());
   v.text({"id", "stable key of the number", kOptional, "\"hs-ee90\""}, number.id, true);
   v.text({"section", "where it stands there"}, number.section, true);
   v.text({"label", "what it is called there", kRequired, "\"EE90 (HS)\""}, number.label, false);
@@ -62,9 +71,7 @@ void describe(Visitor& v, PublishedNumber& number) {
           kOptional, "\"harvey_shack.ee90_radius_m\""},
          number.quantity, true);
   v.text({"formula", meaning.c_str(), kOptional, "\"mean_deflection\""}, number.formula, true);
-  const auto& names = published_formulas();
-  v.check(number.formula.empty() || std::find(names.begin(), names.end(), number.formula) != names.end(),
-          "formula", '"' + number.formula + '"', formulas);
+  check_word(v, "formula", number.formula, published_formulas());
   v.text({"expression",
           "arithmetic on quantities of the result and on printed.ID, the printed value of another row [SI]; "
           "comparisons give 1 or 0",
@@ -96,13 +103,10 @@ void describe(Visitor& v, PublishedNumber& number) {
           kOptional, "\"ours < printed\""},
          number.holds, true);
   check_expression(v, "holds", number.holds);
-  const auto& words = published_verdicts();
-  static const std::string all_words = fmt::format("{}", fmt::join(words, ", "));
   v.text({"verdict", "where nothing is computed, or what it is called if the comparison holds", kOptional,
           "\"reading\""},
          number.verdict, true);
-  v.check(number.verdict.empty() || std::find(words.begin(), words.end(), number.verdict) != words.end(),
-          "verdict", '"' + number.verdict + '"', all_words);
+  check_word(v, "verdict", number.verdict, published_verdicts());
   v.text({"picture", "name of a picture of verify that shows it", kOptional, "\"ring_through\""},
          number.picture, true);
   v.text({"reading", "what holds and what does not, in a sentence"}, number.reading, true);

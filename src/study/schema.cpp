@@ -197,17 +197,14 @@ class SchemaWriter : public Visitor {
 }  // namespace
 
 Json object_schema(const Visitor::Body& body, Json* definitions) {
-  const auto describe = [&](std::size_t tag_index, std::size_t* tag_count) {
-    SchemaWriter inside(definitions, tag_index);
+  Json alternatives = Json::array();
+  for (std::size_t i = 0, tags = 1; i < tags; ++i) {
+    SchemaWriter inside(definitions, i);
     body(inside);
-    *tag_count = inside.tag_count();
-    return inside.schema();
-  };
-  std::size_t tags = 0;
-  Json schema = describe(0, &tags);
-  if (tags == 0) return schema;
-  Json alternatives = Json::array({std::move(schema)});
-  for (std::size_t i = 1; i < tags; ++i) alternatives.push_back(describe(i, &tags));
+    tags = inside.tag_count();
+    if (tags == 0) return inside.schema();
+    alternatives.push_back(inside.schema());
+  }
   return Json{{"oneOf", std::move(alternatives)}};
 }
 
