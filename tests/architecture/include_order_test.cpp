@@ -173,7 +173,7 @@ TEST(SourceRules, TellEveryKindOfBreach) {
       {"src/focus/a.cpp", "#include \"aberfit/focus/statistic.h\"", ""},
       {"include/aberfit/core/a.h", "  #  include \"aberfit/study/study.h\"", "is in study, above core"},
       {"src/main.cpp", "#include \"aberfit/study/study.h\"", ""},
-      {"src/study/a.cpp", "#include \"reader.h\"", ""},
+      {"src/study/a.cpp", "#include \"visitor.h\"", ""},
       {"src/study/a.cpp", "#include \"../fit/posterior.h\"", "internal to fit"},
       {"src/focus/a.cpp", "#include \"../fit/posterior.h\"", "above focus"},
       {"src/study/a.cpp", "#include \"no_such_file.h\"", "no file"},
