@@ -16,8 +16,7 @@ namespace {
 
 constexpr const char* kUse =
     "Give the surface the terms (coefficients.csv or an export) and, as its scatter model, the scatter "
-    "function "
-    "(scatter.csv): together they are this mirror.";
+    "function (scatter.csv): together they are this mirror.";
 constexpr const char* kBeware =
     "Not the whole PSD: a scatter model of all of it on a surface that has the terms counts their roughness "
     "twice.";
@@ -51,8 +50,7 @@ nlohmann::ordered_json abg_json(const AbgFit& fit) {
 
 std::string abg_words(const AbgFit& fit) {
   return fmt::format(
-      "ABg: A {:.4g} /sr, B {:.4g}, g {:.4g}{}; from {} to {} within {} (RMS {}), "
-      "its own TIS {}.",
+      "ABg: A {:.4g} /sr, B {:.4g}, g {:.4g}{}; from {} to {} within {} (RMS {}), its own TIS {}.",
       fit.model.a, fit.model.b, fit.model.g, fit.at_least_b ? " (the least B)" : "",
       format_quantity(fit.theta_min, Dimension::kAngle), format_quantity(fit.theta_max, Dimension::kAngle),
       format_percent(fit.largest_error), format_percent(fit.rms_error), format_percent(fit.tis));

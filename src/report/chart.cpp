@@ -56,8 +56,7 @@ std::string chart_csv(const Chart& chart) {
   std::string text =
       "family,method,parameter,value,unit,rays,terms,statistics,error,error_rms,error_of_reference,tolerance,"
       "reference,seconds,seconds_low,seconds_high,repeats,on_frontier,is_default,is_cheapest_within_"
-      "tolerance,"
-      "error_of,timed,note\n";
+      "tolerance,error_of,timed,note\n";
   for (const ChartFamily& family : chart.families)
     for (const ChartRow& row : family.rows)
       fmt::format_to(std::back_inserter(text),

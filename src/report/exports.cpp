@@ -185,10 +185,9 @@ namespace internal {
 std::vector<ZernikeCoefficient> as_zernikes(const ExportInput& input, const std::string& format) {
   check(input);
   if (!input.terms.fourier.empty())
-    throw std::invalid_argument(
-        format +
-        ": Fourier terms are no finite sum of Zernikes; export zemax-grid-sag, codev-int, fits-opd or csv "
-        "instead");
+    throw std::invalid_argument(format +
+                                ": Fourier terms are no finite sum of Zernikes; export zemax-grid-sag, "
+                                "codev-int, fits-opd or csv instead");
   if (!(input.terms.radius > 0))
     throw std::invalid_argument(format + ": the terms have no normalization radius");
   std::vector<ZernikeCoefficient> result;

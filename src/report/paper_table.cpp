@@ -52,13 +52,13 @@ std::string summary_table(const PaperCells& table) {
   }
   text += "\n  * error of the ray ee90 against generalised Harvey-Shack; Gaussian autocorrelation\n";
   if (wide > 0)
-    text +=
-        fmt::format("  ! warning: {}\n",
-                    wrapped(fmt::format("more than {:.1f} % of the light is scattered beyond 10 degrees in "
-                                        "these {} cells: neither rays nor Harvey-Shack, both theories of "
-                                        "small angles, say much about them",
-                                        100 * kWideShare, wide),
-                            kColumns - 4, 4));
+    text += fmt::format(
+        "  ! warning: {}\n",
+        wrapped(
+            fmt::format("more than {:.1f} % of the light is scattered beyond 10 degrees in these {} cells: "
+                        "neither rays nor Harvey-Shack, both theories of small angles, say much about them",
+                        100 * kWideShare, wide),
+            kColumns - 4, 4));
   return text;
 }
 

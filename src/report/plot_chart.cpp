@@ -112,8 +112,8 @@ class FamilyPicture {
         "set lmargin at screen {}\nset rmargin at screen {}\nset bmargin at screen {}\nset tmargin at screen "
         "{}\n"
         "set label {} noenhanced at screen 0.53, screen 0.972 center\n"
-        "set key at screen 0.53, screen 0.95 center top horizontal noenhanced font ',12' spacing 1.0 "
-        "samplen 2\n"
+        "set key at screen 0.53, screen 0.95 center top horizontal noenhanced font ',12' spacing 1.0 samplen "
+        "2\n"
         "set logscale xy\nset xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\n"
         "{}set format y '10^{{%L}}'\n"
         "set xlabel {} noenhanced\nset ylabel {} noenhanced offset 0.5,0\n"
@@ -167,8 +167,7 @@ class FamilyPicture {
     }
     return fmt::format(
         "'{}.dat' index {} using 1:4 with steps linecolor rgb '#d4d4d4' linewidth 5 dashtype 1 title "
-        "'nothing "
-        "measured is better'{}",
+        "'nothing measured is better'{}",
         name, add_block("frontier", rows), kNext);
   }
   std::string method_plot(const std::string& name, std::size_t m) {
@@ -177,8 +176,7 @@ class FamilyPicture {
     const std::size_t style = m % std::size(kColours);
     return fmt::format(
         "'{0}.dat' index {1} using 1:4:2:3 with xerrorbars pointtype {2} pointsize 1.3 linewidth 1.2 "
-        "dashtype 1 "
-        "linecolor rgb '{3}' title {4}{5}",
+        "dashtype 1 linecolor rgb '{3}' title {4}{5}",
         name, block, kMarks[style], kColours[style], gnuplot_text(methods_[m]), kNext);
   }
   std::string marked_plot(const std::string& name, bool ChartRow::*flag, const std::string& title, int point,
@@ -187,8 +185,7 @@ class FamilyPicture {
     if (rows.empty()) return "";
     return fmt::format(
         "'{}.dat' index {} using 1:4 with points pointtype {} pointsize {} linewidth 2 linecolor rgb '{}' "
-        "title "
-        "'{}'{}",
+        "title '{}'{}",
         name, add_block(title, rows), point, size, colour, title, kNext);
   }
   std::string tolerance_mark() {
@@ -281,11 +278,9 @@ Picture step_picture(const Chart& chart, const ChartFamily& slopes) {
         gnuplot_text("best step by the law: " + two_digits(best)), best);
     lines = fmt::format(
         "t*x**2 with lines linecolor rgb '{0}' linewidth 2 dashtype 1 title 'truncation, 0.0932 "
-        "(2πf_{{max}}d)^2 "
-        "for a flat PSD', \\\n"
+        "(2πf_{{max}}d)^2 for a flat PSD', \\\n"
         "  r/x with lines linecolor rgb '#009E73' linewidth 2 dashtype 1 title 'rounding of the sag, as "
-        "1/d', "
-        "\\\n  ",
+        "1/d', \\\n  ",
         kFittedColour);
   }
   const double least = 0.5 * *std::min_element(step.begin(), step.end()),

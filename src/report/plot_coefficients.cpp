@@ -54,8 +54,7 @@ std::string value_panel(const AxisUnit& unit, const Eigen::ArrayXd& noll, bool s
   if (band)
     panel += file +
              " using 1:(-$5*s):($5*s) with filledcurves fillcolor rgb '#d5d5d5' title 'posterior standard "
-             "deviation, "
-             "about zero', \\\n  ";
+             "deviation, about zero', \\\n  ";
   return panel +
          fmt::format(
              "{0} using 1:($4*s) with impulses linecolor rgb '{1}' linewidth {2} dashtype 1 notitle, \\\n"
@@ -78,8 +77,7 @@ std::string order_panel(const AxisUnit& unit, const Eigen::ArrayXd& radial, bool
   if (band)
     panel += fmt::format(
         ", \\\n  '' using 1:($3*s) with linespoints pointtype 6 linecolor rgb '{}' dashtype 3 title "
-        "'posterior "
-        "standard deviation'",
+        "'posterior standard deviation'",
         kFittedColour);
   return panel + "\n";
 }
@@ -154,19 +152,17 @@ void fourier_panel(const ResultDocument& result, Picture* picture, Panels* panel
                                           {f, fx, fy, amplitude, std}));
   const AxisUnit unit = length_unit(std::max(largest(amplitude), largest(std)));
   const bool logarithmic = f.minCoeff() > 0 && f.maxCoeff() > 10 * f.minCoeff();
-  const std::string spread =
-      has_deviations(result)
-          ? fmt::format(
-                ", \\\n  '' using 1:($5*{:.9g}) with points pointtype 6 pointsize 0.5 linecolor rgb "
-                "'{}' title 'posterior standard deviation'",
-                unit.per_si, kFittedColour)
-          : "";
+  const std::string spread = has_deviations(result)
+                                 ? fmt::format(
+                                       ", \\\n  '' using 1:($5*{:.9g}) with points pointtype 6 pointsize 0.5 "
+                                       "linecolor rgb '{}' title 'posterior standard deviation'",
+                                       unit.per_si, kFittedColour)
+                                 : "";
   panels->push_back(
       fmt::format("set xlabel 'spatial frequency [cycles/m]'\nset ylabel 'Fourier amplitude [{}]'\n"
                   "{}set xrange [{:.9g}:{:.9g}]\nset yrange [0:*]\n"
                   "plot 'coefficients_fourier.dat' using 1:($4*{:.9g}) with points pointtype 7 pointsize 0.6 "
-                  "linecolor rgb '{}' title 'fitted "
-                  "value'{}\n",
+                  "linecolor rgb '{}' title 'fitted value'{}\n",
                   unit.name, logarithmic ? "set logscale x\n" : "", f.minCoeff() / 1.05, f.maxCoeff() * 1.05,
                   unit.per_si, kTargetColour, spread));
 }
@@ -189,13 +185,11 @@ void spherical_panel(const ResultDocument& result, Picture* picture, Panels* pan
   panels->push_back(
       fmt::format("set xlabel 'power of rho'\nset ylabel 'spherical term at the rim [{}]'\n"
                   "set xrange [3:13]\nset xtics 4,2,12\nset xzeroaxis linecolor rgb '#666666'\nset boxwidth "
-                  "1\nset style fill solid 0.6 "
-                  "noborder\n"
+                  "1\nset style fill solid 0.6 noborder\n"
                   "plot 'coefficients_spherical.dat' using 1:($2*{}) with boxes linecolor rgb '{}' title "
                   "'fitted value', \\\n"
                   "  '' using 1:($2*{}):($3*{}) with yerrorbars pointtype 7 pointsize 0.6 linecolor rgb "
-                  "'black' title 'posterior standard "
-                  "deviation'\n",
+                  "'black' title 'posterior standard deviation'\n",
                   unit.name, unit.per_si, kTargetColour, unit.per_si, unit.per_si));
 }
 

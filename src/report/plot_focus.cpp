@@ -141,8 +141,7 @@ std::string ee_lines(const EeCurves& curves, const std::string& name) {
   if (curves.asked_radius.size() > 0)
     lines +=
         ", \\\n  'ee_targets.dat' using ($1*u):2 with points pointtype 6 pointsize 1.4 linewidth 1.5 "
-        "linecolor rgb "
-        "'black' title 'values fitted to'";
+        "linecolor rgb 'black' title 'values fitted to'";
   return lines;
 }
 
@@ -161,9 +160,8 @@ std::string ee_difference_panel(const EeCurves& curves, const AxisUnit& unit, co
       "'fitted - target'\n",
       unit.name, name, kFittedColour, nice_step(100 * difference / 2),
       std::isfinite(curves.n_eff)
-          ? fmt::format("'{}.dat' using ($1*u):(-100*$5):(100*$5) with filledcurves "
-                        "fillcolor rgb '#cfe3f2' title 'sampling error of the target, 1 "
-                        "sigma', \\\n  ",
+          ? fmt::format("'{}.dat' using ($1*u):(-100*$5):(100*$5) with filledcurves fillcolor rgb '#cfe3f2' "
+                        "title 'sampling error of the target, 1 sigma', \\\n  ",
                         name)
           : "");
 }
@@ -293,9 +291,8 @@ std::string image_file(const ImageFrame& frame, const Branch& branch, double dz,
                        const Eigen::ArrayXXd& image) {
   return matrix_file(
       {fmt::format("Share of the light per pixel, {} at dz = {:.9g} m from z = f", branch.label, dz),
-       fmt::format("{0} x {0} pixels of {1:.9g} m; rows from -y to +y, columns from -x "
-                   "to +x; the first pixel "
-                   "is centred on {2:.9g} m in x and y",
+       fmt::format("{0} x {0} pixels of {1:.9g} m; rows from -y to +y, columns from -x to +x; the first "
+                   "pixel is centred on {2:.9g} m in x and y",
                    ImageFrame::kPixels, frame.pixel(), -frame.half + 0.5 * frame.pixel())},
       image);
 }
@@ -346,9 +343,8 @@ std::string panel_plot(const ImageFrame& frame, const std::string& file) {
       "plot '{}' matrix using ($1*p+o):($2*p+o):($3*b>lowest?$3*b:lowest) with image notitle", file);
   if (frame.ring > 0 && frame.ring < frame.half)
     text +=
-        ", \\\n  [0:2*pi] '+' using (ring*cos($1)):(ring*sin($1)) with lines linecolor rgb 'white' "
-        "linewidth 1 "
-        "dashtype 2 notitle";
+        ", \\\n  [0:2*pi] '+' using (ring*cos($1)):(ring*sin($1)) with lines linecolor rgb 'white' linewidth "
+        "1 dashtype 2 notitle";
   return text + "\n";
 }
 
@@ -369,8 +365,7 @@ std::string images_head(const PlotInput& input, const ImageFrame& frame, double 
       "set logscale cb\nset cbrange [lowest:1]\n"
       "set cblabel 'light per pixel / brightest of a rough mirror   (dashed: ee90 at z = f)' offset 1.5,0\n"
       "set palette defined (0 '#000004', 1 '#1b0c41', 2 '#4a0c6b', 3 '#781c6d', 4 '#a52c60', 5 '#cf4446', 6 "
-      "'#ed6925', 7 "
-      "'#fb9b06', 8 '#f7d13d', 9 '#fcffa4')\n",
+      "'#ed6925', 7 '#fb9b06', 8 '#f7d13d', 9 '#fcffa4')\n",
       frame.pixel() * unit.per_si, (-frame.half + 0.5 * frame.pixel()) * unit.per_si, unit.name,
       brightest > 0 ? 1.0 / brightest : 1.0, std::pow(10.0, -frame.decades), frame.ring * unit.per_si,
       unit.name, picture_title(input, "Spots near focus"), -frame.half * unit.per_si,

@@ -70,17 +70,13 @@ Picture frontier_picture(const PlotInput& input) {
   for (const double at : placed) tics += fmt::format("{}{:.0f}", tics.empty() ? "" : ", ", at);
   const std::string points = fmt::format(
       "'{0}_screened.dat' using 1:(COLUMN*SCALE) with points pointtype 6 pointsize 1.1 linecolor rgb "
-      "'#999999' "
-      "title 'left after a short fit', \\\n"
+      "'#999999' title 'left after a short fit', \\\n"
       "  '{0}_failed.dat' using 1:(COLUMN*SCALE) with points pointtype 2 pointsize 1.4 linecolor rgb '{1}' "
-      "title "
-      "'fitted, does not pass', \\\n"
+      "title 'fitted, does not pass', \\\n"
       "  '{0}_passed.dat' using 1:(COLUMN*SCALE) with points pointtype 7 pointsize 1.4 linecolor rgb '{2}' "
-      "title "
-      "'passes', \\\n"
+      "title 'passes', \\\n"
       "  '{0}_chosen.dat' using 1:(COLUMN*SCALE) with points pointtype 4 pointsize 3 linewidth 2 linecolor "
-      "rgb "
-      "'black' title 'taken'",
+      "rgb 'black' title 'taken'",
       name, kFittedColour, kTargetColour);
   const auto filled = [&](std::string text, const std::string& column, const std::string& scale) {
     for (const auto& [from, to] : {std::pair{std::string("COLUMN"), column}, {std::string("SCALE"), scale}})

@@ -46,8 +46,7 @@ Picture psd_picture(const PsdReport& report) {
       "set grid xtics ytics\n"
       "{3}"
       "plot '{4}.dat' using ($1*u):($2*s):($3*s):($4*s) with yerrorbars pointtype 7 pointsize 0.8 linecolor "
-      "rgb '{5}' "
-      "linewidth 1.2 dashtype 1 title 'estimate, {6:.4g} % intervals', \\\n"
+      "rgb '{5}' linewidth 1.2 dashtype 1 title 'estimate, {6:.4g} % intervals', \\\n"
       "  '' using ($1*u):($5*s) with lines linecolor rgb '{7}' linewidth 2.5 dashtype 1 title 'model: "
       "{8}'{9}\n",
       profiles ? "1e21" : "1e24",

@@ -71,14 +71,14 @@ Picture surface_picture(const PlotInput& input, const SurfaceField& grid) {
   const double step = 2 * radius / (input.grid_size - 1), frame = 0.02 * radius + step;
 
   Picture picture{name, script_head(name, 1200, 1050), {}};
-  picture.data.emplace_back(name + ".dat",
-                            matrix_file({"Height of the fitted surface error [m], positive towards the "
-                                         "incoming light; nan outside the aperture",
-                                         fmt::format("{0} x {0} points, {1:.9g} m apart; rows from -y to +y, "
-                                                     "columns from -x to +x; the first point is "
-                                                     "at {2:.9g} m in x and y",
-                                                     input.grid_size, step, -radius)},
-                                        map));
+  picture.data.emplace_back(
+      name + ".dat",
+      matrix_file({"Height of the fitted surface error [m], positive towards the incoming light; nan outside "
+                   "the aperture",
+                   fmt::format("{0} x {0} points, {1:.9g} m apart; rows from -y to +y, columns from -x to "
+                               "+x; the first point is at {2:.9g} m in x and y",
+                               input.grid_size, step, -radius)},
+                  map));
   picture.script += fmt::format(
       "p = {:.9g}; o = {:.9g}  # spacing and first point [{}]\n"
       "s = {:.9g}  # axis units per metre of height\n"
@@ -138,8 +138,7 @@ Picture profile_picture(const PlotInput& input, const SurfaceField& grid) {
       "plot '{}.dat' using ($1*u):($2*s) with lines linetype 2 title 'cut along x (y = 0)', \\\n"
       "  '' using ($1*u):($3*s) with lines linetype 3 title 'cut along y (x = 0)'\n"
       "set size 1,0.48\nset origin 0,0\n"
-      "set format x '%g'\nset xlabel 'distance from the vertex [{}]'\nset ylabel 'slope along "
-      "the cut [{}]'\n"
+      "set format x '%g'\nset xlabel 'distance from the vertex [{}]'\nset ylabel 'slope along the cut [{}]'\n"
       "plot '{}.dat' using ($1*u):($4*a) with lines linetype 2 title 'dh/dx along x', \\\n"
       "  '' using ($1*u):($5*a) with lines linetype 3 title 'dh/dy along y'\n"
       "unset multiplot\n",
@@ -219,8 +218,7 @@ std::string gradients_script(const PlotInput& input, const SlopeSpread& spread, 
       "plot 'gradients_scatter.dat' using ($1*a):($2*a) with points pointtype 7 pointsize 0.3 linecolor rgb "
       "'{11}' title {15}, \\\n"
       "  for [k=1:3] [0:2*pi] '+' using (mx+k*sx*cos($1)):(my+k*sy*sin($1)) with lines linecolor rgb 'black' "
-      "linewidth 1.2 "
-      "dashtype k title sprintf('%d sigma', k)\n"
+      "linewidth 1.2 dashtype k title sprintf('%d sigma', k)\n"
       "unset multiplot\n",
       unit.per_si, std::max(spread.sigma_x, 1e-15) * unit.per_si,
       std::max(spread.sigma_y, 1e-15) * unit.per_si, spread.mean_x * unit.per_si, spread.mean_y * unit.per_si,

@@ -35,9 +35,8 @@ std::string panels(const std::string& name, const std::string& title, int width,
   for (const Panel& panel : all)
     script += fmt::format(
         "unset logscale; unset arrow; unset colorbox; set offsets 0,0,0,0; set autoscale; set format '%g'; "
-        "set size "
-        "noratio; set key inside top right vertical Right noreverse; set tics nomirror; set xtics auto "
-        "offset 0,0; set ytics auto offset 0,0\n"
+        "set size noratio; set key inside top right vertical Right noreverse; set tics nomirror; set xtics "
+        "auto offset 0,0; set ytics auto offset 0,0\n"
         "set title {}\nset xlabel {} offset 0,0\nset ylabel {} offset 0,0\n{}{} {}\n",
         gnuplot_text(panel.title), gnuplot_text(panel.x_label), gnuplot_text(panel.y_label), panel.settings,
         panel.three_dimensional ? "splot" : "plot", panel.plot);
@@ -190,12 +189,11 @@ Picture reflected_rays_picture(const Scene& s) {
             fmt::format("{:.6g} {:.6g}\n{}", dz, c.rays->x[i] + dz * c.rays->tx[i], dz > 0 ? "\n\n" : "");
     const std::string file = fmt::format("reflected_rays_{}.dat", c.key);
     picture.data.emplace_back(file, lines);
-    all.push_back({fmt::format("{}, near the focus", c.label),
-                   fmt::format("distance from z = f [{}]", along.name), "x [" + wide.name + "]",
-                   "set key off\nset autoscale xfix\n",
-                   fmt::format("'{}' using ($1*{:.9g}):($2*{:.9g}) with lines linetype 2 linewidth 0.7 "
-                               "notitle",
-                               file, along.per_si, wide.per_si)});
+    all.push_back(
+        {fmt::format("{}, near the focus", c.label), fmt::format("distance from z = f [{}]", along.name),
+         "x [" + wide.name + "]", "set key off\nset autoscale xfix\n",
+         fmt::format("'{}' using ($1*{:.9g}):($2*{:.9g}) with lines linetype 2 linewidth 0.7 notitle", file,
+                     along.per_si, wide.per_si)});
   }
   picture.script = panels(name, s.title("Reflected rays"), 1400, 1150, 2, all);
   return picture;
@@ -264,12 +262,11 @@ Picture frequency_picture(const Scene& s) {
                     law * step)},
        {"density: 1/f per unit radius is 1/f² per unit area", "f_r [cycles/m]", "density",
         "set logscale xy\nset format '%.0e'\nset key top right\n",
-        fmt::format(
-            "'frequency_density.dat' using 1:3 with points pointtype 7 linecolor rgb '{0}' title 'per "
-            "unit radius [m]', {2:.9g}/x with lines linecolor rgb '{0}' dashtype 2 title '1/f', "
-            "'' using 1:4 with points pointtype 5 linecolor rgb '{1}' title 'per unit area [m²]', "
-            "{3:.9g}/x**2 with lines linecolor rgb '{1}' dashtype 2 title '1/f²'",
-            kTargetColour, kFittedColour, law, law / (2 * kPi))},
+        fmt::format("'frequency_density.dat' using 1:3 with points pointtype 7 linecolor rgb '{0}' title "
+                    "'per unit radius [m]', {2:.9g}/x with lines linecolor rgb '{0}' dashtype 2 title '1/f', "
+                    "'' using 1:4 with points pointtype 5 linecolor rgb '{1}' title 'per unit area [m²]', "
+                    "{3:.9g}/x**2 with lines linecolor rgb '{1}' dashtype 2 title '1/f²'",
+                    kTargetColour, kFittedColour, law, law / (2 * kPi))},
        {"direction, in three bands: flat", "direction [degrees]", "points",
         fmt::format("set xrange [-180:180]\nset xtics 90\nset yrange [0:{:.9g}]\n", 1.5 * turns.maxCoeff()),
         bands}});
@@ -361,11 +358,11 @@ Picture gradient_picture(const Scene& s, const Deflections& hs, const Deflection
        fmt::format("set size ratio -1\nset samples 181\nset xrange [{0:.9g}:{1:.9g}]\nset yrange "
                    "[{0:.9g}:{1:.9g}]\nset key top right\n",
                    -reach, reach),
-       fmt::format("'phase_gradients_scatter.dat' with points pointtype 7 pointsize 0.2 linecolor rgb "
-                   "'{}' title 'Harvey-Shack', for [k=1:3] [0:2*pi] '+' using "
-                   "(k*{:.9g}*cos($1)):(k*{:.9g}*sin($1)) with lines linecolor rgb 'black' linewidth "
-                   "1.2 dashtype k title sprintf('%d sigma', k)",
-                   kTargetColour, sx, sy)});
+       fmt::format(
+           "'phase_gradients_scatter.dat' with points pointtype 7 pointsize 0.2 linecolor rgb '{}' title "
+           "'Harvey-Shack', for [k=1:3] [0:2*pi] '+' using (k*{:.9g}*cos($1)):(k*{:.9g}*sin($1)) with lines "
+           "linecolor rgb 'black' linewidth 1.2 dashtype k title sprintf('%d sigma', k)",
+           kTargetColour, sx, sy)});
   const auto law = [&](double r) { return rayleigh(r, total / std::numbers::sqrt2); };
   all.push_back(histogram_panel(&picture, "magnitude", "magnitude", "|grad Phi| [rad/m]",
                                 histogram(scale * hs.magnitude, hs.weight, 0, reach, law),
@@ -442,14 +439,15 @@ Picture ring_picture(const Scene& s) {
                             "distance from z = f [m], share"},
                            {planes, share}));
     const AxisUnit unit = length_unit(last);
-    all.push_back({fmt::format("{}: ring {}, FWHM {}", c.label, display(c.ring, Dimension::kLength),
-                               display(width, Dimension::kLength)),
-                   fmt::format("distance from z = f [{}]", unit.name), "share of the rays in the ring",
-                   fmt::format("set key off\nset yrange [0:1.05]\nset xrange [{:.9g}:{:.9g}]\n",
-                               -last * unit.per_si, last * unit.per_si),
-                   fmt::format("'{}' using ($1*{:.9g}):2 with lines linetype 2 notitle, {:.9g} with lines "
-                               "linetype 1 notitle",
-                               file, unit.per_si, 0.5 * share.maxCoeff())});
+    all.push_back(
+        {fmt::format("{}: ring {}, FWHM {}", c.label, display(c.ring, Dimension::kLength),
+                     display(width, Dimension::kLength)),
+         fmt::format("distance from z = f [{}]", unit.name), "share of the rays in the ring",
+         fmt::format("set key off\nset yrange [0:1.05]\nset xrange [{:.9g}:{:.9g}]\n", -last * unit.per_si,
+                     last * unit.per_si),
+         fmt::format(
+             "'{}' using ($1*{:.9g}):2 with lines linetype 2 notitle, {:.9g} with lines linetype 1 notitle",
+             file, unit.per_si, 0.5 * share.maxCoeff())});
   }
   picture.script =
       panels(picture.name, s.title("Rays through a ring, half maximum dotted"), 1100, 1300, 1, all);
@@ -527,15 +525,14 @@ Picture images_picture(const Scene& s) {
           file, matrix_file({fmt::format("Share of the rays per pixel of {:.6g} m, {} at {:.6g} m from z = f",
                                          pixel, c.label, dz)},
                             image));
-      all.push_back({std::string(c.label) + ", z = f" + offset, "x [" + unit.name + "]",
-                     "y [" + unit.name + "]",
-                     std::string(kImageSettings) +
-                         fmt::format("set size ratio -1\nset xrange [{0:.9g}:{1:.9g}]\nset yrange "
-                                     "[{0:.9g}:{1:.9g}]\n",
-                                     -half * unit.per_si, half * unit.per_si),
-                     image_plot(file, (-half + 0.5 * pixel) * unit.per_si, pixel * unit.per_si,
-                                (-half + 0.5 * pixel) * unit.per_si, pixel * unit.per_si,
-                                std::max(image.maxCoeff(), 1e-300))});
+      all.push_back(
+          {std::string(c.label) + ", z = f" + offset, "x [" + unit.name + "]", "y [" + unit.name + "]",
+           std::string(kImageSettings) +
+               fmt::format("set size ratio -1\nset xrange [{0:.9g}:{1:.9g}]\nset yrange [{0:.9g}:{1:.9g}]\n",
+                           -half * unit.per_si, half * unit.per_si),
+           image_plot(file, (-half + 0.5 * pixel) * unit.per_si, pixel * unit.per_si,
+                      (-half + 0.5 * pixel) * unit.per_si, pixel * unit.per_si,
+                      std::max(image.maxCoeff(), 1e-300))});
     }
   }
   picture.script = panels(picture.name, s.title("Focal images by rays, colour: root of the brightness"), 1500,
@@ -557,11 +554,11 @@ Picture volume_picture(const Scene& s) {
                      half / kPixels;
     }
     const std::string file = fmt::format("focal_volume_{}.dat", c.key);
-    picture.data.emplace_back(
-        file, matrix_file({fmt::format("Share of the rays in strips of {:.6g} m along y, {}; rows -x to +x, "
-                                       "columns {:.6g} to {:.6g} m from z = f",
-                                       2 * half / kPixels, c.label, -last, last)},
-                          light));
+    picture.data.emplace_back(file,
+                              matrix_file({fmt::format("Share of the rays in strips of {:.6g} m along y, {}; "
+                                                       "rows -x to +x, columns {:.6g} to {:.6g} m from z = f",
+                                                       2 * half / kPixels, c.label, -last, last)},
+                                          light));
     const AxisUnit along = length_unit(last), wide = length_unit(half);
     const double dx = 2 * half / kPixels * wide.per_si, dz = 2 * last / (kPlanes - 1) * along.per_si;
     // The ideal focus is one strip, so bright that nothing else would show.

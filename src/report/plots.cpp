@@ -62,11 +62,10 @@ std::vector<std::string> draw_pictures(const std::vector<Picture>& pictures, con
     }
   }
   if (!problem.empty() && warnings)
-    warnings->push_back(
-        {"no-gnuplot",
-         problem + ", so pictures are missing. Their data and scripts are in " + folder.string() +
-             ": install gnuplot with the pngcairo terminal (Debian: gnuplot-nox) and run `gnuplot *.gp` "
-             "there."});
+    warnings->push_back({"no-gnuplot", problem + ", so pictures are missing. Their data and scripts are in " +
+                                           folder.string() +
+                                           ": install gnuplot with the pngcairo terminal (Debian: "
+                                           "gnuplot-nox) and run `gnuplot *.gp` there."});
   return drawn;
 }
 

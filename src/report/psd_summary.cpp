@@ -72,12 +72,10 @@ std::string drawing_line(const PsdReport& report) {
     exponent = profile.exponent;
     level = profile.amplitude;
   }
-  return paragraph(
-      "Drawing",
-      fmt::format("profile PSD A/f^B (as ISO 10110-8) with B = {:.3f} +- {:.3f} and A = {:.4g} m^(3-B), "
-                  "f in cycles/m, over {} to {}",
-                  exponent, slope.exponent_std, level, frequency(report.fit.f_min),
-                  frequency(report.fit.f_max)));
+  return paragraph("Drawing", fmt::format("profile PSD A/f^B (as ISO 10110-8) with B = {:.3f} +- {:.3f} and "
+                                          "A = {:.4g} m^(3-B), f in cycles/m, over {} to {}",
+                                          exponent, slope.exponent_std, level, frequency(report.fit.f_min),
+                                          frequency(report.fit.f_max)));
 }
 
 std::string lines_rows(const PsdEstimate& estimate) {

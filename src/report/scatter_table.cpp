@@ -54,21 +54,17 @@ std::string scene_lines(const ScatterExport& scatter) {
 std::string use_lines(const ScatterExport& scatter) {
   std::string text =
       "# asf_per_sr: scattered light per solid angle at theta from the specular direction; bsdf_per_sr = asf "
-      "/ "
-      "cos(theta), whose integral with cos(theta) over the hemisphere is tis; tis_within: share of all light "
-      "scattered to within theta. Reflectance 1: multiply by the mirror's.\n";
+      "/ cos(theta), whose integral with cos(theta) over the hemisphere is tis; tis_within: share of all "
+      "light scattered to within theta. Reflectance 1: multiply by the mirror's.\n";
   if (scatter.has_terms)
     text +=
         "# Use: the terms as the shape of the surface, this as the scatter of the same surface; together "
-        "they "
-        "are the mirror. The frequencies of the terms are not in this table. Attaching the scatter of the "
-        "whole "
-        "PSD to a surface that has the terms counts their energy twice.\n";
+        "they are the mirror. The frequencies of the terms are not in this table. Attaching the scatter of "
+        "the whole PSD to a surface that has the terms counts their energy twice.\n";
   else
     text +=
         "# Use: as the scatter of the nominal surface. All of the roughness is in this table; no terms go "
-        "with "
-        "it.\n";
+        "with it.\n";
   return text;
 }
 
@@ -77,8 +73,7 @@ std::string abg_lines(const AbgFit& fit, double tis) {
       "# ABg: BSDF = A / (B + |sin theta|^g), A = {:.9g} /sr, B = {:.9g}, g = {:.9g}; fitted from {:.6g} to "
       "{:.6g} rad, off by at most {:.3g} % and {:.3g} % RMS there\n"
       "# ABg: light between these angles {:.6g}, of the table {:.6g}; over the hemisphere the model "
-      "integrates "
-      "to {:.6g}, the table to {:.6g}\n",
+      "integrates to {:.6g}, the table to {:.6g}\n",
       fit.model.a, fit.model.b, fit.model.g, fit.theta_min, fit.theta_max, 100 * fit.largest_error,
       100 * fit.rms_error, fit.model_in_range, fit.light_in_range, fit.tis, tis);
   if (std::abs(fit.tis - tis) > kMuchMoreLight * tis)
@@ -88,8 +83,7 @@ std::string abg_lines(const AbgFit& fit, double tis) {
   if (fit.at_least_b)
     text +=
         "# ABg: B rests on the least allowed value; a program that takes smaller ones can follow the table "
-        "more "
-        "closely.\n";
+        "more closely.\n";
   return text;
 }
 
@@ -117,11 +111,9 @@ struct PsdLines {
     const KCorrelationPsd whole = k_correlation_model({a, m.correlation, m.exponent}, 0, 1 / wavelength);
     return fmt::format(
         "# PSD: S2(f) = A / (1 + (B f)^2)^(C/2) for {}, A = {:.9g} um^4, B = {:.9g} um, C = {:.9g}; "
-        "two-sided, "
-        "two-dimensional, of heights of the surface\n"
+        "two-sided, two-dimensional, of heights of the surface\n"
         "# PSD: of K-correlation models by sigma, B, s (s = C) from f = 0 to 1/wavelength, sigma = {:.9g} m; "
-        "a "
-        "program without a lowest frequency would scatter all of it, the band above has {:.9g} m\n",
+        "a program without a lowest frequency would scatter all of it, the band above has {:.9g} m\n",
         band_text(m.f_min, m.f_max), a * 1e24, m.correlation * 1e6, m.exponent, whole.rms, m.rms);
   }
   std::string operator()(const TablePsd&) const { return "# PSD: a table, in the file of the PSD\n"; }
@@ -164,8 +156,7 @@ std::string scatter_psd_csv(const PsdModel& rest, double wavelength) {
   std::string text =
       "# Two-sided, two-dimensional PSD of the surface that is scatter, S2(f) [m^4]; frequency in cycles/m; "
       "log-log between rows\n"
-      "# For `\"model\": \"table\"`: \"kind\": \"2d\", \"frequency_unit\": \"/m\", \"psd_unit\": "
-      "\"m^4\"\n"
+      "# For `\"model\": \"table\"`: \"kind\": \"2d\", \"frequency_unit\": \"/m\", \"psd_unit\": \"m^4\"\n"
       "frequency_per_m,psd_2d_m4\n";
   const RadialPsd psd(rest);
   const double high = std::min(psd.f_max(), 1 / wavelength);

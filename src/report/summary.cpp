@@ -160,12 +160,11 @@ std::string headline(const ResultDocument& result) {
 
 std::string map_lines(const ResultDocument& result) {
   const MapFitResult& map = *result.map;
-  std::string text = paragraph(
-      "Map",
-      fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, rank {} of {}, "
-                  "residuals worth {:.0f} independent points",
-                  map.points, map.held_out_points, length(map.rms_map), map.condition_number, map.rank,
-                  result.terms.size(), map.independent_points));
+  std::string text =
+      paragraph("Map", fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, "
+                                   "rank {} of {}, residuals worth {:.0f} independent points",
+                                   map.points, map.held_out_points, length(map.rms_map), map.condition_number,
+                                   map.rank, result.terms.size(), map.independent_points));
   if (!only_map(result))
     text += paragraph("", fmt::format("residual {} RMS, {} on the points kept back", length(map.rms_residual),
                                       length(map.rms_held_out)));
@@ -179,11 +178,11 @@ std::string scene_lines(const ResultDocument& result) {
   std::string text = result.map ? map_lines(result) : "";
   text += paragraph(
       result.map ? "Specified" : "Scene",
-      fmt::format(
-          "RMS height {}, RMS slope {} per axis, correlation length {}, {:.4g} modes carry the slope, "
-          "g {:.3g}, kappa {:.3g}, TIS {:.3g} %, Airy ee90 {}, the paper's R {:.3g}",
-          length(scene.rms_height), slope(scene.rms_slope_per_axis), length(scene.correlation_length),
-          scene.n_eff, scene.g, scene.kappa, 100 * scene.tis, length(scene.airy_ee90), scene.paper_ratio_r));
+      fmt::format("RMS height {}, RMS slope {} per axis, correlation length {}, {:.4g} modes carry the "
+                  "slope, g {:.3g}, kappa {:.3g}, TIS {:.3g} %, Airy ee90 {}, the paper's R {:.3g}",
+                  length(scene.rms_height), slope(scene.rms_slope_per_axis), length(scene.correlation_length),
+                  scene.n_eff, scene.g, scene.kappa, 100 * scene.tis, length(scene.airy_ee90),
+                  scene.paper_ratio_r));
   text += paragraph("Model", fmt::format("targets {}, surface {}, needed {}: {}", result.theory, result.model,
                                          result.needed.empty() ? "-" : result.needed,
                                          result.model_reason.empty() ? scene.reason : result.model_reason));
@@ -195,9 +194,10 @@ std::string scene_lines(const ResultDocument& result) {
                         percent(errors->ray_ee50), percent(errors->ray_ee90)));
   if (const auto& realisation = result.realisation; realisation && realisation->draws > 0)
     text += paragraph(
-        "", fmt::format("draws of this roughness spread by {:.2g} % in ee90 (predicted {:.2g} "
-                        "%, measured over {} draws)",
-                        100 * realisation->measured, 100 * realisation->predicted, realisation->draws));
+        "",
+        fmt::format(
+            "draws of this roughness spread by {:.2g} % in ee90 (predicted {:.2g} %, measured over {} draws)",
+            100 * realisation->measured, 100 * realisation->predicted, realisation->draws));
   return text;
 }
 
@@ -397,15 +397,14 @@ std::string footnotes(const ResultDocument& result) {
                   [](const EquivalenceMetric& m) { return std::isfinite(m.tolerance_share); });
   if (in_light)
     out += "\n" +
-           paragraph("diff.", fmt::format("of an ee radius: p less the share of light inside the target's "
-                                          "radius, over max(r dE/dr, {}); of ee_within: the share less its "
-                                          "target, over {}",
-                                          kFlattestCurve, kFlattestCurve));
+           paragraph("diff.",
+                     fmt::format("of an ee radius: p less the share of light inside the target's radius, "
+                                 "over max(r dE/dr, {}); of ee_within: the share less its target, over {}",
+                                 kFlattestCurve, kFlattestCurve));
   if (result.perfect)
-    out += paragraph("Perfect",
-                     fmt::format("the perfect mirror's worst statistic in light is {:.3g} tolerances "
-                                 "away ({})",
-                                 result.perfect->mismatch, name_without_unit(result.perfect->statistic)));
+    out += paragraph(
+        "Perfect", fmt::format("the perfect mirror's worst statistic in light is {:.3g} tolerances away ({})",
+                               result.perfect->mismatch, name_without_unit(result.perfect->statistic)));
   return out;
 }
 

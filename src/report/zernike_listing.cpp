@@ -137,10 +137,10 @@ std::string zernike_listing_text(const ExportInput& input) {
   for (const ZernikeCoefficient& term : as_zernikes(input, "zernike-noll")) {
     const int j = noll_index(term.mode);
     if (j > kZernikeStandardTerms)
-      throw std::invalid_argument(fmt::format(
-          "zernike-noll: Zernike n = {} is beyond the {} terms (n <= 20) of Zernike Standard; export "
-          "zemax-grid-sag instead",
-          term.mode.n, kZernikeStandardTerms));
+      throw std::invalid_argument(
+          fmt::format("zernike-noll: Zernike n = {} is beyond the {} terms (n <= 20) of Zernike Standard; "
+                      "export zemax-grid-sag instead",
+                      term.mode.n, kZernikeStandardTerms));
     if (waves.size() < std::size_t(j)) waves.resize(std::size_t(j), 0.0);
     waves[std::size_t(j - 1)] += term.value / input.wavelength;
   }
