@@ -38,6 +38,12 @@ Eigen::ArrayXd running_share(const Eigen::ArrayXd& steps, double total) {
 
 }  // namespace
 
+double ray_statistic(const RayBundle& rays, const RayBundle& nominal, Centre centre,
+                     const Statistic& statistic) {
+  static const Eigen::ArrayXd kNoHeight;
+  return evaluate_exact({rays, nominal, kNoHeight, centre}, {statistic}, 1)[0];
+}
+
 Eigen::ArrayXd encircled_energy_curve(const RayBundle& rays, Centre centre, double dz,
                                       const Eigen::ArrayXd& radii) {
   const Point c = centre_of(rays, centre, dz);

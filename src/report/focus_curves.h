@@ -9,6 +9,10 @@ namespace aberfit::internal {
 // Curves and images of a ray bundle for the eye, in one pass over the rays. Shares are of the light that
 // arrives: lost rays have weight 0, and all weights zero gives NaN.
 
+/// The statistic of the rays as results have it. nominal: the same pupil without surface error.
+double ray_statistic(const RayBundle& rays, const RayBundle& nominal, Centre centre,
+                     const Statistic& statistic);
+
 /// EE(r): share of the light within each of `radii` [m, ascending] of the centre at plane dz [m]. O(N log M).
 Eigen::ArrayXd encircled_energy_curve(const RayBundle& rays, Centre centre, double dz,
                                       const Eigen::ArrayXd& radii);

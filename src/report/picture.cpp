@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <iterator>
 
 namespace aberfit::internal {
@@ -15,8 +17,16 @@ AxisUnit unit(double largest, const std::vector<AxisUnit>& ascending) {
   return best;
 }
 
-void append_comments(std::string* text, const std::vector<std::string>& header) {
-  for (const std::string& line : header) *text += "# " + line + "\n";
+// The sentences of `header` as comments, then rows of numbers with so many digits.
+std::string data_text(const std::vector<std::string>& header, Eigen::Index rows, Eigen::Index columns,
+                      int digits, const auto& number) {
+  std::string text;
+  for (const std::string& line : header) text += "# " + line + "\n";
+  for (Eigen::Index row = 0; row < rows; ++row)
+    for (Eigen::Index column = 0; column < columns; ++column)
+      fmt::format_to(std::back_inserter(text), "{:.{}g}{}", number(row, column), digits,
+                     column + 1 < columns ? ' ' : '\n');
+  return text;
 }
 
 }  // namespace
@@ -82,24 +92,32 @@ std::string signed_palette() {
          "0.25 '#f6bfa6', 0.5 '#d6604d', 0.75 '#b2182b', 1 '#67001f')\n";
 }
 
-std::string columns_file(const std::vector<std::string>& header, const std::vector<Eigen::ArrayXd>& columns) {
-  std::string text;
-  append_comments(&text, header);
-  for (Eigen::Index row = 0; row < columns.front().size(); ++row)
-    for (std::size_t k = 0; k < columns.size(); ++k)
-      fmt::format_to(std::back_inserter(text), "{:.9g}{}", columns[k][row],
-                     k + 1 < columns.size() ? ' ' : '\n');
-  return text;
+void Picture::add_columns(const std::string& file, const std::vector<std::string>& header,
+                          const std::vector<Eigen::ArrayXd>& columns) {
+  const auto number = [&](Eigen::Index row, Eigen::Index column) {
+    return columns[std::size_t(column)][row];
+  };
+  data.emplace_back(file, data_text(header, columns.front().size(), Eigen::Index(columns.size()), 9, number));
 }
 
-std::string matrix_file(const std::vector<std::string>& header, const Eigen::ArrayXXd& matrix) {
-  std::string text;
-  append_comments(&text, header);
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
-      fmt::format_to(std::back_inserter(text), "{:.6g}{}", matrix(row, column),
-                     column + 1 < matrix.cols() ? ' ' : '\n');
-  return text;
+void Picture::add_matrix(const std::string& file, const std::vector<std::string>& header,
+                         const Eigen::ArrayXXd& matrix) {
+  data.emplace_back(file, data_text(header, matrix.rows(), matrix.cols(), 6, matrix));
+}
+
+std::string symmetric_range(const std::string& axis, double reach) {
+  return fmt::format("set {}range [{:.9g}:{:.9g}]\n", axis, -reach, reach);
+}
+
+double largest_size(const Eigen::ArrayXXd& values) {
+  double largest = 0;
+  for (const double value : values.reshaped())
+    if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
+Eigen::ArrayXd array_of(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::ArrayXd>(values.data(), Eigen::Index(values.size()));
 }
 
 }  // namespace aberfit::internal

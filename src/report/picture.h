@@ -15,6 +15,14 @@ struct Picture {
   std::string name;
   std::string script;
   std::vector<std::pair<std::string, std::string>> data;  ///< file name, text
+
+  /// Adds a data file: the sentences of `header` as comments, then one row per entry of the columns, 9
+  /// digits.
+  void add_columns(const std::string& file, const std::vector<std::string>& header,
+                   const std::vector<Eigen::ArrayXd>& columns);
+  /// Adds one of gnuplot's `matrix` kind: row by row, 6 digits.
+  void add_matrix(const std::string& file, const std::vector<std::string>& header,
+                  const Eigen::ArrayXXd& matrix);
 };
 
 /// Writes data and scripts below `directory`/plots and draws them; see write_plots.
@@ -38,6 +46,8 @@ Picture frontier_picture(const PlotInput& input);
 struct AxisUnit {
   double per_si = 1;
   std::string name;
+  /// "x [mm]".
+  std::string label(const std::string& what) const { return what + " [" + name + "]"; }
 };
 /// The unit in which `largest` [m] or [rad] has few digits before the point.
 AxisUnit length_unit(double largest);
@@ -61,11 +71,16 @@ std::string picture_title(const std::string& text, const std::string& title);
 /// gnuplot's `set palette` for signed values, blue over white to red.
 std::string signed_palette();
 
-/// Data file: the sentences of `header` as comments, then one row per entry of the columns, 9 digits.
-std::string columns_file(const std::vector<std::string>& header, const std::vector<Eigen::ArrayXd>& columns);
+/// `set xrange` (or of another axis) from -reach to reach.
+std::string symmetric_range(const std::string& axis, double reach);
 
-/// Data file of gnuplot's `matrix` kind: row by row, 6 digits.
-std::string matrix_file(const std::vector<std::string>& header, const Eigen::ArrayXXd& matrix);
+/// Between two curves of one `plot`.
+inline constexpr const char* kNextCurve = ", \\\n  ";
+
+/// Largest absolute value; NaN and infinity do not count, and 0 where nothing else is there.
+double largest_size(const Eigen::ArrayXXd& values);
+
+Eigen::ArrayXd array_of(const std::vector<double>& values);
 
 /// Colours told apart with every common colour blindness (Okabe & Ito 2008).
 inline constexpr const char* kIdealColour = "#666666";

@@ -168,7 +168,7 @@ class FamilyPicture {
     return fmt::format(
         "'{}.dat' index {} using 1:4 with steps linecolor rgb '#d4d4d4' linewidth 5 dashtype 1 title "
         "'nothing measured is better'{}",
-        name, add_block("frontier", rows), kNext);
+        name, add_block("frontier", rows), kNextCurve);
   }
   std::string method_plot(const std::string& name, std::size_t m) {
     const int block =
@@ -177,7 +177,7 @@ class FamilyPicture {
     return fmt::format(
         "'{0}.dat' index {1} using 1:4:2:3 with xerrorbars pointtype {2} pointsize 1.3 linewidth 1.2 "
         "dashtype 1 linecolor rgb '{3}' title {4}{5}",
-        name, block, kMarks[style], kColours[style], gnuplot_text(methods_[m]), kNext);
+        name, block, kMarks[style], kColours[style], gnuplot_text(methods_[m]), kNextCurve);
   }
   std::string marked_plot(const std::string& name, bool ChartRow::*flag, const std::string& title, int point,
                           const std::string& colour, double size) {
@@ -186,7 +186,7 @@ class FamilyPicture {
     return fmt::format(
         "'{}.dat' index {} using 1:4 with points pointtype {} pointsize {} linewidth 2 linecolor rgb '{}' "
         "title '{}'{}",
-        name, add_block(title, rows), point, size, colour, title, kNext);
+        name, add_block(title, rows), point, size, colour, title, kNextCurve);
   }
   std::string tolerance_mark() {
     if (!(family_.tolerance > 0)) return "";
@@ -237,7 +237,6 @@ class FamilyPicture {
     return text;
   }
 
-  static constexpr const char* kNext = ", \\\n  ";
   const ChartFamily& family_;
   std::vector<std::string> methods_;
   LogAxis x_, y_;
@@ -258,12 +257,8 @@ Picture step_picture(const Chart& chart, const ChartFamily& slopes) {
       error.push_back(row.error);
     }
   if (step.empty()) return {};
-  const auto column = [](const std::vector<double>& v) {
-    return Eigen::Map<const Eigen::ArrayXd>(v.data(), Eigen::Index(v.size())).eval();
-  };
-  picture.data.emplace_back(name + ".dat",
-                            columns_file({"Central differences: step [m], RMS slope error over RMS slope"},
-                                         {column(step), column(error)}));
+  picture.add_columns(name + ".dat", {"Central differences: step [m], RMS slope error over RMS slope"},
+                      {array_of(step), array_of(error)});
   const auto [lowest, highest] = std::minmax_element(error.begin(), error.end());
   double low = *lowest / 5;
   std::string law, lines;

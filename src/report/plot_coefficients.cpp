@@ -17,8 +17,6 @@ double deviation(const ResultDocument& result, Eigen::Index i) {
   return i < std.size() && std::isfinite(std[i]) ? std[i] : 0.0;
 }
 
-double largest(const Eigen::ArrayXd& a) { return a.size() > 0 ? a.abs().maxCoeff() : 0.0; }
-
 bool has_deviations(const ResultDocument& result) { return result.fit.coefficient_std.size() > 0; }
 
 // One panel: what to set, and what to plot.
@@ -106,11 +104,10 @@ void zernike_panels(const ResultDocument& result, Picture* picture, Panels* pane
     orders[mode.n].value2 += value[i] * value[i];
     orders[mode.n].std2 += std[i] * std[i];
   }
-  picture->data.emplace_back(
-      "coefficients_zernike.dat",
-      columns_file({"Orthonormal Zernike coefficients of the fitted surface, by Noll index",
-                    "columns: noll n m value_m std_m"},
-                   {noll, n, m, value, std}));
+  picture->add_columns("coefficients_zernike.dat",
+                       {"Orthonormal Zernike coefficients of the fitted surface, by Noll index",
+                        "columns: noll n m value_m std_m"},
+                       {noll, n, m, value, std});
   Eigen::ArrayXd radial(Eigen::Index(orders.size())), rms(radial.size()), spread(radial.size());
   Eigen::Index row = 0;
   for (const auto& [degree, sum] : orders) {
@@ -118,20 +115,20 @@ void zernike_panels(const ResultDocument& result, Picture* picture, Panels* pane
     rms[row] = std::sqrt(sum.value2);
     spread[row++] = std::sqrt(sum.std2);
   }
-  picture->data.emplace_back(
-      "coefficients_orders.dat",
-      columns_file({"Root sum of squares over the Zernike coefficients of one radial order",
-                    "columns: n rms_height_m rms_std_m"},
-                   {radial, rms, spread}));
+  picture->add_columns("coefficients_orders.dat",
+                       {"Root sum of squares over the Zernike coefficients of one radial order",
+                        "columns: n rms_height_m rms_std_m"},
+                       {radial, rms, spread});
 
   // Linear axes while all orders can be read on them.
-  const bool steep = rms.minCoeff() > 0 && largest(rms) > 30 * rms.minCoeff();
+  const bool steep = rms.minCoeff() > 0 && largest_size(rms) > 30 * rms.minCoeff();
   const bool band = has_deviations(result);
   // A coefficient that happens to be next to nothing must not stretch the axis.
   const double lowest = rms.minCoeff() / 300;
   panels->push_back(
-      value_panel(length_unit(std::max(largest(value), largest(std))), noll, steep, lowest, band));
-  panels->push_back(order_panel(length_unit(std::max(largest(rms), largest(spread))), radial, steep, band));
+      value_panel(length_unit(std::max(largest_size(value), largest_size(std))), noll, steep, lowest, band));
+  panels->push_back(
+      order_panel(length_unit(std::max(largest_size(rms), largest_size(spread))), radial, steep, band));
 }
 
 void fourier_panel(const ResultDocument& result, Picture* picture, Panels* panels) {
@@ -146,11 +143,11 @@ void fourier_panel(const ResultDocument& result, Picture* picture, Panels* panel
     amplitude[i] = std::hypot(result.fit.coefficients[k], result.fit.coefficients[k + 1]);
     std[i] = std::hypot(deviation(result, k), deviation(result, k + 1));
   }
-  picture->data.emplace_back("coefficients_fourier.dat",
-                             columns_file({"Amplitudes of the plane waves of the fitted surface",
-                                           "columns: frequency_per_m fx_per_m fy_per_m amplitude_m std_m"},
-                                          {f, fx, fy, amplitude, std}));
-  const AxisUnit unit = length_unit(std::max(largest(amplitude), largest(std)));
+  picture->add_columns("coefficients_fourier.dat",
+                       {"Amplitudes of the plane waves of the fitted surface",
+                        "columns: frequency_per_m fx_per_m fy_per_m amplitude_m std_m"},
+                       {f, fx, fy, amplitude, std});
+  const AxisUnit unit = length_unit(std::max(largest_size(amplitude), largest_size(std)));
   const bool logarithmic = f.minCoeff() > 0 && f.maxCoeff() > 10 * f.minCoeff();
   const std::string spread = has_deviations(result)
                                  ? fmt::format(
@@ -177,11 +174,11 @@ void spherical_panel(const ResultDocument& result, Picture* picture, Panels* pan
     value[i] = result.fit.coefficients[k];
     std[i] = deviation(result, k);
   }
-  picture->data.emplace_back("coefficients_spherical.dat",
-                             columns_file({"Spherical terms of the fitted surface: height at the rim",
-                                           "columns: power_of_rho value_m std_m"},
-                                          {power, value, std}));
-  const AxisUnit unit = length_unit(std::max(largest(value), largest(std)));
+  picture->add_columns(
+      "coefficients_spherical.dat",
+      {"Spherical terms of the fitted surface: height at the rim", "columns: power_of_rho value_m std_m"},
+      {power, value, std});
+  const AxisUnit unit = length_unit(std::max(largest_size(value), largest_size(std)));
   panels->push_back(
       fmt::format("set xlabel 'power of rho'\nset ylabel 'spherical term at the rim [{}]'\n"
                   "set xrange [3:13]\nset xtics 4,2,12\nset xzeroaxis linecolor rgb '#666666'\nset boxwidth "

@@ -64,10 +64,7 @@ std::pair<Eigen::ArrayXd, Eigen::ArrayXd> fitted_fractions(const ResultDocument&
       radius.push_back(target.value);
       fraction.push_back(ee->fraction);
     }
-  const auto array = [](const std::vector<double>& v) {
-    return Eigen::ArrayXd(Eigen::Map<const Eigen::ArrayXd>(v.data(), Eigen::Index(v.size())));
-  };
-  return {array(radius), array(fraction)};
+  return {array_of(radius), array_of(fraction)};
 }
 
 // ee98, or where most of the light is: the last per cent of a diffracted spot reach out endlessly.
@@ -128,21 +125,23 @@ std::string ee_arrows(const EeCurves& curves, const AxisUnit& unit) {
   return arrows;
 }
 
-// What gnuplot's `plot` shows of the shares: the curves, and the values fitted to.
+// What gnuplot's `plot` shows of a branch; `text` goes into the key.
+std::string curve_of(const Branch& branch, const std::string& name, const std::string& text) {
+  return fmt::format("'{}.dat' using ($1*u):{} with lines linetype {} title {}", name, branch.column,
+                     branch.line, gnuplot_text(fmt::format("{}: {}", branch.label, text)));
+}
+
+// The curves of all shares, and the values fitted to.
 std::string ee_lines(const EeCurves& curves, const std::string& name) {
-  std::string lines;
-  for (const auto& [branch, ee50, ee90, is_point] : curves.known_by) {
-    const std::string text =
-        is_point ? "a point" : "ee50 " + length_text(ee50) + ", ee90 " + length_text(ee90);
-    lines += fmt::format("{}'{}.dat' using ($1*u):{} with lines linetype {} title {}",
-                         lines.empty() ? "" : ", \\\n  ", name, branch.column, branch.line,
-                         gnuplot_text(fmt::format("{}: {}", branch.label, text)));
-  }
+  std::vector<std::string> lines;
+  for (const auto& [branch, ee50, ee90, is_point] : curves.known_by)
+    lines.push_back(curve_of(
+        branch, name, is_point ? "a point" : "ee50 " + length_text(ee50) + ", ee90 " + length_text(ee90)));
   if (curves.asked_radius.size() > 0)
-    lines +=
-        ", \\\n  'ee_targets.dat' using ($1*u):2 with points pointtype 6 pointsize 1.4 linewidth 1.5 "
-        "linecolor rgb 'black' title 'values fitted to'";
-  return lines;
+    lines.push_back(
+        "'ee_targets.dat' using ($1*u):2 with points pointtype 6 pointsize 1.4 linewidth 1.5 linecolor rgb "
+        "'black' title 'values fitted to'");
+  return fmt::format("{}", fmt::join(lines, kNextCurve));
 }
 
 // fitted - target with one standard error of the target's rays.
@@ -173,17 +172,16 @@ Picture ee_curves_picture(const PlotInput& input) {
   const std::string name = "ee_curves";
   const EeCurves curves = ee_curves(input);
   Picture picture{name, script_head(name, 1200, 950), {}};
-  picture.data.emplace_back(
+  picture.add_columns(
       name + ".dat",
-      columns_file(
-          {"Share of the light within a radius of the centre at z = f",
-           "columns: radius_m ideal target fitted standard_error_of_target (shares; nan: no target)"},
-          {curves.radii, curves.ideal, curves.target, curves.fitted, curves.error}));
+      {"Share of the light within a radius of the centre at z = f",
+       "columns: radius_m ideal target fitted standard_error_of_target (shares; nan: no target)"},
+      {curves.radii, curves.ideal, curves.target, curves.fitted, curves.error});
   if (curves.asked_radius.size() > 0)
-    picture.data.emplace_back(
+    picture.add_columns(
         "ee_targets.dat",
-        columns_file({"Encircled-energy radii the fit was asked for at z = f", "columns: radius_m fraction"},
-                     {curves.asked_radius, curves.asked_fraction}));
+        {"Encircled-energy radii the fit was asked for at z = f", "columns: radius_m fraction"},
+        {curves.asked_radius, curves.asked_fraction});
 
   const AxisUnit unit = length_unit(curves.last);
   picture.script += ee_arrows(curves, unit);
@@ -220,19 +218,15 @@ Picture ring_through_picture(const PlotInput& input) {
   for (const Branch& branch : all)
     columns[std::size_t(branch.column - 1)] = branch.light->ring_through(ring, planes);
   Picture picture{name, script_head(name, 1200, 800), {}};
-  picture.data.emplace_back(
+  picture.add_columns(
       name + ".dat",
-      columns_file(
-          {fmt::format("Share of the light inside a ring of radius {:.9g} m, centred on the focus", ring),
-           "columns: plane_dz_m (offset from z = f) ideal target fitted (shares; nan: no target)"},
-          columns));
-  std::string plots;
-  for (const Branch& branch : all) {
-    const double fwhm = branch.light->statistic(RingFwhm{0.9, ring});
-    plots += fmt::format("{}'{}.dat' using ($1*u):{} with lines linetype {} title {}",
-                         plots.empty() ? "" : ", \\\n  ", name, branch.column, branch.line,
-                         gnuplot_text(fmt::format("{}: FWHM {}", branch.label, length_text(fwhm))));
-  }
+      {fmt::format("Share of the light inside a ring of radius {:.9g} m, centred on the focus", ring),
+       "columns: plane_dz_m (offset from z = f) ideal target fitted (shares; nan: no target)"},
+      columns);
+  std::vector<std::string> lines;
+  for (const Branch& branch : all)
+    lines.push_back(
+        curve_of(branch, name, "FWHM " + length_text(branch.light->statistic(RingFwhm{0.9, ring}))));
   const AxisUnit unit = length_unit(last);
   picture.script += fmt::format(
       "u = {:.9g}  # axis units per metre\n"
@@ -240,14 +234,15 @@ Picture ring_through_picture(const PlotInput& input) {
       "set size 1,0.94\nset origin 0,0\n"
       "set xlabel 'plane: distance from z = f along the axis [{}]'\n"
       "set ylabel {}\n"
-      "set xrange [{:.9g}:{:.9g}]\nset yrange [0:1.05]\nset ytics 0.1\n"
+      "{}set yrange [0:1.05]\nset ytics 0.1\n"
       "set key maxcols 3\n"
       "plot {}, \\\n  {:.9g} with lines linecolor rgb '#999999' linewidth 0.8 title 'half maximum of the "
       "{}'\n"
       "unset multiplot\n",
       unit.per_si, picture_title(input, "Light through a ring"), unit.name,
-      gnuplot_text("share of the light inside a ring of radius " + length_text(ring)), -last * unit.per_si,
-      last * unit.per_si, plots, 0.5 * columns[input.target ? 2 : 3].maxCoeff(), reference_name(input));
+      gnuplot_text("share of the light inside a ring of radius " + length_text(ring)),
+      symmetric_range("x", last * unit.per_si), fmt::join(lines, kNextCurve),
+      0.5 * columns[input.target ? 2 : 3].maxCoeff(), reference_name(input));
   return picture;
 }
 
@@ -287,14 +282,11 @@ ImageFrame image_frame(const PlotInput& input) {
   return frame;
 }
 
-std::string image_file(const ImageFrame& frame, const Branch& branch, double dz,
-                       const Eigen::ArrayXXd& image) {
-  return matrix_file(
-      {fmt::format("Share of the light per pixel, {} at dz = {:.9g} m from z = f", branch.label, dz),
-       fmt::format("{0} x {0} pixels of {1:.9g} m; rows from -y to +y, columns from -x to +x; the first "
-                   "pixel is centred on {2:.9g} m in x and y",
-                   ImageFrame::kPixels, frame.pixel(), -frame.half + 0.5 * frame.pixel())},
-      image);
+std::vector<std::string> image_header(const ImageFrame& frame, const Branch& branch, double dz) {
+  return {fmt::format("Share of the light per pixel, {} at dz = {:.9g} m from z = f", branch.label, dz),
+          fmt::format("{0} x {0} pixels of {1:.9g} m; rows from -y to +y, columns from -x to +x; the first "
+                      "pixel is centred on {2:.9g} m in x and y",
+                      ImageFrame::kPixels, frame.pixel(), -frame.half + 0.5 * frame.pixel())};
 }
 
 // Places of the panels, rows by columns, on the screen.
@@ -360,7 +352,7 @@ std::string images_head(const PlotInput& input, const ImageFrame& frame, double 
       "set samples 181\n"
       "set multiplot title {} font 'DejaVu Sans,16'\n"
       "unset grid\nunset key\n"
-      "set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\nset size ratio -1\n"
+      "{}{}set size ratio -1\n"
       "set tics out\n"
       "set logscale cb\nset cbrange [lowest:1]\n"
       "set cblabel 'light per pixel / brightest of a rough mirror   (dashed: ee90 at z = f)' offset 1.5,0\n"
@@ -368,8 +360,8 @@ std::string images_head(const PlotInput& input, const ImageFrame& frame, double 
       "'#ed6925', 7 '#fb9b06', 8 '#f7d13d', 9 '#fcffa4')\n",
       frame.pixel() * unit.per_si, (-frame.half + 0.5 * frame.pixel()) * unit.per_si, unit.name,
       brightest > 0 ? 1.0 / brightest : 1.0, std::pow(10.0, -frame.decades), frame.ring * unit.per_si,
-      unit.name, picture_title(input, "Spots near focus"), -frame.half * unit.per_si,
-      frame.half * unit.per_si, -frame.half * unit.per_si, frame.half * unit.per_si, reference_name(input));
+      unit.name, picture_title(input, "Spots near focus"), symmetric_range("x", frame.half * unit.per_si),
+      symmetric_range("y", frame.half * unit.per_si), reference_name(input));
 }
 
 }  // namespace
@@ -390,7 +382,7 @@ Picture focal_images_picture(const PlotInput& input) {
       const Eigen::ArrayXXd image = rows[row].light->image(dz, frame.half, ImageFrame::kPixels);
       if (row > 0) brightest = std::max(brightest, image.maxCoeff());
       const std::string file = fmt::format("{}_{}_{}.dat", name, rows[row].key, kPlanes[column].key);
-      picture.data.emplace_back(file, image_file(frame, rows[row], dz, image));
+      picture.add_matrix(file, image_header(frame, rows[row], dz), image);
       panels += grid.margins(row, column);
       panels += panel_labels(grid, row, column, rows[row].label, dz, frame.unit.name);
       panels += grid.colour_box(row, column);

@@ -23,12 +23,12 @@ Picture psd_picture(const PsdReport& report) {
     if (e.frequency[b] >= report.fit.f_min && e.frequency[b] <= report.fit.f_max)
       model[b] = report.fit.expected[b];
   Picture picture{name, script_head(name, 1200, 800), {}};
-  picture.data.emplace_back(
+  picture.add_columns(
       name + ".dat",
-      columns_file({fmt::format("PSD of the surface in {}",
-                                profiles ? "m^3, one-sided, of the profile" : "m^4, two-sided"),
-                    "frequency [1/m], PSD, lower and upper end of the interval, model through the estimator"},
-                   {e.frequency, e.psd, e.lower, e.upper, model}));
+      {fmt::format("PSD of the surface in {}",
+                   profiles ? "m^3, one-sided, of the profile" : "m^4, two-sided"),
+       "frequency [1/m], PSD, lower and upper end of the interval, model through the estimator"},
+      {e.frequency, e.psd, e.lower, e.upper, model});
   // Axes: cycles/mm, and the units in which opticians quote PSDs.
   std::string marks;
   for (const SpectralLine& line : e.lines)
@@ -64,14 +64,10 @@ Picture psd_picture(const PsdReport& report) {
 Picture profile_data_picture(const PsdReport& report, const Profile& measured, const std::string& name) {
   const Profile heights = detrend(heights_of(measured), report.estimate.options.detrend);
   const AxisUnit lateral = length_unit(heights.x.abs().maxCoeff());
-  double largest = 0;
-  for (const double h : heights.value)
-    if (std::isfinite(h)) largest = std::max(largest, std::abs(h));
-  const AxisUnit height = length_unit(largest);
+  const AxisUnit height = length_unit(largest_size(heights.value));
   Picture picture{name, script_head(name, 1200, 600), {}};
-  picture.data.emplace_back(name + ".dat",
-                            columns_file({"Detrended heights of the measured profile: x [m], height [m]"},
-                                         {heights.x, heights.value}));
+  picture.add_columns(name + ".dat", {"Detrended heights of the measured profile: x [m], height [m]"},
+                      {heights.x, heights.value});
   picture.script += fmt::format(
       "set title {}\nset xlabel 'x [{}]'\nset ylabel 'height [{}]'\nunset key\n"
       "plot '{}.dat' using ($1*{:.9g}):($2*{:.9g}) with lines linecolor rgb '{}' linewidth 1.5 dashtype 1\n",
@@ -83,26 +79,22 @@ Picture profile_data_picture(const PsdReport& report, const Profile& measured, c
 Picture map_data_picture(const PsdReport& report, const HeightMap& measured, const std::string& name) {
   HeightMap map = detrend(measured, report.estimate.options.detrend);
   centre_on_grid(&map);
-  double largest = 1e-15;
-  for (Eigen::Index j = 0; j < map.rows(); ++j)
-    for (Eigen::Index i = 0; i < map.columns(); ++i)
-      if (std::isfinite(map.height(j, i))) largest = std::max(largest, std::abs(map.height(j, i)));
+  const double largest = std::max(1e-15, largest_size(map.height));
   const double reach = std::max(std::abs(map.x0), std::abs(map.y0));
   const AxisUnit lateral = length_unit(reach), height = length_unit(largest);
   Picture picture{name, script_head(name, 1200, 1050), {}};
-  picture.data.emplace_back(
-      name + ".dat",
-      matrix_file({"Detrended heights of the measured map [m]; nan where nothing was measured",
-                   fmt::format("rows from -y to +y, {:.9g} m apart; columns from -x to +x, {:.9g} m apart",
-                               map.pitch_y, map.pitch_x)},
-                  map.height));
+  picture.add_matrix(name + ".dat",
+                     {"Detrended heights of the measured map [m]; nan where nothing was measured",
+                      fmt::format("rows from -y to +y, {:.9g} m apart; columns from -x to +x, {:.9g} m apart",
+                                  map.pitch_y, map.pitch_x)},
+                     map.height);
   picture.script += fmt::format(
       "set title {}\nunset key\nunset grid\nset xlabel 'x [{}]'\nset ylabel 'y [{}]'\n"
       "set cblabel 'height [{}]' offset 1.5,0\nset size ratio -1\nset tics out\n"
-      "set cbrange [{:.9g}:{:.9g}]\n{}"
+      "{}{}"
       "plot '{}.dat' matrix using ($1*{:.9g}+{:.9g}):($2*{:.9g}+{:.9g}):($3*{:.9g}) with image\n",
       picture_title("Measured map, detrended", report.title), lateral.name, lateral.name, height.name,
-      -largest * height.per_si, largest * height.per_si, signed_palette(), name, map.pitch_x * lateral.per_si,
+      symmetric_range("cb", largest * height.per_si), signed_palette(), name, map.pitch_x * lateral.per_si,
       map.x0 * lateral.per_si, map.pitch_y * lateral.per_si, map.y0 * lateral.per_si, height.per_si);
   return picture;
 }

@@ -71,14 +71,13 @@ Picture surface_picture(const PlotInput& input, const SurfaceField& grid) {
   const double step = 2 * radius / (input.grid_size - 1), frame = 0.02 * radius + step;
 
   Picture picture{name, script_head(name, 1200, 1050), {}};
-  picture.data.emplace_back(
-      name + ".dat",
-      matrix_file({"Height of the fitted surface error [m], positive towards the incoming light; nan outside "
-                   "the aperture",
-                   fmt::format("{0} x {0} points, {1:.9g} m apart; rows from -y to +y, columns from -x to "
-                               "+x; the first point is at {2:.9g} m in x and y",
-                               input.grid_size, step, -radius)},
-                  map));
+  picture.add_matrix(name + ".dat",
+                     {"Height of the fitted surface error [m], positive towards the incoming light; nan "
+                      "outside the aperture",
+                      fmt::format("{0} x {0} points, {1:.9g} m apart; rows from -y to +y, columns from -x to "
+                                  "+x; the first point is at {2:.9g} m in x and y",
+                                  input.grid_size, step, -radius)},
+                     map);
   picture.script += fmt::format(
       "p = {:.9g}; o = {:.9g}  # spacing and first point [{}]\n"
       "s = {:.9g}  # axis units per metre of height\n"
@@ -86,16 +85,15 @@ Picture surface_picture(const PlotInput& input, const SurfaceField& grid) {
       "unset key\nunset grid\n"
       "set xlabel 'x [{}]'\nset ylabel 'y [{}]'\nset cblabel {} offset 1.5,0\n"
       "set size ratio -1\nset tics out\n"
-      "set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\nset cbrange [{:.9g}:{:.9g}]\n"
-      "{}"
+      "{}{}{}{}"
       "plot '{}.dat' matrix using ($1*p+o):($2*p+o):($3*s) with image\n",
       step * lateral.per_si, -radius * lateral.per_si, lateral.name, height.per_si,
       picture_title(input, "Fitted surface error"), lateral.name, lateral.name,
       gnuplot_text(fmt::format("height [{}], towards the light   (RMS {}, peak to valley {})", height.name,
                                display(rms, Dimension::kLength), display(high - low, Dimension::kLength))),
-      -(x_reach + frame) * lateral.per_si, (x_reach + frame) * lateral.per_si,
-      -(y_reach + frame) * lateral.per_si, (y_reach + frame) * lateral.per_si, -largest * height.per_si,
-      largest * height.per_si, signed_palette(), name);
+      symmetric_range("x", (x_reach + frame) * lateral.per_si),
+      symmetric_range("y", (y_reach + frame) * lateral.per_si),
+      symmetric_range("cb", largest * height.per_si), signed_palette(), name);
   return picture;
 }
 
@@ -110,26 +108,20 @@ Picture profile_picture(const PlotInput& input, const SurfaceField& grid) {
   const Eigen::ArrayXd height_x = cut(height, true), height_y = cut(height, false);
   const Eigen::ArrayXd along_x = cut(slope_x, true), along_y = cut(slope_y, false);
   const auto largest = [](const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
-    double value = 1e-15;
-    for (const Eigen::ArrayXd* line : {&a, &b})
-      for (const double v : *line)
-        if (std::isfinite(v)) value = std::max(value, std::abs(v));
-    return value;
+    return std::max({1e-15, largest_size(a), largest_size(b)});
   };
   const double radius = aperture_radius(input.aperture);
   const AxisUnit lateral = length_unit(radius), vertical = length_unit(largest(height_x, height_y)),
                  angular = angle_unit(largest(along_x, along_y));
 
   Picture picture{name, script_head(name, 1200, 900), {}};
-  picture.data.emplace_back(
+  picture.add_columns(
       name + ".dat",
-      columns_file(
-          {"Cuts through the vertex of the fitted surface error; nan outside the aperture",
-           "columns: position_m height_along_x_m height_along_y_m slope_dh_dx_along_x slope_dh_dy_along_y"},
-          {position, height_x, height_y, along_x, along_y}));
+      {"Cuts through the vertex of the fitted surface error; nan outside the aperture",
+       "columns: position_m height_along_x_m height_along_y_m slope_dh_dx_along_x slope_dh_dy_along_y"},
+      {position, height_x, height_y, along_x, along_y});
   picture.script += fmt::format(
-      "set xrange [{:.9g}:{:.9g}]\n"
-      "u = {:.9g}; s = {:.9g}; a = {:.9g}  # axis units per metre of position, metre of height, radian\n"
+      "{}u = {:.9g}; s = {:.9g}; a = {:.9g}  # axis units per metre of position, metre of height, radian\n"
       "set lmargin 11\nset rmargin 3\n"
       "set xzeroaxis linecolor rgb '#666666' linewidth 1\n"
       "set multiplot title {} font 'DejaVu Sans,16'\n"
@@ -142,7 +134,7 @@ Picture profile_picture(const PlotInput& input, const SurfaceField& grid) {
       "plot '{}.dat' using ($1*u):($4*a) with lines linetype 2 title 'dh/dx along x', \\\n"
       "  '' using ($1*u):($5*a) with lines linetype 3 title 'dh/dy along y'\n"
       "unset multiplot\n",
-      -radius * lateral.per_si, radius * lateral.per_si, lateral.per_si, vertical.per_si, angular.per_si,
+      symmetric_range("x", radius * lateral.per_si), lateral.per_si, vertical.per_si, angular.per_si,
       picture_title(input, "Cuts through the vertex"), vertical.name, name, lateral.name, angular.name, name);
   return picture;
 }
@@ -175,10 +167,7 @@ std::pair<Eigen::ArrayXd, Eigen::ArrayXd> slope_dots(const SurfaceField& field) 
     dot_x.push_back(field.slope_x[i]);
     dot_y.push_back(field.slope_y[i]);
   }
-  const auto array = [](const std::vector<double>& v) {
-    return Eigen::ArrayXd(Eigen::Map<const Eigen::ArrayXd>(v.data(), Eigen::Index(v.size())));
-  };
-  return {array(dot_x), array(dot_y)};
+  return {array_of(dot_x), array_of(dot_y)};
 }
 
 // Both panels: densities on the left, `dots` rays on the right.
@@ -245,17 +234,15 @@ Picture gradients_picture(const PlotInput& input) {
   const auto [dot_x, dot_y] = slope_dots(field);
 
   Picture picture{name, script_head(name, 1500, 840), {}};
-  picture.data.emplace_back(
-      name + ".dat",
-      columns_file({"Density of the fitted surface's slopes over the aperture [1/rad], weighted by light",
-                    "columns: slope_rad density_dh_dx density_dh_dy"},
-                   {centre, weighted_density(field.slope_x, weight, -reach, reach, kBins),
-                    weighted_density(field.slope_y, weight, -reach, reach, kBins)}));
-  picture.data.emplace_back(
-      "gradients_scatter.dat",
-      columns_file({fmt::format("Slopes at {} of the {} rays", dot_x.size(), field.size()),
-                    "columns: slope_dh_dx slope_dh_dy [rad]"},
-                   {dot_x, dot_y}));
+  picture.add_columns(name + ".dat",
+                      {"Density of the fitted surface's slopes over the aperture [1/rad], weighted by light",
+                       "columns: slope_rad density_dh_dx density_dh_dy"},
+                      {centre, weighted_density(field.slope_x, weight, -reach, reach, kBins),
+                       weighted_density(field.slope_y, weight, -reach, reach, kBins)});
+  picture.add_columns("gradients_scatter.dat",
+                      {fmt::format("Slopes at {} of the {} rays", dot_x.size(), field.size()),
+                       "columns: slope_dh_dx slope_dh_dy [rad]"},
+                      {dot_x, dot_y});
   picture.script += gradients_script(input, spread, dot_x.size(), name);
   return picture;
 }
