@@ -43,7 +43,7 @@ Picture frontier_picture(const PlotInput& input) {
     // gnuplot calls a file without a row an error.
     if (data[0].size() == 0)
       for (Eigen::ArrayXd& column : data) column = Eigen::ArrayXd::Constant(1, NAN);
-    picture.data.emplace_back(fmt::format("{}_{}.dat", name, suffix), columns_file(header, data));
+    picture.add_columns(fmt::format("{}_{}.dat", name, suffix), header, data);
   };
   kind("screened", [](const FrontierPoint& p) { return p.screened; });
   kind("failed", [](const FrontierPoint& p) { return !p.screened && !p.passes; });
@@ -66,26 +66,21 @@ Picture frontier_picture(const PlotInput& input) {
                                      [&](double other) { return at < apart * other && other < apart * at; });
       if (point.chosen == chosen && free) placed.push_back(at);
     }
-  std::string tics;
-  for (const double at : placed) tics += fmt::format("{}{:.0f}", tics.empty() ? "" : ", ", at);
-  const std::string points = fmt::format(
-      "'{0}_screened.dat' using 1:(COLUMN*SCALE) with points pointtype 6 pointsize 1.1 linecolor rgb "
-      "'#999999' title 'left after a short fit', \\\n"
-      "  '{0}_failed.dat' using 1:(COLUMN*SCALE) with points pointtype 2 pointsize 1.4 linecolor rgb '{1}' "
-      "title 'fitted, does not pass', \\\n"
-      "  '{0}_passed.dat' using 1:(COLUMN*SCALE) with points pointtype 7 pointsize 1.4 linecolor rgb '{2}' "
-      "title 'passes', \\\n"
-      "  '{0}_chosen.dat' using 1:(COLUMN*SCALE) with points pointtype 4 pointsize 3 linewidth 2 linecolor "
-      "rgb 'black' title 'taken'",
-      name, kFittedColour, kTargetColour);
-  const auto filled = [&](std::string text, const std::string& column, const std::string& scale) {
-    for (const auto& [from, to] : {std::pair{std::string("COLUMN"), column}, {std::string("SCALE"), scale}})
-      for (std::size_t at; (at = text.find(from)) != std::string::npos;) text.replace(at, from.size(), to);
-    return text;
+  const auto points_of = [&](const char* column, int scale) {
+    return fmt::format(
+        "'{0}_screened.dat' using 1:({3}*{4}) with points pointtype 6 pointsize 1.1 linecolor rgb '#999999' "
+        "title 'left after a short fit', \\\n"
+        "  '{0}_failed.dat' using 1:({3}*{4}) with points pointtype 2 pointsize 1.4 linecolor rgb '{1}' "
+        "title 'fitted, does not pass', \\\n"
+        "  '{0}_passed.dat' using 1:({3}*{4}) with points pointtype 7 pointsize 1.4 linecolor rgb '{2}' "
+        "title 'passes', \\\n"
+        "  '{0}_chosen.dat' using 1:({3}*{4}) with points pointtype 4 pointsize 3 linewidth 2 linecolor rgb "
+        "'black' title 'taken'",
+        name, kFittedColour, kTargetColour, column, scale);
   };
   picture.script += fmt::format(
       "set multiplot layout 2,1 title {0} noenhanced\n"
-      "set logscale xy\nset xrange [{1:.9g}:{2:.9g}]\nset xtics ({10})\nset lmargin 10\nset rmargin 10\n"
+      "set logscale xy\nset xrange [{1:.9g}:{2:.9g}]\nset xtics ({10:.0f})\nset lmargin 10\nset rmargin 10\n"
       "set format y '%g'\nset ylabel 'worst fitted statistic [tolerances]'\nset yrange [*<0.5:2<*]\n"
       "set key outside top center horizontal maxrows 2\n"
       "plot 1 with lines linecolor rgb '{3}' linewidth 1.5 dashtype 2 title 'tolerance', \\\n  {4}\n"
@@ -99,8 +94,9 @@ Picture frontier_picture(const PlotInput& input) {
       "  '{8}_all.dat' using 1:4 axes x1y2 with linespoints pointtype 1 pointsize 0.7 linecolor rgb '{6}' "
       "dashtype 3 linewidth 1 notitle, \\\n  {9}\n"
       "unset multiplot\n",
-      picture_title(input, "Fewest terms that do"), low, high, "#009E73", filled(points, "$2", "1"),
-      130 * frontier.margin, kTimeColour, 100 * frontier.margin, name, filled(points, "$3", "100"), tics);
+      picture_title(input, "Fewest terms that do"), low, high, "#009E73", points_of("$2", 1),
+      130 * frontier.margin, kTimeColour, 100 * frontier.margin, name, points_of("$3", 100),
+      fmt::join(placed, ", "));
   return picture;
 }
 
