@@ -48,73 +48,68 @@ struct Row {
   int line = 0;
 };
 
-class Reader {
- public:
-  explicit Reader(const std::string& path) : file_(path) {}
-
-  std::vector<Row> read(double* radius) {
-    std::vector<Row> rows;
-    std::optional<double> found_radius;
-    bool columns = false;
-    while (file_.next()) {
-      const std::string_view text = file_.text();
-      if (text.starts_with(kRadiusKey.substr(0, kRadiusKey.find('=')))) {
-        found_radius = file_.number(trimmed(text.substr(text.find('=') + 1)), "a radius [m]");
-        if (!(*found_radius > 0)) file_.fail(text, "a radius above 0");
-      } else if (text.front() == '#') {
-        continue;
-      } else if (!columns) {
-        if (text != kColumnNames) file_.fail(text, "the columns " + std::string(kColumnNames));
-        columns = true;
-      } else {
-        rows.push_back(row(text));
-      }
-    }
-    if (!columns) file_.fail_whole("no line of column names", std::string(kColumnNames));
-    if (!found_radius) file_.fail_whole("no radius", "a line \"" + std::string(kRadiusKey) + "...\"");
-    *radius = *found_radius;
-    return rows;
+// The row of the line moved to.
+Row row_of(const internal::ListingLines& file) {
+  const std::string_view text = file.text();
+  std::array<std::string_view, 8> cell;
+  std::size_t count = 0, begin = 0;
+  for (;; ++count) {
+    const std::size_t comma = text.find(',', begin);
+    if (count < cell.size()) cell[count] = trimmed(text.substr(begin, comma - begin));
+    if (comma == std::string_view::npos) break;
+    begin = comma + 1;
   }
+  if (count + 1 != cell.size()) file.fail(text, "8 cells: " + std::string(kColumnNames));
 
- private:
-  Row row(std::string_view text) const {
-    std::array<std::string_view, 8> cell;
-    std::size_t count = 0, begin = 0;
-    for (;; ++count) {
-      const std::size_t comma = text.find(',', begin);
-      if (count < cell.size()) cell[count] = trimmed(text.substr(begin, comma - begin));
-      if (comma == std::string_view::npos) break;
-      begin = comma + 1;
-    }
-    if (count + 1 != cell.size()) file_.fail(text, "8 cells: " + std::string(kColumnNames));
+  Row row;
+  row.line = int(file.line());
+  if (cell[0] == "zernike") {
+    row.mode = {file.integer(cell[1], "n"), file.integer(cell[2], "m")};
+    if (!is_zernike_mode(row.mode)) file.fail(text, "n >= |m| with n - |m| even");
+    // The index is there for people; where it is given it must agree, or somebody renumbered the file in
+    // another scheme.
+    if (!cell[3].empty() && file.integer(cell[3], "noll") != noll_index(row.mode))
+      file.fail(cell[3], "Noll's index of this (n, m), " + std::to_string(noll_index(row.mode)));
+  } else if (cell[0] == "cos" || cell[0] == "sin") {
+    row.kind = cell[0] == "cos" ? Row::Kind::kCos : Row::Kind::kSin;
+    row.wave = {file.number(cell[4], "fx_per_m"), file.number(cell[5], "fy_per_m")};
+  } else if (cell[0] == "spherical") {
+    row.kind = Row::Kind::kSpherical;
+    row.power = file.integer(cell[1], "n");
+    if (row.power < 4 || row.power > 12 || row.power % 2 != 0) file.fail(cell[1], "n of 4, 6, 8, 10 or 12");
+  } else {
+    file.fail(cell[0], "zernike, cos, sin or spherical");
+  }
+  row.value = file.number(cell[6], "value_m");
+  if (!cell[7].empty()) file.number(cell[7], "std_m");
+  return row;
+}
 
-    Row row;
-    row.line = int(file_.line());
-    if (cell[0] == "zernike") {
-      row.mode = {file_.integer(cell[1], "n"), file_.integer(cell[2], "m")};
-      if (!is_zernike_mode(row.mode)) file_.fail(text, "n >= |m| with n - |m| even");
-      // The index is there for people; where it is given it must agree, or somebody renumbered the file in
-      // another scheme.
-      if (!cell[3].empty() && file_.integer(cell[3], "noll") != noll_index(row.mode))
-        file_.fail(cell[3], "Noll's index of this (n, m), " + std::to_string(noll_index(row.mode)));
-    } else if (cell[0] == "cos" || cell[0] == "sin") {
-      row.kind = cell[0] == "cos" ? Row::Kind::kCos : Row::Kind::kSin;
-      row.wave = {file_.number(cell[4], "fx_per_m"), file_.number(cell[5], "fy_per_m")};
-    } else if (cell[0] == "spherical") {
-      row.kind = Row::Kind::kSpherical;
-      row.power = file_.integer(cell[1], "n");
-      if (row.power < 4 || row.power > 12 || row.power % 2 != 0)
-        file_.fail(cell[1], "n of 4, 6, 8, 10 or 12");
+// All rows of a file, and its normalisation radius [m].
+std::vector<Row> read_rows(const std::string& path, double* radius) {
+  internal::ListingLines file(path);
+  std::vector<Row> rows;
+  std::optional<double> found_radius;
+  bool columns = false;
+  while (file.next()) {
+    const std::string_view text = file.text();
+    if (text.starts_with(kRadiusKey.substr(0, kRadiusKey.find('=')))) {
+      found_radius = file.number(trimmed(text.substr(text.find('=') + 1)), "a radius [m]");
+      if (!(*found_radius > 0)) file.fail(text, "a radius above 0");
+    } else if (text.front() == '#') {
+      continue;
+    } else if (!columns) {
+      if (text != kColumnNames) file.fail(text, "the columns " + std::string(kColumnNames));
+      columns = true;
     } else {
-      file_.fail(cell[0], "zernike, cos, sin or spherical");
+      rows.push_back(row_of(file));
     }
-    row.value = file_.number(cell[6], "value_m");
-    if (!cell[7].empty()) file_.number(cell[7], "std_m");
-    return row;
   }
-
-  internal::ListingLines file_;
-};
+  if (!columns) file.fail_whole("no line of column names", std::string(kColumnNames));
+  if (!found_radius) file.fail_whole("no radius", "a line \"" + std::string(kRadiusKey) + "...\"");
+  *radius = *found_radius;
+  return rows;
+}
 
 // Where each term of a set stands in the coefficient vector.
 class Places {
@@ -130,18 +125,10 @@ class Places {
   }
 
   std::optional<Eigen::Index> of(const Row& row) const {
-    switch (row.kind) {
-      case Row::Kind::kZernike:
-        return lookup(zernike_, std::pair(row.mode.n, row.mode.m));
-      case Row::Kind::kSpherical:
-        return lookup(spherical_, row.power);
-      case Row::Kind::kCos:
-        return wave(row.wave);
-      case Row::Kind::kSin:
-        break;
-    }
+    if (row.kind == Row::Kind::kZernike) return lookup(zernike_, std::pair(row.mode.n, row.mode.m));
+    if (row.kind == Row::Kind::kSpherical) return lookup(spherical_, row.power);
     const auto cosine = wave(row.wave);
-    return cosine ? std::optional(*cosine + 1) : std::nullopt;
+    return cosine && row.kind == Row::Kind::kSin ? std::optional(*cosine + 1) : cosine;
   }
 
   std::optional<Eigen::Index> wave(const FourierMode& mode) const {
@@ -188,15 +175,10 @@ TermSet terms_of(const std::vector<Row>& rows, double radius) {
 }
 
 std::string describe(const Row& row) {
-  switch (row.kind) {
-    case Row::Kind::kZernike:
-      return fmt::format("zernike n = {}, m = {}", row.mode.n, row.mode.m);
-    case Row::Kind::kSpherical:
-      return fmt::format("spherical n = {}", row.power);
-    default:
-      return fmt::format("{} wave fx = {} /m, fy = {} /m", row.kind == Row::Kind::kCos ? "cosine" : "sine",
-                         row.wave.fx, row.wave.fy);
-  }
+  if (row.kind == Row::Kind::kZernike) return fmt::format("zernike n = {}, m = {}", row.mode.n, row.mode.m);
+  if (row.kind == Row::Kind::kSpherical) return fmt::format("spherical n = {}", row.power);
+  return fmt::format("{} wave fx = {} /m, fy = {} /m", row.kind == Row::Kind::kCos ? "cosine" : "sine",
+                     row.wave.fx, row.wave.fy);
 }
 
 }  // namespace
@@ -223,7 +205,7 @@ std::string coefficients_csv(const TermSet& terms, const Eigen::VectorXd& coeffi
 
 Eigen::VectorXd read_coefficients_csv(const std::string& path, TermSet* terms) {
   double radius = 0;
-  const std::vector<Row> rows = Reader(path).read(&radius);
+  const std::vector<Row> rows = read_rows(path, &radius);
   const auto fail = [&](const Row& row, const std::string& allowed) {
     throw InputError(path, "line " + std::to_string(row.line), describe(row), allowed);
   };
