@@ -37,7 +37,7 @@ std::string residual_words(const BandShares& shares) {
   return text + (shares.rest_rms > 0 ? ": not added, the scatter stands for it." : ".");
 }
 
-nlohmann::ordered_json abg_json(const AbgFit& fit) {
+Json abg_json(const AbgFit& fit) {
   return {{"a_per_sr", json_number(fit.model.a)},
           {"b", json_number(fit.model.b)},
           {"g", json_number(fit.model.g)},
@@ -68,27 +68,27 @@ std::string abg_lines(const std::vector<AbgFit>& fits) {
 
 }  // namespace
 
-nlohmann::ordered_json to_json(const BandShares& shares, const std::optional<ScatterOfRest>& of_rest,
-                               const std::optional<EquivalentSurface>& surface) {
-  const auto part = [](double height, double slope) -> nlohmann::ordered_json {
+Json to_json(const BandShares& shares, const std::optional<ScatterOfRest>& of_rest,
+             const std::optional<EquivalentSurface>& surface) {
+  const auto part = [](double height, double slope) -> Json {
     return {{"rms_height_m", json_number(height)}, {"rms_slope_per_axis", json_number(slope)}};
   };
-  nlohmann::ordered_json scatter = part(shares.rest_rms, shares.rest_slope);
+  Json scatter = part(shares.rest_rms, shares.rest_slope);
   scatter["scatter_rms_rad"] = json_number(shares.rest_scatter);
   scatter["tis"] = json_number(shares.tis);
   if (of_rest) {
-    scatter["abg"] = nlohmann::ordered_json::array();
+    scatter["abg"] = Json::array();
     for (const AbgFit& fit : of_rest->abg) scatter["abg"].push_back(abg_json(fit));
   }
-  nlohmann::ordered_json json = {{"cut_per_m", json_number(shares.cut)},
-                                 {"automatic", shares.automatic},
-                                 {"specified_terms", part(shares.low_rms, shares.low_slope)},
-                                 {"scatter", std::move(scatter)},
-                                 {"spread_in_tolerances", json_number(shares.spread)},
-                                 {"spread_of", shares.spread_of},
-                                 {"rms_height_spread", json_number(shares.height_spread)},
-                                 {"rms_slope_spread", json_number(shares.slope_spread)},
-                                 {"reason", shares.reason}};
+  Json json = {{"cut_per_m", json_number(shares.cut)},
+               {"automatic", shares.automatic},
+               {"specified_terms", part(shares.low_rms, shares.low_slope)},
+               {"scatter", std::move(scatter)},
+               {"spread_in_tolerances", json_number(shares.spread)},
+               {"spread_of", shares.spread_of},
+               {"rms_height_spread", json_number(shares.height_spread)},
+               {"rms_slope_spread", json_number(shares.slope_spread)},
+               {"reason", shares.reason}};
   if (!surface) return json;
   json["terms"] = part(surface->rms_height, surface->rms_slope_per_axis);
   json["sum"] = part(std::hypot(surface->rms_height, shares.rest_rms),

@@ -13,8 +13,6 @@ using namespace internal;
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 std::string csv_text(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string quoted = "\"";

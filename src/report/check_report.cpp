@@ -14,8 +14,6 @@ using namespace internal;
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 Json checked_scene_json(const CheckReport& report) {
   Json json = scene_json(*report.scene);
   const ModelErrors& e = *report.scene->errors;
@@ -65,13 +63,10 @@ Json prediction_json(const CheckReport& report) {
 }  // namespace
 
 Json to_json(const CheckReport& report, const Json& study) {
-  Json json = {{"aberfit", 1},
-               {"kind", "check"},
-               {"study", study},
-               {"mirror",
-                {{"f_number", report.mirror.f_number},
-                 {"rim_sag_m", report.mirror.rim_sag_max},
-                 {"rim_plane_residual_m", report.mirror.plane_residual}}}};
+  Json json = json_document("check", study);
+  json["mirror"] = {{"f_number", report.mirror.f_number},
+                    {"rim_sag_m", report.mirror.rim_sag_max},
+                    {"rim_plane_residual_m", report.mirror.plane_residual}};
   if (report.scene) json["scene"] = checked_scene_json(report);
   if (report.theory_error) json["theory_error"] = theory_error_json(*report.theory_error);
   json["target"] = targets_json(report);
@@ -90,15 +85,10 @@ Json to_json(const CheckReport& report, const Json& study) {
 }
 
 Json to_json(const MapCheckReport& report, const Json& study) {
-  Json json = {{"aberfit", 1},
-               {"kind", "check"},
-               {"study", study},
-               {"map",
-                {{"columns", report.columns},
-                 {"rows", report.rows},
-                 {"valid", report.valid},
-                 {"pitch_m", report.pitch}}},
-               {"terms", {{"count", report.terms}}}};
+  Json json = json_document("check", study);
+  json["map"] = {
+      {"columns", report.columns}, {"rows", report.rows}, {"valid", report.valid}, {"pitch_m", report.pitch}};
+  json["terms"]["count"] = report.terms;
   if (report.shares) json["split"] = to_json(*report.shares, std::nullopt, std::nullopt);
   json["predicted_seconds"] = report.seconds;
   json["warnings"] = Json::array();

@@ -13,8 +13,6 @@ using namespace internal;
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr std::ptrdiff_t kRowsBefore = 6, kRowsAfter = 5;
 
 std::string set_name(const FrontierPoint& point) {
@@ -38,7 +36,7 @@ std::string row(const FrontierPoint& point) {
 
 }  // namespace
 
-nlohmann::ordered_json to_json(const Frontier& frontier) {
+Json to_json(const Frontier& frontier) {
   Json points = Json::array();
   for (const FrontierPoint& point : frontier.points)
     points.push_back({{"family", point.family},
@@ -58,7 +56,7 @@ nlohmann::ordered_json to_json(const Frontier& frontier) {
           {"points", points}};
 }
 
-nlohmann::ordered_json to_json(const RayChoice& rays) {
+Json to_json(const RayChoice& rays) {
   return {{"automatic", rays.automatic},
           {"gap", json_number(rays.gap)},
           {"sampling_error", json_number(rays.sampling_error)},
@@ -66,7 +64,7 @@ nlohmann::ordered_json to_json(const RayChoice& rays) {
           {"reason", rays.reason}};
 }
 
-nlohmann::ordered_json to_json(const BandUse& band) {
+Json to_json(const BandUse& band) {
   return {{"modelled_f_min", json_number(band.modelled_f_min)},
           {"modelled_f_max", json_number(band.modelled_f_max)},
           {"limited_by", band.limited_by},

@@ -7,20 +7,25 @@
 
 namespace aberfit::internal {
 
+using Json = nlohmann::ordered_json;
+
 /// JSON has no NaN and no infinity: what does not exist is null.
-inline nlohmann::ordered_json json_number(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
+inline Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 template <typename Array>
-nlohmann::ordered_json json_numbers(const Array& values) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+Json json_numbers(const Array& values) {
+  Json list = Json::array();
   for (Eigen::Index i = 0; i < values.size(); ++i) list.push_back(json_number(values[i]));
   return list;
 }
 
-inline nlohmann::ordered_json json_warnings(const Warnings& warnings) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+/// The head of a file or of what a command prints. study: the resolved study.
+inline Json json_document(const std::string& kind, const Json& study) {
+  return {{"aberfit", 1}, {"kind", kind}, {"study", study}};
+}
+
+inline Json json_warnings(const Warnings& warnings) {
+  Json list = Json::array();
   for (const Warning& warning : warnings)
     list.push_back({{"code", warning.code}, {"message", warning.message}});
   return list;

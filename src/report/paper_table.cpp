@@ -11,8 +11,6 @@
 namespace aberfit::internal {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 std::string needed_word(const PaperCell& cell) { return to_string(cell.needed); }
 
 }  // namespace

@@ -12,8 +12,6 @@ using namespace internal;
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 bool of_profiles(const PsdReport& report) { return report.estimate.kind == PsdTableKind::k1dOneSided; }
 
 struct MeasurementJson {

@@ -19,8 +19,6 @@ using namespace internal;
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 Json metrics_json(const std::vector<EquivalenceMetric>& metrics) {
   Json json = Json::array();
   for (const EquivalenceMetric& metric : metrics) {
@@ -227,7 +225,7 @@ Provenance make_provenance(std::uint64_t seed, int threads) {
   return provenance;
 }
 
-nlohmann::ordered_json to_json(const Provenance& provenance) {
+Json to_json(const Provenance& provenance) {
   Json libraries = Json::object();
   for (const auto& [name, version] : provenance.libraries) libraries[name] = version;
   return {{"version", provenance.version},
@@ -236,7 +234,7 @@ nlohmann::ordered_json to_json(const Provenance& provenance) {
           {"libraries", libraries}};
 }
 
-nlohmann::ordered_json scene_json(const FitOutcome& result) {
+Json scene_json(const FitOutcome& result) {
   if (!result.has_roughness) return nullptr;
   const SceneNumbers& scene = result.scene;
   Json json = {{"rms_height_m", json_number(scene.rms_height)},
@@ -272,16 +270,14 @@ nlohmann::ordered_json scene_json(const FitOutcome& result) {
   return json;
 }
 
-nlohmann::ordered_json to_json(const ResultDocument& result, const nlohmann::ordered_json& study) {
+Json to_json(const ResultDocument& result, const Json& study) {
   const std::vector<std::string> names = unique_names(result.targets);
-  Json json = {{"aberfit", 1},
-               {"kind", result.kind},
-               {"study", study},
-               {"scene", scene_json(result)},
-               {"target", targets_json(result, names)},
-               {"fit", fit_json(result)},
-               {"coefficients", coefficients_json(result)},
-               {"statistics", statistics_json(result, names)}};
+  Json json = json_document(result.kind, study);
+  json["scene"] = scene_json(result);
+  json["target"] = targets_json(result, names);
+  json["fit"] = fit_json(result);
+  json["coefficients"] = coefficients_json(result);
+  json["statistics"] = statistics_json(result, names);
   if (result.shares) json["split"] = to_json(*result.shares, result.scatter, result.surface);
   if (!result.spectrum.empty()) json["spectrum"] = spectrum_json(result);
   if (result.map) json["map"] = map_json(*result.map);

@@ -5,7 +5,7 @@
 namespace aberfit::internal {
 
 /// The same numbers under the same keys as `scene` of a result.
-inline nlohmann::ordered_json scene_json(const SceneFacts& facts) {
+inline Json scene_json(const SceneFacts& facts) {
   ResultDocument result;
   result.has_roughness = true;
   result.scene = facts.numbers;

@@ -6,7 +6,7 @@
 
 namespace aberfit::internal {
 
-inline nlohmann::ordered_json target_json(const Target& target) {
+inline Json target_json(const Target& target) {
   return {{"value", json_number(target.value)},
           {"standard_error", json_number(target.standard_error)},
           {"tolerance", json_number(target.tolerance)}};

@@ -8,18 +8,14 @@
 namespace aberfit {
 using namespace internal;
 
-using Json = nlohmann::ordered_json;
-
 Json to_json(const TraceReport& report, const Json& study) {
-  Json json = {{"aberfit", 1},
-               {"kind", "trace"},
-               {"study", study},
-               {"theory", report.theory},
-               {"model", to_string(report.model)},
-               {"reason", report.reason},
-               {"rays", report.rays},
-               {"lost_rays", report.lost_rays},
-               {"terms", report.terms}};
+  Json json = json_document("trace", study);
+  json["theory"] = report.theory;
+  json["model"] = to_string(report.model);
+  json["reason"] = report.reason;
+  json["rays"] = report.rays;
+  json["lost_rays"] = report.lost_rays;
+  json["terms"] = report.terms;
   for (const TracedStatistic& traced : report.statistics) {
     const std::string name = statistic_name(traced.statistic);
     json["statistics"][name] = json_number(traced.value);
