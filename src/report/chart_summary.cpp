@@ -98,9 +98,8 @@ std::string setting_text(const ChartRow& row) {
 
 std::string summary_table(const Chart& chart) {
   std::string text = "Speed against accuracy" + (chart.title.empty() ? "" : ": " + chart.title) + "\n";
-  text +=
-      fmt::format("{} thread{}, kernels for {}; {:.1f} s of {:.3g} s\n", chart.threads,
-                  chart.threads == 1 ? "" : "s", chart.instruction_set, chart.seconds, chart.budget_seconds);
+  text += fmt::format("{}, kernels for {}; {:.1f} s of {:.3g} s\n", plural(chart.threads, "thread"),
+                      chart.instruction_set, chart.seconds, chart.budget_seconds);
   for (const ChartFamily& family : chart.families) text += family_text(family);
   if (chart.step_law)
     text +=

@@ -12,7 +12,6 @@ using namespace internal;
 
 namespace {
 
-std::string plural(int count) { return count == 1 ? "" : "s"; }
 std::string row(const std::string& label, const std::string& value) {
   return fmt::format("  {:<34} {}\n", label, value);
 }
@@ -102,8 +101,8 @@ std::string cost_rows(const CheckReport& report) {
   const FitPrediction& p = *report.prediction;
   std::string rows =
       row("predicted time of `fit`",
-          fmt::format("{} on {} thread{}, pictures left out; {}", rounded_text(p.seconds), report.threads,
-                      plural(report.threads),
+          fmt::format("{} on {}, pictures left out; {}", rounded_text(p.seconds),
+                      plural(report.threads, "thread"),
                       p.search ? "searches vary by a factor of three" : "within a factor of two to three"));
   rows += row("", "rates " + report.rates);
   if (report.whole)
@@ -154,9 +153,9 @@ std::string summary_table(const MapCheckReport& report) {
                                  report.valid, metres_text(report.pitch)));
   text += row("terms", fmt::format("{} by least squares", report.terms));
   if (report.shares) text += row("band", report.shares->reason);
-  return text + row("predicted time of `fit`",
-                    fmt::format("{} on {} thread{} (within a factor 3)", cost_text(report.seconds),
-                                report.threads, plural(report.threads)));
+  return text +
+         row("predicted time of `fit`", fmt::format("{} on {} (within a factor 3)", cost_text(report.seconds),
+                                                    plural(report.threads, "thread")));
 }
 
 }  // namespace aberfit

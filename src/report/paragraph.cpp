@@ -2,25 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <sstream>
-
+#include "aberfit/core/text.h"
 #include "aberfit/core/units.h"
 
 namespace aberfit::internal {
 
 std::string paragraph(const std::string& label, const std::string& text, std::size_t indent) {
-  std::string out, line = fmt::format("{:<{}}", label, indent);
-  bool empty = true;
-  std::istringstream words(text);
-  for (std::string word; words >> word; empty = false) {
-    if (!empty && line.size() + 1 + word.size() > kColumns) {
-      out += line + "\n";
-      line = std::string(indent, ' ');
-      empty = true;
-    }
-    line += (empty ? "" : " ") + word;
-  }
-  return out + line + "\n";
+  const std::string line = fmt::format("{}", fmt::join(words(text, " \t\n\v\f\r"), " "));
+  return fmt::format("{:<{}}{}\n", label, indent, wrapped(line, kColumns - indent, indent));
 }
 
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
@@ -45,6 +34,10 @@ std::string warning_lines(const Warnings& warnings) {
   for (const Warning& warning : warnings)
     text += fmt::format("\n  {}: {}\n", warning.code, wrapped(warning.message, 88, 4));
   return text;
+}
+
+std::string plural(long count, const std::string& thing) {
+  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
 }
 
 std::string metres_text(double metres) { return format_quantity(metres, Dimension::kLength); }

@@ -18,6 +18,9 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
 /// "\n  code: message\n" for each warning, wrapped.
 std::string warning_lines(const Warnings& warnings);
 
+/// "1 ray", "2 rays".
+std::string plural(long count, const std::string& thing);
+
 /// A length in the unit that suits it.
 std::string metres_text(double metres);
 

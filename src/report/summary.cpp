@@ -5,6 +5,7 @@
 #include <map>
 #include <sstream>
 
+#include "aberfit/core/text.h"
 #include "aberfit/core/units.h"
 #include "aberfit/report/band_shares.h"
 #include "aberfit/report/frontier.h"
@@ -31,8 +32,6 @@ std::string quantity(double value, const std::string& name) {
   return digits + text.substr(unit);
 }
 
-std::string length(double value) { return format_quantity(value, Dimension::kLength); }
-
 // Slopes are small angles and read best as such.
 std::string slope(double value) { return format_quantity(value, Dimension::kAngle); }
 
@@ -40,17 +39,6 @@ std::string percent(double fraction) {
   const double value = 100.0 * fraction;
   if (!std::isfinite(value)) return "-";
   return std::abs(value) < 99.9995 ? fmt::format("{:+.3f}", value) : fmt::format("{:+.4g}", value);
-}
-
-std::string plural(long count, const std::string& thing) {
-  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
-}
-
-std::string in_capitals(Verdict verdict) {
-  std::string text = to_string(verdict);
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](char c) { return c >= 'a' && c <= 'z' ? char(c - 32) : c; });
-  return text;
 }
 
 // What the verdict was made on.
@@ -75,6 +63,16 @@ const EquivalenceMetric* worst_of(const std::vector<EquivalenceMetric>& metrics)
   for (const EquivalenceMetric& metric : metrics)
     if (!worst || used(metric) > used(*worst)) worst = &metric;
   return worst;
+}
+
+std::string verdict_word(Verdict verdict) {
+  return verdict == Verdict::kDifferent ? "DIFFERENT" : to_string(verdict);
+}
+
+// Of a name of a statistic.
+bool is_at_focus(const std::string& name) {
+  const std::size_t plane = name.find('@');
+  return plane == std::string::npos || name.compare(plane, 6, "@ring=") == 0;
 }
 
 // "ee35 -4 %".
@@ -134,7 +132,7 @@ std::string headline(const ResultDocument& result) {
         "",
         fmt::format(
             "NOT JUDGED - least-squares terms of a measured map: residual {} RMS, {} on the points kept back",
-            length(result.map->rms_residual), length(result.map->rms_held_out)),
+            metres_text(result.map->rms_residual), metres_text(result.map->rms_held_out)),
         0);
   if (result.metrics.empty()) {
     if (result.fit.status == FitStatus::kNotRun) return paragraph("", "NOT JUDGED - nothing was fitted", 0);
@@ -144,9 +142,9 @@ std::string headline(const ResultDocument& result) {
   }
   const std::vector<EquivalenceMetric>& deciding = decided_by(result);
   const Tally tally(deciding);
-  std::string text = in_capitals(result.verdict) + " in " + theory_words(result);
+  std::string text = upper_case(to_string(result.verdict)) + " in " + theory_words(result);
   if (result.light && !result.light->decides && !result.light->metrics.empty())
-    text += "; in light " + in_capitals(result.light->verdict) +
+    text += "; in light " + upper_case(to_string(result.light->verdict)) +
             (result.light->verdict == Verdict::kEquivalent ? ""
                                                            : " (" + worst_words(result.light->metrics) + ")");
   text += " - " + tally.words();
@@ -160,14 +158,14 @@ std::string headline(const ResultDocument& result) {
 
 std::string map_lines(const ResultDocument& result) {
   const MapFitResult& map = *result.map;
-  std::string text =
-      paragraph("Map", fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, "
-                                   "rank {} of {}, residuals worth {:.0f} independent points",
-                                   map.points, map.held_out_points, length(map.rms_map), map.condition_number,
-                                   map.rank, result.terms.size(), map.independent_points));
+  std::string text = paragraph(
+      "Map", fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, "
+                         "rank {} of {}, residuals worth {:.0f} independent points",
+                         map.points, map.held_out_points, metres_text(map.rms_map), map.condition_number,
+                         map.rank, result.terms.size(), map.independent_points));
   if (!only_map(result))
-    text += paragraph("", fmt::format("residual {} RMS, {} on the points kept back", length(map.rms_residual),
-                                      length(map.rms_held_out)));
+    text += paragraph("", fmt::format("residual {} RMS, {} on the points kept back",
+                                      metres_text(map.rms_residual), metres_text(map.rms_held_out)));
   return text;
 }
 
@@ -180,9 +178,9 @@ std::string scene_lines(const ResultDocument& result) {
       result.map ? "Specified" : "Scene",
       fmt::format("RMS height {}, RMS slope {} per axis, correlation length {}, {:.4g} modes carry the "
                   "slope, g {:.3g}, kappa {:.3g}, TIS {:.3g} %, Airy ee90 {}, the paper's R {:.3g}",
-                  length(scene.rms_height), slope(scene.rms_slope_per_axis), length(scene.correlation_length),
-                  scene.n_eff, scene.g, scene.kappa, 100 * scene.tis, length(scene.airy_ee90),
-                  scene.paper_ratio_r));
+                  metres_text(scene.rms_height), slope(scene.rms_slope_per_axis),
+                  metres_text(scene.correlation_length), scene.n_eff, scene.g, scene.kappa, 100 * scene.tis,
+                  metres_text(scene.airy_ee90), scene.paper_ratio_r));
   text += paragraph("Model", fmt::format("targets {}, surface {}, needed {}: {}", result.theory, result.model,
                                          result.needed.empty() ? "-" : result.needed,
                                          result.model_reason.empty() ? scene.reason : result.model_reason));
@@ -190,8 +188,8 @@ std::string scene_lines(const ResultDocument& result) {
     text += paragraph(
         "", fmt::format("generalised Harvey-Shack ee50 {}, ee80 {}, ee90 {}; rays are off by {} % (ee50) and "
                         "{} % (ee90)",
-                        length(errors->ghs.ee50), length(errors->ghs.ee80), length(errors->ghs.ee90),
-                        percent(errors->ray_ee50), percent(errors->ray_ee90)));
+                        metres_text(errors->ghs.ee50), metres_text(errors->ghs.ee80),
+                        metres_text(errors->ghs.ee90), percent(errors->ray_ee50), percent(errors->ray_ee90)));
   if (const auto& realisation = result.realisation; realisation && realisation->draws > 0)
     text += paragraph(
         "",
@@ -231,8 +229,9 @@ std::string fit_lines(const ResultDocument& result) {
   if (result.frontier) out += frontier_lines(*result.frontier, by_waves(result) ? "cells" : "rays");
   const EquivalentSurface& surface = result.surface;
   if (surface.rms_height > 0) {
-    std::string text = fmt::format("RMS height {}, RMS slope {} per axis, g {:.3g}",
-                                   length(surface.rms_height), slope(surface.rms_slope_per_axis), surface.g);
+    std::string text =
+        fmt::format("RMS height {}, RMS slope {} per axis, g {:.3g}", metres_text(surface.rms_height),
+                    slope(surface.rms_slope_per_axis), surface.g);
     if (std::isfinite(surface.kappa)) text += fmt::format(", kappa {:.3g}", surface.kappa);
     if (surface.captured_fraction > 0)
       text += fmt::format("; the terms can carry {:.4g} % of the specified height variance",
@@ -271,8 +270,7 @@ std::vector<Line> statistic_lines(const ResultDocument& result) {
     };
     Line line{names[k], result.targets[k].value, at(result.fitted), at(result.validated), nullptr, true,
               false};
-    const std::size_t plane = line.name.find('@');
-    line.at_focus = plane == std::string::npos || line.name.compare(plane, 6, "@ring=") == 0;
+    line.at_focus = is_at_focus(line.name);
     if (const auto it = judged.find(line.name); it != judged.end()) {
       line.metric = it->second;
       if (std::isnan(line.fresh)) line.fresh = it->second->model;
@@ -286,16 +284,28 @@ std::vector<Line> statistic_lines(const ResultDocument& result) {
   return lines;
 }
 
-// The `count` most severe of the lines that `wanted` picks, worst first, and how many there were.
-template <typename Wanted>
-std::vector<Line> worst(const std::vector<Line>& lines, std::size_t count, std::size_t* of, Wanted wanted) {
-  std::vector<Line> picked;
-  std::copy_if(lines.begin(), lines.end(), std::back_inserter(picked), wanted);
-  *of = picked.size();
-  std::stable_sort(picked.begin(), picked.end(),
+// Lines of the table under a title.
+struct Section {
+  std::string title;
+  std::vector<Line> lines;
+};
+
+Section section_of(const std::string& title, const std::vector<Line>& lines, auto wanted) {
+  Section section{title, {}};
+  std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines), wanted);
+  return section;
+}
+
+// The `count` most severe of those lines, worst first; the title says of how many.
+Section worst_section(const std::string& title, std::size_t count, const std::vector<Line>& lines,
+                      auto wanted) {
+  Section section = section_of(title, lines, wanted);
+  std::stable_sort(section.lines.begin(), section.lines.end(),
                    [](const Line& a, const Line& b) { return a.severity() > b.severity(); });
-  picked.resize(std::min(count, picked.size()));
-  return picked;
+  const std::size_t of = section.lines.size();
+  section.lines.resize(std::min(count, of));
+  section.title += fmt::format(": the worst {} of {}", section.lines.size(), of);
+  return section;
 }
 
 std::string table_row(const Line& line, std::size_t name_width) {
@@ -304,8 +314,7 @@ std::string table_row(const Line& line, std::size_t name_width) {
     difference = percent(metric->difference);
     if (std::isfinite(metric->interval[0]) && std::isfinite(metric->interval[1]))
       interval = percent(metric->interval[0]) + " .. " + percent(metric->interval[1]);
-    verdict = to_string(metric->verdict);
-    if (metric->verdict == Verdict::kDifferent) verdict = "DIFFERENT";
+    verdict = verdict_word(metric->verdict);
   } else if (std::isfinite(line.target) && line.target != 0 && std::isfinite(line.fresh)) {
     difference = percent(line.fresh / line.target - 1);
   }
@@ -317,36 +326,20 @@ std::string table_row(const Line& line, std::size_t name_width) {
 std::string statistics_table(const ResultDocument& result, bool all) {
   const std::vector<Line> lines = statistic_lines(result);
   if (lines.empty()) return "";
-  struct Section {
-    std::string title;
-    std::vector<Line> lines;
-  };
-  std::vector<Section> sections;
-  std::size_t of = 0;
   const auto fitted = [](const Line& line) { return !line.held_out; };
   const auto held_out = [](const Line& line) { return line.held_out; };
+  std::vector<Section> sections;
   if (all) {
-    Section section{"Fitted statistics", {}};
-    std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines), fitted);
-    sections.push_back(section);
-    section = {"Held-out statistics, judged but not fitted", {}};
-    std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines), held_out);
-    sections.push_back(section);
+    sections = {section_of("Fitted statistics", lines, fitted),
+                section_of("Held-out statistics, judged but not fitted", lines, held_out)};
   } else {
-    Section section{only_map(result) ? "Statistics of the terms at the focus, by rays"
-                    : result.map     ? "Statistics of the part at the focus"
-                                     : "Fitted statistics at the focus",
-                    {}};
-    std::copy_if(lines.begin(), lines.end(), std::back_inserter(section.lines),
-                 [](const Line& l) { return l.at_focus; });
-    sections.push_back(section);
-    section.lines = worst(lines, kWorstFitted, &of, [&](const Line& l) { return fitted(l) && !l.at_focus; });
-    section.title = fmt::format("Fitted in other planes: the worst {} of {}", section.lines.size(), of);
-    sections.push_back(section);
-    section.lines = worst(lines, kWorstHeldOut, &of, held_out);
-    section.title =
-        fmt::format("Held out, judged but not fitted: the worst {} of {}", section.lines.size(), of);
-    sections.push_back(section);
+    sections = {section_of(only_map(result) ? "Statistics of the terms at the focus, by rays"
+                           : result.map     ? "Statistics of the part at the focus"
+                                            : "Fitted statistics at the focus",
+                           lines, [](const Line& l) { return l.at_focus; }),
+                worst_section("Fitted in other planes", kWorstFitted, lines,
+                              [](const Line& l) { return !l.held_out && !l.at_focus; }),
+                worst_section("Held out, judged but not fitted", kWorstHeldOut, lines, held_out)};
   }
 
   std::size_t width = 20;
@@ -377,13 +370,10 @@ std::string light_table(const ResultDocument& result, bool all) {
       light->decides ? " (this decides)" : "", "", light->theory, "surface", "diff. [%]", "verdict");
   const EquivalenceMetric* worst = worst_of(light->metrics);
   for (const EquivalenceMetric& metric : light->metrics) {
-    const std::size_t plane = metric.name.find('@');
-    const bool at_focus = plane == std::string::npos || metric.name.compare(plane, 6, "@ring=") == 0;
-    if (!all && &metric != worst && (!at_focus || metric.held_out)) continue;
+    if (!all && &metric != worst && (!is_at_focus(metric.name) || metric.held_out)) continue;
     out += fmt::format("  {:<28} {:>10} {:>10} {:>9}  {}{}\n", name_without_unit(metric.name),
                        quantity(metric.target, metric.name), quantity(metric.model, metric.name),
-                       percent(metric.difference),
-                       metric.verdict == Verdict::kDifferent ? "DIFFERENT" : to_string(metric.verdict),
+                       percent(metric.difference), verdict_word(metric.verdict),
                        &metric == worst ? ", the worst of all" : "");
   }
   return out;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 
+#include "aberfit/core/text.h"
 #include "json_number.h"
 #include "paragraph.h"
 #include "scene_facts_json.h"
@@ -16,15 +17,8 @@ using namespace internal;
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 std::string convention_word(Convention convention) {
   return convention == Convention::kPaper ? "paper" : "physical";
-}
-
-std::string capitals(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
-  return text;
 }
 
 // The worst statistic of a comparison that is not equivalent: nearest to its margin or beyond it.
@@ -39,13 +33,13 @@ std::string worst(const std::vector<EquivalenceMetric>& metrics) {
 }
 
 std::string light_word(const VerifyReport& report) {
-  return report.light_obstacle.empty() ? capitals(to_string(report.light_verdict)) + worst(report.light)
+  return report.light_obstacle.empty() ? upper_case(to_string(report.light_verdict)) + worst(report.light)
                                        : "not computed";
 }
 
 // Verdict of the theory that decides, and what the other says.
 std::string headline(const VerifyReport& report) {
-  const std::string rays = capitals(to_string(report.rays_verdict)) + worst(report.metrics);
+  const std::string rays = upper_case(to_string(report.rays_verdict)) + worst(report.metrics);
   const std::string first =
       report.rays_decide ? rays + " in geometric rays" : light_word(report) + " in light";
   const std::string second =
@@ -160,16 +154,14 @@ Json published_json(const PublishedComparison& row) {
 }  // namespace
 
 Json to_json(const VerifyReport& report, const Json& study) {
-  Json json = {{"aberfit", 1},
-               {"kind", "verify"},
-               {"study", study},
-               {"headline", headline(report)},
-               {"convention", convention_word(report.convention)},
-               {"verdict", to_string(report.verdict)},
-               {"decided_by", report.rays_decide ? "rays" : "light"},
-               {"draws", report.draws},
-               {"margin", report.margin},
-               {"scene", scene_json(report.scene)}};
+  Json json = json_document("verify", study);
+  json["headline"] = headline(report);
+  json["convention"] = convention_word(report.convention);
+  json["verdict"] = to_string(report.verdict);
+  json["decided_by"] = report.rays_decide ? "rays" : "light";
+  json["draws"] = report.draws;
+  json["margin"] = report.margin;
+  json["scene"] = scene_json(report.scene);
   for (std::size_t k = 0; k < report.metrics.size(); ++k) {
     Json row = {{"theory", json_number(report.theory.at(k))}};
     row.update(metric_json(report.metrics[k], "harvey_shack", "aberration_terms"));
