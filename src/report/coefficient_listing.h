@@ -6,9 +6,6 @@
 
 namespace aberfit::internal {
 
-/// Number of Zernike Standard terms OpticStudio knows: all modes of n <= 20.
-constexpr int kZernikeStandardTerms = 231;
-
 struct ZernikeCoefficient {
   ZernikeMode mode;
   double value = 0;  ///< of the orthonormal mode [m]
@@ -19,9 +16,6 @@ struct ZernikeCoefficient {
 /// (rho/R)^2 of t^k times the shifted Legendre polynomial P_l(2t - 1). `format` is named when Fourier terms
 /// make it impossible: std::invalid_argument.
 std::vector<ZernikeCoefficient> as_zernikes(const ExportInput& input, const std::string& format);
-
-/// Text of the mode of Noll index j as OpticStudio prints it, "8^(1/2) (3p^3 - 2p) * SIN (A)", single blanks.
-std::string zernike_polynomial_text(int j);
 
 /// zernike_standard.txt.
 std::string zernike_listing_text(const ExportInput& input);

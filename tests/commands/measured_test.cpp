@@ -8,8 +8,8 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/report/check_report.h"
-#include "aberfit/report/exports.h"
 #include "aberfit/study/read_study.h"
+#include "report/listing_reader.h"
 #include "study/run_program.h"
 #include "study/scratch_folder.h"
 
@@ -134,7 +134,7 @@ TEST(MapTarget, FitsTheZygoMapAndExportsTheSurface) {
   EXPECT_LT(after, before);
   EXPECT_NEAR(result["map"]["rms_held_out_m"].get<double>(), after, 0.05 * after);
   // The listing that goes to OpticStudio holds the coefficients of the result.
-  const ZernikeListing listing = read_zernike_listing(folder.file("out/exports/zernike_standard.txt"));
+  const auto listing = test::read_zernike_listing(read_file(folder.file("out/exports/zernike_standard.txt")));
   for (const auto& term : result["coefficients"]["zernike"]) {
     const std::size_t j = term["noll"].get<std::size_t>();
     ASSERT_LE(j, listing.waves.size());

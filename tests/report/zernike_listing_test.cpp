@@ -13,6 +13,7 @@
 #include "aberfit/core/random.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/scene/zernike.h"
+#include "listing_reader.h"
 
 namespace aberfit {
 namespace {
@@ -83,16 +84,6 @@ double printed_polynomial(const std::string& text, double p, double angle) {
     harmonic = parts[3] == "SIN" ? std::sin(m * angle) : std::cos(m * angle);
   }
   return std::sqrt(std::stod(parts[1])) * sum * harmonic;
-}
-
-// Rows of a listing by what is printed in them: polynomial -> value.
-std::vector<std::pair<double, std::string>> printed_rows(const std::string& text) {
-  static const std::regex row(R"(Z +(\d+)\t *(\S+)\t:\t(.*))");
-  std::vector<std::pair<double, std::string>> rows;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);)
-    if (std::smatch m; std::regex_match(line, m, row)) rows.push_back({std::stod(m[2]), m[3]});
-  return rows;
 }
 
 class Listings : public ::testing::Test {
@@ -182,10 +173,10 @@ TEST_F(Listings, PrintThePolynomialsAsOpticStudioDoes) {
                                             {26, "  14^(1/2) (6p^6 - 5p^4) * COS (4A)"},
                                             {30, "  16^(1/2) (35p^7 - 60p^5 + 30p^3 - 4p) * COS (A)"},
                                             {37, "   9^(1/2) (70p^8 - 140p^6 + 90p^4 - 20p^2 + 1)"}};
-  const auto rows = printed_rows(Surface(20).text(ExportFormat::kZernikeNoll));
-  ASSERT_EQ(rows.size(), 231u);
+  const auto listing = test::read_zernike_listing(Surface(20).text(ExportFormat::kZernikeNoll));
+  ASSERT_EQ(listing.polynomials.size(), 231u);
   for (const auto& [j, polynomial] : known) {
-    const std::string& printed = rows[std::size_t(j - 1)].second;
+    const std::string& printed = listing.polynomials[std::size_t(j - 1)];
     if (j == 1)
       EXPECT_EQ(printed.find_first_not_of(' '), printed.find('1'));
     else
@@ -197,13 +188,14 @@ TEST_F(Listings, HoldTheSurfaceByTheirPrintedPolynomials) {
   // The power sums of n = 12 lose 5 digits of 16 at the rim; 91 rows of 5e-13 waves are nothing.
   constexpr double kTolerance = 1e-10;  // of the 0.5 um surface; largest seen 1e-12
   const Surface surface(12, {4, 6, 8, 10, 12});
-  const auto rows = printed_rows(surface.text(ExportFormat::kZernikeNoll));
-  ASSERT_EQ(rows.size(), 91u);
+  const auto listing = test::read_zernike_listing(surface.text(ExportFormat::kZernikeNoll));
+  ASSERT_EQ(listing.waves.size(), 91u);
   double worst = 0, largest = 0;
   for (const auto& [x, y] : points()) {
     double waves = 0;
-    for (const auto& [value, polynomial] : rows)
-      waves += value * printed_polynomial(polynomial, std::hypot(x, y) / kRadius, std::atan2(y, x));
+    for (std::size_t i = 0; i < listing.waves.size(); ++i)
+      waves += listing.waves[i] *
+               printed_polynomial(listing.polynomials[i], std::hypot(x, y) / kRadius, std::atan2(y, x));
     worst = std::max(worst, std::abs(waves * kWavelength - surface.height(x, y)));
     largest = std::max(largest, std::abs(surface.height(x, y)));
   }
@@ -220,8 +212,8 @@ TEST_F(Listings, TellSineFromCosine) {
       surface.coefficients[Eigen::Index(i)] = 2 * kWavelength;
     if (surface.terms.zernike[i] == ZernikeMode{3, -3}) surface.coefficients[Eigen::Index(i)] = -kWavelength;
   }
-  put(surface.text(ExportFormat::kZernikeNoll));
-  const std::vector<double> waves = read_zernike_listing(path_).waves;
+  const std::vector<double> waves =
+      test::read_zernike_listing(surface.text(ExportFormat::kZernikeNoll)).waves;
   ASSERT_EQ(waves.size(), 10u);
   for (int j = 1; j <= 10; ++j) EXPECT_EQ(waves[std::size_t(j - 1)], j == 8 ? 2 : j == 9 ? -1 : 0) << j;
 
@@ -240,8 +232,7 @@ TEST_F(Listings, TellSineFromCosine) {
 
 TEST_F(Listings, ReadBackTheCoefficientsWithWavelengthAndRadius) {
   const Surface surface(20);
-  put(surface.text(ExportFormat::kZernikeNoll));
-  const ZernikeListing listing = read_zernike_listing(path_);
+  const auto listing = test::read_zernike_listing(surface.text(ExportFormat::kZernikeNoll));
   EXPECT_NEAR(listing.wavelength, kWavelength, 1e-15 * kWavelength);
   EXPECT_NEAR(listing.radius, kRadius, 1e-15);
   ASSERT_EQ(listing.waves.size(), 231u);
@@ -360,40 +351,11 @@ TEST_F(Listings, RefuseWhatTheyCannotHold) {
 TEST_F(Listings, HeaderSaysWhatTheNumbersAre) {
   const std::string text = Surface(2).text(ExportFormat::kZernikeNoll);
   const std::string header = text.substr(0, text.find("\nZ   1"));
-  for (const char* word : {"SURFACE", "not of the wavefront", "towards the incoming light", "twice",
-                           "0.6328 um", "150 mm", "unit RMS", "from +x towards +y"})
+  for (const char* word :
+       {"SURFACE", "not of the wavefront", "towards the incoming light", "twice", "0.6328 um", "150 mm",
+        "unit RMS", "from +x towards +y", "\nQuantity                     :\tsurface sag in waves\n",
+        "Listing of Zernike Standard Coefficient Data\n"})
     EXPECT_NE(header.find(word), std::string::npos) << word;
-}
-
-TEST_F(Listings, DamagedListingIsAnInputError) {
-  const std::string good = Surface(4).text(ExportFormat::kZernikeNoll);
-  const auto says = [&](const std::string& text, const std::string& fragment) {
-    EXPECT_NE(refusal(read_zernike_listing, text).find(fragment), std::string::npos)
-        << refusal(read_zernike_listing, text);
-  };
-  says("", "empty");
-  says(replaced(good, "Standard Coefficient", "Fringe Coefficient"), "line 1");
-  says(replaced(good, "surface sag in waves", "wavefront"), "twice the surface");
-  says(replaced(good, "Quantity ", "OPD referenced "), "Quantity");
-  says(replaced(good, "um\n", "nm\n"), "um");
-  says(replaced(good, "150 mm", "0 mm"), "above 0");
-  says(replaced(good, "150 mm", "-150 mm"), "above 0");
-  says(replaced(good, "Normalization", "Normal"), "normalization radius");
-  says(replaced(good, "Wavelength", "Colour"), "no wavelength");
-  says(replaced(good, "Wavelength", "Quantity"), "once");
-  says(replaced(good, "Number of terms              :\t15", "Number of terms              :\t16"), "16");
-  says(replaced(good, "Number of terms              :\t15", "Number of terms :\t1000000000"), "231");
-  says(replaced(good, "Z   3", "Z   4"), "\"Z 3 value");
-  says(replaced(good, "COS (A)", "SIN (A)"), "COS (A)");
-  says(replaced(good, "4^(1/2) (p)", "(p)"), "4^(1/2)");
-  says(good.substr(0, good.find("Z   9")), "8 coefficients");
-  says(good + "Z  16\t0\t:\tp\n", "12^(1/2)");
-  says(good + "end\n", "nothing but");
-  const std::string first = good.substr(good.find("Z   1"), 25);
-  for (const char* bad : {"nan", "inf", "1e999", "one", "1.0.0", "1 2", ""})
-    says(replaced(good, first, "Z   1\t" + std::string(bad) + "\t:\t"), "line ");
-  EXPECT_THROW(read_zernike_listing(path_ + "-missing"), InputError);
-  EXPECT_THROW(read_zernike_listing(::testing::TempDir()), InputError);
 }
 
 TEST_F(Listings, DamagedFringeFileIsAnInputError) {
@@ -431,36 +393,22 @@ TEST_F(Listings, DamagedFringeFileIsAnInputError) {
 }
 
 // Whatever the damage: a clean answer or an InputError, nothing else, and the same twice.
-TEST_F(Listings, ThousandMutatedFilesAreReadOrRefused) {
+TEST_F(Listings, FiveHundredMutatedFringeFilesAreReadOrRefused) {
   const Surface surface(6, {4});
-  const std::string listing = surface.text(ExportFormat::kZernikeNoll),
-                    zfr = surface.text(ExportFormat::kCodeVZfr);
-  int listings_refused = 0, files_refused = 0;
+  const std::string zfr = surface.text(ExportFormat::kCodeVZfr);
+  int refused = 0;
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
-    put(mutated(listing, seed));
-    try {
-      const ZernikeListing read = read_zernike_listing(path_);
-      EXPECT_GT(read.wavelength, 0);
-      EXPECT_GT(read.radius, 0);
-      EXPECT_FALSE(read.waves.empty());
-      for (const double value : read.waves) EXPECT_TRUE(std::isfinite(value)) << seed;
-    } catch (const InputError& e) {
-      EXPECT_EQ(e.file(), path_);
-      ++listings_refused;
-    }
     put(mutated(zfr, 1000 + seed));
     try {
       for (const double value : read_codev_zfr(path_)) EXPECT_TRUE(std::isfinite(value)) << seed;
     } catch (const InputError& e) {
       EXPECT_EQ(e.file(), path_);
-      ++files_refused;
+      ++refused;
     }
   }
   // Most edits hit a number's place or the structure; one in a remark or a digit leaves a readable file.
-  EXPECT_GT(listings_refused, 250);
-  EXPECT_LT(listings_refused, 500);
-  EXPECT_GT(files_refused, 150);
-  EXPECT_LT(files_refused, 500);
+  EXPECT_GT(refused, 150);
+  EXPECT_LT(refused, 500);
 }
 
 }  // namespace aberfit

@@ -50,14 +50,6 @@ GridSag sample_surface(const ExportInput& input);
 /// taken off.
 std::pair<std::string, std::string> export_file(ExportFormat format, const ExportInput& input);
 
-/// Zernike Standard coefficients of such a listing, by Noll index from 1 [waves], with the wavelength [m] and
-/// normalisation radius [m] it states. The listing is of the surface; one that does not say so (OpticStudio's
-/// own is of the wavefront, twice the surface) is an InputError, as is any damage.
-struct ZernikeListing {
-  double wavelength = 0, radius = 0;
-  std::vector<double> waves;
-};
-ZernikeListing read_zernike_listing(const std::string& path);
 /// Fringe coefficients [m] of the surface, from 1, peak-normalised, of a CODE V ZFR file; those of a WFR file
 /// are halved. InputError names file, line, what was found and what is allowed.
 std::vector<double> read_codev_zfr(const std::string& path);
