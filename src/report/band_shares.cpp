@@ -29,11 +29,9 @@ constexpr const char* kResidual =
 
 std::string residual_words(const BandShares& shares) {
   if (!std::isfinite(shares.map_residual)) return "";
-  std::string text =
-      fmt::format(" Residual of the map {}", format_quantity(shares.map_residual, Dimension::kLength));
+  std::string text = fmt::format(" Residual of the map {}", metres_text(shares.map_residual));
   if (std::isfinite(shares.specified_residual))
-    text += fmt::format(", of its specification {}",
-                        format_quantity(shares.specified_residual, Dimension::kLength));
+    text += fmt::format(", of its specification {}", metres_text(shares.specified_residual));
   return text + (shares.rest_rms > 0 ? ": not added, the scatter stands for it." : ".");
 }
 

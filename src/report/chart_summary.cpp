@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "aberfit/core/units.h"
 #include "aberfit/report/chart.h"
 #include "paragraph.h"
 
@@ -42,9 +41,8 @@ const ChartRow* find(const ChartFamily& family, bool ChartRow::*flag) {
 }
 
 std::string table_line(const std::string& what, const ChartRow& row) {
-  const std::string setting = setting_text(row);
-  return fmt::format("    {:<10} {:<40} error {:>9}   {:>9}\n", what, setting, error_text(row.error),
-                     seconds_text(row.seconds));
+  return fmt::format("    {:<10} {:<40} error {:>9}   {:>9}\n", what, setting_text(row),
+                     error_text(row.error), seconds_text(row.seconds));
 }
 
 std::string family_text(const ChartFamily& family) {
@@ -69,12 +67,10 @@ std::string family_text(const ChartFamily& family) {
   } else if (cheapest == today) {
     text += "    Nothing cheaper meets the tolerance.\n";
   } else if (today) {
-    const double factor = today->seconds / cheapest->seconds;
-    const bool meets = today->error <= family.tolerance;
-    if (!meets)
-      text += "    Today's setting does not meet the tolerance.\n";
-    else
-      text += fmt::format("    Today's setting costs {:.3g} times as much.\n", factor);
+    text += today->error <= family.tolerance
+                ? fmt::format("    Today's setting costs {:.3g} times as much.\n",
+                              today->seconds / cheapest->seconds)
+                : "    Today's setting does not meet the tolerance.\n";
   }
   if (!family.remark.empty()) text += paragraph("    ", family.remark, 4);
   return text;
@@ -86,7 +82,7 @@ std::string setting_text(const ChartRow& row) {
   if (!std::isfinite(row.value)) return row.method;
   std::string value;
   if (row.unit == "m")
-    value = format_quantity(row.value, Dimension::kLength);
+    value = metres_text(row.value);
   else if (row.value == std::floor(row.value) && row.value >= 1)
     value = grouped(row.value);
   else
@@ -104,7 +100,7 @@ std::string summary_table(const Chart& chart) {
   if (chart.step_law)
     text +=
         fmt::format("\nCentral differences: the law of truncation and rounding has its best step at {}.\n",
-                    format_quantity(chart.step_law->best_step(), Dimension::kLength));
+                    metres_text(chart.step_law->best_step()));
   for (const Warning& warning : chart.warnings)
     text += fmt::format("\n{}", paragraph("WARNING", fmt::format("[{}] {}", warning.code, warning.message)));
   return text;
