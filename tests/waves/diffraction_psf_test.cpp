@@ -256,8 +256,6 @@ TEST(DiffractionPsf, PlanesThatDoNotExistHaveNoValues) {
     EXPECT_THROW(check_diffraction(problem, flat(pupil), dz), std::invalid_argument) << dz;
     EXPECT_TRUE(diffraction_encircled_energy(problem, flat(pupil), dz, radius).isNaN().all()) << dz;
     EXPECT_THROW(diffraction_psf(problem, flat(pupil), {0, 0, dz}), ComputationError) << dz;
-    const auto draw = [&](int) { return flat(pupil); };
-    EXPECT_THROW(diffraction_ensemble(problem, dz, 2, draw, radius, radius, 1), std::invalid_argument) << dz;
     // Nor do they disturb the planes next to them.
     const Eigen::VectorXd found = values_of(problem, flat(pupil),
                                             {EncircledEnergyRadius{0.5, dz}, EncircledEnergyRadius{0.5, 0},

@@ -1,8 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
-#include <cstdint>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -217,28 +215,5 @@ struct PsfWindow {
 /// plane does not exist, and for more than 16384 samples a side.
 PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                          const PsfWindow& window);
-
-/// Mean PSF of many surfaces in one plane.
-struct DiffractionEnsemble {
-  Eigen::ArrayXd radius;          ///< as given [m]
-  Eigen::ArrayXd mean;            ///< mean encircled energy there
-  Eigen::ArrayXd standard_error;  ///< of the mean, from the scatter of the draws
-  Eigen::ArrayXd fraction;        ///< as given
-  Eigen::ArrayXd
-      ee_radius;  ///< radius of the mean PSF that holds the fraction [m]; NaN beyond the field of view
-  Eigen::ArrayXd ee_radius_standard_error;  ///< by dr = dEE/EE'(r) [m]
-  Eigen::ArrayXd ee_radius_mean;            ///< mean of the draws' own radii [m]
-  Eigen::ArrayXd ee_radius_deviation;       ///< standard deviation of the draws' own radii [m]
-  int draws = 0;
-  double energy_outside = 0;  ///< share of the light beyond the field of view
-  double aliased_share = 0;   ///< largest over draws
-};
-/// draw(i) gives the heights of surface i at the pupil points, i = 0 .. draws-1; it is called from `threads`
-/// threads at once and must be a function of i alone (seeds from i). draws >= 2. Memory: 8 numbers per cell a
-/// side and draw.
-DiffractionEnsemble diffraction_ensemble(const DiffractionProblem& problem, double dz, int draws,
-                                         const std::function<Eigen::ArrayXd(int)>& draw,
-                                         const Eigen::ArrayXd& radius, const Eigen::ArrayXd& fraction,
-                                         int threads);
 
 }  // namespace aberfit
