@@ -4,7 +4,7 @@
 #include <cmath>
 #include <complex>
 
-namespace aberfit::internal {
+namespace aberfit {
 
 Eigen::ArrayXd OrdinateBins::mean(const Eigen::ArrayXd& ordinate) const {
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(size());
@@ -55,6 +55,8 @@ OrdinateBins logarithmic_bins(const OrdinateGrid& grid, int bins_per_decade,
   return bins;
 }
 
+namespace internal {
+
 Eigen::MatrixXd bin_covariance(const OrdinateGrid& grid, const OrdinateBins& bins,
                                const Eigen::ArrayXd& along_x, const Eigen::ArrayXd& along_y,
                                const LowOrdinates& low) {
@@ -95,4 +97,5 @@ Eigen::MatrixXd bin_covariance(const OrdinateGrid& grid, const OrdinateBins& bin
   return 0.5 * (sum + sum.transpose());
 }
 
-}  // namespace aberfit::internal
+}  // namespace internal
+}  // namespace aberfit

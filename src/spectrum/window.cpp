@@ -50,13 +50,13 @@ std::string to_string(WindowKind window) {
   return "none";
 }
 
-namespace internal {
-
 Eigen::ArrayXd window_values(WindowKind window, Eigen::Index n) {
   Eigen::ArrayXd w(n);
   for (Eigen::Index i = 0; i < n; ++i) w[i] = window_value(window, (double(i) + 0.5) / double(n));
   return w;
 }
+
+namespace internal {
 
 int main_lobe(WindowKind window) {
   switch (window) {

@@ -5,8 +5,6 @@
 
 namespace aberfit::internal {
 
-/// Window values at (i + 1/2)/n, i = 0 .. n-1; Tukey with a quarter of the length tapered at either end.
-Eigen::ArrayXd window_values(WindowKind window, Eigen::Index n);
 /// Half width of the main lobe [ordinates]: a sine's power further away is called leakage.
 int main_lobe(WindowKind window);
 /// |W(nu)|^2 = |sum w_i exp(-2 pi i nu (i + 1/2)/n)|^2 / (n sum w^2): power that ordinate k gets from a unit

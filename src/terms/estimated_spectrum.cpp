@@ -1,23 +1,42 @@
-#include <Eigen/Core>
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <complex>
 #include <stdexcept>
 #include <vector>
 
+#include "aberfit/core/linear_algebra.h"
+#include "aberfit/core/quadrature.h"
 #include "aberfit/core/smooth_number.h"
 #include "aberfit/roughness/fourier_transform.h"
+#include "aberfit/spectrum/ordinate_bins.h"
 #include "aberfit/terms/surface_spectrum.h"
-#include "estimator_steps.h"
 
 namespace aberfit {
-using namespace internal;
-
 namespace {
 
 using GridMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+// Total degree of the polynomial that detrending takes off a map; -1: nothing.
+int detrend_degree(const DetrendOptions& options) {
+  if (options.shape == DetrendShape::kNone) return -1;
+  if (options.shape == DetrendShape::kEllipse) return 2;
+  if (options.degree < 0) throw std::invalid_argument("the degree of detrending must be 0 or more");
+  return options.degree;
+}
+
+// Polynomials of degree 0 .. degree, orthonormal on n equidistant points: n x (degree + 1).
+Eigen::MatrixXd orthonormal_polynomials(int n, int degree) {
+  if (degree < 0) return Eigen::MatrixXd(n, 0);
+  if (degree >= n)
+    throw std::invalid_argument("detrending of so high a degree leaves nothing of so small a grid");
+  const Eigen::ArrayXd t = (2 * Eigen::ArrayXd::LinSpaced(n, 0, n - 1) - (n - 1)) / std::max(1, n - 1);
+  // Columns of Q span what the first columns of the polynomials span, degree by degree.
+  return orthonormal_columns(legendre_polynomials(t, degree + 1).matrix());
+}
+
+// The linear steps of the PSD estimator of maps (psd_estimate.h) on a full square grid, so that they can be
+// run backwards. A test holds them to the estimator itself.
+//
 // Values: psd_b = scale/members_b sum over k in b of |F(w P z)_k|^2, with z = L c the surface on the grid, P
 // the projection away from polynomials (orthonormal on the full grid, so symmetric), w the window.
 // Derivative: d psd_b/dz = scale/members_b P w 2 Re F(conj(F_k) on b, 0 elsewhere), then L^T.
@@ -26,16 +45,17 @@ class EstimatedSpectrum : public SurfaceSpectrum {
   EstimatedSpectrum(const TermSet& terms, const PsdEstimatorOptions& options, int points, double pitch,
                     int threads)
       : n_(points),
-        window_(estimator_window(options.window, points)),
+        window_(window_values(options.window, points)),
         shapes_(orthonormal_polynomials(points, detrend_degree(options.detrend))),
-        bins_(estimator_bins(points, pitch, options.bins_per_decade)),
+        bins_(logarithmic_bins({points, points, 1 / (points * pitch), 1 / (points * pitch)},
+                               options.bins_per_decade, {})),
         surface_(on_grid(terms, points, pitch, threads)) {
     const double squares = window_.square().sum();
     scale_ = pitch * pitch / (squares * squares);
   }
 
-  const EstimatorBins& edges() const { return bins_; }
-  Eigen::Index bins() const override { return bins_.low.size(); }
+  const OrdinateBins& edges() const { return bins_; }
+  Eigen::Index bins() const override { return bins_.size(); }
 
   void evaluate(const Eigen::VectorXd& coefficients, Eigen::VectorXd* values,
                 Eigen::MatrixXd* jacobian) const override {
@@ -49,7 +69,7 @@ class EstimatedSpectrum : public SurfaceSpectrum {
     values->setZero(bins());
     for (std::size_t k = 0; k < transformed.size(); ++k)
       if (bins_.of[k] >= 0) (*values)[bins_.of[k]] += std::norm(transformed[k]);
-    *values = (scale_ * values->array() / bins_.members).matrix();
+    *values = (scale_ * values->array() / (2 * bins_.count)).matrix();
     if (!jacobian) return;
     jacobian->resize(bins(), coefficients.size());
     SurfaceField weights;
@@ -65,7 +85,7 @@ class EstimatedSpectrum : public SurfaceSpectrum {
       apply_window(&samples);
       detrend(&samples);
       weights.height =
-          2 * scale_ / bins_.members[b] * Eigen::Map<const Eigen::ArrayXd>(samples.data(), samples.size());
+          scale_ / bins_.count[b] * Eigen::Map<const Eigen::ArrayXd>(samples.data(), samples.size());
       jacobian->row(b) = surface_.apply_transpose(weights).transpose();
     }
   }
@@ -98,7 +118,7 @@ class EstimatedSpectrum : public SurfaceSpectrum {
   int n_;
   Eigen::ArrayXd window_;
   Eigen::MatrixXd shapes_;
-  EstimatorBins bins_;
+  OrdinateBins bins_;  // members: count and as many conjugates
   SurfaceOperator surface_;
   double scale_ = 0;
 };

@@ -14,6 +14,8 @@ namespace aberfit {
 
 enum class WindowKind { kNone, kHann, kHamming, kBlackmanHarris, kWelch, kTukey };
 std::string to_string(WindowKind window);
+/// Its values at (i + 1/2)/n, i = 0 .. n-1; Tukey with a quarter of the length tapered at either end.
+Eigen::ArrayXd window_values(WindowKind window, Eigen::Index n);
 
 /// How a PSD is estimated; part of every estimate, so that a model or another surface can go through the same
 /// processing.
