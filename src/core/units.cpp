@@ -2,16 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
-#include <numbers>
 #include <optional>
 #include <span>
-#include <vector>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/text.h"
 
 namespace aberfit {
@@ -33,7 +30,7 @@ struct NamedUnit {
 constexpr NamedUnit kLengths[] = {
     {"pm", {1, -12}}, {"nm", {1, -9}}, {"um", {1, -6}}, {"\u00b5m", {1, -6}}, {"\u03bcm", {1, -6}},
     {"mm", {1, -3}},  {"cm", {1, -2}}, {"m", {1, 0}},   {"km", {1, 3}},       {"in", {254, -4}}};
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kDegree = kPi / 180.0;
 constexpr NamedUnit kAngles[] = {{"rad", {1, 0}},
                                  {"mrad", {1, -3}},
                                  {"urad", {1, -6}},
@@ -175,25 +172,23 @@ std::optional<Unit> find_unit(std::string_view name, Dimension dimension) {
   return std::nullopt;
 }
 
-const char* dimension_name(Dimension dimension) {
-  switch (dimension) {
-    case Dimension::kLength:
-      return "a length";
-    case Dimension::kAngle:
-      return "an angle";
-    case Dimension::kSpatialFrequency:
-      return "a spatial frequency";
-    case Dimension::kFraction:
-      return "a fraction";
-    case Dimension::kPsd1d:
-      return "a 1-D power spectral density";
-    case Dimension::kPsd2d:
-      return "a 2-D power spectral density";
-    case Dimension::kNumber:
-      break;
-  }
-  return "a number";
-}
+// In the order of Dimension.
+constexpr const char* kDimensionNames[] = {"a length",
+                                           "an angle",
+                                           "a spatial frequency",
+                                           "a fraction",
+                                           "a 1-D power spectral density",
+                                           "a 2-D power spectral density",
+                                           "a number"};
+constexpr const char* kAllowedUnits[] = {"pm, nm, um, mm, cm, m, km, in",
+                                         "rad, mrad, urad, nrad, deg, arcmin, arcsec, mas",
+                                         "/m, /mm, /um, cycles/m, cycles/mm, lp/mm (a cycle is 1, not 2 pi)",
+                                         "%, ppm, or a plain number without quotes",
+                                         "m^3, um^3, nm^3, nm^2 mm, um^2 mm, nm^2/(cycles/mm)",
+                                         "m^4, mm^4, um^4, nm^4, nm^2 mm^2, um^2 mm^2, nm^2/(cycles/mm)^2",
+                                         "a plain number without unit"};
+
+const char* dimension_name(Dimension dimension) { return kDimensionNames[std::size_t(dimension)]; }
 
 // number * 10^shift, rounded once: the shift goes into the decimal text. Digits as std::from_chars accepts
 // them.
@@ -206,7 +201,7 @@ double scaled_number(std::string_view digits, int shift) {
     std::from_chars(digits.data() + begin, digits.data() + digits.size(), exponent);
   }
   const std::string text = fmt::format("{}e{}", digits.substr(0, e), exponent + shift);
-  double value = std::numeric_limits<double>::quiet_NaN();
+  double value = kNaN;
   std::from_chars(text.data(), text.data() + text.size(), value);
   return value;
 }
@@ -274,48 +269,18 @@ std::string format_quantity(double value, Dimension dimension) {
                                                {"mm", 1e-3},  {"m", 1},     {"km", 1e3}};
   static constexpr Prefix kAnglePrefixes[] = {{"nrad", 1e-9}, {"urad", 1e-6}, {"mrad", 1e-3}, {"rad", 1}};
   static constexpr Prefix kFrequencyPrefixes[] = {{"/m", 1}, {"/mm", 1e3}, {"/um", 1e6}};
-  const auto in = [&](double scale, const char* name) {
-    return fmt::format("{:.4g}{}", value / scale, name);
-  };
-  const bool prefixed = std::isfinite(value) && value != 0;
-  switch (dimension) {
-    case Dimension::kLength:
-      return prefixed ? with_prefix(value, kLengthPrefixes) : in(1, " m");
-    case Dimension::kAngle:
-      return prefixed ? with_prefix(value, kAnglePrefixes) : in(1, " rad");
-    case Dimension::kSpatialFrequency:
-      return prefixed ? with_prefix(value, kFrequencyPrefixes) : in(1, " /m");
-    case Dimension::kFraction:
-      return in(1e-2, " %");
-    // The units optical metrology plots them in.
-    case Dimension::kPsd1d:
-      return in(1e-21, " nm^2 mm");
-    case Dimension::kPsd2d:
-      return in(1e-24, " nm^2 mm^2");
-    case Dimension::kNumber:
-      break;
+  if (std::isfinite(value) && value != 0) {
+    if (dimension == Dimension::kLength) return with_prefix(value, kLengthPrefixes);
+    if (dimension == Dimension::kAngle) return with_prefix(value, kAnglePrefixes);
+    if (dimension == Dimension::kSpatialFrequency) return with_prefix(value, kFrequencyPrefixes);
   }
-  return in(1, "");
+  // In the order of Dimension; PSDs in the units optical metrology plots them in.
+  static constexpr Prefix kShownIn[] = {{" m", 1},           {" rad", 1},           {" /m", 1}, {" %", 1e-2},
+                                        {" nm^2 mm", 1e-21}, {" nm^2 mm^2", 1e-24}, {"", 1}};
+  const Prefix& in = kShownIn[std::size_t(dimension)];
+  return fmt::format("{:.4g}{}", value / in.scale, in.name);
 }
 
-std::string allowed_units(Dimension dimension) {
-  switch (dimension) {
-    case Dimension::kLength:
-      return "pm, nm, um, mm, cm, m, km, in";
-    case Dimension::kAngle:
-      return "rad, mrad, urad, nrad, deg, arcmin, arcsec, mas";
-    case Dimension::kSpatialFrequency:
-      return "/m, /mm, /um, cycles/m, cycles/mm, lp/mm (a cycle is 1, not 2 pi)";
-    case Dimension::kFraction:
-      return "%, ppm, or a plain number without quotes";
-    case Dimension::kPsd1d:
-      return "m^3, um^3, nm^3, nm^2 mm, um^2 mm, nm^2/(cycles/mm)";
-    case Dimension::kPsd2d:
-      return "m^4, mm^4, um^4, nm^4, nm^2 mm^2, um^2 mm^2, nm^2/(cycles/mm)^2";
-    case Dimension::kNumber:
-      break;
-  }
-  return "a plain number without unit";
-}
+std::string allowed_units(Dimension dimension) { return kAllowedUnits[std::size_t(dimension)]; }
 
 }  // namespace aberfit

@@ -353,37 +353,21 @@ class Fitter {
 }  // namespace
 
 std::string to_string(PsdFamily family) {
-  switch (family) {
-    case PsdFamily::kAuto:
-      return "auto";
-    case PsdFamily::kPowerLaw:
-      return "power-law";
-    case PsdFamily::kKCorrelation:
-      return "k-correlation";
-    case PsdFamily::kUniform:
-      return "uniform";
-    case PsdFamily::kPowerLawAndFloor:
-      return "power-law-and-floor";
-    case PsdFamily::kKCorrelationAndFloor:
-      return "k-correlation-and-floor";
-    case PsdFamily::kTwoKCorrelations:
-      return "two-k-correlations";
-  }
-  return "";
+  // In the order of the enum.
+  static constexpr const char* kNames[] = {"auto",
+                                           "power-law",
+                                           "k-correlation",
+                                           "uniform",
+                                           "power-law-and-floor",
+                                           "k-correlation-and-floor",
+                                           "two-k-correlations"};
+  return kNames[std::size_t(family)];
 }
 
 std::string to_string(PsdFitStatus status) {
-  switch (status) {
-    case PsdFitStatus::kNotRun:
-      return "not run";
-    case PsdFitStatus::kConverged:
-      return "converged";
-    case PsdFitStatus::kNotConverged:
-      return "not converged";
-    case PsdFitStatus::kFailed:
-      return "failed";
-  }
-  return "";
+  // In the order of the enum.
+  static constexpr const char* kNames[] = {"not run", "converged", "not converged", "failed"};
+  return kNames[std::size_t(status)];
 }
 
 PsdModelFit fit_psd_model(const PsdEstimate& estimate, const PsdFitOptions& options) {

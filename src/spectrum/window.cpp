@@ -33,21 +33,9 @@ double window_value(WindowKind window, double t) {
 }  // namespace
 
 std::string to_string(WindowKind window) {
-  switch (window) {
-    case WindowKind::kNone:
-      return "none";
-    case WindowKind::kHann:
-      return "hann";
-    case WindowKind::kHamming:
-      return "hamming";
-    case WindowKind::kBlackmanHarris:
-      return "blackman-harris";
-    case WindowKind::kWelch:
-      return "welch";
-    case WindowKind::kTukey:
-      return "tukey";
-  }
-  return "none";
+  // In the order of the enum.
+  static constexpr const char* kNames[] = {"none", "hann", "hamming", "blackman-harris", "welch", "tukey"};
+  return kNames[std::size_t(window)];
 }
 
 Eigen::ArrayXd window_values(WindowKind window, Eigen::Index n) {

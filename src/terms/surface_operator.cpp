@@ -134,27 +134,15 @@ PointCoordinates coordinates_of(const PupilSample& pupil, const OperatorChoice& 
 }  // namespace
 
 std::string to_string(ZernikeMethod method) {
-  switch (method) {
-    case ZernikeMethod::kFused:
-      return "fused";
-    case ZernikeMethod::kPolar:
-      return "polar";
-    case ZernikeMethod::kDense:
-      break;
-  }
-  return "dense";
+  // In the order of the enum.
+  static constexpr const char* kNames[] = {"fused", "polar", "dense"};
+  return kNames[std::size_t(method)];
 }
 
 std::string to_string(FourierMethod method) {
-  switch (method) {
-    case FourierMethod::kPhaseSums:
-      return "phase-sums";
-    case FourierMethod::kGrid:
-      return "grid";
-    case FourierMethod::kDense:
-      break;
-  }
-  return "dense";
+  // In the order of the enum.
+  static constexpr const char* kNames[] = {"phase-sums", "grid", "dense"};
+  return kNames[std::size_t(method)];
 }
 
 struct SurfaceOperator::Plan {
