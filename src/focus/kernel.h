@@ -7,11 +7,6 @@ namespace aberfit::internal {
 // and gradient checks see a smooth function. Second moment 1/9: smoothing a radial density moves a quantile
 // by about width^2/18 times its logarithmic slope.
 
-inline double kernel_density(double u) {
-  const double v = 1.0 - u * u;
-  return v <= 0.0 ? 0.0 : (35.0 / 32.0) * v * v * v;
-}
-
 /// Integral of the kernel from -1 to u: 0 below -1, 1 above 1.
 inline double kernel_integral(double u) {
   if (u <= -1.0) return 0.0;
@@ -34,10 +29,6 @@ struct SmoothDisc {
         outside2(r * r + 2 * r * width) {}
 
   double share(double r2) const { return kernel_integral((radius2 - r2) * scale); }
-  /// - d share / d(r^2).
-  double density(double r2) const { return kernel_density((radius2 - r2) * scale) * scale; }
-  /// d share / d radius, given density(r2).
-  double d_radius(double density_r2, double r2) const { return density_r2 * (radius2 + r2) / radius; }
 };
 
 /// A spot this much smaller than the kernel is no spot: the derivative of its radius means nothing.

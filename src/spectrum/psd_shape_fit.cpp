@@ -400,7 +400,6 @@ PsdShapeFit fit_shape_with_model_error(const PsdBand& band, PsdFamily family, in
   const MatrixXd G = prediction.gradient(Eigen::all, free);
   const PsdModelError error = restricted_model_error(band, residuals, G);
   fit.model_error = error.deviation;
-  fit.model_error_length = error.length;
   const MatrixXd WG = weight.matrix().asDiagonal() * G;
   const MatrixXd H = G.transpose() * WG, J = WG.transpose() * log_covariance(band, error) * WG;
   const MatrixXd bread = solve_symmetric(H, MatrixXd(MatrixXd::Identity(H.rows(), H.cols())));

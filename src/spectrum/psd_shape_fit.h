@@ -46,8 +46,7 @@ struct PsdShapeFit {
   double overdispersion = 1;   ///< mean eigenvalue of H^-1 J: by how much correlation of the bins inflates
                                ///< likelihood ratios
   double model_error = 0;      ///< tau allowed for; 0: none
-  double model_error_length = 0;  ///< of its correlation in log f
-  double weight_error = 0;        ///< tau of the weights: independent bins
+  double weight_error = 0;     ///< tau of the weights: independent bins
 };
 
 /// Deviance residuals of the parameters of `shape`, one per bin: r = sign(u) sqrt(dof (q - 1 - log q)),

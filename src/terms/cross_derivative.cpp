@@ -17,8 +17,8 @@ Eigen::ArrayXd cross_derivative(const TermSet& terms, const Eigen::VectorXd& coe
   along_y.fourier = terms.fourier;
   ZernikeExpansion derivative;
   if (!terms.zernike.empty())
-    derivative = zernike_derivative({terms.zernike, coefficients.head(Eigen::Index(terms.zernike.size()))},
-                                    DiscAxis::kY);
+    derivative =
+        zernike_derivative_along_y({terms.zernike, coefficients.head(Eigen::Index(terms.zernike.size()))});
   along_y.zernike = derivative.modes;
   Eigen::VectorXd c(along_y.size());
   if (!along_y.zernike.empty())

@@ -7,7 +7,7 @@
 
 namespace aberfit::internal {
 
-ZernikeExpansion zernike_derivative(const ZernikeExpansion& expansion, DiscAxis axis) {
+ZernikeExpansion zernike_derivative_along_y(const ZernikeExpansion& expansion) {
   int top = 0;
   for (const ZernikeMode& mode : expansion.modes) top = std::max(top, mode.n);
   // Peak-normalised coefficients a_n^m, m > 0 real part (cosine) and m < 0 imaginary part (sine) of V, summed
@@ -30,12 +30,7 @@ ZernikeExpansion zernike_derivative(const ZernikeExpansion& expansion, DiscAxis 
     // What feeds angular order k: k + 1 by its m - 1, and k - 1 by its m + 1. V^-1 is the conjugate of V^1,
     // so that order 0 counts twice where it feeds order 1.
     double value = 0;
-    if (axis == DiscAxis::kX) {
-      const int sign = m < 0 ? -1 : 1;
-      value = above(sign * (k + 1));
-      if (k > 1) value += above(sign * (k - 1));
-      if (m == 1) value += 2 * above(0);
-    } else if (m >= 0) {  // the factor i turns sines into cosines
+    if (m >= 0) {  // the factor i turns sines into cosines
       value = above(-(k + 1));
       if (k > 1) value -= above(-(k - 1));
     } else {

@@ -117,7 +117,6 @@ class BorrowedBench {
   }
   BorrowedBench(const BorrowedBench&) = delete;
   BorrowedBench& operator=(const BorrowedBench&) = delete;
-  DiffractionBench& operator*() { return *bench_; }
   DiffractionBench* operator->() { return bench_.get(); }
 
  private:
