@@ -71,16 +71,22 @@ void check(const PsdEstimatorOptions& options) {
 }  // namespace
 
 struct PsdEstimator::Plan {
+  // Bins without the ordinates of lines, and what is to be known of them.
+  struct Binning {
+    std::vector<char> left_out;
+    OrdinateBins bins;
+    EstimatorResponse response;
+    Eigen::MatrixXd relative_covariance;
+  };
+
   PsdEstimatorOptions options;
   int threads = 1;
   std::unique_ptr<ProfileProcessing> profile_processing;
   std::unique_ptr<MapProcessing> map_processing;
   Profile profile;  // the geometry
   HeightMap map;
-  OrdinateBins bins;
-  EstimatorResponse response;
   Eigen::ArrayXd correlation_x, correlation_y;
-  Eigen::MatrixXd relative_covariance;
+  Binning whole;
 
   const SurfaceProcessing& processing() const {
     return profile_processing ? static_cast<const SurfaceProcessing&>(*profile_processing) : *map_processing;
@@ -90,35 +96,31 @@ struct PsdEstimator::Plan {
     correlation_x = ordinate_covariance(processing().window_x);
     correlation_y = profile_processing ? Eigen::ArrayXd(Eigen::ArrayXd::Ones(1))
                                        : ordinate_covariance(processing().window_y);
-    bins = logarithmic_bins(processing().grid, options.bins_per_decade, {});
-    response = estimator_response(processing(), bins, options.window, threads);
-    relative_covariance = bin_covariance(processing().grid, bins, correlation_x, correlation_y, response.low);
+    whole = binning({});
   }
 
-  // The bins without the ordinates of lines. Surfaces of one machine have their lines in one place: the last
-  // few answers are kept.
-  struct WithoutLines {
-    std::vector<char> left_out;
-    OrdinateBins bins;
-    EstimatorResponse response;
-    Eigen::MatrixXd relative_covariance;
-  };
+  Binning binning(const std::vector<char>& left_out) const {
+    Binning made;
+    made.left_out = left_out;
+    made.bins = logarithmic_bins(processing().grid, options.bins_per_decade, left_out);
+    made.response = estimator_response(processing(), made.bins, options.window, threads);
+    made.relative_covariance =
+        bin_covariance(processing().grid, made.bins, correlation_x, correlation_y, made.response.low);
+    return made;
+  }
+
+  // Surfaces of one machine have their lines in one place: the last few answers are kept.
   static constexpr std::size_t kKept = 8;
   mutable std::mutex kept_mutex;
-  mutable std::deque<std::shared_ptr<const WithoutLines>> kept;
+  mutable std::deque<std::shared_ptr<const Binning>> kept;
 
-  std::shared_ptr<const WithoutLines> without(const std::vector<char>& left_out) const {
+  std::shared_ptr<const Binning> without(const std::vector<char>& left_out) const {
     {
       const std::lock_guard lock(kept_mutex);
       for (const auto& known : kept)
         if (known->left_out == left_out) return known;
     }
-    auto made = std::make_shared<WithoutLines>();
-    made->left_out = left_out;
-    made->bins = logarithmic_bins(processing().grid, options.bins_per_decade, left_out);
-    made->response = estimator_response(processing(), made->bins, options.window, threads);
-    made->relative_covariance =
-        bin_covariance(processing().grid, made->bins, correlation_x, correlation_y, made->response.low);
+    const auto made = std::make_shared<const Binning>(binning(left_out));
     const std::lock_guard lock(kept_mutex);
     kept.push_front(made);
     if (kept.size() > kKept) kept.pop_back();
@@ -127,33 +129,31 @@ struct PsdEstimator::Plan {
 
   // ordinate: periodogram, one-sided [m^3] or two-sided [m^4].
   PsdEstimate estimate(const Eigen::ArrayXd& ordinate) const {
-    if (!options.find_lines) return binned(ordinate, bins, response, relative_covariance);
+    if (!options.find_lines) return binned(ordinate, whole);
     const double correlation = 2 * correlation_x.sum() - correlation_x[0];
     const LineSearch search = find_lines(processing().grid, ordinate, main_lobe(options.window), correlation,
-                                         response.node_frequency, response.transfer);
-    if (search.lines.empty()) return binned(ordinate, bins, response, relative_covariance);
-    const std::shared_ptr<const WithoutLines> rest = without(search.left_out);
-    PsdEstimate result = binned(ordinate, rest->bins, rest->response, rest->relative_covariance);
+                                         whole.response.node_frequency, whole.response.transfer);
+    if (search.lines.empty()) return binned(ordinate, whole);
+    PsdEstimate result = binned(ordinate, *without(search.left_out));
     result.lines = search.lines;
     return result;
   }
 
-  PsdEstimate binned(const Eigen::ArrayXd& ordinate, const OrdinateBins& in_bins,
-                     const EstimatorResponse& expectation, const Eigen::MatrixXd& covariance) const {
+  PsdEstimate binned(const Eigen::ArrayXd& ordinate, const Binning& in) const {
     PsdEstimate result;
     result.kind = profile_processing ? PsdTableKind::k1dOneSided : PsdTableKind::k2dTwoSided;
     result.options = options;
     result.resolution = processing().grid.resolution();
     result.nyquist = processing().grid.nyquist();
-    result.frequency = in_bins.frequency, result.low = in_bins.low, result.high = in_bins.high,
-    result.count = in_bins.count;
-    result.psd = in_bins.mean(ordinate);
-    result.node_frequency = expectation.node_frequency;
-    result.response = expectation.matrix;
-    result.relative_covariance = covariance;
+    result.frequency = in.bins.frequency, result.low = in.bins.low, result.high = in.bins.high,
+    result.count = in.bins.count;
+    result.psd = in.bins.mean(ordinate);
+    result.node_frequency = in.response.node_frequency;
+    result.response = in.response.matrix;
+    result.relative_covariance = in.relative_covariance;
     result.dof = 2 / result.relative_covariance.diagonal().array();
-    result.lower.resize(in_bins.size()), result.upper.resize(in_bins.size());
-    for (Eigen::Index b = 0; b < in_bins.size(); ++b) {
+    result.lower.resize(in.bins.size()), result.upper.resize(in.bins.size());
+    for (Eigen::Index b = 0; b < in.bins.size(); ++b) {
       const boost::math::chi_squared distribution(result.dof[b]);
       const double tail = 0.5 * (1 - options.confidence), level = result.psd[b] * result.dof[b];
       result.lower[b] = level / quantile(complement(distribution, tail));
