@@ -6,11 +6,12 @@
 #include <limits>
 #include <numbers>
 
+#include "aberfit/core/constants.h"
+
 namespace aberfit::internal {
 namespace {
 
 using std::numbers::ln2;
-using std::numbers::pi;
 
 // False alarms per spectrum [probability]; ten times below what is promised, for the continuum's
 // approximations.
@@ -38,6 +39,11 @@ constexpr double kNegligible = 1e-12;
 // Piecewise linear log level over log f.
 struct Trend {
   std::vector<double> log_f, log_level;
+  // The continuum of some ordinates about f: their median over ln 2.
+  void add(double f, std::vector<double>* values) {
+    log_f.push_back(std::log(f));
+    log_level.push_back(std::log(std::max(median(values) / ln2, std::numeric_limits<double>::min())));
+  }
   double operator()(double f) const {
     if (log_f.empty()) return 1;
     if (log_f.size() == 1) return std::exp(log_level[0]);
@@ -54,6 +60,16 @@ double passed(double f, const Eigen::ArrayXd& nodes, const Eigen::ArrayXd& trans
   return std::max(transfer[std::clamp<Eigen::Index>(n, 0, transfer.size() - 1)], 1e-6);
 }
 
+// An ordinate or a ring that stands out.
+struct Peak {
+  int at;
+  double continuum, strength, chance;
+};
+void strongest_first(std::vector<Peak>* peaks) {
+  std::sort(peaks->begin(), peaks->end(),
+            [](const Peak& a, const Peak& b) { return a.strength > b.strength; });
+}
+
 LineSearch profile_lines(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, double correlation,
                          const Eigen::ArrayXd& nodes, const Eigen::ArrayXd& transfer) {
   LineSearch search;
@@ -63,12 +79,11 @@ LineSearch profile_lines(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int 
     const int to = std::min(last + 1, std::max(from + 9, int(from * 1.5)));
     std::vector<double> values(p.begin() + from, p.begin() + to);
     if (values.size() < 5 && !trend.log_f.empty()) break;
-    trend.log_f.push_back(std::log(0.5 * (from + to - 1)));
-    trend.log_level.push_back(std::log(std::max(median(&values) / ln2, std::numeric_limits<double>::min())));
+    trend.add(0.5 * (from + to - 1), &values);
     from = to;
   }
-  Eigen::ArrayXd continuum = Eigen::ArrayXd::Zero(last + 1), chance = Eigen::ArrayXd::Ones(last + 1);
-  std::vector<int> peaks;
+  Eigen::ArrayXd chance = Eigen::ArrayXd::Ones(last + 1);
+  std::vector<Peak> peaks;
   const double negligible = kNegligible * p.sum();
   for (int k = kFirst; k <= last; ++k) {
     const int reach = std::clamp(int(0.3 * k), 16, 100);
@@ -77,33 +92,29 @@ LineSearch profile_lines(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int 
       if (std::abs(i - k) > half + 1) around.push_back(p[i] / trend(i));
     if (around.size() < 8) continue;
     const double n = double(around.size()) / correlation;
-    continuum[k] = trend(k) * median(&around) / ln2;
-    chance[k] = anywhere(exceedance(p[k] / continuum[k], n), last);
-    if (chance[k] < kFalseAlarm && p[k] > negligible) peaks.push_back(k);
+    const double continuum = trend(k) * median(&around) / ln2;
+    chance[k] = anywhere(exceedance(p[k] / continuum, n), last);
+    if (chance[k] < kFalseAlarm && p[k] > negligible)
+      peaks.push_back({k, continuum, p[k] / continuum, chance[k]});
   }
-  std::sort(peaks.begin(), peaks.end(),
-            [&](int a, int b) { return p[a] / continuum[a] > p[b] / continuum[b]; });
-  for (const int k : peaks) {
+  strongest_first(&peaks);
+  for (const auto& [k, continuum, strength, chance_here] : peaks) {
     if (!search.left_out.empty() && search.left_out[std::size_t(k)]) continue;
     search.left_out.resize(std::size_t(grid.size()), 0);
     int low = std::max(1, k - half), high = std::min(last, k + half);
     // Skirts of a strong line stand out, too, and belong to it.
     while (low > kFirst && chance[low - 1] < kFalseAlarm && p[low - 1] < p[low]) --low;
     while (high < last && chance[high + 1] < kFalseAlarm && p[high + 1] < p[high]) ++high;
-    SpectralLine line;
     double power = 0, weighted = 0, weight = 0;
     for (int i = low; i <= high; ++i) {
-      const double over = p[i] - continuum[k] * trend(i) / trend(k);
+      const double over = p[i] - continuum * trend(i) / trend(k);
       power += over;
       if (std::abs(i - k) <= half) weight += std::max(over, 0.0), weighted += std::max(over, 0.0) * i;
       search.left_out[std::size_t(i)] = search.left_out[std::size_t(grid.conjugate(i))] = 1;
     }
-    line.frequency = weighted / weight * grid.step_x;
-    line.angle = std::numeric_limits<double>::quiet_NaN();
-    line.rms = std::sqrt(std::max(power, 0.0) * grid.step_x / passed(line.frequency, nodes, transfer));
-    line.strength = p[k] / continuum[k];
-    line.false_alarm = chance[k];
-    search.lines.push_back(line);
+    const double f = weighted / weight * grid.step_x;
+    const double rms = std::sqrt(std::max(power, 0.0) * grid.step_x / passed(f, nodes, transfer));
+    search.lines.push_back({f, kNaN, rms, strength, chance_here});
   }
   return search;
 }
@@ -123,15 +134,7 @@ void plane_waves(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, do
   }
   Trend trend;
   for (int r = 1; r <= rings; ++r)
-    if (in_ring[std::size_t(r)].size() >= 8) {
-      trend.log_f.push_back(std::log(r * grid.coarse_step()));
-      trend.log_level.push_back(
-          std::log(std::max(median(&in_ring[std::size_t(r)]) / ln2, std::numeric_limits<double>::min())));
-    }
-  struct Peak {
-    int at;
-    double continuum, strength, chance;
-  };
+    if (in_ring[std::size_t(r)].size() >= 8) trend.add(r * grid.coarse_step(), &in_ring[std::size_t(r)]);
   std::vector<Peak> peaks;
   const double negligible = kNegligible * p.sum();
   const double looks = 0.4 * grid.size();
@@ -154,7 +157,7 @@ void plane_waves(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, do
     const double chance = anywhere(exceedance(p[i] / continuum, n), looks);
     if (chance < kFalseAlarm) peaks.push_back({i, continuum, p[i] / continuum, chance});
   }
-  std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.strength > b.strength; });
+  strongest_first(&peaks);
   for (const Peak& peak : peaks) {
     if (!search->left_out.empty() && search->left_out[std::size_t(peak.at)]) continue;
     search->left_out.resize(std::size_t(grid.size()), 0);
@@ -168,17 +171,13 @@ void plane_waves(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, do
         weight += std::max(over, 0.0), x += std::max(over, 0.0) * k, y += std::max(over, 0.0) * l;
         search->left_out[std::size_t(at)] = search->left_out[std::size_t(grid.conjugate(at))] = 1;
       }
-    SpectralLine line;
-    const double fx = x / weight * grid.step_x, fy = y / weight * grid.step_y;
-    line.frequency = std::hypot(fx, fy);
-    line.angle = std::atan2(fy, fx);
-    if (line.angle < 0) line.angle += pi;
-    if (line.angle >= pi) line.angle -= pi;
-    line.rms = std::sqrt(2 * std::max(power, 0.0) * grid.step_x * grid.step_y /
-                         passed(line.frequency, nodes, transfer));
-    line.strength = peak.strength;
-    line.false_alarm = peak.chance;
-    search->lines.push_back(line);
+    const double fx = x / weight * grid.step_x, fy = y / weight * grid.step_y, f = std::hypot(fx, fy);
+    double angle = std::atan2(fy, fx);
+    if (angle < 0) angle += kPi;
+    if (angle >= kPi) angle -= kPi;
+    const double rms =
+        std::sqrt(2 * std::max(power, 0.0) * grid.step_x * grid.step_y / passed(f, nodes, transfer));
+    search->lines.push_back({f, angle, rms, peak.strength, peak.chance});
   }
 }
 
@@ -194,10 +193,6 @@ void rings(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, double c
     if (ring == 0 || ring > last || (!lines.empty() && lines[std::size_t(i)])) continue;
     sum[std::size_t(ring)] += p[i], count[std::size_t(ring)] += 0.5;
   }
-  struct Peak {
-    int ring;
-    double level, strength, chance;
-  };
   std::vector<Peak> peaks;
   const double negligible = kNegligible * p.sum();
   for (int r = kFirst; r <= last; ++r) {
@@ -224,30 +219,26 @@ void rings(const OrdinateGrid& grid, const Eigen::ArrayXd& p, int half, double c
     const double chance = anywhere(cdf(complement(distribution, z)), last);
     if (chance < kFalseAlarm) peaks.push_back({r, std::exp(level), mean / std::exp(level), chance});
   }
-  std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.strength > b.strength; });
+  strongest_first(&peaks);
   std::vector<char> taken(sum.size(), 0);
   for (const Peak& peak : peaks) {
-    if (taken[std::size_t(peak.ring)]) continue;
+    if (taken[std::size_t(peak.at)]) continue;
     search->left_out.resize(std::size_t(grid.size()), 0);
     double power = 0, weight = 0, weighted = 0;
-    for (int r = std::max(1, peak.ring - half); r <= std::min(last, peak.ring + half); ++r)
+    for (int r = std::max(1, peak.at - half); r <= std::min(last, peak.at + half); ++r)
       taken[std::size_t(r)] = 1;
     for (int i = 0; i < grid.size(); ++i) {
       const int r = ring_of(grid, i);
-      if (std::abs(r - peak.ring) > half || (!lines.empty() && lines[std::size_t(i)])) continue;
-      const double over = p[i] - peak.level;
+      if (std::abs(r - peak.at) > half || (!lines.empty() && lines[std::size_t(i)])) continue;
+      const double over = p[i] - peak.continuum;
       power += over;
       weight += over, weighted += over * grid.frequency(i);
       search->left_out[std::size_t(i)] = 1;
     }
-    SpectralLine line;
-    line.frequency = weight > 0 ? weighted / weight : peak.ring * grid.coarse_step();
-    line.angle = std::numeric_limits<double>::quiet_NaN();
-    line.rms =
-        std::sqrt(std::max(power, 0.0) * grid.step_x * grid.step_y / passed(line.frequency, nodes, transfer));
-    line.strength = peak.strength;
-    line.false_alarm = peak.chance;
-    search->lines.push_back(line);
+    const double f = weight > 0 ? weighted / weight : peak.at * grid.coarse_step();
+    const double rms =
+        std::sqrt(std::max(power, 0.0) * grid.step_x * grid.step_y / passed(f, nodes, transfer));
+    search->lines.push_back({f, kNaN, rms, peak.strength, peak.chance});
   }
 }
 
