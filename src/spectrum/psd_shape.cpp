@@ -24,28 +24,31 @@ constexpr double kLargestExponent = 16;  // 2-D; steeper than any polish, and th
 
 enum class Part { kKnee, kPower, kUniform, kFloor };
 
-std::vector<Part> parts_of(PsdFamily family) {
-  switch (family) {
-    case PsdFamily::kPowerLaw:
-      return {Part::kPower};
-    case PsdFamily::kKCorrelation:
-      return {Part::kKnee};
-    case PsdFamily::kUniform:
-      return {Part::kUniform};
-    case PsdFamily::kPowerLawAndFloor:
-      return {Part::kPower, Part::kFloor};
-    case PsdFamily::kKCorrelationAndFloor:
-      return {Part::kKnee, Part::kFloor};
-    case PsdFamily::kTwoKCorrelations:
-      return {Part::kKnee, Part::kKnee};
-    case PsdFamily::kAuto:
-      break;
-  }
-  assert(false && "kAuto is no shape");
-  return {};
-}
-
 int count_of(Part part) { return part == Part::kKnee ? 3 : part == Part::kPower ? 2 : 1; }
+
+struct PlacedPart {
+  Part part;
+  int at, count;  // its parameters in theta
+};
+
+// In the order of PsdFamily; kAuto is no shape.
+std::vector<PlacedPart> parts_of(PsdFamily family) {
+  assert(family != PsdFamily::kAuto);
+  static const std::vector<Part> kParts[] = {{},
+                                             {Part::kPower},
+                                             {Part::kKnee},
+                                             {Part::kUniform},
+                                             {Part::kPower, Part::kFloor},
+                                             {Part::kKnee, Part::kFloor},
+                                             {Part::kKnee, Part::kKnee}};
+  std::vector<PlacedPart> placed;
+  int at = 0;
+  for (const Part part : kParts[std::size_t(family)]) {
+    placed.push_back({part, at, count_of(part)});
+    at += count_of(part);
+  }
+  return placed;
+}
 
 bool is_profile(const PsdShape& shape) { return shape.kind == PsdTableKind::k1dOneSided; }
 
@@ -196,17 +199,16 @@ double PsdShape::pivot() const { return std::sqrt(f_min * f_max); }
 double PsdShapeParameter::natural(double at) const { return offset + (logarithmic ? std::exp(at) : at); }
 
 int parameter_count(const PsdShape& shape) {
-  int count = 0;
-  for (const Part part : parts_of(shape.family)) count += count_of(part);
-  return count;
+  int parameters = 0;
+  for (const PlacedPart& part : parts_of(shape.family)) parameters += part.count;
+  return parameters;
 }
 
 PsdShapeValues shape_values(const PsdShape& shape, const VectorXd& theta, const ArrayXd& f) {
   PsdShapeValues values{ArrayXd::Zero(f.size()), MatrixXd(f.size(), theta.size())};
-  int at = 0;
-  for (const Part part : parts_of(shape.family)) {
+  for (const auto& [part, at, count] : parts_of(shape.family)) {
     const double* own = theta.data() + at;
-    Columns d = values.derivative.middleCols(at, count_of(part));
+    Columns d = values.derivative.middleCols(at, count);
     switch (part) {
       case Part::kKnee:
         values.value += knee_values(shape, own, f, d);
@@ -221,7 +223,6 @@ PsdShapeValues shape_values(const PsdShape& shape, const VectorXd& theta, const 
         values.value += floor_values(own, f, d);
         break;
     }
-    at += count_of(part);
   }
   return values;
 }
@@ -230,8 +231,7 @@ PsdShapeBounds shape_bounds(const PsdShape& shape, double floor_level) {
   const int n = parameter_count(shape);
   const double profile = is_profile(shape) ? 1 : 0;
   PsdShapeBounds bounds{VectorXd(n), VectorXd(n)};
-  int at = 0;
-  for (const Part part : parts_of(shape.family)) {
+  for (const auto& [part, at, count] : parts_of(shape.family)) {
     // The level at the pivot of a steep part may lie far below the others.
     const double lowest = std::log(floor_level), reach = 200;
     bounds.lower[at] = part == Part::kFloor ? lowest : lowest - reach;
@@ -246,18 +246,15 @@ PsdShapeBounds shape_bounds(const PsdShape& shape, double floor_level) {
       bounds.lower[at + 1] = profile > 0 ? 1.02 : -4;
       bounds.upper[at + 1] = kLargestExponent;
     }
-    at += count_of(part);
   }
   return bounds;
 }
 
 std::vector<PsdShapeParameter> shape_parameters(const PsdShape& shape, const VectorXd& theta) {
   std::vector<PsdShapeParameter> parameters;
-  const std::vector<Part> parts = parts_of(shape.family);
-  const bool several_knees = std::count(parts.begin(), parts.end(), Part::kKnee) > 1;
-  int at = 0, knee = 0;
-  for (const Part part : parts) {
-    const std::string suffix = several_knees ? fmt::format("_{}", ++knee) : "";
+  int knee = 0;
+  for (const auto& [part, at, count] : parts_of(shape.family)) {
+    const std::string suffix = shape.family == PsdFamily::kTwoKCorrelations ? fmt::format("_{}", ++knee) : "";
     parameters.push_back(
         rms_parameter(shape, part, theta, at, part == Part::kFloor ? "floor" : "rms" + suffix));
     if (part == Part::kKnee) {
@@ -268,28 +265,24 @@ std::vector<PsdShapeParameter> shape_parameters(const PsdShape& shape, const Vec
       parameters.push_back(internal_parameter(theta, at + 1, "exponent", "1", false, 0));
       parameters.push_back(amplitude_parameter(shape, theta, at));
     }
-    at += count_of(part);
   }
   return parameters;
 }
 
 PsdModel surface_model(const PsdShape& shape, const VectorXd& theta) {
   SumPsd sum;
-  int at = 0;
-  for (const Part part : parts_of(shape.family)) {
-    if (!(part == Part::kFloor && is_profile(shape))) {
-      const double rms = std::exp(rms_parameter(shape, part, theta, at, "rms").coordinate);
-      if (part == Part::kKnee) {
-        sum.parts.push_back(KCorrelationPsd{rms, std::exp(theta[at + 1]),
-                                            std::exp(theta[at + 2]) + (is_profile(shape) ? 1 : 0),
-                                            shape.f_min, shape.f_max});
-      } else if (part == Part::kPower) {
-        sum.parts.push_back(PowerLawPsd{rms, std::nullopt, theta[at + 1], shape.f_min, shape.f_max});
-      } else {
-        sum.parts.push_back(UniformPsd{rms, shape.f_min, shape.f_max});
-      }
+  for (const auto& [part, at, count] : parts_of(shape.family)) {
+    if (part == Part::kFloor && is_profile(shape)) continue;
+    const double rms = std::exp(rms_parameter(shape, part, theta, at, "rms").coordinate);
+    if (part == Part::kKnee) {
+      sum.parts.push_back(KCorrelationPsd{rms, std::exp(theta[at + 1]),
+                                          std::exp(theta[at + 2]) + (is_profile(shape) ? 1 : 0), shape.f_min,
+                                          shape.f_max});
+    } else if (part == Part::kPower) {
+      sum.parts.push_back(PowerLawPsd{rms, std::nullopt, theta[at + 1], shape.f_min, shape.f_max});
+    } else {
+      sum.parts.push_back(UniformPsd{rms, shape.f_min, shape.f_max});
     }
-    at += count_of(part);
   }
   if (sum.parts.size() == 1) return sum.parts.front();
   return sum;
