@@ -1,7 +1,6 @@
 #include "line_spread.h"
 
 #include <cmath>
-#include <vector>
 
 namespace aberfit::internal {
 namespace {

@@ -1,6 +1,5 @@
 #include "aberfit/roughness/line_kernel.h"
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>

@@ -1,6 +1,5 @@
 #include "power_waves.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

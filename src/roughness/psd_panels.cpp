@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 #include "aberfit/core/quadrature.h"
 #include "aberfit/roughness/psd_integrals.h"

@@ -9,7 +9,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "aberfit/core/quadrature.h"
 #include "aberfit/core/random.h"
 #include "aberfit/core/smooth_number.h"
 #include "aberfit/roughness/fourier_transform.h"

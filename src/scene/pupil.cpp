@@ -1,12 +1,9 @@
 #include "aberfit/scene/pupil.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"

@@ -2,8 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <cmath>
-#include <cstdlib>
 #include <stdexcept>
 
 namespace aberfit {

@@ -1,6 +1,5 @@
 #include "aberfit/spectrum/detrend.h"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <vector>

@@ -3,8 +3,6 @@
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <deque>
-#include <limits>
-#include <memory>
 #include <mutex>
 #include <stdexcept>
 

@@ -7,7 +7,6 @@
 #include <boost/math/distributions/normal.hpp>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "aberfit/core/constants.h"

@@ -7,7 +7,6 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/quadrature.h"

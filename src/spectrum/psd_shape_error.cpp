@@ -1,9 +1,7 @@
 #include "psd_shape_error.h"
 
-#include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "aberfit/core/constants.h"

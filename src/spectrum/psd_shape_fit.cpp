@@ -10,8 +10,6 @@
 #include <boost/math/special_functions/digamma.hpp>
 #include <boost/math/special_functions/trigamma.hpp>
 #include <cmath>
-#include <limits>
-#include <memory>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/linear_algebra.h"

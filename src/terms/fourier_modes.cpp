@@ -2,7 +2,6 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/random.h"

@@ -2,7 +2,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <variant>
-#include <vector>
 
 #include "aberfit/scene/pupil.h"
 #include "point_block.h"

@@ -1,6 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <complex>
 #include <optional>
 
 namespace aberfit::internal {

@@ -1,8 +1,6 @@
 #include "diffraction_plane.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 #include "aberfit/core/constants.h"

@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
-#include <complex>
 #include <cstddef>
 #include <vector>
 

@@ -1,6 +1,5 @@
 #pragma once
 #include <cstdint>
-#include <vector>
 
 #include "aberfit/measured/height_map.h"
 #include "aberfit/measured/profile.h"

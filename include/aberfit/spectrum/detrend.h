@@ -1,5 +1,4 @@
 #pragma once
-#include <Eigen/Core>
 
 #include "aberfit/measured/height_map.h"
 #include "aberfit/measured/profile.h"
