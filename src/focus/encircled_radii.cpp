@@ -1,9 +1,9 @@
 #include "encircled_radii.h"
 
 #include <bit>
-#include <limits>
 #include <numeric>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/parallel.h"
 #include "kernel.h"
 #include "ray_blocks.h"
@@ -104,8 +104,7 @@ class RadiusSolver {
 
   static double edge2(const RadiusPlane& plane, int bin) {
     if (bin <= 0) return 0.0;
-    return bin >= kBins ? std::numeric_limits<double>::infinity()
-                        : from_leading_bits(plane.binned.offset + bin);
+    return bin >= kBins ? kInfinity : from_leading_bits(plane.binned.offset + bin);
   }
   static int bin_of(const RadiusPlane& plane, double r2) {
     const double inside = std::clamp(r2, plane.binned.low, plane.binned.high);
@@ -297,7 +296,7 @@ class RadiusSolver {
     if (search.every_bin) {
       start = order_statistic(plane, search.interval, wanted);
       low = 0;
-      high = std::numeric_limits<double>::infinity();
+      high = kInfinity;
     }
     request.radius = std::nan("");
     if (search.too_small || !(start > kSmallestSpotInWidths * width_)) return;
@@ -337,8 +336,7 @@ class RadiusSolver {
     for (int g = 0; g < groups_.count; ++g)
       for (std::size_t i = 0; i < shells[g].used; ++i) {
         const double r2 = shells[g].r2[i];  // what is not a number goes last: a sort needs an order
-        nodes.push_back({r2 >= 0 ? std::sqrt(r2) : std::numeric_limits<double>::infinity(),
-                         shells[g].weight[i], shells[g].ray[i]});
+        nodes.push_back({r2 >= 0 ? std::sqrt(r2) : kInfinity, shells[g].weight[i], shells[g].ray[i]});
       }
     std::sort(nodes.begin(), nodes.end(), [](const Node& a, const Node& b) {
       return a.radius < b.radius || (a.radius == b.radius && a.ray < b.ray);

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "aberfit/core/constants.h"
 
 namespace aberfit::internal {
-
-using std::numbers::pi;
 
 namespace {
 
@@ -26,10 +25,10 @@ bool has_finite_structure_function(const RadialPsd& psd) { return integrable(psd
 
 SharedPanels shared_panels(const RadialPsd& psd, double r_min, double r_max) {
   const PowerLawLimits limits = power_law_limits(psd);
-  const double low = psd.f_min() > 0 ? psd.f_min() : std::min(limits.low, 1e-9 / (2 * pi * r_max));
+  const double low = psd.f_min() > 0 ? psd.f_min() : std::min(limits.low, 1e-9 / (2 * kPi * r_max));
   // Above `high` the oscillation has averaged S away, or S is gone.
   const double high =
-      std::isinf(psd.f_max()) ? std::max(limits.high, 1e9 * kHankelFrom / (2 * pi * r_min)) : limits.high;
+      std::isinf(psd.f_max()) ? std::max(limits.high, 1e9 * kHankelFrom / (2 * kPi * r_min)) : limits.high;
   return {low, psd.f_min() > 0 ? 0 : radial_moment(psd, 0, 0, low), resolved_panels(psd, low, high)};
 }
 

@@ -1,13 +1,11 @@
 #include "power_waves.h"
 
 #include <cmath>
-#include <numbers>
 
+#include "aberfit/core/constants.h"
 #include "wave_sum.h"
 
 namespace aberfit::internal {
-
-using std::numbers::pi;
 
 PowerStretch::PowerStretch(double f_min, double f_max, double exponent) : f_min_(f_min), f_max_(f_max) {
   const double q = 0.5 - exponent;
@@ -27,7 +25,7 @@ void PowerWaves::add_end(const PowerStretch& stretch, double f, double amplitude
   const double inverse = 1 / (k_ * f);
   if (ends_.waves.empty() || ends_.waves.back().f != f) ends_.waves.push_back({f, {}});
   std::array<double, PowerStretch::kTerms + 1>& series = ends_.waves.back().series;
-  double factor = 2 * std::sqrt(pi) * amplitude * f * f * inverse * std::sqrt(inverse);
+  double factor = 2 * std::sqrt(kPi) * amplitude * f * f * inverse * std::sqrt(inverse);
   for (std::size_t n = 0; n < PowerStretch::kTerms; ++n) {
     series[n] += factor * stretch.series()[n];
     factor *= inverse;
@@ -44,7 +42,7 @@ void PowerWaves::add(const PowerStretch& stretch, double a, double psd_a, double
 void PowerWaves::add_node(double f, double weight) {
   const double inverse = 1 / (k_ * f);
   Wave& wave = nodes_.waves.emplace_back(Wave{-f, {}});
-  double term = weight * std::sqrt(inverse / pi);
+  double term = weight * std::sqrt(inverse / kPi);
   for (int n = 0; n < PowerStretch::kTerms; ++n) {
     wave.series[std::size_t(n)] = n % 4 == 0 || n % 4 == 3 ? term : -term;
     term *= (2 * n + 1) * (2 * n + 1) / (8.0 * (n + 1)) * inverse;
@@ -76,7 +74,7 @@ void PowerWaves::Set::arrange(double scale) {
 }
 
 double PowerWaves::operator()(double r) const {
-  const double y = k_ / (2 * pi * r);
+  const double y = k_ / (2 * kPi * r);
   return std::sqrt(y) * (y * wave_sum(r, y, ends_.data.data(), ends_.pairs.data(), int(ends_.pairs.size())) +
                          wave_sum(r, y, nodes_.data.data(), nodes_.pairs.data(), int(nodes_.pairs.size())));
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <numbers>
 
 #include "aberfit/core/constants.h"
 #include "square.h"
@@ -11,8 +10,6 @@ namespace aberfit {
 using namespace internal;
 
 namespace {
-
-using std::numbers::pi;
 
 // int_1^q t^(p-1) dt = (q^p - 1)/p, without cancellation for p near 0 or q near 1; q may be infinite (p < 0).
 double power_integral(double p, double log_q) { return p == 0 ? log_q : std::expm1(p * log_q) / p; }
@@ -25,7 +22,7 @@ double shape(const KCorrelationPsd& m, double f) {
   return std::exp(-0.5 * m.exponent * std::log1p(square(m.correlation * f)));
 }
 double shape(const PowerLawPsd& m, double f) { return std::pow(f, -m.exponent); }
-double shape(const GaussianPsd& m, double f) { return std::exp(-square(pi * m.correlation_length * f)); }
+double shape(const GaussianPsd& m, double f) { return std::exp(-square(kPi * m.correlation_length * f)); }
 double shape(const TablePsd& m, double f) {
   const auto above = std::upper_bound(m.frequency.begin(), m.frequency.end(), f);
   const std::size_t i =
@@ -36,7 +33,7 @@ double shape(const TablePsd& m, double f) {
 double shape(const SumPsd&, double) { return 0.0; }  // sums are flattened, so never a part
 
 double factor(const UniformPsd& m) {
-  return square(m.rms) / (pi * (m.f_max - m.f_min) * (m.f_max + m.f_min));
+  return square(m.rms) / (kPi * (m.f_max - m.f_min) * (m.f_max + m.f_min));
 }
 double factor(const KCorrelationPsd& m) {
   // With v = 1 + (B f)^2 the height variance is pi/B^2 int v^(-c/2) dv.
@@ -44,16 +41,16 @@ double factor(const KCorrelationPsd& m) {
   const double step = square(m.correlation) * (m.f_max - m.f_min) * (m.f_max + m.f_min);
   const double p = 1 - 0.5 * m.exponent;
   const double integral = std::pow(v_min, p) * power_integral(p, std::log1p(step / v_min));
-  return square(m.rms) / (pi / square(m.correlation) * integral);
+  return square(m.rms) / (kPi / square(m.correlation) * integral);
 }
 double factor(const PowerLawPsd& m) {
   if (m.amplitude) return *m.amplitude;
   const double p = 2 - m.exponent;
   const double integral = m.f_min > 0 ? std::pow(m.f_min, p) * power_integral(p, std::log(m.f_max / m.f_min))
                                       : std::pow(m.f_max, p) / p;
-  return square(*m.rms) / (2 * pi * integral);
+  return square(*m.rms) / (2 * kPi * integral);
 }
-double factor(const GaussianPsd& m) { return pi * square(m.correlation_length * m.rms); }
+double factor(const GaussianPsd& m) { return kPi * square(m.correlation_length * m.rms); }
 double factor(const TablePsd&) { return 1.0; }
 double factor(const SumPsd&) { return 0.0; }
 
@@ -84,7 +81,7 @@ double upper_edge(const Model& m) {
 
 void add_bends(const KCorrelationPsd& m, std::vector<double>* bends) { bends->push_back(1 / m.correlation); }
 void add_bends(const GaussianPsd& m, std::vector<double>* bends) {
-  bends->push_back(1 / (pi * m.correlation_length));
+  bends->push_back(1 / (kPi * m.correlation_length));
 }
 void add_bends(const TablePsd& m, std::vector<double>* bends) {
   bends->insert(bends->end(), m.frequency.begin(), m.frequency.end());

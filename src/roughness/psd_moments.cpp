@@ -1,5 +1,4 @@
 #include <cmath>
-#include <numbers>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/roughness/psd.h"
@@ -7,8 +6,6 @@
 
 namespace aberfit {
 namespace {
-
-using std::numbers::pi;
 
 // int t^(p-1) dt over the part of (0, inf) next to t = 1: from 1 up to `ratio` >= 1 (may be infinity), or
 // from `ratio` < 1 (may be 0) to 1.
@@ -52,7 +49,7 @@ double moment(const RadialPsd& psd, double power, int order, double a, double b)
   if (a < b)
     for (const PsdPanel& panel : resolved_panels(psd, a, b))
       sum += (panel.weight * panel.f.pow(power + 1) * (order == 2 ? panel.psd.square() : panel.psd)).sum();
-  return 2 * pi * sum;
+  return 2 * kPi * sum;
 }
 
 }  // namespace
@@ -67,20 +64,20 @@ double radial_moment(const RadialPsd& psd, double power, double a, double b) {
 PsdMoments psd_moments(const RadialPsd& psd) {
   PsdMoments moments;
   moments.height_variance = moment(psd, 0, 1, 0, kInfinity);
-  moments.slope_variance = 4 * pi * pi * moment(psd, 2, 1, 0, kInfinity);
+  moments.slope_variance = 4 * kPi * kPi * moment(psd, 2, 1, 0, kInfinity);
   moments.f2_squared = moment(psd, 4, 2, 0, kInfinity);
   return moments;
 }
 
 double effective_modes(const PsdMoments& moments, double area) {
-  const double f2 = moments.slope_variance / (4 * pi * pi);
+  const double f2 = moments.slope_variance / (4 * kPi * kPi);
   return area * f2 * f2 / moments.f2_squared;
 }
 
 double correlation_length(const RadialPsd& psd) {
   const double height_variance = radial_moment(psd, 0);
-  if (!std::isfinite(height_variance)) return std::numeric_limits<double>::quiet_NaN();
-  return radial_moment(psd, -1) / (2 * pi) / height_variance;
+  if (!std::isfinite(height_variance)) return kNaN;
+  return radial_moment(psd, -1) / (2 * kPi) / height_variance;
 }
 
 }  // namespace aberfit

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/roughness/bessel.h"
 #include "aberfit/roughness/psd.h"
@@ -19,8 +20,6 @@ namespace aberfit {
 using namespace internal;
 
 namespace {
-
-using std::numbers::pi;
 
 // 1 - 2 J1(z)/z to rounding relative to itself.
 double one_minus_jinc(double z) {
@@ -75,20 +74,20 @@ double one_minus_matern(double nu, double a) {
 std::optional<double> structure_closed_form(const GaussianPsd& m, double factor, double f_min, double f_max,
                                             double r) {
   if (f_min > 0 || std::isfinite(f_max)) return std::nullopt;
-  return -factor / (pi * square(m.correlation_length)) * std::expm1(-square(r / m.correlation_length));
+  return -factor / (kPi * square(m.correlation_length)) * std::expm1(-square(r / m.correlation_length));
 }
 
 std::optional<double> structure_closed_form(const KCorrelationPsd& m, double factor, double f_min,
                                             double f_max, double r) {
   const double nu = 0.5 * m.exponent - 1;
   if (f_min > 0 || std::isfinite(f_max) || nu > 60) return std::nullopt;  // beyond, K_nu overflows
-  return pi * factor / (square(m.correlation) * nu) * one_minus_matern(nu, 2 * pi * r / m.correlation);
+  return kPi * factor / (square(m.correlation) * nu) * one_minus_matern(nu, 2 * kPi * r / m.correlation);
 }
 
 std::optional<double> structure_closed_form(const UniformPsd&, double factor, double f_min, double f_max,
                                             double r) {
   if (f_max - f_min < 0.1 * f_max) return std::nullopt;  // the difference of the discs would lose digits
-  const auto disc = [r](double f) { return pi * f * f * one_minus_jinc(2 * pi * r * f); };
+  const auto disc = [r](double f) { return kPi * f * f * one_minus_jinc(2 * kPi * r * f); };
   return factor * (disc(f_max) - disc(f_min));
 }
 
@@ -157,14 +156,14 @@ class ByQuadrature {
     // where S falls almost as fast as f^-4.
     if (psd.f_min() == 0)
       for (std::size_t m = 1; m < low_.size(); ++m)
-        low_[m] = std::pow(pi, 2.0 * double(m)) * radial_moment(psd, 2.0 * double(m), 0, shared_.low);
+        low_[m] = std::pow(kPi, 2.0 * double(m)) * radial_moment(psd, 2.0 * double(m), 0, shared_.low);
     Powers sum = low_;
     for (const PsdPanel& panel : shared_.panels) {
-      PanelArray term = 2 * pi * panel.weight * panel.psd * panel.f;
+      PanelArray term = 2 * kPi * panel.weight * panel.psd * panel.f;
       mass_.push_back(term.sum());
       for (double& power : sum) {
         power += term.sum();
-        term *= (pi * panel.f).square();
+        term *= (kPi * panel.f).square();
       }
       below_.push_back(sum);
     }
@@ -175,9 +174,9 @@ class ByQuadrature {
   double operator()(double r) {
     const std::size_t octave = std::size_t(std::max(0.0, std::floor(std::log2(r_max_ / r))));
     if (octave >= plans_.size()) plans_.resize(octave + 1);
-    if (!plans_[octave]) plans_[octave] = plan(2 * pi * std::ldexp(r_max_, -int(octave)));
+    if (!plans_[octave]) plans_[octave] = plan(2 * kPi * std::ldexp(r_max_, -int(octave)));
     const Plan& now = *plans_[octave];
-    const double k = 2 * pi * r;
+    const double k = 2 * kPi * r;
     double sum = beyond_;
     // Four terms of 1 - J0: the next is 1e-12 of the first.
     const Powers& p = now.first > 0 ? below_[now.first - 1] : low_;
@@ -256,7 +255,7 @@ class ByQuadrature {
     for (std::size_t p = i; p < end; ++p) {
       const PsdPanel& panel = shared_.panels[p];
       const PanelArray t = (2 * panel.f - (a + b)) / (b - a);
-      const PanelArray weight = 2 * pi * panel.weight * panel.psd * panel.f;
+      const PanelArray weight = 2 * kPi * panel.weight * panel.psd * panel.f;
       PanelArray before = PanelArray::Zero(), here = PanelArray::Ones();
       for (int l = 0; l < n; ++l) {
         moment[l] += (l + 0.5) * (weight * here).sum();
@@ -276,7 +275,7 @@ class ByQuadrature {
       const double f =
           own ? panel.f[j] : 0.5 * (panel.a + panel.b) + 0.5 * (panel.b - panel.a) * rule.nodes[j];
       const double psd = own ? panel.psd[j] : psd_(f);
-      plan->add(f, pi * (panel.b - panel.a) * rule.weights[j] * psd * f);
+      plan->add(f, kPi * (panel.b - panel.a) * rule.weights[j] * psd * f);
     }
   }
 
@@ -288,7 +287,7 @@ class ByQuadrature {
     hankel_amplitudes(x.data(), kPanelNodes, p0.data(), q0.data(), p1.data(), q1.data());
     const double real = (shape * (weights.real() * p0 - weights.imag() * q0)).sum(),
                  imaginary = (shape * (weights.real() * q0 + weights.imag() * p0)).sum();
-    return mass_[i] - 2 * pi * (real + imaginary) / std::numbers::sqrt2;
+    return mass_[i] - 2 * kPi * (real + imaginary) / std::numbers::sqrt2;
   }
 
   // 24 nodes carry J0 over 10 rad: J_24(5) = 4e-15; 48 over 36 rad: J_48(18) = 1e-16.
@@ -309,8 +308,7 @@ class ByQuadrature {
 }  // namespace
 
 Eigen::ArrayXd structure_function(const RadialPsd& psd, const Eigen::ArrayXd& r) {
-  if (!has_finite_structure_function(psd))
-    return Eigen::ArrayXd::Constant(r.size(), std::numeric_limits<double>::infinity());
+  if (!has_finite_structure_function(psd)) return Eigen::ArrayXd::Constant(r.size(), kInfinity);
   Eigen::ArrayXd result = Eigen::ArrayXd::Zero(r.size());
   const double r_max = r.size() > 0 ? r.maxCoeff() : 0;
   if (r_max <= 0) return result;

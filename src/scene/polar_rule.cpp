@@ -1,7 +1,6 @@
 #include "polar_rule.h"
 
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "aberfit/core/constants.h"
@@ -11,7 +10,7 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kGoldenAngle = std::numbers::pi * (3.0 - 2.2360679774997896);
+constexpr double kGoldenAngle = kPi * (3.0 - 2.2360679774997896);
 
 }  // namespace
 

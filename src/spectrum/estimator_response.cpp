@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/parallel.h"
 #include "window.h"
 
 namespace aberfit::internal {
 namespace {
-
-using std::numbers::pi;
 
 constexpr int kNodesPerDecade = 100;    // linear interpolation of f^-4 between them: 0.13 % at most
 constexpr int kProfileAllWaves = 2400;  // samples; up to here every wave of a profile is sent
@@ -108,7 +106,7 @@ void add_low(const OrdinateGrid& grid, const Eigen::VectorXcd& value, double u, 
     const int at = low->index[std::size_t(a)];
     const double turn =
         (grid.k(at) - u) * (grid.cols - 1) / grid.cols + (grid.l(at) - v) * (grid.rows - 1) / grid.rows;
-    centred[a] = value[a] * std::polar(1.0, pi * turn);
+    centred[a] = value[a] * std::polar(1.0, kPi * turn);
   }
   for (const int mirror : {1, -1}) {
     if (grid.profile() && mirror < 0) continue;
@@ -198,7 +196,7 @@ Selection select_high(const Way& way, const Region& region) {
     for (int d = 0; d < directions; ++d) {
       // Directions step on from group to group, so that no lattice line is hit every time.
       const double turn = std::fmod((d + 0.5) / directions + 0.6180339887498949 * g, 1.0);
-      const double angle = grid.profile() ? 0 : 0.5 * pi * turn;
+      const double angle = grid.profile() ? 0 : 0.5 * kPi * turn;
       const double u = f * std::cos(angle) / grid.step_x;
       const double v = grid.profile() ? 0 : (d % 2 ? -1 : 1) * f * std::sin(angle) / grid.step_y;
       if (2 * u >= grid.cols - 1 || (!grid.profile() && 2 * std::abs(v) >= grid.rows - 1)) continue;

@@ -1,7 +1,7 @@
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/smooth_number.h"
 #include "detrend_basis.h"
@@ -11,7 +11,6 @@
 namespace aberfit::internal {
 namespace {
 
-using std::numbers::pi;
 constexpr Eigen::Index kFewestPoints = 4;  // along either side
 
 }  // namespace
@@ -147,8 +146,8 @@ void MapProcessing::bridge(ComplexGrid* samples) const {
 
 MapProcessing::Separable MapProcessing::separable(double u, double v) const {
   Separable wave{Eigen::VectorXcd(grid.cols), Eigen::VectorXcd(grid.rows), {}};
-  for (int i = 0; i < grid.cols; ++i) wave.x[i] = std::polar(1.0, 2 * pi * u * i / grid.cols);
-  for (int j = 0; j < grid.rows; ++j) wave.y[j] = std::polar(1.0, 2 * pi * v * j / grid.rows);
+  for (int i = 0; i < grid.cols; ++i) wave.x[i] = std::polar(1.0, 2 * kPi * u * i / grid.cols);
+  for (int j = 0; j < grid.rows; ++j) wave.y[j] = std::polar(1.0, 2 * kPi * v * j / grid.rows);
   const Eigen::Index n = Eigen::Index(products_.size());
   if (n == 0) return wave;
   // Moments of the separable wave over the full rectangle, minus those of the holes.

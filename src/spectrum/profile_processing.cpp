@@ -1,7 +1,7 @@
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/linear_algebra.h"
 #include "detrend_basis.h"
 #include "processing.h"
@@ -10,7 +10,6 @@
 namespace aberfit::internal {
 namespace {
 
-using std::numbers::pi;
 constexpr double kEvenToRounding = 1e-6;  // of the pitch
 constexpr Eigen::Index kFewestSamples = 16;
 
@@ -102,11 +101,11 @@ ComplexGrid ProfileProcessing::bridged(const Eigen::VectorXcd& heights) const {
 ComplexGrid ProfileProcessing::wave(double u, double) const {
   const double f = u * grid.step_x;
   Eigen::VectorXcd heights(x_.size());
-  for (Eigen::Index i = 0; i < x_.size(); ++i) heights[i] = std::polar(1.0, 2 * pi * f * (x_[i] - x_[0]));
+  for (Eigen::Index i = 0; i < x_.size(); ++i) heights[i] = std::polar(1.0, 2 * kPi * f * (x_[i] - x_[0]));
   if (quantity_ == ProfileQuantity::kSlope) {
     // The instrument sees the slope 2 pi i f exp(); the trapezoid rule makes a height of it again. Slopes
     // that are bridged linearly integrate to one trapezoid across the hole.
-    const std::complex<double> derivative(0, 2 * pi * f);
+    const std::complex<double> derivative(0, 2 * kPi * f);
     std::complex<double> sum = 0, before = derivative * heights[0];
     heights[0] = 0;
     for (Eigen::Index i = 1; i < x_.size(); ++i) {

@@ -2,15 +2,14 @@
 
 #include <cmath>
 #include <complex>
-#include <numbers>
+
+#include "aberfit/core/constants.h"
 
 namespace aberfit {
 namespace {
 
-using std::numbers::pi;
-
 double window_value(WindowKind window, double t) {
-  const double c = std::cos(2 * pi * t);
+  const double c = std::cos(2 * kPi * t);
   switch (window) {
     case WindowKind::kNone:
       return 1;
@@ -19,12 +18,12 @@ double window_value(WindowKind window, double t) {
     case WindowKind::kHamming:
       return 0.54 - 0.46 * c;
     case WindowKind::kBlackmanHarris:  // four terms, -92 dB (Harris 1978, table 1)
-      return 0.35875 - 0.48829 * c + 0.14128 * std::cos(4 * pi * t) - 0.01168 * std::cos(6 * pi * t);
+      return 0.35875 - 0.48829 * c + 0.14128 * std::cos(4 * kPi * t) - 0.01168 * std::cos(6 * kPi * t);
     case WindowKind::kWelch:
       return 1 - (2 * t - 1) * (2 * t - 1);
     case WindowKind::kTukey: {
       const double edge = std::min(t, 1 - t) / 0.25;
-      return edge >= 1 ? 1 : 0.5 - 0.5 * std::cos(pi * edge);
+      return edge >= 1 ? 1 : 0.5 - 0.5 * std::cos(kPi * edge);
     }
   }
   return 1;
@@ -59,7 +58,7 @@ int main_lobe(WindowKind window) {
 
 double lobe(const Eigen::ArrayXd& window, double nu) {
   std::complex<double> sum = 0;
-  const double step = -2 * pi * nu / double(window.size());
+  const double step = -2 * kPi * nu / double(window.size());
   for (Eigen::Index i = 0; i < window.size(); ++i) sum += std::polar(window[i], step * (double(i) + 0.5));
   return std::norm(sum) / (double(window.size()) * window.square().sum());
 }

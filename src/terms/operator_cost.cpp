@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/instruction_set.h"
 #include "grid_kernel.h"
 #include "polar_kernel.h"
@@ -19,8 +19,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr OperatorSeconds kImpossible{std::numeric_limits<double>::infinity(),
-                                      std::numeric_limits<double>::infinity()};
+constexpr OperatorSeconds kImpossible{kInfinity, kInfinity};
 
 /// Nanoseconds of the forward and of the adjoint product.
 struct Nanoseconds {
@@ -124,7 +123,7 @@ Index rays_from(const OperatorSeconds& whole, const OperatorSeconds& point_by_po
 template <typename Method>
 Method cheapest(std::initializer_list<Method> methods, const TermSet& terms, const PointLayout& layout) {
   Method best = *methods.begin();
-  double least = std::numeric_limits<double>::infinity();
+  double least = kInfinity;
   for (const Method method : methods) {
     const OperatorSeconds seconds = predicted_seconds(method, terms, layout);
     if (seconds.forward + seconds.adjoint < least) best = method, least = seconds.forward + seconds.adjoint;

@@ -6,9 +6,9 @@
 #include <cassert>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <vector>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "bessel_orders.h"
@@ -25,7 +25,6 @@
 namespace aberfit::internal {
 namespace {
 
-using std::numbers::pi;
 constexpr double kPanelWidth = 16;  // in x: J_a J_b turns 5 times on 24 nodes, error below 1e-15 (j_48(16))
 constexpr double kHankelFrom = 30;  // in x
 constexpr double kTailOrders =
@@ -135,7 +134,7 @@ void add_beyond(const RadialPsd& psd, double kappa, double f, Sum* sum) {
       throw ComputationError(fmt::format(
           "Zernike variances diverge: the PSD goes as f^{:g} up to f = infinity; give it an f_max",
           -term.exponent));
-    sum->add_closed([&](int, int) { return term(f) / (pi * kappa * f * (term.exponent + 1)); });
+    sum->add_closed([&](int, int) { return term(f) / (kPi * kappa * f * (term.exponent + 1)); });
   }
 }
 
@@ -190,7 +189,7 @@ void integrate(const RadialPsd& psd, double kappa, const std::vector<Orders>& or
         }
     }
     const auto filon = oscillatory_weights(panel.a, panel.b, 2 * kappa);
-    const PanelArray envelope = panel.psd / (pi * kappa * panel.f.square());
+    const PanelArray envelope = panel.psd / (kPi * kappa * panel.f.square());
     for (std::size_t i = 0; i < orders.size(); ++i) {
       const double sign = orders[i].parity() == 0 ? 1 : -1;
       (*sums)[i].add_tail(panel.weight * envelope, sign * filon.real() * envelope,
@@ -220,7 +219,7 @@ std::vector<Sum> sums_for(const RadialPsd& psd, double kappa, const std::vector<
 }  // namespace
 
 Eigen::MatrixXd zernike_covariance_table(const RadialPsd& psd, double radius, int n_min, int n_max) {
-  const double kappa = 2 * pi * radius;
+  const double kappa = 2 * kPi * radius;
   const std::vector<Orders> orders = both_parities(n_min, n_max);
   const std::vector<FullSum> sums = sums_for<FullSum>(psd, kappa, orders);
   Eigen::MatrixXd table = Eigen::MatrixXd::Zero(n_max - n_min + 1, n_max - n_min + 1);
@@ -228,21 +227,21 @@ Eigen::MatrixXd zernike_covariance_table(const RadialPsd& psd, double radius, in
     for (int k = 0; k < orders[i].count; ++k)
       for (int l = 0; l < orders[i].count; ++l) {
         const int a = orders[i].order(k), b = orders[i].order(l);
-        table(a - 1 - n_min, b - 1 - n_min) = 8 * pi / (kappa * kappa) * std::sqrt(double(a) * b) * 0.5 *
+        table(a - 1 - n_min, b - 1 - n_min) = 8 * kPi / (kappa * kappa) * std::sqrt(double(a) * b) * 0.5 *
                                               (sums[i].sum(k, l) + sums[i].sum(l, k));
       }
   return table;
 }
 
 Eigen::ArrayXd zernike_variances(const RadialPsd& psd, double radius, int n_min, int n_max) {
-  const double kappa = 2 * pi * radius;
+  const double kappa = 2 * kPi * radius;
   const std::vector<Orders> orders = both_parities(n_min, n_max);
   const std::vector<DiagonalSum> sums = sums_for<DiagonalSum>(psd, kappa, orders);
   Eigen::ArrayXd variances(n_max - n_min + 1);
   for (std::size_t i = 0; i < orders.size(); ++i)
     for (int k = 0; k < orders[i].count; ++k)
       variances[orders[i].order(k) - 1 - n_min] =
-          8 * pi / (kappa * kappa) * orders[i].order(k) * sums[i].sum[k];
+          8 * kPi / (kappa * kappa) * orders[i].order(k) * sums[i].sum[k];
   return variances;
 }
 

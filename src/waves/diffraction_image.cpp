@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <vector>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/waves/diffraction_psf.h"
@@ -142,13 +142,12 @@ PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd
   const Eigen::ArrayXcd field = pupil_field(scene, window.dz);
   const double per_metre = scene.per_period(window.dz);  // periods of the PSF
   if (problem.scatter) {
-    image.intensity =
-        scattered(scene, field, 2 * std::numbers::pi * image.pitch * per_metre, before, samples);
+    image.intensity = scattered(scene, field, 2 * kPi * image.pitch * per_metre, before, samples);
   } else
-    image.intensity = image.method == PsfImage::Method::kMatrix
-                          ? by_matrix(on_grid(scene, field), -2 * std::numbers::pi * image.pitch * per_metre,
-                                      before, samples)
-                          : by_transform(scene, field, part_size, parts, before, samples);
+    image.intensity =
+        image.method == PsfImage::Method::kMatrix
+            ? by_matrix(on_grid(scene, field), -2 * kPi * image.pitch * per_metre, before, samples)
+            : by_transform(scene, field, part_size, parts, before, samples);
   image.intensity *= per_metre * per_metre / scene.total();
   image.first = -double(before) * image.pitch;
   return image;

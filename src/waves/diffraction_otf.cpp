@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "aberfit/core/constants.h"
@@ -28,7 +27,7 @@ Eigen::ArrayXd RadialOtf::energy_weights(double q, Eigen::Index nodes) {
   const Eigen::ArrayXd lag = lags_from_first(nodes), z = kTwoPi * q * lag;
   Eigen::ArrayXd j0(nodes - 1), j1(nodes - 1), weights(nodes);
   bessel_j0_j1(z.data(), int(nodes - 1), j0.data(), j1.data());
-  weights[0] = std::numbers::pi * q * q;
+  weights[0] = kPi * q * q;
   weights.tail(nodes - 1) = q * j1 / lag;
   return weights;
 }
@@ -46,7 +45,7 @@ RadialOtf::Encircled RadialOtf::encircled(double q) const {
 
 RadialOtf::Encircled RadialOtf::of_values(double q) const {
   const BesselSums sums = bessel_sums(kTwoPi * q, lag_.data(), per_lag_.data(), int(lag_.size()));
-  return {q * (std::numbers::pi * q * values_[0] + sums.first), kTwoPi * q * (values_[0] + sums.zeroth)};
+  return {q * (kPi * q * values_[0] + sums.first), kTwoPi * q * (values_[0] + sums.zeroth)};
 }
 
 std::optional<double> RadialOtf::radius(double fraction, double q_max) {
