@@ -50,7 +50,6 @@ std::map<int, std::vector<Eigen::Index>> indices_by_m(const TermSet& terms) {
 
 void append_zernike_blocks(const TermSet& terms, const RadialPsd& psd, CovarianceKind kind,
                            std::vector<CoefficientPrior::Block>* blocks) {
-  const auto order = [&](Eigen::Index i) { return terms.zernike[std::size_t(i)].n; };
   const auto [lowest, highest] = std::minmax_element(terms.zernike.begin(), terms.zernike.end(),
                                                      [](const auto& a, const auto& b) { return a.n < b.n; });
   const int n_min = lowest->n;
@@ -65,17 +64,10 @@ void append_zernike_blocks(const TermSet& terms, const RadialPsd& psd, Covarianc
   const Eigen::MatrixXd table = zernike_covariance_table(psd, terms.radius, n_min, highest->n);
   std::map<std::vector<int>, Eigen::MatrixXd> known;  // +m and -m have the same orders, hence the same factor
   for (const auto& [m, indices] : indices_by_m(terms)) {
-    const Eigen::Index size = Eigen::Index(indices.size());
-    std::vector<int> orders;
-    for (const Eigen::Index i : indices) orders.push_back(order(i));
-    Eigen::MatrixXd& factor = known[orders];
-    if (factor.size() == 0) {
-      Eigen::MatrixXd covariance(size, size);
-      for (Eigen::Index i = 0; i < size; ++i)
-        for (Eigen::Index k = 0; k < size; ++k)
-          covariance(i, k) = table(orders[std::size_t(i)] - n_min, orders[std::size_t(k)] - n_min);
-      factor = covariance_factor(covariance);
-    }
+    std::vector<int> places;  // of the orders in the table
+    for (const Eigen::Index i : indices) places.push_back(terms.zernike[std::size_t(i)].n - n_min);
+    Eigen::MatrixXd& factor = known[places];
+    if (factor.size() == 0) factor = covariance_factor(table(places, places));
     blocks->push_back({indices, factor});
   }
 }

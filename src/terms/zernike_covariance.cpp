@@ -13,19 +13,14 @@ using namespace internal;
 Eigen::MatrixXd zernike_covariance(const RadialPsd& psd, double radius, int m,
                                    const std::vector<int>& n_values) {
   assert(std::is_sorted(n_values.begin(), n_values.end()));
-  const Eigen::Index size = Eigen::Index(n_values.size());
-  if (size == 0) return {};
-  const int n_min = n_values.front();
-  const Eigen::MatrixXd table = zernike_covariance_table(psd, radius, n_min, n_values.back());
-  Eigen::MatrixXd covariance(size, size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    const int n = n_values[std::size_t(i)];
+  if (n_values.empty()) return {};
+  std::vector<int> places;  // in the table
+  for (const int n : n_values) {
     assert(n >= std::abs(m) && (n - m) % 2 == 0);
-    for (Eigen::Index k = 0; k < size; ++k)
-      covariance(i, k) = table(n - n_min, n_values[std::size_t(k)] - n_min);
+    places.push_back(n - n_values.front());
   }
   (void)m;  // which m it is decides only which n are allowed
-  return covariance;
+  return zernike_covariance_table(psd, radius, n_values.front(), n_values.back())(places, places);
 }
 
 namespace {
