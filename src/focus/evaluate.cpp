@@ -5,21 +5,61 @@
 #include <functional>
 
 #include "aberfit/core/parallel.h"
-#include "focus_buffers.h"
+#include "encircled_radii.h"
 #include "kernel.h"
 #include "line_spread.h"
-#include "plane_moments.h"
 #include "ray_blocks.h"
+#include "ring_through.h"
 #include "scatter_angle.h"
 
 namespace aberfit {
 using namespace internal;
+
+struct FocusWorkspace::Buffers {
+  std::vector<RadiusRequest> requests;
+  std::vector<std::size_t> request_of;  // per statistic; its own number where it needs no radius
+  RadiusBuffers radii;
+  std::vector<RingBuffers> rings;           // per statistic, used by ring widths
+  std::vector<RayGradient> ring_gradients;  // of the ring's radius, likewise
+};
 
 namespace {
 
 // Rays within this many rounding errors of their nominal ones carry no scatter: the derivative of every
 // statistic is undefined there.
 constexpr double kNoScatter = 1e-14;
+
+struct Point {
+  double x = 0, y = 0;
+};
+
+// Weighted sum of squared distances from `centre` at plane dz [m^2], and `scale` times half its gradient,
+// dense.
+double second_moment(const RayBundle& rays, double dz, Point centre) {
+  return (rays.weight *
+          ((rays.x + dz * rays.tx - centre.x).square() + (rays.y + dz * rays.ty - centre.y).square()))
+      .sum();
+}
+
+void second_moment_gradient(const RayBundle& rays, double dz, Point centre, double scale,
+                            RayGradient* gradient) {
+  gradient->dz = dz;
+  gradient->all_rays = true;
+  gradient->d_x.resize(std::size_t(rays.size()));
+  gradient->d_y.resize(std::size_t(rays.size()));
+  Eigen::Map<Eigen::ArrayXd>(gradient->d_x.data(), rays.size()) =
+      scale * rays.weight * (rays.x + dz * rays.tx - centre.x);
+  Eigen::Map<Eigen::ArrayXd>(gradient->d_y.data(), rays.size()) =
+      scale * rays.weight * (rays.y + dz * rays.ty - centre.y);
+}
+
+struct HeightMoments {
+  double mean, rms;
+};
+HeightMoments height_moments(const Eigen::ArrayXd& weight, const Eigen::ArrayXd& height) {
+  const double total = weight.sum(), mean = (weight * height).sum() / total;
+  return {mean, std::sqrt((weight * (height - mean).square()).sum() / total)};
+}
 
 // What the statistics share.
 struct Shared {

@@ -60,14 +60,9 @@ std::vector<std::pair<int, int>> products_up_to(int degree) {
 }
 
 int polynomial_degree(const DetrendOptions& options, bool profile) {
-  switch (options.shape) {
-    case DetrendShape::kNone:
-      return -1;
-    case DetrendShape::kEllipse:
-      return profile ? 4 : 2;
-    default:
-      return options.degree;
-  }
+  if (options.shape == DetrendShape::kNone) return -1;
+  if (options.shape == DetrendShape::kEllipse) return profile ? 4 : 2;
+  return options.degree;
 }
 
 }  // namespace internal

@@ -46,14 +46,7 @@ Eigen::ArrayXd window_values(WindowKind window, Eigen::Index n) {
 namespace internal {
 
 int main_lobe(WindowKind window) {
-  switch (window) {
-    case WindowKind::kNone:
-      return 1;
-    case WindowKind::kBlackmanHarris:
-      return 4;
-    default:
-      return 2;
-  }
+  return window == WindowKind::kNone ? 1 : window == WindowKind::kBlackmanHarris ? 4 : 2;
 }
 
 double lobe(const Eigen::ArrayXd& window, double nu) {

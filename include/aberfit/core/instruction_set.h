@@ -38,15 +38,7 @@ inline bool is_supported([[maybe_unused]] InstructionSet set) {
 
 /// The name people know the set by: "AVX-512", "AVX2", "baseline".
 inline const char* to_string(InstructionSet set) {
-  switch (set) {
-    case InstructionSet::kAvx512:
-      return "AVX-512";
-    case InstructionSet::kAvx2:
-      return "AVX2";
-    case InstructionSet::kBaseline:
-      break;
-  }
-  return "baseline";
+  return set == InstructionSet::kAvx512 ? "AVX-512" : set == InstructionSet::kAvx2 ? "AVX2" : "baseline";
 }
 
 inline InstructionSet best_instruction_set() {
