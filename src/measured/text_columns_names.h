@@ -21,8 +21,8 @@ ColumnName column_name(const TextTable& table, std::size_t column);
 /// What a word or a title says: "slope", "dz/dx" -> slope; "height", "sag", "z" ... -> height.
 std::optional<ProfileQuantity> quantity_of_word(const std::string& word);
 
-/// SI units in one `unit` of height: a length; "waves" times the wavelength. `pointer` and `option` go into
-/// the message: where the unit stands and which option replaces it. Throws InputError.
+/// SI units in one `unit` of height: a length; "waves" times the wavelength. `pointer` goes into the message:
+/// where the unit stands. Throws InputError.
 double height_factor(const std::string& unit, const MeasuredSource& source, const TextTable& table,
                      const std::string& pointer);
 /// SI units in one `unit` of the dimension. `more`: what else the message allows. Throws InputError.

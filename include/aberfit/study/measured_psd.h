@@ -12,7 +12,6 @@ Measurement load_measurement(const MeasuredFile& file, const std::string& folder
 
 /// Measurement -> PSD -> model: fills data, estimate and result of `measured`. `folder`: what its files are
 /// relative to; `where`, `pointer`: named in errors, which are InputErrors for data no PSD can be had from.
-/// `wavelength`: 0 when unknown.
 void measure_psd(MeasuredPsd& measured, const std::string& folder, const std::string& where,
                  const std::string& pointer, int threads);
 
