@@ -1,5 +1,6 @@
 #include "aberfit/method/term_search.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
