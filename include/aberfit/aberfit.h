@@ -51,6 +51,7 @@
 #include "aberfit/spectrum/ordinate_bins.h"
 #include "aberfit/spectrum/psd_estimate.h"
 #include "aberfit/spectrum/psd_model_fit.h"
+#include "aberfit/spectrum/surface_psd.h"
 
 // terms: term sets, their heights and slopes, their prior.
 #include "aberfit/terms/derivatives.h"

@@ -37,7 +37,7 @@ ordered_json psd_json(const PsdReport& report, const MeasuredPsd& measured) {
 ordered_json option_value(const std::string& text) {
   std::int64_t whole = 0;
   double number = 0;
-  const char *begin = text.data(), *end = begin + text.size();
+  const char *begin = text.data() + (text.starts_with('+') ? 1 : 0), *end = text.data() + text.size();
   if (const auto [at, error] = std::from_chars(begin, end, whole); error == std::errc{} && at == end)
     return whole;
   if (const auto [at, error] = std::from_chars(begin, end, number); error == std::errc{} && at == end)
@@ -90,6 +90,8 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
   report.data = measured.data;
   report.estimate = measured.estimate;
   report.fit = measured.result;
+  report.surface = surface_psd(report.estimate, report.fit);
+  report.line = drawing_line(report.estimate, report.fit.f_min, report.fit.f_max);
   report.warnings = measured.estimate.warnings;
   report.warnings.insert(report.warnings.end(), measured.result.warnings.begin(),
                          measured.result.warnings.end());

@@ -13,22 +13,20 @@ namespace {
 
 constexpr const char* kLineColour = "#CC79A7";
 
-/// Bins with their intervals, what the fitted model makes the estimator expect, and lines.
+/// Bins of the surface's PSD with their intervals, the fitted model, and lines.
 Picture psd_picture(const PsdReport& report) {
   const PsdEstimate& e = report.estimate;
+  const SurfacePsd& s = report.surface;
   const bool profiles = e.kind == PsdTableKind::k1dOneSided;
   const std::string name = "psd";
-  Eigen::ArrayXd model = Eigen::ArrayXd::Constant(e.frequency.size(), NAN);
-  for (Eigen::Index b = 0; b < std::min(model.size(), report.fit.expected.size()); ++b)
-    if (e.frequency[b] >= report.fit.f_min && e.frequency[b] <= report.fit.f_max)
-      model[b] = report.fit.expected[b];
+  const Eigen::ArrayXd model =
+      (s.frequency >= report.fit.f_min && s.frequency <= report.fit.f_max).select(s.model, NAN);
   Picture picture{name, script_head(name, 1200, 800), {}};
-  picture.add_columns(
-      name + ".dat",
-      {fmt::format("PSD of the surface in {}",
-                   profiles ? "m^3, one-sided, of the profile" : "m^4, two-sided"),
-       "frequency [1/m], PSD, lower and upper end of the interval, model through the estimator"},
-      {e.frequency, e.psd, e.lower, e.upper, model});
+  picture.add_columns(name + ".dat",
+                      {fmt::format("PSD of the surface in {}",
+                                   profiles ? "m^3, one-sided, of the profile" : "m^4, two-sided"),
+                       "frequency [1/m], PSD, lower and upper end of the interval, model"},
+                      {s.frequency, s.psd, s.lower, s.upper, model});
   // Axes: cycles/mm, and the units in which opticians quote PSDs.
   std::string marks;
   for (const SpectralLine& line : e.lines)

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "json_number.h"
+#include "paragraph.h"
 
 namespace aberfit {
 using namespace internal;
@@ -46,6 +47,7 @@ Json measurements_json(const PsdReport& report) {
   return list;
 }
 
+// Every bin: as estimated, and, where that can be told, of the surface.
 Json bins_json(const PsdReport& report) {
   const PsdEstimate& e = report.estimate;
   const std::string unit = of_profiles(report) ? "_m3" : "_m4";
@@ -54,14 +56,43 @@ Json bins_json(const PsdReport& report) {
     list.push_back({{"frequency_per_m", e.frequency[b]},
                     {"low_per_m", e.low[b]},
                     {"high_per_m", e.high[b]},
-                    {"psd" + unit, json_number(e.psd[b])},
-                    {"lower" + unit, json_number(e.lower[b])},
-                    {"upper" + unit, json_number(e.upper[b])},
+                    {"psd" + unit, nullptr},
+                    {"lower" + unit, nullptr},
+                    {"upper" + unit, nullptr},
+                    {"model" + unit, nullptr},
+                    {"estimated" + unit, json_number(e.psd[b])},
                     {"ordinates", json_number(e.count[b])},
-                    {"dof", json_number(e.dof[b])},
-                    {"model" + unit,
-                     b < report.fit.expected.size() ? json_number(report.fit.expected[b]) : Json(nullptr)}});
+                    {"dof", json_number(e.dof[b])}});
+  const SurfacePsd& s = report.surface;
+  for (Eigen::Index i = 0; i < s.psd.size(); ++i) {
+    Json& bin = list[std::size_t(s.bin[std::size_t(i)])];
+    bin["psd" + unit] = json_number(s.psd[i]);
+    bin["lower" + unit] = json_number(s.lower[i]);
+    bin["upper" + unit] = json_number(s.upper[i]);
+    bin["model" + unit] = json_number(s.model[i]);
+  }
   return list;
+}
+
+// The model and the data, the same bins of both.
+Json in_band_json(const PsdReport& report) {
+  const auto json = [](const BandRms& rms) {
+    return Json{{"rms_height_m", json_number(rms.height)}, {"rms_slope", json_number(rms.slope)}};
+  };
+  return {{"data", json(report.in_band(false))}, {"model", json(report.in_band(true))}};
+}
+
+Json line_json(const DrawingLine& line) {
+  if (!std::isfinite(line.exponent)) return nullptr;
+  return {{"exponent", line.exponent},
+          {"exponent_std", json_number(line.exponent_std)},
+          {"interval", Json::array({json_number(line.lower), json_number(line.upper)})},
+          {"amplitude", json_number(line.amplitude)},
+          {"log_amplitude_std", json_number(line.log_amplitude_std)},
+          {"f_min_per_m", line.f_min},
+          {"f_max_per_m", line.f_max},
+          {"rms_height_over_data", json_number(line.factor)},
+          {"describes", line.describes}};
 }
 
 Json lines_json(const PsdEstimate& estimate) {
@@ -107,6 +138,10 @@ Json model_json(const PsdModelFit& fit) {
 
 }  // namespace
 
+BandRms PsdReport::in_band(bool of_model) const {
+  return rms_in_band(surface, estimate.kind, of_model, fit.f_min, fit.f_max);
+}
+
 Json to_json(const PsdReport& report, const Json& request, const Json& roughness) {
   const PsdEstimate& e = report.estimate;
   return {{"aberfit", 1},
@@ -119,29 +154,36 @@ Json to_json(const PsdReport& report, const Json& request, const Json& roughness
             {"rms_slope", json_number(e.rms_slope)},
             {"resolution_per_m", json_number(e.resolution)},
             {"nyquist_per_m", json_number(e.nyquist)},
+            {"trusted_to_per_m", json_number(e.trusted_to)},
             {"bins", bins_json(report)},
             {"lines", lines_json(e)}}},
           {"model", model_json(report.fit)},
+          {"in_band", in_band_json(report)},
+          {"drawing_line", line_json(report.line)},
           {"roughness", roughness},
           {"warnings", json_warnings(report.warnings)},
           {"provenance", to_json(report.provenance)}};
 }
 
 std::string psd_csv(const PsdReport& report) {
-  const PsdEstimate& e = report.estimate;
+  const SurfacePsd& s = report.surface;
   const bool profiles = of_profiles(report);
+  const long left_out = long(report.estimate.psd.size() - s.psd.size());
   std::string text = fmt::format(
       "# {} PSD of the surface, {}; frequency in cycles/m\n"
+      "# What the estimator does to the surface is divided out{}\n"
       "# For `\"model\": \"table\"`: \"kind\": \"{}\", \"frequency_unit\": \"/m\", \"psd_unit\": \"{}\"\n"
       "frequency_per_m,psd_{},lower,upper,dof,model\n",
       profiles ? "One-sided profile" : "Two-sided, radially averaged two-dimensional",
-      fmt::format("{:.4g} % intervals", 100 * e.options.confidence), profiles ? "1d" : "2d",
-      profiles ? "m^3" : "m^4", profiles ? "m3" : "m4");
-  for (Eigen::Index b = 0; b < e.frequency.size(); ++b) {
-    const double model = b < report.fit.expected.size() ? report.fit.expected[b] : NAN;
-    fmt::format_to(std::back_inserter(text), "{:.9g},{:.9g},{:.9g},{:.9g},{:.4g},{:.9g}\n", e.frequency[b],
-                   e.psd[b], e.lower[b], e.upper[b], e.dof[b], model);
-  }
+      fmt::format("{:.4g} % intervals", 100 * report.estimate.options.confidence),
+      left_out == 0
+          ? ""
+          : fmt::format("; left out: {} where that is more than a factor 2, or beyond the instrument",
+                        plural(left_out, "bin")),
+      profiles ? "1d" : "2d", profiles ? "m^3" : "m^4", profiles ? "m3" : "m4");
+  for (Eigen::Index b = 0; b < s.psd.size(); ++b)
+    fmt::format_to(std::back_inserter(text), "{:.9g},{:.9g},{:.9g},{:.9g},{:.4g},{:.9g}\n", s.frequency[b],
+                   s.psd[b], s.lower[b], s.upper[b], s.dof[b], s.model[b]);
   return text;
 }
 

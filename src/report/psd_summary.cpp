@@ -6,7 +6,6 @@
 
 #include "aberfit/core/units.h"
 #include "aberfit/report/psd_report.h"
-#include "aberfit/roughness/k_correlation.h"
 #include "paragraph.h"
 
 namespace aberfit {
@@ -61,21 +60,30 @@ std::string parameter_rows(const PsdReport& report) {
   return text;
 }
 
-// The straight line through the bins in the form that drawings carry: one-dimensional, A/f^B over a band.
-std::string drawing_line(const PsdReport& report) {
-  const PsdSlope slope = psd_slope(report.estimate, report.fit.f_min, report.fit.f_max);
-  double level = slope.level, exponent = slope.exponent;
-  if (report.estimate.kind == PsdTableKind::k2dTwoSided) {
-    if (!(exponent > 1.05)) return "";  // such a surface has no finite profile PSD
-    // A power law is what a k-correlation is far above its knee: with B = 1 m the amplitudes are the levels.
-    const KCorrelation1d profile = k_correlation_2d_to_1d({level, 1, exponent});
-    exponent = profile.exponent;
-    level = profile.amplitude;
-  }
-  return paragraph("Drawing", fmt::format("profile PSD A/f^B (as ISO 10110-8) with B = {:.3f} +- {:.3f} and "
-                                          "A = {:.4g} m^(3-B), f in cycles/m, over {} to {}",
-                                          exponent, slope.exponent_std, level, frequency(report.fit.f_min),
-                                          frequency(report.fit.f_max)));
+// Model and data in the band of the fit, side by side.
+std::string band_line(const PsdReport& report) {
+  const BandRms data = report.in_band(false), model = report.in_band(true);
+  if (!(data.height > 0) || !(model.height > 0)) return "";
+  const auto slope = [](double value) { return format_quantity(value, Dimension::kAngle); };
+  return paragraph(
+      "In band", fmt::format("RMS height {} of the model, {} of the bins (ratio {:.3f}); RMS slope {}, {} "
+                             "(ratio {:.3f})",
+                             metres_text(model.height), metres_text(data.height), model.height / data.height,
+                             slope(model.slope), slope(data.slope), model.slope / data.slope));
+}
+
+// The straight line in the form that drawings carry: one-dimensional, A/f^B over a band.
+std::string drawing_text(const DrawingLine& line) {
+  if (!std::isfinite(line.exponent)) return "";
+  const std::string numbers =
+      fmt::format("B = {:.3f} +- {:.3f} and A = {:.4g} m^(3-B), f in cycles/m, over {} to {}", line.exponent,
+                  line.exponent_std, line.amplitude, frequency(line.f_min), frequency(line.f_max));
+  if (line.describes) return paragraph("Drawing", "profile PSD A/f^B (as ISO 10110-8) with " + numbers);
+  return paragraph(
+      "Drawing",
+      fmt::format("no straight line describes these bins; the nearest profile PSD A/f^B has {}, and "
+                  "{:.2f} times their RMS height",
+                  numbers, line.factor));
 }
 
 std::string lines_rows(const PsdEstimate& estimate) {
@@ -103,7 +111,7 @@ std::string summary_table(const PsdReport& report, const nlohmann::ordered_json&
   text += paragraph("Model", fmt::format("{} over {} to {}: {} ({}); p-value of the residuals {:.3g}",
                                          to_string(fit.family), frequency(fit.f_min), frequency(fit.f_max),
                                          to_string(fit.status), fit.message, fit.goodness));
-  text += parameter_rows(report) + "\n" + drawing_line(report);
+  text += parameter_rows(report) + "\n" + band_line(report) + drawing_text(report.line);
   text += "\nFor a study:\n\"roughness\": " + roughness.dump() + "\n";
   for (const Warning& warning : report.warnings)
     text += fmt::format("\n{}", paragraph("Warning", warning.code + ": " + warning.message));

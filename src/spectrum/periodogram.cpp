@@ -15,15 +15,15 @@ Eigen::ArrayXd OrdinateBins::mean(const Eigen::ArrayXd& ordinate) const {
 
 OrdinateBins logarithmic_bins(const OrdinateGrid& grid, int bins_per_decade,
                               const std::vector<char>& left_out) {
-  const double nyquist = grid.nyquist() * (1 - 1e-9), ratio = std::pow(10, 1.0 / bins_per_decade);
+  const double top = grid.top() * (1 - 1e-9), ratio = std::pow(10, 1.0 / bins_per_decade);
   const double first = grid.resolution() / std::sqrt(ratio);  // the lowest ordinate stands mid-bin
   OrdinateBins bins;
   bins.of.assign(std::size_t(grid.size()), -1);
-  const int steps = int(std::log(nyquist / first) / std::log(ratio)) + 1;
+  const int steps = int(std::log(top / first) / std::log(ratio)) + 1;
   std::vector<double> sum(std::size_t(steps), 0), all(std::size_t(steps), 0), kept(std::size_t(steps), 0);
   for (int i = 0; i < grid.size(); ++i) {
     const double f = grid.frequency(i);
-    if (f <= 0 || f >= nyquist) continue;
+    if (f <= 0 || f >= top) continue;
     const int bin = std::clamp(int(std::floor(std::log(f / first) / std::log(ratio))), 0, steps - 1);
     all[std::size_t(bin)] += 0.5;
     if (!left_out.empty() && left_out[std::size_t(i)]) continue;
@@ -38,7 +38,7 @@ OrdinateBins logarithmic_bins(const OrdinateGrid& grid, int bins_per_decade,
     if (all[std::size_t(b)] > 0) filled.push_back(b);
   for (const int b : filled)
     low.push_back(first * std::pow(ratio, b)),
-        high.push_back(std::min(first * std::pow(ratio, b + 1), grid.nyquist()));
+        high.push_back(std::min(first * std::pow(ratio, b + 1), grid.top()));
   for (std::size_t b = 1; b < filled.size(); ++b) low[b] = high[b - 1] = std::sqrt(low[b] * high[b - 1]);
   std::vector<std::size_t> stay;
   for (std::size_t b = 0; b < filled.size(); ++b)

@@ -15,14 +15,19 @@ void SurfaceProcessing::apply_window(ComplexGrid* samples) const {
 }
 
 Eigen::ArrayXd SurfaceProcessing::power(ComplexGrid windowed) const {
-  (*transform)(windowed.data());
+  transform_and_restore(&windowed);
   return windowed.reshaped<Eigen::RowMajor>().abs2();
 }
 
 ComplexGrid SurfaceProcessing::wave_transform(double u, double v) const {
   ComplexGrid samples = wave(u, v);
-  (*transform)(samples.data());
+  transform_and_restore(&samples);
   return samples;
+}
+
+void SurfaceProcessing::transform_and_restore(ComplexGrid* windowed) const {
+  (*transform)(windowed->data());
+  if (restored.size() > 0) windowed->reshaped<Eigen::RowMajor>() *= restored;
 }
 
 }  // namespace aberfit::internal

@@ -39,6 +39,12 @@ class SurfaceProcessing {
 
  public:
   std::unique_ptr<FourierTransform> transform;
+  /// Per ordinate, what its amplitude is multiplied by to undo the integration of slopes; empty: nothing to
+  /// undo.
+  Eigen::ArrayXd restored;
+
+ private:
+  void transform_and_restore(ComplexGrid* windowed) const;
 };
 
 class ProfileProcessing : public SurfaceProcessing {
@@ -49,6 +55,7 @@ class ProfileProcessing : public SurfaceProcessing {
   ComplexGrid windowed(const Profile& detrended_heights) const;
 
  private:
+  void undo_integration();
   ComplexGrid bridged(const Eigen::VectorXcd& valid_heights) const;
 
   ProfileQuantity quantity_;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -12,6 +13,9 @@ namespace {
 
 constexpr double kEvenToRounding = 1e-6;  // of the pitch
 constexpr Eigen::Index kFewestSamples = 16;
+// Share of a wave's power that has to be left after the trapezoid rule for it to be restored: up to 0.82 of
+// the Nyquist frequency. Below, noise and what is aliased would be restored more than the wave.
+constexpr double kLeastTransfer = 0.1;
 
 // Natural cubic spline through (x, y) at n even points x[0] + i pitch.
 Eigen::VectorXcd resampled(const std::vector<double>& x, const Eigen::VectorXcd& y, double pitch, int n) {
@@ -78,6 +82,18 @@ ProfileProcessing::ProfileProcessing(const Profile& geometry, const PsdEstimator
     basis_ = Cholesky(gram).solve_lower(Eigen::MatrixXd(shapes.transpose())).transpose();
   }
   prepare(options.window);
+  if (quantity_ == ProfileQuantity::kSlope) undo_integration();
+}
+
+// The trapezoid rule leaves x cot(x) of a wave, x = pi f pitch (its own integral over that of its samples).
+void ProfileProcessing::undo_integration() {
+  restored = Eigen::ArrayXd::Ones(grid.cols);
+  const double least = std::sqrt(kLeastTransfer);
+  for (int i = 1; i < grid.cols; ++i) {
+    const double f = grid.frequency(i), x = kPi * f * pitch_, left = x / std::tan(x);
+    restored[i] = 1 / std::max(left, least);
+    if (left < least) grid.lost_from = std::min(grid.lost_from, f);
+  }
 }
 
 ComplexGrid ProfileProcessing::bridged(const Eigen::VectorXcd& heights) const {

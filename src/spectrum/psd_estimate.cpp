@@ -1,13 +1,17 @@
 #include "aberfit/spectrum/psd_estimate.h"
 
+#include <fmt/format.h>
+
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <deque>
 #include <mutex>
 #include <stdexcept>
 
+#include "aberfit/core/units.h"
 #include "detrend_basis.h"
 #include "estimator_response.h"
+#include "instrument_edge.h"
 #include "periodogram.h"
 #include "processing.h"
 #include "spectral_lines.h"
@@ -64,6 +68,19 @@ void check(const PsdEstimatorOptions& options) {
   if (options.detrend.shape != DetrendShape::kNone && options.detrend.shape != DetrendShape::kEllipse &&
       options.detrend.degree < 0)
     throw std::invalid_argument("detrend.degree must be 0 or more");
+}
+
+void trust_up_to_the_edge(PsdEstimate* estimate) {
+  const std::optional<InstrumentEdge> edge = instrument_edge(*estimate);
+  if (!edge) return;
+  estimate->trusted_to = edge->frequency;
+  estimate->warnings.push_back(
+      {"instrument-cut-off",
+       fmt::format(
+           "above {} the PSD falls as f^-{:.1f}, below as f^-{:.1f}: that is where the instrument or a "
+           "filter ends, not the surface; what lies beyond is left out (`f_max` takes it in)",
+           format_quantity(edge->frequency, Dimension::kSpatialFrequency), edge->exponent_beyond,
+           edge->exponent_below)});
 }
 
 }  // namespace
@@ -157,6 +174,7 @@ struct PsdEstimator::Plan {
       result.lower[b] = level / quantile(complement(distribution, tail));
       result.upper[b] = level / quantile(distribution, tail);
     }
+    trust_up_to_the_edge(&result);
     return result;
   }
 };

@@ -275,6 +275,7 @@ class Fitter {
       if (estimate_.node_frequency[n] > 0) nodes.push_back(n);
     result->expected = estimate_.response(Eigen::all, nodes) *
                        shape_values(shape.shape, shape.theta, band_.node).value.matrix();
+    result->spectrum = shape_values(shape.shape, shape.theta, estimate_.frequency).value;
   }
 
   // Standard deviation of a coordinate. A parameter at the end of its range counts as known there for the

@@ -13,6 +13,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/linear_algebra.h"
+#include "periodogram.h"
 #include "psd_shape_error.h"
 
 namespace aberfit::internal {
@@ -23,7 +24,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kLowestBin = 1.5;  // resolutions; below, detrending has taken the height
 // Directions of the bins' correlation matrix below this share of its largest variance are combinations that
 // the estimator holds fixed; they carry rounding, not data.
 constexpr double kLeastVariance = 1e-6;
@@ -306,9 +306,10 @@ PsdBand usable_band(const PsdEstimate& estimate, double f_min, double f_max) {
   PsdBand band;
   band.kind = estimate.kind;
   const ArrayXd sum = estimate.response.rowwise().sum();
+  if (!(f_max > 0)) f_max = estimate.trusted_to;
   for (Index b = 0; b < estimate.psd.size(); ++b) {
     const double f = estimate.frequency[b];
-    const bool wanted = f >= f_min && (!(f_max > 0) || f <= f_max);
+    const bool wanted = f >= f_min && f <= f_max;
     if (wanted && f >= kLowestBin * estimate.resolution && estimate.psd[b] > 0 && estimate.dof[b] > 0 &&
         sum[b] > 0)
       band.bins.push_back(b);

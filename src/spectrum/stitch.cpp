@@ -16,6 +16,8 @@ bool overlap(const PsdEstimate& a, Eigen::Index i, const PsdEstimate& b, Eigen::
   return a.low[i] < b.high[j] && b.low[j] < a.high[i];
 }
 
+bool trusted(const PsdEstimate& band, Eigen::Index i) { return band.frequency[i] <= band.trusted_to; }
+
 }  // namespace
 
 PsdEstimate stitch(const std::vector<PsdEstimate>& bands) {
@@ -30,10 +32,11 @@ PsdEstimate stitch(const std::vector<PsdEstimate>& bands) {
   int pairs = 0, disagree = 0;
   for (std::size_t s = 0; s < bands.size(); ++s)
     for (Eigen::Index i = 0; i < bands[s].psd.size(); ++i) {
+      if (!trusted(bands[s], i)) continue;
       bool beaten = false;
       for (std::size_t t = 0; t < bands.size(); ++t)
         for (Eigen::Index j = 0; t != s && j < bands[t].psd.size(); ++j) {
-          if (!overlap(bands[s], i, bands[t], j)) continue;
+          if (!trusted(bands[t], j) || !overlap(bands[s], i, bands[t], j)) continue;
           const double own = bands[s].dof[i], other = bands[t].dof[j];
           if (bands[t].low[j] <= bands[s].frequency[i] && bands[s].frequency[i] < bands[t].high[j] &&
               (other > own || (other == own && t < s)))

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
+#include "aberfit/spectrum/surface_psd.h"
 
 namespace aberfit {
 namespace {
@@ -48,6 +51,45 @@ PsdEstimate estimate(const Measurement& data, const PsdEstimatorOptions& options
       data);
 }
 
+void warn_of_missing_band(const PsdEstimate& estimate, const PsdFitOptions& asked, PsdModelFit* fit) {
+  const auto frequency = [](double f) { return format_quantity(f, Dimension::kSpatialFrequency); };
+  const auto warn = [&](const char* key, double wanted, double there) {
+    fit->warnings.push_back(
+        {"band-beyond-data", fmt::format("{} is {}, the bins end at {}: the fit and its model do too", key,
+                                         frequency(wanted), frequency(there))});
+  };
+  const double low = estimate.low[0], high = estimate.high[estimate.high.size() - 1];
+  if (asked.f_min > 0 && asked.f_min < low) warn("f_min", asked.f_min, low);
+  if (asked.f_max > high) warn("f_max", asked.f_max, high);
+}
+
+// A model of red bins follows the many; the RMS is in the few of lowest frequency.
+void warn_of_other_rms(const PsdEstimate& estimate, PsdModelFit* fit) {
+  if (fit->status == PsdFitStatus::kFailed) return;
+  constexpr double kNoticed = 0.1;
+  constexpr Eigen::Index kLowest = 3;
+  const SurfacePsd surface = surface_psd(estimate, *fit);
+  const auto rms = [&](bool of_model, double to) {
+    return rms_in_band(surface, estimate.kind, of_model, fit->f_min, to);
+  };
+  const BandRms model = rms(true, fit->f_max), data = rms(false, fit->f_max);
+  const double height = model.height / data.height, slope = model.slope / data.slope;
+  if (!(std::abs(height - 1) > kNoticed || std::abs(slope - 1) > kNoticed)) return;
+  Eigen::Index first = 0;
+  while (first + kLowest < surface.psd.size() && surface.frequency[first] < fit->f_min) ++first;
+  const Eigen::Index last = std::min(first + kLowest, surface.psd.size()) - 1;
+  const double share = std::pow(rms(false, surface.frequency[last]).height / data.height, 2);
+  fit->warnings.push_back(
+      {"rms-not-as-measured",
+       fmt::format(
+           "in its band the model has {:.2f} times the RMS height and {:.2f} times the RMS slope of the "
+           "bins: the {} lowest bins, {:.0f} degrees of freedom in all, hold {:.0f} % of the height "
+           "variance{}. The model is of surfaces like this one; for this very surface take psd.csv as a "
+           "table",
+           height, slope, last - first + 1, surface.dof.segment(first, last - first + 1).sum(), 100 * share,
+           fit->model_error > 0 ? ", and the model does not describe the bins" : "")});
+}
+
 }  // namespace
 
 Measurement load_measurement(const MeasuredFile& file, const std::string& folder, const std::string& where,
@@ -87,6 +129,8 @@ void measure_psd(MeasuredPsd& measured, const std::string& folder, const std::st
     throw InputError(where, pointer + "/further", error.what(), "measurements of one kind, profiles or maps");
   }
   measured.result = fit_psd_model(measured.estimate, measured.fit);
+  warn_of_missing_band(measured.estimate, measured.fit, &measured.result);
+  warn_of_other_rms(measured.estimate, &measured.result);
   if (measured.result.status == PsdFitStatus::kFailed)
     throw InputError(where, pointer + "/file",
                      fmt::format("\"{}\": {}", measured.source.file, measured.result.message),

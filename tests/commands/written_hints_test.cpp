@@ -43,16 +43,16 @@ TEST(WrittenHints, OfScatterPsdAreTakenByAStudy) {
 
 TEST(WrittenHints, OfAnEstimateAreTakenByAStudy) {
   PsdReport report;
-  PsdEstimate& e = report.estimate;
-  e.frequency = Eigen::ArrayXd::LinSpaced(5, 10, 50);
-  e.psd = 1e-20 / e.frequency.square();
-  e.low = e.frequency - 5;
-  e.high = e.frequency + 5;
-  e.lower = 0.8 * e.psd;
-  e.upper = 1.2 * e.psd;
-  e.dof = Eigen::ArrayXd::Constant(5, 9);
+  SurfacePsd& s = report.surface;
+  s.frequency = Eigen::ArrayXd::LinSpaced(5, 10, 50);
+  s.psd = s.model = 1e-20 / s.frequency.square();
+  s.low = s.frequency - 5;
+  s.high = s.frequency + 5;
+  s.lower = 0.8 * s.psd;
+  s.upper = 1.2 * s.psd;
+  s.dof = Eigen::ArrayXd::Constant(5, 9);
   const RadialPsd read = psd_of_a_study(psd_csv(report));
-  for (Eigen::Index b = 1; b < 4; ++b) EXPECT_NEAR(read(e.frequency[b]) / e.psd[b], 1, 1e-6);
+  for (Eigen::Index b = 1; b < 4; ++b) EXPECT_NEAR(read(s.frequency[b]) / s.psd[b], 1, 1e-6);
 }
 
 }  // namespace

@@ -139,8 +139,11 @@ Plain plain_estimate(const Profile& p, double from, double to) {
   for (int k = 1; 2 * k < n; ++k) {
     std::complex<double> sum = 0;
     for (Eigen::Index i = 0; i < n; ++i) sum += even[i] * turn[std::size_t((k * i) % n)];
+    // Of exp(i x / d) the trapezoid rule leaves (x/2) cot(x/2) of its integral.
+    const double half = pi * k / double(n), left = half / std::tan(half);
+    const double integrated = p.quantity == ProfileQuantity::kSlope ? left * left : 1;
     bins[int(std::floor(12 * std::log10(double(k)) + 0.5))].push_back(
-        {k, 2 * std::norm(sum) * d / w.square().sum()});
+        {k, 2 * std::norm(sum) * d / w.square().sum() / integrated});
   }
   double s[5] = {};
   for (const auto& [bin, members] : bins) {

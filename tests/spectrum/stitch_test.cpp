@@ -46,6 +46,24 @@ TEST(Stitch, BinsKeepLevelResponseAndCovariance) {
   EXPECT_EQ(both.relative_covariance(0, both.psd.size() - 1), 0);
 }
 
+// What an instrument filtered off neither stays nor beats what another has seen there.
+TEST(Stitch, BinsBeyondTheEndOfAnInstrumentAreLeftOut) {
+  PsdEstimate coarse = white(4000, 1e-3, 1, "coarse");
+  const PsdEstimate fine = white(400, 1e-4, 1, "fine");
+  const auto lowest_of_fine = [&](const PsdEstimate& both) {
+    double lowest = HUGE_VAL;
+    for (const double f : both.frequency)
+      if ((fine.frequency == f).any()) lowest = std::min(lowest, f);
+    return lowest;
+  };
+  const double before = lowest_of_fine(stitch({coarse, fine}));
+  coarse.trusted_to = 100;
+  const PsdEstimate both = stitch({coarse, fine});
+  EXPECT_GT(before, 300);
+  EXPECT_LT(lowest_of_fine(both), 150);
+  for (const double f : both.frequency) EXPECT_TRUE(f <= 100 || (fine.frequency == f).any()) << f;
+}
+
 TEST(Stitch, DisagreeingBandsAreSaid) {
   EXPECT_TRUE(disagrees(stitch({white(400, 1e-3, 1, "coarse"), white(400, 1e-4, 100, "fine")})));
 }

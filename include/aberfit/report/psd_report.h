@@ -8,6 +8,7 @@
 #include "aberfit/report/result.h"
 #include "aberfit/spectrum/psd_estimate.h"
 #include "aberfit/spectrum/psd_model_fit.h"
+#include "aberfit/spectrum/surface_psd.h"
 
 namespace aberfit {
 
@@ -18,8 +19,13 @@ struct PsdReport {
   std::vector<Measurement> data;
   PsdEstimate estimate;
   PsdModelFit fit;
+  SurfacePsd surface;  ///< what is printed, written and drawn
+  DrawingLine line;
   Warnings warnings;
   Provenance provenance;
+
+  /// Of the model or of the bins, in the band of the fit.
+  BandRms in_band(bool of_model) const;
 };
 
 /// result.json of `aberfit psd`: request, measurement, estimate (bins with intervals, degrees of freedom and

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace aberfit {
@@ -11,6 +12,8 @@ namespace aberfit {
 struct OrdinateGrid {
   int rows = 1, cols = 0;
   double step_x = 0, step_y = 0;  ///< [cycles/m]; step_y is 0 for a profile
+  /// From here on too little is left of a wave to be made a height again [cycles/m].
+  double lost_from = std::numeric_limits<double>::infinity();
 
   bool profile() const { return rows == 1; }
   int size() const { return rows * cols; }
@@ -27,10 +30,11 @@ struct OrdinateGrid {
   double nyquist() const {
     return profile() ? 0.5 * cols * step_x : 0.5 * std::min(cols * step_x, rows * step_y);
   }
+  double top() const { return std::min(nyquist(), lost_from); }  ///< of what is binned
 };
 
-/// Logarithmic bins of ordinates. Zero frequency and everything from the lower Nyquist frequency on belong to
-/// none; conjugate ordinates belong to the same bin.
+/// Logarithmic bins of ordinates. Zero frequency and everything from the grid's `top` on belong to none;
+/// conjugate ordinates belong to the same bin.
 struct OrdinateBins {
   std::vector<int> of;  ///< bin of every ordinate of the grid, -1: none
   Eigen::ArrayXd frequency, low, high;

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -69,6 +70,9 @@ struct PsdEstimate {
   double rms_slope = 0;
   double resolution = 0;  ///< frequency step of the ordinates [cycles/m]
   double nyquist = 0;     ///< [cycles/m]
+  /// Bins beyond fall off a cliff, as no surface does: the transfer of the instrument, or a filter, ends
+  /// there [cycles/m]; infinite where there is none. With it comes the warning `instrument-cut-off`.
+  double trusted_to = std::numeric_limits<double>::infinity();
   Warnings warnings;
 };
 
@@ -122,6 +126,7 @@ PsdSlope psd_slope(const PsdEstimate& estimate, double f_min, double f_max);
 
 /// One PSD from several instruments' bands. All of one kind (convert first). Where bands overlap the bins of
 /// the finer estimate (more degrees of freedom) win; bins keep their own response and covariance (blocks).
+/// Bins beyond a band's `trusted_to` are left out.
 /// Warning `bands-disagree` where overlapping levels differ by more than their intervals.
 PsdEstimate stitch(const std::vector<PsdEstimate>& bands);
 

@@ -1,0 +1,108 @@
+#include "instrument_edge.h"
+
+#include <algorithm>
+#include <boost/math/special_functions/digamma.hpp>
+#include <boost/math/special_functions/trigamma.hpp>
+#include <cmath>
+#include <vector>
+
+#include "periodogram.h"
+
+namespace aberfit::internal {
+namespace {
+
+using Eigen::ArrayXd;
+using Eigen::Index;
+
+// Profiles fall as f^-5 at most, surfaces as f^-6 (Church 1988 and the measured tables of the tests).
+constexpr double kSteepestProfile = 6, kSteepestSurface = 7;
+constexpr double kCliff = 8;                            // times less than promised, somewhere on it
+constexpr double kGoesOn = 3, kGoesOnWithinChance = 3;  // factor, standard deviations
+constexpr double kBeyondChance = 4;                     // standard deviations
+constexpr double kSteeperBeyondChance = 2;              // standard deviations of the cliff's exponent
+constexpr double kEdge = 1.5;                           // times less than promised where it begins
+constexpr double kEdgeBeyondChance = 2.5;
+constexpr double kCliffWidth = 0.77, kPromiseWidth = 2.31;  // a third of a decade, a decade; of log f
+constexpr Index kFewestBelow = 6, kFewestAfter = 4;
+
+// log f, and the logarithm of the level without its bias and with its variance.
+struct LogBins {
+  std::vector<Index> bin;
+  ArrayXd f, level, variance;
+};
+
+LogBins log_bins(const PsdEstimate& e) {
+  LogBins bins;
+  const ArrayXd sum = e.response.rowwise().sum();
+  for (Index b = 0; b < e.psd.size(); ++b)
+    if (e.psd[b] > 0 && sum[b] > 0 && e.dof[b] > 0 && e.frequency[b] >= kLowestBin * e.resolution)
+      bins.bin.push_back(b);
+  const ArrayXd half = 0.5 * e.dof(bins.bin);
+  bins.f = e.frequency(bins.bin).log();
+  bins.level = (e.psd(bins.bin) / sum(bins.bin)).log() -
+               (half.unaryExpr([](double x) { return boost::math::digamma(x); }) - half.log());
+  bins.variance = half.unaryExpr([](double x) { return boost::math::trigamma(x); });
+  return bins;
+}
+
+// Straight line with the variance of what it promises.
+struct Promise {
+  double f = 0, level = 0, slope = 0, variance = 0, slope_variance = 0;
+  double at(double x) const { return level + slope * (x - f); }
+  double variance_at(double x) const { return variance + slope_variance * (x - f) * (x - f); }
+};
+
+Promise line_through(const LogBins& bins, Index first, Index count) {
+  const ArrayXd x = bins.f.segment(first, count), y = bins.level.segment(first, count);
+  // A surface meanders about its line by a few tenths, however many ordinates a bin has.
+  const ArrayXd w = (bins.variance.segment(first, count) + 0.01).inverse();
+  Promise line;
+  line.f = (w * x).sum() / w.sum(), line.level = (w * y).sum() / w.sum();
+  const double spread = (w * (x - line.f).square()).sum();
+  line.slope = spread > 0 ? (w * (x - line.f) * y).sum() / spread : 0;
+  line.variance = 1 / w.sum(), line.slope_variance = spread > 0 ? 1 / spread : 0;
+  return line;
+}
+
+// Whether what comes after bin j goes on from what was there before the end of the decade below bin `last`:
+// then the cliff is the far side of a hump.
+bool is_hump(const LogBins& bins, Index last, Index count, Index j) {
+  const Index after = bins.f.size() - j, before = count / 2, first = last - count + 1;
+  if (after < kFewestAfter) return false;
+  const Promise back = line_through(bins, j, after);
+  const double f = bins.f.segment(first, before).mean();
+  const double level = bins.level.segment(first, before).mean();
+  const double error =
+      std::sqrt(back.variance_at(f) + bins.variance.segment(first, before).mean() / double(before));
+  return std::abs(level - back.at(f)) < std::max(std::log(kGoesOn), kGoesOnWithinChance * error);
+}
+
+}  // namespace
+
+std::optional<InstrumentEdge> instrument_edge(const PsdEstimate& estimate) {
+  const LogBins bins = log_bins(estimate);
+  const double steepest = estimate.kind == PsdTableKind::k1dOneSided ? kSteepestProfile : kSteepestSurface;
+  const Index n = bins.f.size();
+  for (Index last = kFewestBelow - 1; last + 1 < n; ++last) {
+    Index count = 1;
+    while (count <= last && bins.f[last] - bins.f[last - count] <= kPromiseWidth) ++count;
+    if (count < kFewestBelow) continue;
+    const Promise below = line_through(bins, last - count + 1, count);
+    const auto missing = [&](Index j) { return below.at(bins.f[j]) - bins.level[j]; };
+    const auto chance = [&](Index j) { return std::sqrt(bins.variance[j] + below.variance_at(bins.f[j])); };
+    for (Index j = last + 1; j < n && bins.f[j] - bins.f[last] <= kCliffWidth; ++j) {
+      const double exponent = (bins.level[last] - bins.level[j]) / (bins.f[j] - bins.f[last]);
+      const double error = std::sqrt(bins.variance[last] + bins.variance[j]) / (bins.f[j] - bins.f[last]);
+      if (missing(j) < std::max(std::log(kCliff), kBeyondChance * chance(j))) continue;
+      if (exponent - kSteeperBeyondChance * error < steepest) continue;
+      if (is_hump(bins, last, count, j)) continue;
+      Index first = last + 1;
+      while (first < j && missing(first) < std::max(std::log(kEdge), kEdgeBeyondChance * chance(first)))
+        ++first;
+      return InstrumentEdge{estimate.low[bins.bin[std::size_t(first)]], -below.slope, exponent};
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace aberfit::internal
