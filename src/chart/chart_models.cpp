@@ -202,9 +202,10 @@ double worst_in_light(const FitCase& of, const Attempt& attempt) {
                          pitch, of.context.threads);
   fresh.standard_error = Eigen::VectorXd::Zero(fresh.value.size());
   double worst = 0;
-  for (const EquivalenceMetric& metric : judged.judge(fresh, of.task.equivalence))
-    worst = std::isfinite(metric.difference) ? std::max(worst, std::abs(metric.difference))
-                                             : std::numeric_limits<double>::quiet_NaN();
+  for (const EquivalenceMetric& metric : judged.judge(fresh, of.task.equivalence)) {
+    if (!std::isfinite(metric.difference)) return std::numeric_limits<double>::quiet_NaN();
+    worst = std::max(worst, std::abs(metric.difference));
+  }
   return worst;
 }
 

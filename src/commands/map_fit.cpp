@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "aberfit/commands/run.h"
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/groundwork.h"
@@ -180,7 +181,7 @@ EquivalentSurface surface_numbers(const PupilSample& pupil, const SurfaceField& 
   surface.rms_height = std::sqrt((weight * (field.height - mean).square()).sum());
   surface.rms_slope_per_axis =
       std::sqrt((weight * (field.slope_x.square() + field.slope_y.square())).sum() / 2);
-  surface.g = 4 * EIGEN_PI * surface.rms_height / wavelength;
+  surface.g = 4 * kPi * surface.rms_height / wavelength;
   surface.kappa = std::nan("");
   return surface;
 }

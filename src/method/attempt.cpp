@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/random.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
@@ -102,12 +103,13 @@ FitResult fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProbl
   return best;
 }
 
-// Largest |S - T| / tolerance.
+// Largest |S - T| / tolerance; infinite where a statistic has no value, which is no match.
 double worst_mismatch(const std::vector<Target>& aims, const Eigen::VectorXd& values) {
   double worst = 0;
   for (Eigen::Index k = 0; k < values.size(); ++k) {
     const Target& aim = aims[std::size_t(k)];
-    worst = std::max(worst, std::abs(values[k] - aim.value) / aim.tolerance);
+    const double mismatch = std::abs(values[k] - aim.value) / aim.tolerance;
+    worst = std::isnan(mismatch) ? kInfinity : std::max(worst, mismatch);
   }
   return worst;
 }

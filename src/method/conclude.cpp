@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/forward/term_moments.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
@@ -42,7 +43,7 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
             : moments_of(attempt->bench->field(result.fit.coefficients), attempt->bench->pupil.weight);
   surface.rms_height = moments.rms_height;
   surface.rms_slope_per_axis = moments.rms_slope_per_axis;
-  surface.g = 4 * EIGEN_PI * surface.rms_height / task.wavelength;
+  surface.g = 4 * kPi * surface.rms_height / task.wavelength;
   surface.kappa = std::nan("");  // unknown without a spectrum
   if (ground.psd) {
     // Same shape of spectrum, the fitted surface's own height.

@@ -8,6 +8,7 @@
 #include "aberfit/method/all_scatter.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/term_search.h"
+#include "aberfit/scene/zernike.h"
 
 namespace aberfit {
 namespace {
@@ -137,7 +138,7 @@ class Trials {
   bool ends_below_the_spectrum(const TermsSpec& asked) const {
     const std::optional<PsdTarget>& psd = of_.task.target.psd;
     return psd && asked.zernike &&
-           (asked.zernike->n_max.value() + 1) / (2 * EIGEN_PI * of_.ground.radius) <=
+           zernike_cutoff(asked.zernike->n_max.value(), of_.ground.radius) <=
                psd->f_min.value_or(of_.ground.term_psd->f_min());
   }
 

@@ -31,8 +31,8 @@ void draw_panels(const std::string& title, int width, int height, int columns, c
                  Picture* picture) {
   const int rows = (int(all.size()) + columns - 1) / columns;
   picture->script = script_head(picture->name, width, height);
-  picture->script += fmt::format("set multiplot layout {},{} title {} font 'DejaVu Sans,16'\n", rows, columns,
-                                 gnuplot_text(title));
+  picture->script +=
+      fmt::format("set multiplot layout {},{} title {} font 'DejaVu Sans,16'\n", rows, columns, title);
   for (const Panel& panel : all)
     picture->script += fmt::format(
         "unset logscale; unset arrow; unset colorbox; set offsets 0,0,0,0; set autoscale; set format '%g'; "
@@ -64,9 +64,7 @@ struct Scene {
 
   double radius() const { return aperture_radius(aperture); }
   bool is_ideal(const Case& c) const { return &c.rays == &shown.nominal; }
-  std::string title(const std::string& text) const {
-    return report.title.empty() ? text : text + " - " + report.title;
-  }
+  std::string title(const std::string& text) const { return picture_title(text, report.title); }
 };
 
 double statistic_of(const RayBundle& rays, const VerifyRays& shown, const Statistic& statistic) {
