@@ -6,8 +6,6 @@
 
 namespace aberfit::internal {
 
-inline constexpr double kLowestBin = 1.5;  ///< resolutions; below, detrending has taken the height
-
 /// Hermitian covariance of the lowest ordinates for a red surface, where detrending makes neighbours depend
 /// on each other in a way the window alone does not tell.
 struct LowOrdinates {

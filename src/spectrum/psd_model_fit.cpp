@@ -22,7 +22,6 @@ using Eigen::VectorXd;
 
 // A factor e either way, one standard deviation: such a number is not known.
 constexpr double kLargestLogStd = 1.0;
-constexpr double kPoorFit = 1e-3;
 // A richer family must win by this much of the criterion, else the simpler one is taken.
 constexpr double kWorthwhile = 2.0;
 // Where no family describes the data, one with undetermined parameters must win by this over those without:

@@ -13,7 +13,6 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/linear_algebra.h"
-#include "periodogram.h"
 #include "psd_shape_error.h"
 
 namespace aberfit::internal {
@@ -24,6 +23,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double kLowestBin = 1.5;  // resolutions; below, detrending has taken the height
 // Directions of the bins' correlation matrix below this share of its largest variance are combinations that
 // the estimator holds fixed; they carry rounding, not data.
 constexpr double kLeastVariance = 1e-6;

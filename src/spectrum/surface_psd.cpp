@@ -14,7 +14,6 @@ using Eigen::ArrayXd;
 using Eigen::Index;
 
 constexpr double kLargestFactor = 2;
-constexpr double kDescribed = 1e-3;  // p-value below which a line does not describe the bins
 // 2-D exponents of surfaces whose profile PSD is finite, with room for the power of 1/(exponent - 1).
 constexpr double kLeastExponent = 1.05;
 
@@ -87,7 +86,7 @@ DrawingLine drawing_line(const PsdEstimate& estimate, double f_min, double f_max
   const SurfacePsd surface = surface_psd(estimate, fit);
   line.factor = rms_in_band(surface, estimate.kind, true, f_min, f_max).height /
                 rms_in_band(surface, estimate.kind, false, f_min, f_max).height;
-  line.describes = fit.goodness >= kDescribed;
+  line.describes = fit.goodness >= kPoorFit;
   return line;
 }
 

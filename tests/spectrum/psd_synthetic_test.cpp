@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <complex>
 #include <functional>
 #include <limits>
 #include <map>
@@ -12,9 +11,9 @@
 
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
-#include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/roughness/random_surface.h"
 #include "aberfit/spectrum/psd_model_fit.h"
+#include "spectrum/random_line.h"
 
 // The whole way of a measurement: a random surface of known PSD, its estimate, the fit.
 
@@ -27,7 +26,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 constexpr int kAllSurfaces = 500, kFewSurfaces = 100;
 constexpr Index kRows = 120, kColumns = 128, kPoints = 2048;
-constexpr double kPitch = 1e-3;  // [m]: 0.5 to 500 cycles/m
+constexpr double kPitch = test::kLinePitch;  // [m]: 0.5 to 500 cycles/m
 // 120 cycles/m is no ordinate of the maps nor of the profiles.
 constexpr double kLineFrequency = 120.3, kAngle = 0.3;
 constexpr double kStrength = 10;  // amplitude over the RMS of the continuum in the bin around it
@@ -82,24 +81,6 @@ std::vector<Model> models() {
   };
 }
 
-// A stretch of 1/8 of a periodic line of independent Gaussian ordinates.
-Profile random_line(const std::function<double(double)>& spectrum, const RandomStream& stream) {
-  constexpr int kOversize = 8;
-  const int n = int(kPoints) * kOversize;
-  const double step = 1 / (n * kPitch);
-  std::vector<std::complex<double>> values(std::size_t(n), 0.0);
-  for (int k = 1; k < n / 2; ++k) {
-    const auto [re, im] = stream.normal_pair(std::uint64_t(k));
-    values[std::size_t(k)] = std::sqrt(spectrum(k * step) * step) * std::complex<double>(re, im);
-  }
-  fourier_transform(1, n, values.data());
-  Profile profile;
-  profile.x = Eigen::ArrayXd::LinSpaced(kPoints, 0, double(kPoints - 1) * kPitch);
-  profile.value.resize(kPoints);
-  for (Index i = 0; i < kPoints; ++i) profile.value[i] = values[std::size_t(i)].real();
-  return profile;
-}
-
 // Amplitude of the sine: kStrength times the RMS of the continuum between kLineFrequency 10^(-+1/24).
 double line_amplitude(const Model& model) {
   const double low = kLineFrequency * std::pow(10, -1.0 / 24), high = kLineFrequency * std::pow(10, 1.0 / 24);
@@ -113,7 +94,8 @@ double line_amplitude(const Model& model) {
 struct ProfileWay {
   using Data = Profile;
   static Data draw(const Model& model, int seed) {
-    return random_line(model.along, RandomStream(std::uint64_t(seed), "psd-synthetic " + model.name));
+    return test::random_line(model.along, ProfileQuantity::kHeight, kPoints,
+                             RandomStream(std::uint64_t(seed), "psd-synthetic " + model.name));
   }
   static void add_line(double amplitude, double phase, Data* data) {
     data->value += amplitude * (2 * kPi * kLineFrequency * data->x + phase).cos();

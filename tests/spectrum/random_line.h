@@ -17,10 +17,10 @@ inline constexpr double kLinePitch = 1e-3;  // [m]: 1 to 500 cycles/m
 using Spectrum = std::function<double(double)>;  // one-sided [m^3]
 
 // An eighth of a periodic line of independent Gaussian ordinates: its heights, or its slopes, each exact.
-inline Profile random_line(const Spectrum& spectrum, ProfileQuantity quantity, int seed) {
+inline Profile random_line(const Spectrum& spectrum, ProfileQuantity quantity, Eigen::Index points,
+                           const RandomStream& stream) {
   constexpr int kOversize = 8;
-  const RandomStream stream(std::uint64_t(seed), "random line");
-  const int n = int(kLinePoints) * kOversize;
+  const int n = int(points) * kOversize;
   const double step = 1 / (n * kLinePitch);
   std::vector<std::complex<double>> values(std::size_t(n), 0.0);
   for (int k = 1; k < n / 2; ++k) {
@@ -32,10 +32,13 @@ inline Profile random_line(const Spectrum& spectrum, ProfileQuantity quantity, i
   fourier_transform(1, n, values.data());
   Profile profile;
   profile.quantity = quantity;
-  profile.x = Eigen::ArrayXd::LinSpaced(kLinePoints, 0, double(kLinePoints - 1) * kLinePitch);
-  profile.value.resize(kLinePoints);
-  for (Eigen::Index i = 0; i < kLinePoints; ++i) profile.value[i] = values[std::size_t(i)].real();
+  profile.x = Eigen::ArrayXd::LinSpaced(points, 0, double(points - 1) * kLinePitch);
+  profile.value.resize(points);
+  for (Eigen::Index i = 0; i < points; ++i) profile.value[i] = values[std::size_t(i)].real();
   return profile;
+}
+inline Profile random_line(const Spectrum& spectrum, ProfileQuantity quantity, int seed) {
+  return random_line(spectrum, quantity, kLinePoints, RandomStream(std::uint64_t(seed), "random line"));
 }
 
 }  // namespace aberfit::test

@@ -29,6 +29,9 @@ struct PsdFitOptions {
   int max_iterations = 200;
 };
 
+/// Goodness below which a model does not describe its bins.
+inline constexpr double kPoorFit = 1e-3;
+
 /// One number of a fitted model.
 struct PsdParameter {
   std::string name;  ///< "rms", "B", "exponent", "amplitude", "floor", ...; exponent is 2-D
