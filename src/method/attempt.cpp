@@ -78,12 +78,13 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double
   return fit;
 }
 
-// Tries the seeded starts in turn and keeps the cheapest; stops at the first that meets every tolerance.
+// Tries the plan's seeded starts in turn and keeps the cheapest; stops at the first that meets every
+// tolerance.
 FitResult fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProblem& problem,
                           Eigen::VectorXd* start, double* lowest) {
   const FitSpec& asked = of.task.fit;
   FitResult best;
-  for (int k = 0; k < plan.starts; ++k) {
+  for (int k = plan.first_start; k < plan.first_start + plan.starts; ++k) {
     const std::uint64_t seed =
         k == 0 ? asked.seed : RandomStream(asked.seed, "starts").bits(std::uint64_t(k));
     const Eigen::VectorXd white = plan.warm.size() > 0 ? plan.warm
@@ -225,7 +226,34 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
   }
 }
 
+// Starts are judged by the verdict, which by waves has no luck in it: what meets the fitted targets may miss
+// between them. Returns the first that is equivalent, else the nearest.
+Attempt fit_until_equivalent(const FitCase& of, const FitPlan& plan, bool judge_always) {
+  std::optional<Attempt> nearest;
+  for (int k = 0; k < plan.starts; ++k) {
+    FitPlan one = plan;
+    one.starts = 1;
+    one.first_start = plan.first_start + k;
+    Attempt attempt = fit_on_fine_enough_grid(of, std::move(one), judge_always);
+    if (!nearest || distance_to_margin(attempt) < distance_to_margin(*nearest)) nearest = std::move(attempt);
+    if (is_equivalent(*nearest)) break;
+  }
+  nearest->result.chosen.starts = plan.starts;
+  return std::move(*nearest);
+}
+
 }  // namespace
+
+bool is_equivalent(const Attempt& attempt) {
+  return attempt.fresh.rays > 0 && attempt.met && attempt.result.verdict == Verdict::kEquivalent;
+}
+
+double distance_to_margin(const Attempt& attempt) {
+  double worst = attempt.mismatch;
+  for (const EquivalenceMetric& metric : attempt.result.metrics)
+    worst = std::max(worst, std::abs(metric.difference) / metric.margin);
+  return worst;
+}
 
 void describe_scene(const FitCase& of, double captured, FitOutcome* result) {
   const SceneFacts facts = scene_facts(of.ground, of.targets.theory);
@@ -248,7 +276,7 @@ FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
   FitOutcome result;
   result.radius = of.ground.radius;
   result.terms = plan.terms->terms;
-  result.chosen = {plan.terms->asked, plan.pupil.rays};
+  result.chosen = {plan.terms->asked, plan.pupil.rays, plan.starts};
   result.chosen.terms.band.rule = BandRule::kAll;
   if (of.ground.split) result.chosen.terms.band = {BandRule::kCut, of.ground.split->cut()};
   result.confidence = of.task.equivalence.confidence;
@@ -320,8 +348,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
 }
 
 Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always) {
-  if (of.ground.use.model == FocusModel::kWaves)
-    return fit_on_fine_enough_grid(of, std::move(plan), judge_always);
+  if (of.ground.use.model == FocusModel::kWaves) return fit_until_equivalent(of, plan, judge_always);
   if (plan.automatic_rays) plan.pupil.rays = first_rays(plan.terms->terms.size());
   for (;;) {
     Attempt attempt = attempt_fit(of, plan);

@@ -91,6 +91,7 @@ nlohmann::ordered_json resolved_study(const Study& study, const ChosenByFit& cho
   explicit_study.terms = chosen.terms;
   explicit_study.trace.automatic_rays = false;
   explicit_study.trace.pupil.rays = chosen.rays;
+  explicit_study.fit.starts = chosen.starts;
   return resolved_study(explicit_study);
 }
 

@@ -55,7 +55,7 @@ TEST(LightGuides, LeaveNoShareOfACoreWithAHaloUnwatched) {
       if (radius == inner) continue;
       // As far apart as the grains on a ring average out to the margin, or by a sixteenth of the light.
       const double steady = 1.5 * 0.01 * inner * std::sqrt(2 * EIGEN_PI * inner / grain);
-      EXPECT_TRUE(share - before < 0.05 || radius - inner < 1.01 * std::max(grain, steady))
+      EXPECT_TRUE(share - before < 0.05 || radius - inner < 1.01 * std::max(0.5 * grain, steady))
           << dz << ": from " << before << " to " << share;
       before = share;
       inner = radius;

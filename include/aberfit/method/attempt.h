@@ -53,13 +53,19 @@ void describe_scene(const FitCase& of, double captured, FitOutcome* result);
 /// What is known of a result before the solve.
 FitOutcome outcome_of(const FitCase& of, const FitPlan& plan);
 
+/// Every tolerance met, and what was judged is equivalent.
+bool is_equivalent(const Attempt& attempt);
+/// The worst that is known of an attempt: mismatches in tolerances, judged differences in margins.
+double distance_to_margin(const Attempt& attempt);
+
 /// Whether the solver got anywhere: a degenerate or failed try has no cost to compare.
 bool has_solution(const FitResult& fit);
 
 /// One fit as planned, on the rays of the plan. Not judged.
 Attempt attempt_fit(const FitCase& of, const FitPlan& plan);
 
-/// The same on the plan's rays, or on more and more until fresh ones say the same; judged on fresh rays.
+/// The same on the plan's rays, or on more and more until fresh ones say the same; judged on fresh rays. By
+/// waves on finer and finer grids, and from the plan's starts in turn until one is equivalent.
 /// judge_always: a search does not care what fresh rays say of a set that misses its tolerances.
 Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always);
 

@@ -38,7 +38,8 @@ struct FitPlan {
   PupilOptions pupil;           ///< rays; waves have a grid that their light decides
   bool automatic_rays = false;  ///< more of them until fresh ones say the same
   double coarsening = 1;        ///< of the grid that waves need (wave_pitch)
-  int starts = 1;               ///< tries from different draws
+  int starts = 1;               ///< tries from different draws; by waves until one is equivalent
+  int first_start = 0;          ///< the draw that is tried first
   int most_iterations = 100;
   Eigen::VectorXd warm;           ///< white coordinates to start from instead of a draw
   bool give_up_on_stall = false;  ///< a search has other sets to try
@@ -52,6 +53,7 @@ FitPlan make_plan(const Task& task, std::shared_ptr<const TermPlan> terms);
 struct ChosenByFit {
   TermsSpec terms;
   std::int64_t rays = 0;
+  int starts = 1;
 };
 
 }  // namespace aberfit
