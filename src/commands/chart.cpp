@@ -7,6 +7,7 @@
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
 #include "output_directory.h"
+#include "result_folder.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -27,18 +28,18 @@ Chart run_chart(const Study& study, const RunOptions& options) {
     throw InputError(study.path, "/target/map", "a study of a map",
                      "statistics as targets: a map is fitted by linear least squares, which is exact, and "
                      "`aberfit check` predicts its cost");
+  ResultFolder folder(options.output_directory);
   Chart chart =
       with_fields_of(study, [&] { return make_chart(study, options.chart_seconds, context_of(options)); });
   chart.title = study.title;
-  if (!options.output_directory.empty()) {
+  if (folder.wanted()) {
     if (options.progress) options.progress("chart: files");
-    if (options.plots && study.output.plots)
-      write_chart_plots(chart, options.output_directory, &chart.warnings);
-    const std::string folder = options.output_directory + "/";
-    write_file(folder + "chart.csv", chart_csv(chart));
-    write_file(folder + "summary.txt", summary_table(chart));
-    // Last, so that a chart.json always has its companions beside it.
-    write_file(folder + "chart.json", chart_json(chart, study).dump(2) + "\n");
+    const std::string to = folder.of(options).output_directory;
+    if (options.plots && study.output.plots) write_chart_plots(chart, to, &chart.warnings);
+    write_file(to + "/chart.csv", chart_csv(chart));
+    write_file(to + "/summary.txt", summary_table(chart));
+    write_file(to + "/chart.json", chart_json(chart, study).dump(2) + "\n");
+    folder.show();
   }
   return chart;
 }

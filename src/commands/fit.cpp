@@ -11,6 +11,7 @@
 #include "analytic_normals.h"
 #include "fit_files.h"
 #include "output_directory.h"
+#include "result_folder.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -53,6 +54,7 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
   return with_fields_of(study, [&] {
     require_analytic_normals(study);
     if (study.map) throw FieldError("target.map", "a map as target", "statistics; run_map_fit is for maps");
+    ResultFolder folder(options.output_directory);
     const RunContext context = context_of(options);
     auto run = std::make_unique<Run>(study, requested_physics(study), context);
     Attempt attempt = fit_as_asked(run->of);
@@ -64,8 +66,9 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
       conclude(run->of, &attempt);
     }
     ResultDocument result = document(study, std::move(attempt.result), context.threads);
-    if (!options.output_directory.empty())
-      write_fit(study, run->layout.ground, options, attempt.bench->focus(study), &result);
+    if (!folder.wanted() || result.fit.status == FitStatus::kFailed) return result;
+    write_fit(study, run->layout.ground, folder.of(options), attempt.bench->focus(study), &result);
+    folder.show();
     return result;
   });
 }

@@ -96,7 +96,6 @@ void write_fit(const Study& study, const Groundwork& ground, const RunOptions& o
   }
   write_exports(study, folder + "exports/", result);
   write_file(folder + "summary.txt", summary_table(*result, true));
-  // Last, so that a result.json always has its companions beside it.
   write_file(folder + "result.json", to_json(*result, resolved(study, *result)).dump(2) + "\n");
 }
 

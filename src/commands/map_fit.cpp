@@ -18,6 +18,7 @@
 #include "aberfit/theory/regime.h"
 #include "analytic_normals.h"
 #include "fit_files.h"
+#include "result_folder.h"
 
 namespace aberfit {
 using namespace internal;
@@ -226,12 +227,17 @@ ResultDocument judged_map(const Study& study, const HeightMap& map, const RunOpt
 
 ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   require_analytic_normals(study);
+  ResultFolder folder(options.output_directory);
+  const RunOptions there = folder.of(options);
   const RunContext context = context_of(options);
   const HeightMap map = load_map(study);
   check_reach(study, map);
-  if (study.psd) return with_fields_of(study, [&] { return judged_map(study, map, options, context); });
-  ResultDocument result = fitted_map(study, map, options, context.threads);
-  if (result.fit.status != FitStatus::kFailed) describe_unjudged(study, options, context.threads, &result);
+  ResultDocument result = study.psd
+                              ? with_fields_of(study, [&] { return judged_map(study, map, there, context); })
+                              : fitted_map(study, map, options, context.threads);
+  if (result.fit.status == FitStatus::kFailed) return result;
+  if (!study.psd) describe_unjudged(study, there, context.threads, &result);
+  folder.show();
   return result;
 }
 

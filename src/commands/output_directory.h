@@ -10,9 +10,7 @@ std::string default_output_directory(const std::string& study_file);
 /// Beside out/<study>, where the fit's result is.
 std::string default_chart_directory(const std::string& study_file);
 
-/// Sets the folder where none is named. A folder that cannot be written to is found out here, before the
-/// computing, by writing a file there: InputError. Leaves no trace, so that a run that fails later leaves
-/// none either.
+/// Sets the folder where none is named.
 void choose_output_directory(CommandLine* line);
 
 }  // namespace aberfit::internal

@@ -7,6 +7,7 @@
 #include "aberfit/report/psd_report.h"
 #include "aberfit/study/read_study.h"
 #include "output_directory.h"
+#include "result_folder.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -96,14 +97,16 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
   report.warnings.insert(report.warnings.end(), measured.result.warnings.begin(),
                          measured.result.warnings.end());
   report.provenance = make_provenance(0, context_of(options).threads);
-  if (!options.output_directory.empty()) {
-    if (options.plots) write_psd_plots(report, options.output_directory, &report.warnings);
-    const std::string folder = options.output_directory + "/";
+  ResultFolder results(options.output_directory);
+  if (results.wanted()) {
+    const std::string folder = results.of(options).output_directory + "/";
+    if (options.plots) write_psd_plots(report, folder, &report.warnings);
     const ordered_json roughness = roughness_block(measured);
     write_file(folder + "psd.csv", psd_csv(report));
     write_file(folder + "roughness.json", roughness.dump(2) + "\n");
     write_file(folder + "summary.txt", summary_table(report, roughness));
     write_file(folder + "result.json", psd_json(report, measured).dump(2) + "\n");
+    results.show();
   }
   return report;
 }

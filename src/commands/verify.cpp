@@ -13,6 +13,7 @@
 #include "aberfit/study/read_study.h"
 #include "given_surface.h"
 #include "output_directory.h"
+#include "result_folder.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -38,19 +39,20 @@ VerifyReport run_verify(const Study& study, const RunOptions& options) {
     throw InputError(study.path, "/roughness", "nothing",
                      "a roughness block: verify compares with its Harvey-Shack prediction");
   check_pictures(study);  // before anything is computed
+  ResultFolder folder(options.output_directory);
   if (options.progress) options.progress("tracing and diffracting draws of the roughness");
   const int threads = context_of(options).threads;
   VerifyReport report = with_fields_of(
       study, [&] { return verify(study, study.verify.aside, given_surface(study, options), threads); });
   report.title = study.title;
   report.published = compare_published(study, report.quantities);
-  if (!options.output_directory.empty()) {
+  if (folder.wanted()) {
+    const std::string to = folder.of(options).output_directory;
     if (options.plots && study.output.plots)
-      write_verify_plots(report, study.mirror, study.aperture, study.wavelength, options.output_directory,
-                         &report.warnings);
-    write_file(options.output_directory + "/summary.txt", summary_table(report));
-    write_file(options.output_directory + "/result.json",
-               to_json(report, resolved_study(study)).dump(2) + "\n");
+      write_verify_plots(report, study.mirror, study.aperture, study.wavelength, to, &report.warnings);
+    write_file(to + "/summary.txt", summary_table(report));
+    write_file(to + "/result.json", to_json(report, resolved_study(study)).dump(2) + "\n");
+    folder.show();
   }
   return report;
 }

@@ -43,7 +43,7 @@ std::set<std::string> entries(const std::string& folder) {
   std::set<std::string> names;
   if (!std::filesystem::exists(folder)) return names;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
-    names.insert(entry.path().filename().string());
+    if (const std::string name = entry.path().filename().string(); !name.starts_with('.')) names.insert(name);
   return names;
 }
 

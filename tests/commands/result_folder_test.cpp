@@ -1,0 +1,166 @@
+// A folder of results is one run's, whole, whatever happens to the runs that write there.
+#include "../../src/commands/result_folder.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <functional>
+#include <set>
+#include <string>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/random.h"
+#include "aberfit/report/result.h"
+#include "study/scratch_folder.h"
+
+namespace aberfit {
+namespace {
+
+namespace fs = std::filesystem;
+using internal::ResultFolder;
+using test::read_file;
+using test::ScratchFolder;
+
+constexpr int kFiles = 12;
+
+// A run whose files all hold its number: `kFiles` of its own in two folders, and a result.
+void run(const std::string& to, int number, const std::string& also = "") {
+  ResultFolder folder(to);
+  const std::string into = folder.of({}).output_directory + "/", text = std::to_string(number);
+  for (int k = 0; k < kFiles; ++k)
+    write_file(into + (k % 2 ? "plots/" : "") + "file-" + std::to_string(k), text);
+  if (!also.empty()) write_file(into + also, text);
+  write_file(into + "result.json", text);
+  folder.show();
+}
+
+std::set<std::string> visible(const std::string& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file() && !entry.path().filename().string().starts_with('.'))
+      names.insert(entry.path().lexically_relative(folder).string());
+  return names;
+}
+
+// The number of the run whose files are there, all of them; -1 where they are of several or some are missing.
+int whole_run(const std::string& folder) {
+  std::set<std::string> numbers;
+  for (const std::string& file : visible(folder)) numbers.insert(read_file(folder + "/" + file));
+  return numbers.size() == 1 && visible(folder).size() == kFiles + 1 ? std::stoi(*numbers.begin()) : -1;
+}
+
+pid_t in_child(const std::function<void()>& work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    work();
+    _exit(0);
+  }
+  return child;
+}
+
+TEST(ResultFolder, LeavesNothingOfAnEarlierRunAndAllOfTheUsers) {
+  ScratchFolder scratch;
+  const std::string out = scratch.file("new/out");
+  run(out, 1, "plots/old.png");
+  scratch.write("new/out/notes.txt", "mine");
+  fs::create_directories(out + "/mine");
+  scratch.write("new/out/mine/study.json", "mine");
+  run(out, 2);
+  EXPECT_FALSE(fs::exists(out + "/plots/old.png"));
+  EXPECT_EQ(read_file(out + "/notes.txt"), "mine");
+  EXPECT_EQ(read_file(out + "/mine/study.json"), "mine");
+  EXPECT_EQ(read_file(out + "/plots/file-1"), "2");
+  EXPECT_EQ(visible(scratch.file("new")).size(), std::size_t(kFiles + 1 + 2)) << "something is left beside";
+}
+
+TEST(ResultFolder, OfARunThatFailsIsWhatItWas) {
+  ScratchFolder scratch;
+  const std::string out = scratch.file("out"), fresh = scratch.file("a/b/c");
+  run(out, 1);
+  for (const std::string& folder : {out, fresh}) {
+    ResultFolder second(folder);
+    write_file(second.of({}).output_directory + "/result.json", "2");
+  }
+  EXPECT_EQ(whole_run(out), 1);
+  EXPECT_FALSE(fs::exists(scratch.file("a")));
+}
+
+TEST(ResultFolder, IsRefusedToASecondRunWhileTheFirstLasts) {
+  ScratchFolder scratch;
+  const std::string out = scratch.file("out");
+  {
+    const ResultFolder first(out);
+    try {
+      const ResultFolder second(out);
+      FAIL();
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("another run"), std::string::npos) << error.what();
+    }
+    // The refused one has not taken the first one's place away.
+    EXPECT_TRUE(fs::exists(first.of({}).output_directory));
+  }
+  run(out, 1);
+  EXPECT_EQ(whole_run(out), 1);
+}
+
+TEST(ResultFolder, IsOneRunsWheneverARunIsKilled) {
+  ScratchFolder scratch;
+  const std::string out = scratch.file("out");
+  run(out, 0);
+  RandomStream stream(7, "kills");
+  for (int k = 1; k <= 20; ++k) {
+    const pid_t child = in_child([&] {
+      for (int number = k * 100000;; ++number) run(out, number);
+    });
+    usleep(useconds_t(stream.bits(std::uint64_t(k)) % 20000));
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    EXPECT_GE(whole_run(out), 0) << "kill " << k;
+  }
+  run(out, 5);
+  EXPECT_EQ(whole_run(out), 5);
+  EXPECT_EQ(visible(scratch.file("")).size(), std::size_t(kFiles + 1)) << "something is left beside";
+}
+
+TEST(ResultFolder, OfAFullDiskIsWhatItWas) {
+  ScratchFolder scratch;
+  const std::string out = scratch.file("out");
+  run(out, 1);
+  const pid_t child = in_child([&] {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit none{0, 0};  // every write fails
+    setrlimit(RLIMIT_FSIZE, &none);
+    try {
+      run(out, 2);
+    } catch (const InputError&) {
+      _exit(2);
+    }
+  });
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 2);
+  EXPECT_EQ(whole_run(out), 1);
+}
+
+// Where folders cannot change places.
+TEST(ResultFolder, ThatIsTheWorkingFolderStaysTheSameFolder) {
+  ScratchFolder scratch;
+  const std::string out = scratch.file("out");
+  run(out, 1, "plots/old.png");
+  const pid_t child = in_child([&] {
+    fs::current_path(out);
+    run(".", 2);
+    if (!fs::exists("result.json")) _exit(3);
+  });
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EQ(whole_run(out), 2);
+}
+
+}  // namespace
+}  // namespace aberfit
