@@ -5,6 +5,7 @@
 #include <array>
 #include <exception>
 #include <map>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -133,7 +134,7 @@ void add_common_options(CLI::App* app, CommandLine* line) {
   app->fallthrough();  // common options may stand after the command
   app->footer(
       "Exit codes: 0 done (and equivalent where judged); 1 ran but not converged, different or undecided; "
-      "2 bad input or usage; 3 the computation failed.");
+      "2 bad input or usage; 3 the computation failed; 4 stopped by a signal, with the best so far.");
   app->add_option("--threads", line->threads,
                   "Threads to use (default: all there are); results do not depend on it")
       ->check(CLI::Range(1, 65536))
@@ -190,6 +191,14 @@ int main(int argc, char** argv) {
   } catch (const aberfit::FieldError& error) {  // commands name the file; without it the field is still told
     fmt::print(stderr, "aberfit: {}\n", error.what());
     return int(ExitCode::kBadInput);
+  } catch (const aberfit::Interrupted& error) {
+    fmt::print(stderr, "aberfit: {}; nothing is written\n", error.what());
+    return int(ExitCode::kInterrupted);
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr,
+               "aberfit: the computation failed: not enough memory; fewer terms or rays, or a larger margin, "
+               "take less\n");
+    return int(ExitCode::kComputationFailed);
   } catch (const std::exception& error) {
     fmt::print(stderr, "aberfit: the computation failed: {}\n", error.what());
     return int(ExitCode::kComputationFailed);

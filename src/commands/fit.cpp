@@ -10,6 +10,7 @@
 #include "aberfit/study/read_study.h"
 #include "analytic_normals.h"
 #include "fit_files.h"
+#include "interrupt.h"
 #include "output_directory.h"
 #include "result_folder.h"
 #include "terminal.h"
@@ -35,6 +36,13 @@ bool rays_fell_short(const FitCase& of, const FitOutcome& result) {
          overall(result.metrics) == Verdict::kEquivalent;
 }
 
+void note_interruption(const RunContext& context, FitOutcome* result) {
+  result->interrupted = context.stopped();
+  if (result->interrupted)
+    result->warnings.push_back(
+        {"interrupted", "stopped by a signal: this is the best so far, not what the whole run would give"});
+}
+
 ResultDocument document(const Study& study, FitOutcome outcome, int threads) {
   ResultDocument result;
   static_cast<FitOutcome&>(result) = std::move(outcome);
@@ -47,7 +55,7 @@ ResultDocument document(const Study& study, FitOutcome outcome, int threads) {
 }  // namespace
 
 RunContext context_of(const RunOptions& options) {
-  return {options.threads > 0 ? options.threads : available_threads(), options.progress};
+  return {options.threads > 0 ? options.threads : available_threads(), options.progress, options.interrupted};
 }
 
 ResultDocument run_fit(const Study& study, const RunOptions& options) {
@@ -58,11 +66,13 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
     const RunContext context = context_of(options);
     auto run = std::make_unique<Run>(study, requested_physics(study), context);
     Attempt attempt = fit_as_asked(run->of);
+    note_interruption(context, &attempt.result);
     conclude(run->of, &attempt);
-    if (rays_fell_short(run->of, attempt.result)) {
+    if (!attempt.result.interrupted && rays_fell_short(run->of, attempt.result)) {
       context.say("rays are not enough: waves");
       run = std::make_unique<Run>(study, PhysicsRequest{study.target.theory, FocusModel::kWaves}, context);
       attempt = fit_as_asked(run->of);
+      note_interruption(context, &attempt.result);
       conclude(run->of, &attempt);
     }
     ResultDocument result = document(study, std::move(attempt.result), context.threads);
@@ -77,12 +87,15 @@ ExitCode fit_command(CommandLine line) {
   const Study study = read_study(line.study_file);
   choose_output_directory(&line);
   ProgressLine progress(!line.quiet);
-  const RunOptions options = run_options(line, &progress);
+  const Interrupt interrupt;
+  RunOptions options = run_options(line, &progress);
+  options.interrupted = [&interrupt] { return interrupt.asked(); };
   const ResultDocument result = study.map ? run_map_fit(study, options) : run_fit(study, options);
   progress.clear();
   print(line, line.json ? to_json(result, resolved(study, result)) : nlohmann::ordered_json(),
         summary_table(result, false));
   say_where(line);
+  if (result.interrupted) return ExitCode::kInterrupted;
   if (result.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
   // A map without a specification has nothing to be judged by.
   const bool done = result.map && !result.has_roughness ? result.fit.status == FitStatus::kConverged

@@ -64,11 +64,11 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double
     fit.prior_weight = kWavePriorWeight;
     fit.guides_within = plan.guides_within;
   }
-  if (!of.context.progress && !plan.give_up_on_stall) return fit;
+  if (!of.context.progress && !of.context.interrupted && !plan.give_up_on_stall) return fit;
   auto watch = std::make_shared<StallWatch>(of.ground.use.model, plan.most_iterations, plan.warm.size() > 0);
   fit.progress = [&of, &plan, watch, tries, lowest](const FitProgress& p) {
     *lowest = std::min(*lowest, p.worst_mismatch);
-    if (plan.give_up_on_stall && watch->stalled(p)) return false;
+    if (of.context.stopped() || (plan.give_up_on_stall && watch->stalled(p))) return false;
     if (!of.context.progress) return true;
     of.context.say(fmt::format("fit{}: iteration {}, worst mismatch {:.3g} tolerances, {:.1f} s",
                                tries > 0 ? fmt::format(" (start {})", tries + 1) : "", p.iteration,
@@ -122,21 +122,6 @@ double worst_mismatch(const FitProblem& problem, const FitResult& fit) {
     worst = std::max(worst, std::abs(std::log(fit.spectrum[b] / problem.spectrum_target[b])) /
                                 problem.spectrum_tolerance[b]);
   return worst;
-}
-
-// Statistics on rays the fit has not seen, and the verdict on them.
-void judge_on_fresh_rays(const FitCase& of, Attempt* attempt) {
-  of.context.say("fresh rays");
-  FitOutcome& result = attempt->result;
-  const JudgedSet judged(of.targets.fitted, of.targets.held_out);
-  const FreshPupil pupil{attempt->bench->model, 4 * result.rays, of.task.trace.pupil.seed,
-                         grid_pitch(of, result.terms, 1)};
-  attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
-                                         result.fit.coefficients, judged.statistics(), of.context.threads,
-                                         &result.warnings);
-  result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
-  result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
-  result.verdict = overall(result.metrics);
 }
 
 // How far the fit's own rays are from fresh ones, and those from each other.
@@ -194,6 +179,7 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
   plan.coarsening = kFirstCoarsening;
   for (;;) {
     Attempt attempt = attempt_fit(of, plan);
+    if (of.context.stopped()) return attempt;
     // Phases that turn too far from cell to cell have no pattern on this grid.
     const bool no_pattern = attempt.result.fit.status == FitStatus::kDegenerate ||
                             attempt.result.fit.status == FitStatus::kFailed;
@@ -236,13 +222,27 @@ Attempt fit_until_equivalent(const FitCase& of, const FitPlan& plan, bool judge_
     one.first_start = plan.first_start + k;
     Attempt attempt = fit_on_fine_enough_grid(of, std::move(one), judge_always);
     if (!nearest || distance_to_margin(attempt) < distance_to_margin(*nearest)) nearest = std::move(attempt);
-    if (is_equivalent(*nearest)) break;
+    if (is_equivalent(*nearest) || of.context.stopped()) break;
   }
   nearest->result.chosen.starts = plan.starts;
   return std::move(*nearest);
 }
 
 }  // namespace
+
+void judge_on_fresh_rays(const FitCase& of, Attempt* attempt) {
+  of.context.say("fresh rays");
+  FitOutcome& result = attempt->result;
+  const JudgedSet judged(of.targets.fitted, of.targets.held_out);
+  const FreshPupil pupil{attempt->bench->model, 4 * result.rays, of.task.trace.pupil.seed,
+                         grid_pitch(of, result.terms, 1)};
+  attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
+                                         result.fit.coefficients, judged.statistics(), of.context.threads,
+                                         &result.warnings);
+  result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
+  result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
+  result.verdict = overall(result.metrics);
+}
 
 bool is_equivalent(const Attempt& attempt) {
   return attempt.fresh.rays > 0 && attempt.met && attempt.result.verdict == Verdict::kEquivalent;
@@ -352,6 +352,7 @@ Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always) {
   if (plan.automatic_rays) plan.pupil.rays = first_rays(plan.terms->terms.size());
   for (;;) {
     Attempt attempt = attempt_fit(of, plan);
+    if (of.context.stopped()) return attempt;
     if (judge_always || attempt.met) judge_on_fresh_rays(of, &attempt);
     if (attempt.fresh.rays == 0) return attempt;
     RayChoice& choice = attempt.result.ray_choice.emplace(ray_choice(of, plan, attempt));

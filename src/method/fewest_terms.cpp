@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "aberfit/core/errors.h"
 #include "aberfit/method/all_scatter.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/term_search.h"
@@ -72,6 +73,7 @@ class Trials {
 
   // A short fit on few rays, continuing the last one with fewer terms.
   FrontierPoint screen(const TermsSpec& asked) {
+    end_if_asked();
     const auto begin = Clock::now();
     if (ends_below_the_spectrum(asked)) {
       double captured = 0;
@@ -98,6 +100,7 @@ class Trials {
   // The whole fit, from the seeded draw: what it comes to depends on no other. To go on by waves from where
   // a fit of fewer terms had failed kept it there: an annulus took 675 terms where 375 pass.
   FrontierPoint confirm(const TermsSpec& asked) {
+    end_if_asked();
     const auto begin = Clock::now();
     const bool waves = of_.ground.use.model == FocusModel::kWaves;
     FitPlan plan = planned(asked);
@@ -115,7 +118,10 @@ class Trials {
       if (frontier_point(again, 0).passes) attempt = std::move(again);
     }
     const FrontierPoint point = frontier_point(attempt, since(begin));
-    if (point.passes && (!best_ || point.terms < best_->result.terms.size())) best_ = std::move(attempt);
+    if (!point.passes && (!nearest_ || distance_to_margin(attempt) < distance_to_margin(*nearest_)))
+      nearest_ = std::move(attempt);
+    else if (point.passes && (!best_ || point.terms < best_->result.terms.size()))
+      best_ = std::move(attempt);
     return point;
   }
 
@@ -127,10 +133,22 @@ class Trials {
     return fit_on_enough_rays(of_, std::move(plan), true);
   }
 
-  // The fewest that passed, if any did. Other fits are not kept.
+  // The fewest that passed, if any did.
   std::optional<Attempt>& best() { return best_; }
+  // What is left of a search that was asked to stop: the fewest that passed, else the nearest, else throws.
+  Attempt best_so_far() {
+    for (std::optional<Attempt>* kept : {&best_, &nearest_, &screened_}) {
+      if (!*kept) continue;
+      if ((*kept)->fresh.rays == 0) judge_on_fresh_rays(of_, &**kept);
+      return std::move(**kept);
+    }
+    throw Interrupted("stopped before there was a surface to keep");
+  }
 
  private:
+  void end_if_asked() const {
+    if (of_.context.stopped()) throw Interrupted("stopped during the search for terms");
+  }
   // A set that a short fit speaks for is fitted whole next: its terms and prior are made once for both.
   FitPlan planned(const TermsSpec& asked) {
     if (!last_ || !same_terms(last_->asked, asked)) {
@@ -151,7 +169,7 @@ class Trials {
   const FitCase& of_;
   const MakeTerms& make_terms_;
   std::shared_ptr<const TermPlan> last_;
-  std::optional<Attempt> screened_, best_;
+  std::optional<Attempt> screened_, best_, nearest_;
 };
 
 // None passed, so none was kept; the nearest is fitted anew.
@@ -183,9 +201,15 @@ Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms) {
   if (of.ground.use.model != FocusModel::kWaves)
     hooks.screen = [&](const TermsSpec& asked) { return trials.screen(asked); };
   hooks.confirm = [&](const TermsSpec& asked) { return trials.confirm(asked); };
-  Frontier frontier = search_terms(of.task.terms.covariance, of.task.equivalence.margin, range, hooks);
+  Frontier frontier;
+  try {
+    frontier = search_terms(of.task.terms.covariance, of.task.equivalence.margin, range, hooks);
+  } catch (const Interrupted&) {
+    return trials.best_so_far();
+  }
   std::optional<Attempt> best = std::move(trials.best());
   if (!best) best = fit_nearest(of, range, &trials, &frontier);
+  if (of.context.stopped() && best->fresh.rays == 0) judge_on_fresh_rays(of, &*best);
   if (is_equivalent(*best))
     // The band and the frontier say what a set of fewest terms leaves out; more terms are not called for.
     std::erase_if(best->result.warnings, [](const Warning& w) { return w.code == "truncated-terms"; });
@@ -198,7 +222,9 @@ Attempt fit_as_asked(const FitCase& of) {
   if (of.task.terms.automatic && of.ground.psd) return fit_fewest_terms(of);
   of.context.say("prior");
   const auto terms = std::make_shared<const TermPlan>(plan_terms(of.task, of.ground, of.task.terms));
-  return fit_on_enough_rays(of, make_plan(of.task, terms), true);
+  Attempt attempt = fit_on_enough_rays(of, make_plan(of.task, terms), true);
+  if (of.context.stopped() && attempt.fresh.rays == 0) judge_on_fresh_rays(of, &attempt);
+  return attempt;
 }
 
 }  // namespace aberfit

@@ -77,6 +77,7 @@ Json fit_json(const ResultDocument& result) {
   const FitResult& fit = result.fit;
   Json json = {{"status", to_string(fit.status)},
                {"message", fit.message},
+               {"interrupted", result.interrupted},
                {"iterations", fit.iterations},
                {"evaluations", fit.evaluations},
                {"seconds", json_number(fit.seconds)},

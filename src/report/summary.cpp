@@ -142,7 +142,8 @@ std::string headline(const ResultDocument& result) {
   }
   const std::vector<EquivalenceMetric>& deciding = decided_by(result);
   const Tally tally(deciding);
-  std::string text = upper_case(to_string(result.verdict)) + " in " + theory_words(result);
+  std::string text = (result.interrupted ? "INTERRUPTED, the best so far: " : "") +
+                     upper_case(to_string(result.verdict)) + " in " + theory_words(result);
   if (result.light && !result.light->decides && !result.light->metrics.empty())
     text += "; in light " + upper_case(to_string(result.light->verdict)) +
             (result.light->verdict == Verdict::kEquivalent ? ""

@@ -1,10 +1,16 @@
 // The program from the outside, on studies that take no time: what it writes, prints and returns.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
 #include "aberfit/study/read_study.h"
 #include "study/run_program.h"
 #include "study/scratch_folder.h"
@@ -236,6 +242,52 @@ TEST_F(ProgramRun, AnUnwritableFolderIsRefusedBeforeAnythingIsComputed) {
   }
   EXPECT_EQ(entries(file("")), before);
   EXPECT_EQ(read_file(file("file")), "in the way");
+}
+
+// Automatic terms of a roughness that takes seconds.
+const char* const kSeconds = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"},
+  "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"},
+  "roughness": {"psd": {"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": "19.96 /m"}},
+  "output": {"plots": false}})";
+
+TEST_F(ProgramRun, ASignalEndsAFitWithExitCodeFour) {
+  const std::string study = folder_.write("seconds.json", kSeconds), out = file("interrupted");
+  const int status =
+      std::system(fmt::format("timeout --preserve-status -s INT 1.5 {} fit {} -o {} --json > {} "
+                              "2> {}",
+                              ABERFIT_PROGRAM, study, out, file("said.json"), file("said.err"))
+                      .c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 4) << read_file(file("said.err"));
+  // Where there was something to keep it is marked; where not, nothing is written.
+  if (std::filesystem::exists(out)) {
+    EXPECT_TRUE(read_json(out + "/result.json")["fit"]["interrupted"]);
+    EXPECT_EQ(read_file(out + "/summary.txt").find("INTERRUPTED"), 0u);
+  } else {
+    EXPECT_NE(read_file(file("said.err")).find("nothing is written"), std::string::npos);
+  }
+}
+
+// Asked to stop after so many looks.
+ResultDocument stopped_after(const std::string& text, int looks) {
+  RunOptions options;
+  options.interrupted = [looks, seen = std::make_shared<int>(0)] { return ++*seen > looks; };
+  return run_fit(parse_study(text, "study.json"), options);
+}
+
+TEST(Interruption, KeepsTheBestSoFarJudgedAndMarked) {
+  std::string explicit_terms = kSeconds;
+  explicit_terms.insert(explicit_terms.rfind('}'), R"(, "terms": {"zernike": {"n_max": 8}})");
+  for (const std::string& text : {std::string(kSeconds), explicit_terms}) {
+    const ResultDocument result = stopped_after(text, 12);
+    EXPECT_TRUE(result.interrupted);
+    EXPECT_GT(result.fit.coefficients.size(), 0);
+    EXPECT_TRUE(result.fit.coefficients.allFinite());
+    EXPECT_FALSE(result.metrics.empty());
+    EXPECT_LT(result.fit.iterations, 20);
+    EXPECT_TRUE(std::any_of(result.warnings.begin(), result.warnings.end(),
+                            [](const Warning& w) { return w.code == "interrupted"; }));
+  }
+  EXPECT_THROW(stopped_after(kSeconds, 0), Interrupted);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@ enum class ExitCode {
   kNotMet = 1,    ///< ran, but different or undecided; not converged where nothing is judged (psd, maps)
   kBadInput = 2,  ///< or bad usage
   kComputationFailed = 3,
+  kInterrupted = 4,  ///< by a signal: the best so far, if there was any
 };
 
 /// What the command line says; texts as typed, empty where nothing was.

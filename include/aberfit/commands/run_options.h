@@ -13,6 +13,8 @@ struct RunOptions {
   std::string output_directory;                      ///< empty: nothing is written
   std::string coefficients_file;                     ///< trace, verify: surface to use instead of a draw
   std::function<void(const std::string&)> progress;  ///< one line of progress; called often
+  /// Asked between the steps of a fit: true ends it with the best so far. Empty: never.
+  std::function<bool()> interrupted;
   double chart_seconds = 60;                         ///< chart: about how long it may take [s], > 0
   std::string chart_file;                            ///< check: chart.json whose rates predict the cost
   std::optional<PaperTable> paper_table;             ///< check: the paper's table of R beside ours

@@ -64,9 +64,13 @@ bool has_solution(const FitResult& fit);
 /// One fit as planned, on the rays of the plan. Not judged.
 Attempt attempt_fit(const FitCase& of, const FitPlan& plan);
 
+/// Statistics on points that the fit has not seen, and the verdict on them.
+void judge_on_fresh_rays(const FitCase& of, Attempt* attempt);
+
 /// The same on the plan's rays, or on more and more until fresh ones say the same; judged on fresh rays. By
 /// waves on finer and finer grids, and from the plan's starts in turn until one is equivalent.
-/// judge_always: a search does not care what fresh rays say of a set that misses its tolerances.
+/// Not judged where the run was asked to stop. judge_always: a search does not care what fresh rays say of a
+/// set that misses its tolerances.
 Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always);
 
 }  // namespace aberfit

@@ -1,0 +1,16 @@
+#pragma once
+
+namespace aberfit::internal {
+
+/// While it lives, the first SIGINT or SIGTERM only asks to come to an end; the second ends the process.
+class Interrupt {
+ public:
+  Interrupt();
+  ~Interrupt();
+  Interrupt(const Interrupt&) = delete;
+  Interrupt& operator=(const Interrupt&) = delete;
+
+  bool asked() const;
+};
+
+}  // namespace aberfit::internal
