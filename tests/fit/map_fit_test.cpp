@@ -17,6 +17,8 @@
 #include "aberfit/core/random.h"
 #include "aberfit/scene/zernike.h"
 #include "aberfit/terms/surface_operator.h"
+#include "measured/synthetic_files.h"
+#include "shared_data.h"
 
 using namespace aberfit;
 
@@ -97,10 +99,11 @@ TermSet mixed_terms() {
   return terms;
 }
 
-// The interferogram: README.md beside it has the offsets.
-HeightMap zygo_map() {
-  std::ifstream file(std::string(ABERFIT_TEST_DATA) + "/prysm-zygo/valid_zygo_dat_file.dat",
-                     std::ios::binary);
+HeightMap made_map() { return test::made_interferogram(212, 206).map; }
+
+// The real interferogram, by the offsets of the README beside it.
+HeightMap zygo_map(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
   const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   const auto u32 = [&](std::size_t at) {
     std::uint32_t value = 0;
@@ -262,7 +265,7 @@ TEST(MapFit, SaysWhenResidualsHoldNoMoreIndependentPointsThanItsTerms) {
 }
 
 TEST(MapFit, IsTheSameToTheLastBitOnAnyNumberOfThreads) {
-  HeightMap map = zygo_map();
+  HeightMap map = made_map();
   const TermSet terms = noll_terms(36, centre(&map));
   MapFitOptions one, three;
   three.threads = 3;
@@ -274,7 +277,7 @@ TEST(MapFit, IsTheSameToTheLastBitOnAnyNumberOfThreads) {
 }
 
 TEST(MapFit, NeverSeesThePointsKeptBack) {
-  HeightMap map = zygo_map();
+  HeightMap map = made_map();
   const TermSet terms = noll_terms(11, centre(&map));
   MapFitOptions options;
   options.held_out = 0.3;
@@ -295,18 +298,23 @@ TEST(MapFit, NeverSeesThePointsKeptBack) {
   EXPECT_NEAR(first.rms_held_out / first.rms_residual, 1, 0.02);
 }
 
-TEST(MapFit, AgreesWithOneDenseMatrixOnTheInterferogram) {
-  HeightMap map = zygo_map();
-  const double radius = centre(&map);
+namespace {
+
+// The whole map, every point alike, so that one dense matrix is the same problem.
+MapFitOptions all_points() {
   MapFitOptions options;
   options.held_out = 0;
   options.weighting = MapWeighting::kPoints;
+  return options;
+}
+
+void expect_one_dense_matrix(HeightMap map) {
+  const double radius = centre(&map);
   for (const int last : {11, 36}) {
     const TermSet terms = noll_terms(last, radius);
-    const MapFitResult fit = fit_map(map, terms, options);
+    const MapFitResult fit = fit_map(map, terms, all_points());
     const Eigen::VectorXd dense = DenseFit(map, terms).coefficients();
-    EXPECT_EQ(fit.points, 136359);
-    EXPECT_NEAR(fit.rms_map, 44.591e-9, 0.0005e-9);
+    EXPECT_EQ(fit.points, map.height.isFinite().count());
     EXPECT_LE((fit.coefficients - dense).cwiseAbs().maxCoeff(),
               1e-12 * fit.condition_number * dense.cwiseAbs().maxCoeff());
     std::printf("up to Noll %d: rms %.3f nm, residual %.3f nm, condition %.3g, independent points %.0f\n",
@@ -318,17 +326,29 @@ TEST(MapFit, AgreesWithOneDenseMatrixOnTheInterferogram) {
   }
 }
 
+}  // namespace
+
+TEST(MapFit, AgreesWithOneDenseMatrixOnAnInterferogram) { expect_one_dense_matrix(made_map()); }
+
+using MapFitOnRealData = test::ZygoOnRealData;
+
+TEST_F(MapFitOnRealData, AgreesWithOneDenseMatrix) {
+  HeightMap map = zygo_map(file("valid_zygo_dat_file.dat"));
+  const MapFitResult fit = fit_map(map, noll_terms(11, centre(&map)), all_points());
+  EXPECT_EQ(fit.points, 136359);  // README of the map
+  EXPECT_NEAR(fit.rms_map, 44.591e-9, 0.0005e-9);
+  expect_one_dense_matrix(map);
+}
+
 TEST(MapFit, MovesByTheSamplingErrorOfTheLostPointsOnly) {
-  // 30 % of the points lost at random, 20 times: Noll 4..11 move by what losing those residuals (30 to 40 nm,
-  // largest at the turned-down rim) costs any least-squares fit, 0.13 to 0.16 nm as a standard deviation.
+  // 30 % of the points lost at random, 20 times: Noll 4..11 move by what losing those residuals, largest at
+  // the turned-down rim, costs any least-squares fit.
   constexpr int kSeeds = 20;
   constexpr double kLost = 0.3;
   constexpr double kLooks = 4.5;  // standard deviations: 1e-3 that one of 160 independent looks exceeds it
-  HeightMap whole = zygo_map();
+  HeightMap whole = made_map();
   const double radius = centre(&whole);
-  MapFitOptions options;
-  options.held_out = 0;
-  options.weighting = MapWeighting::kPoints;
+  const MapFitOptions options = all_points();
   for (const int last : {11, 36}) {
     const TermSet terms = noll_terms(last, radius);
     const Eigen::VectorXd reference = fit_map(whole, terms, options).coefficients.head(8);
@@ -355,13 +375,13 @@ TEST(MapFit, MovesByTheSamplingErrorOfTheLostPointsOnly) {
   }
 }
 
-TEST(MapFit, HardlyMovesWhenPointsOfTheClearApertureDropOut) {
+TEST_F(MapFitOnRealData, HardlyMovesWhenPointsOfTheClearApertureDropOut) {
   // 30 % of the points lost at random, 20 times. The interferogram's rim is turned down by 300 nm along a
   // ragged edge; inside 95 % of its circle (terms to Noll 36) and 90 % (any) each of Noll 4..11 stays within
   // 0.1 nm, because the neighbours of a lost point stand in for it. Seen: 0.07 nm and 0.04 nm; 0.21 and 0.12
   // nm with all points alike; on the whole circle, rim and all, 0.3 nm either way.
   constexpr int kSeeds = 20;
-  HeightMap whole = zygo_map();
+  HeightMap whole = zygo_map(file("valid_zygo_dat_file.dat"));
   const Circle circle = enclosing_circle(whole);
   move_origin(&whole, circle.x, circle.y);
   struct Case {
@@ -498,7 +518,7 @@ TEST(MapFit, SaysWhatItCannotFit) {
 }
 
 TEST(MapFit, TakesLittleTime) {
-  HeightMap map = zygo_map();
+  HeightMap map = test::made_interferogram(432, 425).map;
   const double radius = centre(&map);
   for (const auto& [last, limit] : {std::pair{39, 1.0}, std::pair{234, 5.0}}) {
     const TermSet terms = noll_terms(last, radius);

@@ -1,4 +1,5 @@
-// The shared DABAM files against a second, plain parser, and what damaged ones are told.
+// DABAM files written by the tests against what was put in, real ones against a second, plain parser, and
+// what damaged ones are told.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,11 +8,11 @@
 
 #include "aberfit/measured/read_measurement.h"
 #include "mutation.h"
+#include "shared_data.h"
+#include "synthetic_files.h"
 
 namespace aberfit::test {
 namespace {
-
-const std::string kData = std::string(ABERFIT_TEST_DATA) + "/dabam/";
 
 // A number of the metadata, found in the text of the JSON.
 double metadata_number(const std::string& json, const std::string& key, double otherwise) {
@@ -52,10 +53,10 @@ const Expected kExpected[] = {
     {"049", 1, 1201, kSlope, 1.2},     {"071", 1, 9230, kSlope, 0.96846}, {"083", 1, 681, kHeight, 0.5},
     {"094", 3, 241, kSlope, 0.12},     {"095", 1, 207, kSlope, 0.059832}};
 
-TEST(Dabam, EverySharedFileReadsAsASecondParserReadsIt) {
+TEST_F(DabamOnRealData, EveryFileReadsAsASecondParserReadsIt) {
   for (const Expected& expected : kExpected) {
     SCOPED_TRACE(expected.id);
-    const std::string stem = kData + "dabam-" + expected.id;
+    const std::string stem = file(std::string("dabam-") + expected.id);
     const std::string json = file_bytes(stem + ".txt");
     const auto rows = plain_rows(stem + ".dat", int(metadata_number(json, "FILE_HEADER_LINES", -1)));
     const bool pairs = metadata_number(json, "FILE_FORMAT", 0) >= 3;
@@ -89,23 +90,113 @@ TEST(Dabam, EverySharedFileReadsAsASecondParserReadsIt) {
   }
 }
 
-TEST(Dabam, RmsSlopesAreWhatTheOwnersState) {
+TEST_F(DabamOnRealData, RmsSlopesAreWhatTheOwnersState) {
   // Detrended by their owners already; their instruments, not ours, define the last percents.
   struct Case {
     const char* id;
     double stated;
   };
   for (const Case& c : {Case{"025", 0.072352e-6}, Case{"095", 0.37e-6}}) {
-    const Profile profile = read_dabam(kData + "dabam-" + c.id).front();
+    const Profile profile = read_dabam(file(std::string("dabam-") + c.id)).front();
     const double rms = std::sqrt((profile.value - profile.value.mean()).square().mean());
     EXPECT_NEAR(rms, c.stated, 0.05 * c.stated) << c.id;
   }
 }
 
+// Layouts as owners have them, and the scan lines that were put in, [m] and [m] or [rad].
+struct Layout {
+  const char* name;
+  DabamFile file;
+  ProfileQuantity quantity;
+  std::vector<std::pair<std::vector<double>, std::vector<double>>> scans;
+};
+
+// A slope or height that no other position, scan or column shares.
+double made_value(std::size_t i, std::size_t scan) {
+  return 1e-7 * std::sin(0.1 * double(i) + double(scan)) + 1e-9 * double(scan);
+}
+
+std::vector<Layout> layouts() {
+  constexpr std::size_t kPoints = 60;
+  std::vector<Layout> all;
+  const auto add = [&all](const char* name, DabamFile file, ProfileQuantity quantity, std::size_t scans,
+                          double x_factor, double y_factor, bool pairs) {
+    Layout layout{name, std::move(file), quantity, {}};
+    layout.scans.resize(scans);
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      std::vector<double> row;
+      for (std::size_t scan = 0; scan < scans; ++scan) {
+        // Pitch 0.5 mm, every position off by up to 2 % of it; pairs have positions of their own.
+        const double wobble = std::cos(2.3 * double(i) + (pairs ? double(scan) : 0));
+        const double x = -0.02 + 5e-4 * (double(i) + 0.02 * wobble), y = made_value(i, scan);
+        if (scan == 0 || pairs) row.push_back(x / x_factor);
+        row.push_back(y / y_factor);
+        layout.scans[scan].first.push_back(x), layout.scans[scan].second.push_back(y);
+      }
+      layout.file.rows.push_back(row);
+    }
+    all.push_back(std::move(layout));
+  };
+  add("slopes in urad over mm",
+      {1, {"a mirror", "Scan Length = 30 mm", "", "x(mm)\tSlope (urad)"}, {}, "\t", {}}, kSlope, 1, 1e-3,
+      1e-6, false);
+  all.back().file.keys = R"("X1_FACTOR": 1e-3, "Y1_FACTOR": "1e-6")";
+  add("scan lines in columns, x in m",
+      {1, {}, R"("X1_FACTOR": 1, "Y1_FACTOR": 1e-6, "Y2_FACTOR": 1e-6, "Y3_FACTOR": 1e-6)", "  ", {}}, kSlope,
+      3, 1, 1e-6, false);
+  add("heights in mm",
+      {2,
+       {},
+       R"("X1_FACTOR": 0.001, "Y1_FACTOR": 0.001, "COLUMN_INDEX_ABSCISSAS": 0, "COLUMN_INDEX_ORDINATES": 1)",
+       " ",
+       {}},
+      kHeight, 1, 1e-3, 1e-3, false);
+  add("pairs of slopes", {3, {"a b c d", "# tangential coordinate"}, {}, " ", {}}, kSlope, 4, 1e-3, 1e-6,
+      true);
+  all.back().file.keys = R"("X1_FACTOR": 0.001, "Y1_FACTOR": 1e-6, "X2_FACTOR": 0.001, "Y2_FACTOR": 1e-6)";
+  add("pairs of heights in nm over um", {4, {"x z x z"}, R"("X1_FACTOR": 1e-6, "Y1_FACTOR": 1e-9)", " ", {}},
+      kHeight, 2, 1e-6, 1e-9, true);
+  // Height, residual height, slope: one scan line and what was derived of it.
+  add("heights in nm and what follows from them",
+      {2,
+       {"X(mm) height residual slope"},
+       R"("X1_FACTOR": 0.001, "Y1_FACTOR": 1e-9, "Y2_FACTOR": 1e-9, "Y3_FACTOR": 1e-6, "PLOT_TITLE_Y1": "Height",
+          "PLOT_TITLE_Y2": "Residual height", "PLOT_TITLE_Y3": "Slope")",
+       "\t",
+       {}},
+      kHeight, 3, 1e-3, 1e-9, false);
+  all.back().scans.resize(1);
+  return all;
+}
+
+TEST(Dabam, EveryLayoutGivesWhatWasPutIn) {
+  const Scratch scratch;
+  for (const Layout& layout : layouts()) {
+    SCOPED_TRACE(layout.name);
+    const std::vector<Profile> profiles = read_dabam(layout.file.write(scratch, "made-077"));
+    ASSERT_EQ(profiles.size(), layout.scans.size());
+    for (std::size_t scan = 0; scan < profiles.size(); ++scan) {
+      const auto& [x, y] = layout.scans[scan];
+      ASSERT_EQ(std::size_t(profiles[scan].size()), x.size());
+      EXPECT_EQ(profiles[scan].quantity, layout.quantity);
+      EXPECT_EQ(std::size_t(valid_count(profiles[scan])), x.size());
+      EXPECT_NE(profiles[scan].label.find("077"), std::string::npos);
+      // Division by the factor, 17 digits, and multiplication: a rounding each.
+      constexpr double kRounding = 4e-16;
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        ASSERT_NEAR(profiles[scan].x[Eigen::Index(i)], x[i], kRounding * std::abs(x[i])) << i;
+        ASSERT_NEAR(profiles[scan].value[Eigen::Index(i)], y[i], kRounding * std::abs(y[i])) << i;
+      }
+    }
+  }
+}
+
 TEST(Dabam, TxtDatAndBareNameGiveTheSame) {
-  const Profile by_txt = read_dabam(kData + "dabam-004.txt").front();
-  for (const char* name : {"dabam-004.dat", "dabam-004"}) {
-    const Profile other = read_dabam(kData + name).front();
+  const Scratch scratch;
+  layouts().front().file.write(scratch, "made-004");
+  const Profile by_txt = read_dabam(scratch.path("made-004.txt")).front();
+  for (const char* name : {"made-004.dat", "made-004"}) {
+    const Profile other = read_dabam(scratch.path(name)).front();
     EXPECT_TRUE((other.x == by_txt.x).all() && (other.value == by_txt.value).all()) << name;
     EXPECT_EQ(other.label, by_txt.label);
   }
@@ -220,12 +311,11 @@ TEST(Dabam, EveryFaultIsToldWithItsPlace) {
 
 TEST(Dabam, DamagedFilesAreReadOrRefused) {
   const Scratch scratch;
-  const std::string json = file_bytes(kData + "dabam-024.txt");
-  // The first rows are enough: damages find their way into every part of a short file.
-  const std::string data = file_bytes(kData + "dabam-024.dat").substr(0, 4000 + 87);
-  const auto whole_lines = data.substr(0, data.rfind('\n') + 1);
-  const std::string metadata_path = scratch.write("a.txt", json),
-                    data_path = scratch.write("a.dat", whole_lines);
+  // A short file: damages find their way into every part of it.
+  DabamFile made = layouts()[3].file;
+  made.rows.resize(24);
+  const std::string json = made.metadata(), whole_lines = made.numbers();
+  const std::string metadata_path = made.write(scratch, "a"), data_path = scratch.path("a.dat");
   const auto read = [&] { read_dabam(metadata_path); };
   const MutationCounts of_data = read_mutations(whole_lines, data_path, 400, "DabamData", read);
   scratch.write("a.dat", whole_lines);

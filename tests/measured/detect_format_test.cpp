@@ -6,11 +6,11 @@
 
 #include "aberfit/measured/read_measurement.h"
 #include "mutation.h"
+#include "shared_data.h"
+#include "synthetic_files.h"
 
 namespace aberfit::test {
 namespace {
-
-const std::string kData = std::string(ABERFIT_TEST_DATA) + "/dabam/";
 
 TEST(DetectFormat, TellsEveryFormatByItsContent) {
   const Scratch scratch;
@@ -66,12 +66,31 @@ TEST(DetectFormat, TellsEveryFormatByItsContent) {
 }
 
 TEST(DetectFormat, KnowsDabamByEitherFileAndByTheBareName) {
-  for (const char* name : {"dabam-001", "dabam-001.txt", "dabam-001.dat", "dabam-025.dat", "dabam-083.dat"})
-    EXPECT_EQ(to_string(detect_format(kData + name)), "dabam") << name;
-  // The same numbers without their metadata are columns.
   const Scratch scratch;
-  EXPECT_EQ(to_string(detect_format(scratch.write("lone.dat", file_bytes(kData + "dabam-083.dat")))),
-            "profile");
+  DabamFile slopes{1, {"40mm x 20mm", "measurement step = 1mm", "x(mm)\tSlope (urad)"}, {}, "\t", {}}, many,
+      bare;
+  slopes.keys = R"("X1_FACTOR": 0.001, "Y1_FACTOR": 1e-6)";
+  for (int i = 0; i < 300; ++i) {
+    const double x = -100 + 0.735 * i, y = 1e-6 * std::sin(0.05 * i);
+    slopes.rows.push_back({double(i), 1e6 * y});
+    many.rows.push_back({1e-3 * x, y, 2 * y, 3 * y, 4 * y, 5 * y, 6 * y});
+    bare.rows.push_back({x, y});
+  }
+  slopes.write(scratch, "slopes"), many.write(scratch, "many"), bare.write(scratch, "bare");
+  for (const char* name : {"slopes", "slopes.txt", "slopes.dat", "many.dat", "bare.dat"})
+    EXPECT_EQ(to_string(detect_format(scratch.path(name))), "dabam") << name;
+  // The same numbers without their metadata are columns.
+  EXPECT_EQ(to_string(detect_format(scratch.write("lone.dat", bare.numbers()))), "profile");
+}
+
+TEST_F(DabamOnRealData, EveryFileIsKnownByItsContent) {
+  int found = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(*shared_data("dabam")))
+    if (const std::string path = entry.path().string(); path.find("/dabam-") != std::string::npos) {
+      EXPECT_EQ(to_string(detect_format(path)), "dabam") << path;
+      ++found;
+    }
+  EXPECT_GE(found, 28);
 }
 
 TEST(DetectFormat, NamesTheFileThatCannotBeOpened) {
@@ -85,8 +104,10 @@ TEST(DetectFormat, NamesTheFileThatCannotBeOpened) {
 TEST(DetectFormat, AnyDamageLeavesAnAnswer) {
   const Scratch scratch;
   const std::string codev = "! a\ntitle\nGRD 2 2 SUR WVL 0.6328 SSZ 100\n1 2 3 4\n";
-  for (const std::string& original :
-       {codev, file_bytes(kData + "dabam-004.txt"), file_bytes(kData + "dabam-010.dat")}) {
+  DabamFile made{2, {"X(mm)\theight (nm)\tresidual"}, {}, "\t", {}};
+  made.keys = R"("X1_FACTOR": 0.001, "Y1_FACTOR": 1e-9, "PLOT_TITLE_Y1": "Height [nm]")";
+  for (int i = 0; i < 400; ++i) made.rows.push_back({-200 + 1.02 * i, 5.58 - 0.01 * i * i, -12 + 0.2 * i});
+  for (const std::string& original : {codev, made.metadata(), made.numbers()}) {
     const std::string path = scratch.path("a.dat");
     const MutationCounts counts =
         read_mutations(original, path, 200, "DetectFormat", [&] { detect_format(path); });

@@ -8,15 +8,17 @@
 #include "aberfit/measured/read_measurement.h"
 #include "map_mutation.h"
 #include "map_samples.h"
+#include "shared_data.h"
+#include "synthetic_files.h"
 
 namespace aberfit {
 namespace {
 
 using test::contains;
+using test::MetroProFile;
+using test::put_bytes;
 using test::refusal;
 using test::ScratchFolder;
-
-const std::string kSample = ABERFIT_TEST_DATA "/prysm-zygo/valid_zygo_dat_file.dat";
 
 MeasuredSource source_of(const std::string& path) {
   MeasuredSource source;
@@ -24,60 +26,7 @@ MeasuredSource source_of(const std::string& path) {
   return source;
 }
 
-void put(std::string* bytes, std::size_t at, std::uint32_t value, int width) {
-  for (int i = 0; i < width; ++i) (*bytes)[at + std::size_t(i)] = char(value >> (8 * (width - 1 - i)));
-}
-void put_float(std::string* bytes, std::size_t at, float value) {
-  put(bytes, at, std::bit_cast<std::uint32_t>(value), 4);
-}
-
-// A file made byte by byte from the table of offsets.
-struct ZygoFile {
-  std::uint32_t magic = 0x881B0370, header_bytes = 834;
-  std::uint32_t intensity_width = 0, intensity_height = 0, frames = 0;
-  std::uint32_t columns = 4, rows = 3;
-  float scale = 0.5f, wavelength = 6.328e-7f, obliquity = 1, lateral = 1e-4f;
-  std::uint32_t phase_resolution = 1, sign = 0;
-  std::string comment = "Sphere 7";
-
-  // 1000 counts a column, 100,000 a row from the top; (top row, column 1) is invalid.
-  std::int32_t count(std::uint32_t row_from_top, std::uint32_t column) const {
-    if (row_from_top == 0 && column == 1) return 2147483640;
-    return std::int32_t(1000 * column) - std::int32_t(100000 * row_from_top);
-  }
-  std::string bytes() const {
-    const std::size_t intensity = 2 * std::size_t(intensity_width) * intensity_height * std::max(1u, frames);
-    std::string file(header_bytes + intensity + 4 * std::size_t(columns) * rows, '\0');
-    put(&file, 0, magic, 4);
-    put(&file, 6, header_bytes, 4);
-    put(&file, 52, intensity_width, 2);
-    put(&file, 54, intensity_height, 2);
-    put(&file, 56, frames, 2);
-    put(&file, 68, columns, 2);
-    put(&file, 70, rows, 2);
-    put(&file, 72, 4 * columns * rows, 4);
-    file.replace(80, comment.size(), comment);
-    put_float(&file, 164, scale);
-    put_float(&file, 168, wavelength);
-    put_float(&file, 176, obliquity);
-    put_float(&file, 184, lateral);
-    put(&file, 218, phase_resolution, 2);
-    put(&file, 232, sign, 2);
-    for (std::size_t i = 0; i < intensity; ++i) file[header_bytes + i] = char(0x5a);
-    std::size_t at = header_bytes + intensity;
-    for (std::uint32_t r = 0; r < rows; ++r)
-      for (std::uint32_t c = 0; c < columns; ++c, at += 4) put(&file, at, std::uint32_t(count(r, c)), 4);
-    return file;
-  }
-  // Surface height by the formula raw S O W / R.
-  double height(std::uint32_t row_from_top, std::uint32_t column) const {
-    const double counts[] = {4096, 32768, 131072};
-    return (sign ? -1.0 : 1.0) * count(row_from_top, column) * double(scale) * double(obliquity) *
-           double(wavelength) / counts[phase_resolution];
-  }
-};
-
-void expect_reads_as(const ZygoFile& file) {
+void expect_reads_as(const MetroProFile& file) {
   const ScratchFolder folder;
   const HeightMap map = read_zygo(source_of(folder.write("a.dat", file.bytes())));
   ASSERT_EQ(map.rows(), Eigen::Index(file.rows));
@@ -88,13 +37,16 @@ void expect_reads_as(const ZygoFile& file) {
       if (r == 0 && c == 1) {
         EXPECT_TRUE(std::isnan(found));
       } else {
-        EXPECT_NEAR(found, file.height(r, c), 1e-15 * std::abs(file.height(r, c)));
+        const double height = file.unit() * file.count(r, c);
+        EXPECT_NEAR(found, height, 1e-15 * std::abs(height));
       }
     }
 }
 
-TEST(Zygo, SampleAgreesWithItsReadme) {
-  const HeightMap map = read_zygo(source_of(kSample));
+using test::ZygoOnRealData;
+
+TEST_F(ZygoOnRealData, SampleAgreesWithItsReadme) {
+  const HeightMap map = read_zygo(source_of(file("valid_zygo_dat_file.dat")));
   EXPECT_EQ(map.columns(), 425);
   EXPECT_EQ(map.rows(), 432);
   EXPECT_EQ(valid_count(map), 136359);
@@ -109,10 +61,10 @@ TEST(Zygo, SampleAgreesWithItsReadme) {
   EXPECT_NEAR(high - low, 330.70e-9, 5e-12);
 }
 
-TEST(Zygo, SampleAgreesPointByPointWithAReadingFromItsEnd) {
+TEST_F(ZygoOnRealData, SampleAgreesPointByPointWithAReadingFromItsEnd) {
   // The phase is the last thing in the file: read backwards from the end, without the header's lengths.
-  const std::string bytes = test::read_file(kSample);
-  const HeightMap map = read_zygo(source_of(kSample));
+  const std::string bytes = test::read_file(file("valid_zygo_dat_file.dat"));
+  const HeightMap map = read_zygo(source_of(file("valid_zygo_dat_file.dat")));
   std::size_t at = bytes.size();
   const double per_count = 0.5 * double(6.32799981e-7f) / 32768;
   for (Eigen::Index r = 0; r < 432; ++r)  // last row of the file = lowest
@@ -129,12 +81,32 @@ TEST(Zygo, SampleAgreesPointByPointWithAReadingFromItsEnd) {
     }
 }
 
+TEST(Zygo, ReadsAPartWithRimHolesAndIntensityPointByPoint) {
+  const ScratchFolder folder;
+  const test::Interferogram made = test::made_interferogram(85, 80);
+  const HeightMap map = read_zygo(source_of(folder.write("a.dat", made.file.bytes())));
+  ASSERT_EQ(map.rows(), 85);
+  ASSERT_EQ(map.columns(), 80);
+  EXPECT_EQ(map.pitch_x, made.map.pitch_x);
+  EXPECT_EQ(map.pitch_y, made.map.pitch_y);
+  EXPECT_NEAR(map.x(0), -map.x(79), 1e-15);
+  EXPECT_EQ(map.label, made.file.comment);
+  EXPECT_EQ(valid_count(map), made.map.height.isFinite().count());
+  EXPECT_GT(valid_count(map), 4000);
+  for (Eigen::Index i = 0; i < map.height.size(); ++i) {
+    const double found = map.height.data()[i], put_in = made.map.height.data()[i];
+    ASSERT_EQ(std::isnan(found), std::isnan(put_in)) << i;
+    if (std::isnan(put_in)) continue;
+    ASSERT_NEAR(found, put_in, 1e-15 * std::abs(put_in)) << i;
+  }
+}
+
 TEST(Zygo, ReadsEveryHeaderFormatPhaseResolutionAndSign) {
   for (const std::uint32_t magic : {0x881B036Fu, 0x881B0370u, 0x881B0371u})
     for (std::uint32_t resolution = 0; resolution < 3; ++resolution)
       for (std::uint32_t sign = 0; sign < 2; ++sign) {
         SCOPED_TRACE(::testing::Message() << std::hex << magic << " " << resolution << " " << sign);
-        ZygoFile file;
+        MetroProFile file;
         file.magic = magic;
         file.header_bytes = magic == 0x881B0371u ? 4096 : 834;
         file.phase_resolution = resolution;
@@ -145,7 +117,7 @@ TEST(Zygo, ReadsEveryHeaderFormatPhaseResolutionAndSign) {
 
 TEST(Zygo, SkipsTheIntensityWithAllItsFrames) {
   for (const std::uint32_t frames : {0u, 1u, 5u}) {
-    ZygoFile file;
+    MetroProFile file;
     file.intensity_width = 7;
     file.intensity_height = 5;
     file.frames = frames;
@@ -154,7 +126,7 @@ TEST(Zygo, SkipsTheIntensityWithAllItsFrames) {
 }
 
 TEST(Zygo, AppliesObliquityAndScale) {
-  ZygoFile file;
+  MetroProFile file;
   file.obliquity = 1.25f;
   file.scale = 1;
   expect_reads_as(file);
@@ -162,9 +134,9 @@ TEST(Zygo, AppliesObliquityAndScale) {
 
 TEST(Zygo, TakesEveryCodeFrom2147483640AsInvalid) {
   const ScratchFolder folder;
-  std::string bytes = ZygoFile().bytes();
+  std::string bytes = MetroProFile().bytes();
   const std::uint32_t codes[] = {2147483639, 2147483640, 2147483646, 2147483647};
-  for (std::size_t i = 0; i < 4; ++i) put(&bytes, 834 + 4 * (4 + i), codes[i], 4);  // the middle row
+  for (std::size_t i = 0; i < 4; ++i) put_bytes(&bytes, 834 + 4 * (4 + i), codes[i], 4);  // the middle row
   const HeightMap map = read_zygo(source_of(folder.write("a.dat", bytes)));
   EXPECT_TRUE(std::isfinite(map.height(1, 0)));
   for (Eigen::Index c = 1; c < 4; ++c) EXPECT_TRUE(std::isnan(map.height(1, c)));
@@ -172,7 +144,7 @@ TEST(Zygo, TakesEveryCodeFrom2147483640AsInvalid) {
 
 TEST(Zygo, TakesFromTheOptionsOnlyWhatTheFileDoesNotSay) {
   const ScratchFolder folder;
-  ZygoFile file;
+  MetroProFile file;
   file.lateral = 0;
   MeasuredSource source = source_of(folder.write("a.dat", file.bytes()));
   EXPECT_EQ(read_zygo(source).pitch_x, 0);
@@ -203,8 +175,8 @@ TEST(Zygo, RefusesWhatItCannotReadAndSaysWhere) {
     return error;
   };
   const auto with = [](std::size_t at, std::uint32_t value, int width) {
-    std::string bytes = ZygoFile().bytes();
-    put(&bytes, at, value, width);
+    std::string bytes = MetroProFile().bytes();
+    put_bytes(&bytes, at, value, width);
     return bytes;
   };
   InputError error = refused(with(0, 0x6F031B88, 4));
@@ -222,13 +194,13 @@ TEST(Zygo, RefusesWhatItCannotReadAndSaysWhere) {
   // A wavelength in micrometres or nanometres instead of metres.
   EXPECT_EQ(refused(with(168, std::bit_cast<std::uint32_t>(0.6328f), 4)).pointer(), "byte 168");
   // Frames that the file does not have, 65535 x 65535 x 65535 of them; no memory is asked for.
-  std::string huge = ZygoFile().bytes();
-  for (const std::size_t at : {52u, 54u, 56u}) put(&huge, at, 65535, 2);
+  std::string huge = MetroProFile().bytes();
+  for (const std::size_t at : {52u, 54u, 56u}) put_bytes(&huge, at, 65535, 2);
   EXPECT_TRUE(contains(refused(huge).found(), "too early"));
-  std::string wide = ZygoFile().bytes();
-  put(&wide, 68, 65535, 2), put(&wide, 70, 65535, 2), put(&wide, 72, 0, 4);
+  std::string wide = MetroProFile().bytes();
+  put_bytes(&wide, 68, 65535, 2), put_bytes(&wide, 70, 65535, 2), put_bytes(&wide, 72, 0, 4);
   EXPECT_TRUE(contains(refused(wide).found(), "too early"));
-  const std::string whole = ZygoFile().bytes();
+  const std::string whole = MetroProFile().bytes();
   for (const std::size_t length : {std::size_t(0), std::size_t(3), std::size_t(500), whole.size() - 1})
     refused(whole.substr(0, length));
   refusal([&] { read_zygo(source_of(folder.file("missing.dat"))); });
@@ -236,7 +208,7 @@ TEST(Zygo, RefusesWhatItCannotReadAndSaysWhere) {
 }
 
 TEST(Zygo, DamagedFilesAreRefusedOrReadNeverACrash) {
-  ZygoFile file;
+  MetroProFile file;
   file.intensity_width = file.intensity_height = 4;
   const auto count = test::read_damaged(file.bytes(), 240, "zygo", 1400,
                                         [](const std::string& path) { return read_zygo(source_of(path)); });

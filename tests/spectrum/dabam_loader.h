@@ -8,12 +8,13 @@
 
 #include "aberfit/measured/height_map.h"
 #include "aberfit/measured/profile.h"
+#include "shared_data.h"
 
 namespace aberfit::test {
 
-/// First scan line of tests/data/dabam/dabam-<id>, by the conventions of the README there.
+/// First scan line of ../shared/data/dabam/dabam-<id>, by the conventions of the README there.
 inline Profile load_dabam(const std::string& id) {
-  const std::string stem = std::string(ABERFIT_TEST_DATA) + "/dabam/dabam-" + id;
+  const std::string stem = (shared_data("dabam").value() / ("dabam-" + id)).string();
   std::ifstream text(stem + ".txt"), data(stem + ".dat");
   const nlohmann::json meta = nlohmann::json::parse(text);
   const int format = meta.at("FILE_FORMAT");
@@ -38,10 +39,9 @@ inline Profile load_dabam(const std::string& id) {
   return profile;
 }
 
-/// The interferogram of tests/data/prysm-zygo; offsets and scale from the README there.
+/// The interferogram of ../shared/data/prysm-zygo; offsets and scale from the README there.
 inline HeightMap load_zygo() {
-  std::ifstream file(std::string(ABERFIT_TEST_DATA) + "/prysm-zygo/valid_zygo_dat_file.dat",
-                     std::ios::binary);
+  std::ifstream file(shared_data("prysm-zygo").value() / "valid_zygo_dat_file.dat", std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   if (bytes.size() < 834) throw std::runtime_error("the Zygo file is missing");
   HeightMap map;

@@ -44,9 +44,11 @@ TEST(Detrend, TrapezoidIntegratesALinearSlopeExactlyAcrossAHole) {
   for (const int i : {0, 1, 3, 4}) EXPECT_NEAR(height.value[i], slope.x[i] * slope.x[i], 1e-14);
 }
 
+using DetrendOnRealData = test::DabamOnRealData;
+
 // 161 raw slopes of an ESRF ellipse: degree 2 leaves 46 nm, degree 6 0.10 nm, three parameters of an ellipse
 // 0.19.
-TEST(Detrend, EllipseOfDabam004IsFound) {
+TEST_F(DetrendOnRealData, EllipseOfDabam004IsFound) {
   const Profile height = heights_of(test::load_dabam("004"));
   EXPECT_NEAR(rms(detrend(height, {DetrendShape::kPolynomial, 2})), 46e-9, 1e-9);
   EXPECT_NEAR(rms(detrend(height, {DetrendShape::kPolynomial, 6})), 0.10e-9, 0.01e-9);

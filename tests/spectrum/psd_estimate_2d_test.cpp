@@ -116,10 +116,12 @@ TEST(PsdEstimate2d, UnknownPitchIsRefusedByName) {
   }
 }
 
+using PsdEstimate2dOnRealData = test::ZygoOnRealData;
+
 // The table's own estimator: centred square, holes set to zero, quadratic taken off the square. Ours takes
 // the largest rectangle and bridges the holes. Between 500 and 4,000 /m, twelve bins per decade, they agree
 // within 12 % (3 % from 900 /m on, where a bin holds hundreds of ordinates).
-TEST(PsdEstimate2d, ZygoMapAgreesWithTheTableInTheMidBand) {
+TEST_F(PsdEstimate2dOnRealData, ZygoMapAgreesWithTheTableInTheMidBand) {
   const PsdEstimate estimate = estimate_psd(test::load_zygo(), {}, 2);
   std::ifstream file(std::string(ABERFIT_TEST_DATA) + "/psd-tables/prysm_zygo_radial_psd.csv");
   std::vector<std::array<double, 3>> table;
@@ -141,7 +143,7 @@ TEST(PsdEstimate2d, ZygoMapAgreesWithTheTableInTheMidBand) {
 }
 
 // README there: 44.591 nm about the mean; without the quadric 44.45 nm.
-TEST(PsdEstimate2d, ZygoMapHasItsStatedRms) {
+TEST_F(PsdEstimate2dOnRealData, ZygoMapHasItsStatedRms) {
   const HeightMap map = test::load_zygo();
   EXPECT_NEAR(rms(detrend(map, {DetrendShape::kPolynomial, 0})), 44.591e-9, 5e-13);
 }

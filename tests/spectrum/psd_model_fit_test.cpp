@@ -16,6 +16,8 @@
 #include "aberfit/roughness/k_correlation.h"
 #include "aberfit/roughness/random_surface.h"
 #include "aberfit/spectrum/psd_estimate.h"
+#include "measured/synthetic_files.h"
+#include "shared_data.h"
 
 namespace aberfit {
 using namespace internal;
@@ -518,9 +520,11 @@ TEST(PsdModelFit, DataThatAFamilyDescribesNeedNoModelError) {
   EXPECT_LE(allowed, 3);
 }
 
+using PsdModelFitOnRealData = test::DabamOnRealData;
+
 // A mirror's profile that no family describes. Bins of a few degrees of freedom scatter by factors of chance.
-TEST(PsdModelFit, RealProfileIsFollowedInAllDecades) {
-  const PsdEstimate estimate = estimate_psd(read_dabam(ABERFIT_TEST_DATA "/dabam/dabam-071.txt").front(), {});
+TEST_F(PsdModelFitOnRealData, ProfileIsFollowedInAllDecades) {
+  const PsdEstimate estimate = estimate_psd(read_dabam(file("dabam-071.txt")).front(), {});
   const PsdModelFit fit = fit_psd_model(estimate);
   EXPECT_TRUE(warns(fit, "poor-fit"));
   EXPECT_GT(fit.model_error, 0.5);  // up to where the instrument ends, 1.1 /mm
@@ -542,10 +546,29 @@ TEST(PsdModelFit, RealProfileIsFollowedInAllDecades) {
   EXPECT_LT(std::exp(std::sqrt(square / count)), 4);
 }
 
-// The likelihood's own descents miss the two knees of this profile.
-TEST(PsdModelFit, SecondStartFindsTwoKneesThatDescribeARealProfile) {
-  const PsdModelFit fit = fit_psd_model(
-      estimate_psd(heights_of(read_dabam(ABERFIT_TEST_DATA "/dabam/dabam-049.txt").front()), {}));
+// Two knees, one below the band and one at 120 /m: in these draws the likelihood's own descents end far from
+// both.
+TEST(PsdModelFit, SecondStartFindsTwoKnees) {
+  const Spectrum two = [](double f) { return knee(9.4e-14, 8, 4.63)(f) + knee(1.25e-20, 0.0083, 5.42)(f); };
+  for (const std::uint64_t seed : {9u, 20u, 24u}) {
+    const test::DrawnLine line = test::drawn_line(test::even_positions(1201, 0, 1e-3), two, seed);
+    Profile profile;
+    profile.x = Eigen::Map<const ArrayXd>(line.x.data(), Eigen::Index(line.x.size()));
+    profile.value = Eigen::Map<const ArrayXd>(line.height.data(), profile.x.size());
+    const PsdEstimate estimate = estimate_psd(profile, {});
+    const PsdBand band = usable_band(estimate, 0, 0);
+    EXPECT_LT(goodness_of_fit(band, fit_shape(band, PsdFamily::kTwoKCorrelations, 200)), 1e-6) << seed;
+    const PsdModelFit fit = fit_psd_model(estimate);
+    EXPECT_EQ(fit.family, PsdFamily::kTwoKCorrelations) << seed;
+    EXPECT_GT(fit.goodness, 0.01) << seed;
+    EXPECT_EQ(fit.model_error, 0) << seed;
+  }
+}
+
+// The same of a real profile.
+TEST_F(PsdModelFitOnRealData, SecondStartFindsTwoKnees) {
+  const PsdModelFit fit =
+      fit_psd_model(estimate_psd(heights_of(read_dabam(file("dabam-049.txt")).front()), {}));
   EXPECT_EQ(fit.family, PsdFamily::kTwoKCorrelations);
   EXPECT_GT(fit.goodness, 1e-3);
   EXPECT_EQ(fit.model_error, 0);
@@ -557,8 +580,8 @@ TEST(PsdModelFit, SpeaksPlainly) {
   EXPECT_EQ(fit.message.find("settled after "), 0);
   EXPECT_EQ(to_string(PsdFamily::kPowerLawAndFloor), "power-law-and-floor");
   EXPECT_EQ(to_string(PsdFamily::kKCorrelationAndFloor), "k-correlation-and-floor");
-  const PsdModelFit bounded = fit_psd_model(
-      estimate_psd(heights_of(read_dabam(ABERFIT_TEST_DATA "/dabam/dabam-049.txt").front()), {}));
+  // A knee at the end of the band: what is beyond falls steeply, and no more is known of it.
+  const PsdModelFit bounded = fit_psd_model(bins(kMap, knee(1e-24, 1 / 2500., 20), kLow, kHigh, kBins, 1));
   bool said = false;
   for (const Warning& warning : bounded.warnings) {
     EXPECT_EQ(warning.message.find("inf"), std::string::npos) << warning.message;

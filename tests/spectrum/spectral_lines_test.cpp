@@ -75,7 +75,9 @@ TEST(SpectralLines, ASineIsFoundWithItsFrequencyAndAmplitude) {
   }
 }
 
-TEST(SpectralLines, DabamProfilesShowTheirKnownLines) {
+using SpectralLinesOnRealData = test::DabamOnRealData;
+
+TEST_F(SpectralLinesOnRealData, DabamProfilesShowTheirKnownLines) {
   EXPECT_TRUE(has_line(estimate_psd(test::load_dabam("039"), {}, 2), 125));
   EXPECT_TRUE(has_line(estimate_psd(test::load_dabam("071"), {}, 2), 1095));
 }
