@@ -1,7 +1,11 @@
-// The reference studies on measured parts: what their READMEs claim.
+// The reference studies on measured parts: what their READMEs claim. The truth is what the example
+// what_would_an_instrument_write_of_my_mirror put in.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <iostream>
+#include <map>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/linear_algebra.h"
@@ -33,9 +37,10 @@ TEST(MapZygo, LeavesATenthAsRoughAsTheRestAndSaysThatRaysAreNotEnough) {
   EXPECT_TRUE(warned);
   // The terms at the points of the map itself: what they leave is the residual that is stated.
   MeasuredSource source;
-  source.path = ABERFIT_TEST_DATA "/prysm-zygo/valid_zygo_dat_file.dat";
+  source.path = kFits + "map-zygo/interferogram.dat";
   HeightMap map = std::get<HeightMap>(read_measurement(source));
   const Circle circle = enclosing_circle(map);
+  EXPECT_NEAR(std::hypot(circle.x, circle.y), 0, 1e-9);  // bites and dropouts do not move it
   move_origin(&map, circle.x, circle.y);
   std::vector<double> x, y, h;
   for (Eigen::Index row = 0; row < map.rows(); ++row)
@@ -54,6 +59,27 @@ TEST(MapZygo, LeavesATenthAsRoughAsTheRestAndSaysThatRaysAreNotEnough) {
   plane << Eigen::VectorXd::Ones(rest.size()), array(x).matrix(), array(y).matrix();
   const Eigen::VectorXd left = rest.matrix() - plane * LeastSquares(plane).solve(rest.matrix());
   EXPECT_NEAR(std::sqrt(left.squaredNorm() / double(left.size())) / result.map->rms_residual, 1, 0.02);
+}
+
+TEST(MapZygo, GivesBackTheTermsAndTheRoughnessThatWerePutIn) {
+  const ResultDocument result = run_map_fit(read_study(kFits + "map-zygo/study.json"), {});
+  const std::map<int, double> truth = {{4, 12e-9}, {5, -18e-9}, {6, 22e-9},  {7, 9e-9}, {8, -6e-9},
+                                       {9, 4e-9},  {10, -5e-9}, {11, 10e-9}, {22, 4e-9}};
+  constexpr double kLooks = 4.5;  // standard deviations: 2e-3 that one of 228 exceeds it
+  double squares = 0;
+  for (int noll = 4; noll <= 231; ++noll) {
+    const auto& modes = result.terms.zernike;
+    const auto at = std::find(modes.begin(), modes.end(), zernike_from_noll(noll)) - modes.begin();
+    ASSERT_LT(std::size_t(at), modes.size());
+    const auto known = truth.find(noll);
+    const double miss = (result.fit.coefficients[at] - (known == truth.end() ? 0 : known->second)) /
+                        result.fit.coefficient_std[at];
+    EXPECT_LT(std::abs(miss), kLooks) << noll;
+    squares += miss * miss / 228;
+  }
+  EXPECT_LT(std::sqrt(squares), 1.2);  // the reported deviations are not too small
+  // What is left: 8 nm less the share of the 228 of the band's 5,260 modes; its own spread is 1 %.
+  EXPECT_NEAR(result.map->rms_residual / (8e-9 * std::sqrt(1 - 228. / 5260)), 1, 0.03);
 }
 
 TEST(MapZygo, TracesToTheSameEe90FromItsGridSag) {
@@ -84,17 +110,22 @@ TEST_P(MeasuredProfile, GivesAModelOfItsBinsAndTermsWithThatFocus) {
   const MeasuredPsd& measured = measured_psd_of(study);
   ASSERT_EQ(measured.result.status, PsdFitStatus::kConverged);
   // The model's profile PSD holds as much height in its band as the bins themselves, summed without any
-  // model. A band of a few tens of independent ordinates with a steep spectrum scatters by tens of percent.
+  // model, as far as chance allows: a steep spectrum has most of it in its first ordinates (Welch and
+  // Satterthwaite).
   const RadialPsd model(measured.result.model);
-  double in_bins = 0, in_model = 0;
+  double in_bins = 0, in_model = 0, variance = 0;
   for (Eigen::Index b = 0; b < measured.estimate.psd.size(); ++b) {
     const double low = measured.estimate.low[b], high = measured.estimate.high[b];
     if (low < model.f_min() || high > model.f_max()) continue;
     in_bins += measured.estimate.psd[b] * (high - low);
-    in_model += measured.result.expected[b] * (high - low);
+    const double expected = measured.result.expected[b] * (high - low);
+    in_model += expected;
+    variance += 2 / measured.estimate.dof[b] * expected * expected;
   }
-  EXPECT_GT(in_bins, 0);
-  EXPECT_NEAR(std::log(in_model / in_bins), 0, std::log(2.0));
+  const double dof = 2 * in_model * in_model / variance;
+  const boost::math::chi_squared chance(dof);
+  EXPECT_GT(in_bins / in_model, boost::math::quantile(chance, 0.001) / dof) << dof;
+  EXPECT_LT(in_bins / in_model, boost::math::quantile(chance, 0.999) / dof) << dof;
 
   const ResultDocument result = run_fit(study, {});
   EXPECT_EQ(result.fit.status, FitStatus::kConverged) << result.fit.message;
@@ -115,14 +146,48 @@ INSTANTIATE_TEST_SUITE_P(Fits, MeasuredProfile, testing::Values("measured-turnin
                            return name;
                          });
 
+// amplitude [m^4] (f m)^-exponent of the file, heights taken `scale` times.
+void expect_power_law(const MeasuredPsd& measured, double amplitude, double exponent, double scale) {
+  const PsdModelFit& fit = measured.result;
+  EXPECT_EQ(fit.family, PsdFamily::kPowerLaw);
+  const std::map<std::string, double> truth = {{"amplitude", amplitude * scale * scale},
+                                               {"exponent", exponent}};
+  for (const PsdParameter& parameter : fit.parameters)
+    if (const auto known = truth.find(parameter.name); known != truth.end()) {
+      EXPECT_LT(parameter.lower, known->second) << parameter.name;
+      EXPECT_GT(parameter.upper, known->second) << parameter.name;
+    }
+  // 2 pi int A f^(1 - exponent) df over the band of the fit, within the interval of the parameter.
+  const auto integral = [&](double f) { return std::pow(f, 2 - exponent) / (exponent - 2); };
+  const double rms =
+      scale * std::sqrt(2 * EIGEN_PI * amplitude * (integral(fit.f_min) - integral(fit.f_max)));
+  EXPECT_EQ(fit.parameters.front().name, "rms");
+  EXPECT_LT(fit.parameters.front().lower, rms);
+  EXPECT_GT(fit.parameters.front().upper, rms);
+  EXPECT_LT(fit.parameters.front().upper / fit.parameters.front().lower, 2.5);  // and it says something
+  for (const Warning& warning : fit.warnings) EXPECT_NE(warning.code, "poor-fit");
+}
+
+TEST(MeasuredSmooth, FindsTheLawThatWasPutInUnderTheEllipse) {
+  const MeasuredPsd measured = measured_psd_of(read_study(kFits + "measured-smooth/study.json"));
+  expect_power_law(measured, 2.5e-17, 4.5, 40);
+  EXPECT_TRUE(measured.estimate.lines.empty());
+  // Raw slopes of 100 urad and more are those of the ellipse; what is left is 40 times the roughness.
+  const Profile& raw = std::get<Profile>(measured.data.front());
+  EXPECT_LT(measured.estimate.rms_slope, 0.1 * raw.value.abs().maxCoeff());
+}
+
 TEST(MeasuredTurningLines, FindsTheLineAndLeavesItOutOfTheModel) {
   const Study study = read_study(kFits + "measured-turning-lines/study.json");
   const MeasuredPsd& measured = measured_psd_of(study);
-  bool found = false;  // the README of the data: period 8 mm
-  for (const SpectralLine& line : measured.estimate.lines)
-    found = found || std::abs(line.frequency - 125) < measured.estimate.resolution;
-  EXPECT_TRUE(found);
-  EXPECT_EQ(measured.result.status, PsdFitStatus::kConverged);
+  expect_power_law(measured, 4e-18, 3, 80);
+  ASSERT_EQ(measured.estimate.lines.size(), 1u);
+  const SpectralLine& line = measured.estimate.lines.front();
+  EXPECT_NEAR(line.frequency, 125, 0.3 * measured.estimate.resolution);
+  // 80 times 0.3 nm; of it the trapezoid rule over the slopes leaves x/tan(x), x = pi/8. The continuum adds
+  // an amplitude of 1/sqrt(2 strength): three times that.
+  EXPECT_NEAR(line.rms / (80 * 0.3e-9 * (EIGEN_PI / 8) / std::tan(EIGEN_PI / 8)), 1,
+              3 / std::sqrt(2 * line.strength));
   // Without the search the line stands in its bin.
   PsdEstimatorOptions options = measured.estimator;
   options.find_lines = false;
