@@ -138,9 +138,12 @@ std::vector<Layout> layouts() {
     all.push_back(std::move(layout));
   };
   add("slopes in urad over mm",
-      {1, {"a mirror", "Scan Length = 30 mm", "", "x(mm)\tSlope (urad)"}, {}, "\t", {}}, kSlope, 1, 1e-3,
-      1e-6, false);
-  all.back().file.keys = R"("X1_FACTOR": 1e-3, "Y1_FACTOR": "1e-6")";
+      {1,
+       {"a mirror", "Scan Length = 30 mm", "", "x(mm)\tSlope (urad)"},
+       R"("X1_FACTOR": 1e-3, "Y1_FACTOR": "1e-6")",
+       "\t",
+       {}},
+      kSlope, 1, 1e-3, 1e-6, false);
   add("scan lines in columns, x in m",
       {1, {}, R"("X1_FACTOR": 1, "Y1_FACTOR": 1e-6, "Y2_FACTOR": 1e-6, "Y3_FACTOR": 1e-6)", "  ", {}}, kSlope,
       3, 1, 1e-6, false);
@@ -151,9 +154,13 @@ std::vector<Layout> layouts() {
        " ",
        {}},
       kHeight, 1, 1e-3, 1e-3, false);
-  add("pairs of slopes", {3, {"a b c d", "# tangential coordinate"}, {}, " ", {}}, kSlope, 4, 1e-3, 1e-6,
-      true);
-  all.back().file.keys = R"("X1_FACTOR": 0.001, "Y1_FACTOR": 1e-6, "X2_FACTOR": 0.001, "Y2_FACTOR": 1e-6)";
+  add("pairs of slopes",
+      {3,
+       {"a b c d", "# tangential coordinate"},
+       R"("X1_FACTOR": 0.001, "Y1_FACTOR": 1e-6, "X2_FACTOR": 0.001, "Y2_FACTOR": 1e-6)",
+       " ",
+       {}},
+      kSlope, 4, 1e-3, 1e-6, true);
   add("pairs of heights in nm over um", {4, {"x z x z"}, R"("X1_FACTOR": 1e-6, "Y1_FACTOR": 1e-9)", " ", {}},
       kHeight, 2, 1e-6, 1e-9, true);
   // Height, residual height, slope: one scan line and what was derived of it.
