@@ -6,6 +6,7 @@ packages=(
   g++ cmake ninja-build
   libceres-dev libeigen3-dev nlohmann-json3-dev libfftw3-dev   # fixed choice of the project, with GoogleTest
   libboost-dev librandom123-dev libcli11-dev libfmt-dev libcfitsio-dev
+  libhdf5-dev libzip-dev libpugixml-dev                        # .datx and .x3p of instruments
   gnuplot-nox fonts-dejavu-core                                # pictures
   libgtest-dev python3-jsonschema libbenchmark-dev             # tests and benchmarks
   clang-format                                                 # what CI checks

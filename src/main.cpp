@@ -27,7 +27,9 @@ struct PsdOption {
 };
 constexpr std::array kPsdOptions = {
     PsdOption{"--format", "format", "NAME",
-              "dabam, profile, map, zygo, codev-int, fits, zemax-grid-sag (default: by content)", true},
+              "dabam, profile, map, zygo, codev-int, fits, zemax-grid-sag, datx, opd, sdf, x3p (default: by "
+              "content)",
+              true},
     PsdOption{"--column", "column", "N", "profiles: which scan line, from 1", true},
     PsdOption{"--quantity", "quantity", "NAME", "profiles in columns: height or slope", true},
     PsdOption{"--of", "of", "NAME", "surface or wavefront", true},

@@ -25,6 +25,25 @@ bool is_dabam_metadata(std::string_view head) {
          head.find("\"FILE_FORMAT\"") != std::string_view::npos;
 }
 
+// The formats that begin with bytes of their own.
+MeasuredFormat format_of_magic(std::string_view head) {
+  using enum MeasuredFormat;
+  static constexpr std::pair<std::string_view, MeasuredFormat> kMagic[] = {{"\x88\x1b\x03\x6f", kZygo},
+                                                                           {"\x88\x1b\x03\x70", kZygo},
+                                                                           {"\x88\x1b\x03\x71", kZygo},
+                                                                           {"SIMPLE  =", kFits},
+                                                                           {"\x89HDF\r\n\x1a\n", kDatx},
+                                                                           {"PK\x03\x04", kX3p},
+                                                                           {{"\x01\0Directory", 11}, kOpd},
+                                                                           {"aISO-", kSdf},
+                                                                           {"bISO-", kSdf},
+                                                                           {"aBCR-", kSdf},
+                                                                           {"bBCR-", kSdf}};
+  for (const auto& [magic, format] : kMagic)
+    if (head.starts_with(magic)) return format;
+  return kAuto;
+}
+
 // Of the .txt, of the .dat beside a .txt, or of the path without suffix.
 bool is_dabam(const std::string& path, const std::optional<std::string>& head) {
   if (head && is_dabam_metadata(*head)) return true;
@@ -142,10 +161,8 @@ MeasuredFormat columns_format(const std::vector<std::string_view>& lines, bool c
 
 MeasuredFormat detect_format(const std::string& path) {
   const std::optional<std::string> head = file_bytes(path, kHead);
-  const auto begins = [&](std::string_view magic) { return head && head->starts_with(magic); };
-  for (const char version : {'\x6f', '\x70', '\x71'})
-    if (begins(std::string("\x88\x1b\x03") + version)) return MeasuredFormat::kZygo;
-  if (begins("SIMPLE  =")) return MeasuredFormat::kFits;
+  if (head)
+    if (const MeasuredFormat format = format_of_magic(*head); format != MeasuredFormat::kAuto) return format;
   if (is_dabam(path, head)) return MeasuredFormat::kDabam;
   if (!head)
     throw InputError(path, "", "a file that cannot be opened", "the name of a file that can be read");
@@ -158,7 +175,8 @@ MeasuredFormat detect_format(const std::string& path) {
 
 const std::vector<std::string>& measured_format_names() {
   static const std::vector<std::string> names = {"auto", "dabam",     "profile", "map",
-                                                 "zygo", "codev-int", "fits",    "zemax-grid-sag"};
+                                                 "zygo", "codev-int", "fits",    "zemax-grid-sag",
+                                                 "datx", "opd",       "sdf",     "x3p"};
   return names;
 }
 

@@ -97,12 +97,7 @@ std::pair<double, Unit> unit_of(const std::string& path, const char* key, std::s
   text = lower_case(text);
   const std::string found = in_quotes(text);
   if (text.size() > 1 && text.ends_with('s')) text.pop_back();
-  if (text == "m" || text == "meter" || text == "metre") return {1, Unit::kMetre};
-  if (text == "mm" || text == "millimeter" || text == "millimetre") return {1e-3, Unit::kMetre};
-  if (text == "um" || text == "micron" || text == "micrometer" || text == "micrometre")
-    return {1e-6, Unit::kMetre};
-  if (text == "nm" || text == "nanometer" || text == "nanometre") return {1e-9, Unit::kMetre};
-  if (text == "pm" || text == "picometer" || text == "picometre") return {1e-12, Unit::kMetre};
+  if (const auto metres = metres_per_unit(text)) return {*metres, Unit::kMetre};
   if (text == "rad" || text == "radian") return {1, Unit::kRadian};
   if (text == "wave" || text == "wavelength") return {1, Unit::kWave};
   throw InputError(path, key, found, "m, mm, um, micron, nm, pm, radian or wave, or option 'value_unit'");

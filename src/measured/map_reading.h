@@ -1,11 +1,17 @@
 #pragma once
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "aberfit/core/errors.h"
@@ -26,6 +32,43 @@ inline std::string read_map_bytes(const std::string& path) {
   if (!bytes) throw InputError(path, "", "a file that cannot be read", "a readable file");
   return *std::move(bytes);
 }
+
+/// Numbers and text at places of a binary file, counted in bytes from its begin. What lies beyond the end is
+/// an InputError.
+class FileBytes {
+ public:
+  FileBytes(const std::string& path, std::string_view bytes, std::endian order)
+      : path_(path), bytes_(bytes), order_(order) {}
+
+  template <class Number>
+  Number at(std::uint64_t place) const {
+    std::array<char, sizeof(Number)> raw;
+    std::memcpy(raw.data(), text(place, raw.size()).data(), raw.size());
+    if (order_ != std::endian::native) std::reverse(raw.begin(), raw.end());
+    return std::bit_cast<Number>(raw);
+  }
+  std::string_view text(std::uint64_t place, std::uint64_t length) const {
+    if (!holds(place, length))
+      fail(size(), "the end of the file", fmt::format("{} bytes from byte {} on", length, place));
+    return bytes_.substr(std::size_t(place), std::size_t(length));
+  }
+  bool holds(std::uint64_t place, std::uint64_t length) const {
+    return place <= size() && length <= size() - place;
+  }
+  std::uint64_t size() const { return bytes_.size(); }
+  /// Other bytes of the same file: a part of these, or such as were copied.
+  FileBytes part(std::uint64_t place, std::uint64_t length) const { return with(text(place, length)); }
+  FileBytes with(std::string_view bytes) const { return FileBytes(path_, bytes, order_); }
+
+  [[noreturn]] void fail(std::uint64_t place, const std::string& found, const std::string& allowed) const {
+    throw InputError(path_, fmt::format("byte {}", place), found, allowed);
+  }
+
+ private:
+  const std::string& path_;
+  std::string_view bytes_;
+  std::endian order_;
+};
 
 /// One line of text for a file of 7-bit text: other characters become spaces, the ends are trimmed.
 inline std::string one_line(std::string_view text, std::size_t most) {
@@ -56,6 +99,38 @@ inline void require_sane_options(const MeasuredSource& source) {
   check_option(source, source.pitch, "pitch", true);
   check_option(source, source.wavelength, "wavelength", true);
   check_option(source, source.value_factor, "value_unit", false);
+}
+
+/// Throws InputError unless a grid of that size is a map.
+inline void require_map_size(const std::string& path, const std::string& where, std::int64_t columns,
+                             std::int64_t rows) {
+  if (columns < 1 || rows < 1 || columns > kMostMapPoints || rows > kMostMapPoints / columns)
+    throw InputError(path, where, fmt::format("a grid of {} x {} points", columns, rows),
+                     fmt::format("1 to {} points", kMostMapPoints));
+}
+
+/// One pitch of a map [m]: what the file says, where that is a positive number, else the option's, else 0,
+/// unknown.
+inline double agreed_pitch(const MeasuredSource& source, double said) {
+  const bool known = said > 0 && std::isfinite(said);
+  return agreed_length(source.path, "pitch", source.pitch, known ? std::optional(said) : std::nullopt,
+                       kSamePitch)
+      .value_or(0);
+}
+
+/// Metres in a unit of length that is written as a symbol or in full, "um", "micron", "NanoMeters".
+inline std::optional<double> metres_per_unit(std::string_view unit) {
+  std::string name = lower_case(unit);
+  if (name.size() > 1 && name.ends_with('s')) name.pop_back();
+  static constexpr std::pair<std::string_view, double> kPrefixes[] = {
+      {"", 1}, {"milli", 1e-3}, {"micro", 1e-6}, {"nano", 1e-9}, {"pico", 1e-12}};
+  static constexpr std::pair<std::string_view, double> kSymbols[] = {
+      {"m", 1}, {"mm", 1e-3}, {"um", 1e-6}, {"micron", 1e-6}, {"nm", 1e-9}, {"pm", 1e-12}};
+  for (const auto& [symbol, factor] : kSymbols)
+    if (name == symbol) return factor;
+  for (const auto& [prefix, factor] : kPrefixes)
+    if (name == std::string(prefix) + "meter" || name == std::string(prefix) + "metre") return factor;
+  return std::nullopt;
 }
 
 /// A map of invalid points with its origin in the middle; pitch 0 means unknown.

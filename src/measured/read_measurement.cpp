@@ -83,12 +83,20 @@ Measurement read_as(const MeasuredSource& source, MeasuredFormat format) {
       return read_fits(source);
     case MeasuredFormat::kZemaxGridSag:
       return read_zemax_grid_sag(source);
+    case MeasuredFormat::kDatx:
+      return read_datx(source);
+    case MeasuredFormat::kOpd:
+      return read_opd(source);
+    case MeasuredFormat::kSdf:
+      return read_sdf(source);
+    case MeasuredFormat::kX3p:
+      return read_x3p(source);
     case MeasuredFormat::kAuto:
       break;
   }
-  throw InputError(
-      source.path, "", "no format that is known here",
-      "DABAM, columns or a matrix of numbers, Zygo MetroPro .dat, CODE V INT, FITS, Zemax grid sag");
+  throw InputError(source.path, "", "no format that is known here",
+                   "DABAM, columns or a matrix of numbers, Zygo MetroPro .dat, Zygo .datx, Wyko .opd, .sdf, "
+                   ".x3p, CODE V INT, FITS, Zemax grid sag");
 }
 
 }  // namespace

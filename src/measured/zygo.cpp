@@ -16,35 +16,13 @@ namespace {
 
 constexpr std::int32_t kFirstInvalid = 2147483640;
 
-class ZygoBytes {
- public:
-  ZygoBytes(const std::string& path, std::string_view bytes) : path_(path), bytes_(bytes) {}
-
-  std::uint32_t u32(std::size_t at) const { return (u16(at) << 16) | u16(at + 2); }
-  std::uint32_t u16(std::size_t at) const { return (u8(at) << 8) | u8(at + 1); }
-  std::int32_t i32(std::size_t at) const { return std::bit_cast<std::int32_t>(u32(at)); }
-  double f32(std::size_t at) const { return double(std::bit_cast<float>(u32(at))); }
-  std::string_view text(std::size_t at, std::size_t length) const { return bytes_.substr(at, length); }
-  std::uint64_t size() const { return bytes_.size(); }
-
-  [[noreturn]] void fail(std::size_t at, const std::string& found, const std::string& allowed) const {
-    throw InputError(path_, fmt::format("byte {}", at), found, allowed);
-  }
-
- private:
-  std::uint32_t u8(std::size_t at) const { return static_cast<unsigned char>(bytes_[at]); }
-
-  const std::string& path_;
-  std::string_view bytes_;
-};
-
 // Length of the header by its magic number.
-std::size_t header_bytes(const ZygoBytes& file) {
+std::size_t header_bytes(const FileBytes& file) {
   constexpr std::uint32_t kMagic = 0x881B036F;  // 036F, 0370, 0371: header formats 1, 2, 3
   const std::string allowed =
       "a MetroPro .dat, whose first four bytes are 0x881B036F, 0x881B0370 or 0x881B0371, big-endian";
   if (file.size() < 4) file.fail(0, fmt::format("a file of {} bytes", file.size()), allowed);
-  const std::uint32_t magic = file.u32(0);
+  const std::uint32_t magic = file.at<std::uint32_t>(0);
   const std::uint32_t reversed =
       (magic >> 24) | ((magic >> 8) & 0xff00u) | ((magic << 8) & 0xff0000u) | (magic << 24);
   if (reversed - kMagic <= 2)
@@ -55,47 +33,50 @@ std::size_t header_bytes(const ZygoBytes& file) {
   const std::size_t bytes = magic - kMagic == 2 ? 4096 : 834;
   if (file.size() < bytes)
     file.fail(0, fmt::format("a file of {} bytes", file.size()), fmt::format("a header of {} bytes", bytes));
-  if (file.u32(6) != bytes)
-    file.fail(6, fmt::format("header size {}", file.u32(6)),
+  if (file.at<std::uint32_t>(6) != bytes)
+    file.fail(6, fmt::format("header size {}", file.at<std::uint32_t>(6)),
               fmt::format("{}, as 0x{:08X} means", bytes, magic));
   return bytes;
 }
 
 // Position of the first phase value, after the header and the frames of intensity.
-std::size_t phase_position(const ZygoBytes& file, std::size_t header, std::uint64_t phase_bytes) {
-  const std::uint64_t frames = std::max(1u, file.u16(56));
-  const std::uint64_t intensity = 2ull * file.u16(52) * file.u16(54) * frames;  // < 2^49
+std::size_t phase_position(const FileBytes& file, std::size_t header, std::uint64_t phase_bytes) {
+  const std::uint64_t frames = std::max<std::uint32_t>(1, file.at<std::uint16_t>(56));
+  const std::uint64_t intensity =
+      2ull * file.at<std::uint16_t>(52) * file.at<std::uint16_t>(54) * frames;  // < 2^49
   const std::uint64_t needed = header + intensity + phase_bytes;
   if (needed > file.size())
     file.fail(file.size(), fmt::format("the end of the file, {} bytes too early", needed - file.size()),
               fmt::format("header {} + intensity {} x {} x {} x 2 + phase {} x {} x 4 bytes", header,
-                          file.u16(52), file.u16(54), frames, file.u16(68), file.u16(70)));
+                          file.at<std::uint16_t>(52), file.at<std::uint16_t>(54), frames,
+                          file.at<std::uint16_t>(68), file.at<std::uint16_t>(70)));
   return std::size_t(header + intensity);
 }
 
 // Height of one count, S O W / R.
-double height_per_count(const ZygoBytes& file, const MeasuredSource& source) {
-  const double scale = file.f32(164), obliquity = file.f32(176);
+double height_per_count(const FileBytes& file, const MeasuredSource& source) {
+  const double scale = file.at<float>(164), obliquity = file.at<float>(176);
   if (!std::isfinite(scale) || scale == 0)
     file.fail(164, fmt::format("interferometric scale factor {}", scale), "a number other than 0, often 0.5");
   if (!std::isfinite(obliquity) || obliquity == 0)
     file.fail(176, fmt::format("obliquity factor {}", obliquity), "a number other than 0, usually 1");
   // Metres; a value outside this range is a wavelength in another unit or damage.
   constexpr double kShortest = 1e-9, kLongest = 1e-3;
-  const double said = file.f32(168);
+  const double said = file.at<float>(168);
   const bool sane = said >= kShortest && said <= kLongest;
   if (!sane && !source.wavelength)
     file.fail(168, fmt::format("wavelength {} m", said), "1e-9 to 1e-3 m, or option 'wavelength'");
   const double wavelength = *agreed_length(source.path, "wavelength", source.wavelength,
                                            sane ? std::optional(said) : std::nullopt, kSameWavelength);
   constexpr double kCountsPerWave[] = {4096, 32768, 131072};
-  const std::uint32_t resolution = file.u16(218);
+  const std::uint32_t resolution = file.at<std::uint16_t>(218);
   if (resolution > 2) file.fail(218, fmt::format("phase resolution {}", resolution), "0, 1 or 2");
-  return scale * obliquity * wavelength / kCountsPerWave[resolution] * (file.u16(232) != 0 ? -1 : 1);
+  return scale * obliquity * wavelength / kCountsPerWave[resolution] *
+         (file.at<std::uint16_t>(232) != 0 ? -1 : 1);
 }
 
-double pitch(const ZygoBytes& file, const MeasuredSource& source) {
-  const double resolution = file.f32(184);
+double pitch(const FileBytes& file, const MeasuredSource& source) {
+  const double resolution = file.at<float>(184);
   if (!std::isfinite(resolution) || resolution < 0)
     file.fail(184, fmt::format("lateral resolution {} m", resolution), "0 (unknown) or more");
   if (resolution == 0) return source.pitch.value_or(0);
@@ -107,13 +88,13 @@ double pitch(const ZygoBytes& file, const MeasuredSource& source) {
 HeightMap read_zygo(const MeasuredSource& source) {
   require_sane_options(source);
   const std::string bytes = read_map_bytes(source.path);
-  const ZygoBytes file(source.path, bytes);
+  const FileBytes file(source.path, bytes, std::endian::big);
   const std::size_t header = header_bytes(file);
-  const std::uint32_t columns = file.u16(68), rows = file.u16(70);
+  const std::uint32_t columns = file.at<std::uint16_t>(68), rows = file.at<std::uint16_t>(70);
   if (columns == 0 || rows == 0)
     file.fail(68, fmt::format("phase data of {} x {} points", columns, rows), "at least 1 x 1");
   const std::uint64_t phase_bytes = 4ull * columns * rows;
-  const std::uint32_t said = file.u32(72);
+  const std::uint32_t said = file.at<std::uint32_t>(72);
   if (said != 0 && said != phase_bytes)
     file.fail(72, fmt::format("{} bytes of phase", said),
               fmt::format("{}, as {} x {} points have", phase_bytes, columns, rows));
@@ -128,7 +109,7 @@ HeightMap read_zygo(const MeasuredSource& source) {
   map.label = one_line(comment.substr(0, comment.find('\0')), 82);
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < columns; ++column) {
-      const std::int32_t count = file.i32(first + 4 * (row * columns + column));
+      const std::int32_t count = file.at<std::int32_t>(first + 4 * (row * columns + column));
       // The top row comes first.
       if (count < kFirstInvalid) map.height(rows - 1 - row, column) = factor * count;
     }

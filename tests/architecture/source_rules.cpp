@@ -35,6 +35,9 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"boost/version.hpp", {"report"}},  // a number for the provenance, no code
       {"fftw3.h", {"roughness", "terms", "waves"}},
       {"fitsio.h", {"measured"}},
+      {"hdf5.h", {"measured"}},
+      {"pugixml.hpp", {"measured"}},
+      {"zip.h", {"measured"}},
       {"ceres/", {"spectrum", "fit"}},
       {"nlohmann/", {"measured", "report", "study", "commands"}},  // DABAM metadata, results, studies
       {"CLI/", {kProgram}},

@@ -18,6 +18,10 @@ enum class MeasuredFormat {
   kCodeVInt,      ///< CODE V interferogram
   kFits,          ///< FITS image
   kZemaxGridSag,  ///< OpticStudio grid sag .DAT
+  kDatx,          ///< Zygo Mx .datx, HDF5
+  kOpd,           ///< Wyko / Veeco Vision .opd, binary
+  kSdf,           ///< surface data file of ISO 25178-71, text or binary
+  kX3p,           ///< ISO 25178-72, a zip archive
 };
 
 /// A measured file and everything about it that the file may not say itself. What is absent is taken from the
@@ -43,8 +47,8 @@ Measurement read_measurement(const MeasuredSource& source);
 /// What a file looks like; kAuto when nothing fits. Reads at most a few kilobytes. Throws InputError when it
 /// cannot be opened.
 MeasuredFormat detect_format(const std::string& path);
-/// "auto", "dabam", "profile", "map", "zygo", "codev-int", "fits", "zemax-grid-sag": in the order of
-/// MeasuredFormat.
+/// "auto", "dabam", "profile", "map", "zygo", "codev-int", "fits", "zemax-grid-sag", "datx", "opd", "sdf",
+/// "x3p": in the order of MeasuredFormat.
 const std::vector<std::string>& measured_format_names();
 std::string to_string(MeasuredFormat format);
 
@@ -57,5 +61,9 @@ HeightMap read_zygo(const MeasuredSource& source);
 HeightMap read_codev_int(const MeasuredSource& source);
 HeightMap read_fits(const MeasuredSource& source);
 HeightMap read_zemax_grid_sag(const MeasuredSource& source);
+HeightMap read_datx(const MeasuredSource& source);
+HeightMap read_opd(const MeasuredSource& source);
+HeightMap read_sdf(const MeasuredSource& source);
+HeightMap read_x3p(const MeasuredSource& source);
 
 }  // namespace aberfit

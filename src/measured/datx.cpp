@@ -1,0 +1,364 @@
+// Zygo Mx .datx, an HDF5 file. The layout is not published; this is what prysm (prysm/io.py),
+// SurfaceTopography (IO/DATX.py and its tests, which follow Gwyddion) and the Superflat scripts of LEAPS
+// (ZygoDatx.py) agree on.
+#include <fmt/format.h>
+#include <hdf5.h>
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "hdf5_values.h"
+#include "map_reading.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+// HDF5 is not made for several threads, and prints its errors unless it is told not to; also at the end of
+// the program, where it finds that it lost count of its objects in damaged files, unless it is told before
+// its first use to leave its end out. All that is opened here is closed here.
+class QuietHdf5 {
+ public:
+  QuietHdf5() : lock_(mutex()) {
+    H5Eget_auto2(H5E_DEFAULT, &print_, &data_);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  ~QuietHdf5() { H5Eset_auto2(H5E_DEFAULT, print_, data_); }
+  QuietHdf5(const QuietHdf5&) = delete;
+  QuietHdf5& operator=(const QuietHdf5&) = delete;
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex one;
+    [[maybe_unused]] static const herr_t said = H5dont_atexit();
+    return one;
+  }
+
+  std::lock_guard<std::mutex> lock_;
+  H5E_auto2_t print_ = nullptr;
+  void* data_ = nullptr;
+};
+
+// An object of the library, closed with this.
+class Hdf5Id {
+ public:
+  using Close = herr_t (*)(hid_t);
+  Hdf5Id(const std::string& path, const std::string& place, hid_t id, Close close) : id_(id), close_(close) {
+    if (id < 0) throw InputError(path, place, "damage, HDF5 cannot read it", "a .datx, an HDF5 file");
+  }
+  Hdf5Id(Hdf5Id&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Hdf5Id& operator=(Hdf5Id&&) = delete;
+  ~Hdf5Id() {
+    if (id_ >= 0) close_(id_);
+  }
+  hid_t get() const { return id_; }
+
+ private:
+  hid_t id_;
+  Close close_;
+};
+
+// The file as the library sees it: bytes in memory, so that it opens no other one.
+Hdf5Id open_image(const std::string& path, std::string& bytes) {
+  const Hdf5Id access(path, "", H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_fapl_core(access.get(), 1 << 16, false);
+  H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
+  H5Pset_file_image(access.get(), bytes.data(), bytes.size());
+  Hdf5Id file(path, "", H5Fopen("aberfit-datx-image", H5F_ACC_RDONLY, access.get()), H5Fclose);
+  const Hdf5Id creation(path, "", H5Fget_create_plist(file.get()), H5Pclose);
+  hsize_t before = 0;
+  std::size_t address = 0, length = 0;
+  H5Pget_userblock(creation.get(), &before);
+  H5Pget_sizes(creation.get(), &address, &length);
+  if (before != 0 || address != 8 || length != 8)
+    throw InputError(path, "",
+                     fmt::format("an HDF5 file from byte {} on, with addresses of {} bytes", before, address),
+                     "one from byte 0 on, with addresses and lengths of 8 bytes");
+  return file;
+}
+
+// True for a member of the file itself; links to other files are not followed.
+bool has_member(const Hdf5Id& group, const std::string& name) {
+  H5L_info_t link{};
+  return H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) > 0 &&
+         H5Lget_info(group.get(), name.c_str(), &link, H5P_DEFAULT) >= 0 && link.type == H5L_TYPE_HARD;
+}
+
+Hdf5Id open_member(const std::string& path, const Hdf5Id& group, const std::string& name,
+                   const std::string& place) {
+  if (!has_member(group, name))
+    throw InputError(path, place,
+                     H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) > 0 ? "a link" : "nothing",
+                     "a member of the HDF5 file itself");
+  return Hdf5Id(path, place, H5Oopen(group.get(), name.c_str(), H5P_DEFAULT), H5Oclose);
+}
+
+Hdf5Id require_kind(Hdf5Id object, H5I_type_t kind, const std::string& path, const std::string& place) {
+  if (H5Iget_type(object.get()) != kind)
+    throw InputError(path, place, "an object of another kind", kind == H5I_GROUP ? "a group" : "a data set");
+  return object;
+}
+
+// The data set of the heights: the one in /Data/Surface, in other files /Measurement/Surface.
+Hdf5Id surface_data(const std::string& path, const Hdf5Id& file) {
+  if (!has_member(file, "Data") && has_member(file, "Measurement")) {
+    const Hdf5Id group =
+        require_kind(open_member(path, file, "Measurement", "/Measurement"), H5I_GROUP, path, "/Measurement");
+    const std::string place = "/Measurement/Surface";
+    return require_kind(open_member(path, group, "Surface", place), H5I_DATASET, path, place);
+  }
+  const Hdf5Id data = require_kind(open_member(path, file, "Data", "/Data"), H5I_GROUP, path, "/Data");
+  const std::string place = "/Data/Surface";
+  const Hdf5Id surfaces = require_kind(open_member(path, data, "Surface", place), H5I_GROUP, path, place);
+  H5G_info_t about{};
+  if (H5Gget_info(surfaces.get(), &about) < 0 || about.nlinks != 1)
+    throw InputError(path, place, fmt::format("{} surfaces", about.nlinks), "one surface");
+  char name[256] = "";
+  H5Lget_name_by_idx(surfaces.get(), ".", H5_INDEX_NAME, H5_ITER_INC, 0, name, sizeof name, H5P_DEFAULT);
+  return require_kind(open_member(path, surfaces, name, place), H5I_DATASET, path, place);
+}
+
+// X, Y and Z Converter: how indices and values become lengths.
+struct DatxConverter {
+  std::string category, unit;
+  std::vector<double> parameters;
+};
+
+template <class Info>
+std::uint64_t address_of(herr_t (*get)(hid_t, Info*, unsigned),
+                         hid_t object) {  // Info: differs between versions
+  Info info{};
+  return get(object, &info, H5O_INFO_BASIC) < 0 ? HADDR_UNDEF : info.addr;
+}
+
+// Attributes of one element each. Types are the library's, values are taken from the bytes (hdf5_values.h).
+class DatxAttributes {
+ public:
+  DatxAttributes(const FileBytes& file, const std::string& path, const Hdf5Id& object)
+      : file_(file),
+        path_(path),
+        object_(object),
+        values_(hdf5_attribute_values(file, address_of(&H5Oget_info2, object.get()))) {}
+
+  std::optional<double> number(const std::string& name) const {
+    const auto type = type_of(name);
+    if (!type) return std::nullopt;
+    const std::string_view value = values_.at(name);
+    const std::size_t bytes = H5Tget_size(type->get());
+    const bool floating = H5Tget_class(type->get()) == H5T_FLOAT;
+    if (H5Tget_order(type->get()) != H5T_ORDER_LE || value.size() < bytes)
+      fail(name, "a number in another form");
+    const FileBytes at = file_.with(value);
+    if (floating && bytes == 8) return at.at<double>(0);
+    if (floating && bytes == 4) return at.at<float>(0);
+    if (H5Tget_class(type->get()) == H5T_INTEGER && bytes == 4) return at.at<std::int32_t>(0);
+    fail(name, "no number");
+  }
+  std::optional<std::string> text(const std::string& name) const {
+    const auto type = type_of(name);
+    if (!type) return std::nullopt;
+    return text_value(name, *type, values_.at(name));
+  }
+  std::optional<DatxConverter> converter(const std::string& name) const {
+    const auto type = type_of(name);
+    if (!type) return std::nullopt;
+    if (H5Tget_class(type->get()) != H5T_COMPOUND) fail(name, "no compound value");
+    DatxConverter converter;
+    // In memory a text of variable length is a pointer of 8 bytes; all else lies as it does in the file.
+    std::uint64_t shift = 0;
+    const int members = H5Tget_nmembers(type->get());
+    for (int i = 0; i < members; ++i) {
+      const Hdf5Id member(path_, name, H5Tget_member_type(type->get(), unsigned(i)), H5Tclose);
+      const std::unique_ptr<char, herr_t (*)(void*)> key(H5Tget_member_name(type->get(), unsigned(i)),
+                                                         H5free_memory);
+      const std::uint64_t place = H5Tget_member_offset(type->get(), unsigned(i)) + shift;
+      if (H5Tis_variable_str(member.get()) > 0) shift += kHdf5PointerBytes - H5Tget_size(member.get());
+      const std::string_view word = key ? key.get() : "";
+      const std::string_view value = file_.with(values_.at(name)).text(place, stored_bytes(member));
+      if (word == "Category") converter.category = text_value(name, member, value);
+      if (word == "BaseUnit") converter.unit = text_value(name, member, value);
+      if (word == "Parameters") converter.parameters = numbers(name, member, value);
+    }
+    return converter;
+  }
+  [[noreturn]] void fail(const std::string& name, const std::string& found) const {
+    throw InputError(path_, fmt::format("attribute '{}'", name), found, "what Zygo Mx writes there");
+  }
+
+ private:
+  // Nothing where there is no such attribute.
+  std::optional<Hdf5Id> type_of(const std::string& name) const {
+    if (!values_.contains(name)) return std::nullopt;
+    const Hdf5Id attribute(path_, name, H5Aopen(object_.get(), name.c_str(), H5P_DEFAULT), H5Aclose);
+    const Hdf5Id space(path_, name, H5Aget_space(attribute.get()), H5Sclose);
+    if (H5Sget_simple_extent_npoints(space.get()) != 1) fail(name, "another number of values than one");
+    return Hdf5Id(path_, name, H5Aget_type(attribute.get()), H5Tclose);
+  }
+  static std::uint64_t stored_bytes(const Hdf5Id& type) {
+    const bool variable = H5Tis_variable_str(type.get()) > 0 || H5Tget_class(type.get()) == H5T_VLEN;
+    return variable ? kHdf5PointerBytes : H5Tget_size(type.get());
+  }
+  std::string text_value(const std::string& name, const Hdf5Id& type, std::string_view value) const {
+    if (H5Tget_class(type.get()) != H5T_STRING) fail(name, "no text");
+    value = file_.with(value).text(0, stored_bytes(type));
+    if (H5Tis_variable_str(type.get()) > 0) value = hdf5_heap_value(file_, value, 1);
+    return one_line(value.substr(0, value.find('\0')), 80);
+  }
+  // Doubles, a sequence of variable length or an array.
+  std::vector<double> numbers(const std::string& name, const Hdf5Id& type, std::string_view value) const {
+    const H5T_class_t kind = H5Tget_class(type.get());
+    if (kind != H5T_VLEN && kind != H5T_ARRAY) fail(name, "no sequence of numbers");
+    const Hdf5Id of(path_, name, H5Tget_super(type.get()), H5Tclose);
+    if (H5Tget_class(of.get()) != H5T_FLOAT || H5Tget_size(of.get()) != 8 ||
+        H5Tget_order(of.get()) != H5T_ORDER_LE)
+      fail(name, "numbers of another type than double");
+    if (kind == H5T_VLEN) value = hdf5_heap_value(file_, value, 8);
+    std::vector<double> found;
+    for (std::uint64_t place = 0; place + 8 <= value.size(); place += 8)
+      found.push_back(file_.with(value).at<double>(place));
+    return found;
+  }
+
+  const FileBytes& file_;
+  const std::string& path_;
+  const Hdf5Id& object_;
+  std::map<std::string, std::string_view> values_;
+};
+
+// The attribute where it is there, else the parameter of the Z Converter; both have to say the same.
+double datx_factor(const std::string& path, const DatxAttributes& attributes, const std::string& name,
+                   const DatxConverter& z, std::size_t parameter, double least, double most) {
+  const std::optional<double> said = attributes.number(name);
+  const std::optional<double> beside =
+      z.parameters.size() > parameter ? std::optional(z.parameters[parameter]) : std::nullopt;
+  const std::optional<double> value = said ? said : beside;
+  if (!value || !(std::abs(*value) >= least && std::abs(*value) <= most))
+    throw InputError(path, fmt::format("attribute '{}'", name), value ? fmt::format("{}", *value) : "nothing",
+                     fmt::format("{:g} to {:g}", least, most));
+  if (said && beside && !(std::abs(*beside / *said - 1) <= kSameUnit))
+    throw InputError(path, fmt::format("attribute '{}'", name), fmt::format("{}", *said),
+                     fmt::format("{}, as the attribute 'Z Converter' says", *beside));
+  return *value;
+}
+
+// [m] of the surface in one unit of the data.
+double datx_metres(const MeasuredSource& source, const DatxAttributes& attributes) {
+  const DatxConverter z = attributes.converter("Z Converter").value_or(DatxConverter());
+  const std::string unit = attributes.text("Unit").value_or(z.unit);
+  if (!z.unit.empty() && lower_case(z.unit) != lower_case(unit))
+    throw InputError(source.path, "attribute 'Unit'", in_quotes(unit),
+                     "that of 'Z Converter', " + in_quotes(z.unit));
+  if (lower_case(unit) == "fringes") {
+    if (source.value_factor) refuse_option(source.path, "value_unit", "a length", in_quotes(unit));
+    // The scale factor, waves of the surface in a fringe, makes it a surface already.
+    const double wavelength = datx_factor(source.path, attributes, "Wavelength", z, 1, 1e-9, 1e-3);
+    agreed_length(source.path, "wavelength", source.wavelength, wavelength, kSameWavelength);
+    return wavelength *
+           datx_factor(source.path, attributes, "Interferometric Scale Factor", z, 2, 1e-6, 1e6) *
+           datx_factor(source.path, attributes, "Obliquity Factor", z, 3, 1e-6, 1e6);
+  }
+  const std::optional<double> metres = metres_per_unit(unit);
+  if (metres) return agreed_factor(source.path, "value_unit", source.value_factor, *metres, unit);
+  if (source.value_factor) return *source.value_factor;
+  throw InputError(source.path, "attribute 'Unit'", unit.empty() ? "nothing" : in_quotes(unit),
+                   "Fringes, NanoMeters, MicroMeters, MilliMeters or Meters, or option 'value_unit'");
+}
+
+double datx_pitch(const MeasuredSource& source, const DatxAttributes& attributes, const std::string& name) {
+  const std::optional<DatxConverter> converter = attributes.converter(name);
+  if (!converter) return agreed_pitch(source, 0);
+  if (converter->category != "LateralCat" || converter->unit != "Pixels" || converter->parameters.size() < 2)
+    throw InputError(source.path, fmt::format("attribute '{}'", name),
+                     fmt::format("{} of {} with {} parameters", in_quotes(converter->category),
+                                 in_quotes(converter->unit), converter->parameters.size()),
+                     "LateralCat of Pixels with two parameters or more, the second the pitch [m]");
+  return agreed_pitch(source, converter->parameters[1]);
+}
+
+// Refuses data that are not in the file itself, that need a plug-in, or that take more memory than the file
+// can hold.
+void require_bounded(const std::string& path, std::uint64_t file_bytes, const Hdf5Id& data,
+                     std::uint64_t points) {
+  const std::string place = "surface";
+  const Hdf5Id type(path, place, H5Dget_type(data.get()), H5Tclose);
+  const H5T_class_t kind = H5Tget_class(type.get());
+  const std::uint64_t width = H5Tget_size(type.get());
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || width > 8)
+    throw InputError(path, place, "data of another type", "numbers of up to 8 bytes");
+  const Hdf5Id creation(path, place, H5Dget_create_plist(data.get()), H5Pclose);
+  const H5D_layout_t layout = H5Pget_layout(creation.get());
+  if (H5Pget_external_count(creation.get()) != 0 ||
+      (layout != H5D_COMPACT && layout != H5D_CONTIGUOUS && layout != H5D_CHUNKED))
+    throw InputError(path, place, "data that lie in other files", "data in the file itself");
+  bool packed = false;
+  const int filters = H5Pget_nfilters(creation.get());
+  for (int i = 0; i < filters; ++i) {
+    unsigned flags = 0, config = 0;
+    std::size_t values = 0;
+    const H5Z_filter_t filter =
+        H5Pget_filter2(creation.get(), unsigned(i), &flags, &values, nullptr, 0, nullptr, &config);
+    if (filter < H5Z_FILTER_DEFLATE || filter > H5Z_FILTER_SCALEOFFSET)
+      throw InputError(path, place, fmt::format("filter {}", filter), "filters that HDF5 has itself");
+    packed = packed || (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32);
+  }
+  const std::uint64_t most = packed ? file_bytes * 1032 : file_bytes;  // deflate packs no better than that
+  std::uint64_t needed = points * width;
+  if (layout == H5D_CHUNKED) {
+    hsize_t chunk[2] = {0, 0};
+    if (H5Pget_chunk(creation.get(), 2, chunk) != 2 || chunk[0] > kMostMapPoints || chunk[1] > kMostMapPoints)
+      throw InputError(path, place, "chunks of no map", "chunks of rows and columns");
+    needed = std::max<std::uint64_t>(needed, chunk[0] * chunk[1] * width);
+  }
+  if (needed > most || H5Dget_storage_size(data.get()) == 0)
+    throw InputError(path, place, fmt::format("{} bytes in a file of {}", needed, file_bytes),
+                     fmt::format("1 to {} bytes", most));
+}
+
+}  // namespace
+
+HeightMap read_datx(const MeasuredSource& source) {
+  require_sane_options(source);
+  const std::string& path = source.path;
+  std::string bytes = read_map_bytes(path);
+  const FileBytes file_bytes(path, bytes, std::endian::little);
+  const QuietHdf5 quiet;
+  const Hdf5Id file = open_image(path, bytes);
+  const Hdf5Id data = surface_data(path, file);
+  const Hdf5Id space(path, "surface", H5Dget_space(data.get()), H5Sclose);
+  hsize_t size[2] = {0, 0};
+  if (H5Sget_simple_extent_ndims(space.get()) != 2 ||
+      H5Sget_simple_extent_dims(space.get(), size, nullptr) != 2)
+    throw InputError(path, "surface", "data that are no matrix", "rows and columns");
+  const auto count = [](hsize_t n) { return std::int64_t(std::min<hsize_t>(n, 2 * kMostMapPoints)); };
+  const std::int64_t rows = count(size[0]), columns = count(size[1]);
+  require_map_size(path, "surface", columns, rows);
+  require_bounded(path, bytes.size(), data, std::uint64_t(rows * columns));
+
+  const DatxAttributes attributes(file_bytes, path, data);
+  agreed_wavefront(path, source.wavefront, false);
+  const double factor = datx_metres(source, attributes);
+  const std::optional<double> no_data = attributes.number("No Data");
+  if (!no_data) throw InputError(path, "attribute 'No Data'", "nothing", "the number that means no data");
+  HeightMap map = empty_map(rows, columns, datx_pitch(source, attributes, "X Converter"),
+                            datx_pitch(source, attributes, "Y Converter"));
+  Grid values(rows, columns);
+  if (H5Dread(data.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+    throw InputError(path, "surface", "data that HDF5 cannot read", "an undamaged file");
+  for (Eigen::Index row = 0; row < rows; ++row)
+    for (Eigen::Index column = 0; column < columns; ++column) {
+      const double value = values(row, column);
+      // The top row comes first.
+      if (std::isfinite(value) && !(value >= *no_data)) map.height(rows - 1 - row, column) = factor * value;
+    }
+  return map;
+}
+
+}  // namespace aberfit

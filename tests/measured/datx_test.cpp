@@ -1,0 +1,126 @@
+// Against files that h5py and the HDF5 library wrote (write_instrument_files.py).
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+#include "aberfit/measured/read_measurement.h"
+#include "instrument_files.h"
+#include "map_mutation.h"
+
+namespace aberfit {
+namespace {
+
+using test::contains;
+using test::instrument_file;
+using test::map_source;
+using test::refusal;
+using test::replaced;
+using test::ScratchFolder;
+
+const std::string kFringes = instrument_file("marker-fringes.datx"),
+                  kMetres = instrument_file("marker-nm.datx");
+
+std::string double_bytes(double value) { return test::with_number(std::string(8, '\0'), 0, value); }
+
+// Replaces it everywhere.
+std::string replaced_all(std::string text, std::string_view from, std::string_view to) {
+  EXPECT_NE(text.find(from), std::string::npos);
+  for (std::size_t at = 0; (at = text.find(from, at)) != text.npos; at += to.size())
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+TEST(Datx, ReadsFringesWithScaleAndObliquityAndLengths) {
+  test::expect_marker(read_datx(map_source(kFringes)), 1e-21);
+  test::expect_marker(read_datx(map_source(kMetres)), 1e-14);  // single precision, 6e-8 of 50 nm
+}
+
+TEST(Datx, TakesFromTheOptionsOnlyWhatTheFileDoesNotSay) {
+  const ScratchFolder folder;
+  const std::string bytes = test::read_file(kFringes);
+  // The parameters of X and Y stand in the heap.
+  MeasuredSource source =
+      map_source(folder.write("a.datx", replaced(replaced(bytes, double_bytes(0.25e-3), double_bytes(0)),
+                                                 double_bytes(0.5e-3), double_bytes(0))));
+  EXPECT_EQ(read_datx(source).pitch_x, 0);
+  source.pitch = 2e-3;
+  EXPECT_EQ(read_datx(source).pitch_y, 2e-3);
+  source.path = kFringes;
+  EXPECT_EQ(refusal([&] { read_datx(source); }).pointer(), "option 'pitch'");
+  source = map_source(kFringes);
+  source.wavefront = true;
+  EXPECT_EQ(refusal([&] { read_datx(source); }).pointer(), "option 'of'");
+  source = map_source(kFringes);
+  source.wavelength = 500e-9;
+  EXPECT_EQ(refusal([&] { read_datx(source); }).pointer(), "option 'wavelength'");
+  for (const std::string& path : {kFringes, kMetres}) {
+    source = map_source(path);
+    source.value_factor = 1e-6;
+    EXPECT_EQ(refusal([&] { read_datx(source); }).pointer(), "option 'value_unit'");
+  }
+  // A unit that nobody knows.
+  source =
+      map_source(folder.write("b.datx", replaced_all(bytes, "Fringes", std::string_view("Smoots\0", 7))));
+  const InputError error = refusal([&] { read_datx(source); });
+  EXPECT_EQ(error.pointer(), "attribute 'Unit'");
+  EXPECT_TRUE(contains(error.allowed(), "option 'value_unit'"));
+  source.value_factor = 0.5 * 1.25 * 632.8e-9;
+  test::expect_marker(read_datx(source), 1e-21);
+}
+
+TEST(Datx, RefusesWhatItCannotReadAndSaysWhere) {
+  const ScratchFolder folder;
+  const auto refused = [&](const std::string& bytes) {
+    const std::string path = folder.write("a.datx", bytes);
+    ::testing::internal::CaptureStderr();
+    const InputError error = refusal([&] { read_datx(map_source(path)); });
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+    EXPECT_EQ(error.file(), path);
+    return error;
+  };
+  const std::string bytes = test::read_file(kFringes), metres = test::read_file(kMetres);
+  EXPECT_EQ(refused(replaced(bytes, "No Data", "No date")).pointer(), "attribute 'No Data'");
+  // Attribute and converter have to say the same, whichever is changed first.
+  for (const auto& [value, name] : {std::pair(632.8e-9, "Wavelength"),
+                                    {0.5, "Interferometric Scale Factor"},
+                                    {1.25, "Obliquity Factor"}}) {
+    EXPECT_EQ(refused(replaced(bytes, double_bytes(value), double_bytes(value * 1.5))).pointer(),
+              fmt::format("attribute '{}'", name));
+    EXPECT_EQ(refused(replaced_all(bytes, double_bytes(value), double_bytes(0))).pointer(),
+              fmt::format("attribute '{}'", name));
+  }
+  EXPECT_EQ(refused(replaced_all(bytes, "Fringes", "Frunges")).pointer(), "attribute 'Unit'");
+  EXPECT_EQ(refused(replaced(bytes, "Fringes", "Meters ")).pointer(), "attribute 'Unit'");
+  EXPECT_EQ(refused(replaced(bytes, "LateralCat", "LiteralCat")).pointer(), "attribute 'X Converter'");
+  EXPECT_EQ(refused(replaced(bytes, "Surface", "Surfact")).pointer(), "/Data/Surface");
+  EXPECT_EQ(refused(bytes.substr(0, 8)).pointer(), "");
+  for (const std::size_t length : {std::size_t(0), std::size_t(500), bytes.size() / 2, bytes.size() - 1})
+    refused(bytes.substr(0, length));
+  for (const std::size_t length : {std::size_t(100), metres.size() / 2}) refused(metres.substr(0, length));
+  refusal([&] { read_datx(map_source(folder.file("missing.datx"))); });
+}
+
+TEST(Datx, DoesNotFollowLinksAndStorageOutOfTheFile) {
+  EXPECT_EQ(refusal([&] { read_datx(map_source(instrument_file("link.datx"))); }).found(), "a link");
+  EXPECT_TRUE(contains(refusal([&] { read_datx(map_source(instrument_file("outside.datx"))); }).found(),
+                       "in other files"));
+}
+
+TEST(Datx, DamagedFilesAreRefusedOrReadNeverACrash) {
+  const auto read = [](const std::string& path) { return read_datx(map_source(path)); };
+  for (const std::string& path : {kFringes, kMetres}) {
+    const std::string bytes = test::read_file(path);
+    ::testing::internal::CaptureStderr();
+    const auto count = test::read_damaged(bytes, bytes.size(), "datx", 700, read);
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+    EXPECT_GT(count.refused, 100);
+    EXPECT_GT(count.read, 50);
+    ::testing::Test::RecordProperty("refused", count.refused);
+  }
+}
+
+}  // namespace
+}  // namespace aberfit
