@@ -72,7 +72,9 @@ Hdf5Id open_image(const std::string& path, std::string& bytes) {
   H5Pset_fapl_core(access.get(), 1 << 16, false);
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
   H5Pset_file_image(access.get(), bytes.data(), bytes.size());
-  Hdf5Id file(path, "", H5Fopen("aberfit-datx-image", H5F_ACC_RDONLY, access.get()), H5Fclose);
+  // The library looks for a file of that name first; below a regular file there is none.
+  const std::string name = path + "/image";
+  Hdf5Id file(path, "", H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
   const Hdf5Id creation(path, "", H5Fget_create_plist(file.get()), H5Pclose);
   hsize_t before = 0;
   std::size_t address = 0, length = 0;
@@ -97,7 +99,7 @@ Hdf5Id open_member(const std::string& path, const Hdf5Id& group, const std::stri
   if (!has_member(group, name))
     throw InputError(path, place,
                      H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) > 0 ? "a link" : "nothing",
-                     "a member of the HDF5 file itself");
+                     "a member of the file itself, as Zygo Mx writes it");
   return Hdf5Id(path, place, H5Oopen(group.get(), name.c_str(), H5P_DEFAULT), H5Oclose);
 }
 

@@ -103,6 +103,22 @@ TEST(Datx, RefusesWhatItCannotReadAndSaysWhere) {
   refusal([&] { read_datx(map_source(folder.file("missing.datx"))); });
 }
 
+TEST(Datx, AsksForNoMoreOfATextThanTheHeapHas) {
+  const ScratchFolder folder;
+  const std::string bytes = test::read_file(kFringes);
+  // "Fringes": seven characters in the global heap.
+  const auto pointer = [&](std::uint32_t count) {
+    const std::string heap = test::with_number(std::string(8, '\0'), 0, std::uint64_t(bytes.find("GCOL")));
+    return test::with_number(std::string(4, '\0'), 0, count) + heap;
+  };
+  for (const std::uint32_t count : {0xffffffffu, 8u, 1u}) {
+    const std::string path = folder.write("a.datx", replaced(bytes, pointer(7), pointer(count)));
+    const InputError error = refusal([&] { read_datx(map_source(path)); });
+    EXPECT_EQ(error.found(), "7 bytes");
+    EXPECT_EQ(error.allowed(), fmt::format("{} elements of 1 bytes", count));
+  }
+}
+
 TEST(Datx, DoesNotFollowLinksAndStorageOutOfTheFile) {
   EXPECT_EQ(refusal([&] { read_datx(map_source(instrument_file("link.datx"))); }).found(), "a link");
   EXPECT_TRUE(contains(refusal([&] { read_datx(map_source(instrument_file("outside.datx"))); }).found(),

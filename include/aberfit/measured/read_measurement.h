@@ -33,7 +33,7 @@ struct MeasuredSource {
   std::optional<ProfileQuantity> quantity;  ///< profile text: required unless a header names it
   std::optional<bool> wavefront;   ///< true: heights are those of a reflected wavefront, twice the surface's
   std::optional<double> x_factor;  ///< text: positions times this are [m]
-  std::optional<double> value_factor;  ///< text, FITS without BUNIT: values times this are [m] or [rad]
+  std::optional<double> value_factor;  ///< text, maps without a unit: values times this are [m] or [rad]
   std::optional<double> pitch;         ///< maps: pixel scale [m]
   std::optional<double> wavelength;    ///< [m], for values in waves or radians
 };
