@@ -6,7 +6,7 @@
 
 #include <cmath>
 #include <cstdint>
-#include <memory>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -66,6 +66,31 @@ class Hdf5Id {
   Close close_;
 };
 
+// What the begin of the file says of all of it. The library takes the sizes of nodes from it unlooked.
+void require_superblock(const FileBytes& file) {
+  constexpr std::uint64_t kNowhere = ~std::uint64_t(0);
+  if (file.text(0, 8) != "\x89HDF\r\n\x1a\n")
+    file.fail(0, "other bytes", "the signature of HDF5, as a .datx has it");
+  const unsigned version = file.at<std::uint8_t>(8);
+  if (version > 3) file.fail(8, fmt::format("version {}", version), "0 to 3");
+  const bool first = version < 2;
+  const std::uint64_t widths = first ? 13 : 9, base = version == 0 ? 24 : version == 1 ? 28 : 12;
+  for (const std::uint64_t place : {widths, widths + 1})
+    if (file.at<std::uint8_t>(place) != 8)
+      file.fail(place, "another width of addresses or lengths", "8 bytes");
+  if (file.at<std::uint64_t>(base) != 0) file.fail(base, "another base of addresses", "0");
+  const std::uint64_t end = file.at<std::uint64_t>(base + 16);
+  if (end > file.size())
+    file.fail(base + 16, fmt::format("an end of the file at {}", end), fmt::format("{}", file.size()));
+  if (!first) return;
+  constexpr unsigned kLargest = 1024;  // 4 and 16 unless somebody wants others
+  for (const std::uint64_t place : {16, 18})
+    if (const unsigned k = file.at<std::uint16_t>(place); k < 1 || k > kLargest)
+      file.fail(place, fmt::format("nodes of order {}", k), fmt::format("1 to {}", kLargest));
+  if (file.at<std::uint64_t>(base + 24) != kNowhere)
+    file.fail(base + 24, "a file of several parts", "one file");
+}
+
 // The file as the library sees it: bytes in memory, so that it opens no other one.
 Hdf5Id open_image(const std::string& path, std::string& bytes) {
   const Hdf5Id access(path, "", H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
@@ -74,17 +99,7 @@ Hdf5Id open_image(const std::string& path, std::string& bytes) {
   H5Pset_file_image(access.get(), bytes.data(), bytes.size());
   // The library looks for a file of that name first; below a regular file there is none.
   const std::string name = path + "/image";
-  Hdf5Id file(path, "", H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
-  const Hdf5Id creation(path, "", H5Fget_create_plist(file.get()), H5Pclose);
-  hsize_t before = 0;
-  std::size_t address = 0, length = 0;
-  H5Pget_userblock(creation.get(), &before);
-  H5Pget_sizes(creation.get(), &address, &length);
-  if (before != 0 || address != 8 || length != 8)
-    throw InputError(path, "",
-                     fmt::format("an HDF5 file from byte {} on, with addresses of {} bytes", before, address),
-                     "one from byte 0 on, with addresses and lengths of 8 bytes");
-  return file;
+  return Hdf5Id(path, "", H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
 }
 
 // True for a member of the file itself; links to other files are not followed.
@@ -141,98 +156,45 @@ std::uint64_t address_of(herr_t (*get)(hid_t, Info*, unsigned),
   return get(object, &info, H5O_INFO_BASIC) < 0 ? HADDR_UNDEF : info.addr;
 }
 
-// Attributes of one element each. Types are the library's, values are taken from the bytes (hdf5_values.h).
+// What the attributes of the data set say; nothing where there is no such attribute.
 class DatxAttributes {
  public:
   DatxAttributes(const FileBytes& file, const std::string& path, const Hdf5Id& object)
-      : file_(file),
-        path_(path),
-        object_(object),
-        values_(hdf5_attribute_values(file, address_of(&H5Oget_info2, object.get()))) {}
+      : file_(file), path_(path), values_(hdf5_attributes(file, address_of(&H5Oget_info2, object.get()))) {}
 
   std::optional<double> number(const std::string& name) const {
-    const auto type = type_of(name);
-    if (!type) return std::nullopt;
-    const std::string_view value = values_.at(name);
-    const std::size_t bytes = H5Tget_size(type->get());
-    const bool floating = H5Tget_class(type->get()) == H5T_FLOAT;
-    if (H5Tget_order(type->get()) != H5T_ORDER_LE || value.size() < bytes)
-      fail(name, "a number in another form");
-    const FileBytes at = file_.with(value);
-    if (floating && bytes == 8) return at.at<double>(0);
-    if (floating && bytes == 4) return at.at<float>(0);
-    if (H5Tget_class(type->get()) == H5T_INTEGER && bytes == 4) return at.at<std::int32_t>(0);
-    fail(name, "no number");
+    const auto found = values_.find(name);
+    if (found == values_.end()) return std::nullopt;
+    return known(name, hdf5_number(file_, found->second), "a number");
   }
   std::optional<std::string> text(const std::string& name) const {
-    const auto type = type_of(name);
-    if (!type) return std::nullopt;
-    return text_value(name, *type, values_.at(name));
+    const auto found = values_.find(name);
+    if (found == values_.end()) return std::nullopt;
+    return text_of(name, found->second);
   }
   std::optional<DatxConverter> converter(const std::string& name) const {
-    const auto type = type_of(name);
-    if (!type) return std::nullopt;
-    if (H5Tget_class(type->get()) != H5T_COMPOUND) fail(name, "no compound value");
-    DatxConverter converter;
-    // In memory a text of variable length is a pointer of 8 bytes; all else lies as it does in the file.
-    std::uint64_t shift = 0;
-    const int members = H5Tget_nmembers(type->get());
-    for (int i = 0; i < members; ++i) {
-      const Hdf5Id member(path_, name, H5Tget_member_type(type->get(), unsigned(i)), H5Tclose);
-      const std::unique_ptr<char, herr_t (*)(void*)> key(H5Tget_member_name(type->get(), unsigned(i)),
-                                                         H5free_memory);
-      const std::uint64_t place = H5Tget_member_offset(type->get(), unsigned(i)) + shift;
-      if (H5Tis_variable_str(member.get()) > 0) shift += kHdf5PointerBytes - H5Tget_size(member.get());
-      const std::string_view word = key ? key.get() : "";
-      const std::string_view value = file_.with(values_.at(name)).text(place, stored_bytes(member));
-      if (word == "Category") converter.category = text_value(name, member, value);
-      if (word == "BaseUnit") converter.unit = text_value(name, member, value);
-      if (word == "Parameters") converter.parameters = numbers(name, member, value);
-    }
-    return converter;
-  }
-  [[noreturn]] void fail(const std::string& name, const std::string& found) const {
-    throw InputError(path_, fmt::format("attribute '{}'", name), found, "what Zygo Mx writes there");
+    const auto found = values_.find(name);
+    if (found == values_.end()) return std::nullopt;
+    const auto member = [&](const char* key) {
+      return known(name, hdf5_member(file_, found->second, key), key);
+    };
+    return DatxConverter{text_of(name, member("Category")), text_of(name, member("BaseUnit")),
+                         known(name, hdf5_numbers(file_, member("Parameters")), "a sequence of numbers")};
   }
 
  private:
-  // Nothing where there is no such attribute.
-  std::optional<Hdf5Id> type_of(const std::string& name) const {
-    if (!values_.contains(name)) return std::nullopt;
-    const Hdf5Id attribute(path_, name, H5Aopen(object_.get(), name.c_str(), H5P_DEFAULT), H5Aclose);
-    const Hdf5Id space(path_, name, H5Aget_space(attribute.get()), H5Sclose);
-    if (H5Sget_simple_extent_npoints(space.get()) != 1) fail(name, "another number of values than one");
-    return Hdf5Id(path_, name, H5Aget_type(attribute.get()), H5Tclose);
+  template <class Value>
+  Value known(const std::string& name, std::optional<Value> value, const char* wanted) const {
+    if (!value) throw InputError(path_, fmt::format("attribute '{}'", name), "another type", wanted);
+    return *std::move(value);
   }
-  static std::uint64_t stored_bytes(const Hdf5Id& type) {
-    const bool variable = H5Tis_variable_str(type.get()) > 0 || H5Tget_class(type.get()) == H5T_VLEN;
-    return variable ? kHdf5PointerBytes : H5Tget_size(type.get());
-  }
-  std::string text_value(const std::string& name, const Hdf5Id& type, std::string_view value) const {
-    if (H5Tget_class(type.get()) != H5T_STRING) fail(name, "no text");
-    value = file_.with(value).text(0, stored_bytes(type));
-    if (H5Tis_variable_str(type.get()) > 0) value = hdf5_heap_value(file_, value, 1);
-    return one_line(value.substr(0, value.find('\0')), 80);
-  }
-  // Doubles, a sequence of variable length or an array.
-  std::vector<double> numbers(const std::string& name, const Hdf5Id& type, std::string_view value) const {
-    const H5T_class_t kind = H5Tget_class(type.get());
-    if (kind != H5T_VLEN && kind != H5T_ARRAY) fail(name, "no sequence of numbers");
-    const Hdf5Id of(path_, name, H5Tget_super(type.get()), H5Tclose);
-    if (H5Tget_class(of.get()) != H5T_FLOAT || H5Tget_size(of.get()) != 8 ||
-        H5Tget_order(of.get()) != H5T_ORDER_LE)
-      fail(name, "numbers of another type than double");
-    if (kind == H5T_VLEN) value = hdf5_heap_value(file_, value, 8);
-    std::vector<double> found;
-    for (std::uint64_t place = 0; place + 8 <= value.size(); place += 8)
-      found.push_back(file_.with(value).at<double>(place));
-    return found;
+  std::string text_of(const std::string& name, const Hdf5Value& value) const {
+    return one_line(known(name, hdf5_text(file_, value), "a text"), 80);
   }
 
   const FileBytes& file_;
   const std::string& path_;
-  const Hdf5Id& object_;
-  std::map<std::string, std::string_view> values_;
+  std::map<std::string, Hdf5Value> values_;
 };
 
 // The attribute where it is there, else the parameter of the Z Converter; both have to say the same.
@@ -331,6 +293,7 @@ HeightMap read_datx(const MeasuredSource& source) {
   const std::string& path = source.path;
   std::string bytes = read_map_bytes(path);
   const FileBytes file_bytes(path, bytes, std::endian::little);
+  require_superblock(file_bytes);
   const QuietHdf5 quiet;
   const Hdf5Id file = open_image(path, bytes);
   const Hdf5Id data = surface_data(path, file);

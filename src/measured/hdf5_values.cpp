@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <vector>
-
 namespace aberfit::internal {
 namespace {
 
@@ -13,42 +11,134 @@ struct Hdf5Block {
 
 constexpr unsigned kHdf5Attribute = 0x0c, kHdf5Continuation = 0x10;
 
+std::uint64_t whole_eights(std::uint64_t bytes) { return (bytes + 7) / 8 * 8; }
+
+std::uint64_t little_number(const FileBytes& bytes, std::uint64_t place, unsigned width) {
+  std::uint64_t value = 0;
+  for (unsigned i = 0; i < width; ++i) value |= std::uint64_t(bytes.at<std::uint8_t>(place + i)) << (8 * i);
+  return value;
+}
+
+// The datatype at `*place`, which goes to its end; nothing for a type that is not needed here.
+std::optional<Hdf5Type> read_type(const FileBytes& bytes, std::uint64_t* place, int depth = 0) {
+  const unsigned head = bytes.at<std::uint8_t>(*place), version = head >> 4,
+                 flags = bytes.at<std::uint16_t>(*place + 1);
+  Hdf5Type type;
+  type.kind = head & 0x0f;
+  type.bytes = bytes.at<std::uint32_t>(*place + 4);
+  type.big_endian = (flags & 1) != 0;
+  *place += 8;
+  constexpr int kDeepest = 4;
+  if (version < 1 || version > 3 || depth > kDeepest) return std::nullopt;
+  if (type.kind == Hdf5Type::kText) return type;
+  if (type.kind == Hdf5Type::kInteger || type.kind == Hdf5Type::kFloat) {
+    *place += type.kind == Hdf5Type::kInteger ? 4 : 12;
+    return type;
+  }
+  if (type.kind == Hdf5Type::kVariable || type.kind == Hdf5Type::kArray) {
+    type.variable_text = type.kind == Hdf5Type::kVariable && (flags & 0x0f) == 1;
+    if (type.kind == Hdf5Type::kArray) {
+      const std::uint64_t rank = bytes.at<std::uint8_t>(*place);
+      *place += version < 3 ? 4 + 8 * rank : 1 + 4 * rank;  // sizes; before version 3 with a permutation
+    }
+    auto base = read_type(bytes, place, depth + 1);
+    if (!base) return std::nullopt;
+    type.base.push_back(*std::move(base));
+    return type;
+  }
+  if (type.kind != Hdf5Type::kCompound) return std::nullopt;
+  for (unsigned i = 0; i < flags; ++i) {
+    const std::string_view rest = bytes.text(*place, bytes.size() - std::min(*place, bytes.size()));
+    const std::uint64_t length = std::min(rest.find('\0'), rest.size());
+    Hdf5Type::Member member{std::string(rest.substr(0, length)), 0, {}};
+    *place += version < 3 ? whole_eights(length + 1) : length + 1;
+    const unsigned width = version < 3             ? 4
+                           : type.bytes < 1u << 8  ? 1
+                           : type.bytes < 1u << 16 ? 2
+                           : type.bytes < 1u << 24 ? 3
+                                                   : 4;
+    member.place = little_number(bytes, *place, width);
+    *place += width + (version == 1 ? 28 : 0);  // version 1 has sizes of an array
+    auto of = read_type(bytes, place, depth + 1);
+    if (!of) return std::nullopt;
+    member.type = *std::move(of);
+    type.members.push_back(std::move(member));
+  }
+  return type;
+}
+
+// True for a dataspace of one value.
+bool is_one_value(const FileBytes& space) {
+  const unsigned version = space.at<std::uint8_t>(0), rank = space.at<std::uint8_t>(1);
+  constexpr unsigned kNull = 2;
+  if (version < 1 || version > 2 || (version == 2 && space.at<std::uint8_t>(3) == kNull)) return false;
+  for (unsigned i = 0; i < rank; ++i)
+    if (space.at<std::uint64_t>((version == 1 ? 8 : 4) + 8 * i) != 1) return false;
+  return true;
+}
+
 // Version 1 pads name, type and space to multiples of 8; version 3 has a byte for the characters of the name.
 void take_attribute(const FileBytes& file, std::uint64_t place, std::uint64_t length,
-                    std::map<std::string, std::string_view>* values) {
+                    std::map<std::string, Hdf5Value>* values) {
   const FileBytes body = file.part(place, length);
-  const unsigned version = body.at<std::uint8_t>(0);
+  const unsigned version = body.at<std::uint8_t>(0), shared = version == 1 ? 0 : body.at<std::uint8_t>(1);
   if (version < 1 || version > 3)
     file.fail(place, fmt::format("an attribute of version {}", version), "1 to 3");
-  const auto padded = [&](std::uint64_t bytes) { return version == 1 ? (bytes + 7) / 8 * 8 : bytes; };
-  const std::uint64_t name_bytes = body.at<std::uint16_t>(2);
-  const std::uint64_t name = version == 3 ? 9 : 8;
-  const std::uint64_t value =
-      name + padded(name_bytes) + padded(body.at<std::uint16_t>(4)) + padded(body.at<std::uint16_t>(6));
+  const auto padded = [&](std::uint64_t bytes) { return version == 1 ? whole_eights(bytes) : bytes; };
+  const std::uint64_t name_bytes = body.at<std::uint16_t>(2), type_bytes = body.at<std::uint16_t>(4),
+                      space_bytes = body.at<std::uint16_t>(6), name = version == 3 ? 9 : 8;
+  const std::uint64_t type_place = name + padded(name_bytes), space = type_place + padded(type_bytes),
+                      value = space + padded(space_bytes);
   const std::string_view text = body.text(name, name_bytes);
-  if (!body.holds(value, 0)) file.fail(place, "an attribute beyond its message", "a value inside it");
-  values->emplace(std::string(text.substr(0, text.find('\0'))), body.text(value, body.size() - value));
+  std::uint64_t at = 0;
+  if (shared != 0 || !is_one_value(body.part(space, space_bytes))) return;
+  const auto type = read_type(body.part(type_place, type_bytes), &at);
+  if (type)
+    values->emplace(std::string(text.substr(0, text.find('\0'))),
+                    Hdf5Value{*type, body.text(value, type->bytes)});
 }
 
 // Where the first messages of an object header are.
 Hdf5Block first_block(const FileBytes& file, std::uint64_t header, bool second, unsigned flags) {
   if (!second) return {header + 16, file.at<std::uint32_t>(header + 8)};
-  std::uint64_t place = header + 6 + (flags & 0x20 ? 16 : 0) + (flags & 0x10 ? 4 : 0);
-  std::uint64_t length = 0;
+  const std::uint64_t place = header + 6 + (flags & 0x20 ? 16 : 0) + (flags & 0x10 ? 4 : 0);
   const unsigned width = 1u << (flags & 3);
-  for (unsigned i = 0; i < width; ++i) length |= std::uint64_t(file.at<std::uint8_t>(place + i)) << (8 * i);
-  return {place + width, length};
+  return {place + width, little_number(file, place, width)};
+}
+
+// The elements that a value of variable length points to, of `element_bytes` each, in a global heap.
+std::string_view heap_elements(const FileBytes& file, std::string_view pointer, std::uint64_t element_bytes) {
+  const FileBytes where = file.with(pointer);
+  const std::uint64_t count = where.at<std::uint32_t>(0), heap = where.at<std::uint64_t>(4);
+  const std::uint64_t index = where.at<std::uint32_t>(12);
+  if (count == 0) return {};
+  if (file.text(heap, 4) != "GCOL" || file.at<std::uint8_t>(heap + 4) != 1)
+    file.fail(heap, "no global heap of version 1", "GCOL, then the values of variable length");
+  const std::uint64_t size = file.at<std::uint64_t>(heap + 8);
+  file.text(heap, size);
+  for (std::uint64_t place = heap + 16; place + 16 <= heap + size;) {
+    const std::uint64_t found = file.at<std::uint16_t>(place), length = file.at<std::uint64_t>(place + 8);
+    if (found == 0 || length > heap + size - place - 16) break;  // free space, or damage
+    if (found == index) {
+      if (length / element_bytes != count || length % element_bytes != 0)
+        file.fail(place, fmt::format("{} bytes", length),
+                  fmt::format("{} elements of {} bytes", count, element_bytes));
+      return file.text(place + 16, length);
+    }
+    place += 16 + whole_eights(length);
+  }
+  file.fail(heap, fmt::format("a heap without value {}", index), "the value that an attribute points to");
 }
 
 }  // namespace
 
-std::map<std::string, std::string_view> hdf5_attribute_values(const FileBytes& file, std::uint64_t header) {
+std::map<std::string, Hdf5Value> hdf5_attributes(const FileBytes& file, std::uint64_t header) {
   const bool second = file.holds(header, 4) && file.text(header, 4) == "OHDR";
   const unsigned version = file.at<std::uint8_t>(second ? header + 4 : header);
   if (version != (second ? 2 : 1))
     file.fail(header, fmt::format("an object header of version {}", version), "1 or 2");
   const unsigned flags = second ? file.at<std::uint8_t>(header + 5) : 0;
-  std::map<std::string, std::string_view> values;
+  std::map<std::string, Hdf5Value> values;
   std::vector<Hdf5Block> blocks = {first_block(file, header, second, flags)};
   constexpr std::size_t kMostBlocks = 1000;  // a header that goes round in a circle has no end
   for (std::size_t i = 0; i < blocks.size() && i < kMostBlocks; ++i) {
@@ -79,28 +169,43 @@ std::map<std::string, std::string_view> hdf5_attribute_values(const FileBytes& f
   return values;
 }
 
-std::string_view hdf5_heap_value(const FileBytes& file, std::string_view pointer,
-                                 std::uint64_t element_bytes) {
-  const FileBytes where = file.with(pointer);
-  const std::uint64_t count = where.at<std::uint32_t>(0), heap = where.at<std::uint64_t>(4);
-  const std::uint64_t index = where.at<std::uint32_t>(12);
-  if (count == 0) return {};
-  if (file.text(heap, 4) != "GCOL" || file.at<std::uint8_t>(heap + 4) != 1)
-    file.fail(heap, "no global heap of version 1", "GCOL, then the values of variable length");
-  const std::uint64_t size = file.at<std::uint64_t>(heap + 8);
-  file.text(heap, size);
-  for (std::uint64_t place = heap + 16; place + 16 <= heap + size;) {
-    const std::uint64_t found = file.at<std::uint16_t>(place), length = file.at<std::uint64_t>(place + 8);
-    if (found == 0 || length > heap + size - place - 16) break;  // free space, or damage
-    if (found == index) {
-      if (length / element_bytes != count || length % element_bytes != 0)
-        file.fail(place, fmt::format("{} bytes", length),
-                  fmt::format("{} elements of {} bytes", count, element_bytes));
-      return file.text(place + 16, length);
-    }
-    place += 16 + (length + 7) / 8 * 8;
-  }
-  file.fail(heap, fmt::format("a heap without value {}", index), "the value that an attribute points to");
+std::optional<double> hdf5_number(const FileBytes& file, const Hdf5Value& value) {
+  const auto [kind, bytes] = std::pair(value.type.kind, value.type.bytes);
+  const FileBytes at = file.with(value.bytes);
+  if (value.type.big_endian) return std::nullopt;
+  if (kind == Hdf5Type::kFloat && bytes == 8) return at.at<double>(0);
+  if (kind == Hdf5Type::kFloat && bytes == 4) return at.at<float>(0);
+  if (kind == Hdf5Type::kInteger && bytes == 4) return at.at<std::int32_t>(0);
+  return std::nullopt;
+}
+
+std::optional<std::string_view> hdf5_text(const FileBytes& file, const Hdf5Value& value) {
+  std::string_view text = value.bytes;
+  if (value.type.variable_text)
+    text = heap_elements(file, value.bytes, 1);
+  else if (value.type.kind != Hdf5Type::kText)
+    return std::nullopt;
+  return text.substr(0, text.find('\0'));
+}
+
+std::optional<std::vector<double>> hdf5_numbers(const FileBytes& file, const Hdf5Value& value) {
+  if (value.type.base.empty() || value.type.variable_text) return std::nullopt;
+  const Hdf5Type& base = value.type.base.front();
+  if (base.kind != Hdf5Type::kFloat || base.bytes != 8 || base.big_endian) return std::nullopt;
+  const std::string_view bytes =
+      value.type.kind == Hdf5Type::kVariable ? heap_elements(file, value.bytes, 8) : value.bytes;
+  std::vector<double> numbers;
+  for (std::uint64_t place = 0; place + 8 <= bytes.size(); place += 8)
+    numbers.push_back(file.with(bytes).at<double>(place));
+  return numbers;
+}
+
+std::optional<Hdf5Value> hdf5_member(const FileBytes& file, const Hdf5Value& value, std::string_view name) {
+  for (const Hdf5Type::Member& member : value.type.members)
+    if (member.name == name)
+      return Hdf5Value{member.type,
+                       std::string_view(file.with(value.bytes).text(member.place, member.type.bytes))};
+  return std::nullopt;
 }
 
 }  // namespace aberfit::internal

@@ -96,7 +96,15 @@ TEST(Datx, RefusesWhatItCannotReadAndSaysWhere) {
   EXPECT_EQ(refused(replaced(bytes, "Fringes", "Meters ")).pointer(), "attribute 'Unit'");
   EXPECT_EQ(refused(replaced(bytes, "LateralCat", "LiteralCat")).pointer(), "attribute 'X Converter'");
   EXPECT_EQ(refused(replaced(bytes, "Surface", "Surfact")).pointer(), "/Data/Surface");
-  EXPECT_EQ(refused(bytes.substr(0, 8)).pointer(), "");
+  using test::with_number;
+  EXPECT_EQ(refused(replaced(bytes, "HDF", "HDG")).pointer(), "byte 0");
+  EXPECT_EQ(refused(with_number(bytes, 8, std::uint8_t(4))).pointer(), "byte 8");
+  EXPECT_EQ(refused(with_number(bytes, 14, std::uint8_t(4))).pointer(), "byte 14");
+  EXPECT_EQ(refused(with_number(bytes, 18, std::uint16_t(65535))).pointer(), "byte 18");
+  EXPECT_EQ(refused(with_number(bytes, 24, std::uint64_t(512))).pointer(), "byte 24");
+  EXPECT_EQ(refused(bytes.substr(0, bytes.size() - 1)).pointer(), "byte 40");
+  EXPECT_EQ(refused(with_number(bytes, 48, std::uint64_t(96))).pointer(), "byte 48");
+  EXPECT_EQ(refused(metres.substr(0, metres.size() - 1)).pointer(), "byte 28");
   for (const std::size_t length : {std::size_t(0), std::size_t(500), bytes.size() / 2, bytes.size() - 1})
     refused(bytes.substr(0, length));
   for (const std::size_t length : {std::size_t(100), metres.size() / 2}) refused(metres.substr(0, length));

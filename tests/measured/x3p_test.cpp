@@ -38,7 +38,7 @@ std::uint32_t crc32(const std::string& bytes) {
 
 std::string little(std::uint64_t value, int bytes) {
   std::string text;
-  for (int i = 0; i < bytes; ++i) text += char(value >> (8 * i));
+  for (int i = 0; i < bytes; ++i, value >>= 8) text += char(value);
   return text;
 }
 
