@@ -40,6 +40,8 @@ constexpr std::array kPsdOptions = {
     PsdOption{"--wavelength", "wavelength", "LENGTH", "of the instrument, for values in waves or radians",
               true},
     PsdOption{"--scale", "scale", "X", "factor on the heights", true},
+    PsdOption{"--outliers", "outliers", "NAME",
+              "samples that stand out of their surroundings: warn (default), reject, keep"},
     PsdOption{"--detrend", "detrend", "NAME", "none, polynomial (default), ellipse, zernike"},
     PsdOption{"--degree", "degree", "N", "of the polynomial or the Zernikes (default 2)"},
     PsdOption{"--window", "window", "NAME", "none, hann (default), hamming, blackman-harris, welch, tukey"},

@@ -31,6 +31,7 @@
 
 // measured: profiles and maps from files.
 #include "aberfit/measured/height_map.h"
+#include "aberfit/measured/masking.h"
 #include "aberfit/measured/profile.h"
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/measured/write_map.h"
@@ -49,6 +50,7 @@
 // spectrum: from a measurement to its PSD and to a model of it.
 #include "aberfit/spectrum/detrend.h"
 #include "aberfit/spectrum/ordinate_bins.h"
+#include "aberfit/spectrum/outliers.h"
 #include "aberfit/spectrum/psd_estimate.h"
 #include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/spectrum/surface_psd.h"

@@ -86,10 +86,12 @@ CheckReport run_check(const Study& study, const RunOptions& options) {
 }
 
 MapCheckReport run_map_check(const Study& study, const RunOptions& options) {
-  const HeightMap map = load_map(study);
+  Warnings of_map;
+  const HeightMap map = load_map(study, &of_map);
   const TermSet terms = map_terms(study, aperture_radius(study.aperture));
   MapCheckReport report = make_map_check(map, terms, context_of(options).threads);
   report.title = study.title;
+  report.warnings = of_map;
   if (study.psd)
     report.shares = with_fields_of(study, [&] {
       return lay_out_part(study, terms, part_band(study, terms, map), context_of(options).threads)

@@ -82,7 +82,7 @@ int default_order(const Study& study, double radius) {
 
 namespace internal {
 
-HeightMap load_map(const Study& study) {
+HeightMap load_map(const Study& study, Warnings* warnings) {
   const MapTarget& target = *study.map;
   Measurement data = load_measurement(target.source, std::filesystem::path(study.path).parent_path().string(),
                                       study.path, "/target/map/file");
@@ -104,6 +104,7 @@ HeightMap load_map(const Study& study) {
   if (valid_count(*map) == 0)
     throw InputError(study.path, "/target/map", "no valid point inside the aperture",
                      "a map that covers the aperture");
+  *warnings = screen(&data, target.outliers, {});
   return std::move(*map);
 }
 
@@ -125,7 +126,8 @@ TermSet map_terms(const Study& study, double radius) {
 namespace {
 
 // Least squares of the map: everything but the light of what came.
-ResultDocument fitted_map(const Study& study, const HeightMap& map, const RunOptions& options, int threads) {
+ResultDocument fitted_map(const Study& study, const HeightMap& map, const Warnings& of_map,
+                          const RunOptions& options, int threads) {
   const auto began = std::chrono::steady_clock::now();
   ResultDocument result;
   result.title = study.title;
@@ -134,6 +136,7 @@ ResultDocument fitted_map(const Study& study, const HeightMap& map, const RunOpt
   result.radius = aperture_radius(study.aperture);
   result.terms = map_terms(study, result.radius);
   result.warnings = coverage_warnings(map, result.radius);
+  result.warnings.insert(result.warnings.end(), of_map.begin(), of_map.end());
   if (options.progress) options.progress("least squares");
   MapFitOptions how = study.map->fit;
   how.threads = threads;
@@ -206,13 +209,13 @@ void describe_unjudged(const Study& study, const RunOptions& options, int thread
 }
 
 // A part and its specification: the terms of the map, the rest as scatter, light's verdict.
-ResultDocument judged_map(const Study& study, const HeightMap& map, const RunOptions& options,
-                          const RunContext& context) {
+ResultDocument judged_map(const Study& study, const HeightMap& map, const Warnings& of_map,
+                          const RunOptions& options, const RunContext& context) {
   const TermSet terms = map_terms(study, aperture_radius(study.aperture));
   const PartBand band = part_band(study, terms, map);
   context.say("targets");
   const Layout layout = lay_out_part(study, terms, band, context.threads);
-  ResultDocument result = fitted_map(study, map, options, context.threads);
+  ResultDocument result = fitted_map(study, map, of_map, options, context.threads);
   if (result.fit.status == FitStatus::kFailed) return result;
   const FitCase of{study, layout.ground, layout.targets, context};
   judge_part(of, band, &result);
@@ -230,11 +233,12 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   ResultFolder folder(options.output_directory);
   const RunOptions there = folder.of(options);
   const RunContext context = context_of(options);
-  const HeightMap map = load_map(study);
+  Warnings of_map;
+  const HeightMap map = load_map(study, &of_map);
   check_reach(study, map);
-  ResultDocument result = study.psd
-                              ? with_fields_of(study, [&] { return judged_map(study, map, there, context); })
-                              : fitted_map(study, map, options, context.threads);
+  ResultDocument result =
+      study.psd ? with_fields_of(study, [&] { return judged_map(study, map, of_map, there, context); })
+                : fitted_map(study, map, of_map, options, context.threads);
   if (result.fit.status == FitStatus::kFailed) return result;
   if (!study.psd) describe_unjudged(study, there, context.threads, &result);
   folder.show();

@@ -24,6 +24,16 @@ std::string shifted(std::string_view text, char first, char last, int shift) {
 
 }  // namespace
 
+std::string grouped(double whole) {
+  const std::string digits = fmt::format("{:.0f}", whole);
+  std::string text;
+  for (std::size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) text += ',';
+    text += digits[i];
+  }
+  return text;
+}
+
 std::string_view trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(kBlanks);
   if (begin == std::string_view::npos) return {};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "aberfit/core/text.h"
 #include "aberfit/report/chart.h"
 #include "paragraph.h"
 
@@ -9,17 +10,6 @@ namespace aberfit {
 using namespace internal;
 
 namespace {
-
-// Digits in groups of three.
-std::string grouped(double whole) {
-  const std::string digits = fmt::format("{:.0f}", whole);
-  std::string text;
-  for (std::size_t i = 0; i < digits.size(); ++i) {
-    if (i > 0 && (digits.size() - i) % 3 == 0) text += ',';
-    text += digits[i];
-  }
-  return text;
-}
 
 std::string seconds_text(double seconds) {
   if (!std::isfinite(seconds)) return "-";

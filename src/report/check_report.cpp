@@ -91,7 +91,7 @@ Json to_json(const MapCheckReport& report, const Json& study) {
   json["terms"]["count"] = report.terms;
   if (report.shares) json["split"] = to_json(*report.shares, std::nullopt, std::nullopt);
   json["predicted_seconds"] = report.seconds;
-  json["warnings"] = Json::array();
+  json["warnings"] = json_warnings(report.warnings);
   return json;
 }
 

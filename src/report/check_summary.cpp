@@ -153,9 +153,10 @@ std::string summary_table(const MapCheckReport& report) {
                                  report.valid, metres_text(report.pitch)));
   text += row("terms", fmt::format("{} by least squares", report.terms));
   if (report.shares) text += row("band", report.shares->reason);
-  return text +
-         row("predicted time of `fit`", fmt::format("{} on {} (within a factor 3)", cost_text(report.seconds),
-                                                    plural(report.threads, "thread")));
+  text +=
+      row("predicted time of `fit`", fmt::format("{} on {} (within a factor 3)", cost_text(report.seconds),
+                                                 plural(report.threads, "thread")));
+  return text + warning_lines(report.warnings);
 }
 
 }  // namespace aberfit

@@ -85,6 +85,16 @@ void trust_up_to_the_edge(PsdEstimate* estimate) {
 
 }  // namespace
 
+SurfaceRms surface_rms(const Profile& profile, const DetrendOptions& options) {
+  const Profile detrended = detrend(heights_of(profile), options);
+  return {rms(detrended), slope_rms(profile, detrended, options)};
+}
+
+SurfaceRms surface_rms(const HeightMap& map, const DetrendOptions& options) {
+  const HeightMap detrended = detrend(map, options);
+  return {rms(detrended), slope_rms(detrended)};
+}
+
 struct PsdEstimator::Plan {
   // Bins without the ordinates of lines, and what is to be known of them.
   struct Binning {

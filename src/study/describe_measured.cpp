@@ -39,6 +39,13 @@ void describe_source(Visitor& v, MeasuredFile& m) {
              Range::positive());
 }
 
+void describe_outliers(Visitor& v, OutlierTreatment& outliers) {
+  v.choice_of({"outliers",
+               "samples that stand out of their surroundings: warn of them, reject them (they become "
+               "holes), or keep them unlooked-for"},
+              outliers, {"warn", "reject", "keep"});
+}
+
 void describe_estimator(Visitor& v, PsdEstimatorOptions& e) {
   v.choice_of({"detrend", "shape taken off first"}, e.detrend.shape,
               {"none", "polynomial", "ellipse", "zernike"});
@@ -83,6 +90,7 @@ void describe_measured_psd(Visitor& v, MeasuredPsd& m) {
       {"further", "the same surface by other instruments, whose bands are stitched to this one"},
       m.further.size(), 0, [&](std::size_t count) { m.further.resize(count); },
       [&](Visitor& f, std::size_t i) { describe_source(f, m.further[i]); });
+  describe_outliers(v, m.outliers);
   describe_estimator(v, m.estimator);
   describe_model_fit(v, m.fit);
   m.fit.confidence = m.estimator.confidence;
@@ -95,6 +103,7 @@ void describe_map_target(Visitor& v, MapTarget& target) {
           "the grid, or the "
           "file's own origin"},
          target.origin, {"circle", "grid", "file"});
+  describe_outliers(v, target.outliers);
   v.quantity({"held_out", "share of the valid points kept back for judging"}, target.fit.held_out, kFraction,
              Range{0, 0.9});
   v.seed({"seed", "of the points kept back"}, target.fit.seed);

@@ -117,7 +117,9 @@ void measure_psd(MeasuredPsd& measured, const std::string& folder, const std::st
     const std::string key = pointer + (i == 0 ? "/file" : fmt::format("/further/{}/file", i - 1));
     measured.data.push_back(load_measurement(file, folder, where, key));
     try {
+      const Warnings seen = screen(&measured.data.back(), measured.outliers, measured.estimator.detrend);
       bands.push_back(estimate(measured.data.back(), measured.estimator, threads));
+      bands.back().warnings.insert(bands.back().warnings.begin(), seen.begin(), seen.end());
     } catch (const std::invalid_argument& error) {
       throw InputError(where, key, fmt::format("\"{}\": {}", file.file, error.what()),
                        "a measurement whose PSD can be estimated");

@@ -74,6 +74,7 @@ struct MapCheckReport {
   Eigen::Index terms = 0;                         ///< fitted by least squares
   double seconds = 0;                             ///< predicted time of the fit [s]
   int threads = 1;                                ///< that the prediction is for
+  Warnings warnings;                              ///< of the map
   std::optional<BandShares> shares;               ///< beside a roughness: where the terms end, what scatters
 };
 MapCheckReport make_map_check(const HeightMap& map, const TermSet& terms, int threads);

@@ -27,6 +27,9 @@ std::string upper_case(std::string_view text);
 /// 'text' for a message: at most 40 characters, unprintable ones as '?'.
 std::string in_quotes(std::string_view text);
 
+/// A whole number that is not negative, its digits in groups of three: "307,200".
+std::string grouped(double whole);
+
 /// The first bytes of a regular file, `most` of them at most; nothing when it cannot be read.
 std::optional<std::string> file_bytes(const std::string& path,
                                       std::uintmax_t most = std::numeric_limits<std::uintmax_t>::max());

@@ -76,6 +76,14 @@ struct PsdEstimate {
   Warnings warnings;
 };
 
+/// `rms_height` and `rms_slope` as above, without a PSD.
+struct SurfaceRms {
+  double height = 0;  ///< [m]
+  double slope = 0;
+};
+SurfaceRms surface_rms(const Profile& profile, const DetrendOptions& detrend);
+SurfaceRms surface_rms(const HeightMap& map, const DetrendOptions& detrend);
+
 /// An estimator for one geometry (positions, valid points), reusable for many surfaces of that geometry: the
 /// response is worked out once (again for a surface with lines, whose ordinates are left out).
 /// Profiles: heights (trapezoid rule), detrended, holes bridged linearly, uneven pitch resampled by a cubic

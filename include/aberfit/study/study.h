@@ -11,6 +11,7 @@
 #include "aberfit/report/exports.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_table.h"
+#include "aberfit/spectrum/outliers.h"
 #include "aberfit/spectrum/psd_model_fit.h"
 
 // A study file in memory, format version 1. Member names follow the JSON keys; SI units and radians
@@ -48,10 +49,11 @@ struct MeasuredFile {
 struct MeasuredPsd {
   MeasuredFile source;
   std::vector<MeasuredFile> further;  ///< other instruments' bands of the same surface
+  OutlierTreatment outliers = OutlierTreatment::kWarn;
   PsdEstimatorOptions estimator;
   PsdFitOptions fit;
   // What came of it:
-  std::vector<Measurement> data;  ///< as read, heights scaled
+  std::vector<Measurement> data;  ///< as read, heights scaled, rejected outliers taken out
   PsdEstimate estimate;
   PsdModelFit result;
 };
@@ -71,6 +73,7 @@ struct MapTarget {
   MeasuredFile source;
   std::string origin = "circle";  ///< the axis is at the middle of the enclosing circle, of the "grid", or
                                   ///< where the "file" has it
+  OutlierTreatment outliers = OutlierTreatment::kWarn;
   MapFitOptions fit;
 };
 
