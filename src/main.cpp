@@ -40,6 +40,13 @@ constexpr std::array kPsdOptions = {
     PsdOption{"--wavelength", "wavelength", "LENGTH", "of the instrument, for values in waves or radians",
               true},
     PsdOption{"--scale", "scale", "X", "factor on the heights", true},
+    PsdOption{"--aperture", "aperture", "SHAPE",
+              "clear aperture: circle:diameter=95%, annulus:outer=48mm,inner=30%, "
+              "rectangle:width=90%,height=80%, profiles interval:length=90%; centre=x,y from the middle",
+              true},
+    PsdOption{"--mask", "mask", "FILE", "maps: text or FITS map of the same size; 0 or nan is left out",
+              true},
+    PsdOption{"--erode", "erode", "N", "samples taken off the rim and the rims of holes", true},
     PsdOption{"--outliers", "outliers", "NAME",
               "samples that stand out of their surroundings: warn (default), reject, keep"},
     PsdOption{"--detrend", "detrend", "NAME", "none, polynomial (default), ellipse, zernike"},

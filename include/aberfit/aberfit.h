@@ -30,6 +30,7 @@
 #include "aberfit/scene/zernike.h"
 
 // measured: profiles and maps from files.
+#include "aberfit/measured/clear_aperture.h"
 #include "aberfit/measured/height_map.h"
 #include "aberfit/measured/masking.h"
 #include "aberfit/measured/profile.h"

@@ -86,15 +86,14 @@ CheckReport run_check(const Study& study, const RunOptions& options) {
 }
 
 MapCheckReport run_map_check(const Study& study, const RunOptions& options) {
-  Warnings of_map;
-  const HeightMap map = load_map(study, &of_map);
+  const LoadedMap loaded = load_map(study);
   const TermSet terms = map_terms(study, aperture_radius(study.aperture));
-  MapCheckReport report = make_map_check(map, terms, context_of(options).threads);
+  MapCheckReport report = make_map_check(loaded.map, terms, context_of(options).threads);
   report.title = study.title;
-  report.warnings = of_map;
+  report.warnings = loaded.warnings;
   if (study.psd)
     report.shares = with_fields_of(study, [&] {
-      return lay_out_part(study, terms, part_band(study, terms, map), context_of(options).threads)
+      return lay_out_part(study, terms, part_band(study, terms, loaded.map), context_of(options).threads)
           .ground.shares;
     });
   return report;

@@ -82,20 +82,23 @@ int default_order(const Study& study, double radius) {
 
 namespace internal {
 
-HeightMap load_map(const Study& study, Warnings* warnings) {
+LoadedMap load_map(const Study& study) {
+  LoadedMap loaded;
   const MapTarget& target = *study.map;
   Measurement data = load_measurement(target.source, std::filesystem::path(study.path).parent_path().string(),
-                                      study.path, "/target/map/file");
+                                      study.path, "/target/map/file", &loaded.clear);
   auto* map = std::get_if<HeightMap>(&data);
   if (!map) throw InputError(study.path, "/target/map/file", "a profile", "a map");
   if (!(map->pitch_x > 0 && map->pitch_y > 0))
     throw InputError(study.path, "/target/map/pitch", "nothing",
                      "required: the file does not say the distance of its points");
+  const double x0 = map->x0, y0 = map->y0;
   if (target.origin == "grid") centre_on_grid(map);
   if (target.origin == "circle") {
     const Circle circle = enclosing_circle(*map);
     move_origin(map, circle.x, circle.y);
   }
+  loaded.clear.x += map->x0 - x0, loaded.clear.y += map->y0 - y0;
   // Only what is mirror: the hole of an annulus and the corners around a rectangle are not.
   for (Eigen::Index row = 0; row < map->rows(); ++row)
     for (Eigen::Index column = 0; column < map->columns(); ++column)
@@ -104,8 +107,9 @@ HeightMap load_map(const Study& study, Warnings* warnings) {
   if (valid_count(*map) == 0)
     throw InputError(study.path, "/target/map", "no valid point inside the aperture",
                      "a map that covers the aperture");
-  *warnings = screen(&data, target.outliers, {});
-  return std::move(*map);
+  loaded.warnings = screen(&data, target.outliers, {});
+  loaded.map = std::move(*map);
+  return loaded;
 }
 
 TermSet map_terms(const Study& study, double radius) {
@@ -126,8 +130,9 @@ TermSet map_terms(const Study& study, double radius) {
 namespace {
 
 // Least squares of the map: everything but the light of what came.
-ResultDocument fitted_map(const Study& study, const HeightMap& map, const Warnings& of_map,
-                          const RunOptions& options, int threads) {
+ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const RunOptions& options,
+                          int threads) {
+  const HeightMap& map = loaded.map;
   const auto began = std::chrono::steady_clock::now();
   ResultDocument result;
   result.title = study.title;
@@ -135,8 +140,9 @@ ResultDocument fitted_map(const Study& study, const HeightMap& map, const Warnin
   result.theory = "map";
   result.radius = aperture_radius(study.aperture);
   result.terms = map_terms(study, result.radius);
+  result.clear = loaded.clear;
   result.warnings = coverage_warnings(map, result.radius);
-  result.warnings.insert(result.warnings.end(), of_map.begin(), of_map.end());
+  result.warnings.insert(result.warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
   if (options.progress) options.progress("least squares");
   MapFitOptions how = study.map->fit;
   how.threads = threads;
@@ -209,13 +215,13 @@ void describe_unjudged(const Study& study, const RunOptions& options, int thread
 }
 
 // A part and its specification: the terms of the map, the rest as scatter, light's verdict.
-ResultDocument judged_map(const Study& study, const HeightMap& map, const Warnings& of_map,
-                          const RunOptions& options, const RunContext& context) {
+ResultDocument judged_map(const Study& study, const LoadedMap& loaded, const RunOptions& options,
+                          const RunContext& context) {
   const TermSet terms = map_terms(study, aperture_radius(study.aperture));
-  const PartBand band = part_band(study, terms, map);
+  const PartBand band = part_band(study, terms, loaded.map);
   context.say("targets");
   const Layout layout = lay_out_part(study, terms, band, context.threads);
-  ResultDocument result = fitted_map(study, map, of_map, options, context.threads);
+  ResultDocument result = fitted_map(study, loaded, options, context.threads);
   if (result.fit.status == FitStatus::kFailed) return result;
   const FitCase of{study, layout.ground, layout.targets, context};
   judge_part(of, band, &result);
@@ -233,12 +239,11 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   ResultFolder folder(options.output_directory);
   const RunOptions there = folder.of(options);
   const RunContext context = context_of(options);
-  Warnings of_map;
-  const HeightMap map = load_map(study, &of_map);
-  check_reach(study, map);
+  const LoadedMap loaded = load_map(study);
+  check_reach(study, loaded.map);
   ResultDocument result =
-      study.psd ? with_fields_of(study, [&] { return judged_map(study, map, of_map, there, context); })
-                : fitted_map(study, map, of_map, options, context.threads);
+      study.psd ? with_fields_of(study, [&] { return judged_map(study, loaded, there, context); })
+                : fitted_map(study, loaded, options, context.threads);
   if (result.fit.status == FitStatus::kFailed) return result;
   if (!study.psd) describe_unjudged(study, there, context.threads, &result);
   folder.show();

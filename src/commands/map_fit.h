@@ -4,8 +4,14 @@
 
 namespace aberfit::internal {
 
-/// The map, moved to the axis, and what is to be said of it; the terms that are fitted to it.
-HeightMap load_map(const Study& study, Warnings* warnings);
+/// A map moved to the axis, its clear part in the same coordinates, and what is to be said of it.
+struct LoadedMap {
+  HeightMap map;
+  ClearRegion clear;
+  Warnings warnings;
+};
+LoadedMap load_map(const Study& study);
+/// The terms that are fitted to it.
 TermSet map_terms(const Study& study, double radius);
 
 }  // namespace aberfit::internal

@@ -1,9 +1,12 @@
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/text.h"
 #include "aberfit/report/psd_report.h"
 #include "aberfit/study/read_study.h"
 #include "output_directory.h"
@@ -46,6 +49,32 @@ ordered_json option_value(const std::string& text) {
   return text;
 }
 
+// "annulus:outer=95%,inner=30%,centre=1mm,0mm" as the object of a study.
+ordered_json aperture_object(const std::string& text) {
+  static const std::map<std::string, std::string> kShort = {
+      {"outer", "diameter"}, {"inner", "inner_diameter"}, {"center", "centre"}};
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  ordered_json object = {{"shape", text.substr(0, colon)}};
+  std::string key;
+  for (const std::string_view piece : words(std::string_view(text).substr(colon), ":,")) {
+    const std::size_t equals = piece.find('=');
+    if (equals != std::string_view::npos) {
+      key = trimmed(piece.substr(0, equals));
+      if (kShort.contains(key)) key = kShort.at(key);
+    }
+    if (key.empty())
+      throw InputError("command line", "", "--aperture \"" + text + "\"",
+                       "SHAPE:key=value,..., e.g. \"circle:diameter=95%\"");
+    const ordered_json value = option_value(
+        std::string(trimmed(equals == std::string_view::npos ? piece : piece.substr(equals + 1))));
+    if (key == "centre")
+      object[key].push_back(value);
+    else
+      object[key] = value;
+  }
+  return object;
+}
+
 // What is measured: a study's measurement, or files with the options of the command line.
 MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
   const std::string& first = line.measured_files.front();
@@ -59,7 +88,8 @@ MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
     return measured_psd_of(study);
   }
   ordered_json source = ordered_json::object(), block;
-  for (const auto& [key, text] : line.psd_of_file) source[key] = option_value(text);
+  for (const auto& [key, text] : line.psd_of_file)
+    source[key] = key == "aperture" ? aperture_object(text) : option_value(text);
   for (const auto& [key, text] : line.psd_of_block) block[key] = option_value(text);
   for (const std::string& file : line.measured_files) {
     source["file"] = file;
@@ -89,6 +119,7 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
   report.files.push_back(measured.source.file);
   for (const MeasuredFile& file : measured.further) report.files.push_back(file.file);
   report.data = measured.data;
+  report.clear = measured.clear;
   report.estimate = measured.estimate;
   report.fit = measured.result;
   report.surface = surface_psd(report.estimate, report.fit);

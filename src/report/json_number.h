@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "aberfit/core/warning.h"
+#include "aberfit/measured/clear_aperture.h"
 
 namespace aberfit::internal {
 
@@ -22,6 +23,14 @@ Json json_numbers(const Array& values) {
 /// The head of a file or of what a command prints. study: the resolved study.
 inline Json json_document(const std::string& kind, const Json& study) {
   return {{"aberfit", 1}, {"kind", kind}, {"study", study}};
+}
+
+/// Null where the whole of a measurement is used.
+inline Json clear_json(const ClearRegion& clear) {
+  if (!clear.aperture && clear.taken_out == 0) return nullptr;
+  Json json = {{"aperture", nullptr}, {"centre_m", nullptr}, {"taken_out", clear.taken_out}};
+  if (clear.aperture) json["aperture"] = clear.text(), json["centre_m"] = Json::array({clear.x, clear.y});
+  return json;
 }
 
 inline Json json_warnings(const Warnings& warnings) {

@@ -36,6 +36,12 @@ std::string warning_lines(const Warnings& warnings) {
   return text;
 }
 
+std::string clear_text(const ClearRegion& clear) {
+  std::string text = clear.aperture ? "; clear aperture: " + clear.text() : "";
+  if (clear.taken_out > 0) text += fmt::format("; {} left out", plural(clear.taken_out, "sample"));
+  return text;
+}
+
 std::string plural(long count, const std::string& thing) {
   return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
 }

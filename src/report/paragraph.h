@@ -2,6 +2,7 @@
 #include <string>
 
 #include "aberfit/core/warning.h"
+#include "aberfit/measured/clear_aperture.h"
 
 namespace aberfit::internal {
 
@@ -20,6 +21,9 @@ std::string warning_lines(const Warnings& warnings);
 
 /// "1 ray", "2 rays".
 std::string plural(long count, const std::string& thing);
+
+/// "; clear aperture: ...; 12 samples left out"; empty where the whole of a measurement is used.
+std::string clear_text(const ClearRegion& clear);
 
 /// A length in the unit that suits it.
 std::string metres_text(double metres);

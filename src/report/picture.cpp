@@ -105,6 +105,22 @@ void Picture::add_matrix(const std::string& file, const std::vector<std::string>
   data.emplace_back(file, data_text(header, matrix.rows(), matrix.cols(), 6, matrix));
 }
 
+std::string rim_curves(Picture* picture, const ClearRegion& clear, double dx, double dy, double scale) {
+  std::string curves;
+  for (const auto& line : clear.outlines()) {
+    Eigen::ArrayXd x(Eigen::Index(line.size())), y(x.size());
+    for (Eigen::Index i = 0; i < x.size(); ++i)
+      x[i] = line[std::size_t(i)][0] + dx, y[i] = line[std::size_t(i)][1] + dy;
+    const std::string file = fmt::format("{}_rim{}.dat", picture->name, curves.empty() ? "" : "_inner");
+    picture->add_columns(file, {"Rim of the clear aperture: x [m], y [m]"}, {x, y});
+    curves += fmt::format(
+        "{}'{}' using ($1*{:.9g}):($2*{:.9g}) with lines linecolor rgb 'black' linewidth 1.5 "
+        "dashtype 2",
+        kNextCurve, file, scale, scale);
+  }
+  return curves;
+}
+
 std::string symmetric_range(const std::string& axis, double reach) {
   return fmt::format("set {}range [{:.9g}:{:.9g}]\n", axis, -reach, reach);
 }

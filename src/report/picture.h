@@ -74,6 +74,10 @@ std::string signed_palette();
 /// `set xrange` (or of another axis) from -reach to reach.
 std::string symmetric_range(const std::string& axis, double reach);
 
+/// The outlines of a clear aperture, moved by (dx, dy) [m], as further curves of a `plot` whose axes have
+/// `scale` units per metre, with their data added to the picture; empty where there is none.
+std::string rim_curves(Picture* picture, const ClearRegion& clear, double dx, double dy, double scale);
+
 /// Between two curves of one `plot`.
 inline constexpr const char* kNextCurve = ", \\\n  ";
 

@@ -74,7 +74,8 @@ Picture profile_data_picture(const PsdReport& report, const Profile& measured, c
   return picture;
 }
 
-Picture map_data_picture(const PsdReport& report, const HeightMap& measured, const std::string& name) {
+Picture map_data_picture(const PsdReport& report, const HeightMap& measured, const ClearRegion& clear,
+                         const std::string& name) {
   HeightMap map = detrend(measured, report.estimate.options.detrend);
   centre_on_grid(&map);
   const double largest = std::max(1e-15, largest_size(map.height));
@@ -90,10 +91,11 @@ Picture map_data_picture(const PsdReport& report, const HeightMap& measured, con
       "set title {}\nunset key\nunset grid\nset xlabel 'x [{}]'\nset ylabel 'y [{}]'\n"
       "set cblabel 'height [{}]' offset 1.5,0\nset size ratio -1\nset tics out\n"
       "{}{}"
-      "plot '{}.dat' matrix using ($1*{:.9g}+{:.9g}):($2*{:.9g}+{:.9g}):($3*{:.9g}) with image\n",
+      "plot '{}.dat' matrix using ($1*{:.9g}+{:.9g}):($2*{:.9g}+{:.9g}):($3*{:.9g}) with image{}\n",
       picture_title("Measured map, detrended", report.title), lateral.name, lateral.name, height.name,
       symmetric_range("cb", largest * height.per_si), signed_palette(), name, map.pitch_x * lateral.per_si,
-      map.x0 * lateral.per_si, map.pitch_y * lateral.per_si, map.y0 * lateral.per_si, height.per_si);
+      map.x0 * lateral.per_si, map.pitch_y * lateral.per_si, map.y0 * lateral.per_si, height.per_si,
+      rim_curves(&picture, clear, map.x0 - measured.x0, map.y0 - measured.y0, lateral.per_si));
   return picture;
 }
 
@@ -107,7 +109,8 @@ std::vector<std::string> write_psd_plots(const PsdReport& report, const std::str
     if (const auto* profile = std::get_if<Profile>(&report.data[i]))
       pictures.push_back(profile_data_picture(report, *profile, name));
     else
-      pictures.push_back(map_data_picture(report, std::get<HeightMap>(report.data[i]), name));
+      pictures.push_back(
+          map_data_picture(report, std::get<HeightMap>(report.data[i]), report.clear.at(i), name));
   }
   return draw_pictures(pictures, directory, warnings);
 }

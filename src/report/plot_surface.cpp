@@ -86,14 +86,15 @@ Picture surface_picture(const PlotInput& input, const SurfaceField& grid) {
       "set xlabel 'x [{}]'\nset ylabel 'y [{}]'\nset cblabel {} offset 1.5,0\n"
       "set size ratio -1\nset tics out\n"
       "{}{}{}{}"
-      "plot '{}.dat' matrix using ($1*p+o):($2*p+o):($3*s) with image\n",
+      "plot '{}.dat' matrix using ($1*p+o):($2*p+o):($3*s) with image{}\n",
       step * lateral.per_si, -radius * lateral.per_si, lateral.name, height.per_si,
       picture_title(input, "Fitted surface error"), lateral.name, lateral.name,
       gnuplot_text(fmt::format("height [{}], towards the light   (RMS {}, peak to valley {})", height.name,
                                display(rms, Dimension::kLength), display(high - low, Dimension::kLength))),
       symmetric_range("x", (x_reach + frame) * lateral.per_si),
       symmetric_range("y", (y_reach + frame) * lateral.per_si),
-      symmetric_range("cb", largest * height.per_si), signed_palette(), name);
+      symmetric_range("cb", largest * height.per_si), signed_palette(), name,
+      rim_curves(&picture, input.result.clear, 0, 0, lateral.per_si));
   return picture;
 }
 

@@ -42,6 +42,7 @@ Json measurements_json(const PsdReport& report) {
   for (std::size_t i = 0; i < report.data.size(); ++i) {
     Json one = {{"file", report.files.at(i)}};
     one.update(std::visit(MeasurementJson{}, report.data[i]));
+    one["clear"] = clear_json(report.clear.at(i));
     list.push_back(std::move(one));
   }
   return list;

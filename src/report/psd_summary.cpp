@@ -104,7 +104,8 @@ std::string lines_rows(const PsdEstimate& estimate) {
 std::string summary_table(const PsdReport& report, const nlohmann::ordered_json& roughness) {
   std::string text = report.title.empty() ? "" : report.title + "\n\n";
   for (std::size_t i = 0; i < report.data.size(); ++i)
-    text += paragraph("Data", report.files.at(i) + ": " + std::visit(Described{}, report.data[i]));
+    text += paragraph("Data", report.files.at(i) + ": " + std::visit(Described{}, report.data[i]) +
+                                  clear_text(report.clear.at(i)));
   text += paragraph("PSD", estimator_line(report.estimate));
   text += lines_rows(report.estimate);
   const PsdModelFit& fit = report.fit;

@@ -281,7 +281,10 @@ Json to_json(const ResultDocument& result, const Json& study) {
   json["statistics"] = statistics_json(result, names);
   if (result.shares) json["split"] = to_json(*result.shares, result.scatter, result.surface);
   if (!result.spectrum.empty()) json["spectrum"] = spectrum_json(result);
-  if (result.map) json["map"] = map_json(*result.map);
+  if (result.map) {
+    json["map"] = map_json(*result.map);
+    json["map"]["clear"] = clear_json(result.clear);
+  }
   json["equivalence"] = equivalence_json(result);
   json["warnings"] = json_warnings(result.warnings);
   json["provenance"] = to_json(result.provenance);

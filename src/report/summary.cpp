@@ -163,7 +163,8 @@ std::string map_lines(const ResultDocument& result) {
       "Map", fmt::format("{} points fitted, {} kept back, RMS height {}; condition number {:.3g}, "
                          "rank {} of {}, residuals worth {:.0f} independent points",
                          map.points, map.held_out_points, metres_text(map.rms_map), map.condition_number,
-                         map.rank, result.terms.size(), map.independent_points));
+                         map.rank, result.terms.size(), map.independent_points) +
+                 clear_text(result.clear));
   if (!only_map(result))
     text += paragraph("", fmt::format("residual {} RMS, {} on the points kept back",
                                       metres_text(map.rms_residual), metres_text(map.rms_held_out)));

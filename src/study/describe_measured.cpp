@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+
+#include "aberfit/core/text.h"
 #include "describe.h"
 
 namespace aberfit::internal {
@@ -10,6 +13,79 @@ void describe_open_choice(Visitor& v, const Field& field, std::string& value,
   if (value.empty()) value = "auto";
   v.word(field, value, names);
   if (value == "auto") value.clear();
+}
+
+void describe_extent(Visitor& v, const Field& field, Extent& extent) {
+  Visitor::WordOrQuantity held = extent.value;
+  if (extent.percent) held = fmt::format("{} %", extent.value);
+  v.word_or_quantity(field, held, R"([0-9]+(\.[0-9]*)?\s*%)", kLength, Range::positive());
+  const auto* text = std::get_if<std::string>(&held);
+  extent.percent = text != nullptr;
+  extent.value = text ? parse_finite(words(*text, " %").front()).value_or(0) : std::get<double>(held);
+  v.check(!extent.percent || (extent.value > 0 && extent.value <= 100), field.key,
+          fmt::format("{} %", extent.value), "above 0 %, at most 100 %");
+}
+
+struct DescribedShape {
+  Visitor& v;
+  void operator()(ClearCircle& circle) const {
+    describe_extent(
+        v,
+        {"diameter", "length, or percent of the circle that holds every valid point", kRequired, "\"95 %\""},
+        circle.diameter);
+  }
+  void operator()(ClearAnnulus& annulus) const {
+    describe_extent(
+        v,
+        {"diameter", "length, or percent of the circle that holds every valid point", kRequired, "\"95 %\""},
+        annulus.diameter);
+    describe_extent(
+        v, {"inner_diameter", "of the hole: length, or percent of that circle", kRequired, "\"30 %\""},
+        annulus.inner_diameter);
+    v.check(annulus.diameter.percent != annulus.inner_diameter.percent ||
+                annulus.inner_diameter.value < annulus.diameter.value,
+            "inner_diameter", "not less than the outer diameter", "less than the outer diameter");
+  }
+  void operator()(ClearRectangle& rectangle) const {
+    describe_extent(v,
+                    {"width", "along x: length, or percent of the valid points' own", kRequired, "\"90 %\""},
+                    rectangle.width);
+    describe_extent(v,
+                    {"height", "along y: length, or percent of the valid points' own", kRequired, "\"80 %\""},
+                    rectangle.height);
+  }
+  void operator()(ClearInterval& interval) const {
+    describe_extent(v, {"length", "length, or percent of the profile's own", kRequired, "\"90 %\""},
+                    interval.length);
+  }
+};
+
+void describe_clear_aperture(Visitor& v, ClearAperture& aperture) {
+  v.kind({"shape", "maps: circle, annulus, rectangle; profiles: interval", kRequired}, aperture.shape,
+         {{"circle", ClearCircle{}},
+          {"annulus", ClearAnnulus{}},
+          {"rectangle", ClearRectangle{}},
+          {"interval", ClearInterval{}}});
+  std::visit([&](auto& shape) { DescribedShape{v}(shape); }, aperture.shape);
+  v.quantities({"centre", "x and y, of an interval x, from the middle of the valid data [m]; absent: there",
+                kOptional, "[\"1 mm\", \"0 mm\"]"},
+               aperture.centre, kLength, Range::any(), false);
+  const std::size_t numbers = std::holds_alternative<ClearInterval>(aperture.shape) ? 1 : 2;
+  v.check(aperture.centre.empty() || aperture.centre.size() == numbers, "centre",
+          fmt::format("{} numbers", aperture.centre.size()),
+          numbers == 1 ? "one length" : "two lengths, x and y");
+}
+
+void describe_clear_part(Visitor& v, ClearPart& clear) {
+  v.optional_object({"aperture", "what is outside is left out before anything else; absent: nothing"},
+                    clear.aperture, describe_clear_aperture);
+  v.text(
+      {"mask",
+       "maps: text or FITS map of the same size whose zeros and NaN are left out; relative to the study file",
+       kOptional, "\"mask.csv\""},
+      clear.mask, true);
+  v.integer({"erode", "samples taken off the rim of what is valid and off the rims of its holes"},
+            clear.erode, 0, 100000);
 }
 
 void describe_source(Visitor& v, MeasuredFile& m) {
@@ -37,6 +113,7 @@ void describe_source(Visitor& v, MeasuredFile& m) {
              m.wavelength, kLength, Range{1e-12, 1e-2});
   v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale, kNumber,
              Range::positive());
+  describe_clear_part(v, m.clear);
 }
 
 void describe_outliers(Visitor& v, OutlierTreatment& outliers) {

@@ -93,7 +93,7 @@ void warn_of_other_rms(const PsdEstimate& estimate, PsdModelFit* fit) {
 }  // namespace
 
 Measurement load_measurement(const MeasuredFile& file, const std::string& folder, const std::string& where,
-                             const std::string& pointer) {
+                             const std::string& pointer, ClearRegion* clear) {
   Measurement data;
   try {
     data = read_measurement(source_of(file, (std::filesystem::path(folder) / file.file).string()));
@@ -105,17 +105,25 @@ Measurement load_measurement(const MeasuredFile& file, const std::string& folder
   }
   if (auto* profile = std::get_if<Profile>(&data)) profile->value *= file.scale;
   if (auto* map = std::get_if<HeightMap>(&data)) map->height *= file.scale;
+  if (file.clear.whole()) return data;
+  const char* key = file.clear.aperture ? "aperture" : file.clear.mask.empty() ? "erode" : "mask";
+  try {
+    *clear = take_clear_part(&data, file.clear, (std::filesystem::path(folder) / file.clear.mask).string());
+  } catch (const std::invalid_argument& error) {
+    throw InputError(where, pointer.substr(0, pointer.rfind('/') + 1) + key,
+                     fmt::format("of \"{}\": {}", file.file, error.what()), "a part of the measurement");
+  }
   return data;
 }
 
 void measure_psd(MeasuredPsd& measured, const std::string& folder, const std::string& where,
                  const std::string& pointer, int threads) {
-  measured.data.clear();
+  measured.data.clear(), measured.clear.clear();
   std::vector<PsdEstimate> bands;
   for (std::size_t i = 0; i <= measured.further.size(); ++i) {
     const MeasuredFile& file = i == 0 ? measured.source : measured.further[i - 1];
     const std::string key = pointer + (i == 0 ? "/file" : fmt::format("/further/{}/file", i - 1));
-    measured.data.push_back(load_measurement(file, folder, where, key));
+    measured.data.push_back(load_measurement(file, folder, where, key, &measured.clear.emplace_back()));
     try {
       const Warnings seen = screen(&measured.data.back(), measured.outliers, measured.estimator.detrend);
       bands.push_back(estimate(measured.data.back(), measured.estimator, threads));

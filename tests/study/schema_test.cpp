@@ -149,6 +149,10 @@ TEST(StudySchema, KnowsEveryKeyThatTheReaderTakes) {
                           "value_unit",
                           "pitch",
                           "scale",
+                          "mask",
+                          "erode",
+                          "length",
+                          "outliers",
                           "further",
                           "detrend",
                           "degree",
@@ -268,6 +272,9 @@ TEST_F(SchemaValidator, AgreesWithTheReader) {
        test::with_psd(R"({"model": "table", "file": "psd.csv", "kind": "1d", "psd_unit": "nm^2 mm"})")},
       {"annulus",
        test::changed("/aperture", R"({"shape": "annulus", "diameter": "4e-1 m", "inner_diameter": 0.1})")},
+      {"clear aperture of a map",
+       test::changed("/target", R"({"map": {"file": "map.csv", "erode": 2, "outliers": "reject", "aperture":
+                                   {"shape": "annulus", "diameter": "95 %", "inner_diameter": 0.01, "centre": [0, "1 mm"]}}})")},
       {"polygon",
        test::changed("/aperture", R"({"shape": "polygon", "vertices": [[0, 0], ["1 m", 0], [0, 1]]})")},
   };

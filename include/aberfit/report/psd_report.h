@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "aberfit/core/warning.h"
-#include "aberfit/measured/read_measurement.h"
+#include "aberfit/measured/clear_aperture.h"
 #include "aberfit/report/result.h"
 #include "aberfit/spectrum/psd_estimate.h"
 #include "aberfit/spectrum/psd_model_fit.h"
@@ -17,6 +17,7 @@ struct PsdReport {
   std::string title;               ///< for people
   std::vector<std::string> files;  ///< one per measurement
   std::vector<Measurement> data;
+  std::vector<ClearRegion> clear;  ///< of each
   PsdEstimate estimate;
   PsdModelFit fit;
   SurfacePsd surface;  ///< what is printed, written and drawn

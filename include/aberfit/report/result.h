@@ -3,6 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "aberfit/measured/clear_aperture.h"
 #include "aberfit/method/outcome.h"
 
 namespace aberfit {
@@ -25,6 +26,7 @@ struct ResultDocument : FitOutcome {
   std::string kind = "fit";
   std::string title;  ///< of the study
   Provenance provenance;
+  ClearRegion clear;  ///< of a fitted map, in the coordinates of the mirror
 };
 
 /// result.json, format version 1, with the resolved `study` (plain SI numbers, unit in the key; NaN and

@@ -5,10 +5,10 @@
 
 namespace aberfit {
 
-/// Reads one measurement, heights scaled. `folder`: what its file is relative to. Throws InputError that
-/// names `where` and `pointer`, and the file in what was found.
+/// Reads one measurement, heights scaled, and takes its clear part. clear: what that is. `folder`: what its
+/// file is relative to. Throws InputError that names `where` and `pointer`, and the file in what was found.
 Measurement load_measurement(const MeasuredFile& file, const std::string& folder, const std::string& where,
-                             const std::string& pointer);
+                             const std::string& pointer, ClearRegion* clear);
 
 /// Measurement -> PSD -> model: fills data, estimate and result of `measured`. `folder`: what its files are
 /// relative to; `where`, `pointer`: named in errors, which are InputErrors for data no PSD can be had from.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "aberfit/fit/map_fit.h"
-#include "aberfit/measured/read_measurement.h"
+#include "aberfit/measured/clear_aperture.h"
 #include "aberfit/method/task.h"
 #include "aberfit/method/verify.h"
 #include "aberfit/report/exports.h"
@@ -43,6 +43,7 @@ struct MeasuredFile {
   std::optional<double>
       wavelength;    ///< of the instrument [m], for values in waves or radians; absent: as the file says
   double scale = 1;  ///< factor on the heights, to put a measured shape on another mirror
+  ClearPart clear;
 };
 
 /// `psd.model: "measured"`: measurement -> PSD -> model. The measuring is done by read_study.
@@ -53,7 +54,8 @@ struct MeasuredPsd {
   PsdEstimatorOptions estimator;
   PsdFitOptions fit;
   // What came of it:
-  std::vector<Measurement> data;  ///< as read, heights scaled, rejected outliers taken out
+  std::vector<Measurement> data;   ///< as read, heights scaled, clear part, rejected outliers taken out
+  std::vector<ClearRegion> clear;  ///< of each
   PsdEstimate estimate;
   PsdModelFit result;
 };
