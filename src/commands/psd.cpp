@@ -120,6 +120,7 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
   for (const MeasuredFile& file : measured.further) report.files.push_back(file.file);
   report.data = measured.data;
   report.clear = measured.clear;
+  report.clear.resize(report.data.size());
   report.estimate = measured.estimate;
   report.fit = measured.result;
   report.surface = surface_psd(report.estimate, report.fit);

@@ -37,7 +37,7 @@ ApertureBox valid_box(const HeightMap& map) {
 }
 
 [[noreturn]] void refuse_for(const char* data, const char* allowed) {
-  throw std::invalid_argument(fmt::format("this shape does not fit a {}: {}", data, allowed));
+  throw std::invalid_argument(fmt::format("this shape is not for a {}, which takes {}", data, allowed));
 }
 
 ClearRegion placed(Aperture aperture, double x, double y, const std::vector<double>& centre) {

@@ -210,8 +210,8 @@ std::string fits_opd_bytes(const HeightMap& map) {
   const Eigen::Index side = std::max(map.rows(), map.columns());
   const Eigen::Index row0 = (side - map.rows()) / 2, column0 = (side - map.columns()) / 2;
   Grid opd = Grid::Zero(side, side);
-  using Mask = Eigen::Array<unsigned char, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Mask mask = Mask::Zero(side, side);
+  using Bytes = Eigen::Array<unsigned char, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Bytes mask = Bytes::Zero(side, side);
   for (Eigen::Index row = 0; row < map.rows(); ++row)
     for (Eigen::Index column = 0; column < map.columns(); ++column)
       if (const double h = map.height(row, column); std::isfinite(h)) {

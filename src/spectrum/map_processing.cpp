@@ -1,5 +1,7 @@
 #include <cmath>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/linear_algebra.h"
@@ -13,28 +15,34 @@ namespace {
 
 constexpr Eigen::Index kFewestPoints = 4;  // along either side
 
-}  // namespace
+// A bridge over more than this share of the rectangle tells nothing of the surface.
+constexpr double kLargestHole = 0.05;
 
-PixelRectangle largest_inner_rectangle(const HeightMap& map) {
-  const Eigen::Index rows = map.rows(), columns = map.columns();
-  // Outside: invalid points connected to the edge of the grid.
-  Eigen::Array<char, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> outside(rows, columns);
-  outside.setZero();
-  std::vector<std::pair<Eigen::Index, Eigen::Index>> open;
+using Marks = Eigen::Array<char, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Places = std::vector<std::pair<Eigen::Index, Eigen::Index>>;
+
+// Marks the invalid points that steps along rows and columns over invalid points join to (row, column), and
+// returns them.
+Places mark_joined(const HeightMap& map, Eigen::Index row, Eigen::Index column, Marks* marks) {
+  Places joined;
   const auto visit = [&](Eigen::Index r, Eigen::Index c) {
-    if (r < 0 || c < 0 || r >= rows || c >= columns || outside(r, c) || std::isfinite(map.height(r, c)))
+    if (r < 0 || c < 0 || r >= map.rows() || c >= map.columns() || (*marks)(r, c) ||
+        std::isfinite(map.height(r, c)))
       return;
-    outside(r, c) = 1;
-    open.emplace_back(r, c);
+    (*marks)(r, c) = 1;
+    joined.emplace_back(r, c);
   };
-  for (Eigen::Index r = 0; r < rows; ++r) visit(r, 0), visit(r, columns - 1);
-  for (Eigen::Index c = 0; c < columns; ++c) visit(0, c), visit(rows - 1, c);
-  while (!open.empty()) {
-    const auto [r, c] = open.back();
-    open.pop_back();
+  visit(row, column);
+  for (std::size_t i = 0; i < joined.size(); ++i) {
+    const auto [r, c] = joined[i];
     visit(r - 1, c), visit(r + 1, c), visit(r, c - 1), visit(r, c + 1);
   }
-  // Largest rectangle under the histogram of heights that ends at each row.
+  return joined;
+}
+
+// Largest rectangle without a marked point: under the histogram of heights that ends at each row.
+PixelRectangle largest_rectangle(const Marks& outside) {
+  const Eigen::Index rows = outside.rows(), columns = outside.cols();
   PixelRectangle best;
   std::vector<Eigen::Index> height(std::size_t(columns) + 1, 0), stack;
   for (Eigen::Index r = 0; r < rows; ++r) {
@@ -52,6 +60,38 @@ PixelRectangle largest_inner_rectangle(const HeightMap& map) {
     }
   }
   return best;
+}
+
+}  // namespace
+
+PixelRectangle largest_inner_rectangle(const HeightMap& map) {
+  const Eigen::Index rows = map.rows(), columns = map.columns();
+  Marks outside = Marks::Zero(rows, columns);
+  for (Eigen::Index r = 0; r < rows; ++r)
+    mark_joined(map, r, 0, &outside), mark_joined(map, r, columns - 1, &outside);
+  for (Eigen::Index c = 0; c < columns; ++c)
+    mark_joined(map, 0, c, &outside), mark_joined(map, rows - 1, c, &outside);
+  Marks seen = outside;
+  std::vector<Places> holes;
+  for (Eigen::Index r = 0; r < rows; ++r)
+    for (Eigen::Index c = 0; c < columns; ++c)
+      if (Places hole = mark_joined(map, r, c, &seen); !hole.empty()) holes.push_back(std::move(hole));
+  for (;;) {
+    const PixelRectangle best = largest_rectangle(outside);
+    const double most = kLargestHole * double(best.rows * best.columns);
+    bool avoided = false;
+    for (Places& hole : holes) {
+      double inside = 0;
+      for (const auto& [r, c] : hole)
+        inside +=
+            r >= best.row && r < best.row + best.rows && c >= best.column && c < best.column + best.columns;
+      if (inside <= most) continue;
+      for (const auto& [r, c] : hole) outside(r, c) = 1;
+      hole.clear();
+      avoided = true;
+    }
+    if (!avoided) return best;
+  }
 }
 
 MapProcessing::MapProcessing(const HeightMap& geometry, const PsdEstimatorOptions& options) {

@@ -111,7 +111,7 @@ struct PixelRectangle {
   Eigen::Index row = 0, column = 0, rows = 0, columns = 0;
 };
 /// Largest axis-aligned rectangle inside the outline of the valid points: holes that do not reach the border
-/// of the valid area count as inside.
+/// of the valid area count as inside, unless one takes more than 5 % of the rectangle.
 PixelRectangle largest_inner_rectangle(const HeightMap& map);
 
 }  // namespace aberfit::internal

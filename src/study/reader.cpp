@@ -131,12 +131,16 @@ class Reader : public Visitor {
       value = json->get<std::string>();
       return;
     }
-    const bool quantity_like =
-        json->is_number() || (json->is_string() && !json->get_ref<const std::string&>().starts_with("ee"));
-    if (!quantity_like)
-      fail(at(field), *json,
-           "a name such as \"ee90\" (percent above 0 and below 100), or " + describe_quantity(dimension),
-           field);
+    const std::string allowed =
+        fmt::format("a word such as {}, or {}", field.example, describe_quantity(dimension));
+    if (!json->is_number() && !json->is_string()) fail(at(field), *json, allowed, field);
+    if (json->is_string()) {
+      try {
+        parse_quantity(json->get_ref<const std::string&>(), dimension);
+      } catch (const UnitError& error) {
+        fail(at(field), error.what(), allowed);
+      }
+    }
     value = number(*json, at(field), field, dimension, range);
   }
   void points(const Field& field, Points& points, std::size_t least) override {
