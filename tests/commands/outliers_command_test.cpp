@@ -81,8 +81,9 @@ TEST(OutliersOfAFile, OfAMapThatIsFittedAreToldByFitAndCheck) {
   const ordered_json rejected = json("fit");
   EXPECT_TRUE(warning(rejected, "outliers-rejected"));
   EXPECT_LT(rejected["map"]["rms_residual_m"], told["map"]["rms_residual_m"]);
-  EXPECT_EQ(json("check")["map"]["valid"].get<int>() + kSpikes,
-            (study(""), json("check"))["map"]["valid"].get<int>());
+  const int left = json("check")["map"]["valid"];
+  study("");
+  EXPECT_EQ(left + kSpikes, json("check")["map"]["valid"]);
 }
 
 // Heights in metres of a file that meant nanometres.
