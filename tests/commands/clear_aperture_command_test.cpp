@@ -127,6 +127,8 @@ TEST_F(ClearApertureOfAFile, ErrorsSayWhatIsWrong) {
   says("--aperture hexagon:diameter=5mm", "\"circle\", \"annulus\", \"rectangle\", \"interval\"");
   says("--aperture interval:length=90%", "circle, annulus or rectangle");
   says("--aperture circle:diameter=120%", "at most 100 %");
+  says("--aperture circle:diameter=95", "95 m are more than twice the data's own 64 mm");
+  says("--aperture circle:diameter=wide", "\"95 %\"");
   says("--aperture circle:radius=5mm", "radius");
   says("--aperture circle:95%", "SHAPE:key=value");
   says("--aperture annulus:outer=30%,inner=30%", "less than the outer diameter");

@@ -160,6 +160,10 @@ TEST(ClearAperture, RefusesWhatDoesNotFit) {
   EXPECT_NE(refused(profile, mask).find("a mask is for maps"), std::string::npos);
   EXPECT_NE(refused(without_pitch, circle).find("pitch"), std::string::npos);
   EXPECT_NE(refused(map_of(), away).find("no sample is left"), std::string::npos);
+  for (const double times : {1.999, 2.001})  // the circle around all has 50 mm
+    EXPECT_EQ(refused(map_of(), part_of({ClearCircle{{times * 50e-3, false}}, {}})).find("more than twice") !=
+                  std::string::npos,
+              times > 2);
   EXPECT_NE(refused(map_of(), thick).find("no sample is left"), std::string::npos);
 }
 

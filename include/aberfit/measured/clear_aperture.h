@@ -64,9 +64,9 @@ struct ClearRegion {
 /// Takes out (NaN) what does not belong to `part`: outside the aperture, then of the mask, then at the rims.
 /// A sample is at the rim where, within `erode` along rows, columns and diagonals, one is invalid or the data
 /// end. Throws std::invalid_argument with a sentence: a shape that the data cannot have (interval: profiles
-/// only, others and masks: maps only), an aperture on a map without pitch, a mask of another size, nothing
-/// left. InputError for a mask that cannot be read.
-/// mask_path: where ClearPart::mask is.
+/// only, others and masks: maps only), a length of more than twice the data's own, an aperture on a map
+/// without pitch, a mask of another size, nothing left. InputError for a mask that cannot be read. mask_path:
+/// where ClearPart::mask is.
 ClearRegion take_clear_part(Measurement* data, const ClearPart& part, const std::string& mask_path);
 
 /// Numbers of a mask, row 0 at the lowest y: a FITS image, or text, first line the top row, blanks, commas or

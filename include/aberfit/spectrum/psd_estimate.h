@@ -88,8 +88,9 @@ SurfaceRms surface_rms(const HeightMap& map, const DetrendOptions& detrend);
 /// response is worked out once (again for a surface with lines, whose ordinates are left out).
 /// Profiles: heights (trapezoid rule), detrended, holes bridged linearly, uneven pitch resampled by a cubic
 /// spline. Maps: largest axis-aligned rectangle without a point outside the outline (outside: invalid points
-/// that steps along rows and columns over invalid points join to the edge of the grid; of equal areas the one
-/// with the lowest last row, then last column). Each side is cut to the next lower product of 2, 3, 5, 7,
+/// that steps along rows and columns over invalid points join to the edge of the grid, and holes that take
+/// more than 5 % of the rectangle found with them inside, which is then looked for again; of equal areas the
+/// one with the lowest last row, then last column). Each side is cut to the next lower product of 2, 3, 5, 7,
 /// half of the loss, rounded down, at its low end; there the shape is fitted to the valid points and taken
 /// off, then each hole becomes the mean of its neighbours in row and column, weighted by 1/pitch^2 (a
 /// harmonic bridge). Then the (separable) window, sample i at (i + 1/2)/n of its length, |FFT|^2 over the sum
