@@ -254,7 +254,7 @@ Grid candidates(const Samples& samples, const Mask& found, const std::vector<Ind
                 const std::vector<double>& limit, bool continued) {
   const Grid& value = samples.value();
   const double rounding = samples.rounding();
-  Grid stands_out = Grid::Zero(value.rows(), value.cols()), most = stands_out;
+  Grid stands_out = Grid::Zero(value.rows(), value.cols()), most = Grid::Zero(value.rows(), value.cols());
   for (std::size_t i = 0; i < at.size(); ++i) {
     const Residuals residuals(samples, at[i], continued, rounding);
     for (Index r = 0; r < value.rows(); ++r)
@@ -275,7 +275,8 @@ Grid candidates(const Samples& samples, const Mask& found, const std::vector<Ind
 // bent.
 Mask with_edges(const Samples& samples, const Grid& stands_out) {
   const Grid& value = samples.value();
-  Mask kept = Mask::Constant(value.rows(), value.cols(), false), seen = kept;
+  Mask kept = Mask::Constant(value.rows(), value.cols(), false);
+  Mask seen = Mask::Constant(value.rows(), value.cols(), false);
   const auto outside = [&](Index r, Index c) {
     const double z = samples.at(r, c);
     return std::isfinite(z) && stands_out(r, c) == 0 ? z : kNaN;
