@@ -21,11 +21,11 @@ using Eigen::Index;
 
 constexpr double kOnTheRim = 1 - 1e-9;  // a sample on the rim is inside
 
-constexpr double kLargest = 2;  // times the data: beyond, a percent sign or a unit was forgotten
+constexpr double kMostOfData = 2;  // times the data: beyond, a percent sign or a unit was forgotten
 
 double length_of(const Extent& extent, double whole) {
   if (extent.percent) return 0.01 * extent.value * whole;
-  if (extent.value > kLargest * whole)
+  if (extent.value > kMostOfData * whole)
     throw std::invalid_argument(fmt::format("{} are more than twice the data's own {}",
                                             format_quantity(extent.value, Dimension::kLength),
                                             format_quantity(whole, Dimension::kLength)));
