@@ -20,8 +20,8 @@ constexpr double kEfficiencyOfMedian = 0.37;  // of the median size, over the st
 constexpr double kBesideOthers = 3.5;         // standard deviations
 // Median of the step at the rim of a region, over how far it stands out: 1 for damage, 0.1 to 0.3 where a
 // surface bends, as at the turned-down rim of an interferogram.
-constexpr double kEdge = 0.4, kEdgeOfProfile = 0.25;
-constexpr Index kFewestSamples = 32, kFewestInTile = 40;
+constexpr double kSharp = 0.4, kSharpOnAProfile = 0.25;
+constexpr Index kFewestTested = 32, kFewestInTile = 40;
 constexpr int kMostPasses = 50;
 
 struct Arm {
@@ -190,7 +190,7 @@ class Residuals {
       for (const double v : in_tile[t]) all.push_back(v - tile_centre_[t]);
     }
     deviation_.assign(1 + 2 * arms_.size(), kInfinity);
-    if (Index(all.size()) < kFewestSamples) return;
+    if (Index(all.size()) < kFewestTested) return;
     const double whole = std::max(deviation_about(0, std::move(all)), rounding_);
     for (std::size_t t = 0; t < tiles; ++t)
       if (Index(in_tile[t].size()) >= kFewestInTile)
@@ -210,7 +210,7 @@ class Residuals {
       const double value = samples_.at(r, c) - by_kind(r, c, kind);
       if (std::isfinite(value)) values.push_back(value);
     }
-    if (Index(values.size()) < kFewestSamples) return kInfinity;
+    if (Index(values.size()) < kFewestTested) return kInfinity;
     const double centre = median_of(&values);
     return std::max(deviation_about(centre, std::move(values)), rounding_);
   }
@@ -307,7 +307,7 @@ Mask with_edges(const Samples& samples, const Grid& stands_out) {
       }
     }
     if (region.size() == 1) edges = straight_edges;  // a bend is wider
-    if (edges.empty() || median_of(&edges) > (samples.profile() ? kEdgeOfProfile : kEdge))
+    if (edges.empty() || median_of(&edges) > (samples.profile() ? kSharpOnAProfile : kSharp))
       for (const auto& [r, c] : region) kept(r, c) = true;
   }
   return kept;
@@ -319,7 +319,7 @@ Outliers search(Samples samples) {
   result.found = Mask::Constant(value.rows(), value.cols(), false);
   result.tested = value.isFinite().count();
   const std::vector<Index> at = distances(samples);
-  if (result.tested < kFewestSamples || at.empty()) return result;
+  if (result.tested < kFewestTested || at.empty()) return result;
   std::vector<double> limit;
   for (const Index d : at) limit.push_back(threshold(samples, result.tested, d, at.size()));
   result.threshold = limit.front();
