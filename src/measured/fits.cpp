@@ -116,23 +116,44 @@ double metres_per_value(const MeasuredSource& source, const MemoryFits& file) {
       unit = unit_of(source.path, key, *text);
       name = *text;
     } catch (const InputError&) {
-      if (!source.value_factor) throw;  // the option says it
+      if (!source.value_factor && !source.value_in_waves) throw;  // the option says it
     }
   }
+  if (!unit && source.value_in_waves) unit = {1, Unit::kWave};
   if (!unit && !source.value_factor)
-    throw InputError(source.path, "BUNIT", "no unit of the values", "the key BUNIT, or option 'value_unit'");
-  const Unit kind = unit ? unit->second : Unit::kMetre;
+    throw MissingFact("value_unit", source.path, "BUNIT", "no unit of the values",
+                      "the key BUNIT, or option 'value_unit'");
   if (!unit) return *source.value_factor;
+  const Unit kind = unit->second;
+  if (source.value_in_waves && kind != Unit::kWave)
+    refuse_option(source.path, "value_unit", "waves", in_quotes(name));
   double factor = unit->first;
   if (kind == Unit::kMetre)
     return agreed_factor(source.path, "value_unit", source.value_factor, factor, name);
   if (source.value_factor)  // a length where the file has a phase
     refuse_option(source.path, "value_unit", "a length", in_quotes(name));
   if (!source.wavelength)
-    throw InputError(source.path, "BUNIT", kind == Unit::kRadian ? "radians" : "waves",
-                     "a length, or option 'wavelength'");
+    throw MissingFact("wavelength", source.path, "BUNIT", kind == Unit::kRadian ? "radians" : "waves",
+                      "a length, or option 'wavelength'");
   if (kind == Unit::kRadian) factor /= 2 * std::numbers::pi;
   return factor * *source.wavelength;
+}
+
+// MAPTYPE is what PROPER's prop_writemap writes; elsewhere the option has to say it.
+bool is_wavefront(const MeasuredSource& source, const MemoryFits& file) {
+  if (const std::optional<std::string> type = file.text("MAPTYPE"); type && !type->empty()) {
+    const std::string word = lower_case(*type);
+    if (word == "wavefront") return agreed_wavefront(source.path, source.wavefront, true);
+    if (word == "mirror" || word == "surface") return agreed_wavefront(source.path, source.wavefront, false);
+    throw InputError(source.path, "MAPTYPE", in_quotes(*type),
+                     "wavefront or mirror: heights; a map of amplitudes has none");
+  }
+  if (!source.wavefront)
+    throw MissingFact(
+        "of", source.path, "option 'of'", "nothing",
+        "wavefront (heights of a reflected wavefront) or surface; only the key MAPTYPE of PROPER "
+        "says it");
+  return *source.wavefront;
 }
 
 double pitch(const MeasuredSource& source, const MemoryFits& file) {
@@ -173,9 +194,6 @@ HeightMap read_fits(const MeasuredSource& source) {
   require_sane_options(source);
   std::string bytes = read_map_bytes(source.path);
   const FitsImage image = find_fits_image(source.path, bytes);
-  if (!source.wavefront)
-    throw InputError(source.path, "option 'of'", "nothing",
-                     "wavefront (heights of a reflected wavefront) or surface; FITS has no key that says it");
   // Only what was checked goes to CFITSIO, with the last block filled up, as it reads whole blocks.
   constexpr std::uint64_t kBlock = 2880;
   bytes.resize(std::size_t((image.end + kBlock - 1) / kBlock * kBlock), '\0');
@@ -183,7 +201,8 @@ HeightMap read_fits(const MeasuredSource& source) {
   int status = 0;
   fits_movabs_hdu(file.get(), image.hdu, nullptr, &status);
   file.check(status, fmt::format("header {}", image.hdu));
-  const double factor = metres_per_value(source, file) * surface_per_height(*source.wavefront);
+  const double halve = surface_per_height(is_wavefront(source, file));
+  const double factor = halve * metres_per_value(source, file);
   const double p = pitch(source, file);
   // Row 0 of FITS is the lowest, as ours is.
   HeightMap map = empty_map(image.rows, image.columns, p, p);

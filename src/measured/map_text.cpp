@@ -32,13 +32,15 @@ bool holds_points(const TextTable& table) {
 double value_factor_of(const MeasuredSource& source, const TextTable& table, const std::string& unit) {
   const std::optional<bool> wavefront = is_wavefront(source, table);
   if (!wavefront)
-    throw InputError(table.path, "", "no word whether the heights are of the surface or of a wavefront",
-                     "the option 'of', or a header line '# of: surface' or '# of: wavefront'");
+    throw MissingFact("of", table.path, "",
+                      "no word whether the heights are of the surface or of a wavefront",
+                      "the option 'of', or a header line '# of: surface' or '# of: wavefront'");
   const double halve = surface_per_height(*wavefront);
-  if (source.value_factor) return halve * value_factor_beside(source, table, unit, ProfileQuantity::kHeight);
+  if (source.value_factor || source.value_in_waves)
+    return halve * value_factor_beside(source, table, unit, ProfileQuantity::kHeight);
   if (unit.empty())
-    throw InputError(table.path, "", "heights without unit",
-                     "the option 'value_unit', or a header line such as '# unit: nm'");
+    throw MissingFact("value_unit", table.path, "", "heights without unit",
+                      "the option 'value_unit', or a header line such as '# unit: nm'");
   return halve * height_factor(unit, source, table, "unit of the heights");
 }
 
@@ -61,15 +63,16 @@ HeightMap matrix_map(const MeasuredSource& source, const TextTable& table) {
   const std::optional<double> pitch =
       agreed_length(table.path, "pitch", source.pitch, length_key(table, "pitch"), kSamePitch);
   if (!pitch)
-    throw InputError(table.path, "", "a matrix of heights without pixel scale",
-                     "the option 'pitch', or a header line such as '# pitch = 0.1 mm'");
+    throw MissingFact("pitch", table.path, "", "a matrix of heights without pixel scale",
+                      "the option 'pitch', or a header line such as '# pitch = 0.1 mm'");
   const double factor = value_factor_of(source, table, key_value(table, "unit").value_or(""));
   HeightMap map;
   map.pitch_x = map.pitch_y = *pitch;
   map.height.resize(Eigen::Index(rows), Eigen::Index(columns));
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < columns; ++column)
-      map.height(Eigen::Index(rows - 1 - row), Eigen::Index(column)) = scaled(table, row, column, factor);
+      map.height(Eigen::Index(source.bottom_first ? row : rows - 1 - row), Eigen::Index(column)) =
+          scaled(table, row, column, factor);
   return map;
 }
 
@@ -133,8 +136,8 @@ double position_factor(const MeasuredSource& source, const TextTable& table, std
       agreed_length(table.path, "pitch", source.pitch, length_key(table, "pitch"), kSamePitch);
   if (!source.x_factor && unit.empty()) {
     if (pitch) return *pitch / axis.step;
-    throw InputError(table.path, fmt::format("column {}", column + 1), "positions without unit",
-                     "the option 'x_unit' or 'pitch', or a row of names such as 'x_mm, y_mm, height_nm'");
+    throw MissingFact("x_unit", table.path, fmt::format("column {}", column + 1), "positions without unit",
+                      "the option 'x_unit' or 'pitch', or a row of names such as 'x_mm, y_mm, height_nm'");
   }
   const double factor =
       source.x_factor ? x_factor_beside(source, table, unit)
@@ -191,8 +194,14 @@ HeightMap read_map_text(const MeasuredSource& source) {
   check_option(source, source.x_factor, "x_unit", true);
   check_option(source, source.value_factor, "value_unit", false);
   check_option(source, source.pitch, "pitch", true);
-  const TextTable table = read_text_table(source.path, {});
-  HeightMap map = holds_points(table) ? point_map(source, table) : matrix_map(source, table);
+  TextRules rules;
+  rules.row_length = std::size_t(source.columns.value_or(0));
+  const TextTable table = read_text_table(source.path, rules);
+  const bool points = !source.columns && holds_points(table);
+  if (points && source.bottom_first)
+    throw InputError(table.path, "option 'first_row'", "points x, y, height",
+                     "no such option: the positions say where a row is");
+  HeightMap map = points ? point_map(source, table) : matrix_map(source, table);
   if (!map.height.isFinite().any())
     throw InputError(table.path, "", "no height at all, only holes", "at least one number");
   map.label = key_value(table, "label").value_or("");

@@ -45,19 +45,19 @@ ProfileQuantity quantity_of(const MeasuredSource& source, const TextTable& table
   }
   for (const ProfileQuantity quantity : {ProfileQuantity::kHeight, ProfileQuantity::kSlope})
     if (!name.unit.empty() && unit_measures(name.unit, quantity, source, table)) return quantity;
-  throw InputError(
-      table.path, pointer, "no word whether it holds heights or slopes",
+  throw MissingFact(
+      "quantity", table.path, pointer, "no word whether it holds heights or slopes",
       "the option 'quantity', or a header row such as 'x_mm, height_nm' or 'x (mm), slope (urad)'");
 }
 
 double value_factor_of(const MeasuredSource& source, const TextTable& table, const ColumnName& name,
                        ProfileQuantity quantity, bool chosen, const std::string& pointer) {
   const std::string unit = name.unit.empty() ? key_value(table, "unit").value_or("") : name.unit;
-  if (source.value_factor && (chosen || unit.empty()))
+  if ((source.value_factor || source.value_in_waves) && (chosen || unit.empty()))
     return value_factor_beside(source, table, unit, quantity);
   if (unit.empty())
-    throw InputError(table.path, pointer, "values without unit",
-                     "the option 'value_unit', or a header row such as 'x_mm, height_nm'");
+    throw MissingFact("value_unit", table.path, pointer, "values without unit",
+                      "the option 'value_unit', or a header row such as 'x_mm, height_nm'");
   if (quantity == ProfileQuantity::kHeight) return height_factor(unit, source, table, pointer);
   return factor_or_fail(unit, Dimension::kAngle, table, pointer);
 }
@@ -67,8 +67,8 @@ double x_factor_of(const MeasuredSource& source, const TextTable& table, const C
   if (source.x_factor) return x_factor_beside(source, table, unit);
   const std::string pointer = column_pointer(0, name);
   if (unit.empty())
-    throw InputError(table.path, pointer, "positions without unit",
-                     "the option 'x_unit', or a header row such as 'x_mm, height_nm'");
+    throw MissingFact("x_unit", table.path, pointer, "positions without unit",
+                      "the option 'x_unit', or a header row such as 'x_mm, height_nm'");
   return factor_or_fail(unit, Dimension::kLength, table, pointer);
 }
 

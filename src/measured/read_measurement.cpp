@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/core/text.h"
 
 namespace aberfit {
 namespace {
@@ -67,6 +68,27 @@ void require_sane(const std::string& path, const HeightMap& map) {
       require_between(path, "height", h, -kHighest, kHighest, "m");
 }
 
+// Any value, to read on and see what else is missing.
+void suppose(const std::string& fact, MeasuredSource* source) {
+  if (fact == "quantity") source->quantity = ProfileQuantity::kHeight;
+  if (fact == "of") source->wavefront = false;
+  if (fact == "x_unit") source->x_factor = 1e-3;
+  if (fact == "value_unit") source->value_factor = 1e-9;
+  if (fact == "pitch") source->pitch = 1e-3;
+  if (fact == "wavelength") source->wavelength = 500e-9;
+}
+
+// What is said of the lines of a text map would be ignored unsaid elsewhere.
+void require_text_map(const MeasuredSource& source, MeasuredFormat format) {
+  if (format == MeasuredFormat::kMapText || format == MeasuredFormat::kAuto) return;
+  for (const auto& [given, option] :
+       {std::pair{source.columns.has_value(), "columns"}, std::pair{source.bottom_first, "first_row"}})
+    if (given)
+      throw InputError(source.path, fmt::format("option '{}'", option),
+                       fmt::format("a file of format {}", to_string(format)),
+                       "no such option: it is for matrices of text (format map)");
+}
+
 Measurement read_as(const MeasuredSource& source, MeasuredFormat format) {
   switch (format) {
     case MeasuredFormat::kDabam:
@@ -101,11 +123,44 @@ Measurement read_as(const MeasuredSource& source, MeasuredFormat format) {
 
 }  // namespace
 
+bool is_waves(std::string_view unit) {
+  const std::string lower = lower_case(unit);
+  return lower == "waves" || lower == "wave";
+}
+
 Measurement read_measurement(const MeasuredSource& source) {
-  Measurement data =
-      read_as(source, source.format == MeasuredFormat::kAuto ? detect_format(source.path) : source.format);
+  MeasuredFormat format = source.format;
+  if (format == MeasuredFormat::kAuto) format = detect_format(source.path);
+  // Rows that go over several lines look like columns of a profile, or like nothing.
+  if (source.columns && source.format == MeasuredFormat::kAuto &&
+      (format == MeasuredFormat::kAuto || format == MeasuredFormat::kProfileText))
+    format = MeasuredFormat::kMapText;
+  require_text_map(source, format);
+  Measurement data = read_as(source, format);
   std::visit([&](const auto& measured) { require_sane(source.path, measured); }, data);
   return data;
+}
+
+std::vector<std::string> missing_facts(const MeasuredSource& source) {
+  std::vector<std::string> facts;
+  MeasuredSource supposed = source;
+  constexpr std::size_t kMost = 6;
+  try {
+    while (facts.size() < kMost) {
+      try {
+        const Measurement data = read_measurement(supposed);
+        const auto* map = std::get_if<HeightMap>(&data);
+        if (map && !(map->pitch_x > 0 && map->pitch_y > 0)) facts.push_back("pitch");
+        return facts;
+      } catch (const MissingFact& missing) {
+        facts.push_back(missing.fact());
+        suppose(missing.fact(), &supposed);
+      }
+    }
+  } catch (const InputError&) {
+    // What was supposed does not suit the file: what is known by now is asked for.
+  }
+  return facts;
 }
 
 }  // namespace aberfit

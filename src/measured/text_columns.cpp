@@ -56,6 +56,19 @@ void drop_last_column(TextTable* table) {
   table->values.resize(rows * table->columns);
 }
 
+// Rows of `length` numbers, wherever lines end.
+void wrap_rows(std::size_t length, TextTable* table) {
+  const std::size_t numbers = table->values.size();
+  if (numbers % length != 0)
+    throw InputError(table->path, "option 'columns'",
+                     fmt::format("{} numbers in the file, {} rows of {} and {} more", numbers,
+                                 numbers / length, length, numbers % length),
+                     "how many samples a row has: a divisor of their number");
+  table->columns = length;
+  // Lines are told in messages only, and rows may share one.
+  table->lines.resize(numbers / length, table->lines.back());
+}
+
 }  // namespace
 
 char delimiter_of(std::string_view line) {
@@ -144,13 +157,19 @@ TextTable read_text_table(const std::string& path, const TextRules& rules) {
       if (std::isinf(*value)) lines.fail(in_quotes(field), "a finite number, or 'nan' or '--' for a hole");
       table.values.push_back(*value);
     }
-    if (fields.size() != table.columns)
+    // A delimiter at the end of a line ends nothing where rows go on.
+    if (rules.row_length > 0 && fields.size() > 1 && fields.back().empty()) table.values.pop_back();
+    if (fields.size() != table.columns && rules.row_length == 0)
       lines.fail(fmt::format("{} columns", fields.size()),
                  fmt::format("{} columns, as in line {}", table.columns, table.lines.front()));
     last_column_used = last_column_used || !fields.back().empty();
     table.lines.push_back(lines.number());
   }
   if (table.lines.empty()) throw InputError(path, "", "no row of numbers", kNumbersAllowed);
+  if (rules.row_length > 0) {
+    wrap_rows(rules.row_length, &table);
+    return table;
+  }
   // A delimiter at the end of every line makes an empty column.
   if (!last_column_used && table.columns > 1) drop_last_column(&table);
   if (name_row.empty()) name_row = last_comment;

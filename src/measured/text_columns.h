@@ -43,6 +43,7 @@ std::optional<std::pair<std::string, std::string>> comment_key(std::string_view 
 struct TextRules {
   long skip_lines = 0;                              ///< lines before the numbers, whatever they hold
   bool plain = false;                               ///< columns between blanks only and no row of names
+  std::size_t row_length = 0;                       ///< numbers of a row, which may go over lines; 0: a line
   std::size_t most_numbers = std::size_t(1) << 26;  ///< of one file: a map of 8192 x 8192
 };
 

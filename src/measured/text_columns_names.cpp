@@ -27,11 +27,6 @@ bool is_unit(const std::string& text) {
 
 }  // namespace
 
-bool is_waves(std::string_view unit) {
-  const std::string lower = lower_case(unit);
-  return lower == "waves" || lower == "wave";
-}
-
 double x_factor_beside(const MeasuredSource& source, const TextTable& table, const std::string& unit) {
   const std::optional<double> said = factor(unit, Dimension::kLength);
   return said ? agreed_factor(table.path, "x_unit", source.x_factor, *said, unit) : *source.x_factor;
@@ -40,6 +35,11 @@ double x_factor_beside(const MeasuredSource& source, const TextTable& table, con
 double value_factor_beside(const MeasuredSource& source, const TextTable& table, const std::string& unit,
                            ProfileQuantity quantity) {
   const bool height = quantity == ProfileQuantity::kHeight;
+  if (source.value_in_waves) {
+    if (!height || (!unit.empty() && !is_waves(unit)))
+      refuse_option(table.path, "value_unit", "waves", unit.empty() ? "slopes" : in_quotes(unit));
+    return height_factor("waves", source, table, "option 'value_unit'");
+  }
   if (height && is_waves(unit)) refuse_option(table.path, "value_unit", "a length", in_quotes(unit));
   const std::optional<double> said = factor(unit, height ? Dimension::kLength : Dimension::kAngle);
   // A length where an angle was asked for, or the other way round, contradicts as well.
@@ -101,8 +101,8 @@ double height_factor(const std::string& unit, const MeasuredSource& source, cons
   const std::optional<double> wavelength = agreed_length(table.path, "wavelength", source.wavelength,
                                                          length_key(table, "wavelength"), kSameWavelength);
   if (!wavelength)
-    throw InputError(table.path, pointer, "heights in waves and no wavelength",
-                     "the option 'wavelength' or a header line such as '# wavelength = 632.8 nm'");
+    throw MissingFact("wavelength", table.path, pointer, "heights in waves and no wavelength",
+                      "the option 'wavelength' or a header line such as '# wavelength = 632.8 nm'");
   return *wavelength;
 }
 

@@ -35,9 +35,6 @@ double x_factor_beside(const MeasuredSource& source, const TextTable& table, con
 double value_factor_beside(const MeasuredSource& source, const TextTable& table, const std::string& unit,
                            ProfileQuantity quantity);
 
-/// True for "wave" and "waves" in any case.
-bool is_waves(std::string_view unit);
-
 /// True for a wavefront: "# of: surface" or "# of: wavefront", else the option; nothing when neither says it.
 /// Throws InputError where they contradict each other.
 std::optional<bool> is_wavefront(const MeasuredSource& source, const TextTable& table);

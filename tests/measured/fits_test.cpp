@@ -176,6 +176,29 @@ TEST(Fits, AsksWhetherItIsAWavefrontAndHalvesIt) {
   EXPECT_NEAR(read_bytes(six(16), [](MeasuredSource* s) { s->wavefront = true; }).height(1, 2), 3e-9, 1e-22);
 }
 
+// The words of PROPER's prop_writemap.
+TEST(Fits, MaptypeSaysWhetherItIsAWavefront) {
+  const auto typed = [](const std::string& type) {
+    return six(16, {{"BUNIT", "'nm'"}, {"MAPTYPE", "'" + type + "'"}});
+  };
+  const auto open = [](MeasuredSource*) {};
+  EXPECT_NEAR(read_bytes(typed("wavefront"), open).height(1, 2), 3e-9, 1e-22);
+  EXPECT_NEAR(read_bytes(typed("mirror"), open).height(1, 2), 6e-9, 1e-22);
+  EXPECT_NEAR(read_bytes(typed("SURFACE "), open).height(1, 2), 6e-9, 1e-22);
+  EXPECT_EQ(refusal([&] { read_bytes(typed("amplitude"), open); }).pointer(), "MAPTYPE");
+  EXPECT_EQ(refusal([&] { read_bytes(typed("amplitude"), surface); }).pointer(), "MAPTYPE");
+  EXPECT_EQ(refusal([&] { read_bytes(typed("wavefront"), surface); }).pointer(), "option 'of'");
+}
+
+TEST(Fits, HeightsInWavesByTheOption) {
+  const auto waves = [](MeasuredSource* s) {
+    s->wavefront = false, s->value_in_waves = true, s->wavelength = 500e-9;
+  };
+  EXPECT_NEAR(read_bytes(six(16, {}), waves).height(1, 2), 6 * 500e-9, 1e-20);
+  EXPECT_NEAR(read_bytes(six(16, {{"BUNIT", "'waves'"}}), waves).height(1, 2), 6 * 500e-9, 1e-20);
+  EXPECT_EQ(refusal([&] { read_bytes(six(16), waves); }).pointer(), "option 'value_unit'");
+}
+
 TEST(Fits, FindsThePixelScale) {
   for (const char* key : {"PIXELSCL", "PUPLSCAL", "PIXSIZE"}) {
     const std::string bytes = six(16, {{"BUNIT", "'m'"}, {key, "0.00125"}});

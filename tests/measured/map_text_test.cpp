@@ -50,6 +50,83 @@ TEST(MapText, OptionsStandForTheHeader) {
       std::string::npos);
 }
 
+TEST(MapText, RowsMayGoOverSeveralLinesAndBeginAtTheBottom) {
+  const Scratch scratch;
+  MeasuredSource source;
+  source.columns = 4;
+  const HeightMap map = read_text(scratch, kKeys + "1 2 3\n4\n5 6\n7 8 9 10\n11 12\n", source);
+  ASSERT_EQ(map.rows(), 3);
+  ASSERT_EQ(map.columns(), 4);
+  EXPECT_EQ(map.height(2, 3), 4 * 1e-9);
+  EXPECT_EQ(map.height(0, 0), 9 * 1e-9);
+  EXPECT_EQ(map.height(1, 1), 6 * 1e-9);
+  const HeightMap commas = read_text(scratch, kKeys + "1,2,3,\n4,\n5,6,\n7,8,9,--,\n11,12\n", source);
+  EXPECT_EQ(commas.height(1, 1), 6 * 1e-9);
+  EXPECT_TRUE(std::isnan(commas.height(0, 1)));
+  source.bottom_first = true;
+  const HeightMap turned = read_text(scratch, kKeys + "1 2 3\n4\n5 6\n7 8 9 10\n11 12\n", source);
+  EXPECT_EQ(turned.height(0, 3), 4 * 1e-9);
+  EXPECT_EQ(turned.height(2, 0), 9 * 1e-9);
+  const auto refused = [&](const MeasuredSource& by, const std::string& text) {
+    return input_error([&] { read_text(scratch, text, by); });
+  };
+  source.columns = 5;
+  EXPECT_NE(refused(source, kKeys + "1 2 3\n4 5 6\n").find("6 numbers in the file, 1 rows of 5 and 1 more"),
+            std::string::npos);
+  source.columns = 3;  // a matrix, though three columns are points elsewhere
+  EXPECT_EQ(read_text(scratch, kKeys + "1 2 3\n4 5 6\n", source).rows(), 2);
+  source.columns.reset();
+  EXPECT_NE(refused(source, "# of: surface\n0 0 1\n1 0 1\n0 1 2\n1 1 2\n").find("option 'first_row'"),
+            std::string::npos);
+}
+
+TEST(MapText, WrappedRowsAreAMapWhateverTheyLookLike) {
+  const Scratch scratch;
+  MeasuredSource source;
+  source.columns = 4;
+  source.path = scratch.write("a.txt", "# of: surface\n# unit: nm\n1 2 3\n4\n5 6 7\n8\n");
+  source.pitch = 1e-3;
+  EXPECT_EQ(std::get<HeightMap>(read_measurement(source)).columns(), 4);
+  source.path = scratch.write("b.txt", "# of: surface\n# unit: nm\n1 2\n3 4\n5 6\n7 8\n");
+  EXPECT_EQ(std::get<HeightMap>(read_measurement(source)).rows(), 2);
+  source.format = MeasuredFormat::kProfileText;
+  EXPECT_NE(input_error([&] { read_measurement(source); }).find("option 'columns'"), std::string::npos);
+}
+
+TEST(MapText, HeightsInWavesByTheOption) {
+  const Scratch scratch;
+  MeasuredSource source;
+  source.pitch = 0.5;
+  source.wavefront = true;
+  source.value_in_waves = true;
+  const std::string text = "1,2\n3,4\n";
+  EXPECT_NE(input_error([&] { read_text(scratch, text, source); }).find("no wavelength"), std::string::npos);
+  source.wavelength = 500e-9;
+  EXPECT_DOUBLE_EQ(read_text(scratch, text, source).height(0, 1), 4 * 500e-9 / 2);
+  EXPECT_DOUBLE_EQ(read_text(scratch, "# unit: waves\n" + text, source).height(0, 1), 4 * 500e-9 / 2);
+  EXPECT_NE(
+      input_error([&] { read_text(scratch, "# unit: nm\n" + text, source); }).find("option 'value_unit'"),
+      std::string::npos);
+}
+
+TEST(MissingFacts, AreAllFoundAtOnce) {
+  const Scratch scratch;
+  MeasuredSource source;
+  source.path = scratch.write("a.txt", "1 2 3 4\n5 6 7 8\n9 8 7 6\n1 2 5 4\n");
+  EXPECT_EQ(missing_facts(source), (std::vector<std::string>{"pitch", "of", "value_unit"}));
+  source.value_in_waves = true;
+  source.wavefront = false;
+  EXPECT_EQ(missing_facts(source), (std::vector<std::string>{"pitch", "wavelength"}));
+  source.pitch = 1;
+  source.wavelength = 5e-7;
+  EXPECT_TRUE(missing_facts(source).empty());
+  source = {};
+  source.path = scratch.write("b.txt", "0 1\n1 2\n2 3\n");
+  EXPECT_EQ(missing_facts(source), (std::vector<std::string>{"x_unit", "quantity", "value_unit"}));
+  source.path = scratch.path("none.txt");
+  EXPECT_TRUE(missing_facts(source).empty());
+}
+
 // Points of a disc on a 41 x 31 grid, positions rounded to three digits, in an order that jumps about.
 TEST(MapText, PointsInAnyOrderFindTheirNodes) {
   const Scratch scratch;

@@ -1,9 +1,11 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
+#include "aberfit/core/errors.h"
 #include "aberfit/measured/height_map.h"
 #include "aberfit/measured/profile.h"
 
@@ -24,6 +26,19 @@ enum class MeasuredFormat {
   kX3p,           ///< ISO 25178-72, a zip archive
 };
 
+/// Thrown by readers for a file that leaves open what it means. fact: the option that says it, "quantity",
+/// "of", "x_unit", "value_unit", "pitch" or "wavelength".
+class MissingFact : public InputError {
+ public:
+  MissingFact(const char* fact, const std::string& file, const std::string& pointer, const std::string& found,
+              const std::string& allowed)
+      : InputError(file, pointer, found, allowed), fact_(fact) {}
+  const std::string& fact() const { return fact_; }
+
+ private:
+  std::string fact_;
+};
+
 /// A measured file and everything about it that the file may not say itself. What is absent is taken from the
 /// file; where the file does not say it either, reading fails with an InputError that names the option.
 struct MeasuredSource {
@@ -34,15 +49,25 @@ struct MeasuredSource {
   std::optional<bool> wavefront;   ///< true: heights are those of a reflected wavefront, twice the surface's
   std::optional<double> x_factor;  ///< text: positions times this are [m]
   std::optional<double> value_factor;  ///< text, maps without a unit: values times this are [m] or [rad]
+  bool value_in_waves = false;         ///< instead of value_factor: heights are in waves of `wavelength`
   std::optional<double> pitch;         ///< maps: pixel scale [m]
+  std::optional<int> columns;          ///< text maps: samples of a row, which may go over several lines
+  bool bottom_first = false;           ///< text maps: the first row of the file has the lowest y
   std::optional<double> wavelength;    ///< [m], for values in waves or radians
 };
+
+/// True for "wave" and "waves" in any case: heights in units of a wavelength.
+bool is_waves(std::string_view unit);
 
 using Measurement = std::variant<Profile, HeightMap>;
 
 /// Reads any supported file. Throws InputError (file, place, found, allowed) for a file that is missing,
 /// damaged, truncated, of an unknown format, or that leaves open what it means.
 Measurement read_measurement(const MeasuredSource& source);
+
+/// All that a file leaves open, as options; empty where it can be read, or cannot for another reason. A map
+/// without pitch is read; "pitch" is among them nevertheless.
+std::vector<std::string> missing_facts(const MeasuredSource& source);
 
 /// What a file looks like; kAuto when nothing fits. Reads at most a few kilobytes. Throws InputError when it
 /// cannot be opened.
