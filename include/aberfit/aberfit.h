@@ -50,6 +50,7 @@
 
 // spectrum: from a measurement to its PSD and to a model of it.
 #include "aberfit/spectrum/detrend.h"
+#include "aberfit/spectrum/height_differences.h"
 #include "aberfit/spectrum/ordinate_bins.h"
 #include "aberfit/spectrum/outliers.h"
 #include "aberfit/spectrum/psd_estimate.h"

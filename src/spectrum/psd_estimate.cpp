@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <deque>
 #include <mutex>
 #include <stdexcept>
+#include <vector>
 
 #include "aberfit/core/units.h"
 #include "detrend_basis.h"
@@ -14,6 +16,7 @@
 #include "instrument_edge.h"
 #include "periodogram.h"
 #include "processing.h"
+#include "shape_leak.h"
 #include "spectral_lines.h"
 #include "window.h"
 
@@ -26,23 +29,41 @@ bool same_valid(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
   return a.size() == b.size() && (a.isFinite() == b.isFinite()).all();
 }
 
-double slope_rms(const Profile& profile, const Profile& detrended_heights, const DetrendOptions& options) {
-  if (profile.quantity == ProfileQuantity::kSlope) return rms(detrend(profile, options));
-  const Eigen::ArrayXd &x = profile.x, &z = detrended_heights.value;
+// Derivatives on uneven positions, by the parabola through a point and its neighbours; at both ends by that
+// of the three last points, or the straight line through two.
+Eigen::ArrayXd derivative_of(const Eigen::ArrayXd& x, const Eigen::ArrayXd& z, bool parabola_at_ends) {
   const Eigen::Index n = x.size();
-  double sum = 0, count = 0;
+  Eigen::ArrayXd slope(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    double slope;
-    if (i == 0 || i == n - 1) {
+    const bool end = i == 0 || i == n - 1;
+    if (end && !parabola_at_ends) {
       const Eigen::Index a = i == 0 ? 0 : n - 2;
-      slope = (z[a + 1] - z[a]) / (x[a + 1] - x[a]);
-    } else {
-      const double h0 = x[i] - x[i - 1], h1 = x[i + 1] - x[i];
-      slope = (h0 * h0 * z[i + 1] + (h1 * h1 - h0 * h0) * z[i] - h1 * h1 * z[i - 1]) / (h0 * h1 * (h0 + h1));
+      slope[i] = (z[a + 1] - z[a]) / (x[a + 1] - x[a]);
+      continue;
     }
-    if (std::isfinite(slope)) sum += slope * slope, ++count;
+    const Eigen::Index m = std::clamp<Eigen::Index>(i, 1, n - 2);
+    const double h0 = x[m] - x[m - 1], h1 = x[m + 1] - x[m];
+    const double before = (z[m] - z[m - 1]) / h0, after = (z[m + 1] - z[m]) / h1;
+    const double bend = (after - before) / (h0 + h1);
+    slope[i] = before + bend * (h0 + 2 * (x[i] - x[m]));
   }
-  return count > 0 ? std::sqrt(sum / count) : 0;
+  return slope;
+}
+
+double rms_of_finite(const Eigen::ArrayXd& values) {
+  const double count = double(values.isFinite().count());
+  return count > 0 ? std::sqrt(values.isFinite().select(values.square(), 0.0).sum() / count) : 0;
+}
+
+// Of the detrended surface; slopes lose the derivative of what their heights have lost.
+double slope_rms(const Profile& profile, const Profile& heights, const Profile& detrended) {
+  if (profile.quantity == ProfileQuantity::kHeight)
+    return rms_of_finite(derivative_of(profile.x, detrended.value, false));
+  std::vector<Eigen::Index> valid;
+  for (Eigen::Index i = 0; i < profile.size(); ++i)
+    if (std::isfinite(heights.value[i])) valid.push_back(i);
+  const Eigen::ArrayXd shape = (heights.value - detrended.value)(valid);
+  return rms_of_finite(profile.value(valid) - derivative_of(profile.x(valid), shape, true));
 }
 
 double slope_rms(const HeightMap& detrended) {
@@ -139,6 +160,21 @@ struct PsdEstimator::Plan {
   mutable std::mutex kept_mutex;
   mutable std::deque<std::shared_ptr<const Binning>> kept;
 
+  mutable std::shared_ptr<const PsdEstimator> further;  // with more taken off; none yet
+
+  template <class Measured>
+  std::shared_ptr<const PsdEstimator> further_than(const Measured& geometry,
+                                                   const PsdEstimatorOptions& more) const {
+    {
+      const std::lock_guard lock(kept_mutex);
+      if (further) return further;
+    }
+    auto made = std::make_shared<const PsdEstimator>(geometry, more, threads);
+    const std::lock_guard lock(kept_mutex);
+    if (!further) further = std::move(made);
+    return further;
+  }
+
   std::shared_ptr<const Binning> without(const std::vector<char>& left_out) const {
     {
       const std::lock_guard lock(kept_mutex);
@@ -152,8 +188,23 @@ struct PsdEstimator::Plan {
     return made;
   }
 
-  // ordinate: periodogram, one-sided [m^3] or two-sided [m^4].
-  PsdEstimate estimate(const Eigen::ArrayXd& ordinate) const {
+  // Periodogram of detrended heights, one-sided [m^3].
+  Eigen::ArrayXd ordinates(const Profile& detrended) const {
+    const double pitch = 1 / (processing().grid.cols * processing().grid.step_x);
+    return 2 * pitch / processing().window_power() *
+           processing().power(profile_processing->windowed(detrended));
+  }
+  // Of a map with `shape` taken off the part that is estimated from, two-sided [m^4].
+  Eigen::ArrayXd ordinates(const HeightMap& measured, const DetrendOptions& shape) const {
+    return measured.pitch_x * measured.pitch_y / processing().window_power() *
+           processing().power(map_processing->windowed(detrend(map_processing->region(measured), shape)));
+  }
+  Eigen::ArrayXd ordinates(const Profile& measured, const DetrendOptions& shape) const {
+    return ordinates(detrend(heights_of(measured), shape));
+  }
+
+  // left_out: ordinates of lines, which are in no bin.
+  PsdEstimate estimate(const Eigen::ArrayXd& ordinate, std::vector<char>* left_out) const {
     if (!options.find_lines) return binned(ordinate, whole);
     const double correlation = 2 * correlation_x.sum() - correlation_x[0];
     const LineSearch search = find_lines(processing().grid, ordinate, main_lobe(options.window), correlation,
@@ -161,6 +212,7 @@ struct PsdEstimator::Plan {
     if (search.lines.empty()) return binned(ordinate, whole);
     PsdEstimate result = binned(ordinate, *without(search.left_out));
     result.lines = search.lines;
+    *left_out = search.left_out;
     return result;
   }
 
@@ -211,6 +263,32 @@ PsdEstimator::~PsdEstimator() = default;
 PsdEstimator::PsdEstimator(PsdEstimator&&) noexcept = default;
 PsdEstimator& PsdEstimator::operator=(PsdEstimator&&) noexcept = default;
 
+template <class Measured>
+void PsdEstimator::trust_from_the_shape(const Measured& measured, const std::vector<char>& left_out,
+                                        PsdEstimate* result) const {
+  PsdEstimatorOptions more = plan_->options;
+  more.detrend = detrended_further(more.detrend, plan_->profile_processing != nullptr);
+  const Eigen::ArrayXd ordinate = plan_->ordinates(measured, more.detrend);
+  const auto bins = [&](const Plan& plan) {
+    return left_out.empty() ? plan.binned(ordinate, plan.whole)
+                            : plan.binned(ordinate, *plan.without(left_out));
+  };
+  // The response to the further degrees is worked out only where it may decide.
+  if (!may_leak(*result, bins(*plan_).psd)) return;
+  const std::optional<ShapeLeak> leak =
+      shape_leak(*result, bins(*plan_->further_than(measured, more)->plan_));
+  if (!leak) return;
+  if (!leak->everywhere) result->trusted_from = leak->frequency;
+  result->warnings.push_back(
+      {"shape-leaks",
+       fmt::format(
+           "a shape that detrending has left leaks into the bins below {}: they fall by up to a factor "
+           "{:.2g} where four more degrees are taken off. {} Take it off (detrend, degree)",
+           format_quantity(leak->frequency, Dimension::kSpatialFrequency), leak->excess,
+           leak->everywhere ? "Too few bins lie above to fit: the model is that of the shape."
+                            : "They are left out of the fit (`f_min` takes them in).")});
+}
+
 PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
   const Plan& plan = *plan_;
   if (!plan.profile_processing || profile.quantity != plan.profile.quantity ||
@@ -227,13 +305,13 @@ PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
     return result;
   }
   const Profile detrended = detrend(heights, plan.options.detrend);
-  ComplexGrid samples = plan.profile_processing->windowed(detrended);
-  const OrdinateGrid& grid = plan.processing().grid;
-  const double pitch = 1 / (grid.cols * grid.step_x);
-  PsdEstimate result = plan.estimate((2 * pitch / plan.processing().window_power()) *
-                                     plan.processing().power(std::move(samples)));
+  std::vector<char> left_out;
+  PsdEstimate result = plan.estimate(plan.ordinates(detrended), &left_out);
+  trust_from_the_shape(profile, left_out, &result);
   result.rms_height = rms(detrended);
-  result.rms_slope = slope_rms(profile, detrended, plan.options.detrend);
+  result.rms_slope = slope_rms(profile, heights, detrended);
+  if (profile.quantity == ProfileQuantity::kSlope)
+    result.rms_slope_as_slopes = rms(detrend(profile, plan.options.detrend));
   return result;
 }
 
@@ -244,10 +322,9 @@ PsdEstimate PsdEstimator::operator()(const HeightMap& map) const {
       !same_valid(map.height.reshaped(), plan.map.height.reshaped()))
     throw std::invalid_argument("the map does not have the geometry this estimator was made for");
   const HeightMap detrended = detrend(map, plan.options.detrend);
-  ComplexGrid samples =
-      plan.map_processing->windowed(detrend(plan.map_processing->region(map), plan.options.detrend));
-  const double scale = map.pitch_x * map.pitch_y / plan.processing().window_power();
-  PsdEstimate result = plan.estimate(scale * plan.processing().power(std::move(samples)));
+  std::vector<char> left_out;
+  PsdEstimate result = plan.estimate(plan.ordinates(map, plan.options.detrend), &left_out);
+  trust_from_the_shape(map, left_out, &result);
   result.rms_height = rms(detrended);
   result.rms_slope = slope_rms(detrended);
   return result;

@@ -27,6 +27,7 @@ constexpr double kWorthwhile = 2.0;
 // Where no family describes the data, one with undetermined parameters must win by this over those without:
 // "strong" evidence (Kass and Raftery 1995).
 constexpr double kMuchBetter = 6.0;
+constexpr Index kCurvePoints = 257;
 
 const PsdFamily kFamilies[] = {PsdFamily::kUniform,
                                PsdFamily::kPowerLaw,
@@ -275,6 +276,16 @@ class Fitter {
     result->expected = estimate_.response(Eigen::all, nodes) *
                        shape_values(shape.shape, shape.theta, band_.node).value.matrix();
     result->spectrum = shape_values(shape.shape, shape.theta, estimate_.frequency).value;
+    // Closer towards the ends, where a uniform surface's profile falls to zero.
+    const double middle = 0.5 * std::log(band_.f_min * band_.f_max),
+                 half = 0.5 * std::log(band_.f_max / band_.f_min);
+    const Eigen::ArrayXd f = (middle - half * Eigen::ArrayXd::LinSpaced(kCurvePoints, 0, kPi).cos()).exp();
+    const Eigen::ArrayXd curve = shape_values(shape.shape, shape.theta, f).value;
+    for (Index i = 0; i < f.size(); ++i)
+      if (curve[i] > 0) {
+        result->curve.frequency.push_back(f[i]);
+        result->curve.psd.push_back(curve[i]);
+      }
   }
 
   // Standard deviation of a coordinate. A parameter at the end of its range counts as known there for the

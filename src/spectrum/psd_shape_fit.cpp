@@ -306,6 +306,7 @@ PsdBand usable_band(const PsdEstimate& estimate, double f_min, double f_max) {
   PsdBand band;
   band.kind = estimate.kind;
   const ArrayXd sum = estimate.response.rowwise().sum();
+  if (!(f_min > 0)) f_min = estimate.trusted_from;
   if (!(f_max > 0)) f_max = estimate.trusted_to;
   for (Index b = 0; b < estimate.psd.size(); ++b) {
     const double f = estimate.frequency[b];

@@ -16,7 +16,9 @@ bool overlap(const PsdEstimate& a, Eigen::Index i, const PsdEstimate& b, Eigen::
   return a.low[i] < b.high[j] && b.low[j] < a.high[i];
 }
 
-bool trusted(const PsdEstimate& band, Eigen::Index i) { return band.frequency[i] <= band.trusted_to; }
+bool trusted(const PsdEstimate& band, Eigen::Index i) {
+  return band.frequency[i] >= band.trusted_from && band.frequency[i] <= band.trusted_to;
+}
 
 }  // namespace
 
@@ -85,7 +87,8 @@ PsdEstimate stitch(const std::vector<PsdEstimate>& bands) {
     result.lines.insert(result.lines.end(), band.lines.begin(), band.lines.end());
     result.warnings.insert(result.warnings.end(), band.warnings.begin(), band.warnings.end());
     result.rms_height = std::max(result.rms_height, band.rms_height);
-    result.rms_slope = std::max(result.rms_slope, band.rms_slope);
+    if (band.rms_slope > result.rms_slope)
+      result.rms_slope = band.rms_slope, result.rms_slope_as_slopes = band.rms_slope_as_slopes;
     result.resolution = std::min(result.resolution, band.resolution);
     result.nyquist = std::max(result.nyquist, band.nyquist);
   }

@@ -17,6 +17,32 @@ constexpr double kLargestFactor = 2;
 // 2-D exponents of surfaces whose profile PSD is finite, with room for the power of 1/(exponent - 1).
 constexpr double kLeastExponent = 1.05;
 
+// int_a^b f^power df
+double power_integral(double power, double a, double b) {
+  const double p = power + 1, log_ratio = std::log(b / a);
+  return std::pow(a, p) * (std::abs(p * log_ratio) < 1e-9 ? log_ratio : std::expm1(p * log_ratio) / p);
+}
+
+// Exponents -d log S/d log f of the decade about each bin, by least squares over its bins, weighted by their
+// degrees of freedom where there are any; 0 where fewer than three have a level.
+ArrayXd fall_of(const SurfacePsd& surface, const ArrayXd& s) {
+  constexpr double kHalfADecade = 1.15;  // of log f
+  const ArrayXd log_f = surface.frequency.log();
+  ArrayXd exponent = ArrayXd::Zero(log_f.size());
+  for (Index b = 0; b < log_f.size(); ++b) {
+    double count = 0, n = 0, x = 0, y = 0, xx = 0, xy = 0;
+    for (Index c = 0; c < log_f.size(); ++c) {
+      const double u = log_f[c] - log_f[b];
+      if (std::abs(u) > kHalfADecade || !(s[c] > 0)) continue;
+      const double w = surface.dof.size() > 0 ? surface.dof[c] : 1, v = std::log(s[c]);
+      ++count, n += w, x += w * u, y += w * v, xx += w * u * u, xy += w * u * v;
+    }
+    const double spread = n * xx - x * x;
+    if (count >= 3 && spread > 0) exponent[b] = -(n * xy - x * y) / spread;
+  }
+  return exponent;
+}
+
 }  // namespace
 
 SurfacePsd surface_psd(const PsdEstimate& estimate, const PsdModelFit& fit) {
@@ -27,6 +53,7 @@ SurfacePsd surface_psd(const PsdEstimate& estimate, const PsdModelFit& fit) {
   std::vector<Index> bins;
   for (Index b = 0; b < factor.size(); ++b)
     if (factor[b] <= kLargestFactor && factor[b] >= 1 / kLargestFactor &&
+        estimate.frequency[b] >= std::min(estimate.trusted_from, fit.f_min) &&
         estimate.frequency[b] <= std::max(estimate.trusted_to, fit.f_max))
       bins.push_back(b);
   const ArrayXd by = factor(bins);
@@ -39,21 +66,54 @@ SurfacePsd surface_psd(const PsdEstimate& estimate, const PsdModelFit& fit) {
           estimate.dof(bins),
           model(bins),
           by,
-          bins};
+          bins,
+          fitted ? fit.f_min : 0,
+          fitted ? fit.f_max : kInfinity};
 }
 
 BandRms rms_in_band(const SurfacePsd& surface, PsdTableKind kind, bool of_model, double f_min, double f_max) {
-  double height = 0, slope = 0;
+  const bool profile = kind == PsdTableKind::k1dOneSided;
+  const ArrayXd& s = of_model ? surface.model : surface.psd;
+  const ArrayXd exponent = fall_of(surface, s);
+  double height = 0, slope = 0, counted_to = f_min;
   for (Index b = 0; b < surface.psd.size(); ++b) {
-    const double f = surface.frequency[b], low = surface.low[b], high = surface.high[b];
-    if (f < f_min || f > f_max) continue;
-    const double area = kind == PsdTableKind::k1dOneSided ? high - low : kPi * (high * high - low * low);
-    const double variance = (of_model ? surface.model : surface.psd)[b] * area;
-    height += variance;
-    slope += std::pow(2 * kPi * f, 2) * variance;
+    const double f = surface.frequency[b];
+    const double from = std::max(counted_to, surface.low[b]), to = std::min(surface.high[b], f_max);
+    if (!(from < to)) continue;
+    counted_to = to;
+    // psd at f, falling as f^-exponent; d2f = 2 pi f df.
+    const double level = s[b] * (profile ? 1 : 2 * kPi);
+    const double power = (profile ? 0 : 1) - exponent[b];
+    height += level * std::pow(f, exponent[b]) * power_integral(power, from, to);
+    slope += level * std::pow(f, exponent[b]) * std::pow(2 * kPi, 2) * power_integral(power + 2, from, to);
   }
-  if (kind == PsdTableKind::k2dTwoSided) slope *= 0.5;  // one axis
+  if (!profile) slope *= 0.5;  // one axis
   return {std::sqrt(height), std::sqrt(slope)};
+}
+
+BandContent band_content(const SurfacePsd& surface, PsdTableKind kind, const FrequencyBand& band) {
+  BandContent content{band, 0, 0, {}, {}};
+  const double low = std::max(band.f_min, surface.f_min), high = std::min(band.f_max, surface.f_max);
+  for (Index b = 0; b < surface.psd.size(); ++b) {
+    const double from = std::max(low, surface.low[b]), to = std::min(high, surface.high[b]);
+    if (!(from < to)) continue;
+    if (content.to == 0) content.from = from;
+    content.to = std::max(content.to, to);
+  }
+  content.data = rms_in_band(surface, kind, false, low, high);
+  content.model = rms_in_band(surface, kind, true, low, high);
+  return content;
+}
+
+std::vector<BandContent> octaves(const SurfacePsd& surface, PsdTableKind kind) {
+  std::vector<BandContent> all;
+  if (surface.psd.size() == 0) return all;
+  const double low = surface.low.minCoeff(), high = surface.high.maxCoeff();
+  for (double f = std::exp2(std::floor(std::log2(low))); f < high; f *= 2) {
+    const BandContent octave = band_content(surface, kind, {"", f, 2 * f});
+    if (octave.to > 0) all.push_back(octave);
+  }
+  return all;
 }
 
 DrawingLine drawing_line(const PsdEstimate& estimate, double f_min, double f_max) {

@@ -63,16 +63,23 @@ struct PsdEstimate {
   /// Of the detrended heights, unwindowed, each valid sample once [m]. Slopes become heights by the trapezoid
   /// rule on the true positions first. Maps: of all valid points, also those outside the estimated rectangle.
   double rms_height = 0;
-  /// Slope data: of the slopes minus their polynomial, one degree less than the heights'. Height data: of the
-  /// derivative of the detrended heights, second-order differences on the true positions (one-sided at both
-  /// ends) where all neighbours are valid. Maps: per axis, central differences at points that are valid like
-  /// both their neighbours; root of the mean of both axes' mean squares.
+  /// Of the gradient of the detrended surface. Slope data: the slopes minus the derivative of the shape that
+  /// is taken off the heights. Height data: derivative of the detrended heights, second-order differences on
+  /// the true positions (one-sided at both ends) where all neighbours are valid. Maps: per axis, central
+  /// differences at points that are valid like both their neighbours; root of the mean of both axes' mean
+  /// squares.
   double rms_slope = 0;
+  /// Slope data in the other convention, detrended as slopes: minus their own polynomial, one degree less
+  /// than the heights'. NaN for heights.
+  double rms_slope_as_slopes = std::numeric_limits<double>::quiet_NaN();
   double resolution = 0;  ///< frequency step of the ordinates [cycles/m]
   double nyquist = 0;     ///< [cycles/m]
   /// Bins beyond fall off a cliff, as no surface does: the transfer of the instrument, or a filter, ends
   /// there [cycles/m]; infinite where there is none. With it comes the warning `instrument-cut-off`.
   double trusted_to = std::numeric_limits<double>::infinity();
+  /// Bins below hold more of a shape that detrending has left than of the roughness [cycles/m]; 0 where there
+  /// is none. With it comes the warning `shape-leaks`.
+  double trusted_from = 0;
   Warnings warnings;
 };
 
@@ -115,6 +122,9 @@ class PsdEstimator {
   PsdEstimate operator()(const HeightMap& map) const;
 
  private:
+  template <class Measured>
+  void trust_from_the_shape(const Measured& measured, const std::vector<char>& left_out,
+                            PsdEstimate* result) const;
   struct Plan;
   std::unique_ptr<const Plan> plan_;
 };

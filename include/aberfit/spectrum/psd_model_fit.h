@@ -63,6 +63,7 @@ struct PsdModelFit {
   double f_min = 0, f_max = 0;  ///< band used [cycles/m]
   Eigen::ArrayXd expected;      ///< E[psd] of the model at every bin of the estimate
   Eigen::ArrayXd spectrum;      ///< the model itself at the bins' frequencies, of the kind of the estimate
+  TablePsd curve;               ///< the same over the band, dense: log-log within 1e-3 of its integrals
   double log_likelihood = 0, criterion = 0;
   double goodness = 0;     ///< p-value of the residuals, given the model
   double model_error = 0;  ///< tau: relative model discrepancy allowed for beside the sampling error; 0 where

@@ -1,5 +1,7 @@
 #pragma once
 #include <Eigen/Core>
+#include <limits>
+#include <string>
 #include <vector>
 
 #include "aberfit/spectrum/psd_estimate.h"
@@ -16,9 +18,11 @@ struct SurfacePsd {
   Eigen::ArrayXd dof;
   Eigen::ArrayXd model;  ///< S of the fitted model at `frequency` [m^3 or m^4]
   /// Over the estimate's; where it is not within 1/2 .. 2 the bin shows the estimator more than the surface
-  /// and is left out of the arrays above, as is what lies beyond `trusted_to` and the band of the fit.
+  /// and is left out of the arrays above, as is what lies outside `trusted_from` .. `trusted_to` and the
+  /// band of the fit.
   Eigen::ArrayXd factor;
   std::vector<Eigen::Index> bin;  ///< index in the estimate of every bin that is here
+  double f_min = 0, f_max = std::numeric_limits<double>::infinity();  ///< band of the fit [cycles/m]
 };
 
 /// Where the fit failed the shape is constant and `model` NaN.
@@ -29,8 +33,26 @@ struct BandRms {
   double height = 0;  ///< [m]
   double slope = 0;   ///< of profiles along them; of maps per axis, mean square of both [rad]
 };
-/// Of the bins with frequencies in [f_min, f_max], and of the model over the same bins.
+/// Of the bins between f_min and f_max, or of the model at the same bins. Within a bin the PSD falls as over
+/// the decade around it, so that a band may end inside one. A frequency is part of the first bin here that
+/// holds it, of none where the bins have a gap; zeros where the band meets no bin.
 BandRms rms_in_band(const SurfacePsd& surface, PsdTableKind kind, bool of_model, double f_min, double f_max);
+
+/// A band of spatial frequencies that has a name, such as the mid frequencies of a telescope's mirror.
+struct FrequencyBand {
+  std::string name;
+  double f_min = 0, f_max = 0;  ///< [cycles/m]
+};
+/// What lies in it.
+struct BandContent {
+  FrequencyBand band;
+  double from = 0, to = 0;  ///< the part that has bins, in the band of the fit [cycles/m]; both 0: none has
+  BandRms data, model;
+};
+BandContent band_content(const SurfacePsd& surface, PsdTableKind kind, const FrequencyBand& band);
+/// The same for every octave that the bins reach into: from 2^k to 2^(k+1) cycles/m, so that surfaces can be
+/// compared octave by octave. `name` is empty.
+std::vector<BandContent> octaves(const SurfacePsd& surface, PsdTableKind kind);
 
 /// The form that drawings carry (ISO 10110-8): profile PSD A / f^B over a band.
 struct DrawingLine {
