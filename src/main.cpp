@@ -34,9 +34,11 @@ constexpr std::array kPsdOptions = {
     PsdOption{"--quantity", "quantity", "NAME", "profiles in columns: height or slope", true},
     PsdOption{"--of", "of", "NAME", "surface or wavefront", true},
     PsdOption{"--x-unit", "x_unit", "UNIT", "unit of the positions, where the file does not say", true},
-    PsdOption{"--value-unit", "value_unit", "UNIT", "unit of heights or slopes, where the file does not say",
-              true},
+    PsdOption{"--value-unit", "value_unit", "UNIT",
+              "unit of heights or slopes, where the file does not say; heights also in waves", true},
     PsdOption{"--pitch", "pitch", "LENGTH", "maps: distance of neighbouring points, e.g. \"0.1 mm\"", true},
+    PsdOption{"--columns", "columns", "N", "text maps: samples of a row that goes over several lines", true},
+    PsdOption{"--first-row", "first_row", "NAME", "text maps: top (default) or bottom", true},
     PsdOption{"--wavelength", "wavelength", "LENGTH", "of the instrument, for values in waves or radians",
               true},
     PsdOption{"--scale", "scale", "X", "factor on the heights", true},
@@ -60,6 +62,8 @@ constexpr std::array kPsdOptions = {
         "two-k-correlations"},
     PsdOption{"--f-min", "f_min", "FREQ", "lower edge of the band to fit, e.g. \"20 /m\""},
     PsdOption{"--f-max", "f_max", "FREQ", "upper edge of the band to fit, e.g. \"1 /mm\""},
+    PsdOption{"--bands", "bands", "NAME=FREQ..FREQ,...",
+              "RMS height and slope of bands, e.g. low=0.1/mm..1/mm,mid=1/mm..10/mm"},
 };
 
 CLI::App* add_study_command(CLI::App* app, const char* name, const char* what, CommandLine* line) {

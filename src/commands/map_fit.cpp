@@ -89,9 +89,6 @@ LoadedMap load_map(const Study& study) {
                                       study.path, "/target/map/file", &loaded.clear);
   auto* map = std::get_if<HeightMap>(&data);
   if (!map) throw InputError(study.path, "/target/map/file", "a profile", "a map");
-  if (!(map->pitch_x > 0 && map->pitch_y > 0))
-    throw InputError(study.path, "/target/map/pitch", "nothing",
-                     "required: the file does not say the distance of its points");
   const double x0 = map->x0, y0 = map->y0;
   if (target.origin == "grid") centre_on_grid(map);
   if (target.origin == "circle") {

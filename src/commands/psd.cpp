@@ -8,6 +8,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
 #include "aberfit/report/psd_report.h"
+#include "aberfit/study/measured_psd.h"
 #include "aberfit/study/read_study.h"
 #include "output_directory.h"
 #include "result_folder.h"
@@ -63,7 +64,7 @@ ordered_json aperture_object(const std::string& text) {
       if (kShort.contains(key)) key = kShort.at(key);
     }
     if (key.empty())
-      throw InputError("command line", "", "--aperture \"" + text + "\"",
+      throw InputError(kCommandLine, "", "--aperture \"" + text + "\"",
                        "SHAPE:key=value,..., e.g. \"circle:diameter=95%\"");
     const ordered_json value = option_value(
         std::string(trimmed(equals == std::string_view::npos ? piece : piece.substr(equals + 1))));
@@ -73,6 +74,24 @@ ordered_json aperture_object(const std::string& text) {
       object[key] = value;
   }
   return object;
+}
+
+// "low=0.1/mm..1/mm,mid=1/mm..10/mm" as the list that a study has.
+ordered_json bands_of(const std::string& text) {
+  ordered_json bands = ordered_json::array();
+  for (const std::string_view band : words(text, ",")) {
+    const std::size_t equals = band.find('='), dots = band.find("..");
+    if (equals == std::string_view::npos || dots == std::string_view::npos || dots < equals)
+      throw InputError(kCommandLine, "option --bands", in_quotes(band),
+                       "NAME=FREQ..FREQ, separated by commas, such as low=0.1/mm..1/mm,mid=1/mm..10/mm");
+    const auto part = [&](std::size_t from, std::size_t to) {
+      return std::string(trimmed(band.substr(from, to - from)));
+    };
+    bands.push_back({{"name", part(0, equals)},
+                     {"f_min", option_value(part(equals + 1, dots))},
+                     {"f_max", option_value(part(dots + 2, band.size()))}});
+  }
+  return bands;
 }
 
 // What is measured: a study's measurement, or files with the options of the command line.
@@ -90,7 +109,8 @@ MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
   ordered_json source = ordered_json::object(), block;
   for (const auto& [key, text] : line.psd_of_file)
     source[key] = key == "aperture" ? aperture_object(text) : option_value(text);
-  for (const auto& [key, text] : line.psd_of_block) block[key] = option_value(text);
+  for (const auto& [key, text] : line.psd_of_block)
+    block[key] = key == "bands" ? bands_of(text) : option_value(text);
   for (const std::string& file : line.measured_files) {
     source["file"] = file;
     if (&file == &first)
@@ -100,7 +120,7 @@ MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
   }
   if (line.keep_lines) block["find_lines"] = false;
   *title = std::filesystem::path(first).filename().string();
-  return read_measured(block, "command line", line.threads);
+  return read_measured(block, kCommandLine, line.threads);
 }
 
 }  // namespace
@@ -125,6 +145,12 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
   report.fit = measured.result;
   report.surface = surface_psd(report.estimate, report.fit);
   report.line = drawing_line(report.estimate, report.fit.f_min, report.fit.f_max);
+  for (const Measurement& data : report.data)
+    report.differences.push_back(std::visit(
+        [&](const auto& surface) { return height_differences(surface, report.estimate.options.detrend); },
+        data));
+  for (const FrequencyBand& band : measured.bands)
+    report.bands.push_back(band_content(report.surface, report.estimate.kind, band));
   report.warnings = measured.estimate.warnings;
   report.warnings.insert(report.warnings.end(), measured.result.warnings.begin(),
                          measured.result.warnings.end());
@@ -135,6 +161,7 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
     if (options.plots) write_psd_plots(report, folder, &report.warnings);
     const ordered_json roughness = roughness_block(measured);
     write_file(folder + "psd.csv", psd_csv(report));
+    write_file(folder + "bands.csv", bands_csv(report));
     write_file(folder + "roughness.json", roughness.dump(2) + "\n");
     write_file(folder + "summary.txt", summary_table(report, roughness));
     write_file(folder + "result.json", psd_json(report, measured).dump(2) + "\n");

@@ -59,6 +59,35 @@ Picture psd_picture(const PsdReport& report) {
   return picture;
 }
 
+/// Structure functions of the measurements, one curve each, and of the model.
+Picture structure_function_picture(const PsdReport& report) {
+  const std::string name = "structure_function";
+  Picture picture{name, script_head(name, 1200, 800), {}};
+  picture.script += fmt::format(
+      "set title {} noenhanced\nset termoption enhanced\nset logscale xy\nset format x '10^{{%L}}'\n"
+      "set format y '10^{{%L}}'\nset xlabel 'separation s [mm]'\n"
+      "set ylabel 'mean square difference D(s) [nm²]'\nset grid xtics ytics\nset key bottom right\nplot ",
+      picture_title("Structure function, detrended", report.title));
+  for (std::size_t i = 0; i < report.differences.size(); ++i) {
+    const HeightDifferences& d = report.differences[i];
+    const std::string file = i == 0 ? name + ".dat" : fmt::format("{}_{}.dat", name, i + 1);
+    picture.add_columns(file, {"separation [m], D of the measurement [m^2], D of the model"},
+                        {d.separation, d.mean_square,
+                         model_height_differences(report.fit, report.estimate.kind, d.separation)});
+    picture.script += fmt::format(
+        "{0}'{1}' using ($1*1e3):($2*1e18) with points pointtype {2} pointsize 0.9 linecolor rgb '{3}' title "
+        "'measured{4}'",
+        i == 0 ? "" : kNextCurve, file, 7 + 2 * int(i), kTargetColour,
+        report.differences.size() > 1 ? fmt::format(", file {}", i + 1) : "");
+    picture.script += fmt::format(
+        "{}'{}' using ($1*1e3):($3*1e18) with lines linecolor rgb '{}' linewidth 2.5 dashtype 1 {}",
+        kNextCurve, file, kFittedColour,
+        i == 0 ? "title 'model in its band: " + to_string(report.fit.family) + "'" : std::string("notitle"));
+  }
+  picture.script += "\n";
+  return picture;
+}
+
 Picture profile_data_picture(const PsdReport& report, const Profile& measured, const std::string& name) {
   const Profile heights = detrend(heights_of(measured), report.estimate.options.detrend);
   const AxisUnit lateral = length_unit(heights.x.abs().maxCoeff());
@@ -104,6 +133,8 @@ Picture map_data_picture(const PsdReport& report, const HeightMap& measured, con
 std::vector<std::string> write_psd_plots(const PsdReport& report, const std::string& directory,
                                          Warnings* warnings) {
   std::vector<Picture> pictures = {psd_picture(report)};
+  if (!report.differences.empty() && report.differences.front().separation.size() > 1)
+    pictures.push_back(structure_function_picture(report));
   for (std::size_t i = 0; i < report.data.size(); ++i) {
     const std::string name = i == 0 ? "data" : fmt::format("data_{}", i + 1);
     if (const auto* profile = std::get_if<Profile>(&report.data[i]))

@@ -75,12 +75,45 @@ Json bins_json(const PsdReport& report) {
   return list;
 }
 
+Json rms_json(const BandRms& rms) {
+  return {{"rms_height_m", json_number(rms.height)}, {"rms_slope", json_number(rms.slope)}};
+}
+
 // The model and the data, the same bins of both.
 Json in_band_json(const PsdReport& report) {
-  const auto json = [](const BandRms& rms) {
-    return Json{{"rms_height_m", json_number(rms.height)}, {"rms_slope", json_number(rms.slope)}};
-  };
-  return {{"data", json(report.in_band(false))}, {"model", json(report.in_band(true))}};
+  return {{"data", rms_json(report.in_band(false))}, {"model", rms_json(report.in_band(true))}};
+}
+
+Json band_json(const BandContent& content) {
+  const bool there = content.to > 0;
+  Json json = Json::object();
+  if (!content.band.name.empty()) json["name"] = content.band.name;
+  json.update({{"f_min_per_m", content.band.f_min},
+               {"f_max_per_m", content.band.f_max},
+               {"from_per_m", there ? Json(content.from) : Json()},
+               {"to_per_m", there ? Json(content.to) : Json()},
+               {"data", there ? rms_json(content.data) : Json()},
+               {"model", there ? rms_json(content.model) : Json()}});
+  return json;
+}
+
+Json bands_json(const std::vector<BandContent>& bands) {
+  Json list = Json::array();
+  for (const BandContent& content : bands) list.push_back(band_json(content));
+  return list;
+}
+
+// One per measurement.
+Json differences_json(const PsdReport& report) {
+  Json list = Json::array();
+  for (const HeightDifferences& d : report.differences) {
+    const Eigen::ArrayXd model = model_height_differences(report.fit, report.estimate.kind, d.separation);
+    list.push_back({{"separation_m", json_numbers(d.separation)},
+                    {"mean_square_m2", json_numbers(d.mean_square)},
+                    {"pairs", json_numbers(d.pairs)},
+                    {"model_m2", json_numbers(model)}});
+  }
+  return list;
 }
 
 Json line_json(const DrawingLine& line) {
@@ -88,6 +121,7 @@ Json line_json(const DrawingLine& line) {
   return {{"exponent", line.exponent},
           {"exponent_std", json_number(line.exponent_std)},
           {"interval", Json::array({json_number(line.lower), json_number(line.upper)})},
+          {"roughness", line_block(line)},
           {"amplitude", json_number(line.amplitude)},
           {"log_amplitude_std", json_number(line.log_amplitude_std)},
           {"f_min_per_m", line.f_min},
@@ -139,6 +173,15 @@ Json model_json(const PsdModelFit& fit) {
 
 }  // namespace
 
+Json line_block(const DrawingLine& line) {
+  return {{"psd",
+           {{"model", "power-law"},
+            {"profile_psd",
+             {{"A", fmt::format("{} m^3", line.amplitude)}, {"f_unit", "/m"}, {"B", line.exponent}}},
+            {"f_min", line.f_min},
+            {"f_max", line.f_max}}}};
+}
+
 BandRms PsdReport::in_band(bool of_model) const {
   return rms_in_band(surface, estimate.kind, of_model, fit.f_min, fit.f_max);
 }
@@ -153,17 +196,39 @@ Json to_json(const PsdReport& report, const Json& request, const Json& roughness
            {{"kind", of_profiles(report) ? "1d-one-sided" : "2d-two-sided"},
             {"rms_height_m", json_number(e.rms_height)},
             {"rms_slope", json_number(e.rms_slope)},
+            {"rms_slope_as_slopes", json_number(e.rms_slope_as_slopes)},
             {"resolution_per_m", json_number(e.resolution)},
             {"nyquist_per_m", json_number(e.nyquist)},
+            {"trusted_from_per_m", json_number(e.trusted_from > 0 ? e.trusted_from : NAN)},
             {"trusted_to_per_m", json_number(e.trusted_to)},
             {"bins", bins_json(report)},
             {"lines", lines_json(e)}}},
           {"model", model_json(report.fit)},
           {"in_band", in_band_json(report)},
+          {"bands", bands_json(report.bands)},
+          {"octaves", bands_json(octaves(report.surface, report.estimate.kind))},
+          {"structure_function", differences_json(report)},
           {"drawing_line", line_json(report.line)},
           {"roughness", roughness},
           {"warnings", json_warnings(report.warnings)},
           {"provenance", to_json(report.provenance)}};
+}
+
+std::string bands_csv(const PsdReport& report) {
+  std::string text =
+      "# RMS height and slope by band: those asked for, then octaves; of the bins from .. to in each, of "
+      "data "
+      "and model\n# Slopes of profiles are along them, those of maps per axis\n"
+      "name,f_min_per_m,f_max_per_m,from_per_m,to_per_m,rms_height_m,rms_slope_rad,model_rms_height_m,"
+      "model_rms_slope_rad\n";
+  const auto add = [&](const BandContent& c, const std::string& name) {
+    fmt::format_to(std::back_inserter(text), "{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n",
+                   name, c.band.f_min, c.band.f_max, c.from, c.to, c.data.height, c.data.slope,
+                   c.model.height, c.model.slope);
+  };
+  for (const BandContent& content : report.bands) add(content, content.band.name);
+  for (const BandContent& octave : octaves(report.surface, report.estimate.kind)) add(octave, "octave");
+  return text;
 }
 
 std::string psd_csv(const PsdReport& report) {

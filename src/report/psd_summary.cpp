@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -35,10 +36,20 @@ std::string estimator_line(const PsdEstimate& e) {
   std::string shape = kShapes[std::size_t(e.options.detrend.shape)];
   if (const auto at = shape.find("{}"); at != std::string::npos)
     shape.replace(at, 2, std::to_string(e.options.detrend.degree));
-  return fmt::format("{}, {} window, {} bins from {} to {}; RMS height {}, RMS slope {}", shape,
-                     to_string(e.options.window), e.frequency.size(), frequency(e.low[0]),
-                     frequency(e.high[e.high.size() - 1]), metres_text(e.rms_height),
-                     format_quantity(e.rms_slope, Dimension::kAngle));
+  return fmt::format("{}, {} window, {} bins from {} to {}", shape, to_string(e.options.window),
+                     e.frequency.size(), frequency(e.low[0]), frequency(e.high[e.high.size() - 1]));
+}
+
+std::string slope_text(double value) { return format_quantity(value, Dimension::kAngle); }
+
+// Of every valid sample, whatever its frequencies. Two conventions of a slope's RMS where they differ.
+std::string record_line(const PsdEstimate& e) {
+  constexpr double kNoticed = 0.01;
+  std::string text = fmt::format("RMS height {}, RMS slope {} of the detrended surface",
+                                 metres_text(e.rms_height), slope_text(e.rms_slope));
+  if (std::abs(e.rms_slope_as_slopes / e.rms_slope - 1) > kNoticed)
+    text += fmt::format(" ({} with the slopes themselves detrended)", slope_text(e.rms_slope_as_slopes));
+  return paragraph("Record", text);
 }
 
 std::string value_with_unit(double value, const std::string& unit) {
@@ -64,12 +75,50 @@ std::string parameter_rows(const PsdReport& report) {
 std::string band_line(const PsdReport& report) {
   const BandRms data = report.in_band(false), model = report.in_band(true);
   if (!(data.height > 0) || !(model.height > 0)) return "";
-  const auto slope = [](double value) { return format_quantity(value, Dimension::kAngle); };
   return paragraph(
       "In band", fmt::format("RMS height {} of the model, {} of the bins (ratio {:.3f}); RMS slope {}, {} "
                              "(ratio {:.3f})",
                              metres_text(model.height), metres_text(data.height), model.height / data.height,
-                             slope(model.slope), slope(data.slope), model.slope / data.slope));
+                             slope_text(model.slope), slope_text(data.slope), model.slope / data.slope));
+}
+
+std::string named_band_rows(const std::vector<BandContent>& bands) {
+  std::string text;
+  for (const BandContent& c : bands) {
+    const std::string range = frequency(c.band.f_min) + " to " + frequency(c.band.f_max);
+    text += paragraph(
+        "Band", c.to == 0
+                    ? fmt::format("{}, {}: no bins", c.band.name, range)
+                    : fmt::format("{}, {}: RMS height {} of the bins, {} of the model; RMS slope {}, {}",
+                                  c.band.name, range, metres_text(c.data.height), metres_text(c.model.height),
+                                  slope_text(c.data.slope), slope_text(c.model.slope)));
+  }
+  return text;
+}
+
+std::string square_nanometres(double value) { return fmt::format("{:.4g} nm^2", 1e18 * value); }
+
+// The structure function at a few separations, even in the logarithm.
+std::string difference_rows(const PsdReport& report) {
+  constexpr Eigen::Index kRows = 6;
+  std::string text;
+  for (std::size_t i = 0; i < report.differences.size(); ++i) {
+    const HeightDifferences& d = report.differences[i];
+    const Eigen::Index n = d.separation.size(), rows = std::min(n, kRows);
+    if (n == 0) continue;
+    const Eigen::ArrayXd model = model_height_differences(report.fit, report.estimate.kind, d.separation);
+    text += fmt::format("\n{}Structure function D(s) = <(h(x+s) - h(x))^2> of the detrended surface\n",
+                        report.differences.size() > 1 ? report.files.at(i) + ": " : "");
+    text += fmt::format("  {:>12} {:>18} {:>18} {:>18}\n", "s", "D", "D of the model", "RMS difference");
+    for (Eigen::Index row = 0; row < rows; ++row) {
+      const Eigen::Index k =
+          rows > 1 ? Eigen::Index(std::lround(double(row * (n - 1)) / double(rows - 1))) : 0;
+      text += fmt::format("  {:>12} {:>18} {:>18} {:>18}\n", metres_text(d.separation[k]),
+                          square_nanometres(d.mean_square[k]), square_nanometres(model[k]),
+                          metres_text(std::sqrt(d.mean_square[k])));
+    }
+  }
+  return text;
 }
 
 // The straight line in the form that drawings carry: one-dimensional, A/f^B over a band.
@@ -107,13 +156,16 @@ std::string summary_table(const PsdReport& report, const nlohmann::ordered_json&
     text += paragraph("Data", report.files.at(i) + ": " + std::visit(Described{}, report.data[i]) +
                                   clear_text(report.clear.at(i)));
   text += paragraph("PSD", estimator_line(report.estimate));
-  text += lines_rows(report.estimate);
+  text += record_line(report.estimate) + lines_rows(report.estimate);
   const PsdModelFit& fit = report.fit;
   text += paragraph("Model", fmt::format("{} over {} to {}: {} ({}); p-value of the residuals {:.3g}",
                                          to_string(fit.family), frequency(fit.f_min), frequency(fit.f_max),
                                          to_string(fit.status), fit.message, fit.goodness));
-  text += parameter_rows(report) + "\n" + band_line(report) + drawing_text(report.line);
+  text += parameter_rows(report) + "\n" + band_line(report) + named_band_rows(report.bands) +
+          drawing_text(report.line) + difference_rows(report);
   text += "\nFor a study:\n\"roughness\": " + roughness.dump() + "\n";
+  if (std::isfinite(report.line.exponent))
+    text += "The line of the drawing:\n\"roughness\": " + line_block(report.line).dump() + "\n";
   for (const Warning& warning : report.warnings)
     text += fmt::format("\n{}", paragraph("Warning", warning.code + ": " + warning.message));
   return text;

@@ -21,8 +21,9 @@ void describe_map_target(Visitor& v, MapTarget& target);
 /// The `verify` block.
 void describe_verify(Visitor& v, VerifySpec& verify);
 
-/// Reports `key` unless `unit` is one of the dimension's.
-void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension dimension);
+/// Reports `key` unless `unit` is one of the dimension's. more: what else the message allows.
+void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension dimension,
+                const std::string& more = "");
 /// Reports `f_max` unless it is above `f_min`.
 void require_band(Visitor& v, double f_min, double f_max);
 

@@ -101,13 +101,20 @@ void describe_source(Visitor& v, MeasuredFile& m) {
   v.text({"x_unit", "unit of the positions, where the file does not say", kOptional, "\"mm\""}, m.x_unit,
          true);
   if (!m.x_unit.empty()) check_unit(v, "x_unit", m.x_unit, kLength);
-  v.text({"value_unit", "unit of heights or slopes, where the file does not say", kOptional, "\"nm\""},
+  v.text({"value_unit",
+          "unit of heights or slopes, where the file does not say; heights may be in waves (of wavelength)",
+          kOptional, "\"nm\""},
          m.value_unit, true);
-  if (!m.value_unit.empty())
-    check_unit(v, "value_unit", m.value_unit, m.quantity == "slope" ? kAngle : kLength);
+  const bool slopes = m.quantity == "slope";
+  if (!m.value_unit.empty() && (slopes || !is_waves(m.value_unit)))
+    check_unit(v, "value_unit", m.value_unit, slopes ? kAngle : kLength, slopes ? "" : ", waves");
   v.quantity({"pitch", "maps: distance of neighbouring points [m], where the file does not say", kOptional,
               "\"0.1 mm\""},
              m.pitch, kLength, Range::positive());
+  v.integer({"columns", "text maps: samples of a row, where rows go over several lines", kOptional, "512"},
+            m.columns, 2, 1000000);
+  v.word({"first_row", "text maps: where the first row of the file is on the surface"}, m.first_row,
+         {"top", "bottom"});
   v.quantity({"wavelength", "of the instrument [m], for values in waves or radians; absent: as the file says",
               kOptional, "\"632.8 nm\""},
              m.wavelength, kLength, Range{1e-12, 1e-2});
@@ -152,12 +159,13 @@ void describe_model_fit(Visitor& v, PsdFitOptions& f) {
 
 }  // namespace
 
-void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension dimension) {
+void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension dimension,
+                const std::string& more) {
   if (!v.reading()) return;
   try {
     unit_factor(unit, dimension);
   } catch (const UnitError&) {
-    v.check(false, key, '"' + unit + '"', allowed_units(dimension));
+    v.check(false, key, '"' + unit + '"', allowed_units(dimension) + more);
   }
 }
 
@@ -170,6 +178,17 @@ void describe_measured_psd(Visitor& v, MeasuredPsd& m) {
   describe_outliers(v, m.outliers);
   describe_estimator(v, m.estimator);
   describe_model_fit(v, m.fit);
+  v.list(
+      {"bands", "bands whose RMS height and slope are told, of the bins and of the model"}, m.bands.size(), 0,
+      [&](std::size_t count) { m.bands.resize(count); },
+      [&](Visitor& b, std::size_t i) {
+        b.text({"name", "what the band is called", kRequired, "\"mid\""}, m.bands[i].name, false);
+        b.quantity({"f_min", "lower edge [cycles/m]", kRequired, "\"0.1 /mm\""}, m.bands[i].f_min, kFrequency,
+                   Range::positive());
+        b.quantity({"f_max", "upper edge [cycles/m]", kRequired, "\"1 /mm\""}, m.bands[i].f_max, kFrequency,
+                   Range::positive());
+        require_band(b, m.bands[i].f_min, m.bands[i].f_max);
+      });
   m.fit.confidence = m.estimator.confidence;
 }
 

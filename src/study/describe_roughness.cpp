@@ -1,3 +1,8 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "aberfit/roughness/k_correlation.h"
 #include "describe.h"
 
 namespace aberfit::internal {
@@ -42,15 +47,60 @@ void describe(Visitor& v, KCorrelationPsd& m) {
   require_band(v, m.f_min, m.f_max);
 }
 
+// What a drawing says of profiles: A/f^B.
+struct DrawnLine {
+  double level = 0, at = 1, exponent = 0;
+};
+
+void describe(Visitor& v, DrawnLine& line) {
+  v.quantity({"A", "one-sided PSD of a profile at f = f_unit [m^3]", kRequired, "\"0.01 nm^2 mm\""},
+             line.level, kPsd1d, Range::positive());
+  std::string unit;
+  v.text({"f_unit", "what f is counted in", kRequired, "\"1/mm\""}, unit, false);
+  check_unit(v, "f_unit", unit, kFrequency);
+  if (v.reading()) line.at = unit_factor(unit, kFrequency);
+  v.quantity({"B", "1-D exponent of A/f^B; the surface has one more", kRequired, "2"}, line.exponent, kNumber,
+             Range{0.05, 15});
+}
+
+// The surface whose profiles have the line if it goes on for ever: Abel's relation, PHYSICS 3.
+void take_line(const DrawnLine& line, PowerLawPsd& m) {
+  const KCorrelation2d surface = k_correlation_1d_to_2d(
+      {line.level * std::pow(line.at, line.exponent), 1, line.exponent});  // far above a knee at 1 cycle/m
+  m.amplitude = surface.amplitude;
+  m.exponent = surface.exponent;
+}
+
 void describe(Visitor& v, PowerLawPsd& m) {
-  v.quantity({"rms", "RMS surface height inside the band [m]; this or amplitude", kOptional, "\"20 nm\""},
+  v.quantity({"rms", "RMS surface height inside the band [m]; this, amplitude or profile_psd", kOptional,
+              "\"20 nm\""},
              m.rms, kLength, kRoughnessHeight);
-  v.quantity({"amplitude", "two-sided 2-D PSD at 1 cycle/m [m^4]; this or rms", kOptional, "\"1 nm^2 mm^2\""},
+  v.quantity({"amplitude", "two-sided 2-D PSD at 1 cycle/m [m^4]; this, rms or profile_psd", kOptional,
+              "\"1 nm^2 mm^2\""},
              m.amplitude, kPsd2d, Range::positive());
-  v.check(m.rms.has_value() != m.amplitude.has_value(), m.rms ? "amplitude" : "rms",
-          m.rms ? "rms and amplitude" : "neither rms nor amplitude", "exactly one of rms and amplitude");
-  v.quantity({"exponent", "b of the 2-D PSD amplitude f^-b", kRequired, "3"}, m.exponent, kNumber,
-             Range{-20, 20});
+  std::optional<DrawnLine> line;
+  v.optional_object(
+      {"profile_psd",
+       "A/f^B of a drawing (ISO 10110-8), the one-sided PSD of profiles, instead of rms, amplitude "
+       "and exponent; f_min and f_max are its band"},
+      line, describe);
+  const int given = (m.rms ? 1 : 0) + (m.amplitude ? 1 : 0) + (line ? 1 : 0);
+  v.check(given == 1,
+          line    ? "profile_psd"
+          : m.rms ? "amplitude"
+                  : "rms",
+          given == 0 ? "none of rms, amplitude and profile_psd" : fmt::format("{} of them", given),
+          "exactly one of rms, amplitude and profile_psd");
+  std::optional<double> exponent;
+  if (!v.reading() && (m.rms || m.amplitude)) exponent = m.exponent;
+  v.quantity({"exponent", "b of the 2-D PSD amplitude f^-b; not beside profile_psd, which has its own",
+              kOptional, "3"},
+             exponent, kNumber, Range{-20, 20});
+  v.check(exponent.has_value() != line.has_value(), "exponent",
+          line ? "an exponent beside profile_psd" : "no exponent",
+          line ? "B of profile_psd alone" : "the 2-D exponent b of amplitude f^-b");
+  if (exponent) m.exponent = *exponent;
+  if (line && v.reading()) take_line(*line, m);
   describe_f_min(v, m.f_min, kRequired);
   describe_unbounded_f_max(v, m.f_max);
   require_band(v, m.f_min, m.f_max);

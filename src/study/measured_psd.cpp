@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <regex>
 #include <stdexcept>
 
 #include "aberfit/core/errors.h"
@@ -24,10 +25,61 @@ MeasuredSource source_of(const MeasuredFile& file, const std::string& path) {
   if (!file.of.empty()) source.wavefront = file.of == "wavefront";
   const Dimension value = file.quantity == "slope" ? Dimension::kAngle : Dimension::kLength;
   if (!file.x_unit.empty()) source.x_factor = unit_factor(file.x_unit, Dimension::kLength);
-  if (!file.value_unit.empty()) source.value_factor = unit_factor(file.value_unit, value);
+  source.value_in_waves = is_waves(file.value_unit);
+  if (!file.value_unit.empty() && !source.value_in_waves)
+    source.value_factor = unit_factor(file.value_unit, value);
   source.pitch = file.pitch;
+  source.columns = file.columns;
+  source.bottom_first = file.first_row == "bottom";
   source.wavelength = file.wavelength;
   return source;
+}
+
+// An option as it is given: --value-unit on the command line, the key "value_unit" in a study.
+std::string option_name(const std::string& key, bool typed) {
+  if (!typed) return "\"" + key + '"';
+  std::string flag = "--" + key;
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return flag;
+}
+
+// Readers name options by their keys.
+std::string as_given(const std::string& text, bool typed) {
+  static const std::regex kOption("option '([a-z_]+)'( or '([a-z_]+)')?");
+  std::string result;
+  auto at = text.cbegin();
+  for (std::sregex_iterator match(text.begin(), text.end(), kOption), end; match != end; ++match) {
+    result.append(at, text.cbegin() + match->position());
+    result += (typed ? "option " : "key ") + option_name((*match)[1], typed);
+    if ((*match)[3].matched) result += " or " + option_name((*match)[3], typed);
+    at = text.cbegin() + match->position() + match->length();
+  }
+  return result.append(at, text.cend());
+}
+
+// One message for everything that a file leaves open.
+[[noreturn]] void ask_for(const std::vector<std::string>& facts, bool typed, const std::string& where,
+                          const std::string& pointer, const std::string& file) {
+  struct Fact {
+    const char *key, *what, *typed, *written;
+  };
+  static constexpr Fact kFacts[] = {
+      {"quantity", "whether its values are heights or slopes", "height|slope", "\"height\" or \"slope\""},
+      {"of", "whether it is of the surface or of a wavefront", "surface|wavefront",
+       "\"surface\" or \"wavefront\""},
+      {"x_unit", "the unit of its positions", "UNIT", "\"mm\""},
+      {"value_unit", "the unit of its values", "UNIT (nm, ..., or waves with --wavelength)",
+       "\"nm\", or \"waves\" with \"wavelength\""},
+      {"pitch", "the distance of its points", "LENGTH (e.g. \"0.1 mm\")", "\"0.1 mm\""},
+      {"wavelength", "the wavelength of its waves", "LENGTH (e.g. \"632.8 nm\")", "\"632.8 nm\""}};
+  std::string open, allowed;
+  for (const Fact& fact : kFacts) {
+    if (std::find(facts.begin(), facts.end(), fact.key) == facts.end()) continue;
+    open += (open.empty() ? "" : "; ") + std::string(fact.what);
+    allowed += (allowed.empty() ? "" : ", ") + option_name(fact.key, typed) + (typed ? " " : ": ") +
+               (typed ? fact.typed : fact.written);
+  }
+  throw InputError(where, pointer, fmt::format("\"{}\", which does not say {}", file, open), allowed);
 }
 
 double largest_height(const Profile& profile) {
@@ -63,6 +115,23 @@ void warn_of_missing_band(const PsdEstimate& estimate, const PsdFitOptions& aske
   if (asked.f_max > high) warn("f_max", asked.f_max, high);
 }
 
+void warn_of_bands_beyond(const PsdEstimate& estimate, const std::vector<FrequencyBand>& bands,
+                          PsdModelFit* fit) {
+  const SurfacePsd surface = surface_psd(estimate, *fit);
+  const auto frequency = [](double f) { return format_quantity(f, Dimension::kSpatialFrequency); };
+  for (const FrequencyBand& band : bands) {
+    const BandContent content = band_content(surface, estimate.kind, band);
+    const auto reached = [](double there, double wanted) { return std::abs(there / wanted - 1) < 1e-9; };
+    if (reached(content.from, band.f_min) && reached(content.to, band.f_max)) continue;
+    fit->warnings.push_back(
+        {"band-beyond-data",
+         fmt::format("the band {} is {} to {}, {}", band.name, frequency(band.f_min), frequency(band.f_max),
+                     content.to == 0 ? std::string("where there is no bin: nothing is known of it")
+                                     : fmt::format("the bins in it are {} to {}: its RMS is that of these",
+                                                   frequency(content.from), frequency(content.to)))});
+  }
+}
+
 // A model of red bins follows the many; the RMS is in the few of lowest frequency.
 void warn_of_other_rms(const PsdEstimate& estimate, PsdModelFit* fit) {
   if (fit->status == PsdFitStatus::kFailed) return;
@@ -78,7 +147,7 @@ void warn_of_other_rms(const PsdEstimate& estimate, PsdModelFit* fit) {
   Eigen::Index first = 0;
   while (first + kLowest < surface.psd.size() && surface.frequency[first] < fit->f_min) ++first;
   const Eigen::Index last = std::min(first + kLowest, surface.psd.size()) - 1;
-  const double share = std::pow(rms(false, surface.frequency[last]).height / data.height, 2);
+  const double share = std::pow(rms(false, surface.high[last]).height / data.height, 2);
   fit->warnings.push_back(
       {"rms-not-as-measured",
        fmt::format(
@@ -94,15 +163,22 @@ void warn_of_other_rms(const PsdEstimate& estimate, PsdModelFit* fit) {
 
 Measurement load_measurement(const MeasuredFile& file, const std::string& folder, const std::string& where,
                              const std::string& pointer, ClearRegion* clear) {
+  const MeasuredSource source = source_of(file, (std::filesystem::path(folder) / file.file).string());
+  const bool typed = where == kCommandLine;
   Measurement data;
   try {
-    data = read_measurement(source_of(file, (std::filesystem::path(folder) / file.file).string()));
+    data = read_measurement(source);
   } catch (const InputError& error) {
+    if (dynamic_cast<const MissingFact*>(&error) != nullptr)
+      if (const std::vector<std::string> facts = missing_facts(source); facts.size() > 1)
+        ask_for(facts, typed, where, pointer, file.file);
     throw InputError(where, pointer,
                      fmt::format("in \"{}\"{}{}: {}", file.file, error.pointer().empty() ? "" : ", ",
-                                 error.pointer(), error.found()),
-                     error.allowed());
+                                 as_given(error.pointer(), typed), as_given(error.found(), typed)),
+                     as_given(error.allowed(), typed));
   }
+  if (const auto* map = std::get_if<HeightMap>(&data); map && !(map->pitch_x > 0 && map->pitch_y > 0))
+    ask_for({"pitch"}, typed, where, pointer, file.file);
   if (auto* profile = std::get_if<Profile>(&data)) profile->value *= file.scale;
   if (auto* map = std::get_if<HeightMap>(&data)) map->height *= file.scale;
   if (file.clear.whole()) return data;
@@ -140,6 +216,7 @@ void measure_psd(MeasuredPsd& measured, const std::string& folder, const std::st
   }
   measured.result = fit_psd_model(measured.estimate, measured.fit);
   warn_of_missing_band(measured.estimate, measured.fit, &measured.result);
+  warn_of_bands_beyond(measured.estimate, measured.bands, &measured.result);
   warn_of_other_rms(measured.estimate, &measured.result);
   if (measured.result.status == PsdFitStatus::kFailed)
     throw InputError(where, pointer + "/file",

@@ -4,10 +4,13 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "aberfit/roughness/k_correlation.h"
+#include "aberfit/study/read_study.h"
 #include "spectrum/random_line.h"
 #include "study/run_program.h"
 #include "study/scratch_folder.h"
@@ -111,6 +114,225 @@ TEST(PsdCommand, SaysWhereTheInstrumentEnds) {
   EXPECT_NEAR(ran.result["model"]["f_max_per_m"], 200, 25);
   EXPECT_EQ(ran.result["estimate"]["trusted_to_per_m"], ran.result["model"]["f_max_per_m"]);
   EXPECT_TRUE(measured(kSteep, ProfileQuantity::kHeight, 7).result["estimate"]["trusted_to_per_m"].is_null());
+}
+
+// The words of a text, one blank between any two.
+std::string unwrapped(const std::string& text) {
+  std::istringstream words(text);
+  std::string joined;
+  for (std::string word; words >> word;) joined += (joined.empty() ? "" : " ") + word;
+  return joined;
+}
+
+double number(const ordered_json& value) { return value.get<double>(); }
+
+TEST(PsdCommand, TellsBandsInTextJsonAndTable) {
+  const ScratchFolder folder;
+  folder.write("mirror.csv", profile_csv(kSteep, ProfileQuantity::kHeight, 5));
+  const std::string bands = " --bands 'low=5/m..0.05/mm, mid=0.05/mm..0.3/mm,beyond=1/mm..2/mm'";
+  ASSERT_EQ(run_program(folder, "psd mirror.csv --no-plots -o out" + bands), 0)
+      << read_file(folder.file("stderr.txt"));
+  const ordered_json result = ordered_json::parse(read_file(folder.file("out/result.json")));
+  const std::string text = read_file(folder.file("stdout.txt")),
+                    table = read_file(folder.file("out/bands.csv"));
+  ASSERT_EQ(result["bands"].size(), 3u);
+  const ordered_json &low = result["bands"][0], &mid = result["bands"][1], &beyond = result["bands"][2];
+  EXPECT_EQ(mid["name"], "mid");
+  EXPECT_NEAR(number(mid["f_max_per_m"]), 300, 1e-9);
+  // 1e-15 f^-4 between them, and its slopes; two degrees of freedom an ordinate: 7 and 2 % of the RMS.
+  EXPECT_NEAR(number(low["model"]["rms_height_m"]), std::sqrt(1e-15 / 3 * (1 / 125.0 - 1 / 125e3)),
+              0.3 * 1.6e-9);
+  EXPECT_NEAR(number(mid["data"]["rms_slope"]),
+              2 * std::numbers::pi * std::sqrt(1e-15 * (1 / 50.0 - 1 / 300.0)), 0.2 * 2.6e-8);
+  EXPECT_TRUE(beyond["data"].is_null());
+  EXPECT_NE(unwrapped(text).find("Band mid, 50 /m to 300 /m: RMS height"), std::string::npos) << text;
+  EXPECT_NE(unwrapped(text).find("Band beyond, 1 /mm to 2 /mm: no bins"), std::string::npos) << text;
+  EXPECT_NE(table.find(fmt::format("mid,50,300,50,300,{:.9g},{:.9g},", number(mid["data"]["rms_height_m"]),
+                                   number(mid["data"]["rms_slope"]))),
+            std::string::npos)
+      << table;
+  EXPECT_NE(text.find("band-beyond-data"), std::string::npos);
+  // Octaves add up to the whole band of the bins.
+  double sum = 0;
+  for (const ordered_json& octave : result["octaves"])
+    sum += std::pow(number(octave["data"]["rms_height_m"]), 2);
+  EXPECT_NEAR(std::sqrt(sum) / number(result["in_band"]["data"]["rms_height_m"]), 1, 0.2);
+  for (const char* wrong : {"low", "low=1/m", "low=1/m..0.5/m", "=1/m..2/m", "low=1..2 mm"})
+    EXPECT_EQ(run_program(folder, fmt::format("psd mirror.csv --no-plots -o out --bands '{}'", wrong)), 2)
+        << wrong;
+}
+
+TEST(PsdCommand, TellsTheStructureFunctionInTextAndJson) {
+  const Ran ran = measured(kSteep, ProfileQuantity::kHeight, 5);
+  const ordered_json& d = ran.result["structure_function"].at(0);
+  const std::size_t n = d["separation_m"].size();
+  ASSERT_GT(n, 20u);
+  for (const std::size_t k : {std::size_t(0), n - 1}) {
+    const std::string row = fmt::format("{:.4g} nm^2", 1e18 * number(d["mean_square_m2"][k]));
+    EXPECT_NE(ran.text.find(row), std::string::npos) << row << "\n" << ran.text;
+    EXPECT_NE(ran.text.find(fmt::format("{:.4g} nm^2", 1e18 * number(d["model_m2"][k]))), std::string::npos);
+  }
+  EXPECT_NEAR(number(d["separation_m"][0]), 1e-3, 1e-12);
+}
+
+// What is drawn is what is told; files of a picture are there without gnuplot, too.
+TEST(PsdCommand, DrawsTheStructureFunctionThatItTells) {
+  const ScratchFolder folder;
+  folder.write("mirror.csv", profile_csv(kSteep, ProfileQuantity::kHeight, 5));
+  ASSERT_EQ(run_program(folder, "psd mirror.csv -o out"), 0);
+  const ordered_json d =
+      ordered_json::parse(read_file(folder.file("out/result.json")))["structure_function"][0];
+  std::istringstream rows(read_file(folder.file("out/plots/structure_function.dat")));
+  std::size_t k = 0;
+  for (std::string row; std::getline(rows, row);) {
+    if (row.empty() || row.starts_with("#")) continue;
+    std::istringstream numbers(row);
+    for (const char* key : {"separation_m", "mean_square_m2", "model_m2"}) {
+      double drawn = 0;
+      numbers >> drawn;
+      EXPECT_NEAR(drawn / number(d[key].at(k)), 1, 1e-8) << key << k;
+    }
+    ++k;
+  }
+  EXPECT_EQ(k, d["separation_m"].size());
+}
+
+// One definition of the RMS slope; the other convention stands beside it where it differs by over 1 %.
+TEST(PsdCommand, TellsBothConventionsOfARmsSlopeWhereTheyDiffer) {
+  int differ = 0;
+  for (int seed = 1; seed <= 4; ++seed)
+    for (const ProfileQuantity quantity : {ProfileQuantity::kHeight, ProfileQuantity::kSlope}) {
+      const Ran ran = measured(kSteep, quantity, seed);
+      const ordered_json& e = ran.result["estimate"];
+      if (quantity == ProfileQuantity::kHeight) {
+        EXPECT_TRUE(e["rms_slope_as_slopes"].is_null());
+        continue;
+      }
+      const bool other = std::abs(number(e["rms_slope_as_slopes"]) / number(e["rms_slope"]) - 1) > 0.01;
+      EXPECT_EQ(unwrapped(ran.text).find("with the slopes themselves detrended") != std::string::npos, other);
+      differ += other;
+    }
+  EXPECT_GT(differ, 0);
+}
+
+// What is printed as the line of the drawing is a roughness whose line is that line.
+TEST(PsdCommand, PrintsALineThatAStudyTakes) {
+  const Ran ran = measured(kSteep, ProfileQuantity::kHeight, 5);
+  const std::size_t at = ran.text.find("The line of the drawing:\n\"roughness\": ");
+  ASSERT_NE(at, std::string::npos) << ran.text;
+  const std::size_t begin = ran.text.find('{', at);
+  const std::string block = ran.text.substr(begin, ran.text.find('\n', begin) - begin);
+  const ordered_json& line = ran.result["drawing_line"];
+  EXPECT_EQ(ordered_json::parse(block), line["roughness"]);
+  const Study study = parse_study(
+      R"({"aberfit": 1, "mirror": {"focal_length": "2 m"}, "aperture": {"shape": "circle", "diameter": "0.4 m"},
+          "light": {"wavelength": "600 nm"}, "roughness": )" +
+          block + "}",
+      "study.json");
+  const auto& law = std::get<PowerLawPsd>(*study.psd);
+  const KCorrelation1d back = k_correlation_2d_to_1d({*law.amplitude, 1, law.exponent});
+  EXPECT_NEAR(back.exponent, number(line["exponent"]), 1e-12);
+  EXPECT_NEAR(back.amplitude / number(line["amplitude"]), 1, 1e-12);
+  EXPECT_EQ(law.f_min, number(line["f_min_per_m"]));
+  EXPECT_EQ(law.f_max, number(line["f_max_per_m"]));
+}
+
+TEST(PsdCommand, AsksOnceForAllThatAFileLeavesOpenInTheWordsOfItsUser) {
+  const ScratchFolder folder;
+  std::string rows;
+  for (int row = 0; row < 24; ++row) {
+    for (int column = 0; column < 24; ++column)
+      rows += fmt::format("{:.4f} ",
+                          std::sin(0.7 * row * row + 1.3 * column) + 0.1 * std::cos(2.1 * column * row));
+    rows += '\n';
+  }
+  folder.write("map.txt", rows);
+  const auto message = [&](const std::string& command) {
+    EXPECT_EQ(run_program(folder, command), 2) << command;
+    return read_file(folder.file("stderr.txt"));
+  };
+  const std::string typed = message("psd map.txt --no-plots -o out");
+  for (const char* option : {"--pitch LENGTH", "--of surface|wavefront", "--value-unit UNIT"})
+    EXPECT_NE(typed.find(option), std::string::npos) << option << ": " << typed;
+  const std::string one = message("psd map.txt --no-plots -o out --pitch '1 mm' --of surface");
+  EXPECT_NE(one.find("the option --value-unit"), std::string::npos) << one;
+  const std::string waves =
+      message("psd map.txt --no-plots -o out --pitch '1 mm' --of surface --value-unit waves");
+  EXPECT_NE(waves.find("the option --wavelength"), std::string::npos) << waves;
+  folder.write("study.json", R"({"aberfit": 1, "mirror": {"focal_length": "2 m"},
+    "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "600 nm"},
+    "roughness": {"psd": {"model": "measured", "file": "map.txt"}}})");
+  const std::string written = message("psd study.json --no-plots -o out");
+  for (const char* key : {"\"pitch\": \"0.1 mm\"", "\"of\": \"surface\" or", "\"value_unit\": \"nm\""})
+    EXPECT_NE(written.find(key), std::string::npos) << key << ": " << written;
+  EXPECT_EQ(written.find("--"), std::string::npos) << written;
+}
+
+// The same map in nanometres, in waves, with rows over several lines and turned over: the same PSD.
+TEST(PsdCommand, TakesWavesWrappedRowsAndBottomRowsByOptionAndByKey) {
+  const ScratchFolder folder;
+  constexpr int kSide = 24;
+  std::string plain, wrapped, in_waves;
+  const auto height = [](int row, int column) {
+    return std::sin(0.7 * row * row + 1.3 * column) + 0.1 * std::cos(2.1 * column * row);
+  };
+  for (int row = 0; row < kSide; ++row)
+    for (int column = 0; column < kSide; ++column) {
+      const bool end = column + 1 == kSide;
+      plain += fmt::format("{:.10f}{}", height(row, column), end ? "\n" : " ");
+      in_waves += fmt::format("{:.13f}{}", height(row, column) / 500, end ? "\n" : " ");
+      wrapped +=
+          fmt::format("{:.10f}{}", height(kSide - 1 - row, column), end || column % 7 == 6 ? "\n" : " ");
+    }
+  folder.write("plain.txt", plain), folder.write("wrapped.txt", wrapped), folder.write("waves.txt", in_waves);
+  const auto psd_of = [&](const std::string& arguments) {
+    EXPECT_LE(run_program(folder, "psd " + arguments + " --no-plots --json -o out"), 1)
+        << read_file(folder.file("stderr.txt"));
+    const ordered_json result = ordered_json::parse(read_file(folder.file("stdout.txt")));
+    std::vector<double> psd;
+    for (const ordered_json& bin : result["estimate"]["bins"]) psd.push_back(number(bin["estimated_m4"]));
+    return psd;
+  };
+  const std::string common = " --of surface --pitch '1 mm'";
+  const std::vector<double> truth = psd_of("plain.txt --value-unit nm" + common);
+  const auto expect_truth = [&](const std::vector<double>& psd) {
+    ASSERT_EQ(psd.size(), truth.size());
+    for (std::size_t b = 0; b < psd.size(); ++b) EXPECT_NEAR(psd[b] / truth[b], 1, 1e-4) << b;
+  };
+  expect_truth(psd_of("waves.txt --value-unit waves --wavelength '500 nm'" + common));
+  expect_truth(psd_of("wrapped.txt --value-unit nm --columns 24 --first-row bottom" + common));
+  const auto study = [&](const std::string& keys) {
+    folder.write("study.json", R"({"aberfit": 1, "mirror": {"focal_length": "2 m"},
+      "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "600 nm"},
+      "roughness": {"psd": {"model": "measured", "of": "surface", "pitch": "1 mm", )" +
+                                   keys + "}}}");
+    return psd_of("study.json");
+  };
+  expect_truth(study(R"("file": "waves.txt", "value_unit": "waves", "wavelength": "500 nm")"));
+  expect_truth(study(R"("file": "wrapped.txt", "value_unit": "nm", "columns": 24, "first_row": "bottom")"));
+}
+
+TEST(PsdCommand, SaysThatAShapeLeaksAndHowToTakeItOff) {
+  const auto quartic = [](double degree) {
+    const ScratchFolder folder;
+    Profile profile =
+        random_line([](double f) { return 1e-15 * std::pow(f, -2); }, ProfileQuantity::kHeight, 5);
+    profile.value += 1e-5 * (2 * profile.x - 1).pow(4);
+    std::string text = "x [m],height [m]\n";
+    for (Eigen::Index i = 0; i < profile.size(); ++i)
+      text += fmt::format("{:.17g},{:.17g}\n", profile.x[i], profile.value[i]);
+    folder.write("mirror.csv", text);
+    EXPECT_LE(run_program(folder, fmt::format("psd mirror.csv --no-plots -o out --degree {}", degree)), 1);
+    return Ran{ordered_json::parse(read_file(folder.file("out/result.json"))),
+               read_file(folder.file("stdout.txt")), read_file(folder.file("out/psd.csv"))};
+  };
+  const Ran leaks = quartic(2), clean = quartic(4);
+  EXPECT_TRUE(leaks.warned("shape-leaks"));
+  EXPECT_NE(leaks.text.find("shape-leaks"), std::string::npos);
+  EXPECT_GE(number(leaks.result["model"]["f_min_per_m"]),
+            number(leaks.result["estimate"]["trusted_from_per_m"]) * (1 - 1e-9));
+  EXPECT_FALSE(clean.warned("shape-leaks"));
+  EXPECT_TRUE(clean.result["estimate"]["trusted_from_per_m"].is_null());
 }
 
 }  // namespace

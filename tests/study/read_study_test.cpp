@@ -6,6 +6,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "aberfit/core/errors.h"
+#include "aberfit/roughness/random_surface.h"
 #include "scratch_folder.h"
 #include "study_texts.h"
 
@@ -127,6 +129,38 @@ TEST(ReadStudy, ReadsEveryBlock) {
   EXPECT_EQ(study.verify.published[1].inputs.gradient_y, 253.7);
   EXPECT_EQ(study.verify.published[1].inputs.rms, 100e-9);
   EXPECT_FALSE(study.verify.published[1].inputs.diameter.has_value());
+}
+
+// A line of a drawing, A/f^B in the middle of a wide band: back to profiles by the integral over the surface.
+TEST(ReadStudy, ReadsTheLineOfADrawing) {
+  for (const double exponent : {0.7, 1.5, 2.0, 3.3}) {
+    const auto m = model_of<PowerLawPsd>(
+        R"({"model": "power-law", "profile_psd": {"A": "0.02 nm^2 mm", "f_unit": "1/mm", "B": )" +
+        std::to_string(exponent) + R"(}, "f_min": "1 /m", "f_max": "1e9 /m"})");
+    EXPECT_FALSE(m.rms.has_value());
+    EXPECT_DOUBLE_EQ(m.exponent, exponent + 1);
+    const double f = 5000;  // 5 /mm; above, f_max lacks (f/f_max)^B of it at most
+    const double line = 0.02e-18 * 1e-3 * std::pow(5, -exponent);
+    EXPECT_NEAR(profile_psd(RadialPsd(m), f), line, (2 * std::pow(f / 1e9, exponent) + 1e-8) * line)
+        << exponent;
+  }
+  const auto refused = [](const std::string& keys) {
+    try {
+      parse(with_psd(R"({"model": "power-law", )" + keys + R"(, "f_min": "1 /m", "f_max": "9 /m"})"));
+    } catch (const InputError& error) {
+      return error.pointer();
+    }
+    return std::string();
+  };
+  const std::string line = R"("profile_psd": {"A": "1 nm^2 mm", "f_unit": "/mm", "B": 2})";
+  EXPECT_EQ(refused(line), "");
+  EXPECT_EQ(refused(line + R"(, "rms": "1 nm")"), "/roughness/psd/profile_psd");
+  EXPECT_EQ(refused(line + R"(, "exponent": 3)"), "/roughness/psd/exponent");
+  EXPECT_EQ(refused(R"("rms": "1 nm")"), "/roughness/psd/exponent");
+  EXPECT_EQ(refused(R"("profile_psd": {"A": "1 nm^2 mm", "f_unit": "mm", "B": 2})"),
+            "/roughness/psd/profile_psd/f_unit");
+  EXPECT_EQ(refused(R"("profile_psd": {"A": "1 nm^2", "f_unit": "/mm", "B": 2})"),
+            "/roughness/psd/profile_psd/A");
 }
 
 TEST(ReadStudy, ReadsEveryPsdModel) {

@@ -13,6 +13,7 @@
 #include "aberfit/roughness/psd_table.h"
 #include "aberfit/spectrum/outliers.h"
 #include "aberfit/spectrum/psd_model_fit.h"
+#include "aberfit/spectrum/surface_psd.h"
 
 // A study file in memory, format version 1. Member names follow the JSON keys; SI units and radians
 // throughout.
@@ -38,8 +39,10 @@ struct MeasuredFile {
   int column = 1;                  ///< profiles: which scan line, from 1
   std::string quantity;            ///< profile text: "height" or "slope"; empty: as the file says
   std::string of;                  ///< "surface" or "wavefront"; empty: as the file says
-  std::string x_unit, value_unit;  ///< empty: as the file says
+  std::string x_unit, value_unit;  ///< empty: as the file says; value_unit may be "waves"
   std::optional<double> pitch;     ///< maps: pixel scale [m]
+  std::optional<int> columns;      ///< text maps: samples of a row that goes over several lines
+  std::string first_row = "top";   ///< text maps: "bottom" where the first row has the lowest y
   std::optional<double>
       wavelength;    ///< of the instrument [m], for values in waves or radians; absent: as the file says
   double scale = 1;  ///< factor on the heights, to put a measured shape on another mirror
@@ -53,6 +56,7 @@ struct MeasuredPsd {
   OutlierTreatment outliers = OutlierTreatment::kWarn;
   PsdEstimatorOptions estimator;
   PsdFitOptions fit;
+  std::vector<FrequencyBand> bands;  ///< whose RMS height and slope are told
   // What came of it:
   std::vector<Measurement> data;   ///< as read, heights scaled, clear part, rejected outliers taken out
   std::vector<ClearRegion> clear;  ///< of each
