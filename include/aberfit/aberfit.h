@@ -116,6 +116,7 @@
 #include "aberfit/method/groundwork.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/judged_set.h"
+#include "aberfit/method/map_light.h"
 #include "aberfit/method/measured_part.h"
 #include "aberfit/method/outcome.h"
 #include "aberfit/method/physics_choice.h"

@@ -11,7 +11,9 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/groundwork.h"
+#include "aberfit/method/map_light.h"
 #include "aberfit/method/measured_part.h"
+#include "aberfit/method/physics_choice.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/measured_psd.h"
 #include "aberfit/study/read_study.h"
@@ -161,7 +163,18 @@ ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const Run
   return result;
 }
 
-// The focal statistics of the fitted terms by rays, with a word where rays are no model of it.
+// What the map and its terms look like, and their light.
+void light_up(const Study& study, const HeightMap& map, bool with_ring, const RunContext& context,
+              ResultDocument* result) {
+  context.say("light of the map");
+  result->map_panels = map_panels(map, study.aperture, result->terms, *result->map, context.threads);
+  result->map_light =
+      map_light(study, *result->map_panels, result->terms, *result->map, with_ring, context.threads);
+  const Warnings& warnings = result->map_light->warnings;
+  result->warnings.insert(result->warnings.end(), warnings.begin(), warnings.end());
+}
+
+// The focal statistics of the fitted terms by rays.
 void trace_map(const Study& study, const PupilSample& pupil, const SurfaceField& field, int threads,
                ResultDocument* result) {
   result->rays = pupil.size();
@@ -170,15 +183,30 @@ void trace_map(const Study& study, const PupilSample& pupil, const SurfaceField&
   const std::vector<Statistic> statistics = statistics_of(result->targets);
   result->fitted = evaluate_exact({rays, nominal, field.height, study.trace.centre}, statistics, threads,
                                   &result->warnings);
+}
 
-  const double airy = airy_ee90(study.mirror, study.aperture, study.wavelength), ee90 = result->fitted[2];
-  if (ee90 < kAiryRadiiForRays * airy)
-    result->warnings.push_back(
-        {"rays-not-valid", fmt::format("ee90 by rays, {}, is less than {} Airy radii (ee90 {}): diffraction "
-                                       "decides there. The exported surface can be "
-                                       "propagated as it is",
-                                       format_quantity(ee90, Dimension::kLength), kAiryRadiiForRays,
-                                       format_quantity(airy, Dimension::kLength))});
+// A spot by rays that is not several times the diffraction pattern is no picture of the light.
+bool diffraction_decides(const Study& study, const ResultDocument& result) {
+  return result.fitted[2] < kAiryRadiiForRays * airy_ee90(study.mirror, study.aperture, study.wavelength);
+}
+
+// The same statistics in light, where the pupil of the map holds the terms.
+void take_waves(ResultDocument* result) {
+  const MapLight& light = *result->map_light;
+  result->model = "waves";
+  result->rays = light.cells;
+  result->fitted.head(4) << light.terms.ee50, light.terms.ee80, light.terms.ee90, light.ring_fwhm;
+}
+
+void warn_of_rays(const Study& study, ResultDocument* result) {
+  result->warnings.push_back(
+      {"rays-not-valid",
+       fmt::format(
+           "ee90 by rays, {}, is less than {} Airy radii (ee90 {}): diffraction decides there. {}",
+           format_quantity(result->fitted[2], Dimension::kLength), kAiryRadiiForRays,
+           format_quantity(airy_ee90(study.mirror, study.aperture, study.wavelength), Dimension::kLength),
+           study.trace.model ? "Leave `trace.model` out, and the statistics are those of waves"
+                             : "The exported surface can be propagated as it is")});
 }
 
 EquivalentSurface surface_numbers(const PupilSample& pupil, const SurfaceField& field, double wavelength) {
@@ -193,13 +221,24 @@ EquivalentSurface surface_numbers(const PupilSample& pupil, const SurfaceField& 
   return surface;
 }
 
-// Of the terms alone: nothing says what the part should be.
-void describe_unjudged(const Study& study, const RunOptions& options, int threads, ResultDocument* result) {
+// Of the terms alone: nothing says what the part should be. By rays or waves as a scene without roughness
+// has it, and by waves where rays would draw a spot that light does not make.
+void describe_unjudged(const Study& study, const HeightMap& map, const RunOptions& options,
+                       const RunContext& context, ResultDocument* result) {
+  const PhysicsChoice use = choose_physics(study, requested_physics(study), nullptr);
   const PupilSample pupil = make_pupil(study.aperture, study.trace.pupil);
-  const SurfaceOperator operate(result->terms, pupil, focus_operator(FocusModel::kRays, threads));
+  const SurfaceOperator operate(result->terms, pupil, focus_operator(FocusModel::kRays, context.threads));
   SurfaceField field;
   operate.apply(result->fit.coefficients, &field);
-  trace_map(study, pupil, field, threads, result);
+  trace_map(study, pupil, field, context.threads, result);
+  const bool small = diffraction_decides(study, *result);
+  const bool waves =
+      study.trace.model ? *study.trace.model == FocusModel::kWaves : small && use.obstacle.empty();
+  light_up(study, map, waves, context, result);
+  if (waves && result->map_light->terms.obstacle.empty())
+    take_waves(result);
+  else if (small)
+    warn_of_rays(study, result);
   result->surface = surface_numbers(pupil, field, study.wavelength);
   if (options.output_directory.empty()) return;
   Groundwork ground;  // a map has no specification: only sizes
@@ -222,6 +261,7 @@ ResultDocument judged_map(const Study& study, const LoadedMap& loaded, const Run
   if (result.fit.status == FitStatus::kFailed) return result;
   const FitCase of{study, layout.ground, layout.targets, context};
   judge_part(of, band, &result);
+  light_up(study, map, false, context, &result);
   if (options.output_directory.empty()) return result;
   const Workbench bench(study, FocusModel::kWaves, {}, part_pitch(of, result), result.terms, context.threads,
                         layout.ground.split);
@@ -238,12 +278,13 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   const RunContext context = context_of(options);
   const LoadedMap loaded = load_map(study);
   check_reach(study, loaded.map);
-  ResultDocument result =
-      study.psd ? with_fields_of(study, [&] { return judged_map(study, loaded, there, context); })
-                : fitted_map(study, loaded, options, context.threads);
-  if (result.fit.status == FitStatus::kFailed) return result;
-  if (!study.psd) describe_unjudged(study, there, context.threads, &result);
-  folder.show();
+  ResultDocument result = with_fields_of(study, [&] {
+    if (study.psd) return judged_map(study, loaded, there, context);
+    ResultDocument terms = fitted_map(study, loaded, options, context.threads);
+    if (terms.fit.status != FitStatus::kFailed) describe_unjudged(study, loaded.map, there, context, &terms);
+    return terms;
+  });
+  if (result.fit.status != FitStatus::kFailed) folder.show();
   return result;
 }
 

@@ -110,6 +110,18 @@ bool overlaps_m0(const TermSet& terms) {
   });
 }
 
+// The orthonormal modes 1, 2 rho cos, 2 rho sin that the caller did not ask for.
+MapPlane plane_of(const JointTerms& joint, const VectorXd& coefficients) {
+  MapPlane plane;
+  for (std::size_t i = 0; i < joint.terms.zernike.size(); ++i) {
+    if (!joint.added[i]) continue;
+    const ZernikeMode mode = joint.terms.zernike[i];
+    const double value = coefficients[Index(i)], slope = 2 * value / joint.terms.radius;
+    (mode.n == 0 ? plane.height : mode.m > 0 ? plane.slope_x : plane.slope_y) = mode.n == 0 ? value : slope;
+  }
+  return plane;
+}
+
 ArrayXd residual_at(const TermSet& terms, const VectorXd& coefficients, const MapPoints& points,
                     int threads) {
   SurfaceField field;
@@ -204,6 +216,7 @@ MapFitResult fit_map(const HeightMap& map, const TermSet& terms, const MapFitOpt
                      "orthogonal on the mask (a lower bound), there is no covariance and no rank",
                      terms.size())});
   result.coefficients = solution.coefficients(joint.requested);
+  result.mount = plane_of(joint, solution.coefficients);
   const ArrayXd residual = residual_at(joint.terms, solution.coefficients, points.fitted, options.threads);
   result.rms_residual = rms(residual);
   result.rms_held_out =

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "aberfit/core/text.h"
 #include "aberfit/core/units.h"
 
@@ -44,6 +47,15 @@ std::string clear_text(const ClearRegion& clear) {
 
 std::string plural(long count, const std::string& thing) {
   return fmt::format("{} {}{}", count, thing, count == 1 ? "" : "s");
+}
+
+std::string four_digits(double value, Dimension dimension) {
+  if (!std::isfinite(value)) return "-";
+  const std::string text = format_quantity(value, dimension);
+  const std::size_t unit = std::min(text.find(' '), text.size());
+  std::string digits = fmt::format("{:#.4g}", std::stod(text.substr(0, unit)));
+  if (digits.back() == '.') digits.pop_back();
+  return digits + text.substr(unit);
 }
 
 std::string metres_text(double metres) { return format_quantity(metres, Dimension::kLength); }

@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "aberfit/core/units.h"
 #include "aberfit/core/warning.h"
 #include "aberfit/measured/clear_aperture.h"
 
@@ -24,6 +25,9 @@ std::string plural(long count, const std::string& thing);
 
 /// "; clear aperture: ...; 12 samples left out"; empty where the whole of a measurement is used.
 std::string clear_text(const ClearRegion& clear);
+/// Always four significant digits, so that the numbers of a row line up and can be compared: 100.0 nm beside
+/// 100.2 nm. "-" where there is none.
+std::string four_digits(double value, Dimension dimension);
 
 /// A length in the unit that suits it.
 std::string metres_text(double metres);

@@ -216,7 +216,7 @@ std::string gradients_script(const PlotInput& input, const SlopeSpread& spread, 
       spread.reach * unit.per_si, specified, name, kTargetColour,
       gnuplot_text("dh/dx, RMS " + display(spread.sigma_x, Dimension::kAngle)), kFittedColour,
       gnuplot_text("dh/dy, RMS " + display(spread.sigma_y, Dimension::kAngle)),
-      gnuplot_text(fmt::format("{} of {} rays", dots, input.fitted_field.size())));
+      gnuplot_text(fmt::format("{} of {} points", dots, input.fitted_field.size())));
 }
 
 }  // namespace
@@ -241,7 +241,7 @@ Picture gradients_picture(const PlotInput& input) {
                       {centre, weighted_density(field.slope_x, weight, -reach, reach, kBins),
                        weighted_density(field.slope_y, weight, -reach, reach, kBins)});
   picture.add_columns("gradients_scatter.dat",
-                      {fmt::format("Slopes at {} of the {} rays", dot_x.size(), field.size()),
+                      {fmt::format("Slopes at {} of {} points of the pupil", dot_x.size(), field.size()),
                        "columns: slope_dh_dx slope_dh_dy [rad]"},
                       {dot_x, dot_y});
   picture.script += gradients_script(input, spread, dot_x.size(), name);

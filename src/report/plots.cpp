@@ -1,5 +1,6 @@
 #include "aberfit/report/plots.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
 
@@ -11,9 +12,21 @@ using namespace internal;
 
 namespace {
 
+// Every picture of a fit, and the data files beside them that do not begin with its name.
+const char* const kFitPictures[] = {"ee_curves", "ring_through", "focal_images", "surface",     "profile",
+                                    "gradients", "coefficients", "frontier",     "map_heights", "map_light"};
+constexpr const char* kTargetsOfCurves = "ee_targets.dat";
+
+// Terms of a map without a specification have only their own light, which is that of `map_light` where rays
+// are no model of it.
+bool rays_show_nothing(const ResultDocument& result) {
+  return result.map && !result.has_roughness && result.model == "waves";
+}
+
 std::vector<Picture> all_pictures(const PlotInput& input) {
-  std::vector<Picture> pictures = {ee_curves_picture(input), ring_through_picture(input),
-                                   focal_images_picture(input)};
+  std::vector<Picture> pictures;
+  if (!rays_show_nothing(input.result))
+    pictures = {ee_curves_picture(input), ring_through_picture(input), focal_images_picture(input)};
   const Eigen::VectorXd& coefficients = input.result.fit.coefficients;
   if (coefficients.size() > 0 && coefficients.size() == input.surface_grid.terms().size()) {
     SurfaceField grid;
@@ -24,14 +37,37 @@ std::vector<Picture> all_pictures(const PlotInput& input) {
   }
   pictures.push_back(gradients_picture(input));
   if (input.result.frontier) pictures.push_back(frontier_picture(input));
+  if (input.result.map_panels) pictures.push_back(map_heights_picture(input));
+  if (input.result.map_light) pictures.push_back(map_light_picture(input));
   return pictures;
+}
+
+// What an earlier run drew in this folder and this one does not would lie about this one.
+void remove_left_out(const std::filesystem::path& folder, const std::vector<Picture>& pictures) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  std::vector<fs::path> old;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string file = entry.path().filename().string();
+    for (const std::string name : kFitPictures) {
+      const bool drawn =
+          std::any_of(pictures.begin(), pictures.end(), [&](const Picture& p) { return p.name == name; });
+      const bool own = file == name + ".png" || file == name + ".gp" || file == name + ".dat" ||
+                       (file.starts_with(name + "_") && file.ends_with(".dat")) ||
+                       (name == kFitPictures[0] && file == kTargetsOfCurves);
+      if (own && !drawn) old.push_back(entry.path());
+    }
+  }
+  for (const fs::path& path : old) fs::remove(path, ignored);
 }
 
 }  // namespace
 
 std::vector<std::string> write_plots(const PlotInput& input, const std::string& directory,
                                      Warnings* warnings) {
-  return draw_pictures(all_pictures(input), directory, warnings);
+  const std::vector<Picture> pictures = all_pictures(input);
+  remove_left_out(std::filesystem::path(directory) / "plots", pictures);
+  return draw_pictures(pictures, directory, warnings);
 }
 
 namespace internal {

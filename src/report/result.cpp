@@ -11,6 +11,7 @@
 #include "aberfit/report/frontier.h"
 #include "aberfit/scene/zernike.h"
 #include "json_number.h"
+#include "map_report.h"
 #include "statistic_label.h"
 #include "target_json.h"
 
@@ -163,17 +164,6 @@ Json spectrum_json(const ResultDocument& result) {
   return bins;
 }
 
-Json map_json(const MapFitResult& map) {
-  return {{"points", map.points},
-          {"held_out_points", map.held_out_points},
-          {"rms_map_m", json_number(map.rms_map)},
-          {"rms_residual_m", json_number(map.rms_residual)},
-          {"rms_held_out_m", json_number(map.rms_held_out)},
-          {"independent_points", json_number(map.independent_points)},
-          {"condition_number", json_number(map.condition_number)},
-          {"rank", map.rank}};
-}
-
 // Light's answer; `metrics` only where they are not those of the fit.
 Json light_json(const ResultDocument& result) {
   if (!result.light)
@@ -282,7 +272,7 @@ Json to_json(const ResultDocument& result, const Json& study) {
   if (result.shares) json["split"] = to_json(*result.shares, result.scatter, result.surface);
   if (!result.spectrum.empty()) json["spectrum"] = spectrum_json(result);
   if (result.map) {
-    json["map"] = map_json(*result.map);
+    json["map"] = map_json(result);
     json["map"]["clear"] = clear_json(result.clear);
   }
   json["equivalence"] = equivalence_json(result);

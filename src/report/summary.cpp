@@ -10,6 +10,7 @@
 #include "aberfit/report/band_shares.h"
 #include "aberfit/report/frontier.h"
 #include "aberfit/report/result.h"
+#include "map_report.h"
 #include "paragraph.h"
 #include "statistic_label.h"
 
@@ -21,15 +22,8 @@ namespace {
 constexpr std::size_t kWorstFitted = 3, kWorstHeldOut = 5;
 constexpr double kCarriesAll = 0.985;  // of the height variance, as a default order does
 
-// Always four significant digits, so that the numbers of a row line up and can be compared: 100.0 nm beside
-// 100.2 nm.
 std::string quantity(double value, const std::string& name) {
-  if (!std::isfinite(value)) return "-";
-  const std::string text = format_quantity(value, dimension_of_name(name));
-  const std::size_t unit = std::min(text.find(' '), text.size());
-  std::string digits = fmt::format("{:#.4g}", std::stod(text.substr(0, unit)));
-  if (digits.back() == '.') digits.pop_back();
-  return digits + text.substr(unit);
+  return four_digits(value, dimension_of_name(name));
 }
 
 // Slopes are small angles and read best as such.
@@ -211,7 +205,7 @@ std::string fit_lines(const ResultDocument& result) {
   if (result.map) {
     out += paragraph(
         "Fit", only_map(result)
-                   ? fmt::format("{}, {:.3g} s; traced with {}", to_string(fit.status), fit.seconds, points)
+                   ? fmt::format("{}, {:.3g} s; light by {}", to_string(fit.status), fit.seconds, points)
                    : fmt::format("{}, {:.3g} s; {}, least squares", to_string(fit.status), fit.seconds,
                                  plural(long(result.terms.size()), "term")));
   } else if (fit.status != FitStatus::kNotRun) {
@@ -330,12 +324,13 @@ std::string statistics_table(const ResultDocument& result, bool all) {
   if (lines.empty()) return "";
   const auto fitted = [](const Line& line) { return !line.held_out; };
   const auto held_out = [](const Line& line) { return line.held_out; };
+  const std::string of_map = "Statistics of the terms at the focus, by " + result.model;
   std::vector<Section> sections;
   if (all) {
-    sections = {section_of("Fitted statistics", lines, fitted),
+    sections = {section_of(only_map(result) ? of_map : "Fitted statistics", lines, fitted),
                 section_of("Held-out statistics, judged but not fitted", lines, held_out)};
   } else {
-    sections = {section_of(only_map(result) ? "Statistics of the terms at the focus, by rays"
+    sections = {section_of(only_map(result) ? of_map
                            : result.map     ? "Statistics of the part at the focus"
                                             : "Fitted statistics at the focus",
                            lines, [](const Line& l) { return l.at_focus; }),
@@ -432,8 +427,8 @@ std::string summary_table(const ResultDocument& result, bool all) {
   std::string out = headline(result);
   out += std::string(kColumns, '-') + "\n";
   if (!result.title.empty()) out += paragraph("Study", result.title);
-  out += scene_lines(result) + fit_lines(result) + statistics_table(result, all) + light_table(result, all) +
-         footnotes(result) + spectrum_table(result) + zone_table(result);
+  out += scene_lines(result) + fit_lines(result) + statistics_table(result, all) + map_light_table(result) +
+         light_table(result, all) + footnotes(result) + spectrum_table(result) + zone_table(result);
   if (!result.warnings.empty()) out += "\n";
   for (const Warning& warning : result.warnings)
     out += paragraph("WARNING", "[" + warning.code + "] " + warning.message);

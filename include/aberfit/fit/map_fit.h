@@ -22,6 +22,14 @@ struct MapFitOptions {
   int threads = 1;
 };
 
+/// A plane, height + slope_x x + slope_y y [m] about the map's origin.
+struct MapPlane {
+  double height = 0;  ///< [m]
+  double slope_x = 0, slope_y = 0;
+
+  double operator()(double x, double y) const { return height + slope_x * x + slope_y * y; }
+};
+
 struct MapFitResult {
   enum class Status { kNotRun, kConverged, kRankDeficient, kFailed } status = Status::kNotRun;
   std::string message;
@@ -29,6 +37,7 @@ struct MapFitResult {
   Eigen::VectorXd
       coefficient_std;         ///< [m]; residuals are correlated over some points, and that is allowed for
   Eigen::MatrixXd covariance;  ///< [m^2], terms x terms
+  MapPlane mount;  ///< piston and tilt that were fitted along where the set lacks them, and dropped
   int rank = 0;
   double condition_number = 0;  ///< of the column-scaled design
   Eigen::Index points = 0, held_out_points = 0;

@@ -8,6 +8,7 @@
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/fit/map_fit.h"
 #include "aberfit/method/frontier.h"
+#include "aberfit/method/map_light.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/method/tost.h"
 #include "aberfit/terms/term_set.h"
@@ -113,8 +114,10 @@ struct FitOutcome {
   std::optional<BandUse> band;           ///< absent without roughness
   std::optional<BandShares> shares;      ///< absent where the roughness is not split
   std::optional<ScatterOfRest> scatter;  ///< likewise
-  std::optional<MapFitResult> map;  ///< least-squares fit of a measured map; without roughness statistics
-                                    ///< then have no target
+  std::optional<MapFitResult> map;      ///< least-squares fit of a measured map; without roughness statistics
+                                        ///< then have no target
+  std::optional<MapPanels> map_panels;  ///< measured, fitted and left, where a map was fitted
+  std::optional<MapLight> map_light;    ///< likewise
   Verdict verdict = Verdict::kUndecided;   ///< that of `light` where it decides
   std::vector<EquivalenceMetric> metrics;  ///< on the model of the fit
   std::optional<LightJudgement> light;     ///< absent where `metrics` are light's own, and without a fit
