@@ -8,14 +8,12 @@
 #include <stdexcept>
 #include <vector>
 
-#include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/forward/forward_model.h"
+#include "aberfit/roughness/psd.h"
 #include "aberfit/spectrum/psd_estimate.h"
 #include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/spectrum/surface_psd.h"
-#include "aberfit/theory/generalised_harvey_shack.h"
-#include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/trace/nominal_surface.h"
 
 namespace aberfit {
@@ -82,37 +80,31 @@ bool is_mirror(const HeightMap& map, const Aperture& aperture, Eigen::Index row,
   return aperture_contains(aperture, map.x(column) * kOnRim, map.y(row) * kOnRim, 0.0);
 }
 
-/// The mean scatter of a PSD that no height stands for, on a paraxial pupil.
+/// The mean scatter of a PSD that no height stands for, by paraxial generalised Harvey-Shack. It knows no
+/// mean spot: encircled energies are then the plain sum over the lags of the pupil's cells, as those of the
+/// map itself, and end where these do, with the field of view.
 class ResidualScatter : public MeanScatter {
  public:
-  ResidualScatter(const RadialPsd& psd, const Task& task)
-      : light_(psd, parabola(task), task.aperture, task.wavelength, {.paraxial = true}),
-        focus_(light_.at_plane(0)),
-        slope_(psd_moments(psd).rms_slope_per_axis()) {}
+  ResidualScatter(const RadialPsd& psd, double wavelength)
+      : psd_(psd), per_height_(4 * kPi / wavelength), moments_(psd_moments(psd)) {}
 
   Eigen::ArrayXd transfer(const Eigen::ArrayXd& shear) const override {
-    return light_.overlap_transfer(shear);
+    return (-per_height_ * per_height_ * structure_function(psd_, shear)).exp();
   }
-  Eigen::ArrayXd whole_transfer(const Eigen::ArrayXd& shear) const override { return transfer(shear); }
-  double encircled_energy(double radius) const override { return focus_.encircled_energy(radius); }
-  double encircled_energy_slope(double radius) const override {
-    return focus_.encircled_energy_slope(radius);
+  Eigen::ArrayXd whole_transfer(const Eigen::ArrayXd& shear) const override {
+    return Eigen::ArrayXd::Zero(shear.size());
   }
-  double rms_height() const override { return light_.rms_height(); }
-  double rms_slope_per_axis() const override { return slope_; }
-  double scatter_rms() const override { return light_.scatter_rms(); }
-  double tis() const { return light_.tis(); }
+  double encircled_energy(double) const override { return 0; }
+  double encircled_energy_slope(double) const override { return 0; }
+  double rms_height() const override { return moments_.rms_height(); }
+  double rms_slope_per_axis() const override { return moments_.rms_slope_per_axis(); }
+  double scatter_rms() const override { return 2 * std::sqrt(2.0) * rms_slope_per_axis(); }
+  double tis() const { return -std::expm1(-per_height_ * per_height_ * moments_.height_variance); }
 
  private:
-  static Mirror parabola(const Task& task) {
-    Mirror mirror;
-    mirror.focal_length = task.mirror.focal_length;
-    return mirror;
-  }
-
-  GeneralisedHarveyShack light_;
-  MeanSpot focus_;
-  double slope_ = 0;
+  RadialPsd psd_;
+  double per_height_;  // phase over height [rad/m]
+  PsdMoments moments_;
 };
 
 int highest_degree(const TermSet& terms) {
@@ -156,14 +148,12 @@ std::shared_ptr<const ResidualScatter> scatter_of(const Task& task, const MapPan
   if (4 * kPi * residual.rms / task.wavelength < kNoResidual) return nullptr;
   try {
     const RadialPsd psd{PsdModel(residual_table(residual.map, terms, threads))};
-    auto scatter = std::make_shared<const ResidualScatter>(psd, task);
+    auto scatter = std::make_shared<const ResidualScatter>(psd, task.wavelength);
     rest->f_min = psd.f_min(), rest->f_max = psd.f_max();
     rest->rms_height = scatter->rms_height();
     rest->tis = scatter->tis();
     return scatter;
   } catch (const std::invalid_argument& error) {
-    rest->obstacle = error.what();
-  } catch (const ComputationError& error) {
     rest->obstacle = error.what();
   }
   return nullptr;

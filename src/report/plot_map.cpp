@@ -53,16 +53,16 @@ struct MapPanelPlace {
 /// The map, its terms and what they leave, on the same axes; the first two in the same colours.
 Picture map_heights_picture(const PlotInput& input) {
   const std::string name = "map_heights";
-  constexpr double kWidth = 0.245, kBottom = 0.12, kTop = 0.86;
+  constexpr double kWidth = 0.235, kBottom = 0.13, kTop = 0.85;
   const MapPanels& panels = *input.result.map_panels;
   const HeightMap& map = panels.measured.map;
   const Eigen::Index step = (std::max(map.rows(), map.columns()) + kMostDrawn - 1) / kMostDrawn;
   const double both = colour_reach({&map.height, &panels.fitted.map.height});
   const MapPanelPlace places[] = {
-      {"measured", "measured", panels.measured, both, 0.05, false},
-      {"fitted", "fitted terms", panels.fitted, both, 0.31, true},
-      {"residual", "residual", panels.residual, colour_reach({&panels.residual.map.height}), 0.67, true}};
-  Picture picture{name, script_head(name, 1800, 680), {}};
+      {"measured", "measured", panels.measured, both, 0.065, false},
+      {"fitted", "fitted terms", panels.fitted, both, 0.335, true},
+      {"residual", "residual", panels.residual, colour_reach({&panels.residual.map.height}), 0.685, true}};
+  Picture picture{name, script_head(name, 1800, 640), {}};
   picture.script += fmt::format(
       "p = {:.9g}; q = {:.9g}; x0 = {:.9g}; y0 = {:.9g}  # pitch along x and y, first point [mm]\n"
       "set multiplot title {} font 'DejaVu Sans,16'\n"
@@ -165,14 +165,15 @@ Picture map_light_picture(const PlotInput& input) {
                       curves);
   const PsfImage& first = light.perfect.psf;
   const bool images = first.intensity.size() > 0;
-  picture.script = script_head(name, 1500, images ? 1080 : 620) +
-                   fmt::format(
-                       "u = {:.9g}  # axis units per metre\n"
-                       "p = {:.9g}; o = {:.9g}; lowest = {:.9g}\n"
-                       "set samples 181\n"
-                       "set multiplot title {} font 'DejaVu Sans,16'\n",
-                       unit.per_si, first.pitch * unit.per_si, first.first * unit.per_si, kFaintest,
-                       picture_title(input, "Light of the map in the focus"));
+  picture.script =
+      script_head(name, 1500, images ? 1080 : 620) +
+      fmt::format(
+          "u = {:.9g}  # axis units per metre\n"
+          "p = {:.9g}; o = {:.9g}; lowest = {:.9g}\n"
+          "set samples 181\n"
+          "set multiplot title {} font 'DejaVu Sans,16'\n",
+          unit.per_si, first.pitch * unit.per_si, first.first * unit.per_si, kFaintest,
+          picture_title(input, "Light of the map in focus (circles: ee80; dashed, across: FWHM)"));
   if (images) {
     picture.script += fmt::format(
         "unset key\nunset grid\nset size ratio -1\nset tics out\n{}{}"
@@ -180,7 +181,7 @@ Picture map_light_picture(const PlotInput& input) {
         "set cblabel {} offset 1,0\nset palette defined (0 '#000004', 1 '#1b0c41', 2 '#4a0c6b', 3 '#781c6d', "
         "4 "
         "'#a52c60', 5 '#cf4446', 6 '#ed6925', 7 '#fb9b06', 8 '#f7d13d', 9 '#fcffa4')\n"
-        "set xlabel 'x [{}]   (circles: ee80; dashed, across: FWHM)'\nset ylabel 'y [{}]'\n",
+        "set xlabel 'x [{}]'\nset ylabel 'y [{}]'\n",
         symmetric_range("x", -first.first * unit.per_si), symmetric_range("y", -first.first * unit.per_si),
         gnuplot_text("irradiance / perfect mirror's peak"), unit.name, unit.name);
     for (std::size_t k = 0; k < 3; ++k) {
