@@ -235,7 +235,10 @@ void describe_unjudged(const Study& study, const HeightMap& map, const RunOption
   const bool waves =
       study.trace.model ? *study.trace.model == FocusModel::kWaves : small && use.obstacle.empty();
   light_up(study, map, waves, context, result);
-  if (waves && result->map_light->terms.obstacle.empty())
+  const std::string& obstacle = result->map_light->terms.obstacle;
+  if (study.trace.model && waves && !obstacle.empty())
+    throw FieldError("trace.model", "\"waves\", but " + obstacle, "\"auto\", \"rays\"");
+  if (waves && obstacle.empty())
     take_waves(result);
   else if (small)
     warn_of_rays(study, result);

@@ -94,7 +94,8 @@ Picture map_heights_picture(const PlotInput& input) {
         place.colours ? fmt::format("set colorbox user origin screen {:.4f},{:.4f} size screen 0.012,{:.4f}\n"
                                     "set cblabel {} offset 1,0\n",
                                     place.left + kWidth + 0.008, kBottom + 0.03, kTop - kBottom - 0.06,
-                                    gnuplot_text(place.left < 0.5 ? "height of both [nm]" : "height [nm]"))
+                                    gnuplot_text(place.left < 0.5 ? "height of both [nm], colours of 99.9 %"
+                                                                  : "height [nm], colours of 99.9 %"))
                       : "unset colorbox\n",
         file);
   }

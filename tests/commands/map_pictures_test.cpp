@@ -192,5 +192,24 @@ TEST(MapPictures, ShowRaysWhereTheyAreAModelOrAskedFor) {
   EXPECT_EQ(ee80(waves), large.result["map"]["light"]["terms"]["ee80_radius_m"].get<double>());
 }
 
+TEST(MapPictures, RefuseWavesThatThePointsDoNotHold) {
+  ScratchFolder folder;
+  const auto run = [&](const std::string& model) {
+    folder.write("map.csv", map_csv(part(50e-6)));
+    folder.write("study.json", R"({"aberfit": 1, "mirror": {"focal_length": "1 m"},
+        "light": {"wavelength": "632.8 nm"}, "aperture": {"shape": "circle", "diameter": "50 mm"},
+        "target": {"map": {"file": "map.csv", "origin": "file"}}, "terms": {"zernike": {"n_max": 4}},
+        "output": {"plots": false}, "trace": {"rays": 4096, "model": ")" +
+                                   model + R"("}})");
+    return run_program(folder, "fit study.json -o out");
+  };
+  EXPECT_EQ(run("waves"), 2);
+  EXPECT_NE(read_file(folder.file("stderr.txt")).find("/trace/model"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder.file("out/result.json")));
+  EXPECT_EQ(run("auto"), 0);
+  const std::string summary = read_file(folder.file("out/summary.txt"));
+  EXPECT_NE(summary.find("measured map: no light, the surface is too steep"), std::string::npos) << summary;
+}
+
 }  // namespace
 }  // namespace aberfit::test
