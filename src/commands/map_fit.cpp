@@ -264,7 +264,7 @@ ResultDocument judged_map(const Study& study, const LoadedMap& loaded, const Run
   if (result.fit.status == FitStatus::kFailed) return result;
   const FitCase of{study, layout.ground, layout.targets, context};
   judge_part(of, band, &result);
-  light_up(study, map, false, context, &result);
+  light_up(study, loaded.map, false, context, &result);
   if (options.output_directory.empty()) return result;
   const Workbench bench(study, FocusModel::kWaves, {}, part_pitch(of, result), result.terms, context.threads,
                         layout.ground.split);

@@ -1,6 +1,5 @@
 #include "aberfit/report/plots.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <system_error>
 
@@ -11,11 +10,6 @@ namespace aberfit {
 using namespace internal;
 
 namespace {
-
-// Every picture of a fit, and the data files beside them that do not begin with its name.
-const char* const kFitPictures[] = {"ee_curves", "ring_through", "focal_images", "surface",     "profile",
-                                    "gradients", "coefficients", "frontier",     "map_heights", "map_light"};
-constexpr const char* kTargetsOfCurves = "ee_targets.dat";
 
 // Terms of a map without a specification have only their own light, which is that of `map_light` where rays
 // are no model of it.
@@ -42,32 +36,11 @@ std::vector<Picture> all_pictures(const PlotInput& input) {
   return pictures;
 }
 
-// What an earlier run drew in this folder and this one does not would lie about this one.
-void remove_left_out(const std::filesystem::path& folder, const std::vector<Picture>& pictures) {
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  std::vector<fs::path> old;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const std::string file = entry.path().filename().string();
-    for (const std::string name : kFitPictures) {
-      const bool drawn =
-          std::any_of(pictures.begin(), pictures.end(), [&](const Picture& p) { return p.name == name; });
-      const bool own = file == name + ".png" || file == name + ".gp" || file == name + ".dat" ||
-                       (file.starts_with(name + "_") && file.ends_with(".dat")) ||
-                       (name == kFitPictures[0] && file == kTargetsOfCurves);
-      if (own && !drawn) old.push_back(entry.path());
-    }
-  }
-  for (const fs::path& path : old) fs::remove(path, ignored);
-}
-
 }  // namespace
 
 std::vector<std::string> write_plots(const PlotInput& input, const std::string& directory,
                                      Warnings* warnings) {
-  const std::vector<Picture> pictures = all_pictures(input);
-  remove_left_out(std::filesystem::path(directory) / "plots", pictures);
-  return draw_pictures(pictures, directory, warnings);
+  return draw_pictures(all_pictures(input), directory, warnings);
 }
 
 namespace internal {
@@ -98,10 +71,11 @@ std::vector<std::string> draw_pictures(const std::vector<Picture>& pictures, con
     }
   }
   if (!problem.empty() && warnings)
-    warnings->push_back({"no-gnuplot", problem + ", so pictures are missing. Their data and scripts are in " +
-                                           folder.string() +
-                                           ": install gnuplot with the pngcairo terminal (Debian: "
-                                           "gnuplot-nox) and run `gnuplot *.gp` there."});
+    warnings->push_back(
+        {"no-gnuplot", problem +
+                           ", so pictures are missing. Their data and scripts are in the "
+                           "folder plots of the results: install gnuplot with the pngcairo terminal (Debian: "
+                           "gnuplot-nox) and run `gnuplot *.gp` there."});
   return drawn;
 }
 

@@ -59,15 +59,13 @@ struct MapRun {
   ordered_json result;
   std::string summary;
 
-  explicit MapRun(double rms, const std::string& trace = "", const std::vector<std::string>& old = {}) {
+  explicit MapRun(double rms, const std::string& trace = "") {
     folder.write("map.csv", map_csv(part(rms)));
     folder.write("study.json", R"({"aberfit": 1, "mirror": {"focal_length": "1 m"},
         "light": {"wavelength": "632.8 nm"}, "aperture": {"shape": "circle", "diameter": "50 mm"},
         "target": {"map": {"file": "map.csv", "origin": "file"}}, "terms": {"zernike": {"n_max": 4}},
         "trace": {"rays": 4096)" + trace +
                                    "}}");
-    fs::create_directories(folder.file("out/plots"));
-    for (const std::string& name : old) folder.write("out/plots/" + name, "of an earlier run");
     EXPECT_EQ(run_program(folder, "fit study.json --json -o out"), 0) << read_file(folder.file("stderr.txt"));
     result = ordered_json::parse(read_file(folder.file("stdout.txt")));
     summary = read_file(folder.file("out/summary.txt"));
@@ -81,12 +79,8 @@ struct MapRun {
   }
 };
 
-// Pictures of earlier runs; the last is another command's.
-const std::vector<std::string> kOld = {"ee_curves.png",    "ee_targets.dat", "focal_images_fitted_focus.dat",
-                                       "ring_through.dat", "frontier.png",   "psd.png"};
-
 const MapRun& small_errors() {
-  static const MapRun run(20e-9, "", kOld);
+  static const MapRun run(20e-9);
   return run;
 }
 
@@ -163,13 +157,12 @@ TEST(MapPictures, ShowTheMapItsTermsAndTheRest) {
   EXPECT_NE(script.find("[nm]"), std::string::npos);
 }
 
-TEST(MapPictures, LeaveOutRaysWhereTheyAreNoModelAndWhatAnEarlierRunDrew) {
+TEST(MapPictures, LeaveOutRaysWhereTheyAreNoModel) {
   const MapRun& run = small_errors();
   EXPECT_EQ(run.result["statistics"]["fitted"].size(), 6u);
   EXPECT_NE(run.summary.find("at the focus, by waves"), std::string::npos);
   EXPECT_FALSE(run.warned("rays-not-valid"));
   for (const std::string& name : kOfRays) EXPECT_FALSE(run.drawn(name)) << name;
-  for (const std::string& name : kOld) EXPECT_EQ(fs::exists(run.plot(name)), name == "psd.png") << name;
   for (const char* name : {"map_heights", "map_light", "surface", "gradients"})
     EXPECT_TRUE(run.drawn(name)) << name;
 }
