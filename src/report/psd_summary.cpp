@@ -107,8 +107,12 @@ std::string difference_rows(const PsdReport& report) {
     const Eigen::Index n = d.separation.size(), rows = std::min(n, kRows);
     if (n == 0) continue;
     const Eigen::ArrayXd model = model_height_differences(report.fit, report.estimate.kind, d.separation);
-    text += fmt::format("\n{}Structure function D(s) = <(h(x+s) - h(x))^2> of the detrended surface\n",
-                        report.differences.size() > 1 ? report.files.at(i) + ": " : "");
+    text += fmt::format(
+        "\n{}Structure function D(s) = <(h(x+s) - h(x))^2> of the detrended surface;\nof the model from {} "
+        "to {} "
+        "alone, of the surface all frequencies\n",
+        report.differences.size() > 1 ? report.files.at(i) + ": " : "", frequency(report.fit.f_min),
+        frequency(report.fit.f_max));
     text += fmt::format("  {:>12} {:>18} {:>18} {:>18}\n", "s", "D", "D of the model", "RMS difference");
     for (Eigen::Index row = 0; row < rows; ++row) {
       const Eigen::Index k =

@@ -107,8 +107,8 @@ void trust_up_to_the_edge(PsdEstimate* estimate) {
 }  // namespace
 
 SurfaceRms surface_rms(const Profile& profile, const DetrendOptions& options) {
-  const Profile detrended = detrend(heights_of(profile), options);
-  return {rms(detrended), slope_rms(profile, detrended, options)};
+  const Profile heights = heights_of(profile), detrended = detrend(heights, options);
+  return {rms(detrended), slope_rms(profile, heights, detrended)};
 }
 
 SurfaceRms surface_rms(const HeightMap& map, const DetrendOptions& options) {
