@@ -102,6 +102,13 @@ Hdf5Id open_image(const std::string& path, std::string& bytes) {
   return Hdf5Id(path, "", H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
 }
 
+template <class Info>
+std::uint64_t address_of(herr_t (*get)(hid_t, Info*, unsigned),
+                         hid_t object) {  // Info: differs between versions
+  Info info{};
+  return get(object, &info, H5O_INFO_BASIC) < 0 ? HADDR_UNDEF : info.addr;
+}
+
 // True for a member of the file itself; links to other files are not followed.
 bool has_member(const Hdf5Id& group, const std::string& name) {
   H5L_info_t link{};
@@ -118,29 +125,37 @@ Hdf5Id open_member(const std::string& path, const Hdf5Id& group, const std::stri
   return Hdf5Id(path, place, H5Oopen(group.get(), name.c_str(), H5P_DEFAULT), H5Oclose);
 }
 
-Hdf5Id require_kind(Hdf5Id object, H5I_type_t kind, const std::string& path, const std::string& place) {
+Hdf5Id open_kind(H5I_type_t kind, const std::string& path, const Hdf5Id& group, const std::string& name,
+                 const std::string& place) {
+  Hdf5Id object = open_member(path, group, name, place);
   if (H5Iget_type(object.get()) != kind)
     throw InputError(path, place, "an object of another kind", kind == H5I_GROUP ? "a group" : "a data set");
   return object;
 }
 
+Hdf5Id open_group(const FileBytes& bytes, const std::string& path, const Hdf5Id& group,
+                  const std::string& name, const std::string& place) {
+  Hdf5Id object = open_kind(H5I_GROUP, path, group, name, place);
+  require_hdf5_group(bytes, address_of(&H5Oget_info2, object.get()));
+  return object;
+}
+
 // The data set of the heights: the one in /Data/Surface, in other files /Measurement/Surface.
-Hdf5Id surface_data(const std::string& path, const Hdf5Id& file) {
+Hdf5Id surface_data(const FileBytes& bytes, const std::string& path, const Hdf5Id& file) {
+  require_hdf5_group(bytes, address_of(&H5Oget_info2, file.get()));
   if (!has_member(file, "Data") && has_member(file, "Measurement")) {
-    const Hdf5Id group =
-        require_kind(open_member(path, file, "Measurement", "/Measurement"), H5I_GROUP, path, "/Measurement");
-    const std::string place = "/Measurement/Surface";
-    return require_kind(open_member(path, group, "Surface", place), H5I_DATASET, path, place);
+    const Hdf5Id group = open_group(bytes, path, file, "Measurement", "/Measurement");
+    return open_kind(H5I_DATASET, path, group, "Surface", "/Measurement/Surface");
   }
-  const Hdf5Id data = require_kind(open_member(path, file, "Data", "/Data"), H5I_GROUP, path, "/Data");
+  const Hdf5Id data = open_group(bytes, path, file, "Data", "/Data");
   const std::string place = "/Data/Surface";
-  const Hdf5Id surfaces = require_kind(open_member(path, data, "Surface", place), H5I_GROUP, path, place);
+  const Hdf5Id surfaces = open_group(bytes, path, data, "Surface", place);
   H5G_info_t about{};
   if (H5Gget_info(surfaces.get(), &about) < 0 || about.nlinks != 1)
     throw InputError(path, place, fmt::format("{} surfaces", about.nlinks), "one surface");
   char name[256] = "";
   H5Lget_name_by_idx(surfaces.get(), ".", H5_INDEX_NAME, H5_ITER_INC, 0, name, sizeof name, H5P_DEFAULT);
-  return require_kind(open_member(path, surfaces, name, place), H5I_DATASET, path, place);
+  return open_kind(H5I_DATASET, path, surfaces, name, place);
 }
 
 // X, Y and Z Converter: how indices and values become lengths.
@@ -148,13 +163,6 @@ struct DatxConverter {
   std::string category, unit;
   std::vector<double> parameters;
 };
-
-template <class Info>
-std::uint64_t address_of(herr_t (*get)(hid_t, Info*, unsigned),
-                         hid_t object) {  // Info: differs between versions
-  Info info{};
-  return get(object, &info, H5O_INFO_BASIC) < 0 ? HADDR_UNDEF : info.addr;
-}
 
 // What the attributes of the data set say; nothing where there is no such attribute.
 class DatxAttributes {
@@ -296,7 +304,7 @@ HeightMap read_datx(const MeasuredSource& source) {
   require_superblock(file_bytes);
   const QuietHdf5 quiet;
   const Hdf5Id file = open_image(path, bytes);
-  const Hdf5Id data = surface_data(path, file);
+  const Hdf5Id data = surface_data(file_bytes, path, file);
   const Hdf5Id space(path, "surface", H5Dget_space(data.get()), H5Sclose);
   hsize_t size[2] = {0, 0};
   if (H5Sget_simple_extent_ndims(space.get()) != 2 ||

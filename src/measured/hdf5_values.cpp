@@ -9,7 +9,7 @@ struct Hdf5Block {
   std::uint64_t place, length;
 };
 
-constexpr unsigned kHdf5Attribute = 0x0c, kHdf5Continuation = 0x10;
+constexpr unsigned kHdf5Attribute = 0x0c, kHdf5Continuation = 0x10, kHdf5SymbolTable = 0x11;
 
 std::uint64_t whole_eights(std::uint64_t bytes) { return (bytes + 7) / 8 * 8; }
 
@@ -130,15 +130,14 @@ std::string_view heap_elements(const FileBytes& file, std::string_view pointer, 
   file.fail(heap, fmt::format("a heap without value {}", index), "the value that an attribute points to");
 }
 
-}  // namespace
-
-std::map<std::string, Hdf5Value> hdf5_attributes(const FileBytes& file, std::uint64_t header) {
+// Calls `visit(type, place, length)` on the messages of an object header that are not shared.
+template <class Visit>
+void visit_messages(const FileBytes& file, std::uint64_t header, const Visit& visit) {
   const bool second = file.holds(header, 4) && file.text(header, 4) == "OHDR";
   const unsigned version = file.at<std::uint8_t>(second ? header + 4 : header);
   if (version != (second ? 2 : 1))
     file.fail(header, fmt::format("an object header of version {}", version), "1 or 2");
   const unsigned flags = second ? file.at<std::uint8_t>(header + 5) : 0;
-  std::map<std::string, Hdf5Value> values;
   std::vector<Hdf5Block> blocks = {first_block(file, header, second, flags)};
   constexpr std::size_t kMostBlocks = 1000;  // a header that goes round in a circle has no end
   for (std::size_t i = 0; i < blocks.size() && i < kMostBlocks; ++i) {
@@ -153,8 +152,7 @@ std::map<std::string, Hdf5Value> hdf5_attributes(const FileBytes& file, std::uin
       if (length > end - place)
         file.fail(place, fmt::format("a message of {} bytes", length), "one inside its block");
       constexpr unsigned kShared = 2;
-      if (type == kHdf5Attribute && (message_flags & kShared) == 0)
-        take_attribute(file, place, length, &values);
+      if ((message_flags & kShared) == 0) visit(type, place, length);
       if (type == kHdf5Continuation) {
         Hdf5Block next = {file.at<std::uint64_t>(place), file.at<std::uint64_t>(place + 8)};
         // In version 2 a signature stands before it, a checksum behind.
@@ -166,7 +164,49 @@ std::map<std::string, Hdf5Value> hdf5_attributes(const FileBytes& file, std::uin
       place += length;
     }
   }
+}
+
+// The tree of a group's members: every node where it is said to be, and the heap of their names.
+void require_group_nodes(const FileBytes& file, std::uint64_t root, std::uint64_t heap) {
+  constexpr std::uint64_t kNowhere = ~std::uint64_t(0);
+  const auto require = [&](std::uint64_t place, std::string_view signature) {
+    if (!file.holds(place, 32) || file.text(place, 4) != signature)
+      file.fail(std::min(place, file.size()), "another node of a group", std::string(signature));
+  };
+  require(heap, "HEAP");
+  const std::uint64_t names = file.at<std::uint64_t>(heap + 24);
+  file.text(names, file.at<std::uint64_t>(heap + 8));
+  std::vector<std::uint64_t> nodes = {root};
+  constexpr std::size_t kMostNodes = 10000;
+  for (std::size_t i = 0; i < nodes.size() && i < kMostNodes; ++i) {
+    const std::uint64_t node = nodes[i];
+    require(node, "TREE");
+    const unsigned level = file.at<std::uint8_t>(node + 5), count = file.at<std::uint16_t>(node + 6);
+    for (const std::uint64_t beside : {file.at<std::uint64_t>(node + 8), file.at<std::uint64_t>(node + 16)})
+      if (beside != kNowhere) require(beside, "TREE");
+    for (std::uint64_t child = 0; child < count; ++child) {  // before each its key
+      const std::uint64_t place = file.at<std::uint64_t>(node + 32 + 16 * child);
+      require(place, level == 0 ? "SNOD" : "TREE");
+      if (level > 0) nodes.push_back(place);
+    }
+  }
+}
+
+}  // namespace
+
+std::map<std::string, Hdf5Value> hdf5_attributes(const FileBytes& file, std::uint64_t header) {
+  std::map<std::string, Hdf5Value> values;
+  visit_messages(file, header, [&](unsigned type, std::uint64_t place, std::uint64_t length) {
+    if (type == kHdf5Attribute) take_attribute(file, place, length, &values);
+  });
   return values;
+}
+
+void require_hdf5_group(const FileBytes& file, std::uint64_t header) {
+  visit_messages(file, header, [&](unsigned type, std::uint64_t place, std::uint64_t) {
+    if (type == kHdf5SymbolTable)
+      require_group_nodes(file, file.at<std::uint64_t>(place), file.at<std::uint64_t>(place + 8));
+  });
 }
 
 std::optional<double> hdf5_number(const FileBytes& file, const Hdf5Value& value) {

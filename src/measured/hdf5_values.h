@@ -45,6 +45,10 @@ struct Hdf5Value {
 /// newer files), of several values and of other types are not among them. Throws InputError for damage.
 std::map<std::string, Hdf5Value> hdf5_attributes(const FileBytes& file, std::uint64_t header);
 
+/// Throws InputError unless the nodes that a group of the older kind has lie in the file, where the library
+/// looks for them unasked.
+void require_hdf5_group(const FileBytes& file, std::uint64_t header);
+
 /// What a value is; nothing where it is of another type: an integer of 32 bits or a floating-point number, a
 /// text up to its end or a NUL, doubles in an array or a sequence, a member of a compound. Little-endian.
 /// Throws InputError for damage.

@@ -105,6 +105,9 @@ TEST(Datx, RefusesWhatItCannotReadAndSaysWhere) {
   EXPECT_EQ(refused(bytes.substr(0, bytes.size() - 1)).pointer(), "byte 40");
   EXPECT_EQ(refused(with_number(bytes, 48, std::uint64_t(96))).pointer(), "byte 48");
   EXPECT_EQ(refused(metres.substr(0, metres.size() - 1)).pointer(), "byte 28");
+  // The first child of the root group's tree, beyond every file.
+  const std::size_t tree = bytes.find("TREE");
+  EXPECT_EQ(refused(with_number(bytes, tree + 32, ~std::uint64_t(255))).found(), "another node of a group");
   for (const std::size_t length : {std::size_t(0), std::size_t(500), bytes.size() / 2, bytes.size() - 1})
     refused(bytes.substr(0, length));
   for (const std::size_t length : {std::size_t(100), metres.size() / 2}) refused(metres.substr(0, length));
