@@ -102,11 +102,16 @@ Hdf5Id open_image(const std::string& path, std::string& bytes) {
   return Hdf5Id(path, "", H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
 }
 
-template <class Info>
-std::uint64_t address_of(herr_t (*get)(hid_t, Info*, unsigned),
-                         hid_t object) {  // Info: differs between versions
+template <class Info>  // its name differs between versions of the library
+std::uint64_t header_address(herr_t (*get)(hid_t, const char*, Info*, unsigned, hid_t), hid_t object,
+                             const char* name) {
   Info info{};
-  return get(object, &info, H5O_INFO_BASIC) < 0 ? HADDR_UNDEF : info.addr;
+  return get(object, name, &info, H5O_INFO_BASIC, H5P_DEFAULT) < 0 ? HADDR_UNDEF : info.addr;
+}
+
+// Where the object header begins, of a member or of the object itself.
+std::uint64_t address_of(const Hdf5Id& object, const std::string& member = ".") {
+  return header_address(&H5Oget_info_by_name2, object.get(), member.c_str());
 }
 
 // True for a member of the file itself; links to other files are not followed.
@@ -116,18 +121,20 @@ bool has_member(const Hdf5Id& group, const std::string& name) {
          H5Lget_info(group.get(), name.c_str(), &link, H5P_DEFAULT) >= 0 && link.type == H5L_TYPE_HARD;
 }
 
-Hdf5Id open_member(const std::string& path, const Hdf5Id& group, const std::string& name,
-                   const std::string& place) {
+Hdf5Id open_member(const FileBytes& bytes, const std::string& path, const Hdf5Id& group,
+                   const std::string& name, const std::string& place) {
   if (!has_member(group, name))
     throw InputError(path, place,
                      H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) > 0 ? "a link" : "nothing",
                      "a member of the file itself, as Zygo Mx writes it");
+  if (hdf5_data_outside(bytes, address_of(group, name)))
+    throw InputError(path, place, "data that lie in other files", "data in the file itself");
   return Hdf5Id(path, place, H5Oopen(group.get(), name.c_str(), H5P_DEFAULT), H5Oclose);
 }
 
-Hdf5Id open_kind(H5I_type_t kind, const std::string& path, const Hdf5Id& group, const std::string& name,
-                 const std::string& place) {
-  Hdf5Id object = open_member(path, group, name, place);
+Hdf5Id open_kind(H5I_type_t kind, const FileBytes& bytes, const std::string& path, const Hdf5Id& group,
+                 const std::string& name, const std::string& place) {
+  Hdf5Id object = open_member(bytes, path, group, name, place);
   if (H5Iget_type(object.get()) != kind)
     throw InputError(path, place, "an object of another kind", kind == H5I_GROUP ? "a group" : "a data set");
   return object;
@@ -135,17 +142,17 @@ Hdf5Id open_kind(H5I_type_t kind, const std::string& path, const Hdf5Id& group, 
 
 Hdf5Id open_group(const FileBytes& bytes, const std::string& path, const Hdf5Id& group,
                   const std::string& name, const std::string& place) {
-  Hdf5Id object = open_kind(H5I_GROUP, path, group, name, place);
-  require_hdf5_group(bytes, address_of(&H5Oget_info2, object.get()));
+  Hdf5Id object = open_kind(H5I_GROUP, bytes, path, group, name, place);
+  require_hdf5_group(bytes, address_of(object));
   return object;
 }
 
 // The data set of the heights: the one in /Data/Surface, in other files /Measurement/Surface.
 Hdf5Id surface_data(const FileBytes& bytes, const std::string& path, const Hdf5Id& file) {
-  require_hdf5_group(bytes, address_of(&H5Oget_info2, file.get()));
+  require_hdf5_group(bytes, address_of(file));
   if (!has_member(file, "Data") && has_member(file, "Measurement")) {
     const Hdf5Id group = open_group(bytes, path, file, "Measurement", "/Measurement");
-    return open_kind(H5I_DATASET, path, group, "Surface", "/Measurement/Surface");
+    return open_kind(H5I_DATASET, bytes, path, group, "Surface", "/Measurement/Surface");
   }
   const Hdf5Id data = open_group(bytes, path, file, "Data", "/Data");
   const std::string place = "/Data/Surface";
@@ -155,7 +162,7 @@ Hdf5Id surface_data(const FileBytes& bytes, const std::string& path, const Hdf5I
     throw InputError(path, place, fmt::format("{} surfaces", about.nlinks), "one surface");
   char name[256] = "";
   H5Lget_name_by_idx(surfaces.get(), ".", H5_INDEX_NAME, H5_ITER_INC, 0, name, sizeof name, H5P_DEFAULT);
-  return open_kind(H5I_DATASET, path, surfaces, name, place);
+  return open_kind(H5I_DATASET, bytes, path, surfaces, name, place);
 }
 
 // X, Y and Z Converter: how indices and values become lengths.
@@ -168,7 +175,7 @@ struct DatxConverter {
 class DatxAttributes {
  public:
   DatxAttributes(const FileBytes& file, const std::string& path, const Hdf5Id& object)
-      : file_(file), path_(path), values_(hdf5_attributes(file, address_of(&H5Oget_info2, object.get()))) {}
+      : file_(file), path_(path), values_(hdf5_attributes(file, address_of(object))) {}
 
   std::optional<double> number(const std::string& name) const {
     const auto found = values_.find(name);
@@ -267,8 +274,7 @@ void require_bounded(const std::string& path, std::uint64_t file_bytes, const Hd
     throw InputError(path, place, "data of another type", "numbers of up to 8 bytes");
   const Hdf5Id creation(path, place, H5Dget_create_plist(data.get()), H5Pclose);
   const H5D_layout_t layout = H5Pget_layout(creation.get());
-  if (H5Pget_external_count(creation.get()) != 0 ||
-      (layout != H5D_COMPACT && layout != H5D_CONTIGUOUS && layout != H5D_CHUNKED))
+  if (layout != H5D_COMPACT && layout != H5D_CONTIGUOUS && layout != H5D_CHUNKED)
     throw InputError(path, place, "data that lie in other files", "data in the file itself");
   bool packed = false;
   const int filters = H5Pget_nfilters(creation.get());

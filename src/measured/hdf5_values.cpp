@@ -9,7 +9,8 @@ struct Hdf5Block {
   std::uint64_t place, length;
 };
 
-constexpr unsigned kHdf5Attribute = 0x0c, kHdf5Continuation = 0x10, kHdf5SymbolTable = 0x11;
+constexpr unsigned kHdf5Outside = 0x07, kHdf5Attribute = 0x0c, kHdf5Continuation = 0x10,
+                   kHdf5SymbolTable = 0x11;
 
 std::uint64_t whole_eights(std::uint64_t bytes) { return (bytes + 7) / 8 * 8; }
 
@@ -207,6 +208,14 @@ void require_hdf5_group(const FileBytes& file, std::uint64_t header) {
     if (type == kHdf5SymbolTable)
       require_group_nodes(file, file.at<std::uint64_t>(place), file.at<std::uint64_t>(place + 8));
   });
+}
+
+bool hdf5_data_outside(const FileBytes& file, std::uint64_t header) {
+  bool outside = false;
+  visit_messages(file, header, [&](unsigned type, std::uint64_t, std::uint64_t) {
+    outside = outside || type == kHdf5Outside;
+  });
+  return outside;
 }
 
 std::optional<double> hdf5_number(const FileBytes& file, const Hdf5Value& value) {

@@ -49,6 +49,9 @@ std::map<std::string, Hdf5Value> hdf5_attributes(const FileBytes& file, std::uin
 /// looks for them unasked.
 void require_hdf5_group(const FileBytes& file, std::uint64_t header);
 
+/// True for a data set whose data lie in other files; to be asked before the library opens it.
+bool hdf5_data_outside(const FileBytes& file, std::uint64_t header);
+
 /// What a value is; nothing where it is of another type: an integer of 32 bits or a floating-point number, a
 /// text up to its end or a NUL, doubles in an array or a sequence, a member of a compound. Little-endian.
 /// Throws InputError for damage.
