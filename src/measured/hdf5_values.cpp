@@ -9,7 +9,7 @@ struct Hdf5Block {
   std::uint64_t place, length;
 };
 
-constexpr unsigned kHdf5Outside = 0x07, kHdf5Attribute = 0x0c, kHdf5Continuation = 0x10,
+constexpr unsigned kHdf5Link = 0x06, kHdf5Outside = 0x07, kHdf5Attribute = 0x0c, kHdf5Continuation = 0x10,
                    kHdf5SymbolTable = 0x11;
 
 std::uint64_t whole_eights(std::uint64_t bytes) { return (bytes + 7) / 8 * 8; }
@@ -167,6 +167,17 @@ void visit_messages(const FileBytes& file, std::uint64_t header, const Visit& vi
   }
 }
 
+// A link of a group of the newer kind, inside its message and to something in the file.
+void require_link(const FileBytes& file, std::uint64_t place, std::uint64_t length) {
+  const FileBytes body = file.part(place, length);
+  const unsigned flags = body.at<std::uint8_t>(1), kind = flags & 0x08 ? body.at<std::uint8_t>(2) : 0;
+  constexpr unsigned kSoft = 1;
+  if (kind > kSoft) file.fail(place, "a link", "a member of the file itself");
+  const unsigned width = 1u << (flags & 3);
+  const std::uint64_t name = 2 + (flags & 0x08 ? 1 : 0) + (flags & 0x04 ? 8 : 0) + (flags & 0x10 ? 1 : 0);
+  body.text(name + width, little_number(body, name, width));
+}
+
 // The tree of a group's members: every node where it is said to be, and the heap of their names.
 void require_group_nodes(const FileBytes& file, std::uint64_t root, std::uint64_t heap) {
   constexpr std::uint64_t kNowhere = ~std::uint64_t(0);
@@ -204,7 +215,8 @@ std::map<std::string, Hdf5Value> hdf5_attributes(const FileBytes& file, std::uin
 }
 
 void require_hdf5_group(const FileBytes& file, std::uint64_t header) {
-  visit_messages(file, header, [&](unsigned type, std::uint64_t place, std::uint64_t) {
+  visit_messages(file, header, [&](unsigned type, std::uint64_t place, std::uint64_t length) {
+    if (type == kHdf5Link) require_link(file, place, length);
     if (type == kHdf5SymbolTable)
       require_group_nodes(file, file.at<std::uint64_t>(place), file.at<std::uint64_t>(place + 8));
   });

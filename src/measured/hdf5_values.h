@@ -45,8 +45,8 @@ struct Hdf5Value {
 /// newer files), of several values and of other types are not among them. Throws InputError for damage.
 std::map<std::string, Hdf5Value> hdf5_attributes(const FileBytes& file, std::uint64_t header);
 
-/// Throws InputError unless the nodes that a group of the older kind has lie in the file, where the library
-/// looks for them unasked.
+/// Throws InputError unless the nodes that a group of the older kind has, and the links of the newer kind,
+/// lie in the file, where the library looks for them unasked.
 void require_hdf5_group(const FileBytes& file, std::uint64_t header);
 
 /// True for a data set whose data lie in other files; to be asked before the library opens it.
