@@ -150,6 +150,7 @@
 #include "aberfit/report/plots.h"
 #include "aberfit/report/psd_report.h"
 #include "aberfit/report/result.h"
+#include "aberfit/report/result_folder.h"
 #include "aberfit/report/scatter_table.h"
 #include "aberfit/report/trace_report.h"
 #include "aberfit/report/verify_report.h"

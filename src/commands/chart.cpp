@@ -4,10 +4,10 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/report/chart.h"
+#include "aberfit/report/result_folder.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
 #include "output_directory.h"
-#include "result_folder.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -34,7 +34,7 @@ Chart run_chart(const Study& study, const RunOptions& options) {
   chart.title = study.title;
   if (folder.wanted()) {
     if (options.progress) options.progress("chart: files");
-    const std::string to = folder.of(options).output_directory;
+    const std::string to = folder.path();
     if (options.plots && study.output.plots) write_chart_plots(chart, to, &chart.warnings);
     write_file(to + "/chart.csv", chart_csv(chart));
     write_file(to + "/summary.txt", summary_table(chart));

@@ -6,13 +6,13 @@
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/conclude.h"
 #include "aberfit/method/fewest_terms.h"
+#include "aberfit/report/result_folder.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
 #include "analytic_normals.h"
 #include "fit_files.h"
 #include "interrupt.h"
 #include "output_directory.h"
-#include "result_folder.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -77,7 +77,9 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
     }
     ResultDocument result = document(study, std::move(attempt.result), context.threads);
     if (!folder.wanted() || result.fit.status == FitStatus::kFailed) return result;
-    write_fit(study, run->layout.ground, folder.of(options), attempt.bench->focus(study), &result);
+    RunOptions there = options;
+    there.output_directory = folder.path();
+    write_fit(study, run->layout.ground, there, attempt.bench->focus(study), &result);
     folder.show();
     return result;
   });

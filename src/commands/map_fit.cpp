@@ -14,13 +14,13 @@
 #include "aberfit/method/map_light.h"
 #include "aberfit/method/measured_part.h"
 #include "aberfit/method/physics_choice.h"
+#include "aberfit/report/result_folder.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/measured_psd.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/theory/regime.h"
 #include "analytic_normals.h"
 #include "fit_files.h"
-#include "result_folder.h"
 
 namespace aberfit {
 using namespace internal;
@@ -277,7 +277,8 @@ ResultDocument judged_map(const Study& study, const LoadedMap& loaded, const Run
 ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   require_analytic_normals(study);
   ResultFolder folder(options.output_directory);
-  const RunOptions there = folder.of(options);
+  RunOptions there = options;
+  there.output_directory = folder.path();
   const RunContext context = context_of(options);
   const LoadedMap loaded = load_map(study);
   check_reach(study, loaded.map);

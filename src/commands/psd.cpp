@@ -8,10 +8,10 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
 #include "aberfit/report/psd_report.h"
+#include "aberfit/report/result_folder.h"
 #include "aberfit/study/measured_psd.h"
 #include "aberfit/study/read_study.h"
 #include "output_directory.h"
-#include "result_folder.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -157,7 +157,7 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
   report.provenance = make_provenance(0, context_of(options).threads);
   ResultFolder results(options.output_directory);
   if (results.wanted()) {
-    const std::string folder = results.of(options).output_directory + "/";
+    const std::string folder = results.path() + "/";
     if (options.plots) write_psd_plots(report, folder, &report.warnings);
     const ordered_json roughness = roughness_block(measured);
     write_file(folder + "psd.csv", psd_csv(report));

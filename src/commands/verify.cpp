@@ -7,13 +7,13 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/report/result_folder.h"
 #include "aberfit/report/verify_report.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/published.h"
 #include "aberfit/study/read_study.h"
 #include "given_surface.h"
 #include "output_directory.h"
-#include "result_folder.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -47,7 +47,7 @@ VerifyReport run_verify(const Study& study, const RunOptions& options) {
   report.title = study.title;
   report.published = compare_published(study, report.quantities);
   if (folder.wanted()) {
-    const std::string to = folder.of(options).output_directory;
+    const std::string to = folder.path();
     if (options.plots && study.output.plots)
       write_verify_plots(report, study.mirror, study.aperture, study.wavelength, to, &report.warnings);
     write_file(to + "/summary.txt", summary_table(report));

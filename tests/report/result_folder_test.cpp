@@ -1,5 +1,5 @@
 // A folder of results is one run's, whole, whatever happens to the runs that write there.
-#include "../../src/commands/result_folder.h"
+#include "aberfit/report/result_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -21,7 +21,6 @@ namespace aberfit {
 namespace {
 
 namespace fs = std::filesystem;
-using internal::ResultFolder;
 using test::read_file;
 using test::ScratchFolder;
 
@@ -30,7 +29,7 @@ constexpr int kFiles = 12;
 // A run whose files all hold its number: `kFiles` of its own in two folders, and a result.
 void run(const std::string& to, int number, const std::string& also = "") {
   ResultFolder folder(to);
-  const std::string into = folder.of({}).output_directory + "/", text = std::to_string(number);
+  const std::string into = folder.path() + "/", text = std::to_string(number);
   for (int k = 0; k < kFiles; ++k)
     write_file(into + (k % 2 ? "plots/" : "") + "file-" + std::to_string(k), text);
   if (!also.empty()) write_file(into + also, text);
@@ -83,7 +82,7 @@ TEST(ResultFolder, OfARunThatFailsIsWhatItWas) {
   run(out, 1);
   for (const std::string& folder : {out, fresh}) {
     ResultFolder second(folder);
-    write_file(second.of({}).output_directory + "/result.json", "2");
+    write_file(second.path() + "/result.json", "2");
   }
   EXPECT_EQ(whole_run(out), 1);
   EXPECT_FALSE(fs::exists(scratch.file("a")));
@@ -101,7 +100,7 @@ TEST(ResultFolder, IsRefusedToASecondRunWhileTheFirstLasts) {
       EXPECT_NE(std::string(error.what()).find("another run"), std::string::npos) << error.what();
     }
     // The refused one has not taken the first one's place away.
-    EXPECT_TRUE(fs::exists(first.of({}).output_directory));
+    EXPECT_TRUE(fs::exists(first.path()));
   }
   run(out, 1);
   EXPECT_EQ(whole_run(out), 1);

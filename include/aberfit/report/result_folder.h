@@ -2,9 +2,7 @@
 #include <filesystem>
 #include <string>
 
-#include "aberfit/commands/run_options.h"
-
-namespace aberfit::internal {
+namespace aberfit {
 
 /// A folder of results is one unit: the files of one run, whole, or what was there before. Files are written
 /// to a place beside it and take its place all at once; what an earlier run wrote there goes, and files that
@@ -19,11 +17,8 @@ class ResultFolder {
   ResultFolder& operator=(const ResultFolder&) = delete;
 
   bool wanted() const { return !folder_.empty(); }
-  /// The same options with the place where files go until they are shown.
-  RunOptions of(RunOptions options) const {
-    options.output_directory = part_.string();
-    return options;
-  }
+  /// Where the files go until they are shown; empty where nothing is wanted.
+  std::string path() const { return part_.string(); }
   /// Puts the files in place. Throws InputError where that fails; the folder is as it was then.
   void show();
 
@@ -38,4 +33,4 @@ class ResultFolder {
   bool shown_ = false;
 };
 
-}  // namespace aberfit::internal
+}  // namespace aberfit

@@ -1,8 +1,7 @@
-#include "result_folder.h"
+#include "aberfit/report/result_folder.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <linux/fs.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -16,7 +15,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/report/result.h"
 
-namespace aberfit::internal {
+namespace aberfit {
 namespace {
 
 namespace fs = std::filesystem;
@@ -163,4 +162,4 @@ void ResultFolder::leave() {
   for (fs::path p = folder_.parent_path(); fs::remove(p, ignored) && p != made_;) p = p.parent_path();
 }
 
-}  // namespace aberfit::internal
+}  // namespace aberfit
