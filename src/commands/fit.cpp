@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
@@ -36,11 +37,26 @@ bool rays_fell_short(const FitCase& of, const FitOutcome& result) {
          overall(result.metrics) == Verdict::kEquivalent;
 }
 
-void note_interruption(const RunContext& context, FitOutcome* result) {
-  result->interrupted = context.stopped();
-  if (result->interrupted)
-    result->warnings.push_back(
-        {"interrupted", "stopped by a signal: this is the best so far, not what the whole run would give"});
+// The whole of it once more by waves; what rays gave is kept where that is cut short.
+Attempt fit_by_waves(const Study& study, const RunContext& context, Attempt by_rays,
+                     std::unique_ptr<Run>* run) {
+  context.say("rays are not enough: waves");
+  auto waves = std::make_unique<Run>(study, PhysicsRequest{study.target.theory, FocusModel::kWaves}, context);
+  try {
+    Attempt attempt = fit_as_asked(waves->of);
+    if (context.stopped()) return by_rays;
+    conclude(waves->of, &attempt);
+    *run = std::move(waves);
+    return attempt;
+  } catch (const Interrupted&) {
+    return by_rays;
+  }
+}
+
+void note_interruption(FitOutcome* result) {
+  result->interrupted = true;
+  result->warnings.push_back(
+      {"interrupted", "stopped by a signal: this is the best so far, not what the whole run would give"});
 }
 
 ResultDocument document(const Study& study, FitOutcome outcome, int threads) {
@@ -66,15 +82,13 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
     const RunContext context = context_of(options);
     auto run = std::make_unique<Run>(study, requested_physics(study), context);
     Attempt attempt = fit_as_asked(run->of);
-    note_interruption(context, &attempt.result);
+    bool cut_short = context.stopped();
     conclude(run->of, &attempt);
-    if (!attempt.result.interrupted && rays_fell_short(run->of, attempt.result)) {
-      context.say("rays are not enough: waves");
-      run = std::make_unique<Run>(study, PhysicsRequest{study.target.theory, FocusModel::kWaves}, context);
-      attempt = fit_as_asked(run->of);
-      note_interruption(context, &attempt.result);
-      conclude(run->of, &attempt);
+    if (rays_fell_short(run->of, attempt.result)) {
+      if (!context.stopped()) attempt = fit_by_waves(study, context, std::move(attempt), &run);
+      cut_short = cut_short || context.stopped();
     }
+    if (cut_short) note_interruption(&attempt.result);
     ResultDocument result = document(study, std::move(attempt.result), context.threads);
     if (!folder.wanted() || result.fit.status == FitStatus::kFailed) return result;
     RunOptions there = options;
@@ -96,9 +110,9 @@ ExitCode fit_command(CommandLine line) {
   progress.clear();
   print(line, line.json ? to_json(result, resolved(study, result)) : nlohmann::ordered_json(),
         summary_table(result, false));
+  if (result.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
   say_where(line);
   if (result.interrupted) return ExitCode::kInterrupted;
-  if (result.fit.status == FitStatus::kFailed) return ExitCode::kComputationFailed;
   // A map without a specification has nothing to be judged by.
   const bool done = result.map && !result.has_roughness ? result.fit.status == FitStatus::kConverged
                                                         : result.verdict == Verdict::kEquivalent;

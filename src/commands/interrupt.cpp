@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <csignal>
+#include <utility>
 
 namespace aberfit::internal {
 namespace {
@@ -17,13 +18,18 @@ void ask_to_end(int signal) {
 
 }  // namespace
 
+// What the caller ignores (nohup, a shell's background jobs) stays ignored.
 Interrupt::Interrupt() {
   asked_to_end = false;
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, ask_to_end);
+  for (const auto& [signal, before] : {std::pair{SIGINT, &before_int_}, {SIGTERM, &before_term_}}) {
+    *before = std::signal(signal, ask_to_end);
+    if (*before == SIG_IGN) std::signal(signal, SIG_IGN);
+  }
 }
 
 Interrupt::~Interrupt() {
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+  std::signal(SIGINT, before_int_);
+  std::signal(SIGTERM, before_term_);
 }
 
 bool Interrupt::asked() const { return asked_to_end; }

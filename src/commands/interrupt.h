@@ -11,6 +11,10 @@ class Interrupt {
   Interrupt& operator=(const Interrupt&) = delete;
 
   bool asked() const;
+
+ private:
+  void (*before_int_)(int);
+  void (*before_term_)(int);
 };
 
 }  // namespace aberfit::internal

@@ -33,6 +33,13 @@ constexpr int kMostDefaultOrder = 60;    // 1891 terms: about a minute for 1e5 p
 
 // Terms of a disc cannot be told apart on a small part of it: rho^20 at half the radius is 1e-6.
 void check_reach(const Study& study, const HeightMap& map) {
+  constexpr double kMostCells = 6.4e7;  // of the square around the aperture, in light
+  const double across = 2 * aperture_radius(study.aperture),
+               cells = (across / map.pitch_x) * (across / map.pitch_y);
+  if (cells > kMostCells)
+    throw InputError(study.path, "/aperture",
+                     fmt::format("{:.3g} points of this map across the square of the aperture", cells),
+                     fmt::format("at most {:.3g}: a smaller aperture, or a coarser map", kMostCells));
   const double reach = enclosing_circle(map).radius, radius = aperture_radius(study.aperture);
   if (reach >= 0.5 * radius) return;
   throw InputError(
@@ -163,9 +170,15 @@ ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const Run
   return result;
 }
 
+// Nothing of a map is worth keeping by itself: its steps take seconds.
+void end_if_asked(const RunContext& context) {
+  if (context.stopped()) throw Interrupted("stopped before the map was done");
+}
+
 // What the map and its terms look like, and their light.
 void light_up(const Study& study, const HeightMap& map, bool with_ring, const RunContext& context,
               ResultDocument* result) {
+  end_if_asked(context);
   context.say("light of the map");
   result->map_panels = map_panels(map, study.aperture, result->terms, *result->map, context.threads);
   result->map_light =
@@ -282,12 +295,14 @@ ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
   const RunContext context = context_of(options);
   const LoadedMap loaded = load_map(study);
   check_reach(study, loaded.map);
+  end_if_asked(context);
   ResultDocument result = with_fields_of(study, [&] {
     if (study.psd) return judged_map(study, loaded, there, context);
     ResultDocument terms = fitted_map(study, loaded, options, context.threads);
     if (terms.fit.status != FitStatus::kFailed) describe_unjudged(study, loaded.map, there, context, &terms);
     return terms;
   });
+  end_if_asked(context);
   if (result.fit.status != FitStatus::kFailed) folder.show();
   return result;
 }

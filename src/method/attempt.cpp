@@ -179,7 +179,7 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
   plan.coarsening = kFirstCoarsening;
   for (;;) {
     Attempt attempt = attempt_fit(of, plan);
-    if (of.context.stopped()) return attempt;
+    if (of.context.stopped()) return doubted ? std::move(*doubted) : std::move(attempt);
     // Phases that turn too far from cell to cell have no pattern on this grid.
     const bool no_pattern = attempt.result.fit.status == FitStatus::kDegenerate ||
                             attempt.result.fit.status == FitStatus::kFailed;
@@ -221,7 +221,7 @@ Attempt fit_until_equivalent(const FitCase& of, const FitPlan& plan, bool judge_
     one.starts = 1;
     one.first_start = plan.first_start + k;
     Attempt attempt = fit_on_fine_enough_grid(of, std::move(one), judge_always);
-    if (!nearest || distance_to_margin(attempt) < distance_to_margin(*nearest)) nearest = std::move(attempt);
+    if (!nearest || nearer(attempt, *nearest)) nearest = std::move(attempt);
     if (is_equivalent(*nearest) || of.context.stopped()) break;
   }
   nearest->result.chosen.starts = plan.starts;
@@ -250,9 +250,16 @@ bool is_equivalent(const Attempt& attempt) {
 
 double distance_to_margin(const Attempt& attempt) {
   double worst = attempt.mismatch;
-  for (const EquivalenceMetric& metric : attempt.result.metrics)
-    worst = std::max(worst, std::abs(metric.difference) / metric.margin);
+  for (const EquivalenceMetric& metric : attempt.result.metrics) {
+    const double distance = std::abs(metric.difference) / metric.margin;
+    worst = std::isnan(distance) ? kInfinity : std::max(worst, distance);
+  }
   return worst;
+}
+
+bool nearer(const Attempt& a, const Attempt& b) {
+  if (a.met != b.met) return a.met;
+  return a.met ? distance_to_margin(a) < distance_to_margin(b) : a.mismatch < b.mismatch;
 }
 
 void describe_scene(const FitCase& of, double captured, FitOutcome* result) {
@@ -350,15 +357,17 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
 Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always) {
   if (of.ground.use.model == FocusModel::kWaves) return fit_until_equivalent(of, plan, judge_always);
   if (plan.automatic_rays) plan.pupil.rays = first_rays(plan.terms->terms.size());
+  std::optional<Attempt> judged;  // on fewer rays
   for (;;) {
     Attempt attempt = attempt_fit(of, plan);
-    if (of.context.stopped()) return attempt;
+    if (of.context.stopped()) return judged ? std::move(*judged) : std::move(attempt);
     if (judge_always || attempt.met) judge_on_fresh_rays(of, &attempt);
     if (attempt.fresh.rays == 0) return attempt;
     RayChoice& choice = attempt.result.ray_choice.emplace(ray_choice(of, plan, attempt));
     if (!plan.automatic_rays || explain_rays(plan.pupil.rays, attempt.result.verdict, &choice))
       return attempt;
     plan.pupil.rays = more_rays(plan.pupil.rays);
+    judged = std::move(attempt);
   }
 }
 

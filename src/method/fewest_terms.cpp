@@ -118,7 +118,7 @@ class Trials {
       if (frontier_point(again, 0).passes) attempt = std::move(again);
     }
     const FrontierPoint point = frontier_point(attempt, since(begin));
-    if (!point.passes && (!nearest_ || distance_to_margin(attempt) < distance_to_margin(*nearest_)))
+    if (!point.passes && (!nearest_ || nearer(attempt, *nearest_)))
       nearest_ = std::move(attempt);
     else if (point.passes && (!best_ || point.terms < best_->result.terms.size()))
       best_ = std::move(attempt);

@@ -123,6 +123,7 @@ std::string map_light_curves(const MapLight& light, const AxisUnit& unit, const 
                                  display(lit.ee90, Dimension::kLength),
                                  display(lit.spot_fwhm, Dimension::kLength)))));
   }
+  if (lines.empty()) return "";
   return fmt::format(
       "unset title\nset size noratio\nset grid\nset xrange [0:{:.9g}]\nset yrange [0:1.05]\nset ytics 0.2\n"
       "set format y '%g'\nset xlabel 'radius [{}]'\nset ylabel 'share of the light within'\n"

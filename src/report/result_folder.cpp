@@ -31,11 +31,30 @@ std::set<std::string> files_below(const fs::path& folder) {
   return files;
 }
 
+// Names that lead out of the folder are not what a run wrote.
 std::set<std::string> files_of_last_run(const fs::path& folder) {
   std::set<std::string> files = {kManifest};
   std::ifstream in(folder / kManifest);
-  for (std::string line; std::getline(in, line);) files.insert(line);
+  for (std::string line; std::getline(in, line);) {
+    const fs::path name = fs::path(line).lexically_normal();
+    if (!name.empty() && name.is_relative() && *name.begin() != "..") files.insert(name.generic_string());
+  }
   return files;
+}
+
+// Whether nothing but plain files of one file system is there, in no folders but those that the last run
+// made: then the folder can be made anew.
+bool can_be_made_anew(const fs::path& folder) {
+  std::set<std::string> folders;
+  for (const std::string& file : files_of_last_run(folder))
+    if (const fs::path name(file); name.has_parent_path()) folders.insert(name.begin()->string());
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const bool plain = entry.is_regular_file() && !entry.is_symlink();
+    const bool ours =
+        entry.is_directory() && !entry.is_symlink() && folders.contains(entry.path().filename().string());
+    if (!plain && !ours) return false;
+  }
+  return true;
 }
 
 // What no run wrote is in both places until the exchange: killed at any moment, nothing is lost.
@@ -44,18 +63,17 @@ void keep_files_of_user(const fs::path& from, const fs::path& to) {
   for (const std::string& file : files_below(from)) {
     if (runs.contains(file) || fs::exists(fs::symlink_status(to / file))) continue;
     fs::create_directories((to / file).parent_path());
-    std::error_code no_link;
-    fs::create_hard_link(from / file, to / file, no_link);
-    if (no_link) fs::copy(from / file, to / file, fs::copy_options::copy_symlinks);
+    fs::create_hard_link(from / file, to / file);
   }
+  fs::permissions(to, fs::status(from).permissions());
 }
 
 bool exchange(const fs::path& a, const fs::path& b) {
   return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0;
 }
 
-// Where folders cannot change places (a mount point, the working folder of a shell): file by file, and
-// without a result.json as long as they are of two runs.
+// Where folders cannot change places (a mount point, the working folder of a shell, a folder that holds more
+// than results): file by file, and without a result.json as long as they are of two runs.
 void replace_files(const fs::path& from, const fs::path& to) {
   constexpr const char* kResult = "result.json";
   fs::remove(to / kResult);
@@ -116,6 +134,7 @@ void ResultFolder::lock() {
     if (lock_fd_ < 0)
       refuse(named_, fmt::format("a folder that cannot be written to ({})", std::strerror(errno)));
     if (::flock(lock_fd_, LOCK_EX | LOCK_NB) != 0) {
+      if (errno != EWOULDBLOCK) return;  // a file system without locks
       ::close(lock_fd_);
       lock_fd_ = -1;
       throw InputError(named_, "", "another run that writes its results there",
@@ -137,7 +156,7 @@ void ResultFolder::show() {
     const bool inside = part_.parent_path() == folder_;
     if (!fs::exists(folder_)) {
       fs::rename(part_, folder_);
-    } else if (inside) {
+    } else if (inside || !can_be_made_anew(folder_)) {
       replace_files(part_, folder_);
     } else {
       keep_files_of_user(folder_, part_);
@@ -145,7 +164,10 @@ void ResultFolder::show() {
     }
     shown_ = true;
   } catch (const fs::filesystem_error& error) {
-    refuse(named_, fmt::format("results that cannot be put there ({})", error.code().message()));
+    const std::string kept = part_.string();
+    part_.clear();
+    refuse(named_, fmt::format("results that cannot be put there ({}); they are in {}",
+                               error.code().message(), kept));
   }
 }
 

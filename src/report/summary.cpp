@@ -132,7 +132,10 @@ std::string headline(const ResultDocument& result) {
     if (result.fit.status == FitStatus::kNotRun) return paragraph("", "NOT JUDGED - nothing was fitted", 0);
     if (result.map && result.light)
       return paragraph("", "NOT JUDGED - light has no answer: " + result.light->obstacle, 0);
-    return paragraph("", "NOT JUDGED - fit: " + to_string(result.fit.status), 0);
+    return paragraph(
+        "",
+        (result.interrupted ? "INTERRUPTED, " : "") + ("NOT JUDGED - fit: " + to_string(result.fit.status)),
+        0);
   }
   const std::vector<EquivalenceMetric>& deciding = decided_by(result);
   const Tally tally(deciding);

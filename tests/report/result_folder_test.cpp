@@ -161,5 +161,33 @@ TEST(ResultFolder, ThatIsTheWorkingFolderStaysTheSameFolder) {
   EXPECT_EQ(whole_run(out), 2);
 }
 
+// A folder of folders: other results in it are neither linked nor moved, and a run that writes there goes on.
+TEST(ResultFolder, LeavesFoldersInItAlone) {
+  ScratchFolder scratch;
+  const std::string out = scratch.file("out");
+  run(out, 1);
+  ResultFolder other(out + "/other");
+  write_file(other.path() + "/result.json", "3");
+  run(out, 2);
+  EXPECT_EQ(read_file(out + "/result.json"), "2");
+  write_file(other.path() + "/more", "3");
+  other.show();
+  EXPECT_EQ(read_file(out + "/other/result.json"), "3");
+  EXPECT_EQ(read_file(out + "/other/more"), "3");
+}
+
+// A list of files from elsewhere removes nothing outside.
+TEST(ResultFolder, TakesNoNamesThatLeadOutOfIt) {
+  ScratchFolder scratch;
+  const std::string out = scratch.file("out");
+  run(out, 1);
+  scratch.write("mine.txt", "mine");
+  scratch.write("out/.aberfit-files",
+                "../mine.txt\n" + scratch.file("mine.txt") + "\nplots/../../mine.txt\n");
+  fs::create_directories(out + "/folder");  // file by file
+  run(out, 2);
+  EXPECT_EQ(read_file(scratch.file("mine.txt")), "mine");
+}
+
 }  // namespace
 }  // namespace aberfit

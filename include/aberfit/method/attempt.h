@@ -55,8 +55,12 @@ FitOutcome outcome_of(const FitCase& of, const FitPlan& plan);
 
 /// Every tolerance met, and what was judged is equivalent.
 bool is_equivalent(const Attempt& attempt);
-/// The worst that is known of an attempt: mismatches in tolerances, judged differences in margins.
+/// The worst that is known of an attempt: mismatches in tolerances, judged differences in margins; infinite
+/// where a judged statistic has no value.
 double distance_to_margin(const Attempt& attempt);
+/// Whether a is the one to keep: what meets the tolerances before what does not, then the smaller distance to
+/// the margin or, of those that do not, to the tolerances.
+bool nearer(const Attempt& a, const Attempt& b);
 
 /// Whether the solver got anywhere: a degenerate or failed try has no cost to compare.
 bool has_solution(const FitResult& fit);

@@ -19,7 +19,7 @@ class ResultFolder {
   bool wanted() const { return !folder_.empty(); }
   /// Where the files go until they are shown; empty where nothing is wanted.
   std::string path() const { return part_.string(); }
-  /// Puts the files in place. Throws InputError where that fails; the folder is as it was then.
+  /// Puts the files in place. Throws InputError where that fails, and says where they are then.
   void show();
 
  private:
