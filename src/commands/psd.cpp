@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -151,6 +152,11 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
         data));
   for (const FrequencyBand& band : measured.bands)
     report.bands.push_back(band_content(report.surface, report.estimate.kind, band));
+  report.as_measured.exponent = std::nan("");
+  if (std::any_of(report.fit.warnings.begin(), report.fit.warnings.end(),
+                  [](const Warning& warning) { return warning.code == "rms-not-as-measured"; }))
+    report.as_measured =
+        line_as_measured(report.surface, report.estimate.kind, report.fit.f_min, report.fit.f_max);
   report.warnings = measured.estimate.warnings;
   report.warnings.insert(report.warnings.end(), measured.result.warnings.begin(),
                          measured.result.warnings.end());

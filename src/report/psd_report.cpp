@@ -210,6 +210,8 @@ Json to_json(const PsdReport& report, const Json& request, const Json& roughness
           {"structure_function", differences_json(report)},
           {"drawing_line", line_json(report.line)},
           {"roughness", roughness},
+          {"roughness_as_measured",
+           std::isfinite(report.as_measured.exponent) ? line_block(report.as_measured) : Json()},
           {"warnings", json_warnings(report.warnings)},
           {"provenance", to_json(report.provenance)}};
 }

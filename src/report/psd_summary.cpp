@@ -168,6 +168,9 @@ std::string summary_table(const PsdReport& report, const nlohmann::ordered_json&
   text += parameter_rows(report) + "\n" + band_line(report) + named_band_rows(report.bands) +
           drawing_text(report.line) + difference_rows(report);
   text += "\nFor a study:\n\"roughness\": " + roughness.dump() + "\n";
+  if (std::isfinite(report.as_measured.exponent))
+    text += "For this very surface, with the RMS height and slope of its bins:\n\"roughness\": " +
+            line_block(report.as_measured).dump() + "\n";
   if (std::isfinite(report.line.exponent))
     text += "The line of the drawing:\n\"roughness\": " + line_block(report.line).dump() + "\n";
   for (const Warning& warning : report.warnings)

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "aberfit/core/constants.h"
+#include "aberfit/core/root.h"
 #include "aberfit/roughness/k_correlation.h"
 
 namespace aberfit {
@@ -147,6 +148,36 @@ DrawingLine drawing_line(const PsdEstimate& estimate, double f_min, double f_max
   line.factor = rms_in_band(surface, estimate.kind, true, f_min, f_max).height /
                 rms_in_band(surface, estimate.kind, false, f_min, f_max).height;
   line.describes = fit.goodness >= kPoorFit;
+  return line;
+}
+
+DrawingLine line_as_measured(const SurfacePsd& surface, PsdTableKind kind, double f_min, double f_max) {
+  constexpr double kSteepest = 14;  // two-dimensional
+  const bool profile = kind == PsdTableKind::k1dOneSided;
+  DrawingLine line;
+  line.exponent = NAN;
+  line.f_min = f_min, line.f_max = f_max;
+  if (surface.psd.size() == 0) return line;
+  const BandRms data = rms_in_band(surface, kind, false, f_min, f_max);
+  const double from = std::max(f_min, surface.low[0]),
+               to = std::min(f_max, surface.high[surface.high.size() - 1]);
+  if (!(from < to) || !(data.height > 0)) return line;
+  // Both integrals of f^-exponent have a further f: of profiles the exponent is one less, of maps from d2f.
+  // Mean squares of height and slope, but for the level that both have.
+  const double per_slope = std::pow(2 * kPi, 2) * (profile ? 1 : 0.5);
+  const auto height = [&](double exponent) { return power_integral(1 - exponent, from, to); };
+  const auto off = [&](double exponent) {
+    return std::log(per_slope * power_integral(3 - exponent, from, to) / height(exponent)) -
+           2 * std::log(data.slope / data.height);
+  };
+  const double shallow = off(kLeastExponent), steep = off(kSteepest);
+  if (!(shallow > 0 && steep < 0)) return line;
+  const double exponent = root_between(off, kLeastExponent, kSteepest, shallow, steep);
+  const double level =
+      std::pow(data.height, 2) / height(exponent);  // of the profile, or 2 pi times that of S
+  const KCorrelation1d of_level = k_correlation_2d_to_1d({profile ? 1.0 : level / (2 * kPi), 1, exponent});
+  line.exponent = of_level.exponent;
+  line.amplitude = profile ? level : of_level.amplitude;
   return line;
 }
 

@@ -153,8 +153,8 @@ void warn_of_other_rms(const PsdEstimate& estimate, PsdModelFit* fit) {
        fmt::format(
            "in its band the model has {:.2f} times the RMS height and {:.2f} times the RMS slope of the "
            "bins: the {} lowest bins, {:.0f} degrees of freedom in all, hold {:.0f} % of the height "
-           "variance{}. The model is of surfaces like this one; for this very surface take psd.csv as a "
-           "table",
+           "variance{}. The model is of surfaces like this one; for this very surface take the block that "
+           "has its RMS height and slope, or psd.csv as a table",
            height, slope, last - first + 1, surface.dof.segment(first, last - first + 1).sum(), 100 * share,
            fit->model_error > 0 ? ", and the model does not describe the bins" : "")});
 }

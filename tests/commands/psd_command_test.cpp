@@ -20,6 +20,7 @@ namespace {
 
 using namespace test;
 using nlohmann::ordered_json;
+constexpr double kPi = EIGEN_PI;
 
 std::string profile_csv(const Spectrum& spectrum, ProfileQuantity quantity, int seed) {
   const Profile profile = random_line(spectrum, quantity, seed);
@@ -62,6 +63,24 @@ TEST(PsdCommand, SaysWhereTheModelHasAnotherRmsThanTheBins) {
     EXPECT_EQ(ran.warned("rms-not-as-measured"), other) << seed;
     EXPECT_NE(ran.text.find(fmt::format("(ratio {:.3f})", height)), std::string::npos) << ran.text;
     EXPECT_EQ(ran.text.find(fmt::format("{:.2f} times the RMS height", height)) != std::string::npos, other);
+    // The block for this very surface has both, summed here over the line A / f^B itself.
+    const ordered_json& block = ran.result["roughness_as_measured"];
+    EXPECT_EQ(block.is_null(), !other) << seed;
+    if (other) {
+      const ordered_json& psd = block["psd"];
+      const double a = std::stod(psd["profile_psd"]["A"].get<std::string>()), b = psd["profile_psd"]["B"];
+      const double low = psd["f_min"], high = psd["f_max"];
+      double heights = 0, slopes = 0;
+      constexpr int kSteps = 20000;
+      for (int k = 0; k < kSteps; ++k) {
+        const double step = std::log(high / low) / kSteps, f = low * std::exp((k + 0.5) * step);
+        heights += a * std::pow(f, 1 - b) * step;
+        slopes += 4 * kPi * kPi * a * std::pow(f, 3 - b) * step;
+      }
+      EXPECT_NEAR(std::sqrt(heights) / data["rms_height_m"].get<double>(), 1, 1e-5) << seed;
+      EXPECT_NEAR(std::sqrt(slopes) / data["rms_slope"].get<double>(), 1, 1e-5) << seed;
+      EXPECT_NE(ran.text.find("\"roughness\": " + block.dump()), std::string::npos);
+    }
     warned += other;
   }
   EXPECT_GT(warned, 0);

@@ -23,6 +23,8 @@ struct PsdReport {
   PsdModelFit fit;
   SurfacePsd surface;  ///< what is printed, written and drawn
   DrawingLine line;
+  DrawingLine
+      as_measured;  ///< with the RMS height and slope of the bins; `exponent` NaN where the model has them
   std::vector<HeightDifferences> differences;  ///< structure functions, one per measurement
   std::vector<BandContent> bands;              ///< those that were asked for
   Warnings warnings;

@@ -69,4 +69,9 @@ struct DrawingLine {
 /// bins).
 DrawingLine drawing_line(const PsdEstimate& estimate, double f_min, double f_max);
 
+/// The power law with the RMS height and slope of the bins in [f_min, f_max] (method of moments): not the
+/// most likely one, but for a focus this very surface, whose few lowest bins no model of many has to follow.
+/// Of maps its profile; no intervals. `exponent` NaN where no exponent has that ratio of slope to height.
+DrawingLine line_as_measured(const SurfacePsd& surface, PsdTableKind kind, double f_min, double f_max);
+
 }  // namespace aberfit
