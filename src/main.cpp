@@ -149,7 +149,7 @@ void add_common_options(CLI::App* app, CommandLine* line) {
   app->fallthrough();  // common options may stand after the command
   app->footer(
       "Exit codes: 0 done (and equivalent where judged); 1 ran but not converged, different or undecided; "
-      "2 bad input or usage; 3 the computation failed; 4 stopped by a signal, with the best so far.");
+      "2 bad input or usage; 3 the computation failed; 4 a fit stopped by a signal, with the best so far.");
   app->add_option("--threads", line->threads,
                   "Threads to use (default: all there are); results do not depend on it")
       ->check(CLI::Range(1, 65536))

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -288,6 +289,34 @@ TEST(Interruption, KeepsTheBestSoFarJudgedAndMarked) {
                             [](const Warning& w) { return w.code == "interrupted"; }));
   }
   EXPECT_THROW(stopped_after(kSeconds, 0), Interrupted);
+}
+
+TEST(Interruption, EndsTheRunOfAMap) {
+  ScratchFolder folder;
+  std::string map = "# pitch = 1 mm\n# of: surface\n# unit: nm\n";
+  for (int row = 0; row < 21; ++row) {
+    for (int column = 0; column < 21; ++column)
+      map += fmt::format("{} ", 10 * std::cos(0.3 * row) * std::sin(0.2 * column));
+    map += "\n";
+  }
+  folder.write("map.txt", map);
+  const Study study =
+      read_study(folder.write("study.json", R"({"aberfit": 1, "mirror": {"focal_length": "1 m"},
+      "light": {"wavelength": "632.8 nm"}, "aperture": {"shape": "circle", "diameter": "18 mm"},
+      "target": {"map": {"file": "map.txt"}}, "terms": {"zernike": {"n_max": 4}}})"));
+  for (const int looks : {0, 1, 100}) {
+    RunOptions options;
+    options.interrupted = [looks, seen = std::make_shared<int>(0)] { return ++*seen > looks; };
+    options.output_directory = folder.file("out");
+    options.plots = false;
+    if (looks < 100) {
+      EXPECT_THROW(run_map_fit(study, options), Interrupted) << looks;
+      EXPECT_FALSE(std::filesystem::exists(folder.file("out"))) << looks;
+    } else {
+      run_map_fit(study, options);
+      EXPECT_TRUE(std::filesystem::exists(folder.file("out/result.json")));
+    }
+  }
 }
 
 }  // namespace

@@ -1,7 +1,11 @@
 // By waves a start is judged by its verdict, not by the first that meets the fitted targets.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <vector>
+
 #include "aberfit/commands/run.h"
+#include "aberfit/method/attempt.h"
 #include "aberfit/study/read_study.h"
 
 namespace aberfit {
@@ -30,6 +34,34 @@ TEST(Starts, GoOnUntilOneIsEquivalent) {
     EXPECT_EQ(more.chosen.starts, 6);
   }
   EXPECT_GT(missed, 0) << "nothing tested: all first starts are equivalent";
+}
+
+Attempt attempt(bool met, double mismatch, std::vector<double> judged = {}) {
+  Attempt made;
+  made.met = met;
+  made.mismatch = mismatch;
+  for (const double difference : judged) {
+    EquivalenceMetric metric;
+    metric.margin = 0.01;
+    metric.difference = difference;
+    made.result.metrics.push_back(metric);
+  }
+  return made;
+}
+
+// What was never judged is not nearer for that.
+TEST(Starts, TheOneToKeepMeetsItsTolerancesAndIsNearestToTheMargin) {
+  const Attempt good = attempt(true, 0.9, {0.012, -0.004}), better = attempt(true, 0.9, {0.011}),
+                unjudged = attempt(false, 1.1), far = attempt(false, 5, {0.1}),
+                no_value = attempt(true, 0.5, {NAN});
+  EXPECT_TRUE(nearer(better, good));
+  EXPECT_FALSE(nearer(good, better));
+  EXPECT_TRUE(nearer(good, unjudged));
+  EXPECT_FALSE(nearer(unjudged, good));
+  EXPECT_TRUE(nearer(unjudged, far));
+  EXPECT_TRUE(nearer(good, no_value));
+  EXPECT_FALSE(nearer(no_value, good));
+  EXPECT_TRUE(nearer(no_value, far));
 }
 
 }  // namespace

@@ -65,9 +65,9 @@ TEST_P(TermSearchSweep, AutoEndsWithin20PercentOfTheFewestTerms) {
               GetParam(), long(fewest), order, seconds_since(begin), long(found.terms.size()),
               long(found.rays), auto_seconds, given_seconds);
   // Where rays decide by chance it may be that no order up to auto's passes when fitted once.
-  if (fewest > 0) {
-    EXPECT_LE(double(found.terms.size()), kAllowed * double(fewest));
-  }
+  if (std::string_view(GetParam()) == "measured-turning-lines" && fewest == 0) return;
+  ASSERT_GT(fewest, 0);
+  EXPECT_LE(double(found.terms.size()), kAllowed * double(fewest));
 }
 
 INSTANTIATE_TEST_SUITE_P(Fits, TermSearchSweep,
