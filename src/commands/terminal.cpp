@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+
+#include "aberfit/core/errors.h"
 
 namespace aberfit::internal {
 namespace {
@@ -49,6 +53,10 @@ void print(const CommandLine& line, const nlohmann::ordered_json& json, const st
     fmt::print("{}\n", json.dump(2));
   else
     fmt::print("{}{}", table, table.empty() || table.back() == '\n' ? "" : "\n");
+  // Before anything goes to standard error, which may be the same file; and a full disk is no success.
+  if (std::fflush(stdout) != 0)
+    throw InputError("standard output", "", fmt::format("a failing write ({})", std::strerror(errno)),
+                     "a place that can be written to");
 }
 
 void say_where(const CommandLine& line) {

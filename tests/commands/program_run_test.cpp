@@ -245,6 +245,17 @@ TEST_F(ProgramRun, AnUnwritableFolderIsRefusedBeforeAnythingIsComputed) {
   EXPECT_EQ(read_file(file("file")), "in the way");
 }
 
+TEST_F(ProgramRun, OutputThatCannotBeWrittenIsNoSuccess) {
+  const auto exit_code = [&](const std::string& command) {
+    return WEXITSTATUS(std::system(
+        fmt::format("{} {} > /dev/full 2> {}", ABERFIT_PROGRAM, command, file("full.err")).c_str()));
+  };
+  for (const std::string command : {"check ", "check --json ", "trace "}) {
+    EXPECT_EQ(exit_code(command + file("theory.json")), 2) << command;
+    EXPECT_NE(read_file(file("full.err")).find("standard output"), std::string::npos) << command;
+  }
+}
+
 // Automatic terms of a roughness that takes seconds.
 const char* const kSeconds = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"},
   "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"},
