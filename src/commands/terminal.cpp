@@ -49,12 +49,10 @@ RunOptions run_options(const CommandLine& line, ProgressLine* progress) {
 }
 
 void print(const CommandLine& line, const nlohmann::ordered_json& json, const std::string& table) {
-  if (line.json)
-    fmt::print("{}\n", json.dump(2));
-  else
-    fmt::print("{}{}", table, table.empty() || table.back() == '\n' ? "" : "\n");
-  // Before anything goes to standard error, which may be the same file; and a full disk is no success.
-  if (std::fflush(stdout) != 0)
+  std::string text = line.json ? json.dump(2) : table;
+  if (!text.empty() && text.back() != '\n') text += '\n';
+  // Flushed before anything goes to standard error, which may be the same file; a full disk is no success.
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
     throw InputError("standard output", "", fmt::format("a failing write ({})", std::strerror(errno)),
                      "a place that can be written to");
 }
