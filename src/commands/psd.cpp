@@ -58,15 +58,21 @@ ordered_json aperture_object(const std::string& text) {
   const std::size_t colon = std::min(text.find(':'), text.size());
   ordered_json object = {{"shape", text.substr(0, colon)}};
   std::string key;
+  const auto refuse = [&](const std::string& allowed) {
+    throw InputError(kCommandLine, "", "--aperture \"" + text + "\"", allowed);
+  };
   for (const std::string_view piece : words(std::string_view(text).substr(colon), ":,")) {
     const std::size_t equals = piece.find('=');
     if (equals != std::string_view::npos) {
       key = trimmed(piece.substr(0, equals));
       if (kShort.contains(key)) key = kShort.at(key);
+      if (object.contains(key)) refuse("every key once, \"" + key + "\" is there twice");
     }
-    if (key.empty())
-      throw InputError(kCommandLine, "", "--aperture \"" + text + "\"",
-                       "SHAPE:key=value,..., e.g. \"circle:diameter=95%\"");
+    // A comma of a number, 1,5mm, would begin a second value.
+    if (key.empty() || (equals == std::string_view::npos && key != "centre"))
+      refuse(
+          "SHAPE:key=value,..., e.g. \"circle:diameter=95%\", with a point in numbers; only centre has two "
+          "values");
     const ordered_json value = option_value(
         std::string(trimmed(equals == std::string_view::npos ? piece : piece.substr(equals + 1))));
     if (key == "centre")

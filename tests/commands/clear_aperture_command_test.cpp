@@ -107,7 +107,7 @@ TEST_F(ClearApertureOfAFile, OfAMapThatIsFitted) {
                    "target": {"map": {"file": "map.csv", "of": "surface", "outliers": "keep",
                      "aperture": {"shape": "circle", "diameter": "75 %", "centre": ["2 mm", "0 mm"]}}},
                    "terms": {"zernike": {"n_max": 4}}})");
-  run_program(folder, "fit study.json -o out");
+  EXPECT_EQ(run_program(folder, "fit study.json -o out"), 0) << read_file(folder.file("stderr.txt"));
   const ordered_json result = ordered_json::parse(read_file(folder.file("out/result.json")));
   const ordered_json& clear = result["map"]["clear"];
   EXPECT_GT(clear["taken_out"], 0);
@@ -131,6 +131,10 @@ TEST_F(ClearApertureOfAFile, ErrorsSayWhatIsWrong) {
   says("--aperture circle:diameter=wide", "\"95 %\"");
   says("--aperture circle:radius=5mm", "radius");
   says("--aperture circle:95%", "SHAPE:key=value");
+  says("--aperture circle:diameter=1,5mm", "with a point in numbers");
+  says("--aperture circle:diameter=10mm,diameter=5mm", "\"diameter\" is there twice");
+  says("--aperture annulus:outer=50mm,inner=9mm,diameter=5mm", "\"diameter\" is there twice");
+  says("--aperture circle:diameter=5mm,centre=1mm,2mm,centre=0mm,0mm", "\"centre\" is there twice");
   says("--aperture annulus:outer=30%,inner=30%", "less than the outer diameter");
   says("--aperture circle:diameter=1mm,centre=1m,0m", "no sample is left");
   says("--aperture circle:diameter=1mm,centre=1mm", "two lengths");
