@@ -13,6 +13,7 @@
 #include "aberfit/core/overloaded.h"
 #include "aberfit/core/text.h"
 #include "aberfit/core/units.h"
+#include "fits_layout.h"
 
 namespace aberfit {
 namespace {
@@ -178,7 +179,8 @@ std::vector<std::vector<std::array<double, 2>>> ClearRegion::outlines() const {
   return lines;
 }
 
-ClearRegion take_clear_part(Measurement* data, const ClearPart& part, const std::string& mask_path) {
+ClearRegion take_clear_part(Measurement* data, const ClearPart& part, const std::string& mask_path,
+                            bool mask_bottom_first) {
   ClearRegion region;
   std::visit(
       [&](auto& measured) {
@@ -196,7 +198,7 @@ ClearRegion take_clear_part(Measurement* data, const ClearPart& part, const std:
             take_out(&measured, at_the_rim(!measured.value.isFinite().transpose(), part.erode, true));
         } else {
           if (!part.mask.empty()) {
-            const Grid mask = read_mask(mask_path);
+            const Grid mask = read_mask(mask_path, mask_bottom_first);
             require_mask(measured, mask);
             take_out(&measured, !mask.isFinite() || mask == 0);
           }
@@ -210,20 +212,8 @@ ClearRegion take_clear_part(Measurement* data, const ClearPart& part, const std:
   return region;
 }
 
-Grid read_mask(const std::string& path) {
-  if (detect_format(path) == MeasuredFormat::kFits) {
-    MeasuredSource source;
-    source.path = path;
-    source.format = MeasuredFormat::kFits;
-    source.wavefront = false;
-    source.value_factor = 1;
-    try {
-      return read_fits(source).height;
-    } catch (const InputError&) {  // it may name a unit, which is of no interest here
-      source.value_factor.reset();
-      return read_fits(source).height;
-    }
-  }
+Grid read_mask(const std::string& path, bool bottom_first) {
+  if (detect_format(path) == MeasuredFormat::kFits) return internal::fits_pixels(path);
   TextLines lines(path);
   std::vector<std::vector<double>> rows;
   for (std::string_view line; lines.next(&line);) {
@@ -243,7 +233,7 @@ Grid read_mask(const std::string& path) {
   Grid mask(Index(rows.size()), Index(rows.front().size()));
   for (Index r = 0; r < mask.rows(); ++r)
     for (Index c = 0; c < mask.cols(); ++c)
-      mask(r, c) = rows[rows.size() - 1 - std::size_t(r)][std::size_t(c)];
+      mask(r, c) = rows[std::size_t(bottom_first ? r : mask.rows() - 1 - r)][std::size_t(c)];
   return mask;
 }
 

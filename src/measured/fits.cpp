@@ -188,36 +188,55 @@ Grid pixels(const std::string& path, const MemoryFits& file, const FitsImage& im
   return values;
 }
 
-}  // namespace
+// The pixels, NaN where they are not finite or left out by a mask; CFITSIO is at that one afterwards.
+Grid valid_pixels(const std::string& path, const MemoryFits& file, const FitsImage& image) {
+  constexpr double kInvalid = std::numeric_limits<double>::quiet_NaN();
+  Grid values = pixels(path, file, image);
+  values = values.isFinite().select(values, kInvalid);
+  if (image.mask_hdu != 0) {
+    // As fits_opd_bytes writes it: 0 where there is no measurement.
+    int status = 0;
+    fits_movabs_hdu(file.get(), image.mask_hdu, nullptr, &status);
+    file.check(status, fmt::format("header {}", image.mask_hdu));
+    values = (pixels(path, file, image) != 0).select(values, kInvalid);
+  }
+  return values;
+}
 
-HeightMap read_fits(const MeasuredSource& source) {
-  require_sane_options(source);
-  std::string bytes = read_map_bytes(source.path);
-  const FitsImage image = find_fits_image(source.path, bytes);
+// What `use(file, image)` makes of a file, with CFITSIO at its image.
+template <class Use>
+auto at_image(const std::string& path, const Use& use) {
+  std::string bytes = read_map_bytes(path);
+  const FitsImage image = find_fits_image(path, bytes);
   // Only what was checked goes to CFITSIO, with the last block filled up, as it reads whole blocks.
   constexpr std::uint64_t kBlock = 2880;
   bytes.resize(std::size_t((image.end + kBlock - 1) / kBlock * kBlock), '\0');
-  const MemoryFits file(source.path, &bytes);
+  const MemoryFits file(path, &bytes);
   int status = 0;
   fits_movabs_hdu(file.get(), image.hdu, nullptr, &status);
   file.check(status, fmt::format("header {}", image.hdu));
-  const double halve = surface_per_height(is_wavefront(source, file));
-  const double factor = halve * metres_per_value(source, file);
-  const double p = pitch(source, file);
-  // Row 0 of FITS is the lowest, as ours is.
-  HeightMap map = empty_map(image.rows, image.columns, p, p);
-  map.height = pixels(source.path, file, image);
-  map.height *= factor;
-  if (const auto name = file.text("OBJECT")) map.label = *name;
-  constexpr double kInvalid = std::numeric_limits<double>::quiet_NaN();
-  map.height = map.height.isFinite().select(map.height, kInvalid);
-  if (image.mask_hdu != 0) {
-    // As fits_opd_bytes writes it: 0 where there is no measurement.
-    fits_movabs_hdu(file.get(), image.mask_hdu, nullptr, &status);
-    file.check(status, fmt::format("header {}", image.mask_hdu));
-    map.height = (pixels(source.path, file, image) != 0).select(map.height, kInvalid);
-  }
-  return map;
+  return use(file, image);
+}
+
+}  // namespace
+
+Grid internal::fits_pixels(const std::string& path) {
+  return at_image(
+      path, [&](const MemoryFits& file, const FitsImage& image) { return valid_pixels(path, file, image); });
+}
+
+HeightMap read_fits(const MeasuredSource& source) {
+  require_sane_options(source);
+  return at_image(source.path, [&](const MemoryFits& file, const FitsImage& image) {
+    const double halve = surface_per_height(is_wavefront(source, file));
+    const double factor = halve * metres_per_value(source, file);
+    const double p = pitch(source, file);
+    // Row 0 of FITS is the lowest, as ours is.
+    HeightMap map = empty_map(image.rows, image.columns, p, p);
+    if (const auto name = file.text("OBJECT")) map.label = *name;
+    map.height = factor * valid_pixels(source.path, file, image);
+    return map;
+  });
 }
 
 std::string fits_opd_bytes(const HeightMap& map) {

@@ -3,6 +3,8 @@
 #include <string>
 #include <string_view>
 
+#include "aberfit/measured/height_map.h"
+
 namespace aberfit::internal {
 
 /// Where the image of a FITS file is.
@@ -18,5 +20,9 @@ struct FitsImage {
 /// afterwards cannot make it allocate or read beyond. Throws InputError naming the header key. Source: FITS
 /// standard 4.0 (IAU 2016), sections 3.3, 4.1, 4.4.1, 6.1 (size of the data), 7.1.
 FitsImage find_fits_image(const std::string& path, std::string_view bytes);
+
+/// The numbers of that image, row 0 the lowest, whatever they mean; NaN where they are blank, not finite or
+/// left out by the mask behind it. Throws InputError.
+Grid fits_pixels(const std::string& path);
 
 }  // namespace aberfit::internal

@@ -184,7 +184,8 @@ Measurement load_measurement(const MeasuredFile& file, const std::string& folder
   if (file.clear.whole()) return data;
   const char* key = file.clear.aperture ? "aperture" : file.clear.mask.empty() ? "erode" : "mask";
   try {
-    *clear = take_clear_part(&data, file.clear, (std::filesystem::path(folder) / file.clear.mask).string());
+    *clear = take_clear_part(&data, file.clear, (std::filesystem::path(folder) / file.clear.mask).string(),
+                             source.bottom_first);
   } catch (const std::invalid_argument& error) {
     throw InputError(where, pointer.substr(0, pointer.rfind('/') + 1) + key,
                      fmt::format("of \"{}\": {}", file.file, error.what()), "a part of the measurement");

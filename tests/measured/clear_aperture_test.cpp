@@ -37,9 +37,9 @@ ClearPart part_of(ClearAperture aperture) {
 
 // The map that is left is the one that a rule in (x, y) from the middle of the grid [m] leaves.
 void expect_left(HeightMap map, const ClearPart& part, const std::function<bool(double, double)>& rule,
-                 const std::string& mask = "") {
+                 const std::string& mask = "", bool bottom_first = false) {
   Measurement data = map;
-  const ClearRegion region = take_clear_part(&data, part, mask);
+  const ClearRegion region = take_clear_part(&data, part, mask, bottom_first);
   Index lost = 0;
   for (Index r = 0; r < 31; ++r)
     for (Index c = 0; c < 41; ++c) {
@@ -108,6 +108,11 @@ TEST(ClearAperture, TakesAMaskWithItsTopRowFirst) {
   expect_left(
       map_of(), part,
       [](double x, double y) { return y < 14.5e-3 && std::abs(x - 1e-3 * (3 - 20)) > 0.5e-3; }, part.mask);
+  // As its map has it.
+  expect_left(
+      map_of(), part,
+      [](double x, double y) { return y > -14.5e-3 && std::abs(x - 1e-3 * (3 - 20)) > 0.5e-3; }, part.mask,
+      true);
   Measurement data = map_of();
   for (const std::string bad : {"1 1\n1 1\n", "1 1\n1\n", "1 one\n", ""}) {
     const std::string file = folder.write("bad.csv", bad);

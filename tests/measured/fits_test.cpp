@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "aberfit/measured/clear_aperture.h"
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/measured/write_map.h"
 #include "map_mutation.h"
@@ -125,6 +126,18 @@ TEST(Fits, AppliesScaleZeroAndBlank) {
   EXPECT_EQ(map.label, "M3");
   std::string bytes = header(image_cards(-64, 2, 1)) + value_bytes(std::nan(""), -64) + value_bytes(2, -64);
   EXPECT_TRUE(std::isnan(read_bytes(filled(bytes)).height(0, 0)));
+}
+
+TEST(Fits, OfAMaskIsReadWhateverItsHeaderSaysOfHeights) {
+  const ScratchFolder folder;
+  for (const Cards& cards :
+       {Cards{}, Cards{{"BUNIT", "'furlong'"}}, Cards{{"BUNIT", "'waves'"}, {"MAPTYPE", "'amplitude'"}},
+        Cards{{"MAPTYPE", "'wavefront'"}, {"PIXELSCL", "-1"}}}) {
+    const Grid mask = read_mask(folder.write("mask.fits", six(16, cards)));
+    ASSERT_EQ(mask.rows(), 2);
+    ASSERT_EQ(mask.cols(), 3);
+    for (int i = 0; i < 6; ++i) EXPECT_EQ(mask(i / 3, i % 3), i + 1);
+  }
 }
 
 TEST(Fits, KnowsTheUnitsOfBunit) {

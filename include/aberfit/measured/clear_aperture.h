@@ -66,11 +66,13 @@ struct ClearRegion {
 /// end. Throws std::invalid_argument with a sentence: a shape that the data cannot have (interval: profiles
 /// only, others and masks: maps only), a length of more than twice the data's own, an aperture on a map
 /// without pitch, a mask of another size, nothing left. InputError for a mask that cannot be read. mask_path:
-/// where ClearPart::mask is.
-ClearRegion take_clear_part(Measurement* data, const ClearPart& part, const std::string& mask_path);
+/// where ClearPart::mask is; mask_bottom_first: as for read_mask.
+ClearRegion take_clear_part(Measurement* data, const ClearPart& part, const std::string& mask_path,
+                            bool mask_bottom_first = false);
 
-/// Numbers of a mask, row 0 at the lowest y: a FITS image, or text, first line the top row, blanks, commas or
-/// semicolons between, '#' begins a comment. Throws InputError.
-Grid read_mask(const std::string& path);
+/// Numbers of a mask, row 0 at the lowest y: the pixels of a FITS image, whatever its header says of them,
+/// or text, first line the top row (the lowest for bottom_first), blanks, commas or semicolons between, '#'
+/// begins a comment. Throws InputError.
+Grid read_mask(const std::string& path, bool bottom_first = false);
 
 }  // namespace aberfit
