@@ -11,6 +11,7 @@
 
 #include "aberfit/commands/program.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/measured/read_measurement.h"
 
 namespace {
 
@@ -27,8 +28,7 @@ struct PsdOption {
 };
 constexpr std::array kPsdOptions = {
     PsdOption{"--format", "format", "NAME",
-              "dabam, profile, map, zygo, codev-int, fits, zemax-grid-sag, datx, opd, sdf, x3p (default: by "
-              "content)",
+              nullptr,  // the list of them
               true},
     PsdOption{"--column", "column", "N", "profiles: which scan line, from 1", true},
     PsdOption{"--quantity", "quantity", "NAME", "profiles in columns: height or slope", true},
@@ -94,7 +94,7 @@ CLI::App* add_psd_command(CLI::App* app, CommandLine* line, std::map<std::string
   for (const PsdOption& option : kPsdOptions)
     sub->add_option_function<std::string>(
            option.flag, [texts, &option](const std::string& value) { (*texts)[option.key] = value; },
-           option.meaning)
+           option.meaning ? option.meaning : aberfit::measured_format_list() + " (default: by content)")
         ->type_name(option.type);
   sub->add_flag("--keep-lines", line->keep_lines, "Leave periodic structure in the bins");
   return sub;

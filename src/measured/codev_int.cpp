@@ -121,7 +121,7 @@ HeightMap read_codev_int(const MeasuredSource& source) {
   const IntHeader header = find_header(path, &lines, &label);
   const std::optional<double> wavelength =
       agreed_length(path, "wavelength", source.wavelength, header.wavelength, kSameWavelength);
-  if (!wavelength) lines.fail("no WVL", "WVL [um], or option 'wavelength'");
+  if (!wavelength) throw MissingFact("wavelength", path, "GRD", "no WVL", "WVL [um], or option 'wavelength'");
   // Every value takes a digit and a blank, so what the file cannot hold is not allocated.
   const std::int64_t points = header.columns * header.rows;
   if (points > std::int64_t(lines.bytes_left() / 2 + 1))

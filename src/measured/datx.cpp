@@ -228,6 +228,22 @@ double datx_factor(const std::string& path, const DatxAttributes& attributes, co
   return *value;
 }
 
+// Where the file does not say it, the option's.
+double datx_wavelength(const MeasuredSource& source, const DatxAttributes& attributes,
+                       const DatxConverter& z) {
+  constexpr const char* kName = "Wavelength";
+  constexpr std::size_t kParameter = 1;
+  const bool said = attributes.number(kName) || z.parameters.size() > kParameter;
+  if (!said && !source.wavelength)
+    throw MissingFact("wavelength", source.path, "attribute 'Wavelength'", "nothing",
+                      "a length, or option 'wavelength'");
+  return *agreed_length(
+      source.path, "wavelength", source.wavelength,
+      said ? std::optional(datx_factor(source.path, attributes, kName, z, kParameter, 1e-9, 1e-3))
+           : std::nullopt,
+      kSameWavelength);
+}
+
 // [m] of the surface in one unit of the data.
 double datx_metres(const MeasuredSource& source, const DatxAttributes& attributes) {
   const DatxConverter z = attributes.converter("Z Converter").value_or(DatxConverter());
@@ -236,19 +252,21 @@ double datx_metres(const MeasuredSource& source, const DatxAttributes& attribute
     throw InputError(source.path, "attribute 'Unit'", in_quotes(unit),
                      "that of 'Z Converter', " + in_quotes(z.unit));
   if (lower_case(unit) == "fringes") {
-    if (source.value_factor) refuse_option(source.path, "value_unit", "a length", in_quotes(unit));
+    if (source.value_factor || source.value_in_waves)
+      refuse_option(source.path, "value_unit", source.value_in_waves ? "waves" : "a length", in_quotes(unit));
     // The scale factor, waves of the surface in a fringe, makes it a surface already.
-    const double wavelength = datx_factor(source.path, attributes, "Wavelength", z, 1, 1e-9, 1e-3);
-    agreed_length(source.path, "wavelength", source.wavelength, wavelength, kSameWavelength);
-    return wavelength *
+    return datx_wavelength(source, attributes, z) *
            datx_factor(source.path, attributes, "Interferometric Scale Factor", z, 2, 1e-6, 1e6) *
            datx_factor(source.path, attributes, "Obliquity Factor", z, 3, 1e-6, 1e6);
   }
   const std::optional<double> metres = metres_per_unit(unit);
-  if (metres) return agreed_factor(source.path, "value_unit", source.value_factor, *metres, unit);
-  if (source.value_factor) return *source.value_factor;
-  throw InputError(source.path, "attribute 'Unit'", unit.empty() ? "nothing" : in_quotes(unit),
-                   "Fringes, NanoMeters, MicroMeters, MilliMeters or Meters, or option 'value_unit'");
+  if (metres) return agreed_value_factor(source, *metres, unit);
+  constexpr const char *kPlace = "attribute 'Unit'",
+                       *kAllowed =
+                           "Fringes, NanoMeters, MicroMeters, MilliMeters or Meters, or option 'value_unit'";
+  if (!unit.empty() && !source.value_factor && !source.value_in_waves)
+    throw InputError(source.path, kPlace, in_quotes(unit), kAllowed);
+  return given_value_factor(source, kPlace, "nothing", kAllowed);
 }
 
 double datx_pitch(const MeasuredSource& source, const DatxAttributes& attributes, const std::string& name) {
@@ -287,7 +305,7 @@ void require_bounded(const std::string& path, std::uint64_t file_bytes, const Hd
       throw InputError(path, place, fmt::format("filter {}", filter), "filters that HDF5 has itself");
     packed = packed || (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32);
   }
-  const std::uint64_t most = packed ? file_bytes * 1032 : file_bytes;  // deflate packs no better than that
+  const std::uint64_t most = packed ? file_bytes * kMostByDeflate : file_bytes;
   std::uint64_t needed = points * width;
   if (layout == H5D_CHUNKED) {
     hsize_t chunk[2] = {0, 0};

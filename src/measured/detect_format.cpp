@@ -180,6 +180,13 @@ const std::vector<std::string>& measured_format_names() {
   return names;
 }
 
+std::string measured_format_list() {
+  std::string list;
+  for (std::size_t i = 1; i < measured_format_names().size(); ++i)
+    list += (i > 1 ? ", " : "") + measured_format_names()[i];
+  return list;
+}
+
 std::string to_string(MeasuredFormat format) { return measured_format_names()[std::size_t(format)]; }
 
 }  // namespace aberfit

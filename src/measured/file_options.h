@@ -53,6 +53,24 @@ inline double agreed_factor(const std::string& path, const std::string& option,
   return said;
 }
 
+/// agreed_factor of the option value_unit, which may be waves.
+inline double agreed_value_factor(const MeasuredSource& source, double said, const std::string& unit) {
+  if (source.value_in_waves)
+    refuse_option(source.path, "value_unit", "waves", fmt::format("'{}' ({:g} in SI)", unit, said));
+  return agreed_factor(source.path, "value_unit", source.value_factor, said, unit);
+}
+
+/// The factor by the options, for a file that does not say it at `pointer`.
+inline double given_value_factor(const MeasuredSource& source, const std::string& pointer,
+                                 const std::string& found, const std::string& allowed) {
+  if (source.value_factor) return *source.value_factor;
+  if (!source.value_in_waves) throw MissingFact("value_unit", source.path, pointer, found, allowed);
+  if (!source.wavelength)
+    throw MissingFact("wavelength", source.path, pointer, "heights in waves and no wavelength",
+                      "a length, or option 'wavelength'");
+  return *source.wavelength;
+}
+
 /// True for a wavefront: what the file says; refused when the option `of` says the other.
 inline bool agreed_wavefront(const std::string& path, const std::optional<bool>& given, bool said) {
   const auto name = [](bool wavefront) { return wavefront ? "wavefront" : "surface"; };

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <set>
+
 namespace aberfit::internal {
 namespace {
 
@@ -140,8 +143,7 @@ void visit_messages(const FileBytes& file, std::uint64_t header, const Visit& vi
     file.fail(header, fmt::format("an object header of version {}", version), "1 or 2");
   const unsigned flags = second ? file.at<std::uint8_t>(header + 5) : 0;
   std::vector<Hdf5Block> blocks = {first_block(file, header, second, flags)};
-  constexpr std::size_t kMostBlocks = 1000;  // a header that goes round in a circle has no end
-  for (std::size_t i = 0; i < blocks.size() && i < kMostBlocks; ++i) {
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Hdf5Block block = blocks[i];
     file.text(block.place, block.length);
     const std::uint64_t head = second ? (flags & 0x04 ? 6 : 4) : 8, end = block.place + block.length;
@@ -160,6 +162,12 @@ void visit_messages(const FileBytes& file, std::uint64_t header, const Visit& vi
         if (second && next.length < 8)
           file.fail(place, "a part of a header without content", "8 bytes or more");
         if (second) next = {next.place + 4, next.length - 8};
+        constexpr std::size_t kMostBlocks = 1000;
+        const bool seen = std::any_of(blocks.begin(), blocks.end(),
+                                      [&](const Hdf5Block& other) { return other.place == next.place; });
+        if (seen || blocks.size() == kMostBlocks)
+          file.fail(place, seen ? "a part of a header that was there before" : "too many parts of a header",
+                    fmt::format("up to {} parts, each once", kMostBlocks));
         blocks.push_back(next);
       }
       place += length;
@@ -189,8 +197,8 @@ void require_group_nodes(const FileBytes& file, std::uint64_t root, std::uint64_
   const std::uint64_t names = file.at<std::uint64_t>(heap + 24);
   file.text(names, file.at<std::uint64_t>(heap + 8));
   std::vector<std::uint64_t> nodes = {root};
-  constexpr std::size_t kMostNodes = 10000;
-  for (std::size_t i = 0; i < nodes.size() && i < kMostNodes; ++i) {
+  std::set<std::uint64_t> seen = {root};
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
     const std::uint64_t node = nodes[i];
     require(node, "TREE");
     const unsigned level = file.at<std::uint8_t>(node + 5), count = file.at<std::uint16_t>(node + 6);
@@ -199,7 +207,12 @@ void require_group_nodes(const FileBytes& file, std::uint64_t root, std::uint64_
     for (std::uint64_t child = 0; child < count; ++child) {  // before each its key
       const std::uint64_t place = file.at<std::uint64_t>(node + 32 + 16 * child);
       require(place, level == 0 ? "SNOD" : "TREE");
-      if (level > 0) nodes.push_back(place);
+      if (level == 0) continue;
+      constexpr std::size_t kMostNodes = 10000;
+      if (!seen.insert(place).second || nodes.size() == kMostNodes)
+        file.fail(node, "a tree that goes in a circle or has too many nodes",
+                  fmt::format("up to {} nodes, each once", kMostNodes));
+      nodes.push_back(place);
     }
   }
 }

@@ -26,6 +26,9 @@ namespace aberfit::internal {
 /// Most points a map may have; more is a damaged header or no job for this program.
 inline constexpr std::int64_t kMostMapPoints = 1'000'000'000;
 
+/// Deflate makes no byte of less than a 1032nd of one.
+inline constexpr std::uint64_t kMostByDeflate = 1032;
+
 /// The whole file. Throws InputError when it is no readable regular file.
 inline std::string read_map_bytes(const std::string& path) {
   std::optional<std::string> bytes = file_bytes(path);

@@ -112,9 +112,12 @@ double opd_factor(const MeasuredSource& source, const FileBytes& file, const std
   constexpr double kShortest = 1, kLongest = 1e6;
   const std::optional<double> said = opd_number(file, blocks, "Wavelength");
   const bool sane = said && *said >= kShortest && *said <= kLongest;
+  if (!said && source.value_factor) return *source.value_factor;
+  constexpr const char* kAllowed = "1 to 1e6 nm, or option 'wavelength'";
+  if (!said && !source.wavelength)
+    throw MissingFact("wavelength", source.path, "Wavelength", "nothing", kAllowed);
   if (!sane && !source.wavelength)
-    throw InputError(source.path, "Wavelength", said ? fmt::format("{} nm", *said) : "nothing",
-                     "1 to 1e6 nm, or option 'wavelength'");
+    throw InputError(source.path, "Wavelength", fmt::format("{} nm", *said), kAllowed);
   const double wavelength =
       *agreed_length(source.path, "wavelength", source.wavelength,
                      sane ? std::optional(*said * 1e-9) : std::nullopt, kSameWavelength);
@@ -122,8 +125,7 @@ double opd_factor(const MeasuredSource& source, const FileBytes& file, const std
   if (!(parts > 0 && std::isfinite(parts)))
     throw InputError(source.path, "Mult", fmt::format("{}", parts),
                      "a positive number, parts of a wavelength");
-  return agreed_factor(source.path, "value_unit", source.value_factor, wavelength / parts,
-                       "Wavelength / Mult");
+  return agreed_value_factor(source, wavelength / parts, "Wavelength / Mult");
 }
 
 }  // namespace

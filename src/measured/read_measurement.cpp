@@ -20,11 +20,11 @@ Measurement chosen(std::vector<Profile> profiles, const MeasuredSource& source) 
 
 // DABAM metadata give every factor, and its profiles are of the surface: an option would be ignored unsaid.
 Measurement dabam_measurement(const MeasuredSource& source) {
-  const char* given = source.wavefront.value_or(false) ? "of"
-                      : source.x_factor                ? "x_unit"
-                      : source.value_factor            ? "value_unit"
-                      : source.pitch                   ? "pitch"
-                                                       : nullptr;
+  const char* given = source.wavefront.value_or(false)               ? "of"
+                      : source.x_factor                              ? "x_unit"
+                      : source.value_factor || source.value_in_waves ? "value_unit"
+                      : source.pitch                                 ? "pitch"
+                                                                     : nullptr;
   if (given)
     throw InputError(source.path, fmt::format("option '{}'", given), "a DABAM profile, whose metadata say it",
                      "no such option; or the .dat file read as format 'profile'");
@@ -78,15 +78,26 @@ void suppose(const std::string& fact, MeasuredSource* source) {
   if (fact == "wavelength") source->wavelength = 500e-9;
 }
 
-// What is said of the lines of a text map would be ignored unsaid elsewhere.
-void require_text_map(const MeasuredSource& source, MeasuredFormat format) {
-  if (format == MeasuredFormat::kMapText || format == MeasuredFormat::kAuto) return;
-  for (const auto& [given, option] :
-       {std::pair{source.columns.has_value(), "columns"}, std::pair{source.bottom_first, "first_row"}})
-    if (given)
-      throw InputError(source.path, fmt::format("option '{}'", option),
+// Options that a format has no use for would be ignored unsaid.
+void require_options_of(MeasuredFormat format, const MeasuredSource& source) {
+  using enum MeasuredFormat;
+  if (format == kMapText || format == kAuto) return;
+  const bool text = format == kProfileText || format == kDabam;  // DABAM has a list of its own
+  const bool scaled = format == kZygo || format == kCodeVInt || format == kZemaxGridSag;
+  struct Option {
+    bool refused;
+    const char *name, *allowed;
+  };
+  for (const auto& [refused, name, allowed] :
+       {Option{source.columns.has_value(), "columns", "it is for matrices of text (format map)"},
+        Option{source.bottom_first, "first_row", "it is for matrices of text (format map)"},
+        Option{!text && source.x_factor, "x_unit", "it is for positions in text (formats profile and map)"},
+        Option{scaled && (source.value_factor || source.value_in_waves), "value_unit",
+               "such files say what their heights are"}})
+    if (refused)
+      throw InputError(source.path, fmt::format("option '{}'", name),
                        fmt::format("a file of format {}", to_string(format)),
-                       "no such option: it is for matrices of text (format map)");
+                       fmt::format("no such option: {}", allowed));
 }
 
 Measurement read_as(const MeasuredSource& source, MeasuredFormat format) {
@@ -117,8 +128,7 @@ Measurement read_as(const MeasuredSource& source, MeasuredFormat format) {
       break;
   }
   throw InputError(source.path, "", "no format that is known here",
-                   "DABAM, columns or a matrix of numbers, Zygo MetroPro .dat, Zygo .datx, Wyko .opd, .sdf, "
-                   ".x3p, CODE V INT, FITS, Zemax grid sag");
+                   "a file of format " + measured_format_list());
 }
 
 }  // namespace
@@ -135,7 +145,7 @@ Measurement read_measurement(const MeasuredSource& source) {
   if (source.columns && source.format == MeasuredFormat::kAuto &&
       (format == MeasuredFormat::kAuto || format == MeasuredFormat::kProfileText))
     format = MeasuredFormat::kMapText;
-  require_text_map(source, format);
+  require_options_of(format, source);
   Measurement data = read_as(source, format);
   std::visit([&](const auto& measured) { require_sane(source.path, measured); }, data);
   return data;

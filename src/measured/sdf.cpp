@@ -81,7 +81,7 @@ class SdfGrid {
     const double z_scale = number(header, "Zscale");
     if (!(z_scale > 0 && std::isfinite(z_scale)))
       throw InputError(path_, "Zscale", fmt::format("{}", z_scale), "a positive number [m]");
-    factor_ = agreed_factor(path_, "value_unit", source.value_factor, z_scale, "Zscale");
+    factor_ = agreed_value_factor(source, z_scale, "Zscale");
     agreed_wavefront(path_, source.wavefront, false);
     pitch_x_ = agreed_pitch(source, number(header, "Xscale"));
     pitch_y_ = agreed_pitch(source, number(header, "Yscale"));

@@ -49,9 +49,8 @@ class X3pArchive {
     if (about.encryption_method != ZIP_EM_NONE) fail(name, "encrypted content", "content without a password");
     if (about.comp_method != ZIP_CM_STORE && about.comp_method != ZIP_CM_DEFLATE)
       fail(name, fmt::format("compression method {}", about.comp_method), "0 (stored) or 8 (deflate)");
-    // Deflate makes no byte of less than 1/1032 of one.
     const std::uint64_t packed = std::min<std::uint64_t>(about.comp_size, size_);
-    if (about.size > most || about.size / 1032 > packed)
+    if (about.size > most || about.size / kMostByDeflate > packed)
       fail(name, fmt::format("{} bytes, packed in {}", about.size, packed),
            fmt::format("at most {} bytes", most));
     std::string bytes(std::size_t(about.size), '\0');
@@ -168,10 +167,10 @@ double x3p_factor(const MeasuredSource& source, const X3pMain& main, const X3pTy
   std::optional<double> said = main.number(kPlace);
   if (said && *said == 0) main.fail(kPlace, "0", "a number other than 0 [m]");
   if (!said && !type.integer) said = 1;
-  if (!said && !source.value_factor)
-    main.fail(kPlace, "nothing, for integers", "a number [m], or option 'value_unit'");
-  if (!said) return *source.value_factor;
-  return agreed_factor(source.path, "value_unit", source.value_factor, *said, "CZ/Increment");
+  if (!said)
+    return given_value_factor(source, fmt::format("main.xml, {}", kPlace), "nothing, for integers",
+                              "a number [m], or option 'value_unit'");
+  return agreed_value_factor(source, *said, "CZ/Increment");
 }
 
 }  // namespace

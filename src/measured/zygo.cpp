@@ -64,8 +64,10 @@ double height_per_count(const FileBytes& file, const MeasuredSource& source) {
   constexpr double kShortest = 1e-9, kLongest = 1e-3;
   const double said = file.at<float>(168);
   const bool sane = said >= kShortest && said <= kLongest;
-  if (!sane && !source.wavelength)
-    file.fail(168, fmt::format("wavelength {} m", said), "1e-9 to 1e-3 m, or option 'wavelength'");
+  constexpr const char* kAllowed = "1e-9 to 1e-3 m, or option 'wavelength'";
+  if (said == 0 && !source.wavelength)
+    throw MissingFact("wavelength", source.path, "byte 168", "wavelength 0 m", kAllowed);
+  if (!sane && !source.wavelength) file.fail(168, fmt::format("wavelength {} m", said), kAllowed);
   const double wavelength = *agreed_length(source.path, "wavelength", source.wavelength,
                                            sane ? std::optional(said) : std::nullopt, kSameWavelength);
   constexpr double kCountsPerWave[] = {4096, 32768, 131072};

@@ -125,7 +125,7 @@ TEST(CodeVInt, PitchComesFromTheOptionAndXscStretchesTheColumns) {
 TEST(CodeVInt, WavelengthMayComeFromTheOption) {
   const std::string text = "t\nGRD 2 1 SUR SSZ 10\n10 20\n";
   const InputError error = refusal([&] { read_text(text); });
-  EXPECT_EQ(error.pointer(), "line 2");
+  EXPECT_EQ(error.pointer(), "GRD");
   EXPECT_TRUE(contains(error.allowed(), "option 'wavelength'"));
   EXPECT_NEAR(read_text(text, [](MeasuredSource* s) { s->wavelength = 1e-6; }).height(0, 1), 2e-6, 1e-20);
 }

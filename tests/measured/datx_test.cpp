@@ -69,6 +69,22 @@ TEST(Datx, TakesFromTheOptionsOnlyWhatTheFileDoesNotSay) {
   EXPECT_TRUE(contains(error.allowed(), "option 'value_unit'"));
   source.value_factor = 0.5 * 1.25 * 632.8e-9;
   test::expect_marker(read_datx(source), 1e-21);
+  source.value_factor.reset();
+  source.value_in_waves = true;
+  source.wavelength = 0.5 * 1.25 * 632.8e-9;
+  test::expect_marker(read_datx(source), 1e-21);
+  // No wavelength, no unit.
+  using Facts = std::vector<std::string>;
+  const std::string bare = replaced_all(bytes, "Z Converter", "Z Converted");
+  source = map_source(folder.write("c.datx", replaced_all(bare, "Wavelength", "Wavelengtx")));
+  EXPECT_EQ(missing_facts(source), Facts{"wavelength"});
+  source.wavelength = 632.8e-9;
+  test::expect_marker(read_datx(source), 1e-21);
+  std::string unitless = bare;  // the attribute, not the converters' BaseUnit
+  for (std::size_t at = 0; (at = unitless.find(std::string_view("Unit\0", 5), at)) != unitless.npos; ++at)
+    if (unitless.substr(at - 4, 4) != "Base") unitless[at] = 'X';
+  source = map_source(folder.write("d.datx", unitless));
+  EXPECT_EQ(missing_facts(source), Facts{"value_unit"});
 }
 
 TEST(Datx, RefusesWhatItCannotReadAndSaysWhere) {
@@ -108,6 +124,9 @@ TEST(Datx, RefusesWhatItCannotReadAndSaysWhere) {
   // The first child of the root group's tree, beyond every file.
   const std::size_t tree = bytes.find("TREE");
   EXPECT_EQ(refused(with_number(bytes, tree + 32, ~std::uint64_t(255))).found(), "another node of a group");
+  // A node whose child it is itself.
+  const std::string circle = with_number(with_number(bytes, tree + 5, std::uint8_t(1)), tree + 32, tree);
+  EXPECT_TRUE(contains(refused(circle).found(), "in a circle"));
   for (const std::size_t length : {std::size_t(0), std::size_t(500), bytes.size() / 2, bytes.size() - 1})
     refused(bytes.substr(0, length));
   for (const std::size_t length : {std::size_t(100), metres.size() / 2}) refused(metres.substr(0, length));

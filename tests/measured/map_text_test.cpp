@@ -5,7 +5,9 @@
 #include <cmath>
 
 #include "aberfit/measured/read_measurement.h"
+#include "instrument_files.h"
 #include "mutation.h"
+#include "synthetic_files.h"
 
 namespace aberfit::test {
 namespace {
@@ -125,6 +127,61 @@ TEST(MissingFacts, AreAllFoundAtOnce) {
   EXPECT_EQ(missing_facts(source), (std::vector<std::string>{"x_unit", "quantity", "value_unit"}));
   source.path = scratch.path("none.txt");
   EXPECT_TRUE(missing_facts(source).empty());
+}
+
+TEST(MissingFacts, OfFilesOfInstrumentsAreAllFoundAtOnce) {
+  using Facts = std::vector<std::string>;
+  const Scratch scratch;
+  const auto missing = [&](const std::string& name, const std::string& bytes) {
+    return missing_facts(map_source(scratch.write(name, bytes)));
+  };
+  const std::string codev = "title\nGRD 3 2 SUR SSZ 1000\n1 2 3 4 5 6\n";
+  EXPECT_EQ(missing("a.int", codev), (Facts{"wavelength", "pitch"}));
+  MetroProFile zygo;
+  zygo.wavelength = zygo.lateral = 0;
+  EXPECT_EQ(missing("a.dat", zygo.bytes()), (Facts{"wavelength", "pitch"}));
+  zygo.wavelength = 632.8f;  // damage is not asked for
+  EXPECT_EQ(missing("a.dat", zygo.bytes()), Facts{});
+  const std::string opd =
+      replaced(replaced(file_bytes(instrument_file("marker-float.opd")), "Wavelength", "Wavelengtx"),
+               "Pixel_size", "Pixel_sizX");
+  EXPECT_EQ(missing("a.opd", opd), (Facts{"wavelength", "pitch"}));
+  MeasuredSource source = map_source(scratch.path("a.opd"));
+  source.value_factor = 1e-9;  // which makes it needless
+  EXPECT_EQ(missing_facts(source), Facts{"pitch"});
+  source.pitch = 1e-3;
+  const double height = std::get<HeightMap>(read_measurement(source)).height(4, 4);
+  source.value_factor = 3e-9;
+  EXPECT_NEAR(std::get<HeightMap>(read_measurement(source)).height(4, 4) / height, 3, 1e-12);
+}
+
+// What would be ignored is refused: such files say what their heights are, and have no positions in text.
+TEST(MapOptions, WithoutAUseAreRefused) {
+  const Scratch scratch;
+  std::string sag = "5 5 1 1 0 0 0\n";
+  for (int i = 0; i < 25; ++i) sag += "1e-6 0 0 0\n";
+  DabamFile dabam;
+  dabam.rows = {{0, 1}, {1, 2}, {2, 1}, {3, 4}};
+  for (const std::string& path :
+       {scratch.write("a.dat", MetroProFile().bytes()),
+        scratch.write("a.int", "title\nGRD 3 2 SUR WVL 0.5 SSZ 1000\n1 2 3 4 5 6\n"),
+        scratch.write("sag.DAT", sag), dabam.write(scratch, "line"), instrument_file("marker-fringes.datx"),
+        instrument_file("marker-nm.datx"), instrument_file("marker-float.opd"),
+        instrument_file("marker-iso1.sdf"), instrument_file("marker-double.x3p")}) {
+    SCOPED_TRACE(path);
+    EXPECT_NO_THROW(read_measurement(map_source(path)));
+    MeasuredSource waves = map_source(path), unit = waves, positions = waves;
+    waves.value_in_waves = true;
+    waves.wavelength = 632.8e-9;
+    EXPECT_NE(input_error([&] { read_measurement(waves); }).find("option 'value_unit'"), std::string::npos);
+    unit.value_factor = 7e-9;
+    EXPECT_NE(input_error([&] { read_measurement(unit); }).find("option 'value_unit'"), std::string::npos);
+    positions.x_factor = 1e-3;
+    EXPECT_NE(input_error([&] { read_measurement(positions); }).find("option 'x_unit'"), std::string::npos);
+  }
+  MeasuredSource bottom = map_source(scratch.path("a.int"));
+  bottom.bottom_first = true;
+  EXPECT_NE(input_error([&] { read_measurement(bottom); }).find("option 'first_row'"), std::string::npos);
 }
 
 // Points of a disc on a 41 x 31 grid, positions rounded to three digits, in an order that jumps about.

@@ -145,6 +145,13 @@ TEST_F(X3p, TakesFromTheOptionsOnlyWhatTheFileDoesNotSay) {
                     values = values_of<std::int16_t>({1, 2, 3, 4, 5, 6});
   EXPECT_TRUE(contains(refused(counts, values).allowed(), "option 'value_unit'"));
   EXPECT_NEAR(read_x3p(source).height(0, 1), 2e-9, 1e-22);
+  using Facts = std::vector<std::string>;
+  MeasuredSource unsaid = map_source(source.path);
+  EXPECT_EQ(missing_facts(unsaid), Facts{"value_unit"});
+  unsaid.value_in_waves = true;
+  EXPECT_EQ(missing_facts(unsaid), Facts{"wavelength"});
+  unsaid.wavelength = 500e-9;
+  EXPECT_NEAR(read_x3p(unsaid).height(0, 1), 2 * 500e-9, 1e-18);
 }
 
 TEST_F(X3p, RefusesWhatItCannotReadAndSaysWhere) {

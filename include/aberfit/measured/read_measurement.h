@@ -72,9 +72,10 @@ std::vector<std::string> missing_facts(const MeasuredSource& source);
 /// What a file looks like; kAuto when nothing fits. Reads at most a few kilobytes. Throws InputError when it
 /// cannot be opened.
 MeasuredFormat detect_format(const std::string& path);
-/// "auto", "dabam", "profile", "map", "zygo", "codev-int", "fits", "zemax-grid-sag", "datx", "opd", "sdf",
-/// "x3p": in the order of MeasuredFormat.
+/// "auto", "dabam", "profile" and so on, in the order of MeasuredFormat.
 const std::vector<std::string>& measured_format_names();
+/// The same without "auto", for messages: "dabam, profile, ...".
+std::string measured_format_list();
 std::string to_string(MeasuredFormat format);
 
 // The readers behind it, one file each; the same errors.
