@@ -44,7 +44,7 @@ ArrayXd on_even_steps(const Profile& heights, double* step) {
   if (valid.size() < 2) return {};
   const ArrayXd x = heights.x(valid) - heights.x[valid.front()], h = heights.value(valid);
   const double pitch = median_pitch(heights);
-  const Index n = Index(std::lround(x[x.size() - 1] / pitch)) + 1;
+  const Index n = even_samples(x, pitch);
   *step = x[x.size() - 1] / double(n - 1);
   const ArrayXd place = x / *step;
   ArrayXd even = ArrayXd::Constant(n, std::numeric_limits<double>::quiet_NaN());

@@ -47,6 +47,10 @@ class SurfaceProcessing {
   void transform_and_restore(ComplexGrid* windowed) const;
 };
 
+/// Samples of an even grid of about that pitch over ascending positions, two or more. Throws
+/// std::invalid_argument naming the widest gap where there are more than 2^26.
+int even_samples(const Eigen::ArrayXd& x, double pitch);
+
 class ProfileProcessing : public SurfaceProcessing {
  public:
   ProfileProcessing(const Profile& geometry, const PsdEstimatorOptions& options);

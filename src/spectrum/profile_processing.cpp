@@ -1,9 +1,12 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/linear_algebra.h"
+#include "aberfit/core/units.h"
 #include "detrend_basis.h"
 #include "processing.h"
 #include "window.h"
@@ -44,6 +47,19 @@ Eigen::VectorXcd resampled(const std::vector<double>& x, const Eigen::VectorXcd&
 
 }  // namespace
 
+int even_samples(const Eigen::ArrayXd& x, double pitch) {
+  constexpr double kMost = 1 << 26;
+  const Eigen::Index n = x.size();
+  const double samples = std::round((x[n - 1] - x[0]) / pitch) + 1;
+  if (samples <= kMost) return int(samples);
+  Eigen::Index gap = 0;
+  (x.tail(n - 1) - x.head(n - 1)).maxCoeff(&gap);
+  const auto length = [](double value) { return format_quantity(value, Dimension::kLength); };
+  throw std::invalid_argument(
+      fmt::format("a profile of pitch {} with a gap of {} has {:.3g} even samples, at most {:.3g} are taken",
+                  length(pitch), length(x[gap + 1] - x[gap]), samples, kMost));
+}
+
 ProfileProcessing::ProfileProcessing(const Profile& geometry, const PsdEstimatorOptions& options)
     : quantity_(geometry.quantity) {
   for (Eigen::Index i = 0; i < geometry.size(); ++i)
@@ -56,6 +72,7 @@ ProfileProcessing::ProfileProcessing(const Profile& geometry, const PsdEstimator
   for (Eigen::Index i = 1; i < n; ++i)
     if (!(x_[i] > x_[i - 1])) throw std::invalid_argument("profile.x must ascend strictly");
   const double pitch = median_pitch(geometry);
+  const int samples = even_samples(x_, pitch);
   // A step of two or more pitches holds missing samples, whether the file gives them as invalid or not at
   // all.
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -69,7 +86,6 @@ ProfileProcessing::ProfileProcessing(const Profile& geometry, const PsdEstimator
       }
   }
   const double span = x_[n - 1] - x_[0];
-  const int samples = int(std::lround(span / pitch)) + 1;
   pitch_ = span / (samples - 1);
   even_ = samples == int(knots_.size());
   for (std::size_t i = 0; even_ && i < knots_.size(); ++i)

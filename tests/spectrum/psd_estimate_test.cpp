@@ -10,6 +10,8 @@
 
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/random.h"
+#include "aberfit/core/units.h"
+#include "aberfit/spectrum/height_differences.h"
 #include "dabam_loader.h"
 #include "measured/synthetic_files.h"
 
@@ -334,4 +336,21 @@ TEST(PsdEstimate, TooFewSamplesAndForeignGeometryAreRefused) {
   EXPECT_THROW(estimate_psd(profile, {}), std::invalid_argument);
   const PsdEstimator estimator(even_profile(20), {});
   EXPECT_THROW(estimator(even_profile(21)), std::invalid_argument);
+}
+
+TEST(PsdEstimate, AGapThatNoEvenGridFillsIsRefused) {
+  Profile profile = even_profile(200);
+  const double pitch = profile.x[1] - profile.x[0], gap = std::ldexp(pitch, 27);
+  profile.x.tail(50) += gap;
+  const auto message = [&](const auto& use) {
+    try {
+      use();
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string words = "with a gap of " + format_quantity(gap + pitch, Dimension::kLength);
+  EXPECT_NE(message([&] { estimate_psd(profile, {}); }).find(words), std::string::npos);
+  EXPECT_NE(message([&] { height_differences(profile, {}); }).find(words), std::string::npos);
 }
