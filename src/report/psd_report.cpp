@@ -171,6 +171,14 @@ Json model_json(const PsdModelFit& fit) {
           {"candidates", candidates}};
 }
 
+// As RFC 4180 has it: in quotes where it holds a comma, a quote or the end of a line.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == text.npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
 }  // namespace
 
 Json line_block(const DrawingLine& line) {
@@ -219,14 +227,14 @@ Json to_json(const PsdReport& report, const Json& request, const Json& roughness
 std::string bands_csv(const PsdReport& report) {
   std::string text =
       "# RMS height and slope by band: those asked for, then octaves; of the bins from .. to in each, of "
-      "data "
-      "and model\n# Slopes of profiles are along them, those of maps per axis\n"
+      "data and model; empty without bins\n# Slopes of profiles are along them, those of maps per axis\n"
       "name,f_min_per_m,f_max_per_m,from_per_m,to_per_m,rms_height_m,rms_slope_rad,model_rms_height_m,"
       "model_rms_slope_rad\n";
   const auto add = [&](const BandContent& c, const std::string& name) {
-    fmt::format_to(std::back_inserter(text), "{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n",
-                   name, c.band.f_min, c.band.f_max, c.from, c.to, c.data.height, c.data.slope,
-                   c.model.height, c.model.slope);
+    text += fmt::format("{},{:.9g},{:.9g}", csv_field(name), c.band.f_min, c.band.f_max);
+    for (const double value : {c.from, c.to, c.data.height, c.data.slope, c.model.height, c.model.slope})
+      text += c.to > 0 ? fmt::format(",{:.9g}", value) : ",";  // no bins, no numbers
+    text += '\n';
   };
   for (const BandContent& content : report.bands) add(content, content.band.name);
   for (const BandContent& octave : octaves(report.surface, report.estimate.kind)) add(octave, "octave");
@@ -246,8 +254,10 @@ std::string psd_csv(const PsdReport& report) {
       fmt::format("{:.4g} % intervals", 100 * report.estimate.options.confidence),
       left_out == 0
           ? ""
-          : fmt::format("; left out: {} where that is more than a factor 2, or beyond the instrument",
-                        plural(left_out, "bin")),
+          : fmt::format(
+                "; left out: {} where that is more than a factor 2, where shape leaks in, or beyond the "
+                "instrument",
+                plural(left_out, "bin")),
       profiles ? "1d" : "2d", profiles ? "m^3" : "m^4", profiles ? "m3" : "m4");
   for (Eigen::Index b = 0; b < s.psd.size(); ++b)
     fmt::format_to(std::back_inserter(text), "{:.9g},{:.9g},{:.9g},{:.9g},{:.4g},{:.9g}\n", s.frequency[b],

@@ -70,7 +70,7 @@ TEST(OutliersOfAFile, OfAMapThatIsFittedAreToldByFitAndCheck) {
                      keys + R"(}}, "terms": {"zernike": {"n_max": 4}}, "output": {"plots": false}})");
   };
   const auto json = [&](const std::string& command) {
-    run_program(folder, command + " study.json --json");
+    EXPECT_EQ(run_program(folder, command + " study.json --json"), 0) << read_file(folder.file("stderr.txt"));
     return ordered_json::parse(read_file(folder.file("stdout.txt")));
   };
   study("");

@@ -148,13 +148,14 @@ double number(const ordered_json& value) { return value.get<double>(); }
 TEST(PsdCommand, TellsBandsInTextJsonAndTable) {
   const ScratchFolder folder;
   folder.write("mirror.csv", profile_csv(kSteep, ProfileQuantity::kHeight, 5));
-  const std::string bands = " --bands 'low=5/m..0.05/mm, mid=0.05/mm..0.3/mm,beyond=1/mm..2/mm'";
+  const std::string bands =
+      " --bands 'low=5/m..0.05/mm, mid=0.05/mm..0.3/mm,beyond=1/mm..2/mm,all=1/km..1/um'";
   ASSERT_EQ(run_program(folder, "psd mirror.csv --no-plots -o out" + bands), 0)
       << read_file(folder.file("stderr.txt"));
   const ordered_json result = ordered_json::parse(read_file(folder.file("out/result.json")));
   const std::string text = read_file(folder.file("stdout.txt")),
                     table = read_file(folder.file("out/bands.csv"));
-  ASSERT_EQ(result["bands"].size(), 3u);
+  ASSERT_EQ(result["bands"].size(), 4u);
   const ordered_json &low = result["bands"][0], &mid = result["bands"][1], &beyond = result["bands"][2];
   EXPECT_EQ(mid["name"], "mid");
   EXPECT_NEAR(number(mid["f_max_per_m"]), 300, 1e-9);
@@ -171,14 +172,28 @@ TEST(PsdCommand, TellsBandsInTextJsonAndTable) {
             std::string::npos)
       << table;
   EXPECT_NE(text.find("band-beyond-data"), std::string::npos);
+  EXPECT_NE(table.find("\nbeyond,1000,2000,,,,,,\n"), std::string::npos) << table;
   // Octaves add up to the whole band of the bins.
   double sum = 0;
   for (const ordered_json& octave : result["octaves"])
     sum += std::pow(number(octave["data"]["rms_height_m"]), 2);
-  EXPECT_NEAR(std::sqrt(sum) / number(result["in_band"]["data"]["rms_height_m"]), 1, 0.2);
+  EXPECT_NEAR(std::sqrt(sum) / number(result["bands"][3]["data"]["rms_height_m"]), 1, 1e-9);
   for (const char* wrong : {"low", "low=1/m", "low=1/m..0.5/m", "=1/m..2/m", "low=1..2 mm"})
     EXPECT_EQ(run_program(folder, fmt::format("psd mirror.csv --no-plots -o out --bands '{}'", wrong)), 2)
         << wrong;
+}
+
+TEST(PsdCommand, QuotesNamesOfBandsInTheTable) {
+  const ScratchFolder folder;
+  folder.write("mirror.csv", profile_csv(kSteep, ProfileQuantity::kHeight, 5));
+  folder.write("study.json", R"({"aberfit": 1, "mirror": {"focal_length": "2 m"},
+    "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "600 nm"},
+    "roughness": {"psd": {"model": "measured", "file": "mirror.csv",
+      "bands": [{"name": "low, \"figure\"", "f_min": "5 /m", "f_max": "50 /m"}]}}})");
+  ASSERT_EQ(run_program(folder, "psd study.json --no-plots -o out"), 0)
+      << read_file(folder.file("stderr.txt"));
+  EXPECT_NE(read_file(folder.file("out/bands.csv")).find("\n\"low, \"\"figure\"\"\",5,50,"),
+            std::string::npos);
 }
 
 TEST(PsdCommand, TellsTheStructureFunctionInTextAndJson) {
@@ -313,22 +328,38 @@ TEST(PsdCommand, TakesWavesWrappedRowsAndBottomRowsByOptionAndByKey) {
     return psd;
   };
   const std::string common = " --of surface --pitch '1 mm'";
-  const std::vector<double> truth = psd_of("plain.txt --value-unit nm" + common);
+  std::string mask, turned_mask;
+  for (int row = 0; row < kSide; ++row)
+    for (int column = 0; column < kSide; ++column) {
+      mask += fmt::format("{:d}{}", row < 14, column + 1 == kSide ? "\n" : " ");
+      turned_mask += fmt::format("{:d}{}", row >= kSide - 14, column + 1 == kSide ? "\n" : " ");
+    }
+  folder.write("mask.txt", mask), folder.write("turned.txt", turned_mask);
+  // A radial PSD is that of a map upside down: a part above the middle is not.
+  const std::string plain_map = "plain.txt --value-unit nm" + common,
+                    wrapped_map = "wrapped.txt --value-unit nm --columns 24" + common,
+                    upper = " --aperture rectangle:width=100%,height=14mm,centre=0mm,4mm";
+  std::vector<double> truth = psd_of(plain_map + upper);
   const auto expect_truth = [&](const std::vector<double>& psd) {
     ASSERT_EQ(psd.size(), truth.size());
     for (std::size_t b = 0; b < psd.size(); ++b) EXPECT_NEAR(psd[b] / truth[b], 1, 1e-4) << b;
   };
-  expect_truth(psd_of("waves.txt --value-unit waves --wavelength '500 nm'" + common));
-  expect_truth(psd_of("wrapped.txt --value-unit nm --columns 24 --first-row bottom" + common));
+  expect_truth(psd_of("waves.txt --value-unit waves --wavelength '500 nm'" + common + upper));
+  expect_truth(psd_of(wrapped_map + " --first-row bottom" + upper));
+  EXPECT_GT(std::abs(psd_of(wrapped_map + upper)[0] / truth[0] - 1), 0.01);
   const auto study = [&](const std::string& keys) {
     folder.write("study.json", R"({"aberfit": 1, "mirror": {"focal_length": "2 m"},
       "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "600 nm"},
       "roughness": {"psd": {"model": "measured", "of": "surface", "pitch": "1 mm", )" +
-                                   keys + "}}}");
+                                   keys + R"(, "aperture": {"shape": "rectangle", "width": "100 %",
+                                             "height": "14 mm", "centre": [0, "4 mm"]}}}})");
     return psd_of("study.json");
   };
   expect_truth(study(R"("file": "waves.txt", "value_unit": "waves", "wavelength": "500 nm")"));
   expect_truth(study(R"("file": "wrapped.txt", "value_unit": "nm", "columns": 24, "first_row": "bottom")"));
+  truth = psd_of(plain_map + " --mask mask.txt");
+  expect_truth(psd_of(wrapped_map + " --first-row bottom --mask turned.txt"));
+  EXPECT_GT(std::abs(psd_of(plain_map + " --mask turned.txt")[0] / truth[0] - 1), 0.01);
 }
 
 TEST(PsdCommand, SaysThatAShapeLeaksAndHowToTakeItOff) {
@@ -348,6 +379,7 @@ TEST(PsdCommand, SaysThatAShapeLeaksAndHowToTakeItOff) {
   const Ran leaks = quartic(2), clean = quartic(4);
   EXPECT_TRUE(leaks.warned("shape-leaks"));
   EXPECT_NE(leaks.text.find("shape-leaks"), std::string::npos);
+  EXPECT_NE(leaks.csv.find("where shape leaks in"), std::string::npos);
   EXPECT_GE(number(leaks.result["model"]["f_min_per_m"]),
             number(leaks.result["estimate"]["trusted_from_per_m"]) * (1 - 1e-9));
   EXPECT_FALSE(clean.warned("shape-leaks"));
