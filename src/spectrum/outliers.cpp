@@ -22,7 +22,9 @@ constexpr double kBesideOthers = 3.5;         // standard deviations
 // surface bends, as at the turned-down rim of an interferogram.
 constexpr double kSharp = 0.4, kSharpOnAProfile = 0.25;
 constexpr Index kFewestTested = 32, kFewestInTile = 40;
-constexpr int kMostPasses = 50;
+// Every pass widens a damaged region by a sample; eight are enough for what is promised, and a large map that
+// is damaged all over should not take minutes.
+constexpr Index kMostPasses = 50, kFewestPasses = 12, kMostVisits = 100'000'000;
 
 struct Arm {
   Index row, column;
@@ -94,24 +96,47 @@ class Samples {
 // Residuals of all samples from their neighbours at one distance, in standard deviations.
 class Residuals {
  public:
-  Residuals(const Samples& samples, Index distance, bool continued, double rounding)
-      : samples_(samples), rounding_(rounding) {
+  Residuals(const Samples& samples, Index distance) : samples_(samples) {
     const Index d = distance;
     arms_ = samples.profile() ? std::vector<Arm>{{0, d}, {0, 2 * d}, {0, 3 * d}}
                               : std::vector<Arm>{{0, d}, {d, 0}, {d, d}, {d, -d}};
     const Index rows = samples.value().rows(), columns = samples.value().cols();
     const Index tile = samples.profile() ? std::max<Index>(128, 32 * d) : std::max<Index>(32, 8 * d);
     tiles_down_ = std::max<Index>(1, rows / tile), tiles_across_ = std::max<Index>(1, columns / tile);
+    for (Index r = 0; r < rows; ++r)
+      first_of_row_.push_back(std::size_t(r * tiles_down_ / rows * tiles_across_));
+    for (Index c = 0; c < columns; ++c) tile_of_column_.push_back(std::size_t(c * tiles_across_ / columns));
+    const std::size_t tiles = std::size_t(tiles_down_ * tiles_across_);
+    tile_centre_.assign(tiles, 0), tile_deviation_.assign(tiles, 0), tile_factor_.assign(tiles, 1);
+    changed_.assign(tiles, false);
     residual_ = Grid::Constant(rows, columns, kNaN);
     kind_.setConstant(rows, columns, -1);
     for (Index r = 0; r < rows; ++r)
-      for (Index c = 0; c < columns; ++c) {
-        if (!std::isfinite(samples.value()(r, c))) continue;
-        const Prediction predicted = predict(r, c, continued);
-        if (predicted.kind < 0) continue;
-        residual_(r, c) = samples.value()(r, c) - predicted.value;
-        kind_(r, c) = std::int8_t(predicted.kind);
+      for (Index c = 0; c < columns; ++c) compare(r, c);
+    scale();
+  }
+
+  // After samples were taken out: those that these were neighbours of, and the standard deviations, anew.
+  void without(const Mask& taken) {
+    for (Index r = 0; r < taken.rows(); ++r)
+      for (Index c = 0; c < taken.cols(); ++c) {
+        if (!taken(r, c)) continue;
+        compare(r, c);
+        for (const Arm& arm : arms_)
+          for (const Index steps : {-2, -1, 1, 2}) {
+            const Index row = r + steps * arm.row, column = c + steps * arm.column;
+            if (row >= 0 && column >= 0 && row < taken.rows() && column < taken.cols()) compare(row, column);
+          }
       }
+    scale();
+  }
+
+  // From now on lines are continued where no pair is.
+  void continue_lines() {
+    continued_ = true;
+    for (Index r = 0; r < kind_.rows(); ++r)
+      for (Index c = 0; c < kind_.cols(); ++c)
+        if (kind_(r, c) < 0 && std::isfinite(samples_.value()(r, c))) compare(r, c);
     scale();
   }
 
@@ -142,9 +167,16 @@ class Residuals {
   }
 
  private:
+  void compare(Index r, Index c) {
+    const double value = samples_.value()(r, c);
+    const Prediction predicted = std::isfinite(value) ? predict(r, c) : Prediction();
+    residual_(r, c) = predicted.kind < 0 ? kNaN : value - predicted.value;
+    kind_(r, c) = std::int8_t(predicted.kind);
+    changed_[tile(r, c)] = true;
+  }
+
   std::size_t tile(Index r, Index c) const {
-    return std::size_t((r * tiles_down_ / residual_.rows()) * tiles_across_ +
-                       c * tiles_across_ / residual_.cols());
+    return first_of_row_[std::size_t(r)] + tile_of_column_[std::size_t(c)];
   }
 
   double by_kind(Index r, Index c, int kind) const {
@@ -155,8 +187,8 @@ class Residuals {
     return std::isfinite(line) ? line : samples_.along(r, c, {-arm.row, -arm.column}, 2);
   }
 
-  Prediction predict(Index r, Index c, bool continued) const {
-    std::array<double, 4> pair;
+  Prediction predict(Index r, Index c) const {
+    std::array<double, 4> pair{};
     int first = -1;
     std::size_t count = 0;
     for (std::size_t k = 0; k < arms_.size(); ++k) {
@@ -172,29 +204,35 @@ class Residuals {
               0};
     }
     if (count > 0) return {pair[0], 1 + first};
-    for (int kind = 1 + int(arms_.size()); continued && kind <= 2 * int(arms_.size()); ++kind)
+    for (int kind = 1 + int(arms_.size()); continued_ && kind <= 2 * int(arms_.size()); ++kind)
       if (const double value = by_kind(r, c, kind); std::isfinite(value)) return {value, kind};
     return {};
   }
 
+  // Standard deviations, those of tiles only where a sample has changed.
   void scale() {
-    const std::size_t tiles = std::size_t(tiles_down_ * tiles_across_);
-    std::vector<std::vector<double>> in_tile(tiles);
+    rounding_ = samples_.rounding();
+    std::vector<std::vector<double>> in_tile(changed_.size());
     for (Index r = 0; r < residual_.rows(); ++r)
       for (Index c = 0; c < residual_.cols(); ++c)
-        if (kind_(r, c) == 0) in_tile[tile(r, c)].push_back(residual_(r, c));
-    tile_centre_.assign(tiles, 0), tile_factor_.assign(tiles, 1);
-    std::vector<double> all;
-    for (std::size_t t = 0; t < tiles; ++t) {
-      if (Index(in_tile[t].size()) >= kFewestInTile) tile_centre_[t] = median_of(&in_tile[t]);
-      for (const double v : in_tile[t]) all.push_back(v - tile_centre_[t]);
+        if (kind_(r, c) == 0 && changed_[tile(r, c)]) in_tile[tile(r, c)].push_back(residual_(r, c));
+    for (std::size_t t = 0; t < in_tile.size(); ++t) {
+      if (!changed_[t]) continue;
+      const bool enough = Index(in_tile[t].size()) >= kFewestInTile;
+      tile_centre_[t] = enough ? median_of(&in_tile[t]) : 0;
+      tile_deviation_[t] = enough ? deviation_about(tile_centre_[t], std::move(in_tile[t])) : 0;
+      changed_[t] = false;
     }
+    std::vector<double> all;
+    all.reserve(std::size_t(residual_.size()));
+    for (Index r = 0; r < residual_.rows(); ++r)
+      for (Index c = 0; c < residual_.cols(); ++c)
+        if (kind_(r, c) == 0) all.push_back(std::abs(residual_(r, c) - tile_centre_[tile(r, c)]));
     deviation_.assign(1 + 2 * arms_.size(), kInfinity);
     if (Index(all.size()) < kFewestTested) return;
-    const double whole = std::max(deviation_about(0, std::move(all)), rounding_);
-    for (std::size_t t = 0; t < tiles; ++t)
-      if (Index(in_tile[t].size()) >= kFewestInTile)
-        tile_factor_[t] = std::max(1.0, deviation_about(tile_centre_[t], std::move(in_tile[t])) / whole);
+    const double whole = std::max(kDeviationsOfMedian * median_of(&all), rounding_);
+    for (std::size_t t = 0; t < tile_factor_.size(); ++t)
+      tile_factor_[t] = std::max(1.0, tile_deviation_[t] / whole);
     deviation_[0] = whole;
     for (int kind = 1; kind < int(deviation_.size()); ++kind)
       if ((kind_ == std::int8_t(kind)).any()) deviation_[std::size_t(kind)] = deviation_of(kind);
@@ -216,13 +254,17 @@ class Residuals {
   }
 
   const Samples& samples_;
-  double rounding_;
+  bool continued_ = false;
+  double rounding_ = 0;
   std::vector<Arm> arms_;
   Grid residual_;
   Eigen::Array<std::int8_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> kind_;
   Index tiles_down_, tiles_across_;
-  std::vector<double> deviation_;                  // by kind
-  std::vector<double> tile_centre_, tile_factor_;  // of kind 0; of all kinds
+  std::vector<std::size_t> first_of_row_, tile_of_column_;
+  std::vector<double> deviation_;                     // by kind
+  std::vector<double> tile_centre_, tile_deviation_;  // of kind 0; deviation 0 where too few are in a tile
+  std::vector<double> tile_factor_;                   // of all kinds
+  std::vector<bool> changed_;                         // tiles, since the last scale()
 };
 
 // Distances of neighbours that the data have room for.
@@ -250,15 +292,12 @@ bool marked(const Mask& mask, Index r, Index c) {
 }
 
 // Samples that stand out: their residual at the distance where they do most; 0 elsewhere.
-Grid candidates(const Samples& samples, const Mask& found, const std::vector<Index>& at,
-                const std::vector<double>& limit, bool continued) {
-  const Grid& value = samples.value();
-  const double rounding = samples.rounding();
-  Grid stands_out = Grid::Zero(value.rows(), value.cols()), most = Grid::Zero(value.rows(), value.cols());
+Grid candidates(const std::vector<Residuals>& at, const Mask& found, const std::vector<double>& limit) {
+  Grid stands_out = Grid::Zero(found.rows(), found.cols()), most = stands_out;
   for (std::size_t i = 0; i < at.size(); ++i) {
-    const Residuals residuals(samples, at[i], continued, rounding);
-    for (Index r = 0; r < value.rows(); ++r)
-      for (Index c = 0; c < value.cols(); ++c) {
+    const Residuals& residuals = at[i];
+    for (Index r = 0; r < found.rows(); ++r)
+      for (Index c = 0; c < found.cols(); ++c) {
         const double size = std::abs(residuals.standardised(r, c));
         if (!(size > kBesideOthers) || size / limit[i] <= most(r, c)) continue;
         bool beyond = size > limit[i];
@@ -313,6 +352,10 @@ Mask with_edges(const Samples& samples, const Grid& stands_out) {
   return kept;
 }
 
+Index most_passes(const Samples& samples) {
+  return std::clamp(kMostVisits / std::max<Index>(1, samples.value().size()), kFewestPasses, kMostPasses);
+}
+
 Outliers search(Samples samples) {
   Outliers result;
   const Grid& value = samples.value();
@@ -324,13 +367,19 @@ Outliers search(Samples samples) {
   for (const Index d : at) limit.push_back(threshold(samples, result.tested, d, at.size()));
   result.threshold = limit.front();
   // Samples at the rim are told from those inside, which have to be clean first.
-  for (const bool continued : {false, true})
-    for (int pass = 0; pass < kMostPasses; ++pass) {
-      const Mask fresh = with_edges(samples, candidates(samples, result.found, at, limit, continued));
+  std::vector<Residuals> residuals;
+  for (const Index d : at) residuals.emplace_back(samples, d);
+  for (const bool continued : {false, true}) {
+    if (continued)
+      for (Residuals& each : residuals) each.continue_lines();
+    for (Index pass = 0; pass < most_passes(samples); ++pass) {
+      const Mask fresh = with_edges(samples, candidates(residuals, result.found, limit));
       if (!fresh.any()) break;
       result.found = result.found || fresh;
       samples.take_out(fresh);
+      for (Residuals& each : residuals) each.without(fresh);
     }
+  }
   result.count = result.found.count();
   return result;
 }
