@@ -162,6 +162,7 @@ DrawingLine line_as_measured(const SurfacePsd& surface, PsdTableKind kind, doubl
   const double from = std::max(f_min, surface.low[0]),
                to = std::min(f_max, surface.high[surface.high.size() - 1]);
   if (!(from < to) || !(data.height > 0)) return line;
+  line.f_min = from, line.f_max = to;  // where there are bins
   // Both integrals of f^-exponent have a further f: of profiles the exponent is one less, of maps from d2f.
   // Mean squares of height and slope, but for the level that both have.
   const double per_slope = std::pow(2 * kPi, 2) * (profile ? 1 : 0.5);

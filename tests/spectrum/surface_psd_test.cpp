@@ -193,5 +193,28 @@ TEST(SurfacePsd, RmsInABandIsThatOfTheEnsemble) {
   EXPECT_NEAR(model, 1, 0.05);
 }
 
+// Bins of G = 2e-15 f^-2.5 from 100 to 1000 /m; the band that was asked for begins below them, where nothing
+// is known.
+TEST(LineAsMeasured, HasTheMomentsOfItsBinsWhereThereAreBins) {
+  constexpr Index kBins = 24;
+  SurfacePsd surface;
+  for (Eigen::ArrayXd* edge : {&surface.low, &surface.high, &surface.frequency, &surface.psd, &surface.dof})
+    edge->resize(kBins);
+  for (Index b = 0; b < kBins; ++b) {
+    surface.low[b] = 100 * std::pow(10, double(b) / kBins);
+    surface.high[b] = 100 * std::pow(10, double(b + 1) / kBins);
+    surface.frequency[b] = std::sqrt(surface.low[b] * surface.high[b]);
+    surface.psd[b] = 2e-15 * std::pow(surface.frequency[b], -2.5);
+    surface.dof[b] = 2;
+  }
+  const DrawingLine line = line_as_measured(surface, PsdTableKind::k1dOneSided, 10, 1000);
+  EXPECT_NEAR(line.exponent, 2.5, 1e-6);
+  EXPECT_NEAR(line.amplitude / 2e-15, 1, 1e-5);
+  EXPECT_NEAR(line.f_min, 100, 1e-9);
+  EXPECT_NEAR(line.f_max, 1000, 1e-9);
+  surface.psd[0] *= 4;  // one bin of chance: more height, and a steeper line for the same slope
+  EXPECT_GT(line_as_measured(surface, PsdTableKind::k1dOneSided, 10, 1000).exponent, 2.6);
+}
+
 }  // namespace
 }  // namespace aberfit
