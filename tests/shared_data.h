@@ -41,4 +41,9 @@ class ZygoOnRealData : public RealData {
   ZygoOnRealData() : RealData("prysm-zygo") {}
 };
 
+class InstrumentsOnRealData : public RealData {
+ protected:
+  InstrumentsOnRealData() : RealData("instruments") {}
+};
+
 }  // namespace aberfit::test

@@ -15,6 +15,7 @@ namespace {
 
 using test::contains;
 using test::instrument_file;
+using test::InstrumentsOnRealData;
 using test::map_source;
 using test::refusal;
 using test::replaced;
@@ -113,10 +114,8 @@ TEST(Opd, DamagedFilesAreRefusedOrReadNeverACrash) {
   }
 }
 
-TEST(InstrumentsOnRealData, OpdHasTheSizeAndTheFactorThatAreKnown) {
-  const auto folder = test::shared_data("instruments");
-  if (!folder) GTEST_SKIP() << "no ../shared/data/instruments beside the project";
-  MeasuredSource source = map_source((*folder / "opd-1.opd").string());
+TEST_F(InstrumentsOnRealData, OpdHasTheSizeAndTheFactorThatAreKnown) {
+  MeasuredSource source = map_source(file("opd-1.opd"));
   const HeightMap map = std::get<HeightMap>(read_measurement(source));
   EXPECT_EQ(map.columns(), 640);
   EXPECT_EQ(map.rows(), 480);

@@ -16,6 +16,7 @@ namespace {
 
 using test::contains;
 using test::instrument_file;
+using test::InstrumentsOnRealData;
 using test::map_source;
 using test::refusal;
 using test::replaced;
@@ -153,10 +154,8 @@ TEST(Sdf, DamagedFilesAreRefusedOrReadNeverACrash) {
   }
 }
 
-TEST(InstrumentsOnRealData, SdfOfTheStandardsExampleHasItsHeights) {
-  const auto folder = test::shared_data("instruments");
-  if (!folder) GTEST_SKIP() << "no ../shared/data/instruments beside the project";
-  const HeightMap map = std::get<HeightMap>(read_measurement(map_source((*folder / "sdf-1.sdf").string())));
+TEST_F(InstrumentsOnRealData, SdfOfTheStandardsExampleHasItsHeights) {
+  const HeightMap map = std::get<HeightMap>(read_measurement(map_source(file("sdf-1.sdf"))));
   EXPECT_EQ(map.columns(), 7);
   EXPECT_EQ(map.rows(), 4);
   EXPECT_EQ(map.pitch_x, 1e-6);

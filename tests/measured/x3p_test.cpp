@@ -18,6 +18,7 @@ namespace {
 
 using test::contains;
 using test::instrument_file;
+using test::InstrumentsOnRealData;
 using test::map_source;
 using test::refusal;
 using test::replaced;
@@ -218,10 +219,8 @@ TEST_F(X3p, DamagedFilesAreRefusedOrReadNeverACrash) {
   EXPECT_GT(count.read, 5);
 }
 
-TEST(InstrumentsOnRealData, X3pHasTheSizeAndTheRmsThatAreKnown) {
-  const auto folder = test::shared_data("instruments");
-  if (!folder) GTEST_SKIP() << "no ../shared/data/instruments beside the project";
-  const HeightMap map = std::get<HeightMap>(read_measurement(map_source((*folder / "x3p-2.x3p").string())));
+TEST_F(InstrumentsOnRealData, X3pHasTheSizeAndTheRmsThatAreKnown) {
+  const HeightMap map = std::get<HeightMap>(read_measurement(map_source(file("x3p-2.x3p"))));
   EXPECT_EQ(map.columns(), 650);
   EXPECT_EQ(map.rows(), 650);
   EXPECT_EQ(valid_count(map), 650 * 650);

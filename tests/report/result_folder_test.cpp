@@ -61,6 +61,12 @@ pid_t in_child(const std::function<void()>& work) {
   return child;
 }
 
+int exit_code_of_child(const std::function<void()>& work) {
+  int status = 0;
+  waitpid(in_child(work), &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
 TEST(ResultFolder, LeavesNothingOfAnEarlierRunAndAllOfTheUsers) {
   ScratchFolder scratch;
   const std::string out = scratch.file("new/out");
@@ -129,7 +135,7 @@ TEST(ResultFolder, OfAFullDiskIsWhatItWas) {
   ScratchFolder scratch;
   const std::string out = scratch.file("out");
   run(out, 1);
-  const pid_t child = in_child([&] {
+  const int code = exit_code_of_child([&] {
     signal(SIGXFSZ, SIG_IGN);
     const rlimit none{0, 0};  // every write fails
     setrlimit(RLIMIT_FSIZE, &none);
@@ -139,9 +145,7 @@ TEST(ResultFolder, OfAFullDiskIsWhatItWas) {
       _exit(2);
     }
   });
-  int status = 0;
-  waitpid(child, &status, 0);
-  EXPECT_EQ(WEXITSTATUS(status), 2);
+  EXPECT_EQ(code, 2);
   EXPECT_EQ(whole_run(out), 1);
 }
 
@@ -150,14 +154,12 @@ TEST(ResultFolder, ThatIsTheWorkingFolderStaysTheSameFolder) {
   ScratchFolder scratch;
   const std::string out = scratch.file("out");
   run(out, 1, "plots/old.png");
-  const pid_t child = in_child([&] {
+  const int code = exit_code_of_child([&] {
     fs::current_path(out);
     run(".", 2);
     if (!fs::exists("result.json")) _exit(3);
   });
-  int status = 0;
-  waitpid(child, &status, 0);
-  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EQ(code, 0);
   EXPECT_EQ(whole_run(out), 2);
 }
 
