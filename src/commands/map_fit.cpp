@@ -27,9 +27,8 @@ using namespace internal;
 
 namespace {
 
-constexpr double kInsideRim = 1 - 1e-9;  // a point on the rim belongs to the mirror
-constexpr int kDefaultOrder = 20;        // 231 terms: what OpticStudio's Zernike surfaces take
-constexpr int kMostDefaultOrder = 60;    // 1891 terms: about a minute for 1e5 points
+constexpr int kDefaultOrder = 20;      // 231 terms: what OpticStudio's Zernike surfaces take
+constexpr int kMostDefaultOrder = 60;  // 1891 terms: about a minute for 1e5 points
 
 // Terms of a disc cannot be told apart on a small part of it: rho^20 at half the radius is 1e-6.
 void check_reach(const Study& study, const HeightMap& map) {
@@ -108,7 +107,7 @@ LoadedMap load_map(const Study& study) {
   // Only what is mirror: the hole of an annulus and the corners around a rectangle are not.
   for (Eigen::Index row = 0; row < map->rows(); ++row)
     for (Eigen::Index column = 0; column < map->columns(); ++column)
-      if (!aperture_contains(study.aperture, map->x(column) * kInsideRim, map->y(row) * kInsideRim, 0.0))
+      if (!aperture_holds(study.aperture, map->x(column), map->y(row)))
         map->height(row, column) = std::nan("");
   if (valid_count(*map) == 0)
     throw InputError(study.path, "/target/map", "no valid point inside the aperture",

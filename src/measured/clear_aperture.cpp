@@ -20,8 +20,6 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kOnTheRim = 1 - 1e-9;  // a sample on the rim is inside
-
 constexpr double kMostOfData = 2;  // times the data: beyond, a percent sign or a unit was forgotten
 
 double length_of(const Extent& extent, double whole) {
@@ -91,7 +89,7 @@ ClearRegion region_on(const Profile& profile, const ClearAperture& clear) {
 }
 
 bool inside(const ClearRegion& region, double x, double y) {
-  return aperture_contains(*region.aperture, (x - region.x) * kOnTheRim, (y - region.y) * kOnTheRim, 0);
+  return aperture_holds(*region.aperture, x - region.x, y - region.y);
 }
 
 Mask outside(const HeightMap& map, const ClearRegion& region) {

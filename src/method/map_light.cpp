@@ -20,7 +20,6 @@ namespace aberfit {
 
 namespace {
 
-constexpr double kOnRim = 1 - 1e-9;     // a point on the rim belongs to the mirror
 constexpr double kCellRounding = 1e-9;  // in cells
 constexpr double kMuchFilled = 0.05;    // of the aperture
 constexpr double kNoResidual = 1e-6;    // g: no digit of the pattern knows of it
@@ -77,7 +76,7 @@ struct MapShift {
 };
 
 bool is_mirror(const HeightMap& map, const Aperture& aperture, Eigen::Index row, Eigen::Index column) {
-  return aperture_contains(aperture, map.x(column) * kOnRim, map.y(row) * kOnRim, 0.0);
+  return aperture_holds(aperture, map.x(column), map.y(row));
 }
 
 /// The mean scatter of a PSD that no height stands for, by paraxial generalised Harvey-Shack. It knows no

@@ -102,9 +102,7 @@ void draw_mirror(const Scene& s, Picture* picture) {
       const double rho = s.radius() * i / kRings, angle = 2 * kPi * k / (kSpokes - 1);
       const double x = rho * std::cos(angle), y = rho * std::sin(angle);
       surface += fmt::format("{:.6g} {:.6g} {:.6g}\n", x, y,
-                             aperture_contains(s.aperture, x * (1 - 1e-9), y * (1 - 1e-9), 0.0)
-                                 ? base_surface(s.mirror, x, y).height
-                                 : NAN);
+                             aperture_holds(s.aperture, x, y) ? base_surface(s.mirror, x, y).height : NAN);
     }
     surface += "\n";
   }
@@ -421,9 +419,8 @@ void draw_height(const Scene& s, Picture* picture) {
   SurfaceOperator(surface.terms, none, across).apply(surface.coefficients, &along_y);
   Eigen::ArrayXd on_x = along_x.height, on_y = along_y.height;
   for (int i = 0; i < kPoints; ++i) {
-    // Points on the rim itself belong to the cut; rounding would decide.
-    if (!aperture_contains(s.aperture, across[i] * (1 - 1e-9), 0.0, 0.0)) on_x[i] = NAN;
-    if (!aperture_contains(s.aperture, 0.0, across[i] * (1 - 1e-9), 0.0)) on_y[i] = NAN;
+    if (!aperture_holds(s.aperture, across[i], 0)) on_x[i] = NAN;
+    if (!aperture_holds(s.aperture, 0, across[i])) on_y[i] = NAN;
   }
   const Eigen::ArrayXd& h = s.shown.field.height;
   const Eigen::ArrayXd w = s.shown.pupil.weight / s.shown.pupil.weight.sum();

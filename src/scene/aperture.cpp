@@ -193,6 +193,11 @@ bool aperture_contains(const Aperture& aperture, double x, double y, double marg
       aperture);
 }
 
+bool aperture_holds(const Aperture& aperture, double x, double y) {
+  constexpr double kOnTheRim = 1 - 1e-9;
+  return aperture_contains(aperture, x * kOnTheRim, y * kOnTheRim, 0);
+}
+
 double aperture_margin(const Aperture& aperture) {
   return std::visit([](const auto& a) { return a.margin; }, aperture);
 }

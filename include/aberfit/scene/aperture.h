@@ -42,6 +42,9 @@ ApertureBox bounding_box(const Aperture& aperture);
 std::vector<std::array<double, 2>> aperture_corners(const Aperture& aperture);
 /// Whether (x, y) is inside and at least `margin` away from every edge.
 bool aperture_contains(const Aperture& aperture, double x, double y, double margin);
+/// Whether a sample at (x, y) is of the mirror. One on a rim, where rounding would decide, is taken 1e-9 of
+/// its distance nearer to the vertex.
+bool aperture_holds(const Aperture& aperture, double x, double y);
 double aperture_margin(const Aperture& aperture);
 
 /// One node of the distribution of rho over the aperture.
