@@ -197,6 +197,10 @@ ceres::Solver::Summary solve_reduced(const FitProblem& problem, const Calibratio
   return summary;
 }
 
+// Tolerances beyond which the solver's own convergence is no solution: prior and targets that pull against
+// each other hold a fit at a few of them.
+constexpr double kFarOff = 10;
+
 struct Solve {
   FitStatus status;
   std::string message;
@@ -224,6 +228,11 @@ Solve solve_once(const FitProblem& problem, const CalibrationBlocks& residuals, 
   const double mismatch = worst_mismatch(problem, residuals, 0);
   if (mismatch <= std::max(1.0, options.stop_at))
     return {FitStatus::kConverged, fmt::format("every target is within {:.2g} of its tolerance", mismatch)};
+  if (summary.termination_type == ceres::CONVERGENCE && mismatch > kFarOff)
+    return {FitStatus::kNotConverged,
+            fmt::format("stuck where no step helps, with the largest mismatch at {:.3g} tolerances: another "
+                        "start, more terms, or targets that contradict each other",
+                        mismatch)};
   if (summary.termination_type == ceres::CONVERGENCE)
     return {FitStatus::kConverged,
             fmt::format("the cost is at a minimum; the largest mismatch is {:.3g} tolerances", mismatch)};

@@ -8,6 +8,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/quadrature.h"
+#include "aberfit/core/units.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/scene/zernike.h"
 #include "aberfit/theory/height_on_aperture.h"
@@ -41,6 +42,28 @@ void set_mean_spot(const Task& task, Groundwork* ground) {
   }
 }
 
+// Statistics by default look at planes up to five plane units out of focus: where that is behind the mirror,
+// there is no focus to speak of. What makes the spot so deep is to blame.
+void check_depth(const Task& task, const Groundwork& ground) {
+  constexpr double kUnits = 5, kFarthest = 0.9;
+  const double reach = kUnits * ground.plane_unit();
+  if (!task.target.statistics.empty() || reach <= kFarthest * ground.focal_length) return;
+  const std::string found = fmt::format(
+      "a focus without planes beside it: the spot of {} is so deep that they would lie up to {} from it",
+      format_quantity(ground.core_sigma, Dimension::kLength), format_quantity(reach, Dimension::kLength));
+  const double rough = 2 * ground.focal_length * ground.numbers.rms_slope_per_axis;
+  if (rough > ground.numbers.airy_ee90 / kGaussianEe90)
+    throw FieldError("roughness.psd", found,
+                     fmt::format("an RMS slope far below {:.3g} per axis: less height or a lower f_max; or "
+                                 "named statistics in the focus alone",
+                                 ground.numbers.rms_slope_per_axis));
+  throw FieldError(
+      "mirror.focal_length", found,
+      fmt::format("a Fresnel number R^2/(lambda f) well above 1, here {:.2g}: a larger aperture, a shorter "
+                  "focal length or wavelength; or named statistics in the focus alone",
+                  ground.radius * ground.radius / (task.wavelength * ground.focal_length)));
+}
+
 }  // namespace
 
 Groundwork lay_groundwork(const Task& task) { return lay_groundwork(task, requested_physics(task)); }
@@ -67,6 +90,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   ground.core_sigma = ground.focal_sigma = ground.theory->focal_sigma();
   ground.use = choose_physics(task, asked, &*ground.psd);
   set_mean_spot(task, &ground);
+  check_depth(task, ground);
   return ground;
 }
 

@@ -40,7 +40,8 @@ bool resolved(const PsdPanel& panel) {
 void append_resolved(const RadialPsd& psd, double a, double b, int halvings, std::vector<PsdPanel>* panels) {
   const PsdPanel panel = panel_on(psd, a, b);
   const double middle = 0.5 * (a + b);
-  if (halvings < kMaxHalvings && a < middle && middle < b && !resolved(panel)) {
+  // Values that are not finite stay so in every half.
+  if (halvings < kMaxHalvings && a < middle && middle < b && panel.psd.isFinite().all() && !resolved(panel)) {
     append_resolved(psd, a, middle, halvings + 1, panels);
     append_resolved(psd, middle, b, halvings + 1, panels);
   } else if ((panel.psd != 0).any()) {

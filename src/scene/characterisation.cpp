@@ -1,5 +1,6 @@
 #include "aberfit/scene/characterisation.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -13,24 +14,22 @@ namespace {
 
 using Point = std::array<double, 2>;
 
-// Distance from `from` along (cos, sin) to the outermost edge: the first inside point met when walking in,
-// then bisection.
-std::optional<double> rim_distance(const Aperture& aperture, const Point& from, double cosine, double sine) {
-  const auto inside = [&](double d) {
-    return aperture_contains(aperture, from[0] + d * cosine, from[1] + d * sine, 0.0);
-  };
-  const double step = aperture_radius(aperture) / 1024;
-  double outside = 2.0 * aperture_radius(aperture) + step, within = outside - step;
-  while (within > 0 && !inside(within)) {
-    outside = within;
-    within -= step;
+// Distance from `from` along (cos, sin) to the outermost edge; none where the ray meets no edge.
+std::optional<double> rim_distance(const Aperture& aperture, const std::vector<Point>& corners,
+                                   const Point& from, double cosine, double sine) {
+  if (corners.empty()) return aperture_radius(aperture);
+  constexpr double kCorner = 1e-12;  // of an edge: a ray through a corner is not to slip between two
+  std::optional<double> distance;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Point &a = corners[i], &b = corners[(i + 1) % corners.size()];
+    const double ex = b[0] - a[0], ey = b[1] - a[1], ax = a[0] - from[0], ay = a[1] - from[1];
+    const double across = cosine * ey - sine * ex;
+    if (across == 0) continue;  // along the ray: its ends belong to other edges, too
+    const double along = (ax * ey - ay * ex) / across, part = (ax * sine - ay * cosine) / across;
+    if (along > 0 && part >= -kCorner && part <= 1 + kCorner)
+      distance = std::max(distance.value_or(0), along);
   }
-  if (within <= 0) return std::nullopt;
-  for (;;) {
-    const double middle = 0.5 * (within + outside);
-    if (middle <= within || middle >= outside) return within;
-    (inside(middle) ? within : outside) = middle;
-  }
+  return distance;
 }
 
 }  // namespace
@@ -47,11 +46,12 @@ MirrorCharacterisation characterise(const Mirror& mirror, const Aperture& apertu
   result.vertex = on_mirror(0.0, 0.0);
   result.centroid = on_mirror(centre[0], centre[1]);
   result.rim.resize(3, directions);
+  const std::vector<Point> corners = aperture_corners(aperture);
   Eigen::Index points = 0;
   for (int i = 0; i < directions; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / directions;
     const double cosine = std::cos(angle), sine = std::sin(angle);
-    if (const auto distance = rim_distance(aperture, centre, cosine, sine))
+    if (const auto distance = rim_distance(aperture, corners, centre, cosine, sine))
       result.rim.col(points++) = on_mirror(centre[0] + *distance * cosine, centre[1] + *distance * sine);
   }
   result.rim.conservativeResize(3, points);

@@ -330,9 +330,10 @@ class Reader : public Visitor {
     } else {
       fail(pointer, json, describe_quantity(dimension), field);
     }
-    if (!range.contains(value))
-      fail(pointer, fmt::format("{} ({})", shown(json), format_quantity(value, dimension)),
-           describe_range(range, dimension));
+    for (const Range& allowed : {range, within_reach(range, dimension)})
+      if (!allowed.contains(value))
+        fail(pointer, fmt::format("{} ({})", shown(json), format_quantity(value, dimension)),
+             describe_range(allowed, dimension));
     return value;
   }
   std::int64_t whole(const Json& json, const Field& field, std::int64_t low, std::int64_t high,

@@ -26,7 +26,7 @@ Json quantity_schema(Dimension dimension, Range range) {
     schema["type"] = {"number", "string"};
     schema["pattern"] = kNumberWithUnit;
   }
-  limit(&schema, range);
+  limit(&schema, within_reach(range, dimension));
   return schema;
 }
 

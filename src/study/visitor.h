@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -45,6 +46,21 @@ struct Range {
     return (low_open ? value > low : value >= low) && (high_open ? value < high : value <= high);
   }
 };
+
+/// What `range` leaves of the numbers that double precision carries through the powers and products of a
+/// scene: lengths to 1e12 m, frequencies to 1e15 per m; and of positive ones the small end, too.
+inline Range within_reach(Range range, Dimension dimension) {
+  const double most = dimension == Dimension::kLength             ? 1e12
+                      : dimension == Dimension::kSpatialFrequency ? 1e15
+                                                                  : 1e100;
+  const double least = dimension == Dimension::kLength             ? 1e-24
+                       : dimension == Dimension::kSpatialFrequency ? 1e-15
+                                                                   : 1e-100;
+  if (range.low_open && range.low == 0) range.low = least, range.low_open = false;
+  range.low = std::max(range.low, -most);
+  if (range.high > most) range.high = most, range.high_open = false;
+  return range;
+}
 
 /// Kinds of keys of an object whose keys are data (target.statistics).
 struct KeyPattern {

@@ -18,6 +18,7 @@ constexpr double kAccuracyOfTable = 1e-12;      // Legendre tail of E, times exp
 constexpr std::size_t kMostTablePanels = 3000;  // some milliseconds of a closed form
 constexpr double kInterpolation = 2e-6;         // of H over the aperture, at the shear where it is largest
 constexpr double kRoundMoments = 1e-11, kMeanMoments = 1e-6;
+constexpr double kRoundingOfDisc = 1e-14;  // of a sum over the points of a disc, over its area
 constexpr double kSpotResolved = 1e-11;
 constexpr double kNoOverlap = 1e-7;  // share of the aperture: a mean over less of it is rounding
 constexpr int kMostHalvings = 40;
@@ -217,8 +218,14 @@ MomentPanels ExactTransfer::moments(double dz) const {
     for (const double to : breakpoints) finer.insert(finer.end(), {0.5 * (from + to), to}), from = to;
     breakpoints = finer;
   }
-  return moment_panels([&](double s) { return overlap(s * cutoff()); }, order_ * order_, breakpoints, end,
-                       is_round() ? kRoundMoments : kMeanMoments, is_round());
+  return moment_panels([&](double s, std::size_t* points) { return overlap(s * cutoff(), points); },
+                       order_ * order_, breakpoints, end, moment_accuracy(), is_round());
+}
+
+// The area of a slender annulus is a small difference of two discs, and has their rounding.
+double ExactTransfer::moment_accuracy() const {
+  const double filled = 1 - std::pow(field_.inner() / field_.outer(), 2);
+  return std::max(is_round() ? kRoundMoments : kMeanMoments, kRoundingOfDisc / filled);
 }
 
 // Of a disc or annulus that is so far out of focus that points of equal phase are everywhere: a parabolic
@@ -238,9 +245,10 @@ MomentPanels ExactTransfer::far_moments(double dz, const std::vector<double>& br
   // Of 1 - c over (P/f)^2 / 2, at the mean of (P/f)^2.
   const double steeper = 1 / std::sqrt(1 - 0.5 * rho2);
   const double curvature = 2 * std::numbers::pi * dz * steeper / (field_.wavelength() * f * (f + dz));
-  return moment_panels([&](double s) { return Eigen::ArrayXd(otf(s * cutoff(), curvature) * whole_); },
-                       int(whole_.size()), breakpoints, end, is_round() ? kRoundMoments : kMeanMoments,
-                       is_round());
+  const auto closed = [&](double s, std::size_t*) {
+    return Eigen::ArrayXd(otf(s * cutoff(), curvature) * whole_);
+  };
+  return moment_panels(closed, int(whole_.size()), breakpoints, end, moment_accuracy(), is_round());
 }
 
 void ExactTransfer::append(const MomentPanel& moments, double a, double b, int halvings, bool scattered_only,

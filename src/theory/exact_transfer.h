@@ -62,6 +62,7 @@ class ExactTransfer {
   double interpolated(const Eigen::ArrayXd& moment, double x) const;  // sum_ij moment_ij H(a_i, b_j) at x
   PanelArray part(int i, int j, const PanelArray& x, bool scattered_only) const;
   MomentPanels moments(double dz) const;
+  double moment_accuracy() const;
   MomentPanels far_moments(double dz, const std::vector<double>& breakpoints, double end) const;
   void append(const MomentPanel& moments, double a, double b, int halvings, bool scattered_only,
               std::vector<TransferPanel>* result) const;

@@ -417,7 +417,7 @@ OverlapTurn PupilOverlap::turn_of(const OverlapRegion& region, double x, double 
   return {(field_.is_round() ? 1.1 : 1.5) * along, 2 * across};
 }
 
-Eigen::ArrayXd PupilOverlap::at_direction(double x, double direction) const {
+Eigen::ArrayXd PupilOverlap::at_direction(double x, double direction, std::size_t* taken) const {
   thread_local OverlapPoints points;
   thread_local Work work;
   const OverlapRegion here = region(x, direction);
@@ -427,6 +427,7 @@ Eigen::ArrayXd PupilOverlap::at_direction(double x, double direction) const {
   unfold(&points);
   pupil_points(points, x, direction, &work);
   const std::size_t n = points.u.size();
+  if (taken) *taken += n;
   field_.cosine(work.x1.data(), work.y1.data(), int(n), work.c1.data());
   field_.cosine(work.x2.data(), work.y2.data(), int(n), work.c2.data());
   for (std::size_t k = 0; k < n; ++k)
@@ -448,11 +449,11 @@ Eigen::ArrayXd PupilOverlap::moments_of(const OverlapPoints& points) const {
   return kOfOrder[std::size_t(order_ - 1)](points, inverse, nodes_, denominators_);
 }
 
-Eigen::ArrayXd PupilOverlap::operator()(double x) const {
+Eigen::ArrayXd PupilOverlap::operator()(double x, std::size_t* points) const {
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(order_ * order_);
   if (x >= cutoff()) return sum;
   for (std::size_t d = 0; d < azimuths_.direction.size(); ++d)
-    sum += azimuths_.weight[d] * at_direction(x, azimuths_.direction[d]);
+    sum += azimuths_.weight[d] * at_direction(x, azimuths_.direction[d], points);
   return correction_.empty() ? sum : Eigen::ArrayXd(sum * correction_at(x));
 }
 
@@ -486,10 +487,10 @@ Eigen::ArrayXd MomentPanel::at(double s, const Values& c) const {
   return sum;
 }
 
-MomentPanels moment_panels(const std::function<Eigen::ArrayXd(double)>& moments, int count,
-                           const std::vector<double>& breakpoints, double end, double tolerance,
-                           bool is_round) {
+MomentPanels moment_panels(const MomentFunction& moments, int count, const std::vector<double>& breakpoints,
+                           double end, double tolerance, bool is_round) {
   MomentPanels result;
+  std::size_t points = 0;
   struct Piece {
     double a, b;
     int halvings;
@@ -508,7 +509,7 @@ MomentPanels moment_panels(const std::function<Eigen::ArrayXd(double)>& moments,
     pending.pop_back();
     MomentPanel panel{piece.a, piece.b, MomentPanel::Values(kPanelNodes, count)};
     const PanelArray nodes = 0.5 * (piece.a + piece.b) + 0.5 * (piece.b - piece.a) * rule.t;
-    for (int j = 0; j < kPanelNodes; ++j) panel.value.row(j) = moments(nodes[j]).transpose();
+    for (int j = 0; j < kPanelNodes; ++j) panel.value.row(j) = moments(nodes[j], &points).transpose();
     if (!panel.value.isFinite().all())
       throw ComputationError("the transfer function of this mirror is not finite in this plane");
     double missed = 0;
@@ -516,7 +517,14 @@ MomentPanels moment_panels(const std::function<Eigen::ArrayXd(double)>& moments,
       missed = std::max(missed, std::abs((panel.value.col(k) * rule.last).sum()) +
                                     std::abs((panel.value.col(k) * rule.last_but_one).sum()));
     missed *= std::sqrt((piece.b - piece.a) / piece.b);
-    if (missed <= tolerance || piece.halvings >= most ||
+    const bool spent = points >= kMostMomentPoints;
+    if (spent && missed > kMostUnresolved)
+      throw ComputationError(
+          "the mean spot in light is not known to 1e-4 with the work that it may take: the aperture is too "
+          "slender, or the aberrations of the mirror are too many waves; a simpler aperture or mirror, or "
+          "the "
+          "theory geometric");
+    if (missed <= tolerance || piece.halvings >= most || spent ||
         int(result.panels.size() + pending.size()) >= kMostMomentPanels) {
       if (missed > tolerance) result.unresolved = std::max(result.unresolved, missed);
       result.panels.push_back(std::move(panel));

@@ -79,8 +79,8 @@ class PupilOverlap {
 
   int order() const { return order_; }
   const std::vector<double>& nodes() const { return nodes_; }
-  /// order^2 moments at shear x >= 0 [m], i major. Safe from many threads.
-  Eigen::ArrayXd operator()(double x) const;
+  /// order^2 moments at shear x >= 0 [m], i major. Safe from many threads. points: what it took is added.
+  Eigen::ArrayXd operator()(double x, std::size_t* points = nullptr) const;
   /// Largest turn of the phase across the overlap at shears up to `end` [m], an estimate [rad].
   double turn(double end) const;
   double cutoff() const { return 2 * field_.outer(); }
@@ -95,7 +95,7 @@ class PupilOverlap {
   void pupil_points(const OverlapPoints& points, double x, double direction, Work* work) const;
   void phase_difference(Work* work) const;
   OverlapTurn turn_of(const OverlapRegion& region, double x, double direction) const;
-  Eigen::ArrayXd at_direction(double x, double direction) const;
+  Eigen::ArrayXd at_direction(double x, double direction, std::size_t* points = nullptr) const;
   Eigen::ArrayXd moments_of(const OverlapPoints& points) const;
   void set_directions();
   double correction_at(double x) const;
@@ -129,8 +129,12 @@ struct MomentPanels {
 /// Of `count` moments as a function of shear / cutoff, up to `end`, which is at most 1; panels bounded by the
 /// overlap's kinks (`breakpoints`, ascending, the last one 1) and halved until the Legendre tail is
 /// `tolerance`; a mean over the azimuth (not `is_round`), whose kinks are many and weak, only a few times.
-MomentPanels moment_panels(const std::function<Eigen::ArrayXd(double)>& moments, int count,
-                           const std::vector<double>& breakpoints, double end, double tolerance,
-                           bool is_round);
+/// `moments` adds the points of the pupil that it took. Throws ComputationError where kMostMomentPoints of
+/// them leave more than kMostUnresolved.
+using MomentFunction = std::function<Eigen::ArrayXd(double shear, std::size_t* points)>;
+inline constexpr std::size_t kMostMomentPoints = 40'000'000;  // some seconds
+inline constexpr double kMostUnresolved = 1e-4;               // of the light: a hundredth of a usual margin
+MomentPanels moment_panels(const MomentFunction& moments, int count, const std::vector<double>& breakpoints,
+                           double end, double tolerance, bool is_round);
 
 }  // namespace aberfit::internal

@@ -39,6 +39,14 @@ TEST(Characterisation, HoleOfAnAnnulusDoesNotCountAsRim) {
   for (Eigen::Index i = 0; i < 16; ++i) EXPECT_NEAR(c.rim.col(i).head<2>().norm(), 0.2, kRounding);
 }
 
+TEST(Characterisation, RimOfAnAnnulusHoweverSlenderIsItsOuterCircle) {
+  const MirrorCharacterisation slender =
+      characterise(Mirror{.focal_length = 1.4}, AnnulusAperture{0.2, 0.2 * (1 - 1e-6)});
+  ASSERT_EQ(slender.rim.cols(), 360);
+  EXPECT_NEAR(slender.rim_sag_max, 0.1 * 0.1 / (4 * 1.4), 1e-15);  // rho^2/(4 f)
+  EXPECT_LT(slender.plane_residual, 1e-15);
+}
+
 TEST(Characterisation, SquareHasTheSagsOfItsCornersAndSideCentres) {
   const double a = 0.15;  // half side; eight directions meet four corners and four side centres
   const MirrorCharacterisation c = characterise(kParabola, RectangleAperture{2 * a, 2 * a}, 8);

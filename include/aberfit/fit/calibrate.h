@@ -66,6 +66,7 @@ struct FitOptions {
   std::function<bool(const FitProgress&)> progress;  ///< called after every iteration; false cancels
 };
 
+/// kConverged: every tolerance is met, or the cost is at a minimum with all within ten of them.
 enum class FitStatus { kNotRun, kConverged, kNotConverged, kDegenerate, kCancelled, kFailed };
 std::string to_string(FitStatus status);
 
