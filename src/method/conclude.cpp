@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "aberfit/core/constants.h"
+#include "aberfit/core/units.h"
 #include "aberfit/forward/term_moments.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
@@ -29,6 +30,21 @@ void warn_of_surface_regime(const Groundwork& ground, const SceneNumbers& surfac
                    ground.numbers.kappa, to_string(specified))});
 }
 
+// A focus can be met by a surface that no roughness of the specification makes: its height in frequencies
+// that the statistics do not see, or one lump of it.
+void warn_of_absurd_height(double rms_height, double specified, Warnings* warnings) {
+  constexpr double kTimes = 3;  // one draw in 10^4 even of two modes
+  if (rms_height <= kTimes * specified) return;
+  warnings->push_back(
+      {"absurd-surface",
+       fmt::format(
+           "the fitted surface has an RMS height of {}, {:.3g} times the {} that its terms stand for: "
+           "whatever its focus, it is no such mirror; take more targets, `rms_height` among them, a "
+           "prior (`fit.prior`) or other terms",
+           format_quantity(rms_height, Dimension::kLength), rms_height / specified,
+           format_quantity(specified, Dimension::kLength))});
+}
+
 void describe_surface(const FitCase& of, Attempt* attempt) {
   const Task& task = of.task;
   const Groundwork& ground = of.ground;
@@ -47,7 +63,9 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
   surface.kappa = std::nan("");  // unknown without a spectrum
   if (ground.psd) {
     // Same shape of spectrum, the fitted surface's own height.
-    const double factor = surface.rms_height / psd_moments(*ground.term_psd).rms_height();
+    const double specified = psd_moments(*ground.term_psd).rms_height(),
+                 factor = surface.rms_height / specified;
+    warn_of_absurd_height(surface.rms_height, specified, &result.warnings);
     const SceneNumbers own =
         scene_numbers(ground.term_psd->scaled(factor), task.mirror, task.aperture, task.wavelength);
     surface.kappa = own.kappa;

@@ -13,6 +13,7 @@
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/theory/ray_perturbation.h"
 #include "aberfit/waves/diffraction_psf.h"
+#include "given_values.h"
 #include "light_guides.h"
 #include "statistic_request.h"
 
@@ -265,6 +266,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   const bool default_set = task.target.statistics.empty();
   const std::vector<Wanted> wanted =
       default_set ? default_statistics(ground) : requested_statistics(task, ground);
+  check_given_energies(wanted);
   const auto is_given = [](const Wanted& w) { return w.value.has_value(); };
   const bool any_given = std::any_of(wanted.begin(), wanted.end(), is_given);
   const bool all_given = std::all_of(wanted.begin(), wanted.end(), is_given);

@@ -55,6 +55,18 @@ TEST(Calibrate, MeetsTargetsOfAnotherDrawAndStaysNearItsStart) {
   EXPECT_GE(result.null_directions, int(scene.terms.size() - Eigen::Index(problem.targets.size())));
 }
 
+// The mean-square radius in the focus is that of the angles times f^2: three times one is never the other.
+TEST(Calibrate, OfTargetsThatContradictEachOtherIsNotConverged) {
+  const FitScene scene(4, {}, 4096, PupilLayout::kPolar);
+  const double sigma = scene.focal_sigma;
+  const std::vector<Target> targets{{RmsRadius{}, sigma, 0, 1e-3 * sigma},
+                                    {ScatterRms{}, 3 * sigma / 2.8, 0, 3e-3 * sigma / 2.8}};
+  const FitProblem problem = scene.problem(targets);
+  const FitResult result = calibrate(problem, draw_white(scene.prior.size(), 3), FitOptions());
+  EXPECT_EQ(result.status, FitStatus::kNotConverged) << result.message;
+  EXPECT_NE(result.message.find("contradict"), std::string::npos) << result.message;
+}
+
 TEST(Calibrate, GivesTheSameBitsForAnyThreadCount) {
   const FitScene scene(8, {}, 9000, PupilLayout::kPolar);  // more than two chunks of the operator
   const FitProblem problem = scene.problem(targets_of_draw(scene, 2));

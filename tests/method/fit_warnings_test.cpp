@@ -129,6 +129,19 @@ TEST(FitWarnings, LostRaysCountsFreshOnes) {
   EXPECT_TRUE(messages(fitted.concluded(with_lost(0)), "lost-rays").empty());
 }
 
+// The coefficients are RMS heights: one alone is the surface's.
+TEST(FitWarnings, AbsurdSurfaceAboveThreeTimesTheHeightItsTermsStandFor) {
+  const Fitted fitted(scene(kSteep));
+  const double specified = psd_moments(*fitted.layout.ground.term_psd).rms_height();
+  const auto with_height = [&](double times) {
+    return [=](Attempt* attempt) { attempt->result.fit.coefficients[2] = times * specified; };
+  };
+  const std::vector<std::string> found = messages(fitted.concluded(with_height(3.1)), "absurd-surface");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(says(found, "3.1 times")) << found[0];
+  EXPECT_TRUE(messages(fitted.concluded(with_height(2.9)), "absurd-surface").empty());
+}
+
 // The slopes of cos 4 phi rise as rho^3, steeper than any draw of twelve equal terms; those of astigmatism
 // and defocus rise as rho.
 TEST(FitWarnings, ZoneSlopeWhereOneTermPilesTheSlopesUpAtTheRim) {

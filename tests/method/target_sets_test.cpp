@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 
+#include "aberfit/core/errors.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/study/read_study.h"
@@ -103,6 +104,60 @@ TEST(DefaultStatistics, LeaveOutRingsThatAskForAGridOfTheirOwn) {
   }
   EXPECT_EQ(left_out, 1);
   EXPECT_EQ(kept, 1);
+}
+
+std::string given(const std::string& statistics) {
+  return R"({"aberfit": 1, "mirror": {"focal_length": "1.8 m"}, "aperture": {"shape": "circle", "diameter": "0.3 m"},
+      "light": {"wavelength": "632.8 nm"}, "terms": {"zernike": {"n_max": 6}},
+      "fit": {"prior": "zero-mean"}, "target": {"statistics": {)" +
+         statistics + "}}}";
+}
+
+TEST(GivenValues, OfOnePlaneGrowWithTheShareOfTheLight) {
+  EXPECT_NO_THROW(made(given(R"("ee50": {"value": "10 um"}, "ee90": {"value": "20 um"})")));
+  // Shares within radii are points of the same curve; other planes have their own.
+  EXPECT_NO_THROW(
+      made(given(R"("ee50": {"value": "10 um"}, "ee_within": {"radii": ["12 um"], "value": 0.6})")));
+  EXPECT_NO_THROW(
+      made(given(R"("ee50": {"value": "30 um", "planes": ["1 mm"]}, "ee90": {"value": "20 um"})")));
+  for (const char* wrong :
+       {R"("ee50": {"value": "20 um"}, "ee90": {"value": "10 um"})",
+        R"("ee50": {"value": "20 um"}, "ee90": {"value": "20 um"})",
+        R"("ee50": {"value": "10 um"}, "ee_within": {"radii": ["9 um"], "value": 0.6})"}) {
+    try {
+      made(given(wrong));
+      ADD_FAILURE() << "was taken: " << wrong;
+    } catch (const FieldError& error) {
+      EXPECT_EQ(error.field(), "target.statistics.ee50") << wrong;
+      EXPECT_NE(error.found().find("50 % of the light within"), std::string::npos) << error.found();
+    }
+  }
+}
+
+// Refusals name what is to blame for a spot as deep as the mirror is far.
+TEST(Depth, OfAFocusWithoutPlanesBesideItIsBlamedOnItsCause) {
+  const auto refused = [](const std::string& focal_length, const std::string& diameter,
+                          const std::string& rms) {
+    const std::string text = fmt::format(
+        R"({{"aberfit": 1, "mirror": {{"focal_length": "{}"}}, "aperture": {{"shape": "circle", "diameter": "{}"}},
+        "light": {{"wavelength": "632.8 nm"}}, "roughness": {{"psd": {{"model": "uniform", "rms": "{}",
+        "f_min": "5 /m", "f_max": "20 /m"}}}}}})",
+        focal_length, diameter, rms);
+    try {
+      lay_groundwork(parse_study(text, "study.json"));
+    } catch (const FieldError& error) {
+      return error.field() + ": " + error.allowed();
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refused("1.4 m", "0.2 m", "60 nm"), "");
+  EXPECT_NE(refused("1.4 m", "0.2 m", "1 mm").find("roughness.psd: an RMS slope far below"),
+            std::string::npos);
+  // R^2/(lambda f) = 0.39: a pinhole.
+  const std::string pinhole = refused("1 m", "1 mm", "1 nm");
+  EXPECT_NE(pinhole.find("mirror.focal_length: a Fresnel number R^2/(lambda f) well above 1, here 0.4"),
+            std::string::npos)
+      << pinhole;
 }
 
 }  // namespace
