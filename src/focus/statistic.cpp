@@ -14,7 +14,7 @@ namespace {
 // At most 6 significant digits, positional (an exponent would be one more spelling of the same name), no
 // trailing zeros, no -0.
 std::string digits(double value) {
-  const double rounded = std::stod(fmt::format("{:.5e}", value));
+  const double rounded = std::strtod(fmt::format("{:.5e}", value).c_str(), nullptr);  // denormals, too
   if (rounded == 0.0 || !std::isfinite(rounded)) return fmt::format("{}", std::abs(rounded));
   const int decimals = std::max(0, 5 - int(std::floor(std::log10(std::abs(rounded)))));
   std::string text = fmt::format("{:.{}f}", rounded, decimals);

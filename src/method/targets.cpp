@@ -55,12 +55,37 @@ bool in_halo(const Groundwork& ground, double fraction) {
          ground.mean_spot->encircled_energy_radius(fraction, 0) > kHalo * ground.core_sigma;
 }
 
+// Where few modes carry the roughness, the mean light of such mirrors is no mirror's of their mean height:
+// light is not linear in the height's square (Jensen), and one surface of few modes has no room for both.
+constexpr double kFewModes = 10;
+bool has_few_modes(const Groundwork& ground) {
+  return ground.numbers.n_eff > 0 && ground.numbers.n_eff < kFewModes;
+}
+
+// Of default statistics moments of the surface are left out, asked ones are kept and minded.
+void warn_of_few_modes(const Groundwork& ground, bool default_set, TargetSets* sets) {
+  if (!has_few_modes(ground)) return;
+  const auto& fitted = sets->fitted;
+  const bool moments = std::any_of(fitted.begin(), fitted.end(),
+                                   [](const Target& target) { return kind_of(target.statistic).is_moment; });
+  if (!default_set && !moments) return;
+  sets->warnings.push_back(
+      {"few-modes",
+       fmt::format(
+           "{:.2g} modes carry the roughness (N_eff): the mean light of such mirrors is not the light "
+           "of a mirror of their mean height and slope, and one surface cannot have both; {}",
+           ground.numbers.n_eff,
+           default_set ? "light alone is judged by default"
+                       : "ask for shares of the light alone, or for a band of more modes")});
+}
+
 std::vector<Wanted> default_statistics(const Groundwork& ground) {
   std::vector<Wanted> wanted;
   for (const double units : kPlanes)
     for (const double fraction : kFractions)
       wanted.push_back({EncircledEnergyRadius{fraction, plane(units, ground)}});
   if (!in_halo(ground, RingFwhm{}.ring_fraction)) wanted.push_back({RingFwhm{}});
+  if (has_few_modes(ground)) return wanted;
   wanted.push_back({ScatterRms{}});
   wanted.push_back({RmsHeight{}});
   return wanted;
@@ -88,7 +113,8 @@ std::vector<Wanted> requested_statistics(const Task& task, const Groundwork& gro
 std::vector<Statistic> guide_statistics(const Groundwork& ground) {
   std::vector<Statistic> guides;
   if (ground.use.model == FocusModel::kWaves && ground.mean_spot) {
-    guides.push_back(ScatterMean{});  // nothing in a diffracted focus ties the mean of the slopes
+    // Nothing in a diffracted focus ties the mean of the slopes.
+    if (!has_few_modes(ground)) guides.push_back(ScatterMean{});
     return guides;
   }
   for (const double units : kGuidePlanes)
@@ -105,7 +131,7 @@ std::vector<Statistic> held_out_statistics(const Groundwork& ground, const std::
       held_out.push_back(EncircledEnergyRadius{fraction, plane(units, ground)});
   for (const double fraction : {0.5, 0.8})
     if (!in_halo(ground, fraction)) held_out.push_back(RingFwhm{fraction, {}});
-  if (ground.use.model != FocusModel::kWaves) held_out.push_back(ScatterMean{});
+  if (ground.use.model != FocusModel::kWaves && !has_few_modes(ground)) held_out.push_back(ScatterMean{});
   std::erase_if(held_out, [&](const Statistic& candidate) {
     return std::any_of(known.begin(), known.end(), [&](const Statistic& statistic) {
       return statistic_name(statistic) == statistic_name(candidate);
@@ -326,6 +352,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
     sets.warnings.push_back({"target-missing", fmt::format("the theory has no value for {}: left out of the "
                                                            "default statistics",
                                                            fmt::join(without_value, ", "))});
+  warn_of_few_modes(ground, default_set, &sets);
   if (default_set && in_halo(ground, RingFwhm{}.ring_fraction))
     sets.warnings.push_back(
         {"target-missing",
