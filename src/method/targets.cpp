@@ -303,7 +303,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   for (const Wanted& w : wanted) statistics.push_back(w.statistic);
   if (ground.use.model != FocusModel::kRays) refuse_without_rays(to_string(ground.use.model), statistics);
   if (ground.mean_spot && !all_given) refuse_without_rays(to_string(ground.use.theory), statistics);
-  if (default_set) guides = guide_statistics(ground);
+  if (!any_given) guides = guide_statistics(ground);
   statistics.insert(statistics.end(), guides.begin(), guides.end());
   // Given values need not follow the theory, so nothing can be held out against it.
   if (!any_given) held_out = held_out_statistics(ground, statistics);
@@ -340,7 +340,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
       sets.held_out.push_back(target);
     }
   }
-  if (default_set && ground.use.model == FocusModel::kWaves && ground.mean_spot) {
+  if (!any_given && ground.use.model == FocusModel::kWaves && ground.mean_spot) {
     std::vector<double> planes;
     for (const double units : kPlanes) planes.push_back(plane(units, ground));
     const std::vector<Target> between = light_guides(task, ground, planes, kLightGuideTolerance, threads);

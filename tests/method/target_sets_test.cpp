@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 
+#include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/method/pupil_choice.h"
@@ -146,6 +147,20 @@ TEST(FewModes, KeepWhatIsAskedForWithAWord) {
   const Made light = made(with_correlation_length(
       110, R"(, "target": {"statistics": {"ee50": {}, "ee80": {}}}, "terms": {"zernike": {"n_max": 6}})"));
   EXPECT_EQ(said_few_modes(light.sets), 0);
+}
+
+// What is held out is judged, so it is guided to: without guides two thirds of it were off by up to 27 %.
+TEST(NamedStatistics, AreGuidedAlongTheRestOfTheCurve) {
+  const Study study = parse_study(
+      R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": "circle", "diameter": "0.4 m"},
+      "light": {"wavelength": "632.8 nm"}, "roughness": {"psd": {"model": "uniform", "rms": "60 nm",
+      "f_min": "2.5 /m", "f_max": "4.8 /m"}}, "terms": {"zernike": {"n_max": 8}}, "target": {"statistics":
+      {"ee20": {}, "ee50": {}, "ee80": {}, "ee90": {}, "ee95": {}}}, "output": {"plots": false}})",
+      "study.json");
+  const ResultDocument result = run_fit(study, {});
+  EXPECT_EQ(result.verdict, Verdict::kEquivalent) << result.fit.message;
+  EXPECT_EQ(result.targets.size(), 5u);
+  EXPECT_GT(result.metrics.size(), 80u);
 }
 
 std::string given(const std::string& statistics) {
