@@ -244,6 +244,35 @@ std::optional<double> curve_slope_of(const Statistic& statistic, const Predicted
   return std::isfinite(slope) ? slope : 0;
 }
 
+// No surface brings more light of this wavelength into a circle than the parabola brings into the Airy
+// pattern of its aperture, but for a percent or two that aberrations of a fraction of a wave may take from
+// the rings.
+void warn_of_sharp_values(const Task& task, const Groundwork& ground, const std::vector<Wanted>& wanted,
+                          TargetSets* sets) {
+  constexpr double kFree = 0.95;
+  if (!ground.use.light_decides) return;
+  std::optional<GeneralisedHarveyShack> perfect;
+  std::vector<std::string> sharp;
+  for (const Wanted& one : wanted) {
+    const auto* ee = std::get_if<EncircledEnergyRadius>(&one.statistic);
+    if (!ee || !one.value) continue;
+    if (!perfect) {
+      const double highest = 1 / ground.radius;  // of a roughness that is none
+      perfect.emplace(RadialPsd(UniformPsd{1e-6 * task.wavelength, 0.5 * highest, highest}),
+                      Mirror{.focal_length = task.mirror.focal_length}, task.aperture, task.wavelength);
+    }
+    const double least = perfect->encircled_energy_radius(ee->fraction, 0);
+    if (*one.value < kFree * least)
+      sharp.push_back(fmt::format("{} of {} (the perfect mirror: {})", statistic_name(one.statistic),
+                                  format_quantity(*one.value, Dimension::kLength),
+                                  format_quantity(least, Dimension::kLength)));
+  }
+  if (sharp.empty()) return;
+  sets->warnings.push_back(
+      {"below-diffraction", fmt::format("no mirror of this aperture and wavelength focuses as sharply as {}",
+                                        fmt::join(sharp, ", "))});
+}
+
 // Rings of the default set that ask for a grid much finer than everything else: of a spot without a core the
 // light through a ring falls to half so far out of focus that thousands of cells see the cone of light turn,
 // minutes for one number.
@@ -324,7 +353,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
     target.standard_error = given ? wanted[k].standard_error : predicted.standard_error[Eigen::Index(k)];
     target.curve_slope = curve_slope_of(statistics[k], predicted, Eigen::Index(k));
     if (!given) target.degrees_of_freedom = predicted.degrees_of_freedom;
-    if (!std::isfinite(target.value) && default_set) {
+    if (!std::isfinite(target.value) && (default_set || k >= wanted.size())) {
       if (k < wanted.size()) without_value.push_back(statistic_name(statistics[k]));
       continue;
     }
@@ -353,6 +382,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
                                                            "default statistics",
                                                            fmt::join(without_value, ", "))});
   warn_of_few_modes(ground, default_set, &sets);
+  warn_of_sharp_values(task, ground, wanted, &sets);
   if (default_set && in_halo(ground, RingFwhm{}.ring_fraction))
     sets.warnings.push_back(
         {"target-missing",

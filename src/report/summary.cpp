@@ -107,6 +107,21 @@ std::string what_would_help(const ResultDocument& result) {
   if (result.map)
     return "The part is what it is: `equivalence.margin` says how far it may be from the mean of its "
            "specification.";
+  const auto warned = [&](const char* code) {
+    return std::any_of(result.warnings.begin(), result.warnings.end(),
+                       [&](const Warning& warning) { return warning.code == code; });
+  };
+  if (warned("below-diffraction"))
+    return "Some given radii are smaller than diffraction allows: larger ones, a larger aperture or a "
+           "shorter "
+           "wavelength.";
+  const EquivalenceMetric* worst = worst_of(decided_by(result));
+  if (warned("few-modes") && worst &&
+      (worst->name.starts_with("rms_height") || worst->name.starts_with("scatter_")))
+    return "Light and the height of the surface contradict each other where few modes carry the roughness: "
+           "judge light alone (leave `statistics` out), or give a band of more modes.";
+  if (result.fit.status == FitStatus::kDegenerate)
+    return "The fit had no gradient to start along: " + result.fit.message + ".";
   if (!result.frontier && result.surface.captured_fraction > 0 &&
       result.surface.captured_fraction < kCarriesAll)
     return "More terms would help: leave `terms` out and they are chosen.";

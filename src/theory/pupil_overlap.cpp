@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <numbers>
 
 #include "aberfit/core/errors.h"
@@ -495,7 +496,7 @@ MomentPanels moment_panels(const MomentFunction& moments, int count, const std::
     double a, b;
     int halvings;
   };
-  std::vector<Piece> pending;
+  std::deque<Piece> pending;  // coarse ones first: what the work does not suffice for is small
   double from = 0;
   for (double to : breakpoints) {
     to = std::min(to, end);
@@ -505,8 +506,8 @@ MomentPanels moment_panels(const MomentFunction& moments, int count, const std::
   const int most = is_round ? kHalvingsOfRound : kHalvingsOfMean;
   const PanelRule& rule = panel_rule();
   while (!pending.empty()) {
-    const Piece piece = pending.back();
-    pending.pop_back();
+    const Piece piece = pending.front();
+    pending.pop_front();
     MomentPanel panel{piece.a, piece.b, MomentPanel::Values(kPanelNodes, count)};
     const PanelArray nodes = 0.5 * (piece.a + piece.b) + 0.5 * (piece.b - piece.a) * rule.t;
     for (int j = 0; j < kPanelNodes; ++j) panel.value.row(j) = moments(nodes[j], &points).transpose();

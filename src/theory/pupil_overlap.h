@@ -132,7 +132,7 @@ struct MomentPanels {
 /// `moments` adds the points of the pupil that it took. Throws ComputationError where kMostMomentPoints of
 /// them leave more than kMostUnresolved.
 using MomentFunction = std::function<Eigen::ArrayXd(double shear, std::size_t* points)>;
-inline constexpr std::size_t kMostMomentPoints = 40'000'000;  // some seconds
+inline constexpr std::size_t kMostMomentPoints = 80'000'000;  // ten seconds
 inline constexpr double kMostUnresolved = 1e-4;               // of the light: a hundredth of a usual margin
 MomentPanels moment_panels(const MomentFunction& moments, int count, const std::vector<double>& breakpoints,
                            double end, double tolerance, bool is_round);

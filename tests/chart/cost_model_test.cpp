@@ -132,13 +132,15 @@ TEST(CostModel, AnotherPlaneOfWavesCostsMoreThanAnotherRadius) {
   Parts parts;
   parts.psd = kSmooth;
   parts.trace = R"({"model": "waves"})";
-  // Both reach to 1 mm, so that the grid is the same.
-  parts.statistics = R"({"ee90": {"planes": ["1 mm"]}, "ee50": {"planes": ["1 mm"]}})";
+  // Both reach to 1 mm, so that the grid is the same; given values have no guides in planes of their own.
+  parts.statistics =
+      R"({"ee90": {"planes": ["1 mm"], "value": "90 um"}, "ee50": {"planes": ["1 mm"], "value": "50 um"}})";
   const double radius = stage(check(parts), "iterations");
-  parts.statistics = R"({"ee90": {"planes": ["1 mm", "0 mm"]}})";
+  parts.statistics = R"({"ee90": {"planes": ["1 mm"], "value": "90 um"}, "ee50": {"value": "50 um"}})";
   const double plane = stage(check(parts), "iterations");
   EXPECT_GT(plane, radius);
-  parts.statistics = R"({"ee90": {"planes": ["1 mm"]}, "ring_fwhm": {}})";
+  parts.statistics =
+      R"({"ee90": {"planes": ["1 mm"], "value": "90 um"}, "ring_fwhm": {"ring": "76 um", "value": "1 mm"}})";
   EXPECT_GT(stage(check(parts), "iterations"), plane);
 }
 

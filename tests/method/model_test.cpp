@@ -137,7 +137,8 @@ TEST(ModelOfAStudy, WhereWavesCannotBeComputedAutoSaysSoAndANameIsRefused) {
       return parse_study(text_of(c.psd, target, c.trace, circle, R"(, "terms": {"zernike": {"n_max": 8}})"),
                          "study.json");
     };
-    const ordered_json result = check(study("{}"));
+    // In the focus: light that goes everywhere leaves no planes beside it.
+    const ordered_json result = check(study(R"({"statistics": {"ee50": {}}})"));
     EXPECT_EQ(result["scene"]["theory"], "geometric");
     EXPECT_EQ(result["scene"]["needed"], "waves");
     EXPECT_TRUE(warns(result, "theory-fallback"));

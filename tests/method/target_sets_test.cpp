@@ -191,6 +191,21 @@ TEST(GivenValues, OfOnePlaneGrowWithTheShareOfTheLight) {
   }
 }
 
+// The Airy pattern of f/6 at 632.8 nm: ee50 0.535 lambda N, ee80 0.90.
+TEST(GivenValues, SharperThanDiffractionAreTold) {
+  const auto told = [](const std::string& statistics) {
+    const Made one = made(given(statistics));
+    std::string text;
+    for (const Warning& warning : one.sets.warnings)
+      if (warning.code == "below-diffraction") text += warning.message;
+    return text;
+  };
+  EXPECT_EQ(told(R"("ee50": {"value": "2.1 um"}, "ee90": {"value": "20 um"})"), "");
+  const std::string sharp = told(R"("ee50": {"value": "1.8 um"}, "ee90": {"value": "20 um"})");
+  EXPECT_NE(sharp.find("ee50_radius_m of 1.8 um (the perfect mirror: 2.03"), std::string::npos) << sharp;
+  EXPECT_EQ(sharp.find("ee90"), std::string::npos) << sharp;
+}
+
 // Refusals name what is to blame for a spot as deep as the mirror is far.
 TEST(Depth, OfAFocusWithoutPlanesBesideItIsBlamedOnItsCause) {
   const auto refused = [](const std::string& focal_length, const std::string& diameter,
