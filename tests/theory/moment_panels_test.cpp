@@ -23,8 +23,8 @@ double error_of(const MomentPanels& found, double turns) {
   double worst = 0;
   for (const MomentPanel& panel : found.panels)
     for (const double s : {0.9 * panel.a + 0.1 * panel.b, 0.5 * (panel.a + panel.b)})
-      worst =
-          std::max(worst, std::abs(panel.at(s, panel.legendre())[0] - std::cos(2 * std::numbers::pi * turns * s)));
+      worst = std::max(
+          worst, std::abs(panel.at(s, panel.legendre())[0] - std::cos(2 * std::numbers::pi * turns * s)));
   return worst;
 }
 
