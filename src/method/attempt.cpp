@@ -64,11 +64,13 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double
     fit.prior_weight = kWavePriorWeight;
     fit.guides_within = plan.guides_within;
   }
-  if (!of.context.progress && !of.context.interrupted && !plan.give_up_on_stall) return fit;
-  auto watch = std::make_shared<StallWatch>(of.ground.use.model, plan.most_iterations, plan.warm.size() > 0);
-  fit.progress = [&of, &plan, watch, tries, lowest](const FitProgress& p) {
+  const bool minds_stall = plan.give_up_on_stall || plan.end_on_stall;
+  if (!of.context.progress && !of.context.interrupted && !minds_stall) return fit;
+  const StallWatch own(of.ground.use.model, plan.most_iterations, plan.warm.size() > 0);
+  auto watch = std::make_shared<StallWatch>(plan.end_on_stall ? StallWatch::patient() : own);
+  fit.progress = [&of, minds_stall, watch, tries, lowest](const FitProgress& p) {
     *lowest = std::min(*lowest, p.worst_mismatch);
-    if (of.context.stopped() || (plan.give_up_on_stall && watch->stalled(p))) return false;
+    if (of.context.stopped() || (minds_stall && watch->stalled(p))) return false;
     if (!of.context.progress) return true;
     of.context.say(fmt::format("fit{}: iteration {}, worst mismatch {:.3g} tolerances, {:.1f} s",
                                tries > 0 ? fmt::format(" (start {})", tries + 1) : "", p.iteration,
@@ -93,6 +95,13 @@ FitResult fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProbl
                                       : draw_white(problem.prior.size(), seed);
     const FitOptions how = fit_options(of, plan, k, lowest);
     FitResult result = calibrate(problem, white, how);
+    if (result.status == FitStatus::kCancelled && plan.end_on_stall && !of.context.stopped()) {
+      result.status = FitStatus::kNotConverged;
+      result.message = fmt::format(
+          "ended after {} iterations, the last of which brought the largest mismatch no nearer than {:.3g} "
+          "tolerances",
+          result.iterations, *lowest);
+    }
     const bool met = result.status == FitStatus::kConverged &&
                      within_tolerance(problem, result, std::max(1.0, how.stop_at));
     if (!has_solution(best) || (has_solution(result) && result.final_cost < best.final_cost)) {

@@ -222,7 +222,9 @@ Attempt fit_as_asked(const FitCase& of) {
   if (of.task.terms.automatic && of.ground.psd) return fit_fewest_terms(of);
   of.context.say("prior");
   const auto terms = std::make_shared<const TermPlan>(plan_terms(of.task, of.ground, of.task.terms));
-  Attempt attempt = fit_on_enough_rays(of, make_plan(of.task, terms), true);
+  FitPlan plan = make_plan(of.task, terms);
+  plan.end_on_stall = true;
+  Attempt attempt = fit_on_enough_rays(of, std::move(plan), true);
   if (of.context.stopped() && attempt.fresh.rays == 0) judge_on_fresh_rays(of, &attempt);
   return attempt;
 }

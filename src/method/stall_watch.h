@@ -18,6 +18,14 @@ class StallWatch {
         most_iterations_(most_iterations),
         fewest_(warm ? kPace + 1 : 2 * kPace) {}
 
+  /// Of a fit that nothing else is tried for: 66 terms of a narrow band by waves rest where their pace says
+  /// that they never arrive, and pass.
+  static StallWatch patient() {
+    StallWatch watch(FocusModel::kRays, 0, false);
+    watch.patience_ = kPatient;
+    return watch;
+  }
+
   /// Asked after every iteration.
   bool stalled(const FitProgress& p) {
     if (watches_pace_) return out_of_reach(p);
@@ -25,7 +33,7 @@ class StallWatch {
       best_ = p.worst_mismatch;
       since_ = p.iteration;
     }
-    return best_ > kWellAbove && p.iteration - since_ >= kPatience;
+    return best_ > kWellAbove && p.iteration - since_ >= patience_;
   }
 
  private:
@@ -41,9 +49,10 @@ class StallWatch {
   // Fits that pass fell by more in every twelve iterations until they were at 2 tolerances (orders 2 to 31 of
   // fits/paper-physical); the ones that do not may run to the last iteration.
   static constexpr double kWorthwhile = 0.1, kWellAbove = 2;
-  static constexpr int kPatience = 12;
+  static constexpr int kPatience = 12, kPatient = 25;
   static constexpr std::size_t kPace = 5;
   bool watches_pace_;
+  int patience_ = kPatience;
   int most_iterations_;
   std::size_t fewest_;  // a draw's first steps are not at its pace
   double best_ = std::numeric_limits<double>::infinity();

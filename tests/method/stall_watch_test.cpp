@@ -51,5 +51,13 @@ TEST(StallWatch, OfWavesAsksWhetherThePaceReachesTheTolerances) {
   EXPECT_EQ(given_up(draw, [](int) { return 0.9; }), 0);
 }
 
+// Terms that somebody asked for: a fit that rests for 24 iterations and falls then goes on.
+TEST(StallWatch, OfWhatIsAskedForWaitsTwentyFiveIterations) {
+  const StallWatch patient = StallWatch::patient();
+  EXPECT_EQ(given_up(patient, [](int) { return 800.0; }), 1 + 25);
+  EXPECT_EQ(given_up(patient, [](int k) { return 800 * std::pow(0.8, (k - 1) / 24); }), 0);
+  EXPECT_EQ(given_up(patient, [](int) { return 1.9; }), 0);
+}
+
 }  // namespace
 }  // namespace aberfit

@@ -43,6 +43,7 @@ struct FitPlan {
   int most_iterations = 100;
   Eigen::VectorXd warm;           ///< white coordinates to start from instead of a draw
   bool give_up_on_stall = false;  ///< a search has other sets to try
+  bool end_on_stall = false;      ///< where it stays above the tolerances, with what it has come to
   double guides_within = 1;       ///< by waves: of their tolerances, before the fit ends
 };
 
