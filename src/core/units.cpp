@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -51,16 +52,36 @@ std::optional<Unit> find(std::span<const NamedUnit> units, std::string_view name
   return std::nullopt;
 }
 
+// number * 10^shift, rounded once: the shift goes into the decimal text. Digits as std::from_chars accepts
+// them.
+double scaled_number(std::string_view digits, int shift) {
+  const std::size_t e = digits.find_first_of("eE");
+  int exponent = 0;
+  constexpr int kMost = 1'000'000'000;  // of a zero any exponent is allowed, and the sum must not overflow
+  if (e != std::string_view::npos) {
+    std::size_t begin = e + 1;
+    if (begin < digits.size() && digits[begin] == '+') ++begin;
+    std::from_chars(digits.data() + begin, digits.data() + digits.size(), exponent);
+  }
+  const std::string text =
+      fmt::format("{}e{}", digits.substr(0, e), std::clamp(exponent, -kMost, kMost) + shift);
+  double value = kNaN;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
 // Products and quotients of powers of lengths and cycles, such as "nm^2 mm^2", "um^2/(cycles/mm)^2", "1/m":
 //   expression = [factor] { [*] factor | / factor },  factor = (name | "(" expression ")") [^ integer]
 class UnitExpression {
  public:
   explicit UnitExpression(std::string_view text) : text_(text) {}
 
-  // The unit, when the whole text is an expression of metres to the given power.
+  // The unit, when the whole text is an expression of metres to the given power and a number can hold it.
   std::optional<Unit> of_length_power(int power) {
     Term term;
     if (!expression(&term, 0) || position_ != text_.size() || term.length_power != power) return std::nullopt;
+    const double si = term.unit.factor * scaled_number("1", term.unit.exponent10);
+    if (!(si > 0 && std::isfinite(si))) return std::nullopt;
     return term.unit;
   }
 
@@ -70,10 +91,13 @@ class UnitExpression {
     int length_power = 0;
   };
 
-  static void multiply(Term* product, const Term& term, int power) {
+  // False for a product beyond any unit that is written, before an int overflows.
+  static bool multiply(Term* product, const Term& term, int power) {
     product->unit.factor *= std::pow(term.unit.factor, power);
     product->unit.exponent10 += power * term.unit.exponent10;
     product->length_power += power * term.length_power;
+    constexpr int kMost = 100'000;
+    return std::abs(product->unit.exponent10) <= kMost && std::abs(product->length_power) <= kMost;
   }
 
   bool take(std::string_view symbol) {
@@ -87,11 +111,9 @@ class UnitExpression {
     if (depth > 4) return false;
     Term term;
     if (take("/")) {
-      if (!factor(&term, depth)) return false;
-      multiply(product, term, -1);
+      if (!factor(&term, depth) || !multiply(product, term, -1)) return false;
     } else {
-      if (!factor(&term, depth)) return false;
-      multiply(product, term, 1);
+      if (!factor(&term, depth) || !multiply(product, term, 1)) return false;
     }
     for (;;) {
       while (position_ < text_.size() && text_[position_] == ' ') ++position_;
@@ -99,8 +121,7 @@ class UnitExpression {
       const int sign = take("/") ? -1 : 1;
       if (sign == 1) take("*");
       term = Term{};
-      if (!factor(&term, depth)) return false;
-      multiply(product, term, sign);
+      if (!factor(&term, depth) || !multiply(product, term, sign)) return false;
     }
   }
 
@@ -115,7 +136,7 @@ class UnitExpression {
     if (take("^")) {
       const char* end = text_.data() + text_.size();
       const auto parsed = std::from_chars(text_.data() + position_, end, power);
-      if (parsed.ec != std::errc{} || std::abs(power) > 4) return false;
+      if (parsed.ec != std::errc{} || power < -4 || power > 4) return false;
       position_ = std::size_t(parsed.ptr - text_.data());
     } else if (take("\u00b2")) {
       power = 2;
@@ -124,8 +145,7 @@ class UnitExpression {
     } else if (take("\u2074")) {
       power = 4;
     }
-    multiply(result, base, power);
-    return true;
+    return multiply(result, base, power);
   }
 
   bool name(Term* term) {
@@ -189,22 +209,6 @@ constexpr const char* kAllowedUnits[] = {"pm, nm, um, mm, cm, m, km, in",
                                          "a plain number without unit"};
 
 const char* dimension_name(Dimension dimension) { return kDimensionNames[std::size_t(dimension)]; }
-
-// number * 10^shift, rounded once: the shift goes into the decimal text. Digits as std::from_chars accepts
-// them.
-double scaled_number(std::string_view digits, int shift) {
-  const std::size_t e = digits.find_first_of("eE");
-  int exponent = 0;
-  if (e != std::string_view::npos) {
-    std::size_t begin = e + 1;
-    if (begin < digits.size() && digits[begin] == '+') ++begin;
-    std::from_chars(digits.data() + begin, digits.data() + digits.size(), exponent);
-  }
-  const std::string text = fmt::format("{}e{}", digits.substr(0, e), exponent + shift);
-  double value = kNaN;
-  std::from_chars(text.data(), text.data() + text.size(), value);
-  return value;
-}
 
 struct Prefix {
   const char* name;

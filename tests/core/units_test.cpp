@@ -120,6 +120,11 @@ TEST(ParseQuantity, RefusesAndSaysWhatIsAllowed) {
       {"2 nm^4", Dimension::kPsd1d, "1-D"},
       {"2 nm^2/(cycles/mm", Dimension::kPsd1d, "1-D"},
       {"3 m", Dimension::kNumber, "none is allowed"},
+      // Powers that no int holds, or no double.
+      {"2 /mm^-2147483648", Dimension::kSpatialFrequency, "/mm"},
+      {"2 mm^5", Dimension::kPsd2d, "2-D"},
+      {"2 m^4 (((in^4)^4)^4)^4/(((m^4)^4)^4)^4", Dimension::kPsd2d, "2-D"},
+      {"2 m^4 (((pm^4)^4)^4)^4/(((m^4)^4)^4)^4", Dimension::kPsd2d, "2-D"},
   };
   for (const Bad& c : cases) {
     try {
@@ -147,6 +152,21 @@ TEST(ParseQuantity, IgnoresTheLocale) {
   EXPECT_EQ(format_quantity(1.25e-3, Dimension::kLength), "1.25 mm");
   std::locale::global(before);
   std::setlocale(LC_ALL, c_before.c_str());
+}
+
+TEST(ParseQuantity, AZeroMayHaveAnyExponent) {
+  for (const char* text : {"0e2147483647 km", "0e-2147483648 nm", "-0.0e99999999999 km", "0e0 m"})
+    EXPECT_EQ(parse_quantity(text, Dimension::kLength), 0) << text;
+}
+
+TEST(UnitFactor, IsAPositiveNumberOrRefused) {
+  for (const char* unit : {"m^4 (((in^4)^4)^4)^4/(((m^4)^4)^4)^4", "m^4 (((pm^4)^4)^4)^4/(((m^4)^4)^4)^4",
+                           "m^4 (((m^4)^4)^4)^4/(((pm^4)^4)^4)^4"})
+    EXPECT_THROW(unit_factor(unit, Dimension::kPsd2d), UnitError) << unit;
+  std::string product = "m^4";  // its power of ten would leave an int
+  for (int i = 0; i < 200'000; ++i) product += "(((pm^4)^4)^4)^4";
+  EXPECT_THROW(unit_factor(product, Dimension::kPsd2d), UnitError);
+  EXPECT_EQ(unit_factor("m^4 ((km)^4)^4/((m)^4)^4", Dimension::kPsd2d), 1e48);
 }
 
 TEST(UnitFactor, ServesTableColumns) {
