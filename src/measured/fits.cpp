@@ -62,6 +62,19 @@ class MemoryFits {
     return value;
   }
 
+  /// Where CFITSIO sees the data of the unit it is at must be inside what it has: it reads on without a look
+  /// at the end.
+  void require_data_inside() const {
+    LONGLONG header = 0, data = 0, end = 0;
+    int status = 0;
+    fits_get_hduaddrll(file_, &header, &data, &end, &status);
+    check(status, "image");
+    if (data < 0 || end < data || std::uint64_t(end) > size_)
+      throw InputError(
+          path_, "NAXISn",
+          fmt::format("data to byte {} in one reading of the header, to byte {} in another", end, size_),
+          "a header without ambiguous keys");
+  }
   /// BSCALE and BZERO must be numbers of use; CFITSIO takes a scale of 0 and makes one value of all pixels.
   void require_scale() const {
     for (const char* key : {"BSCALE", "BZERO"}) {
@@ -178,6 +191,7 @@ Grid pixels(const std::string& path, const MemoryFits& file, const FitsImage& im
                      fmt::format("{} x {} pixels in one reading of the header, {} x {} in another", size[0],
                                  size[1], image.columns, image.rows),
                      "a header without ambiguous keys");
+  file.require_data_inside();
   file.require_scale();
   Grid values(image.rows, image.columns);
   double invalid = std::numeric_limits<double>::quiet_NaN();

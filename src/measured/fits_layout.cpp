@@ -27,7 +27,9 @@ class FitsHeader {
         if (c < 0x20 || c == 0x7f)
           throw InputError(path, fmt::format("header {}, byte {}", hdu, at), in_quotes(card),
                            "cards of 80 printable ASCII characters");
-      if (trimmed(card) == "END") {
+      // At the card's begin (standard 4.1.2.1), where CFITSIO looks for it: who finds another END finds other
+      // data.
+      if (card.starts_with("END") && trimmed(card) == "END") {
         data_ = (at + kCard + kBlock - 1) / kBlock * kBlock;
         return;
       }
@@ -38,7 +40,7 @@ class FitsHeader {
   /// The value of a key, without its comment and the quotes of a string.
   std::optional<std::string_view> value(std::string_view key) const {
     for (const std::string_view card : cards_) {
-      if (trimmed(card.substr(0, 8)) != key || card.substr(8, 1) != "=") continue;
+      if (!card.starts_with(key) || trimmed(card.substr(0, 8)) != key || card.substr(8, 1) != "=") continue;
       const std::string_view text = trimmed(card.substr(9));
       if (text.starts_with('\'')) return trimmed(text.substr(1, text.find('\'', 1) - 1));
       return trimmed(text.substr(0, text.find('/')));

@@ -322,6 +322,24 @@ TEST(Fits, RefusesWhatItCannotReadAndSaysWhere) {
   EXPECT_TRUE(contains(refused(compressed).allowed(), "funpack"));
 }
 
+// The standard wants END and keys at the begin of their cards. Who takes an indented END for one sees the
+// data a block earlier than CFITSIO, which then read behind the end of what it was given.
+TEST(Fits, OnlyWordsAtTheBeginOfACardCount) {
+  const std::string end = "END" + std::string(77, ' '), indented = "  END" + std::string(75, ' ');
+  const auto longer = [&](std::string file) {
+    file.replace(file.find(end), end.size(), indented);
+    return file.insert(2880, end + std::string(2880 - end.size(), ' '));
+  };
+  EXPECT_TRUE(
+      contains(refusal([&] { read_bytes(longer(header(image_cards(16, 3, 2)))); }).pointer(), "NAXIS"));
+  const HeightMap map = read_bytes(longer(six(16)));
+  for (Eigen::Index i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(map.height.data()[i], 1e-9 * double(i + 1));
+  // An indented key is none either, before or behind the one that is.
+  std::string other = six(16, {{"BUNIT", "'nm'"}, {"WHATEVER", "1"}});
+  other.replace(other.find("WHATEVER"), 8, " NAXIS2 ");
+  EXPECT_EQ(read_bytes(other).rows(), 2);
+}
+
 TEST(Fits, FileNamesAreOnlyNames) {
   // To CFITSIO these would be an extension, a filter, a compressed copy and a second file.
   const ScratchFolder folder;
