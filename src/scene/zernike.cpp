@@ -23,7 +23,7 @@ int triangle_row(long long j) {
 }  // namespace
 
 bool is_zernike_mode(ZernikeMode mode) {
-  return mode.n >= 0 && std::abs(mode.m) <= mode.n && (mode.n - std::abs(mode.m)) % 2 == 0;
+  return mode.n >= 0 && mode.m >= -mode.n && mode.m <= mode.n && (mode.n - std::abs(mode.m)) % 2 == 0;
 }
 
 double zernike_norm(ZernikeMode mode) { return std::sqrt((mode.m == 0 ? 1.0 : 2.0) * (mode.n + 1.0)); }

@@ -149,6 +149,10 @@ TEST_F(CoefficientsCsv, RejectsModesThatDoNotExistAndForeignIndexSchemes) {
   EXPECT_NE(error(1).find("even"), std::string::npos);
   put_rows("zernike,2,2,5,,,1e-9,\n");  // 5 is OSA's index of (2,2); Noll's is 6
   EXPECT_NE(error(1).find("Noll"), std::string::npos);
+  put_rows("zernike,2147483646,-2147483648,,,,1e-9,\n");  // |m| and the index are no int
+  EXPECT_NE(error(1).find("300"), std::string::npos);
+  put_rows("zernike,4,-2147483648,,,,1e-9,\n");
+  EXPECT_NE(error(1).find("even"), std::string::npos);
   put_rows("piston,0,0,1,,,1e-9,\n");
   EXPECT_NE(error(1).find("\"piston\""), std::string::npos);
   put_rows("spherical,5,,,,,1e-9,\n");
