@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Installs what aberfit is built from and tested with: Debian packages only. Does nothing when all are there.
+#   --with-clang   also what fuzzing and clang-tidy need
 set -euo pipefail
 
 packages=(
@@ -11,6 +12,11 @@ packages=(
   libgtest-dev python3-jsonschema libbenchmark-dev             # tests and benchmarks
   clang-format                                                 # what CI checks
 )
+
+if [ "${1:-}" = --with-clang ]; then
+  # 14 is Debian 12's, whose clang does not bring its sanitizers by itself; llvm has what names functions in their reports.
+  packages+=(clang clang-tidy libclang-rt-14-dev llvm)
+fi
 
 missing=()
 for package in "${packages[@]}"; do

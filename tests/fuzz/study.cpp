@@ -1,0 +1,57 @@
+// Study files. A study that is read, written out with its defaults, is a study that says the same.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "aberfit/study/read_study.h"
+#include "harness.h"
+#include "measured/synthetic_files.h"
+#include "study/study_texts.h"
+#include "targets.h"
+
+namespace aberfit::test {
+namespace {
+
+// Small files by the names that the studies of fits/ use, so that these are read to their end.
+void write_data_of_studies() {
+  DabamFile line;
+  for (int i = 0; i < 64; ++i)
+    line.rows.push_back(
+        {double(i), std::sin(0.9 * i) + 0.3 * std::sin(2.1 * i * i) + 0.1 * std::cos(0.2 * i)});
+  for (const char* name : {"smooth", "turned"}) line.write(fuzz_folder(), name);
+  MetroProFile map;
+  map.columns = map.rows = 8;
+  map.count = [](std::uint32_t r, std::uint32_t c) { return std::int32_t((r * 73 + c * 151) % 997); };
+  fuzz_folder().write("interferogram.dat", map.bytes());
+  const std::string table = "f,psd\n0.06,15306\n0.1,1250\n0.2,105\n1.5,1.25\n3,0.1\n";
+  for (const char* name : {"prysm_zygo_radial_psd.csv", "psd.csv"}) fuzz_folder().write(name, table);
+  fuzz_folder().write("ring_through.csv", "dz, share\n-0.001, 0.1\n0, 0.8\n0.001, 0.2\n");
+}
+
+void read_study_text(std::string_view bytes) {
+  static const bool written = (write_data_of_studies(), true);
+  require(written, "the files are there");
+  const std::string path = fuzz_folder().path("study.json");
+  Study study;
+  if (!read_or_refuse([&] { study = parse_study(std::string(bytes), path); })) return;
+  const std::string once = resolved_study(study).dump();
+  try {
+    require(resolved_study(parse_study(once, path)).dump() == once, "a resolved study says the same");
+  } catch (const InputError& error) {
+    require(false, std::string("a resolved study can be read: ") + error.what());
+  }
+}
+
+std::vector<std::string> study_seeds() {
+  std::vector<std::string> seeds = {kMinimalStudy, kFullStudy};
+  for (const auto& folder :
+       std::filesystem::directory_iterator(std::filesystem::path(ABERFIT_SOURCE_DIR) / "fits"))
+    if (const auto file = folder.path() / "study.json"; std::filesystem::exists(file))
+      seeds.push_back(bytes_of(file));
+  return seeds;
+}
+
+}  // namespace
+
+std::vector<FuzzTarget> study_targets() { return {{"study", read_study_text, study_seeds, 8192}}; }
+
+}  // namespace aberfit::test

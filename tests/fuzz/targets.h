@@ -1,0 +1,36 @@
+#pragma once
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// What reads texts and files that others wrote, each as a function of bytes. libFuzzer calls it with bytes
+/// of its own (fuzz_main.cpp), replay/ with those that once did harm.
+namespace aberfit::test {
+
+struct FuzzTarget {
+  std::string name;  ///< and of its folder in corpus/
+  /// Reads the bytes. Errors that a user would be shown are well; whatever else is thrown leaves it, and so
+  /// does a std::logic_error for a promise of the reader that does not hold.
+  std::function<void(std::string_view bytes)> read;
+  std::function<std::vector<std::string>()> seeds;  ///< what to begin with: good inputs of every kind
+  std::size_t longest = 4096;                       ///< bytes worth trying
+};
+
+std::vector<FuzzTarget> unit_targets();      ///< quantities and units; expressions of a study
+std::vector<FuzzTarget> measured_targets();  ///< one a format of measured files, and masks
+std::vector<FuzzTarget> table_targets();     ///< PSD tables, coefficients, charts
+std::vector<FuzzTarget> study_targets();     ///< studies
+std::vector<FuzzTarget> psd_targets();       ///< options of `aberfit psd`
+
+/// All of them.
+inline std::vector<FuzzTarget> fuzz_targets() {
+  std::vector<FuzzTarget> all;
+  for (const auto& part :
+       {unit_targets(), measured_targets(), table_targets(), study_targets(), psd_targets()})
+    all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+}  // namespace aberfit::test
