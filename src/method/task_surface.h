@@ -12,4 +12,10 @@ GivenSurface surface_of(const Task& task, const Groundwork& ground, const std::o
 SurfaceField surface_field(const Task& task, const PupilSample& pupil, const GivenSurface& surface,
                            int threads);
 
+/// What central differences make of the slopes of this surface: warning `central-difference` with their RMS
+/// error over these points; nothing with analytic normals. seen: the surface_field of the same points.
+std::optional<Warning> central_difference_warning(const Task& task, const PupilSample& pupil,
+                                                  const GivenSurface& surface, const SurfaceField& seen,
+                                                  int threads);
+
 }  // namespace aberfit::internal

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
 #include "aberfit/forward/forward_model.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/plan.h"
@@ -34,6 +37,26 @@ SurfaceField surface_field(const Task& task, const PupilSample& pupil, const Giv
   return field;
 }
 
+std::optional<Warning> central_difference_warning(const Task& task, const PupilSample& pupil,
+                                                  const GivenSurface& surface, const SurfaceField& seen,
+                                                  int threads) {
+  if (!task.trace.central_difference_step) return std::nullopt;
+  SurfaceField field;
+  SurfaceOperator(surface.terms, pupil, {threads, {}, {}}).apply(surface.coefficients, &field);
+  const auto rms = [&](const Eigen::ArrayXd& x, const Eigen::ArrayXd& y) {
+    return std::sqrt((pupil.weight * (x.square() + y.square())).sum() / pupil.weight.sum());
+  };
+  const double error = rms(seen.slope_x - field.slope_x, seen.slope_y - field.slope_y);
+  return Warning{
+      "central-difference",
+      fmt::format(
+          "normals by central differences of {}: a hidden low-pass filter (PHYSICS 8), whose slopes are "
+          "{} off those of this surface, {} of their RMS; leave `trace.normals` out for analytic ones",
+          format_quantity(*task.trace.central_difference_step, Dimension::kLength),
+          format_quantity(error, Dimension::kAngle),
+          format_percent(error / rms(field.slope_x, field.slope_y)))};
+}
+
 }  // namespace internal
 
 TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads) {
@@ -49,11 +72,13 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
                   by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted, ground.split.get()));
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
   SurfaceField field = surface_field(task, pupil, surface, threads);
+  const auto differences = central_difference_warning(task, pupil, surface, field, threads);
   if (by_rays && ground.split) add_scatter(*ground.split, pupil, kScatterSeed, &field);
   const RayBundle rays = trace(task.mirror, pupil, field);
   const std::vector<Statistic> statistics = statistics_of(targets.fitted);
   TraceReport report;
   report.warnings = ground.use.warnings;
+  if (differences) report.warnings.push_back(*differences);
   Eigen::VectorXd values;
   if (by_rays) {
     values = evaluate_exact(

@@ -133,7 +133,7 @@ void add_statistic_quantities(const VerifyReport& report, Quantities* quantities
   }
 }
 
-Warnings verify_warnings(const Task& task, const Groundwork& ground, const VerifyReport& report) {
+Warnings verify_warnings(const Groundwork& ground, const VerifyReport& report) {
   Warnings warnings;
   if (report.rays_decide && ground.use.choice->model != FocusModel::kRays)
     warnings.push_back({"rays-not-valid", ground.use.reason +
@@ -146,9 +146,6 @@ Warnings verify_warnings(const Task& task, const Groundwork& ground, const Verif
         {"few-draws", fmt::format("the means of {} draws do not decide at this margin; more of "
                                   "them do (`draws` in `verify`), or a wider margin",
                                   report.draws)});
-  if (task.trace.central_difference_step)
-    warnings.push_back(
-        {"central-difference", "normals by central differences: a hidden low-pass filter (PHYSICS 8)"});
   return warnings;
 }
 
@@ -224,7 +221,9 @@ VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optio
         add_published_phase(task, *aside.published_phase, pupil, nominal, threads, &quantities);
   if (aside.independent_terms) add_independent_terms(task, *aside.independent_terms, threads, &quantities);
   report.shown = std::move(shown);
-  report.warnings = verify_warnings(task, ground, report);
+  report.warnings = verify_warnings(ground, report);
+  if (const auto differences = central_difference_warning(task, pupil, surface, terms.field, threads))
+    report.warnings.push_back(*differences);
   return report;
 }
 
