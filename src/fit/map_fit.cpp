@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "aberfit/core/random.h"
+#include "aberfit/core/units.h"
 #include "aberfit/terms/surface_operator.h"
 #include "area_weights.h"
 #include "independent_points.h"
@@ -129,6 +130,21 @@ ArrayXd residual_at(const TermSet& terms, const VectorXd& coefficients, const Ma
   return points.height - field.height;
 }
 
+// Standard deviations that say that the points hardly tell the terms apart: of a coefficient (RMS over the
+// disc) larger than the map itself. A map of noise alone does not come near: they fall with the points.
+void warn_of_unknown_terms(MapFitResult* result) {
+  const double largest = result->coefficient_std.size() > 0 ? result->coefficient_std.maxCoeff() : 0;
+  if (largest <= result->rms_map) return;
+  const Index unknown = (result->coefficient_std.array() > result->rms_map).count();
+  result->warnings.push_back(
+      {"not-identified",
+       fmt::format(
+           "{} of {} terms are known to {:.3g} m at worst, more than the {:.3g} m RMS of the map: its "
+           "points hardly tell them apart (condition number {:.3g}); fit fewer terms, or a radius that "
+           "the points fill",
+           unknown, result->coefficient_std.size(), largest, result->rms_map, result->condition_number)});
+}
+
 // Standard deviations from the residuals and how far they are correlated.
 void fill_uncertainty(const HeightMap& map, const ChosenPoints& points, const ArrayXd& residual,
                       const JointTerms& joint, const MapSolution& solution, int threads,
@@ -222,8 +238,10 @@ MapFitResult fit_map(const HeightMap& map, const TermSet& terms, const MapFitOpt
   result.rms_held_out =
       rms(residual_at(joint.terms, solution.coefficients, points.held_out, options.threads));
   fill_status(terms, joint, solution, &result);
-  if (result.status != MapFitResult::Status::kFailed)
+  if (result.status != MapFitResult::Status::kFailed) {
     fill_uncertainty(map, points, residual, joint, solution, options.threads, &result);
+    warn_of_unknown_terms(&result);
+  }
   return result;
 }
 
