@@ -64,6 +64,20 @@ void check_depth(const Task& task, const Groundwork& ground) {
                   ground.radius * ground.radius / (task.wavelength * ground.focal_length)));
 }
 
+// The closed form is of first order in the slope; exact rays leave it by 4.6 slope^2 of a radius (PHYSICS 5;
+// tests/stability/fast_mirror_edge_test.cpp).
+void mind_steep_slopes(const Task& task, Groundwork* ground) {
+  const double slope = ground->numbers.rms_slope_per_axis, error = 4.6 * slope * slope;
+  if (ground->use.theory != Theory::kGeometric || task.target.convention == Convention::kPaper) return;
+  if (!(error > kModelShareOfMargin * task.equivalence.margin)) return;
+  ground->use.warnings.push_back(
+      {"steep-slopes",
+       fmt::format(
+           "geometric Harvey-Shack is of first order in the slope: at an RMS slope of {:.2g} its radii "
+           "are {} too small, which a margin of {} sees; take \"theory\": \"rays\"",
+           slope, format_percent(error), format_percent(task.equivalence.margin))});
+}
+
 }  // namespace
 
 Groundwork lay_groundwork(const Task& task) { return lay_groundwork(task, requested_physics(task)); }
@@ -89,6 +103,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
                         rms_height_on(task.aperture, *ground.psd));
   ground.core_sigma = ground.focal_sigma = ground.theory->focal_sigma();
   ground.use = choose_physics(task, asked, &*ground.psd);
+  mind_steep_slopes(task, &ground);
   set_mean_spot(task, &ground);
   check_depth(task, ground);
   return ground;

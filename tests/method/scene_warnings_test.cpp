@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "aberfit/core/units.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/method/trace_surface.h"
@@ -56,6 +57,23 @@ TEST(SceneWarnings, GrazingIncidenceBelowThirtyNanometres) {
   EXPECT_EQ(said("30.1 nm"), "");
 }
 
+// A uniform PSD from 2.5 to 5 cycles/m has an RMS slope per axis of 2 pi sqrt((2.5^2 + 5^2)/4) = 17.56 /m
+// times its height; 4.6 slope^2 is a third of a margin of 1 % at 1.533 mm.
+TEST(SceneWarnings, SteepSlopesWhereTheMarginSeesTheSecondOrder) {
+  const auto said = [](const std::string& rms, const std::string& target) {
+    const Study study = parse_study(
+        study_of(R"(, "roughness": {"psd": {"model": "uniform", "rms": ")" + rms +
+                 R"(", "f_min": "2.5 /m", "f_max": "5 /m"}}, "equivalence": {"margin": "1 %"}, "target": )" +
+                 target),
+        "study.json");
+    return message(lay_groundwork(study).use.warnings, "steep-slopes");
+  };
+  const std::string geometric = R"({"theory": "geometric"})";
+  EXPECT_TRUE(has(said("1.56 mm", geometric), "first order")) << said("1.56 mm", geometric);
+  EXPECT_EQ(said("1.50 mm", geometric), "");
+  EXPECT_EQ(said("1.56 mm", R"({"theory": "rays"})"), "");
+}
+
 // Defocus sqrt(3) c (2 rho^2 - 1) on a parabola: the slope r / (2 f) + 4 sqrt(3) c r / R^2 turns rays from
 // 45 degrees on away from the focus.
 TEST(TraceWarnings, LostRaysAreThoseSteeperThanFortyFiveDegrees) {
@@ -79,6 +97,26 @@ TEST(TraceWarnings, LostRaysAreThoseSteeperThanFortyFiveDegrees) {
   const TraceReport whole = traced(1.1 * kRadius);
   EXPECT_EQ(whole.lost_rays, 0);
   EXPECT_EQ(message(whole.warnings, "lost-rays"), "");
+}
+
+// One mode of n = 2, whose third derivative is zero: differences see its slopes but for rounding. Z_3^3 =
+// sqrt(8) rho^3 cos 3a: they miss sqrt(8) c d^2/R^3 of dh/dx, as much of none of dh/dy (x^3 - 3 x y^2; the
+// RMS of the gradient is sqrt(8) c 3 / (R sqrt(3))), so d^2/(R^2 sqrt(3)) of it.
+TEST(TraceWarnings, CentralDifferencesSayWhatTheyMissOfTheSlopes) {
+  const auto said = [](const std::string& normals) {
+    const Study study = parse_study(
+        study_of(kValue + R"(, "terms": {"zernike": {"n_max": 3}}, "trace": {"rays": 2048)" + normals + "}"),
+        "study.json");
+    TermSet terms;
+    terms.radius = kRadius;
+    terms.zernike = {{3, 3}};
+    return message(trace_surface(study, GivenSurface{terms, Eigen::VectorXd::Constant(1, 1e-7)}, 1).warnings,
+                   "central-difference");
+  };
+  const double share = 0.05 * 0.05 / (kRadius * kRadius) / std::sqrt(3.0);
+  const std::string coarse = said(R"(, "normals": {"central_difference": {"step": "50 mm"}})");
+  EXPECT_TRUE(has(coarse, format_percent(share) + " of their RMS")) << coarse << ", by theory " << share;
+  EXPECT_EQ(said(R"(, "normals": "analytic")"), "");
 }
 
 VerifyReport verified(const std::string& trace) {
