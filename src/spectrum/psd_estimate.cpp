@@ -19,6 +19,7 @@
 #include "shape_leak.h"
 #include "spectral_lines.h"
 #include "window.h"
+#include "window_leak.h"
 
 namespace aberfit {
 using namespace internal;
@@ -102,6 +103,18 @@ void trust_up_to_the_edge(PsdEstimate* estimate) {
            "filter ends, not the surface; what lies beyond is left out (`f_max` takes it in)",
            format_quantity(edge->frequency, Dimension::kSpatialFrequency), edge->exponent_beyond,
            edge->exponent_below)});
+}
+
+void warn_of_the_window(PsdEstimate* estimate) {
+  const std::optional<WindowLeak> leak = window_leak(*estimate);
+  if (!leak) return;
+  estimate->warnings.push_back(
+      {"window-leaks",
+       fmt::format("from {} on up to {} of a bin has come through the side lobes of window \"{}\" from below "
+                   "half of its frequency: there the spectrum may fall steeper than its bins show, and their "
+                   "intervals do not hold; take \"hann\" or \"blackman-harris\", or more detrending",
+                   format_quantity(leak->frequency, Dimension::kSpatialFrequency),
+                   format_percent(leak->share), to_string(estimate->options.window))});
 }
 
 }  // namespace
@@ -308,6 +321,7 @@ PsdEstimate PsdEstimator::operator()(const Profile& profile) const {
   std::vector<char> left_out;
   PsdEstimate result = plan.estimate(plan.ordinates(detrended), &left_out);
   trust_from_the_shape(profile, left_out, &result);
+  warn_of_the_window(&result);
   result.rms_height = rms(detrended);
   result.rms_slope = slope_rms(profile, heights, detrended);
   if (profile.quantity == ProfileQuantity::kSlope)
@@ -325,6 +339,7 @@ PsdEstimate PsdEstimator::operator()(const HeightMap& map) const {
   std::vector<char> left_out;
   PsdEstimate result = plan.estimate(plan.ordinates(map, plan.options.detrend), &left_out);
   trust_from_the_shape(map, left_out, &result);
+  warn_of_the_window(&result);
   result.rms_height = rms(detrended);
   result.rms_slope = slope_rms(detrended);
   return result;
