@@ -1,10 +1,13 @@
 #include "ray_forward.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "aberfit/core/parallel.h"
 #include "aberfit/theory/scattered_rays.h"
 #include "aberfit/trace/nominal_surface.h"
+#include "undersampled.h"
 
 namespace aberfit::internal {
 
@@ -36,7 +39,22 @@ FocusInput RayForward::input() const {
 
 // The gradients over the rays come with the values: nearly every point that a solver tries is accepted, and
 // then they cost a fraction of a second look at the rays.
+// In focus nothing is known of a spot of thirty rounding errors of the rays' places, or fewer, but that
+// it is one: its values would be right to 1e-3 or worse (tests/stability/focus_edge_test.cpp).
 bool RayForward::evaluate(double width, Eigen::VectorXd* values) {
+  constexpr double kFew = 30 * std::numeric_limits<double>::epsilon();
+  const double place = (path_.pupil.x.square() + path_.pupil.y.square()).maxCoeff();
+  const auto in_focus = [](const Statistic& statistic) {
+    if (const auto* ee = std::get_if<EncircledEnergyRadius>(&statistic)) return ee->dz == 0;
+    if (const auto* ring = std::get_if<RingFwhm>(&statistic)) return !ring->ring_radius;
+    const auto* radius = std::get_if<RmsRadius>(&statistic);
+    return radius && radius->dz == 0;
+  };
+  if (std::any_of(statistics_.begin(), statistics_.end(), in_focus) &&
+      (rays_.weight * (rays_.x.square() + rays_.y.square())).sum() < kFew * kFew * place) {
+    values->setConstant(Eigen::Index(statistics_.size()), std::nan(""));
+    return false;
+  }
   return evaluate_smooth(input(), statistics_, width, threads_, &workspace_, values, &gradients_);
 }
 
@@ -85,6 +103,10 @@ void RayForward::pull_back(const std::vector<const RayGradient*>& gradients, con
 
 Eigen::VectorXd RayForward::exact(Warnings* warnings) {
   if (statistics_.empty()) return {};
+  const auto* grid = std::get_if<CartesianGrid>(&path_.pupil.structure);
+  if (warnings && grid && grid->x.size() > 1)
+    if (const auto coarse = undersampled(path_.surface.terms(), grid->x[1] - grid->x[0]))
+      warnings->push_back(*coarse);
   return evaluate_exact(input(), statistics_, threads_, warnings);
 }
 

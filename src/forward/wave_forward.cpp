@@ -9,6 +9,7 @@
 
 #include "aberfit/core/units.h"
 #include "aberfit/trace/nominal_surface.h"
+#include "undersampled.h"
 
 namespace aberfit::internal {
 namespace {
@@ -168,7 +169,10 @@ Eigen::VectorXd WaveForward::exact(Warnings* warnings) {
   for (std::size_t j = 0; j < split_.geometric.size(); ++j)
     values[Eigen::Index(split_.geometric_place[j])] =
         with_scatter(path_.scatter.get(), split_.geometric[j], geometric[Eigen::Index(j)]);
-  if (warnings) explain(values, warnings);
+  if (!warnings) return values;
+  explain(values, warnings);
+  const double pitch = std::max(diffraction_pupil_.pitch_x, diffraction_pupil_.pitch_y);
+  if (const auto coarse = undersampled(path_.surface.terms(), pitch)) warnings->push_back(*coarse);
   return values;
 }
 

@@ -55,9 +55,9 @@ struct StatisticGradient {
 };
 
 /// Smooth twins: indicator functions of radius are replaced by the integral of a compact kernel of half-width
-/// `width` [m], which moves EE radii by O(width^2) relative to the spot (PHYSICS 8 says why: the raw order
-/// statistics have no usable derivative). Moments are exact. `gradients`, when given, gets one entry per
-/// statistic. False when a statistic or its derivative does not exist (degenerate focus).
+/// `width` [m], which moves EE radii by O(width^2) relative to the spot, at ties by up to the width (PHYSICS
+/// 8 says why: order statistics have no usable derivative). Moments are exact. `gradients`, when given, gets
+/// one entry per statistic. False when a statistic or its derivative does not exist (degenerate focus).
 bool evaluate_smooth(const FocusInput& input, const std::vector<Statistic>& statistics, double width,
                      int threads, Eigen::VectorXd* values, std::vector<StatisticGradient>* gradients);
 
