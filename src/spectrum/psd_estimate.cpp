@@ -105,6 +105,7 @@ void trust_up_to_the_edge(PsdEstimate* estimate) {
            edge->exponent_below)});
 }
 
+// Of profiles: the holes of a map leak, too, and no window helps against those.
 void warn_of_the_window(PsdEstimate* estimate) {
   const std::optional<WindowLeak> leak = window_leak(*estimate);
   if (!leak) return;
@@ -339,7 +340,6 @@ PsdEstimate PsdEstimator::operator()(const HeightMap& map) const {
   std::vector<char> left_out;
   PsdEstimate result = plan.estimate(plan.ordinates(map, plan.options.detrend), &left_out);
   trust_from_the_shape(map, left_out, &result);
-  warn_of_the_window(&result);
   result.rms_height = rms(detrended);
   result.rms_slope = slope_rms(detrended);
   return result;
