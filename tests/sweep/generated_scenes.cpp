@@ -5,21 +5,17 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <random>
+
+#include "scene_parts.h"
 
 namespace aberfit {
 
 GeneratedScene generated_scene(int k) {
-  std::mt19937_64 bits(1300 + std::uint64_t(k));
-  const auto uniform = [&](double low, double high) {
-    return low + (high - low) * (double(bits() >> 11) * 0x1p-53);
-  };
-  const auto log_uniform = [&](double low, double high) {
-    return std::exp(uniform(std::log(low), std::log(high)));
-  };
+  Dice dice(1300 + std::uint64_t(k));
   constexpr double kWavelength = 632.8e-9;
-  const double g = log_uniform(0.05, 20), f_number = log_uniform(1.5, 20), across = log_uniform(0.1, 2);
-  const double cycles = log_uniform(4, 60), lowest = uniform(0.5, 2);
+  const double g = dice.log_uniform(0.05, 20), f_number = dice.log_uniform(1.5, 20),
+               across = dice.log_uniform(0.1, 2);
+  const double cycles = dice.log_uniform(4, 60), lowest = dice.uniform(0.5, 2);
   const double rms = g * kWavelength / (4 * std::numbers::pi);
 
   constexpr const char* kFamilies[] = {"uniform", "k-correlation", "power-law", "gaussian"};
@@ -31,19 +27,16 @@ GeneratedScene generated_scene(int k) {
     psd["f_min"] = lowest / across;
     psd["f_max"] = cycles / across;
   }
-  if (family == "k-correlation") psd["B"] = across / uniform(2, 10);
-  if (family == "k-correlation" || family == "power-law") psd["exponent"] = uniform(2.2, 3.8);
+  if (family == "k-correlation") psd["B"] = across / dice.uniform(2, 10);
+  if (family == "k-correlation" || family == "power-law") psd["exponent"] = dice.uniform(2.2, 3.8);
 
   constexpr const char* kShapes[] = {"circle", "annulus", "rectangle", "polygon"};
   const std::string shape = kShapes[k / 4 % 4];
   nlohmann::json aperture{{"shape", shape}};
   if (shape == "circle" || shape == "annulus") aperture["diameter"] = across;
-  if (shape == "annulus") aperture["inner_diameter"] = across * uniform(0.1, 0.5);
+  if (shape == "annulus") aperture["inner_diameter"] = across * dice.uniform(0.1, 0.5);
   if (shape == "rectangle") aperture["width"] = 0.8 * across, aperture["height"] = 0.5 * across;
-  if (shape == "polygon")
-    for (int corner = 0; corner < 6; ++corner)
-      aperture["vertices"].push_back({0.5 * across * std::cos(corner * std::numbers::pi / 3),
-                                      0.5 * across * std::sin(corner * std::numbers::pi / 3)});
+  if (shape == "polygon") aperture = hexagon(across);
   const nlohmann::json study{{"aberfit", 1},
                              {"mirror", {{"focal_length", f_number * across}}},
                              {"aperture", aperture},

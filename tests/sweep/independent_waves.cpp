@@ -21,48 +21,10 @@ constexpr double kGaussNode[] = {-0.8611363115940526, -0.3399810435848563, 0.339
 constexpr double kGaussWeight[] = {0.3478548451374538, 0.6521451548625461, 0.6521451548625461,
                                    0.3478548451374538};
 
-// R_n^m = rho^m P_k^(0,m)(2 rho^2 - 1), k = (n - m)/2, by the three-term recurrence of Jacobi polynomials
-// (Abramowitz and Stegun 22.7.1 with alpha = 0, beta = m).
-double radial(int n, int m, double rho) {
-  const double x = 2 * rho * rho - 1;
-  double before = 0, now = 1;
-  for (int k = 0; k < (n - m) / 2; ++k) {
-    const double b = m;
-    double next = 0;
-    if (k == 0) {
-      next = 0.5 * (2 + b) * (x - 1) + 1;
-    } else {
-      const double s = 2 * k + b;
-      next = ((s + 1) * ((s + 2) * s * x - b * b) * now - 2 * k * (k + b) * (s + 2) * before) /
-             (2 * (k + 1) * (k + 1 + b) * s);
-    }
-    before = now;
-    now = next;
-  }
-  return std::pow(rho, m) * now;
-}
-
-double height(const TermSet& terms, const Eigen::VectorXd& c, double x, double y) {
-  const double rho = std::hypot(x, y) / terms.radius, angle = std::atan2(y, x);
-  double h = 0;
-  Eigen::Index j = 0;
-  for (const ZernikeMode& mode : terms.zernike) {
-    const int m = std::abs(mode.m);
-    const double along = mode.m >= 0 ? std::cos(m * angle) : std::sin(m * angle);
-    h += c[j++] * std::sqrt((m == 0 ? 1.0 : 2.0) * (mode.n + 1)) * radial(mode.n, m, rho) * along;
-  }
-  for (const FourierMode& mode : terms.fourier) {
-    const double turn = 2 * kPi * (mode.fx * x + mode.fy * y);
-    h += c[j] * std::cos(turn) + c[j + 1] * std::sin(turn);
-    j += 2;
-  }
-  return h;
-}
-
 }  // namespace
 
 IndependentWaves::IndependentWaves(double f, const Aperture& aperture, double wavelength,
-                                   const TermSet& terms, const Eigen::VectorXd& coefficients, int cells)
+                                   const IndependentSurface& surface, int cells)
     : focal_length_(f), wavelength_(wavelength), samples_(kPadding * cells) {
   const double t_rim = aperture_radius(aperture) / (2 * f);
   rim_ = t_rim;
@@ -90,8 +52,7 @@ IndependentWaves::IndependentWaves(double f, const Aperture& aperture, double wa
       const double density = std::pow(1 + t2, 3) / (1 - t2);
       total_ += cover * density;
       cells_.push_back({column, row, cover * std::sqrt(density),
-                        4 * kPi / wavelength * height(terms, coefficients, x, y) / (1 + t2),
-                        2 * t2 / (1 + t2)});
+                        4 * kPi / wavelength * surface.height(x, y) / (1 + t2), 2 * t2 / (1 + t2)});
     }
   field_ = reinterpret_cast<std::complex<double>*>(
       fftw_alloc_complex(std::size_t(samples_) * std::size_t(samples_)));

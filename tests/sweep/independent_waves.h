@@ -1,24 +1,23 @@
 #pragma once
-#include <Eigen/Core>
 #include <complex>
 #include <functional>
 #include <vector>
 
 #include "aberfit/scene/aperture.h"
-#include "aberfit/terms/term_set.h"
+#include "independent_surface.h"
 
 namespace aberfit {
 
-/// Light of a term surface on a parabola, written anew for the tests: shares nothing with the library but the
-/// definition of the terms and the outline of the aperture. Pupil sampled uniformly in f times the direction
-/// cosine (PHYSICS 6, aperture-exact: not paraxial at any f-number), heights by Jacobi polynomials, one
-/// padded FFT per plane, encircled energy along circles. Good to a few 1e-4 of the light where the cells
+/// Light of a surface near a parabola, written anew for the tests: shares nothing with the library but the
+/// outline of the aperture. Pupil sampled uniformly in f times the direction cosine (PHYSICS 6,
+/// aperture-exact: not paraxial at any f-number), heights as paths to first order, one padded FFT per plane,
+/// encircled energy along circles. Good to a few 1e-4 of the light where the cells
 /// hold the phase.
 class IndependentWaves {
  public:
   /// cells: across the aperture. Lengths in [m].
-  IndependentWaves(double focal_length, const Aperture& aperture, double wavelength, const TermSet& terms,
-                   const Eigen::VectorXd& coefficients, int cells);
+  IndependentWaves(double focal_length, const Aperture& aperture, double wavelength,
+                   const IndependentSurface& surface, int cells);
   ~IndependentWaves();
   IndependentWaves(const IndependentWaves&) = delete;
   IndependentWaves& operator=(const IndependentWaves&) = delete;

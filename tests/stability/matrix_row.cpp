@@ -1,0 +1,239 @@
+#include "matrix_row.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <vector>
+
+#include "aberfit/report/result.h"
+#include "aberfit/study/read_study.h"
+#include "random_scenes.h"
+#include "sweep/independent_verdict.h"
+
+namespace aberfit {
+namespace {
+
+using nlohmann::json;
+
+// The clock may run longer than the processor works, where others work on the machine, but not for ever.
+constexpr double kPatience = 8;
+// A second opinion is to cost no more than most fits. 640 cells across are 0.1 GB.
+constexpr OpinionLimits kOpinion{640, 30, false};
+// A surface that is given the height of its specification has it within the spread of its draws; beyond this
+// nobody would take it for the same mirror.
+constexpr double kAbsurd = 2;
+constexpr double kNearlyAll = 0.99;  // of the slope variance: the terms can carry the band
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+struct Ended {
+  int exit = -1;          // -1: not by itself
+  std::string violently;  // "crash", "time-out", "hang"; empty: by itself
+  double seconds = 0;     // of the processor
+  std::string out, error;
+};
+
+[[noreturn]] void become(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
+  const rlimit seconds{rlim_t(kLongestFit), rlim_t(kLongestFit) + 5}, no_core{0, 0};
+  setrlimit(RLIMIT_CPU, &seconds);
+  setrlimit(RLIMIT_CORE, &no_core);
+  const int out = open((folder / "out.txt").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644),
+            error = open((folder / "error.txt").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  dup2(out, STDOUT_FILENO);
+  dup2(error, STDERR_FILENO);
+  std::vector<char*> raw;
+  for (const std::string& argument : arguments) raw.push_back(const_cast<char*>(argument.c_str()));
+  raw.push_back(nullptr);
+  if (chdir(folder.c_str()) == 0) execv(raw[0], raw.data());
+  _exit(127);
+}
+
+Ended run(std::vector<std::string> arguments, const std::filesystem::path& folder) {
+  arguments.insert(arguments.begin(), ABERFIT_PROGRAM);
+  const pid_t child = fork();
+  if (child == 0) become(arguments, folder);
+  const auto begin = std::chrono::steady_clock::now();
+  Ended ended;
+  int status = 0;
+  rusage used{};
+  while (wait4(child, &status, WNOHANG, &used) == 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    if (std::chrono::steady_clock::now() - begin < std::chrono::duration<double>(kPatience * kLongestFit))
+      continue;
+    kill(child, SIGKILL);
+    ended.violently = "hang";
+    wait4(child, &status, 0, &used);
+    break;
+  }
+  const auto seconds = [](const timeval& time) { return double(time.tv_sec) + 1e-6 * double(time.tv_usec); };
+  ended.seconds = seconds(used.ru_utime) + seconds(used.ru_stime);
+  if (WIFEXITED(status)) ended.exit = WEXITSTATUS(status);
+  if (WIFSIGNALED(status) && ended.violently.empty())
+    ended.violently = WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL ? "time-out" : "crash";
+  ended.out = text_of(folder / "out.txt");
+  ended.error = text_of(folder / "error.txt");
+  return ended;
+}
+
+// Whether a sentence tells what to do about it: the border's own form, or a request.
+bool has_remedy(const std::string& message) {
+  for (const char* word :
+       {"allowed:", "; give", ": give", "take", " use ", "instead", "fewer", "larger margin", "remedy"})
+    if (message.find(word) != std::string::npos) return true;
+  return false;
+}
+
+// What ended before there was a result.
+bool note_end(const char* command, const Ended& ended, json* row) {
+  if (ended.violently.empty() && ended.exit <= 1) return false;
+  const std::string line = ended.error.substr(0, ended.error.find('\n'));
+  (*row)["outcome"] = ended.violently.empty() ? "refused" : ended.violently;
+  (*row)["exit"] = ended.exit;
+  (*row)["message"] = fmt::format("{}: {}", command, line);
+  (*row)["remedy"] = has_remedy(line);
+  return true;
+}
+
+json codes(const json& warnings) {
+  json list = json::array();
+  for (const json& warning : warnings) list.push_back(warning["code"]);
+  return list;
+}
+
+double number(const json& value) { return value.is_number() ? value.get<double>() : std::nan(""); }
+
+// The metrics that the verdict was on: light's own where there are any.
+void note_mismatch(const json& equivalence, json* row) {
+  const json& light = equivalence.value("light", json::object());
+  const bool lights = light.value("decides", false) && light.contains("metrics") && !light["metrics"].empty();
+  double worst = 0;
+  for (const json& metric : lights ? light["metrics"] : equivalence["metrics"]) {
+    const double off = std::abs(number(metric["difference"])) / number(metric["margin"]);
+    if (off <= worst) continue;
+    worst = off;
+    (*row)["statistic"] = metric["name"];
+  }
+  (*row)["mismatch"] = worst;
+}
+
+void note_surface(const json& result, json* row) {
+  const json& scene = result["scene"];
+  double height = 0, slope = 0;
+  if (result["fit"].contains("equivalent_surface")) {
+    height = number(result["fit"]["equivalent_surface"]["rms_height_m"]);
+    slope = number(result["fit"]["equivalent_surface"]["rms_slope_per_axis"]);
+  }
+  if (result.contains("split") && result["split"].contains("scatter")) {
+    const json& rest = result["split"]["scatter"];
+    height = std::hypot(height, number(rest["rms_height_m"]));
+    slope = std::hypot(slope, number(rest["rms_slope_per_axis"]));
+  }
+  (*row)["rms_ratio"] = height / number(scene["rms_height_m"]);
+  (*row)["slope_ratio"] = slope / number(scene["rms_slope_per_axis"]);
+  // A split leaves to scatter what no term has to carry.
+  const bool split = result.contains("split");
+  (*row)["carried"] = split ? 1 : 1 - number(scene["band"]["left_out_slope_share"]);
+}
+
+void note_second_opinion(const json& result, const std::filesystem::path& folder, json* row) {
+  const Study study = read_study((folder / "study.json").string());
+  TermSet terms;
+  Eigen::VectorXd coefficients;
+  if (result["fit"]["terms"].get<int>() > 0)
+    coefficients = read_coefficients_csv((folder / "out" / "coefficients.csv").string(), &terms);
+  else
+    terms.radius = aperture_radius(study.aperture);
+  const bool rays = result["scene"]["model"] == "rays";
+  std::optional<double> cut;
+  if (result.contains("split")) cut = number(result["split"]["cut_per_m"]);
+  SecondOpinion opinion;
+  if (rays && cut)
+    opinion.obstacle = "rays with a scatter of their own";
+  else
+    opinion = rays ? opinion_of_rays(study, terms, coefficients, kOpinion)
+                   : opinion_of_waves(study, terms, coefficients, cut, kOpinion);
+  json& second = (*row)["second"];
+  second["of"] = rays ? "rays" : "waves";
+  if (opinion.obstacle.empty())
+    second["margins"] = opinion.worst, second["statistic"] = opinion.statistic;
+  else
+    second["obstacle"] = opinion.obstacle;
+}
+
+void note_result(const Ended& fit, const std::filesystem::path& folder, json* row) {
+  const json result = json::parse(text_of(folder / "out" / "result.json"));
+  (*row)["exit"] = fit.exit;
+  (*row)["outcome"] = result["equivalence"]["verdict"];
+  (*row)["status"] = result["fit"]["status"];
+  (*row)["terms"] = result["fit"]["terms"];
+  (*row)["cells"] = result["fit"]["rays"];
+  (*row)["model"] = result["scene"]["model"];
+  (*row)["theory"] = result["scene"]["theory"];
+  (*row)["warnings"] = codes(result["warnings"]);
+  (*row)["says"] = fit.out.substr(0, fit.out.find('\n'));
+  if (result["fit"].contains("message")) (*row)["fit_says"] = result["fit"]["message"];
+  note_mismatch(result["equivalence"], row);
+  note_surface(result, row);
+  try {
+    note_second_opinion(result, folder, row);
+  } catch (const std::exception& error) {
+    (*row)["second"] = {{"obstacle", error.what()}};
+  }
+}
+
+}  // namespace
+
+json run_row(std::uint64_t seed, int k, const std::filesystem::path& folder) {
+  const RandomScene scene = random_scene(seed, k);
+  std::ofstream(folder / "study.json") << scene.study;
+  if (!scene.table.empty()) std::ofstream(folder / kRandomTable) << scene.table;
+  json row{
+      {"seed", seed}, {"row", k}, {"name", scene.name}, {"classes", scene.classes}, {"open", scene.all_open}};
+  const Ended check = run({"check", "study.json", "--json", "--quiet", "--threads", "1"}, folder);
+  row["check_s"] = check.seconds;
+  if (note_end("check", check, &row)) return row;
+  const json report = json::parse(check.out);
+  row["predicted_s"] = report["predicted_seconds"];
+  row["warnings"] = codes(report["warnings"]);
+  if (number(report["predicted_seconds"]) > kLongestFit) {
+    row["outcome"] = "not run";
+    row["message"] = report.value("remedy", "");
+    row["remedy"] = !row["message"].get<std::string>().empty();
+    return row;
+  }
+  const Ended fit =
+      run({"fit", "study.json", "--quiet", "--no-plots", "--threads", "1", "-o", "out"}, folder);
+  row["fit_s"] = fit.seconds;
+  if (!note_end("fit", fit, &row)) note_result(fit, folder, &row);
+  return row;
+}
+
+std::string failure_of(const json& row) {
+  const std::string outcome = row["outcome"];
+  if (outcome == "crash" || outcome == "hang" || outcome == "time-out") return outcome;
+  if (outcome == "refused" && !row.value("remedy", false)) return "refused without a remedy";
+  if (outcome != "equivalent") return "";
+  const json second = row.value("second", json::object());
+  // Not a number has become null.
+  if (second.contains("margins") && !(number(second["margins"]) <= 1))
+    return "contradicted by " + second["of"].get<std::string>();
+  if (number(row["carried"]) < kNearlyAll) return "";
+  for (const char* ratio : {"rms_ratio", "slope_ratio"})
+    if (const double off = number(row[ratio]); !(off < kAbsurd && off > 1 / kAbsurd)) return "absurd surface";
+  return "";
+}
+
+}  // namespace aberfit

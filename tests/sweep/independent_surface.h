@@ -1,0 +1,54 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "aberfit/scene/mirror.h"
+#include "aberfit/terms/term_set.h"
+
+namespace aberfit {
+
+/// Height of a term surface above the parabola of its mirror, written anew for the tests: shares nothing with
+/// the library but the definition of the terms. Zernikes by Jacobi polynomials, the conic by the difference
+/// of both sags in a form that loses no digits.
+class IndependentSurface {
+ public:
+  IndependentSurface(const Mirror& mirror, const TermSet& terms, const Eigen::VectorXd& coefficients);
+
+  /// [m], towards the light.
+  double height(double x, double y) const;
+  /// Slopes of the same, by differences of the fourth order in steps that change them by 1e-8 of the finest
+  /// term's at most.
+  std::array<double, 2> slopes(double x, double y) const;
+  /// What one height costs, in sines and cosines or in steps of a recurrence.
+  double cost() const { return cost_; }
+
+ private:
+  // Of one azimuthal order: weights of cos and sin by (n - m)/2.
+  struct Order {
+    int m = 0;
+    std::vector<double> cosine, sine;
+  };
+  struct Zernikes {
+    double radius = 0;
+    std::vector<Order> orders;
+    void add(const ZernikeMode& mode, double value);
+    double height(double x, double y) const;
+  };
+  struct Wave {
+    double fx, fy, cosine, sine;
+  };
+  struct Power {
+    int power;
+    double value;  // at the rim
+  };
+
+  Mirror mirror_;
+  double radius_;
+  Zernikes terms_, known_;
+  std::vector<Wave> waves_;
+  std::vector<Power> powers_;
+  double step_ = 0, cost_ = 0;
+};
+
+}  // namespace aberfit

@@ -1,0 +1,158 @@
+#include "independent_verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "aberfit/method/groundwork.h"
+#include "independent_waves.h"
+
+namespace aberfit {
+namespace {
+
+// Of the light: what the cells at the edge of the independent waves leave.
+constexpr double kErrorOfWaves = 5e-4;
+// Seconds of a sine and a cosine or a step of a recurrence, and of a sample of a transform with its circles.
+constexpr double kSecondsOfTerm = 2e-8, kSecondsOfSample = 3e-7;
+constexpr int kShifts = 8;
+constexpr int kMostRays = 16384, kFewestRays = 2048;  // of each shift
+constexpr int kHeightsOfRay = 9;                      // one, and eight for its slopes
+
+using Planes = std::map<double, std::vector<std::pair<double, Target>>>;  // by dz: fractions
+
+Planes planes_of(const Study& study, const Groundwork& ground) {
+  const TargetSets sets = make_targets(study, ground, 1);
+  Planes planes;
+  for (const auto* targets : {&sets.fitted, &sets.held_out})
+    for (const Target& target : *targets)
+      if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic))
+        planes[ee->dz].push_back({ee->fraction, target});
+  return planes;
+}
+
+void judge(const Study& study, const Target& target, double off, SecondOpinion* opinion) {
+  if (!std::isfinite(off)) off = HUGE_VAL;
+  const double margins = std::max(0.0, off) / (study.equivalence.margin * aim_of(target).relative_to());
+  if (margins <= opinion->worst) return;  // not where it is NaN
+  opinion->worst = margins;
+  opinion->statistic = statistic_name(target.statistic);
+}
+
+std::vector<double> radii_of(const std::vector<std::pair<double, Target>>& wanted) {
+  std::vector<double> radii;
+  for (const auto& [fraction, target] : wanted) radii.push_back(target.value);
+  return radii;
+}
+
+// Points of a lattice over the aperture's box, by the plastic number (Roberts 2018), shifted.
+std::vector<std::array<double, 2>> points_in(const Aperture& aperture, int count, int shift) {
+  const ApertureBox box = bounding_box(aperture);
+  const double share = aperture_area(aperture) / ((box.x1 - box.x0) * (box.y1 - box.y0));
+  std::vector<std::array<double, 2>> points;
+  const auto part = [](double x) { return x - std::floor(x); };
+  for (int i = 0; i < count / share; ++i) {
+    const double u = part(0.7548776662466927 * i + 0.6180339887 * shift),
+                 v = part(0.5698402909980532 * i + 0.4142135624 * shift);
+    const double x = box.x0 + u * (box.x1 - box.x0), y = box.y0 + v * (box.y1 - box.y0);
+    if (aperture_contains(aperture, x, y, 0)) points.push_back({x, y});
+  }
+  return points;
+}
+
+// Where the light that meets the mirror at a point goes: a place and a direction.
+struct TracedRay {
+  std::array<double, 3> from, along;
+  double radius_at(double z) const {
+    const double length = (z - from[2]) / along[2];
+    return std::hypot(from[0] + length * along[0], from[1] + length * along[1]);
+  }
+};
+
+TracedRay reflected(double focal_length, const IndependentSurface& surface, double x, double y) {
+  auto [p, q] = surface.slopes(x, y);
+  p += x / (2 * focal_length);
+  q += y / (2 * focal_length);
+  const double norm = 1 / std::sqrt(p * p + q * q + 1);
+  const std::array<double, 3> normal{-p * norm, -q * norm, norm}, d{0, 0, -1};
+  const double into = 2 * d[2] * normal[2];
+  return {{x, y, (x * x + y * y) / (4 * focal_length) + surface.height(x, y)},
+          {d[0] - into * normal[0], d[1] - into * normal[1], d[2] - into * normal[2]}};
+}
+
+}  // namespace
+
+SecondOpinion opinion_of_waves(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
+                               std::optional<double> cut, const OpinionLimits& limits) {
+  SecondOpinion opinion;
+  const Groundwork ground = lay_groundwork(study);
+  const Planes planes = planes_of(study, ground);
+  double largest = 0;
+  for (const auto& [dz, wanted] : planes)
+    for (const auto& [fraction, target] : wanted) largest = std::max(largest, target.value);
+  if (planes.empty()) {
+    opinion.obstacle = "no encircled energy is asked for";
+    return opinion;
+  }
+  const double airy = study.wavelength * study.mirror.focal_length / (2 * ground.radius);
+  double needed = std::max(256.0, std::ceil(3 * largest / airy / 128) * 128);
+  if (limits.narrow_field) needed = std::min(needed, double(limits.largest_grid));
+  const IndependentSurface surface(study.mirror, terms, coefficients);
+  const double cells = needed * needed, samples = 16 * cells * double(planes.size());
+  if (needed > limits.largest_grid ||
+      kSecondsOfTerm * cells * surface.cost() + kSecondsOfSample * samples > limits.seconds) {
+    opinion.obstacle = fmt::format("{:.0f} cells across are too many", needed);
+    return opinion;
+  }
+  IndependentWaves waves(study.mirror.focal_length, study.aperture, study.wavelength, surface, int(needed));
+  if (cut) {
+    const RadialPsd& psd = *ground.psd;
+    waves.scatter([&psd](double f) { return psd(f); }, std::max(*cut, psd.f_min()), psd.f_max());
+  }
+  for (const auto& [dz, wanted] : planes) {
+    const std::vector<double> shares = waves.shares(dz, radii_of(wanted));
+    for (std::size_t k = 0; k < wanted.size(); ++k)
+      judge(study, wanted[k].second, std::abs(shares[k] - wanted[k].first) - kErrorOfWaves, &opinion);
+  }
+  return opinion;
+}
+
+SecondOpinion opinion_of_rays(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
+                              const OpinionLimits& limits) {
+  SecondOpinion opinion;
+  const Groundwork ground = lay_groundwork(study);
+  const Planes planes = planes_of(study, ground);
+  const IndependentSurface surface(study.mirror, terms, coefficients);
+  const double rays = std::min(double(kMostRays),
+                               limits.seconds / (kShifts * kHeightsOfRay * kSecondsOfTerm * surface.cost()));
+  if (planes.empty() || rays < kFewestRays) {
+    opinion.obstacle = planes.empty() ? "no encircled energy is asked for" : "too many terms for rays";
+    return opinion;
+  }
+  std::array<std::vector<TracedRay>, kShifts> bundles;
+  for (int shift = 0; shift < kShifts; ++shift)
+    for (const auto& [x, y] : points_in(study.aperture, int(rays), shift))
+      bundles[std::size_t(shift)].push_back(reflected(study.mirror.focal_length, surface, x, y));
+  for (const auto& [dz, wanted] : planes)
+    for (const auto& [fraction, target] : wanted) {
+      double sum = 0, squares = 0;
+      for (const std::vector<TracedRay>& bundle : bundles) {
+        const auto inside =
+            std::count_if(bundle.begin(), bundle.end(), [&, z = dz, r = target.value](const TracedRay& ray) {
+              return ray.along[2] > 0 && ray.radius_at(study.mirror.focal_length + z) <= r;
+            });
+        const double share = double(inside) / double(bundle.size());
+        sum += share;
+        squares += share * share;
+      }
+      const double mean = sum / kShifts, variance = std::max(0.0, squares / kShifts - mean * mean);
+      judge(study, target, std::abs(mean - fraction) - 3 * std::sqrt(variance / (kShifts - 1)), &opinion);
+    }
+  return opinion;
+}
+
+}  // namespace aberfit
