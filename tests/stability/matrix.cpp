@@ -87,10 +87,10 @@ std::map<int, json> read_rows(const Asked& asked) {
   std::map<int, json> rows;
   std::ifstream file(asked.rows);
   for (std::string line; std::getline(file, line);) {
-    json row = json::parse(line, nullptr, false);  // the last line of a run that was cut off is none
-    if (row.is_object() && row["seed"] == asked.seed &&
-        row["name"] == random_scene(asked.seed, row["row"]).name)
-      rows[row["row"].get<int>()] = std::move(row);
+    const json row = json::parse(line, nullptr, false);  // the last line of a run that was cut off is none
+    if (!row.is_object() || row["seed"] != asked.seed) continue;
+    const int k = row["row"];
+    if (row["name"] == random_scene(asked.seed, k).name) rows[k] = row;
   }
   return rows;
 }

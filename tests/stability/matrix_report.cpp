@@ -85,14 +85,6 @@ Which predicted_within(double factor) {
   };
 }
 
-// Why a row is not equivalent, and what to do: in the message of what ended early, else in a warning.
-bool says_why(const json& row) {
-  if (row.contains("message")) return row.value("remedy", false);
-  for (const json& code : row.value("warnings", json::array()))
-    if (code != "realisation-spread") return true;
-  return false;
-}
-
 std::string promises_of(const std::vector<json>& rows, bool* promised) {
   const Which timed = [](const json& row) {
     return std::isfinite(number_of(row, "predicted_s")) && std::isfinite(number_of(row, "fit_s"));
@@ -113,8 +105,8 @@ std::string promises_of(const std::vector<json>& rows, bool* promised) {
       rows, "scenes that leave everything open are equivalent", kOfOpen,
       [](const json& row) { return row["open"] == true; }, equivalent, promised);
   text += promise(
-      rows, "others say why and what to do", 1, [&](const json& row) { return !equivalent(row); }, says_why,
-      promised);
+      rows, "others say why and what to do", 1, [&](const json& row) { return !equivalent(row); },
+      [](const json& row) { return row.value("remedy", false); }, promised);
   return text;
 }
 

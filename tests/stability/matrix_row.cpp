@@ -27,8 +27,10 @@ using nlohmann::json;
 
 // The clock may run longer than the processor works, where others work on the machine, but not for ever.
 constexpr double kPatience = 8;
-// A second opinion is to cost no more than most fits. 640 cells across are 0.1 GB.
-constexpr OpinionLimits kOpinion{640, 30, false};
+// A machine of an ordinary size goes on working; the program says so where this is not enough.
+constexpr rlim_t kMemory = rlim_t(8) << 30;
+// A second opinion is to cost no more than most fits. 512 cells across are 0.07 GB.
+constexpr OpinionLimits kOpinion{.largest_grid = 512, .seconds = 15, .most_planes = 3};
 // A surface that is given the height of its specification has it within the spread of its draws; beyond this
 // nobody would take it for the same mirror.
 constexpr double kAbsurd = 2;
@@ -47,8 +49,9 @@ struct Ended {
 };
 
 [[noreturn]] void become(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
-  const rlimit seconds{rlim_t(kLongestFit), rlim_t(kLongestFit) + 5}, no_core{0, 0};
+  const rlimit seconds{rlim_t(kLongestFit), rlim_t(kLongestFit) + 5}, no_core{0, 0}, memory{kMemory, kMemory};
   setrlimit(RLIMIT_CPU, &seconds);
+  setrlimit(RLIMIT_AS, &memory);
   setrlimit(RLIMIT_CORE, &no_core);
   const int out = open((folder / "out.txt").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644),
             error = open((folder / "error.txt").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
@@ -88,10 +91,10 @@ Ended run(std::vector<std::string> arguments, const std::filesystem::path& folde
   return ended;
 }
 
-// Whether a sentence tells what to do about it: the border's own form, or a request.
+// Whether a sentence tells what to do about it: the form of bad input, or a request.
 bool has_remedy(const std::string& message) {
   for (const char* word :
-       {"allowed:", "; give", ": give", "take", " use ", "instead", "fewer", "larger margin", "remedy"})
+       {"allowed:", "; give", ": give", "take", " use ", "instead", "fewer", "a larger margin", "would help"})
     if (message.find(word) != std::string::npos) return true;
   return false;
 }
@@ -183,7 +186,9 @@ void note_result(const Ended& fit, const std::filesystem::path& folder, json* ro
   (*row)["model"] = result["scene"]["model"];
   (*row)["theory"] = result["scene"]["theory"];
   (*row)["warnings"] = codes(result["warnings"]);
-  (*row)["says"] = fit.out.substr(0, fit.out.find('\n'));
+  std::string says = fit.out.substr(0, fit.out.find("\n-----"));
+  std::replace(says.begin(), says.end(), '\n', ' ');
+  (*row)["says"] = says;
   if (result["fit"].contains("message")) (*row)["fit_says"] = result["fit"]["message"];
   note_mismatch(result["equivalence"], row);
   note_surface(result, row);
@@ -217,7 +222,15 @@ json run_row(std::uint64_t seed, int k, const std::filesystem::path& folder) {
   const Ended fit =
       run({"fit", "study.json", "--quiet", "--no-plots", "--threads", "1", "-o", "out"}, folder);
   row["fit_s"] = fit.seconds;
-  if (!note_end("fit", fit, &row)) note_result(fit, folder, &row);
+  if (note_end("fit", fit, &row)) return row;
+  try {
+    note_result(fit, folder, &row);
+  } catch (const std::exception& error) {  // a file that is not there, or not what it should be
+    row["outcome"] = "crash";
+    row["message"] = error.what();
+    return row;
+  }
+  row["remedy"] = has_remedy(row["says"]);
   return row;
 }
 

@@ -25,19 +25,29 @@ constexpr int kHeightsOfRay = 9;                      // one, and eight for its 
 
 using Planes = std::map<double, std::vector<std::pair<double, Target>>>;  // by dz: fractions
 
-Planes planes_of(const Study& study, const Groundwork& ground) {
+Planes planes_of(const Study& study, const Groundwork& ground, int most) {
   const TargetSets sets = make_targets(study, ground, 1);
   Planes planes;
   for (const auto* targets : {&sets.fitted, &sets.held_out})
     for (const Target& target : *targets)
       if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic))
         planes[ee->dz].push_back({ee->fraction, target});
+  // Left out: of those out of focus the nearest ones first.
+  while (int(planes.size()) > most) {
+    auto nearest = planes.end();
+    for (auto plane = planes.begin(); plane != planes.end(); ++plane)
+      if (plane->first != 0 && (nearest == planes.end() || std::abs(plane->first) < std::abs(nearest->first)))
+        nearest = plane;
+    planes.erase(nearest);
+  }
   return planes;
 }
 
 void judge(const Study& study, const Target& target, double off, SecondOpinion* opinion) {
   if (!std::isfinite(off)) off = HUGE_VAL;
-  const double margins = std::max(0.0, off) / (study.equivalence.margin * aim_of(target).relative_to());
+  // A value that the study gives has no curve: in light it is held to what a flat one is.
+  const double scale = target.curve_slope ? aim_of(target).relative_to() : kFlattestCurve;
+  const double margins = std::max(0.0, off) / (study.equivalence.margin * scale);
   if (margins <= opinion->worst) return;  // not where it is NaN
   opinion->worst = margins;
   opinion->statistic = statistic_name(target.statistic);
@@ -90,7 +100,7 @@ SecondOpinion opinion_of_waves(const Study& study, const TermSet& terms, const E
                                std::optional<double> cut, const OpinionLimits& limits) {
   SecondOpinion opinion;
   const Groundwork ground = lay_groundwork(study);
-  const Planes planes = planes_of(study, ground);
+  const Planes planes = planes_of(study, ground, limits.most_planes);
   double largest = 0;
   for (const auto& [dz, wanted] : planes)
     for (const auto& [fraction, target] : wanted) largest = std::max(largest, target.value);
@@ -125,7 +135,7 @@ SecondOpinion opinion_of_rays(const Study& study, const TermSet& terms, const Ei
                               const OpinionLimits& limits) {
   SecondOpinion opinion;
   const Groundwork ground = lay_groundwork(study);
-  const Planes planes = planes_of(study, ground);
+  const Planes planes = planes_of(study, ground, limits.most_planes);
   const IndependentSurface surface(study.mirror, terms, coefficients);
   const double rays = std::min(double(kMostRays),
                                limits.seconds / (kShifts * kHeightsOfRay * kSecondsOfTerm * surface.cost()));

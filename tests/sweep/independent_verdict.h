@@ -13,6 +13,7 @@ namespace aberfit {
 struct OpinionLimits {
   int largest_grid = 1536;  ///< cells across the aperture; 16 of them squared are held at 16 bytes each
   double seconds = 600;     ///< as estimated, on one core
+  int most_planes = 1000;   ///< in focus and the farthest ones go first
   /// Where the largest grid is too small for the field of view, it is taken all the same: what little light
   /// lies outside comes back in elsewhere.
   bool narrow_field = false;
@@ -20,7 +21,7 @@ struct OpinionLimits {
 
 /// What tools of the tests' own say of a fitted surface, against the study's targets.
 struct SecondOpinion {
-  /// Largest |E(r_p) - p| of all encircled energies that a verdict is on, less the error of the second
+  /// Largest |E(r_p) - p| of the encircled energies that a verdict is on, less the error of the second
   /// opinion itself, in margins of the verdict; NaN: none was formed.
   double worst = std::numeric_limits<double>::quiet_NaN();
   std::string statistic;  ///< whose

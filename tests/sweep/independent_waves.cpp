@@ -93,46 +93,60 @@ double IndependentWaves::on_circle(double r) const {
   return sum / angles;
 }
 
+namespace {
+
+// (4 pi/lambda)^2 (C(0) - C(r)), C(0) - C(r) = 2 pi int S(f) (1 - J0(2 pi f r)) f df. A Bessel function that
+// has turned kTurns times averages itself out: it fades from half of there on, and only 1 is left.
+class StructureOfPhase {
+ public:
+  StructureOfPhase(const std::function<double(double)>& psd, double f_min, double f_max, double longest,
+                   double wavelength)
+      : psd_(psd), k2_(std::pow(4 * kPi / wavelength, 2)) {
+    constexpr double kTooLong = 1e-3;  // waves over the longest shear: it sees none of them
+    low_ = std::max(f_min, kTooLong / longest);
+    high_ = std::min(f_max, 1 / wavelength);  // nothing finer scatters
+    // A band without an end ends where a millionth of a millionth of its variance is left.
+    std::vector<std::pair<double, double>> shells;
+    double all = 0, left = 0;
+    for (double at = low_; at < high_; at *= 1.02)
+      shells.push_back({at, at * at * psd(at)}), all += shells.back().second;
+    while (!shells.empty() && (left += shells.back().second) < 1e-12 * all) {
+      high_ = shells.back().first;
+      shells.pop_back();
+    }
+  }
+  double at(double r) const {
+    constexpr double kTurns = 30, kPerTurn = 10;
+    const double faded = kTurns / r;
+    double sum = 0;
+    for (double from = low_; from < high_;) {
+      double to = std::min(high_, 1.02 * from);
+      if (from < faded) to = std::min({to, from + 1 / (kPerTurn * r), faded});
+      const double f = 0.5 * (from + to), fading = std::clamp(2 * f / faded - 1, 0.0, 1.0);
+      const double bessel =
+          from < faded ? std::pow(std::cos(0.5 * kPi * fading), 2) * std::cyl_bessel_j(0.0, 2 * kPi * f * r)
+                       : 0;
+      sum += 2 * kPi * f * psd_(f) * (to - from) * (1 - bessel);
+      from = to;
+    }
+    return k2_ * sum;
+  }
+
+ private:
+  const std::function<double(double)>& psd_;
+  double k2_, low_ = 0, high_ = 0;
+};
+
+}  // namespace
+
 void IndependentWaves::scatter(const std::function<double(double)>& psd, double f_min, double f_max) {
-  // C(0) - C(r) by the trapezoidal rule over log f, in steps that a Bessel function of the longest shear
-  // needs.
   const double longest = 1.3 * samples_ / kPadding * pitch_ * (1 + rim_ * rim_);
   constexpr int kPerCell = 8;
   const int shears = int(1.5 * samples_ / kPadding) * kPerCell;
-  // A band without an end ends where a millionth of a millionth of its variance is left.
-  double all = 0;
-  std::vector<std::pair<double, double>> shells;
-  for (double at = f_min > 0 ? f_min : 1e-3 / longest; at < std::min(f_max, 1 / wavelength_); at *= 1.02)
-    shells.push_back({at, 2 * kPi * at * psd(at) * 0.02 * at}), all += shells.back().second;
-  double last = 1 / wavelength_, left = 0;
-  while (!shells.empty() && (left += shells.back().second) < 1e-12 * all) {
-    last = shells.back().first;
-    shells.pop_back();
-  }
-  f_max = std::min(f_max, last);
-  const double step = pitch_ / kPerCell, top = std::min({f_max, 40 / pitch_, 1 / wavelength_});
+  const double step = pitch_ / kPerCell;
+  const StructureOfPhase structure(psd, f_min, f_max, longest, wavelength_);
   std::vector<double> exponent(std::size_t(shears), 0.0);
-  std::vector<double> f, weight;
-  for (double at = f_min; at < top;) {
-    const double next = std::min({top, at * 1.02, at + 0.1 / longest}), middle = 0.5 * (at + next);
-    f.push_back(middle);
-    weight.push_back(2 * kPi * middle * psd(middle) * (next - at));
-    at = next;
-  }
-  const double end = std::min(f_max, 1 / wavelength_);  // nothing finer scatters
-  double beyond = 0;                                    // turns too often within a cell to be seen
-  for (double at = top; at < end;) {
-    const double next = std::min(end, at * 1.01), middle = 0.5 * (at + next);
-    beyond += 2 * kPi * middle * psd(middle) * (next - at);
-    at = next;
-  }
-  const double k2 = std::pow(4 * kPi / wavelength_, 2);
-  for (int i = 1; i < shears; ++i) {
-    double sum = beyond;
-    for (std::size_t j = 0; j < f.size(); ++j)
-      sum += weight[j] * (1 - std::cyl_bessel_j(0.0, 2 * kPi * f[j] * step * i));
-    exponent[std::size_t(i)] = k2 * sum;
-  }
+  for (int i = 1; i < shears; ++i) exponent[std::size_t(i)] = structure.at(step * i);
   const auto at = [&](double r) {
     const double place = std::min(r / step, double(shears) - 1.001);
     const auto i = std::size_t(place);
