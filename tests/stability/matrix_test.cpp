@@ -251,5 +251,17 @@ TEST(SecondOpinions, SayWhereTheyWouldCostTooMuch) {
   EXPECT_NE(opinion_of_waves(study, terms, none, {}, {.largest_grid = 128}).obstacle, "");
 }
 
+// Two that name their Zernikes, one that names its planes: by the program, at one or two seconds each. How
+// long they take is not looked at: others run beside them.
+class RandomMatrixSmoke : public testing::TestWithParam<int> {};
+TEST_P(RandomMatrixSmoke, IsEquivalentAndNoFailure) {
+  const test::ScratchFolder folder;
+  const json row = run_row(1, GetParam(), folder.file(""));
+  EXPECT_EQ(failure_of(row), "") << row.dump(1);
+  EXPECT_EQ(row["outcome"], "equivalent") << row.dump(1);
+  EXPECT_LE(row["second"].value("margins", HUGE_VAL), 1) << row.dump(1);
+}
+INSTANTIATE_TEST_SUITE_P(Seeded, RandomMatrixSmoke, testing::Values(109, 146, 152));
+
 }  // namespace
 }  // namespace aberfit
