@@ -45,7 +45,7 @@ Planes planes_of(const Study& study, const Groundwork& ground, int most) {
 
 void judge(const Study& study, const Target& target, double off, SecondOpinion* opinion) {
   if (!std::isfinite(off)) off = HUGE_VAL;
-  // A value that the study gives has no curve: in light it is held to what a flat one is.
+  // Where no curve is known it is held, in light, to what a flat one is.
   const double scale = target.curve_slope ? aim_of(target).relative_to() : kFlattestCurve;
   const double margins = std::max(0.0, off) / (study.equivalence.margin * scale);
   if (margins <= opinion->worst) return;  // not where it is NaN
