@@ -102,20 +102,18 @@ void sweep(const std::vector<double>& values) {
       for (const double value : values) {
         json changed = study;
         changed[pointer] = value;
-        if (std::getenv("V"))
-          std::printf("%s %s %g\n", name.c_str(), pointer.to_string().c_str(), value), std::fflush(stdout);
         const Answer answer = ask(changed.dump());
         EXPECT_LT(answer.seconds, kLongest) << name << ' ' << pointer << ' ' << value;
         EXPECT_EQ(answer.without_value, 0) << name << ' ' << pointer << ' ' << value;
-        if (answer.refused) EXPECT_GT(answer.text.size(), 30u) << name << ' ' << pointer << ' ' << value;
+        EXPECT_TRUE(!answer.refused || answer.text.size() > 30) << name << ' ' << pointer << ' ' << value;
       }
   }
 }
 
-TEST(ExtremeNumbers, AreTakenOrRefused) { sweep({1e300, -1e300, 5e-324}); }
+TEST(ExtremeNumbers, AreTakenOrRefused) { sweep({1e300, -1e300}); }
 
 TEST(ExtremeNumbersLong, AreTakenOrRefusedAtEveryScale) {
-  std::vector<double> values{0, -1, 1e308, 2.3e-308};
+  std::vector<double> values{0, -1, 1e308, 2.3e-308, 5e-324};
   for (int power = -250; power <= 250; power += power > -30 && power < 30 ? 2 : 20)
     values.push_back(std::pow(10.0, power));
   sweep(values);
