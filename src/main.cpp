@@ -66,9 +66,21 @@ constexpr std::array kPsdOptions = {
               "RMS height and slope of bands, e.g. low=0.1/mm..1/mm,mid=1/mm..10/mm"},
 };
 
+// One value each time, so that the study may stand behind it.
+void add_changes(CLI::App* sub, CommandLine* line) {
+  sub->add_option(
+         "--set", line->changes,
+         "Change the study before it is read, e.g. --set \"/roughness/psd/rms=60 nm\"; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("/POINTER=VALUE");
+}
+
 CLI::App* add_study_command(CLI::App* app, const char* name, const char* what, CommandLine* line) {
   CLI::App* sub = app->add_subcommand(name, what);
-  sub->add_option("STUDY", line->study_file, "Study file (JSON); see `aberfit schema`")->required();
+  sub->add_option("STUDY", line->study_file,
+                  "Study file (JSON), or - for standard input; see `aberfit schema`")
+      ->required();
+  add_changes(sub, line);
   return sub;
 }
 
@@ -88,8 +100,10 @@ CLI::App* add_psd_command(CLI::App* app, CommandLine* line, std::map<std::string
   CLI::App* sub = app->add_subcommand(
       "psd", "Measured profile or map -> PSD -> model with uncertainties, as a roughness block for a study");
   sub->add_option("FILE", line->measured_files,
-                  "Measured files of one surface (several: their bands are stitched), or one study (.json)")
+                  "Measured files of one surface (several: their bands are stitched), or one study (.json, "
+                  "or - for standard input)")
       ->required();
+  add_changes(sub, line);
   add_output(sub, line, kFolder);
   for (const PsdOption& option : kPsdOptions)
     sub->add_option_function<std::string>(

@@ -45,7 +45,7 @@ Chart run_chart(const Study& study, const RunOptions& options) {
 }
 
 ExitCode chart_command(CommandLine line) {
-  const Study study = read_study(line.study_file);
+  const Study study = read_study(line.study_file, line.changes);
   if (line.output_directory.empty()) line.output_directory = default_chart_directory(line.study_file);
   choose_output_directory(&line);
   ProgressLine progress(!line.quiet);

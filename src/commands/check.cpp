@@ -100,7 +100,7 @@ MapCheckReport run_map_check(const Study& study, const RunOptions& options) {
 }
 
 ExitCode check_command(CommandLine line) {
-  const Study study = read_study(line.study_file);
+  const Study study = read_study(line.study_file, line.changes);
   ProgressLine progress(!line.quiet);
   const RunOptions options = check_options(line, study, &progress);
   const auto show = [&](const auto& report) {

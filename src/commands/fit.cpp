@@ -100,7 +100,7 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
 }
 
 ExitCode fit_command(CommandLine line) {
-  const Study study = read_study(line.study_file);
+  const Study study = read_study(line.study_file, line.changes);
   choose_output_directory(&line);
   ProgressLine progress(!line.quiet);
   const Interrupt interrupt;

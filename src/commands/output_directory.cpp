@@ -2,9 +2,12 @@
 
 #include <filesystem>
 
+#include "aberfit/study/read_study.h"
+
 namespace aberfit::internal {
 
 std::string default_output_directory(const std::string& study_file) {
+  if (study_file == "-" || study_file == kStandardInput) return "out/study";
   const std::filesystem::path path = std::filesystem::absolute(study_file).lexically_normal();
   std::filesystem::path name = path.stem();
   if (path.filename() == "study.json" && path.parent_path().has_filename())

@@ -40,15 +40,18 @@ ordered_json psd_json(const PsdReport& report, const MeasuredPsd& measured) {
 // What is measured: a study's measurement, or files with the options of the command line.
 MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
   const std::string& first = line.measured_files.front();
-  if (std::filesystem::path(first).extension() == ".json") {
+  if (first == "-" || std::filesystem::path(first).extension() == ".json") {
     if (line.measured_files.size() > 1 || !line.psd_of_file.empty() || !line.psd_of_block.empty() ||
         line.keep_lines)
       throw InputError("command line", "", "options or further files beside a study",
                        "the study alone: they are keys of its `psd` block");
-    const Study study = read_study(first);
+    const Study study = read_study(first, line.changes);
     *title = study.title;
     return measured_psd_of(study);
   }
+  if (!line.changes.empty())
+    throw InputError(kCommandLine, "--set \"" + line.changes.front() + "\"", "no study but measured files",
+                     "the options of `aberfit psd`, or --set beside a study");
   *title = std::filesystem::path(first).filename().string();
   return read_measured(psd_options_block(line), kCommandLine, line.threads);
 }

@@ -17,7 +17,7 @@ TraceReport run_trace(const Study& study, const RunOptions& options) {
 }
 
 ExitCode trace_command(CommandLine line) {
-  const Study study = read_study(line.study_file);
+  const Study study = read_study(line.study_file, line.changes);
   ProgressLine progress(!line.quiet);
   const TraceReport report = run_trace(study, run_options(line, &progress));
   progress.clear();

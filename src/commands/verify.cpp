@@ -58,7 +58,7 @@ VerifyReport run_verify(const Study& study, const RunOptions& options) {
 }
 
 ExitCode verify_command(CommandLine line) {
-  const Study study = read_study(line.study_file);
+  const Study study = read_study(line.study_file, line.changes);
   choose_output_directory(&line);
   ProgressLine progress(!line.quiet);
   const VerifyReport report = run_verify(study, run_options(line, &progress));

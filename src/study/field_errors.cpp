@@ -2,12 +2,16 @@
 
 #include <algorithm>
 
+#include "study_changes.h"
+
 namespace aberfit {
+using namespace internal;
 
 InputError input_error(const Study& study, const FieldError& error) {
   std::string pointer = "/" + error.field();
   std::replace(pointer.begin(), pointer.end(), '.', '/');
-  return InputError(study.path, pointer, error.found(), error.allowed());
+  return InputError(file_with_changes(study.path, study.changes, pointer), pointer, error.found(),
+                    error.allowed());
 }
 
 }  // namespace aberfit

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <stdexcept>
 
@@ -10,6 +11,7 @@
 #include "describe.h"
 #include "load_files.h"
 #include "parse_json.h"
+#include "study_changes.h"
 #include "study_rules.h"
 
 namespace aberfit {
@@ -48,23 +50,34 @@ struct ModelOfNode {
 
 }  // namespace
 
-Study parse_study(const std::string& text, const std::string& path) {
-  const nlohmann::ordered_json json = parse_json(text, path);
+Study parse_study(const std::string& text, const std::string& path, const std::vector<std::string>& changes) {
+  nlohmann::ordered_json json = parse_json(text, path);
+  apply_changes(changes, &json);
   Study study;
   study.path = path;
-  read_object(json, study.path, [&](Visitor& v) { describe_study(v, study); });
-  load_files(study);
-  check_rules(study);
+  study.changes = changes;
+  try {
+    read_object(json, study.path, [&](Visitor& v) { describe_study(v, study); });
+    load_files(study);
+    check_rules(study);
+  } catch (const InputError& error) {
+    if (error.file() != path) throw;
+    throw InputError(file_with_changes(path, changes, error.pointer()), error.pointer(), error.found(),
+                     error.allowed());
+  }
   return study;
 }
 
-Study read_study(const std::string& path) {
+Study read_study(const std::string& path, const std::vector<std::string>& changes) {
+  const auto whole = [](std::istream& in) {
+    return std::string{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  };
+  if (path == "-") return parse_study(whole(std::cin), kStandardInput, changes);
   std::error_code error;
   std::ifstream file(path, std::ios::binary);
   if (!file || !std::filesystem::is_regular_file(path, error))
     throw InputError(path, "", "no readable file", "a study file (JSON)");
-  const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  return parse_study(text, path);
+  return parse_study(whole(file), path, changes);
 }
 
 MeasuredPsd read_measured(const nlohmann::ordered_json& block, const std::string& source, int threads) {

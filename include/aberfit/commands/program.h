@@ -16,11 +16,12 @@ enum class ExitCode {
 
 /// What the command line says; texts as typed, empty where nothing was.
 struct CommandLine {
-  std::string study_file;
-  std::string output_directory;   ///< empty: out/<name of the study>
-  std::string coefficients_file;  ///< verify, trace
-  std::string chart_file;         ///< check
-  bool paper_table = false;       ///< check
+  std::string study_file;            ///< "-": standard input
+  std::vector<std::string> changes;  ///< of the study, "/json/pointer=value"
+  std::string output_directory;      ///< empty: out/<name of the study>
+  std::string coefficients_file;     ///< verify, trace
+  std::string chart_file;            ///< check
+  bool paper_table = false;          ///< check
   std::vector<std::string> table_sigma, table_length, table_diameter;
   std::string table_wavelength;
   double chart_seconds = 60;                ///< chart [s]

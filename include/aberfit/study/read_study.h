@@ -1,6 +1,7 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "aberfit/method/plan.h"
 #include "aberfit/study/study.h"
@@ -11,9 +12,16 @@ namespace aberfit {
 /// file). Throws InputError with file, JSON pointer, what was found and what is allowed: unknown keys (with
 /// the nearest known one), duplicate keys, wrong types, missing or wrong units, values out of range,
 /// unreadable files.
-Study read_study(const std::string& path);
+/// path "-": standard input, whose relative paths are those of the working folder. changes: what is put into
+/// the study before it is read, each "/json/pointer=value" as `--set` has it - JSON where it parses, else a
+/// string -, named in messages about it.
+Study read_study(const std::string& path, const std::vector<std::string>& changes = {});
 /// The same from text; `path` names the file in messages and anchors relative paths.
-Study parse_study(const std::string& text, const std::string& path);
+Study parse_study(const std::string& text, const std::string& path,
+                  const std::vector<std::string>& changes = {});
+
+/// Study::path of a study that came by standard input.
+inline constexpr const char* kStandardInput = "standard input";
 
 /// Measurement -> PSD -> model from a `psd` block of model "measured" (without the key "model"): what
 /// `aberfit psd FILE` does with its options. Paths are relative to the working directory; `source` names the

@@ -122,7 +122,8 @@ struct VerifySpec {
 
 /// A task, and what belongs to the file it is written in. Read-only once read_study has made it.
 struct Study : Task {
-  std::string path;  ///< file it was read from
+  std::string path;                  ///< file it was read from
+  std::vector<std::string> changes;  ///< put into it, "/json/pointer=value"
   std::string title;
   std::optional<RoughnessModel> roughness;  ///< as the file has it; `psd` is the model that it stands for
   std::optional<MapTarget> map;             ///< target.map: instead of statistics
