@@ -191,6 +191,10 @@ ExitCode run(int argc, char** argv) {
   CLI::App* psd = add_psd_command(&app, &line, &psd_texts);
   CLI::App* chart = add_chart_command(&app, &line);
   CLI::App* check = add_check_command(&app, &line);
+  CLI::App* solve = add_study_command(
+      &app, "solve", "Which roughness meets a budget: numbers of the PSD, from the study's `solve` block",
+      &line);
+  add_output(solve, &line, kFolder);
   app.add_subcommand("schema", "JSON Schema of the study format");
 
   try {
@@ -206,6 +210,7 @@ ExitCode run(int argc, char** argv) {
   if (*psd) return aberfit::psd_command(line);
   if (*chart) return aberfit::chart_command(line);
   if (*check) return aberfit::check_command(line);
+  if (*solve) return aberfit::solve_command(line);
   return aberfit::schema_command();
 }
 

@@ -139,6 +139,10 @@
 #include "aberfit/chart/cost_model.h"
 #include "aberfit/chart/fit_work.h"
 
+// specify: which roughness meets a budget.
+#include "aberfit/specify/budget.h"
+#include "aberfit/specify/solve.h"
+
 // report: results as JSON, tables, pictures, files for other programs.
 #include "aberfit/report/band_shares.h"
 #include "aberfit/report/chart.h"
@@ -152,12 +156,14 @@
 #include "aberfit/report/result.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/report/scatter_table.h"
+#include "aberfit/report/solve_report.h"
 #include "aberfit/report/trace_report.h"
 #include "aberfit/report/verify_report.h"
 
 // study: the study file.
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/measured_psd.h"
+#include "aberfit/study/psd_numbers.h"
 #include "aberfit/study/published.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/study.h"

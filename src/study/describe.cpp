@@ -289,6 +289,8 @@ void describe_study(Visitor& v, Study& study) {
     o.integer({"export_grid", "points per side of exported maps"}, study.output.export_grid, 5, 8193);
   });
   describe_verify(v, study.verify);
+  v.optional_object({"solve", "which roughness meets a budget, for `aberfit solve`"}, study.solve,
+                    describe_solve);
 }
 
 }  // namespace aberfit::internal

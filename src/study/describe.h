@@ -21,6 +21,9 @@ void describe_map_target(Visitor& v, MapTarget& target);
 /// The `verify` block.
 void describe_verify(Visitor& v, VerifySpec& verify);
 
+/// The `solve` block.
+void describe_solve(Visitor& v, SolveSpec& solve);
+
 /// Reports `key` unless `unit` is one of the dimension's. more: what else the message allows.
 void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension dimension,
                 const std::string& more = "");

@@ -191,6 +191,37 @@ class Reader : public Visitor {
       fail(at(field), *json, "a string with text", field);
     value = json->get<std::string>();
   }
+  void texts(const Field& field, Names& values, std::size_t least, std::size_t most) override {
+    const Json* json = find(field);
+    if (!json) return;
+    const std::string allowed = least == most
+                                    ? fmt::format("an array of {} strings", least)
+                                    : fmt::format("an array of {} to {} strings with text", least, most);
+    if (!json->is_array() || json->size() < least || json->size() > most)
+      fail(at(field), *json, allowed, field);
+    values.clear();
+    for (std::size_t i = 0; i < json->size(); ++i) {
+      const Json& item = (*json)[i];
+      if (!item.is_string() || item.get_ref<const std::string&>().empty())
+        fail(at(field, std::to_string(i)), item, "a string with text", field);
+      values.push_back(item.get<std::string>());
+    }
+  }
+  void texts_by_key(const Field& field, TextsByKey& values, const std::vector<KeyPattern>& patterns,
+                    const std::string& regex) override {
+    const Json* json = find(field);
+    if (!json) return;
+    const std::string allowed = fmt::format("an object such as {}", field.example);
+    if (!json->is_object() || json->empty()) fail(at(field), *json, allowed, field);
+    values.clear();
+    for (const auto& item : json->items()) {
+      check_key(field, item.key(), patterns);
+      const Json& text = item.value();
+      if (!text.is_string() || !std::regex_match(text.get_ref<const std::string&>(), std::regex(regex)))
+        fail(at(field, item.key()), text, "a string as in " + std::string(field.example), field);
+      values.emplace_back(item.key(), text.get<std::string>());
+    }
+  }
   void choice(const Field& field, std::size_t& index, const Names& names) override {
     const Json* json = find(field);
     if (!json) return;
@@ -259,21 +290,8 @@ class Reader : public Visitor {
     keys.clear();
     if (!json) return;
     if (!json->is_object()) fail(at(field), *json, "an object", field);
-    std::vector<std::string> samples;
-    for (const KeyPattern& pattern : patterns) samples.push_back(pattern.sample);
-    const auto known = [&](const std::string& key) {
-      return std::any_of(patterns.begin(), patterns.end(), [&](const KeyPattern& pattern) {
-        return pattern.regex.empty() ? key == pattern.literal
-                                     : std::regex_match(key, std::regex(pattern.regex));
-      });
-    };
     for (const auto& item : json->items()) {
-      if (!known(item.key())) {
-        const std::string near = nearest(item.key(), samples);
-        fail(at(field, item.key()), fmt::format("unknown key \"{}\"", item.key()),
-             fmt::format("{}keys like {}", near.empty() ? "" : "did you mean \"" + near + "\"? ",
-                         quoted_list(samples)));
-      }
+      check_key(field, item.key(), patterns);
       keys.push_back(item.key());
     }
     for (std::size_t i = 0; i < keys.size(); ++i)
@@ -341,6 +359,18 @@ class Reader : public Visitor {
     const std::optional<std::int64_t> value = whole_number(json);
     if (!value || *value < low || *value > high) fail(at(field), json, allowed, field);
     return *value;
+  }
+  // A key that is data.
+  void check_key(const Field& field, const std::string& key, const std::vector<KeyPattern>& patterns) const {
+    for (const KeyPattern& pattern : patterns)
+      if (pattern.regex.empty() ? key == pattern.literal : std::regex_match(key, std::regex(pattern.regex)))
+        return;
+    std::vector<std::string> samples;
+    for (const KeyPattern& pattern : patterns) samples.push_back(pattern.sample);
+    const std::string near = nearest(key, samples);
+    fail(at(field, key), fmt::format("unknown key \"{}\"", key),
+         fmt::format("{}keys like {}", near.empty() ? "" : "did you mean \"" + near + "\"? ",
+                     quoted_list(samples)));
   }
   std::string at(const Field& field) const { return child_pointer(pointer_, field.key); }
   std::string at(const Field& field, const std::string& item) const { return child_pointer(at(field), item); }

@@ -91,6 +91,23 @@ class SchemaWriter : public Visitor {
     std::visit([&](const auto& held) { schema["default"] = held; }, value);
     add(field, std::move(schema));
   }
+  void texts(const Field& field, Names&, std::size_t least, std::size_t most) override {
+    add(field, Json{{"type", "array"},
+                    {"items", Json{{"type", "string"}, {"minLength", 1}}},
+                    {"minItems", least},
+                    {"maxItems", most}});
+  }
+  void texts_by_key(const Field& field, TextsByKey&, const std::vector<KeyPattern>& patterns,
+                    const std::string& regex) override {
+    Json properties = Json::object();
+    for (const KeyPattern& pattern : patterns)
+      properties[whole(pattern.regex.empty() ? pattern.literal : pattern.regex)] =
+          Json{{"type", "string"}, {"pattern", whole(regex)}};
+    add(field, Json{{"type", "object"},
+                    {"patternProperties", std::move(properties)},
+                    {"minProperties", 1},
+                    {"additionalProperties", false}});
+  }
   void points(const Field& field, Points&, std::size_t least) override {
     Json pair{{"type", "array"}, {"items", quantity_schema(Dimension::kLength, Range::any())}};
     pair["minItems"] = pair["maxItems"] = 2;

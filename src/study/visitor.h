@@ -80,6 +80,7 @@ class Visitor {
   using WordOrQuantity = std::variant<std::string, double>;
   using NumberedQuantities = std::map<int, double>;
   using Points = std::vector<std::array<double, 2>>;
+  using TextsByKey = std::vector<std::pair<std::string, std::string>>;
   virtual ~Visitor() = default;
 
   /// String with unit or plain SI number. Empty: absent.
@@ -102,6 +103,11 @@ class Visitor {
   virtual void seed(const Field& field, std::uint64_t& value) = 0;
   virtual void boolean(const Field& field, bool& value) = 0;
   virtual void text(const Field& field, std::string& value, bool may_be_empty) = 0;
+  /// Array of `least` to `most` texts, none of them empty.
+  virtual void texts(const Field& field, Names& values, std::size_t least, std::size_t most) = 0;
+  /// Object whose keys are data and whose values are texts that match `regex`; at least one.
+  virtual void texts_by_key(const Field& field, TextsByKey& values, const std::vector<KeyPattern>& patterns,
+                            const std::string& regex) = 0;
   virtual void choice(const Field& field, std::size_t& index, const Names& names) = 0;
   /// Array of distinct choices.
   virtual void choices(const Field& field, std::vector<std::size_t>& indices, const Names& names) = 0;

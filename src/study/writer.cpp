@@ -36,6 +36,15 @@ class Writer : public Visitor {
   void text(const Field& field, std::string& value, bool) override {
     if (!value.empty()) json[field.key] = value;
   }
+  void texts(const Field& field, Names& values, std::size_t, std::size_t) override {
+    json[field.key] = values;
+  }
+  void texts_by_key(const Field& field, TextsByKey& values, const std::vector<KeyPattern>&,
+                    const std::string&) override {
+    Json items = Json::object();
+    for (const auto& [key, text] : values) items[key] = text;
+    json[field.key] = std::move(items);
+  }
   void choice(const Field& field, std::size_t& index, const Names& names) override {
     json[field.key] = names.at(index);
   }

@@ -42,6 +42,7 @@ ExitCode trace_command(CommandLine line);
 ExitCode psd_command(CommandLine line);
 ExitCode chart_command(CommandLine line);
 ExitCode check_command(CommandLine line);
+ExitCode solve_command(CommandLine line);
 ExitCode schema_command();
 
 }  // namespace aberfit

@@ -9,6 +9,7 @@
 #include "aberfit/method/verify.h"
 #include "aberfit/report/psd_report.h"
 #include "aberfit/report/result.h"
+#include "aberfit/specify/solve.h"
 #include "aberfit/study/study.h"
 
 // The commands as functions: each returns what it found as a struct, of which the headers of report make
@@ -38,6 +39,9 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
 /// chart.csv, chart.json, summary.txt and pictures. Throws InputError for a study of a map, which has no
 /// statistics to be wrong about.
 Chart run_chart(const Study& study, const RunOptions& options);
+/// Which roughness meets the budgets of the study's `solve` block, which it must have. Files: result.json,
+/// summary.txt, of two unknowns contour.csv and a picture.
+Specification run_solve(const Study& study, const RunOptions& options);
 /// The resolved study, the numbers of its scene, the model it needs and why, predicted cost (with a chart of
 /// the same study within a factor 1.5, without within 3 for the studies of fits/). Computes no fit. Throws
 /// InputError for a chart_file that is no chart. The study has no map as target.

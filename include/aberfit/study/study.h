@@ -11,6 +11,7 @@
 #include "aberfit/report/exports.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_table.h"
+#include "aberfit/specify/budget.h"
 #include "aberfit/spectrum/outliers.h"
 #include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/spectrum/surface_psd.h"
@@ -120,6 +121,13 @@ struct VerifySpec {
   std::vector<PublishedNumber> published;
 };
 
+/// Which roughness is looked for (specify/solve.h).
+struct SolveSpec {
+  std::vector<std::string> unknowns;  ///< JSON pointers of one or two numbers of the roughness
+  std::vector<Budget> budgets;
+  double contour_decades = 1;  ///< of two unknowns: how far either way of the study's values
+};
+
 /// A task, and what belongs to the file it is written in. Read-only once read_study has made it.
 struct Study : Task {
   std::string path;                  ///< file it was read from
@@ -129,6 +137,7 @@ struct Study : Task {
   std::optional<MapTarget> map;             ///< target.map: instead of statistics
   OutputSpec output;
   VerifySpec verify;
+  std::optional<SolveSpec> solve;
 };
 
 /// The PSD model of a roughness node, tables included.

@@ -1,0 +1,58 @@
+#pragma once
+#include <Eigen/Core>
+#include <array>
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "aberfit/specify/solve.h"
+
+namespace aberfit::internal {
+
+/// Budgets as functions of the unknowns. Const use from many threads.
+class BudgetValues {
+ public:
+  BudgetValues(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
+               const std::vector<Budget>& budgets, Theory theory);
+
+  /// What budgets limit, in their order, at ln(unknown/start). Throws InputError where values are not
+  /// allowed, ComputationError where the theory has none.
+  Eigen::ArrayXd at(const std::vector<double>& logs) const;
+  /// Without roughness.
+  Eigen::ArrayXd of_perfect_mirror() const;
+  /// ln(value/limit) of each, the sign such that positive is violated; within +-kFarOff, for roots.
+  Eigen::ArrayXd excess(const Eigen::ArrayXd& values) const;
+  double worst_excess(const std::vector<double>& logs) const { return excess(at(logs)).maxCoeff(); }
+  /// Everything that is told of a place. Sensitivities are left out where `whole` is false.
+  SolvePoint point(const std::vector<double>& logs, bool whole) const;
+  std::vector<BudgetState> states(const Eigen::ArrayXd& values) const;
+  /// Specular share of the light at a place; NaN for rays.
+  double core_share(const std::vector<double>& logs) const;
+
+  std::vector<double> values_of(const std::vector<double>& logs) const;
+  /// Whether the task allows the values: InputErrors are answered, and what they say goes to `why`.
+  bool allowed(const std::vector<double>& logs, std::string* why) const;
+  int evaluations() const { return evaluations_; }
+  double focal_length() const { return focal_length_; }
+
+  static constexpr double kFarOff = 50;
+
+ private:
+  Eigen::ArrayXd predict(const Task& task, double height_factor) const;
+
+  const TaskAt& task_at_;
+  const std::vector<SolveUnknown>& unknowns_;
+  const std::vector<Budget>& budgets_;
+  Theory theory_;
+  double focal_length_ = 0;
+  mutable std::atomic<int> evaluations_ = 0;
+};
+
+/// Least values of ln(value/limit) that are still met: roots are found to 1e-11.
+inline constexpr double kOnBudget = 1e-9;
+
+/// The curve through `start`, a place on it; see Contour.
+Contour trace_contour(const BudgetValues& budgets, const std::array<double, 2>& start, double reach,
+                      const RunContext& context);
+
+}  // namespace aberfit::internal

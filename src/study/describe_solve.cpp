@@ -1,0 +1,36 @@
+#include "describe.h"
+
+namespace aberfit::internal {
+
+void describe_solve(Visitor& v, SolveSpec& solve) {
+  v.texts({"for",
+           "one or two numbers of the roughness that are looked for, as JSON pointers into the study; the "
+           "study's own values are the start",
+           kRequired, R"(["/roughness/psd/rms"])"},
+          solve.unknowns, 1, 2);
+  v.check(solve.unknowns.size() < 2 || solve.unknowns[0] != solve.unknowns[1], "for/1",
+          solve.unknowns.empty() ? "" : '"' + solve.unknowns.back() + "\" again", "two different numbers");
+  Visitor::TextsByKey bounds;
+  for (const Budget& budget : solve.budgets) bounds.emplace_back(budget.key, budget.bound);
+  v.texts_by_key(
+      {"so_that",
+       "budgets that have to hold: ee<percent>_radius, ee<percent>_diameter (in a plane out of focus: "
+       "ee80_diameter@1mm) as length or as angle on the sky, rms_height, scatter_rms; <= or >= and a "
+       "quantity",
+       kRequired, R"({"ee80_diameter": "<= 0.6 arcsec"})"},
+      bounds, {{"", kBudgetKey, "ee80_diameter"}}, R"(\s*(<=|>=).*)");
+  v.quantity({"contour_decades",
+              "of two unknowns: how far the curve is followed either way of the study's values, in decades"},
+             solve.contour_decades, kNumber, Range{0, 4, true, false});
+  if (!v.reading()) return;
+  solve.budgets.clear();
+  for (const auto& [key, bound] : bounds) {
+    try {
+      solve.budgets.push_back(parse_budget(key, bound));
+    } catch (const UnitError& error) {
+      v.check(false, "so_that/" + key, error.what(), "e.g. \"<= 0.6 arcsec\"");
+    }
+  }
+}
+
+}  // namespace aberfit::internal

@@ -1,0 +1,61 @@
+#include "aberfit/study/psd_numbers.h"
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "aberfit/study/read_study.h"
+
+namespace aberfit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void collect(const Json& psd, const std::string& pointer, std::vector<PsdNumber>* numbers) {
+  static const std::map<std::string, Dimension> kDimensions = {{"rms", Dimension::kLength},
+                                                               {"B", Dimension::kLength},
+                                                               {"correlation_length", Dimension::kLength},
+                                                               {"amplitude", Dimension::kPsd2d},
+                                                               {"f_min", Dimension::kSpatialFrequency},
+                                                               {"f_max", Dimension::kSpatialFrequency},
+                                                               {"exponent", Dimension::kNumber},
+                                                               {"scale", Dimension::kNumber}};
+  if (psd.value("model", "") == "measured") return;
+  for (const auto& [key, dimension] : kDimensions)
+    if (psd.contains(key) && psd[key].is_number())
+      numbers->push_back({pointer + "/" + key, psd[key].get<double>(), dimension});
+  if (!psd.contains("parts")) return;
+  for (std::size_t i = 0; i < psd["parts"].size(); ++i)
+    collect(psd["parts"][i], pointer + "/parts/" + std::to_string(i), numbers);
+}
+
+}  // namespace
+
+std::vector<PsdNumber> psd_numbers(const Study& study) {
+  std::vector<PsdNumber> numbers;
+  const Json resolved = resolved_study(study);
+  if (resolved.contains("roughness")) collect(resolved["roughness"]["psd"], "/roughness/psd", &numbers);
+  return numbers;
+}
+
+struct StudyFamily::Text {
+  std::string path;
+  Json study;
+  std::vector<Json::json_pointer> pointers;
+};
+
+StudyFamily::StudyFamily(const Study& study, const std::vector<std::string>& pointers) {
+  Text text{study.path, resolved_study(study), {}};
+  for (const char* unused : {"verify", "solve", "output"}) text.study.erase(unused);
+  for (const std::string& pointer : pointers) text.pointers.emplace_back(pointer);
+  text_ = std::make_shared<const Text>(std::move(text));
+}
+
+StudyFamily::~StudyFamily() = default;
+
+Task StudyFamily::operator()(const std::vector<double>& values) const {
+  Json study = text_->study;
+  for (std::size_t k = 0; k < values.size(); ++k) study[text_->pointers[k]] = values[k];
+  return parse_study(study.dump(), text_->path);
+}
+
+}  // namespace aberfit

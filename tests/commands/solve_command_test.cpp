@@ -1,0 +1,89 @@
+// `aberfit solve` from the outside: exit codes, files, what is printed.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "study/run_program.h"
+#include "study/scratch_folder.h"
+
+namespace aberfit {
+namespace {
+
+using nlohmann::ordered_json;
+using test::read_file;
+using test::run_program;
+using test::ScratchFolder;
+
+const char* const kStudy = R"({ "aberfit": 1, "title": "primary", "mirror": { "focal_length": "100 m" },
+  "aperture": { "shape": "circle", "diameter": "0.2 m" }, "light": { "wavelength": "500 nm" },
+  "roughness": { "psd": { "model": "uniform", "rms": "30 nm", "f_min": "20 /m", "f_max": "60 /m" } },
+  "target": { "theory": "geometric" },
+  "solve": { "for": ["/roughness/psd/rms"], "so_that": { "ee80_diameter": "<= 6 arcsec" } } })";
+
+class SolveCommand : public ::testing::Test {
+ protected:
+  void SetUp() override { folder_.write("study.json", kStudy); }
+  int run(const std::string& arguments) const { return run_program(folder_, arguments); }
+  std::string out() const { return read_file(folder_.file("stdout.txt")); }
+  std::string err() const { return read_file(folder_.file("stderr.txt")); }
+  ScratchFolder folder_;
+};
+
+TEST_F(SolveCommand, WritesWhatItPrints) {
+  EXPECT_EQ(run("solve study.json --json --quiet -o result"), 0) << err();
+  ordered_json printed = ordered_json::parse(out());
+  EXPECT_EQ(printed["kind"], "solve");
+  EXPECT_EQ(printed["status"], "solved");
+  EXPECT_EQ(printed["contour"], nullptr);
+  EXPECT_EQ(printed["solutions"][0]["holds"], "below");
+  EXPECT_NEAR(double(printed["plate_scale_rad_per_m"]), 0.01, 1e-15);
+  EXPECT_EQ(printed, ordered_json::parse(read_file(folder_.file("result/result.json"))));
+  // The resolved study is a study with the same question.
+  folder_.write("resolved.json", printed["study"].dump());
+  EXPECT_EQ(run("solve resolved.json --json --quiet -o again"), 0) << err();
+  EXPECT_EQ(ordered_json::parse(out())["solutions"], printed["solutions"]);
+  const std::string summary = read_file(folder_.file("result/summary.txt"));
+  EXPECT_EQ(summary.find("SOLVED: rms <= 20."), 0u) << summary;
+  EXPECT_NE(summary.find("2.0626 arcsec/mm"), std::string::npos) << summary;
+  std::istringstream lines(summary);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+  EXPECT_FALSE(std::filesystem::exists(folder_.file("result/contour.csv")));
+}
+
+TEST_F(SolveCommand, ReturnsOneWhereThereIsNoSolutionOrNoBound) {
+  EXPECT_EQ(run("solve study.json --set '/solve/so_that={\"rms_height\": \"<= 1 m\"}'"), 1) << err();
+  EXPECT_EQ(out().find("NO BOUND"), 0u) << out();
+  EXPECT_NE(out().find("Every value from"), std::string::npos) << out();
+  EXPECT_EQ(
+      run("solve study.json --set /target/theory=ghs --set '/solve/so_that/ee80_diameter=<= 0.1 arcsec'"), 1);
+  EXPECT_EQ(out().find("NO SOLUTION"), 0u) << out();
+  EXPECT_NE(out().find("Airy"), std::string::npos) << out();
+  EXPECT_EQ(run("solve study.json --set '/solve/for=[\"/mirror/focal_length\"]'"), 2);
+  EXPECT_NE(err().find("/solve/for/0"), std::string::npos) << err();
+  folder_.write("plain.json",
+                R"({ "aberfit": 1, "mirror": { "focal_length": "1 m" }, "aperture": { "shape": "circle",
+    "diameter": "0.2 m" }, "light": { "wavelength": "500 nm" }, "target": { "statistics": { "ee50": { "value": "9 um" } } },
+    "terms": { "zernike": { "n_max": 4 } }, "fit": { "prior": "zero-mean" } })");
+  EXPECT_EQ(run("solve plain.json"), 2);
+  EXPECT_NE(err().find("/solve"), std::string::npos) << err();
+}
+
+TEST_F(SolveCommand, OfTwoNumbersWritesTheContour) {
+  EXPECT_EQ(run("solve study.json -o two --set /solve/for/1=/roughness/psd/f_max"), 0) << err();
+  std::istringstream table(read_file(folder_.file("two/contour.csv")));
+  std::string line;
+  std::getline(table, line);
+  EXPECT_EQ(line, "rms_m,f_max_per_m,ee80_diameter_rad,ee80_diameter_margin,binding");
+  std::size_t rows = 0;
+  for (; std::getline(table, line); ++rows) EXPECT_TRUE(line.ends_with(",ee80_diameter")) << line;
+  const ordered_json result = ordered_json::parse(read_file(folder_.file("two/result.json")));
+  EXPECT_EQ(rows, result["contour"]["points"].size());
+  EXPECT_GE(rows, 10u);
+  for (const char* file : {"contour.gp", "contour.dat"})
+    EXPECT_TRUE(std::filesystem::exists(folder_.file(std::string("two/plots/") + file))) << file;
+}
+
+}  // namespace
+}  // namespace aberfit

@@ -1,0 +1,254 @@
+// Which roughness meets a budget: against closed laws of PHYSICS 5, and against the targets of the same
+// study.
+#include "aberfit/specify/solve.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/math/special_functions/bessel.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/method/groundwork.h"
+#include "aberfit/study/psd_numbers.h"
+#include "aberfit/study/read_study.h"
+
+namespace aberfit {
+namespace {
+
+using std::numbers::pi;
+
+constexpr double kArcsec = pi / 648000;
+// What is asked of a solution; the largest deviation seen is the paraxial one of the closed laws, 1.3e-7.
+constexpr double kSolved = 1e-6;
+
+// f/500: the laws' paraxial error is 1/(32 N^2) = 1.3e-7.
+std::string slow_mirror(const std::string& psd, const std::string& target, const std::string& solve) {
+  return R"({"aberfit": 1, "mirror": {"focal_length": "100 m"}, "light": {"wavelength": "500 nm"},
+    "aperture": {"shape": "circle", "diameter": "0.2 m"}, "roughness": {"psd": )" +
+         psd + R"(}, "target": {)" + target + R"(}, "solve": )" + solve + "}";
+}
+const std::string kUniform = R"({"model": "uniform", "rms": "50 nm", "f_min": "20 /m", "f_max": "60 /m"})";
+const std::string kGeometric = R"("theory": "geometric")";
+
+Specification solved(const std::string& text) { return run_solve(parse_study(text, "study.json"), {}); }
+
+// RMS height of a uniform PSD with a per-axis slope s: s^2 = (2 pi sigma)^2 (f_min^2 + f_max^2)/4.
+double rms_of_slope(double slope, double f_min, double f_max) {
+  return slope / (pi * std::hypot(f_min, f_max));
+}
+// Slope of an EE diameter on the sky: 4 s sqrt(-2 ln(1 - p)).
+double slope_of_diameter(double angle, double share) {
+  return angle / (4 * std::sqrt(-2 * std::log(1 - share)));
+}
+
+// The statistic by the target of the study with the solved values.
+double target_of(const std::string& text, const SolvePoint& point, const std::string& key) {
+  nlohmann::ordered_json study = nlohmann::ordered_json::parse(text);
+  std::size_t k = 0;
+  for (const std::string pointer : study["solve"]["for"])
+    study[nlohmann::ordered_json::json_pointer(pointer)] = point.at[k++];
+  study.erase("solve");
+  study["target"]["statistics"][key] = nlohmann::ordered_json::object();
+  const Study changed = parse_study(study.dump(), "study.json");
+  return make_targets(changed, lay_groundwork(changed), 1).fitted.front().value;
+}
+
+TEST(Solve, LargestRmsIsThatOfTheClosedLaw) {
+  const Specification spec =
+      solved(slow_mirror(kUniform, kGeometric,
+                         R"({"for": ["/roughness/psd/rms"], "so_that": {"ee80_diameter": "<= 6 arcsec"}})"));
+  ASSERT_EQ(spec.status, SolveStatus::kSolved);
+  EXPECT_EQ(spec.theory, Theory::kGeometric);
+  ASSERT_EQ(spec.solutions.size(), 1u);
+  const SolvePoint& solution = spec.solutions.front();
+  EXPECT_TRUE(solution.holds_below);
+  EXPECT_NEAR(solution.at[0] / rms_of_slope(slope_of_diameter(6 * kArcsec, 0.8), 20, 60), 1, kSolved);
+  EXPECT_NEAR(solution.budgets[0].margin, 0, 1e-9);
+  EXPECT_NEAR(solution.budgets[0].sensitivity[0], 1, kSolved) << "a blur is proportional to the height";
+  EXPECT_LE(solution.bracket[0], solution.at[0]);
+  EXPECT_GE(solution.bracket[1], solution.at[0]);
+}
+
+TEST(Solve, OfSeveralBudgetsTheStrictestBindsAndEachHasItsOwnAnswer) {
+  const Specification spec = solved(slow_mirror(
+      kUniform, kGeometric,
+      R"({"for": ["/roughness/psd/rms"], "so_that": {"ee80_diameter": "<= 6 arcsec", "scatter_rms": "<= 7 urad",
+          "rms_height": ">= 10 nm"}})"));
+  ASSERT_EQ(spec.status, SolveStatus::kSolved);
+  const double by_light = rms_of_slope(slope_of_diameter(6 * kArcsec, 0.8), 20, 60);
+  const double by_angle = rms_of_slope(7e-6 / std::sqrt(8.0), 20, 60);  // 2 sqrt2 s
+  ASSERT_LT(by_angle, by_light);
+  // The start, 50 nm, meets neither of the upper ones: the nearer edge of what is allowed comes first.
+  ASSERT_EQ(spec.solutions.size(), 2u);
+  EXPECT_NEAR(spec.solutions[0].at[0] / by_angle, 1, kSolved);
+  EXPECT_EQ(spec.solutions[0].binding, 1u);
+  EXPECT_NEAR(spec.solutions[0].budgets[0].margin, 1 - by_angle / by_light, kSolved);
+  EXPECT_NEAR(spec.solutions[1].at[0] / 10e-9, 1, 1e-4) << "but for what a mean over the aperture takes off";
+  EXPECT_EQ(spec.solutions[1].binding, 2u);
+  EXPECT_FALSE(spec.solutions[1].holds_below);
+  ASSERT_EQ(spec.alone.size(), 3u);
+  EXPECT_NEAR(spec.alone[0].at(0) / by_light, 1, kSolved);
+}
+
+// A f^-b from 0.1 to 10 cycles/m: the slope variance is A (2 pi)^3 2 sinh(u ln 10)/u with u = 4 - b, which is
+// even in u.
+TEST(Solve, AllSolutionsAreFoundWhereThereAreTwo) {
+  const std::string text = slow_mirror(
+      R"({"model": "power-law", "amplitude": 1e-18, "exponent": 3.6, "f_min": "0.1 /m", "f_max": "10 /m"})",
+      kGeometric, R"({"for": ["/roughness/psd/exponent"], "so_that": {"scatter_rms": "<= 1 urad"}})");
+  const auto scatter = [](double exponent) {
+    const double u = 4 - exponent;
+    return 2 * std::sqrt(1e-18 * std::pow(2 * pi, 3) * 2 * std::sinh(u * std::log(10)) / u);
+  };
+  nlohmann::ordered_json study = nlohmann::ordered_json::parse(text);
+  study["solve"]["so_that"]["scatter_rms"] = fmt::format("<= {:.17g} rad", scatter(3.1));
+  const Specification spec = solved(study.dump());
+  ASSERT_EQ(spec.solutions.size(), 2u);
+  EXPECT_NEAR(spec.solutions[0].at[0], 3.1, kSolved);
+  EXPECT_NEAR(spec.solutions[1].at[0], 4.9, kSolved);
+  EXPECT_FALSE(spec.solutions[0].holds_below);
+  EXPECT_TRUE(spec.solutions[1].holds_below);
+  // Just above the least value at b = 4 both lie between two steps of the search, 3.6 and 5.4.
+  study["solve"]["so_that"]["scatter_rms"] = fmt::format("<= {:.17g} rad", scatter(3.9));
+  const Specification close = solved(study.dump());
+  ASSERT_EQ(close.solutions.size(), 2u);
+  EXPECT_NEAR(close.solutions[0].at[0] + close.solutions[1].at[0], 8, kSolved);
+}
+
+TEST(Solve, InLightTheTargetsOfTheSolutionAreTheBudget) {
+  const std::string text =
+      R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
+      "aperture": {"shape": "circle", "diameter": "0.4 m"}, "target": {},
+      "roughness": {"psd": {"model": "uniform", "rms": "60 nm", "f_min": "2.5 /m", "f_max": "20 /m"}},
+      "solve": {"for": ["/roughness/psd/rms"], "so_that": {"ee80_radius": "<= 30 um"}}})";
+  const Specification spec = solved(text);
+  ASSERT_EQ(spec.status, SolveStatus::kSolved) << spec.reason;
+  EXPECT_EQ(spec.theory, Theory::kGhs);
+  EXPECT_NEAR(target_of(text, spec.solutions[0], "ee80") / 30e-6, 1, kSolved);
+  EXPECT_TRUE(spec.warnings.empty());
+}
+
+TEST(Solve, DiffractionAloneMayExceedTheBudget) {
+  const Specification spec = solved(
+      slow_mirror(kUniform, R"("theory": "ghs")",
+                  R"({"for": ["/roughness/psd/rms"], "so_that": {"ee80_diameter": "<= 0.1 arcsec"}})"));
+  EXPECT_EQ(spec.status, SolveStatus::kNoSolution);
+  EXPECT_TRUE(spec.solutions.empty());
+  EXPECT_NE(spec.reason.find("Airy"), std::string::npos) << spec.reason;
+  // Airy's pattern: 1 - J0^2 - J1^2 of v = pi D theta/lambda is 0.8 at the radius.
+  const double v = pi * 0.2 / 500e-9 * spec.perfect[0].value / 2;
+  const double j0 = boost::math::cyl_bessel_j(0, v), j1 = boost::math::cyl_bessel_j(1, v);
+  EXPECT_NEAR(1 - j0 * j0 - j1 * j1, 0.8, kSolved);
+  EXPECT_NEAR(spec.nearest.budgets[0].value / spec.perfect[0].value, 1, 1e-4) << "hardly any roughness";
+}
+
+TEST(Solve, TheSpecularCoreAloneMayMeetTheBudget) {
+  // g = 4 pi 10/500: 94 % of the light are specular, whatever the band.
+  const Specification spec = solved(slow_mirror(
+      R"({"model": "uniform", "rms": "10 nm", "f_min": "20 /m", "f_max": "60 /m"})", R"("theory": "ghs")",
+      R"({"for": ["/roughness/psd/f_max"], "so_that": {"ee50_diameter": "<= 2 arcsec"}})"));
+  EXPECT_EQ(spec.status, SolveStatus::kUnbounded);
+  EXPECT_NE(spec.reason.find("specular core"), std::string::npos) << spec.reason;
+  EXPECT_NEAR(spec.range[0].value, 20, 1e-5) << "the band ends at its beginning";
+  EXPECT_NE(spec.range[0].why.find("f_max"), std::string::npos) << spec.range[0].why;
+}
+
+TEST(Solve, ContourOfHeightAndBandIsTheClosedLaw) {
+  const Specification spec = solved(slow_mirror(
+      kUniform, kGeometric,
+      R"({"for": ["/roughness/psd/rms", "/roughness/psd/f_max"], "so_that": {"ee80_diameter": "<= 6 arcsec"}})"));
+  ASSERT_EQ(spec.status, SolveStatus::kSolved);
+  const double slope = slope_of_diameter(6 * kArcsec, 0.8);
+  ASSERT_GE(spec.contour.points.size(), 10u);
+  for (const SolvePoint& point : spec.contour.points) {
+    EXPECT_NEAR(point.at[0] / rms_of_slope(slope, 20, point.at[1]), 1, kSolved) << point.at[1];
+    EXPECT_NEAR(point.budgets[0].margin, 0, kSolved);
+  }
+  for (std::size_t k = 1; k < spec.contour.points.size(); ++k)
+    EXPECT_GT(spec.contour.points[k].at[1], spec.contour.points[k - 1].at[1]);
+  // To the ends of what is allowed: the band, and a decade of either.
+  EXPECT_LT(spec.contour.points.front().at[1], 21);
+  EXPECT_GT(spec.contour.points.back().at[1], 200);
+}
+
+TEST(Solve, ContourInLightIsOnTheBudget) {
+  const std::string text =
+      R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
+      "aperture": {"shape": "circle", "diameter": "0.4 m"}, "target": {},
+      "roughness": {"psd": {"model": "k-correlation", "rms": "60 nm", "B": "0.1 m", "exponent": 3.5, "f_min": "2.5 /m",
+        "f_max": "40 /m"}}, "solve": {"for": ["/roughness/psd/rms", "/roughness/psd/B"], "contour_decades": 0.5,
+        "so_that": {"ee80_radius": "<= 30 um"}}})";
+  const Specification spec = solved(text);
+  ASSERT_EQ(spec.status, SolveStatus::kSolved);
+  const auto& points = spec.contour.points;
+  ASSERT_GE(points.size(), 5u);
+  for (const SolvePoint& point : points) EXPECT_NEAR(point.budgets[0].margin, 0, kSolved);
+  for (const std::size_t k : {std::size_t(0), points.size() / 2, points.size() - 1})
+    EXPECT_NEAR(target_of(text, points[k], "ee80") / 30e-6, 1, kSolved) << k;
+}
+
+TEST(Solve, SaysWhereTheTheoryEnds) {
+  // Half of the light within 0.9 m at a focal length of 2.8 m scatters further than the theory goes.
+  const std::string text =
+      R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
+      "aperture": {"shape": "circle", "diameter": "0.4 m"},
+      "roughness": {"psd": {"model": "uniform", "rms": "60 um", "f_min": "2.5 /m", "f_max": "20 /m"}},
+      "solve": {"for": ["/roughness/psd/rms"], "so_that": {"ee50_radius": "<= 0.9 m"}}})";
+  const Specification spec = solved(text);
+  ASSERT_EQ(spec.status, SolveStatus::kSolved) << spec.reason;
+  ASSERT_EQ(spec.warnings.size(), 1u);
+  EXPECT_EQ(spec.warnings[0].code, "solve-theory-ends");
+}
+
+TEST(Solve, RefusesWhatCannotBeSolvedFor) {
+  const auto refusal = [](const std::string& target, const std::string& solve) -> std::string {
+    try {
+      solved(slow_mirror(kUniform, target, solve));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "nothing refused";
+  };
+  const std::string budget = R"("so_that": {"ee80_diameter": "<= 6 arcsec"}})";
+  const struct {
+    std::string target, solve, said;
+  } cases[] = {
+      {R"("theory": "rays")", R"({"for": ["/roughness/psd/rms"], )" + budget, "/target/theory"},
+      {kGeometric, R"({"for": ["/roughness/psd/B"], )" + budget, "/roughness/psd/f_max"},
+      {kGeometric, R"({"for": ["/roughness/psd/rms", "/roughness/psd/rms"], )" + budget, "two different"},
+      {kGeometric, R"({"for": [], )" + budget, "1 to 2"},
+      {kGeometric, R"({"for": ["/roughness/psd/rms"], "so_that": {"ee80_diameter": "<= 6 kg"}})", "arcsec"},
+      {kGeometric, R"({"for": ["/roughness/psd/rms"], "so_that": {"ee80": "<= 6 um"}})", "unknown key"},
+      {kGeometric, R"({"for": ["/roughness/psd/rms"], "so_that": {}})", "/solve/so_that"}};
+  for (const auto& one : cases) {
+    const std::string said = refusal(one.target, one.solve);
+    EXPECT_NE(said.find(one.said), std::string::npos) << one.solve << "\n" << said;
+  }
+}
+
+TEST(Solve, NumbersOfAPsdAreThoseOfItsModel) {
+  const Study study = parse_study(
+      slow_mirror(
+          R"({"model": "sum", "parts": [{"model": "gaussian", "rms": "5 nm", "correlation_length": "3 mm"},
+        {"model": "power-law", "exponent": 3, "rms": "4 nm", "f_min": "1 /m", "f_max": "1 /mm"}]})",
+          kGeometric, R"({"for": ["/x"], "so_that": {"rms_height": "<= 6 nm"}})"),
+      "study.json");
+  std::vector<std::string> pointers;
+  for (const PsdNumber& number : psd_numbers(study)) pointers.push_back(number.pointer);
+  std::sort(pointers.begin(), pointers.end());
+  EXPECT_EQ(pointers, (std::vector<std::string>{
+                          "/roughness/psd/parts/0/correlation_length", "/roughness/psd/parts/0/rms",
+                          "/roughness/psd/parts/1/exponent", "/roughness/psd/parts/1/f_max",
+                          "/roughness/psd/parts/1/f_min", "/roughness/psd/parts/1/rms"}));
+  const StudyFamily family(study, {"/roughness/psd/parts/1/rms"});
+  EXPECT_EQ(std::get<PowerLawPsd>(std::get<SumPsd>(*family({9e-9}).psd).parts[1]).rms, 9e-9);
+  EXPECT_THROW(family({-1.0}), InputError);
+}
+
+}  // namespace
+}  // namespace aberfit
