@@ -61,7 +61,7 @@ std::string budget_rows(const Specification& spec, const SolvePoint& point) {
     const Budget& budget = spec.budgets[k];
     const BudgetState& state = point.budgets[k];
     std::string sensitivity;
-    for (const double one : state.sensitivity) sensitivity += fmt::format("{:>11.4g}", one);
+    for (const double one : state.sensitivity) sensitivity += fmt::format(" {:>10.4g}", one);
     const double room = budget.at_most ? budget.limit - state.value : state.value - budget.limit;
     text += fmt::format(
         "  {} {:<20} {:>13} {:<16} {:>8} {:>13}{}\n",
@@ -78,7 +78,7 @@ std::string head_of_rows(const Specification& spec, bool sensitivities) {
       fmt::format("    {:<20} {:>13} {:<16} {:>8} {:>13}", "budget", "value", "limit", "margin", "room");
   if (sensitivities)
     for (const SolveUnknown& unknown : spec.unknowns)
-      text += fmt::format("{:>11}", "d/d " + name_of(unknown));
+      text += fmt::format(" {:>10}", "d/d " + name_of(unknown));
   return text + "\n";
 }
 
