@@ -292,8 +292,8 @@ bool is_private(const std::string& code, std::size_t at) {
 
 const std::vector<std::string>& rooms() {
   static const std::vector<std::string> names = {
-      "core",   "scene",   "measured", "roughness", "spectrum", "terms",  "trace", "focus",   "waves",
-      "theory", "forward", "fit",      "method",    "chart",    "specify",  "report", "study", "commands"};
+      "core",   "scene",   "measured", "roughness", "spectrum", "terms",   "trace",  "focus", "waves",
+      "theory", "forward", "fit",      "method",    "chart",    "specify", "report", "study", "commands"};
   return names;
 }
 
