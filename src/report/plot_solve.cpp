@@ -19,6 +19,20 @@ AxisUnit axis_unit(const SolveUnknown& unknown, double largest) {
   return {1, unknown.dimension == Dimension::kPsd2d ? "m^4" : "1"};
 }
 
+// Numbers at an axis of logarithms, three of them at least on any range of half a decade: powers of ten alone
+// leave a short one bare.
+std::string log_tics(double low, double high) {
+  std::string tics;
+  const bool is_long = high > 30 * low;
+  for (int power = int(std::floor(std::log10(low))); power <= int(std::log10(high)) + 1; ++power)
+    for (const double digit : {1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0}) {
+      const double at = digit * std::pow(10.0, power);
+      if (at < low || at > high || (is_long && digit != 1)) continue;
+      tics += fmt::format("{}{:.9g}", tics.empty() ? "" : ", ", at);
+    }
+  return "(" + tics + ")";
+}
+
 }  // namespace
 
 // The second unknown across, the first up; below or above the curve the budgets hold.
@@ -41,16 +55,19 @@ std::vector<std::string> write_solve_plots(const Specification& spec, const std:
   std::string budgets;
   for (const Budget& budget : spec.budgets)
     budgets += (budgets.empty() ? "" : ", ") + budget.key + " " + budget.bound;
-  const auto range = [](const Eigen::ArrayXd& of, const AxisUnit& unit) {
-    return fmt::format("[{:.9g}:{:.9g}]", of.minCoeff() * unit.per_si / 1.3,
-                       of.maxCoeff() * unit.per_si * 1.3);
+  struct Axis {
+    std::string range, tics;
   };
-  // Within a decade tics at every 1, 2, 5 would be too few: nine of them.
+  const auto axis = [](const Eigen::ArrayXd& of, const AxisUnit& unit) {
+    const double low = of.minCoeff() * unit.per_si / 1.3, high = of.maxCoeff() * unit.per_si * 1.3;
+    return Axis{fmt::format("[{:.9g}:{:.9g}]", low, high), log_tics(low, high)};
+  };
+  const Axis x_axis = axis(x, across), y_axis = axis(y, up);
   const bool below = spec.solutions.front().holds_below;
   const auto& start = spec.unknowns;
   picture.script += fmt::format(
       "set title {0}\nset logscale xy\nset xrange {1}\nset yrange {2}\nset xlabel {3}\nset ylabel {4}\n"
-      "set format xy '%g'\nset mxtics 10\nset mytics 10\nset style fill solid 0.15 noborder\n"
+      "set format xy '%g'\nset xtics {12}\nset ytics {13}\n"
       "plot 'contour.dat' using ($1*{5:.9g}):($2*{6:.9g}) with lines linetype 2 title {7}, \\\n"
       "  'contour.dat' using ($1*{5:.9g}):($2*{6:.9g}) with points pointtype 7 pointsize 0.7 linecolor rgb "
       "'{8}' "
@@ -58,12 +75,13 @@ std::vector<std::string> write_solve_plots(const Specification& spec, const std:
       "  '+' using ({9:.9g}):({10:.9g}) every ::0::0 with points pointtype 2 pointsize 1.8 linecolor rgb "
       "'{11}' "
       "title 'the study'\n",
-      picture_title("Budget met exactly", spec.title), range(x, across), range(y, up),
+      picture_title("Budget met exactly", spec.title), x_axis.range, y_axis.range,
       gnuplot_text(across.label(second)), gnuplot_text(up.label(first)), across.per_si, up.per_si,
       gnuplot_text(budgets + (spec.contour.is_closed ? ""
                               : below                ? " holds below"
                                                      : " holds above")),
-      kTargetColour, start[1].start * across.per_si, start[0].start * up.per_si, kFittedColour);
+      kTargetColour, start[1].start * across.per_si, start[0].start * up.per_si, kFittedColour, x_axis.tics,
+      y_axis.tics);
   return draw_pictures({picture}, directory, warnings);
 }
 

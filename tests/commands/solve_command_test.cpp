@@ -83,6 +83,13 @@ TEST_F(SolveCommand, OfTwoNumbersWritesTheContour) {
   EXPECT_GE(rows, 10u);
   for (const char* file : {"contour.gp", "contour.dat"})
     EXPECT_TRUE(std::filesystem::exists(folder_.file(std::string("two/plots/") + file))) << file;
+  // Two numbers at each axis, however short.
+  const std::string script = read_file(folder_.file("two/plots/contour.gp"));
+  for (const char* tics : {"set xtics (", "set ytics ("}) {
+    const std::size_t from = script.find(tics);
+    ASSERT_NE(from, std::string::npos);
+    EXPECT_NE(script.substr(from, script.find(')', from) - from).find(", "), std::string::npos) << script;
+  }
 }
 
 }  // namespace
