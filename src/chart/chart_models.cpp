@@ -269,7 +269,7 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       const ChartClock fit_clock(0);
       FitPlan plan = make_plan(task, std::make_shared<const TermPlan>(plan_terms(
                                          task, ground, zernikes_up_to(order, task.terms.covariance, first))));
-      plan.give_up_on_stall = true;
+      plan.on_stall = OnStall::kGiveUp;
       plan.pupil.rays = first_rays(plan.terms->terms.size());
       plan.automatic_rays = false;
       if (way.coarse_first) plan.coarsening = kFirstCoarsening;

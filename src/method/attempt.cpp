@@ -64,10 +64,10 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double
     fit.prior_weight = kWavePriorWeight;
     fit.guides_within = plan.guides_within;
   }
-  const bool minds_stall = plan.give_up_on_stall || plan.end_on_stall;
+  const bool minds_stall = plan.on_stall != OnStall::kGoOn;
   if (!of.context.progress && !of.context.interrupted && !minds_stall) return fit;
   const StallWatch own(of.ground.use.model, plan.most_iterations, plan.warm.size() > 0);
-  auto watch = std::make_shared<StallWatch>(plan.end_on_stall ? StallWatch::patient() : own);
+  auto watch = std::make_shared<StallWatch>(plan.on_stall == OnStall::kEnd ? StallWatch::patient() : own);
   fit.progress = [&of, minds_stall, watch, tries, lowest](const FitProgress& p) {
     *lowest = std::min(*lowest, p.worst_mismatch);
     if (of.context.stopped() || (minds_stall && watch->stalled(p))) return false;
@@ -95,7 +95,7 @@ FitResult fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProbl
                                       : draw_white(problem.prior.size(), seed);
     const FitOptions how = fit_options(of, plan, k, lowest);
     FitResult result = calibrate(problem, white, how);
-    if (result.status == FitStatus::kCancelled && plan.end_on_stall && !of.context.stopped()) {
+    if (result.status == FitStatus::kCancelled && plan.on_stall == OnStall::kEnd && !of.context.stopped()) {
       result.status = FitStatus::kNotConverged;
       result.message = fmt::format(
           "ended after {} iterations, the last of which brought the largest mismatch no nearer than {:.3g} "

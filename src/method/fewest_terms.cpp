@@ -104,14 +104,14 @@ class Trials {
     const auto begin = Clock::now();
     const bool waves = of_.ground.use.model == FocusModel::kWaves;
     FitPlan plan = planned(asked);
-    plan.give_up_on_stall = true;
+    plan.on_stall = OnStall::kGiveUp;
     if (waves) plan.most_iterations = std::min(plan.most_iterations, kWaveTrialIterations);
     Attempt attempt = fit_on_enough_rays(of_, plan, false);
     if (near_miss(attempt)) {
       plan.warm = attempt.result.fit.white;
       plan.starts = 1;
       plan.guides_within = kGuidesInDoubt;
-      plan.give_up_on_stall = false;
+      plan.on_stall = OnStall::kGoOn;
       plan.pupil.rays = more_rays(attempt.result.chosen.rays);
       plan.automatic_rays = false;
       Attempt again = fit_on_enough_rays(of_, std::move(plan), false);
@@ -223,7 +223,7 @@ Attempt fit_as_asked(const FitCase& of) {
   of.context.say("prior");
   const auto terms = std::make_shared<const TermPlan>(plan_terms(of.task, of.ground, of.task.terms));
   FitPlan plan = make_plan(of.task, terms);
-  plan.end_on_stall = true;
+  plan.on_stall = OnStall::kEnd;
   Attempt attempt = fit_on_enough_rays(of, std::move(plan), true);
   if (of.context.stopped() && attempt.fresh.rays == 0) judge_on_fresh_rays(of, &attempt);
   return attempt;

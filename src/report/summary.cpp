@@ -125,9 +125,17 @@ std::string what_would_help(const ResultDocument& result) {
   if (!result.frontier && result.surface.captured_fraction > 0 &&
       result.surface.captured_fraction < kCarriesAll)
     return "More terms would help: leave `terms` out and they are chosen.";
+  // A search has been through larger sets of terms; no surface has more to give than its modes.
+  const double modes = result.has_roughness ? result.scene.n_eff : 0;
+  if (result.frontier && modes > 0 && modes < double(result.targets.size()))
+    return fmt::format(
+        "{:.2g} modes carry the roughness (N_eff), fewer than the {} they have to meet: a larger margin or a "
+        "band of more modes would help, more terms would not.",
+        modes, plural(long(result.targets.size()), "statistic"));
   if (result.fit.status != FitStatus::kConverged)
     return "The fit ended early (" + to_string(result.fit.status) +
-           "): more iterations (`fit.max_iterations`), another `fit.seed` or more terms would help.";
+           "): more iterations (`fit.max_iterations`), another `fit.seed` or " +
+           (result.frontier ? "a larger margin" : "more terms") + " would help.";
   if (result.frontier) return "No set of terms that was tried passes: another `fit.seed` or a larger margin.";
   return "More terms (leave `terms` out), another `fit.seed` or a larger margin would help.";
 }

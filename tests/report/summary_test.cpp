@@ -98,6 +98,16 @@ TEST(SummaryTable, SaysWhatWouldHelpWhereItIsNotEquivalent) {
   result.surface.captured_fraction = 0.999;
   result.fit.status = FitStatus::kNotConverged;
   EXPECT_NE(summary_table(result, false).find("fit.max_iterations"), std::string::npos);
+  EXPECT_NE(summary_table(result, false).find("or more terms"), std::string::npos);
+  // After a search, larger sets of terms have been tried; with fewer modes than statistics none can do.
+  result.frontier = Frontier{};
+  result.has_roughness = true;
+  result.scene.n_eff = 1000;
+  EXPECT_EQ(summary_table(result, false).find("more terms"), std::string::npos);
+  result.scene.n_eff = 0.5 * double(result.targets.size());
+  EXPECT_NE(summary_table(result, false).find("modes carry the roughness (N_eff), fewer than"),
+            std::string::npos);
+  EXPECT_EQ(summary_table(result, false).find("fit.max_iterations"), std::string::npos);
 }
 
 TEST(SummaryTable, FitsAHundredColumnsInPlainAscii) {

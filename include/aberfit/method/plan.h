@@ -32,6 +32,13 @@ TermPlan plan_terms(const Task& task, const Groundwork& ground, const TermsSpec&
 /// have no more rays to take.
 inline constexpr double kGuidesInDoubt = 0.6;
 
+/// What a fit does where it stays above the tolerances (StallWatch).
+enum class OnStall {
+  kGoOn,    ///< as long as it has iterations
+  kGiveUp,  ///< early: a search has other sets of terms to try
+  kEnd,     ///< patiently, with what it has come to: the study has no other set
+};
+
 /// What a run has decided about one fit: the task says what is wanted, the plan how it is tried.
 struct FitPlan {
   std::shared_ptr<const TermPlan> terms;
@@ -41,10 +48,9 @@ struct FitPlan {
   int starts = 1;               ///< tries from different draws; by waves until one is equivalent
   int first_start = 0;          ///< the draw that is tried first
   int most_iterations = 100;
-  Eigen::VectorXd warm;           ///< white coordinates to start from instead of a draw
-  bool give_up_on_stall = false;  ///< a search has other sets to try
-  bool end_on_stall = false;      ///< where it stays above the tolerances, with what it has come to
-  double guides_within = 1;       ///< by waves: of their tolerances, before the fit ends
+  Eigen::VectorXd warm;  ///< white coordinates to start from instead of a draw
+  OnStall on_stall = OnStall::kGoOn;
+  double guides_within = 1;  ///< by waves: of their tolerances, before the fit ends
 };
 
 /// The fit that a task with explicit terms asks for.

@@ -11,12 +11,13 @@ namespace aberfit {
 
 /// Geometric Harvey-Shack prediction: every ray is deflected by an isotropic Gaussian slope error of per-axis
 /// standard deviation `slope`; first order in the slope, exact in the aperture (PHYSICS 5). Relative error of
-/// order 4.6 slope^2. Works for every rotationally symmetric mirror (`is_rotationally_symmetric`; known
-/// Zernikes with m != 0 are left out, trace_perturbed has them) and every aperture shape: the nominal
-/// offset and the two focal standard deviations (radial, tangential) are functions of rho alone, averaged
-/// with `radial_quadrature`. With P the slope of the mirror at rho and u = zk - z the height of the plane
-/// over it: physical, radial 2 u s (1+P^2)/(1-P^2)^2 and tangential 2 u s/(1-P^2); paper, u s (1+P^2)/(1-P^2)
-/// on both axes. The quadrature is refined with spread = largest nominal offset / smallest sigma in the plane
+/// order 4.6 slope^2, of 8 slope at f/0.25, where the rim is as steep as it may be. Works for every
+/// rotationally symmetric mirror (`is_rotationally_symmetric`; known Zernikes with m != 0 are left out,
+/// trace_perturbed has them) and every aperture shape: the nominal offset and the two focal standard
+/// deviations (radial, tangential) are functions of rho alone, averaged with `radial_quadrature`. With P the
+/// slope of the mirror at rho and u = zk - z the height of the plane over it: physical, radial 2 u s
+/// (1+P^2)/(1-P^2)^2 and tangential 2 u s/(1-P^2); paper, u s (1+P^2)/(1-P^2) on both axes. The quadrature is
+/// refined with spread = largest nominal offset / smallest sigma in the plane
 /// (|dz| R/(f sigma_f) for a parabola): relative error of encircled energies and radii below 1e-10 up to
 /// spread 100, growing beyond 200. slope = 0 gives the nominal rays of the quadrature: encircled energy is a
 /// stair of the nodes' offsets (steps of about 1/1000 of the light), radii and widths come from that stair.
