@@ -141,10 +141,12 @@
 
 // specify: which roughness meets a budget.
 #include "aberfit/specify/budget.h"
+#include "aberfit/specify/ceilings.h"
 #include "aberfit/specify/solve.h"
 
 // report: results as JSON, tables, pictures, files for other programs.
 #include "aberfit/report/band_shares.h"
+#include "aberfit/report/ceilings_report.h"
 #include "aberfit/report/chart.h"
 #include "aberfit/report/check_report.h"
 #include "aberfit/report/exports.h"

@@ -1,10 +1,10 @@
 #include "aberfit/chart/cost_model.h"
 
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"

@@ -7,6 +7,7 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/report/ceilings_report.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/report/solve_report.h"
 #include "aberfit/study/field_errors.h"
@@ -43,18 +44,31 @@ std::vector<SolveUnknown> unknowns_of(const Study& study) {
   return unknowns;
 }
 
-nlohmann::ordered_json solve_json(const Specification& spec, const Study& study, int threads) {
-  return to_json(spec, resolved_study(study), make_provenance(study.fit.seed, threads));
+// Of a Specification or of Ceilings.
+template <typename Answer>
+nlohmann::ordered_json answer_json(const Answer& answer, const Study& study, int threads) {
+  return to_json(answer, resolved_study(study), make_provenance(study.fit.seed, threads));
 }
 
-}  // namespace
-
-Specification run_solve(const Study& study, const RunOptions& options) {
+void require_block(const Study& study) {
   if (!study.solve)
     throw InputError(
         study.path, "/solve", "nothing",
         "a block such as {\"for\": [\"/roughness/psd/rms\"], \"so_that\": {\"ee80_diameter\": \"<= "
         "0.6 arcsec\"}}");
+}
+
+// Both commands' pictures, table and document, beside what they have of their own.
+template <typename Answer>
+void write_answer(const Answer& answer, const Study& study, int threads, const std::string& to) {
+  write_file(to + "/summary.txt", summary_table(answer));
+  write_file(to + "/result.json", answer_json(answer, study, threads).dump(2) + "\n");
+}
+
+}  // namespace
+
+Specification run_solve(const Study& study, const RunOptions& options) {
+  require_block(study);
   const std::vector<SolveUnknown> unknowns = unknowns_of(study);
   ResultFolder folder(options.output_directory);
   const RunContext context = context_of(options);
@@ -70,11 +84,31 @@ Specification run_solve(const Study& study, const RunOptions& options) {
     const std::string to = folder.path();
     if (options.plots && study.output.plots) write_solve_plots(spec, to, &spec.warnings);
     if (!spec.contour.points.empty()) write_file(to + "/contour.csv", contour_csv(spec));
-    write_file(to + "/summary.txt", summary_table(spec));
-    write_file(to + "/result.json", solve_json(spec, study, context.threads).dump(2) + "\n");
+    write_answer(spec, study, context.threads, to);
     folder.show();
   }
   return spec;
+}
+
+Ceilings run_ceilings(const Study& study, const RunOptions& options) {
+  require_block(study);
+  if (!study.solve->ceilings)
+    throw InputError(study.path, "/solve/ceilings", "nothing",
+                     "an object, e.g. {} or {\"f_max\": \"1 /mm\"}");
+  ResultFolder folder(options.output_directory);
+  const RunContext context = context_of(options);
+  if (options.progress) options.progress("ceilings");
+  Ceilings ceilings = with_fields_of(
+      study, [&] { return find_ceilings(study, *study.solve->ceilings, study.solve->budgets, context); });
+  ceilings.title = study.title;
+  if (folder.wanted()) {
+    const std::string to = folder.path();
+    if (options.plots && study.output.plots) write_ceilings_plots(ceilings, to, &ceilings.warnings);
+    if (ceilings.reason.empty()) write_file(to + "/ceilings.csv", ceilings_csv(ceilings));
+    write_answer(ceilings, study, context.threads, to);
+    folder.show();
+  }
+  return ceilings;
 }
 
 ExitCode solve_command(CommandLine line) {
@@ -82,11 +116,18 @@ ExitCode solve_command(CommandLine line) {
   choose_output_directory(&line);
   ProgressLine progress(!line.quiet);
   const RunOptions options = run_options(line, &progress);
+  const auto show = [&](const auto& answer, bool found) {
+    progress.clear();
+    print(line, answer_json(answer, study, context_of(options).threads), summary_table(answer));
+    say_where(line);
+    return found ? ExitCode::kDone : ExitCode::kNotMet;
+  };
+  if (study.solve && study.solve->ceilings) {
+    const Ceilings ceilings = run_ceilings(study, options);
+    return show(ceilings, ceilings.reason.empty());
+  }
   const Specification spec = run_solve(study, options);
-  progress.clear();
-  print(line, solve_json(spec, study, context_of(options).threads), summary_table(spec));
-  say_where(line);
-  return spec.status == SolveStatus::kSolved ? ExitCode::kDone : ExitCode::kNotMet;
+  return show(spec, spec.status == SolveStatus::kSolved);
 }
 
 }  // namespace aberfit

@@ -2,12 +2,33 @@
 
 namespace aberfit::internal {
 
+namespace {
+
+void describe_ceilings(Visitor& v, CeilingsSpec& ceilings) {
+  const auto end = [&](const char* key, const char* meaning, std::optional<double>& value) {
+    v.quantity({key, meaning, kOptional, "\"20 /m\""}, value, kFrequency, Range::positive());
+  };
+  end("f_min", "lowest frequency [cycles/m]; by default 1 cycle across the aperture", ceilings.f_min);
+  end("f_max", "highest [cycles/m]; by default 1000 cycles across", ceilings.f_max);
+  v.quantities({"exponents", "B of the lines A/f^B"}, ceilings.exponents, kNumber, Range{0.05, 15}, true);
+}
+
+}  // namespace
+
 void describe_solve(Visitor& v, SolveSpec& solve) {
   v.texts({"for",
            "one or two numbers of the roughness that are looked for, as JSON pointers into the study; the "
            "study's own values are the start",
-           kRequired, R"(["/roughness/psd/rms"])"},
+           kOptional, R"(["/roughness/psd/rms"])"},
           solve.unknowns, 1, 2);
+  v.optional_object(
+      {"ceilings",
+       "instead of `for`: the most roughness in each octave alone, and the largest lines A/f^B of a drawing; "
+       "needs no roughness"},
+      solve.ceilings, describe_ceilings);
+  v.check(solve.unknowns.empty() == solve.ceilings.has_value(), solve.ceilings ? "ceilings" : "for",
+          solve.ceilings ? "beside `for`" : "nothing",
+          "one of both: `for`, numbers of the roughness, or `ceilings`, which need none");
   v.check(solve.unknowns.size() < 2 || solve.unknowns[0] != solve.unknowns[1], "for/1",
           solve.unknowns.empty() ? "" : '"' + solve.unknowns.back() + "\" again", "two different numbers");
   Visitor::TextsByKey bounds;

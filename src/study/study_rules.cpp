@@ -102,7 +102,7 @@ void check_rules(const Study& study) {
                      "\"random\", \"sobol\", \"grid\": the polar layout is for circles and annuli");
   if (study.roughness)
     check_psd(study, *study.roughness, "/roughness/psd");
-  else if (!study.map)  // whose terms need none
+  else if (!study.map && !(study.solve && study.solve->ceilings))  // which need none
     check_without_roughness(study);
 }
 

@@ -37,7 +37,7 @@ class Writer : public Visitor {
     if (!value.empty()) json[field.key] = value;
   }
   void texts(const Field& field, Names& values, std::size_t, std::size_t) override {
-    json[field.key] = values;
+    if (!values.empty()) json[field.key] = values;
   }
   void texts_by_key(const Field& field, TextsByKey& values, const std::vector<KeyPattern>&,
                     const std::string&) override {

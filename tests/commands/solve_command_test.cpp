@@ -92,5 +92,40 @@ TEST_F(SolveCommand, OfTwoNumbersWritesTheContour) {
   }
 }
 
+TEST_F(SolveCommand, OfCeilingsNeedsNoRoughness) {
+  ordered_json study = ordered_json::parse(kStudy);
+  study.erase("roughness");
+  study["solve"].erase("for");
+  study["solve"]["ceilings"] = {{"f_min", "20 /m"}, {"f_max", "80 /m"}, {"exponents", {1, 2}}};
+  folder_.write("ceilings.json", study.dump());
+  EXPECT_EQ(run("solve ceilings.json --json --quiet -o result"), 0) << err();
+  const ordered_json printed = ordered_json::parse(out());
+  EXPECT_EQ(printed["kind"], "ceilings");
+  EXPECT_EQ(printed["octaves"].size(), 3u);
+  EXPECT_EQ(printed["lines"][1]["profile_psd"]["B"], 2);
+  EXPECT_EQ(printed, ordered_json::parse(read_file(folder_.file("result/result.json"))));
+  folder_.write("resolved.json", printed["study"].dump());
+  EXPECT_EQ(run("solve resolved.json --json --quiet -o again"), 0) << err();
+  EXPECT_EQ(ordered_json::parse(out())["lines"], printed["lines"]);
+  const std::string summary = read_file(folder_.file("result/summary.txt"));
+  EXPECT_EQ(summary.find("CEILINGS: "), 0u) << summary;
+  std::istringstream lines(summary);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+  std::istringstream table(read_file(folder_.file("result/ceilings.csv")));
+  std::string line;
+  std::getline(table, line);
+  EXPECT_EQ(line, "frequency_per_m,rms_m,profile_psd_m3,binding");
+  EXPECT_TRUE(std::filesystem::exists(folder_.file("result/plots/ceilings.gp")));
+  // Out of reach, and both questions at once.
+  EXPECT_EQ(
+      run("solve ceilings.json --set /target/theory=ghs --set '/solve/so_that/ee80_diameter=<= 0.1 arcsec'"),
+      1);
+  EXPECT_EQ(out().find("NO SOLUTION"), 0u) << out();
+  EXPECT_EQ(run("solve study.json --set /solve/ceilings/f_max=80"), 2);
+  EXPECT_NE(err().find("/solve/ceilings"), std::string::npos) << err();
+  EXPECT_EQ(run("fit ceilings.json"), 2);
+  EXPECT_NE(err().find("roughness"), std::string::npos) << err();
+}
+
 }  // namespace
 }  // namespace aberfit

@@ -9,6 +9,7 @@
 #include "aberfit/method/verify.h"
 #include "aberfit/report/psd_report.h"
 #include "aberfit/report/result.h"
+#include "aberfit/specify/ceilings.h"
 #include "aberfit/specify/solve.h"
 #include "aberfit/study/study.h"
 
@@ -42,6 +43,9 @@ Chart run_chart(const Study& study, const RunOptions& options);
 /// Which roughness meets the budgets of the study's `solve` block, which it must have. Files: result.json,
 /// summary.txt, of two unknowns contour.csv and a picture.
 Specification run_solve(const Study& study, const RunOptions& options);
+/// How rough a mirror may be at all, of a `solve` block with `ceilings`. Files: result.json, summary.txt,
+/// ceilings.csv, plots.
+Ceilings run_ceilings(const Study& study, const RunOptions& options);
 /// The resolved study, the numbers of its scene, the model it needs and why, predicted cost (with a chart of
 /// the same study within a factor 1.5, without within 3 for the studies of fits/). Computes no fit. Throws
 /// InputError for a chart_file that is no chart. The study has no map as target.

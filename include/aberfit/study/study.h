@@ -12,6 +12,7 @@
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_table.h"
 #include "aberfit/specify/budget.h"
+#include "aberfit/specify/ceilings.h"
 #include "aberfit/spectrum/outliers.h"
 #include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/spectrum/surface_psd.h"
@@ -125,7 +126,8 @@ struct VerifySpec {
 struct SolveSpec {
   std::vector<std::string> unknowns;  ///< JSON pointers of one or two numbers of the roughness
   std::vector<Budget> budgets;
-  double contour_decades = 1;  ///< of two unknowns: how far either way of the study's values
+  double contour_decades = 1;            ///< of two unknowns: how far either way of the study's values
+  std::optional<CeilingsSpec> ceilings;  ///< instead of unknowns: what may be rough at all
 };
 
 /// A task, and what belongs to the file it is written in. Read-only once read_study has made it.
