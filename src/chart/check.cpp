@@ -95,7 +95,7 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
   report.held_out = targets.held_out;
   report.automatic_rays = task.trace.automatic_rays;
   report.rays = task.trace.automatic_rays ? first_rays(terms.size()) : task.trace.pupil.rays;
-  report.starts = task.fit.starts;
+  report.starts = task.fit.starts.value_or(1);
   report.threads = threads;
   report.shares = ground.shares;
   predict(task, ground, terms, targets, rates, &report);

@@ -34,11 +34,11 @@ constexpr double kIterations = 10, kWaveIterations = 15, kSearchIterations = 30,
                  kFewTermsIterations = 80;
 // Sets that a search by rays fits in full: 3 to 6 (studies of fits/ without `terms`), 5 to 15
 // (tests/stability).
-constexpr int kFullFits = 8;
+constexpr int kFullFits = 6;
 // Of these as many meet every tolerance, are judged, and need twice the rays they started with.
 constexpr int kPassing = 2;
-// As many miss by little, and go on with twice the rays to the last iteration: 1 to 4 (tests/stability).
-constexpr int kNearMisses = 2;
+// As many miss by little, and go on with twice the rays to the last iteration: none to 4 (ditto).
+constexpr int kNearMisses = 1;
 // Sets of a search by waves pass from this share of the orders it expects on: 0.1 to 0.8, half of them 0.25
 // to 0.6 (tests/stability). Those below stay 2 to 10 tolerances away, but the last, which meet what is
 // fitted.

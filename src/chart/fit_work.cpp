@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "aberfit/core/errors.h"
 #include "aberfit/method/all_scatter.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
@@ -141,9 +142,13 @@ double judgement(const Task& task, const Groundwork& ground, const TermSet& term
   if (ground.use.in_light(given) || !ground.use.obstacle.empty()) return 0;
   const Asked wanted = asked({&targets.fitted});
   const double theory = given ? 0 : wanted.planes(kSpotRing) * kSpotPlane;
-  const double pitch = wave_pitch(task, terms, targets.fitted, ground.split.get());
-  const bool no_grid = 2 * ground.radius / pitch > kMostJudgedCells;
-  return theory + (no_grid ? 0 : judged_by_waves(task, terms, wanted, pitch));
+  try {
+    const double pitch = wave_pitch(task, terms, targets.fitted, ground.split.get());
+    const bool no_grid = 2 * ground.radius / pitch > kMostJudgedCells;
+    return theory + (no_grid ? 0 : judged_by_waves(task, terms, wanted, pitch));
+  } catch (const ComputationError&) {  // no grid holds the light: rays judge themselves
+    return theory;
+  }
 }
 
 // As realisation_of (judge.cpp) decides.

@@ -89,7 +89,7 @@ FitPlan make_plan(const Task& task, std::shared_ptr<const TermPlan> terms) {
   plan.terms = std::move(terms);
   plan.pupil = task.trace.pupil;
   plan.automatic_rays = task.trace.automatic_rays;
-  plan.starts = task.fit.starts;
+  plan.starts = task.fit.starts.value_or(1);
   plan.most_iterations = task.fit.max_iterations;
   return plan;
 }

@@ -239,8 +239,15 @@ void describe_fit(Visitor& v, FitSpec& fit) {
          "near-start keeps the roughness character of the draw; zero-mean for few or low-order terms"},
         fit.prior, {"near-start", "zero-mean"});
     f.integer({"max_iterations", "largest number of iterations"}, fit.max_iterations, 1, 1000000);
-    f.integer({"starts", "tries from different draws until one passes, else the best is kept"}, fit.starts, 1,
-              10000);
+    bool automatic_starts = !fit.starts;
+    std::int64_t starts = fit.starts.value_or(1);
+    f.word_or_integer(
+        {"starts",
+         "tries from different draws until one passes, else the best is kept; auto: one, and by waves two "
+         "more where it meets what is fitted and misses the rest by little",
+         kOptional, "3"},
+        automatic_starts, "auto", starts, 1, 10000);
+    if (f.reading() && !automatic_starts) fit.starts = int(starts);
     f.quantity({"spherical_rms", "prior RMS height of the spherical terms [m]"}, fit.spherical_rms, kLength,
                Range::positive());
     f.quantity({"bound_sigmas", "above 0: keep coefficients within so many prior standard deviations"},

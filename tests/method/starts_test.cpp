@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "aberfit/commands/run.h"
@@ -11,7 +12,7 @@
 namespace aberfit {
 namespace {
 
-ResultDocument fitted(int seed, int starts) {
+ResultDocument fitted(int seed, std::optional<int> starts) {
   Study study = parse_study(R"({"aberfit": 1, "mirror": {"focal_length": "1.4 m"},
       "aperture": {"shape": "circle", "diameter": "0.2 m"}, "light": {"wavelength": "632.8 nm"},
       "roughness": {"psd": {"model": "uniform", "rms": "73 nm", "f_min": "5 /m", "f_max": "20 /m"}},
@@ -34,6 +35,17 @@ TEST(Starts, GoOnUntilOneIsEquivalent) {
     EXPECT_EQ(more.chosen.starts, 6);
   }
   EXPECT_GT(missed, 0) << "nothing tested: all first starts are equivalent";
+}
+
+// A study that names none has two more where the first is near, and what it took can be asked for.
+TEST(Starts, AreUpToThreeWhereAStudyNamesNone) {
+  const int seed = 5;
+  const ResultDocument found = fitted(seed, std::nullopt);
+  ASSERT_GT(found.chosen.starts, 1) << "nothing tested: the first start is equivalent";
+  EXPECT_LE(found.chosen.starts, 3);
+  const ResultDocument again = fitted(seed, found.chosen.starts);
+  EXPECT_EQ(again.fit.coefficients, found.fit.coefficients);
+  EXPECT_EQ(again.verdict, found.verdict);
 }
 
 Attempt attempt(bool met, double mismatch, std::vector<double> judged = {}) {

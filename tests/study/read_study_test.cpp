@@ -376,7 +376,7 @@ TEST(ResolvedStudy, HoldsEveryDefaultInSiUnits) {
     "target": {"theory": "auto", "convention": "physical", "statistics": {}},
     "terms": "auto",
     "trace": {"model": "auto", "pupil": "polar", "rays": "auto", "seed": 1, "normals": "analytic", "centre": "nominal"},
-    "fit": {"start": "draw", "seed": 1, "prior": "near-start", "max_iterations": 100, "starts": 1, "spherical_rms": 1e-6,
+    "fit": {"start": "draw", "seed": 1, "prior": "near-start", "max_iterations": 100, "starts": "auto", "spherical_rms": 1e-6,
             "bound_sigmas": 0.0},
     "equivalence": {"margin": 0.01, "confidence": 0.95},
     "output": {"plots": true, "export": [], "export_grid": 257},

@@ -99,7 +99,9 @@ struct FitSpec {
   std::uint64_t seed = 1;
   PriorMode prior = PriorMode::kNearStart;
   int max_iterations = 100;
-  int starts = 1;               ///< tries from different draws until one passes, else the best is kept
+  /// Tries from different draws until one passes, else the best is kept; absent: one, and by waves two more
+  /// where it meets what is fitted and misses the rest by little.
+  std::optional<int> starts;
   double spherical_rms = 1e-6;  ///< prior RMS height of the spherical terms [m]
   double bound_sigmas = 0;      ///< > 0: coefficients within so many prior standard deviations
 };
