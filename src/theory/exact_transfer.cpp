@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <numbers>
 
 #include "aberfit/core/constants.h"
@@ -23,6 +25,8 @@ constexpr double kSpotResolved = 1e-11;
 constexpr double kNoOverlap = 1e-7;  // share of the aperture: a mean over less of it is rounding
 constexpr int kMostHalvings = 40;
 constexpr std::size_t kMostPanels = 100'000;
+constexpr std::size_t kMostKnown = 100;  // planes of a pupil
+constexpr double kEndsPerOctave = 4;
 constexpr double kSameKink = 3e-3;  // of the cutoff
 constexpr std::size_t kMostKinks = 8;
 // Turn of the phase [rad] from which moments of a round pupil come by the stationary closed form.
@@ -87,6 +91,47 @@ std::vector<double> kinks(const PupilField& field) {
 
 }  // namespace
 
+void PanelFunction::set_coefficients() {
+  for (const TransferPanel& panel : panels)
+    legendre.push_back((panel_rule().legendre * panel.value.matrix()).array());
+}
+
+std::size_t PanelFunction::panel_at(double x) const {
+  const auto panel = std::lower_bound(panels.begin(), panels.end(), x,
+                                      [](const TransferPanel& one, double place) { return one.b < place; });
+  return panel == panels.end() ? panels.size() - 1 : std::size_t(panel - panels.begin());
+}
+
+double PanelFunction::at(double x, std::size_t panel) const {
+  const TransferPanel& here = panels[panel];
+  const PanelArray& c = legendre[panel];
+  const double t = std::clamp((2 * x - here.a - here.b) / (here.b - here.a), -1.0, 1.0);
+  double sum = c[0] + c[1] * t, before = 1, last = t;
+  for (int l = 1; l + 1 < kPanelNodes; ++l) {
+    const double next = ((2 * l + 1) * t * last - l * before) / (l + 1);
+    before = last;
+    last = next;
+    sum += c[l + 1] * next;
+  }
+  return sum;
+}
+
+PanelArray PanelFunction::at(const PanelArray& x, std::size_t panel) const {
+  const TransferPanel& here = panels[panel];
+  const PanelArray& c = legendre[panel];
+  const PanelArray t = (2 * x - here.a - here.b) / (here.b - here.a);
+  PanelArray before = PanelArray::Ones(), last = t;
+  PanelArray result = c[0] + c[1] * t;
+  for (int l = 1; l + 1 < kPanelNodes; ++l) {
+    const double back = l / (l + 1.0);
+    const PanelArray next = (1 + back) * t * last - back * before;
+    before = last;
+    last = next;
+    result += c[l + 1] * next;
+  }
+  return result;
+}
+
 ExponentTable::ExponentTable(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,
                              double limit, const SurfaceTransferOptions& options) {
   const std::vector<double> edges = transfer_edges(exponent, limit, options);
@@ -99,9 +144,9 @@ ExponentTable::ExponentTable(const std::function<Eigen::ArrayXd(const Eigen::Arr
     const bool matters = least < kGone && panel->b - panel->a > options.smallest;
     return matters && tail(*panel) * core > kAccuracyOfTable ? internal::unresolved(*panel) * core : 0;
   };
-  unresolved_ = refine(std::move(pending), kMostTablePanels, exponent, missing, &panels_);
-  for (const TransferPanel& panel : panels_) {
-    legendre_.push_back((panel_rule().legendre * panel.value.matrix()).array());
+  unresolved_ = refine(std::move(pending), kMostTablePanels, exponent, missing, &function_.panels);
+  function_.set_coefficients();
+  for (const TransferPanel& panel : function_.panels) {
     gone_.push_back(panel.value.minCoeff() >= kGone);
     if (!gone_.back()) end_ = panel.b;
   }
@@ -110,94 +155,104 @@ ExponentTable::ExponentTable(const std::function<Eigen::ArrayXd(const Eigen::Arr
 
 std::vector<double> ExponentTable::edges() const {
   std::vector<double> result;
-  for (const TransferPanel& panel : panels_) result.push_back(panel.b);
+  for (const TransferPanel& panel : function_.panels) result.push_back(panel.b);
   return result;
 }
 
 double ExponentTable::operator()(double x) const {
-  const auto panel = std::lower_bound(panels_.begin(), panels_.end(), x,
-                                      [](const TransferPanel& one, double place) { return one.b < place; });
-  const std::size_t k = panel == panels_.end() ? panels_.size() - 1 : std::size_t(panel - panels_.begin());
-  if (gone_[k]) return kInfinity;
-  const TransferPanel& here = panels_[k];
-  const double t = std::clamp((2 * x - here.a - here.b) / (here.b - here.a), -1.0, 1.0);
-  double sum = legendre_[k][0] + legendre_[k][1] * t, before = 1, last = t;
-  for (int l = 1; l + 1 < kPanelNodes; ++l) {
-    const double next = ((2 * l + 1) * t * last - l * before) / (l + 1);
-    before = last;
-    last = next;
-    sum += legendre_[k][l + 1] * next;
-  }
-  return sum;
+  const std::size_t k = function_.panel_at(x);
+  return gone_[k] ? kInfinity : function_.at(x, k);
 }
 
 PanelArray ExponentTable::operator()(const PanelArray& x) const {
-  const auto panel = std::lower_bound(panels_.begin(), panels_.end(), x[0],
-                                      [](const TransferPanel& one, double place) { return one.b < place; });
-  PanelArray result;
-  if (panel == panels_.end() || panel->b < x[kPanelNodes - 1]) {  // more than one panel
+  const std::size_t k = function_.panel_at(x[0]);
+  if (function_.panels[k].b < x[kPanelNodes - 1]) {  // more than one panel
+    PanelArray result;
     for (int j = 0; j < kPanelNodes; ++j) result[j] = (*this)(x[j]);
     return result;
   }
-  const std::size_t k = std::size_t(panel - panels_.begin());
-  if (gone_[k]) return PanelArray::Constant(kInfinity);
-  const PanelArray t = (2 * x - panel->a - panel->b) / (panel->b - panel->a);
-  PanelArray before = PanelArray::Ones(), last = t;
-  result = legendre_[k][0] + legendre_[k][1] * t;
-  for (int l = 1; l + 1 < kPanelNodes; ++l) {
-    const double back = l / (l + 1.0);
-    const PanelArray next = (1 + back) * t * last - back * before;
-    before = last;
-    last = next;
-    result += legendre_[k][l + 1] * next;
+  return gone_[k] ? PanelArray(PanelArray::Constant(kInfinity)) : function_.at(x, k);
+}
+
+ExponentChange::ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change,
+                               const ExponentTable& table, double smallest) {
+  std::vector<TransferPanel> pending;
+  for (std::size_t k = 0; k < table.gone_.size(); ++k) {
+    const TransferPanel& panel = table.function_.panels[k];
+    pending.push_back({panel.a, panel.b});
   }
+  const auto missing = [&](TransferPanel* panel) {
+    if (!panel->value.isFinite().all())
+      throw ComputationError("the structure function of this PSD has no finite derivative");
+    const std::size_t k = table.function_.panel_at(0.5 * (panel->a + panel->b));
+    const double core = std::exp(-table.function_.panels[k].value.minCoeff());
+    const bool matters = !table.gone_[k] && panel->b - panel->a > smallest;
+    return matters && tail(*panel) * core > kAccuracyOfTable ? internal::unresolved(*panel) * core : 0;
+  };
+  refine(std::move(pending), kMostTablePanels, change, missing, &function_.panels);
+  function_.set_coefficients();
+}
+
+std::vector<double> ExponentChange::edges() const {
+  std::vector<double> result;
+  for (const TransferPanel& panel : function_.panels) result.push_back(panel.b);
   return result;
 }
 
-ExactTransfer::ExactTransfer(PupilField field,
-                             const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,
-                             double limit, SurfaceTransferOptions options)
-    : field_(std::move(field)), halvings_(options.halvings), limit_(limit) {
+PanelArray ExponentChange::operator()(const PanelArray& x) const {
+  const std::size_t k = function_.panel_at(x[0]);
+  if (function_.panels[k].b >= x[kPanelNodes - 1]) return function_.at(x, k);
+  return x.unaryExpr([&](double one) { return function_.at(one, function_.panel_at(one)); });
+}
+
+struct PupilMoments::Known {
+  std::mutex mutex;
+  std::map<std::pair<double, double>, std::shared_ptr<const MomentPanels>> panels;  // of dz and end
+};
+
+PupilMoments::PupilMoments(PupilField field, int halvings)
+    : field_(std::move(field)), halvings_(halvings), known_(std::make_unique<Known>()) {
   const double rho2 = std::pow(field_.outer() / field_.focal_length(), 2);
   order_ = interpolation_order(rho2 / (1 - rho2));
   focus_overlap_ = std::make_unique<PupilOverlap>(field_, 0, order_);
   focus_overlap_->set_correction();
-  const PupilOverlap& overlap = *focus_overlap_;
-  double most = 1;
-  for (const double a : overlap.nodes()) {
+  for (const double a : focus_overlap_->nodes()) {
     const double c = std::sqrt(1 - a * rho2), q = 0.5 * (1 + c);
     share_.push_back(q * q);
-    for (const double b : overlap.nodes()) {
-      stretch_.push_back(std::sqrt(1 + b * rho2 / (c * c)) / q);
-      most = std::max(most, stretch_.back());
-    }
+    for (const double b : focus_overlap_->nodes()) stretch_.push_back(std::sqrt(1 + b * rho2 / (c * c)) / q);
   }
-  options.cutoff = cutoff() * most * (1 + 1e-12);
-  table_ = std::make_unique<const ExponentTable>(exponent, limit, options);
-  whole_ = overlap(0);
-  focus_ = moments(0);
+  whole_ = (*focus_overlap_)(0);
 }
 
-ExactTransfer::~ExactTransfer() = default;
+PupilMoments::~PupilMoments() = default;
 
-double ExactTransfer::part(int i, int j, double x) const {
-  return std::exp(-share_[std::size_t(i)] * (*table_)(stretch_[std::size_t(i * order_ + j)] * x));
+double PupilMoments::least_stretch() const { return *std::min_element(stretch_.begin(), stretch_.end()); }
+
+double PupilMoments::most_stretch() const {
+  return std::max(1.0, *std::max_element(stretch_.begin(), stretch_.end()));
 }
 
-PanelArray ExactTransfer::part(int i, int j, const PanelArray& x, bool scattered_only) const {
-  const double share = share_[std::size_t(i)];
-  const PanelArray e = share * (*table_)(PanelArray(stretch_[std::size_t(i * order_ + j)] * x));
-  if (!scattered_only) return (-e).exp();
-  const double limit = share * limit_, core = std::exp(-limit);
-  // Small differences from the core keep their digits; large limits have no core.
-  if (limit < 30) return e.unaryExpr([&](double one) { return core * std::expm1(limit - one); });
-  return (-e).exp() - core;
+std::shared_ptr<const MomentPanels> PupilMoments::panels(double dz, double end) const {
+  const double step = std::ceil(kEndsPerOctave * std::log2(std::min(end, 1.0)) - 1e-9);
+  end = std::min(1.0, std::exp2(step / kEndsPerOctave));
+  const std::pair key(dz, end);
+  {
+    const std::lock_guard lock(known_->mutex);
+    if (const auto known = known_->panels.find(key); known != known_->panels.end()) return known->second;
+  }
+  auto made = std::make_shared<const MomentPanels>(make(dz, end));
+  const std::lock_guard lock(known_->mutex);
+  if (known_->panels.size() < kMostKnown) known_->panels.emplace(key, made);
+  return made;
 }
 
-MomentPanels ExactTransfer::moments(double dz) const {
-  // Shears beyond which the roughness has left no transfer anywhere in the aperture.
-  const double least = *std::min_element(stretch_.begin(), stretch_.end());
-  const double end = std::min(1.0, table_->end() / (least * cutoff()));
+Eigen::ArrayXd PupilMoments::at(double x, double dz) const {
+  PupilOverlap overlap(field_, dz, order_);
+  overlap.copy_correction(*focus_overlap_);
+  return overlap(x);
+}
+
+MomentPanels PupilMoments::make(double dz, double end) const {
   PupilOverlap overlap(field_, dz, order_);
   overlap.copy_correction(*focus_overlap_);
   std::vector<double> breakpoints = kinks(field_);
@@ -219,18 +274,18 @@ MomentPanels ExactTransfer::moments(double dz) const {
     breakpoints = finer;
   }
   return moment_panels([&](double s, std::size_t* points) { return overlap(s * cutoff(), points); },
-                       order_ * order_, breakpoints, end, moment_accuracy(), is_round());
+                       order_ * order_, breakpoints, end, accuracy(), is_round());
 }
 
 // The area of a slender annulus is a small difference of two discs, and has their rounding.
-double ExactTransfer::moment_accuracy() const {
+double PupilMoments::accuracy() const {
   const double filled = 1 - std::pow(field_.inner() / field_.outer(), 2);
   return std::max(is_round() ? kRoundMoments : kMeanMoments, kRoundingOfDisc / filled);
 }
 
 // Of a disc or annulus that is so far out of focus that points of equal phase are everywhere: a parabolic
 // phase, which has its overlap in closed form, with the roughness's mean over the aperture.
-MomentPanels ExactTransfer::far_moments(double dz, const std::vector<double>& breakpoints, double end) const {
+MomentPanels PupilMoments::far_moments(double dz, const std::vector<double>& breakpoints, double end) const {
   const double f = field_.focal_length(), rho2 = std::pow(field_.outer() / f, 2);
   const auto shape = [&]() -> Aperture {
     if (field_.is_rectangle()) {  // in closed form over the azimuth, too
@@ -248,69 +303,115 @@ MomentPanels ExactTransfer::far_moments(double dz, const std::vector<double>& br
   const auto closed = [&](double s, std::size_t*) {
     return Eigen::ArrayXd(otf(s * cutoff(), curvature) * whole_);
   };
-  return moment_panels(closed, int(whole_.size()), breakpoints, end, moment_accuracy(), is_round());
+  return moment_panels(closed, int(whole_.size()), breakpoints, end, accuracy(), is_round());
 }
 
-void ExactTransfer::append(const MomentPanel& moments, double a, double b, int halvings, bool scattered_only,
+ExactTransfer::ExactTransfer(std::shared_ptr<const PupilMoments> pupil,
+                             const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,
+                             double limit, SurfaceTransferOptions options)
+    : pupil_(std::move(pupil)), limit_(limit), smallest_(options.smallest) {
+  options.cutoff = cutoff() * pupil_->most_stretch() * (1 + 1e-12);
+  table_ = std::make_unique<const ExponentTable>(exponent, limit, options);
+}
+
+// Shear beyond which the roughness has left no transfer anywhere in the aperture.
+double ExactTransfer::end() const {
+  return std::min(1.0, table_->end() / (pupil_->least_stretch() * cutoff()));
+}
+
+double ExactTransfer::part(int i, int j, double x) const {
+  return std::exp(-pupil_->share()[std::size_t(i)] *
+                  (*table_)(pupil_->stretch()[std::size_t(i * pupil_->order() + j)] * x));
+}
+
+PanelArray ExactTransfer::part(int i, int j, const PanelArray& x, bool scattered_only) const {
+  const double share = pupil_->share()[std::size_t(i)];
+  const PanelArray e =
+      share * (*table_)(PanelArray(pupil_->stretch()[std::size_t(i * pupil_->order() + j)] * x));
+  if (!scattered_only) return (-e).exp();
+  const double limit = share * limit_, core = std::exp(-limit);
+  // Small differences from the core keep their digits; large limits have no core.
+  if (limit < 30) return e.unaryExpr([&](double one) { return core * std::expm1(limit - one); });
+  return (-e).exp() - core;
+}
+
+void ExactTransfer::append(const MomentPanel& moments, double a, double b, int halvings, const Part& part,
                            std::vector<TransferPanel>* result) const {
   TransferPanel panel{a, b};
   const MomentPanel::Values moment = moments.restricted(a, b);
   const PanelArray x = cutoff() * panel.nodes();
-  for (int i = 0; i < order_; ++i)
-    for (int j = 0; j < order_; ++j)
-      panel.value += moment.col(i * order_ + j) * part(i, j, x, scattered_only);
+  const int order = pupil_->order();
+  for (int i = 0; i < order; ++i)
+    for (int j = 0; j < order; ++j) panel.value += moment.col(i * order + j) * part(i, j, x);
   if (panel.value.abs().maxCoeff() < 1e-17) return;
   if (tail(panel) <= kSpotResolved || halvings >= kMostHalvings || result->size() >= kMostPanels) {
     result->push_back(panel);
     return;
   }
-  append(moments, a, 0.5 * (a + b), halvings + 1, scattered_only, result);
-  append(moments, 0.5 * (a + b), b, halvings + 1, scattered_only, result);
+  append(moments, a, 0.5 * (a + b), halvings + 1, part, result);
+  append(moments, 0.5 * (a + b), b, halvings + 1, part, result);
 }
 
-std::vector<TransferPanel> ExactTransfer::panels(double dz, bool scattered_only) const {
-  const MomentPanels own = dz == 0 ? MomentPanels{} : moments(dz);
-  const MomentPanels& all = dz == 0 ? focus_ : own;
-  const double middle = stretch_[stretch_.size() / 2] * cutoff();
-  std::vector<double> edges = table_->edges();
+// On the moments' panels, cut at `edges` [m on the mirror].
+std::vector<TransferPanel> ExactTransfer::resolved(double dz, std::vector<double> edges,
+                                                   const Part& part) const {
+  const std::shared_ptr<const MomentPanels> all = pupil_->panels(dz, end());
+  const std::vector<double>& stretch = pupil_->stretch();
+  const double middle = stretch[stretch.size() / 2] * cutoff();
   for (double& edge : edges) edge /= middle;
   std::vector<TransferPanel> result;
   std::size_t next = 0;
-  for (const MomentPanel& panel : all.panels) {
+  for (const MomentPanel& panel : all->panels) {
     double from = panel.a;
     while (next < edges.size() && edges[next] <= from) ++next;
     // A table's edge next to an end of this panel is as good as that end.
     for (; next < edges.size() && edges[next] < panel.b - 0.1 * (panel.b - from); ++next)
       if (edges[next] > from * (1 + 1e-6)) {
-        append(panel, from, edges[next], 0, scattered_only, &result);
+        append(panel, from, edges[next], 0, part, &result);
         from = edges[next];
       }
-    append(panel, from, panel.b, 0, scattered_only, &result);
+    append(panel, from, panel.b, 0, part, &result);
   }
   return result;
 }
 
-double ExactTransfer::at(double x, double dz) const {
-  PupilOverlap overlap(field_, dz, order_);
-  overlap.copy_correction(*focus_overlap_);
-  return interpolated(overlap(x), x);
+std::vector<TransferPanel> ExactTransfer::panels(double dz, bool scattered_only) const {
+  return resolved(dz, table_->edges(),
+                  [&](int i, int j, const PanelArray& x) { return part(i, j, x, scattered_only); });
 }
+
+std::vector<TransferPanel> ExactTransfer::change_panels(double dz, const ExponentChange& change) const {
+  return resolved(dz, change.edges(), [&](int i, int j, const PanelArray& x) {
+    const double share = pupil_->share()[std::size_t(i)];
+    const PanelArray r = pupil_->stretch()[std::size_t(i * pupil_->order() + j)] * x;
+    return PanelArray(-share * change(r) * (-share * (*table_)(r)).exp());
+  });
+}
+
+ExponentChange ExactTransfer::change_of(
+    const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change) const {
+  return ExponentChange(change, *table_, smallest_);
+}
+
+double ExactTransfer::at(double x, double dz) const { return interpolated(pupil_->at(x, dz), x); }
 
 double ExactTransfer::interpolated(const Eigen::ArrayXd& moment, double x) const {
   double sum = 0;
-  for (int i = 0; i < order_; ++i)
-    for (int j = 0; j < order_; ++j) sum += moment[i * order_ + j] * part(i, j, x);
+  const int order = pupil_->order();
+  for (int i = 0; i < order; ++i)
+    for (int j = 0; j < order; ++j) sum += moment[i * order + j] * part(i, j, x);
   return sum;
 }
 
 Eigen::ArrayXd ExactTransfer::mean_over_overlap(const Eigen::ArrayXd& x) const {
   Eigen::ArrayXd result(x.size());
-  auto panel = focus_.panels.begin(), known = focus_.panels.end();
+  const std::shared_ptr<const MomentPanels> focus = pupil_->panels(0, end());
+  auto panel = focus->panels.begin(), known = focus->panels.end();
   MomentPanel::Values legendre;  // of the panel that is known
   for (Eigen::Index k = 0; k < x.size(); ++k) {
     const double s = x[k] / cutoff();
-    while (panel != focus_.panels.end() && panel->b < s) ++panel;
-    if (panel == focus_.panels.end() || s == 0) {
+    while (panel != focus->panels.end() && panel->b < s) ++panel;
+    if (panel == focus->panels.end() || s == 0) {
       result[k] = mean_surface_transfer(x[k]);
       continue;
     }
@@ -328,9 +429,10 @@ Eigen::ArrayXd ExactTransfer::mean_over_overlap(const Eigen::ArrayXd& x) const {
 
 double ExactTransfer::core_share() const {
   double sum = 0;
-  for (int i = 0; i < order_; ++i)
-    for (int j = 0; j < order_; ++j)
-      sum += whole_[i * order_ + j] * std::exp(-share_[std::size_t(i)] * limit_);
+  const int order = pupil_->order();
+  for (int i = 0; i < order; ++i)
+    for (int j = 0; j < order; ++j)
+      sum += pupil_->whole()[i * order + j] * std::exp(-pupil_->share()[std::size_t(i)] * limit_);
   return sum;
 }
 

@@ -1,11 +1,25 @@
 #pragma once
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "pupil_overlap.h"
 #include "surface_transfer.h"
 
 namespace aberfit::internal {
+
+/// A function of the shear as polynomials on panels, ascending and without gaps.
+struct PanelFunction {
+  std::vector<TransferPanel> panels;
+  std::vector<PanelArray> legendre;  ///< coefficients of each panel
+
+  void set_coefficients();
+  /// The panel that x lies in, or the last one.
+  std::size_t panel_at(double x) const;
+  double at(double x, std::size_t panel) const;
+  /// x inside the panel.
+  PanelArray at(const PanelArray& x, std::size_t panel) const;
+};
 
 /// E(x) = (4 pi/lambda)^2 (C(0) - C(x)) as polynomials on panels, good to 1e-12 exp(E) wherever exp(-E) is
 /// not gone.
@@ -23,10 +37,68 @@ class ExponentTable {
   double unresolved() const { return unresolved_; }
 
  private:
-  std::vector<TransferPanel> panels_;
-  std::vector<PanelArray> legendre_;  // coefficients of each panel
+  friend class ExponentChange;
+  PanelFunction function_;
   std::vector<bool> gone_;
   double end_ = 0, unresolved_ = 0;
+};
+
+/// dE/dp at all shears of an ExponentTable, good to 1e-12 exp(E) as that is, where the table is not gone.
+class ExponentChange {
+ public:
+  ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change,
+                 const ExponentTable& table, double smallest);
+  PanelArray operator()(const PanelArray& x) const;
+  std::vector<double> edges() const;
+
+ private:
+  PanelFunction function_;
+};
+
+/// The change of a surface's transfer function with a number of its PSD: of the exact form dE/dp, of the
+/// paraxial one the change of exp(-E) itself, on panels of x / cutoff.
+struct SurfaceChange {
+  std::optional<ExponentChange> exact;
+  std::vector<TransferPanel> paraxial;
+};
+
+/// What the transfer function takes from mirror, aperture and wavelength, whatever the roughness: moments of
+/// the pupil's autocorrelation, plane by plane, as they are asked for. Safe from many threads; everything is
+/// a function of its arguments, whether it was there before or not.
+class PupilMoments {
+ public:
+  PupilMoments(PupilField field, int halvings);
+  ~PupilMoments();
+
+  const PupilField& field() const { return field_; }
+  double cutoff() const { return 2 * field_.outer(); }
+  bool is_round() const { return field_.is_round() && field_.corners().empty(); }
+  int order() const { return order_; }
+  /// Of (i, j): distance on the mirror over the shear; of i: q^2.
+  const std::vector<double>& stretch() const { return stretch_; }
+  const std::vector<double>& share() const { return share_; }
+  double least_stretch() const;
+  double most_stretch() const;
+  /// Of the whole aperture.
+  const Eigen::ArrayXd& whole() const { return whole_; }
+  /// Over [0, end'] of shear / cutoff, end' the next power of 2^(1/4) from `end` on, at most 1: roughness of
+  /// many amplitudes shares what one has asked for. Remembers the first hundred.
+  std::shared_ptr<const MomentPanels> panels(double dz, double end) const;
+  /// At one shear x [m].
+  Eigen::ArrayXd at(double x, double dz) const;
+
+ private:
+  MomentPanels make(double dz, double end) const;
+  double accuracy() const;
+  MomentPanels far_moments(double dz, const std::vector<double>& breakpoints, double end) const;
+
+  PupilField field_;
+  int order_ = 1, halvings_ = 0;
+  std::vector<double> stretch_, share_;
+  std::unique_ptr<PupilOverlap> focus_overlap_;
+  Eigen::ArrayXd whole_;
+  struct Known;
+  std::unique_ptr<Known> known_;
 };
 
 /// The optical transfer function of a rough mirror in its aperture-exact form (PHYSICS 6),
@@ -39,42 +111,41 @@ class ExponentTable {
 /// holds.
 class ExactTransfer {
  public:
-  ExactTransfer(PupilField field, const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,
-                double limit, SurfaceTransferOptions options);
-  ~ExactTransfer();
+  ExactTransfer(std::shared_ptr<const PupilMoments> pupil,
+                const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent, double limit,
+                SurfaceTransferOptions options);
 
   /// On panels of x / cutoff(). Of light scattered alone: less what the limit of H leaves at every shear.
   std::vector<TransferPanel> panels(double dz, bool scattered_only) const;
+  /// How it changes with p, of which `change` is dE/dp.
+  std::vector<TransferPanel> change_panels(double dz, const ExponentChange& change) const;
+  ExponentChange change_of(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change) const;
   double at(double x, double dz) const;
   /// Mean of H over the aperture at a shear x, and of its limit.
-  double mean_surface_transfer(double x) const { return interpolated(whole_, x); }
+  double mean_surface_transfer(double x) const { return interpolated(pupil_->whole(), x); }
   /// Mean of H over the overlap of the aperture with itself at shears x [m], ascending: `at` over what it is
   /// without roughness, for a mirror without aberrations in the focus. Where nothing overlaps over the
   /// aperture.
   Eigen::ArrayXd mean_over_overlap(const Eigen::ArrayXd& x) const;
   double core_share() const;
-  double cutoff() const { return 2 * field_.outer(); }
+  double cutoff() const { return pupil_->cutoff(); }
   double unresolved() const { return table_->unresolved(); }
-  bool is_round() const { return field_.is_round() && field_.corners().empty(); }
+  bool is_round() const { return pupil_->is_round(); }
 
  private:
+  /// H at nodes (i, j) of the pupil and shears x, or its change.
+  using Part = std::function<PanelArray(int i, int j, const PanelArray& x)>;
   double part(int i, int j, double x) const;
   double interpolated(const Eigen::ArrayXd& moment, double x) const;  // sum_ij moment_ij H(a_i, b_j) at x
   PanelArray part(int i, int j, const PanelArray& x, bool scattered_only) const;
-  MomentPanels moments(double dz) const;
-  double moment_accuracy() const;
-  MomentPanels far_moments(double dz, const std::vector<double>& breakpoints, double end) const;
-  void append(const MomentPanel& moments, double a, double b, int halvings, bool scattered_only,
+  std::vector<TransferPanel> resolved(double dz, std::vector<double> edges, const Part& part) const;
+  void append(const MomentPanel& moments, double a, double b, int halvings, const Part& part,
               std::vector<TransferPanel>* result) const;
+  double end() const;
 
-  PupilField field_;
-  int order_ = 1, halvings_ = 0;
-  double limit_ = 0;
-  std::vector<double> stretch_, share_;  // of (i, j): dr/x; of i: q^2
-  std::unique_ptr<PupilOverlap> focus_overlap_;
+  std::shared_ptr<const PupilMoments> pupil_;
+  double limit_ = 0, smallest_ = 0;
   std::unique_ptr<const ExponentTable> table_;
-  Eigen::ArrayXd whole_;  // moments of the whole aperture
-  MomentPanels focus_;
 };
 
 }  // namespace aberfit::internal

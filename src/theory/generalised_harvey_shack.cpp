@@ -93,38 +93,45 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
   return std::exp(u) / v_per_radius_;
 }
 
+GhsPupil::GhsPupil(const Mirror& mirror, const Aperture& aperture, double wavelength,
+                   const GhsOptions& options)
+    : mirror_(mirror), aperture_(aperture), wavelength_(wavelength), options_(options) {
+  if (!options.paraxial)
+    moments_ = std::make_shared<const PupilMoments>(
+        PupilField(mirror, aperture, wavelength, options.departure), options.halvings);
+}
+
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror,
                                                const Aperture& aperture, double wavelength,
                                                const GhsOptions& options)
+    : GeneralisedHarveyShack(psd, GhsPupil(mirror, aperture, wavelength, options)) {}
+
+GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const GhsPupil& pupil)
     : whole_(psd),
       psd_(psd),
-      mirror_(mirror),
-      aperture_(aperture),
-      wavelength_(wavelength),
+      mirror_(pupil.mirror_),
+      aperture_(pupil.aperture_),
+      wavelength_(pupil.wavelength_),
       planes_(std::make_unique<Planes>()) {
   const PsdMoments moments = psd_moments(psd);
   rms_height_ = moments.rms_height();
   slope_ = moments.rms_slope_per_axis();
-  const ScatteringBand band = scattering_band(psd, wavelength);
+  const ScatteringBand band = scattering_band(psd, wavelength_);
   psd_ = band.psd;
   cut_share_ = band.cut_share;
-  g_ = 4 * pi * band.rms_height / wavelength;
-  if (!std::isfinite(structure_function(psd_, Eigen::ArrayXd::Constant(1, aperture_radius(aperture)))[0]))
+  g_ = 4 * pi * band.rms_height / wavelength_;
+  if (!std::isfinite(structure_function(psd_, Eigen::ArrayXd::Constant(1, aperture_radius(aperture_)))[0]))
     throw ComputationError(
         "the structure function of this PSD is infinite, so there is no generalised Harvey-Shack prediction: "
         "give the PSD a lowest frequency");
-  if (options.paraxial)
+  const GhsOptions& options = pupil.options_;
+  if (options.paraxial) {
     set_paraxial(options);
-  else
-    set_exact(options);
-}
-
-void GeneralisedHarveyShack::set_exact(const GhsOptions& options) {
-  PupilField field(mirror_, aperture_, wavelength_, options.departure);
-  const double cutoff = 2 * field.outer();
+    return;
+  }
   exact_ = std::make_unique<const ExactTransfer>(
-      std::move(field), [this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_,
-      transfer_options(psd_, wavelength_, cutoff, options.halvings));
+      pupil.moments_, [this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_,
+      transfer_options(psd_, wavelength_, pupil.moments_->cutoff(), options.halvings));
   core_ = exact_->core_share();
 }
 
@@ -174,13 +181,18 @@ MeanSpot GeneralisedHarveyShack::at_plane(double dz) const {
   return spot;
 }
 
-MeanSpot GeneralisedHarveyShack::make_plane(double dz) const {
+MeanSpot GeneralisedHarveyShack::empty_plane(double dz) const {
   MeanSpot spot;
   const double f = mirror_.focal_length, radius = aperture_radius(aperture_);
   spot.focal_length_ = f;
   spot.v_per_radius_ = 2 * pi * cutoff() / (wavelength_ * (f + dz));
   spot.guess_ =
       std::hypot(wavelength_ * f / radius, dz * radius / f, std::isfinite(slope_) ? 2 * f * slope_ : 0.0);
+  return spot;
+}
+
+MeanSpot GeneralisedHarveyShack::make_plane(double dz) const {
+  MeanSpot spot = empty_plane(dz);
   if (exact_) {
     spot.transform_ = std::make_shared<const RadialTransform>(exact_->panels(dz, false));
     return spot;
@@ -209,8 +221,37 @@ std::vector<TransferPanel> GeneralisedHarveyShack::transfer_panels(double core, 
                  resolved_otf([&](double s) { return (*otf_)(s * x, curvature); }, edges, end));
 }
 
-double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
-  if (!(ring_radius > 0)) return kNaN;
+SurfaceChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative, double scale) const {
+  // The edge of what scatters stays where it is.
+  const PsdDerivative inside =
+      psd_.f_max() < whole_.f_max() ? derivative.band(0, 1 / wavelength_) : derivative;
+  const auto change = [&](const Eigen::ArrayXd& x) -> Eigen::ArrayXd {
+    return scale * exponent_change(psd_, inside, wavelength_, x);
+  };
+  if (exact_) return {exact_->change_of(change), {}};
+  return {{},
+          transfer_change([this](const Eigen::ArrayXd& x) { return exponent(x); }, change, *surface_transfer_,
+                          cutoff())};
+}
+
+std::vector<TransferPanel> GeneralisedHarveyShack::change_panels(const SurfaceChange& change,
+                                                                 double dz) const {
+  if (exact_) return exact_->change_panels(dz, *change.exact);
+  const double x = otf_->cutoff();
+  std::vector<double> edges = otf_->breakpoints();
+  for (double& edge : edges) edge /= x;
+  return product(change.paraxial, 0,
+                 resolved_otf([&](double s) { return (*otf_)(s * x, curvature(dz)); }, edges, 1));
+}
+
+MeanSpot GeneralisedHarveyShack::change_at_plane(const SurfaceChange& change, double dz) const {
+  MeanSpot spot = empty_plane(dz);
+  spot.transform_ = std::make_shared<const RadialTransform>(change_panels(change, dz));
+  return spot;
+}
+
+std::array<double, 2> GeneralisedHarveyShack::half_planes(double ring_radius) const {
+  if (!(ring_radius > 0)) return {kNaN, kNaN};
   const double half = 0.5 * encircled_energy(ring_radius, 0.0);
   const auto excess = [&](double dz) { return encircled_energy(ring_radius, dz) - half; };
   const double f = mirror_.focal_length;
@@ -219,27 +260,40 @@ double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
   const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
   // Planes of a pupil without symmetry are known to 1e-5, and cost much.
   const double accuracy = exact_ && !exact_->is_round() ? 1e-6 : 1e-9;
-  double width = 0;
-  for (const double side : {-1.0, 1.0})
-    width += first_crossing([&](double distance) { return excess(side * distance); }, 0, half, step, 0.5 * f,
+  std::array<double, 2> planes{-1, 1};
+  for (double& plane : planes) {
+    const double side = plane;
+    plane *= first_crossing([&](double distance) { return excess(side * distance); }, 0, half, step, 0.5 * f,
                             accuracy);
-  return width;
+  }
+  return planes;
 }
 
-double GeneralisedHarveyShack::spot_fwhm(double bandwidth) const {
+double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
+  const std::array<double, 2> planes = half_planes(ring_radius);
+  return planes[1] - planes[0];
+}
+
+RadialTransform GeneralisedHarveyShack::line_spread(double bandwidth, const SurfaceChange* change) const {
   const double x = cutoff(), nu = x / (wavelength_ * mirror_.focal_length);
   const auto gaussian = [&](double s) { return std::exp(-2 * std::pow(pi * nu * bandwidth * s, 2)); };
   std::vector<TransferPanel> panels;
   if (exact_) {
-    for (const TransferPanel& panel : exact_->panels(0, false)) append_product(panel, gaussian, &panels);
+    for (const TransferPanel& panel : change ? change_panels(*change, 0) : exact_->panels(0, false))
+      append_product(panel, gaussian, &panels);
   } else {
-    for (TransferPanel panel : surface_transfer_->panels) {
-      panel.value += core_;
+    for (TransferPanel panel : change ? change->paraxial : surface_transfer_->panels) {
+      if (!change) panel.value += core_;
       append_product(
           panel, [&](double s) { return (*otf_)(s * x) * gaussian(s); }, &panels);
     }
   }
-  const RadialTransform transform(std::move(panels));
+  return RadialTransform(std::move(panels));
+}
+
+double GeneralisedHarveyShack::spot_fwhm(double bandwidth) const {
+  const double nu = cutoff() / (wavelength_ * mirror_.focal_length);
+  const RadialTransform transform = line_spread(bandwidth, nullptr);
   const double top = transform.cosine(0);
   const auto excess = [&](double w) { return transform.cosine(w) - 0.5 * top; };
   const double step = 0.2 / top;  // a profile of equivalent width pi / top

@@ -100,6 +100,18 @@ double RadialTransform::cosine(double w) const {
   return sum;
 }
 
+double RadialTransform::cosine_slope(double w) const {
+  double sum = 0;
+  for (const TransferPanel& panel : panels_) {
+    const PanelArray s = panel.nodes();
+    if (w * (panel.b - panel.a) <= kFilonCosine)
+      sum -= 0.5 * (panel.b - panel.a) * (panel_rule().weight * panel.value * s * (w * s).sin()).sum();
+    else
+      sum -= (oscillatory_weights(panel.a, panel.b, w).imag() * panel.value * s).sum();
+  }
+  return sum;
+}
+
 double RadialTransform::first_moment() const { return moments_.empty() ? 0 : moments_.back()[0]; }
 
 }  // namespace aberfit::internal

@@ -23,6 +23,8 @@ class RadialTransform {
   Disc disc(double v) const;
   /// int cos(w s) T(s) ds.
   double cosine(double w) const;
+  /// Its derivative over w, -int s sin(w s) T(s) ds.
+  double cosine_slope(double w) const;
   /// int s T(s) ds.
   double first_moment() const;
 

@@ -16,10 +16,13 @@ namespace {
 constexpr double kResolved = 1e-12;
 constexpr double kVanished = 1e-16;
 constexpr std::size_t kMaxPanels = 3000;
+constexpr double kNarrowest = 1e-12;  // of the cutoff
 
 // Cycles of the highest frequency within a shear, from which the band edge is softened. Encircled energies
 // more than a few per cent away from the edge keep four digits (test ASoftenedBandEdgeMovesLittleLight).
 constexpr double kSharpCycles = 100;
+// Weights 1 4 6 4 1: of J0(2 pi f x) far out the mean is that of S cos^4.
+constexpr EdgeSoftening kSoftEdge{kSharpCycles, 1, 2, 6, 4, 1};
 
 bool resolved(const TransferPanel& panel) {
   return unresolved(panel) * std::sqrt((panel.b - panel.a) / panel.b) <= kResolved;
@@ -59,9 +62,10 @@ PanelArray at_nodes(const std::function<double(double)>& f, const TransferPanel&
 
 }  // namespace
 
-Eigen::ArrayXd softened_structure(const RadialPsd& psd, const Eigen::ArrayXd& x, const EdgeSoftening& how) {
-  Eigen::ArrayXd half_structure = structure_function(psd, x);
-  const double sharp = how.cycles / psd.f_max();
+Eigen::ArrayXd softened(const LagFunction& function, double f_max, const Eigen::ArrayXd& x,
+                        const EdgeSoftening& how) {
+  Eigen::ArrayXd half_structure = function(x);
+  const double sharp = how.cycles / f_max;
   std::vector<Eigen::Index> far;
   for (Eigen::Index i = 0; i < x.size(); ++i)
     if (sharp > 0 && x[i] > sharp) far.push_back(i);
@@ -71,8 +75,8 @@ Eigen::ArrayXd softened_structure(const RadialPsd& psd, const Eigen::ArrayXd& x,
   Eigen::ArrayXd shifted(4 * count);
   for (Eigen::Index i = 0; i < count; ++i)
     for (int j = 0; j < 4; ++j)
-      shifted[4 * i + j] = x[far[std::size_t(i)]] + 0.5 * shifts[std::size_t(j)] / psd.f_max();
-  const Eigen::ArrayXd values = structure_function(psd, shifted);
+      shifted[4 * i + j] = x[far[std::size_t(i)]] + 0.5 * shifts[std::size_t(j)] / f_max;
+  const Eigen::ArrayXd values = function(shifted);
   const double all = how.centre_weight + 2 * (how.inner_weight + how.outer_weight);
   for (Eigen::Index i = 0; i < count; ++i) {
     double& here = half_structure[far[std::size_t(i)]];
@@ -87,10 +91,31 @@ Eigen::ArrayXd softened_structure(const RadialPsd& psd, const Eigen::ArrayXd& x,
   return half_structure;
 }
 
+Eigen::ArrayXd softened_structure(const RadialPsd& psd, const Eigen::ArrayXd& x, const EdgeSoftening& how) {
+  return softened([&](const Eigen::ArrayXd& r) { return structure_function(psd, r); }, psd.f_max(), x, how);
+}
+
 Eigen::ArrayXd surface_exponent(const RadialPsd& psd, double wavelength, const Eigen::ArrayXd& x) {
   const double k = 4 * std::numbers::pi / wavelength;
-  // Weights 1 4 6 4 1: of J0(2 pi f x) far out the mean is that of S cos^4.
-  return k * k * softened_structure(psd, x, {kSharpCycles, 1, 2, 6, 4, 1});
+  return k * k * softened_structure(psd, x, kSoftEdge);
+}
+
+Eigen::ArrayXd exponent_change(const RadialPsd& psd, const PsdDerivative& derivative, double wavelength,
+                               const Eigen::ArrayXd& x) {
+  const double k = 4 * std::numbers::pi / wavelength;
+  Eigen::ArrayXd change = softened([&](const Eigen::ArrayXd& r) { return derivative.structure_function(r); },
+                                   psd.f_max(), x, kSoftEdge);
+  const double moved = derivative.highest_frequency();
+  if (moved == 0 || !(x.size() > 0 && x.maxCoeff() * psd.f_max() > kSharpCycles)) return k * k * change;
+  // The softening goes with the edge, too. It is a small smooth function of it: differences of fourth order.
+  const auto moved_edge = [&](double by) {
+    return softened([&](const Eigen::ArrayXd& r) { return structure_function(psd, r); },
+                    psd.f_max() * (1 + by), x, kSoftEdge);
+  };
+  constexpr double kStep = 2e-3;
+  change += moved / (12 * kStep * psd.f_max()) *
+            (8 * (moved_edge(kStep) - moved_edge(-kStep)) - moved_edge(2 * kStep) + moved_edge(-2 * kStep));
+  return k * k * change;
 }
 
 SurfaceTransferOptions transfer_options(const RadialPsd& psd, double wavelength, double cutoff,
@@ -154,6 +179,25 @@ SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen:
       },
       missing, &result.panels);
   return result;
+}
+
+std::vector<TransferPanel> transfer_change(const LagFunction& exponent, const LagFunction& change,
+                                           const SurfaceTransfer& transfer, double cutoff) {
+  std::vector<TransferPanel> pending, panels;
+  for (const TransferPanel& panel : transfer.panels) pending.push_back({panel.a, panel.b});
+  const auto missing = [&](TransferPanel* panel) {
+    if (!panel->value.isFinite().all())
+      throw ComputationError("the structure function of this PSD has no finite derivative");
+    return panel->b - panel->a > kNarrowest && !resolved(*panel) ? unresolved(*panel) : 0;
+  };
+  refine(
+      std::move(pending), kMaxPanels,
+      [&](const Eigen::ArrayXd& s) -> Eigen::ArrayXd {
+        const Eigen::ArrayXd x = cutoff * s, decay = (-exponent(x)).exp();
+        return (decay > kVanished).select(-change(x) * decay, 0.0);
+      },
+      missing, &panels);
+  return panels;
 }
 
 std::vector<TransferPanel> resolved_otf(const std::function<double(double)>& otf,

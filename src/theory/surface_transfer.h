@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "aberfit/roughness/psd.h"
+#include "aberfit/roughness/psd_derivative.h"
 #include "panel_rule.h"
 
 namespace aberfit::internal {
@@ -31,9 +32,16 @@ struct EdgeSoftening {
   double centre_weight, inner_weight, outer_weight;
 };
 Eigen::ArrayXd softened_structure(const RadialPsd& psd, const Eigen::ArrayXd& x, const EdgeSoftening& how);
+/// The same of anything linear in S with a band that ends at f_max [cycles/m].
+using LagFunction = std::function<Eigen::ArrayXd(const Eigen::ArrayXd& lag)>;
+Eigen::ArrayXd softened(const LagFunction& half_structure, double f_max, const Eigen::ArrayXd& x,
+                        const EdgeSoftening& how);
 
 /// E(x) = (4 pi/lambda)^2 (C(0) - C(x)) at shears x >= 0 [m], far out with a softened band edge.
 Eigen::ArrayXd surface_exponent(const RadialPsd& psd, double wavelength, const Eigen::ArrayXd& x);
+/// dE/dp. psd: of the frequencies that scatter, of which `derivative` is the derivative.
+Eigen::ArrayXd exponent_change(const RadialPsd& psd, const PsdDerivative& derivative, double wavelength,
+                               const Eigen::ArrayXd& x);
 /// With the shears between which the softening sets in as breakpoints.
 SurfaceTransferOptions transfer_options(const RadialPsd& psd, double wavelength, double cutoff, int halvings);
 
@@ -46,6 +54,10 @@ std::vector<double> transfer_edges(const std::function<Eigen::ArrayXd(const Eige
 /// `exponent` gives E at an array of shears [m]; E tends to `limit` and core = exp(-limit).
 SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,
                                  double limit, const SurfaceTransferOptions& options);
+
+/// The change of `transfer` where E changes by `change`: -change exp(-E), resolved on its panels or finer.
+std::vector<TransferPanel> transfer_change(const LagFunction& exponent, const LagFunction& change,
+                                           const SurfaceTransfer& transfer, double cutoff);
 
 /// Panels that resolve otf over [0, end], cut at the ascending breakpoints.
 std::vector<TransferPanel> resolved_otf(const std::function<double(double)>& otf,

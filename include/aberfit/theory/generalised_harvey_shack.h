@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -6,6 +7,7 @@
 
 #include "aberfit/focus/statistic.h"
 #include "aberfit/roughness/psd.h"
+#include "aberfit/roughness/psd_derivative.h"
 #include "aberfit/scene/mirror.h"
 #include "aberfit/theory/aperture_otf.h"
 
@@ -13,7 +15,9 @@ namespace aberfit {
 
 namespace internal {
 class ExactTransfer;
+class PupilMoments;
 class RadialTransform;
+struct SurfaceChange;
 struct SurfaceTransfer;
 struct TransferPanel;
 }  // namespace internal
@@ -55,6 +59,28 @@ struct GhsOptions {
   std::function<double(double, double)> departure = {};
 };
 
+/// What predictions of many PSDs share: the scene without its roughness, with what has been computed of it -
+/// plane by plane the pupil's autocorrelation, half of the work in the focus and nearly all of it elsewhere.
+/// Predictions are to the last bit those of a pupil of their own. Cheap to copy, copies share; const use from
+/// many threads.
+class GhsPupil {
+ public:
+  /// wavelength > 0 [m]. Throws as GeneralisedHarveyShack does of mirrors and apertures.
+  GhsPupil(const Mirror& mirror, const Aperture& aperture, double wavelength, const GhsOptions& options = {});
+
+  const Mirror& mirror() const { return mirror_; }
+  const Aperture& aperture() const { return aperture_; }
+  double wavelength() const { return wavelength_; }
+
+ private:
+  friend class GeneralisedHarveyShack;
+  Mirror mirror_;
+  Aperture aperture_;
+  double wavelength_ = 0;
+  GhsOptions options_;
+  std::shared_ptr<const internal::PupilMoments> moments_;  // null in the paraxial form
+};
+
 /// Generalised Harvey-Shack prediction of the ensemble-mean spot of a rough mirror (PHYSICS 6; Krywonos,
 /// Harvey and Choi 2011 at normal incidence), exact for a stationary Gaussian surface in scalar diffraction
 /// at small scatter angles. In its aperture-exact form, the default, with P the position in the pupil and x =
@@ -83,6 +109,8 @@ class GeneralisedHarveyShack {
   /// paraxial form for mirrors that are not parabolas.
   GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                          double wavelength, const GhsOptions& options = {});
+  /// The same of a scene that other PSDs have been predicted of; prefer it for more than one.
+  GeneralisedHarveyShack(const RadialPsd& psd, const GhsPupil& pupil);
   ~GeneralisedHarveyShack();
   GeneralisedHarveyShack(GeneralisedHarveyShack&&) noexcept;
   GeneralisedHarveyShack& operator=(GeneralisedHarveyShack&&) noexcept;
@@ -149,11 +177,21 @@ class GeneralisedHarveyShack {
                           Eigen::VectorXd* curve_slope = nullptr) const;
 
  private:
+  friend class JacobianOfGhs;
   Eigen::ArrayXd exponent(const Eigen::ArrayXd& x) const;
   MeanSpot make_plane(double dz) const;
+  MeanSpot empty_plane(double dz) const;
+  /// What E, and with it every transfer function, changes by with p, times `scale`.
+  internal::SurfaceChange change_of(const PsdDerivative& derivative, double scale) const;
+  std::vector<internal::TransferPanel> change_panels(const internal::SurfaceChange& change, double dz) const;
+  /// Its encircled energies are the changes of those of at_plane(dz).
+  MeanSpot change_at_plane(const internal::SurfaceChange& change, double dz) const;
+  /// Planes dz before and behind the focus where the ring holds half of what it holds there.
+  std::array<double, 2> half_planes(double ring_radius) const;
+  /// The focal transfer function of a line spread smoothed by a Gaussian of standard deviation `bandwidth`.
+  internal::RadialTransform line_spread(double bandwidth, const internal::SurfaceChange* change) const;
   double curvature(double dz) const;
   double cutoff() const;
-  void set_exact(const GhsOptions& options);
   void set_paraxial(const GhsOptions& options);
   std::vector<internal::TransferPanel> transfer_panels(double core, double curvature) const;
 

@@ -1,5 +1,6 @@
 #pragma once
 #include "aberfit/roughness/psd.h"
+#include "aberfit/roughness/psd_derivative.h"
 #include "aberfit/scene/aperture.h"
 
 namespace aberfit {
@@ -13,5 +14,8 @@ namespace aberfit {
 /// of more than 24 cycles across enters with all of its height. Infinite where the height variance diverges
 /// at high frequency.
 double rms_height_on(const Aperture& aperture, const RadialPsd& psd);
+/// The derivative of its square [m^2 per unit of p], by the same integral; NaN where the square is infinite.
+double height_variance_change_on(const Aperture& aperture, const RadialPsd& psd,
+                                 const PsdDerivative& derivative);
 
 }  // namespace aberfit

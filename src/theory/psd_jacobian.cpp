@@ -1,0 +1,128 @@
+#include "aberfit/theory/psd_jacobian.h"
+
+#include <cmath>
+#include <map>
+
+#include "aberfit/core/constants.h"
+#include "aberfit/core/overloaded.h"
+#include "aberfit/core/parallel.h"
+#include "aberfit/theory/height_on_aperture.h"
+#include "exact_transfer.h"
+#include "radial_transform.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+// Differences over the plane, of its distance from the focus: of eighth order, 576 kPlaneStep^8 and
+// 1e-11/kPlaneStep off.
+constexpr double kPlaneStep = 0.03;
+
+}  // namespace
+
+/// Of one PSD and one parameter. All changes are over ln p: they are of the order of the statistic, and so
+/// are the tolerances of what is resolved.
+class JacobianOfGhs {
+ public:
+  JacobianOfGhs(const GeneralisedHarveyShack& ghs, const PsdModel& model, const PsdVariable& parameter)
+      : ghs_(ghs), derivative_(model, parameter), scale_(value_of(model, parameter)) {}
+
+  /// d(statistic)/d ln p at its value.
+  double operator()(const Statistic& statistic, double value) {
+    if (!std::isfinite(value)) return kNaN;
+    return std::visit(
+        Overloaded{[&](const EncircledEnergyRadius& s) { return of_radius(value, s.dz); },
+                   [&](const RingFwhm& s) { return of_ring(s); },
+                   [&](const RingThrough& s) { return change(s.dz).encircled_energy(s.ring_radius); },
+                   [&](const ScatterRms&) { return value * of_slope(); },
+                   [&](const ScatterMean&) { return value * of_slope(); },
+                   [&](const SpotFwhm& s) { return of_spot(s.bandwidth, value); },
+                   [&](const RmsRadius&) { return kNaN; },
+                   [&](const RmsHeight&) {
+                     return scale_ * height_variance_change_on(ghs_.aperture_, ghs_.whole_, derivative_) /
+                            (2 * value);
+                   }},
+        statistic);
+  }
+
+ private:
+  const SurfaceChange& surface() {
+    if (!surface_) surface_ = ghs_.change_of(derivative_, scale_);
+    return *surface_;
+  }
+  const MeanSpot& change(double dz) {
+    const auto known = planes_.find(dz);
+    return known != planes_.end() ? known->second
+                                  : planes_.emplace(dz, ghs_.change_at_plane(surface(), dz)).first->second;
+  }
+  // d ln(slope)/d ln p.
+  double of_slope() const {
+    return scale_ * 4 * kPi * kPi * derivative_.moment(2) / (4 * ghs_.slope_ * ghs_.slope_);
+  }
+  double of_radius(double radius, double dz) {
+    return -change(dz).encircled_energy(radius) / ghs_.at_plane(dz).encircled_energy_slope(radius);
+  }
+  double of_spot(double bandwidth, double width) {
+    const double nu = ghs_.cutoff() / (ghs_.wavelength_ * ghs_.mirror_.focal_length), w = width * kPi * nu;
+    const RadialTransform moved = ghs_.line_spread(bandwidth, &surface());
+    const double slope = ghs_.line_spread(bandwidth, nullptr).cosine_slope(w);
+    return -(moved.cosine(w) - 0.5 * moved.cosine(0)) / (slope * kPi * nu);
+  }
+  // N(z) = E(R, z) falls to N(0)/2; R may be a radius of the focus.
+  double of_ring(const RingFwhm& ring) {
+    const double radius =
+        ring.ring_radius ? *ring.ring_radius : ghs_.encircled_energy_radius(ring.ring_fraction, 0);
+    const double widened = ring.ring_radius ? 0 : of_radius(radius, 0);
+    const auto in_ring = [&](double dz) {
+      return change(dz).encircled_energy(radius) + widened * ghs_.at_plane(dz).encircled_energy_slope(radius);
+    };
+    double sum = 0;
+    const double half = 0.5 * in_ring(0);
+    for (const double plane : ghs_.half_planes(radius)) {
+      const double step = kPlaneStep * std::abs(plane);
+      const auto difference = [&](int k) {
+        return ghs_.make_plane(plane + k * step).encircled_energy(radius) -
+               ghs_.make_plane(plane - k * step).encircled_energy(radius);
+      };
+      const double slope = (4.0 / 5 * difference(1) - 1.0 / 5 * difference(2) + 4.0 / 105 * difference(3) -
+                            1.0 / 280 * difference(4)) /
+                           step;
+      sum += (plane < 0 ? 1 : -1) * (in_ring(plane) - half) / slope;
+    }
+    return sum;
+  }
+
+  const GeneralisedHarveyShack& ghs_;
+  PsdDerivative derivative_;
+  double scale_;
+  std::optional<SurfaceChange> surface_;
+  std::map<double, MeanSpot> planes_;
+};
+
+Eigen::MatrixXd PsdJacobian::logarithmic() const {
+  return values.cwiseInverse().asDiagonal() * derivatives * parameter_values.asDiagonal();
+}
+
+PsdJacobian psd_jacobian(const PsdModel& psd, const std::vector<PsdVariable>& parameters,
+                         const std::vector<Statistic>& statistics, const GhsPupil& pupil, int threads) {
+  PsdJacobian result;
+  result.parameters = parameters;
+  const GeneralisedHarveyShack ghs(RadialPsd(psd), pupil);
+  result.values = ghs.predict(statistics, threads);
+  const auto rows = Eigen::Index(statistics.size()), columns = Eigen::Index(parameters.size());
+  result.parameter_values.resize(columns);
+  result.derivatives.resize(rows, columns);
+  for (Eigen::Index k = 0; k < columns; ++k)
+    result.parameter_values[k] = value_of(psd, parameters[std::size_t(k)]);
+  parallel_for(parameters.size(), threads, [&](std::size_t k) {
+    const auto column = Eigen::Index(k);
+    JacobianOfGhs jacobian(ghs, psd, parameters[k]);
+    for (Eigen::Index i = 0; i < rows; ++i)
+      result.derivatives(i, column) =
+          jacobian(statistics[std::size_t(i)], result.values[i]) / result.parameter_values[column];
+  });
+  return result;
+}
+
+}  // namespace aberfit

@@ -1,0 +1,250 @@
+// Derivatives of the theory's statistics over the numbers of a PSD: against differences of the definition
+// written anew in more digits than double has.
+#include "aberfit/theory/psd_jacobian.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/math/special_functions/bessel.hpp>
+#include <boost/math/special_functions/gamma.hpp>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "ghs_in_many_digits.h"
+
+using namespace aberfit;
+using namespace aberfit::many_digits;
+
+namespace {
+
+using Wide = long double;  // 64 bits: differences of sixth order by 1e-3 keep 15 digits
+
+// Of d ln(statistic)/d ln(number), beside a floor for those near zero.
+constexpr double kAgreed = 1e-8, kNothing = 1e-2;
+
+const Scene kScene{5, 0.1, 500e-9};
+constexpr double kOut = 6e-3;  // 0.6 waves of defocus
+constexpr double kRing = 30e-6, kBandwidth = 5e-6;
+
+const std::vector<Statistic> kStatistics{EncircledEnergyRadius{0.5, 0},
+                                         EncircledEnergyRadius{0.8, 0},
+                                         EncircledEnergyRadius{0.8, kOut},
+                                         RingThrough{kRing, 0, false},
+                                         RingThrough{kRing, kOut, false},
+                                         SpotFwhm{kBandwidth},
+                                         RingFwhm{0.5, kRing},
+                                         RingFwhm{0.5, {}},
+                                         RmsHeight{},
+                                         ScatterRms{},
+                                         ScatterMean{}};
+
+// `near`: values in double, where searches start.
+template <class Real>
+std::vector<Real> statistics_of(const Paraxial<Real>& truth, const Eigen::VectorXd& near) {
+  std::vector<Real> all;
+  for (const auto& [fraction, dz] : {std::pair{0.5, 0.0}, {0.8, 0.0}, {0.8, kOut}})
+    all.push_back(truth.radius(Real(fraction), Real(dz), Real(near[Eigen::Index(all.size())])));
+  all.push_back(truth.encircled(Real(kRing), Real(0)));
+  all.push_back(truth.encircled(Real(kRing), Real(kOut)));
+  all.push_back(truth.spot_fwhm(Real(kBandwidth), Real(near[5])));
+  const Real ee50 = all[0];
+  for (const Real& ring : {Real(kRing), ee50}) {
+    const double width = near[Eigen::Index(all.size())];
+    all.push_back(truth.half_plane(ring, Real(0.5 * width)) - truth.half_plane(ring, Real(-0.5 * width)));
+  }
+  all.push_back(truth.rms_height());
+  // Proportional to the slope, whatever the mirror.
+  all.push_back(truth.rms_slope());
+  all.push_back(truth.rms_slope());
+  return all;
+}
+
+/// A model with the same roughness by other means; factors: of its numbers, in the order of psd_variables.
+template <class Real>
+struct Family {
+  PsdModel model;
+  std::function<Roughness<Real>(const std::vector<Real>& factors)> roughness;
+};
+
+template <class Real>
+double worst_of(const Family<Real>& family, double* worst_value) {
+  const GhsPupil pupil(Mirror{kScene.focal_length, -1, {}}, CircleAperture{kScene.diameter},
+                       kScene.wavelength, {.paraxial = true});
+  const std::vector<PsdVariable> variables = psd_variables(family.model);
+  const PsdJacobian found = psd_jacobian(family.model, variables, kStatistics, pupil);
+  const Eigen::MatrixXd logarithmic = found.logarithmic();
+  double worst = 0;
+  const std::vector<Real> none(variables.size(), Real(1));
+  const std::vector<Real> here = statistics_of(Paraxial<Real>(kScene, family.roughness(none)), found.values);
+  for (std::size_t i = 0; i + 2 < kStatistics.size(); ++i)
+    *worst_value = std::max(*worst_value, std::abs(found.values[Eigen::Index(i)] / double(here[i]) - 1));
+  for (std::size_t k = 0; k < variables.size(); ++k) {
+    std::vector<std::vector<Real>> sides;
+    const Real step = 1e-3;
+    for (const int side : {-3, -2, -1, 1, 2, 3}) {
+      std::vector<Real> factors = none;
+      factors[k] = exp(side * step);
+      sides.push_back(statistics_of(Paraxial<Real>(kScene, family.roughness(factors)), found.values));
+    }
+    for (std::size_t i = 0; i < kStatistics.size(); ++i) {
+      const Real difference =
+          45 * (sides[3][i] - sides[2][i]) - 9 * (sides[4][i] - sides[1][i]) + (sides[5][i] - sides[0][i]);
+      const double expected = double(difference / (60 * step) / here[i]);
+      const double is = logarithmic(Eigen::Index(i), Eigen::Index(k));
+      const double off = std::abs(is - expected) / std::max(std::abs(expected), kNothing);
+      EXPECT_LE(off, kAgreed) << pointer_of(variables[k]) << " of " << statistic_name(kStatistics[i]) << ": "
+                              << is << ", expected " << expected;
+      worst = std::max(worst, off);
+    }
+  }
+  return worst;
+}
+
+template <class Real>
+void expect_agreement(const Family<Real>& family) {
+  double worst_value = 0;
+  const double worst = worst_of(family, &worst_value);
+  EXPECT_LE(worst_value, 1e-9);
+  testing::Test::RecordProperty("worst_derivative_in_1e_12", std::to_string(worst * 1e12));
+  testing::Test::RecordProperty("worst_value_in_1e_12", std::to_string(worst_value * 1e12));
+}
+
+constexpr double kCycles = 6;  // of f_max = 60 /m across the aperture
+
+// int S d2f over a band.
+template <class Real>
+Real variance(const std::function<Real(const Real&)>& shape, const Real& low, const Real& high) {
+  Real sum = 0;
+  for (const Node<Real>& w : nodes<Real>(log(low), log(high), 4)) {
+    const Real f = exp(w.x);
+    sum += 2 * pi<Real>() * f * f * w.weight * shape(f);
+  }
+  return sum;
+}
+
+template <class Real>
+Roughness<Real> with_rms(const std::function<Real(const Real&)>& shape, const Real& rms, const Real& low,
+                         const Real& high) {
+  const Real factor = rms * rms / variance<Real>(shape, low, high);
+  return by_quadrature<Real>([=](const Real& f) { return factor * shape(f); }, {low, high}, kCycles);
+}
+
+Roughness<Wide> sum_of(const Roughness<Wide>& one, const Roughness<Wide>& two) {
+  return {[=](const Wide& x) { return one.half_structure(x) + two.half_structure(x); },
+          one.slope_variance + two.slope_variance};
+}
+
+Roughness<Wide> k_correlation(Wide rms, Wide B, Wide exponent, Wide low, Wide high) {
+  return with_rms<Wide>([=](const Wide& f) { return std::pow(1 + B * B * f * f, -exponent / 2); }, rms, low,
+                        high);
+}
+
+}  // namespace
+
+TEST(PsdJacobian, OfAKCorrelationMeetsDifferencesInMoreDigits) {
+  expect_agreement<Wide>({KCorrelationPsd{40e-9, 0.06, 3.2, 8, 60}, [](const std::vector<Wide>& by) {
+                            return k_correlation(40e-9L * by[0], 0.06L * by[1], 3.2L * by[2], 8 * by[3],
+                                                 60 * by[4]);
+                          }});
+}
+
+TEST(PsdJacobian, OfPowerLawsMeetsDifferencesInMoreDigits) {
+  expect_agreement<Wide>({PowerLawPsd{30e-9, {}, 2.6, 10, 60}, [](const std::vector<Wide>& by) {
+                            const Wide b = 2.6L * by[1];
+                            return with_rms<Wide>([=](const Wide& f) { return std::pow(f, -b); },
+                                                  30e-9L * by[0], 10 * by[2], 60 * by[3]);
+                          }});
+  expect_agreement<Wide>({PowerLawPsd{{}, 1e-16, 2.2, 10, 60}, [](const std::vector<Wide>& by) {
+                            const Wide a = 1e-16L * by[0], b = 2.2L * by[1];
+                            return by_quadrature<Wide>([=](const Wide& f) { return a * std::pow(f, -b); },
+                                                       {10 * by[2], 60 * by[3]}, kCycles);
+                          }});
+}
+
+TEST(PsdJacobian, OfATableMeetsDifferencesInMoreDigits) {
+  const TablePsd table{{8, 15, 33, 60}, {4e-19, 2.5e-19, 3e-20, 1e-20}};
+  expect_agreement<Wide>({table, [=](const std::vector<Wide>& by) {
+                            const auto psd = [=](const Wide& f) {
+                              std::size_t i = 0;
+                              while (i + 2 < 4 && f > table.frequency[i + 1]) ++i;
+                              const Wide low = by[i] * Wide(table.psd[i]),
+                                         high = by[i + 1] * Wide(table.psd[i + 1]);
+                              const Wide t = std::log(f / Wide(table.frequency[i])) /
+                                             std::log(Wide(table.frequency[i + 1]) / table.frequency[i]);
+                              return Wide(low * std::pow(high / low, t));
+                            };
+                            return by_quadrature<Wide>(psd, {8, 15, 33, 60}, kCycles);
+                          }});
+}
+
+TEST(PsdJacobian, OfASumMeetsDifferencesInMoreDigits) {
+  const SumPsd sum{{KCorrelationPsd{30e-9, 0.05, 3.5, 8, 50}, GaussianPsd{15e-9, 0.02}}};
+  expect_agreement<Wide>(
+      {sum, [](const std::vector<Wide>& by) {
+         const Wide rms = 15e-9L * by[5], l = 0.02L * by[6];
+         const Roughness<Wide> gaussian{
+             [=](const Wide& x) { return -rms * rms * std::expm1(-(x / l) * (x / l)); },
+             4 * rms * rms / (l * l)};
+         return sum_of(k_correlation(30e-9L * by[0], 0.05L * by[1], 3.5L * by[2], 8 * by[3], 50 * by[4]),
+                       gaussian);
+       }});
+}
+
+// Bessel functions of the second kind in closed form; the bands are open at both ends.
+TEST(PsdJacobian, OfAnOpenKCorrelationMeetsDifferencesOfItsClosedForm) {
+  expect_agreement<Wide>(
+      {KCorrelationPsd{30e-9, 0.06, 5.3}, [](const std::vector<Wide>& by) {
+         const Wide rms = 30e-9L * by[0], B = 0.06L * by[1], exponent = 5.3L * by[2], nu = exponent / 2 - 1;
+         return Roughness<Wide>{[=](const Wide& x) {
+                                  const Wide a = 2 * pi<Wide>() * x / B;
+                                  return rms * rms *
+                                         (1 - 2 / boost::math::tgamma(nu) * std::pow(a / 2, nu) *
+                                                  boost::math::cyl_bessel_k(nu, a));
+                                },
+                                4 * pi<Wide>() * pi<Wide>() * rms * rms / (B * B * (exponent / 2 - 2))};
+       }});
+}
+
+// Fifty digits, to see that eighteen are enough: a uniform band has J1 alone.
+TEST(PsdJacobian, OfAUniformBandMeetsDifferencesInFiftyDigits) {
+  using Fifty =
+      boost::multiprecision::number<boost::multiprecision::cpp_bin_float<50>, boost::multiprecision::et_off>;
+  const Fifty rms = 35e-9, low = 12, high = 60;
+  const auto roughness = [&](const std::vector<Fifty>& by) -> Roughness<Fifty> {
+    const Fifty s = rms * by[0], a = low * by[1], b = high * by[2];
+    const auto disc = [](const Fifty& f, const Fifty& x) {
+      const Fifty z = 2 * pi<Fifty>() * f * x;
+      return Fifty(f * f * (1 - 2 * boost::math::cyl_bessel_j(1, z) / z));
+    };
+    return {[=](const Fifty& x) { return Fifty(s * s * (disc(b, x) - disc(a, x)) / (b * b - a * a)); },
+            2 * pi<Fifty>() * pi<Fifty>() * s * s * (a * a + b * b)};
+  };
+  const GhsPupil pupil(Mirror{kScene.focal_length, -1, {}}, CircleAperture{kScene.diameter},
+                       kScene.wavelength, {.paraxial = true});
+  const PsdModel model = UniformPsd{35e-9, 12, 60};
+  const std::vector<PsdVariable> variables = psd_variables(model);
+  const PsdJacobian found =
+      psd_jacobian(model, variables, {RingThrough{kRing, 0, false}, RmsHeight{}, ScatterRms{}}, pupil);
+  const Eigen::MatrixXd logarithmic = found.logarithmic();
+  for (std::size_t k = 0; k < variables.size(); ++k) {
+    const auto moved = [&](const Fifty& factor) {
+      std::vector<Fifty> by(3, Fifty(1));
+      by[k] = factor;
+      const Paraxial<Fifty> truth(kScene, roughness(by), 2);
+      return std::array<Fifty, 3>{log(truth.encircled(kRing, 0)), log(truth.rms_height()),
+                                  log(truth.rms_slope())};
+    };
+    std::array<std::array<Fifty, 3>, 6> at;
+    const Fifty step = Fifty(1) / 1000;
+    for (int i = 0; i < 6; ++i) at[std::size_t(i)] = moved(exp(step * (i < 3 ? i - 3 : i - 2)));
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Fifty expected =
+          (45 * (at[3][i] - at[2][i]) - 9 * (at[4][i] - at[1][i]) + at[5][i] - at[0][i]) / (60 * step);
+      EXPECT_NEAR(logarithmic(Eigen::Index(i), Eigen::Index(k)), double(expected),
+                  kAgreed * std::max(std::abs(double(expected)), kNothing))
+          << pointer_of(variables[k]) << " " << i;
+    }
+  }
+}
