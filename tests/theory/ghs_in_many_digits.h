@@ -64,7 +64,8 @@ Roughness<Real> by_quadrature(const std::function<Real(const Real&)>& psd, std::
   Real slope = 0;
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
     const double octaves = std::log2(double(edges[i + 1] / edges[i]));
-    const int panels = 1 + int(octaves) + int(cycles * double((edges[i + 1] - edges[i]) / edges.back()) / 3);
+    const int panels =
+        1 + int(octaves / 2) + int(cycles * double((edges[i + 1] - edges[i]) / edges.back()) / 3);
     for (const Node<Real>& w : nodes<Real>(log(edges[i]), log(edges[i + 1]), panels)) {
       const Real f = exp(w.x), mass = 2 * pi<Real>() * f * f * w.weight * psd(f);
       weighted.push_back({f, mass});
@@ -88,7 +89,7 @@ struct Scene {
 template <class Real>
 class Paraxial {
  public:
-  Paraxial(const Scene& scene, const Roughness<Real>& roughness, int panels = 8) : scene_(scene) {
+  Paraxial(const Scene& scene, const Roughness<Real>& roughness, int panels = 5) : scene_(scene) {
     const Real k = 4 * pi<Real>() / scene.wavelength;
     for (const Node<Real>& node : nodes<Real>(Real(0), pi<Real>() / 2, panels)) {
       const Real s = cos(node.x), less = roughness.half_structure(s * scene.diameter);
