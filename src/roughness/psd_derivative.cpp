@@ -219,6 +219,7 @@ PsdDerivative::PsdDerivative(const PsdModel& model, const PsdVariable& parameter
   }
   if (high && part_.f_max() >= RadialPsd(model).f_max()) highest_ = 1;
   if (slope.hat != 0) part_ = part_.band(slope.left, slope.right);
+  is_whole_ = parameter.part.empty();
   slope_ = std::make_shared<const Slope>(Slope{slope});
 }
 
@@ -227,8 +228,12 @@ PsdDerivative PsdDerivative::band(double f_min, double f_max) const {
   result.part_ = part_.band(f_min, f_max);
   std::erase_if(result.rings_,
                 [&](const Ring& ring) { return ring.frequency < f_min || ring.frequency > f_max; });
-  if (part_.f_max() > f_max) result.highest_ = 0;
+  if (part_.f_max() > f_max) result.highest_ = 0;  // S is cut there, wherever the model ends
   return result;
+}
+
+double PsdDerivative::proportion() const {
+  return is_whole_ && rings_.empty() && slope_->log.is_constant() ? slope_->log.constant : 0;
 }
 
 double PsdDerivative::density(double f) const {

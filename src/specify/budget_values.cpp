@@ -13,6 +13,7 @@ namespace aberfit::internal {
 namespace {
 
 constexpr double kDifference = 1e-3;   // of ln(unknown), for sensitivities
+constexpr double kSamePsd = 1e-9;      // of S
 constexpr double kNoRoughness = 1e-9;  // of the heights: scatters 1e-18 of the light
 
 bool is_energy(const Budget& budget) {
@@ -29,7 +30,44 @@ GeometricHarveyShack geometric(const Task& task, const RadialPsd& psd) {
 BudgetValues::BudgetValues(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
                            const std::vector<Budget>& budgets, Theory theory)
     : task_at_(task_at), unknowns_(unknowns), budgets_(budgets), theory_(theory) {
-  focal_length_ = task_at(values_of(std::vector<double>(unknowns.size(), 0.0))).mirror.focal_length;
+  const Task task = task_at(values_of(std::vector<double>(unknowns.size(), 0.0)));
+  focal_length_ = task.mirror.focal_length;
+  if (in_light()) pupil_.emplace(task.mirror, task.aperture, task.wavelength);
+  for (std::size_t u = 0; u < unknowns.size(); ++u) variables_.push_back(variable_of(u));
+}
+
+std::vector<Statistic> BudgetValues::statistics() const {
+  std::vector<Statistic> statistics;
+  for (const Budget& budget : budgets_) statistics.push_back(budget.statistic);
+  return statistics;
+}
+
+bool BudgetValues::in_light() const {
+  return theory_ == Theory::kGhs && std::any_of(budgets_.begin(), budgets_.end(), is_energy);
+}
+
+// The number of the model that an unknown is. A study may mean another one by the same word: a step of the
+// unknown has to be the same PSD as that step of the number.
+std::optional<PsdVariable> BudgetValues::variable_of(std::size_t unknown) const {
+  const std::string root = "/roughness/psd", &pointer = unknowns_[unknown].pointer;
+  if (pointer.rfind(root, 0) != 0) return std::nullopt;
+  std::vector<double> logs(unknowns_.size(), 0.0);
+  const Task here = task_at_(values_of(logs));
+  try {
+    const PsdVariable variable = psd_variable(*here.psd, pointer.substr(root.size()));
+    logs[unknown] = kDifference;
+    const RadialPsd meant(*task_at_(values_of(logs)).psd),
+        moved(with_value(*here.psd, variable, value_of(*here.psd, variable) * std::exp(kDifference)));
+    const double low = std::max(meant.f_min(), 1e-3), high = std::min(meant.f_max(), 1e9);
+    for (int k = 0; k < 40; ++k) {
+      const double f = low * std::pow(high / low, (k + 0.5) / 40), s = meant(f);
+      if (!(std::abs(moved(f) - s) <= kSamePsd * s)) return std::nullopt;
+    }
+    return variable;
+  } catch (const std::invalid_argument&) {
+  } catch (const InputError&) {  // at the end of what is allowed
+  }
+  return std::nullopt;
 }
 
 std::vector<double> BudgetValues::values_of(const std::vector<double>& logs) const {
@@ -54,14 +92,13 @@ Eigen::ArrayXd BudgetValues::predict(const Task& task, double height_factor) con
   ++evaluations_;
   const RadialPsd specified(*task.psd);
   const RadialPsd psd = height_factor == 1 ? specified : specified.scaled(height_factor);
-  std::vector<Statistic> statistics;
-  for (const Budget& budget : budgets_) statistics.push_back(budget.statistic);
-  Eigen::VectorXd found(Eigen::Index(statistics.size()));
-  if (theory_ == Theory::kGhs && std::any_of(budgets_.begin(), budgets_.end(), is_energy)) {
-    found = GeneralisedHarveyShack(psd, task.mirror, task.aperture, task.wavelength).predict(statistics);
+  const std::vector<Statistic> wanted = statistics();
+  Eigen::VectorXd found(Eigen::Index(wanted.size()));
+  if (in_light()) {
+    found = GeneralisedHarveyShack(psd, *pupil_).predict(wanted);
   } else {
     const GeometricHarveyShack theory = geometric(task, psd);
-    for (std::size_t k = 0; k < statistics.size(); ++k) found[Eigen::Index(k)] = theory(statistics[k]);
+    for (std::size_t k = 0; k < wanted.size(); ++k) found[Eigen::Index(k)] = theory(wanted[k]);
   }
   Eigen::ArrayXd values(found.size());
   for (std::size_t k = 0; k < budgets_.size(); ++k)
@@ -74,6 +111,95 @@ Eigen::ArrayXd BudgetValues::at(const std::vector<double>& logs) const {
   return predict(task_at_(values_of(logs)), 1);
 }
 
+PsdJacobian BudgetValues::jacobian(const Task& task, const std::vector<PsdVariable>& variables) const {
+  if (in_light()) return psd_jacobian(*task.psd, variables, statistics(), *pupil_);
+  const RadialPsd psd(*task.psd);
+  const GeometricHarveyShack theory = geometric(task, psd);
+  const double slope_variance = psd_moments(psd).slope_variance;
+  const std::vector<Statistic> wanted = statistics();
+  PsdJacobian result;
+  result.parameters = variables;
+  result.values.resize(Eigen::Index(wanted.size()));
+  result.parameter_values.resize(Eigen::Index(variables.size()));
+  result.derivatives.resize(result.values.size(), result.parameter_values.size());
+  for (Eigen::Index u = 0; u < result.parameter_values.size(); ++u) {
+    const PsdVariable& variable = variables[std::size_t(u)];
+    const PsdDerivative derivative(*task.psd, variable);
+    result.parameter_values[u] = value_of(*task.psd, variable);
+    const double of_slope = 2 * kPi * kPi * derivative.moment(2) / slope_variance;  // d ln(slope)/dp
+    for (std::size_t k = 0; k < wanted.size(); ++k) {
+      const auto i = Eigen::Index(k);
+      const double value = result.values[i] = theory(wanted[k]);
+      if (const auto* radius = std::get_if<EncircledEnergyRadius>(&wanted[k]))
+        result.derivatives(i, u) = of_slope * theory.radius_over_slope(value, radius->dz);
+      else if (std::holds_alternative<RmsHeight>(wanted[k]))
+        result.derivatives(i, u) = value * height_variance_change_on(task.aperture, psd, derivative) /
+                                   (2 * std::pow(rms_height_on(task.aperture, psd), 2));
+      else
+        result.derivatives(i, u) = of_slope * value;
+    }
+  }
+  return result;
+}
+
+BudgetValues::WithSlopes BudgetValues::with_slopes(const std::vector<double>& logs) const {
+  const Task task = task_at_(values_of(logs));
+  std::vector<PsdVariable> variables;
+  for (const std::optional<PsdVariable>& variable : variables_)
+    if (variable) variables.push_back(*variable);
+  WithSlopes result;
+  Eigen::MatrixXd exact;
+  if (variables.empty()) {
+    result.values = predict(task, 1);
+  } else {
+    ++evaluations_;
+    const PsdJacobian found = jacobian(task, variables);
+    exact = found.logarithmic();
+    result.values.resize(found.values.size());
+    for (std::size_t k = 0; k < budgets_.size(); ++k)
+      result.values[Eigen::Index(k)] = budgeted(budgets_[k], found.values[Eigen::Index(k)], focal_length_);
+    if (result.values.isNaN().any()) throw ComputationError("the theory has no value there");
+  }
+  result.slopes.resize(result.values.size(), Eigen::Index(logs.size()));
+  Eigen::Index known = 0;
+  for (std::size_t u = 0; u < logs.size(); ++u) {
+    if (variables_[u])
+      result.slopes.col(Eigen::Index(u)) = exact.col(known++).array();
+    else
+      result.slopes.col(Eigen::Index(u)) = difference(logs, u, result.values);
+  }
+  return result;
+}
+
+// One-sided, with half of the digits, at the end of what is allowed.
+Eigen::ArrayXd BudgetValues::difference(const std::vector<double>& logs, std::size_t unknown,
+                                        const Eigen::ArrayXd& here) const {
+  const auto moved = [&](double by, double* step) -> Eigen::ArrayXd {
+    std::vector<double> there = logs;
+    there[unknown] += by;
+    try {
+      const Eigen::ArrayXd moved_values = at(there);
+      *step = by;
+      return moved_values;
+    } catch (const std::exception&) {
+      *step = 0;
+      return here;
+    }
+  };
+  double up = 0, down = 0;
+  const Eigen::ArrayXd above = moved(kDifference, &up), below = moved(-kDifference, &down);
+  if (!(up > down)) return Eigen::ArrayXd::Constant(here.size(), kNaN);
+  return (above / below).log() / (up - down);
+}
+
+double BudgetValues::worst_excess(const std::vector<double>& logs, Eigen::VectorXd* gradient) const {
+  const WithSlopes here = with_slopes(logs);
+  Eigen::Index binding = 0;
+  const double worst = excess(here.values).maxCoeff(&binding);
+  *gradient = here.slopes.row(binding).transpose() * (budgets_[std::size_t(binding)].at_most ? 1 : -1);
+  return worst;
+}
+
 Eigen::ArrayXd BudgetValues::of_perfect_mirror() const {
   return predict(task_at_(values_of(std::vector<double>(unknowns_.size(), 0.0))), kNoRoughness);
 }
@@ -81,8 +207,8 @@ Eigen::ArrayXd BudgetValues::of_perfect_mirror() const {
 double BudgetValues::core_share(const std::vector<double>& logs) const {
   if (theory_ != Theory::kGhs) return kNaN;
   const Task task = task_at_(values_of(logs));
-  return GeneralisedHarveyShack(RadialPsd(*task.psd), task.mirror, task.aperture, task.wavelength)
-      .core_share();
+  const GhsPupil pupil = pupil_ ? *pupil_ : GhsPupil(task.mirror, task.aperture, task.wavelength);
+  return GeneralisedHarveyShack(RadialPsd(*task.psd), pupil).core_share();
 }
 
 Eigen::ArrayXd BudgetValues::excess(const Eigen::ArrayXd& values) const {
@@ -104,34 +230,19 @@ std::vector<BudgetState> BudgetValues::states(const Eigen::ArrayXd& values) cons
 }
 
 SolvePoint BudgetValues::point(const std::vector<double>& logs, bool whole) const {
+  return point(logs, whole ? with_slopes(logs) : WithSlopes{at(logs), {}});
+}
+
+SolvePoint BudgetValues::point(const std::vector<double>& logs, const WithSlopes& here) const {
   SolvePoint point;
   point.at = values_of(logs);
-  const Eigen::ArrayXd values = at(logs);
-  point.budgets = states(values);
+  point.budgets = states(here.values);
   Eigen::Index binding = 0;
-  excess(values).maxCoeff(&binding);
+  excess(here.values).maxCoeff(&binding);
   point.binding = std::size_t(binding);
-  for (std::size_t u = 0; whole && u < logs.size(); ++u) {
-    // One-sided, with half of the digits, at the end of what is allowed.
-    const auto moved = [&](double by, double* step) -> Eigen::ArrayXd {
-      std::vector<double> there = logs;
-      there[u] += by;
-      try {
-        const Eigen::ArrayXd moved_values = at(there);
-        *step = by;
-        return moved_values;
-      } catch (const std::exception&) {
-        *step = 0;
-        return values;
-      }
-    };
-    double up = 0, down = 0;
-    const Eigen::ArrayXd above = moved(kDifference, &up), below = moved(-kDifference, &down);
-    for (std::size_t k = 0; k < budgets_.size(); ++k) {
-      const auto i = Eigen::Index(k);
-      point.budgets[k].sensitivity.push_back(up > down ? std::log(above[i] / below[i]) / (up - down) : kNaN);
-    }
-  }
+  for (Eigen::Index u = 0; u < here.slopes.cols(); ++u)
+    for (std::size_t k = 0; k < budgets_.size(); ++k)
+      point.budgets[k].sensitivity.push_back(here.slopes(Eigen::Index(k), u));
   return point;
 }
 

@@ -2,10 +2,12 @@
 #include <Eigen/Core>
 #include <array>
 #include <atomic>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "aberfit/specify/solve.h"
+#include "aberfit/theory/psd_jacobian.h"
 
 namespace aberfit::internal {
 
@@ -18,11 +20,22 @@ class BudgetValues {
   /// What budgets limit, in their order, at ln(unknown/start). Throws InputError where values are not
   /// allowed, ComputationError where the theory has none.
   Eigen::ArrayXd at(const std::vector<double>& logs) const;
+  /// The same with d ln(value)/d ln(unknown), budgets x unknowns: exact where the unknown is a number of the
+  /// PSD's model itself, else by central differences of 1e-3.
+  struct WithSlopes {
+    Eigen::ArrayXd values;
+    Eigen::ArrayXXd slopes;
+  };
+  WithSlopes with_slopes(const std::vector<double>& logs) const;
   /// Without roughness.
   Eigen::ArrayXd of_perfect_mirror() const;
   /// ln(value/limit) of each, the sign such that positive is violated; within +-kFarOff, for roots.
   Eigen::ArrayXd excess(const Eigen::ArrayXd& values) const;
   double worst_excess(const std::vector<double>& logs) const { return excess(at(logs)).maxCoeff(); }
+  /// The same with its gradient over `logs`, which is that of the budget that binds there.
+  double worst_excess(const std::vector<double>& logs, Eigen::VectorXd* gradient) const;
+  /// A place whose values are known.
+  SolvePoint point(const std::vector<double>& logs, const WithSlopes& here) const;
   /// Everything that is told of a place. Sensitivities are left out where `whole` is false.
   SolvePoint point(const std::vector<double>& logs, bool whole) const;
   std::vector<BudgetState> states(const Eigen::ArrayXd& values) const;
@@ -38,13 +51,21 @@ class BudgetValues {
   static constexpr double kFarOff = 50;
 
  private:
+  std::vector<Statistic> statistics() const;
+  bool in_light() const;
   Eigen::ArrayXd predict(const Task& task, double height_factor) const;
+  std::optional<PsdVariable> variable_of(std::size_t unknown) const;
+  PsdJacobian jacobian(const Task& task, const std::vector<PsdVariable>& variables) const;
+  Eigen::ArrayXd difference(const std::vector<double>& logs, std::size_t unknown,
+                            const Eigen::ArrayXd& here) const;
 
   const TaskAt& task_at_;
   const std::vector<SolveUnknown>& unknowns_;
   const std::vector<Budget>& budgets_;
   Theory theory_;
   double focal_length_ = 0;
+  std::optional<GhsPupil> pupil_;  // no unknown is one of the scene: all evaluations share it
+  std::vector<std::optional<PsdVariable>> variables_;
   mutable std::atomic<int> evaluations_ = 0;
 };
 

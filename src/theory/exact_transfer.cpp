@@ -136,7 +136,16 @@ ExponentTable::ExponentTable(const std::function<Eigen::ArrayXd(const Eigen::Arr
                              double limit, const SurfaceTransferOptions& options) {
   const std::vector<double> edges = transfer_edges(exponent, limit, options);
   std::vector<TransferPanel> pending;
-  for (std::size_t i = 0; i + 1 < edges.size(); ++i) pending.push_back({edges[i], edges[i + 1]});
+  const Eigen::ArrayXd at_edges =
+      exponent(Eigen::Map<const Eigen::ArrayXd>(edges.data(), Eigen::Index(edges.size())));
+  for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+    int pieces = 1;
+    const bool shows = edges[i] < options.widest_until && at_edges[Eigen::Index(i)] < kGone;
+    while (shows && edges[i + 1] - edges[i] > pieces * options.widest) pieces *= 2;
+    const double width = (edges[i + 1] - edges[i]) / pieces;
+    for (int p = 0; p < pieces; ++p)
+      pending.push_back({edges[i] + p * width, p + 1 == pieces ? edges[i + 1] : edges[i] + (p + 1) * width});
+  }
   const auto missing = [&](TransferPanel* panel) {
     if (!panel->value.isFinite().all())
       throw ComputationError("the structure function of this PSD is not finite");
@@ -191,6 +200,11 @@ ExponentChange::ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::A
   };
   refine(std::move(pending), kMostTablePanels, change, missing, &function_.panels);
   function_.set_coefficients();
+}
+
+ExponentChange::ExponentChange(double proportion, const ExponentTable& table) : function_(table.function_) {
+  for (TransferPanel& panel : function_.panels) panel.value *= proportion;
+  for (PanelArray& coefficients : function_.legendre) coefficients *= proportion;
 }
 
 std::vector<double> ExponentChange::edges() const {

@@ -48,6 +48,8 @@ class ExponentChange {
  public:
   ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change,
                  const ExponentTable& table, double smallest);
+  /// Where dE/dp = proportion E.
+  ExponentChange(double proportion, const ExponentTable& table);
   PanelArray operator()(const PanelArray& x) const;
   std::vector<double> edges() const;
 
@@ -120,6 +122,7 @@ class ExactTransfer {
   /// How it changes with p, of which `change` is dE/dp.
   std::vector<TransferPanel> change_panels(double dz, const ExponentChange& change) const;
   ExponentChange change_of(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change) const;
+  ExponentChange change_of(double proportion) const { return {proportion, *table_}; }
   double at(double x, double dz) const;
   /// Mean of H over the aperture at a shear x, and of its limit.
   double mean_surface_transfer(double x) const { return interpolated(pupil_->whole(), x); }

@@ -228,6 +228,8 @@ SurfaceChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative,
   const auto change = [&](const Eigen::ArrayXd& x) -> Eigen::ArrayXd {
     return scale * exponent_change(psd_, inside, wavelength_, x);
   };
+  const double proportion = inside.proportion();
+  if (exact_ && proportion != 0) return {exact_->change_of(scale * proportion), {}};
   if (exact_) return {exact_->change_of(change), {}};
   return {{},
           transfer_change([this](const Eigen::ArrayXd& x) { return exponent(x); }, change, *surface_transfer_,

@@ -88,6 +88,7 @@ struct GeometricHarveyShack::Sums {
   double share = 0;
   double d_radius = 0;
   double d_plane = 0;
+  double d_slope = 0;  // over its logarithm: standard deviations are proportional to it
 };
 
 GeometricHarveyShack::Sums GeometricHarveyShack::sums(double radius, double dz) const {
@@ -105,6 +106,8 @@ GeometricHarveyShack::Sums GeometricHarveyShack::sums(double radius, double dz) 
     const DiscShare disc = gaussian_in_disc(radius, offset, sign * radial, sign * tangential, rules_);
     total.share += zone.weight * disc.value;
     total.d_radius += zone.weight * disc.d_radius;
+    total.d_slope +=
+        zone.weight * sign * (disc.d_sigma_radial * radial + disc.d_sigma_tangential * tangential);
     total.d_plane += zone.weight * (disc.d_offset * zone.offset_per_dz +
                                     sign * (disc.d_sigma_radial * zone.sigma_radial_per_dz +
                                             disc.d_sigma_tangential * zone.sigma_tangential_per_dz));
@@ -118,6 +121,11 @@ double GeometricHarveyShack::encircled_energy(double radius, double dz) const {
 
 double GeometricHarveyShack::encircled_energy_slope(double radius, double dz) const {
   return sums(radius, dz).d_radius;
+}
+
+double GeometricHarveyShack::radius_over_slope(double radius, double dz) const {
+  const Sums at = sums(radius, dz);
+  return at.d_radius > 0 ? -at.d_slope / at.d_radius : 0;
 }
 
 double GeometricHarveyShack::encircled_energy_radius(double fraction, double dz) const {

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "aberfit/roughness/psd.h"
@@ -22,6 +23,9 @@ struct SurfaceTransferOptions {
       breakpoints;      ///< shears that must be panel edges, ascending, the last one the cutoff [m]
   double smallest = 0;  ///< shear below which nothing needs resolving [m]
   int halvings = 0;     ///< further halvings of every panel at the start
+  /// Panels that are wider would be halved anyway, so they start narrower [m]: E oscillates with the highest
+  /// frequency up to a shear.
+  double widest = std::numeric_limits<double>::infinity(), widest_until = 0;
 };
 
 /// How C(0) - C(x) loses the oscillation of a sharp band edge: from `cycles` cycles of it on, completely at

@@ -67,6 +67,9 @@ class PsdDerivative {
   /// d(C(0) - C(r))/dp [m^2 per unit of p] at many r >= 0 [m]; error below 1e-11 of that over |dS/dp|. NaN
   /// where the structure function is infinite.
   Eigen::ArrayXd structure_function(const Eigen::ArrayXd& r) const;
+  /// dS/dp over S, 1/p-like, where the two are proportional at every frequency of the whole model, as for the
+  /// rms of a model that is no sum; 0 elsewhere.
+  double proportion() const;
   /// Of the highest frequency of the whole model: 1 where p is it, else 0. What is made for a band edge moves
   /// with it.
   double highest_frequency() const { return highest_; }
@@ -77,6 +80,7 @@ class PsdDerivative {
   std::shared_ptr<const Slope> slope_;
   std::vector<Ring> rings_;
   double highest_ = 0;
+  bool is_whole_ = false;  // the part is the model
 };
 
 }  // namespace aberfit

@@ -27,7 +27,8 @@ using TaskAt = std::function<Task(const std::vector<double>& values)>;
 struct BudgetState {
   double value = 0;   ///< what is limited [m] or [rad]; infinite where the light is not within r = f
   double margin = 0;  ///< (limit - value)/limit for <=, (value - limit)/limit for >=: negative is violated
-  /// d ln(value)/d ln(unknown), one for each unknown: central differences of 1e-3, error about 1e-6.
+  /// d ln(value)/d ln(unknown), one for each unknown: exact (theory/psd_jacobian.h); of a number that the
+  /// model of the PSD is made from by a formula central differences of 1e-3, error about 1e-6.
   std::vector<double> sensitivity;
 };
 /// All budgets at one place.

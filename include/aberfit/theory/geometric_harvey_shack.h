@@ -36,6 +36,9 @@ class GeometricHarveyShack {
   /// Radius [m] that holds `fraction` of the light at plane dz, to 1e-12. Newton with bisection on
   /// encircled_energy. NaN for fractions outside (0, 1).
   double encircled_energy_radius(double fraction, double dz) const;
+  /// How far such a `radius` [m] in the plane dz moves per relative change of the slope, dr/d ln(slope) [m]:
+  /// 0 where the curve is a stair.
+  double radius_over_slope(double radius, double dz) const;
   /// Full width [m] at half maximum of N(z) = encircled_energy(ring_radius, z) over z: the half crossings
   /// nearest to ring_peak on either side, to 1e-12. NaN when ring_radius is not positive or a crossing lies
   /// beyond |dz| = f/2.
