@@ -7,6 +7,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/quadrature.h"
+#include "aberfit/roughness/psd_derivative.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "aberfit/theory/aperture_otf.h"
 

@@ -264,3 +264,86 @@ TEST(PsdJacobian, OfAUniformBandMeetsDifferencesInFiftyDigits) {
     }
   }
 }
+
+// The aperture-exact form, of slow mirrors, where the theory's interpolation over the aperture is exact to
+// 1e-10.
+TEST(PsdJacobian, OfTheApertureExactFormMeetsDifferencesInMoreDigits) {
+  const Scene scene{12, 0.2, 500e-9};
+  const Mirror mirror{scene.focal_length, -1, {}};
+  const GhsPupil pupil(mirror, CircleAperture{scene.diameter}, scene.wavelength);
+  const PsdModel model = GaussianPsd{45e-9, 0.012};
+  const std::vector<PsdVariable> variables = psd_variables(model);
+  for (const double dz : {0.0, 8e-3}) {
+    const std::vector<Statistic> radius{EncircledEnergyRadius{0.7, dz}};
+    const PsdJacobian found = psd_jacobian(model, variables, radius, pupil);
+    const auto moved = [&](std::size_t k, Wide factor) {
+      const Wide rms = 45e-9L * (k == 0 ? factor : 1), l = 0.012L * (k == 1 ? factor : 1);
+      const Roughness<Wide> gaussian{
+          [=](const Wide& x) { return -rms * rms * std::expm1(-(x / l) * (x / l)); }, 0};
+      return std::log(Exact<Wide>(scene, gaussian, dz).radius(0.7L, found.values[0]));
+    };
+    EXPECT_NEAR(double(std::exp(moved(0, 1))) / found.values[0], 1, 1e-9) << dz;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double expected =
+          double(log_derivative<Wide>([&](const Wide& factor) { return moved(k, factor); }, 1e-3L));
+      EXPECT_NEAR(found.logarithmic()(0, Eigen::Index(k)) / expected, 1, kAgreed)
+          << pointer_of(variables[k]) << " " << dz;
+    }
+  }
+}
+
+// Fast and annular, with a band edge that is softened far out: against differences of the theory itself.
+TEST(PsdJacobian, OfAFastMirrorMeetsDifferencesOfTheTheory) {
+  const GhsPupil pupil(Mirror{2.4, -1, {}}, AnnulusAperture{1.2, 0.36}, 550e-9);
+  const PsdModel model = KCorrelationPsd{17e-9, 0.3, 3, 1, 100};
+  const std::vector<Statistic> radius{EncircledEnergyRadius{0.8, 0}};
+  const std::vector<PsdVariable> variables = psd_variables(model);
+  const PsdJacobian found = psd_jacobian(model, variables, radius, pupil);
+  for (std::size_t k = 0; k < variables.size(); ++k) {
+    const auto moved = [&](double factor) {
+      const PsdModel other = with_value(model, variables[k], factor * value_of(model, variables[k]));
+      return std::log(GeneralisedHarveyShack(RadialPsd(other), pupil).predict(radius)[0]);
+    };
+    const double expected = log_derivative<double>(moved, 3e-4);  // a dark ring passes: r bends within 1e-2
+    EXPECT_NEAR(found.logarithmic()(0, Eigen::Index(k)), expected, 2e-8 * std::max(1.0, std::abs(expected)))
+        << pointer_of(variables[k]);
+  }
+}
+
+TEST(PsdJacobian, ASharedSceneGivesTheSameBits) {
+  const Mirror mirror{2.8, -0.9, {}};
+  const AnnulusAperture aperture{0.4, 0.1};
+  const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, 1e-4},
+                                          SpotFwhm{1e-6}, RmsHeight{}};
+  const GhsPupil shared(mirror, aperture, 632.8e-9);
+  for (const double rms : {200e-9, 10e-9, 60e-9, 10e-9}) {  // whatever was asked for before
+    const RadialPsd psd(UniformPsd{rms, 2.5, 20});
+    const Eigen::VectorXd alone = GeneralisedHarveyShack(psd, mirror, aperture, 632.8e-9).predict(statistics),
+                          together = GeneralisedHarveyShack(psd, shared).predict(statistics, 2);
+    EXPECT_TRUE((alone.array() == together.array()).all()) << rms;
+  }
+}
+
+TEST(PsdJacobian, LightThatDoesNotScatterHasNoDerivative) {
+  // A part of the roughness above 1/lambda is height, and no light.
+  const PsdModel model = SumPsd{{UniformPsd{20e-9, 10, 60}, UniformPsd{5e-9, 3e6, 4e6}}};
+  const GhsPupil pupil(Mirror{5, -1, {}}, CircleAperture{0.1}, 500e-9);
+  const PsdVariable above{PsdVariable::Kind::kRms, {1}, 0};
+  const PsdJacobian found = psd_jacobian(model, {above}, {EncircledEnergyRadius{0.8, 0}, RmsHeight{}}, pupil);
+  EXPECT_EQ(found.derivatives(0, 0), 0);
+  EXPECT_NEAR(found.derivatives(1, 0), 5e-9 / found.values[1], 1e-9);
+}
+
+TEST(PsdJacobian, KnowsTheNumbersOfAModel) {
+  const PsdModel model = SumPsd{
+      {KCorrelationPsd{1e-9, 0.1, 3}, TablePsd{{1, 2}, {1e-20, 1e-21}}, PowerLawPsd{{}, 1e-20, 2, 1, 9}}};
+  std::vector<std::string> pointers;
+  for (const PsdVariable& one : psd_variables(model)) pointers.push_back(pointer_of(one));
+  EXPECT_EQ(pointers, (std::vector<std::string>{"/parts/0/rms", "/parts/0/B", "/parts/0/exponent",
+                                                "/parts/1/psd/0", "/parts/1/psd/1", "/parts/2/amplitude",
+                                                "/parts/2/exponent", "/parts/2/f_min", "/parts/2/f_max"}));
+  EXPECT_EQ(psd_variable(model, "/parts/1/scale").kind, PsdVariable::Kind::kHeights);
+  EXPECT_THROW(psd_variable(model, "/parts/0/f_max"), std::invalid_argument);
+  const PsdModel taller = with_value(model, psd_variable(model, "/parts/1/scale"), 3);
+  EXPECT_EQ(std::get<TablePsd>(std::get<SumPsd>(taller).parts[1]).psd[1], 9e-21);
+}

@@ -7,11 +7,12 @@
 
 #include "aberfit/focus/statistic.h"
 #include "aberfit/roughness/psd.h"
-#include "aberfit/roughness/psd_derivative.h"
 #include "aberfit/scene/mirror.h"
 #include "aberfit/theory/aperture_otf.h"
 
 namespace aberfit {
+
+class PsdDerivative;
 
 namespace internal {
 class ExactTransfer;

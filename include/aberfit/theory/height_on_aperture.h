@@ -1,9 +1,10 @@
 #pragma once
 #include "aberfit/roughness/psd.h"
-#include "aberfit/roughness/psd_derivative.h"
 #include "aberfit/scene/aperture.h"
 
 namespace aberfit {
+
+class PsdDerivative;
 
 /// RMS height [m] of roughness about its mean over the aperture: what a mirror of this aperture has, and what
 /// RmsHeight is. The ensemble mean of its square is
