@@ -190,6 +190,47 @@ TEST(Solve, ContourInLightIsOnTheBudget) {
   for (const SolvePoint& point : points) EXPECT_NEAR(point.budgets[0].margin, 0, kSolved);
   for (const std::size_t k : {std::size_t(0), points.size() / 2, points.size() - 1})
     EXPECT_NEAR(target_of(text, points[k], "ee80") / 30e-6, 1, kSolved) << k;
+  EXPECT_LE(spec.evaluations, int(80 + 6 * points.size())) << "exact derivatives: few steps a point";
+}
+
+// Two independent surfaces of one shape are one with sqrt2 of the height: the light does not know which.
+TEST(Solve, TwoEqualSurfacesAreOneOfTheRootOfTwo) {
+  const std::string part =
+      R"({"model": "k-correlation", "rms": "40 nm", "B": "0.1 m", "exponent": 3.5, "f_min": "2.5 /m", "f_max": "40 /m"})";
+  const auto study = [](const std::string& psd, const std::string& unknown) {
+    return R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
+      "aperture": {"shape": "circle", "diameter": "0.4 m"}, "target": {}, "roughness": {"psd": )" +
+           psd + R"(}, "solve": {"for": [")" + unknown + R"("], "so_that": {"ee80_radius": "<= 30 um"}}})";
+  };
+  const Specification one = solved(study(part, "/roughness/psd/rms"));
+  ASSERT_EQ(one.solutions.size(), 1u);
+  const double sigma = one.solutions[0].at[0];
+  nlohmann::ordered_json half = nlohmann::ordered_json::parse(part);
+  half["rms"] = sigma / std::sqrt(2.0);
+  const Specification two = solved(study(R"({"model": "sum", "parts": [)" + half.dump() + "," + part + "]}",
+                                         "/roughness/psd/parts/1/rms"));
+  ASSERT_EQ(two.solutions.size(), 1u);
+  EXPECT_NEAR(two.solutions[0].at[0] * std::sqrt(2.0) / sigma, 1, 1e-10);
+  // Either half moves the light by half of what the whole does.
+  EXPECT_NEAR(two.solutions[0].budgets[0].sensitivity[0] / one.solutions[0].budgets[0].sensitivity[0], 0.5,
+              1e-8);
+}
+
+// f/5000: the law of PHYSICS 5 itself, whose paraxial error 1/(32 N^2) is 1.3e-9.
+TEST(Solve, OfAVerySlowMirrorTheClosedLawHoldsToItsLastDigits) {
+  nlohmann::ordered_json study =
+      nlohmann::ordered_json::parse(slow_mirror(kUniform, kGeometric,
+                                                R"({"for": ["/roughness/psd/rms", "/roughness/psd/f_min"],
+                      "so_that": {"ee80_diameter": "<= 6 arcsec"}, "contour_decades": 0.2})"));
+  study["mirror"]["focal_length"] = "1000 m";
+  const Specification spec = solved(study.dump());
+  ASSERT_EQ(spec.solutions.size(), 1u);
+  const double law = rms_of_slope(slope_of_diameter(6 * kArcsec, 0.8), 20, 60);
+  EXPECT_NEAR(spec.solutions[0].at[0] / law, 1, 1e-8);
+  // rms sqrt(f_min^2 + f_max^2) is what counts.
+  const std::vector<double>& sensitivity = spec.solutions[0].budgets[0].sensitivity;
+  EXPECT_NEAR(sensitivity[0], 1, 1e-9);
+  EXPECT_NEAR(sensitivity[1], 20.0 * 20 / (20 * 20 + 60 * 60), 1e-9);
 }
 
 TEST(Solve, SaysWhereTheTheoryEnds) {
