@@ -75,6 +75,7 @@ Specification run_solve(const Study& study, const RunOptions& options) {
   if (options.progress) options.progress("solving");
   SolveOptions how;
   how.contour_decades = study.solve->contour_decades;
+  how.confidence = study.solve->confidence.value_or(0);
   Specification spec = with_fields_of(study, [&] {
     return solve_specification(StudyFamily(study, study.solve->unknowns), unknowns, study.solve->budgets, how,
                                context);

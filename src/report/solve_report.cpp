@@ -87,8 +87,10 @@ std::string solve_headline(const Specification& spec) {
   if (spec.status == SolveStatus::kNoSolution) return "NO SOLUTION";
   if (spec.status == SolveStatus::kUnbounded) return "NO BOUND";
   const SolvePoint& first = spec.solutions.front();
-  return fmt::format("SOLVED: {} {} {}", name_of(unknown),
-                     first.holds_below ? "<=" : ">=", six_digits(first.at[0], unknown.dimension));
+  return fmt::format(
+      "SOLVED: {} {} {}{}", name_of(unknown),
+      first.holds_below ? "<=" : ">=", six_digits(first.at[0], unknown.dimension),
+      spec.confidence > 0 ? fmt::format(" for {} of the mirrors", format_percent(spec.confidence)) : "");
 }
 
 }  // namespace
@@ -97,6 +99,7 @@ Json to_json(const Specification& spec, const Json& study, const Provenance& pro
   Json json = json_document("solve", study);
   json["status"] = to_string(spec.status);
   json["theory"] = to_string(spec.theory);
+  json["confidence"] = spec.confidence > 0 ? Json(spec.confidence) : Json(nullptr);
   json["plate_scale_rad_per_m"] = json_number(1 / spec.focal_length);
   json["unknowns"] = Json::array();
   for (const SolveUnknown& unknown : spec.unknowns)
@@ -143,6 +146,11 @@ std::string summary_table(const Specification& spec) {
   std::string text = solve_headline(spec) + (spec.title.empty() ? "" : "   " + spec.title) + "\n\n";
   text += fmt::format("Theory    {}; plate scale 1/f = {:.5g} arcsec/mm\n", to_string(spec.theory),
                       1e-3 / spec.focal_length / unit_factor("arcsec", Dimension::kAngle));
+  if (spec.confidence > 0)
+    text +=
+        paragraph("Mirrors", fmt::format("values are those that {} of the mirrors of such a roughness are "
+                                         "no worse than, not those of their mean light",
+                                         format_percent(spec.confidence)));
   text +=
       paragraph("Range ", fmt::format("{} from {} ({}) to {} ({}); start {}", name_of(unknown),
                                       shown(spec.range[0].value), spec.range[0].why,

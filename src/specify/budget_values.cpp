@@ -8,6 +8,7 @@
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/theory/height_on_aperture.h"
+#include "held_by.h"
 
 namespace aberfit::internal {
 namespace {
@@ -28,12 +29,14 @@ GeometricHarveyShack geometric(const Task& task, const RadialPsd& psd) {
 }  // namespace
 
 BudgetValues::BudgetValues(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
-                           const std::vector<Budget>& budgets, Theory theory)
-    : task_at_(task_at), unknowns_(unknowns), budgets_(budgets), theory_(theory) {
+                           const std::vector<Budget>& budgets, Theory theory, double confidence)
+    : task_at_(task_at), unknowns_(unknowns), budgets_(budgets), theory_(theory), confidence_(confidence) {
   const Task task = task_at(values_of(std::vector<double>(unknowns.size(), 0.0)));
   focal_length_ = task.mirror.focal_length;
   if (in_light()) pupil_.emplace(task.mirror, task.aperture, task.wavelength);
-  for (std::size_t u = 0; u < unknowns.size(); ++u) variables_.push_back(variable_of(u));
+  // What only most of the mirrors are no worse than has differences alone.
+  for (std::size_t u = 0; u < unknowns.size(); ++u)
+    variables_.push_back(confidence > 0 ? std::nullopt : variable_of(u));
 }
 
 std::vector<Statistic> BudgetValues::statistics() const {
@@ -43,7 +46,8 @@ std::vector<Statistic> BudgetValues::statistics() const {
 }
 
 bool BudgetValues::in_light() const {
-  return theory_ == Theory::kGhs && std::any_of(budgets_.begin(), budgets_.end(), is_energy);
+  return theory_ == Theory::kGhs &&
+         (confidence_ > 0 || std::any_of(budgets_.begin(), budgets_.end(), is_energy));
 }
 
 // The number of the model that an unknown is. A study may mean another one by the same word: a step of the
@@ -95,7 +99,10 @@ Eigen::ArrayXd BudgetValues::predict(const Task& task, double height_factor) con
   const std::vector<Statistic> wanted = statistics();
   Eigen::VectorXd found(Eigen::Index(wanted.size()));
   if (in_light()) {
-    found = GeneralisedHarveyShack(psd, *pupil_).predict(wanted);
+    const GeneralisedHarveyShack mean(psd, *pupil_);
+    found = mean.predict(wanted);
+    if (confidence_ > 0 && height_factor == 1)
+      found = held_by(confidence_, {psd, *pupil_, mean, budgets_}, found);
   } else {
     const GeometricHarveyShack theory = geometric(task, psd);
     for (std::size_t k = 0; k < wanted.size(); ++k) found[Eigen::Index(k)] = theory(wanted[k]);

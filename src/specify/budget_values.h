@@ -15,7 +15,7 @@ namespace aberfit::internal {
 class BudgetValues {
  public:
   BudgetValues(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
-               const std::vector<Budget>& budgets, Theory theory);
+               const std::vector<Budget>& budgets, Theory theory, double confidence);
 
   /// What budgets limit, in their order, at ln(unknown/start). Throws InputError where values are not
   /// allowed, ComputationError where the theory has none.
@@ -63,6 +63,7 @@ class BudgetValues {
   const std::vector<SolveUnknown>& unknowns_;
   const std::vector<Budget>& budgets_;
   Theory theory_;
+  double confidence_ = 0;
   double focal_length_ = 0;
   std::optional<GhsPupil> pupil_;  // no unknown is one of the scene: all evaluations share it
   std::vector<std::optional<PsdVariable>> variables_;

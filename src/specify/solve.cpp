@@ -280,7 +280,11 @@ Specification solve_specification(const TaskAt& task_at, const std::vector<Solve
     own.push_back(unknown.start);
   }
   spec.theory = theory_of(task_at(own), &spec.warnings);
-  const BudgetValues values(task_at, spec.unknowns, spec.budgets, spec.theory);
+  spec.confidence = options.confidence;
+  if (options.confidence > 0 && spec.theory != Theory::kGhs)
+    throw FieldError("solve.confidence", "theory " + to_string(spec.theory) + ", which knows the mean alone",
+                     "a target.theory of \"ghs\", or no confidence");
+  const BudgetValues values(task_at, spec.unknowns, spec.budgets, spec.theory, options.confidence);
   spec.focal_length = values.focal_length();
   const Search search(values, unknowns.size(), options);
   spec.start = values.point(search.place(0), false);

@@ -43,6 +43,12 @@ void describe_solve(Visitor& v, SolveSpec& solve) {
   v.quantity({"contour_decades",
               "of two unknowns: how far the curve is followed either way of the study's values, in decades"},
              solve.contour_decades, kNumber, Range{0, 4, true, false});
+  v.quantity(
+      {"confidence",
+       "share of mirrors of the specification that the budgets have to hold for; absent: their mean light",
+       kOptional, "0.9"},
+      solve.confidence, kNumber, Range{0.5, 1, true, true});
+  v.check(!(solve.confidence && solve.ceilings), "confidence", "beside ceilings", "with `for`");
   if (!v.reading()) return;
   solve.budgets.clear();
   for (const auto& [key, bound] : bounds) {

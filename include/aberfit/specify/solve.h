@@ -57,6 +57,9 @@ struct SolveOptions {
   double step = 1.5;   ///< factor between neighbouring steps of the search: closer pairs of roots are one
   double decades = 4;  ///< how far the search goes either way of the start
   double contour_decades = 1;  ///< how far a contour goes either way in each unknown
+  /// Share of mirrors of the specification that a budget has to hold for, in (0.5, 1); 0: it has to hold for
+  /// their mean light.
+  double confidence = 0;
 };
 
 /// The curve in two unknowns on which the strictest budget is met exactly.
@@ -70,6 +73,7 @@ struct Specification {
   std::string title;
   SolveStatus status = SolveStatus::kNotRun;
   Theory theory = Theory::kGhs;
+  double confidence = 0;    ///< as in SolveOptions
   double focal_length = 0;  ///< [m]
   std::vector<SolveUnknown> unknowns;
   std::vector<Budget> budgets;
@@ -91,7 +95,10 @@ struct Specification {
 /// change of sign is narrowed down (algorithm 748) to 1e-11, each turning point between two steps looked at.
 /// All budgets are evaluated by the theory that the targets of the task come from: GHS, or the geometric
 /// closed form. With a second unknown also the contour, by predictor and corrector along the curve, arc
-/// length in logarithms; every point of it on the strictest budget to 1e-9. Throws FieldError for a theory
+/// length in logarithms; every point of it on the strictest budget to 1e-9. With a confidence the values are
+/// those that so many mirrors are no worse than: mean light less so many standard deviations of it
+/// (`RealisationSpread`, taken as normal), heights and angles with those of their samples; sensitivities are
+/// then differences. Throws FieldError for a confidence without GHS, for a theory
 /// without a closed form (`rays`) and for starts that are not above zero; ComputationError where the start
 /// cannot be computed.
 Specification solve_specification(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,

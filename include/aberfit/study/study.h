@@ -126,7 +126,8 @@ struct VerifySpec {
 struct SolveSpec {
   std::vector<std::string> unknowns;  ///< JSON pointers of one or two numbers of the roughness
   std::vector<Budget> budgets;
-  double contour_decades = 1;            ///< of two unknowns: how far either way of the study's values
+  double contour_decades = 1;        ///< of two unknowns: how far either way of the study's values
+  std::optional<double> confidence;  ///< share of mirrors that the budgets have to hold for; absent: the mean
   std::optional<CeilingsSpec> ceilings;  ///< instead of unknowns: what may be rough at all
 };
 
