@@ -96,6 +96,21 @@ class DrawnMirrors {
     return squares;
   }
 
+  /// Light in the discs of whole mirrors, discs x draws.
+  Eigen::ArrayXXd light(const Discs& discs, int draws, std::uint64_t seed) {
+    std::vector<Eigen::ArrayXd> kernels;
+    for (const double radius : discs.radius) kernels.push_back(disc_kernel(radius, discs.dz));
+    Eigen::ArrayXXd result(Eigen::Index(kernels.size()), draws);
+    std::mt19937_64 random(seed);
+    for (int draw = 0; draw < draws; ++draw) {
+      std::vector<double> height(data_.size());
+      for (const std::vector<Complex>& shell : shell_heights(&random))
+        for (std::size_t k = 0; k < height.size(); ++k) height[k] += shell[k].real();
+      result.col(draw) = shares(height, discs.dz, kernels, cuts_.size());
+    }
+    return result;
+  }
+
  private:
   void set_cover() {
     constexpr int kParts = 8;
