@@ -347,3 +347,26 @@ TEST(PsdJacobian, KnowsTheNumbersOfAModel) {
   const PsdModel taller = with_value(model, psd_variable(model, "/parts/1/scale"), 3);
   EXPECT_EQ(std::get<TablePsd>(std::get<SumPsd>(taller).parts[1]).psd[1], 9e-21);
 }
+
+// Hundreds of cycles across the aperture: the softened edge of the band goes with f_max, and shows in the
+// light next to the ring that this frequency scatters to.
+TEST(PsdJacobian, OfASoftenedEdgeMeetsDifferencesOfTheTheory) {
+  const double f_max = 800, edge = 632.8e-9 * 2.8 * f_max;
+  const GhsPupil pupil(Mirror{2.8, -1, {}}, CircleAperture{0.4}, 632.8e-9);
+  const PsdModel model = UniformPsd{30e-9, 2.5, f_max};
+  const std::vector<Statistic> shares{RingThrough{0.995 * edge, 0, false},
+                                      RingThrough{1.005 * edge, 0, false}};
+  const PsdVariable variable{PsdVariable::Kind::kHighest, {}, 0};
+  const PsdJacobian found = psd_jacobian(model, {variable}, shares, pupil);
+  for (const Eigen::Index i : {0, 1}) {
+    const auto moved = [&](double factor) {
+      const PsdModel other = with_value(model, variable, factor * f_max);
+      return GeneralisedHarveyShack(RadialPsd(other), pupil).predict(shares)[i];
+    };
+    const double expected =
+        log_derivative<double>(moved, 4e-5);  // the edge turns 2000 rad over its own shear
+
+    EXPECT_NEAR(found.derivatives(i, 0) * f_max, expected, kAgreed * std::max(std::abs(expected), kNothing))
+        << i << " " << found.values[i];
+  }
+}
