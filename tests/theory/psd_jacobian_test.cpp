@@ -370,3 +370,45 @@ TEST(PsdJacobian, OfASoftenedEdgeMeetsDifferencesOfTheTheory) {
         << i << " " << found.values[i];
   }
 }
+
+// Turbulence without an outer scale: radii of a wide aperture go with 1/r0, and r0 with the amplitude to the
+// power -3/5 (PHYSICS 6); the exponent against differences of the theory.
+TEST(PsdJacobian, OfKolmogorovRoughnessFollowsTheFriedParameter) {
+  const double wavelength = 1e-6, diameter = 1e6, r0 = diameter / 1e4;
+  const double amplitude =
+      0.02289558710855518 * std::pow(r0, -5.0 / 3) * std::pow(wavelength / (4 * std::numbers::pi), 2);
+  const PsdModel model = PowerLawPsd{{}, amplitude, 11.0 / 3, 0, 1e3 / r0};
+  const GhsPupil pupil(Mirror{1e9, -1, {}}, CircleAperture{diameter}, wavelength, {.paraxial = true});
+  const std::vector<Statistic> radii{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, 0}};
+  const std::vector<PsdVariable> variables{{PsdVariable::Kind::kAmplitude, {}, 0},
+                                           {PsdVariable::Kind::kExponent, {}, 0}};
+  const Eigen::MatrixXd found = psd_jacobian(model, variables, radii, pupil).logarithmic();
+  for (const Eigen::Index i : {0, 1}) {
+    EXPECT_NEAR(found(i, 0), 0.6, 2e-4) << "a finite aperture: 1e-4 of the radius";
+    for (const Eigen::Index k : {0, 1}) {
+      const PsdVariable& variable = variables[std::size_t(k)];
+      const auto moved = [&](double factor) {
+        const PsdModel other = with_value(model, variable, factor * value_of(model, variable));
+        return std::log(GeneralisedHarveyShack(RadialPsd(other), pupil).predict(radii)[i]);
+      };
+      const double expected = log_derivative<double>(moved, 1e-3);
+      EXPECT_NEAR(found(i, k), expected, 2e-8 * std::max(1.0, std::abs(expected))) << i << " " << k;
+    }
+  }
+}
+
+// Roughness of so short a correlation length that its light misses the focus: Strehl exp(-g^2).
+TEST(PsdJacobian, OfShortRoughnessTheStrehlRatioIsTheSpecularShare) {
+  const double wavelength = 500e-9, rms = 25e-9, g = 4 * std::numbers::pi * rms / wavelength;
+  const GhsPupil pupil(Mirror{5, -1, {}}, CircleAperture{0.1}, wavelength, {.paraxial = true});
+  const double middle = 0.01 * wavelength * 5 / 0.1;  // of the Airy pattern
+  const std::vector<Statistic> share{RingThrough{middle, 0, false}};
+  const PsdModel model = GaussianPsd{rms, 10e-6};
+  const PsdJacobian found = psd_jacobian(model, psd_variables(model), share, pupil);
+  const double perfect =
+      GeneralisedHarveyShack(RadialPsd(GaussianPsd{1e-18, 10e-6}), pupil).predict(share)[0];
+  // The halo adds g^2 (2 l/D)^2 and the like of the peak: 1e-7.
+  EXPECT_NEAR(found.values[0] / perfect / std::exp(-g * g), 1, 1e-6);
+  EXPECT_NEAR(found.logarithmic()(0, 0), -2 * g * g, 1e-6);
+  EXPECT_NEAR(found.logarithmic()(0, 1), 0, 1e-6);
+}
