@@ -176,6 +176,29 @@ TEST(Solve, ContourOfHeightAndBandIsTheClosedLaw) {
   EXPECT_GT(spec.contour.points.back().at[1], 200);
 }
 
+TEST(Solve, ContourTurnsWhereAnotherBudgetBegins) {
+  const double slope = slope_of_diameter(6 * kArcsec, 0.8);
+  // The height of the closed law at 40 /m: with narrower bands light would allow more.
+  const double most = rms_of_slope(slope, 20, 40);
+  const Specification spec =
+      solved(slow_mirror(kUniform, kGeometric,
+                         fmt::format(R"({{"for": ["/roughness/psd/rms", "/roughness/psd/f_max"],
+          "so_that": {{"ee80_diameter": "<= 6 arcsec", "rms_height": "<= {:.17g} m"}}}})",
+                                     most)));
+  ASSERT_EQ(spec.status, SolveStatus::kSolved);
+  std::array<int, 2> bound{};
+  for (const SolvePoint& point : spec.contour.points) {
+    ++bound[point.binding];
+    EXPECT_NEAR(point.budgets[point.binding].margin, 0, 1e-9) << point.at[1];
+    EXPECT_GE(point.budgets[1 - point.binding].margin, -1e-9) << point.at[1];
+    if (std::abs(point.at[1] - 40) > 1) EXPECT_EQ(point.binding, point.at[1] < 40 ? 1u : 0u) << point.at[1];
+  }
+  EXPECT_GE(bound[0], 5);
+  EXPECT_GE(bound[1], 3);
+  EXPECT_GT(spec.contour.points.back().at[1], 200);
+  EXPECT_LT(spec.contour.points.front().at[1], 22);
+}
+
 TEST(Solve, ContourInLightIsOnTheBudget) {
   const std::string text =
       R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
