@@ -291,12 +291,14 @@ Specification solve_specification(const TaskAt& task_at, const std::vector<Solve
   spec.perfect = values.states(values.of_perfect_mirror());
   std::vector<Step> steps = search_steps(search, context, &spec.range);
   add_turning_points(search, &steps);
+  const std::vector<Crossing> all = crossings(search, steps, -1, context.threads);
   for (std::size_t k = 0; k < budgets.size(); ++k) {
     spec.alone.emplace_back();
-    for (const Crossing& crossing : crossings(search, steps, int(k), context.threads))
+    const bool only = budgets.size() == 1;
+    for (const Crossing& crossing : only ? all : crossings(search, steps, int(k), context.threads))
       spec.alone.back().push_back(values.values_of(search.place(crossing.log))[0]);
   }
-  for (const Crossing& crossing : crossings(search, steps, -1, context.threads)) {
+  for (const Crossing& crossing : all) {
     spec.solutions.push_back(values.point(search.place(crossing.log), true));
     SolvePoint& solution = spec.solutions.back();
     solution.holds_below = crossing.holds_below;
