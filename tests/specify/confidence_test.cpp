@@ -9,6 +9,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/specify/solve.h"
 #include "aberfit/study/read_study.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
 #include "theory/drawn_mirrors.h"
 
 namespace aberfit {
@@ -29,11 +30,19 @@ Specification solved(const std::string& psd, const std::string& so_that, double 
   return run_solve(parse_study(scene(psd, so_that, confidence), "study.json"), {});
 }
 
-// Share of drawn mirrors that have ee80 within the limit.
+// Share of drawn mirrors that have so much light within the radius. Their cells, grey at the rim, lose some
+// of the light that a sharp rim sends far out: as much of rough mirrors as of the perfect one, to first
+// order.
 double share_that_holds(const RadialPsd& psd, double share, double radius, int draws) {
-  testing_draws::DrawnMirrors mirrors({psd, 2.8, 0.4, 0.14, 632.8e-9, 64}, {});
-  const Eigen::ArrayXXd light = mirrors.light({0, {radius}}, draws, 7);
-  return double((light.row(0) >= share).count()) / draws;
+  const auto drawn = [](const RadialPsd& of) {
+    return testing_draws::DrawnScene{of, 2.8, 0.4, 0.14, 632.8e-9, 64};
+  };
+  const RadialPsd perfect = psd.scaled(1e-9);
+  const double lost = testing_draws::DrawnMirrors(drawn(perfect), {}).light({0, {radius}}, 1, 1)(0, 0) -
+                      GeneralisedHarveyShack(perfect, {2.8, -1, {}}, AnnulusAperture{0.4, 0.14}, 632.8e-9)
+                          .encircled_energy(radius, 0);
+  const Eigen::ArrayXXd light = testing_draws::DrawnMirrors(drawn(psd), {}).light({0, {radius}}, draws, 7);
+  return double((light.row(0) - lost >= share).count()) / draws;
 }
 
 // What a share of draws of the promised 90 % may be: three standard deviations of so many, and half a
@@ -48,8 +57,8 @@ Allowed allowed(int draws) {
 
 TEST(Confidence, NineMirrorsOfTenKeepTheBudget) {
   constexpr int kDraws = 200;
-  const double limit = 1.1 * kArcsec;
-  const std::string so_that = R"({"ee80_diameter": "<= 1.1 arcsec"})";
+  const double limit = 2 * kArcsec;
+  const std::string so_that = R"({"ee80_diameter": "<= 2 arcsec"})";
   struct Case {
     std::string psd;
     std::function<PsdModel(double)> model;

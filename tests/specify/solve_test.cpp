@@ -191,7 +191,9 @@ TEST(Solve, ContourTurnsWhereAnotherBudgetBegins) {
     ++bound[point.binding];
     EXPECT_NEAR(point.budgets[point.binding].margin, 0, 1e-9) << point.at[1];
     EXPECT_GE(point.budgets[1 - point.binding].margin, -1e-9) << point.at[1];
-    if (std::abs(point.at[1] - 40) > 1) EXPECT_EQ(point.binding, point.at[1] < 40 ? 1u : 0u) << point.at[1];
+    if (std::abs(point.at[1] - 40) > 1) {
+      EXPECT_EQ(point.binding, point.at[1] < 40 ? 1u : 0u) << point.at[1];
+    }
   }
   EXPECT_GE(bound[0], 5);
   EXPECT_GE(bound[1], 3);
