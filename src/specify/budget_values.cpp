@@ -17,8 +17,8 @@ constexpr double kDifference = 1e-3;   // of ln(unknown), for sensitivities
 constexpr double kSamePsd = 1e-9;      // of S
 constexpr double kNoRoughness = 1e-9;  // of the heights: scatters 1e-18 of the light
 
-bool is_energy(const Budget& budget) {
-  return std::holds_alternative<EncircledEnergyRadius>(budget.statistic);
+bool needs_light(const Budget& budget) {
+  return budget.of_light || std::holds_alternative<EncircledEnergyRadius>(budget.statistic);
 }
 
 GeometricHarveyShack geometric(const Task& task, const RadialPsd& psd) {
@@ -34,9 +34,16 @@ BudgetValues::BudgetValues(const TaskAt& task_at, const std::vector<SolveUnknown
   const Task task = task_at(values_of(std::vector<double>(unknowns.size(), 0.0)));
   focal_length_ = task.mirror.focal_length;
   if (in_light()) pupil_.emplace(task.mirror, task.aperture, task.wavelength);
-  // What only most of the mirrors are no worse than has differences alone.
+  const bool of_light = std::any_of(budgets.begin(), budgets.end(),
+                                    [](const Budget& budget) { return budget.of_light.has_value(); });
+  if (of_light && in_light()) {
+    const Mirror parabola{task.mirror.focal_length};
+    perfect_.emplace(RadialPsd(*task.psd).scaled(kNoRoughness),
+                     GhsPupil(parabola, task.aperture, task.wavelength));
+  }
+  // What only most of the mirrors are no worse than, and what is no statistic, has differences alone.
   for (std::size_t u = 0; u < unknowns.size(); ++u)
-    variables_.push_back(confidence > 0 ? std::nullopt : variable_of(u));
+    variables_.push_back(confidence > 0 || of_light ? std::nullopt : variable_of(u));
 }
 
 std::vector<Statistic> BudgetValues::statistics() const {
@@ -47,7 +54,7 @@ std::vector<Statistic> BudgetValues::statistics() const {
 
 bool BudgetValues::in_light() const {
   return theory_ == Theory::kGhs &&
-         (confidence_ > 0 || std::any_of(budgets_.begin(), budgets_.end(), is_energy));
+         (confidence_ > 0 || std::any_of(budgets_.begin(), budgets_.end(), needs_light));
 }
 
 // The number of the model that an unknown is. A study may mean another one by the same word: a step of the
@@ -103,6 +110,10 @@ Eigen::ArrayXd BudgetValues::predict(const Task& task, double height_factor) con
     found = mean.predict(wanted);
     if (confidence_ > 0 && height_factor == 1)
       found = held_by(confidence_, {psd, *pupil_, mean, budgets_}, found);
+    for (std::size_t k = 0; k < budgets_.size(); ++k)
+      if (budgets_[k].of_light)
+        found[Eigen::Index(k)] = of_light(*budgets_[k].of_light, mean, *perfect_, task.mirror.focal_length,
+                                          task.wavelength, aperture_radius(task.aperture));
   } else {
     const GeometricHarveyShack theory = geometric(task, psd);
     for (std::size_t k = 0; k < wanted.size(); ++k) found[Eigen::Index(k)] = theory(wanted[k]);

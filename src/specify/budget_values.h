@@ -65,7 +65,8 @@ class BudgetValues {
   Theory theory_;
   double confidence_ = 0;
   double focal_length_ = 0;
-  std::optional<GhsPupil> pupil_;  // no unknown is one of the scene: all evaluations share it
+  std::optional<GeneralisedHarveyShack> perfect_;  // parabola without roughness, where a budget asks for it
+  std::optional<GhsPupil> pupil_;                  // no unknown is one of the scene: all evaluations share it
   std::vector<std::optional<PsdVariable>> variables_;
   mutable std::atomic<int> evaluations_ = 0;
 };

@@ -281,6 +281,15 @@ Specification solve_specification(const TaskAt& task_at, const std::vector<Solve
   }
   spec.theory = theory_of(task_at(own), &spec.warnings);
   spec.confidence = options.confidence;
+  for (const Budget& budget : budgets) {
+    if (!budget.of_light) continue;
+    if (spec.theory != Theory::kGhs)
+      throw FieldError("solve.so_that", budget.key + " with theory " + to_string(spec.theory),
+                       "a target.theory of \"ghs\"; of rays ee radii, rms_height and scatter_rms");
+    if (options.confidence > 0)
+      throw FieldError("solve.confidence", "beside " + budget.key,
+                       "ee radii and diameters, rms_height, scatter_rms");
+  }
   if (options.confidence > 0 && spec.theory != Theory::kGhs)
     throw FieldError("solve.confidence", "theory " + to_string(spec.theory) + ", which knows the mean alone",
                      "a target.theory of \"ghs\", or no confidence");
