@@ -157,13 +157,31 @@ CLI::App* add_check_command(CLI::App* app, CommandLine* line) {
   return sub;
 }
 
+CLI::App* add_sweep_command(CLI::App* app, CommandLine* line) {
+  CLI::App* sub = add_study_command(app, "sweep",
+                                    "The studies that the `vary` block stands for, over threads, ranks "
+                                    "(mpirun -n N aberfit sweep ...) or job "
+                                    "arrays; started again it goes on where it was",
+                                    line);
+  add_output(sub, line, kFolder);
+  sub->add_option(
+         "--shard", line->shard,
+         "Only these cases: i/n the i-th of n runs; array/n the one that the job array of SLURM, PBS or "
+         "SGE says (default: what SLURM or SGE say)")
+      ->type_name("I/N");
+  sub->add_flag("--gather", line->gather_only, "Run nothing, only gather what is recorded so far");
+  sub->add_flag("--retry", line->retry_failed, "Run cases that failed once more");
+  return sub;
+}
+
 void add_common_options(CLI::App* app, CommandLine* line) {
   app->set_version_flag("--version", std::string("aberfit ") + ABERFIT_VERSION);
   app->require_subcommand(1);
   app->fallthrough();  // common options may stand after the command
   app->footer(
       "Exit codes: 0 done (and equivalent where judged); 1 ran but not converged, different or undecided; "
-      "2 bad input or usage; 3 the computation failed; 4 a fit stopped by a signal, with the best so far.");
+      "2 bad input or usage; 3 the computation failed; 4 a fit or sweep stopped by a signal, with the best "
+      "so far.");
   app->add_option("--threads", line->threads,
                   "Threads to use (default: all there are); results do not depend on it")
       ->check(CLI::Range(1, 65536))
@@ -195,6 +213,7 @@ ExitCode run(int argc, char** argv) {
       &app, "solve", "Which roughness meets a budget: numbers of the PSD, from the study's `solve` block",
       &line);
   add_output(solve, &line, kFolder);
+  CLI::App* sweep = add_sweep_command(&app, &line);
   app.add_subcommand("schema", "JSON Schema of the study format");
 
   try {
@@ -211,6 +230,7 @@ ExitCode run(int argc, char** argv) {
   if (*chart) return aberfit::chart_command(line);
   if (*check) return aberfit::check_command(line);
   if (*solve) return aberfit::solve_command(line);
+  if (*sweep) return aberfit::sweep_command(line);
   return aberfit::schema_command();
 }
 

@@ -131,6 +131,7 @@
 #include "aberfit/method/spectrum_target.h"
 #include "aberfit/method/task.h"
 #include "aberfit/method/term_search.h"
+#include "aberfit/method/theory_values.h"
 #include "aberfit/method/tost.h"
 #include "aberfit/method/trace_surface.h"
 #include "aberfit/method/verify.h"
@@ -161,6 +162,7 @@
 #include "aberfit/report/result_folder.h"
 #include "aberfit/report/scatter_table.h"
 #include "aberfit/report/solve_report.h"
+#include "aberfit/report/sweep_report.h"
 #include "aberfit/report/trace_report.h"
 #include "aberfit/report/verify_report.h"
 
@@ -171,6 +173,16 @@
 #include "aberfit/study/published.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/study.h"
+#include "aberfit/study/study_cases.h"
+
+// cases: the studies that a `vary` block stands for, handed out, recorded, gathered.
+#include "aberfit/cases/case_plan.h"
+#include "aberfit/cases/case_record.h"
+#include "aberfit/cases/gather.h"
+#include "aberfit/cases/journal.h"
+#include "aberfit/cases/run_cases.h"
+#include "aberfit/cases/shard.h"
+#include "aberfit/cases/team.h"
 
 // commands: what the program does, as functions.
 #include "aberfit/commands/program.h"

@@ -1,6 +1,7 @@
 #include "aberfit/method/physics_choice.h"
 
 #include "aberfit/core/errors.h"
+#include "aberfit/method/theory_values.h"
 
 namespace aberfit {
 namespace {
@@ -36,6 +37,21 @@ void check_named(const Task& task, const PhysicsRequest& asked, const std::strin
     throw FieldError("trace.model", "\"waves\", but " + obstacle, "\"auto\", \"rays\"");
 }
 
+// Whether wave optics can be computed, before anything is chosen.
+PhysicsChoice wave_optics_of(const Task& task, const PhysicsRequest& asked, const RadialPsd* psd) {
+  PhysicsChoice use;
+  if (task.trace.centre == Centre::kCentroid)
+    use.obstacle = "statistics about the centroid exist for rays only";
+  if (psd) mind_theory(task, *psd, &use);
+  check_named(task, asked, use.obstacle);
+  return use;
+}
+
+// The closed form exists for mirrors of revolution only; drawn deflections are the same theory.
+Theory geometric_theory(const Task& task) {
+  return is_rotationally_symmetric(task.mirror) ? Theory::kGeometric : Theory::kRays;
+}
+
 }  // namespace
 
 bool PhysicsChoice::in_light(bool targets_are_given) const {
@@ -45,11 +61,7 @@ bool PhysicsChoice::in_light(bool targets_are_given) const {
 PhysicsRequest requested_physics(const Task& task) { return {task.target.theory, task.trace.model}; }
 
 PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, const RadialPsd* psd) {
-  PhysicsChoice use;
-  if (task.trace.centre == Centre::kCentroid)
-    use.obstacle = "statistics about the centroid exist for rays only";
-  if (psd) mind_theory(task, *psd, &use);
-  check_named(task, asked, use.obstacle);
+  PhysicsChoice use = wave_optics_of(task, asked, psd);
   const bool paper = task.target.convention == Convention::kPaper;
   if (psd) {
     use.choice = choose_model(*psd, task.mirror, task.aperture, task.wavelength,
@@ -72,10 +84,17 @@ PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, cons
   use.light_decides = use.obstacle.empty() && !paper && (!asked.theory || *asked.theory == Theory::kGhs);
   const FocusModel own =
       use.theory == Theory::kGhs && !asked.theory ? use.choice->model : model_of(use.theory);
-  // The closed form exists for mirrors of revolution only; drawn deflections are the same theory.
-  if (use.theory == Theory::kGeometric && !is_rotationally_symmetric(task.mirror)) use.theory = Theory::kRays;
+  if (use.theory == Theory::kGeometric) use.theory = geometric_theory(task);
   use.model = asked.model.value_or(own);
   return use;
+}
+
+Theory theory_of_targets(const Task& task, const RadialPsd& psd) {
+  const PhysicsRequest asked = requested_physics(task);
+  const PhysicsChoice use = wave_optics_of(task, asked, &psd);
+  const bool light = use.obstacle.empty() && task.target.convention != Convention::kPaper;
+  const Theory theory = asked.theory.value_or(light ? Theory::kGhs : Theory::kGeometric);
+  return theory == Theory::kGeometric ? geometric_theory(task) : theory;
 }
 
 void refuse_without_rays(const std::string& model, const std::vector<Statistic>& statistics) {

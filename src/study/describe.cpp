@@ -298,6 +298,8 @@ void describe_study(Visitor& v, Study& study) {
   describe_verify(v, study.verify);
   v.optional_object({"solve", "which roughness meets a budget, for `aberfit solve`"}, study.solve,
                     describe_solve);
+  v.optional_object({"vary", "studies that differ from this one in a few values, for `aberfit sweep`"},
+                    study.vary, describe_vary);
 }
 
 }  // namespace aberfit::internal

@@ -23,6 +23,8 @@ void describe_verify(Visitor& v, VerifySpec& verify);
 
 /// The `solve` block.
 void describe_solve(Visitor& v, SolveSpec& solve);
+/// The `vary` block.
+void describe_vary(Visitor& v, VarySpec& vary);
 
 /// Reports `key` unless `unit` is one of the dimension's. more: what else the message allows.
 void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension dimension,

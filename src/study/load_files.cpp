@@ -120,8 +120,12 @@ void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
 
 }  // namespace
 
-void load_files(Study& study) {
-  if (study.roughness) {
+void load_files(Study& study, const Study* same_roughness) {
+  if (same_roughness) {
+    study.roughness = same_roughness->roughness;
+    study.psd = same_roughness->psd;
+    study.data_warnings = same_roughness->data_warnings;
+  } else if (study.roughness) {
     load_roughness(study, *study.roughness, "/roughness/psd");
     study.psd = psd_model(*study.roughness);
     warn_of_data(*study.roughness, &study.data_warnings);

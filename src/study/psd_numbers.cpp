@@ -45,7 +45,7 @@ struct StudyFamily::Text {
 
 StudyFamily::StudyFamily(const Study& study, const std::vector<std::string>& pointers) {
   Text text{study.path, resolved_study(study), {}};
-  for (const char* unused : {"verify", "solve", "output"}) text.study.erase(unused);
+  for (const char* unused : {"verify", "solve", "vary", "output"}) text.study.erase(unused);
   for (const std::string& pointer : pointers) text.pointers.emplace_back(pointer);
   text_ = std::make_shared<const Text>(std::move(text));
 }

@@ -12,6 +12,7 @@
 #include "load_files.h"
 #include "parse_json.h"
 #include "study_changes.h"
+#include "study_of_json.h"
 #include "study_rules.h"
 
 namespace aberfit {
@@ -50,15 +51,14 @@ struct ModelOfNode {
 
 }  // namespace
 
-Study parse_study(const std::string& text, const std::string& path, const std::vector<std::string>& changes) {
-  nlohmann::ordered_json json = parse_json(text, path);
-  apply_changes(changes, &json);
+Study internal::study_of_json(const nlohmann::ordered_json& json, const std::string& path,
+                              const std::vector<std::string>& changes, const Study* same_roughness) {
   Study study;
   study.path = path;
   study.changes = changes;
   try {
     read_object(json, study.path, [&](Visitor& v) { describe_study(v, study); });
-    load_files(study);
+    load_files(study, same_roughness);
     check_rules(study);
   } catch (const InputError& error) {
     if (error.file() != path) throw;
@@ -68,16 +68,26 @@ Study parse_study(const std::string& text, const std::string& path, const std::v
   return study;
 }
 
-Study read_study(const std::string& path, const std::vector<std::string>& changes) {
+Study parse_study(const std::string& text, const std::string& path, const std::vector<std::string>& changes) {
+  nlohmann::ordered_json json = parse_json(text, path);
+  apply_changes(changes, &json);
+  return study_of_json(json, path, changes, nullptr);
+}
+
+std::string internal::text_of_study(const std::string& path) {
   const auto whole = [](std::istream& in) {
     return std::string{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   };
-  if (path == "-") return parse_study(whole(std::cin), kStandardInput, changes);
+  if (path == "-") return whole(std::cin);
   std::error_code error;
   std::ifstream file(path, std::ios::binary);
   if (!file || !std::filesystem::is_regular_file(path, error))
     throw InputError(path, "", "no readable file", "a study file (JSON)");
-  return parse_study(whole(file), path, changes);
+  return whole(file);
+}
+
+Study read_study(const std::string& path, const std::vector<std::string>& changes) {
+  return parse_study(text_of_study(path), path == "-" ? kStandardInput : path, changes);
 }
 
 MeasuredPsd read_measured(const nlohmann::ordered_json& block, const std::string& source, int threads) {

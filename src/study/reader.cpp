@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 
@@ -78,6 +79,14 @@ std::string nearest(const std::string& word, const std::vector<std::string>& can
   return best;
 }
 
+// Compiling takes longer than reading the whole of a study; the patterns are a few dozen.
+bool matches(const std::string& text, const std::string& pattern) {
+  thread_local std::map<std::string, std::regex> compiled;
+  auto known = compiled.find(pattern);
+  if (known == compiled.end()) known = compiled.emplace(pattern, std::regex(pattern)).first;
+  return std::regex_match(text, known->second);
+}
+
 class Reader : public Visitor {
  public:
   // `json` and `file` must outlive the reader; `pointer` is where `json` stands in the file.
@@ -127,7 +136,7 @@ class Reader : public Visitor {
                         Dimension dimension, Range range) override {
     const Json* json = find(field);
     if (!json) return;
-    if (json->is_string() && std::regex_match(json->get_ref<const std::string&>(), std::regex(regex))) {
+    if (json->is_string() && matches(json->get_ref<const std::string&>(), regex)) {
       value = json->get<std::string>();
       return;
     }
@@ -217,9 +226,27 @@ class Reader : public Visitor {
     for (const auto& item : json->items()) {
       check_key(field, item.key(), patterns);
       const Json& text = item.value();
-      if (!text.is_string() || !std::regex_match(text.get_ref<const std::string&>(), std::regex(regex)))
+      if (!text.is_string() || !matches(text.get_ref<const std::string&>(), regex))
         fail(at(field, item.key()), text, "a string as in " + std::string(field.example), field);
       values.emplace_back(item.key(), text.get<std::string>());
+    }
+  }
+  void variations(const Field& field, TextsByKey& values) override {
+    const Json* json = find(field);
+    if (!json) return;
+    if (!json->is_object() || json->empty())
+      fail(at(field), *json, fmt::format("an object such as {}", field.example), field);
+    values.clear();
+    for (const auto& item : json->items()) {
+      if (!item.key().starts_with('/'))
+        fail(at(field, item.key()), fmt::format("key \"{}\"", item.key()),
+             "JSON pointers into the study, which begin with /, as keys");
+      const Json& value = item.value();
+      if (!value.is_object() && (!value.is_array() || value.empty()))
+        fail(at(field, item.key()), value,
+             "an array of at least one value, or a range {\"from\": ..., \"to\": ..., \"count\": ...}",
+             field);
+      values.emplace_back(item.key(), value.dump());
     }
   }
   void choice(const Field& field, std::size_t& index, const Names& names) override {
@@ -363,8 +390,7 @@ class Reader : public Visitor {
   // A key that is data.
   void check_key(const Field& field, const std::string& key, const std::vector<KeyPattern>& patterns) const {
     for (const KeyPattern& pattern : patterns)
-      if (pattern.regex.empty() ? key == pattern.literal : std::regex_match(key, std::regex(pattern.regex)))
-        return;
+      if (pattern.regex.empty() ? key == pattern.literal : matches(key, pattern.regex)) return;
     std::vector<std::string> samples;
     for (const KeyPattern& pattern : patterns) samples.push_back(pattern.sample);
     const std::string near = nearest(key, samples);

@@ -108,6 +108,21 @@ class SchemaWriter : public Visitor {
                     {"minProperties", 1},
                     {"additionalProperties", false}});
   }
+  void variations(const Field& field, TextsByKey&) override {
+    const Json end{{"type", {"number", "string"}}};
+    Json range{{"type", "object"},
+               {"properties", Json{{"from", end},
+                                   {"to", end},
+                                   {"count", whole_numbers(2, kMostOfRange)},
+                                   {"spacing", Json{{"enum", kSpacings}}}}},
+               {"required", {"from", "to"}},
+               {"additionalProperties", false}};
+    add(field, Json{{"type", "object"},
+                    {"patternProperties",
+                     Json{{"^/", Json{{"oneOf", {Json{{"type", "array"}, {"minItems", 1}}, range}}}}}},
+                    {"minProperties", 1},
+                    {"additionalProperties", false}});
+  }
   void points(const Field& field, Points&, std::size_t least) override {
     Json pair{{"type", "array"}, {"items", quantity_schema(Dimension::kLength, Range::any())}};
     pair["minItems"] = pair["maxItems"] = 2;

@@ -69,6 +69,10 @@ struct KeyPattern {
   std::string sample;   ///< a key of that kind
 };
 
+/// What `variations` know of ranges.
+inline constexpr std::int64_t kMostOfRange = 1000000;
+inline const std::vector<std::string> kSpacings = {"linear", "log", "integers"};
+
 /// Every call names a key of the object being visited. Values are read (reader), written (writer) or
 /// documented (schema).
 class Visitor {
@@ -108,6 +112,9 @@ class Visitor {
   /// Object whose keys are data and whose values are texts that match `regex`; at least one.
   virtual void texts_by_key(const Field& field, TextsByKey& values, const std::vector<KeyPattern>& patterns,
                             const std::string& regex) = 0;
+  /// Object whose keys are JSON pointers and whose values, held as JSON texts, are arrays of any values or
+  /// ranges of numbers; at least one.
+  virtual void variations(const Field& field, TextsByKey& values) = 0;
   virtual void choice(const Field& field, std::size_t& index, const Names& names) = 0;
   /// Array of distinct choices.
   virtual void choices(const Field& field, std::vector<std::size_t>& indices, const Names& names) = 0;

@@ -45,6 +45,11 @@ class Writer : public Visitor {
     for (const auto& [key, text] : values) items[key] = text;
     json[field.key] = std::move(items);
   }
+  void variations(const Field& field, TextsByKey& values) override {
+    Json items = Json::object();
+    for (const auto& [key, text] : values) items[key] = Json::parse(text);
+    json[field.key] = std::move(items);
+  }
   void choice(const Field& field, std::size_t& index, const Names& names) override {
     json[field.key] = names.at(index);
   }

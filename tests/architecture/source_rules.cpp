@@ -32,6 +32,9 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"fmt/", all},
       {"Random123/", {"core"}},
       {"boost/math/", {"core", "roughness", "spectrum", "terms", "theory", "method"}},
+      {"boost/random/sobol.hpp", {"cases"}},
+      {"mpi.h", {"cases"}},
+      {"dlfcn.h", {"cases"}},             // the module that has MPI
       {"boost/version.hpp", {"report"}},  // a number for the provenance, no code
       {"fftw3.h", {"roughness", "terms", "waves"}},
       {"fitsio.h", {"measured"}},
@@ -39,12 +42,13 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"pugixml.hpp", {"measured"}},
       {"zip.h", {"measured"}},
       {"ceres/", {"spectrum", "fit"}},
-      {"nlohmann/", {"measured", "report", "study", "commands"}},  // DABAM metadata, results, studies
+      {"nlohmann/",
+       {"measured", "report", "study", "cases", "commands"}},  // DABAM metadata, results, studies
       {"CLI/", {kProgram}},
       // The operating system: processes and files of gnuplot and the reports, the terminal of the program.
-      {"unistd.h", {"report", "commands"}},
-      {"fcntl.h", {"report"}},
-      {"sys/", {"report"}},
+      {"unistd.h", {"report", "cases", "commands"}},
+      {"fcntl.h", {"report", "cases"}},
+      {"sys/", {"report", "cases"}},
   };
   return table;
 }
@@ -291,9 +295,10 @@ bool is_private(const std::string& code, std::size_t at) {
 }  // namespace
 
 const std::vector<std::string>& rooms() {
-  static const std::vector<std::string> names = {
-      "core",   "scene",   "measured", "roughness", "spectrum", "terms",   "trace",  "focus", "waves",
-      "theory", "forward", "fit",      "method",    "chart",    "specify", "report", "study", "commands"};
+  static const std::vector<std::string> names = {"core",    "scene", "measured", "roughness", "spectrum",
+                                                 "terms",   "trace", "focus",    "waves",     "theory",
+                                                 "forward", "fit",   "method",   "chart",     "specify",
+                                                 "report",  "study", "cases",    "commands"};
   return names;
 }
 

@@ -11,7 +11,7 @@ enum class ExitCode {
   kNotMet = 1,    ///< ran, but different or undecided; not converged where nothing is judged (psd, maps)
   kBadInput = 2,  ///< or bad usage
   kComputationFailed = 3,
-  kInterrupted = 4,  ///< by a signal: the best so far, if there was any
+  kInterrupted = 4,  ///< by a signal: the best so far, if there was any; of a sweep the cases so far
 };
 
 /// What the command line says; texts as typed, empty where nothing was.
@@ -28,8 +28,10 @@ struct CommandLine {
   std::vector<std::string> measured_files;  ///< psd
   /// psd: keys of a `psd` block of model "measured" with their texts; those of each file, and the others.
   std::vector<std::pair<std::string, std::string>> psd_of_file, psd_of_block;
-  bool keep_lines = false;  ///< psd
-  int threads = 0;          ///< 0: all there are
+  bool keep_lines = false;                         ///< psd
+  std::string shard;                               ///< sweep: "2/8", "array/8"
+  bool gather_only = false, retry_failed = false;  ///< sweep
+  int threads = 0;                                 ///< 0: all there are
   bool no_plots = false, json = false, quiet = false;
 };
 
@@ -43,6 +45,7 @@ ExitCode psd_command(CommandLine line);
 ExitCode chart_command(CommandLine line);
 ExitCode check_command(CommandLine line);
 ExitCode solve_command(CommandLine line);
+ExitCode sweep_command(CommandLine line);
 ExitCode schema_command();
 
 }  // namespace aberfit

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 
 #include "aberfit/chart/chart.h"
@@ -9,9 +10,11 @@
 #include "aberfit/method/verify.h"
 #include "aberfit/report/psd_report.h"
 #include "aberfit/report/result.h"
+#include "aberfit/report/sweep_report.h"
 #include "aberfit/specify/ceilings.h"
 #include "aberfit/specify/solve.h"
 #include "aberfit/study/study.h"
+#include "aberfit/study/study_cases.h"
 
 // The commands as functions: each returns what it found as a struct, of which the headers of report make
 // JSON, tables and pictures. Files are written where options.output_directory names a folder.
@@ -46,6 +49,18 @@ Specification run_solve(const Study& study, const RunOptions& options);
 /// How rough a mirror may be at all, of a `solve` block with `ceilings`. Files: result.json, summary.txt,
 /// ceilings.csv, plots.
 Ceilings run_ceilings(const Study& study, const RunOptions& options);
+/// What `run_sweep` does besides its cases.
+struct SweepOptions {
+  std::string shard;         ///< as read_shard takes it
+  bool gather_only = false;  ///< runs no case
+  bool retry = false;        ///< cases that failed are done again
+};
+/// The cases of the study's `vary` block that the folder of options.output_directory, which must be given,
+/// has no record of; then the tables and pictures of all that are recorded. Under mpirun the ranks share
+/// them; then only rank 0 has a report, the others nothing. Throws InputError for a `vary` block that cannot
+/// be meant.
+std::optional<SweepReport> run_sweep(const StudyCases& cases, const RunOptions& options,
+                                     const SweepOptions& sweep);
 /// The resolved study, the numbers of its scene, the model it needs and why, predicted cost (with a chart of
 /// the same study within a factor 1.5, without within 3 for the studies of fits/). Computes no fit. Throws
 /// InputError for a chart_file that is no chart. The study has no map as target.

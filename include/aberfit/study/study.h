@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
@@ -131,6 +132,33 @@ struct SolveSpec {
   std::optional<CeilingsSpec> ceilings;  ///< instead of unknowns: what may be rough at all
 };
 
+/// A value of the study that varies: a list, or a range of numbers.
+struct VaryAxis {
+  std::string pointer;              ///< JSON pointer into the study
+  std::vector<std::string> values;  ///< of a list, as JSON texts; empty: a range
+  std::string from, to;             ///< of a range: numbers or quantities, as JSON texts
+  int count = 0;                    ///< of a range: values in a grid, both ends among them
+  std::string spacing = "linear";   ///< of a range: "linear", "log", "integers"
+};
+enum class VaryDesign { kGrid, kSobol };
+/// What is computed of a case.
+enum class CaseLevel {
+  kCheck,  ///< what theory says (method/theory_values.h)
+  kTrace,  ///< statistics of the surface that the seed draws
+  kFit,    ///< the whole fit with its verdict
+  kSolve,  ///< the specification that the study's `solve` block asks for
+};
+std::string to_string(CaseLevel level);
+/// The cases of `aberfit sweep`.
+struct VarySpec {
+  std::vector<VaryAxis> axes;
+  VaryDesign design = VaryDesign::kGrid;
+  int cases = 256;         ///< of kSobol
+  std::uint64_t seed = 1;  ///< of kSobol: shifts the points
+  int realisations = 1;    ///< seeds of the fit, from the study's own on, for each of them
+  CaseLevel run = CaseLevel::kCheck;
+};
+
 /// A task, and what belongs to the file it is written in. Read-only once read_study has made it.
 struct Study : Task {
   std::string path;                  ///< file it was read from
@@ -141,6 +169,7 @@ struct Study : Task {
   OutputSpec output;
   VerifySpec verify;
   std::optional<SolveSpec> solve;
+  std::optional<VarySpec> vary;
 };
 
 /// The PSD model of a roughness node, tables included.

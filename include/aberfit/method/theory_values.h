@@ -1,0 +1,29 @@
+#pragma once
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "aberfit/method/physics_choice.h"
+#include "aberfit/theory/regime.h"
+
+namespace aberfit {
+
+/// What theory says of a specification, and nothing of a surface.
+struct TheoryValues {
+  std::string theory;    ///< "geometric", "rays", "ghs", or "given" where every statistic has a value
+  SceneNumbers numbers;  ///< all but `reason` and `rays_are_valid`, which say which model a surface needs
+  std::vector<std::pair<Statistic, double>> statistics;  ///< value in the statistic's unit
+  Warnings warnings;                                     ///< of the data
+};
+
+/// The statistics that the task asks for, as make_targets gives them, or, where it asks for none, ee50, ee80
+/// and ee90 in the focus, scatter_rms and rms_height. A millisecond or two, where laying out a fit takes a
+/// hundred times that: no model is chosen, nothing is held out, the band is not split. Theory `rays`, which
+/// has no closed form, takes as long as there. Throws FieldError as make_targets does, and for a task without
+/// roughness; ComputationError where the theory has no value.
+TheoryValues theory_values(const Task& task);
+
+/// The theory that the task's targets come from, as choose_physics has it. psd: of the specification.
+Theory theory_of_targets(const Task& task, const RadialPsd& psd);
+
+}  // namespace aberfit

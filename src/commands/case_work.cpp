@@ -1,0 +1,138 @@
+#include "case_work.h"
+
+#include <algorithm>
+
+#include "aberfit/commands/run.h"
+#include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/method/theory_values.h"
+
+namespace aberfit::internal {
+namespace {
+
+RunOptions one_thread(const std::function<bool()>& interrupted) {
+  RunOptions options;
+  options.threads = 1;
+  options.plots = false;
+  options.interrupted = interrupted;
+  return options;
+}
+
+std::vector<std::string> codes_of(const Warnings& warnings) {
+  std::vector<std::string> codes;
+  for (const Warning& warning : warnings)
+    if (std::find(codes.begin(), codes.end(), warning.code) == codes.end()) codes.push_back(warning.code);
+  return codes;
+}
+
+// Of two statistics with one name the later is "#2", as in results.
+void add_value(const std::string& name, double value, CaseOutcome* outcome) {
+  const auto is_taken = [&](const std::string& taken) {
+    return std::any_of(outcome->values.begin(), outcome->values.end(),
+                       [&](const auto& known) { return known.first == taken; });
+  };
+  std::string unique = name;
+  for (int k = 2; is_taken(unique); ++k) unique = name + "#" + std::to_string(k);
+  outcome->values.emplace_back(unique, value);
+}
+
+void add_scene(const SceneNumbers& numbers, CaseOutcome* outcome) {
+  add_value("scene_rms_height_m", numbers.rms_height, outcome);
+  add_value("scene_rms_slope_per_axis", numbers.rms_slope_per_axis, outcome);
+  add_value("scene_g", numbers.g, outcome);
+  add_value("scene_kappa", numbers.kappa, outcome);
+  add_value("scene_tis", numbers.tis, outcome);
+  add_value("scene_n_eff", numbers.n_eff, outcome);
+  add_value("scene_paper_ratio_r", numbers.paper_ratio_r, outcome);
+}
+
+CaseOutcome check_case(const Study& study) {
+  if (study.map) throw InputError(study.path, "/target/map", "a map", "statistics, for run \"check\"");
+  const TheoryValues values = theory_values(study);
+  CaseOutcome outcome;
+  for (const auto& [statistic, value] : values.statistics)
+    add_value(statistic_name(statistic), value, &outcome);
+  add_scene(values.numbers, &outcome);
+  outcome.warnings = codes_of(values.warnings);
+  return outcome;
+}
+
+CaseOutcome trace_case(const Study& study, const std::function<bool()>& interrupted) {
+  const TraceReport report = run_trace(study, one_thread(interrupted));
+  CaseOutcome outcome;
+  for (const TracedStatistic& one : report.statistics) {
+    add_value(statistic_name(one.statistic), one.value, &outcome);
+    add_value("target_" + statistic_name(one.statistic), one.target, &outcome);
+  }
+  add_value("terms", double(report.terms), &outcome);
+  outcome.warnings = codes_of(report.warnings);
+  return outcome;
+}
+
+// What the fitted surface has on fresh rays, which the verdict is made of, beside what it should have.
+CaseOutcome fit_case(const Study& study, const std::function<bool()>& interrupted) {
+  const RunOptions options = one_thread(interrupted);
+  const ResultDocument result = study.map ? run_map_fit(study, options) : run_fit(study, options);
+  if (result.interrupted) throw Interrupted("stopped in the middle of a fit");
+  if (result.fit.status == FitStatus::kFailed) throw ComputationError("the fit failed");
+  CaseOutcome outcome;
+  const Eigen::VectorXd& achieved = result.validated.size() > 0 ? result.validated : result.fitted;
+  for (std::size_t k = 0; k < result.targets.size(); ++k) {
+    const std::string name = statistic_name(result.targets[k].statistic);
+    const bool there = Eigen::Index(k) < achieved.size();
+    add_value(name, there ? achieved[Eigen::Index(k)] : kNaN, &outcome);
+    add_value("target_" + name, result.targets[k].value, &outcome);
+  }
+  add_value("terms", double(result.terms.size()), &outcome);
+  if (result.has_roughness) add_scene(result.scene, &outcome);
+  add_value("scene_fitted_rms_height_m", result.surface.rms_height, &outcome);
+  outcome.verdict = to_string(result.verdict);
+  outcome.warnings = codes_of(result.warnings);
+  return outcome;
+}
+
+std::string unit_of(Dimension dimension) {
+  switch (dimension) {
+    case Dimension::kLength:
+      return "_m";
+    case Dimension::kSpatialFrequency:
+      return "_per_m";
+    case Dimension::kPsd2d:
+      return "_m4";
+    default:
+      return "";
+  }
+}
+
+// The solution nearest to the study's own value, and the value of every budget there.
+CaseOutcome solve_case(const Study& study, const std::function<bool()>& interrupted) {
+  const Specification spec = run_solve(study, one_thread(interrupted));
+  CaseOutcome outcome;
+  const bool solved = !spec.solutions.empty();
+  const SolveUnknown& unknown = spec.unknowns.front();
+  add_value("solved_" + unknown.pointer.substr(unknown.pointer.rfind('/') + 1) + unit_of(unknown.dimension),
+            solved ? spec.solutions.front().at[0] : kNaN, &outcome);
+  for (std::size_t k = 0; k < spec.budgets.size(); ++k)
+    add_value(spec.budgets[k].key, solved ? spec.solutions.front().budgets[k].value : kNaN, &outcome);
+  outcome.verdict = to_string(spec.status);
+  outcome.warnings = codes_of(spec.warnings);
+  return outcome;
+}
+
+}  // namespace
+
+CaseWork case_work(CaseLevel level, const std::function<bool()>& interrupted) {
+  switch (level) {
+    case CaseLevel::kCheck:
+      return check_case;
+    case CaseLevel::kTrace:
+      return [interrupted](const Study& study) { return trace_case(study, interrupted); };
+    case CaseLevel::kFit:
+      return [interrupted](const Study& study) { return fit_case(study, interrupted); };
+    case CaseLevel::kSolve:
+      return [interrupted](const Study& study) { return solve_case(study, interrupted); };
+  }
+  return {};
+}
+
+}  // namespace aberfit::internal

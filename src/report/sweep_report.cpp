@@ -1,0 +1,224 @@
+#include "aberfit/report/sweep_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "aberfit/core/constants.h"
+#include "aberfit/core/text.h"
+#include "aberfit/core/units.h"
+#include "aberfit/focus/statistic.h"
+#include "json_number.h"
+#include "paragraph.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+constexpr std::size_t kMostToldFailures = 5;
+
+// RFC 4180.
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+std::string csv_number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
+
+std::size_t place_axes(const SweepReport& report) { return report.axes.size() - (report.has_seeds ? 1 : 0); }
+
+bool same_place(const SweepReport& report, const SweepRow& a, const SweepRow& b) {
+  return std::equal(a.typed.begin(), a.typed.begin() + std::ptrdiff_t(place_axes(report)), b.typed.begin());
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+std::string range_text(double low, double high, const std::string& name) {
+  const Dimension dimension = dimension_of_name(name);
+  return format_quantity(low, dimension) + " .. " + format_quantity(high, dimension);
+}
+
+std::size_t place_of(const SweepReport& report, const std::string& statistic) {
+  return std::size_t(std::find(report.statistics.begin(), report.statistics.end(), statistic) -
+                     report.statistics.begin());
+}
+
+SweepQuantiles over_all_rows(const SweepReport& report, std::size_t statistic) {
+  std::vector<double> values;
+  for (const SweepRow& row : report.rows) values.push_back(row.values[statistic]);
+  return quantiles_of(std::move(values));
+}
+
+}  // namespace
+
+std::size_t SweepReport::failed() const {
+  return std::size_t(std::count_if(rows.begin(), rows.end(), [](const SweepRow& row) { return row.failed; }));
+}
+
+SweepQuantiles quantiles_of(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  std::sort(values.begin(), values.end());
+  SweepQuantiles found;
+  found.count = values.size();
+  const auto at = [&](double p) {
+    if (values.empty()) return kNaN;
+    const double place = p * double(values.size() - 1), low = std::floor(place);
+    const double below = values[std::size_t(low)];
+    return place == low ? below : below + (place - low) * (values[std::size_t(low) + 1] - below);
+  };
+  double sum = 0, squares = 0;
+  for (const double value : values) sum += value;
+  found.mean = values.empty() ? kNaN : sum / double(values.size());
+  for (const double value : values) squares += (value - found.mean) * (value - found.mean);
+  found.standard_deviation = values.size() < 2 ? kNaN : std::sqrt(squares / double(values.size() - 1));
+  found.smallest = at(0), found.q05 = at(0.05), found.q25 = at(0.25), found.q50 = at(0.5);
+  found.q75 = at(0.75), found.q95 = at(0.95), found.largest = at(1);
+  return found;
+}
+
+std::vector<SweepQuantiles> sweep_quantiles(const SweepReport& report, std::size_t statistic) {
+  std::vector<SweepQuantiles> all;
+  for (std::size_t begin = 0, end = 0; begin < report.rows.size(); begin = end) {
+    std::vector<double> values;
+    for (end = begin; end < report.rows.size() && same_place(report, report.rows[begin], report.rows[end]);
+         ++end)
+      values.push_back(report.rows[end].values[statistic]);
+    all.push_back(quantiles_of(std::move(values)));
+    all.back().row = begin;
+  }
+  return all;
+}
+
+std::string cases_csv(const SweepReport& report) {
+  std::string text = "index,id";
+  for (const SweepAxis& axis : report.axes) text += "," + csv_cell(axis.pointer);
+  text += ",status,verdict";
+  for (const std::string& name : report.statistics) text += "," + csv_cell(name);
+  text += ",warnings,seconds,error\n";
+  for (const SweepRow& row : report.rows) {
+    fmt::format_to(std::back_inserter(text), "{},{}", row.index, row.id);
+    for (const std::string& value : row.typed) text += "," + csv_cell(value);
+    text += std::string(",") + (row.failed ? "failed" : "done") + "," + row.verdict;
+    for (const double value : row.values) text += "," + csv_number(value);
+    fmt::format_to(std::back_inserter(text), ",{},{:.3g},{}\n", joined(row.warnings), row.seconds,
+                   csv_cell(row.error));
+  }
+  return text;
+}
+
+std::string quantiles_csv(const SweepReport& report) {
+  std::string text;
+  for (std::size_t k = 0; k < place_axes(report); ++k) text += csv_cell(report.axes[k].pointer) + ",";
+  text += "statistic,count,mean,standard_deviation,smallest,q05,q25,q50,q75,q95,largest\n";
+  std::vector<std::vector<SweepQuantiles>> all;
+  for (std::size_t s = 0; s < report.statistics.size(); ++s) all.push_back(sweep_quantiles(report, s));
+  for (std::size_t place = 0; !all.empty() && place < all.front().size(); ++place)
+    for (std::size_t s = 0; s < report.statistics.size(); ++s) {
+      const SweepQuantiles& q = all[s][place];
+      for (std::size_t k = 0; k < place_axes(report); ++k)
+        text += csv_cell(report.rows[q.row].typed[k]) + ",";
+      fmt::format_to(std::back_inserter(text), "{},{}", csv_cell(report.statistics[s]), q.count);
+      for (const double value :
+           {q.mean, q.standard_deviation, q.smallest, q.q05, q.q25, q.q50, q.q75, q.q95, q.largest})
+        text += "," + csv_number(value);
+      text += "\n";
+    }
+  return text;
+}
+
+Json to_json(const SweepReport& report, const Json& study, const Provenance& provenance) {
+  Json json = json_document("sweep", study);
+  json["run"] = report.run;
+  json["axes"] = Json::array();
+  for (const SweepAxis& axis : report.axes)
+    json["axes"].push_back({{"pointer", axis.pointer},
+                            {"unit", axis.unit.empty() ? Json(nullptr) : Json(axis.unit)},
+                            {"numeric", axis.is_numeric}});
+  json["cases"] = {{"planned", report.planned},
+                   {"recorded", report.rows.size()},
+                   {"done", report.rows.size() - report.failed()},
+                   {"failed", report.failed()}};
+  json["statistics"] = Json::object();
+  for (std::size_t s = 0; s < report.statistics.size(); ++s) {
+    const SweepQuantiles q = over_all_rows(report, s);
+    json["statistics"][report.statistics[s]] = {{"count", q.count},
+                                                {"mean", json_number(q.mean)},
+                                                {"smallest", json_number(q.smallest)},
+                                                {"median", json_number(q.q50)},
+                                                {"largest", json_number(q.largest)}};
+  }
+  Json verdicts = Json::object();
+  for (const SweepRow& row : report.rows)
+    if (!row.verdict.empty()) verdicts[row.verdict] = verdicts.value(row.verdict, 0) + 1;
+  json["verdicts"] = verdicts.empty() ? Json(nullptr) : verdicts;
+  json["failures"] = Json::array();
+  double seconds = 0;
+  for (const SweepRow& row : report.rows) {
+    seconds += row.seconds;
+    if (!row.failed) continue;
+    Json at = Json::object();
+    for (std::size_t k = 0; k < report.axes.size(); ++k) at[report.axes[k].pointer] = row.typed[k];
+    json["failures"].push_back({{"index", row.index}, {"id", row.id}, {"at", at}, {"error", row.error}});
+  }
+  json["seconds"] = json_number(seconds);
+  json["warnings"] = json_warnings(report.warnings);
+  json["provenance"] = to_json(provenance);
+  return json;
+}
+
+std::string summary_table(const SweepReport& report) {
+  const std::size_t failed = report.failed();
+  std::string text = fmt::format("{}: {} of {} cases", report.is_complete() ? "SWEPT" : "NOT COMPLETE",
+                                 grouped(double(report.rows.size())), grouped(double(report.planned)));
+  text += failed > 0 ? fmt::format(", {} failed\n", grouped(double(failed))) : "\n";
+  for (std::size_t k = 0; k < report.axes.size(); ++k) {
+    const SweepAxis& axis = report.axes[k];
+    std::vector<double> numbers;
+    for (const SweepRow& row : report.rows) numbers.push_back(row.number[k]);
+    const SweepQuantiles q = quantiles_of(std::move(numbers));
+    text += fmt::format("  {:<40} {}\n", axis.pointer,
+                        axis.is_numeric && q.count > 0
+                            ? fmt::format("{:.6g} .. {:.6g} {}", q.smallest, q.largest, axis.unit)
+                            : "words");
+  }
+  text += fmt::format("\n  {:<32} {:>28} {:>14} {:>8}\n", "statistic", "range", "median", "cases");
+  for (const std::string& name : report.shown) {
+    const SweepQuantiles q = over_all_rows(report, place_of(report, name));
+    text += fmt::format("  {:<32} {:>28} {:>14} {:>8}\n", name_without_unit(name),
+                        range_text(q.smallest, q.largest, name),
+                        format_quantity(q.q50, dimension_of_name(name)), q.count);
+  }
+  std::vector<std::pair<std::string, std::size_t>> verdicts;
+  for (const SweepRow& row : report.rows) {
+    if (row.verdict.empty()) continue;
+    auto at = std::find_if(verdicts.begin(), verdicts.end(),
+                           [&](const auto& known) { return known.first == row.verdict; });
+    if (at == verdicts.end()) at = verdicts.insert(at, {row.verdict, 0});
+    ++at->second;
+  }
+  for (const auto& [verdict, count] : verdicts) text += fmt::format("  {} {}\n", count, verdict);
+  std::size_t told = 0;
+  for (const SweepRow& row : report.rows) {
+    if (!row.failed) continue;
+    if (++told > kMostToldFailures) break;
+    std::string at;
+    for (std::size_t k = 0; k < report.axes.size(); ++k)
+      at += (k ? ", " : "") + report.axes[k].pointer + " " + row.typed[k];
+    text += paragraph("failed: ", at + ": " + row.error);
+  }
+  return text + warning_lines(report.warnings);
+}
+
+}  // namespace aberfit

@@ -1,0 +1,115 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "describe.h"
+#include "parse_json.h"
+
+namespace aberfit {
+
+std::string to_string(CaseLevel level) {
+  static const char* const kNames[] = {"check", "trace", "fit", "solve"};
+  return kNames[std::size_t(level)];
+}
+
+namespace internal {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// The block in which the pointer is; what a case's result is not made of cannot vary.
+bool can_vary(const std::string& pointer) {
+  for (const char* block : {"/vary", "/aberfit", "/output", "/verify", "/title"})
+    if ((pointer + "/").starts_with(std::string(block) + "/")) return false;
+  return pointer.size() > 1;
+}
+
+void read_list(Visitor& v, const std::string& key, const Json& list, VaryAxis* axis) {
+  for (const Json& value : list) {
+    axis->values.push_back(value.dump());
+    v.check(std::count(axis->values.begin(), axis->values.end(), axis->values.back()) == 1, key,
+            value.dump() + " twice", "every value once");
+  }
+}
+
+void read_range(Visitor& v, const std::string& key, const Json& range, bool grid, VaryAxis* axis) {
+  for (const auto& item : range.items())
+    v.check(std::set<std::string>{"from", "to", "count", "spacing"}.contains(item.key()),
+            child_pointer(key, item.key()), fmt::format("unknown key \"{}\"", item.key()),
+            "from, to, count, spacing; or an array of values");
+  for (const auto& [name, end] : {std::pair{"from", &axis->from}, {"to", &axis->to}}) {
+    const bool there = range.contains(name) && (range[name].is_number() || range[name].is_string());
+    v.check(there, child_pointer(key, name), range.contains(name) ? range[name].dump() : "nothing",
+            "a number, or a string with a unit");
+    *end = range[name].dump();
+  }
+  const Json count = range.value("count", Json(nullptr));
+  const bool whole = count.is_number_integer() && count >= 2 && count <= kMostOfRange;
+  v.check(whole || (!grid && count.is_null()), child_pointer(key, "count"),
+          count.is_null() ? "nothing" : count.dump(),
+          fmt::format("an integer from 2 to {}: values of a grid, both ends among them", kMostOfRange));
+  axis->count = whole ? count.get<int>() : 0;
+  const Json spacing = range.value("spacing", Json("linear"));
+  v.check(std::any_of(kSpacings.begin(), kSpacings.end(), [&](const auto& name) { return spacing == name; }),
+          child_pointer(key, "spacing"), spacing.dump(), "\"linear\", \"log\", \"integers\"");
+  axis->spacing = spacing.get<std::string>();
+}
+
+std::string text_of(const VaryAxis& axis) {
+  Json json;
+  if (!axis.values.empty()) {
+    for (const std::string& value : axis.values) json.push_back(Json::parse(value));
+    return json.dump();
+  }
+  json["from"] = Json::parse(axis.from), json["to"] = Json::parse(axis.to);
+  if (axis.count > 0) json["count"] = axis.count;
+  json["spacing"] = axis.spacing;
+  return json.dump();
+}
+
+}  // namespace
+
+void describe_vary(Visitor& v, VarySpec& vary) {
+  Visitor::TextsByKey over;
+  for (const VaryAxis& axis : vary.axes) over.emplace_back(axis.pointer, text_of(axis));
+  v.variations({"over",
+                "what takes other values, by JSON pointer: an array of values, each as it would stand in the "
+                "study, or a range from .. to (of a grid with `count`), `spacing` linear, log or integers",
+                kRequired, R"({"/roughness/psd/rms": {"from": "5 nm", "to": "80 nm", "count": 16}})"},
+               over);
+  v.choice_of({"design", "grid: every value with every other; sobol: `cases` points spread evenly"},
+              vary.design, {"grid", "sobol"});
+  v.integer({"cases", "of sobol: how many"}, vary.cases, 1, 100000000);
+  v.seed({"seed", "of sobol: where the points lie"}, vary.seed);
+  v.integer(
+      {"realisations", "seeds for each of them, from `fit.seed` on; quantiles are those of its realisations"},
+      vary.realisations, 1, 1000000);
+  v.choice_of({"run",
+               "what is computed of a case: check, what theory says; trace, the surface that the seed draws; "
+               "fit, the whole fit with its verdict, in one thread; solve, the study's `solve` block"},
+              vary.run, {"check", "trace", "fit", "solve"});
+  if (!v.reading()) return;
+  vary.axes.clear();
+  for (const auto& [pointer, text] : over) {
+    const std::string key = child_pointer("over", pointer);
+    v.check(can_vary(pointer), key, '"' + pointer + '"', "a pointer to what a result depends on");
+    v.check(pointer != "/fit/seed" || vary.realisations == 1, key, "\"/fit/seed\" beside realisations",
+            "one of the two: realisations are seeds");
+    VaryAxis axis{pointer, {}, {}, {}, 0, "linear"};
+    const Json json = Json::parse(text);
+    if (json.is_array())
+      read_list(v, key, json, &axis);
+    else
+      read_range(v, key, json, vary.design == VaryDesign::kGrid, &axis);
+    vary.axes.push_back(std::move(axis));
+  }
+  v.check(vary.realisations == 1 || vary.run == CaseLevel::kTrace || vary.run == CaseLevel::kFit,
+          "realisations",
+          fmt::format("{} of run \"{}\", which draws nothing", vary.realisations, to_string(vary.run)),
+          "run \"trace\" or \"fit\"; or 1");
+}
+
+}  // namespace internal
+}  // namespace aberfit

@@ -1,0 +1,18 @@
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "aberfit/study/study.h"
+
+namespace aberfit::internal {
+
+/// The text of a study; "-" is standard input. Throws InputError for what is no readable file.
+std::string text_of_study(const std::string& path);
+
+/// The study that `json` describes, with what its files hold. changes: what was put into it, for messages.
+/// same_roughness: a study whose roughness is the same, measured already; or null.
+Study study_of_json(const nlohmann::ordered_json& json, const std::string& path,
+                    const std::vector<std::string>& changes, const Study* same_roughness);
+
+}  // namespace aberfit::internal
