@@ -338,6 +338,18 @@ TEST_F(SweepCommand, TellsBadInputAndTriesFailedCasesAgain) {
   EXPECT_EQ(json::parse(out())["warnings"][0]["code"], "damaged-records");
 }
 
+// fits/telescope-sweep, smaller.
+TEST_F(SweepCommand, TheExampleHasTablesAndPictures) {
+  EXPECT_EQ(
+      run("sweep '" ABERFIT_SOURCE_DIR "/fits/telescope-sweep/study.json' -o out --quiet "
+          "--set '/vary/over/~1roughness~1psd~1rms/count=4' --set '/vary/over/~1roughness~1psd~1B/count=3'"),
+      0)
+      << err();
+  EXPECT_EQ(out().find("SWEPT: 12 of 12 cases\n"), 0u) << out();
+  for (const char* name : {"curve_ee80_radius.gp", "map_ee50_radius.gp", "contour_ee80_radius.gp"})
+    EXPECT_TRUE(fs::exists(folder_.file(std::string("out/plots/") + name))) << name;
+}
+
 TEST_F(SweepCommand, StoppedByASignalGoesOnLater) {
   folder_.write("study.json", study(40, 40).dump());
   const pid_t child = start("\"$ABERFIT\" sweep study.json -o out");
