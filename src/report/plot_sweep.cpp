@@ -72,7 +72,7 @@ struct SweptStatistic {
   std::string label() const { return unit.name.empty() ? name : unit.label(name); }
 };
 
-SweptStatistic statistic_of(const SweepReport& report, const std::string& name) {
+SweptStatistic swept_statistic(const SweepReport& report, const std::string& name) {
   SweptStatistic found;
   found.place = std::size_t(std::find(report.statistics.begin(), report.statistics.end(), name) -
                             report.statistics.begin());
@@ -194,7 +194,7 @@ Picture curve_picture(const SweepReport& report, const SweptAxis& x, const Swept
   for (std::size_t k = 0; k < lines.size(); ++k) {
     const std::string file = fmt::format("{}_{}.dat", picture.name, k + 1);
     const std::string title = lines[k].name.empty() ? report.has_seeds ? "median" : "" : lines[k].name;
-    add(fmt::format("'{}' using 1:2 with {} linecolor rgb '{}' linewidth 2.5 pointtype 7 pointsize 0.7 {}",
+    add(fmt::format("'{}' using 1:2 with {} linecolor rgb '{}' linewidth 2.5 dashtype 1 pointtype 7 pointsize 0.7 {}",
                     file,
                     grouped_values(lines[k].rows, x, statistic).size() > kMostMarks ? "lines" : "linespoints",
                     kLineColours[k], title.empty() ? "notitle" : "title " + gnuplot_text(title)));
@@ -354,7 +354,7 @@ std::vector<std::string> write_sweep_plots(const SweepReport& report, const std:
       if (report.axes[k].is_numeric == numeric) order.push_back(k);
   std::vector<Picture> pictures;
   for (const std::string& name : report.shown) {
-    const SweptStatistic statistic = statistic_of(report, name);
+    const SweptStatistic statistic = swept_statistic(report, name);
     if (order.empty() || !std::isfinite(statistic.smallest)) continue;
     const SweptAxis x = axis_of(report, order[0]);
     pictures.push_back(curve_picture(report, x, statistic));

@@ -31,7 +31,7 @@ std::string csv_cell(const std::string& text) {
   return quoted + '"';
 }
 
-std::string csv_number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
+std::string csv_value(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
 
 std::size_t place_axes(const SweepReport& report) { return report.axes.size() - (report.has_seeds ? 1 : 0); }
 
@@ -111,7 +111,7 @@ std::string cases_csv(const SweepReport& report) {
     fmt::format_to(std::back_inserter(text), "{},{}", row.index, row.id);
     for (const std::string& value : row.typed) text += "," + csv_cell(value);
     text += std::string(",") + (row.failed ? "failed" : "done") + "," + row.verdict;
-    for (const double value : row.values) text += "," + csv_number(value);
+    for (const double value : row.values) text += "," + csv_value(value);
     fmt::format_to(std::back_inserter(text), ",{},{:.3g},{}\n", joined(row.warnings), row.seconds,
                    csv_cell(row.error));
   }
@@ -132,7 +132,7 @@ std::string quantiles_csv(const SweepReport& report) {
       fmt::format_to(std::back_inserter(text), "{},{}", csv_cell(report.statistics[s]), q.count);
       for (const double value :
            {q.mean, q.standard_deviation, q.smallest, q.q05, q.q25, q.q50, q.q75, q.q95, q.largest})
-        text += "," + csv_number(value);
+        text += "," + csv_value(value);
       text += "\n";
     }
   return text;
