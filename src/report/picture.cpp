@@ -121,6 +121,19 @@ std::string rim_curves(Picture* picture, const ClearRegion& clear, double dx, do
   return curves;
 }
 
+std::string log_tics(double low, double high) {
+  const std::vector<double> digits = high > 100 * low  ? std::vector<double>{1}
+                                     : high > 10 * low ? std::vector<double>{1, 2, 5}
+                                                       : std::vector<double>{1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 7};
+  std::string tics;
+  for (int power = int(std::floor(std::log10(low))); power <= int(std::log10(high)) + 1; ++power)
+    for (const double digit : digits) {
+      const double at = digit * std::pow(10.0, power);
+      if (at >= low && at <= high) tics += fmt::format("{}{:.9g}", tics.empty() ? "" : ", ", at);
+    }
+  return "(" + tics + ")";
+}
+
 std::string symmetric_range(const std::string& axis, double reach) {
   return fmt::format("set {}range [{:.9g}:{:.9g}]\n", axis, -reach, reach);
 }

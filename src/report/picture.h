@@ -73,6 +73,10 @@ std::string picture_title(const std::string& text, const std::string& title);
 /// gnuplot's `set palette` for signed values, blue over white to red.
 std::string signed_palette();
 
+/// `(1, 2, 5)`: numbers at an axis of logarithms, two of them at least on any range of a quarter of a decade:
+/// powers of ten alone leave a short one bare.
+std::string log_tics(double low, double high);
+
 /// `set xrange` (or of another axis) from -reach to reach.
 std::string symmetric_range(const std::string& axis, double reach);
 

@@ -19,21 +19,6 @@ AxisUnit axis_unit(const SolveUnknown& unknown, double largest) {
   return {1, unknown.dimension == Dimension::kPsd2d ? "m^4" : "1"};
 }
 
-// Numbers at an axis of logarithms, two of them at least on any range of a quarter of a decade: powers of ten
-// alone leave a short one bare.
-std::string log_tics(double low, double high) {
-  const std::vector<double> digits = high > 100 * low  ? std::vector<double>{1}
-                                     : high > 10 * low ? std::vector<double>{1, 2, 5}
-                                                       : std::vector<double>{1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 7};
-  std::string tics;
-  for (int power = int(std::floor(std::log10(low))); power <= int(std::log10(high)) + 1; ++power)
-    for (const double digit : digits) {
-      const double at = digit * std::pow(10.0, power);
-      if (at >= low && at <= high) tics += fmt::format("{}{:.9g}", tics.empty() ? "" : ", ", at);
-    }
-  return "(" + tics + ")";
-}
-
 }  // namespace
 
 // The second unknown across, the first up; below or above the curve the budgets hold.

@@ -23,12 +23,21 @@ constexpr std::size_t kMostMarks = 60;
 constexpr const char* kLineColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                         "#E69F00", "#56B4E9", "#000000"};
 
+// Round numbers at it, a little room at its ends.
+std::string log_axis(const std::string& axis, double low, double high) {
+  constexpr double kRoom = 1.08;
+  return fmt::format(
+      "set logscale {0}\nset format {0} '%g'\nset {0}range [{1:.9g}:{2:.9g}]\nset {0}tics {3}\n", axis,
+      low / kRoom, high * kRoom, log_tics(low / kRoom, high * kRoom));
+}
+
 // An axis of a picture: words stand at 0, 1, ... in their order.
 struct SweptAxis {
   std::size_t place = 0;
   std::vector<std::string> words;  // of an axis without numbers
   std::string label;
   bool is_log = false;
+  double low = kNaN, high = kNaN;  // of the numbers of a logarithmic axis
 
   double at(const SweepRow& row) const {
     if (words.empty()) return row.number[place];
@@ -36,7 +45,7 @@ struct SweptAxis {
   }
   std::string script(const std::string& axis) const {
     std::string text = fmt::format("set {}label {}\n", axis, gnuplot_text(label));
-    if (is_log) text += fmt::format("set logscale {0}\nset format {0} '%g'\n", axis);
+    if (is_log) text += log_axis(axis, low, high);
     if (words.empty()) return text;
     text += fmt::format("set {}tics (", axis);
     for (std::size_t k = 0; k < words.size(); ++k)
@@ -52,7 +61,11 @@ SweptAxis axis_of(const SweepReport& report, std::size_t place) {
   SweptAxis found;
   found.place = place;
   found.label = last_key(axis.pointer) + (axis.unit.empty() ? "" : " [" + axis.unit + "]");
-  found.is_log = axis.is_numeric && axis.is_log;
+  std::vector<double> numbers;
+  for (const SweepRow& row : report.rows) numbers.push_back(row.number[place]);
+  const SweepQuantiles q = quantiles_of(std::move(numbers));
+  found.is_log = axis.is_numeric && axis.is_log && q.smallest > 0;
+  found.low = q.smallest, found.high = q.largest;
   if (axis.is_numeric) return found;
   for (const SweepRow& row : report.rows)
     if (std::find(found.words.begin(), found.words.end(), row.typed[place]) == found.words.end())
@@ -156,7 +169,7 @@ std::string head_of_curve(const SweepReport& report, const SweptAxis& x, const S
   std::string text = script_head(name, 1000, 700);
   text += fmt::format("set title {}\n{}set ylabel {}\n", picture_title(statistic.name, report.title),
                       x.script("x"), gnuplot_text(statistic.label()));
-  if (statistic.is_log) text += "set logscale y\nset format y '%g'\n";
+  if (statistic.is_log) text += log_axis("y", statistic.smallest, statistic.largest);
   return text;
 }
 
@@ -194,10 +207,10 @@ Picture curve_picture(const SweepReport& report, const SweptAxis& x, const Swept
   for (std::size_t k = 0; k < lines.size(); ++k) {
     const std::string file = fmt::format("{}_{}.dat", picture.name, k + 1);
     const std::string title = lines[k].name.empty() ? report.has_seeds ? "median" : "" : lines[k].name;
-    add(fmt::format("'{}' using 1:2 with {} linecolor rgb '{}' linewidth 2.5 dashtype 1 pointtype 7 pointsize 0.7 {}",
-                    file,
-                    grouped_values(lines[k].rows, x, statistic).size() > kMostMarks ? "lines" : "linespoints",
-                    kLineColours[k], title.empty() ? "notitle" : "title " + gnuplot_text(title)));
+    add(fmt::format(
+        "'{}' using 1:2 with {} linecolor rgb '{}' linewidth 2.5 dashtype 1 pointtype 7 pointsize 0.7 {}",
+        file, grouped_values(lines[k].rows, x, statistic).size() > kMostMarks ? "lines" : "linespoints",
+        kLineColours[k], title.empty() ? "notitle" : "title " + gnuplot_text(title)));
   }
   picture.script += "plot " + curves + "\n";
   return picture;
@@ -246,11 +259,14 @@ std::string head_of_plane(const SweepReport& report, const SweptAxis& x, const S
   const bool medians = report.axes.size() > 2 && report.is_grid;
   std::string text = script_head(name, 1000, 750);
   text += fmt::format(
-      "set title {}\n{}{}set cblabel {}\nset palette defined (0 '#fde725', 0.25 '#5ec962', 0.5 '#21918c', "
+      "set title {}\n{}{}set cblabel {} offset 1.5\nset palette defined (0 '#fde725', 0.25 '#5ec962', 0.5 "
+      "'#21918c', "
       "0.75 '#3b528b', 1 '#440154')\n",
       picture_title(statistic.name + (medians ? ", median of all else" : ""), report.title), x.script("x"),
       y.script("y"), gnuplot_text(statistic.label()));
-  if (statistic.is_log) text += "set logscale cb\nset format cb '%g'\n";
+  if (statistic.is_log)
+    text += fmt::format("set logscale cb\nset format cb '%g'\nset cbtics {}\n",
+                        log_tics(statistic.smallest, statistic.largest));
   return text;
 }
 
@@ -336,7 +352,7 @@ Picture contour_lines_picture(const SweepReport& report, const SweptAxis& x, con
       "{}\n"
       "set cntrlabel onecolor format '%g' font ',12' start 3 interval 1000\nset style textbox opaque "
       "noborder margins 0.6,0.4\n"
-      "splot '{}' using 1:2:3 with lines linecolor rgb '{}' linewidth 2, \\\n"
+      "splot '{}' using 1:2:3 with lines linecolor rgb '{}' linewidth 2 dashtype 1, \\\n"
       "  '' using 1:2:3 with labels boxed\n",
       picture_title(statistic.label(), report.title), plane.x.front(), plane.x.back(), plane.y.front(),
       plane.y.back(), list, file, kTargetColour);
