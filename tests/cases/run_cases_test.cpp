@@ -114,6 +114,18 @@ TEST_F(RunCases, TakesOverEqualCasesOfAnotherStudy) {
   EXPECT_NEAR(report.rows[2].values[0], 6e-9, 1e-20);
 }
 
+TEST_F(RunCases, DoesWhatIsTheSameTwiceOnce) {
+  const StudyCases same =
+      study_with(R"({"over": {"/roughness/psd/rms": ["20 nm", "0.02 um", "2e-8", 2e-8]}})");
+  const CasePlan plan(*same.study().vary, 1, "s.json");
+  LocalQueue queue(cases_left(same, plan, {}, {}));
+  CaseJournal journal(folder_.file("cases"));
+  const CaseCounts counts = run_cases(same, plan, {}, height, &queue, &journal, {2, {}, {}});
+  EXPECT_EQ(counts.done, 1u);
+  EXPECT_EQ(counts.failed, 1u);  // a number in quotes has no unit
+  EXPECT_EQ(gather_cases(same, plan, known()).rows.size(), 4u);
+}
+
 TEST_F(RunCases, SayAPointerThatCannotBeMeant) {
   const auto check = [](const std::string& vary) {
     const StudyCases cases = study_with(vary);
