@@ -17,7 +17,7 @@ struct TheoryValues {
 };
 
 /// The statistics that the task asks for, as make_targets gives them, or, where it asks for none, ee50, ee80
-/// and ee90 in the focus, scatter_rms and rms_height. A millisecond or two, where laying out a fit takes a
+/// and ee90 in the focus, scatter_rms and rms_height. Some milliseconds, where laying out a fit takes a
 /// hundred times that: no model is chosen, nothing is held out, the band is not split. Theory `rays`, which
 /// has no closed form, takes as long as there. Throws FieldError as make_targets does, and for a task without
 /// roughness; ComputationError where the theory has no value.
