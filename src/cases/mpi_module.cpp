@@ -6,6 +6,7 @@
 #include <chrono>
 #include <thread>
 
+namespace aberfit::internal {
 namespace {
 
 constexpr int kAsk = 1, kWork = 2, kLeave = 3;
@@ -67,3 +68,4 @@ void aberfit_mpi_end() { MPI_Finalize(); }
 
 void aberfit_mpi_abort(int code) { MPI_Abort(MPI_COMM_WORLD, code); }
 }
+}  // namespace aberfit::internal

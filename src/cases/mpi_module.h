@@ -2,6 +2,7 @@
 
 // What the module aberfit_mpi offers, a shared library of its own that is loaded by a program that mpirun has
 // started: all others need no Open MPI. Plain C, found by name.
+namespace aberfit::internal {
 extern "C" {
 
 /// Begins MPI. 0 where that succeeds.
@@ -17,3 +18,4 @@ void aberfit_mpi_leave(void);
 void aberfit_mpi_end(void);
 void aberfit_mpi_abort(int code);
 }
+}  // namespace aberfit::internal

@@ -10,6 +10,7 @@
 #include "mpi_module.h"
 
 namespace aberfit {
+using namespace internal;
 
 std::optional<std::size_t> LocalQueue::next() {
   const std::lock_guard lock(mutex_);
