@@ -59,8 +59,10 @@ Budget parse_budget(const std::string& key, const std::string& bound) {
       budget.dimension = Dimension::kAngle;
     }
   }
+  // A share may be a plain number.
+  const bool plain = budget.of_light && quantity.find_first_not_of("0123456789.eE+-") == std::string::npos;
   try {
-    budget.limit = parse_quantity(quantity, budget.dimension);
+    budget.limit = parse_quantity(quantity, plain ? Dimension::kNumber : budget.dimension);
   } catch (const UnitError& error) {
     throw UnitError(energy
                         ? fmt::format("{}; or a length: {}", error.what(), allowed_units(Dimension::kLength))

@@ -36,7 +36,8 @@ void describe_solve(Visitor& v, SolveSpec& solve) {
   v.texts_by_key(
       {"so_that",
        "budgets that have to hold: ee<percent>_radius, ee<percent>_diameter (in a plane out of focus: "
-       "ee80_diameter@1mm) as length or as angle on the sky, rms_height, scatter_rms; <= or >= and a "
+       "ee80_diameter@1mm) as length or as angle on the sky, hew, rms_height, scatter_rms, strehl, tis, "
+       "mtf@20/mm; <= or >= and a "
        "quantity",
        kRequired, R"({"ee80_diameter": "<= 0.6 arcsec"})"},
       bounds, {{"", kBudgetKey, "ee80_diameter"}}, R"(\s*(<=|>=).*)");

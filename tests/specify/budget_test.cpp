@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
 namespace aberfit {
@@ -36,15 +37,60 @@ TEST(Budget, SaysStatisticLimitAndUnit) {
   EXPECT_EQ(budgeted(parse_budget("scatter_rms", "<= 2 urad"), 3e-6, 2), 3e-6) << "an angle already";
 }
 
+TEST(Budget, OfLightIsAShare) {
+  const Budget hew = parse_budget("hew", "<= 5 arcsec");
+  EXPECT_EQ(std::get<EncircledEnergyRadius>(hew.statistic).fraction, 0.5);
+  EXPECT_TRUE(hew.is_diameter && !hew.of_light);
+  EXPECT_EQ(budget_name(hew), "hew_rad");
+  const Budget tis = parse_budget("tis", "<= 1 %");
+  EXPECT_TRUE(std::holds_alternative<TotalScatter>(*tis.of_light));
+  EXPECT_EQ(tis.limit, 0.01);
+  EXPECT_EQ(in_budget_unit(tis, 0.0123), "1.23 %");
+  EXPECT_EQ(budget_name(tis), "tis");
+  const Budget strehl = parse_budget("strehl", ">= 0.8");
+  EXPECT_TRUE(std::holds_alternative<StrehlRatio>(*strehl.of_light) && !strehl.at_most);
+  EXPECT_EQ(in_budget_unit(strehl, 0.8), "0.8");
+  const Budget mtf = parse_budget("mtf@20/mm", ">= 0.5");
+  EXPECT_EQ(std::get<ModulationTransfer>(*mtf.of_light).frequency, 20e3);
+  EXPECT_EQ(budget_name(mtf), "mtf@20/mm");
+}
+
+// A circle at f/500, where the rim scatters as the middle does, fine roughness: a core of exp(-g^2), a sharp
+// step of the transfer function at 0, and the aperture's own (2/pi)(acos x - x sqrt(1 - x^2)).
+TEST(Budget, OfLightHasItsClosedForms) {
+  const double lambda = 500e-9, f = 100, radius = 0.1, rms = 20e-9;
+  const double core = std::exp(-std::pow(4 * std::numbers::pi * rms / lambda, 2));
+  const RadialPsd psd(UniformPsd{rms, 5000, 10000});
+  const GhsPupil pupil({f, -1, {}}, CircleAperture{2 * radius}, lambda);
+  const GeneralisedHarveyShack mean(psd, pupil), perfect(psd.scaled(1e-9), pupil);
+  const auto value = [&](const OfLight& what) { return of_light(what, mean, perfect, f, lambda, radius); };
+  EXPECT_NEAR(value(TotalScatter{}), 1 - core, 1e-6);
+  EXPECT_NEAR(value(StrehlRatio{}), core, 3e-6);  // one in 1e6 of the scattered light is there
+  const double cutoff = 2 * radius / (lambda * f), x = 0.3;
+  const double aperture = 2 / std::numbers::pi * (std::acos(x) - x * std::sqrt(1 - x * x));
+  EXPECT_NEAR(value(ModulationTransfer{x * cutoff}), aperture * core, 1e-5);
+  EXPECT_NEAR(value(ModulationTransfer{0}), 1, 1e-9);
+}
+
 TEST(Budget, SaysWhatIsWrong) {
   const struct {
     const char *key, *bound, *said;
-  } cases[] = {{"ee80", "<= 1 um", "is no budget"},          {"ee100_radius", "<= 1 um", "is no budget"},
-               {"ee80_width", "<= 1 um", "is no budget"},    {"rms_height@1mm", "<= 1 um", "is no budget"},
-               {"ee80_radius", "1 um", "<= or >="},          {"ee80_radius", "< 1 um", "<= or >="},
-               {"ee80_radius", "<= 1", "no unit"},           {"ee80_radius", "<= 1 kg", "arcsec"},
-               {"ee80_radius", "<= 0 um", "not above zero"}, {"rms_height", "<= 1 arcsec", "nm"},
-               {"scatter_rms", "<= 1 um", "arcsec"}};
+  } cases[] = {{"ee80", "<= 1 um", "is no budget"},
+               {"ee100_radius", "<= 1 um", "is no budget"},
+               {"ee80_width", "<= 1 um", "is no budget"},
+               {"rms_height@1mm", "<= 1 um", "is no budget"},
+               {"ee80_radius", "1 um", "<= or >="},
+               {"ee80_radius", "< 1 um", "<= or >="},
+               {"ee80_radius", "<= 1", "no unit"},
+               {"ee80_radius", "<= 1 kg", "arcsec"},
+               {"ee80_radius", "<= 0 um", "not above zero"},
+               {"rms_height", "<= 1 arcsec", "nm"},
+               {"scatter_rms", "<= 1 um", "arcsec"},
+               {"strehl", ">= 1.2", "not below 1"},
+               {"strehl", ">= 80 nm", "%"},
+               {"mtf@20", ">= 0.5", "is no budget"},
+               {"mtf", ">= 0.5", "is no budget"},
+               {"tis", "<= 0", "not above zero"}};
   for (const auto& one : cases) {
     try {
       parse_budget(one.key, one.bound);

@@ -316,5 +316,21 @@ TEST(Solve, NumbersOfAPsdAreThoseOfItsModel) {
   EXPECT_THROW(family({-1.0}), InputError);
 }
 
+// Strehl exp(-g^2) of roughness much finer than the aperture; TIS 1 - exp(-g^2) of any.
+TEST(Solve, OfStrehlAndScatterIsThatOfTheCore) {
+  const std::string fine = R"({"model": "uniform", "rms": "20 nm", "f_min": "2000 /m", "f_max": "4000 /m"})";
+  const auto height = [&](const std::string& so_that) {
+    const Specification spec = solved(slow_mirror(
+        fine, R"("theory": "ghs")", R"({"for": ["/roughness/psd/rms"], "so_that": )" + so_that + "}"));
+    EXPECT_EQ(spec.status, SolveStatus::kSolved);
+    return 4 * pi * spec.solutions.at(0).at[0] / 500e-9;
+  };
+  EXPECT_NEAR(height(R"({"strehl": ">= 0.8"})"), std::sqrt(-std::log(0.8)), 1e-5);
+  EXPECT_NEAR(height(R"({"tis": "<= 1 %"})"), std::sqrt(-std::log(0.99)), 1e-6);
+  EXPECT_THROW(solved(slow_mirror(fine, kGeometric,
+                                  R"({"for": ["/roughness/psd/rms"], "so_that": {"tis": "<= 1 %"}})")),
+               InputError);
+}
+
 }  // namespace
 }  // namespace aberfit
