@@ -194,6 +194,7 @@ std::vector<std::string> write_ceilings_plots(const Ceilings& ceilings, const st
         line.level / kSquareNanometreMillimetre, -line.exponent, kColours[drawn % std::size(kColours)],
         1 + drawn / std::size(kColours),
         gnuplot_text(fmt::format("A/f^{:g}, {} RMS", line.exponent, metres_text(line.rms))));
+    ++drawn;
   }
   picture.script += "\n";
   return draw_pictures({picture}, directory, warnings);

@@ -29,8 +29,13 @@ GeometricHarveyShack geometric(const Task& task, const RadialPsd& psd) {
 }  // namespace
 
 BudgetValues::BudgetValues(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
-                           const std::vector<Budget>& budgets, Theory theory, double confidence)
-    : task_at_(task_at), unknowns_(unknowns), budgets_(budgets), theory_(theory), confidence_(confidence) {
+                           const std::vector<Budget>& budgets, Theory theory, double confidence, int threads)
+    : task_at_(task_at),
+      unknowns_(unknowns),
+      budgets_(budgets),
+      theory_(theory),
+      confidence_(confidence),
+      threads_(threads) {
   const Task task = task_at(values_of(std::vector<double>(unknowns.size(), 0.0)));
   focal_length_ = task.mirror.focal_length;
   if (in_light()) pupil_.emplace(task.mirror, task.aperture, task.wavelength);
@@ -130,7 +135,7 @@ Eigen::ArrayXd BudgetValues::at(const std::vector<double>& logs) const {
 }
 
 PsdJacobian BudgetValues::jacobian(const Task& task, const std::vector<PsdVariable>& variables) const {
-  if (in_light()) return psd_jacobian(*task.psd, variables, statistics(), *pupil_);
+  if (in_light()) return psd_jacobian(*task.psd, variables, statistics(), *pupil_, threads_);
   const RadialPsd psd(*task.psd);
   const GeometricHarveyShack theory = geometric(task, psd);
   const double slope_variance = psd_moments(psd).slope_variance;

@@ -15,7 +15,7 @@ namespace aberfit::internal {
 class BudgetValues {
  public:
   BudgetValues(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
-               const std::vector<Budget>& budgets, Theory theory, double confidence);
+               const std::vector<Budget>& budgets, Theory theory, double confidence, int threads);
 
   /// What budgets limit, in their order, at ln(unknown/start). Throws InputError where values are not
   /// allowed, ComputationError where the theory has none.
@@ -64,6 +64,7 @@ class BudgetValues {
   const std::vector<Budget>& budgets_;
   Theory theory_;
   double confidence_ = 0;
+  int threads_ = 1;  // of one place's derivatives: the two arms of a contour end at different times
   double focal_length_ = 0;
   std::optional<GeneralisedHarveyShack> perfect_;  // parabola without roughness, where a budget asks for it
   std::optional<GhsPupil> pupil_;                  // no unknown is one of the scene: all evaluations share it

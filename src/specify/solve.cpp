@@ -293,7 +293,8 @@ Specification solve_specification(const TaskAt& task_at, const std::vector<Solve
   if (options.confidence > 0 && spec.theory != Theory::kGhs)
     throw FieldError("solve.confidence", "theory " + to_string(spec.theory) + ", which knows the mean alone",
                      "a target.theory of \"ghs\", or no confidence");
-  const BudgetValues values(task_at, spec.unknowns, spec.budgets, spec.theory, options.confidence);
+  const BudgetValues values(task_at, spec.unknowns, spec.budgets, spec.theory, options.confidence,
+                            context.threads);
   spec.focal_length = values.focal_length();
   const Search search(values, unknowns.size(), options);
   spec.start = values.point(search.place(0), false);
