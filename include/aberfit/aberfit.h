@@ -145,6 +145,7 @@
 // specify: which roughness meets a budget.
 #include "aberfit/specify/budget.h"
 #include "aberfit/specify/ceilings.h"
+#include "aberfit/specify/contributors.h"
 #include "aberfit/specify/solve.h"
 
 // report: results as JSON, tables, pictures, files for other programs.

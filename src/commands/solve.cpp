@@ -10,6 +10,7 @@
 #include "aberfit/report/ceilings_report.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/report/solve_report.h"
+#include "aberfit/specify/contributors.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/psd_numbers.h"
 #include "aberfit/study/read_study.h"
@@ -76,9 +77,15 @@ Specification run_solve(const Study& study, const RunOptions& options) {
   SolveOptions how;
   how.contour_decades = study.solve->contour_decades;
   how.confidence = study.solve->confidence.value_or(0);
+  const StudyFamily own(study, study.solve->unknowns);
+  const Contributors others = study.solve->with ? contributors(*study.solve->with) : Contributors{};
   Specification spec = with_fields_of(study, [&] {
-    return solve_specification(StudyFamily(study, study.solve->unknowns), unknowns, study.solve->budgets, how,
-                               context);
+    if (others.empty()) return solve_specification(own, unknowns, study.solve->budgets, how, context);
+    Specification whole = solve_specification(with_contributors(own, others, study.solve->budgets), unknowns,
+                                              study.solve->budgets, how, context);
+    if (whole.status == SolveStatus::kSolved)
+      whole.uses = uses_of_budget(own(whole.solutions.front().at), others, whole.budgets, context.threads);
+    return whole;
   });
   spec.title = study.title;
   if (folder.wanted()) {

@@ -133,6 +133,15 @@ Json to_json(const Specification& spec, const Json& study, const Provenance& pro
     for (const SolvePoint& point : spec.contour.points) points.push_back(point_json(spec, point));
     json["contour"] = {{"closed", spec.contour.is_closed}, {"ends", spec.contour.ends}, {"points", points}};
   }
+  json["uses"] = Json::array();
+  for (const BudgetUse& use : spec.uses) {
+    Json one{{"name", use.name}};
+    for (std::size_t k = 0; k < spec.budgets.size(); ++k) {
+      one["alone"][budget_name(spec.budgets[k])] = json_number(use.alone[k]);
+      one["without"][budget_name(spec.budgets[k])] = json_number(use.without[k]);
+    }
+    json["uses"].push_back(one);
+  }
   json["evaluations"] = spec.evaluations;
   json["seconds"] = json_number(spec.seconds);
   json["warnings"] = json_warnings(spec.warnings);
@@ -165,6 +174,15 @@ std::string summary_table(const Specification& spec) {
       text += fmt::format("  at {} = {}\n", name_of(spec.unknowns[u]),
                           six_digits(solution.at[u], spec.unknowns[u].dimension));
     text += head_of_rows(spec, true) + budget_rows(spec, solution);
+  }
+  for (std::size_t k = 0; k < spec.budgets.size() && !spec.uses.empty(); ++k) {
+    const Budget& budget = spec.budgets[k];
+    text +=
+        fmt::format("\n{} {}: who uses it; {} with perfect optics\n    {:<24} {:>16} {:>16}\n", budget.key,
+                    budget.bound, in_budget_unit(budget, spec.perfect[k].value), "", "alone", "all but this");
+    for (const BudgetUse& use : spec.uses)
+      text += fmt::format("    {:<24} {:>16} {:>16}\n", use.name.substr(0, 24),
+                          in_budget_unit(budget, use.alone[k]), in_budget_unit(budget, use.without[k]));
   }
   if (!spec.nearest.at.empty())
     text += fmt::format("\nNearest, {} = {}\n", name_of(unknown), shown(spec.nearest.at[0])) +

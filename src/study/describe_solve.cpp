@@ -13,6 +13,39 @@ void describe_ceilings(Visitor& v, CeilingsSpec& ceilings) {
   v.quantities({"exponents", "B of the lines A/f^B"}, ceilings.exponents, kNumber, Range{0.05, 15}, true);
 }
 
+void describe_atmosphere(Visitor& v, Atmosphere& air) {
+  v.quantity({"r0", "Fried's length, long exposure [m]", kRequired, "\"15 cm\""}, air.r0, kLength,
+             Range::positive());
+  v.quantity({"wavelength", "that r0 belongs to [m]", kRequired, "\"500 nm\""}, air.wavelength, kLength,
+             Range::positive());
+}
+
+void describe_other(Visitor& v, OtherSurfaceSpec& surface) {
+  v.text({"name", "in the table of who uses how much", kRequired, "\"secondary\""}, surface.name, false);
+  v.object(
+      {"psd", "PSD of its height", kRequired}, nullptr,
+      [&](Visitor& psd) { describe_psd_block(psd, surface.psd); }, "psd");
+  v.quantity({"footprint", "diameter of the beam on it over that of the pupil"}, surface.footprint, kNumber,
+             Range{0, 1e3, true, false});
+  v.quantity({"incidence", "angle of incidence [rad]", kOptional, "\"45 deg\""}, surface.incidence, kAngle,
+             Range{0, 1.5, false, false});
+  std::string of = surface.is_wavefront ? "wavefront" : "surface";
+  v.word({"of", "whether its PSD is that of the surface or of the reflected wavefront"}, of,
+         {"surface", "wavefront"});
+  surface.is_wavefront = of == "wavefront";
+}
+
+void describe_contributors(Visitor& v, ContributorsSpec& with) {
+  v.list(
+      {"surfaces", "further mirrors of the path"}, with.surfaces.size(), 0,
+      [&](std::size_t count) { with.surfaces.resize(count); },
+      [&](Visitor& surface, std::size_t k) { describe_other(surface, with.surfaces[k]); });
+  v.optional_object({"atmosphere", "Kolmogorov turbulence, long exposure"}, with.atmosphere,
+                    describe_atmosphere);
+  v.quantity({"jitter", "RMS motion of the image per axis, on the sky [rad]", kOptional, "\"0.05 arcsec\""},
+             with.jitter, kAngle, Range::non_negative());
+}
+
 }  // namespace
 
 void describe_solve(Visitor& v, SolveSpec& solve) {
@@ -49,6 +82,10 @@ void describe_solve(Visitor& v, SolveSpec& solve) {
        "share of mirrors of the specification that the budgets have to hold for; absent: their mean light",
        kOptional, "0.9"},
       solve.confidence, kNumber, Range{0.5, 1, true, true});
+  v.optional_object({"with", "what else blurs: their transfer functions multiply with the mirror's"},
+                    solve.with, describe_contributors);
+  v.check(!(solve.with && (solve.ceilings || solve.confidence)), "with",
+          solve.ceilings ? "beside ceilings" : "beside confidence", "with `for` alone");
   v.check(!(solve.confidence && solve.ceilings), "confidence", "beside ceilings", "with `for`");
   if (!v.reading()) return;
   solve.budgets.clear();

@@ -130,6 +130,10 @@ void load_files(Study& study, const Study* same_roughness) {
     study.psd = psd_model(*study.roughness);
     warn_of_data(*study.roughness, &study.data_warnings);
   }
+  if (study.solve && study.solve->with)
+    for (std::size_t k = 0; k < study.solve->with->surfaces.size(); ++k)
+      load_roughness(study, study.solve->with->surfaces[k].psd,
+                     fmt::format("/solve/with/surfaces/{}/psd", k));
   if (study.map) locate(study, study.map->source.file, "/target/map/file");
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {

@@ -134,6 +134,16 @@ nlohmann::ordered_json study_schema() {
   return schema;
 }
 
+Contributors contributors(const ContributorsSpec& with) {
+  Contributors result;
+  for (const OtherSurfaceSpec& surface : with.surfaces)
+    result.surfaces.push_back(
+        {surface.name, psd_model(surface.psd), surface.footprint, surface.incidence, surface.is_wavefront});
+  result.atmosphere = with.atmosphere;
+  result.jitter = with.jitter;
+  return result;
+}
+
 PsdModel psd_model(const RoughnessModel& roughness) { return std::visit(ModelOfNode{}, roughness.model); }
 
 }  // namespace aberfit

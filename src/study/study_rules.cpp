@@ -100,6 +100,9 @@ void check_rules(const Study& study) {
   if (study.trace.pupil.layout == PupilLayout::kPolar && study.aperture.index() > 1)
     throw InputError(study.path, "/trace/pupil", "\"polar\"",
                      "\"random\", \"sobol\", \"grid\": the polar layout is for circles and annuli");
+  if (study.solve && study.solve->with)
+    for (std::size_t k = 0; k < study.solve->with->surfaces.size(); ++k)
+      check_psd(study, study.solve->with->surfaces[k].psd, fmt::format("/solve/with/surfaces/{}/psd", k));
   if (study.roughness)
     check_psd(study, *study.roughness, "/roughness/psd");
   else if (!study.map && !(study.solve && study.solve->ceilings))  // which need none

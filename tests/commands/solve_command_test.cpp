@@ -92,6 +92,33 @@ TEST_F(SolveCommand, OfTwoNumbersWritesTheContour) {
   }
 }
 
+TEST_F(SolveCommand, SaysWhoUsesTheBudgetOfAPath) {
+  ordered_json study = ordered_json::parse(kStudy);
+  study.erase("target");
+  study["solve"]["with"] = {
+      {"surfaces",
+       {{{"name", "secondary"},
+         {"psd", {{"model", "uniform"}, {"rms", "10 nm"}, {"f_min", "20 /m"}, {"f_max", "100 /m"}}},
+         {"footprint", 0.25},
+         {"incidence", "30 deg"}}}},
+      {"jitter", "0.2 arcsec"}};
+  folder_.write("path.json", study.dump());
+  EXPECT_EQ(run("solve path.json --json --quiet -o result"), 0) << err();
+  const ordered_json printed = ordered_json::parse(out());
+  ASSERT_EQ(printed["uses"].size(), 3u);
+  EXPECT_EQ(printed["uses"][1]["name"], "secondary");
+  EXPECT_GT(double(printed["uses"][0]["alone"]["ee80_diameter_rad"]), 0);
+  folder_.write("resolved.json", printed["study"].dump());
+  EXPECT_EQ(run("solve resolved.json --json --quiet -o again"), 0) << err();
+  EXPECT_EQ(ordered_json::parse(out())["uses"], printed["uses"]);
+  const std::string summary = read_file(folder_.file("result/summary.txt"));
+  EXPECT_NE(summary.find("who uses it"), std::string::npos) << summary;
+  std::istringstream lines(summary);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+  EXPECT_EQ(run("solve path.json --set /solve/with/surfaces/0/psd/rms=-1"), 2);
+  EXPECT_NE(err().find("/solve/with/surfaces/0/psd/rms"), std::string::npos) << err();
+}
+
 TEST_F(SolveCommand, OfCeilingsNeedsNoRoughness) {
   ordered_json study = ordered_json::parse(kStudy);
   study.erase("roughness");

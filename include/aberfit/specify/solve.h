@@ -62,6 +62,13 @@ struct SolveOptions {
   double confidence = 0;
 };
 
+/// Who uses how much of a budget, of a path with several contributors (contributors.h).
+struct BudgetUse {
+  std::string name;
+  std::vector<double> alone;    ///< what the budgets limit with nothing but this [m], [rad] or [1]
+  std::vector<double> without;  ///< with everything but this
+};
+
 /// The curve in two unknowns on which the strictest budget is met exactly.
 struct Contour {
   std::vector<SolvePoint> points;  ///< in order along the curve
@@ -85,6 +92,7 @@ struct Specification {
   std::array<RangeEnd, 2> range;           ///< of the first unknown
   std::string reason;                      ///< why there is no solution, or no bound
   Contour contour;                         ///< of two unknowns
+  std::vector<BudgetUse> uses;             ///< at the first solution; empty of a mirror alone
   int evaluations = 0;
   double seconds = 0;
   Warnings warnings;

@@ -14,6 +14,7 @@
 #include "aberfit/roughness/psd_table.h"
 #include "aberfit/specify/budget.h"
 #include "aberfit/specify/ceilings.h"
+#include "aberfit/specify/contributors.h"
 #include "aberfit/spectrum/outliers.h"
 #include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/spectrum/surface_psd.h"
@@ -123,12 +124,26 @@ struct VerifySpec {
   std::vector<PublishedNumber> published;
 };
 
+/// What blurs beside the mirror (specify/contributors.h), as the file has it.
+struct OtherSurfaceSpec {
+  std::string name;
+  RoughnessModel psd;
+  double footprint = 1, incidence = 0;  ///< [1], [rad]
+  bool is_wavefront = false;
+};
+struct ContributorsSpec {
+  std::vector<OtherSurfaceSpec> surfaces;
+  std::optional<Atmosphere> atmosphere;
+  double jitter = 0;  ///< [rad]
+};
+
 /// Which roughness is looked for (specify/solve.h).
 struct SolveSpec {
   std::vector<std::string> unknowns;  ///< JSON pointers of one or two numbers of the roughness
   std::vector<Budget> budgets;
   double contour_decades = 1;        ///< of two unknowns: how far either way of the study's values
   std::optional<double> confidence;  ///< share of mirrors that the budgets have to hold for; absent: the mean
+  std::optional<ContributorsSpec> with;
   std::optional<CeilingsSpec> ceilings;  ///< instead of unknowns: what may be rough at all
 };
 
@@ -174,5 +189,7 @@ struct Study : Task {
 
 /// The PSD model of a roughness node, tables included.
 PsdModel psd_model(const RoughnessModel& roughness);
+/// What a `with` block stands for.
+Contributors contributors(const ContributorsSpec& with);
 
 }  // namespace aberfit

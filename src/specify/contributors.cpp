@@ -1,0 +1,133 @@
+#include "aberfit/specify/contributors.h"
+
+#include <cmath>
+
+#include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/core/parallel.h"
+#include "aberfit/scene/aperture.h"
+#include "budget_values.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+// Of Kolmogorov's phase PSD r0^(-5/3) f^(-11/3): Gamma(11/6)^2/(2 pi^(11/3)) (24/5 Gamma(6/5))^(5/6).
+double kolmogorov_constant() {
+  return std::pow(std::tgamma(11.0 / 6), 2) / (2 * std::pow(kPi, 11.0 / 3)) *
+         std::pow(4.8 * std::tgamma(1.2), 5.0 / 6);
+}
+constexpr double kFinestTurbulence = 1e4;  // over r0
+constexpr double kTilting = 100;           // correlation length of jitter, apertures
+
+// S'(f) = heights^2 S(f/frequencies)/frequencies^2: the variance, but for the heights, stays.
+struct Scaled {
+  double heights = 1, frequencies = 1;
+
+  PsdModel operator()(UniformPsd m) const {
+    m.rms *= heights, m.f_min *= frequencies, m.f_max *= frequencies;
+    return m;
+  }
+  PsdModel operator()(KCorrelationPsd m) const {
+    m.rms *= heights, m.correlation /= frequencies, m.f_min *= frequencies, m.f_max *= frequencies;
+    return m;
+  }
+  PsdModel operator()(PowerLawPsd m) const {
+    if (m.rms) *m.rms *= heights;
+    if (m.amplitude) *m.amplitude *= heights * heights * std::pow(frequencies, m.exponent - 2);
+    m.f_min *= frequencies, m.f_max *= frequencies;
+    return m;
+  }
+  PsdModel operator()(GaussianPsd m) const {
+    m.rms *= heights, m.correlation_length /= frequencies;
+    return m;
+  }
+  PsdModel operator()(TablePsd m) const {
+    for (double& f : m.frequency) f *= frequencies;
+    for (double& s : m.psd) s *= heights * heights / (frequencies * frequencies);
+    return m;
+  }
+  PsdModel operator()(SumPsd m) const {
+    for (PsdModel& part : m.parts) part = std::visit(*this, part);
+    return m;
+  }
+};
+
+PsdModel sum_of(const std::vector<std::pair<std::string, PsdModel>>& surfaces, std::size_t without) {
+  SumPsd sum;
+  for (std::size_t k = 0; k < surfaces.size(); ++k)
+    if (k != without) sum.parts.push_back(surfaces[k].second);
+  return sum.parts.size() == 1 ? sum.parts.front() : PsdModel(sum);
+}
+
+constexpr std::size_t kAll = std::size_t(-1);
+
+double across(const Task& task) { return 2 * aperture_radius(task.aperture); }
+
+}  // namespace
+
+PsdModel in_pupil(const OtherSurface& surface) {
+  return std::visit(Scaled{std::cos(surface.incidence) * (surface.is_wavefront ? 0.5 : 1), surface.footprint},
+                    surface.psd);
+}
+
+PsdModel in_pupil(const Atmosphere& atmosphere) {
+  PowerLawPsd law;
+  law.amplitude = std::pow(atmosphere.wavelength / (4 * kPi), 2) * kolmogorov_constant() *
+                  std::pow(atmosphere.r0, -5.0 / 3);
+  law.exponent = 11.0 / 3;
+  law.f_max = kFinestTurbulence / atmosphere.r0;
+  return law;
+}
+
+// exp(-2 pi^2 jitter^2 x^2/lambda^2) over shears x of the pupil, as (4 pi/lambda)^2 rms^2 x^2/length^2.
+PsdModel in_pupil_of_jitter(double jitter, double across) {
+  const double length = kTilting * across;
+  return GaussianPsd{jitter * length / std::sqrt(8.0), length};
+}
+
+std::vector<std::pair<std::string, PsdModel>> pupil_surfaces(const PsdModel& own, const Contributors& others,
+                                                             double across) {
+  std::vector<std::pair<std::string, PsdModel>> surfaces{{"mirror", own}};
+  for (const OtherSurface& surface : others.surfaces) surfaces.emplace_back(surface.name, in_pupil(surface));
+  if (others.atmosphere) surfaces.emplace_back("atmosphere", in_pupil(*others.atmosphere));
+  if (others.jitter > 0) surfaces.emplace_back("jitter", in_pupil_of_jitter(others.jitter, across));
+  return surfaces;
+}
+
+TaskAt with_contributors(const TaskAt& own, const Contributors& others, const std::vector<Budget>& budgets) {
+  for (const Budget& budget : budgets)
+    if (!budget.of_light && !std::holds_alternative<EncircledEnergyRadius>(budget.statistic))
+      throw FieldError("solve.so_that", budget.key + " with other contributors",
+                       "ee radii and diameters, hew, strehl, tis, mtf: a path has no height of its own");
+  return [own, others](const std::vector<double>& values) {
+    Task task = own(values);
+    task.psd = sum_of(pupil_surfaces(*task.psd, others, across(task)), kAll);
+    return task;
+  };
+}
+
+std::vector<BudgetUse> uses_of_budget(const Task& own, const Contributors& others,
+                                      const std::vector<Budget>& budgets, int threads) {
+  const auto surfaces = pupil_surfaces(*own.psd, others, across(own));
+  const std::vector<SolveUnknown> none;
+  const auto values_of = [&](const PsdModel& psd) {
+    const TaskAt task_at = [&](const std::vector<double>&) {
+      Task task = own;
+      task.psd = psd;
+      return task;
+    };
+    const Eigen::ArrayXd values = BudgetValues(task_at, none, budgets, Theory::kGhs, 0, 1).at({});
+    return std::vector<double>(values.begin(), values.end());
+  };
+  std::vector<BudgetUse> uses(surfaces.size());
+  parallel_for(surfaces.size(), threads, [&](std::size_t k) {
+    uses[k].name = surfaces[k].first;
+    uses[k].alone = values_of(surfaces[k].second);
+    uses[k].without = values_of(surfaces.size() > 1 ? sum_of(surfaces, k) : surfaces[k].second);
+  });
+  return uses;
+}
+
+}  // namespace aberfit
