@@ -181,14 +181,20 @@ std::string plain_reason(const Specification& spec) {
                      in_budget_unit(budget, nearest.budgets[nearest.binding].value));
 }
 
+// Of a smoother mirror: all but Strehl ratio and MTF.
+bool smaller_is_better(const Budget& budget) {
+  return !budget.of_light || std::holds_alternative<TotalScatter>(*budget.of_light);
+}
+
 // Why no value of the unknown meets all budgets.
 std::string why_none(const Specification& spec, const Eigen::ArrayXd& perfect) {
   for (std::size_t k = 0; k < spec.budgets.size(); ++k) {
     const Budget& budget = spec.budgets[k];
     const bool violated = perfect[Eigen::Index(k)] > 0;
-    if (!budget.at_most || !violated) continue;
-    return fmt::format("Without any roughness {} is already {}, above {}: {}; {}.", budget.key,
-                       in_budget_unit(budget, spec.perfect[k].value), in_budget_unit(budget, budget.limit),
+    if (!violated || budget.at_most != smaller_is_better(budget)) continue;
+    return fmt::format("Without any roughness {} is already {}, {} {}: {}; {}.", budget.key,
+                       in_budget_unit(budget, spec.perfect[k].value), budget.at_most ? "above" : "below",
+                       in_budget_unit(budget, budget.limit),
                        spec.theory == Theory::kGhs
                            ? "diffraction (the Airy limit) and the mirror itself exceed the budget"
                            : "the mirror itself exceeds the budget",

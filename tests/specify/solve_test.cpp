@@ -327,6 +327,10 @@ TEST(Solve, OfStrehlAndScatterIsThatOfTheCore) {
   };
   EXPECT_NEAR(height(R"({"strehl": ">= 0.8"})"), std::sqrt(-std::log(0.8)), 1e-5);
   EXPECT_NEAR(height(R"({"tis": "<= 1 %"})"), std::sqrt(-std::log(0.99)), 1e-6);
+  const Specification none = solved(slow_mirror(
+      fine, R"("theory": "ghs")", R"({"for": ["/roughness/psd/rms"], "so_that": {"mtf@2/mm": ">= 0.5"}})"));
+  EXPECT_EQ(none.status, SolveStatus::kNoSolution);
+  EXPECT_NE(none.reason.find("Without any roughness mtf@2/mm is already"), std::string::npos) << none.reason;
   EXPECT_THROW(solved(slow_mirror(fine, kGeometric,
                                   R"({"for": ["/roughness/psd/rms"], "so_that": {"tis": "<= 1 %"}})")),
                InputError);
