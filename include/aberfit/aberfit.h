@@ -31,6 +31,7 @@
 
 // measured: profiles and maps from files.
 #include "aberfit/measured/clear_aperture.h"
+#include "aberfit/measured/focal_data.h"
 #include "aberfit/measured/height_map.h"
 #include "aberfit/measured/masking.h"
 #include "aberfit/measured/profile.h"
@@ -107,6 +108,7 @@
 // fit: the solve.
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/fit/map_fit.h"
+#include "aberfit/fit/parameter_fit.h"
 
 // method: the procedure: targets, terms, fits, verdict.
 #include "aberfit/method/all_scatter.h"
@@ -146,6 +148,7 @@
 #include "aberfit/specify/budget.h"
 #include "aberfit/specify/ceilings.h"
 #include "aberfit/specify/contributors.h"
+#include "aberfit/specify/psd_of_focus.h"
 #include "aberfit/specify/solve.h"
 
 // report: results as JSON, tables, pictures, files for other programs.
@@ -158,6 +161,7 @@
 #include "aberfit/report/focal_light.h"
 #include "aberfit/report/frontier.h"
 #include "aberfit/report/plots.h"
+#include "aberfit/report/psd_of_focus_report.h"
 #include "aberfit/report/psd_report.h"
 #include "aberfit/report/result.h"
 #include "aberfit/report/result_folder.h"

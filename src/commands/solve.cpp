@@ -8,6 +8,7 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/report/ceilings_report.h"
+#include "aberfit/report/psd_of_focus_report.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/report/solve_report.h"
 #include "aberfit/specify/contributors.h"
@@ -15,6 +16,7 @@
 #include "aberfit/study/psd_numbers.h"
 #include "aberfit/study/read_study.h"
 #include "output_directory.h"
+#include "solve_focus.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -22,30 +24,7 @@ using namespace internal;
 
 namespace {
 
-// The numbers that the study asks for, with their starts.
-std::vector<SolveUnknown> unknowns_of(const Study& study) {
-  if (!study.psd)
-    throw InputError(study.path, "/roughness", "nothing", "a roughness block: its numbers are solved for");
-  const std::vector<PsdNumber> numbers = psd_numbers(study);
-  std::vector<std::string> known;
-  for (const PsdNumber& number : numbers) known.push_back(number.pointer);
-  std::vector<SolveUnknown> unknowns;
-  for (std::size_t k = 0; k < study.solve->unknowns.size(); ++k) {
-    const std::string& pointer = study.solve->unknowns[k];
-    const auto at = std::find(known.begin(), known.end(), pointer);
-    if (at == known.end())
-      throw InputError(study.path, fmt::format("/solve/for/{}", k), '"' + pointer + '"',
-                       known.empty() ? "a roughness with numbers: the model that `aberfit psd` has found, "
-                                       "instead of \"measured\""
-                                     : fmt::format("a number of the roughness that the study has: {}",
-                                                   fmt::join(known, ", ")));
-    const PsdNumber& number = numbers[std::size_t(at - known.begin())];
-    unknowns.push_back({number.pointer, number.value, number.dimension});
-  }
-  return unknowns;
-}
-
-// Of a Specification or of Ceilings.
+// Of a Specification, of Ceilings or of a PsdOfFocus.
 template <typename Answer>
 nlohmann::ordered_json answer_json(const Answer& answer, const Study& study, int threads) {
   return to_json(answer, resolved_study(study), make_provenance(study.fit.seed, threads));
@@ -68,9 +47,34 @@ void write_answer(const Answer& answer, const Study& study, int threads, const s
 
 }  // namespace
 
+std::vector<SolveUnknown> internal::solve_unknowns(const Study& study) {
+  if (!study.psd)
+    throw InputError(study.path, "/roughness", "nothing", "a roughness block: its numbers are solved for");
+  const std::vector<PsdNumber> numbers = psd_numbers(study);
+  std::vector<std::string> known;
+  for (const PsdNumber& number : numbers) known.push_back(number.pointer);
+  std::vector<SolveUnknown> unknowns;
+  for (std::size_t k = 0; k < study.solve->unknowns.size(); ++k) {
+    const std::string& pointer = study.solve->unknowns[k];
+    const auto at = std::find(known.begin(), known.end(), pointer);
+    if (at == known.end())
+      throw InputError(study.path, fmt::format("/solve/for/{}", k), '"' + pointer + '"',
+                       known.empty() ? "a roughness with numbers: the model that `aberfit psd` has found, "
+                                       "instead of \"measured\""
+                                     : fmt::format("a number of the roughness that the study has: {}",
+                                                   fmt::join(known, ", ")));
+    const PsdNumber& number = numbers[std::size_t(at - known.begin())];
+    unknowns.push_back({number.pointer, number.value, number.dimension});
+  }
+  return unknowns;
+}
+
 Specification run_solve(const Study& study, const RunOptions& options) {
   require_block(study);
-  const std::vector<SolveUnknown> unknowns = unknowns_of(study);
+  if (study.solve->budgets.empty())
+    throw InputError(study.path, "/solve/so_that", "nothing",
+                     "budgets that have to hold; a measured focus is for `aberfit solve` alone");
+  const std::vector<SolveUnknown> unknowns = solve_unknowns(study);
   ResultFolder folder(options.output_directory);
   const RunContext context = context_of(options);
   if (options.progress) options.progress("solving");
@@ -133,6 +137,10 @@ ExitCode solve_command(CommandLine line) {
   if (study.solve && study.solve->ceilings) {
     const Ceilings ceilings = run_ceilings(study, options);
     return show(ceilings, ceilings.reason.empty());
+  }
+  if (study.solve && study.solve->focus) {
+    const PsdOfFocus found = run_psd_of_focus(study, options);
+    return show(found, found.status == PsdOfFocusStatus::kFitted);
   }
   const Specification spec = run_solve(study, options);
   return show(spec, spec.status == SolveStatus::kSolved);

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "aberfit/core/units.h"
 #include "aberfit/measured/write_map.h"
 #include "fits_layout.h"
 #include "map_reading.h"
@@ -60,6 +61,12 @@ class MemoryFits {
     if (value && !(*value > 0 && std::isfinite(*value)))
       throw InputError(path_, key, fmt::format("{}", *value), "a positive number [m]");
     return value;
+  }
+  /// Without its sign, as of an axis that runs to the left; nothing for 0.
+  std::optional<double> size(const char* key) const {
+    const std::optional<double> value = number(key);
+    if (!value || *value == 0 || !std::isfinite(*value)) return std::nullopt;
+    return std::abs(*value);
   }
 
   /// Where CFITSIO sees the data of the unit it is at must be inside what it has: it reads on without a look
@@ -250,6 +257,40 @@ HeightMap read_fits(const MeasuredSource& source) {
     if (const auto name = file.text("OBJECT")) map.label = *name;
     map.height = factor * valid_pixels(source.path, file, image);
     return map;
+  });
+}
+
+namespace {
+
+// [m] or [rad] of a pixel: PIXELSCL of POPPY's images [arcsec], or the axis of the standard.
+void read_pixel(const MemoryFits& file, FocalImage* image) {
+  if (const auto scale = file.positive("PIXELSCL")) {
+    image->pixel = *scale * unit_factor("arcsec", Dimension::kAngle);
+    image->is_angle = true;
+    return;
+  }
+  const std::optional<std::string> unit = file.text("CUNIT1");
+  const std::optional<double> step = unit ? file.size("CDELT1") : std::nullopt;
+  if (!step) return;
+  if (const auto metres = metres_per_unit(*unit)) {
+    image->pixel = *metres * *step;
+    return;
+  }
+  try {
+    image->pixel = unit_factor(*unit, Dimension::kAngle) * *step;
+    image->is_angle = true;
+  } catch (const UnitError&) {  // of no length and no angle: the study has to say it
+  }
+}
+
+}  // namespace
+
+FocalImage internal::read_fits_image(const std::string& path) {
+  return at_image(path, [&](const MemoryFits& file, const FitsImage& found) {
+    FocalImage image;
+    read_pixel(file, &image);
+    image.light = valid_pixels(path, file, found);
+    return image;
   });
 }
 

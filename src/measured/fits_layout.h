@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "aberfit/measured/focal_data.h"
 #include "aberfit/measured/height_map.h"
 
 namespace aberfit::internal {
@@ -24,5 +25,8 @@ FitsImage find_fits_image(const std::string& path, std::string_view bytes);
 /// The numbers of that image, row 0 the lowest, whatever they mean; NaN where they are blank, not finite or
 /// left out by the mask behind it. Throws InputError.
 Grid fits_pixels(const std::string& path);
+
+/// The same as light in a focal plane.
+FocalImage read_fits_image(const std::string& path);
 
 }  // namespace aberfit::internal

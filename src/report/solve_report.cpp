@@ -6,6 +6,7 @@
 
 #include "json_number.h"
 #include "paragraph.h"
+#include "unknown_text.h"
 
 namespace aberfit {
 using namespace internal;
@@ -13,19 +14,6 @@ using namespace internal;
 namespace {
 
 constexpr double kShownAsZero = 5e-9;  // of a margin: what the root leaves
-
-std::string unit_suffix(Dimension dimension) {
-  switch (dimension) {
-    case Dimension::kLength:
-      return "_m";
-    case Dimension::kSpatialFrequency:
-      return "_per_m";
-    case Dimension::kPsd2d:
-      return "_m4";
-    default:
-      return "";
-  }
-}
 
 Json point_json(const Specification& spec, const SolvePoint& point) {
   if (point.at.empty()) return nullptr;
@@ -39,19 +27,6 @@ Json point_json(const Specification& spec, const SolvePoint& point) {
     budgets[budget_name(spec.budgets[k])] = json;
   }
   return {{"at", at}, {"binding", spec.budgets[point.binding].key}, {"budgets", budgets}};
-}
-
-std::string name_of(const SolveUnknown& unknown) {
-  const std::string head = "/roughness/psd/";
-  return unknown.pointer.starts_with(head) ? unknown.pointer.substr(head.size()) : unknown.pointer;
-}
-
-std::string six_digits(double value, Dimension dimension) {
-  const std::string short_text = format_quantity(value, dimension);
-  const std::size_t unit = short_text.find(' ');
-  if (unit == std::string::npos || value == 0) return fmt::format("{:.6g}", value);
-  const std::string name = short_text.substr(unit + 1);
-  return fmt::format("{:.6g} {}", value / unit_factor(name, dimension), name);
 }
 
 // "*": what binds. Sensitivities are of logarithms.

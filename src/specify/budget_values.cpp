@@ -8,13 +8,12 @@
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/theory/height_on_aperture.h"
+#include "exact_variable.h"
 #include "held_by.h"
 
 namespace aberfit::internal {
 namespace {
 
-constexpr double kDifference = 1e-3;   // of ln(unknown), for sensitivities
-constexpr double kSamePsd = 1e-9;      // of S
 constexpr double kNoRoughness = 1e-9;  // of the heights: scatters 1e-18 of the light
 
 bool needs_light(const Budget& budget) {
@@ -48,7 +47,7 @@ BudgetValues::BudgetValues(const TaskAt& task_at, const std::vector<SolveUnknown
   }
   // What only most of the mirrors are no worse than, and what is no statistic, has differences alone.
   for (std::size_t u = 0; u < unknowns.size(); ++u)
-    variables_.push_back(confidence > 0 || of_light ? std::nullopt : variable_of(u));
+    variables_.push_back(confidence > 0 || of_light ? std::nullopt : exact_variable(task_at, unknowns, u));
 }
 
 std::vector<Statistic> BudgetValues::statistics() const {
@@ -60,37 +59,6 @@ std::vector<Statistic> BudgetValues::statistics() const {
 bool BudgetValues::in_light() const {
   return theory_ == Theory::kGhs &&
          (confidence_ > 0 || std::any_of(budgets_.begin(), budgets_.end(), needs_light));
-}
-
-// The number of the model that an unknown is. A study may mean another one by the same word: a step of the
-// unknown has to be the same PSD as that step of the number.
-std::optional<PsdVariable> BudgetValues::variable_of(std::size_t unknown) const {
-  const std::string root = "/roughness/psd", &pointer = unknowns_[unknown].pointer;
-  if (pointer.rfind(root, 0) != 0) return std::nullopt;
-  std::vector<double> logs(unknowns_.size(), 0.0);
-  const Task here = task_at_(values_of(logs));
-  try {
-    const PsdVariable variable = psd_variable(*here.psd, pointer.substr(root.size()));
-    logs[unknown] = kDifference;
-    const RadialPsd meant(*task_at_(values_of(logs)).psd),
-        moved(with_value(*here.psd, variable, value_of(*here.psd, variable) * std::exp(kDifference)));
-    const double low = std::max(meant.f_min(), 1e-3), high = std::min(meant.f_max(), 1e9);
-    for (int k = 0; k < 40; ++k) {
-      const double f = low * std::pow(high / low, (k + 0.5) / 40), s = meant(f);
-      if (!(std::abs(moved(f) - s) <= kSamePsd * s)) return std::nullopt;
-    }
-    return variable;
-  } catch (const std::invalid_argument&) {
-  } catch (const InputError&) {  // at the end of what is allowed
-  }
-  return std::nullopt;
-}
-
-std::vector<double> BudgetValues::values_of(const std::vector<double>& logs) const {
-  std::vector<double> values;
-  for (std::size_t k = 0; k < unknowns_.size(); ++k)
-    values.push_back(logs[k] == 0 ? unknowns_[k].start : unknowns_[k].start * std::exp(logs[k]));
-  return values;
 }
 
 bool BudgetValues::allowed(const std::vector<double>& logs, std::string* why) const {

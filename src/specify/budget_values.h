@@ -8,6 +8,7 @@
 
 #include "aberfit/specify/solve.h"
 #include "aberfit/theory/psd_jacobian.h"
+#include "exact_variable.h"
 
 namespace aberfit::internal {
 
@@ -42,7 +43,7 @@ class BudgetValues {
   /// Specular share of the light at a place; NaN for rays.
   double core_share(const std::vector<double>& logs) const;
 
-  std::vector<double> values_of(const std::vector<double>& logs) const;
+  std::vector<double> values_of(const std::vector<double>& logs) const { return values_at(unknowns_, logs); }
   /// Whether the task allows the values: InputErrors are answered, and what they say goes to `why`.
   bool allowed(const std::vector<double>& logs, std::string* why) const;
   int evaluations() const { return evaluations_; }
@@ -54,7 +55,6 @@ class BudgetValues {
   std::vector<Statistic> statistics() const;
   bool in_light() const;
   Eigen::ArrayXd predict(const Task& task, double height_factor) const;
-  std::optional<PsdVariable> variable_of(std::size_t unknown) const;
   PsdJacobian jacobian(const Task& task, const std::vector<PsdVariable>& variables) const;
   Eigen::ArrayXd difference(const std::vector<double>& logs, std::size_t unknown,
                             const Eigen::ArrayXd& here) const;

@@ -21,6 +21,8 @@ void describe_map_target(Visitor& v, MapTarget& target);
 /// The `verify` block.
 void describe_verify(Visitor& v, VerifySpec& verify);
 
+/// The keys of solve.focus.
+void describe_focus(Visitor& v, FocusSpec& focus);
 /// The `solve` block.
 void describe_solve(Visitor& v, SolveSpec& solve);
 /// The `vary` block.

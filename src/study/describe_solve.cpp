@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "describe.h"
 
 namespace aberfit::internal {
@@ -51,19 +53,23 @@ void describe_contributors(Visitor& v, ContributorsSpec& with) {
 void describe_solve(Visitor& v, SolveSpec& solve) {
   v.texts({"for",
            "one or two numbers of the roughness that are looked for, as JSON pointers into the study; the "
-           "study's own values are the start",
+           "study's own values are the start; of a measured focus up to four",
            kOptional, R"(["/roughness/psd/rms"])"},
-          solve.unknowns, 1, 2);
+          solve.unknowns, 1, 4);
   v.optional_object(
       {"ceilings",
        "instead of `for`: the most roughness in each octave alone, and the largest lines A/f^B of a drawing; "
        "needs no roughness"},
       solve.ceilings, describe_ceilings);
+  v.optional_object({"focus", "instead of `so_that`: a measured focus, whose roughness is looked for"},
+                    solve.focus, describe_focus);
   v.check(solve.unknowns.empty() == solve.ceilings.has_value(), solve.ceilings ? "ceilings" : "for",
           solve.ceilings ? "beside `for`" : "nothing",
           "one of both: `for`, numbers of the roughness, or `ceilings`, which need none");
   v.check(solve.unknowns.size() < 2 || solve.unknowns[0] != solve.unknowns[1], "for/1",
           solve.unknowns.empty() ? "" : '"' + solve.unknowns.back() + "\" again", "two different numbers");
+  v.check(solve.unknowns.size() <= 2 || solve.focus, "for", fmt::format("{} numbers", solve.unknowns.size()),
+          "one or two, of a measured focus up to four");
   Visitor::TextsByKey bounds;
   for (const Budget& budget : solve.budgets) bounds.emplace_back(budget.key, budget.bound);
   v.texts_by_key(
@@ -72,8 +78,13 @@ void describe_solve(Visitor& v, SolveSpec& solve) {
        "ee80_diameter@1mm) as length or as angle on the sky, hew, rms_height, scatter_rms, strehl, tis, "
        "mtf@20/mm; <= or >= and a "
        "quantity",
-       kRequired, R"({"ee80_diameter": "<= 0.6 arcsec"})"},
+       kOptional, R"({"ee80_diameter": "<= 0.6 arcsec"})"},
       bounds, {{"", kBudgetKey, "ee80_diameter"}}, R"(\s*(<=|>=).*)");
+  v.check(bounds.empty() == solve.focus.has_value(), solve.focus ? "focus" : "so_that",
+          solve.focus ? "beside `so_that`" : "nothing",
+          "one of both: `so_that`, budgets that have to hold, or `focus`, a measurement");
+  v.check(!(solve.focus && (solve.ceilings || solve.confidence)), "focus",
+          solve.ceilings ? "beside ceilings" : "beside confidence", "with `for` alone");
   v.quantity({"contour_decades",
               "of two unknowns: how far the curve is followed either way of the study's values, in decades"},
              solve.contour_decades, kNumber, Range{0, 4, true, false});

@@ -90,6 +90,14 @@ void load_profile(const Study& study, StatisticRequest& request, const std::stri
                      fmt::format("in \"{}\": {} rows", request.file, request.profile_dz.size()), allowed);
 }
 
+// A curve's or an image's own errors name its file and line.
+void load_focus(FocusSpec* focus, const std::string& path) {
+  if (focus->kind == "image" || (focus->kind == "auto" && is_focal_image(path)))
+    focus->measured.data = read_focal_image(path);
+  else
+    focus->measured.data = read_encircled_curve(path, focus->radius_unit);
+}
+
 constexpr double kNoticedShare = 1e-3;  // a band cut that leaves out less is not worth a word
 
 // What reading the tables of the specification left out of them, and what measuring it ran into.
@@ -134,6 +142,8 @@ void load_files(Study& study, const Study* same_roughness) {
     for (std::size_t k = 0; k < study.solve->with->surfaces.size(); ++k)
       load_roughness(study, study.solve->with->surfaces[k].psd,
                      fmt::format("/solve/with/surfaces/{}/psd", k));
+  if (study.solve && study.solve->focus)
+    load_focus(&*study.solve->focus, locate(study, study.solve->focus->file, "/solve/focus/file"));
   if (study.map) locate(study, study.map->source.file, "/target/map/file");
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {

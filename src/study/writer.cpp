@@ -25,6 +25,8 @@ class Writer : public Visitor {
   }
   void word_or_quantity(const Field& field, WordOrQuantity& value, const std::string&, Dimension,
                         Range) override {
+    const auto* word = std::get_if<std::string>(&value);
+    if (word && word->empty()) return;
     std::visit([&](const auto& held) { json[field.key] = held; }, value);
   }
   void points(const Field& field, Points& points, std::size_t) override { json[field.key] = points; }
@@ -43,7 +45,7 @@ class Writer : public Visitor {
                     const std::string&) override {
     Json items = Json::object();
     for (const auto& [key, text] : values) items[key] = text;
-    json[field.key] = std::move(items);
+    if (!items.empty()) json[field.key] = std::move(items);
   }
   void variations(const Field& field, TextsByKey& values) override {
     Json items = Json::object();

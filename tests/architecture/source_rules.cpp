@@ -31,7 +31,7 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"Eigen/", all},
       {"fmt/", all},
       {"Random123/", {"core"}},
-      {"boost/math/", {"core", "roughness", "spectrum", "terms", "theory", "method"}},
+      {"boost/math/", {"core", "roughness", "spectrum", "terms", "theory", "method", "specify"}},
       {"boost/random/sobol.hpp", {"cases"}},
       {"mpi.h", {"cases"}},
       {"dlfcn.h", {"cases"}},             // the module that has MPI

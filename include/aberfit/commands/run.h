@@ -12,6 +12,7 @@
 #include "aberfit/report/result.h"
 #include "aberfit/report/sweep_report.h"
 #include "aberfit/specify/ceilings.h"
+#include "aberfit/specify/psd_of_focus.h"
 #include "aberfit/specify/solve.h"
 #include "aberfit/study/study.h"
 #include "aberfit/study/study_cases.h"
@@ -49,6 +50,9 @@ Specification run_solve(const Study& study, const RunOptions& options);
 /// How rough a mirror may be at all, of a `solve` block with `ceilings`. Files: result.json, summary.txt,
 /// ceilings.csv, plots.
 Ceilings run_ceilings(const Study& study, const RunOptions& options);
+/// Which roughness spreads the light as the measured focus of the study's `solve.focus` has it. Files:
+/// result.json, summary.txt, focus.csv, a picture.
+PsdOfFocus run_psd_of_focus(const Study& study, const RunOptions& options);
 /// What `run_sweep` does besides its cases.
 struct SweepOptions {
   std::string shard;         ///< as read_shard takes it

@@ -15,6 +15,7 @@
 #include "aberfit/specify/budget.h"
 #include "aberfit/specify/ceilings.h"
 #include "aberfit/specify/contributors.h"
+#include "aberfit/specify/psd_of_focus.h"
 #include "aberfit/spectrum/outliers.h"
 #include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/spectrum/surface_psd.h"
@@ -137,14 +138,27 @@ struct ContributorsSpec {
   double jitter = 0;  ///< [rad]
 };
 
+/// A measured focus whose PSD is looked for (specify/psd_of_focus.h), as the file has it.
+struct FocusSpec {
+  std::string file;           ///< as written in the study, relative to it
+  std::string kind = "auto";  ///< "curve", "image"; "auto": FITS and many columns are images
+  std::string radius_unit;    ///< of a curve whose file does not say it; may be empty
+  /// Length [m], or an angle as text ("0.1 arcsec"); absent: what the file says, of a curve none.
+  std::optional<std::variant<std::string, double>> pixel;
+  std::optional<std::variant<std::string, double>> reach;  ///< likewise; absent: all of the data
+  MeasuredFocus measured;  ///< what is known of it; its data and lengths come with run_psd_of_focus
+};
+
 /// Which roughness is looked for (specify/solve.h).
 struct SolveSpec {
-  std::vector<std::string> unknowns;  ///< JSON pointers of one or two numbers of the roughness
+  std::vector<std::string>
+      unknowns;  ///< JSON pointers of numbers of the roughness: one or two, of a focus four
   std::vector<Budget> budgets;
   double contour_decades = 1;        ///< of two unknowns: how far either way of the study's values
   std::optional<double> confidence;  ///< share of mirrors that the budgets have to hold for; absent: the mean
   std::optional<ContributorsSpec> with;
   std::optional<CeilingsSpec> ceilings;  ///< instead of unknowns: what may be rough at all
+  std::optional<FocusSpec> focus;        ///< instead of budgets: what a measured focus says
 };
 
 /// A value of the study that varies: a list, or a range of numbers.

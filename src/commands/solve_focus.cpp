@@ -1,0 +1,59 @@
+#include "solve_focus.h"
+
+#include <nlohmann/json.hpp>
+
+#include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/report/psd_of_focus_report.h"
+#include "aberfit/report/result_folder.h"
+#include "aberfit/specify/contributors.h"
+#include "aberfit/study/field_errors.h"
+#include "aberfit/study/psd_numbers.h"
+#include "aberfit/study/read_study.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+// A length in the plane; an angle on the sky is that times the focal length.
+double in_the_plane(const std::optional<std::variant<std::string, double>>& extent, double focal_length) {
+  if (!extent) return 0;
+  if (const auto* length = std::get_if<double>(&*extent)) return *length;
+  return focal_length * parse_quantity(std::get<std::string>(*extent), Dimension::kAngle);
+}
+
+}  // namespace
+
+PsdOfFocus run_psd_of_focus(const Study& study, const RunOptions& options) {
+  if (!study.solve || !study.solve->focus)
+    throw InputError(study.path, "/solve/focus", "nothing",
+                     "an object such as {\"file\": \"ee.csv\"}: a measured focus");
+  const std::vector<SolveUnknown> unknowns = solve_unknowns(study);
+  ResultFolder folder(options.output_directory);
+  const RunContext context = context_of(options);
+  MeasuredFocus focus = study.solve->focus->measured;
+  focus.pixel = in_the_plane(study.solve->focus->pixel, study.mirror.focal_length);
+  focus.reach = in_the_plane(study.solve->focus->reach, study.mirror.focal_length);
+  const StudyFamily own(study, study.solve->unknowns);
+  const Contributors others = study.solve->with ? contributors(*study.solve->with) : Contributors{};
+  PsdOfFocus result = with_fields_of(study, [&] {
+    return others.empty() ? fit_psd_to_focus(own, unknowns, focus, context)
+                          : fit_psd_to_focus(with_contributors(own, others, {}), unknowns, focus, context);
+  });
+  result.title = study.title;
+  if (folder.wanted()) {
+    const std::string to = folder.path();
+    if (options.plots && study.output.plots) write_focus_plots(result, to, &result.warnings);
+    write_file(to + "/focus.csv", focus_csv(result));
+    write_file(to + "/summary.txt", summary_table(result));
+    write_file(
+        to + "/result.json",
+        to_json(result, resolved_study(study), make_provenance(study.fit.seed, context.threads)).dump(2) +
+            "\n");
+    folder.show();
+  }
+  return result;
+}
+
+}  // namespace aberfit

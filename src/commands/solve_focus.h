@@ -1,0 +1,13 @@
+#pragma once
+#include <vector>
+
+#include "aberfit/specify/solve.h"
+#include "aberfit/study/study.h"
+
+namespace aberfit::internal {
+
+/// The numbers that the study's `solve` block looks for, with their starts. Throws InputError for what is
+/// none.
+std::vector<SolveUnknown> solve_unknowns(const Study& study);
+
+}  // namespace aberfit::internal

@@ -1,0 +1,229 @@
+#include "focal_bins.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/core/quadrature.h"
+
+namespace aberfit::internal {
+namespace {
+
+constexpr int kOffsets = 4;      // Gauss nodes over half of a pixel
+constexpr int kDirections = 64;  // along a circle
+constexpr int kOfSide = 4;       // Gauss nodes along the side of a pixel
+constexpr int kOfNearSide = 12;  // of one that the angle runs fast along
+constexpr double kNear = 3;      // sides from the centre
+constexpr double kRingGrowth = 0.125;
+
+// Collects weights of E at any radius as weights at even steps, by polynomials of fifth degree. E is even in
+// the radius, so that they go on through the centre.
+class EnergyNodes {
+ public:
+  explicit EnergyNodes(double step) : step_(step) {}
+
+  void add(Eigen::Index datum, double radius, double weight) {
+    constexpr int kPoints = 6;
+    const double t = radius / step_;
+    const long first = long(std::floor(t)) - 2;
+    for (int i = 0; i < kPoints; ++i) {
+      double factor = weight;
+      for (int j = 0; j < kPoints; ++j)
+        if (j != i) factor *= (t - double(first + j)) / double(i - j);
+      sums_[std::abs(first + i)][datum] += factor;
+    }
+  }
+  void write(FocalBins* bins, Eigen::Index data) {
+    sums_.erase(0);  // no light at the centre itself
+    bins->nodes.resize(Eigen::Index(sums_.size()));
+    bins->weights.setZero(data, bins->nodes.size());
+    Eigen::Index node = 0;
+    for (const auto& [step, of_data] : sums_) {
+      bins->nodes[node] = step_ * double(step);
+      for (const auto& [datum, weight] : of_data) bins->weights(datum, node) = weight;
+      ++node;
+    }
+  }
+
+ private:
+  double step_;
+  std::map<long, std::map<Eigen::Index, double>> sums_;
+};
+
+// Of E: ten in a period of its finest ripple, no more than a pixel can tell.
+double step_of(double pixel, double resolution) { return std::max(resolution / 10, pixel / 16); }
+
+// Which ring each pixel belongs to, -1 none.
+struct RingOfPixel {
+  Eigen::ArrayXXi ring;
+  std::vector<double> edges;  // outer radii [pixels]
+};
+
+RingOfPixel rings_about(const Grid& light, double x, double y, double reach) {
+  RingOfPixel result;
+  for (double edge = 1; edge <= reach; edge = std::max(edge + 1, edge * (1 + kRingGrowth)))
+    result.edges.push_back(edge);
+  result.ring.setConstant(light.rows(), light.cols(), -1);
+  if (result.edges.empty()) return result;
+  for (Eigen::Index row = 0; row < light.rows(); ++row)
+    for (Eigen::Index column = 0; column < light.cols(); ++column) {
+      const double radius = std::hypot(double(column) - x, double(row) - y);
+      const auto at = std::lower_bound(result.edges.begin(), result.edges.end(), radius);
+      if (at != result.edges.end() && std::isfinite(light(row, column)))
+        result.ring(row, column) = int(at - result.edges.begin());
+    }
+  return result;
+}
+
+// The turn about the origin along one straight side.
+void add_side(EnergyNodes* nodes, int left, int right, double x0, double y0, double x1, double y1,
+              double pixel) {
+  const double middle = std::hypot(0.5 * (x0 + x1), 0.5 * (y0 + y1));
+  const Quadrature rule = gauss_legendre(middle < kNear ? kOfNearSide : kOfSide, 0, 1);
+  for (Eigen::Index k = 0; k < rule.nodes.size(); ++k) {
+    const double t = rule.nodes[k], x = x0 + t * (x1 - x0), y = y0 + t * (y1 - y0);
+    const double square = std::max(x * x + y * y, 1e-18);
+    const double turn = rule.weights[k] * (x * (y1 - y0) - y * (x1 - x0)) / square / (2 * kPi);
+    const double radius = pixel * std::sqrt(square);
+    if (left >= 0) nodes->add(left, radius, turn);
+    if (right >= 0) nodes->add(right, radius, -turn);
+  }
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<double> values_at_rim(const Grid& light) {
+  const Eigen::Index width = std::max<Eigen::Index>(1, std::min(light.rows(), light.cols()) / 10);
+  std::vector<double> values;
+  for (Eigen::Index row = 0; row < light.rows(); ++row)
+    for (Eigen::Index column = 0; column < light.cols(); ++column) {
+      const Eigen::Index to_side = std::min({row, column, light.rows() - 1 - row, light.cols() - 1 - column});
+      if (to_side < width && std::isfinite(light(row, column))) values.push_back(light(row, column));
+    }
+  return values;
+}
+
+// Centroid under a Gaussian window that follows it: no bias for symmetric light, and little noise of what is
+// far out. The window is as wide as the light at half of its peak.
+std::array<double, 2> centre_of(const Grid& light) {
+  const std::vector<double> rim = values_at_rim(light);
+  const double background = rim.empty() ? 0 : median(rim);
+  Eigen::Index row = 0, column = 0;
+  double peak = -kInfinity;
+  for (Eigen::Index r = 1; r + 1 < light.rows(); ++r)
+    for (Eigen::Index c = 1; c + 1 < light.cols(); ++c) {
+      const double around = light.block(r - 1, c - 1, 3, 3).sum();
+      if (around > peak) peak = around, row = r, column = c;
+    }
+  const double top = peak / 9 - background;
+  if (!(top > 0))
+    throw FieldError("solve.focus.file", "an image without light above its rim",
+                     "an image of the focus with its background around it");
+  const double bright = double((light - background > 0.5 * top).count());
+  const double window = std::max(1.5, std::sqrt(bright / kPi));
+  double x = double(column), y = double(row);
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    double weights = 0, sum_x = 0, sum_y = 0;
+    for (Eigen::Index r = 0; r < light.rows(); ++r)
+      for (Eigen::Index c = 0; c < light.cols(); ++c) {
+        const double dx = double(c) - x, dy = double(r) - y, square = dx * dx + dy * dy;
+        if (square > 16 * window * window || !std::isfinite(light(r, c))) continue;
+        const double weight = (light(r, c) - background) * std::exp(-square / (2 * window * window));
+        weights += weight, sum_x += weight * dx, sum_y += weight * dy;
+      }
+    if (!(weights > 0)) break;
+    // Twice the windowed mean is a step of Newton's for Gaussian light of the window's width.
+    const double step_x = 2 * sum_x / weights, step_y = 2 * sum_y / weights;
+    x += step_x, y += step_y;
+    if (std::hypot(step_x, step_y) < 1e-5) break;
+  }
+  return {x, y};
+}
+
+}  // namespace
+
+FocalBins circles_of(const EncircledCurve& curve, double pixel, double resolution) {
+  FocalBins bins;
+  bins.radius = curve.radius;
+  bins.measured = curve.share;
+  bins.pixels.setZero(curve.radius.size());
+  const Eigen::Index count = curve.radius.size();
+  if (pixel == 0) {
+    bins.nodes = curve.radius;
+    bins.weights.setIdentity(count, count);
+    return bins;
+  }
+  // Pixels with their centres within r, wherever their lattice lies: on average the light within the circle
+  // moved by any point of a pixel.
+  EnergyNodes nodes(step_of(pixel, resolution));
+  const Quadrature offsets = gauss_legendre(kOffsets, 0, 0.5 * pixel);
+  for (Eigen::Index k = 0; k < count; ++k)
+    for (Eigen::Index i = 0; i < kOffsets; ++i)
+      for (Eigen::Index j = 0; j < kOffsets; ++j)
+        for (int direction = 0; direction < kDirections; ++direction) {
+          const double phi = 2 * kPi * (direction + 0.5) / kDirections, r = curve.radius[k];
+          const double along = offsets.nodes[i] * std::cos(phi) + offsets.nodes[j] * std::sin(phi);
+          const double square =
+              r * r + 2 * r * along + std::pow(offsets.nodes[i], 2) + std::pow(offsets.nodes[j], 2);
+          const double share = offsets.weights[i] * offsets.weights[j] / (0.25 * pixel * pixel);
+          if (square > 0) nodes.add(k, std::sqrt(square), share * (r * r + r * along) / square / kDirections);
+        }
+  nodes.write(&bins, count);
+  return bins;
+}
+
+FocalBins rings_of(const FocalImage& image, double pixel, double resolution, double reach) {
+  const Grid& light = image.light;
+  FocalBins bins;
+  bins.are_rings = true;
+  const auto [x, y] = centre_of(light);
+  bins.centre_x = x, bins.centre_y = y;
+  const double within = std::min({x, y, double(light.cols() - 1) - x, double(light.rows() - 1) - y});
+  const RingOfPixel rings = rings_about(light, x, y, std::min(within, reach / pixel));
+  const auto count = Eigen::Index(rings.edges.size());
+  bins.radius.resize(count);
+  bins.measured.setZero(count);
+  bins.pixels.setZero(count);
+  for (Eigen::Index k = 0; k < count; ++k) bins.radius[k] = pixel * rings.edges[std::size_t(k)];
+  for (Eigen::Index row = 0; row < light.rows(); ++row)
+    for (Eigen::Index column = 0; column < light.cols(); ++column)
+      if (const int ring = rings.ring(row, column); ring >= 0) {
+        bins.measured[ring] += light(row, column);
+        bins.pixels[ring] += 1;
+      }
+  // Sides between pixels of the same ring cancel.
+  EnergyNodes nodes(step_of(pixel, resolution));
+  const auto ring_at = [&](Eigen::Index row, Eigen::Index column) {
+    const bool inside = row >= 0 && column >= 0 && row < light.rows() && column < light.cols();
+    return inside ? rings.ring(row, column) : -1;
+  };
+  for (Eigen::Index row = 0; row <= light.rows(); ++row)
+    for (Eigen::Index column = 0; column <= light.cols(); ++column) {
+      const double left = double(column) - 0.5 - x, low = double(row) - 0.5 - y;
+      const int here = ring_at(row, column), below = ring_at(row - 1, column),
+                before = ring_at(row, column - 1);
+      // Along x the pixel above is on the left hand; along y the one before.
+      if (here != below) add_side(&nodes, here, below, left, low, left + 1, low, pixel);
+      if (here != before) add_side(&nodes, before, here, left, low, left, low + 1, pixel);
+    }
+  nodes.write(&bins, count);
+  return bins;
+}
+
+double noise_of_rim(const FocalImage& image) {
+  std::vector<double> values = values_at_rim(image.light);
+  if (values.size() < 10) return 0;
+  const double middle = median(values);
+  for (double& value : values) value = std::abs(value - middle);
+  return 1.4826 * median(values);
+}
+
+}  // namespace aberfit::internal
