@@ -48,7 +48,7 @@ std::vector<std::string> write_focus_plots(const PsdOfFocus& result, const std::
       gnuplot_text(result.is_one_mirror ? "measured, with noise and one mirror's spread"
                                         : "measured, with noise"),
       kFittedColour, -reach, reach,
-      gnuplot_text(unit.label(result.is_image ? "outer radius of the ring" : "radius")));
+      gnuplot_text(unit.label(result.is_image ? "mean radius of the ring" : "radius")));
   return draw_pictures({picture}, directory, warnings);
 }
 

@@ -131,7 +131,7 @@ std::string summary_table(const PsdOfFocus& result) {
 
 std::string focus_csv(const PsdOfFocus& result) {
   std::string text = result.is_image
-                         ? "outer_radius_m,measured_per_pixel,fitted_per_pixel,noise,spread,residual\n"
+                         ? "mean_radius_m,measured_per_pixel,fitted_per_pixel,noise,spread,residual\n"
                          : "radius_m,measured_share,fitted_share,noise,spread,residual\n";
   for (Eigen::Index k = 0; k < result.radius.size(); ++k)
     fmt::format_to(std::back_inserter(text), "{:.12g},{:.9g},{:.9g},{:.4g},{:.4g},{:.4g}\n", result.radius[k],

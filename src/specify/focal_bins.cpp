@@ -19,6 +19,8 @@ constexpr int kOfSide = 4;       // Gauss nodes along the side of a pixel
 constexpr int kOfNearSide = 12;  // of one that the angle runs fast along
 constexpr double kNear = 3;      // sides from the centre
 constexpr double kRingGrowth = 0.125;
+constexpr double kEachPixel = 3;    // outer radius of rings whose pixels are data of their own [pixels]
+constexpr double kLeastWindow = 3;  // pixels
 
 // Collects weights of E at any radius as weights at even steps, by polynomials of fifth degree. E is even in
 // the radius, so that they go on through the centre.
@@ -111,9 +113,13 @@ std::vector<double> values_at_rim(const Grid& light) {
   return values;
 }
 
+}  // namespace
+
 // Centroid under a Gaussian window that follows it: no bias for symmetric light, and little noise of what is
-// far out. The window is as wide as the light at half of its peak.
-std::array<double, 2> centre_of(const Grid& light) {
+// far out. The window is as wide as the light at half of its peak, and so wide that the lattice of the pixels
+// does not show, however fine the light is.
+PixelPlace centre_of(const FocalImage& image) {
+  const Grid& light = image.light;
   const std::vector<double> rim = values_at_rim(light);
   const double background = rim.empty() ? 0 : median(rim);
   Eigen::Index row = 0, column = 0;
@@ -128,7 +134,7 @@ std::array<double, 2> centre_of(const Grid& light) {
     throw FieldError("solve.focus.file", "an image without light above its rim",
                      "an image of the focus with its background around it");
   const double bright = double((light - background > 0.5 * top).count());
-  const double window = std::max(1.5, std::sqrt(bright / kPi));
+  const double window = std::max(kLeastWindow, std::sqrt(bright / kPi));
   double x = double(column), y = double(row);
   for (int iteration = 0; iteration < 100; ++iteration) {
     double weights = 0, sum_x = 0, sum_y = 0;
@@ -140,21 +146,21 @@ std::array<double, 2> centre_of(const Grid& light) {
         weights += weight, sum_x += weight * dx, sum_y += weight * dy;
       }
     if (!(weights > 0)) break;
-    // Twice the windowed mean is a step of Newton's for Gaussian light of the window's width.
-    const double step_x = 2 * sum_x / weights, step_y = 2 * sum_y / weights;
+    // The whole way for light much finer than the window, half of it for light as wide: it converges.
+    const double step_x = sum_x / weights, step_y = sum_y / weights;
     x += step_x, y += step_y;
     if (std::hypot(step_x, step_y) < 1e-5) break;
   }
   return {x, y};
 }
 
-}  // namespace
-
 FocalBins circles_of(const EncircledCurve& curve, double pixel, double resolution) {
   FocalBins bins;
   bins.radius = curve.radius;
   bins.measured = curve.share;
   bins.pixels.setZero(curve.radius.size());
+  bins.edges = curve.radius;
+  for (int k = 0; k < int(curve.radius.size()); ++k) bins.ring_of.push_back(k);
   const Eigen::Index count = curve.radius.size();
   if (pixel == 0) {
     bins.nodes = curve.radius;
@@ -180,41 +186,57 @@ FocalBins circles_of(const EncircledCurve& curve, double pixel, double resolutio
   return bins;
 }
 
-FocalBins rings_of(const FocalImage& image, double pixel, double resolution, double reach) {
+FocalBins rings_of(const FocalImage& image, double pixel, double resolution, double reach,
+                   const PixelPlace& centre, const PixelPlace& light_centre) {
   const Grid& light = image.light;
   FocalBins bins;
   bins.are_rings = true;
-  const auto [x, y] = centre_of(light);
-  bins.centre_x = x, bins.centre_y = y;
-  const double within = std::min({x, y, double(light.cols() - 1) - x, double(light.rows() - 1) - y});
-  const RingOfPixel rings = rings_about(light, x, y, std::min(within, reach / pixel));
-  const auto count = Eigen::Index(rings.edges.size());
-  bins.radius.resize(count);
-  bins.measured.setZero(count);
-  bins.pixels.setZero(count);
-  for (Eigen::Index k = 0; k < count; ++k) bins.radius[k] = pixel * rings.edges[std::size_t(k)];
-  for (Eigen::Index row = 0; row < light.rows(); ++row)
-    for (Eigen::Index column = 0; column < light.cols(); ++column)
-      if (const int ring = rings.ring(row, column); ring >= 0) {
-        bins.measured[ring] += light(row, column);
-        bins.pixels[ring] += 1;
+  const double within = std::min(
+      {centre.x, centre.y, double(light.cols() - 1) - centre.x, double(light.rows() - 1) - centre.y});
+  const RingOfPixel rings = rings_about(light, centre.x, centre.y, std::min(within, reach / pixel));
+  bins.edges = pixel * Eigen::Map<const Eigen::ArrayXd>(rings.edges.data(), Eigen::Index(rings.edges.size()));
+  // Each datum, in the order of rings.
+  Eigen::ArrayXXi datum = Eigen::ArrayXXi::Constant(light.rows(), light.cols(), -1);
+  std::vector<double> sums, counts, radii;
+  for (int ring = 0; ring < int(rings.edges.size()); ++ring) {
+    const bool each = rings.edges[std::size_t(ring)] <= kEachPixel;
+    bool begun = false;
+    for (Eigen::Index row = 0; row < light.rows(); ++row)
+      for (Eigen::Index column = 0; column < light.cols(); ++column) {
+        if (rings.ring(row, column) != ring) continue;
+        if (each || !begun) {
+          for (std::vector<double>* list : {&sums, &counts, &radii}) list->push_back(0);
+          bins.ring_of.push_back(ring);
+          begun = true;
+        }
+        datum(row, column) = int(sums.size()) - 1;
+        sums.back() += light(row, column);
+        counts.back() += 1;
+        radii.back() += pixel * std::hypot(double(column) - centre.x, double(row) - centre.y);
       }
-  // Sides between pixels of the same ring cancel.
+  }
+  const auto array = [](const std::vector<double>& list) {
+    return Eigen::Map<const Eigen::ArrayXd>(list.data(), Eigen::Index(list.size()));
+  };
+  bins.measured = array(sums);
+  bins.pixels = array(counts);
+  bins.radius = array(radii) / bins.pixels;
+  // Sides between pixels of the same datum cancel.
   EnergyNodes nodes(step_of(pixel, resolution));
-  const auto ring_at = [&](Eigen::Index row, Eigen::Index column) {
+  const auto datum_at = [&](Eigen::Index row, Eigen::Index column) {
     const bool inside = row >= 0 && column >= 0 && row < light.rows() && column < light.cols();
-    return inside ? rings.ring(row, column) : -1;
+    return inside ? datum(row, column) : -1;
   };
   for (Eigen::Index row = 0; row <= light.rows(); ++row)
     for (Eigen::Index column = 0; column <= light.cols(); ++column) {
-      const double left = double(column) - 0.5 - x, low = double(row) - 0.5 - y;
-      const int here = ring_at(row, column), below = ring_at(row - 1, column),
-                before = ring_at(row, column - 1);
+      const double left = double(column) - 0.5 - light_centre.x, low = double(row) - 0.5 - light_centre.y;
+      const int here = datum_at(row, column), below = datum_at(row - 1, column),
+                before = datum_at(row, column - 1);
       // Along x the pixel above is on the left hand; along y the one before.
       if (here != below) add_side(&nodes, here, below, left, low, left + 1, low, pixel);
       if (here != before) add_side(&nodes, before, here, left, low, left, low + 1, pixel);
     }
-  nodes.write(&bins, count);
+  nodes.write(&bins, bins.measured.size());
   return bins;
 }
 

@@ -5,9 +5,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <boost/math/special_functions/gamma.hpp>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
@@ -130,6 +132,10 @@ class Problem {
     return true;
   }
 
+  Eigen::MatrixXd whitened_columns(const Eigen::MatrixXd& columns) const {
+    return whitening_.matrixL().solve(columns);
+  }
+
   /// x at these unknowns with the best of the others; nothing where there is no prediction.
   std::optional<ProblemStart> start(const std::vector<double>& logs) const {
     Eigen::VectorXd light;
@@ -160,53 +166,78 @@ class Problem {
   Eigen::LLT<Eigen::MatrixXd> whitening_;
 };
 
-// Covariance of one mirror's light in circles of these radii about the mean, of 1 in all.
+// Covariance of one mirror's light about the mean, of 1 in all.
 Eigen::MatrixXd spread_of_one_mirror(const Task& task, const GhsPupil& pupil, const FocalBins& bins,
                                      double dz, int threads) {
   const RadialPsd psd(*task.psd);
   const GeneralisedHarveyShack mean(psd, pupil);
   std::vector<FocalDisc> discs;
-  for (const double radius : bins.radius) discs.push_back({radius, dz});
+  for (const double radius : bins.edges) discs.push_back({radius, dz});
   const RealisationSpread spread({psd, pupil.mirror(), pupil.aperture(), pupil.wavelength(), mean}, discs,
                                  threads);
   const Eigen::ArrayXd sigma = spread.light(spread.lowest());
-  Eigen::MatrixXd circles(sigma.size(), sigma.size());
+  Eigen::MatrixXd edges(sigma.size(), sigma.size());
   for (Eigen::Index k = 0; k < sigma.size(); ++k)
     for (Eigen::Index l = 0; l < sigma.size(); ++l)
-      circles(k, l) = sigma[k] * sigma[l] *
-                      std::exp(-std::abs(std::log(bins.radius[k] / bins.radius[l])) / kSpreadLength);
-  if (!bins.are_rings) return circles;
-  Eigen::MatrixXd rings = circles;  // what a circle has more than the one before
-  for (Eigen::Index k = rings.rows() - 1; k > 0; --k) rings.row(k) -= rings.row(k - 1);
-  for (Eigen::Index k = rings.cols() - 1; k > 0; --k) rings.col(k) -= rings.col(k - 1);
-  return rings;
+      edges(k, l) =
+          sigma[k] * sigma[l] * std::exp(-std::abs(std::log(bins.edges[k] / bins.edges[l])) / kSpreadLength);
+  if (!bins.are_rings) return edges;
+  // What a circle has more than the one before; a pixel its part of a ring.
+  for (Eigen::Index k = edges.rows() - 1; k > 0; --k) edges.row(k) -= edges.row(k - 1).eval();
+  for (Eigen::Index k = edges.cols() - 1; k > 0; --k) edges.col(k) -= edges.col(k - 1).eval();
+  Eigen::ArrayXd pixels = Eigen::ArrayXd::Zero(sigma.size());
+  for (Eigen::Index k = 0; k < bins.pixels.size(); ++k)
+    pixels[bins.ring_of[std::size_t(k)]] += bins.pixels[k];
+  Eigen::MatrixXd covariance(bins.pixels.size(), bins.pixels.size());
+  for (Eigen::Index k = 0; k < covariance.rows(); ++k)
+    for (Eigen::Index l = 0; l < covariance.cols(); ++l) {
+      const int a = bins.ring_of[std::size_t(k)], b = bins.ring_of[std::size_t(l)];
+      covariance(k, l) = edges(a, b) * bins.pixels[k] * bins.pixels[l] / (pixels[a] * pixels[b]);
+    }
+  return covariance;
 }
 
-FocalBins bins_of(const MeasuredFocus& focus, const Task& task) {
-  const double resolution =
-      task.wavelength * (task.mirror.focal_length + focus.dz) / (2 * aperture_radius(task.aperture));
-  // On the sky the plane's own distance scales an angle as f does: plate scale of the nominal focus.
-  const double f = task.mirror.focal_length;
-  if (const auto* image = std::get_if<FocalImage>(&focus.data)) {
-    const double own = image->pixel * (image->is_angle ? f : 1);
-    const double pixel = focus.pixel > 0 ? focus.pixel : own;
-    if (!(pixel > 0))
-      throw FieldError("solve.focus.pixel", "nothing, and the file does not say it",
-                       "the side of a pixel, \"5 um\" or \"0.1 arcsec\"");
-    if (!image->light.isFinite().any())
-      throw FieldError("solve.focus.file", "an image without a valid pixel", "an image of the focus");
-    return rings_of(*image, pixel, resolution, focus.reach > 0 ? focus.reach : kInfinity);
+// The geometry of the data: curves in metres, images about a centre that the fit improves.
+class FocalGeometry {
+ public:
+  FocalGeometry(const MeasuredFocus& focus, const Task& task) : focus_(focus) {
+    // On the sky an angle is that of the nominal focus, whatever the plane.
+    const double f = task.mirror.focal_length;
+    resolution_ = task.wavelength * (f + focus.dz) / (2 * aperture_radius(task.aperture));
+    if (const auto* image = std::get_if<FocalImage>(&focus.data)) {
+      pixel_ = focus.pixel > 0 ? focus.pixel : image->pixel * (image->is_angle ? f : 1);
+      if (!(pixel_ > 0))
+        throw FieldError("solve.focus.pixel", "nothing, and the file does not say it",
+                         "the side of a pixel, \"5 um\" or \"0.1 arcsec\"");
+      centre_ = centre_of(*image);
+      return;
+    }
+    curve_ = std::get<EncircledCurve>(focus.data);
+    if (curve_.is_angle) curve_.radius *= f;
+    if (!(focus.reach > 0)) return;
+    const Eigen::Index kept = (curve_.radius <= focus.reach).count();
+    curve_.radius.conservativeResize(kept);
+    curve_.share.conservativeResize(kept);
+    if (curve_.noise.size() > 0) curve_.noise.conservativeResize(kept);
   }
-  EncircledCurve curve = std::get<EncircledCurve>(focus.data);
-  if (curve.is_angle) curve.radius *= f;
-  if (focus.reach > 0) {
-    const Eigen::Index kept = (curve.radius <= focus.reach).count();
-    curve.radius.conservativeResize(kept);
-    curve.share.conservativeResize(kept);
-    if (curve.noise.size() > 0) curve.noise.conservativeResize(kept);
+
+  const PixelPlace& centre() const { return centre_; }
+  void move_centre(double x, double y) { centre_.x += x, centre_.y += y; }
+  FocalBins bins() const { return bins(0, 0); }
+  /// The same pixels, of light whose centre is so many pixels further.
+  FocalBins bins(double x, double y) const {
+    const auto* image = std::get_if<FocalImage>(&focus_.data);
+    if (!image) return circles_of(curve_, focus_.pixel, resolution_);
+    return rings_of(*image, pixel_, resolution_, focus_.reach > 0 ? focus_.reach : kInfinity, centre_,
+                    {centre_.x + x, centre_.y + y});
   }
-  return circles_of(curve, focus.pixel, resolution);
-}
+
+ private:
+  const MeasuredFocus& focus_;
+  EncircledCurve curve_;
+  double pixel_ = 0, resolution_ = 0;
+  PixelPlace centre_;
+};
 
 // Standard deviations of the data, without the mirror's own spread; `known`: whether they were given.
 Eigen::ArrayXd noise_of(const MeasuredFocus& focus, const FocalBins& bins, const Eigen::ArrayXd& light,
@@ -287,21 +318,56 @@ void require(const Task& own, const std::vector<SolveUnknown>& unknowns, const F
                      "more data than unknowns");
 }
 
-void describe_numbers(const std::vector<SolveUnknown>& unknowns, const ParameterFitProblem& problem,
-                      const ParameterFit& fit, double rise, double variance_factor, PsdOfFocus* result) {
-  const Eigen::MatrixXd covariance = variance_factor * parameter_covariance(fit.jacobian);
+// How well the light is described, and the numbers with their intervals.
+void describe_fit(const std::vector<SolveUnknown>& unknowns, const FocalBins& bins, const Problem& problem,
+                  const ParameterFit& fit, PsdOfFocus* result) {
+  result->chi_squared = fit.sum_of_squares;
+  result->degrees_of_freedom = int(bins.measured.size()) - int(problem.parameters());
+  const double freedom = result->degrees_of_freedom, per_freedom = fit.sum_of_squares / freedom;
+  const double factor = result->is_noise_known ? 1 : per_freedom;
+  const double deviations =
+      student_quantile(0.5 * (1 + result->confidence), result->is_noise_known ? kInfinity : freedom);
+  result->goodness =
+      result->is_noise_known ? boost::math::gamma_q(0.5 * freedom, 0.5 * fit.sum_of_squares) : kNaN;
+  result->noise_factor = std::sqrt(per_freedom);
+  result->total = problem.total(fit.x);
+  result->background = problem.background(fit.x);
+  const Eigen::MatrixXd covariance = factor * parameter_covariance(fit.jacobian);
+  const ParameterFitProblem to_solve = fit_problem(problem, unknowns);
   const auto count = Eigen::Index(unknowns.size());
   result->correlation.resize(count, count);
   for (Eigen::Index u = 0; u < count; ++u) {
     for (Eigen::Index v = 0; v < count; ++v)
       result->correlation(u, v) = covariance(u, v) / std::sqrt(covariance(u, u) * covariance(v, v));
     const SolveUnknown& unknown = unknowns[std::size_t(u)];
-    const ProfileInterval interval = profile_interval(problem, fit, int(u), rise, &result->evaluations);
+    // Of a model that does not describe the light a profile is none.
+    const double half = deviations * std::sqrt(covariance(u, u));
+    const ProfileInterval interval =
+        result->goodness < kPoorFocus
+            ? ProfileInterval{fit.x[u] - half, fit.x[u] + half, true, true}
+            : profile_interval(to_solve, fit, int(u), deviations * deviations * factor, &result->evaluations);
     result->numbers.push_back({unknown, unknown.start * std::exp(fit.x[u]), std::sqrt(covariance(u, u)),
                                unknown.start * std::exp(interval.lower),
                                unknown.start * std::exp(interval.upper), interval.lower_found,
                                interval.upper_found});
   }
+}
+
+void describe_light(const MeanLight& model, const FocalBins& bins, const Eigen::ArrayXd& noise,
+                    const Eigen::MatrixXd& spread, const std::vector<double>& logs, PsdOfFocus* result) {
+  Eigen::VectorXd light;
+  model.at(logs, &light, nullptr);
+  const Eigen::ArrayXd per = bins.are_rings ? bins.pixels : Eigen::ArrayXd::Ones(bins.measured.size()).eval();
+  std::vector<Eigen::Index> order(std::size_t(bins.radius.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index(0));
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return bins.radius[a] < bins.radius[b]; });
+  const auto sorted = [&](const Eigen::ArrayXd& values) { return Eigen::ArrayXd(values(order)); };
+  result->radius = sorted(bins.radius);
+  result->measured = sorted(bins.measured / per);
+  result->fitted = sorted((result->total * light.array() + result->background * bins.pixels) / per);
+  result->noise = sorted(noise * (result->is_noise_known ? 1 : result->noise_factor) / per);
+  result->spread = sorted(spread.diagonal().array().max(0).sqrt() / per);
 }
 
 // What the result is worth, and what to do where it is little.
@@ -349,75 +415,114 @@ std::string to_string(PsdOfFocusStatus status) {
   return "";
 }
 
+namespace {
+
+constexpr int kMostPasses = 8;
+constexpr double kCentreFound = 0.001, kCentreNear = 0.05;  // pixels
+constexpr double kUncentred = 0.03;         // of the light of a datum: what a centre that is off leaves
+constexpr double kCentreDifference = 0.05;  // pixels
+constexpr double kCentreStep = 0.5;         // pixels, at most
+
+// One fit with a covariance and a centre; the next one knows both better.
+struct FocusPass {
+  FocalBins bins;
+  MeanLight model;
+  Problem problem;
+  Eigen::ArrayXd noise;
+  Eigen::MatrixXd spread;
+
+  FocusPass(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns, const MeasuredFocus& focus,
+            FocalBins of, const GhsPupil& pupil, int threads)
+      : bins(std::move(of)),
+        model(task_at, unknowns, bins, focus.dz, pupil, threads),
+        problem(model, bins, focus, unknowns.size()) {}
+  FocusPass(const FocusPass&) = delete;
+  FocusPass& operator=(const FocusPass&) = delete;
+};
+
+// Gauss-Newton step of the light's centre [pixels]: by symmetry the other unknowns do not answer to it.
+Eigen::Vector2d centre_step(const FocusPass& pass, const FocalGeometry& geometry, const TaskAt& task_at,
+                            const std::vector<SolveUnknown>& unknowns, const MeasuredFocus& focus,
+                            const GhsPupil& pupil, const Eigen::VectorXd& x, int threads) {
+  const std::vector<double> logs = logs_of(x, unknowns.size());
+  Eigen::MatrixXd slopes(pass.bins.measured.size(), 2);
+  for (int axis : {0, 1}) {
+    std::array<Eigen::VectorXd, 2> light;
+    for (int way : {0, 1}) {
+      const double step = way == 0 ? -kCentreDifference : kCentreDifference;
+      const FocalBins moved = axis == 0 ? geometry.bins(step, 0) : geometry.bins(0, step);
+      if (!MeanLight(task_at, unknowns, moved, focus.dz, pupil, threads)
+               .at(logs, &light[std::size_t(way)], nullptr))
+        return Eigen::Vector2d::Zero();
+    }
+    slopes.col(axis) = pass.problem.total(x) * (light[1] - light[0]) / (2 * kCentreDifference);
+  }
+  Eigen::VectorXd residuals;
+  if (!pass.problem.residuals(x, &residuals, nullptr)) return Eigen::Vector2d::Zero();
+  const Eigen::Vector2d step = pass.problem.whitened_columns(slopes).colPivHouseholderQr().solve(-residuals);
+  return step.norm() > kCentreStep ? Eigen::Vector2d(step * (kCentreStep / step.norm())) : step;
+}
+
+}  // namespace
+
 PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
                             const MeasuredFocus& focus, const RunContext& context) {
   const auto begun = std::chrono::steady_clock::now();
   PsdOfFocus result;
   const Task own = task_at(values_at(unknowns, std::vector<double>(unknowns.size(), 0.0)));
-  const FocalBins bins = bins_of(focus, own);
   const GhsPupil pupil(own.mirror, own.aperture, own.wavelength);
-  const MeanLight model(task_at, unknowns, bins, focus.dz, pupil, context.threads);
-  Problem problem(model, bins, focus, unknowns.size());
-  require(own, unknowns, bins, problem.parameters());
-
+  FocalGeometry geometry(focus, own);
+  std::optional<FocusPass> pass;
+  ParameterFit fit;
+  bool centred = std::holds_alternative<EncircledCurve>(focus.data);
+  const bool noise_of_fit = focus.is_one_mirror || focus.gain;
+  for (int number = 0; number < kMostPasses; ++number) {
+    context.say(number == 0 ? "looking for a start" : fmt::format("pass {}", number + 1));
+    pass.emplace(task_at, unknowns, focus, geometry.bins(), pupil, context.threads);
+    const Eigen::Index count = pass->bins.measured.size();
+    if (number == 0) require(own, unknowns, pass->bins, pass->problem.parameters());
+    Eigen::ArrayXd light = pass->bins.measured;
+    pass->spread = Eigen::MatrixXd::Zero(count, count);
+    if (number > 0 && noise_of_fit) {
+      Eigen::VectorXd mean;
+      const std::vector<double> logs = logs_of(fit.x, unknowns.size());
+      const double total = pass->problem.total(fit.x);
+      pass->model.at(logs, &mean, nullptr);
+      light = total * mean.array() + pass->problem.background(fit.x) * pass->bins.pixels;
+      if (focus.is_one_mirror)
+        pass->spread =
+            total * total *
+            spread_of_one_mirror(pass->model.task(logs), pupil, pass->bins, focus.dz, context.threads);
+    }
+    pass->noise = noise_of(focus, pass->bins, light, &result.is_noise_known);
+    if (!centred) pass->noise = (pass->noise.square() + (kUncentred * light).square()).sqrt();
+    Eigen::MatrixXd covariance = pass->spread;
+    covariance.diagonal() += pass->noise.square().matrix();
+    pass->problem.set_covariance(covariance);
+    const std::optional<Eigen::VectorXd> start =
+        number == 0 ? start_of(pass->problem, unknowns, &result.evaluations) : std::optional(fit.x);
+    if (!start) throw ComputationError("no value of the unknowns near those of the study has a prediction");
+    fit = fit_parameters(fit_problem(pass->problem, unknowns), *start);
+    result.evaluations += fit.evaluations;
+    if (fit.status == ParameterFitStatus::kFailed)
+      throw ComputationError("the light has no derivative there: " + fit.message);
+    const Eigen::Vector2d step = pass->bins.are_rings ? centre_step(*pass, geometry, task_at, unknowns, focus,
+                                                                    pupil, fit.x, context.threads)
+                                                      : Eigen::Vector2d(0, 0);
+    const bool near = step.norm() < kCentreFound;
+    if (near && centred && (number >= 2 || !noise_of_fit)) break;
+    if (!near && number + 1 < kMostPasses) geometry.move_centre(step[0], step[1]);
+    centred = centred || step.norm() < kCentreNear;
+  }
   result.confidence = focus.confidence;
-  result.is_image = bins.are_rings;
+  result.is_image = pass->bins.are_rings;
   result.is_one_mirror = focus.is_one_mirror;
   result.dz = focus.dz;
-  result.centre_x = bins.centre_x, result.centre_y = bins.centre_y;
-  result.radius = bins.radius;
-  Eigen::ArrayXd noise = noise_of(focus, bins, bins.measured, &result.is_noise_known);
-  problem.set_covariance(noise.square().matrix().asDiagonal().toDenseMatrix());
-  const ParameterFitProblem to_solve = fit_problem(problem, unknowns);
-  context.say("looking for a start");
-  const std::optional<Eigen::VectorXd> start = start_of(problem, unknowns, &result.evaluations);
-  if (!start) throw ComputationError("no value of the unknowns near those of the study has a prediction");
-  ParameterFit fit = fit_parameters(to_solve, *start);
-  result.evaluations += fit.evaluations;
-  const Eigen::Index count = bins.radius.size();
-  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(count, count);
-  // What depends on the roughness itself, noise of photons and the mirror's own departure, from the fit
-  // before.
-  const bool again = focus.is_one_mirror || (bins.are_rings && focus.gain);
-  for (int pass = 0; again && pass < 2 && fit.status != ParameterFitStatus::kFailed; ++pass) {
-    context.say(fmt::format("pass {}", pass + 2));
-    const double total = problem.total(fit.x);
-    const std::vector<double> logs = logs_of(fit.x, unknowns.size());
-    Eigen::VectorXd light;
-    model.at(logs, &light, nullptr);
-    bool known = true;
-    noise = noise_of(focus, bins, total * light.array() + problem.background(fit.x) * bins.pixels, &known);
-    if (focus.is_one_mirror)
-      spread = total * total * spread_of_one_mirror(model.task(logs), pupil, bins, focus.dz, context.threads);
-    Eigen::MatrixXd covariance = spread;
-    covariance.diagonal() += noise.square().matrix();
-    problem.set_covariance(covariance);
-    fit = fit_parameters(to_solve, Eigen::VectorXd(fit.x));
-    result.evaluations += fit.evaluations;
-  }
-  if (fit.status == ParameterFitStatus::kFailed)
-    throw ComputationError("the light has no derivative there: " + fit.message);
-
-  result.chi_squared = fit.sum_of_squares;
-  result.degrees_of_freedom = int(count) - int(problem.parameters());
-  const double freedom = result.degrees_of_freedom;
-  const double factor = result.is_noise_known ? 1 : fit.sum_of_squares / freedom;
-  const double deviations =
-      student_quantile(0.5 * (1 + focus.confidence), result.is_noise_known ? kInfinity : freedom);
-  result.goodness =
-      result.is_noise_known ? boost::math::gamma_q(0.5 * freedom, 0.5 * fit.sum_of_squares) : kNaN;
-  result.noise_factor = std::sqrt(fit.sum_of_squares / freedom);
+  result.centre_x = geometry.centre().x, result.centre_y = geometry.centre().y;
   context.say("intervals");
-  describe_numbers(unknowns, to_solve, fit, deviations * deviations * factor, factor, &result);
-  result.total = problem.total(fit.x);
-  result.background = problem.background(fit.x);
-  Eigen::VectorXd light;
-  model.at(logs_of(fit.x, unknowns.size()), &light, nullptr);
-  const Eigen::ArrayXd per = bins.are_rings ? bins.pixels : Eigen::ArrayXd::Ones(count);
-  result.measured = bins.measured / per;
-  result.fitted = (result.total * light.array() + result.background * bins.pixels) / per;
-  result.noise = noise * std::sqrt(factor) / per;
-  result.spread = spread.diagonal().array().sqrt() / per;
+  describe_fit(unknowns, pass->bins, pass->problem, fit, &result);
+  describe_light(pass->model, pass->bins, pass->noise, pass->spread, logs_of(fit.x, unknowns.size()),
+                 &result);
   conclude(&result, fit.status == ParameterFitStatus::kConverged);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return result;

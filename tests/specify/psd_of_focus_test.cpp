@@ -173,15 +173,15 @@ TEST(FocalBins, RingsOfPixelsHaveTheLightOfTheirPixels) {
   for (const double pixel : {0.5 * kSpot, 1.5 * kSpot}) {
     FocalImage image = gaussian_image(30.3, 29.1, pixel, 61);
     image.light(33, 35) = NAN;  // a dead pixel is in no ring
-    const internal::FocalBins bins = internal::rings_of(image, pixel, kSpot, 1);
-    EXPECT_NEAR(bins.centre_x, 30.3, 1e-3);
-    EXPECT_NEAR(bins.centre_y, 29.1, 1e-3);
+    const internal::PixelPlace centre = internal::centre_of(image), truth{30.3, 29.1};
+    EXPECT_NEAR(centre.x, 30.3, 0.02);
+    EXPECT_NEAR(centre.y, 29.1, 0.02);
+    const internal::FocalBins bins = internal::rings_of(image, pixel, kSpot, 1, centre, truth);
     EXPECT_GT(bins.radius.size(), 12);
     const Eigen::ArrayXd expected = expected_light(bins);
     std::printf("pixel %.1f sigma: largest difference %.1e\n", pixel / kSpot,
                 (bins.measured - expected).abs().maxCoeff());
-    // The centre is found to 1e-5 pixels and more where a pixel is dead.
-    EXPECT_LT((bins.measured - expected).abs().maxCoeff(), 2e-4);
+    EXPECT_LT((bins.measured - expected).abs().maxCoeff(), 1e-6);
   }
 }
 

@@ -44,7 +44,7 @@ struct NumberOfFocus {
 enum class PsdOfFocusStatus {
   kFitted,
   kNotIdentified,  ///< the light does not determine one of the numbers, or a combination of them
-  kNotDescribed,        ///< no such roughness spreads the light as it was measured
+  kNotDescribed,   ///< no such roughness spreads the light as it was measured
   kNotConverged,
 };
 std::string to_string(PsdOfFocusStatus status);
@@ -65,7 +65,7 @@ struct PsdOfFocus {
   double goodness = 0;                ///< chance of a larger chi_squared; NaN where the noise was not known
   double dz = 0;                      ///< [m]
   double centre_x = 0, centre_y = 0;  ///< of an image [pixels, from its lower left one]
-  Eigen::ArrayXd radius;              ///< of a circle, or outer one of a ring [m]
+  Eigen::ArrayXd radius;              ///< of a circle, or mean one of a ring's pixels [m]; ascending
   Eigen::ArrayXd measured, fitted;    ///< share within it, or mean light of a pixel of the ring
   Eigen::ArrayXd noise;               ///< standard deviations of `measured`, without the mirror's own
   Eigen::ArrayXd
