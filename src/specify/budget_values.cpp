@@ -16,8 +16,11 @@ namespace {
 
 constexpr double kNoRoughness = 1e-9;  // of the heights: scatters 1e-18 of the light
 
+bool is_statistic(const Budget& budget) { return !budget.of_light && !budget.of_surface; }
+
 bool needs_light(const Budget& budget) {
-  return budget.of_light || std::holds_alternative<EncircledEnergyRadius>(budget.statistic);
+  return budget.of_light ||
+         (is_statistic(budget) && std::holds_alternative<EncircledEnergyRadius>(budget.statistic));
 }
 
 GeometricHarveyShack geometric(const Task& task, const RadialPsd& psd) {
@@ -38,22 +41,15 @@ BudgetValues::BudgetValues(const TaskAt& task_at, const std::vector<SolveUnknown
   const Task task = task_at(values_of(std::vector<double>(unknowns.size(), 0.0)));
   focal_length_ = task.mirror.focal_length;
   if (in_light()) pupil_.emplace(task.mirror, task.aperture, task.wavelength);
-  const bool of_light = std::any_of(budgets.begin(), budgets.end(),
-                                    [](const Budget& budget) { return budget.of_light.has_value(); });
-  if (of_light && in_light()) {
-    const Mirror parabola{task.mirror.focal_length};
-    perfect_.emplace(RadialPsd(*task.psd).scaled(kNoRoughness),
-                     GhsPupil(parabola, task.aperture, task.wavelength));
+  std::vector<LightProperty> of_light;
+  for (const Budget& budget : budgets) {
+    if (is_statistic(budget)) statistics_.push_back(budget.statistic);
+    if (budget.of_light) of_light.push_back(*budget.of_light);
   }
-  // What only most of the mirrors are no worse than, and what is no statistic, has differences alone.
+  if (!of_light.empty() && in_light()) light_.emplace(std::move(of_light), *pupil_);
+  // What only most of the mirrors are no worse than has differences alone.
   for (std::size_t u = 0; u < unknowns.size(); ++u)
-    variables_.push_back(confidence > 0 || of_light ? std::nullopt : exact_variable(task_at, unknowns, u));
-}
-
-std::vector<Statistic> BudgetValues::statistics() const {
-  std::vector<Statistic> statistics;
-  for (const Budget& budget : budgets_) statistics.push_back(budget.statistic);
-  return statistics;
+    variables_.push_back(confidence > 0 ? std::nullopt : exact_variable(task_at, unknowns, u));
 }
 
 bool BudgetValues::in_light() const {
@@ -71,43 +67,52 @@ bool BudgetValues::allowed(const std::vector<double>& logs, std::string* why) co
   }
 }
 
+Eigen::VectorXd BudgetValues::in_order(const Eigen::VectorXd& statistics, const Eigen::VectorXd& light,
+                                       const RadialPsd& psd) const {
+  Eigen::VectorXd values(Eigen::Index(budgets_.size()));
+  Eigen::Index statistic = 0, property = 0;
+  for (std::size_t k = 0; k < budgets_.size(); ++k) {
+    const Budget& budget = budgets_[k];
+    const double value = budget.of_surface ? of_surface(*budget.of_surface, psd)
+                         : budget.of_light ? light[property++]
+                                           : statistics[statistic++];
+    values[Eigen::Index(k)] = budgeted(budget, value, focal_length_);
+  }
+  if (values.array().isNaN().any()) throw ComputationError("the theory has no value there");
+  return values;
+}
+
 // As make_targets does it; moments of the surface are the same by either theory and need no light.
 Eigen::ArrayXd BudgetValues::predict(const Task& task, double height_factor) const {
   ++evaluations_;
   const RadialPsd specified(*task.psd);
   const RadialPsd psd = height_factor == 1 ? specified : specified.scaled(height_factor);
-  const std::vector<Statistic> wanted = statistics();
-  Eigen::VectorXd found(Eigen::Index(wanted.size()));
   if (in_light()) {
     const GeneralisedHarveyShack mean(psd, *pupil_);
-    found = mean.predict(wanted);
+    Eigen::VectorXd found = mean.predict(statistics_);
+    // Of statistics alone, see solve_specification.
     if (confidence_ > 0 && height_factor == 1)
       found = held_by(confidence_, {psd, *pupil_, mean, budgets_}, found);
-    for (std::size_t k = 0; k < budgets_.size(); ++k)
-      if (budgets_[k].of_light)
-        found[Eigen::Index(k)] = of_light(*budgets_[k].of_light, mean, *perfect_, task.mirror.focal_length,
-                                          task.wavelength, aperture_radius(task.aperture));
-  } else {
-    const GeometricHarveyShack theory = geometric(task, psd);
-    for (std::size_t k = 0; k < wanted.size(); ++k) found[Eigen::Index(k)] = theory(wanted[k]);
+    return in_order(found, light_ ? (*light_)(mean) : Eigen::VectorXd(), psd);
   }
-  Eigen::ArrayXd values(found.size());
-  for (std::size_t k = 0; k < budgets_.size(); ++k)
-    values[Eigen::Index(k)] = budgeted(budgets_[k], found[Eigen::Index(k)], task.mirror.focal_length);
-  if (values.isNaN().any()) throw ComputationError("the theory has no value there");
-  return values;
+  Eigen::VectorXd found(Eigen::Index(statistics_.size()));
+  if (!statistics_.empty()) {
+    const GeometricHarveyShack theory = geometric(task, psd);
+    for (std::size_t k = 0; k < statistics_.size(); ++k) found[Eigen::Index(k)] = theory(statistics_[k]);
+  }
+  return in_order(found, {}, psd);
 }
 
 Eigen::ArrayXd BudgetValues::at(const std::vector<double>& logs) const {
   return predict(task_at_(values_of(logs)), 1);
 }
 
-PsdJacobian BudgetValues::jacobian(const Task& task, const std::vector<PsdVariable>& variables) const {
-  if (in_light()) return psd_jacobian(*task.psd, variables, statistics(), *pupil_, threads_);
+PsdJacobian BudgetValues::geometric_jacobian(const Task& task,
+                                             const std::vector<PsdVariable>& variables) const {
   const RadialPsd psd(*task.psd);
   const GeometricHarveyShack theory = geometric(task, psd);
   const double slope_variance = psd_moments(psd).slope_variance;
-  const std::vector<Statistic> wanted = statistics();
+  const std::vector<Statistic>& wanted = statistics_;
   PsdJacobian result;
   result.parameters = variables;
   result.values.resize(Eigen::Index(wanted.size()));
@@ -133,29 +138,52 @@ PsdJacobian BudgetValues::jacobian(const Task& task, const std::vector<PsdVariab
   return result;
 }
 
+BudgetValues::Exact BudgetValues::exact(const Task& task, const std::vector<PsdVariable>& variables) const {
+  const RadialPsd psd(*task.psd);
+  const PsdJacobian found = in_light() ? psd_jacobian(*task.psd, variables, statistics_, *pupil_, threads_,
+                                                      light_ ? &*light_ : nullptr)
+                                       : geometric_jacobian(task, variables);
+  const auto own = Eigen::Index(statistics_.size());
+  Exact result;
+  result.values = in_order(found.values.head(own), found.values.tail(found.values.size() - own), psd);
+  const Eigen::MatrixXd logarithmic = found.logarithmic();
+  result.logarithmic.resize(result.values.size(), logarithmic.cols());
+  for (Eigen::Index u = 0; u < logarithmic.cols(); ++u) {
+    const PsdDerivative derivative(*task.psd, variables[std::size_t(u)]);
+    Eigen::Index statistic = 0, property = own;
+    for (std::size_t k = 0; k < budgets_.size(); ++k) {
+      const Budget& budget = budgets_[k];
+      double change = 0;
+      if (budget.of_surface)
+        change = of_surface_change(*budget.of_surface, psd, derivative) * found.parameter_values[u];
+      else
+        change = logarithmic(budget.of_light ? property++ : statistic++, u);
+      result.logarithmic(Eigen::Index(k), u) = budget.is_squared ? 2 * change : change;
+    }
+  }
+  return result;
+}
+
 BudgetValues::WithSlopes BudgetValues::with_slopes(const std::vector<double>& logs) const {
   const Task task = task_at_(values_of(logs));
   std::vector<PsdVariable> variables;
   for (const std::optional<PsdVariable>& variable : variables_)
     if (variable) variables.push_back(*variable);
   WithSlopes result;
-  Eigen::MatrixXd exact;
+  Eigen::MatrixXd known_slopes;
   if (variables.empty()) {
     result.values = predict(task, 1);
   } else {
     ++evaluations_;
-    const PsdJacobian found = jacobian(task, variables);
-    exact = found.logarithmic();
-    result.values.resize(found.values.size());
-    for (std::size_t k = 0; k < budgets_.size(); ++k)
-      result.values[Eigen::Index(k)] = budgeted(budgets_[k], found.values[Eigen::Index(k)], focal_length_);
-    if (result.values.isNaN().any()) throw ComputationError("the theory has no value there");
+    Exact found = exact(task, variables);
+    known_slopes = std::move(found.logarithmic);
+    result.values = found.values;
   }
   result.slopes.resize(result.values.size(), Eigen::Index(logs.size()));
   Eigen::Index known = 0;
   for (std::size_t u = 0; u < logs.size(); ++u) {
     if (variables_[u])
-      result.slopes.col(Eigen::Index(u)) = exact.col(known++).array();
+      result.slopes.col(Eigen::Index(u)) = known_slopes.col(known++).array();
     else
       result.slopes.col(Eigen::Index(u)) = difference(logs, u, result.values);
   }

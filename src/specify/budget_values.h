@@ -52,10 +52,18 @@ class BudgetValues {
   static constexpr double kFarOff = 50;
 
  private:
-  std::vector<Statistic> statistics() const;
   bool in_light() const;
+  /// The budgets' values in their order, of those of statistics and of light as they are kept.
+  Eigen::VectorXd in_order(const Eigen::VectorXd& statistics, const Eigen::VectorXd& light,
+                           const RadialPsd& psd) const;
   Eigen::ArrayXd predict(const Task& task, double height_factor) const;
-  PsdJacobian jacobian(const Task& task, const std::vector<PsdVariable>& variables) const;
+  /// Values, and d ln(value)/d ln(variable), budgets x variables.
+  struct Exact {
+    Eigen::VectorXd values;
+    Eigen::MatrixXd logarithmic;
+  };
+  Exact exact(const Task& task, const std::vector<PsdVariable>& variables) const;
+  PsdJacobian geometric_jacobian(const Task& task, const std::vector<PsdVariable>& variables) const;
   Eigen::ArrayXd difference(const std::vector<double>& logs, std::size_t unknown,
                             const Eigen::ArrayXd& here) const;
 
@@ -66,8 +74,9 @@ class BudgetValues {
   double confidence_ = 0;
   int threads_ = 1;  // of one place's derivatives: the two arms of a contour end at different times
   double focal_length_ = 0;
-  std::optional<GeneralisedHarveyShack> perfect_;  // parabola without roughness, where a budget asks for it
-  std::optional<GhsPupil> pupil_;                  // no unknown is one of the scene: all evaluations share it
+  std::vector<Statistic> statistics_;     // of the budgets that have one
+  std::optional<LightProperties> light_;  // of those of light alone
+  std::optional<GhsPupil> pupil_;         // no unknown is one of the scene: all evaluations share it
   std::vector<std::optional<PsdVariable>> variables_;
   mutable std::atomic<int> evaluations_ = 0;
 };

@@ -133,7 +133,7 @@ Ceilings find_ceilings(const Task& task, const CeilingsSpec& asked, const std::v
                        const RunContext& context) {
   const auto begun = std::chrono::steady_clock::now();
   Ceilings ceilings;
-  ceilings.budgets = budgets;
+  for (const Budget& budget : budgets) ceilings.budgets.push_back(at_wavelength(budget, task.wavelength));
   ceilings.focal_length = task.mirror.focal_length;
   lay_out_band(task, asked, &ceilings);
   const Finder finder(task, budgets, ceilings);

@@ -97,10 +97,17 @@ std::vector<std::pair<std::string, PsdModel>> pupil_surfaces(const PsdModel& own
 }
 
 TaskAt with_contributors(const TaskAt& own, const Contributors& others, const std::vector<Budget>& budgets) {
-  for (const Budget& budget : budgets)
-    if (!budget.of_light && !std::holds_alternative<EncircledEnergyRadius>(budget.statistic))
-      throw FieldError("solve.so_that", budget.key + " with other contributors",
-                       "ee radii and diameters, hew, strehl, tis, mtf: a path has no height of its own");
+  for (const Budget& budget : budgets) {
+    const bool is_light =
+        budget.of_light
+            ? !std::holds_alternative<PatchBsdf>(*budget.of_light)
+            : !budget.of_surface && std::holds_alternative<EncircledEnergyRadius>(budget.statistic);
+    if (!is_light)
+      throw FieldError(
+          "solve.so_that", budget.key + " with other contributors",
+          "ee radii and diameters, hew, ensquared sides, fwhm, strehl, tis, mtf, pssn: a path has "
+          "no height and no scatter function of its own");
+  }
   return [own, others](const std::vector<double>& values) {
     Task task = own(values);
     task.psd = sum_of(pupil_surfaces(*task.psd, others, across(task)), kAll);

@@ -181,17 +181,12 @@ std::string plain_reason(const Specification& spec) {
                      in_budget_unit(budget, nearest.budgets[nearest.binding].value));
 }
 
-// Of a smoother mirror: all but Strehl ratio and MTF.
-bool smaller_is_better(const Budget& budget) {
-  return !budget.of_light || std::holds_alternative<TotalScatter>(*budget.of_light);
-}
-
 // Why no value of the unknown meets all budgets.
 std::string why_none(const Specification& spec, const Eigen::ArrayXd& perfect) {
   for (std::size_t k = 0; k < spec.budgets.size(); ++k) {
     const Budget& budget = spec.budgets[k];
     const bool violated = perfect[Eigen::Index(k)] > 0;
-    if (!violated || budget.at_most != smaller_is_better(budget)) continue;
+    if (!violated || budget.at_most != is_less_of_smoother(budget)) continue;
     return fmt::format("Without any roughness {} is already {}, {} {}: {}; {}.", budget.key,
                        in_budget_unit(budget, spec.perfect[k].value), budget.at_most ? "above" : "below",
                        in_budget_unit(budget, budget.limit),
@@ -209,7 +204,8 @@ std::string why_none(const Specification& spec, const Eigen::ArrayXd& perfect) {
 // Why every value meets them. core: least specular share in the range.
 std::string why_all(const Specification& spec, double core) {
   const Budget& budget = spec.budgets[spec.nearest.binding];
-  const auto* energy = std::get_if<EncircledEnergyRadius>(&budget.statistic);
+  const bool is_statistic = !budget.of_light && !budget.of_surface;
+  const auto* energy = is_statistic ? std::get_if<EncircledEnergyRadius>(&budget.statistic) : nullptr;
   const std::string known =
       fmt::format("Every value from {} to {} meets {}: {}",
                   format_quantity(spec.range[0].value, spec.unknowns[0].dimension),
@@ -287,11 +283,12 @@ Specification solve_specification(const TaskAt& task_at, const std::vector<Solve
   }
   spec.theory = theory_of(task_at(own), &spec.warnings);
   spec.confidence = options.confidence;
-  for (const Budget& budget : budgets) {
-    if (!budget.of_light) continue;
-    if (spec.theory != Theory::kGhs)
+  for (Budget& budget : spec.budgets) budget = at_wavelength(std::move(budget), task_at(own).wavelength);
+  for (const Budget& budget : spec.budgets) {
+    if (!budget.of_light && !budget.of_surface) continue;
+    if (budget.of_light && spec.theory != Theory::kGhs)
       throw FieldError("solve.so_that", budget.key + " with theory " + to_string(spec.theory),
-                       "a target.theory of \"ghs\"; of rays ee radii, rms_height and scatter_rms");
+                       "a target.theory of \"ghs\"; of rays ee radii, heights, slopes and scatter_rms");
     if (options.confidence > 0)
       throw FieldError("solve.confidence", "beside " + budget.key,
                        "ee radii and diameters, rms_height, scatter_rms");

@@ -71,15 +71,20 @@ void describe_solve(Visitor& v, SolveSpec& solve) {
   v.check(solve.unknowns.size() <= 2 || solve.focus, "for", fmt::format("{} numbers", solve.unknowns.size()),
           "one or two, of a measured focus up to four");
   Visitor::TextsByKey bounds;
+  std::vector<KeyPattern> patterns;
+  for (const BudgetKey& key : budget_keys()) patterns.push_back({"", key.regex, key.sample});
   for (const Budget& budget : solve.budgets) bounds.emplace_back(budget.key, budget.bound);
   v.texts_by_key(
       {"so_that",
-       "budgets that have to hold: ee<percent>_radius, ee<percent>_diameter (in a plane out of focus: "
-       "ee80_diameter@1mm) as length or as angle on the sky, hew, rms_height, scatter_rms, strehl, tis, "
-       "mtf@20/mm; <= or >= and a "
-       "quantity",
+       "budgets that have to hold: ee<percent>_radius, ee<percent>_diameter, hew, ensquared<percent>_side, "
+       "fwhm, as length or as angle on the sky and but for hew in a plane out of focus (ee80_diameter@1mm); "
+       "strehl, tis, mtf@20/mm, pssn (r0 of 15 cm at 500 nm) or pssn@0.2m, bsdf@5deg; rms_height (about the "
+       "mean over the aperture) or rms_height@10/m-100/m, rms_slope (per axis) or rms_slope@10/m-100/m, "
+       "structure@10mm (root where the bound is a length), scatter_rms; <= or >= and a quantity, heights "
+       "also "
+       "as lambda/20",
        kOptional, R"({"ee80_diameter": "<= 0.6 arcsec"})"},
-      bounds, {{"", kBudgetKey, "ee80_diameter"}}, R"(\s*(<=|>=).*)");
+      bounds, patterns, R"(\s*(<=|>=).*)");
   v.check(bounds.empty() == solve.focus.has_value(), solve.focus ? "focus" : "so_that",
           solve.focus ? "beside `so_that`" : "nothing",
           "one of both: `so_that`, budgets that have to hold, or `focus`, a measurement");

@@ -450,4 +450,14 @@ double ExactTransfer::core_share() const {
   return sum;
 }
 
+double ExactTransfer::core_slope() const {
+  double sum = 0;
+  const int order = pupil_->order();
+  for (int i = 0; i < order; ++i) {
+    const double share = pupil_->share()[std::size_t(i)];
+    sum += pupil_->whole().segment(i * order, order).sum() * share * std::exp(-share * limit_);
+  }
+  return sum;
+}
+
 }  // namespace aberfit::internal

@@ -131,6 +131,8 @@ class ExactTransfer {
   /// aperture.
   Eigen::ArrayXd mean_over_overlap(const Eigen::ArrayXd& x) const;
   double core_share() const;
+  /// -d(core_share)/d(limit of E).
+  double core_slope() const;
   double cutoff() const { return pupil_->cutoff(); }
   double unresolved() const { return table_->unresolved(); }
   bool is_round() const { return pupil_->is_round(); }

@@ -1,7 +1,6 @@
 #include "aberfit/theory/generalised_harvey_shack.h"
 
 #include <algorithm>
-#include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <map>
 #include <mutex>
@@ -37,68 +36,19 @@ struct GeneralisedHarveyShack::Planes {
   std::map<double, MeanSpot> spots;
 };
 
-MeanSpot::Share MeanSpot::share(double v) const {
-  const RadialTransform::Disc disc = transform_->disc(v);
-  Share share{disc.share, disc.derivative};
-  if (airy_share_ > 0 && v > 0) {
-    const double z = 0.5 * v, j0 = boost::math::cyl_bessel_j(0, z), j1 = boost::math::cyl_bessel_j(1, z);
-    share.value += airy_share_ * (1 - j0 * j0 - j1 * j1);
-    share.derivative += airy_share_ * j1 * j1 / z;
-  }
-  return share;
-}
-
-double MeanSpot::encircled_energy(double radius) const { return share(radius * v_per_radius_).value; }
-
-double MeanSpot::encircled_energy_slope(double radius) const {
-  return share(radius * v_per_radius_).derivative * v_per_radius_;
-}
-
-double MeanSpot::encircled_energy_radius(double fraction) const {
-  if (!(fraction > 0 && fraction < 1)) return kNaN;
-  const double v_max = focal_length_ * v_per_radius_;
-  // Over log v: a halo is decades wider than the core. A dark ring has no slope, so Newton's steps are kept
-  // inside a bracket and, where they do not shrink, replaced by one of the regula falsi (Illinois).
-  double low = -kInfinity, high = kInfinity, at_low = 0, at_high = 0, last = kInfinity;
-  double u = std::min(std::log(guess_ * v_per_radius_), std::log(v_max));
-  if (!std::isfinite(u)) u = 0;
-  int side = 0;
-  for (int i = 0; i < 200; ++i) {
-    const double v = std::exp(u);
-    const Share here = share(v);
-    const double excess = here.value - fraction;
-    const double newton = -excess / (v * here.derivative);
-    if (here.derivative > 0 && std::abs(newton) <= 1e-7) return v * (1 + newton) / v_per_radius_;
-    const int now = excess < 0 ? -1 : 1;
-    (now < 0 ? low : high) = u;
-    (now < 0 ? at_low : at_high) = excess;
-    if (now == side) (now < 0 ? at_high : at_low) *= 0.5;
-    side = now;
-    if (low >= std::log(v_max)) return kInfinity;
-    if (high - low <= 1e-14) return std::exp(high) / v_per_radius_;
-    double next = u + newton;
-    const bool bracketed = std::isfinite(low) && std::isfinite(high);
-    const bool good = here.derivative > 0 && next > low && next < high && std::abs(newton) <= 0.5 * last;
-    last = good ? std::abs(newton) : kInfinity;
-    if (bracketed && !good) {
-      next = (low * at_high - high * at_low) / (at_high - at_low);
-      const double margin = 0.05 * (high - low);
-      next = std::clamp(next, low + margin, high - margin);
-    } else if (!bracketed) {
-      next = std::clamp(here.derivative > 0 ? next : u + 2 * (now < 0 ? 1 : -1), u - 2, u + 2);
-      next = std::min(next, std::log(v_max));  // there the answer is infinity or the bracket closes
-    }
-    u = next;
-  }
-  return std::exp(u) / v_per_radius_;
-}
-
 GhsPupil::GhsPupil(const Mirror& mirror, const Aperture& aperture, double wavelength,
                    const GhsOptions& options)
     : mirror_(mirror), aperture_(aperture), wavelength_(wavelength), options_(options) {
   if (!options.paraxial)
     moments_ = std::make_shared<const PupilMoments>(
         PupilField(mirror, aperture, wavelength, options.departure), options.halvings);
+}
+
+GhsPupil GhsPupil::of_parabola() const {
+  if (is_parabola(mirror_) && !options_.departure) return *this;
+  GhsOptions options = options_;
+  options.departure = {};
+  return {Mirror{mirror_.focal_length}, aperture_, wavelength_, options};
 }
 
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror,
@@ -185,6 +135,7 @@ MeanSpot GeneralisedHarveyShack::empty_plane(double dz) const {
   MeanSpot spot;
   const double f = mirror_.focal_length, radius = aperture_radius(aperture_);
   spot.focal_length_ = f;
+  spot.cutoff_ = cutoff();
   spot.v_per_radius_ = 2 * pi * cutoff() / (wavelength_ * (f + dz));
   spot.guess_ =
       std::hypot(wavelength_ * f / radius, dz * radius / f, std::isfinite(slope_) ? 2 * f * slope_ : 0.0);
@@ -221,10 +172,18 @@ std::vector<TransferPanel> GeneralisedHarveyShack::transfer_panels(double core, 
                  resolved_otf([&](double s) { return (*otf_)(s * x, curvature); }, edges, end));
 }
 
+PsdDerivative GeneralisedHarveyShack::scattering(const PsdDerivative& derivative) const {
+  return psd_.f_max() < whole_.f_max() ? derivative.band(0, 1 / wavelength_) : derivative;
+}
+
+double GeneralisedHarveyShack::core_change(const PsdDerivative& derivative, double scale) const {
+  if (!std::isfinite(g_)) return 0;  // no core
+  const double of_limit = scale * std::pow(4 * pi / wavelength_, 2) * scattering(derivative).moment(0);
+  return -of_limit * (exact_ ? exact_->core_slope() : core_);
+}
+
 SurfaceChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative, double scale) const {
-  // The edge of what scatters stays where it is.
-  const PsdDerivative inside =
-      psd_.f_max() < whole_.f_max() ? derivative.band(0, 1 / wavelength_) : derivative;
+  const PsdDerivative inside = scattering(derivative);
   const auto change = [&](const Eigen::ArrayXd& x) -> Eigen::ArrayXd {
     return scale * exponent_change(psd_, inside, wavelength_, x);
   };

@@ -1,5 +1,6 @@
 #include "aberfit/theory/psd_jacobian.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -7,6 +8,7 @@
 #include "aberfit/core/overloaded.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/theory/height_on_aperture.h"
+#include "aberfit/theory/scatter_function.h"
 #include "exact_transfer.h"
 #include "radial_transform.h"
 
@@ -16,8 +18,17 @@ using namespace internal;
 namespace {
 
 // Differences over the plane, of its distance from the focus: of eighth order, 576 kPlaneStep^8 and
-// 1e-11/kPlaneStep off.
+// 1e-11/kPlaneStep off. The same over the radius of an irradiance.
 constexpr double kPlaneStep = 0.03;
+constexpr double kPatchStep = 1e-3;  // of ln p, for the scatter of a patch
+
+// df/dx at a place whose differences f(x + k step) - f(x - k step) are given.
+template <class Difference>
+double slope_of(const Difference& difference, double step) {
+  return (4.0 / 5 * difference(1) - 1.0 / 5 * difference(2) + 4.0 / 105 * difference(3) -
+          1.0 / 280 * difference(4)) /
+         step;
+}
 
 }  // namespace
 
@@ -26,7 +37,34 @@ constexpr double kPlaneStep = 0.03;
 class JacobianOfGhs {
  public:
   JacobianOfGhs(const GeneralisedHarveyShack& ghs, const PsdModel& model, const PsdVariable& parameter)
-      : ghs_(ghs), derivative_(model, parameter), scale_(value_of(model, parameter)) {}
+      : ghs_(ghs),
+        model_(model),
+        parameter_(parameter),
+        derivative_(model, parameter),
+        scale_(value_of(model, parameter)) {}
+
+  /// d(property)/d ln p at the value of the k-th.
+  double of_light(const LightProperties& light, std::size_t k, double value) {
+    if (!std::isfinite(value)) return kNaN;
+    const double perfect = light.perfect_[k];
+    return std::visit(Overloaded{[&](const StrehlRatio&) { return change(0).irradiance(0) / perfect; },
+                                 [&](const TotalScatter&) { return -ghs_.core_change(derivative_, scale_); },
+                                 [&](const ModulationTransfer& p) {
+                                   const double sign = ghs_.at_plane(0).transfer(p.frequency) < 0 ? -1 : 1;
+                                   return sign * change(0).transfer(p.frequency);
+                                 },
+                                 [&](const EnsquaredSide& p) {
+                                   return -change(p.dz).ensquared_energy(value) /
+                                          ghs_.at_plane(p.dz).ensquared_energy_slope(value);
+                                 },
+                                 [&](const IrradianceFwhm& p) { return of_fwhm(p.dz, value); },
+                                 [&](const PointSourceSensitivity& p) {
+                                   return 2 * ghs_.at_plane(0).seen_through_air(change(0), light.r0_of(p)) /
+                                          perfect;
+                                 },
+                                 [&](const PatchBsdf& p) { return of_patch(p); }},
+                      light.wanted_[k]);
+  }
 
   /// d(statistic)/d ln p at its value.
   double operator()(const Statistic& statistic, double value) {
@@ -85,15 +123,32 @@ class JacobianOfGhs {
         return ghs_.make_plane(plane + k * step).encircled_energy(radius) -
                ghs_.make_plane(plane - k * step).encircled_energy(radius);
       };
-      const double slope = (4.0 / 5 * difference(1) - 1.0 / 5 * difference(2) + 4.0 / 105 * difference(3) -
-                            1.0 / 280 * difference(4)) /
-                           step;
-      sum += (plane < 0 ? 1 : -1) * (in_ring(plane) - half) / slope;
+      sum += (plane < 0 ? 1 : -1) * (in_ring(plane) - half) / slope_of(difference, step);
     }
     return sum;
   }
 
+  // I(w/2) = I(peak)/2; at the peak the irradiance does not change with the radius.
+  double of_fwhm(double dz, double width) {
+    const MeanSpot spot = ghs_.at_plane(dz);
+    // Rings of a defocused spot are as wide as the diffraction pattern, lambda N.
+    const double r = 0.5 * width, step = kPlaneStep * std::min(r, kPi / spot.v_per_radius_);
+    const double slope =
+        slope_of([&](int k) { return spot.irradiance(r + k * step) - spot.irradiance(r - k * step); }, step);
+    const MeanSpot& moved = change(dz);
+    return -2 * (moved.irradiance(r) - 0.5 * moved.irradiance(spot.peak_radius())) / slope;
+  }
+  double of_patch(const PatchBsdf& patch) const {
+    const auto at = [&](double log) {
+      const RadialPsd psd(with_value(model_, parameter_, scale_ * std::exp(log)));
+      return ScatterFunction(psd, ghs_.wavelength_).bsdf(patch.theta);
+    };
+    return (at(kPatchStep) - at(-kPatchStep)) / (2 * kPatchStep);
+  }
+
   const GeneralisedHarveyShack& ghs_;
+  const PsdModel& model_;
+  const PsdVariable& parameter_;
   PsdDerivative derivative_;
   double scale_;
   std::optional<SurfaceChange> surface_;
@@ -105,12 +160,18 @@ Eigen::MatrixXd PsdJacobian::logarithmic() const {
 }
 
 PsdJacobian psd_jacobian(const PsdModel& psd, const std::vector<PsdVariable>& parameters,
-                         const std::vector<Statistic>& statistics, const GhsPupil& pupil, int threads) {
+                         const std::vector<Statistic>& statistics, const GhsPupil& pupil, int threads,
+                         const LightProperties* light) {
   PsdJacobian result;
   result.parameters = parameters;
   const GeneralisedHarveyShack ghs(RadialPsd(psd), pupil);
   result.values = ghs.predict(statistics, threads);
-  const auto rows = Eigen::Index(statistics.size()), columns = Eigen::Index(parameters.size());
+  const auto own = Eigen::Index(statistics.size()), columns = Eigen::Index(parameters.size());
+  const Eigen::Index rows = own + (light ? Eigen::Index(light->wanted().size()) : 0);
+  if (light) {
+    result.values.conservativeResize(rows);
+    result.values.tail(rows - own) = (*light)(ghs);
+  }
   result.parameter_values.resize(columns);
   result.derivatives.resize(rows, columns);
   for (Eigen::Index k = 0; k < columns; ++k)
@@ -118,9 +179,11 @@ PsdJacobian psd_jacobian(const PsdModel& psd, const std::vector<PsdVariable>& pa
   parallel_for(parameters.size(), threads, [&](std::size_t k) {
     const auto column = Eigen::Index(k);
     JacobianOfGhs jacobian(ghs, psd, parameters[k]);
-    for (Eigen::Index i = 0; i < rows; ++i)
-      result.derivatives(i, column) =
-          jacobian(statistics[std::size_t(i)], result.values[i]) / result.parameter_values[column];
+    for (Eigen::Index i = 0; i < rows; ++i) {
+      const double change = i < own ? jacobian(statistics[std::size_t(i)], result.values[i])
+                                    : jacobian.of_light(*light, std::size_t(i - own), result.values[i]);
+      result.derivatives(i, column) = change / result.parameter_values[column];
+    }
   });
   return result;
 }

@@ -1,5 +1,6 @@
 #include "radial_transform.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -113,5 +114,16 @@ double RadialTransform::cosine_slope(double w) const {
 }
 
 double RadialTransform::first_moment() const { return moments_.empty() ? 0 : moments_.back()[0]; }
+
+PanelArray RadialTransform::on(double a, double b) const {
+  const double middle = 0.5 * (a + b);
+  const auto panel = std::lower_bound(panels_.begin(), panels_.end(), middle,
+                                      [](const TransferPanel& one, double s) { return one.b < s; });
+  if (panel == panels_.end() || panel->a > middle) return PanelArray::Zero();
+  return restricted(*panel, a, b);
+}
+
+// A span of no width has all of its nodes there.
+double RadialTransform::at(double s) const { return on(s, s)[0]; }
 
 }  // namespace aberfit::internal

@@ -27,6 +27,11 @@ class RadialTransform {
   double cosine_slope(double w) const;
   /// int s T(s) ds.
   double first_moment() const;
+  /// T at the nodes of [a, b], which no edge of a panel cuts; 0 where there is none.
+  PanelArray on(double a, double b) const;
+  /// T(s); 0 where there is no panel.
+  double at(double s) const;
+  const std::vector<TransferPanel>& panels() const { return panels_; }
 
  private:
   std::vector<TransferPanel> panels_;

@@ -62,8 +62,8 @@ TEST(Budget, OfLightHasItsClosedForms) {
   const double core = std::exp(-std::pow(4 * std::numbers::pi * rms / lambda, 2));
   const RadialPsd psd(UniformPsd{rms, 5000, 10000});
   const GhsPupil pupil({f, -1, {}}, CircleAperture{2 * radius}, lambda);
-  const GeneralisedHarveyShack mean(psd, pupil), perfect(psd.scaled(1e-9), pupil);
-  const auto value = [&](const OfLight& what) { return of_light(what, mean, perfect, f, lambda, radius); };
+  const GeneralisedHarveyShack mean(psd, pupil);
+  const auto value = [&](const LightProperty& what) { return LightProperties({what}, pupil)(mean)[0]; };
   EXPECT_NEAR(value(TotalScatter{}), 1 - core, 1e-6);
   EXPECT_NEAR(value(StrehlRatio{}), core, 3e-6);  // one in 1e6 of the scattered light is there
   const double cutoff = 2 * radius / (lambda * f), x = 0.3;

@@ -35,19 +35,47 @@ class MeanSpot {
   /// fractions outside (0, 1); infinity when less than `fraction` lies within r = f, where direction cosines
   /// end.
   double encircled_energy_radius(double fraction) const;
+  /// Mean irradiance at `radius` >= 0 [m], of all light 1 [1/m^2].
+  double irradiance(double radius) const;
+  /// Share of the light in a square of `side` [m] about the axis, whose edge cuts circles at side/(2 cos(t)):
+  ///   (4/pi) int_0^(pi/4) EE(side/(2 cos t)) dt,
+  /// by Gauss-Legendre with twelve nodes and one for each 2 rad that v turns between the middle of an edge
+  /// and a corner (512 at most). The light is symmetric or its mean over direction, which is the same as the
+  /// mean over squares turned all ways.
+  double ensquared_energy(double side) const;
+  /// Its derivative over the side [1/m].
+  double ensquared_energy_slope(double side) const;
+  /// Full side [m] of the square about the axis that holds `fraction` of the light, to 1e-12: it lies between
+  /// sqrt2 and 2 of the encircled energy radius. NaN and infinity as of that.
+  double ensquared_side(double fraction) const;
+  /// Full width [m] at half maximum of the irradiance: twice the radius at which it first falls to half of
+  /// the largest that lies further in, to 1e-12. In the focus of a mirror without aberrations that largest
+  /// one is on the axis. It is looked for in steps of a quarter of lambda N or of 1/64 of the spot, whichever
+  /// is longer: rings that are finer, far out of focus, may be stepped over. NaN where it never falls so far
+  /// within r = f.
+  double fwhm() const;
+  /// Transfer function at frequency nu >= 0 of the image [cycles/m], as `GeneralisedHarveyShack::transfer`.
+  double transfer(double nu) const;
+  /// 2 int OTF OTF' OTF_air^2 s ds over s = shear/cutoff in [0, 1] with the transfer function of `other`
+  /// light in the same pupil; OTF_air = exp(-3.44 (x/r0)^(5/3)) of shears x [m] in the focus. r0 > 0 [m].
+  double seen_through_air(const MeanSpot& other, double r0) const;
 
  private:
   friend class GeneralisedHarveyShack;
+  friend class JacobianOfGhs;
   struct Share {
     double value = 0, derivative = 0;  // over v
   };
   Share share(double v) const;
+  double peak_radius() const;
+  double search_step() const;
 
   std::shared_ptr<const internal::RadialTransform> transform_;
   double airy_share_ = 0;    // light in a perfect circle's focal pattern, which has a closed form
   double v_per_radius_ = 0;  // v = 2 pi nu_cutoff r [1/m]
   double focal_length_ = 0;
-  double guess_ = 0;  // radius of the order of the spot [m]
+  double cutoff_ = 0;  // shear where the transfer function ends [m]
+  double guess_ = 0;   // radius of the order of the spot [m]
 };
 
 struct GhsOptions {
@@ -72,6 +100,9 @@ class GhsPupil {
   const Mirror& mirror() const { return mirror_; }
   const Aperture& aperture() const { return aperture_; }
   double wavelength() const { return wavelength_; }
+  /// The same aperture and light with a parabola of that focal length; what has been computed is shared where
+  /// it is one already.
+  GhsPupil of_parabola() const;
 
  private:
   friend class GeneralisedHarveyShack;
@@ -143,6 +174,7 @@ class GeneralisedHarveyShack {
   double scatter_rms() const;
   double scatter_mean() const;
 
+  const RadialPsd& psd() const { return whole_; }
   double rms_height() const { return rms_height_; }  ///< of the whole PSD [m]
   double g() const {
     return g_;
@@ -184,6 +216,10 @@ class GeneralisedHarveyShack {
   MeanSpot empty_plane(double dz) const;
   /// What E, and with it every transfer function, changes by with p, times `scale`.
   internal::SurfaceChange change_of(const PsdDerivative& derivative, double scale) const;
+  /// What the specular share changes by.
+  double core_change(const PsdDerivative& derivative, double scale) const;
+  /// Of what scatters: the edge at 1/lambda stays where it is.
+  PsdDerivative scattering(const PsdDerivative& derivative) const;
   std::vector<internal::TransferPanel> change_panels(const internal::SurfaceChange& change, double dz) const;
   /// Its encircled energies are the changes of those of at_plane(dz).
   MeanSpot change_at_plane(const internal::SurfaceChange& change, double dz) const;

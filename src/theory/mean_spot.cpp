@@ -1,0 +1,196 @@
+#include <algorithm>
+#include <boost/math/special_functions/bessel.hpp>
+#include <boost/math/tools/minima.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "aberfit/core/constants.h"
+#include "aberfit/core/quadrature.h"
+#include "aberfit/core/root.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
+#include "radial_transform.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+constexpr double kSquareRoot = 1e-12;  // of a side
+constexpr int kNodesOfEdge = 12, kMostOfEdge = 512;
+constexpr double kStepsOfLight = 4, kStepsOfSpot = 64;  // in lambda N, in the spot
+constexpr int kMostSteps = 200'000;
+// Of the phase through Kolmogorov turbulence, 2 (24/5 Gamma(6/5))^(5/6), over (x/r0)^(5/3).
+constexpr double kStructureOfAir = 6.883877182;
+
+// Nodes over the part of an octant that a square's edge goes through.
+int nodes_of_edge(double v_of_side) {
+  const double turn = 0.5 * (std::numbers::sqrt2 - 1) * v_of_side;
+  return int(std::min<double>(kMostOfEdge, kNodesOfEdge + 0.5 * turn));
+}
+
+// A circle's transfer function at shear/cutoff s.
+double circle_transfer(double s) { return s < 1 ? 2 / kPi * (std::acos(s) - s * std::sqrt(1 - s * s)) : 0; }
+
+}  // namespace
+
+MeanSpot::Share MeanSpot::share(double v) const {
+  const RadialTransform::Disc disc = transform_->disc(v);
+  Share share{disc.share, disc.derivative};
+  if (airy_share_ > 0 && v > 0) {
+    const double z = 0.5 * v, j0 = boost::math::cyl_bessel_j(0, z), j1 = boost::math::cyl_bessel_j(1, z);
+    share.value += airy_share_ * (1 - j0 * j0 - j1 * j1);
+    share.derivative += airy_share_ * j1 * j1 / z;
+  }
+  return share;
+}
+
+double MeanSpot::encircled_energy(double radius) const { return share(radius * v_per_radius_).value; }
+
+double MeanSpot::encircled_energy_slope(double radius) const {
+  return share(radius * v_per_radius_).derivative * v_per_radius_;
+}
+
+double MeanSpot::encircled_energy_radius(double fraction) const {
+  if (!(fraction > 0 && fraction < 1)) return kNaN;
+  const double v_max = focal_length_ * v_per_radius_;
+  // Over log v: a halo is decades wider than the core. A dark ring has no slope, so Newton's steps are kept
+  // inside a bracket and, where they do not shrink, replaced by one of the regula falsi (Illinois).
+  double low = -kInfinity, high = kInfinity, at_low = 0, at_high = 0, last = kInfinity;
+  double u = std::min(std::log(guess_ * v_per_radius_), std::log(v_max));
+  if (!std::isfinite(u)) u = 0;
+  int side = 0;
+  for (int i = 0; i < 200; ++i) {
+    const double v = std::exp(u);
+    const Share here = share(v);
+    const double excess = here.value - fraction;
+    const double newton = -excess / (v * here.derivative);
+    if (here.derivative > 0 && std::abs(newton) <= 1e-7) return v * (1 + newton) / v_per_radius_;
+    const int now = excess < 0 ? -1 : 1;
+    (now < 0 ? low : high) = u;
+    (now < 0 ? at_low : at_high) = excess;
+    if (now == side) (now < 0 ? at_high : at_low) *= 0.5;
+    side = now;
+    if (low >= std::log(v_max)) return kInfinity;
+    if (high - low <= 1e-14) return std::exp(high) / v_per_radius_;
+    double next = u + newton;
+    const bool bracketed = std::isfinite(low) && std::isfinite(high);
+    const bool good = here.derivative > 0 && next > low && next < high && std::abs(newton) <= 0.5 * last;
+    last = good ? std::abs(newton) : kInfinity;
+    if (bracketed && !good) {
+      next = (low * at_high - high * at_low) / (at_high - at_low);
+      const double margin = 0.05 * (high - low);
+      next = std::clamp(next, low + margin, high - margin);
+    } else if (!bracketed) {
+      next = std::clamp(here.derivative > 0 ? next : u + 2 * (now < 0 ? 1 : -1), u - 2, u + 2);
+      next = std::min(next, std::log(v_max));  // there the answer is infinity or the bracket closes
+    }
+    u = next;
+  }
+  return std::exp(u) / v_per_radius_;
+}
+
+double MeanSpot::irradiance(double radius) const {
+  const double v = radius * v_per_radius_, per_area = v_per_radius_ * v_per_radius_ / (2 * kPi);
+  // Of the closed core J1(z)^2/z over v, z = v/2, at 0.
+  if (v == 0) return per_area * (transform_->first_moment() + airy_share_ / 8);
+  return per_area * share(v).derivative / v;
+}
+
+double MeanSpot::ensquared_energy(double side) const {
+  const Quadrature octant = gauss_legendre(nodes_of_edge(side * v_per_radius_), 0, kPi / 4);
+  double sum = 0;
+  for (Eigen::Index k = 0; k < octant.nodes.size(); ++k)
+    sum += octant.weights[k] * encircled_energy(0.5 * side / std::cos(octant.nodes[k]));
+  return 4 / kPi * sum;
+}
+
+double MeanSpot::ensquared_energy_slope(double side) const {
+  const Quadrature octant = gauss_legendre(nodes_of_edge(side * v_per_radius_), 0, kPi / 4);
+  double sum = 0;
+  for (Eigen::Index k = 0; k < octant.nodes.size(); ++k) {
+    const double per_side = 0.5 / std::cos(octant.nodes[k]);
+    sum += octant.weights[k] * per_side * encircled_energy_slope(per_side * side);
+  }
+  return 4 / kPi * sum;
+}
+
+double MeanSpot::ensquared_side(double fraction) const {
+  const double radius = encircled_energy_radius(fraction);
+  if (!std::isfinite(radius)) return radius;
+  // The square between the circles within and about it.
+  const double least = std::numbers::sqrt2 * radius, most = 2 * radius;
+  const auto excess = [&](double side) { return ensquared_energy(side) - fraction; };
+  const double at_least = excess(least), at_most = excess(most);
+  if (at_least >= 0) return least;  // no light between the two circles but rounding
+  if (at_most <= 0) return most;
+  return root_between(excess, least, most, at_least, at_most, kSquareRoot);
+}
+
+double MeanSpot::search_step() const {
+  const double axis = irradiance(0), diffraction = 2 * kPi / v_per_radius_;
+  const double spot = axis > 0 ? std::min(guess_, 1 / std::sqrt(kPi * axis)) : guess_;
+  return std::max(diffraction / kStepsOfLight, spot / kStepsOfSpot);
+}
+
+// Of the largest irradiance before it first falls to half of it; NaN where it does not.
+double MeanSpot::peak_radius() const {
+  const double step = search_step();
+  double top = irradiance(0), at_top = 0;
+  for (int k = 1; k < kMostSteps && k * step < focal_length_; ++k) {
+    const double here = irradiance(k * step);
+    if (here > top) top = here, at_top = k * step;
+    if (here > 0.5 * top) continue;
+    if (at_top == 0) return 0;
+    const auto below = [&](double r) { return -irradiance(r); };
+    return boost::math::tools::brent_find_minima(below, std::max(0.0, at_top - step), at_top + step, 40)
+        .first;
+  }
+  return kNaN;
+}
+
+double MeanSpot::fwhm() const {
+  const double peak = peak_radius();
+  if (std::isnan(peak)) return kNaN;
+  const double half = 0.5 * irradiance(peak);
+  return 2 * first_crossing([&](double r) { return irradiance(r) - half; }, peak, half, search_step(),
+                            focal_length_);
+}
+
+double MeanSpot::transfer(double nu) const {
+  const double s = 2 * kPi * nu / v_per_radius_;
+  return s < 1 ? transform_->at(s) + airy_share_ * circle_transfer(s) : 0;
+}
+
+double MeanSpot::seen_through_air(const MeanSpot& other, double r0) const {
+  const double air = r0 / cutoff_;
+  std::vector<double> edges{0, 1};
+  for (const MeanSpot* spot : {this, &other})
+    for (const TransferPanel& panel : spot->transform_->panels())
+      edges.insert(edges.end(), {panel.a, panel.b});
+  std::sort(edges.begin(), edges.end());
+  // No more than the air's own length at a time, halves towards 0, where (x/r0)^(5/3) is no polynomial.
+  constexpr double kSmallest = 1e-4, kGone = 8;
+  double sum = 0;
+  const auto add = [&](double a, double b) {
+    const TransferPanel span{a, b};
+    const PanelArray s = span.nodes();
+    PanelArray one = transform_->on(a, b), two = other.transform_->on(a, b);
+    if (airy_share_ > 0) one += airy_share_ * s.unaryExpr(&circle_transfer);
+    if (other.airy_share_ > 0) two += other.airy_share_ * s.unaryExpr(&circle_transfer);
+    const PanelArray seen = (-kStructureOfAir * (s / air).pow(5.0 / 3)).exp();
+    sum += (b - a) * (panel_rule().weight * one * two * seen * s).sum();
+  };
+  for (std::size_t k = 0; k + 1 < edges.size(); ++k) {
+    double a = edges[k];
+    const double end = std::min(edges[k + 1], kGone * air);
+    while (end - a > 0) {
+      double b = end;
+      while (b - a > std::min(air, std::max(a, kSmallest * air))) b = a + 0.5 * (b - a);
+      add(a, b);
+      a = b;
+    }
+  }
+  return sum;
+}
+
+}  // namespace aberfit
