@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <boost/math/special_functions/bessel.hpp>
-#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <numbers>
 
@@ -96,6 +95,20 @@ double MeanSpot::irradiance(double radius) const {
   return per_area * share(v).derivative / v;
 }
 
+// d/dv int s J0(v s) T ds = -int s^2 J1(v s) T ds, the share of s^2 T in a disc but for its factor v.
+double MeanSpot::irradiance_slope(double radius) const {
+  const double v = radius * v_per_radius_, per_area = v_per_radius_ * v_per_radius_ / (2 * kPi);
+  if (v == 0) return 0;
+  std::vector<TransferPanel> panels = transform_->panels();
+  for (TransferPanel& panel : panels) panel.value *= panel.nodes().square();
+  double slope = -RadialTransform(std::move(panels)).disc(v).share / v;
+  if (airy_share_ > 0) {
+    const double z = 0.5 * v, j0 = boost::math::cyl_bessel_j(0, z), j1 = boost::math::cyl_bessel_j(1, z);
+    slope += airy_share_ * 2 * j1 * (j0 - 4 * j1 / v) / (v * v);
+  }
+  return per_area * slope * v_per_radius_;
+}
+
 double MeanSpot::ensquared_energy(double side) const {
   const Quadrature octant = gauss_legendre(nodes_of_edge(side * v_per_radius_), 0, kPi / 4);
   double sum = 0;
@@ -141,9 +154,9 @@ double MeanSpot::peak_radius() const {
     if (here > top) top = here, at_top = k * step;
     if (here > 0.5 * top) continue;
     if (at_top == 0) return 0;
-    const auto below = [&](double r) { return -irradiance(r); };
-    return boost::math::tools::brent_find_minima(below, std::max(0.0, at_top - step), at_top + step, 40)
-        .first;
+    const auto slope = [&](double r) { return irradiance_slope(r); };
+    const double before = at_top - step, behind = at_top + step, rise = slope(before), fall = slope(behind);
+    return rise > 0 && fall < 0 ? root_between(slope, before, behind, rise, fall) : at_top;
   }
   return kNaN;
 }

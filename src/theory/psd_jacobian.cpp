@@ -1,6 +1,5 @@
 #include "aberfit/theory/psd_jacobian.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -18,17 +17,9 @@ using namespace internal;
 namespace {
 
 // Differences over the plane, of its distance from the focus: of eighth order, 576 kPlaneStep^8 and
-// 1e-11/kPlaneStep off. The same over the radius of an irradiance.
+// 1e-11/kPlaneStep off.
 constexpr double kPlaneStep = 0.03;
 constexpr double kPatchStep = 1e-3;  // of ln p, for the scatter of a patch
-
-// df/dx at a place whose differences f(x + k step) - f(x - k step) are given.
-template <class Difference>
-double slope_of(const Difference& difference, double step) {
-  return (4.0 / 5 * difference(1) - 1.0 / 5 * difference(2) + 4.0 / 105 * difference(3) -
-          1.0 / 280 * difference(4)) /
-         step;
-}
 
 }  // namespace
 
@@ -123,7 +114,10 @@ class JacobianOfGhs {
         return ghs_.make_plane(plane + k * step).encircled_energy(radius) -
                ghs_.make_plane(plane - k * step).encircled_energy(radius);
       };
-      sum += (plane < 0 ? 1 : -1) * (in_ring(plane) - half) / slope_of(difference, step);
+      const double slope = (4.0 / 5 * difference(1) - 1.0 / 5 * difference(2) + 4.0 / 105 * difference(3) -
+                            1.0 / 280 * difference(4)) /
+                           step;
+      sum += (plane < 0 ? 1 : -1) * (in_ring(plane) - half) / slope;
     }
     return sum;
   }
@@ -131,12 +125,9 @@ class JacobianOfGhs {
   // I(w/2) = I(peak)/2; at the peak the irradiance does not change with the radius.
   double of_fwhm(double dz, double width) {
     const MeanSpot spot = ghs_.at_plane(dz);
-    // Rings of a defocused spot are as wide as the diffraction pattern, lambda N.
-    const double r = 0.5 * width, step = kPlaneStep * std::min(r, kPi / spot.v_per_radius_);
-    const double slope =
-        slope_of([&](int k) { return spot.irradiance(r + k * step) - spot.irradiance(r - k * step); }, step);
+    const double r = 0.5 * width;
     const MeanSpot& moved = change(dz);
-    return -2 * (moved.irradiance(r) - 0.5 * moved.irradiance(spot.peak_radius())) / slope;
+    return -2 * (moved.irradiance(r) - 0.5 * moved.irradiance(spot.peak_radius())) / spot.irradiance_slope(r);
   }
   double of_patch(const PatchBsdf& patch) const {
     const auto at = [&](double log) {

@@ -37,6 +37,8 @@ class MeanSpot {
   double encircled_energy_radius(double fraction) const;
   /// Mean irradiance at `radius` >= 0 [m], of all light 1 [1/m^2].
   double irradiance(double radius) const;
+  /// Its derivative over the radius [1/m^3].
+  double irradiance_slope(double radius) const;
   /// Share of the light in a square of `side` [m] about the axis, whose edge cuts circles at side/(2 cos(t)):
   ///   (4/pi) int_0^(pi/4) EE(side/(2 cos t)) dt,
   /// by Gauss-Legendre with twelve nodes and one for each 2 rad that v turns between the middle of an edge
