@@ -132,6 +132,7 @@ void conclude(const FitCase& of, Attempt* attempt) {
   FitOutcome& result = attempt->result;
   if (attempt->fresh.rays == 0)
     result.warnings.insert(result.warnings.end(), attempt->own_warnings.begin(), attempt->own_warnings.end());
+  if (of.ground.psd) result.mean_light = specified_light(of.ground);
   ask_light(of, &result);
   ask_perfect_mirror(of, &result);
   tell_scatter_of_rest(of, &result);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/units.h"
 #include "aberfit/report/check_report.h"
 #include "paper_table.h"
@@ -40,6 +41,29 @@ std::string error_row(const char* label, double ee90_radius, double ee50_error, 
                                 100 * ee90_error, 100 * ee50_error));
 }
 
+// The mean light as specifications ask for it.
+std::string light_rows(const SpecifiedLight& light) {
+  constexpr double kArcsec = 648000 / kPi;
+  std::string widths, sky, shares;
+  for (const SpecifiedValue& one : light.values) {
+    const auto add = [&](std::string* to, const std::string& value) {
+      const std::string name = one.key.substr(0, one.key.find('_'));
+      *to += fmt::format("{}{} {}", to->empty() ? "" : ", ", name, value);
+    };
+    if (one.key == "hew") continue;  // ee50_diameter
+    if (one.is_width) {
+      add(&widths, metres_text(one.value));
+      add(&sky, fmt::format("{:.3g}", one.value / light.focal_length * kArcsec));
+    } else {
+      add(&shares, fmt::format("{:.4g}", one.value));
+    }
+  }
+  std::string text;
+  if (!widths.empty()) text += row("mean light across", widths) + row("  on the sky [arcsec]", sky);
+  if (!shares.empty()) text += row("  its shares", shares);
+  return text;
+}
+
 // R, kappa and GHS of the specification, with both verdicts side by side.
 std::string scene_rows(const CheckReport& report) {
   const SceneFacts& scene = *report.scene;
@@ -56,6 +80,7 @@ std::string scene_rows(const CheckReport& report) {
   text += row("ee90 by Harvey-Shack (waves)",
               metres_text(e.ghs.ee90) +
                   fmt::format(", ee50 {}, ee80 {}", metres_text(e.ghs.ee50), metres_text(e.ghs.ee80)));
+  text += light_rows(scene.mean_light);
   text += error_row("ee90 by rays", e.rays.ee90, e.ray_ee50, e.ray_ee90);
   text += row("R of the paper", fmt::format("{:.4g}", n.paper_ratio_r));
   text += row("  its verdict (R >> 1: rays)", paper_verdict(n.paper_ratio_r));

@@ -225,6 +225,19 @@ Json to_json(const Provenance& provenance) {
           {"libraries", libraries}};
 }
 
+Json mean_light_json(const SpecifiedLight& light) {
+  Json json = {{"theory", light.theory}};
+  for (const SpecifiedValue& one : light.values) {
+    if (!one.is_width) {
+      json[one.key] = json_number(one.value);
+      continue;
+    }
+    json[one.key + "_m"] = json_number(one.value);
+    json[one.key + "_rad"] = json_number(one.value / light.focal_length);
+  }
+  return json;
+}
+
 Json scene_json(const FitOutcome& result) {
   if (!result.has_roughness) return nullptr;
   const SceneNumbers& scene = result.scene;
@@ -252,6 +265,7 @@ Json scene_json(const FitOutcome& result) {
     json["model_error"] = {{"ray_ee50", json_number(errors->ray_ee50)},
                            {"ray_ee90", json_number(errors->ray_ee90)}};
   }
+  if (!result.mean_light.values.empty()) json["mean_light"] = mean_light_json(result.mean_light);
   if (const auto& realisation = result.realisation)
     json["realisation"] = {
         {"predicted", json_number(realisation->predicted)},

@@ -14,6 +14,7 @@ inline Json scene_json(const SceneFacts& facts) {
   result.needed = facts.needed;
   result.model_reason = facts.reason;
   result.errors = facts.errors;
+  result.mean_light = facts.mean_light;
   result.realisation = facts.realisation;
   return scene_json(result);
 }

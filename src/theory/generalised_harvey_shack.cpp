@@ -57,7 +57,8 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirro
     : GeneralisedHarveyShack(psd, GhsPupil(mirror, aperture, wavelength, options)) {}
 
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const GhsPupil& pupil)
-    : whole_(psd),
+    : pupil_(pupil),
+      whole_(psd),
       psd_(psd),
       mirror_(pupil.mirror_),
       aperture_(pupil.aperture_),

@@ -10,6 +10,7 @@
 #include "aberfit/method/frontier.h"
 #include "aberfit/method/map_light.h"
 #include "aberfit/method/plan.h"
+#include "aberfit/method/specified_light.h"
 #include "aberfit/method/tost.h"
 #include "aberfit/terms/term_set.h"
 #include "aberfit/theory/abg_fit.h"
@@ -99,6 +100,7 @@ struct FitOutcome {
   bool light_decides = true;          ///< the verdict is light's; else that of the theory the study names
   std::string model_reason;           ///< why it is needed, one sentence
   std::optional<ModelErrors> errors;  ///< of rays against GHS; absent without roughness
+  SpecifiedLight mean_light;          ///< of the specification; empty without roughness and before `conclude`
   std::optional<Realisation> realisation;
   std::vector<Target> targets;
   FitResult fit;

@@ -16,10 +16,12 @@ struct SceneFacts {
   std::string needed;                      ///< the same words: what the scene needs
   std::string reason;                      ///< why it is needed, one sentence
   std::optional<ModelErrors> errors;       ///< of rays against GHS
+  SpecifiedLight mean_light;               ///< empty: not asked for
   std::optional<Realisation> realisation;  ///< absent: not asked for
 };
 
-/// The facts of a scene with roughness whose targets come from `theory`; `realisation` is left empty.
+/// The facts of a scene with roughness whose targets come from `theory`; `realisation` and `mean_light` are
+/// left empty.
 SceneFacts scene_facts(const Groundwork& ground, const std::string& theory);
 
 }  // namespace aberfit

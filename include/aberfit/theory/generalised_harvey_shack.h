@@ -177,6 +177,7 @@ class GeneralisedHarveyShack {
   double scatter_mean() const;
 
   const RadialPsd& psd() const { return whole_; }
+  const GhsPupil& pupil() const { return pupil_; }
   double rms_height() const { return rms_height_; }  ///< of the whole PSD [m]
   double g() const {
     return g_;
@@ -234,6 +235,7 @@ class GeneralisedHarveyShack {
   void set_paraxial(const GhsOptions& options);
   std::vector<internal::TransferPanel> transfer_panels(double core, double curvature) const;
 
+  GhsPupil pupil_;
   RadialPsd whole_, psd_;  // psd_: of the frequencies that scatter
   Mirror mirror_;
   Aperture aperture_;
