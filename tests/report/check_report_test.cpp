@@ -19,6 +19,8 @@ CheckReport hand_made() {
   report.mirror.rim_sag_max = 3.5e-3;
   report.mirror.plane_residual = 0;
   report.scene = test::scene_of_waves();
+  report.scene->mean_light = {
+      "ghs", 2, {{"ee80_diameter", 30e-6, true}, {"hew", 6e-6, true}, {"strehl", 0.81, false}}};
   report.focal_sigma = 8e-6;
   report.theory = "geometric";
   report.reason = report.scene->reason;
@@ -58,6 +60,15 @@ TEST(CheckReport, TableAndJsonSayTheSame) {
   EXPECT_EQ(json["scene"]["model_error"]["ray_ee90"], -0.1);
   EXPECT_EQ(row(table, "ee90 by Harvey-Shack (waves)"), "20 um, ee50 3 um, ee80 15 um");
   EXPECT_EQ(json["scene"]["ghs"]["ee90_radius_m"], 20e-6);
+  EXPECT_EQ(row(table, "mean light across"), "ee80 30 um");
+  EXPECT_EQ(row(table, "  on the sky [arcsec]"), "ee80 3.09") << "15 urad";
+  EXPECT_EQ(row(table, "  its shares"), "strehl 0.81");
+  EXPECT_EQ(json["scene"]["mean_light"], (ordered_json{{"theory", "ghs"},
+                                                       {"ee80_diameter_m", 30e-6},
+                                                       {"ee80_diameter_rad", 15e-6},
+                                                       {"hew_m", 6e-6},
+                                                       {"hew_rad", 3e-6},
+                                                       {"strehl", 0.81}}));
   // The paper's verdict and ours side by side.
   EXPECT_EQ(row(table, "  its verdict (R >> 1: rays)"), "unclear");
   EXPECT_EQ(json["scene"]["paper_verdict"], "unclear");

@@ -112,5 +112,23 @@ TEST(Contributors, TakeTheirPartOfTheBudget) {
   EXPECT_THROW(solved(R"({"jitter": "0.3 arcsec"})", R"({"rms_height": "<= 20 nm"})"), InputError);
 }
 
+// Seeing of 0.976 lambda/r0, r0 as lambda^(6/5); an aperture of 40 r0 sharpens a long exposure's transfer
+// function by little.
+TEST(Contributors, WidthOfTheImageIsTheSeeing) {
+  const Specification spec = run_solve(
+      parse_study(R"({"aberfit": 1, "mirror": {"focal_length": "40 m"}, "light": {"wavelength": "632.8 nm"},
+          "aperture": {"shape": "circle", "diameter": "4 m"}, "roughness": {"psd": {"model": "uniform", "rms": "20 nm",
+          "f_min": "5 /m", "f_max": "20 /m"}}, "solve": {"for": ["/roughness/psd/rms"], "so_that": {
+          "fwhm": "<= 1.5 arcsec"}, "with": {"atmosphere": {"r0": "10 cm", "wavelength": "500 nm"}}}})",
+                  "study.json"),
+      {});
+  ASSERT_EQ(spec.uses.size(), 2u);
+  EXPECT_EQ(spec.uses[1].name, "atmosphere");
+  const double r0 = 0.1 * std::pow(632.8 / 500, 1.2);
+  EXPECT_NEAR(spec.uses[1].alone[0] / (0.976 * 632.8e-9 / r0), 1, 0.02);
+  for (const char* of_a_surface : {R"({"bsdf@5deg": "<= 1"})", R"({"rms_slope": "<= 1e-6"})"})
+    EXPECT_THROW(solved(R"({"jitter": "0.3 arcsec"})", of_a_surface), InputError) << of_a_surface;
+}
+
 }  // namespace
 }  // namespace aberfit

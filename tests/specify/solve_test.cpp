@@ -336,5 +336,81 @@ TEST(Solve, OfStrehlAndScatterIsThatOfTheCore) {
                InputError);
 }
 
+// Closed laws of a uniform band: the share of its area in f, its slope; heights in parts of the wavelength.
+TEST(Solve, OfTheSurfaceIsThatOfItsMoments) {
+  const auto height = [&](const std::string& so_that) {
+    const Specification spec = solved(
+        slow_mirror(kUniform, kGeometric, R"({"for": ["/roughness/psd/rms"], "so_that": )" + so_that + "}"));
+    EXPECT_EQ(spec.status, SolveStatus::kSolved) << so_that;
+    const double power = spec.budgets[0].is_squared ? 2 : 1;
+    EXPECT_NEAR(spec.solutions.at(0).budgets[0].sensitivity[0], power, 1e-9) << so_that;
+    return spec.solutions.at(0).at[0];
+  };
+  EXPECT_NEAR(height(R"({"rms_slope": "<= 5 urad"})") / rms_of_slope(5e-6, 20, 60), 1, 1e-9);
+  EXPECT_NEAR(height(R"({"rms_height@30/m-50/m": "<= 5 nm RMS"})") / (5e-9 * std::sqrt(2.0)), 1, 1e-9);
+  EXPECT_NEAR(height(R"({"rms_height@1/m-100/m": "<= lambda/20"})") / 25e-9, 1, 1e-9);
+  const double root = height(R"({"structure@10mm": "<= 5 nm"})");
+  EXPECT_NEAR(height(R"({"structure@10mm": "<= 25 nm^2"})") / root, 1, 1e-9);
+  // D = 2 sigma^2 (1 - [f J1(2 pi f r)/(pi r)]/(f_max^2 - f_min^2)).
+  const auto part = [](double f) {
+    return f * boost::math::cyl_bessel_j(1, 2 * pi * f * 0.01) / (pi * 0.01);
+  };
+  EXPECT_NEAR(5e-9 / root, std::sqrt(2 * (1 - (part(60) - part(20)) / 3200)), 1e-8);
+}
+
+// Of one and the same number of the roughness: each budget's limit is its value at the other's solution.
+TEST(Solve, BudgetsOfLightAgreeWithEachOther) {
+  const std::string begin = R"({"for": ["/roughness/psd/rms"], "so_that": )";
+  const auto solution = [&](const std::string& so_that) {
+    const Specification spec = solved(slow_mirror(kUniform, R"("theory": "ghs")", begin + so_that + "}"));
+    EXPECT_EQ(spec.status, SolveStatus::kSolved) << so_that << spec.reason;
+    return spec.solutions.at(0);
+  };
+  const SolvePoint first =
+      solution(R"({"ensquared80_side": "<= 6 arcsec", "fwhm": "<= 1 deg", "pssn": ">= 1e-3",
+      "strehl": ">= 1e-3"})");
+  EXPECT_EQ(first.binding, 0u);
+  const std::pair<const char*, const char*> others[] = {
+      {R"("fwhm": "<=)", " rad"}, {R"("pssn": ">=)", ""}, {R"("strehl": ">=)", ""}};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::string text =
+        fmt::format("{{{} {:.17g}{}\"}}", others[k].first, first.budgets[k + 1].value, others[k].second);
+    EXPECT_NEAR(solution(text).at[0] / first.at[0], 1, 1e-8) << text;
+  }
+}
+
+TEST(Solve, ContourOfLightTakesExactDerivatives) {
+  const std::string text =
+      R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
+      "aperture": {"shape": "circle", "diameter": "0.4 m"}, "target": {},
+      "roughness": {"psd": {"model": "k-correlation", "rms": "60 nm", "B": "0.1 m", "exponent": 3.5, "f_min": "2.5 /m",
+        "f_max": "40 /m"}}, "solve": {"for": ["/roughness/psd/rms", "/roughness/psd/B"], "contour_decades": 0.5,
+        "so_that": {"strehl": ">= 0.7", "ensquared80_side": "<= 40 um"}}})";
+  const Specification spec = solved(text);
+  ASSERT_EQ(spec.status, SolveStatus::kSolved);
+  const auto& points = spec.contour.points;
+  ASSERT_GE(points.size(), 5u);
+  for (const SolvePoint& point : points) EXPECT_NEAR(point.budgets[point.binding].margin, 0, kSolved);
+  EXPECT_LE(spec.evaluations, int(80 + 6 * points.size()));
+}
+
+TEST(Solve, KeysThatAreNearlyRightAreToldWhatTheyMayMean) {
+  const auto said = [](const std::string& key) -> std::string {
+    try {
+      solved(slow_mirror(kUniform, kGeometric,
+                         R"({"for": ["/roughness/psd/rms"], "so_that": {")" + key + R"(": "<= 1 um"}})"));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  EXPECT_NE(said("ensquared80").find("did you mean \"ensquared80_side\"?"), std::string::npos)
+      << said("ensquared80");
+  EXPECT_NE(said("fwmh").find("did you mean \"fwhm\"?"), std::string::npos) << said("fwmh");
+  EXPECT_NE(said("rms_slpoe").find("did you mean \"rms_slope\"?"), std::string::npos) << said("rms_slpoe");
+  for (const BudgetKey& kind : budget_keys())
+    EXPECT_NE(said("nothing-like-it").find(kind.sample), std::string::npos) << kind.sample;
+}
+
 }  // namespace
 }  // namespace aberfit
