@@ -196,7 +196,7 @@ Attempt fit_nearest(const FitCase& of, const OrderRange& range, Trials* trials, 
 // What is fitted is met and what lies between is missed by little: the next draw may do, as it does where no
 // set of a search passes. Not without end: each takes as long as the first.
 void try_other_starts(const FitCase& of, FitPlan plan, Attempt* attempt) {
-  if (of.task.fit.starts || of.ground.use.model != FocusModel::kWaves) return;
+  if (of.task.fit.starts) return;
   for (int k = 1; k < kStartsOfAsked && attempt->met && near_miss(*attempt); ++k) {
     if (of.context.stopped()) return;
     plan.first_start = k;

@@ -243,8 +243,8 @@ void describe_fit(Visitor& v, FitSpec& fit) {
     std::int64_t starts = fit.starts.value_or(1);
     f.word_or_integer(
         {"starts",
-         "tries from different draws until one passes, else the best is kept; auto: one, and by waves two "
-         "more where it meets what is fitted and misses the rest by little",
+         "tries from different draws until one passes, else the best is kept; auto: one, and two more where "
+         "it meets what is fitted and misses the rest by little",
          kOptional, "3"},
         automatic_starts, "auto", starts, 1, 10000);
     if (f.reading() && !automatic_starts) fit.starts = int(starts);

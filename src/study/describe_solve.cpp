@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "describe.h"
 
 namespace aberfit::internal {
@@ -66,8 +68,11 @@ void describe_solve(Visitor& v, SolveSpec& solve) {
   v.check(solve.unknowns.empty() == solve.ceilings.has_value(), solve.ceilings ? "ceilings" : "for",
           solve.ceilings ? "beside `for`" : "nothing",
           "one of both: `for`, numbers of the roughness, or `ceilings`, which need none");
-  v.check(solve.unknowns.size() < 2 || solve.unknowns[0] != solve.unknowns[1], "for/1",
-          solve.unknowns.empty() ? "" : '"' + solve.unknowns.back() + "\" again", "two different numbers");
+  for (std::size_t k = 1; k < solve.unknowns.size(); ++k) {
+    const auto here = solve.unknowns.begin() + std::ptrdiff_t(k);
+    v.check(std::find(solve.unknowns.begin(), here, *here) == here, fmt::format("for/{}", k),
+            '"' + *here + "\" again", "different numbers");
+  }
   v.check(solve.unknowns.size() <= 2 || solve.focus, "for", fmt::format("{} numbers", solve.unknowns.size()),
           "one or two, of a measured focus up to four");
   Visitor::TextsByKey bounds;
