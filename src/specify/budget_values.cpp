@@ -109,19 +109,24 @@ Eigen::ArrayXd BudgetValues::at(const std::vector<double>& logs) const {
 
 PsdJacobian BudgetValues::geometric_jacobian(const Task& task,
                                              const std::vector<PsdVariable>& variables) const {
-  const RadialPsd psd(*task.psd);
-  const GeometricHarveyShack theory = geometric(task, psd);
-  const double slope_variance = psd_moments(psd).slope_variance;
   const std::vector<Statistic>& wanted = statistics_;
   PsdJacobian result;
   result.parameters = variables;
   result.values.resize(Eigen::Index(wanted.size()));
   result.parameter_values.resize(Eigen::Index(variables.size()));
+  for (std::size_t u = 0; u < variables.size(); ++u)
+    result.parameter_values[Eigen::Index(u)] = value_of(*task.psd, variables[u]);
+  if (wanted.empty()) {  // numbers of the surface, which need no rays
+    result.derivatives.resize(0, result.parameter_values.size());
+    return result;
+  }
+  const RadialPsd psd(*task.psd);
+  const GeometricHarveyShack theory = geometric(task, psd);
+  const double slope_variance = psd_moments(psd).slope_variance;
   result.derivatives.resize(result.values.size(), result.parameter_values.size());
   for (Eigen::Index u = 0; u < result.parameter_values.size(); ++u) {
     const PsdVariable& variable = variables[std::size_t(u)];
     const PsdDerivative derivative(*task.psd, variable);
-    result.parameter_values[u] = value_of(*task.psd, variable);
     const double of_slope = 2 * kPi * kPi * derivative.moment(2) / slope_variance;  // d ln(slope)/dp
     for (std::size_t k = 0; k < wanted.size(); ++k) {
       const auto i = Eigen::Index(k);

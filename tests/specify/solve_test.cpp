@@ -358,6 +358,18 @@ TEST(Solve, OfTheSurfaceIsThatOfItsMoments) {
   EXPECT_NEAR(5e-9 / root, std::sqrt(2 * (1 - (part(60) - part(20)) / 3200)), 1e-8);
 }
 
+// By the theory of light they are the same, though neither light nor rays are asked.
+TEST(Solve, OfTheSurfaceIsTheSameByEitherTheory) {
+  const Specification spec = solved(slow_mirror(
+      R"({"model": "k-correlation", "rms": "50 nm", "B": "0.1 m", "exponent": 3, "f_max": "1000 /m"})",
+      R"("theory": "ghs")",
+      R"({"for": ["/roughness/psd/rms"], "so_that": {"structure@10mm": "<= 5 nm", "rms_slope@0/m-100/m": "<= 1"}})"));
+  ASSERT_EQ(spec.status, SolveStatus::kSolved) << spec.reason;
+  const RadialPsd psd(KCorrelationPsd{spec.solutions[0].at[0], 0.1, 3, 0, 1000});
+  EXPECT_NEAR(2 * structure_function(psd, Eigen::ArrayXd::Constant(1, 0.01))[0] / 25e-18, 1, 1e-9);
+  EXPECT_NEAR(spec.solutions[0].budgets[1].sensitivity[0], 1, 1e-9);
+}
+
 // Of one and the same number of the roughness: each budget's limit is its value at the other's solution.
 TEST(Solve, BudgetsOfLightAgreeWithEachOther) {
   const std::string begin = R"({"for": ["/roughness/psd/rms"], "so_that": )";
