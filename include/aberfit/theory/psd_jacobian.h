@@ -32,8 +32,9 @@ struct PsdJacobian {
 /// and so its derivatives. It costs one structure function and one set of panels per parameter and plane.
 /// light: further rows, after those of `statistics`, of the same pupil. Irradiance, transfer function and the
 /// share in a square are linear in H as encircled energy is, PSSN is its square; sides and widths come by the
-/// implicit function theorem, 1 - core by the height variance. A PatchBsdf alone has central differences of 1e-3, error about 1e-6.
-/// Throws as GeneralisedHarveyShack does; std::invalid_argument for parameters that the model does not have.
+/// implicit function theorem, 1 - core by the height variance. A PatchBsdf alone has central differences of
+/// 1e-3, error about 1e-6. Throws as GeneralisedHarveyShack does; std::invalid_argument for parameters that
+/// the model does not have.
 PsdJacobian psd_jacobian(const PsdModel& psd, const std::vector<PsdVariable>& parameters,
                          const std::vector<Statistic>& statistics, const GhsPupil& pupil, int threads = 1,
                          const LightProperties* light = nullptr);
