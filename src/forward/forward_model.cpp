@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "aberfit/forward/focus_transfer.h"
 #include "ray_forward.h"
 #include "wave_forward.h"
 
@@ -26,12 +27,26 @@ Eigen::VectorXd focus_statistics(const LightPath& path, const Eigen::VectorXd& c
   return model->exact(warnings);
 }
 
-PsfImage focus_psf(const LightPath& path, const Eigen::VectorXd& coefficients, const PsfWindow& window) {
+namespace {
+
+// The wave model with the surface of these coefficients.
+std::unique_ptr<const WaveForward> waves_of(const LightPath& path, const Eigen::VectorXd& coefficients) {
   if (path.model != FocusModel::kWaves)
     throw std::invalid_argument("only waves have a diffraction pattern of the whole surface");
-  const std::unique_ptr<ForwardModel> model = make_forward_model(path, {}, 1);
+  std::unique_ptr<ForwardModel> model = make_forward_model(path, {}, 1);
   model->move_to(coefficients);
-  return static_cast<const WaveForward&>(*model).psf(window);
+  return std::unique_ptr<const WaveForward>(static_cast<const WaveForward*>(model.release()));
+}
+
+}  // namespace
+
+PsfImage focus_psf(const LightPath& path, const Eigen::VectorXd& coefficients, const PsfWindow& window) {
+  return waves_of(path, coefficients)->psf(window);
+}
+
+TransferImage focus_transfer(const LightPath& path, const Eigen::VectorXd& coefficients, double dz,
+                             int most_lags) {
+  return waves_of(path, coefficients)->transfer(dz, most_lags);
 }
 
 OperatorOptions focus_operator(FocusModel model, int threads) {

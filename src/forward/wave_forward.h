@@ -3,6 +3,7 @@
 
 #include "aberfit/forward/forward_model.h"
 #include "aberfit/waves/diffraction_psf.h"
+#include "aberfit/waves/transfer_image.h"
 #include "moment_rays.h"
 #include "split_statistics.h"
 
@@ -23,6 +24,9 @@ class WaveForward : public ForwardModel {
   std::string trouble() const override { return trouble_; }
   std::string unreachable(const std::vector<Target>& targets) const override;
   PsfImage psf(const PsfWindow& window) const { return diffraction_psf(problem(), height_, window); }
+  TransferImage transfer(double dz, int most_lags) const {
+    return diffraction_transfer(problem(), height_, dz, most_lags);
+  }
 
  private:
   DiffractionProblem problem() const {

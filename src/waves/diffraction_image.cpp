@@ -9,6 +9,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/waves/diffraction_psf.h"
+#include "aberfit/waves/transfer_image.h"
 #include "diffraction_plane.h"
 
 namespace aberfit {
@@ -67,15 +68,12 @@ Grid by_matrix(const ComplexMatrix& field, double step, Eigen::Index before, Eig
   return focal.transpose().cwiseAbs2().array();
 }
 
-// With roughness that no height stands for: the transfer function at all lags, times H, back to the focal
-// plane. step: 2 pi times the pitch of the image in periods of the PSF.
-Grid scattered(const DiffractionScene& scene, const Eigen::ArrayXcd& field, double step, Eigen::Index before,
-               Eigen::Index samples) {
-  const int n = fast_transform_size(2 * std::max(scene.rows(), scene.columns()));
-  const Grid intensity = by_transform(scene, field, n, 1, 0, n);
-  ComplexMatrix lags = intensity.matrix().transpose().cast<std::complex<double>>();  // columns: rows of X
-  fourier_transform(n, n, lags.data());
-  const auto lag = [n](Eigen::Index k) { return double(k <= n / 2 ? k : k - n); };
+// A lag of a periodic transform of n samples.
+double lag_of(Eigen::Index k, Eigen::Index n) { return double(k <= n / 2 ? k : k - n); }
+
+// H of roughness that no height stands for, on lags along x by lags along y; every length is asked for once.
+void scatter_lags(const DiffractionProblem& problem, ComplexMatrix* lags) {
+  const Eigen::Index n = lags->rows();
   std::vector<double> squares;
   for (Eigen::Index a = 0; a <= n / 2; ++a)
     for (Eigen::Index b = 0; b <= a; ++b) squares.push_back(double(a * a + b * b));
@@ -83,19 +81,43 @@ Grid scattered(const DiffractionScene& scene, const Eigen::ArrayXcd& field, doub
   squares.erase(std::unique(squares.begin(), squares.end()), squares.end());
   const Eigen::ArrayXd lengths =
       Eigen::Map<const Eigen::ArrayXd>(squares.data(), Eigen::Index(squares.size())).sqrt();
-  const Eigen::ArrayXd factor = scene.problem().scatter->transfer(lengths * scene.problem().pupil.pitch_x);
+  const Eigen::ArrayXd factor = problem.scatter->transfer(lengths * problem.pupil.pitch_x);
   for (Eigen::Index a = 0; a < n; ++a)
     for (Eigen::Index b = 0; b < n; ++b) {
-      const double square = lag(a) * lag(a) + lag(b) * lag(b);
+      const double square = lag_of(a, n) * lag_of(a, n) + lag_of(b, n) * lag_of(b, n);
       const auto at = std::lower_bound(squares.begin(), squares.end(), square) - squares.begin();
-      lags(a, b) *= factor[at] / (double(n) * n);
+      (*lags)(a, b) *= factor[at];
     }
+}
+
+// The transfer function at all lags, along x by along y, in squared amplitudes of cells.
+ComplexMatrix transfer_lags(const DiffractionScene& scene, const Eigen::ArrayXcd& field) {
+  const int n = fast_transform_size(2 * std::max(scene.rows(), scene.columns()));
+  const Grid intensity = by_transform(scene, field, n, 1, 0, n);
+  ComplexMatrix lags = intensity.matrix().transpose().cast<std::complex<double>>();
+  fourier_transform(n, n, lags.data());
+  lags /= double(n) * n;
+  if (scene.problem().scatter) scatter_lags(scene.problem(), &lags);
+  return lags;
+}
+
+// With roughness that no height stands for: the transfer function back to the focal plane. step: 2 pi times
+// the pitch of the image in periods of the PSF.
+Grid scattered(const DiffractionScene& scene, const Eigen::ArrayXcd& field, double step, Eigen::Index before,
+               Eigen::Index samples) {
+  const ComplexMatrix lags = transfer_lags(scene, field);
+  const Eigen::Index n = lags.rows();
   ComplexMatrix phases(samples, n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index k = 0; k < samples; ++k)
-      phases(k, i) = std::polar(1.0, step * double(k - before) * lag(i));
+      phases(k, i) = std::polar(1.0, step * double(k - before) * lag_of(i, n));
   const ComplexMatrix half = phases * lags;  // X by lags along y
   return (half * phases.transpose()).transpose().real().array();
+}
+
+void require_square_cells(const DiffractionPupil& pupil) {
+  if (std::abs(pupil.pitch_x - pupil.pitch_y) > 1e-9 * pupil.pitch_x)
+    throw ComputationError("an image of the PSF needs a pupil grid with square cells");
 }
 
 }  // namespace
@@ -103,8 +125,7 @@ Grid scattered(const DiffractionScene& scene, const Eigen::ArrayXcd& field, doub
 PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                          const PsfWindow& window) {
   const DiffractionPupil& pupil = problem.pupil;
-  if (std::abs(pupil.pitch_x - pupil.pitch_y) > 1e-9 * pupil.pitch_x)
-    throw ComputationError("an image of the PSF needs a pupil grid with square cells");
+  require_square_cells(pupil);
   const DiffractionScene scene(problem, height, 1);
   if (!scene.has_plane(window.dz)) throw ComputationError("the plane of the PSF lies behind the mirror");
   const int cells = std::max(scene.rows(), scene.columns());
@@ -150,6 +171,28 @@ PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd
             : by_transform(scene, field, part_size, parts, before, samples);
   image.intensity *= per_metre * per_metre / scene.total();
   image.first = -double(before) * image.pitch;
+  return image;
+}
+
+TransferImage diffraction_transfer(const DiffractionProblem& problem, const Eigen::ArrayXd& height, double dz,
+                                   int most_lags) {
+  require_square_cells(problem.pupil);
+  const DiffractionScene scene(problem, height, 1);
+  if (!scene.has_plane(dz)) throw ComputationError("the plane of the PSF lies behind the mirror");
+  const ComplexMatrix lags = transfer_lags(scene, pupil_field(scene, dz));
+  const Eigen::Index n = lags.rows(), last = std::max(scene.rows(), scene.columns()) - 1;
+  const Eigen::Index stride = std::max<Eigen::Index>(1, (last + most_lags - 1) / most_lags);
+  TransferImage image;
+  image.middle = last / stride;
+  image.step = double(stride) * scene.per_period(dz);
+  const Eigen::Index side = 2 * image.middle + 1;
+  image.value.resize(side, side);
+  const auto at = [&](Eigen::Index k) { return ((k - image.middle) * stride + n) % n; };
+  for (Eigen::Index column = 0; column < side; ++column)
+    for (Eigen::Index row = 0; row < side; ++row)
+      image.value(row, column) = lags(at(column), at(row)) / scene.total();
+  // Squares of single cells lack what a sharp edge throws beyond the field of view; all light it is.
+  image.value(image.middle, image.middle) = 1;
   return image;
 }
 

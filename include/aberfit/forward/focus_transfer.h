@@ -1,0 +1,12 @@
+#pragma once
+#include "aberfit/forward/forward_model.h"
+#include "aberfit/waves/transfer_image.h"
+
+namespace aberfit {
+
+/// The transfer function in the plane z = f + dz [m] of the surface with `coefficients` [m], as kWaves has
+/// it. Throws std::invalid_argument for another model, and as diffraction_transfer does.
+TransferImage focus_transfer(const LightPath& path, const Eigen::VectorXd& coefficients, double dz,
+                             int most_lags);
+
+}  // namespace aberfit
