@@ -1,4 +1,4 @@
-// FITS images of heights or wavefronts, and the OPD files of POPPY (poppy/poppy_core.py, FITSOpticalElement).
+// FITS images of heights or wavefronts.
 #include <fitsio.h>
 #include <fmt/format.h>
 
@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "aberfit/core/units.h"
-#include "aberfit/measured/write_map.h"
 #include "fits_layout.h"
 #include "map_reading.h"
 
@@ -292,56 +291,6 @@ FocalImage internal::read_fits_image(const std::string& path) {
     image.light = valid_pixels(path, file, found);
     return image;
   });
-}
-
-std::string fits_opd_bytes(const HeightMap& map) {
-  constexpr double kEqual = 1e-6;
-  if (!(map.pitch_x > 0 && map.pitch_y > 0))
-    throw std::invalid_argument("FITS OPD: the pitch of the map is unknown");
-  if (std::abs(map.pitch_x / map.pitch_y - 1) > kEqual)
-    throw std::invalid_argument("FITS OPD: the format has one pixel scale, the map has two");
-  const Eigen::Index side = std::max(map.rows(), map.columns());
-  const Eigen::Index row0 = (side - map.rows()) / 2, column0 = (side - map.columns()) / 2;
-  Grid opd = Grid::Zero(side, side);
-  using Bytes = Eigen::Array<unsigned char, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Bytes mask = Bytes::Zero(side, side);
-  for (Eigen::Index row = 0; row < map.rows(); ++row)
-    for (Eigen::Index column = 0; column < map.columns(); ++column)
-      if (const double h = map.height(row, column); std::isfinite(h)) {
-        opd(row0 + row, column0 + column) = 2 * h;
-        mask(row0 + row, column0 + column) = 1;
-      }
-
-  void* buffer = nullptr;
-  std::size_t size = 0;
-  const auto grow = [](void* old, std::size_t bytes) { return std::realloc(old, bytes); };
-  fitsfile* file = nullptr;
-  int status = 0;
-  fits_create_memfile(&file, &buffer, &size, 1 << 20, grow, &status);
-  long axes[2] = {long(side), long(side)};
-  const auto text = [&](const char* key, std::string value, const char* comment) {
-    fits_write_key(file, TSTRING, key, value.data(), comment, &status);
-  };
-  LONGLONG end = 0;
-  if (status == 0) {
-    fits_create_img(file, DOUBLE_IMG, 2, axes, &status);
-    text("BUNIT", "meter", "optical path difference, 2 x surface height");
-    double scale = map.pitch_x;
-    fits_write_key(file, TDOUBLE, "PIXELSCL", &scale, "[m] per pixel", &status);
-    if (const std::string label = one_line(map.label, 68); !label.empty()) text("OBJECT", label, "");
-    fits_write_img(file, TDOUBLE, 1, opd.size(), opd.data(), &status);
-    // POPPY takes the first image and never looks at this one.
-    fits_create_img(file, BYTE_IMG, 2, axes, &status);
-    text("EXTNAME", "MASK", "1: measured, 0: outside or no data");
-    fits_write_img(file, TBYTE, 1, mask.size(), mask.data(), &status);
-    fits_flush_file(file, &status);
-    fits_get_hduaddrll(file, nullptr, nullptr, &end, &status);
-    int ignored = 0;
-    fits_close_file(file, &ignored);
-  }
-  const std::unique_ptr<void, decltype(&std::free)> owner(buffer, &std::free);
-  if (status != 0 || std::size_t(end) > size) throw std::runtime_error("FITS OPD: " + message(status));
-  return std::string(static_cast<const char*>(buffer), std::size_t(end));
 }
 
 }  // namespace aberfit
