@@ -12,6 +12,7 @@
 #include "aberfit/commands/program.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/measured/read_measurement.h"
+#include "aberfit/report/array_format.h"
 
 namespace {
 
@@ -88,6 +89,19 @@ void add_output(CLI::App* sub, CommandLine* line, const char* which_folder) {
   sub->add_option("-o,--output", line->output_directory, which_folder)->type_name("DIR");
   sub->add_flag("--no-plots", line->no_plots, "Draw no pictures");
 }
+void add_arrays(CLI::App* sub, CommandLine* line) {
+  sub->add_option(
+         "--arrays", line->arrays,
+         "Encircled energy, ring profile, PSF and OTF as numbers: npz (numpy), csv, fits (PSF and OTF), "
+         "or none, whatever the study says")
+      ->check(CLI::IsMember(aberfit::array_format_names()))
+      ->type_name("FORMAT");
+}
+// Commands that write nothing else.
+void add_arrays_and_folder(CLI::App* sub, CommandLine* line, const char* which_folder) {
+  add_arrays(sub, line);
+  sub->add_option("-o,--output", line->output_directory, which_folder)->type_name("DIR");
+}
 constexpr const char* kFolder = "Folder for the results (default: out/<name of the study>)";
 
 void add_coefficients(CLI::App* sub, CommandLine* line) {
@@ -141,6 +155,8 @@ CLI::App* add_check_command(CLI::App* app, CommandLine* line) {
                   "chart.json or its folder: the rates to predict with (default: that of out/<name of the "
                   "study>-chart, where it is of the same study)")
       ->type_name("FILE");
+  add_arrays_and_folder(sub, line,
+                        "Folder for the arrays and the result (default: out/<name of the study>-check)");
   CLI::Option* table = sub->add_flag(
       "--paper-table", line->paper_table,
       "The paper's table of R = 2 sigma D/(1.22 lambda l_c), with kappa and both verdicts in each cell");
@@ -200,12 +216,15 @@ ExitCode run(int argc, char** argv) {
   add_common_options(&app, &line);
   CLI::App* fit = add_study_command(&app, "fit", "Find the equivalent surface and judge it", &line);
   add_output(fit, &line, kFolder);
+  add_arrays(fit, &line);
   CLI::App* verify = add_study_command(
       &app, "verify", "Harvey-Shack and aberration-term branches side by side, no fit", &line);
   add_output(verify, &line, kFolder);
   add_coefficients(verify, &line);
   CLI::App* trace = add_study_command(&app, "trace", "Focal statistics of a surface, nothing else", &line);
   add_coefficients(trace, &line);
+  add_arrays_and_folder(trace, &line,
+                        "Folder for the arrays and the result (default: out/<name of the study>-trace)");
   CLI::App* psd = add_psd_command(&app, &line, &psd_texts);
   CLI::App* chart = add_chart_command(&app, &line);
   CLI::App* check = add_check_command(&app, &line);

@@ -36,6 +36,7 @@
 #include "aberfit/measured/masking.h"
 #include "aberfit/measured/profile.h"
 #include "aberfit/measured/read_measurement.h"
+#include "aberfit/measured/write_fits.h"
 #include "aberfit/measured/write_map.h"
 
 // roughness: PSD models, their integrals, random surfaces.
@@ -79,6 +80,7 @@
 
 // waves: light by diffraction.
 #include "aberfit/waves/diffraction_psf.h"
+#include "aberfit/waves/transfer_image.h"
 
 // theory: Harvey-Shack, geometric and generalised; regimes; the split of a band.
 #include "aberfit/theory/abg_fit.h"
@@ -102,6 +104,7 @@
 #include "aberfit/theory/vocabulary.h"
 
 // forward: coefficients to statistics with derivatives, by rays or by waves.
+#include "aberfit/forward/focus_transfer.h"
 #include "aberfit/forward/forward_model.h"
 #include "aberfit/forward/statistics_with_error.h"
 #include "aberfit/forward/term_moments.h"
@@ -154,6 +157,8 @@
 #include "aberfit/specify/solve.h"
 
 // report: results as JSON, tables, pictures, files for other programs.
+#include "aberfit/report/array_format.h"
+#include "aberfit/report/arrays.h"
 #include "aberfit/report/band_shares.h"
 #include "aberfit/report/ceilings_report.h"
 #include "aberfit/report/chart.h"

@@ -8,8 +8,11 @@
 #include "aberfit/method/measured_part.h"
 #include "aberfit/report/check_report.h"
 #include "aberfit/report/fit_rates.h"
+#include "aberfit/report/result.h"
+#include "aberfit/report/result_folder.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
+#include "array_files.h"
 #include "map_fit.h"
 #include "output_directory.h"
 #include "terminal.h"
@@ -75,17 +78,41 @@ RunOptions check_options(const CommandLine& line, const Study& study, ProgressLi
   return options;
 }
 
+// The light that theory promises, and the report beside it.
+template <typename Report>
+void write_theory(const Study& study, const RunOptions& options, ArrayFormat format,
+                  const std::vector<double>& planes, ResultFolder& folder, Report* report) {
+  const int threads = context_of(options).threads;
+  std::unique_ptr<FocalLight> theory;
+  double core_sigma = 0;
+  if (study.psd) {
+    const Groundwork ground = with_fields_of(study, [&] { return lay_groundwork(study); });
+    theory = target_light(study, ground, make_pupil(study.aperture, study.trace.pupil), threads);
+    core_sigma = ground.core_sigma;
+  }
+  write_arrays(study, format, theory.get(), nullptr, planes, core_sigma, folder.path(), &report->warnings);
+  write_file(folder.path() + "/summary.txt", summary_table(*report));
+  write_file(folder.path() + "/result.json", to_json(*report, resolved_study(study)).dump(2) + "\n");
+  folder.show();
+}
+
 }  // namespace
 
 CheckReport run_check(const Study& study, const RunOptions& options) {
+  const ArrayFormat format = wanted_arrays(study, options);
+  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory);
   CheckReport report = with_fields_of(
       study, [&] { return make_check(study, rates_for(study, options), context_of(options).threads); });
   report.title = study.title;
   if (options.paper_table) report.paper_table = paper_cells(*options.paper_table, study.mirror.focal_length);
+  if (folder.wanted())
+    write_theory(study, options, format, planes_of(statistics_of(report.fitted)), folder, &report);
   return report;
 }
 
 MapCheckReport run_map_check(const Study& study, const RunOptions& options) {
+  const ArrayFormat format = wanted_arrays(study, options);
+  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory);
   const LoadedMap loaded = load_map(study);
   const TermSet terms = map_terms(study, aperture_radius(study.aperture));
   MapCheckReport report = make_map_check(loaded.map, terms, context_of(options).threads);
@@ -96,16 +123,19 @@ MapCheckReport run_map_check(const Study& study, const RunOptions& options) {
       return lay_out_part(study, terms, part_band(study, terms, loaded.map), context_of(options).threads)
           .ground.shares;
     });
+  if (folder.wanted()) write_theory(study, options, format, {}, folder, &report);
   return report;
 }
 
 ExitCode check_command(CommandLine line) {
   const Study study = read_study(line.study_file, line.changes);
+  choose_output_directory(&line, "-check");
   ProgressLine progress(!line.quiet);
   const RunOptions options = check_options(line, study, &progress);
   const auto show = [&](const auto& report) {
     progress.clear();
     print(line, to_json(report, resolved_study(study)), summary_table(report));
+    if (wanted_arrays(study, options) != ArrayFormat::kNone) say_where(line);
   };
   if (study.map)
     show(run_map_check(study, options));

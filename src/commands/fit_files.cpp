@@ -7,9 +7,11 @@
 #include "aberfit/report/plots.h"
 #include "aberfit/report/scatter_table.h"
 #include "aberfit/study/read_study.h"
-#include "aberfit/theory/ray_perturbation.h"
+#include "array_files.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr int kMapSize =
@@ -24,16 +26,6 @@ SurfaceOperator map_operator(const TermSet& terms, double radius, int threads) {
     }
   }
   return SurfaceOperator(terms, std::move(x), std::move(y), threads);
-}
-
-// Light by the theory that the targets come from; of a map, which has none, there is no target.
-std::unique_ptr<FocalLight> target_light(const Study& study, const Groundwork& ground,
-                                         const PupilSample& pupil, int threads) {
-  if (!ground.psd) return nullptr;
-  if (ground.mean_spot) return mean_light(ground.mean_spot, threads);
-  return ray_light(trace_perturbed(study.mirror, pupil, ground.numbers.rms_slope_per_axis,
-                                   study.target.convention, study.trace.pupil.seed),
-                   trace_nominal(study.mirror, pupil), study.trace.centre);
 }
 
 void draw(const Study& study, const Groundwork& ground, const RunOptions& options, const LightPath& focus,
@@ -51,6 +43,23 @@ void draw(const Study& study, const Groundwork& ground, const RunOptions& option
   write_plots({*result, study.mirror, study.aperture, focus.pupil, *ideal, target.get(), *fitted, field, map,
                kMapSize, ground.core_sigma},
               options.output_directory, &result->warnings);
+}
+
+void write_fit_arrays(const Study& study, const Groundwork& ground, ArrayFormat format,
+                      const std::string& folder, const LightPath& focus, ResultDocument* result) {
+  const bool of_rays = focus.model == FocusModel::kRays;
+  if (result->map && !result->has_roughness && result->model == "waves" && of_rays) {
+    result->warnings.push_back(
+        {"arrays-left-out",
+         "rays are no model of the light of these terms; the picture map_light has it by "
+         "waves, and a `roughness` block gives arrays"});
+    return;
+  }
+  const int threads = result->provenance.threads;
+  const auto theory = target_light(study, ground, focus.pupil, threads);
+  const auto surface = surface_light(focus, result->fit.coefficients, threads);
+  write_arrays(study, format, theory.get(), surface.get(), planes_of(statistics_of(result->targets)),
+               ground.core_sigma, folder, &result->warnings);
 }
 
 // A fit that is done is not lost for a format that cannot hold it.
@@ -84,6 +93,8 @@ namespace internal {
 void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
                const LightPath& focus, ResultDocument* result) {
   if (options.plots && study.output.plots) draw(study, ground, options, focus, result);
+  if (const ArrayFormat format = wanted_arrays(study, options); format != ArrayFormat::kNone)
+    write_fit_arrays(study, ground, format, options.output_directory, focus, result);
   const std::string folder = options.output_directory + "/";
   write_file(folder + "coefficients.csv",
              coefficients_csv(result->terms, result->fit.coefficients, result->fit.coefficient_std));

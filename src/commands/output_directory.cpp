@@ -19,8 +19,9 @@ std::string default_chart_directory(const std::string& study_file) {
   return default_output_directory(study_file) + "-chart";
 }
 
-void choose_output_directory(CommandLine* line) {
-  if (line->output_directory.empty()) line->output_directory = default_output_directory(line->study_file);
+void choose_output_directory(CommandLine* line, const std::string& suffix) {
+  if (line->output_directory.empty())
+    line->output_directory = default_output_directory(line->study_file) + suffix;
 }
 
 }  // namespace aberfit::internal

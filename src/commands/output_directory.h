@@ -11,7 +11,7 @@ std::string default_output_directory(const std::string& study_file);
 /// Beside out/<study>, where the fit's result is.
 std::string default_chart_directory(const std::string& study_file);
 
-/// Sets the folder where none is named.
-void choose_output_directory(CommandLine* line);
+/// Sets the folder where none is named; suffix: of what stands beside the fit's result.
+void choose_output_directory(CommandLine* line, const std::string& suffix = "");
 
 }  // namespace aberfit::internal

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "aberfit/core/errors.h"
+#include "array_files.h"
 
 namespace aberfit::internal {
 namespace {
@@ -41,6 +42,7 @@ RunOptions run_options(const CommandLine& line, ProgressLine* progress) {
   options.threads = line.threads;
   options.plots = !line.no_plots;
   options.output_directory = line.output_directory;
+  if (!line.arrays.empty()) options.arrays = array_format(line.arrays);
   options.coefficients_file = line.coefficients_file;
   options.chart_file = line.chart_file;
   options.chart_seconds = line.chart_seconds;

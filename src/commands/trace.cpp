@@ -1,8 +1,11 @@
 #include "aberfit/commands/run.h"
+#include "aberfit/report/result_folder.h"
 #include "aberfit/report/trace_report.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
+#include "array_files.h"
 #include "given_surface.h"
+#include "output_directory.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -10,18 +13,38 @@ using namespace internal;
 
 TraceReport run_trace(const Study& study, const RunOptions& options) {
   const int threads = context_of(options).threads;
-  TraceReport report =
-      with_fields_of(study, [&] { return trace_surface(study, given_surface(study, options), threads); });
+  const ArrayFormat format = wanted_arrays(study, options);
+  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory);
+  Warnings of_arrays;
+  const auto look = [&](const TracedLight& light) {
+    if (!folder.wanted()) return;
+    const auto theory = target_light(study, light.ground, light.pupil, threads);
+    const auto surface = light.waves ? surface_light(*light.waves, light.coefficients, threads)
+                                     : ray_light(light.rays, light.nominal, study.trace.centre);
+    write_arrays(study, format, theory.get(), surface.get(), planes_of(statistics_of(light.targets.fitted)),
+                 light.ground.core_sigma, folder.path(), &of_arrays);
+  };
+  TraceReport report = with_fields_of(
+      study, [&] { return trace_surface(study, given_surface(study, options), threads, look); });
   report.title = study.title;
+  report.warnings.insert(report.warnings.end(), of_arrays.begin(), of_arrays.end());
+  if (folder.wanted()) {
+    write_file(folder.path() + "/summary.txt", summary_table(report));
+    write_file(folder.path() + "/result.json", to_json(report, resolved_study(study)).dump(2) + "\n");
+    folder.show();
+  }
   return report;
 }
 
 ExitCode trace_command(CommandLine line) {
   const Study study = read_study(line.study_file, line.changes);
+  choose_output_directory(&line, "-trace");
   ProgressLine progress(!line.quiet);
-  const TraceReport report = run_trace(study, run_options(line, &progress));
+  const RunOptions options = run_options(line, &progress);
+  const TraceReport report = run_trace(study, options);
   progress.clear();
   print(line, to_json(report, resolved_study(study)), summary_table(report));
+  if (wanted_arrays(study, options) != ArrayFormat::kNone) say_where(line);
   return ExitCode::kDone;
 }
 

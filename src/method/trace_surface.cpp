@@ -59,7 +59,8 @@ std::optional<Warning> central_difference_warning(const Task& task, const PupilS
 
 }  // namespace internal
 
-TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads) {
+TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads,
+                          const std::function<void(const TracedLight&)>& look) {
   const auto [ground, targets] = lay_out(task, threads);
   const GivenSurface surface = surface_of(task, ground, given);
   const FocusModel model = ground.use.model;
@@ -84,11 +85,13 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
     values = evaluate_exact(
         {rays, nominal, field.height, task.trace.centre, ground.split ? ground.split->rms_height() : 0},
         statistics, threads, &report.warnings);
+    if (look) look({ground, targets, pupil, rays, nominal, nullptr, surface.coefficients});
   } else {
     const SurfaceOperator operate(surface.terms, pupil, focus_operator(model, threads));
     LightPath path{task.mirror, pupil, operate, model, task.wavelength, &task.aperture, task.trace.centre};
     path.scatter = ground.split;
     values = focus_statistics(path, surface.coefficients, statistics, threads, &report.warnings);
+    if (look) look({ground, targets, pupil, rays, nominal, &path, surface.coefficients});
   }
   if (rays.lost > 0)
     report.warnings.push_back(

@@ -21,8 +21,8 @@ class RayLight : public FocalLight {
   double statistic(const Statistic& wanted) const override {
     return ray_statistic(rays_, nominal_, centre_, wanted);
   }
-  Eigen::ArrayXd encircled_energy(const Eigen::ArrayXd& radii) const override {
-    return encircled_energy_curve(rays_, centre_, 0.0, radii);
+  Eigen::ArrayXd encircled_energy(const Eigen::ArrayXd& radii, double dz) const override {
+    return encircled_energy_curve(rays_, centre_, dz, radii);
   }
   Eigen::ArrayXd ring_through(double radius, const Eigen::ArrayXd& planes) const override {
     return ring_through_curve(rays_, centre_, radius, planes);
@@ -43,8 +43,8 @@ class RayLight : public FocalLight {
 
 class MeanLight : public FocalLight {
  public:
-  MeanLight(std::shared_ptr<const GeneralisedHarveyShack> spot, int threads)
-      : spot_(std::move(spot)), threads_(threads) {}
+  MeanLight(std::shared_ptr<const GeneralisedHarveyShack> spot, double shear_per_frequency, int threads)
+      : spot_(std::move(spot)), shear_per_frequency_(shear_per_frequency), threads_(threads) {}
 
   double statistic(const Statistic& wanted) const override {
     try {
@@ -53,7 +53,9 @@ class MeanLight : public FocalLight {
       return std::nan("");
     }
   }
-  Eigen::ArrayXd encircled_energy(const Eigen::ArrayXd& radii) const override { return shares(0, radii); }
+  Eigen::ArrayXd encircled_energy(const Eigen::ArrayXd& radii, double dz) const override {
+    return shares(dz, radii);
+  }
   Eigen::ArrayXd ring_through(double radius, const Eigen::ArrayXd& planes) const override {
     Eigen::ArrayXd share(planes.size());
     parallel_for(std::size_t(planes.size()), threads_, [&](std::size_t k) {
@@ -63,6 +65,14 @@ class MeanLight : public FocalLight {
   }
   Eigen::ArrayXXd image(double dz, double half_width, int pixels) const override {
     return round_image([&](const Eigen::ArrayXd& radii) { return shares(dz, radii); }, half_width, pixels);
+  }
+  std::optional<Eigen::ArrayXd> round_transfer(const Eigen::ArrayXd& frequencies) const override {
+    Eigen::ArrayXd value(frequencies.size());
+    parallel_for(std::size_t(frequencies.size()), threads_, [&](std::size_t k) {
+      const double shear = shear_per_frequency_ * frequencies[Eigen::Index(k)];
+      value[Eigen::Index(k)] = spot_->transfer(shear, 0.0);
+    });
+    return value;
   }
 
  private:
@@ -76,6 +86,7 @@ class MeanLight : public FocalLight {
   }
 
   std::shared_ptr<const GeneralisedHarveyShack> spot_;
+  double shear_per_frequency_;
   int threads_;
 };
 
@@ -85,8 +96,9 @@ std::unique_ptr<FocalLight> ray_light(RayBundle rays, RayBundle nominal, Centre 
   return std::make_unique<RayLight>(std::move(rays), std::move(nominal), centre);
 }
 
-std::unique_ptr<FocalLight> mean_light(std::shared_ptr<const GeneralisedHarveyShack> spot, int threads) {
-  return std::make_unique<MeanLight>(std::move(spot), threads);
+std::unique_ptr<FocalLight> mean_light(std::shared_ptr<const GeneralisedHarveyShack> spot,
+                                       double shear_per_frequency, int threads) {
+  return std::make_unique<MeanLight>(std::move(spot), shear_per_frequency, threads);
 }
 
 }  // namespace aberfit

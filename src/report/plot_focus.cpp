@@ -4,6 +4,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "focal_frame.h"
 #include "picture.h"
 
 namespace aberfit::internal {
@@ -29,13 +30,8 @@ const FocalLight& reference(const PlotInput& input) { return input.target ? *inp
 
 const char* reference_name(const PlotInput& input) { return input.target ? "target" : "fitted surface"; }
 
-// A spot size to scale axes by: of the roughness, or of the light where there is no roughness to speak of.
 double spot_scale(const PlotInput& input) {
-  if (input.core_sigma > 0) return input.core_sigma;
-  for (const FocalLight* light : {&input.fitted, &input.ideal})
-    if (const double ee50 = light->statistic(EncircledEnergyRadius{0.5, 0.0}); ee50 > 1e-12)
-      return ee50 / std::sqrt(2 * std::log(2.0));
-  return 1e-6;
+  return internal::spot_scale(input.core_sigma, {&input.fitted, &input.ideal});
 }
 
 std::string length_text(double value) {
@@ -65,13 +61,6 @@ std::pair<Eigen::ArrayXd, Eigen::ArrayXd> fitted_fractions(const ResultDocument&
       fraction.push_back(ee->fraction);
     }
   return {array_of(radius), array_of(fraction)};
-}
-
-// ee98, or where most of the light is: the last per cent of a diffracted spot reach out endlessly.
-double curve_end(const FocalLight& light) {
-  const double ee98 = light.statistic(EncircledEnergyRadius{0.98, 0.0});
-  const double most = 2 * light.statistic(EncircledEnergyRadius{0.9, 0.0});
-  return ee98 < most ? ee98 : most;
 }
 
 // Radii that a curve is known by.
@@ -266,18 +255,12 @@ struct ImageFrame {
 };
 
 ImageFrame image_frame(const PlotInput& input) {
-  // In units of the spot's sigma: 2 for the blur of defocus and 3 for the spot; more for a halo, which is
-  // fainter as it is wider.
-  constexpr double kHalfWidth = 5, kWidest = 25, kHaloMargin = 1.35;
-  constexpr double kDecades = 2.5;
+  constexpr double kDecades = 2.5, kHalfWidth = 5;  // at that many sigmas
   ImageFrame frame;
   frame.ring = reference(input).statistic(EncircledEnergyRadius{0.9, 0.0});
   const double scale = spot_scale(input);
-  // NaN: a spot without light
-  const double wanted = std::isfinite(frame.ring) ? kHaloMargin * frame.ring / scale : 0;
-  const double sigmas = std::clamp(wanted, kHalfWidth, kWidest);
-  frame.half = sigmas * scale;
-  frame.decades = kDecades + 2 * std::log10(sigmas / kHalfWidth);
+  frame.half = image_half_width(frame.ring, scale);
+  frame.decades = kDecades + 2 * std::log10(frame.half / (kHalfWidth * scale));
   frame.unit = length_unit(frame.half);
   return frame;
 }

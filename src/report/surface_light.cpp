@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "aberfit/forward/focus_transfer.h"
 #include "aberfit/report/focal_light.h"
 #include "aberfit/theory/scattered_rays.h"
 
@@ -30,9 +31,9 @@ class WaveLight : public FocalLight {
       : path_(path), coefficients_(std::move(coefficients)), threads_(threads) {}
 
   double statistic(const Statistic& wanted) const override { return values({wanted})[0]; }
-  Eigen::ArrayXd encircled_energy(const Eigen::ArrayXd& radii) const override {
+  Eigen::ArrayXd encircled_energy(const Eigen::ArrayXd& radii, double dz) const override {
     std::vector<Statistic> wanted;
-    for (const double radius : radii) wanted.push_back(RingThrough{radius, 0.0});
+    for (const double radius : radii) wanted.push_back(RingThrough{radius, dz});
     Eigen::ArrayXd share = values(wanted);
     for (Eigen::Index k = 0; k < share.size(); ++k)
       if (radii[k] == 0) share[k] = 0;
@@ -57,6 +58,10 @@ class WaveLight : public FocalLight {
     const Eigen::MatrixXd x = overlap(half_width, pixels, psf.first, psf.pitch, psf.intensity.cols());
     const Eigen::MatrixXd y = overlap(half_width, pixels, psf.first, psf.pitch, psf.intensity.rows());
     return (y * psf.intensity.matrix() * x.transpose()).array();
+  }
+  std::optional<TransferImage> transfer() const override {
+    constexpr int kMostLags = 512;
+    return focus_transfer(path_, coefficients_, 0.0, kMostLags);
   }
 
  private:

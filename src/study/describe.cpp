@@ -294,6 +294,11 @@ void describe_study(Visitor& v, Study& study) {
     study.output.exports.clear();
     for (const std::size_t format : exports) study.output.exports.push_back(ExportFormat(format));
     o.integer({"export_grid", "points per side of exported maps"}, study.output.export_grid, 5, 8193);
+    o.choice_of(
+        {"arrays",
+         "curves, PSF and OTF as numbers: arrays.npz, CSV tables, or psf.fits and otf.fits; of `fit`, "
+         "`trace` and `check`"},
+        study.output.arrays, array_format_names());
   });
   describe_verify(v, study.verify);
   v.optional_object({"solve", "which roughness meets a budget, for `aberfit solve`"}, study.solve,

@@ -132,7 +132,7 @@ TEST(FocalLight, OfAMeanSpotIsRoundAndHoldsItsLight) {
   parabola.focal_length = kFocalLength;
   const auto spot = std::make_shared<const GeneralisedHarveyShack>(
       RadialPsd(UniformPsd{50e-9, 2.5, 20}), parabola, CircleAperture{2 * kRadius, 0}, kWavelength);
-  const auto light = mean_light(spot, 2);
+  const auto light = mean_light(spot, kWavelength * kFocalLength, 2);
   const double half = 2 * spot->encircled_energy_radius(0.9, 0);
   const Eigen::ArrayXXd image = light->image(0, half, 201);
   EXPECT_TRUE((image - image.transpose()).isZero(1e-15));

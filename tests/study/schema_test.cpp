@@ -142,6 +142,7 @@ TEST(StudySchema, KnowsEveryKeyThatTheReaderTakes) {
                           "plots",
                           "export",
                           "export_grid",
+                          "arrays",
                           "format",
                           "column",
                           "columns",

@@ -20,6 +20,7 @@ struct CommandLine {
   std::vector<std::string> changes;  ///< of the study, "/json/pointer=value"
   std::string output_directory;      ///< empty: out/<name of the study>
   std::string coefficients_file;     ///< verify, trace
+  std::string arrays;                ///< fit, trace, check: one of array_format_names
   std::string chart_file;            ///< check
   bool paper_table = false;          ///< check
   std::vector<std::string> table_sigma, table_length, table_diameter;

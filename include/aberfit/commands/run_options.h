@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "aberfit/report/array_format.h"
 #include "aberfit/theory/paper_table.h"
 
 namespace aberfit {
@@ -10,6 +11,7 @@ namespace aberfit {
 struct RunOptions {
   int threads = 0;                                   ///< 0: all the process may use
   bool plots = true;                                 ///< drawn only when the study wants them too
+  std::optional<ArrayFormat> arrays;                 ///< fit, trace, check; absent: as the study says
   std::string output_directory;                      ///< empty: nothing is written
   std::string coefficients_file;                     ///< trace, verify: surface to use instead of a draw
   std::function<void(const std::string&)> progress;  ///< one line of progress; called often

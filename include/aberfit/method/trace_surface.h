@@ -1,9 +1,11 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "aberfit/forward/forward_model.h"
 #include "aberfit/method/groundwork.h"
 
 namespace aberfit {
@@ -33,8 +35,20 @@ struct TraceReport {
   Warnings warnings;
 };
 
+/// What the statistics of a trace are taken from.
+struct TracedLight {
+  const Groundwork& ground;
+  const TargetSets& targets;
+  const PupilSample& pupil;
+  const RayBundle &rays, &nominal;  ///< of the pupil, by waves of its cells
+  const LightPath* waves;           ///< null by rays
+  const Eigen::VectorXd& coefficients;
+};
+
 /// Traces the given surface, or the draw of the task's seed, with the model and the normals of the task.
-/// Throws FieldError for central differences of anything but rays.
-TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads);
+/// look, when given, sees the light while it is there. Throws FieldError for central differences of anything
+/// but rays.
+TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads,
+                          const std::function<void(const TracedLight&)>& look = {});
 
 }  // namespace aberfit

@@ -9,6 +9,7 @@
 #include "aberfit/measured/clear_aperture.h"
 #include "aberfit/method/task.h"
 #include "aberfit/method/verify.h"
+#include "aberfit/report/array_format.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/roughness/psd_table.h"
@@ -92,6 +93,7 @@ struct OutputSpec {
   bool plots = true;
   std::vector<ExportFormat> exports;
   int export_grid = 257;  ///< points per side of exported maps
+  ArrayFormat arrays = ArrayFormat::kNone;
 };
 
 /// What a formula of study/published.h works on; absent values come from the study.

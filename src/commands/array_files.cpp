@@ -1,0 +1,67 @@
+#include "array_files.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/report/arrays.h"
+#include "aberfit/report/result.h"
+#include "aberfit/theory/ray_perturbation.h"
+
+namespace aberfit::internal {
+
+ArrayFormat wanted_arrays(const Study& study, const RunOptions& options) {
+  return options.arrays.value_or(study.output.arrays);
+}
+
+ArrayFormat array_format(const std::string& word) {
+  const std::vector<std::string>& names = array_format_names();
+  const auto found = std::find(names.begin(), names.end(), word);
+  if (found == names.end())
+    throw InputError("command line", "", "--arrays \"" + word + "\"", "none, npz, csv or fits");
+  return ArrayFormat(found - names.begin());
+}
+
+std::unique_ptr<FocalLight> target_light(const Study& study, const Groundwork& ground,
+                                         const PupilSample& pupil, int threads) {
+  if (!ground.psd) return nullptr;
+  if (ground.mean_spot)
+    return mean_light(ground.mean_spot, study.wavelength * study.mirror.focal_length, threads);
+  return ray_light(trace_perturbed(study.mirror, pupil, ground.numbers.rms_slope_per_axis,
+                                   study.target.convention, study.trace.pupil.seed),
+                   trace_nominal(study.mirror, pupil), study.trace.centre);
+}
+
+std::vector<double> planes_of(const std::vector<Statistic>& statistics) {
+  std::vector<double> planes;
+  for (const Statistic& statistic : statistics) {
+    if (const auto* ee = std::get_if<EncircledEnergyRadius>(&statistic)) planes.push_back(ee->dz);
+    if (const auto* within = std::get_if<RingThrough>(&statistic); within && !within->is_point)
+      planes.push_back(within->dz);
+  }
+  return planes;
+}
+
+void write_arrays(const Study& study, ArrayFormat format, const FocalLight* theory, const FocalLight* surface,
+                  const std::vector<double>& planes, double core_sigma, const std::string& folder,
+                  Warnings* warnings) {
+  const auto leave_out = [&](const std::string& why) { warnings->push_back({"arrays-left-out", why}); };
+  if (!theory && !surface) return leave_out("there is neither a theory nor a surface whose light to write");
+  std::vector<std::pair<std::string, std::string>> files;
+  try {
+    const FocusArrays arrays = make_focus_arrays(
+        {theory, surface, study.mirror, study.aperture, study.wavelength, planes, core_sigma, study.title});
+    if (arrays.frequency.size() == 0)
+      leave_out(
+          "neither theory nor surface is by waves here, so there is no transfer function among the "
+          "arrays: rays have none");
+    files = array_files(format, arrays);
+  } catch (const ComputationError& error) {
+    return leave_out(error.what());
+  } catch (const std::invalid_argument& error) {
+    return leave_out(error.what());
+  }
+  for (const auto& [name, content] : files) write_file(folder + "/" + name, content);
+}
+
+}  // namespace aberfit::internal
