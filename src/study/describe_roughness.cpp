@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "aberfit/roughness/k_correlation.h"
 #include "describe.h"
@@ -36,10 +37,29 @@ void describe(Visitor& v, UniformPsd& m) {
   require_band(v, m.f_min, m.f_max);
 }
 
+// B, or the length that others name: the autocorrelation is proportional to (r/l)^nu K_nu(r/l), nu =
+// exponent/2 - 1, l = B/(2 pi) (Church, Takacs and Leonard 1989).
+void describe_correlation(Visitor& v, double& correlation) {
+  constexpr double kPerLength = 2 * std::numbers::pi;
+  std::optional<double> b, length;
+  if (!v.reading() && correlation > 0) b = correlation;
+  v.quantity({"B", "correlation parameter [m]; the knee is at f = 1/B; this or correlation_length", kOptional,
+              "\"50 mm\""},
+             b, kLength, Range::positive());
+  v.quantity({"correlation_length",
+              "l = B/(2 pi) [m], where the autocorrelation is 1/e at exponent 3: exp(-r/l); instead of B",
+              kOptional, "\"8 mm\""},
+             length, kLength, Range::positive());
+  v.check(b.has_value() != length.has_value(), length ? "correlation_length" : "B",
+          length ? "a correlation_length beside B" : "neither B nor correlation_length",
+          "exactly one of them: B, or correlation_length = B/(2 pi)");
+  if (b) correlation = *b;
+  if (length) correlation = kPerLength * *length;
+}
+
 void describe(Visitor& v, KCorrelationPsd& m) {
   describe_rms(v, m.rms);
-  v.quantity({"B", "correlation parameter [m]; the knee is at f = 1/B", kRequired, "\"50 mm\""},
-             m.correlation, kLength, Range::positive());
+  describe_correlation(v, m.correlation);
   v.quantity({"exponent", "2-D exponent c of (1 + (B f)^2)^(-c/2)", kRequired, "3.5"}, m.exponent, kNumber,
              Range{0, 20, true, false});
   describe_f_min(v, m.f_min, kOptional);

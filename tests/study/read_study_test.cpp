@@ -1,10 +1,12 @@
 #include "aberfit/study/read_study.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/roughness/random_surface.h"
@@ -193,6 +195,32 @@ TEST(ReadStudy, ReadsEveryPsdModel) {
   EXPECT_EQ(gaussian.correlation_length, 0.02);
 }
 
+// Of exponent 3 the PSD has a closed form in l, of exp(-r/l): 2 pi l^2 sigma^2 (1 + (2 pi l f)^2)^(-3/2).
+TEST(ReadStudy, CorrelationLengthOfAKCorrelationIsThatOfItsAutocorrelation) {
+  const double length = 8e-3, rms = 20e-9;
+  const auto k = model_of<KCorrelationPsd>(
+      R"({"model": "k-correlation", "rms": "20 nm", "correlation_length": "8 mm", "exponent": 3, "f_max": "1 /mm"})");
+  const RadialPsd psd(k);
+  const double turn = 2 * std::numbers::pi * length,
+               inside = 1 - 1 / std::hypot(1, turn * 1e3);  // of sigma^2
+  for (const double f : {0.0, 1.0, 20.0, 300.0}) {
+    const double closed =
+        2 * std::numbers::pi * std::pow(length * rms, 2) * std::pow(1 + std::pow(turn * f, 2), -1.5) / inside;
+    EXPECT_NEAR(psd(f) / closed, 1, 1e-12) << f;
+  }
+  // By either name it is one PSD, to the bit, in and out of a band, and resolved as B.
+  for (const std::string rest :
+       {R"("exponent": 5})", R"("exponent": 2.2, "f_min": "1 /m", "f_max": "1 /mm"})"}) {
+    const std::string head = R"({"model": "k-correlation", "rms": "20 nm", )";
+    const Study by_length = parse(with_psd(head + R"("correlation_length": 0.008, )" + rest));
+    const double b = 2 * std::numbers::pi * 0.008;
+    const Study by_b = parse(with_psd(head + fmt::format(R"("B": {}, )", b) + rest));
+    const RadialPsd one(psd_model(*by_length.roughness)), other(psd_model(*by_b.roughness));
+    for (const double f : {1.5, 20.0, 900.0}) EXPECT_EQ(one(f), other(f)) << rest;
+    EXPECT_EQ(resolved_study(by_length)["roughness"].dump(), resolved_study(by_b)["roughness"].dump());
+  }
+}
+
 TEST(ReadStudy, ReadsSumsOfSums) {
   const Study study = parse(with_psd(R"({"model": "sum", "parts": [
       {"model": "gaussian", "rms": "3 nm", "correlation_length": "2 cm"},
@@ -379,7 +407,7 @@ TEST(ResolvedStudy, HoldsEveryDefaultInSiUnits) {
     "fit": {"start": "draw", "seed": 1, "prior": "near-start", "max_iterations": 100, "starts": "auto", "spherical_rms": 1e-6,
             "bound_sigmas": 0.0},
     "equivalence": {"margin": 0.01, "confidence": 0.95},
-    "output": {"plots": true, "export": [], "export_grid": 257},
+    "output": {"plots": true, "export": [], "export_grid": 257, "arrays": "none"},
     "verify": {"published": []}
   })");
   EXPECT_EQ(resolved.dump(1), expected.dump(1));
