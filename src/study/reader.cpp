@@ -79,6 +79,13 @@ std::string nearest(const std::string& word, const std::vector<std::string>& can
   return best;
 }
 
+// What is allowed in place of `found`, the nearest of it first where one is near.
+std::string suggestion(const Json& found, const std::vector<std::string>& names, const std::string& allowed) {
+  if (!found.is_string()) return allowed;
+  const std::string near = nearest(found.get_ref<const std::string&>(), names);
+  return near.empty() ? allowed : fmt::format("did you mean \"{}\"? allowed: {}", near, allowed);
+}
+
 // Compiling takes longer than reading the whole of a study; the patterns are a few dozen.
 bool matches(const std::string& text, const std::string& pattern) {
   thread_local std::map<std::string, std::regex> compiled;
@@ -259,7 +266,7 @@ class Reader : public Visitor {
         return;
       }
     }
-    fail(at(field), *json, quoted_list(names), field);
+    fail(at(field), *json, suggestion(*json, names, quoted_list(names)), field);
   }
   void choices(const Field& field, std::vector<std::size_t>& indices, const Names& names) override {
     const Json* json = find(field);
@@ -272,7 +279,9 @@ class Reader : public Visitor {
       const auto found =
           item.is_string() ? std::find(names.begin(), names.end(), item.get<std::string>()) : names.end();
       const auto index = std::size_t(found - names.begin());
-      if (found == names.end() || std::find(indices.begin(), indices.end(), index) != indices.end())
+      if (found == names.end())
+        fail(at(field, std::to_string(i)), item, suggestion(item, names, allowed), field);
+      if (std::find(indices.begin(), indices.end(), index) != indices.end())
         fail(at(field, std::to_string(i)), item, allowed, field);
       indices.push_back(index);
     }
@@ -290,7 +299,7 @@ class Reader : public Visitor {
     if (is_object)
       inside(*json, at(field)).read(body);
     else if (*json != word)
-      fail(at(field), *json, fmt::format("\"{}\" or an object", word), field);
+      fail(at(field), *json, suggestion(*json, {word}, fmt::format("\"{}\" or an object", word)), field);
   }
   void word_or_integer(const Field& field, bool& is_word, const std::string& word, std::int64_t& value,
                        std::int64_t low, std::int64_t high) override {
@@ -298,8 +307,8 @@ class Reader : public Visitor {
     if (!json) return;
     is_word = *json == word;
     if (is_word) return;
-    value =
-        whole(*json, field, low, high, fmt::format("\"{}\" or an integer from {} to {}", word, low, high));
+    const std::string allowed = fmt::format("\"{}\" or an integer from {} to {}", word, low, high);
+    value = whole(*json, field, low, high, suggestion(*json, {word}, allowed));
   }
   void list(const Field& field, std::size_t, std::size_t least, const Resize& resize, const ItemBody& body,
             const char*) override {

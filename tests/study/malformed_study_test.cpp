@@ -47,6 +47,20 @@ TEST(MalformedStudy, IsRefusedWithPointerFoundAndAllowed) {
   EXPECT_GE(names.size(), 45u);
 }
 
+// A word that is near none, and one that is right but there twice, come without a guess.
+TEST(MalformedStudy, GuessesOnlyWhatIsNear) {
+  for (const auto& [pointer, value] :
+       {std::pair("/aperture/shape", R"("dodecahedron")"), std::pair("/aperture/shape", "7"),
+        std::pair("/output/arrays", R"("hdf5")"), std::pair("/output/export", R"(["csv", "csv"])")}) {
+    try {
+      parse_study(test::changed(pointer, value), "study.json");
+      ADD_FAILURE() << value << " was read";
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()).find("did you mean"), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST(MalformedStudy, ThatDoesNotExistIsAnInputError) {
   const ScratchFolder folder;
   for (const std::string& path : {folder.file("no-such-study.json"), folder.file(".")}) {
