@@ -7,6 +7,7 @@
 #include "aberfit/report/arrays.h"
 #include "aberfit/report/result.h"
 #include "aberfit/theory/ray_perturbation.h"
+#include "output_directory.h"
 
 namespace aberfit::internal {
 
@@ -20,6 +21,14 @@ ArrayFormat array_format(const std::string& word) {
   if (found == names.end())
     throw InputError("command line", "", "--arrays \"" + word + "\"", "none, npz, csv or fits");
   return ArrayFormat(found - names.begin());
+}
+
+void choose_arrays_directory(const Study& study, const RunOptions& options, const std::string& suffix,
+                             CommandLine* line) {
+  if (!line->output_directory.empty() && wanted_arrays(study, options) == ArrayFormat::kNone)
+    throw InputError("command line", "", "--output \"" + line->output_directory + "\" and nothing to write",
+                     "--output beside --arrays npz, csv or fits, or with `output.arrays` in the study");
+  choose_output_directory(line, suffix);
 }
 
 std::unique_ptr<FocalLight> target_light(const Study& study, const Groundwork& ground,

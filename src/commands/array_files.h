@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "aberfit/commands/program.h"
 #include "aberfit/commands/run_options.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/report/focal_light.h"
@@ -14,6 +15,11 @@ namespace aberfit::internal {
 ArrayFormat wanted_arrays(const Study& study, const RunOptions& options);
 /// Of its word, which has to be one of array_format_names.
 ArrayFormat array_format(const std::string& word);
+
+/// Sets the folder of a command that writes nothing but arrays; suffix: behind the name of the study. Throws
+/// InputError for a folder that nothing would be written to.
+void choose_arrays_directory(const Study& study, const RunOptions& options, const std::string& suffix,
+                             CommandLine* line);
 
 /// Light by the theory that the targets come from, by rays at the points of `pupil`; null without roughness.
 std::unique_ptr<FocalLight> target_light(const Study& study, const Groundwork& ground,

@@ -129,9 +129,10 @@ MapCheckReport run_map_check(const Study& study, const RunOptions& options) {
 
 ExitCode check_command(CommandLine line) {
   const Study study = read_study(line.study_file, line.changes);
-  choose_output_directory(&line, "-check");
   ProgressLine progress(!line.quiet);
-  const RunOptions options = check_options(line, study, &progress);
+  RunOptions options = check_options(line, study, &progress);
+  choose_arrays_directory(study, options, "-check", &line);
+  options.output_directory = line.output_directory;
   const auto show = [&](const auto& report) {
     progress.clear();
     print(line, to_json(report, resolved_study(study)), summary_table(report));

@@ -5,7 +5,6 @@
 #include "aberfit/study/read_study.h"
 #include "array_files.h"
 #include "given_surface.h"
-#include "output_directory.h"
 #include "terminal.h"
 
 namespace aberfit {
@@ -38,9 +37,10 @@ TraceReport run_trace(const Study& study, const RunOptions& options) {
 
 ExitCode trace_command(CommandLine line) {
   const Study study = read_study(line.study_file, line.changes);
-  choose_output_directory(&line, "-trace");
   ProgressLine progress(!line.quiet);
-  const RunOptions options = run_options(line, &progress);
+  RunOptions options = run_options(line, &progress);
+  choose_arrays_directory(study, options, "-trace", &line);
+  options.output_directory = line.output_directory;
   const TraceReport report = run_trace(study, options);
   progress.clear();
   print(line, to_json(report, resolved_study(study)), summary_table(report));
