@@ -13,8 +13,8 @@ namespace {
 constexpr double kUnseen = 1e-12;  // of a singular value over the largest: a direction without data
 constexpr double kUnseenVariance = 1e30;
 constexpr double kProfileTolerance = 2e-4;  // of the sum of squares, whose rise is looked at
-constexpr double kParabola = 0.05;  // of the rise at Wald's ends
-constexpr double kEnd = 0.01;       // of the distance of an end from the fit
+constexpr double kParabola = 0.05;          // of the rise at Wald's ends
+constexpr double kEnd = 0.01;               // of the distance of an end from the fit
 constexpr int kMostDoublings = 40;
 constexpr int kMostNarrowings = 12;
 

@@ -286,8 +286,11 @@ TEST(Solve, RefusesWhatCannotBeSolvedFor) {
   } cases[] = {
       {R"("theory": "rays")", R"({"for": ["/roughness/psd/rms"], )" + budget, "/target/theory"},
       {kGeometric, R"({"for": ["/roughness/psd/B"], )" + budget, "/roughness/psd/f_max"},
-      {kGeometric, R"({"for": ["/roughness/psd/rms", "/roughness/psd/rms"], )" + budget, "two different"},
-      {kGeometric, R"({"for": [], )" + budget, "1 to 2"},
+      {kGeometric, R"({"for": ["/roughness/psd/rms", "/roughness/psd/rms"], )" + budget, "different numbers"},
+      {kGeometric,
+       R"({"for": ["/roughness/psd/rms", "/roughness/psd/f_min", "/roughness/psd/f_max"], )" + budget,
+       "one or two"},
+      {kGeometric, R"({"for": [], )" + budget, "1 to 4"},
       {kGeometric, R"({"for": ["/roughness/psd/rms"], "so_that": {"ee80_diameter": "<= 6 kg"}})", "arcsec"},
       {kGeometric, R"({"for": ["/roughness/psd/rms"], "so_that": {"ee80": "<= 6 um"}})", "unknown key"},
       {kGeometric, R"({"for": ["/roughness/psd/rms"], "so_that": {}})", "/solve/so_that"}};

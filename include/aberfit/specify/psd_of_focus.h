@@ -88,7 +88,9 @@ struct PsdOfFocus {
 PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
                             const MeasuredFocus& focus, const RunContext& context);
 
-/// See fit_psd_to_focus.
+/// Chosen on 100 drawn mirrors (annulus, k-correlation, g = 0.9; tests/specify/psd_of_focus_test.cpp):
+/// deviations of height and correlation are 1.12 and 1.00 of what is predicted, with 1 in its place 1.28 and
+/// 0.87.
 inline constexpr double kSpreadLength = 2;
 
 }  // namespace aberfit
