@@ -93,12 +93,14 @@ EncircledCurve read_encircled_curve(const std::string& path, const std::string& 
   const CurveColumns columns = curve_columns(table, unit);
   EncircledCurve curve;
   curve.is_angle = columns.is_angle;
-  const auto count = Eigen::Index(table.rows());
+  // Many curves begin with (0, 0), which says nothing.
+  const std::size_t first = table.rows() > 0 && table(0, 0) == 0 && table(0, 1) == 0 ? 1 : 0;
+  const auto count = Eigen::Index(table.rows() - first);
   curve.radius.resize(count);
   curve.share.resize(count);
   curve.noise.resize(table.columns == kMostColumnsOfCurve ? count : 0);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const auto row = std::size_t(k);
+    const std::size_t row = first + std::size_t(k);
     const auto fail = [&](const std::string& found, const std::string& allowed) {
       fail_at_line(path, table.lines[row], found, allowed);
     };

@@ -1,12 +1,15 @@
 #include "gnuplot.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -43,7 +46,29 @@ std::string find_gnuplot() {
   return "";
 }
 
-std::string run_gnuplot(const std::string& gnuplot, const std::string& directory, const std::string& script) {
+namespace {
+
+// Its output, as much as anyone reads. False when it has not ended in that time.
+bool read_all(int from, std::chrono::seconds longest, std::string* text) {
+  constexpr std::size_t kKept = 1 << 16;
+  const auto last = std::chrono::steady_clock::now() + longest;
+  std::array<char, 4096> buffer;
+  while (true) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(last - std::chrono::steady_clock::now());
+    if (left.count() <= 0) return false;
+    pollfd ready{from, POLLIN, 0};
+    if (::poll(&ready, 1, int(left.count())) <= 0) continue;  // a signal, or the time is over
+    const ssize_t count = ::read(from, buffer.data(), buffer.size());
+    if (count == 0) return true;
+    if (count < 0 && errno != EINTR) return true;
+    if (count > 0 && text->size() < kKept) text->append(buffer.data(), std::size_t(count));
+  }
+}
+
+}  // namespace
+
+std::string run_gnuplot(const std::string& gnuplot, const std::string& directory, const std::string& script,
+                        std::chrono::seconds longest) {
   std::string option = "--default-settings", program = gnuplot, file = script;  // execv wants them mutable
   const std::array<char*, 4> arguments = {program.data(), option.data(), file.data(), nullptr};
   std::array<int, 2> said{};
@@ -62,18 +87,14 @@ std::string run_gnuplot(const std::string& gnuplot, const std::string& directory
   ::close(said[1]);
   if (nothing >= 0) ::close(nothing);
   std::string text;
-  if (child > 0) {
-    std::array<char, 4096> buffer;
-    for (ssize_t n; (n = ::read(said[0], buffer.data(), buffer.size())) != 0;) {
-      if (n > 0) text.append(buffer.data(), std::size_t(n));
-      if (n < 0 && errno != EINTR) break;
-    }
-  }
+  const bool ended = child < 0 || read_all(said[0], longest, &text);
+  if (!ended) ::kill(child, SIGKILL);
   ::close(said[0]);
   if (child < 0) return std::strerror(fork_error);
   int status = 0;
   while (::waitpid(child, &status, 0) < 0)
     if (errno != EINTR) return std::strerror(errno);
+  if (!ended) return "it did not end within " + std::to_string(longest.count()) + " s";
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
   text = one_line(text);
   if (!text.empty()) return text;

@@ -122,6 +122,7 @@ std::string rim_curves(Picture* picture, const ClearRegion& clear, double dx, do
 }
 
 std::string log_tics(double low, double high) {
+  if (!(low > 0) || !std::isfinite(high)) return "autofreq";
   const std::vector<double> digits = high > 100 * low  ? std::vector<double>{1}
                                      : high > 10 * low ? std::vector<double>{1, 2, 5}
                                                        : std::vector<double>{1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 7};

@@ -74,7 +74,8 @@ std::string picture_title(const std::string& text, const std::string& title);
 std::string signed_palette();
 
 /// `(1, 2, 5)`: numbers at an axis of logarithms, two of them at least on any range of a quarter of a decade:
-/// powers of ten alone leave a short one bare.
+/// powers of ten alone leave a short one bare. `autofreq`, gnuplot's own choice, of a range that has no
+/// logarithm.
 std::string log_tics(double low, double high);
 
 /// `set xrange` (or of another axis) from -reach to reach.

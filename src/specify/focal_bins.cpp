@@ -212,7 +212,9 @@ FocalBins rings_of(const FocalImage& image, double pixel, double resolution, dou
         datum(row, column) = int(sums.size()) - 1;
         sums.back() += light(row, column);
         counts.back() += 1;
-        radii.back() += pixel * std::hypot(double(column) - centre.x, double(row) - centre.y);
+        // Root mean square over the pixel, above zero for the one that holds the centre.
+        const double x = double(column) - centre.x, y = double(row) - centre.y;
+        radii.back() += pixel * std::sqrt(x * x + y * y + 1.0 / 6);
       }
   }
   const auto array = [](const std::vector<double>& list) {

@@ -42,12 +42,12 @@ class SolveFocusCommand : public ::testing::Test {
   std::string out() const { return read_file(folder_.file("stdout.txt")); }
   std::string err() const { return read_file(folder_.file("stderr.txt")); }
 
-  // Diameters on the sky, shares in percent.
+  // Diameters on the sky, shares in percent, from none at all.
   void write_curve(double noise) {
     const MeanSpot spot = true_light().at_plane(0);
     std::mt19937_64 random(3);
     std::normal_distribution<double> normal(0, noise);
-    std::string text = "# a star test\ndiameter [arcsec], ee [%], noise [%]\n";
+    std::string text = "# a star test\ndiameter [arcsec], ee [%], noise [%]\n0, 0, 0\n";
     for (int k = 0; k < 30; ++k) {
       const double diameter = 0.15 * std::pow(60, k / 29.0);
       const double share = spot.encircled_energy(0.5 * diameter * kArcsec * kFocalLength) + normal(random);
@@ -146,6 +146,7 @@ TEST_F(SolveFocusCommand, SaysWhatIsWrongWithTheData) {
   for (const Case& wrong : {
            Case{"radius,share\n1,0.5\n2,0.6\n", R"({"file": "ee.csv"})", "no unit"},
            Case{"radius_um,share\n1,0.5\n1,0.6\n", R"({"file": "ee.csv"})", "radii that grow"},
+           Case{"radius_um,share\n0,0.1\n1,0.6\n", R"({"file": "ee.csv"})", "radii above zero"},
            Case{"radius_um,share\n1,50\n2,60\n", R"({"file": "ee.csv"})", "in %"},
            Case{"radius_um,height\n1,0.5\n2,0.6\n", R"({"file": "ee.csv"})", "height"},
            Case{"radius_um,share\n1,0.5\n2,0.6\n", R"({"file": "ee.csv"})", "more data than unknowns"},

@@ -7,10 +7,13 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <numbers>
 #include <regex>
 #include <sstream>
 
+#include "../../src/report/gnuplot.h"
+#include "../../src/report/picture.h"
 #include "plot_scene.h"
 
 using namespace aberfit;
@@ -434,6 +437,23 @@ TEST_F(Plots, FailingGnuplotIsAWarningWithItsOwnWords) {
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].code, "no-gnuplot");
   EXPECT_NE(found[0].message.find("unknown terminal pngcairo"), std::string::npos) << found[0].message;
+}
+
+TEST_F(Plots, GnuplotThatDoesNotEndIsStopped) {
+  const std::string gnuplot = internal::find_gnuplot();
+  if (gnuplot.empty()) GTEST_SKIP() << "no gnuplot";
+  const fs::path folder = root() / "endless";
+  fs::create_directories(folder);
+  std::ofstream(folder / "endless.gp") << "while (1) { print 'on and on' }\n";
+  EXPECT_EQ(internal::run_gnuplot(gnuplot, folder.string(), "endless.gp", std::chrono::seconds(1)),
+            "it did not end within 1 s");
+}
+
+TEST_F(Plots, TicsOfARangeWithoutLogarithmAreGnuplotsOwn) {
+  EXPECT_EQ(internal::log_tics(0, 5), "autofreq");
+  EXPECT_EQ(internal::log_tics(-1, 5), "autofreq");
+  EXPECT_EQ(internal::log_tics(1, std::numeric_limits<double>::infinity()), "autofreq");
+  EXPECT_EQ(internal::log_tics(1, 5), "(1, 1.2, 1.5, 2, 2.5, 3, 4, 5)");
 }
 
 TEST_F(Plots, WithoutRoughnessOrFitShowWhatThereIs) {
