@@ -1,6 +1,9 @@
 #include "case_work.h"
 
 #include <algorithm>
+#include <memory>
+#include <mutex>
+#include <optional>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/constants.h"
@@ -46,9 +49,25 @@ void add_scene(const SceneNumbers& numbers, CaseOutcome* outcome) {
   add_value("scene_paper_ratio_r", numbers.paper_ratio_r, outcome);
 }
 
-CaseOutcome check_case(const Study& study) {
+// The pupil of the case before, for as long as cases have the same.
+class PupilOfCases {
+ public:
+  GhsPupil operator()(const Task& task) {
+    const std::lock_guard lock(mutex_);
+    const bool same = last_ && last_->mirror() == task.mirror && last_->aperture() == task.aperture &&
+                      last_->wavelength() == task.wavelength;
+    if (!same) last_.emplace(pupil_of_task(task));
+    return *last_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::optional<GhsPupil> last_;
+};
+
+CaseOutcome check_case(const Study& study, PupilOfCases* pupils) {
   if (study.map) throw InputError(study.path, "/target/map", "a map", "statistics, for run \"check\"");
-  const TheoryValues values = theory_values(study);
+  const TheoryValues values = theory_values(study, std::ref(*pupils));
   CaseOutcome outcome;
   for (const auto& [statistic, value] : values.statistics)
     add_value(statistic_name(statistic), value, &outcome);
@@ -124,7 +143,9 @@ CaseOutcome solve_case(const Study& study, const std::function<bool()>& interrup
 CaseWork case_work(CaseLevel level, const std::function<bool()>& interrupted) {
   switch (level) {
     case CaseLevel::kCheck:
-      return check_case;
+      return [pupils = std::make_shared<PupilOfCases>()](const Study& study) {
+        return check_case(study, pupils.get());
+      };
     case CaseLevel::kTrace:
       return [interrupted](const Study& study) { return trace_case(study, interrupted); };
     case CaseLevel::kFit:

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/theory/height_on_aperture.h"
@@ -61,7 +62,9 @@ void predict_as_targets(const Task& task, TheoryValues* values) {
 
 }  // namespace
 
-TheoryValues theory_values(const Task& task) {
+GhsPupil pupil_of_task(const Task& task) { return {task.mirror, task.aperture, task.wavelength}; }
+
+TheoryValues theory_values(const Task& task, const std::function<GhsPupil(const Task&)>& pupil_of) {
   if (!task.psd)
     throw FieldError("roughness", "nothing", "a roughness block, of which theory says what the light does");
   TheoryValues values;
@@ -77,9 +80,10 @@ TheoryValues theory_values(const Task& task) {
     return values;
   }
   ClosedForm closed;
+  const bool in_light = theory == Theory::kGhs;  // then heights are the light's, too
   closed.rays.emplace(task.mirror, task.aperture, values.numbers.rms_slope_per_axis, task.target.convention,
-                      rms_height_on(task.aperture, psd));
-  if (theory == Theory::kGhs) closed.light.emplace(psd, task.mirror, task.aperture, task.wavelength);
+                      in_light ? kNaN : rms_height_on(task.aperture, psd));
+  if (in_light) closed.light.emplace(psd, pupil_of(task));
   const std::vector<Wanted> wanted = wanted_of(task, closed);
   std::vector<Statistic> statistics;
   for (const Wanted& one : wanted)

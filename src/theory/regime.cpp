@@ -21,6 +21,8 @@ namespace {
 
 constexpr double kAiryEe90 = 1.9006879778302467;  // of a full circle: root of J0^2 + J1^2 = 0.1, over pi
 
+constexpr boost::math::policies::policy<boost::math::policies::promote_double<false>> kInDouble;
+
 // ee90 of a perfect aperture over lambda f [1/m]: EE(a) = 2 pi a int OTF(x) J1(2 pi a x) dx over pupil
 // shears.
 double perfect_ee90(const ApertureOtf& otf) {
@@ -41,7 +43,7 @@ double perfect_ee90(const ApertureOtf& otf) {
   const auto energy = [&](double a) {
     double sum = 0;
     for (std::size_t i = 0; i < shear.size(); ++i)
-      sum += weight[i] * boost::math::cyl_bessel_j(1, 2 * std::numbers::pi * a * shear[i]);
+      sum += weight[i] * boost::math::cyl_bessel_j(1, 2 * std::numbers::pi * a * shear[i], kInDouble);
     return 2 * std::numbers::pi * a * sum;
   };
   double inside = 0, outside = 1 / otf.cutoff();

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <boost/math/constants/constants.hpp>
 #include <boost/math/quadrature/gauss.hpp>
@@ -194,6 +195,122 @@ class Paraxial {
   std::vector<Shear> shear_;
   Real slope_variance_;
   mutable std::vector<Real> overlap_;
+  mutable Real dz_ = 0;
+};
+
+/// Nodes between each two of `edges`, in an angle that makes roots at the edges smooth.
+template <class Real>
+std::vector<Node<Real>> nodes_between(std::vector<Real> edges, int panels) {
+  std::sort(edges.begin(), edges.end());
+  std::vector<Node<Real>> result;
+  for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+    const Real half = (edges[i + 1] - edges[i]) / 2;
+    if (!(half > 0)) continue;
+    for (const Node<Real>& angle : nodes<Real>(Real(0), pi<Real>(), panels))
+      result.push_back({edges[i] + half * (1 - cos(angle.x)), half * sin(angle.x) * angle.weight});
+  }
+  return result;
+}
+
+/// Overlap of an annulus with itself sheared by x, with the phase cos(turn u) along the shear, over its area.
+template <class Real>
+Real annulus_overlap(const Real& outer, const Real& inner, const Real& x, const Real& turn) {
+  const Real end = outer - x / 2;
+  std::vector<Real> edges{0, end};
+  for (const Real& kink : {Real(x / 2 - inner), Real(x / 2 + inner), Real(inner - x / 2),
+                           Real((outer * outer - inner * inner) / (2 * x))})
+    if (kink > 0 && kink < end) edges.push_back(kink);
+  const auto root = [](const Real& square) { return square > 0 ? Real(sqrt(square)) : Real(0); };
+  Real sum = 0;
+  for (const Node<Real>& u : nodes_between<Real>(edges, 1)) {
+    const Real near = u.x - x / 2, far = u.x + x / 2;
+    const Real whole = root(outer * outer - far * far);
+    const Real hole = std::max(root(inner * inner - near * near), root(inner * inner - far * far));
+    if (hole < whole) sum += u.weight * (whole - hole) * cos(turn * u.x);
+  }
+  return 4 * sum / (pi<Real>() * (outer * outer - inner * inner));
+}
+
+/// The same of a rectangle, averaged over the directions of the shear.
+template <class Real>
+Real rectangle_overlap(const Real& width, const Real& height, const Real& x, const Real& turn_per_shear) {
+  // int cos(k a t) dt over the |t| < (side - a)/2 that both have
+  const auto along = [&](const Real& side, const Real& a) {
+    const Real z = turn_per_shear * a * (side - a) / 2;
+    return Real((side - a) * (abs(z) < 1e-9 ? Real(1 - z * z / 6) : Real(sin(z) / z)));
+  };
+  const Real from = x > width ? Real(acos(width / x)) : Real(0),
+             to = x > height ? Real(asin(height / x)) : Real(pi<Real>() / 2);
+  Real sum = 0;
+  for (const Node<Real>& phi : nodes<Real>(from, to, 2))
+    sum += phi.weight * along(width, Real(x * cos(phi.x))) * along(height, Real(x * sin(phi.x)));
+  return 2 * sum / (pi<Real>() * width * height);
+}
+
+/// The paraxial form of any aperture: E(r) in any plane, from its overlap at shear x and defocus dz.
+template <class Real>
+class ParaxialOf {
+ public:
+  using Overlap = std::function<Real(const Real& x, const Real& turn_per_shear)>;
+  /// edges: of the pieces in which the overlap is smooth, from 0 to the largest shear.
+  ParaxialOf(const Scene& scene, const std::vector<Real>& edges, const Overlap& overlap, const Real& area,
+             const Roughness<Real>& roughness)
+      : scene_(scene), overlap_(overlap), area_(area) {
+    const Real k = 4 * pi<Real>() / scene.wavelength;
+    for (const Node<Real>& node : nodes_between<Real>(edges, 2)) {
+      const Real less = roughness.half_structure(node.x);
+      shears_.push_back({node.x, node.weight, exp(-k * k * less), less});
+    }
+  }
+  Real encircled(const Real& radius, const Real& dz) const { return shares(radius, dz).first; }
+  Real radius(const Real& fraction, const Real& dz, const Real& guess) const {
+    Real r = guess;
+    for (int i = 0; i < 40; ++i) {
+      const auto [share, slope] = shares(r, dz);
+      const Real step = (share - fraction) / slope;
+      r -= step;
+      if (abs(step) < 1e3 * std::numeric_limits<Real>::epsilon() * r) break;
+    }
+    return r;
+  }
+  Real rms_height() const {
+    Real sum = 0;
+    for (const Shear& one : shears_)
+      sum += one.weight * one.less * overlap_(one.x, Real(0)) * 2 * pi<Real>() * one.x;
+    return sqrt(sum / area_);
+  }
+
+ private:
+  struct Shear {
+    Real x, weight, transfer, less;
+  };
+  std::pair<Real, Real> shares(const Real& radius, const Real& dz) const {
+    const Real f = scene_.focal_length, wave = scene_.wavelength;
+    const Real per_shear = 2 * pi<Real>() / (wave * (f + dz));
+    const std::vector<Real>& overlaps = overlaps_at(dz);
+    Real share = 0, slope = 0;
+    for (std::size_t i = 0; i < shears_.size(); ++i) {
+      const Real t = shears_[i].weight * shears_[i].transfer * overlaps[i], nu = per_shear * shears_[i].x;
+      share += t * boost::math::cyl_bessel_j(1, Real(nu * radius));
+      slope += t * nu * boost::math::cyl_bessel_j(0, Real(nu * radius));
+    }
+    return {per_shear * radius * share, per_shear * radius * slope};
+  }
+  const std::vector<Real>& overlaps_at(const Real& dz) const {
+    if (known_.empty() || dz_ != dz) {
+      known_.clear();
+      const Real f = scene_.focal_length, turn = 2 * pi<Real>() * dz / (scene_.wavelength * f * (f + dz));
+      for (const Shear& one : shears_) known_.push_back(overlap_(one.x, turn));
+      dz_ = dz;
+    }
+    return known_;
+  }
+
+  Scene scene_;
+  Overlap overlap_;
+  Real area_;
+  std::vector<Shear> shears_;
+  mutable std::vector<Real> known_;
   mutable Real dz_ = 0;
 };
 

@@ -265,6 +265,101 @@ TEST(PsdJacobian, OfAUniformBandMeetsDifferencesInFiftyDigits) {
   }
 }
 
+// In and out of focus, of light that no closed form has.
+TEST(PsdJacobian, OfAnAnnulusAndOfARectangleMeetsDifferencesInMoreDigits) {
+  const auto annulus = [](const Wide& x, const Wide& turn) {
+    return annulus_overlap<Wide>(0.05L, 0.018L, x, turn * x);
+  };
+  const auto rectangle = [](const Wide& x, const Wide& turn) {
+    return rectangle_overlap<Wide>(0.08L, 0.06L, x, turn);
+  };
+  struct Case {
+    Aperture aperture;
+    std::vector<Wide> edges;
+    ParaxialOf<Wide>::Overlap overlap;
+    Wide area;
+  };
+  const Case cases[] = {
+      {AnnulusAperture{0.1, 0.036},
+       {0, 0.032L, 0.036L, 0.068L, 0.1L},
+       annulus,
+       pi<Wide>() * (0.05L * 0.05L - 0.018L * 0.018L)},
+      {RectangleAperture{0.08, 0.06}, {0, 0.06L, 0.08L, 0.1L}, rectangle, 0.0048L},
+  };
+  const PsdModel model = KCorrelationPsd{40e-9, 0.06, 3.2, 8, 30};
+  const std::vector<PsdVariable> variables = psd_variables(model);
+  const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, kOut},
+                                          RingThrough{kRing, 0, false}, RingThrough{kRing, kOut, false},
+                                          RmsHeight{}};
+  double worst = 0;
+  for (const Case& one : cases) {
+    const GhsPupil pupil(Mirror{kScene.focal_length, -1, {}}, one.aperture, kScene.wavelength,
+                         {.paraxial = true});
+    const PsdJacobian found = psd_jacobian(model, variables, statistics, pupil);
+    const Eigen::MatrixXd logarithmic = found.logarithmic();
+    const auto logs = [&](std::size_t k, Wide factor) {
+      std::vector<Wide> by(variables.size(), 1);
+      by[k] = factor;
+      const ParaxialOf<Wide> truth(
+          kScene, one.edges, one.overlap, one.area,
+          k_correlation(40e-9L * by[0], 0.06L * by[1], 3.2L * by[2], 8 * by[3], 30 * by[4]));
+      std::vector<Wide> result;
+      for (const Eigen::Index i : {0, 1})
+        result.push_back(std::log(truth.radius(i == 0 ? 0.5L : 0.8L, i == 0 ? 0 : kOut, found.values[i])));
+      result.push_back(std::log(truth.encircled(kRing, 0)));
+      result.push_back(std::log(truth.encircled(kRing, kOut)));
+      result.push_back(std::log(truth.rms_height()));
+      return result;
+    };
+    const std::vector<Wide> here = logs(0, 1);
+    for (std::size_t i = 0; i < here.size(); ++i)
+      EXPECT_NEAR(found.values[Eigen::Index(i)] / double(std::exp(here[i])), 1, 1e-9) << i;
+    for (std::size_t k = 0; k < variables.size(); ++k) {
+      const Wide step = 1e-3L;
+      std::vector<std::vector<Wide>> at;
+      for (const int side : {-3, -2, -1, 1, 2, 3}) at.push_back(logs(k, std::exp(side * step)));
+      for (std::size_t i = 0; i < here.size(); ++i) {
+        const auto expected = double(
+            (45 * (at[3][i] - at[2][i]) - 9 * (at[4][i] - at[1][i]) + at[5][i] - at[0][i]) / (60 * step));
+        const double is = logarithmic(Eigen::Index(i), Eigen::Index(k));
+        const double off = std::abs(is - expected) / std::max(std::abs(expected), kNothing);
+        EXPECT_LE(off, kAgreed) << pointer_of(variables[k]) << " of " << statistic_name(statistics[i]) << ": "
+                                << is << ", expected " << expected;
+        worst = std::max(worst, off);
+      }
+    }
+  }
+  RecordProperty("worst_derivative_in_1e_12", std::to_string(worst * 1e12));
+}
+
+// Polygons have the aperture-exact form alone: against differences of the theory itself, and against the same
+// rectangle, whose moments are means over other directions (kMeanMoments).
+TEST(PsdJacobian, OfAPolygonMeetsDifferencesOfTheTheory) {
+  const Mirror mirror{1.2, -1, {}};
+  const PsdModel model = KCorrelationPsd{40e-9, 0.06, 3.2, 8, 60};
+  const std::vector<PsdVariable> variables = psd_variables(model);
+  const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, 1e-4},
+                                          RingThrough{1e-5, 0, false}, RmsHeight{}};
+  const GhsPupil polygon(mirror,
+                         PolygonAperture{{{-0.08, -0.06}, {0.08, -0.06}, {0.08, 0.06}, {-0.08, 0.06}}},
+                         kScene.wavelength),
+      rectangle(mirror, RectangleAperture{0.16, 0.12}, kScene.wavelength);
+  const PsdJacobian found = psd_jacobian(model, variables, statistics, polygon),
+                    same = psd_jacobian(model, variables, statistics, rectangle);
+  EXPECT_LT((found.values.array() / same.values.array() - 1).abs().maxCoeff(), 3e-6);
+  EXPECT_LT((found.logarithmic() - same.logarithmic()).array().abs().maxCoeff(), 5e-5);
+  for (std::size_t k = 0; k < variables.size(); ++k)
+    for (std::size_t i = 0; i < statistics.size(); ++i) {
+      const auto moved = [&](double factor) {
+        const PsdModel other = with_value(model, variables[k], factor * value_of(model, variables[k]));
+        return std::log(GeneralisedHarveyShack(RadialPsd(other), polygon).predict({statistics[i]})[0]);
+      };
+      EXPECT_NEAR(found.logarithmic()(Eigen::Index(i), Eigen::Index(k)), log_derivative<double>(moved, 3e-3),
+                  kAgreed)
+          << pointer_of(variables[k]) << " of " << statistic_name(statistics[i]);
+    }
+}
+
 // The aperture-exact form, of slow mirrors, where the theory's interpolation over the aperture is exact to
 // 1e-10.
 TEST(PsdJacobian, OfTheApertureExactFormMeetsDifferencesInMoreDigits) {

@@ -11,20 +11,24 @@ namespace aberfit {
 struct CircleAperture {
   double diameter = 0;
   double margin = 0;
+  bool operator==(const CircleAperture&) const = default;
 };
 struct AnnulusAperture {
   double diameter = 0;
   double inner_diameter = 0;
   double margin = 0;
+  bool operator==(const AnnulusAperture&) const = default;
 };
 struct RectangleAperture {
   double width = 0;   ///< along x
   double height = 0;  ///< along y
   double margin = 0;
+  bool operator==(const RectangleAperture&) const = default;
 };
 struct PolygonAperture {
   std::vector<std::array<double, 2>> vertices;  ///< corners in order, either sense, simple polygon
   double margin = 0;
+  bool operator==(const PolygonAperture&) const = default;
 };
 using Aperture = std::variant<CircleAperture, AnnulusAperture, RectangleAperture, PolygonAperture>;
 

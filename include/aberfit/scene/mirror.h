@@ -11,6 +11,7 @@ namespace aberfit {
 struct KnownZernike {
   ZernikeMode mode;
   double height = 0;  ///< RMS over the disc [m], of the surface, with the sign of h: towards the light
+  bool operator==(const KnownZernike&) const = default;
 };
 
 /// The nominal mirror: all that is known of its shape, roughness apart. Vertex of the conic at the origin,
@@ -22,6 +23,7 @@ struct Mirror {
   std::array<double, 5> spherical{};    ///< c4, c6, c8, c10, c12 of sum c_2n rho^2n [m^(1-2n)]
   std::vector<KnownZernike> zernike{};  ///< of the design or of a measurement, added to the sag
   double zernike_radius = 0;            ///< of their disc [m], > 0 where there are any
+  bool operator==(const Mirror&) const = default;
 };
 
 /// Whether the sag is rho^2/(4f) and nothing else: then, and only then, light along the axis has a perfect
