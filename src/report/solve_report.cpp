@@ -29,7 +29,7 @@ Json point_json(const Specification& spec, const SolvePoint& point) {
   return {{"at", at}, {"binding", spec.budgets[point.binding].key}, {"budgets", budgets}};
 }
 
-// "*": what binds. Sensitivities are of logarithms.
+// "*": what binds. Sensitivities are of logarithms: percent of the value for each percent of the unknown.
 std::string budget_rows(const Specification& spec, const SolvePoint& point) {
   std::string text;
   for (std::size_t k = 0; k < point.budgets.size(); ++k) {
@@ -53,7 +53,7 @@ std::string head_of_rows(const Specification& spec, bool sensitivities) {
       fmt::format("    {:<20} {:>13} {:<16} {:>8} {:>13}", "budget", "value", "limit", "margin", "room");
   if (sensitivities)
     for (const SolveUnknown& unknown : spec.unknowns)
-      text += fmt::format(" {:>10}", "d/d " + name_of(unknown));
+      text += fmt::format(" {:>10}", "%/% " + name_of(unknown));
   return text + "\n";
 }
 

@@ -40,22 +40,18 @@ struct Telescope {
 constexpr Telescope kSmall{2.8, 0.4, 0.14, 632.8e-9, 64};
 
 double share_that_holds(const RadialPsd& psd, double share, double radius, int draws,
-                        const Telescope& of_light = kSmall) {
-  const auto drawn = [&](const RadialPsd& of) {
-    return testing_draws::DrawnScene{of,
-                                     of_light.focal_length,
-                                     of_light.diameter,
-                                     of_light.inner_diameter,
-                                     of_light.wavelength,
-                                     of_light.cells};
-  };
-  const RadialPsd perfect = psd.scaled(1e-9);
+                        const Telescope& telescope = kSmall) {
+  const auto& [f, diameter, inner, wavelength, cells] = telescope;
+  // f times the direction cosine of light from there
+  const auto seen = [f = f](double size) { return size / (1 + std::pow(size / (4 * f), 2)); };
+  const testing_draws::DrawnScene drawn{psd, f, seen(diameter), seen(inner), wavelength, cells, true};
+  testing_draws::DrawnScene smooth = drawn;
+  smooth.psd = psd.scaled(1e-9);
   const double lost =
-      testing_draws::DrawnMirrors(drawn(perfect), {}).light({0, {radius}}, 1, 1)(0, 0) -
-      GeneralisedHarveyShack(perfect, {of_light.focal_length, -1, {}},
-                             AnnulusAperture{of_light.diameter, of_light.inner_diameter}, of_light.wavelength)
+      testing_draws::DrawnMirrors(smooth, {}).light({0, {radius}}, 1, 1)(0, 0) -
+      GeneralisedHarveyShack(smooth.psd, {f, -1, {}}, AnnulusAperture{diameter, inner}, wavelength)
           .encircled_energy(radius, 0);
-  const Eigen::ArrayXXd light = testing_draws::DrawnMirrors(drawn(psd), {}).light({0, {radius}}, draws, 7);
+  const Eigen::ArrayXXd light = testing_draws::DrawnMirrors(drawn, {}).light({0, {radius}}, draws, 7);
   return double((light.row(0) - lost >= share).count()) / draws;
 }
 

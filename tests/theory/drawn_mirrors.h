@@ -24,6 +24,9 @@ struct DrawnScene {
   RadialPsd psd;
   double focal_length, diameter, inner_diameter, wavelength;
   int cells;  // across the aperture
+  /// Of a fast parabola: diameters and cells are f times a direction cosine, 2 f tan(theta/2) on the mirror,
+  /// and a height counts by (1 + cos theta)/2.
+  bool is_fast = false;
 };
 
 class DrawnMirrors {
@@ -189,7 +192,9 @@ class DrawnMirrors {
         const double cover = cover_[std::size_t(row) * std::size_t(cells) + std::size_t(column)];
         const double x = (column + 0.5 - 0.5 * cells) * pitch_, y = (row + 0.5 - 0.5 * cells) * pitch_;
         const std::size_t k = std::size_t(row) * std::size_t(side_) + std::size_t(column);
-        data_[k] = std::polar(cover, -wave * height[k] - defocus * (x * x + y * y));
+        const double sine = std::hypot(x, y) / scene_.focal_length;
+        const double counts = scene_.is_fast ? 0.5 * (1 + std::sqrt(std::max(0.0, 1 - sine * sine))) : 1;
+        data_[k] = std::polar(cover, -wave * counts * height[k] - defocus * (x * x + y * y));
         total += cover * cover;
       }
     fftw_execute(plan_);
