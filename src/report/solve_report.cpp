@@ -48,12 +48,20 @@ std::string budget_rows(const Specification& spec, const SolvePoint& point) {
   return text;
 }
 
+// Of a column of ten: the last word of a long name, cut where that is long, too.
+std::string short_name_of(const SolveUnknown& unknown) {
+  constexpr std::size_t kRoom = 6;
+  std::string name = name_of(unknown);
+  if (name.size() > kRoom && name.find('_') != std::string::npos) name = name.substr(name.rfind('_') + 1);
+  return name.size() > kRoom ? name.substr(0, kRoom - 1) + "." : name;
+}
+
 std::string head_of_rows(const Specification& spec, bool sensitivities) {
   std::string text =
       fmt::format("    {:<20} {:>13} {:<16} {:>8} {:>13}", "budget", "value", "limit", "margin", "room");
   if (sensitivities)
     for (const SolveUnknown& unknown : spec.unknowns)
-      text += fmt::format(" {:>10}", "%/% " + name_of(unknown));
+      text += fmt::format(" {:>10}", "%/% " + short_name_of(unknown));
   return text + "\n";
 }
 

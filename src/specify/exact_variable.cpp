@@ -7,6 +7,20 @@
 #include "aberfit/core/errors.h"
 
 namespace aberfit::internal {
+namespace {
+
+// The correlation length of a k-correlation is B/(2 pi): in logarithms the same.
+PsdVariable variable_at(const PsdModel& model, const std::string& pointer) {
+  const std::string length = "/correlation_length";
+  try {
+    return psd_variable(model, pointer);
+  } catch (const std::invalid_argument&) {
+    if (!pointer.ends_with(length)) throw;
+    return psd_variable(model, pointer.substr(0, pointer.size() - length.size()) + "/B");
+  }
+}
+
+}  // namespace
 
 std::vector<double> values_at(const std::vector<SolveUnknown>& unknowns, const std::vector<double>& logs) {
   std::vector<double> values;
@@ -23,7 +37,7 @@ std::optional<PsdVariable> exact_variable(const TaskAt& task_at, const std::vect
   std::vector<double> logs(unknowns.size(), 0.0);
   const Task here = task_at(values_at(unknowns, logs));
   try {
-    const PsdVariable variable = psd_variable(*here.psd, pointer.substr(root.size()));
+    const PsdVariable variable = variable_at(*here.psd, pointer.substr(root.size()));
     logs[unknown] = kDifference;
     const RadialPsd meant(*task_at(values_at(unknowns, logs)).psd),
         moved(with_value(*here.psd, variable, value_of(*here.psd, variable) * std::exp(kDifference)));

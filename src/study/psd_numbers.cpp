@@ -3,6 +3,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/study/read_study.h"
 
 namespace aberfit {
@@ -23,6 +24,10 @@ void collect(const Json& psd, const std::string& pointer, std::vector<PsdNumber>
   for (const auto& [key, dimension] : kDimensions)
     if (psd.contains(key) && psd[key].is_number())
       numbers->push_back({pointer + "/" + key, psd[key].get<double>(), dimension});
+  // Resolved, a k-correlation has its B; who writes the length may ask for that.
+  if (psd.value("model", "") == "k-correlation" && psd.contains("B"))
+    numbers->push_back(
+        {pointer + "/correlation_length", psd["B"].get<double>() / (2 * kPi), Dimension::kLength});
   if (!psd.contains("parts")) return;
   for (std::size_t i = 0; i < psd["parts"].size(); ++i)
     collect(psd["parts"][i], pointer + "/parts/" + std::to_string(i), numbers);
@@ -46,7 +51,12 @@ struct StudyFamily::Text {
 StudyFamily::StudyFamily(const Study& study, const std::vector<std::string>& pointers) {
   Text text{study.path, resolved_study(study), {}};
   for (const char* unused : {"verify", "solve", "vary", "output"}) text.study.erase(unused);
-  for (const std::string& pointer : pointers) text.pointers.emplace_back(pointer);
+  for (const std::string& pointer : pointers) {
+    text.pointers.emplace_back(pointer);
+    // It takes the place of B.
+    Json& around = text.study[text.pointers.back().parent_pointer()];
+    if (text.pointers.back().back() == "correlation_length" && around.contains("B")) around.erase("B");
+  }
   text_ = std::make_shared<const Text>(std::move(text));
 }
 

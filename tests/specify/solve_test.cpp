@@ -319,6 +319,25 @@ TEST(Solve, NumbersOfAPsdAreThoseOfItsModel) {
   EXPECT_THROW(family({-1.0}), InputError);
 }
 
+// Whoever writes the correlation length may ask for it: B over 2 pi, with the same sensitivity.
+TEST(Solve, OfACorrelationLengthIsThatOfB) {
+  const auto of = [](const std::string& key, const std::string& value) {
+    return solved(
+        slow_mirror(R"({"model": "k-correlation", "rms": "20 nm", ")" + key + R"(": ")" + value +
+                        R"(", "exponent": 3, "f_min": "20 /m", "f_max": "2 /mm"})",
+                    R"("theory": "ghs")",
+                    R"({"for": ["/roughness/psd/)" + key + R"("], "so_that": {"ee80_diameter": "<= 6 mm"}})"));
+  };
+  const Specification length = of("correlation_length", "2 mm"), b = of("B", "12.566370614359172 mm");
+  ASSERT_EQ(length.status, SolveStatus::kSolved);
+  ASSERT_EQ(length.solutions.size(), b.solutions.size());
+  for (std::size_t k = 0; k < b.solutions.size(); ++k) {
+    EXPECT_NEAR(2 * pi * length.solutions[k].at[0] / b.solutions[k].at[0], 1, 1e-9);
+    EXPECT_NEAR(length.solutions[k].budgets[0].sensitivity[0], b.solutions[k].budgets[0].sensitivity[0],
+                1e-7);
+  }
+}
+
 // Strehl exp(-g^2) of roughness much finer than the aperture; TIS 1 - exp(-g^2) of any.
 TEST(Solve, OfStrehlAndScatterIsThatOfTheCore) {
   const std::string fine = R"({"model": "uniform", "rms": "20 nm", "f_min": "2000 /m", "f_max": "4000 /m"})";
