@@ -1,7 +1,10 @@
-// Tables and results that the program reads: PSDs, coefficients, charts, CODE V listings.
+// Tables and results that the program reads: PSDs, coefficients, charts, CODE V listings, light of a focus,
+// records of a sweep.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "aberfit/cases/case_record.h"
+#include "aberfit/measured/focal_data.h"
 #include "aberfit/report/exports.h"
 #include "aberfit/report/fit_rates.h"
 #include "aberfit/report/result.h"
@@ -84,13 +87,58 @@ std::vector<std::string> listing_seeds() {
   return {"title\nZFR 9 SUR WVL 0.6328\n0 0.1 -0.2 0.3 1e-2\n0 0 0.5 0\n", "t\nZFR 1 WFR WVL 1\n0.25\n"};
 }
 
+void read_focus(std::string_view bytes) {
+  const std::string path = fuzz_folder().write("focus", bytes);
+  read_or_refuse([&] { is_focal_image(path); });
+  for (const char* unit : {"", "um", "arcsec"})
+    read_or_refuse([&] {
+      const EncircledCurve curve = read_encircled_curve(path, unit);
+      require(curve.radius.size() == curve.share.size(), "a share for every radius");
+      require(curve.noise.size() == 0 || curve.noise.size() == curve.radius.size(), "noise of all or none");
+      for (Eigen::Index k = 0; k < curve.radius.size(); ++k)
+        require(curve.radius[k] > (k > 0 ? curve.radius[k - 1] : 0) && std::isfinite(curve.share[k]),
+                "radii ascend from above zero");
+    });
+  read_or_refuse([&] {
+    const FocalImage image = read_focal_image(path);
+    require(std::size_t(image.light.size()) <= bytes.size(), "an image fits in its file");
+    require(image.pixel >= 0, "a pixel has a side");
+  });
+}
+
+std::vector<std::string> focus_seeds() {
+  return {"radius_um,share,noise\n0,0,0\n1,0.3,0.01\n2.5,0.71,0.01\n9,0.98,0.02\n",
+          "# star\ndiameter [arcsec] ee [%]\n0.2 40\n0.6 81\n", "1;2;3;4\n2;9;8;4\n2;8;9;3\n1;2;nan;1\n"};
+}
+
+// What can be read of a line says the same when it is written again.
+void read_case_record(std::string_view bytes) {
+  const std::optional<CaseRecord> record = record_of(std::string(bytes));
+  if (!record) return;
+  const std::string once = to_line(*record);
+  const std::optional<CaseRecord> again = record_of(once);
+  require(again && to_line(*again) == once, "a record survives a round trip");
+}
+
+std::vector<std::string> case_record_seeds() {
+  CaseRecord record;
+  record.id = "0f5b", record.base = "eead", record.index = 3;
+  record.at = {{"/roughness/psd/rms", "\"10 nm\""}, {"/mirror/conic", "-0.9"}};
+  record.values = {{"ee80_radius_m", 5.4e-6}, {"ring_fwhm_m", std::nan("")}};
+  CaseRecord failed = record;
+  failed.error = "the theory has no value", failed.verdict = "different", failed.warnings = {"few-modes"};
+  return {to_line(record), to_line(failed)};
+}
+
 }  // namespace
 
 std::vector<FuzzTarget> table_targets() {
   return {{"psd-table", read_psd_tables, psd_table_seeds, 1024},
           {"coefficients", read_coefficients, coefficient_seeds, 4096},
           {"chart", read_chart, chart_seeds, 2048},
-          {"codev-zfr", read_listing, listing_seeds, 1024}};
+          {"codev-zfr", read_listing, listing_seeds, 1024},
+          {"focus", read_focus, focus_seeds, 2048},
+          {"case-record", read_case_record, case_record_seeds, 2048}};
 }
 
 }  // namespace aberfit::test

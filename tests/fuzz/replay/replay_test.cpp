@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <set>
 
+#include "aberfit/study/read_study.h"
 #include "fuzz/harness.h"
 #include "fuzz/targets.h"
 
@@ -23,6 +24,14 @@ TEST(FuzzReplay, SeedsAreReadOrRefused) {
     }
     EXPECT_NO_THROW(target.read(""));
   }
+}
+
+// A seed that is refused at its first key leads nowhere.
+TEST(FuzzReplay, SeedsOfStudiesAreStudies) {
+  const std::vector<FuzzTarget> targets = study_targets();
+  targets.front().read(targets.front().seeds().front());  // writes the files that they name
+  for (const std::string& seed : targets.front().seeds())
+    EXPECT_NO_THROW(parse_study(seed, fuzz_folder().path("study.json"))) << seed;
 }
 
 TEST(FuzzReplay, InputsThatOnceDidHarmAreReadOrRefused) {
