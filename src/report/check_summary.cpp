@@ -14,7 +14,8 @@ using namespace internal;
 namespace {
 
 std::string row(const std::string& label, const std::string& value) {
-  return fmt::format("  {:<34} {}\n", label, value);
+  constexpr std::size_t kValues = 37;  // column
+  return fmt::format("  {:<34} {}\n", label, wrapped(value, kColumns - kValues, kValues));
 }
 std::string heading(const std::string& title) { return title.empty() ? "" : title + "\n\n"; }
 
@@ -166,8 +167,7 @@ std::string summary_table(const CheckReport& report) {
               fmt::format("{} fitted, {} guides, {} held out; targets: {}", report.statistics.fitted,
                           report.statistics.guides, report.statistics.held_out, report.theory));
   text += row("rays", rays_text(report)) + cost_rows(report);
-  for (const Warning& warning : report.warnings)
-    text += fmt::format("\n  {}: {}\n", warning.code, warning.message);
+  text += warning_lines(report.warnings);
   if (report.paper_table) text += fmt::format("\n{}", summary_table(*report.paper_table));
   return text;
 }
