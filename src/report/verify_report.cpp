@@ -183,10 +183,11 @@ std::string summary_table(const VerifyReport& report) {
   text += "\nBy rays: Harvey-Shack (perturbed rays) and aberration terms (traced)\n\n";
   text += heading("theory", "Harvey-Shack", "terms") + metric_rows(report.metrics, &report.theory);
   if (!report.light.empty()) {
-    text += fmt::format(
-        "\nIn light: generalised Harvey-Shack{} and the diffraction of the terms{}; EE differs by shares\n\n",
+    const std::string of_what = fmt::format(
+        "In light: generalised Harvey-Shack{} and the diffraction of the terms{}; EE differs by shares",
         report.convention == Convention::kPaper ? " of half the heights" : "",
         report.light_draws > 0 ? fmt::format(", {} draws", report.light_draws) : "");
+    text += "\n" + wrapped(of_what, kColumns, 2) + "\n\n";
     text += heading("", "GHS", "waves") + metric_rows(report.light, nullptr);
   }
   text += fmt::format("\n  verdict: {} at a margin of {:.3g} %\n", to_string(report.verdict),
