@@ -310,6 +310,8 @@ void expect_numbers_of_one_mirror(int draws, double least, double most, double n
   }
 }
 
+TEST(PsdOfFocus, OfOneMirrorAllowsForItsOwnDeparture) { expect_numbers_of_one_mirror(6, 0.6, 1, 0.4); }
+
 TEST(FullStatistics, IntervalsOfOneMirrorAllowForItsOwnDeparture) {
   expect_numbers_of_one_mirror(100, 0.85, 1, 0.6);
 }

@@ -322,11 +322,11 @@ TEST(Solve, NumbersOfAPsdAreThoseOfItsModel) {
 // Whoever writes the correlation length may ask for it: B over 2 pi, with the same sensitivity.
 TEST(Solve, OfACorrelationLengthIsThatOfB) {
   const auto of = [](const std::string& key, const std::string& value) {
-    return solved(
-        slow_mirror(R"({"model": "k-correlation", "rms": "20 nm", ")" + key + R"(": ")" + value +
-                        R"(", "exponent": 3, "f_min": "20 /m", "f_max": "2 /mm"})",
-                    R"("theory": "ghs")",
-                    R"({"for": ["/roughness/psd/)" + key + R"("], "so_that": {"ee80_diameter": "<= 6 mm"}})"));
+    return solved(slow_mirror(
+        R"({"model": "k-correlation", "rms": "20 nm", ")" + key + R"(": ")" + value +
+            R"(", "exponent": 3, "f_min": "20 /m", "f_max": "2 /mm"})",
+        R"("theory": "ghs")",
+        R"({"for": ["/roughness/psd/)" + key + R"("], "so_that": {"ee80_diameter": "<= 6 mm"}})"));
   };
   const Specification length = of("correlation_length", "2 mm"), b = of("B", "12.566370614359172 mm");
   ASSERT_EQ(length.status, SolveStatus::kSolved);
