@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
-#include <optional>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/constants.h"
@@ -49,20 +48,30 @@ void add_scene(const SceneNumbers& numbers, CaseOutcome* outcome) {
   add_value("scene_paper_ratio_r", numbers.paper_ratio_r, outcome);
 }
 
-// The pupil of the case before, for as long as cases have the same.
+// The pupil of the case before, for as long as cases have the same. Where every case has its own, threads
+// make theirs side by side.
 class PupilOfCases {
  public:
   GhsPupil operator()(const Task& task) {
+    if (const std::shared_ptr<const GhsPupil> known = last(); known && is_of(*known, task)) return *known;
+    auto made = std::make_shared<const GhsPupil>(pupil_of_task(task));
     const std::lock_guard lock(mutex_);
-    const bool same = last_ && last_->mirror() == task.mirror && last_->aperture() == task.aperture &&
-                      last_->wavelength() == task.wavelength;
-    if (!same) last_.emplace(pupil_of_task(task));
-    return *last_;
+    last_ = made;
+    return *made;
   }
 
  private:
+  static bool is_of(const GhsPupil& pupil, const Task& task) {
+    return pupil.mirror() == task.mirror && pupil.aperture() == task.aperture &&
+           pupil.wavelength() == task.wavelength;
+  }
+  std::shared_ptr<const GhsPupil> last() {
+    const std::lock_guard lock(mutex_);
+    return last_;
+  }
+
   std::mutex mutex_;
-  std::optional<GhsPupil> last_;
+  std::shared_ptr<const GhsPupil> last_;
 };
 
 CaseOutcome check_case(const Study& study, PupilOfCases* pupils) {
