@@ -114,7 +114,7 @@ void CaseJournal::add(const CaseRecord& record) {
   }
   dirty_ = true;
   if (std::chrono::steady_clock::now() - synced_ < kBetweenSyncs) return;
-  ::fsync(fd_);
+  if (::fsync(fd_) != 0) refuse_journal(path_);
   dirty_ = false;
   synced_ = std::chrono::steady_clock::now();
 }

@@ -71,6 +71,12 @@ bool run_one(const StudyCases& cases, const CaseWork& work, const KnownCases& kn
     record->id = cases.id_of_unreadable(record->at);
     if (!is_new()) return false;
     record->error = text_of(error);
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception& error) {
+    record->id = cases.id_of_unreadable(record->at);
+    if (!is_new()) return false;
+    record->error = *error.what() ? error.what() : "an error without a text";
   }
   record->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return true;
@@ -80,8 +86,13 @@ bool run_one(const StudyCases& cases, const CaseWork& work, const KnownCases& kn
 
 KnownCases::KnownCases(std::vector<CaseRecord> records) : records_(std::move(records)) {
   for (std::size_t k = 0; k < records_.size(); ++k) {
-    by_id_.emplace(records_[k].id, k);
-    if (!records_[k].base.empty()) by_values_.emplace(key_of(records_[k].base, records_[k].at), k);
+    // What was done counts before what had failed.
+    const auto keep = [&](std::size_t* known) {
+      if (!records_[*known].error.empty() && records_[k].error.empty()) *known = k;
+    };
+    keep(&by_id_.emplace(records_[k].id, k).first->second);
+    if (!records_[k].base.empty())
+      keep(&by_values_.emplace(key_of(records_[k].base, records_[k].at), k).first->second);
   }
 }
 

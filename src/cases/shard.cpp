@@ -16,6 +16,7 @@ constexpr int kMostShards = 1000000;
 struct ArrayTask {
   long id = 0;
   long count = 0;  // 0: unknown
+  bool has_gaps = false;
 };
 
 std::optional<long> number_in(const Environment& environment, const std::string& name) {
@@ -26,9 +27,12 @@ std::optional<long> number_in(const Environment& environment, const std::string&
 std::optional<ArrayTask> array_task(const Environment& environment) {
   if (const auto id = number_in(environment, "SLURM_ARRAY_TASK_ID")) {
     const long first = number_in(environment, "SLURM_ARRAY_TASK_MIN").value_or(0);
-    const long step = number_in(environment, "SLURM_ARRAY_TASK_STEP").value_or(1);
-    return ArrayTask{step > 1 ? (*id - first) / step : *id,
-                     number_in(environment, "SLURM_ARRAY_TASK_COUNT").value_or(0)};
+    const long step = std::max(1l, number_in(environment, "SLURM_ARRAY_TASK_STEP").value_or(1));
+    const long count = number_in(environment, "SLURM_ARRAY_TASK_COUNT").value_or(0);
+    const auto last = number_in(environment, "SLURM_ARRAY_TASK_MAX");
+    // A list, --array=1,3,7: nothing says which of its numbers this one is.
+    return ArrayTask{step > 1 ? (*id - first) / step : *id, count,
+                     count > 1 && last && (*last - first) / step + 1 != count};
   }
   for (const char* name : {"PBS_ARRAY_INDEX", "PBS_ARRAYID"})
     if (const auto id = number_in(environment, name)) return ArrayTask{*id, 0};
@@ -52,6 +56,7 @@ Shard read_shard(const std::string& text, const Environment& environment) {
   const std::optional<ArrayTask> task = array_task(environment);
   if (text.empty()) {
     if (!task || task->count < 2 || task->count > kMostShards || task->id < 0) return {};
+    if (task->has_gaps) refuse_shard("a job array of single numbers");
     return {int(task->id % task->count), int(task->count)};
   }
   const std::string found = fmt::format("--shard \"{}\"", text);

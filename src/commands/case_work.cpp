@@ -141,7 +141,8 @@ CaseOutcome solve_case(const Study& study, const std::function<bool()>& interrup
   add_value("solved_" + unknown.pointer.substr(unknown.pointer.rfind('/') + 1) + unit_of(unknown.dimension),
             solved ? spec.solutions.front().at[0] : kNaN, &outcome);
   for (std::size_t k = 0; k < spec.budgets.size(); ++k)
-    add_value(spec.budgets[k].key, solved ? spec.solutions.front().budgets[k].value : kNaN, &outcome);
+    add_value(budget_name(spec.budgets[k]), solved ? spec.solutions.front().budgets[k].value : kNaN,
+              &outcome);
   outcome.verdict = to_string(spec.status);
   outcome.warnings = codes_of(spec.warnings);
   return outcome;

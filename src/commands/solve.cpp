@@ -7,6 +7,7 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/method/theory_values.h"
 #include "aberfit/report/ceilings_report.h"
 #include "aberfit/report/psd_of_focus_report.h"
 #include "aberfit/report/result_folder.h"
@@ -45,6 +46,13 @@ void write_answer(const Answer& answer, const Study& study, int threads, const s
   write_file(to + "/result.json", answer_json(answer, study, threads).dump(2) + "\n");
 }
 
+// Transfer functions multiply; slopes of turbulence have no variance.
+void require_light_of_path(const Study& study) {
+  const Theory theory = theory_of_targets(study, RadialPsd(*study.psd));
+  if (theory != Theory::kGhs)
+    throw FieldError("target.theory", to_string(theory), "\"auto\" or \"ghs\" beside solve.with");
+}
+
 }  // namespace
 
 std::vector<SolveUnknown> internal::solve_unknowns(const Study& study) {
@@ -74,6 +82,9 @@ Specification run_solve(const Study& study, const RunOptions& options) {
   if (study.solve->budgets.empty())
     throw InputError(study.path, "/solve/so_that", "nothing",
                      "budgets that have to hold; a measured focus is for `aberfit solve` alone");
+  if (study.solve->unknowns.empty())
+    throw InputError(study.path, "/solve/for", "nothing",
+                     "one or two numbers of the roughness; ceilings are for `aberfit solve` alone");
   const std::vector<SolveUnknown> unknowns = solve_unknowns(study);
   ResultFolder folder(options.output_directory);
   const RunContext context = context_of(options);
@@ -85,6 +96,7 @@ Specification run_solve(const Study& study, const RunOptions& options) {
   const Contributors others = study.solve->with ? contributors(*study.solve->with) : Contributors{};
   Specification spec = with_fields_of(study, [&] {
     if (others.empty()) return solve_specification(own, unknowns, study.solve->budgets, how, context);
+    require_light_of_path(study);
     Specification whole = solve_specification(with_contributors(own, others, study.solve->budgets), unknowns,
                                               study.solve->budgets, how, context);
     if (whole.status == SolveStatus::kSolved)

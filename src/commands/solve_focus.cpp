@@ -37,9 +37,14 @@ PsdOfFocus run_psd_of_focus(const Study& study, const RunOptions& options) {
   focus.reach = in_the_plane(study.solve->focus->reach, study.mirror.focal_length);
   const StudyFamily own(study, study.solve->unknowns);
   const Contributors others = study.solve->with ? contributors(*study.solve->with) : Contributors{};
+  Contributors mirrors = others;  // air and jitter pass many times within an exposure
+  mirrors.atmosphere.reset();
+  mirrors.jitter = 0;
   PsdOfFocus result = with_fields_of(study, [&] {
-    return others.empty() ? fit_psd_to_focus(own, unknowns, focus, context)
-                          : fit_psd_to_focus(with_contributors(own, others, {}), unknowns, focus, context);
+    if (others.empty()) return fit_psd_to_focus(own, own, unknowns, focus, context);
+    return fit_psd_to_focus(with_contributors(own, others, {}),
+                            mirrors.empty() ? TaskAt(own) : with_contributors(own, mirrors, {}), unknowns,
+                            focus, context);
   });
   result.title = study.title;
   if (folder.wanted()) {

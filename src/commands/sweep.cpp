@@ -124,11 +124,18 @@ SweepReport gather(Sweep* sweep, const RunOptions& options) {
   report.warnings.insert(report.warnings.end(), sweep->warnings.begin(), sweep->warnings.end());
   const Study& study = sweep->cases.study();
   const std::string to = options.output_directory;
-  if (options.plots && study.output.plots) write_sweep_plots(report, to, &report.warnings);
   write_file(to + "/cases.csv", cases_csv(report));
   if (report.has_seeds) write_file(to + "/quantiles.csv", quantiles_csv(report));
-  write_file(to + "/summary.txt", summary_table(report));
-  write_file(to + "/result.json", sweep_json(report, study, context_of(options).threads).dump(2) + "\n");
+  const auto write_report = [&] {
+    write_file(to + "/summary.txt", summary_table(report));
+    write_file(to + "/result.json", sweep_json(report, study, context_of(options).threads).dump(2) + "\n");
+  };
+  // Numbers are there whatever becomes of the pictures, which may add a warning.
+  write_report();
+  if (!options.plots || !study.output.plots) return report;
+  const std::size_t before = report.warnings.size();
+  write_sweep_plots(report, to, &report.warnings);
+  if (report.warnings.size() > before) write_report();
   return report;
 }
 
@@ -157,7 +164,8 @@ std::optional<SweepReport> run_sweep(const StudyCases& cases, const RunOptions& 
   } catch (const std::exception& error) {
     if (team) {
       fmt::print(stderr, "aberfit: {}\n", error.what());
-      team->abort(int(ExitCode::kComputationFailed));
+      const bool is_input = dynamic_cast<const InputError*>(&error) != nullptr;
+      team->abort(int(is_input ? ExitCode::kBadInput : ExitCode::kComputationFailed));
     }
     throw;
   }

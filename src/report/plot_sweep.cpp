@@ -310,7 +310,9 @@ Picture map_picture(const SweepReport& report, const SweptAxis& x, const SweptAx
 std::vector<double> contour_levels(const SweptStatistic& statistic) {
   std::vector<double> levels;
   const double low = statistic.smallest, high = statistic.largest;
-  if (!(high > low)) return levels;
+  constexpr double kApart =
+      1e-9;  // less is rounding: nothing to draw a line between, and steps that add nothing
+  if (!(high - low > kApart * std::max(std::abs(low), std::abs(high)))) return levels;
   if (statistic.is_log) {
     for (int power = int(std::floor(std::log10(low))); power <= int(std::ceil(std::log10(high))); ++power)
       for (const double digit : {1.0, 2.0, 5.0})
@@ -321,8 +323,9 @@ std::vector<double> contour_levels(const SweptStatistic& statistic) {
   constexpr double kSteps = 8;
   const double rough = (high - low) / kSteps, unit = std::pow(10.0, std::floor(std::log10(rough)));
   const double step = unit * (rough / unit < 1.5 ? 1 : rough / unit < 3.5 ? 2 : rough / unit < 7.5 ? 5 : 10);
-  for (double k = std::ceil(low / step); k * step < high; ++k)
-    if (k * step > low) levels.push_back(k * step);
+  const double first = std::ceil(low / step);
+  for (int k = 0; k <= 2 * int(kSteps); ++k)
+    if (const double level = (first + k) * step; level > low && level < high) levels.push_back(level);
   return levels;
 }
 

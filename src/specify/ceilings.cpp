@@ -20,6 +20,7 @@ constexpr double kDefaultLowest = 1, kDefaultHighest = 1000;  // cycles across
 // Heights of g = 4 pi sigma/lambda from a hundredth to a hundred. Two roots within a factor are one: what
 // is wanted is the first.
 constexpr SolveOptions kHeights{.step = 2, .decades = 2};
+constexpr int kMostBelow = 2;  // further such ranges
 constexpr double kPerMillimetre = 1000;
 
 // The height where the budgets end to hold, of a PSD that has one number, its height.
@@ -37,9 +38,21 @@ Ceiling ceiling_of(const Task& task, const std::vector<Budget>& budgets,
     changed.psd = psd(rms[0]);
     return changed;
   };
-  const SolveUnknown height{"/roughness/psd/rms", task.wavelength / (4 * kPi), Dimension::kLength};
+  SolveUnknown height{"/roughness/psd/rms", task.wavelength / (4 * kPi), Dimension::kLength};
   Ceiling ceiling;
   ceiling.found = solve_specification(task_at, {height}, budgets, kHeights, {});
+  // What the perfect mirror meets is met by some height, be it the ten-thousandth.
+  const auto perfect_holds = [&] {
+    return std::all_of(ceiling.found.perfect.begin(), ceiling.found.perfect.end(),
+                       [](const BudgetState& state) { return state.margin > 0; });
+  };
+  for (int k = 0; k < kMostBelow && ceiling.found.status == SolveStatus::kNoSolution && perfect_holds();
+       ++k) {
+    height.start *= std::pow(10.0, -2 * kHeights.decades);
+    const int so_far = ceiling.found.evaluations;
+    ceiling.found = solve_specification(task_at, {height}, budgets, kHeights, {});
+    ceiling.found.evaluations += so_far;
+  }
   for (const SolvePoint& solution : ceiling.found.solutions) {
     if (!solution.holds_below || !(solution.at[0] < ceiling.rms)) continue;
     ceiling.rms = solution.at[0];

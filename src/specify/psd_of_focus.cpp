@@ -110,7 +110,17 @@ class Problem {
     has_background_ = bins.are_rings && focus.has_background;
   }
 
-  void set_covariance(const Eigen::MatrixXd& covariance) { whitening_ = covariance.llt(); }
+  // Data that depend on each other to rounding are taken for a little independent.
+  void set_covariance(const Eigen::MatrixXd& covariance) {
+    whitening_ = covariance.llt();
+    for (double floor = 1e-12; whitening_.info() != Eigen::Success && floor < 1; floor *= 100) {
+      Eigen::MatrixXd raised = covariance;
+      raised.diagonal() *= 1 + floor;
+      whitening_ = raised.llt();
+    }
+    if (whitening_.info() != Eigen::Success)
+      throw ComputationError("the noise of the light and its spread are no covariance: check `noise`");
+  }
 
   std::size_t parameters() const {
     return unknowns_ + std::size_t(has_total_) + std::size_t(has_background_);
@@ -245,7 +255,11 @@ Eigen::ArrayXd noise_of(const MeasuredFocus& focus, const FocalBins& bins, const
   *known = true;
   if (const auto* image = std::get_if<FocalImage>(&focus.data)) {
     double pixel = focus.noise.value_or(noise_of_rim(*image));
-    if (!(pixel > 0) && !focus.gain) *known = false, pixel = 1;
+    // Where nothing is at the rim, a share of the brightest pixel: no unit of the image decides.
+    if (!(pixel > 0) && !focus.gain) {
+      *known = focus.is_one_mirror;
+      pixel = kNoiseOfOneMirror * (bins.measured / bins.pixels).abs().maxCoeff();
+    }
     Eigen::ArrayXd variance = pixel * pixel * bins.pixels;
     if (focus.gain) variance += light.max(0) / *focus.gain;
     return variance.max(1e-30 * std::max(variance.maxCoeff(), 1e-300)).sqrt();
@@ -387,8 +401,12 @@ void conclude(PsdOfFocus* result, bool converged) {
     const std::string poor = fmt::format(
         "the light departs from that of any such roughness by {:.2g} times its noise (chance {:.1e}): "
         "another "
-        "model of the PSD, an aberration that is not in the study, or a noise that is given too small",
-        std::sqrt(result->chi_squared / std::max(result->degrees_of_freedom, 1)), result->goodness);
+        "model of the PSD, an aberration that is not in the study, {}",
+        std::sqrt(result->chi_squared / std::max(result->degrees_of_freedom, 1)), result->goodness,
+        result->is_image
+            ? "saturated or hot pixels, or a noise that is too small (shot noise counts with `gain` "
+              "alone)"
+            : "or a noise that is given too small");
     if (result->message.empty()) result->message = poor;
     result->warnings.push_back({"poor-fit", poor});
   }
@@ -396,7 +414,10 @@ void conclude(PsdOfFocus* result, bool converged) {
                    : !open.empty()                 ? kNotIdentified
                    : result->goodness < kPoorFocus ? kNotDescribed
                                                    : kFitted;
-  if (!converged) result->message = "the solver found no minimum within its iterations";
+  if (!converged)
+    result->message =
+        "no minimum, or no centre of the light to a twentieth of a pixel, was found "
+        "within the iterations";
 }
 
 }  // namespace
@@ -467,6 +488,12 @@ Eigen::Vector2d centre_step(const FocusPass& pass, const FocalGeometry& geometry
 
 PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
                             const MeasuredFocus& focus, const RunContext& context) {
+  return fit_psd_to_focus(task_at, task_at, unknowns, focus, context);
+}
+
+PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
+                            const std::vector<SolveUnknown>& unknowns, const MeasuredFocus& focus,
+                            const RunContext& context) {
   const auto begun = std::chrono::steady_clock::now();
   PsdOfFocus result;
   const Task own = task_at(values_at(unknowns, std::vector<double>(unknowns.size(), 0.0)));
@@ -490,9 +517,9 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const std::vector<SolveUnknow
       pass->model.at(logs, &mean, nullptr);
       light = total * mean.array() + pass->problem.background(fit.x) * pass->bins.pixels;
       if (focus.is_one_mirror)
-        pass->spread =
-            total * total *
-            spread_of_one_mirror(pass->model.task(logs), pupil, pass->bins, focus.dz, context.threads);
+        pass->spread = total * total *
+                       spread_of_one_mirror(mirrors_at(values_at(unknowns, logs)), pupil, pass->bins,
+                                            focus.dz, context.threads);
     }
     pass->noise = noise_of(focus, pass->bins, light, &result.is_noise_known);
     if (!centred) pass->noise = (pass->noise.square() + (kUncentred * light).square()).sqrt();
@@ -523,7 +550,7 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const std::vector<SolveUnknow
   describe_fit(unknowns, pass->bins, pass->problem, fit, &result);
   describe_light(pass->model, pass->bins, pass->noise, pass->spread, logs_of(fit.x, unknowns.size()),
                  &result);
-  conclude(&result, fit.status == ParameterFitStatus::kConverged);
+  conclude(&result, centred && fit.status == ParameterFitStatus::kConverged);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return result;
 }

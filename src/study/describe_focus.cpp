@@ -52,7 +52,8 @@ void describe_focus(Visitor& v, FocusSpec& focus) {
   v.quantity(
       {"noise",
        "standard deviation of a share, or of a pixel in the image's unit; absent: the file's own column, "
-       "the rim of an image, or the residuals (of one mirror 0.001)",
+       "the rim of an image, or the residuals (of one mirror 0.001; of an image without any at its rim 0.001 "
+       "of its brightest pixel)",
        kOptional, "0.002"},
       focus.measured.noise, kNumber, Range::positive());
   v.quantity({"gain", "photoelectrons in a unit of the image, for its shot noise", kOptional, "2"},

@@ -174,5 +174,18 @@ TEST(Progress, SaysRateAndTimeLeft) {
   EXPECT_EQ(progress_text(10, 100, 0, 100), "10 of 100 cases, 10 s a case, 15 min left");
 }
 
+// A value that was refused once and is allowed now: what was done counts, in either order.
+TEST(KnownCases, WhatWasDoneCountsBeforeWhatHadFailed) {
+  CaseRecord failed, done;
+  failed.id = "0", failed.base = done.base = "b", failed.error = "refused";
+  failed.at = done.at = {{"/roughness/psd/rms", "\"1 nm\""}};
+  done.id = "1";
+  for (const auto& records : {std::vector{failed, done}, std::vector{done, failed}}) {
+    const KnownCases known(records);
+    ASSERT_NE(known.find("b", done.at), nullptr);
+    EXPECT_EQ(known.find("b", done.at)->id, "1");
+  }
+}
+
 }  // namespace
 }  // namespace aberfit

@@ -37,6 +37,12 @@ TEST(Shard, IsWhatIsAskedOrWhatTheSchedulerSays) {
   expect_shard(
       "", {{"SGE_TASK_ID", "5"}, {"SGE_TASK_FIRST", "1"}, {"SGE_TASK_LAST", "9"}, {"SGE_TASK_STEPSIZE", "2"}},
       2, 5);
+  // A list of numbers, --array=1,3,5,7: two tasks would take one share, and nobody another.
+  EXPECT_THROW(read_shard("", environment({{"SLURM_ARRAY_TASK_ID", "3"},
+                                           {"SLURM_ARRAY_TASK_MIN", "1"},
+                                           {"SLURM_ARRAY_TASK_MAX", "7"},
+                                           {"SLURM_ARRAY_TASK_COUNT", "4"}})),
+               InputError);
   for (const char* wrong : {"0/4", "5/4", "1", "1/0", "a/4", "array/4", "1/4x", "-1/4"})
     EXPECT_THROW(read_shard(wrong, environment({})), InputError) << wrong;
 }

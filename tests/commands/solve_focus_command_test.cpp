@@ -7,6 +7,7 @@
 #include <random>
 #include <sstream>
 
+#include "aberfit/specify/contributors.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "study/run_program.h"
 #include "study/scratch_folder.h"
@@ -137,6 +138,55 @@ TEST_F(SolveFocusCommand, FindsTheRoughnessOfAnImageWithPixelsAndBackground) {
   // Rows of the file begin at the top.
   EXPECT_NEAR(double(json["centre_pixels"][1]), 80 - 39.8, 0.05);
   EXPECT_EQ(read_file(folder_.file("result/focus.csv")).find("mean_radius_m,measured_per_pixel"), 0u);
+}
+
+// Air moves within an exposure: it blurs, and is no speckle of one mirror.
+TEST_F(SolveFocusCommand, AirIsNotOneMirrorsOwn) {
+  const SumPsd whole{{kTruth, in_pupil(Atmosphere{0.5, kWavelength})}};
+  const MeanSpot spot =
+      GeneralisedHarveyShack(RadialPsd(whole), Mirror{kFocalLength}, AnnulusAperture{1.2, 0.36}, kWavelength)
+          .at_plane(0);
+  std::string text = "radius_um, share\n";
+  for (int k = 0; k < 20; ++k) {
+    const double radius = 1e-6 * std::pow(60, k / 19.0);
+    text += fmt::format("{:.6g}, {:.6f}\n", 1e6 * radius, spot.encircled_energy(radius));
+  }
+  folder_.write("ee.csv", text);
+  const auto fitted = [&](const std::string& air) {
+    ordered_json study = ordered_json::parse(focus_study(R"({"file": "ee.csv", "noise": 1e-3})"));
+    study["solve"]["for"] = {"/roughness/psd/rms"};
+    study["roughness"]["psd"]["B"] = kTruth.correlation;
+    study["solve"]["with"] = ordered_json::parse(air);
+    folder_.write("study.json", study.dump());
+    run("solve study.json --json --quiet --no-plots -o result");
+    return ordered_json::parse(out());
+  };
+  const ordered_json json = fitted(R"({"atmosphere": {"r0": "50 cm", "wavelength": "550 nm"}})");
+  EXPECT_EQ(json["status"], "fitted") << json["message"];
+  EXPECT_NEAR(double(json["numbers"][0]["value"]) / kTruth.rms, 1, 0.02);
+  // A part of that mirror's light at most differs from the mean, where the air itself would be three times as
+  // much.
+  for (const double spread : json["light"]["spread"]) EXPECT_LT(spread, 0.05);
+}
+
+// An image with nothing at its rim: the answer is the same in any unit.
+TEST_F(SolveFocusCommand, TheUnitOfAnImageDoesNotCount) {
+  write_image();
+  std::vector<double> counts;
+  std::istringstream image(read_file(folder_.file("star.txt")));
+  for (double value; image >> value;) counts.push_back(std::max(0.0, std::floor(value / 50)));
+  std::vector<double> heights;
+  for (const double unit : {1.0, 1e-6, 1e6}) {
+    std::string text;
+    for (std::size_t k = 0; k < counts.size(); ++k)
+      text += fmt::format("{:.9g}{}", unit * counts[k], (k + 1) % 81 == 0 ? "\n" : " ");
+    folder_.write("star.txt", text);
+    folder_.write("study.json", focus_study(R"({"file": "star.txt", "pixel": "2 um"})"));
+    run("solve study.json --json --quiet --no-plots -o result --set '/solve/for=[\"/roughness/psd/rms\"]'");
+    heights.push_back(double(ordered_json::parse(out())["numbers"][0]["best"]));
+  }
+  EXPECT_NEAR(heights[1] / heights[0], 1, 1e-4);
+  EXPECT_NEAR(heights[2] / heights[0], 1, 1e-4);
 }
 
 TEST_F(SolveFocusCommand, SaysWhatIsWrongWithTheData) {

@@ -329,6 +329,26 @@ TEST_F(SweepCommand, OfSolvesHasWhatIsAllowed) {
   EXPECT_EQ(json::parse(records.begin()->second)["values"]["solved_rms_m"], solved);
 }
 
+// Budgets on their limits but for rounding leave nothing to draw lines between.
+TEST_F(SweepCommand, OfEqualValuesEnds) {
+  ordered_json solves = study(2, 2);
+  solves["output"]["plots"] = true;
+  solves["solve"] = {{"for", {"/roughness/psd/rms"}}, {"so_that", {{"rms_height@1/m-30/m", "<= 5 nm"}}}};
+  solves["vary"] = {{"over",
+                     {{"/roughness/psd/f_min", {{"from", "2 /m"}, {"to", "9 /m"}, {"count", 3}}},
+                      {"/roughness/psd/f_max", {{"from", "31 /m"}, {"to", "61 /m"}, {"count", 3}}}}},
+                    {"run", "solve"}};
+  folder_.write("study.json", solves.dump());
+  EXPECT_EQ(run("sweep study.json -o out --quiet"), 0) << err();
+  const std::string table = read_file(folder_.file("out/cases.csv"));
+  EXPECT_NE(table.find(",rms_height_m@1/m-30/m,"), std::string::npos) << table;
+  // What only `solve` itself answers is a failed case.
+  solves["solve"] = {{"ceilings", ordered_json::object()}, {"so_that", {{"strehl", ">= 0.8"}}}};
+  folder_.write("ceilings.json", solves.dump());
+  EXPECT_EQ(run("sweep ceilings.json -o none --quiet"), 1) << err();
+  EXPECT_NE(read_file(folder_.file("none/cases.csv")).find("ceilings are for"), std::string::npos);
+}
+
 TEST_F(SweepCommand, TellsBadInputAndTriesFailedCasesAgain) {
   folder_.write("study.json", study(3, 4).dump());
   EXPECT_EQ(run("sweep study.json -o out --shard 5/4"), 2);

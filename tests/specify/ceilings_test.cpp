@@ -110,6 +110,13 @@ TEST(Ceilings, SayWhereThereAreNone) {
       found("", R"({"f_min": "20 /m", "f_max": "80 /m"})", R"({"ee80_diameter": "<= 0.1 arcsec"})");
   EXPECT_NE(none.reason.find("Airy"), std::string::npos) << none.reason;
   EXPECT_TRUE(none.lines.empty());
+  // What the perfect mirror meets some height meets: of scatter 1 - exp(-g^2), however little.
+  const Ceilings strict =
+      found(R"("theory": "ghs")", R"({"f_min": "20 /m", "f_max": "80 /m", "exponents": [2]})",
+            R"({"tis": "<= 1e-9"})");
+  ASSERT_EQ(strict.reason, "");
+  for (const OctaveCeiling& octave : strict.octaves)
+    EXPECT_NEAR(4 * pi * octave.rms / 500e-9 / std::sqrt(-std::log1p(-1e-9)), 1, 1e-6) << octave.frequency;
   // A height of an octave alone is never above a metre's worth of waves.
   const Ceilings any = found(kGeometric, R"({"f_min": "20 /m", "f_max": "80 /m", "exponents": [2]})",
                              R"({"rms_height": "<= 1 m"})");

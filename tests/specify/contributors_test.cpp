@@ -110,6 +110,19 @@ TEST(Contributors, TakeTheirPartOfTheBudget) {
   const Specification too_much = solved(R"({"jitter": "2 arcsec"})");
   EXPECT_EQ(too_much.status, SolveStatus::kNoSolution);
   EXPECT_THROW(solved(R"({"jitter": "0.3 arcsec"})", R"({"rms_height": "<= 20 nm"})"), InputError);
+  // By slopes there is no path: those of turbulence have no variance.
+  try {
+    run_solve(parse_study(
+                  R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "light": {"wavelength": "632.8 nm"},
+          "aperture": {"shape": "circle", "diameter": "0.4 m"}, "target": {"theory": "geometric"}, "roughness": {"psd": )" +
+                      kPsd + R"(}, "solve": {"for": ["/roughness/psd/rms"], "so_that": {"ee80_diameter":
+          "<= 2 arcsec"}, "with": {"jitter": "0.3 arcsec"}}})",
+                  "study.json"),
+              {});
+    ADD_FAILURE() << "geometric";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.pointer(), "/target/theory");
+  }
 }
 
 // Seeing of 0.976 lambda/r0, r0 as lambda^(6/5); an aperture of 40 r0 sharpens a long exposure's transfer

@@ -50,8 +50,8 @@ PsdModel in_pupil_of_jitter(double jitter, double across);
 std::vector<std::pair<std::string, PsdModel>> pupil_surfaces(const PsdModel& own, const Contributors& others,
                                                              double across);
 
-/// The task with `others` in its PSD. Throws FieldError for budgets of a surface's own moments, which a whole
-/// path does not have, and for a theory without light.
+/// The task with `others` in its PSD, whose theory has to be `ghs`. Throws FieldError for budgets of a
+/// surface's own moments, which a whole path does not have.
 TaskAt with_contributors(const TaskAt& own, const Contributors& others, const std::vector<Budget>& budgets);
 /// At one place of the unknowns.
 std::vector<BudgetUse> uses_of_budget(const Task& own, const Contributors& others,

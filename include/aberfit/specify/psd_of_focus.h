@@ -80,11 +80,17 @@ struct PsdOfFocus {
 /// with exact derivatives (theory/psd_jacobian.h). Known aberrations are those of the task's mirror.
 ///
 /// Of one mirror, deviations from the mean light (`RealisationSpread`) count as noise whose correlation
-/// between radii falls as exp(-|ln(r/r')|/kSpreadLength); measured on draws, see `kSpreadLength`.
+/// between radii falls as exp(-|ln(r/r')|/kSpreadLength); measured on draws, see `kSpreadLength`. They are
+/// those of `mirrors_at`, the task without what is averaged over within an exposure (air, jitter): more than
+/// the blurred light has.
 /// A number is identified where the profile of the sum of squares rises to the confidence on both sides
 /// within a factor of 1000 of its start, of exponents 10. Warnings `not-identified`, `poor-fit` (goodness
 /// below 1e-3). Throws FieldError for data and starts that cannot be used, ComputationError where the start
 /// has no prediction.
+PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
+                            const std::vector<SolveUnknown>& unknowns, const MeasuredFocus& focus,
+                            const RunContext& context);
+/// Of a task that stands still.
 PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
                             const MeasuredFocus& focus, const RunContext& context);
 
