@@ -48,6 +48,7 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       // The operating system: processes and files of gnuplot and the reports, the terminal of the program.
       {"unistd.h", {"report", "cases", "commands"}},
       {"fcntl.h", {"report", "cases"}},
+      {"poll.h", {"report"}},
       {"sys/", {"report", "cases"}},
   };
   return table;
