@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kMostCases = 1e9;
+constexpr double kMostCases = 1e7;  // all are looked through before the first is done
 constexpr const char* kSeed = "/fit/seed";
 
 // What takes a number of one unit to another, if they are units of one dimension.
@@ -104,7 +104,7 @@ CasePlan::CasePlan(const VarySpec& vary, std::uint64_t seed, const std::string& 
       if (axis.values.empty() && (grid || axis.spacing == "integers") && axis.count > 0)
         for (int k = 0; k < axis.count; ++k) {
           const std::string value = range_value(axis, double(k) / (axis.count - 1));
-          if (std::find(own.values.begin(), own.values.end(), value) == own.values.end())
+          if (own.values.empty() || own.values.back() != value)  // rounded to the same
             own.values.push_back(value);
         }
     } catch (const std::exception& error) {
@@ -120,7 +120,8 @@ CasePlan::CasePlan(const VarySpec& vary, std::uint64_t seed, const std::string& 
   }
   if (!grid) cases *= vary.cases;
   if (cases > kMostCases)
-    throw InputError(path, "/vary", fmt::format("more than {:.0g} cases", kMostCases), "fewer values");
+    throw InputError(path, "/vary", fmt::format("more than {:.0f} million cases", kMostCases / 1e6),
+                     "fewer values, or several sweeps");
   if (!grid) place_sobol(vary);
   if (realisations_ > 1) pointers_.push_back(kSeed);
 }

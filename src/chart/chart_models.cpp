@@ -261,7 +261,10 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
     const int first = expected_orders(ground).first;
     if (way.coarse_first) last = 0;
     for (const int order : orders) {
-      if (way.dearer * last > clock.left()) {
+      // The study's own way is there however little time the other families have left.
+      const bool is_default = order == orders.front() && bench.ground.use.model == way.model &&
+                              (way.coarse_first || way.model == FocusModel::kRays);
+      if (!is_default && way.dearer * last > clock.left()) {
         skipped += fmt::format("{}{} with n <= {}", skipped.empty() ? "" : ", ", way.method, order);
         continue;
       }
@@ -282,8 +285,7 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       row.statistics = std::int64_t(targets.fitted.size() + targets.guides.size());
       row.reference = "targets of light";
       row.error_of_reference = 0;
-      row.is_default = order == orders.front() && bench.ground.use.model == way.model &&
-                       (way.coarse_first || way.model == FocusModel::kRays);
+      row.is_default = is_default;
       row.note =
           attempt.met ? "met its tolerances" : fmt::format("stays {:.2g} tolerances away", attempt.mismatch);
       try {
