@@ -18,7 +18,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kMostCases = 1e7;  // all are looked through before the first is done
 constexpr const char* kSeed = "/fit/seed";
 
 // What takes a number of one unit to another, if they are units of one dimension.
@@ -116,11 +115,11 @@ CasePlan::CasePlan(const VarySpec& vary, std::uint64_t seed, const std::string& 
     cases *= grid ? double(own.values.size()) : 1.0;
     axes_.push_back(std::move(own));
     if (grid) places_ *= axes_.back().values.size();
-    if (cases > kMostCases) break;
+    if (cases > VarySpec::kMostCases) break;
   }
   if (!grid) cases *= vary.cases;
-  if (cases > kMostCases)
-    throw InputError(path, "/vary", fmt::format("more than {:.0f} million cases", kMostCases / 1e6),
+  if (cases > VarySpec::kMostCases)
+    throw InputError(path, "/vary", fmt::format("more than {:.0f} million cases", VarySpec::kMostCases / 1e6),
                      "fewer values, or several sweeps");
   if (!grid) place_sobol(vary);
   if (realisations_ > 1) pointers_.push_back(kSeed);

@@ -8,6 +8,7 @@
 #include <exception>
 #include <mutex>
 #include <new>
+#include <optional>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
@@ -23,25 +24,20 @@ std::string key_of(const std::string& base, const CaseValues& at) {
   return key;
 }
 
-std::string text_of(const InputError& error) {
-  return fmt::format("{}: {}; allowed: {}", error.pointer(), error.found(), error.allowed());
-}
-
-// What an error says, whatever it is; the study is named by the sweep.
-CaseOutcome outcome_of(const Study& of_case, const CaseWork& work, std::string* error) {
+// What the exception that is being handled says, never nothing; the study is named by the sweep. What ends
+// the whole run goes on.
+std::string text_of_current_error() {
   try {
-    return with_fields_of(of_case, [&] { return work(of_case); });
+    throw;
   } catch (const Interrupted&) {
     throw;
-  } catch (const InputError& e) {
-    *error = text_of(e);
+  } catch (const InputError& error) {
+    return fmt::format("{}: {}; allowed: {}", error.pointer(), error.found(), error.allowed());
   } catch (const std::bad_alloc&) {
-    *error = "not enough memory";
-  } catch (const std::exception& e) {
-    *error = e.what();
+    return "not enough memory";
+  } catch (const std::exception& error) {
+    return *error.what() ? error.what() : "an error without a text";
   }
-  if (error->empty()) *error = "an error without a text";
-  return {};
 }
 
 // Ids that somebody in this process is at or has done.
@@ -61,23 +57,20 @@ class Claims {
 bool run_one(const StudyCases& cases, const CaseWork& work, const KnownCases& known, Claims* claims,
              CaseRecord* record) {
   const auto begin = std::chrono::steady_clock::now();
-  const auto is_new = [&] { return !known.find_id(record->id) && claims->take(record->id); };
+  std::optional<Study> of_case;
   try {
-    const Study of_case = cases.at(record->at);
-    record->id = cases.id(of_case);
-    if (!is_new()) return false;
-    static_cast<CaseOutcome&>(*record) = outcome_of(of_case, work, &record->error);
-  } catch (const InputError& error) {
+    of_case = cases.at(record->at);
+    record->id = cases.id(*of_case);
+  } catch (...) {
+    record->error = text_of_current_error();
     record->id = cases.id_of_unreadable(record->at);
-    if (!is_new()) return false;
-    record->error = text_of(error);
-  } catch (const Interrupted&) {
-    throw;
-  } catch (const std::exception& error) {
-    record->id = cases.id_of_unreadable(record->at);
-    if (!is_new()) return false;
-    record->error = *error.what() ? error.what() : "an error without a text";
   }
+  if (known.find_id(record->id) || !claims->take(record->id)) return false;
+  if (record->error.empty()) try {
+      static_cast<CaseOutcome&>(*record) = with_fields_of(*of_case, [&] { return work(*of_case); });
+    } catch (...) {
+      record->error = text_of_current_error();
+    }
   record->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return true;
 }

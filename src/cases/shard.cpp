@@ -23,24 +23,31 @@ std::optional<long> number_in(const Environment& environment, const std::string&
   return parse_number<long>(environment(name));
 }
 
+// Numbers of the tasks of an array, first, first + step, ...
+struct TaskNumbers {
+  long first, step;
+  // An array without a step may begin anywhere.
+  long place(long id) const { return step > 1 ? (id - first) / step : id; }
+  long count(long last) const { return (last - first) / step + 1; }
+};
+
 // What the scheduler says of this task; SGE says "undefined" outside of arrays.
 std::optional<ArrayTask> array_task(const Environment& environment) {
   if (const auto id = number_in(environment, "SLURM_ARRAY_TASK_ID")) {
-    const long first = number_in(environment, "SLURM_ARRAY_TASK_MIN").value_or(0);
-    const long step = std::max(1l, number_in(environment, "SLURM_ARRAY_TASK_STEP").value_or(1));
+    const TaskNumbers numbers{number_in(environment, "SLURM_ARRAY_TASK_MIN").value_or(0),
+                              std::max(1l, number_in(environment, "SLURM_ARRAY_TASK_STEP").value_or(1))};
     const long count = number_in(environment, "SLURM_ARRAY_TASK_COUNT").value_or(0);
     const auto last = number_in(environment, "SLURM_ARRAY_TASK_MAX");
     // A list, --array=1,3,7: nothing says which of its numbers this one is.
-    return ArrayTask{step > 1 ? (*id - first) / step : *id, count,
-                     count > 1 && last && (*last - first) / step + 1 != count};
+    return ArrayTask{numbers.place(*id), count, count > 1 && last && numbers.count(*last) != count};
   }
   for (const char* name : {"PBS_ARRAY_INDEX", "PBS_ARRAYID"})
     if (const auto id = number_in(environment, name)) return ArrayTask{*id, 0};
   if (const auto id = number_in(environment, "SGE_TASK_ID")) {
-    const long first = number_in(environment, "SGE_TASK_FIRST").value_or(1);
-    const long step = std::max(1l, number_in(environment, "SGE_TASK_STEPSIZE").value_or(1));
+    const TaskNumbers numbers{number_in(environment, "SGE_TASK_FIRST").value_or(1),
+                              std::max(1l, number_in(environment, "SGE_TASK_STEPSIZE").value_or(1))};
     const auto last = number_in(environment, "SGE_TASK_LAST");
-    return ArrayTask{step > 1 ? (*id - first) / step : *id, last ? (*last - first) / step + 1 : 0};
+    return ArrayTask{numbers.place(*id), last ? numbers.count(*last) : 0};
   }
   return std::nullopt;
 }

@@ -41,7 +41,7 @@ PsdOfFocus run_psd_of_focus(const Study& study, const RunOptions& options) {
   mirrors.atmosphere.reset();
   mirrors.jitter = 0;
   PsdOfFocus result = with_fields_of(study, [&] {
-    if (others.empty()) return fit_psd_to_focus(own, own, unknowns, focus, context);
+    if (others.empty()) return fit_psd_to_focus(own, unknowns, focus, context);
     return fit_psd_to_focus(with_contributors(own, others, {}),
                             mirrors.empty() ? TaskAt(own) : with_contributors(own, mirrors, {}), unknowns,
                             focus, context);

@@ -41,8 +41,6 @@ class MeanLight {
     for (const double radius : bins.nodes) statistics_.push_back(RingThrough{radius, dz});
   }
 
-  Task task(const std::vector<double>& logs) const { return task_at_(values_at(unknowns_, logs)); }
-
   /// False where the values are not allowed or have no prediction.
   bool at(const std::vector<double>& logs, Eigen::VectorXd* light, Eigen::MatrixXd* slopes) const {
     try {
@@ -58,6 +56,7 @@ class MeanLight {
   }
 
  private:
+  Task task(const std::vector<double>& logs) const { return task_at_(values_at(unknowns_, logs)); }
   Eigen::VectorXd energies(const std::vector<double>& logs) const {
     return GeneralisedHarveyShack(RadialPsd(*task(logs).psd), pupil_).predict(statistics_, threads_);
   }
@@ -416,8 +415,7 @@ void conclude(PsdOfFocus* result, bool converged) {
                                                    : kFitted;
   if (!converged)
     result->message =
-        "no minimum, or no centre of the light to a twentieth of a pixel, was found "
-        "within the iterations";
+        "no minimum, or no centre of the light to a twentieth of a pixel, was found within the iterations";
 }
 
 }  // namespace

@@ -81,7 +81,7 @@ void describe_vary(Visitor& v, VarySpec& vary) {
                over);
   v.choice_of({"design", "grid: every value with every other; sobol: `cases` points spread evenly"},
               vary.design, {"grid", "sobol"});
-  v.integer({"cases", "of sobol: how many"}, vary.cases, 1, 10000000);
+  v.integer({"cases", "of sobol: how many"}, vary.cases, 1, VarySpec::kMostCases);
   v.seed({"seed", "of sobol: where the points lie"}, vary.seed);
   v.integer(
       {"realisations", "seeds for each of them, from `fit.seed` on; quantiles are those of its realisations"},

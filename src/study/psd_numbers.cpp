@@ -53,9 +53,10 @@ StudyFamily::StudyFamily(const Study& study, const std::vector<std::string>& poi
   for (const char* unused : {"verify", "solve", "vary", "output"}) text.study.erase(unused);
   for (const std::string& pointer : pointers) {
     text.pointers.emplace_back(pointer);
+    const Json::json_pointer &number = text.pointers.back(), around = number.parent_pointer();
     // It takes the place of B.
-    Json& around = text.study[text.pointers.back().parent_pointer()];
-    if (text.pointers.back().back() == "correlation_length" && around.contains("B")) around.erase("B");
+    if (number.back() == "correlation_length" && text.study.contains(around / "B"))
+      text.study[around].erase("B");
   }
   text_ = std::make_shared<const Text>(std::move(text));
 }

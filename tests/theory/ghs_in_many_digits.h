@@ -86,6 +86,19 @@ struct Scene {
   double focal_length, diameter, wavelength;
 };
 
+/// The radius with a share of the light, from the share and its derivative: Newton's method from `guess`.
+template <class Real, class Shares>
+Real radius_of(const Shares& shares, const Real& fraction, const Real& guess) {
+  Real r = guess;
+  for (int i = 0; i < 40; ++i) {
+    const auto [share, slope] = shares(r);
+    const Real step = (share - fraction) / slope;
+    r -= step;
+    if (abs(step) < 1e3 * std::numeric_limits<Real>::epsilon() * r) break;
+  }
+  return r;
+}
+
 /// The paraxial form (textbook): shears x = D cos(theta), in which the overlap of circles is analytic.
 template <class Real>
 class Paraxial {
@@ -100,16 +113,8 @@ class Paraxial {
   }
 
   Real encircled(const Real& radius, const Real& dz) const { return shares(radius, dz).first; }
-  /// Newton's method from `guess`.
   Real radius(const Real& fraction, const Real& dz, const Real& guess) const {
-    Real r = guess;
-    for (int i = 0; i < 40; ++i) {
-      const auto [share, slope] = shares(r, dz);
-      const Real step = (share - fraction) / slope;
-      r -= step;
-      if (abs(step) < 1e3 * std::numeric_limits<Real>::epsilon() * r) break;
-    }
-    return r;
+    return radius_of<Real>([&](const Real& r) { return shares(r, dz); }, fraction, guess);
   }
   /// Where N(z) is half of N(0), near `guess` at one side: secants.
   Real half_plane(const Real& ring, const Real& guess) const {
@@ -264,14 +269,7 @@ class ParaxialOf {
   }
   Real encircled(const Real& radius, const Real& dz) const { return shares(radius, dz).first; }
   Real radius(const Real& fraction, const Real& dz, const Real& guess) const {
-    Real r = guess;
-    for (int i = 0; i < 40; ++i) {
-      const auto [share, slope] = shares(r, dz);
-      const Real step = (share - fraction) / slope;
-      r -= step;
-      if (abs(step) < 1e3 * std::numeric_limits<Real>::epsilon() * r) break;
-    }
-    return r;
+    return radius_of<Real>([&](const Real& r) { return shares(r, dz); }, fraction, guess);
   }
   Real rms_height() const {
     Real sum = 0;
@@ -350,22 +348,19 @@ class Exact {
     }
   }
   Real radius(const Real& fraction, const Real& guess) const {
-    Real r = guess;
-    for (int i = 0; i < 40; ++i) {
-      const Real v = r * per_radius_;
-      Real share = 0, slope = 0;
-      for (const Node<Real>& one : shear_) {
-        share += one.weight * boost::math::cyl_bessel_j(1, Real(v * one.x));
-        slope += one.weight * one.x * boost::math::cyl_bessel_j(0, Real(v * one.x));
-      }
-      const Real step = (v * share - fraction) / (v * slope * per_radius_);
-      r -= step;
-      if (abs(step) < 1e3 * std::numeric_limits<Real>::epsilon() * r) break;
-    }
-    return r;
+    return radius_of<Real>([&](const Real& r) { return shares(r); }, fraction, guess);
   }
 
  private:
+  std::pair<Real, Real> shares(const Real& radius) const {
+    const Real v = radius * per_radius_;
+    Real share = 0, slope = 0;
+    for (const Node<Real>& one : shear_) {
+      share += one.weight * boost::math::cyl_bessel_j(1, Real(v * one.x));
+      slope += one.weight * one.x * boost::math::cyl_bessel_j(0, Real(v * one.x));
+    }
+    return {v * share, v * slope * per_radius_};
+  }
   // Amplitude and roughness are smooth across the shear.
   static std::vector<Node<Real>> across() {
     using Rule = boost::math::quadrature::gauss<Real, 10>;

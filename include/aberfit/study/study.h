@@ -182,6 +182,8 @@ enum class CaseLevel {
 std::string to_string(CaseLevel level);
 /// The cases of `aberfit sweep`.
 struct VarySpec {
+  /// All are looked through before the first is done.
+  static constexpr int kMostCases = 10'000'000;
   std::vector<VaryAxis> axes;
   VaryDesign design = VaryDesign::kGrid;
   int cases = 256;         ///< of kSobol
