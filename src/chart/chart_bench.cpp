@@ -143,7 +143,7 @@ void set_errors(const StatisticErrors& errors, const std::string& reference, dou
 }
 
 double statistic_scale(const Statistic& statistic, double reference) {
-  return std::holds_alternative<RingThrough>(statistic) ? 1.0 : std::abs(reference);
+  return kind_of(statistic).dimension == Dimension::kFraction ? 1.0 : std::abs(reference);
 }
 
 StatisticErrors worst_and_rms(const std::vector<double>& errors) {

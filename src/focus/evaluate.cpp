@@ -218,6 +218,8 @@ class SmoothEvaluator {
           in_.rays.weight * (in_.height - moments.mean) * (1.0 / (rms * shared_.sums.weight));
     return rms;
   }
+  double operator()(const StrehlRatio&) const { return std::nan(""); }
+  double operator()(const ModulationTransfer&) const { return std::nan(""); }
 
  private:
   void spread_angles(double scale, bool mean) const {
@@ -271,6 +273,8 @@ class ExactEvaluator {
   double operator()(const RmsHeight&) const {
     return std::hypot(height_moments(in_.rays.weight, in_.height).rms, in_.unseen_height);
   }
+  double operator()(const StrehlRatio&) const { return std::nan(""); }
+  double operator()(const ModulationTransfer&) const { return std::nan(""); }
 
  private:
   const Shared& shared_;

@@ -32,6 +32,8 @@ std::string plane(double dz) {
   return millimetres == "0" ? "" : "@" + millimetres + "mm";
 }
 
+std::string frequency(double per_metre) { return "@" + digits(1e-3 * per_metre) + "/mm"; }
+
 std::string ring(const RingFwhm& statistic) {
   if (statistic.ring_radius) return "@ring=" + digits(1e6 * *statistic.ring_radius) + "um";
   const std::string name = encircled(statistic.ring_fraction);
@@ -40,14 +42,16 @@ std::string ring(const RingFwhm& statistic) {
 
 // In the order of Statistic.
 const StatisticKind kKinds[] = {
-    {"ee", false, Dimension::kLength, true, true, false},
-    {"ring_fwhm", true, Dimension::kLength, false, true, false},
-    {"ee_within", true, Dimension::kFraction, true, true, false},
-    {"scatter_rms", true, Dimension::kAngle, false, true, true},
-    {"scatter_mean", true, Dimension::kAngle, false, true, true},
-    {"spot_fwhm", true, Dimension::kLength, false, true, false},
-    {"rms_radius", true, Dimension::kLength, true, false, false},
-    {"rms_height", true, Dimension::kLength, false, true, true},
+    {"ee", false, Dimension::kLength, true, true, true, false},
+    {"ring_fwhm", true, Dimension::kLength, false, true, true, false},
+    {"ee_within", true, Dimension::kFraction, true, true, true, false},
+    {"scatter_rms", true, Dimension::kAngle, false, true, true, true},
+    {"scatter_mean", true, Dimension::kAngle, false, true, true, true},
+    {"spot_fwhm", true, Dimension::kLength, false, true, true, false},
+    {"rms_radius", true, Dimension::kLength, true, false, true, false},
+    {"rms_height", true, Dimension::kLength, false, true, true, true},
+    {"strehl", true, Dimension::kFraction, false, true, false, false},
+    {"mtf", true, Dimension::kFraction, false, true, false, false},
 };
 static_assert(std::size(kKinds) == std::variant_size_v<Statistic>);
 
@@ -80,6 +84,7 @@ struct Name {
     return {"ee_within_" + digits(1e6 * s.ring_radius) + "um", plane(s.dz)};
   }
   NameOf operator()(const RmsRadius& s) const { return {"", plane(s.dz)}; }
+  NameOf operator()(const ModulationTransfer& s) const { return {"", frequency(s.frequency)}; }
   template <typename Other>
   NameOf operator()(const Other&) const {
     return {};
@@ -91,9 +96,11 @@ struct Name {
 Target aim_of(const Target& target) {
   const auto* radius = std::get_if<EncircledEnergyRadius>(&target.statistic);
   if (!radius || !target.curve_slope) {
-    const auto* share = std::get_if<RingThrough>(&target.statistic);
     Target aim = target;
-    aim.scale = share && !share->is_point && target.scale == 0 ? kFlattestCurve : target.relative_to();
+    aim.scale = target.relative_to();
+    if (!is_share(target.statistic) || target.scale > 0) return aim;
+    const bool within = std::holds_alternative<RingThrough>(target.statistic);
+    aim.scale = within ? kFlattestCurve : std::max(aim.scale, kFlattestCurve);
     return aim;
   }
   const double scale = std::max(*target.curve_slope, kFlattestCurve);
@@ -128,6 +135,11 @@ double gaussian_sigma(double radius, double fraction) {
 }
 
 const StatisticKind& kind_of(const Statistic& statistic) { return kKinds[statistic.index()]; }
+
+bool is_share(const Statistic& statistic) {
+  const auto* through = std::get_if<RingThrough>(&statistic);
+  return kind_of(statistic).dimension == Dimension::kFraction && !(through && through->is_point);
+}
 
 const StatisticKind& kind_of_key(const std::string& key) {
   for (const StatisticKind& kind : kKinds)

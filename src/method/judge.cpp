@@ -87,7 +87,7 @@ std::optional<PerfectMirror> judge_perfect_mirror(const FitCase& of) {
   std::vector<Target> seen = JudgedSet(of.targets.fitted, of.targets.held_out).targets();
   std::erase_if(seen, [](const Target& target) {
     return !std::holds_alternative<EncircledEnergyRadius>(target.statistic) &&
-           !std::holds_alternative<RingThrough>(target.statistic);
+           kind_of(target.statistic).dimension != Dimension::kFraction;
   });
   if (seen.empty()) return std::nullopt;
   const double smooth = kNoRoughness / std::max(kNoRoughness, ground.numbers.g);

@@ -95,6 +95,8 @@ class ResidualScatter : public MeanScatter {
   }
   double encircled_energy(double) const override { return 0; }
   double encircled_energy_slope(double) const override { return 0; }
+  double irradiance() const override { return 0; }
+  double image_transfer(double) const override { return 0; }
   double rms_height() const override { return moments_.rms_height(); }
   double rms_slope_per_axis() const override { return moments_.rms_slope_per_axis(); }
   double scatter_rms() const override { return 2 * std::sqrt(2.0) * rms_slope_per_axis(); }

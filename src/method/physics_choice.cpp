@@ -19,6 +19,30 @@ void mind_theory(const Task& task, const RadialPsd& psd, PhysicsChoice* use) {
   if (error.applies && error.mostly_grazing) use->warnings.push_back({"grazing-incidence", error.clause});
 }
 
+// A statistic of light alone among those that are asked for.
+const StatisticRequest* of_light_alone(const Task& task) {
+  for (const StatisticRequest& request : task.target.statistics)
+    if (request.name != "ring_profile" && !kind_of_key(request.name).in_rays) return &request;
+  return nullptr;
+}
+
+void refuse_without_waves(const Task& task, const PhysicsRequest& asked, const std::string& obstacle) {
+  const StatisticRequest* request = of_light_alone(task);
+  if (!request) return;
+  const std::string field = "target.statistics." + request->name;
+  if (asked.theory && *asked.theory != Theory::kGhs)
+    throw FieldError(field, "a statistic of light with theory \"" + to_string(*asked.theory) + "\"",
+                     "theory \"auto\" or \"ghs\"; or ee radii");
+  if (asked.model == FocusModel::kRays)
+    throw FieldError(field, "a statistic of light with trace model \"rays\"",
+                     "trace model \"auto\" or \"waves\"; or ee radii");
+  if (task.target.convention == Convention::kPaper || !obstacle.empty())
+    throw FieldError(field,
+                     "a statistic of light, but " +
+                         (obstacle.empty() ? "convention \"paper\" is a rule for rays alone" : obstacle),
+                     "ee radii");
+}
+
 // What a study names must be computable; what is left to the program may fall back.
 void check_named(const Task& task, const PhysicsRequest& asked, const std::string& obstacle) {
   const bool ghs = asked.theory == Theory::kGhs, waves = asked.model == FocusModel::kWaves;
@@ -35,6 +59,7 @@ void check_named(const Task& task, const PhysicsRequest& asked, const std::strin
                      "\"rays\", the same theory by drawn deflections; \"auto\"");
   if (waves && !obstacle.empty())
     throw FieldError("trace.model", "\"waves\", but " + obstacle, "\"auto\", \"rays\"");
+  refuse_without_waves(task, asked, obstacle);
 }
 
 // Whether wave optics can be computed, before anything is chosen.
@@ -82,8 +107,9 @@ PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, cons
     use.theory = Theory::kGhs;
   }
   use.light_decides = use.obstacle.empty() && !paper && (!asked.theory || *asked.theory == Theory::kGhs);
-  const FocusModel own =
-      use.theory == Theory::kGhs && !asked.theory ? use.choice->model : model_of(use.theory);
+  const FocusModel own = of_light_alone(task)                          ? FocusModel::kWaves
+                         : use.theory == Theory::kGhs && !asked.theory ? use.choice->model
+                                                                       : model_of(use.theory);
   if (use.theory == Theory::kGeometric) use.theory = geometric_theory(task);
   use.model = asked.model.value_or(own);
   return use;

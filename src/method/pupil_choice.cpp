@@ -33,6 +33,8 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
       if (ee->dz == 0) radius = std::max(radius, kReach * target.value);
     } else if (const auto* ring = std::get_if<RingThrough>(&target.statistic)) {
       radius = std::max(radius, kReach * ring->ring_radius);
+    } else if (split && !kind_of(target.statistic).in_rays) {
+      radius = std::max(radius, kReach * split->low_reach());  // of all the light that terms move
     }
     reach_dz = std::max(reach_dz, plane_reach(target));
   }

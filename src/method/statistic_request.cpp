@@ -47,6 +47,9 @@ std::vector<Wanted> wanted_by(const StatisticRequest& request, const RingOf& rin
   if (name == "scatter_mean") add(ScatterMean{});
   if (name == "spot_fwhm") add(SpotFwhm{request.bandwidth.value_or(0.1 * focal_sigma)});
   if (name == "rms_height") add(RmsHeight{});
+  if (name == "strehl") add(StrehlRatio{});
+  if (name == "mtf")
+    for (const double frequency : request.frequencies) add(ModulationTransfer{frequency});
   if (kind_of_key(name).in_planes)
     for (const double dz : request.planes) {
       if (name == "ee_within")

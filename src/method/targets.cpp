@@ -109,6 +109,17 @@ std::vector<Wanted> requested_statistics(const Task& task, const Groundwork& gro
   return wanted;
 }
 
+// An aperture passes no frequency of the image above D/(lambda f).
+void check_frequencies(const Task& task, const Groundwork& ground, const std::vector<Wanted>& wanted) {
+  const double cutoff = 2 * ground.radius / (task.wavelength * ground.focal_length);
+  for (const Wanted& one : wanted)
+    if (const auto* mtf = std::get_if<ModulationTransfer>(&one.statistic); mtf && !(mtf->frequency < cutoff))
+      throw FieldError("target.statistics.mtf.frequencies",
+                       format_quantity(mtf->frequency, Dimension::kSpatialFrequency),
+                       fmt::format("below the cutoff of this aperture and wavelength, D/(lambda f) = {}",
+                                   format_quantity(cutoff, Dimension::kSpatialFrequency)));
+}
+
 // By rays. Waves have guides of their own: light_guides.
 std::vector<Statistic> guide_statistics(const Groundwork& ground) {
   std::vector<Statistic> guides;
@@ -322,6 +333,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   const std::vector<Wanted> wanted =
       default_set ? default_statistics(ground) : requested_statistics(task, ground);
   check_given_energies(wanted);
+  check_frequencies(task, ground, wanted);
   const auto is_given = [](const Wanted& w) { return w.value.has_value(); };
   const bool any_given = std::any_of(wanted.begin(), wanted.end(), is_given);
   const bool all_given = std::all_of(wanted.begin(), wanted.end(), is_given);
@@ -359,7 +371,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
     }
     if (!std::isfinite(target.value)) refuse_without_focus(statistic_name(statistics[k]), ground);
     if (k < wanted.size()) {
-      const bool of_share = std::holds_alternative<RingThrough>(statistics[k]);
+      const bool of_share = kind_of(statistics[k]).dimension == Dimension::kFraction;
       target.tolerance = wanted[k].tolerance * (of_share ? 1.0 : std::abs(target.value));
       sets.fitted.push_back(target);
     } else if (k < wanted.size() + guides.size()) {

@@ -78,8 +78,7 @@ EquivalenceMetric judge_target(const Target& target, bool held_out, double shown
   const Target aim = aim_of(target);
   const std::string name = statistic_name(target.statistic);
   const bool of_radius = std::holds_alternative<EncircledEnergyRadius>(target.statistic);
-  const auto* share = std::get_if<RingThrough>(&target.statistic);
-  const bool of_share = share && !share->is_point;
+  const bool of_share = is_share(target.statistic);
   if (!(of_radius && target.curve_slope) && !of_share)
     return tost(name, held_out, target.value, target.standard_error, shown, judged_error, margin, confidence,
                 {target.degrees_of_freedom, degrees_of_freedom});

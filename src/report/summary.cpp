@@ -66,7 +66,7 @@ std::string verdict_word(Verdict verdict) {
 // Of a name of a statistic.
 bool is_at_focus(const std::string& name) {
   const std::size_t plane = name.find('@');
-  return plane == std::string::npos || name.compare(plane, 6, "@ring=") == 0;
+  return plane == std::string::npos || name.compare(plane, 6, "@ring=") == 0 || name.starts_with("mtf@");
 }
 
 // "ee35 -4 %".
@@ -408,12 +408,20 @@ std::string footnotes(const ResultDocument& result) {
   const bool in_light =
       std::any_of(result.metrics.begin(), result.metrics.end(),
                   [](const EquivalenceMetric& m) { return std::isfinite(m.tolerance_share); });
+  const auto of_light_alone = [](const EquivalenceMetric& m) {
+    return m.name == "strehl" || m.name.starts_with("mtf@");
+  };
   if (in_light)
     out += "\n" +
            paragraph("diff.",
                      fmt::format("of an ee radius: p less the share of light inside the target's radius, "
-                                 "over max(r dE/dr, {}); of ee_within: the share less its target, over {}",
-                                 kFlattestCurve, kFlattestCurve));
+                                 "over max(r dE/dr, {}); of ee_within: the share less its target, over {}{}",
+                                 kFlattestCurve, kFlattestCurve,
+                                 std::any_of(result.metrics.begin(), result.metrics.end(), of_light_alone)
+                                     ? fmt::format("; of strehl and mtf: less the target, over the target or "
+                                                   "{}, whichever is larger",
+                                                   kFlattestCurve)
+                                     : ""));
   if (result.perfect)
     out += paragraph(
         "Perfect", fmt::format("the perfect mirror's worst statistic in light is {:.3g} tolerances away ({})",

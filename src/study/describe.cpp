@@ -267,7 +267,7 @@ void describe_study(Visitor& v, Study& study) {
     study.mirror.zernike_radius = aperture_radius(study.aperture);
   describe_light(v, study.wavelength);
   describe_roughness(v, study.roughness);
-  describe_target(v, study.target, study.map);
+  describe_target(v, study.target, study.map, study.mirror.focal_length);
   describe_terms(v, study.terms);
   // The polar layout exists for circles and annuli only, so it cannot be the default of other shapes.
   if (v.reading() && study.aperture.index() > 1) study.trace.pupil.layout = PupilLayout::kSobol;

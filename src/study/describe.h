@@ -15,13 +15,17 @@ void describe_psd_block(Visitor& v, RoughnessModel& node);
 /// The keys of `psd.model: "measured"`; also the options of `aberfit psd FILE`.
 void describe_measured_psd(Visitor& v, MeasuredPsd& measured);
 /// The `target` block: statistics and PSD bins, or a map.
-void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map);
+void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map, double focal_length);
 /// The keys of target.map.
 void describe_map_target(Visitor& v, MapTarget& target);
 /// The `verify` block.
 void describe_verify(Visitor& v, VerifySpec& verify);
 
 /// The keys of solve.focus.
+/// A length in the plane of the focus, or an angle on the sky, which stays a text: only f makes a length of
+/// it.
+void describe_extent_in_focus(Visitor& v, const Field& field,
+                              std::optional<std::variant<std::string, double>>& value);
 void describe_focus(Visitor& v, FocusSpec& focus);
 /// The `solve` block.
 void describe_solve(Visitor& v, SolveSpec& solve);

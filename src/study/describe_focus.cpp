@@ -1,9 +1,7 @@
 #include "describe.h"
 
 namespace aberfit::internal {
-namespace {
 
-// A length in the plane, or an angle on the sky, which stays a text: only f makes a length of it.
 void describe_extent_in_focus(Visitor& v, const Field& field,
                               std::optional<std::variant<std::string, double>>& value) {
   const char* const angle = R"(\s*[0-9.eE+-]+\s*(rad|mrad|urad|nrad|deg|arcmin|arcsec|mas)\s*)";
@@ -23,8 +21,6 @@ void describe_extent_in_focus(Visitor& v, const Field& field,
   }
   value = held;
 }
-
-}  // namespace
 
 void describe_focus(Visitor& v, FocusSpec& focus) {
   v.text(

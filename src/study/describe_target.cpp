@@ -4,16 +4,30 @@
 namespace aberfit::internal {
 namespace {
 
-void describe_value(Visitor& v, StatisticRequest& s) {
-  const Dimension dimension = kind_of_key(s.name).dimension;
+// Of an encircled energy, as a length or an angle on the sky; `per_radius`: 2 where it is a diameter.
+void describe_radius(Visitor& v, StatisticRequest& s, double focal_length, double per_radius) {
+  std::optional<std::variant<std::string, double>> extent;
+  if (s.value) extent = per_radius * *s.value;
+  describe_extent_in_focus(
+      v,
+      {"value", "the target itself [m], or an angle on the sky (\"0.6 arcsec\"); absent: from theory",
+       kOptional, "\"76 um\""},
+      extent);
+  double error = per_radius * s.standard_error;
+  v.quantity({"standard_error", "sampling error of the given value [m]"}, error, kLength,
+             Range::non_negative());
+  if (!v.reading()) return;
+  s.standard_error = error / per_radius;
+  s.value = std::nullopt;
+  if (!extent) return;
+  const auto* angle = std::get_if<std::string>(&*extent);
+  s.value = (angle ? focal_length * parse_quantity(*angle, kAngle) : std::get<double>(*extent)) / per_radius;
+}
+
+void describe_plain_value(Visitor& v, StatisticRequest& s, Dimension dimension) {
   const bool angle = dimension == kAngle, share = dimension == kFraction;
-  v.quantity({"tolerance",
-              share ? "how closely the fit is to meet it, absolute share of the light"
-                    : "how closely the fit is to meet it, relative to the value",
-              kOptional, "\"0.2 %\""},
-             s.tolerance, kFraction, Range{0, 1, true, false});
   v.quantity({"value",
-              share   ? "the target itself [share of the light]; absent: from theory"
+              share   ? "the target itself, a share; absent: from theory"
               : angle ? "the target itself [rad]; absent: from theory"
                       : "the target itself [m]; absent: from theory",
               kOptional,
@@ -23,6 +37,21 @@ void describe_value(Visitor& v, StatisticRequest& s) {
              s.value, dimension, share ? Range{0, 1, true, true} : Range::positive());
   v.quantity({"standard_error", "sampling error of the given value, in its unit"}, s.standard_error,
              dimension, Range::non_negative());
+}
+
+// focal_length, per_radius: of encircled energies.
+void describe_value(Visitor& v, StatisticRequest& s, double focal_length, double per_radius) {
+  const Dimension dimension = kind_of_key(s.name).dimension;
+  const bool share = dimension == kFraction;
+  v.quantity({"tolerance",
+              share ? "how closely the fit is to meet it, absolute"
+                    : "how closely the fit is to meet it, relative to the value",
+              kOptional, "\"0.2 %\""},
+             s.tolerance, kFraction, Range{0, 1, true, false});
+  if (kind_of_key(s.name).key == "ee")
+    describe_radius(v, s, focal_length, per_radius);
+  else
+    describe_plain_value(v, s, dimension);
   v.check(s.value.has_value() || s.standard_error == 0, "standard_error", "standard_error without value",
           "standard_error beside a value only");
 }
@@ -43,6 +72,14 @@ void describe_radii(Visitor& v, StatisticRequest& s) {
                Range::positive(), true);
   v.check(!s.value || s.radii.size() == 1, "radii", std::to_string(s.radii.size()) + " radii for one value",
           "one radius where value is given");
+}
+
+void describe_frequencies(Visitor& v, StatisticRequest& s) {
+  v.quantities({"frequencies", "frequencies of the image [cycles/m]", kRequired, "[\"20 /mm\"]"},
+               s.frequencies, kFrequency, Range::positive(), true);
+  v.check(!s.value || s.frequencies.size() == 1, "frequencies",
+          std::to_string(s.frequencies.size()) + " frequencies for one value",
+          "one frequency where value is given");
 }
 
 void describe_ring(Visitor& v, StatisticRequest& s) {
@@ -78,16 +115,17 @@ void describe_profile(Visitor& v, StatisticRequest& s) {
   s.profile_value = values;
 }
 
-void describe_statistic(Visitor& v, StatisticRequest& s, bool ring_in_key) {
+void describe_statistic(Visitor& v, StatisticRequest& s, const std::string& key, double focal_length) {
   if (s.name == "ring_profile") return describe_profile(v, s);
-  if (s.name == "ring_fwhm" && !ring_in_key) describe_ring(v, s);
+  if (s.name == "ring_fwhm" && key.find('@') == std::string::npos) describe_ring(v, s);
   if (s.name == "spot_fwhm")
     v.quantity(
         {"bandwidth", "standard deviation of the Gaussian kernel that smooths the line spread profile [m]",
          kOptional, "\"5 um\""},
         s.bandwidth, kLength, Range::positive());
-  describe_value(v, s);
+  describe_value(v, s, focal_length, is_diameter(key) ? 2 : 1);
   if (s.name == "ee_within") describe_radii(v, s);
+  if (s.name == "mtf") describe_frequencies(v, s);
   if (kind_of_key(s.name).in_planes) describe_planes(v, s);
 }
 
@@ -111,7 +149,7 @@ void describe_psd_target(Visitor& v, PsdTarget& target) {
 
 }  // namespace
 
-void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map) {
+void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map, double focal_length) {
   v.object({"target", "what the fitted surface has to match"}, nullptr, [&](Visitor& t) {
     t.removed_word("theory", "convolved", kConvolvedRemoved, "\"auto\" or \"ghs\"");
     t.choice_or_auto(
@@ -129,7 +167,7 @@ void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& m
               requests.resize(keys.size());
               StatisticRequest fresh = request_of(keys[i]);
               if (s.reading() || requests[i].name != fresh.name) requests[i] = std::move(fresh);
-              describe_statistic(s, requests[i], keys[i].find('@') != std::string::npos);
+              describe_statistic(s, requests[i], keys[i], focal_length);
             });
     t.optional_object(
         {"psd",

@@ -8,13 +8,16 @@ const char* const kEncircledEnergyName =
 
 namespace {
 
-const std::string kRingPrefix = "ring_fwhm@";
+const std::string kRingPrefix = "ring_fwhm@", kDiameterSuffix = "_diameter";
+const char* const kHalfEnergyWidth = "hew";  // the diameter of ee50
 
 }  // namespace
 
 const std::vector<KeyPattern>& statistic_keys() {
   static const std::vector<KeyPattern> patterns = [] {
     std::vector<KeyPattern> keys = {{"", kEncircledEnergyName, "ee50"},
+                                    {"", kEncircledEnergyName + kDiameterSuffix, "ee80_diameter"},
+                                    {kHalfEnergyWidth, "", kHalfEnergyWidth},
                                     {"", kRingPrefix + kEncircledEnergyName, "ring_fwhm@ee50"},
                                     {"ring_profile", "", "ring_profile"}};
     for (const std::string& key : request_keys()) keys.push_back({key, "", key});
@@ -37,6 +40,8 @@ std::vector<std::string> keys_of(const std::vector<StatisticRequest>& requests) 
   return keys;
 }
 
+bool is_diameter(const std::string& key) { return key == kHalfEnergyWidth || key.ends_with(kDiameterSuffix); }
+
 StatisticRequest request_of(const std::string& key) {
   StatisticRequest request;
   request.name = key;
@@ -44,6 +49,8 @@ StatisticRequest request_of(const std::string& key) {
     request.name = "ring_fwhm";
     request.ring = key.substr(kRingPrefix.size());
   }
+  if (key == kHalfEnergyWidth) request.name = "ee50";
+  if (key.ends_with(kDiameterSuffix)) request.name = key.substr(0, key.size() - kDiameterSuffix.size());
   return request;
 }
 

@@ -19,7 +19,10 @@ const std::vector<KeyPattern>& statistic_keys();
 /// for.
 std::vector<std::string> keys_of(const std::vector<StatisticRequest>& requests);
 
-/// A request with the name (and ring) that the key says.
+/// Whether values under this key are diameters: ee80_diameter, hew.
+bool is_diameter(const std::string& key);
+
+/// A request with the name (and ring) that the key says; of diameters that of the radius.
 StatisticRequest request_of(const std::string& key);
 
 }  // namespace aberfit::internal

@@ -14,6 +14,7 @@
 #include "aberfit/core/root.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/theory/height_on_aperture.h"
+#include "aberfit/theory/light_property.h"
 #include "aberfit/theory/scattering_band.h"
 #include "exact_transfer.h"
 #include "radial_transform.h"
@@ -318,7 +319,8 @@ double GeneralisedHarveyShack::operator()(const Statistic& statistic) const {
                        "for encircled "
                        "energy radii, or take theory geometric");
                  },
-                 [&](const RmsHeight&) { return rms_height_on(aperture_, whole_); }},
+                 [&](const RmsHeight&) { return rms_height_on(aperture_, whole_); },
+                 [&](const auto& property) { return LightProperties({property}, pupil_)(*this)[0]; }},
       statistic);
 }
 

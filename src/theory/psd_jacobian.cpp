@@ -38,12 +38,9 @@ class JacobianOfGhs {
   double of_light(const LightProperties& light, std::size_t k, double value) {
     if (!std::isfinite(value)) return kNaN;
     const double perfect = light.perfect_[k];
-    return std::visit(Overloaded{[&](const StrehlRatio&) { return change(0).irradiance(0) / perfect; },
+    return std::visit(Overloaded{[&](const StrehlRatio&) { return of_strehl(value); },
                                  [&](const TotalScatter&) { return -ghs_.core_change(derivative_, scale_); },
-                                 [&](const ModulationTransfer& p) {
-                                   const double sign = ghs_.at_plane(0).transfer(p.frequency) < 0 ? -1 : 1;
-                                   return sign * change(0).transfer(p.frequency);
-                                 },
+                                 [&](const ModulationTransfer& p) { return of_transfer(p.frequency); },
                                  [&](const EnsquaredSide& p) {
                                    return -change(p.dz).ensquared_energy(value) /
                                           ghs_.at_plane(p.dz).ensquared_energy_slope(value);
@@ -71,7 +68,9 @@ class JacobianOfGhs {
                    [&](const RmsHeight&) {
                      return scale_ * height_variance_change_on(ghs_.aperture_, ghs_.whole_, derivative_) /
                             (2 * value);
-                   }},
+                   },
+                   [&](const StrehlRatio&) { return of_strehl(value); },
+                   [&](const ModulationTransfer& s) { return of_transfer(s.frequency); }},
         statistic);
   }
 
@@ -91,6 +90,11 @@ class JacobianOfGhs {
   }
   double of_radius(double radius, double dz) {
     return -change(dz).encircled_energy(radius) / ghs_.at_plane(dz).encircled_energy_slope(radius);
+  }
+  double of_strehl(double value) { return value * change(0).irradiance(0) / ghs_.at_plane(0).irradiance(0); }
+  double of_transfer(double frequency) {
+    const double sign = ghs_.at_plane(0).transfer(frequency) < 0 ? -1 : 1;
+    return sign * change(0).transfer(frequency);
   }
   double of_spot(double bandwidth, double width) {
     const double nu = ghs_.cutoff() / (ghs_.wavelength_ * ghs_.mirror_.focal_length), w = width * kPi * nu;

@@ -102,6 +102,26 @@ class DiffractionEvaluator {
     if (d_height_) *d_height_ = weight * centred / (rms * weight.sum());
     return rms;
   }
+  double operator()(const StrehlRatio&) const {
+    const double perfect = scene_.perfect_irradiance(), to_period = 1 / scene_.per_period(0);
+    const Eigen::ArrayXd& values = plane_->otf().values();
+    if (d_height_)
+      *d_height_ = per_height() * plane_->sum_gradient(Eigen::ArrayXd::Constant(values.size(), 1 / perfect));
+    const MeanScatter* scatter = scene_.problem().scatter.get();
+    return (values.sum() + (scatter ? scatter->irradiance() * to_period * to_period : 0)) / perfect;
+  }
+  // Of the light within the field of view, and of what the cells cannot see as the mean spot has it.
+  double operator()(const ModulationTransfer& s) const {
+    const double unit = scene_.per_period(0), lag = s.frequency / unit;
+    const Eigen::ArrayXd& values = plane_->otf().values();
+    if (!(s.frequency >= 0) || lag > scene_.longest_lag()) return std::nan("");
+    const Eigen::ArrayXd weights =
+        RadialOtf::transfer_weights(scene_.field_radius(0) * unit, lag, values.size());
+    const MeanScatter* scatter = scene_.problem().scatter.get();
+    const double transfer = (weights * values).sum() + (scatter ? scatter->image_transfer(s.frequency) : 0);
+    if (d_height_) *d_height_ = per_height() * plane_->sum_gradient(transfer < 0 ? -weights : weights);
+    return std::abs(transfer);
+  }
   double operator()(const ScatterRms&) const { return std::nan(""); }
   double operator()(const ScatterMean&) const { return std::nan(""); }
   double operator()(const RmsRadius&) const { return std::nan(""); }
@@ -120,7 +140,9 @@ class DiffractionEvaluator {
 std::optional<double> plane_of(const Statistic& statistic) {
   if (const auto* s = std::get_if<EncircledEnergyRadius>(&statistic)) return s->dz;
   if (const auto* s = std::get_if<RingThrough>(&statistic)) return s->dz;
-  if (std::holds_alternative<SpotFwhm>(statistic)) return 0.0;
+  if (std::holds_alternative<SpotFwhm>(statistic) || std::holds_alternative<StrehlRatio>(statistic) ||
+      std::holds_alternative<ModulationTransfer>(statistic))
+    return 0.0;
   return std::nullopt;
 }
 

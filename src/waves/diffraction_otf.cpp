@@ -32,6 +32,24 @@ Eigen::ArrayXd RadialOtf::energy_weights(double q, Eigen::Index nodes) {
   return weights;
 }
 
+Eigen::ArrayXd RadialOtf::transfer_weights(double end, double lag, Eigen::Index nodes) {
+  constexpr double kSame = 1e-4;  // of z: what the limit leaves out is its square
+  Eigen::ArrayXd z(nodes + 1), j0(nodes + 1), j1(nodes + 1), weights(nodes);
+  z[0] = 0;
+  z.segment(1, nodes - 1) = kTwoPi * end * lags_from_first(nodes);
+  z[nodes] = kTwoPi * end * lag;
+  bessel_j0_j1(z.data(), int(nodes + 1), j0.data(), j1.data());
+  const double own = z[nodes], own_j0 = j0[nodes], own_j1 = j1[nodes];
+  for (Eigen::Index j = 0; j < nodes; ++j) {
+    const double difference = z[j] - own;
+    weights[j] = kTwoPi * end * end *
+                 (std::abs(difference) < kSame
+                      ? 0.5 * (own_j0 * own_j0 + own_j1 * own_j1)
+                      : (z[j] * j1[j] * own_j0 - own * j0[j] * own_j1) / (difference * (z[j] + own)));
+  }
+  return weights;
+}
+
 RadialOtf::Encircled RadialOtf::encircled(double q) const {
   if (!mean_.scatter) return of_values(q);
   const double radius = q * mean_.radius;

@@ -36,6 +36,9 @@ class RadialOtf {
 
   /// d energy / d values.
   static Eigen::ArrayXd energy_weights(double q, Eigen::Index nodes);
+  /// d transfer / d values: of the light within q = `end`, at a lag of `lag`.
+  ///   2 pi int_0^end J0(2 pi q s_j) J0(2 pi q lag) q dq (Lommel's integral)
+  static Eigen::ArrayXd transfer_weights(double end, double lag, Eigen::Index nodes);
 
  private:
   Eigen::ArrayXd values_;

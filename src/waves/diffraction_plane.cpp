@@ -88,6 +88,12 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
   longest_lag_ = std::min(diagonal, 2 * furthest) * (1 + 1e-12) / finer_pitch();
 }
 
+// The transfer function summed over all lags, which is a square.
+double DiffractionScene::perfect_irradiance() const {
+  const double sum = problem_.pupil.amplitude.sum();
+  return sum * sum / total() * cell_area(*this);
+}
+
 double DiffractionScene::defocus(double dz) const {
   const double f = problem_.focal_length;
   return -2 * kPi / problem_.wavelength * dz * f / (f + dz);
@@ -234,10 +240,10 @@ std::optional<double> DiffractionPlane::radius(double fraction) {
   return *q / unit_;
 }
 
-void DiffractionPlane::build_kernel(double q, double* kernel) {
+void DiffractionPlane::build_kernel(const Eigen::ArrayXd& weights, double* kernel) {
   const PupilTransform& transform = grid_.transform;
   const double scale = cell_area(scene_) * per_sample(scene_, transform);
-  Eigen::ArrayXd g = scale * grid_.lags.at_lengths(RadialOtf::energy_weights(q, grid_.lags.nodes()));
+  Eigen::ArrayXd g = scale * grid_.lags.at_lengths(weights);
   if (grid_.factor.size() > 0) g *= grid_.factor;
   std::fill_n(buffers_.quarter.data(), transform.quarter_size(), 0.0);
   for (int row = 0; row < transform.rows(); ++row) {
@@ -252,14 +258,19 @@ void DiffractionPlane::build_kernel(double q, double* kernel) {
 Eigen::ArrayXd DiffractionPlane::energy_gradient(double radius, bool remember) {
   const PupilTransform& transform = grid_.transform;
   const double q = std::min(radius, scene_.field_radius(dz())) * unit_;
-  const double* kernel =
-      remember ? grid_.kernels.find(q, transform.kernel_size(), [&](double* k) { build_kernel(q, k); })
-               : nullptr;
+  const auto build = [&](double* k) { build_kernel(RadialOtf::energy_weights(q, grid_.lags.nodes()), k); };
+  const double* kernel = remember ? grid_.kernels.find(q, transform.kernel_size(), build) : nullptr;
   if (!kernel) {
-    build_kernel(q, buffers_.kernel.data());
+    build(buffers_.kernel.data());
     kernel = buffers_.kernel.data();
   }
   transform.back_to_pupil(focused_.focal.data(), kernel, &buffers_);
+  return pulled_back();
+}
+
+Eigen::ArrayXd DiffractionPlane::sum_gradient(const Eigen::ArrayXd& weights) {
+  build_kernel(weights, buffers_.kernel.data());
+  grid_.transform.back_to_pupil(focused_.focal.data(), buffers_.kernel.data(), &buffers_);
   return pulled_back();
 }
 

@@ -47,6 +47,8 @@ class DiffractionScene {
   double longest_lag() const { return longest_lag_; }
   /// Light that passes the aperture, in squared amplitudes of cells.
   double total() const { return problem_.pupil.total; }
+  /// Irradiance on the axis of the focus of the perfect parabola, of all light 1 per period squared.
+  double perfect_irradiance() const;
   /// Light beyond the field of view: what Parseval finds missing.
   double energy_outside() const { return 1 - problem_.pupil.amplitude.square().sum() / total(); }
   /// u = pitch/(lambda (f+dz)) [1/m], of the finer pitch; radii times u are in periods of the PSF.
@@ -165,6 +167,8 @@ class DiffractionPlane {
   /// d energy(radius)/d phase of every pupil point: one transform, and another where the radius is new.
   /// remember: the radius will be asked for again, at other heights.
   Eigen::ArrayXd energy_gradient(double radius, bool remember = false);
+  /// d/d phase of the sum of `weights` times the values of `otf`: two transforms.
+  Eigen::ArrayXd sum_gradient(const Eigen::ArrayXd& weights);
   /// d/d phase of Re sum_m (g_x C_(m,0) + g_y C_(0,m)), m >= 0: one transform.
   Eigen::ArrayXd axis_gradient(const Eigen::ArrayXcd& g_x, const Eigen::ArrayXcd& g_y);
   /// d energy(radius)/d dz: the phases turn with dz and the PSF grows with f + dz.
@@ -175,7 +179,7 @@ class DiffractionPlane {
   void fill_focal(double dz);
   Eigen::ArrayXd pulled_back() const;
   void correlate_along_axes();
-  void build_kernel(double q, double* kernel);
+  void build_kernel(const Eigen::ArrayXd& weights, double* kernel);
 
   const DiffractionScene& scene_;
   const DiffractionGrid& grid_;

@@ -54,9 +54,12 @@ TEST(StatisticKind, IsFoundByItsKeyAndByItsStatistic) {
   EXPECT_EQ(&kind_of_key("ee50"), &kind_of(EncircledEnergyRadius{}));
   EXPECT_EQ(&kind_of_key("ee97.5"), &kind_of(EncircledEnergyRadius{0.5, 1e-3}));
   EXPECT_EQ(&kind_of_key("ee_within"), &kind_of(RingThrough{}));
-  for (const char* none : {"", "ee", "eel", "strehl", "ring_profile"})
+  for (const char* none : {"", "ee", "eel", "ensquared", "ring_profile"})
     EXPECT_THROW(kind_of_key(none), std::invalid_argument) << none;
   EXPECT_FALSE(kind_of(RmsRadius{}).in_waves);
+  EXPECT_FALSE(kind_of(StrehlRatio{}).in_rays || kind_of(ModulationTransfer{}).in_rays);
+  EXPECT_TRUE(is_share(StrehlRatio{}) && is_share(ModulationTransfer{}) && is_share(RingThrough{}));
+  EXPECT_FALSE(is_share(RingThrough{1e-6, 0, true}) || is_share(EncircledEnergyRadius{}));
   EXPECT_TRUE(kind_of(RmsHeight{}).is_moment && kind_of(ScatterRms{}).is_moment);
 }
 
@@ -76,6 +79,8 @@ TEST(StatisticKind, DimensionAndNameAgree) {
 TEST(StatisticName, OfScalarStatisticsIsFixed) {
   EXPECT_EQ(statistic_name(ScatterRms{}), "scatter_rms_rad");
   EXPECT_EQ(statistic_name(ScatterMean{}), "scatter_mean_rad");
+  EXPECT_EQ(statistic_name(StrehlRatio{}), "strehl");
+  EXPECT_EQ(statistic_name(ModulationTransfer{2.5e4}), "mtf@25/mm");
   EXPECT_EQ(statistic_name(SpotFwhm{1e-6}), "spot_fwhm_m");
   EXPECT_EQ(statistic_name(RmsHeight{}), "rms_height_m");
 }

@@ -33,6 +33,30 @@ const StatisticRequest& find(const Study& study, const std::string& name, std::s
   throw std::runtime_error("no statistic " + name);
 }
 
+// By whatever name, in the plane or on the sky: the radius is what is kept.
+TEST(ReadStudy, EncircledEnergiesMayBeDiametersAndAngles) {
+  const double f = parse_study(changed("/title", "\"x\""), "study.json").mirror.focal_length;
+  for (const auto& [key, value, radius] :
+       {std::tuple("ee80", R"("0.6 arcsec")", f * 0.6 / 206264.80624709636),
+        std::tuple("ee80_diameter", R"("8 um")", 4e-6),
+        std::tuple("ee80_diameter", R"("0.6 arcsec")", f * 0.3 / 206264.80624709636),
+        std::tuple("hew", R"("3 urad")", f * 1.5e-6), std::tuple("hew", "8e-6", 4e-6)}) {
+    const std::string text = changed("/target/statistics", R"({")" + std::string(key) + R"(": {"value": )" +
+                                                               value + R"(, "standard_error": "1 um"}})");
+    const Study study = parse_study(text, "study.json");
+    ASSERT_EQ(study.target.statistics.size(), 1u);
+    const StatisticRequest& read = study.target.statistics[0];
+    EXPECT_EQ(read.name, std::string(key) == "hew" ? "ee50" : "ee80");
+    ASSERT_TRUE(read.value);
+    EXPECT_NEAR(*read.value, radius, 1e-12 * radius) << key << value;
+    EXPECT_DOUBLE_EQ(read.standard_error, std::string(key) == "ee80" ? 1e-6 : 0.5e-6);
+    // Resolved it is the radius, and reads as the same.
+    const Study again = parse_study(resolved_study(study).dump(), "study.json");
+    EXPECT_EQ(again.target.statistics[0].name, read.name);
+    EXPECT_DOUBLE_EQ(*again.target.statistics[0].value, *read.value);
+  }
+}
+
 TEST(ReadStudy, FillsInTheDefaultsOfTheMinimalStudy) {
   const Study study = parse(test::kMinimalStudy);
   EXPECT_EQ(study.path, "study.json");

@@ -54,6 +54,8 @@ class DrawnMirrors {
   struct Discs {
     double dz;
     std::vector<double> radius;
+    std::vector<double> frequency = {};  ///< of the image: transfer functions, rows behind the discs
+    bool has_axis = false;               ///< irradiance on the axis, of that of a flat mirror; the last row
   };
   /// Standard deviation over the draws of [light in the disc of a whole mirror] - [that of the same mirror
   /// cut off times H_rest], one matrix (radius x cut) per plane. means, when given: of the same differences.
@@ -63,10 +65,8 @@ class DrawnMirrors {
     std::vector<std::vector<Eigen::ArrayXd>> kernels;  // per plane and radius: shares x (cuts + whole)
     std::vector<Eigen::ArrayXXd> sum, squares;
     for (const Discs& plane : planes) {
-      std::vector<Eigen::ArrayXd> kernel;
-      for (const double radius : plane.radius) kernel.push_back(disc_kernel(radius, plane.dz));
-      kernels.push_back(std::move(kernel));
-      sum.push_back(Eigen::ArrayXXd::Zero(Eigen::Index(plane.radius.size()), count));
+      kernels.push_back(kernels_of(plane));
+      sum.push_back(Eigen::ArrayXXd::Zero(Eigen::Index(kernels.back().size()), count));
       squares.push_back(sum.back());
     }
     std::mt19937_64 random(seed);
@@ -75,7 +75,7 @@ class DrawnMirrors {
       for (const bool second : {false, true})
         for (std::size_t p = 0; p < planes.size(); ++p) {
           std::vector<double> height(data_.size());
-          Eigen::ArrayXXd low(Eigen::Index(planes[p].radius.size()), count);
+          Eigen::ArrayXXd low(sum[p].rows(), count);
           Eigen::ArrayXd whole;
           for (std::size_t j = 0; j <= cuts_.size(); ++j) {
             for (std::size_t k = 0; k < height.size(); ++k)
@@ -101,8 +101,7 @@ class DrawnMirrors {
 
   /// Light in the discs of whole mirrors, discs x draws.
   Eigen::ArrayXXd light(const Discs& discs, int draws, std::uint64_t seed) {
-    std::vector<Eigen::ArrayXd> kernels;
-    for (const double radius : discs.radius) kernels.push_back(disc_kernel(radius, discs.dz));
+    const std::vector<Eigen::ArrayXd> kernels = kernels_of(discs);
     Eigen::ArrayXXd result(Eigen::Index(kernels.size()), draws);
     std::mt19937_64 random(seed);
     for (int draw = 0; draw < draws; ++draw) {
@@ -176,6 +175,47 @@ class DrawnMirrors {
                   (s == 0 ? std::numbers::pi * radius * radius : radius * std::cyl_bessel_j(1.0, z) / nu);
     }
     return result;
+  }
+
+  // The transfer function of the light in the field of view, from the image: int I J0(2 pi nu r) d2r.
+  Eigen::ArrayXd transfer_kernel(double frequency, double dz) const {
+    const double scale = pitch_ / (scene_.wavelength * (scene_.focal_length + dz)), lag = frequency / scale;
+    constexpr int kRadii = 512;
+    Eigen::ArrayXd own(kRadii), result(scene_.cells * scene_.cells + 1);
+    const auto q = [](int k) { return 0.5 * (k + 0.5) / kRadii; };
+    const auto phase = [&](int k, double s) { return 2 * std::numbers::pi * q(k) * s; };
+    for (int k = 0; k < kRadii; ++k)
+      own[k] = std::numbers::pi * q(k) / kRadii * std::cyl_bessel_j(0.0, phase(k, lag));
+    for (Eigen::Index s = 0; s < result.size(); ++s) {
+      double sum = 0;
+      if (is_sum_of_squares(int(s)))
+        for (int k = 0; k < kRadii; ++k)
+          sum += own[k] * std::cyl_bessel_j(0.0, phase(k, std::sqrt(double(s))));
+      result[s] = sum;
+    }
+    return result;
+  }
+  static bool is_sum_of_squares(int s) {
+    for (int a = 0; a * a <= s; ++a) {
+      const int b = int(std::lround(std::sqrt(double(s - a * a))));
+      if (a * a + b * b == s) return true;
+    }
+    return false;
+  }
+
+  // All lags alike: the square of the field's sum, which is that of the cover where the mirror is flat.
+  Eigen::ArrayXd axis_kernel() const {
+    double sum = 0, squares = 0;
+    for (const double cover : cover_) sum += cover, squares += cover * cover;
+    return Eigen::ArrayXd::Constant(scene_.cells * scene_.cells + 1, squares / (sum * sum));
+  }
+
+  std::vector<Eigen::ArrayXd> kernels_of(const Discs& plane) const {
+    std::vector<Eigen::ArrayXd> kernels;
+    for (const double radius : plane.radius) kernels.push_back(disc_kernel(radius, plane.dz));
+    for (const double frequency : plane.frequency) kernels.push_back(transfer_kernel(frequency, plane.dz));
+    if (plane.has_axis) kernels.push_back(axis_kernel());
+    return kernels;
   }
 
   // Light in discs; cut below cuts_.size() multiplies by its H_rest.

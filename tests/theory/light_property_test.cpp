@@ -12,6 +12,8 @@
 #include <functional>
 #include <numbers>
 
+#include "aberfit/core/errors.h"
+#include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/theory/psd_jacobian.h"
 #include "aberfit/theory/scatter_function.h"
 
@@ -281,6 +283,26 @@ TEST(LightJacobian, OfAFastAnnulusWithAberrationsMeetsDifferencesOfTheTheory) {
   const std::vector<LightProperty> all{StrehlRatio{},      TotalScatter{},   ModulationTransfer{2e5},
                                        EnsquaredSide{0.8}, IrradianceFwhm{}, PointSourceSensitivity{0.2}};
   expect_derivatives(KCorrelationPsd{17e-9, 0.3, 3, 1, 100}, pupil, all, 1e-7);
+}
+
+// As statistics and as properties, values and derivatives over the PSD.
+TEST(LightJacobian, OfStatisticsIsThatOfTheSameProperties) {
+  const PsdModel psd = KCorrelationPsd{50e-9, 0.05, 3, 5, 400};
+  const GhsPupil pupil(Mirror{0.6, -1, {}}, AnnulusAperture{0.2, 0.06}, kWavelength);
+  const std::vector<LightProperty> wanted = {StrehlRatio{}, ModulationTransfer{2e5}};
+  const LightProperties light(wanted, pupil);
+  const PsdJacobian found =
+      psd_jacobian(psd, psd_variables(psd), {StrehlRatio{}, ModulationTransfer{2e5}}, pupil, 2, &light);
+  ASSERT_EQ(found.values.size(), 4);
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    EXPECT_NEAR(found.values[k], found.values[k + 2], 1e-13);
+    EXPECT_GT(found.values[k], 0.05);
+    EXPECT_LT((found.derivatives.row(k) - found.derivatives.row(k + 2)).norm(),
+              1e-12 * found.derivatives.row(k).norm());
+  }
+  EXPECT_THROW(GeometricHarveyShack(Mirror{0.6, -1, {}}, CircleAperture{0.2}, 1e-6, Convention::kPhysical,
+                                    1e-8)(StrehlRatio{}),
+               ComputationError);
 }
 
 TEST(LightJacobian, OfTurbulenceFollowsItsLaw) {

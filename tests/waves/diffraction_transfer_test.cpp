@@ -20,6 +20,8 @@ class ExponentialScatter : public MeanScatter {
   Eigen::ArrayXd whole_transfer(const Eigen::ArrayXd& shear) const override { return transfer(shear); }
   double encircled_energy(double) const override { return std::nan(""); }
   double encircled_energy_slope(double) const override { return std::nan(""); }
+  double irradiance() const override { return std::nan(""); }
+  double image_transfer(double) const override { return std::nan(""); }
   double rms_height() const override { return 0; }
   double rms_slope_per_axis() const override { return 0; }
   double scatter_rms() const override { return 0; }

@@ -26,12 +26,14 @@ class Gaussian : public MeanScatter {
   }
   double encircled_energy(double radius) const override { return 1 - std::exp(-radius / kScale); }
   double encircled_energy_slope(double radius) const override { return std::exp(-radius / kScale) / kScale; }
+  double irradiance() const override { return 3e8; }
+  double image_transfer(double frequency) const override { return std::exp(-frequency / kFrequency); }
   double rms_height() const override { return std::sqrt(g2_) * kWave / (4 * kPi); }
   double rms_slope_per_axis() const override { return 0; }
   double scatter_rms() const override { return 1e-6; }
 
  private:
-  static constexpr double kScale = 8e-6;
+  static constexpr double kScale = 8e-6, kFrequency = 4e4;
   double g2_, length_;
 };
 
@@ -67,7 +69,10 @@ TEST(MeanScatter, GradientsAreThoseOfTheValues) {
                                           EncircledEnergyRadius{0.5, 0},
                                           EncircledEnergyRadius{0.8, -3e-4},
                                           SpotFwhm{1e-6},
-                                          RingFwhm{0.7, {}}};
+                                          RingFwhm{0.7, {}},
+                                          StrehlRatio{},
+                                          ModulationTransfer{3e4},
+                                          ModulationTransfer{1.2e5}};
   std::vector<Eigen::ArrayXd> gradients;
   bench.values(bench.height, statistics, &gradients);
   const Eigen::ArrayXd x = bench.pupil.sample.x / (0.5 * kDiameter),
@@ -92,7 +97,8 @@ TEST(MeanScatter, GradientsAreThoseOfTheValues) {
 TEST(MeanScatter, ThreadsAndWorkspacesChangeNothing) {
   const Bench bench;
   const std::vector<Statistic> statistics{RingThrough{9e-6, 0}, EncircledEnergyRadius{0.8, -3e-4},
-                                          RingFwhm{0.7, {}}, SpotFwhm{0}};
+                                          RingFwhm{0.7, {}},    SpotFwhm{0},
+                                          StrehlRatio{},        ModulationTransfer{5e4}};
   std::vector<Eigen::ArrayXd> one, two;
   const Eigen::VectorXd alone = bench.values(bench.height, statistics, &one, 1);
   EXPECT_EQ(alone, bench.values(bench.height, statistics, &two, 3));

@@ -37,9 +37,17 @@ struct RmsRadius {
   double dz = 0;  ///< [m]
 };
 struct RmsHeight {};  ///< RMS of the surface error over the pupil, mean removed [m]
+/// Of light alone: irradiance on the axis at z = f over that of the perfect parabola in the same aperture and
+/// light.
+struct StrehlRatio {};
+/// Of light alone, at z = f: modulus of the transfer function at a frequency of the image, of its mean over
+/// direction; 1 at 0.
+struct ModulationTransfer {
+  double frequency = 0;  ///< [cycles/m]
+};
 
 using Statistic = std::variant<EncircledEnergyRadius, RingFwhm, RingThrough, ScatterRms, ScatterMean,
-                               SpotFwhm, RmsRadius, RmsHeight>;
+                               SpotFwhm, RmsRadius, RmsHeight, StrehlRatio, ModulationTransfer>;
 
 /// What there is to know of a kind of statistic, said here and nowhere else.
 struct StatisticKind {
@@ -48,9 +56,12 @@ struct StatisticKind {
   Dimension dimension;  ///< of its value
   bool in_planes;       ///< in every plane that is asked for
   bool in_waves;        ///< exists in a diffracted focus
+  bool in_rays;         ///< exists in a focus of geometric rays
   bool is_moment;       ///< an integral over height and slope of the surface, not a count of rays
 };
 const StatisticKind& kind_of(const Statistic& statistic);
+/// Shares, by number: light within a radius, Strehl ratio, transfer; points of a profile are none.
+bool is_share(const Statistic& statistic);
 /// By the key of a study, ee<percent> among them. Throws std::invalid_argument for a key of no statistic.
 const StatisticKind& kind_of_key(const std::string& key);
 /// Keys that a study may name, without those of encircled energies.
@@ -65,8 +76,8 @@ std::string name_without_unit(const std::string& name);
 
 /// Name with its SI unit as used in every result: `ee50_radius_m`, `ee50_radius_m@-1mm`, `ring_fwhm_m`,
 /// `ring_fwhm_m@ring=ee50`, `ee_within_10um@0.5mm`, `ring_through@0.5mm`, `scatter_rms_rad`,
-/// `scatter_mean_rad`, `spot_fwhm_m`, `rms_radius_m`, `rms_height_m`. Fractions and planes print with as many
-/// digits as they need, at most 6 significant ones.
+/// `scatter_mean_rad`, `spot_fwhm_m`, `rms_radius_m`, `rms_height_m`, `strehl`, `mtf@20/mm`. Fractions and
+/// planes print with as many digits as they need, at most 6 significant ones.
 std::string statistic_name(const Statistic& statistic);
 
 /// One thing to be matched: a statistic, what it should be, and how closely.
@@ -93,7 +104,8 @@ inline constexpr double kFlattestCurve = 0.35;
 
 /// What a surface has to meet for `target`. A radius whose curve is known is met in light: the share of the
 /// light inside the target's radius (RingThrough) has to be the fraction, within the tolerance, relative to
-/// max(r dE/dr, kFlattestCurve). Everything else is met as it is, `ee_within` relative to kFlattestCurve.
+/// max(r dE/dr, kFlattestCurve). Everything else is met as it is, `ee_within` relative to kFlattestCurve,
+/// Strehl ratios and transfer functions to themselves or to that, whichever is larger.
 Target aim_of(const Target& target);
 std::vector<Target> aims_of(const std::vector<Target>& targets);
 /// What they are targets of, in their order.

@@ -39,6 +39,8 @@ class BandSplit : public MeanScatter {
   double encircled_energy_slope(double radius) const override {
     return focus_.encircled_energy_slope(radius);
   }
+  double irradiance() const override { return focus_.irradiance(0); }
+  double image_transfer(double frequency) const override { return focus_.transfer(frequency); }
   double rms_height() const override { return rest_height_; }
   double rms_slope_per_axis() const override { return rest_slope_; }
   double scatter_rms() const override { return rest_angle_; }

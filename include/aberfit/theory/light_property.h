@@ -9,14 +9,8 @@ namespace aberfit {
 
 // Properties of the mean light in the focus that are no statistics of rays (PHYSICS 2, "Of light alone").
 
-/// Irradiance on the axis over that of the perfect parabola in the same aperture and light.
-struct StrehlRatio {};
 /// TIS: share of the light that is scattered, 1 - core.
 struct TotalScatter {};
-/// Modulus of the transfer function at a frequency of the image, averaged over direction; 1 at 0.
-struct ModulationTransfer {
-  double frequency = 0;  ///< [cycles/m]
-};
 /// Side [m] of the square about the axis that holds a share of the light (MeanSpot::ensquared_side).
 struct EnsquaredSide {
   double fraction = 0.8;  ///< in (0, 1)
@@ -40,6 +34,7 @@ inline constexpr double kWavelengthOfR0 = 500e-9;  ///< [m]
 struct PatchBsdf {
   double theta = 0;  ///< from the specular direction [rad], in (0, pi/2)
 };
+/// StrehlRatio and ModulationTransfer are statistics as well.
 using LightProperty = std::variant<StrehlRatio, TotalScatter, ModulationTransfer, EnsquaredSide,
                                    IrradianceFwhm, PointSourceSensitivity, PatchBsdf>;
 

@@ -87,6 +87,10 @@ class MeanScatter {
   /// ensemble mean, and its derivative [1/m].
   virtual double encircled_energy(double radius) const = 0;
   virtual double encircled_energy_slope(double radius) const = 0;
+  /// Of that mean spot: irradiance on the axis, of all light 1 [1/m^2], and the transfer function at a
+  /// frequency of the image [cycles/m].
+  virtual double irradiance() const = 0;
+  virtual double image_transfer(double frequency) const = 0;
   /// Of this part: RMS height [m], RMS slope in each axis, and RMS scatter angle [rad]. They add to those of
   /// the heights in squares.
   virtual double rms_height() const = 0;
