@@ -241,7 +241,6 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
   ChartFamily family =
       family_of("fits", "Whole fits", "largest error in light of all encircled energies, held out or not",
                 "prior, fit and its start", bench.margin());
-  const Task& task = bench.task;
   if (!bench.ground.psd || !bench.ground.use.obstacle.empty() || in_light(bench.targets.fitted).empty() ||
       expected_orders(bench.ground).wide) {
     family.skipped =
@@ -254,7 +253,9 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
   const std::vector<int> orders = orders_of(bench);
   std::string skipped;
   double last = 0;
+  const Task of_rays = seen_by_rays(bench.task);
   for (const FitWay& way : kFitWays) {
+    const Task& task = way.model == FocusModel::kRays ? of_rays : bench.task;
     const Groundwork ground = lay_groundwork(task, {{}, way.model});
     const TargetSets targets = make_targets(task, ground, bench.threads);
     const FitCase of{task, ground, targets, context};

@@ -53,7 +53,9 @@ Asked asked(const std::vector<const std::vector<Target>*>& sets) {
       ++sum.count;
       if (const auto* radius = std::get_if<EncircledEnergyRadius>(&target.statistic)) dz.insert(radius->dz);
       if (const auto* through = std::get_if<RingThrough>(&target.statistic)) dz.insert(through->dz);
-      if (std::holds_alternative<SpotFwhm>(target.statistic) || !kind_of(target.statistic).in_rays)
+      if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic))
+        dz.insert(square->dz);
+      else if (std::holds_alternative<SpotFwhm>(target.statistic) || !kind_of(target.statistic).in_rays)
         dz.insert(0);
       if (std::holds_alternative<RingFwhm>(target.statistic)) ++sum.rings;
     }

@@ -24,7 +24,8 @@ Chart make_chart(const Task& task, double budget, const RunContext& context) {
   const ChartClock clock(budget);
   // The methods compared here are those of rays, whatever the scene needs.
   const Theory theory = task.target.theory == Theory::kRays ? Theory::kRays : Theory::kGeometric;
-  const ChartBench bench = make_chart_bench(task, {theory, FocusModel::kRays}, context);
+  const Task of_rays = seen_by_rays(task);
+  const ChartBench bench = make_chart_bench(of_rays, {theory, FocusModel::kRays}, context);
   const PupilSample few = make_pupil(task.aperture, pupil_of_at_most(task, 1024));
   SurfaceField surface;
   SurfaceOperator(bench.terms, few, OperatorOptions{bench.threads, {}, {}})

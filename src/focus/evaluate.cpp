@@ -220,6 +220,7 @@ class SmoothEvaluator {
   }
   double operator()(const StrehlRatio&) const { return std::nan(""); }
   double operator()(const ModulationTransfer&) const { return std::nan(""); }
+  double operator()(const EnsquaredThrough&) const { return std::nan(""); }
 
  private:
   void spread_angles(double scale, bool mean) const {
@@ -275,6 +276,7 @@ class ExactEvaluator {
   }
   double operator()(const StrehlRatio&) const { return std::nan(""); }
   double operator()(const ModulationTransfer&) const { return std::nan(""); }
+  double operator()(const EnsquaredThrough&) const { return std::nan(""); }
 
  private:
   const Shared& shared_;

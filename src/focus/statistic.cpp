@@ -52,6 +52,7 @@ const StatisticKind kKinds[] = {
     {"rms_height", true, Dimension::kLength, false, true, true, true},
     {"strehl", true, Dimension::kFraction, false, true, false, false},
     {"mtf", true, Dimension::kFraction, false, true, false, false},
+    {"ensquared_within", true, Dimension::kFraction, true, true, false, false},
 };
 static_assert(std::size(kKinds) == std::variant_size_v<Statistic>);
 
@@ -84,6 +85,9 @@ struct Name {
     return {"ee_within_" + digits(1e6 * s.ring_radius) + "um", plane(s.dz)};
   }
   NameOf operator()(const RmsRadius& s) const { return {"", plane(s.dz)}; }
+  NameOf operator()(const EnsquaredThrough& s) const {
+    return {"ensquared_within_" + digits(1e6 * s.side) + "um", plane(s.dz)};
+  }
   NameOf operator()(const ModulationTransfer& s) const { return {"", frequency(s.frequency)}; }
   template <typename Other>
   NameOf operator()(const Other&) const {
@@ -99,7 +103,8 @@ Target aim_of(const Target& target) {
     Target aim = target;
     aim.scale = target.relative_to();
     if (!is_share(target.statistic) || target.scale > 0) return aim;
-    const bool within = std::holds_alternative<RingThrough>(target.statistic);
+    const bool within = std::holds_alternative<RingThrough>(target.statistic) ||
+                        std::holds_alternative<EnsquaredThrough>(target.statistic);
     aim.scale = within ? kFlattestCurve : std::max(aim.scale, kFlattestCurve);
     return aim;
   }

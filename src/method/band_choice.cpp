@@ -72,6 +72,8 @@ Judged judged_of(const Task& task, const GeneralisedHarveyShack& mean, const Tar
       const double allowed = kSpreadShareOfMargin * margin_of(target, task.equivalence);
       if (const auto* share = std::get_if<RingThrough>(&aim.statistic))
         judged.add(target.statistic, share->ring_radius, share->dz, allowed * aim.relative_to());
+      else if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic))
+        judged.add(target.statistic, square->side / std::sqrt(kPi), square->dz, allowed * aim.relative_to());
       else if (std::holds_alternative<RingFwhm>(target.statistic))
         add_ring(target, mean, allowed, &judged);
       else if (std::holds_alternative<StrehlRatio>(target.statistic))

@@ -1,5 +1,7 @@
 #include "aberfit/method/physics_choice.h"
 
+#include <algorithm>
+
 #include "aberfit/core/errors.h"
 #include "aberfit/method/theory_values.h"
 
@@ -19,11 +21,15 @@ void mind_theory(const Task& task, const RadialPsd& psd, PhysicsChoice* use) {
   if (error.applies && error.mostly_grazing) use->warnings.push_back({"grazing-incidence", error.clause});
 }
 
+bool is_of_light_alone(const StatisticRequest& request) {
+  return request.name != "ring_profile" && !kind_of_key(request.name).in_rays;
+}
+
 // A statistic of light alone among those that are asked for.
 const StatisticRequest* of_light_alone(const Task& task) {
-  for (const StatisticRequest& request : task.target.statistics)
-    if (request.name != "ring_profile" && !kind_of_key(request.name).in_rays) return &request;
-  return nullptr;
+  const auto& asked = task.target.statistics;
+  const auto found = std::find_if(asked.begin(), asked.end(), is_of_light_alone);
+  return found == asked.end() ? nullptr : &*found;
 }
 
 void refuse_without_waves(const Task& task, const PhysicsRequest& asked, const std::string& obstacle) {
@@ -121,6 +127,11 @@ Theory theory_of_targets(const Task& task, const RadialPsd& psd) {
   const bool light = use.obstacle.empty() && task.target.convention != Convention::kPaper;
   const Theory theory = asked.theory.value_or(light ? Theory::kGhs : Theory::kGeometric);
   return theory == Theory::kGeometric ? geometric_theory(task) : theory;
+}
+
+Task seen_by_rays(Task task) {
+  std::erase_if(task.target.statistics, is_of_light_alone);
+  return task;
 }
 
 void refuse_without_rays(const std::string& model, const std::vector<Statistic>& statistics) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "aberfit/core/errors.h"
@@ -22,6 +23,7 @@ constexpr double kCellsPerCycle = 3.0;  // a phase screen sampled twice a cycle 
 double plane_reach(const Target& target) {
   if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) return std::abs(ee->dz);
   if (const auto* ring = std::get_if<RingThrough>(&target.statistic)) return std::abs(ring->dz);
+  if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic)) return std::abs(square->dz);
   return std::holds_alternative<RingFwhm>(target.statistic) ? 0.5 * kReach * target.value : 0;
 }
 
@@ -33,6 +35,8 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
       if (ee->dz == 0) radius = std::max(radius, kReach * target.value);
     } else if (const auto* ring = std::get_if<RingThrough>(&target.statistic)) {
       radius = std::max(radius, kReach * ring->ring_radius);
+    } else if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic)) {
+      radius = std::max(radius, kReach * square->side / std::numbers::sqrt2);
     } else if (split && !kind_of(target.statistic).in_rays) {
       radius = std::max(radius, kReach * split->low_reach());  // of all the light that terms move
     }

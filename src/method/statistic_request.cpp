@@ -54,6 +54,8 @@ std::vector<Wanted> wanted_by(const StatisticRequest& request, const RingOf& rin
     for (const double dz : request.planes) {
       if (name == "ee_within")
         for (const double radius : request.radii) add(RingThrough{radius, dz});
+      else if (name == "ensquared_within")
+        for (const double side : request.sides) add(EnsquaredThrough{side, dz});
       else if (name == "rms_radius")
         add(RmsRadius{dz});
       else
@@ -73,6 +75,8 @@ std::optional<double> spot_sigma(const StatisticRequest& request, double focal_l
   if (name == "scatter_rms") return value * focal_length / std::numbers::sqrt2;
   if (name == "scatter_mean") return value * focal_length / std::sqrt(0.5 * kPi);
   if (name == "spot_fwhm") return value / std::sqrt(8 * std::numbers::ln2);
+  if (name == "ensquared_within" && request.planes.front() == 0)
+    return gaussian_sigma(request.sides.front() / std::sqrt(kPi), value);
   if (!name.starts_with("ee") || request.planes.front() != 0) return std::nullopt;
   if (name == "ee_within") return gaussian_sigma(request.radii.front(), value);
   return gaussian_sigma(value, fraction_of(name));

@@ -415,7 +415,8 @@ std::string footnotes(const ResultDocument& result) {
     out += "\n" +
            paragraph("diff.",
                      fmt::format("of an ee radius: p less the share of light inside the target's radius, "
-                                 "over max(r dE/dr, {}); of ee_within: the share less its target, over {}{}",
+                                 "over max(r dE/dr, {}); of ee_within and ensquared_within: the share less "
+                                 "its target, over {}{}",
                                  kFlattestCurve, kFlattestCurve,
                                  std::any_of(result.metrics.begin(), result.metrics.end(), of_light_alone)
                                      ? fmt::format("; of strehl and mtf: less the target, over the target or "

@@ -74,6 +74,15 @@ void describe_radii(Visitor& v, StatisticRequest& s) {
           "one radius where value is given");
 }
 
+void describe_sides(Visitor& v, StatisticRequest& s) {
+  v.quantities(
+      {"sides", "sides of the squares about the axis [m], each the mean over squares turned all ways",
+       kRequired, "[\"15 um\"]"},
+      s.sides, kLength, Range::positive(), true);
+  v.check(!s.value || s.sides.size() == 1, "sides", std::to_string(s.sides.size()) + " sides for one value",
+          "one side where value is given");
+}
+
 void describe_frequencies(Visitor& v, StatisticRequest& s) {
   v.quantities({"frequencies", "frequencies of the image [cycles/m]", kRequired, "[\"20 /mm\"]"},
                s.frequencies, kFrequency, Range::positive(), true);
@@ -125,6 +134,7 @@ void describe_statistic(Visitor& v, StatisticRequest& s, const std::string& key,
         s.bandwidth, kLength, Range::positive());
   describe_value(v, s, focal_length, is_diameter(key) ? 2 : 1);
   if (s.name == "ee_within") describe_radii(v, s);
+  if (s.name == "ensquared_within") describe_sides(v, s);
   if (s.name == "mtf") describe_frequencies(v, s);
   if (kind_of_key(s.name).in_planes) describe_planes(v, s);
 }

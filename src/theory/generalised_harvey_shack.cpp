@@ -320,6 +320,7 @@ double GeneralisedHarveyShack::operator()(const Statistic& statistic) const {
                        "energy radii, or take theory geometric");
                  },
                  [&](const RmsHeight&) { return rms_height_on(aperture_, whole_); },
+                 [&](const EnsquaredThrough& s) { return at_plane(s.dz).ensquared_energy(s.side); },
                  [&](const auto& property) { return LightProperties({property}, pupil_)(*this)[0]; }},
       statistic);
 }

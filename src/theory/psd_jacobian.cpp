@@ -70,7 +70,8 @@ class JacobianOfGhs {
                             (2 * value);
                    },
                    [&](const StrehlRatio&) { return of_strehl(value); },
-                   [&](const ModulationTransfer& s) { return of_transfer(s.frequency); }},
+                   [&](const ModulationTransfer& s) { return of_transfer(s.frequency); },
+                   [&](const EnsquaredThrough& s) { return change(s.dz).ensquared_energy(s.side); }},
         statistic);
   }
 

@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <stdexcept>
 #include <vector>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/parallel.h"
+#include "aberfit/core/quadrature.h"
 #include "aberfit/core/units.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "diffraction_line_spread.h"
@@ -122,6 +124,26 @@ class DiffractionEvaluator {
     if (d_height_) *d_height_ = per_height() * plane_->sum_gradient(transfer < 0 ? -weights : weights);
     return std::abs(transfer);
   }
+  // A square's edge cuts circles of radii side/(2 cos t), 0 <= t <= pi/4: EE at these, in the mean over t.
+  double operator()(const EnsquaredThrough& s) const {
+    constexpr double kRadiansPerNode = 2;
+    if (!scene_.has_plane(s.dz) || !(s.side > 0)) return std::nan("");
+    const double half = 0.5 * s.side, q = half * scene_.per_period(s.dz);
+    if (half * std::numbers::sqrt2 > scene_.largest_radius(s.dz)) return std::nan("");
+    const double turned = kTwoPi * q * (std::numbers::sqrt2 - 1) * scene_.longest_lag();
+    const Quadrature rule = gauss_legendre(12 + int(turned / kRadiansPerNode), 0, 0.25 * kPi);
+    const Eigen::Index nodes = plane_->otf().values().size();
+    Eigen::ArrayXd weights = Eigen::ArrayXd::Zero(nodes);
+    const double end = scene_.field_radius(s.dz) * scene_.per_period(s.dz);
+    double sum = 0;
+    for (Eigen::Index k = 0; k < rule.nodes.size(); ++k) {
+      const double weight = rule.weights[k] * 4 / kPi, cut = q / std::cos(rule.nodes[k]);
+      sum += weight * plane_->otf().energy(cut);
+      if (d_height_) weights += weight * RadialOtf::energy_weights(std::min(cut, end), nodes);
+    }
+    if (d_height_) *d_height_ = per_height() * plane_->sum_gradient(weights);
+    return sum;
+  }
   double operator()(const ScatterRms&) const { return std::nan(""); }
   double operator()(const ScatterMean&) const { return std::nan(""); }
   double operator()(const RmsRadius&) const { return std::nan(""); }
@@ -140,6 +162,7 @@ class DiffractionEvaluator {
 std::optional<double> plane_of(const Statistic& statistic) {
   if (const auto* s = std::get_if<EncircledEnergyRadius>(&statistic)) return s->dz;
   if (const auto* s = std::get_if<RingThrough>(&statistic)) return s->dz;
+  if (const auto* s = std::get_if<EnsquaredThrough>(&statistic)) return s->dz;
   if (std::holds_alternative<SpotFwhm>(statistic) || std::holds_alternative<StrehlRatio>(statistic) ||
       std::holds_alternative<ModulationTransfer>(statistic))
     return 0.0;

@@ -335,5 +335,25 @@ TEST(ChartBands, MirrorsDifferLessTheHigherTheCutAndTheAutomaticOneIsToday) {
     EXPECT_LT(at->second, std::prev(at)->second) << at->first << " /m";
 }
 
+// Rays are charted without the statistics that they do not have, with and without others beside them.
+TEST(ChartOfLight, ComparesRaysWithoutWhatTheyDoNotHave) {
+  for (const char* statistics : {R"({"strehl": {}, "mtf": {"frequencies": ["50 /mm"]}, "ee80": {}})",
+                                 R"({"ensquared_within": {"sides": ["10 um"]}})"}) {
+    SCOPED_TRACE(statistics);
+    ScratchFolder folder;
+    ordered_json study = ordered_json::parse(kWaves);
+    study["target"]["statistics"] = ordered_json::parse(statistics);
+    folder.write("study.json", study.dump());
+    ASSERT_EQ(run_program(folder, "chart study.json --seconds 4 -o chart --no-plots"), 0)
+        << read_file(folder.file("stderr.txt"));
+    const ordered_json chart = ordered_json::parse(read_file(folder.file("chart/chart.json")));
+    std::map<std::string, int> rows;
+    for (const ordered_json& row : chart["rows"]) ++rows[row["family"]];
+    EXPECT_GT(rows["pupil"], 0);  // of rays
+    EXPECT_GT(rows["theories"], 0);
+    EXPECT_EQ(rows["fits"] > 0, study["target"]["statistics"].contains("ee80"));
+  }
+}
+
 }  // namespace
 }  // namespace aberfit

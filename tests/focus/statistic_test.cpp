@@ -54,7 +54,7 @@ TEST(StatisticKind, IsFoundByItsKeyAndByItsStatistic) {
   EXPECT_EQ(&kind_of_key("ee50"), &kind_of(EncircledEnergyRadius{}));
   EXPECT_EQ(&kind_of_key("ee97.5"), &kind_of(EncircledEnergyRadius{0.5, 1e-3}));
   EXPECT_EQ(&kind_of_key("ee_within"), &kind_of(RingThrough{}));
-  for (const char* none : {"", "ee", "eel", "ensquared", "ring_profile"})
+  for (const char* none : {"", "ee", "eel", "pssn", "ring_profile"})
     EXPECT_THROW(kind_of_key(none), std::invalid_argument) << none;
   EXPECT_FALSE(kind_of(RmsRadius{}).in_waves);
   EXPECT_FALSE(kind_of(StrehlRatio{}).in_rays || kind_of(ModulationTransfer{}).in_rays);
@@ -80,6 +80,7 @@ TEST(StatisticName, OfScalarStatisticsIsFixed) {
   EXPECT_EQ(statistic_name(ScatterRms{}), "scatter_rms_rad");
   EXPECT_EQ(statistic_name(ScatterMean{}), "scatter_mean_rad");
   EXPECT_EQ(statistic_name(StrehlRatio{}), "strehl");
+  EXPECT_EQ(statistic_name(EnsquaredThrough{12.5e-6, 1e-3}), "ensquared_within_12.5um@1mm");
   EXPECT_EQ(statistic_name(ModulationTransfer{2.5e4}), "mtf@25/mm");
   EXPECT_EQ(statistic_name(SpotFwhm{1e-6}), "spot_fwhm_m");
   EXPECT_EQ(statistic_name(RmsHeight{}), "rms_height_m");

@@ -103,7 +103,8 @@ Real radius_of(const Shares& shares, const Real& fraction, const Real& guess) {
 template <class Real>
 class Paraxial {
  public:
-  Paraxial(const Scene& scene, const Roughness<Real>& roughness, int panels = 5) : scene_(scene) {
+  Paraxial(const Scene& scene, const Roughness<Real>& roughness, int panels = 5)
+      : scene_(scene), half_structure_(roughness.half_structure) {
     const Real k = 4 * pi<Real>() / scene.wavelength;
     for (const Node<Real>& node : nodes<Real>(Real(0), pi<Real>() / 2, panels)) {
       const Real s = cos(node.x), less = roughness.half_structure(s * scene.diameter);
@@ -115,6 +116,29 @@ class Paraxial {
   Real encircled(const Real& radius, const Real& dz) const { return shares(radius, dz).first; }
   Real radius(const Real& fraction, const Real& dz, const Real& guess) const {
     return radius_of<Real>([&](const Real& r) { return shares(r, dz); }, fraction, guess);
+  }
+  /// Light in a square: EE where its edge cuts circles, side/(2 cos t), in the mean over t.
+  Real ensquared(const Real& side, const Real& dz) const {
+    Real sum = 0;
+    for (const Node<Real>& t : nodes<Real>(Real(0), pi<Real>() / 4, 1))
+      sum += t.weight * encircled(side / (2 * cos(t.x)), dz);
+    return 4 * sum / pi<Real>();
+  }
+  /// The transfer function's integral over that of the perfect circle.
+  Real strehl() const {
+    Real sum = 0, perfect = 0;
+    for (const Shear& one : shear_) {
+      const Real of_circle = one.weight * overlap(one, 0) * one.s;
+      sum += of_circle * one.transfer;
+      perfect += of_circle;
+    }
+    return sum / perfect;
+  }
+  /// The transfer function at a frequency of the image.
+  Real modulation(const Real& frequency) const {
+    const Real x = frequency * scene_.wavelength * scene_.focal_length, s = x / scene_.diameter,
+               k = 4 * pi<Real>() / scene_.wavelength;
+    return overlap({acos(s), s, 0, 0, 0}, 0) * exp(-k * k * half_structure_(x));
   }
   /// Where N(z) is half of N(0), near `guess` at one side: secants.
   Real half_plane(const Real& ring, const Real& guess) const {
@@ -197,6 +221,7 @@ class Paraxial {
   }
 
   Scene scene_;
+  std::function<Real(const Real&)> half_structure_;
   std::vector<Shear> shear_;
   Real slope_variance_;
   mutable std::vector<Real> overlap_;

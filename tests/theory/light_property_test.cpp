@@ -300,6 +300,16 @@ TEST(LightJacobian, OfStatisticsIsThatOfTheSameProperties) {
     EXPECT_LT((found.derivatives.row(k) - found.derivatives.row(k + 2)).norm(),
               1e-12 * found.derivatives.row(k).norm());
   }
+  // Of a side that holds 80 %, the square's share answers as the side does.
+  const LightProperties sides({EnsquaredSide{0.8, 1e-5}}, pupil);
+  const double side = sides(GeneralisedHarveyShack(RadialPsd(psd), pupil))[0];
+  const PsdJacobian square =
+      psd_jacobian(psd, psd_variables(psd), {EnsquaredThrough{side, 1e-5}}, pupil, 1, &sides);
+  EXPECT_NEAR(square.values[0], 0.8, 1e-10);
+  const double slope =
+      GeneralisedHarveyShack(RadialPsd(psd), pupil).at_plane(1e-5).ensquared_energy_slope(side);
+  EXPECT_LT((square.derivatives.row(0) + slope * square.derivatives.row(1)).norm(),
+            1e-9 * square.derivatives.row(0).norm());
   EXPECT_THROW(GeometricHarveyShack(Mirror{0.6, -1, {}}, CircleAperture{0.2}, 1e-6, Convention::kPhysical,
                                     1e-8)(StrehlRatio{}),
                ComputationError);

@@ -36,7 +36,11 @@ const std::vector<Statistic> kStatistics{EncircledEnergyRadius{0.5, 0},
                                          SpotFwhm{kBandwidth},
                                          RmsHeight{},
                                          ScatterRms{},
-                                         ScatterMean{}};
+                                         ScatterMean{},
+                                         StrehlRatio{},
+                                         ModulationTransfer{1.2e4},  // 0.3 of the cutoff
+                                         EnsquaredThrough{kRing, 0},
+                                         EnsquaredThrough{kRing, kOut}};
 const std::vector<Statistic> kRings{RingFwhm{0.5, kRing}, RingFwhm{0.5, {}}};
 
 // near: the value in double, where a search starts.
@@ -53,6 +57,11 @@ Real value_in(const Paraxial<Real>& truth, const Statistic& statistic, double ne
                                          : truth.radius(Real(width->ring_fraction), Real(0), Real(kRing));
     return truth.half_plane(ring, Real(0.5 * near)) - truth.half_plane(ring, Real(-0.5 * near));
   }
+  if (const auto* square = std::get_if<EnsquaredThrough>(&statistic))
+    return truth.ensquared(Real(square->side), Real(square->dz));
+  if (const auto* transfer = std::get_if<ModulationTransfer>(&statistic))
+    return truth.modulation(Real(transfer->frequency));
+  if (std::holds_alternative<StrehlRatio>(statistic)) return truth.strehl();
   // Angles are proportional to the slope, whatever the mirror.
   return std::holds_alternative<RmsHeight>(statistic) ? truth.rms_height() : truth.rms_slope();
 }

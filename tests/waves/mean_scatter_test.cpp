@@ -72,7 +72,9 @@ TEST(MeanScatter, GradientsAreThoseOfTheValues) {
                                           RingFwhm{0.7, {}},
                                           StrehlRatio{},
                                           ModulationTransfer{3e4},
-                                          ModulationTransfer{1.2e5}};
+                                          ModulationTransfer{1.2e5},
+                                          EnsquaredThrough{12e-6, 2e-4},
+                                          EnsquaredThrough{2.2 * field, 0}};
   std::vector<Eigen::ArrayXd> gradients;
   bench.values(bench.height, statistics, &gradients);
   const Eigen::ArrayXd x = bench.pupil.sample.x / (0.5 * kDiameter),

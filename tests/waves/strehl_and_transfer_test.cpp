@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "aberfit/waves/diffraction_psf.h"
+#include "aberfit/waves/transfer_image.h"
 
 namespace aberfit {
 namespace {
@@ -68,8 +69,7 @@ struct Bench {
 TEST(StrehlAndTransfer, AreThoseOfTheImage) {
   const Bench bench;
   const DiffractionProblem problem{bench.pupil, kFocal, kWave};
-  const PsfImage image =
-      diffraction_psf(problem, bench.height, {});
+  const PsfImage image = diffraction_psf(problem, bench.height, {});
   const PsfImage perfect = diffraction_psf(problem, Eigen::ArrayXd::Zero(bench.height.size()), {4e-5});
   const auto middle = [](const PsfImage& of) {
     const auto at = Eigen::Index(std::lround(-of.first / of.pitch));
@@ -90,6 +90,32 @@ TEST(StrehlAndTransfer, AreThoseOfTheImage) {
     EXPECT_NEAR(values_of(problem, bench.height, {ModulationTransfer{part * kCutoff}})[0],
                 std::abs(sum) * image.pitch * image.pitch, 2e-5)
         << part;
+  }
+}
+
+// Of light that is the same in all directions the square may lie as it likes: the transfer function summed
+// over all lags with the sinc of both sides.
+TEST(StrehlAndTransfer, LightInASquareIsTheSumOverTheLags) {
+  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 64);
+  const Eigen::ArrayXd rho2 =
+      (pupil.sample.x.square() + pupil.sample.y.square()) / (0.25 * kDiameter * kDiameter);
+  const Eigen::ArrayXd height = 90e-9 * rho2 - 150e-9 * rho2.square();
+  const DiffractionProblem problem{pupil, kFocal, kWave};
+  for (const double dz : {0.0, 3e-4}) {
+    const TransferImage otf = diffraction_transfer(problem, height, dz, 1000);
+    const auto sinc = [](double x) { return x == 0 ? 1 : std::sin(kPi * x) / (kPi * x); };
+    for (const double side : {3e-6, 9e-6, 40e-6}) {
+      double sum = 0;
+      for (Eigen::Index row = 0; row < otf.value.rows(); ++row)
+        for (Eigen::Index column = 0; column < otf.value.cols(); ++column)
+          sum += otf.value(row, column).real() * sinc(side * otf.step * double(row - otf.middle)) *
+                 sinc(side * otf.step * double(column - otf.middle));
+      sum *= std::pow(side * otf.step, 2);
+      // What the grid folds back into its field of view is not the same in all directions.
+      const double folded = 1.5e-4 * std::pow(side / 40e-6, 2);
+      EXPECT_NEAR(values_of(problem, height, {EnsquaredThrough{side, dz}})[0], sum, folded)
+          << side << " " << dz;
+    }
   }
 }
 

@@ -46,8 +46,16 @@ struct ModulationTransfer {
   double frequency = 0;  ///< [cycles/m]
 };
 
-using Statistic = std::variant<EncircledEnergyRadius, RingFwhm, RingThrough, ScatterRms, ScatterMean,
-                               SpotFwhm, RmsRadius, RmsHeight, StrehlRatio, ModulationTransfer>;
+/// Of light alone: share of it in a square about the axis, the mean over squares turned all ways (as
+/// MeanSpot::ensquared_energy).
+struct EnsquaredThrough {
+  double side = 0;  ///< [m]
+  double dz = 0;    ///< [m]
+};
+
+using Statistic =
+    std::variant<EncircledEnergyRadius, RingFwhm, RingThrough, ScatterRms, ScatterMean, SpotFwhm, RmsRadius,
+                 RmsHeight, StrehlRatio, ModulationTransfer, EnsquaredThrough>;
 
 /// What there is to know of a kind of statistic, said here and nowhere else.
 struct StatisticKind {
@@ -60,7 +68,8 @@ struct StatisticKind {
   bool is_moment;       ///< an integral over height and slope of the surface, not a count of rays
 };
 const StatisticKind& kind_of(const Statistic& statistic);
-/// Shares, by number: light within a radius, Strehl ratio, transfer; points of a profile are none.
+/// Shares, by number: light within a radius or a square, Strehl ratio, transfer; points of a profile are
+/// none.
 bool is_share(const Statistic& statistic);
 /// By the key of a study, ee<percent> among them. Throws std::invalid_argument for a key of no statistic.
 const StatisticKind& kind_of_key(const std::string& key);
@@ -76,7 +85,8 @@ std::string name_without_unit(const std::string& name);
 
 /// Name with its SI unit as used in every result: `ee50_radius_m`, `ee50_radius_m@-1mm`, `ring_fwhm_m`,
 /// `ring_fwhm_m@ring=ee50`, `ee_within_10um@0.5mm`, `ring_through@0.5mm`, `scatter_rms_rad`,
-/// `scatter_mean_rad`, `spot_fwhm_m`, `rms_radius_m`, `rms_height_m`, `strehl`, `mtf@20/mm`. Fractions and
+/// `scatter_mean_rad`, `spot_fwhm_m`, `rms_radius_m`, `rms_height_m`, `strehl`, `mtf@20/mm`,
+/// `ensquared_within_20um`. Fractions and
 /// planes print with as many digits as they need, at most 6 significant ones.
 std::string statistic_name(const Statistic& statistic);
 
@@ -104,8 +114,8 @@ inline constexpr double kFlattestCurve = 0.35;
 
 /// What a surface has to meet for `target`. A radius whose curve is known is met in light: the share of the
 /// light inside the target's radius (RingThrough) has to be the fraction, within the tolerance, relative to
-/// max(r dE/dr, kFlattestCurve). Everything else is met as it is, `ee_within` relative to kFlattestCurve,
-/// Strehl ratios and transfer functions to themselves or to that, whichever is larger.
+/// max(r dE/dr, kFlattestCurve). Everything else is met as it is, `ee_within` and `ensquared_within` relative
+/// to kFlattestCurve, Strehl ratios and transfer functions to themselves or to that, whichever is larger.
 Target aim_of(const Target& target);
 std::vector<Target> aims_of(const std::vector<Target>& targets);
 /// What they are targets of, in their order.

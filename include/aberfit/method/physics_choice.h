@@ -49,6 +49,10 @@ PhysicsRequest requested_physics(const Task& task);
 /// computed.
 PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, const RadialPsd* psd);
 
+/// The task without the statistics that geometric rays do not have (a Strehl ratio, say), for what compares
+/// rays with light; without any, it asks for the default set.
+Task seen_by_rays(Task task);
+
 /// Throws FieldError at its key for a statistic that only rays have: the RMS radius, which diffraction makes
 /// infinite. `model`: the theory or the model that lacks it.
 void refuse_without_rays(const std::string& model, const std::vector<Statistic>& statistics);

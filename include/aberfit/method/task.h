@@ -23,17 +23,17 @@ namespace aberfit {
 /// scatter_mean, spot_fwhm, rms_radius, rms_height.
 struct StatisticRequest {
   std::string name;
-  std::vector<double> planes = {0};  ///< ee*, ee_within, rms_radius: dz [m]
+  std::vector<double> planes = {0};  ///< ee*, *_within, rms_radius: dz [m]
   std::vector<double> radii;         ///< ee_within [m]
+  std::vector<double> sides;         ///< ensquared_within [m]
   std::vector<double> frequencies;   ///< mtf: of the image [cycles/m]
   std::variant<std::string, double> ring =
       std::string("ee90");          ///< ring_fwhm, ring_profile: "ee<percent>" or a radius [m]
   std::optional<double> bandwidth;  ///< spot_fwhm [m]
   std::optional<double> value;      ///< the target itself, in the statistic's unit; absent: from theory
   double standard_error = 0;        ///< of a given value, in its unit
-  double tolerance =
-      1e-3;          ///< relative to the target value (ring_profile, ee_within, strehl, mtf: absolute share)
-  std::string file;  ///< ring_profile: CSV with columns dz [m], share
+  double tolerance = 1e-3;          ///< relative to the target value (shares and ring_profile: absolute)
+  std::string file;                 ///< ring_profile: CSV with columns dz [m], share
   std::vector<double> profile_dz, profile_value;  ///< ring_profile: given inline or loaded from `file`
 };
 
