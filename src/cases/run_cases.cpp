@@ -66,11 +66,12 @@ bool run_one(const StudyCases& cases, const CaseWork& work, const KnownCases& kn
     record->id = cases.id_of_unreadable(record->at);
   }
   if (known.find_id(record->id) || !claims->take(record->id)) return false;
-  if (record->error.empty()) try {
+  try {
+    if (record->error.empty())
       static_cast<CaseOutcome&>(*record) = with_fields_of(*of_case, [&] { return work(*of_case); });
-    } catch (...) {
-      record->error = text_of_current_error();
-    }
+  } catch (...) {
+    record->error = text_of_current_error();
+  }
   record->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return true;
 }

@@ -86,8 +86,8 @@ std::string name_without_unit(const std::string& name);
 /// Name with its SI unit as used in every result: `ee50_radius_m`, `ee50_radius_m@-1mm`, `ring_fwhm_m`,
 /// `ring_fwhm_m@ring=ee50`, `ee_within_10um@0.5mm`, `ring_through@0.5mm`, `scatter_rms_rad`,
 /// `scatter_mean_rad`, `spot_fwhm_m`, `rms_radius_m`, `rms_height_m`, `strehl`, `mtf@20/mm`,
-/// `ensquared_within_20um`. Fractions and
-/// planes print with as many digits as they need, at most 6 significant ones.
+/// `ensquared_within_20um`. Fractions and planes print with as many digits as they need, at most 6
+/// significant ones.
 std::string statistic_name(const Statistic& statistic);
 
 /// One thing to be matched: a statistic, what it should be, and how closely.
