@@ -21,11 +21,11 @@ void describe_map_target(Visitor& v, MapTarget& target);
 /// The `verify` block.
 void describe_verify(Visitor& v, VerifySpec& verify);
 
-/// The keys of solve.focus.
 /// A length in the plane of the focus, or an angle on the sky, which stays a text: only f makes a length of
 /// it.
 void describe_extent_in_focus(Visitor& v, const Field& field,
                               std::optional<std::variant<std::string, double>>& value);
+/// The keys of solve.focus.
 void describe_focus(Visitor& v, FocusSpec& focus);
 /// The `solve` block.
 void describe_solve(Visitor& v, SolveSpec& solve);

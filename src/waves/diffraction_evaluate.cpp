@@ -126,12 +126,13 @@ class DiffractionEvaluator {
   }
   // A square's edge cuts circles of radii side/(2 cos t), 0 <= t <= pi/4: EE at these, in the mean over t.
   double operator()(const EnsquaredThrough& s) const {
-    constexpr double kRadiansPerNode = 2;
+    constexpr double kRadiansPerNode = 2, kMostNodes = 500;  // far out E hardly turns
     if (!scene_.has_plane(s.dz) || !(s.side > 0)) return std::nan("");
     const double half = 0.5 * s.side, q = half * scene_.per_period(s.dz);
     if (half * std::numbers::sqrt2 > scene_.largest_radius(s.dz)) return std::nan("");
     const double turned = kTwoPi * q * (std::numbers::sqrt2 - 1) * scene_.longest_lag();
-    const Quadrature rule = gauss_legendre(12 + int(turned / kRadiansPerNode), 0, 0.25 * kPi);
+    const Quadrature rule =
+        gauss_legendre(12 + int(std::min(turned / kRadiansPerNode, kMostNodes)), 0, 0.25 * kPi);
     const Eigen::Index nodes = plane_->otf().values().size();
     Eigen::ArrayXd weights = Eigen::ArrayXd::Zero(nodes);
     const double end = scene_.field_radius(s.dz) * scene_.per_period(s.dz);

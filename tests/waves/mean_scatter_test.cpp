@@ -132,6 +132,18 @@ TEST(MeanScatter, BeyondTheFieldOfViewTheCurveIsTheMeanSpots) {
               bench.scatter->encircled_energy(1.7 * field) - bench.scatter->encircled_energy(field), 1e-10);
 }
 
+// A square far beyond the field of view costs no more than one within it, and lies between its circles.
+TEST(MeanScatter, AHugeSquareHoldsWhatItsCirclesDo) {
+  const Bench bench;
+  for (const double side : {2e-3, 0.1, 2.0}) {
+    const Eigen::VectorXd value =
+        bench.values(bench.height, {RingThrough{0.5 * side, 0}, EnsquaredThrough{side, 0},
+                                    RingThrough{std::numbers::sqrt2 * 0.5 * side, 0}});
+    EXPECT_GE(value[1], value[0] - 1e-12) << side;
+    EXPECT_LE(value[1], value[2] + 1e-12) << side;
+  }
+}
+
 // With a scatter function that is nothing, statistics are those without one but for what the mean spot knows
 // better: here it is that of the heights' own grid.
 TEST(MeanScatter, AnImageIsSpreadByTheScatterFunction) {

@@ -20,7 +20,7 @@
 namespace aberfit {
 
 /// One entry of target.statistics. Names: ee<percent>, ring_fwhm, ee_within, ring_profile, scatter_rms,
-/// scatter_mean, spot_fwhm, rms_radius, rms_height.
+/// scatter_mean, spot_fwhm, rms_radius, rms_height, strehl, mtf, ensquared_within.
 struct StatisticRequest {
   std::string name;
   std::vector<double> planes = {0};  ///< ee*, *_within, rms_radius: dz [m]
