@@ -116,7 +116,7 @@ class DiffractionEvaluator {
   double operator()(const ModulationTransfer& s) const {
     const double unit = scene_.per_period(0), lag = s.frequency / unit;
     const Eigen::ArrayXd& values = plane_->otf().values();
-    if (!(s.frequency >= 0) || lag > scene_.longest_lag()) return std::nan("");
+    if (!(s.frequency >= 0) || !std::isfinite(lag)) return std::nan("");
     const Eigen::ArrayXd weights =
         RadialOtf::transfer_weights(scene_.field_radius(0) * unit, lag, values.size());
     const MeanScatter* scatter = scene_.problem().scatter.get();
