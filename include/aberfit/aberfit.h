@@ -74,6 +74,7 @@
 #include "aberfit/trace/ray_bundle.h"
 
 // focus: statistics of rays.
+#include "aberfit/focus/circles_of_square.h"
 #include "aberfit/focus/counted_ring_width.h"
 #include "aberfit/focus/evaluate.h"
 #include "aberfit/focus/statistic.h"

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "describe.h"
 #include "statistic_key.h"
 
@@ -67,28 +69,13 @@ void describe_planes(Visitor& v, StatisticRequest& s) {
           std::to_string(s.planes.size()) + " planes for one value", "one plane where value is given");
 }
 
-void describe_radii(Visitor& v, StatisticRequest& s) {
-  v.quantities({"radii", "radii of the discs about the axis [m]", kRequired, "[\"10 um\"]"}, s.radii, kLength,
-               Range::positive(), true);
-  v.check(!s.value || s.radii.size() == 1, "radii", std::to_string(s.radii.size()) + " radii for one value",
-          "one radius where value is given");
-}
-
-void describe_sides(Visitor& v, StatisticRequest& s) {
-  v.quantities(
-      {"sides", "sides of the squares about the axis [m], each the mean over squares turned all ways",
-       kRequired, "[\"15 um\"]"},
-      s.sides, kLength, Range::positive(), true);
-  v.check(!s.value || s.sides.size() == 1, "sides", std::to_string(s.sides.size()) + " sides for one value",
-          "one side where value is given");
-}
-
-void describe_frequencies(Visitor& v, StatisticRequest& s) {
-  v.quantities({"frequencies", "frequencies of the image [cycles/m]", kRequired, "[\"20 /mm\"]"},
-               s.frequencies, kFrequency, Range::positive(), true);
-  v.check(!s.value || s.frequencies.size() == 1, "frequencies",
-          std::to_string(s.frequencies.size()) + " frequencies for one value",
-          "one frequency where value is given");
+// Where a statistic is asked for: at several radii, say; a given value is that of one.
+void describe_places(Visitor& v, const Field& field, const char* one, const StatisticRequest& s,
+                     Dimension dimension, std::vector<double>* places) {
+  v.quantities(field, *places, dimension, Range::positive(), true);
+  v.check(!s.value || places->size() == 1, field.key,
+          fmt::format("{} {} for one value", places->size(), field.key),
+          fmt::format("one {} where value is given", one));
 }
 
 void describe_ring(Visitor& v, StatisticRequest& s) {
@@ -133,9 +120,18 @@ void describe_statistic(Visitor& v, StatisticRequest& s, const std::string& key,
          kOptional, "\"5 um\""},
         s.bandwidth, kLength, Range::positive());
   describe_value(v, s, focal_length, is_diameter(key) ? 2 : 1);
-  if (s.name == "ee_within") describe_radii(v, s);
-  if (s.name == "ensquared_within") describe_sides(v, s);
-  if (s.name == "mtf") describe_frequencies(v, s);
+  if (s.name == "ee_within")
+    describe_places(v, {"radii", "radii of the discs about the axis [m]", kRequired, "[\"10 um\"]"}, "radius",
+                    s, kLength, &s.radii);
+  if (s.name == "ensquared_within")
+    describe_places(
+        v,
+        {"sides", "sides of the squares about the axis [m], each the mean over squares turned all ways",
+         kRequired, "[\"15 um\"]"},
+        "side", s, kLength, &s.sides);
+  if (s.name == "mtf")
+    describe_places(v, {"frequencies", "frequencies of the image [cycles/m]", kRequired, "[\"20 /mm\"]"},
+                    "frequency", s, kFrequency, &s.frequencies);
   if (kind_of_key(s.name).in_planes) describe_planes(v, s);
 }
 

@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include "aberfit/core/constants.h"
-#include "aberfit/core/quadrature.h"
 #include "aberfit/core/root.h"
+#include "aberfit/focus/circles_of_square.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "radial_transform.h"
 
@@ -14,18 +14,11 @@ using namespace internal;
 
 namespace {
 
-constexpr double kSquareRoot = 1e-12;  // of a side
-constexpr int kNodesOfEdge = 12, kMostOfEdge = 512;
+constexpr double kSquareRoot = 1e-12;                   // of a side
 constexpr double kStepsOfLight = 4, kStepsOfSpot = 64;  // in lambda N, in the spot
 constexpr int kMostSteps = 200'000;
 // Of the phase through Kolmogorov turbulence, 2 (24/5 Gamma(6/5))^(5/6), over (x/r0)^(5/3).
 constexpr double kStructureOfAir = 6.883877182;
-
-// Nodes over the part of an octant that a square's edge goes through.
-int nodes_of_edge(double v_of_side) {
-  const double turn = 0.5 * (std::numbers::sqrt2 - 1) * v_of_side;
-  return int(std::min<double>(kMostOfEdge, kNodesOfEdge + 0.5 * turn));
-}
 
 // A circle's transfer function at shear/cutoff s.
 double circle_transfer(double s) { return s < 1 ? 2 / kPi * (std::acos(s) - s * std::sqrt(1 - s * s)) : 0; }
@@ -110,21 +103,19 @@ double MeanSpot::irradiance_slope(double radius) const {
 }
 
 double MeanSpot::ensquared_energy(double side) const {
-  const Quadrature octant = gauss_legendre(nodes_of_edge(side * v_per_radius_), 0, kPi / 4);
+  const Quadrature circles = circles_of_square(side * v_per_radius_);
   double sum = 0;
-  for (Eigen::Index k = 0; k < octant.nodes.size(); ++k)
-    sum += octant.weights[k] * encircled_energy(0.5 * side / std::cos(octant.nodes[k]));
-  return 4 / kPi * sum;
+  for (Eigen::Index k = 0; k < circles.nodes.size(); ++k)
+    sum += circles.weights[k] * encircled_energy(circles.nodes[k] * side);
+  return sum;
 }
 
 double MeanSpot::ensquared_energy_slope(double side) const {
-  const Quadrature octant = gauss_legendre(nodes_of_edge(side * v_per_radius_), 0, kPi / 4);
+  const Quadrature circles = circles_of_square(side * v_per_radius_);
   double sum = 0;
-  for (Eigen::Index k = 0; k < octant.nodes.size(); ++k) {
-    const double per_side = 0.5 / std::cos(octant.nodes[k]);
-    sum += octant.weights[k] * per_side * encircled_energy_slope(per_side * side);
-  }
-  return 4 / kPi * sum;
+  for (Eigen::Index k = 0; k < circles.nodes.size(); ++k)
+    sum += circles.weights[k] * circles.nodes[k] * encircled_energy_slope(circles.nodes[k] * side);
+  return sum;
 }
 
 double MeanSpot::ensquared_side(double fraction) const {

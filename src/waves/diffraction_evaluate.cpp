@@ -7,8 +7,8 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/parallel.h"
-#include "aberfit/core/quadrature.h"
 #include "aberfit/core/units.h"
+#include "aberfit/focus/circles_of_square.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "diffraction_line_spread.h"
 #include "diffraction_plane.h"
@@ -124,23 +124,18 @@ class DiffractionEvaluator {
     if (d_height_) *d_height_ = per_height() * plane_->sum_gradient(transfer < 0 ? -weights : weights);
     return std::abs(transfer);
   }
-  // A square's edge cuts circles of radii side/(2 cos t), 0 <= t <= pi/4: EE at these, in the mean over t.
   double operator()(const EnsquaredThrough& s) const {
-    constexpr double kRadiansPerNode = 2, kMostNodes = 500;  // far out E hardly turns
     if (!scene_.has_plane(s.dz) || !(s.side > 0)) return std::nan("");
-    const double half = 0.5 * s.side, q = half * scene_.per_period(s.dz);
-    if (half * std::numbers::sqrt2 > scene_.largest_radius(s.dz)) return std::nan("");
-    const double turned = kTwoPi * q * (std::numbers::sqrt2 - 1) * scene_.longest_lag();
-    const Quadrature rule =
-        gauss_legendre(12 + int(std::min(turned / kRadiansPerNode, kMostNodes)), 0, 0.25 * kPi);
+    const double unit = scene_.per_period(s.dz), side = s.side * unit;
+    if (s.side / std::numbers::sqrt2 > scene_.largest_radius(s.dz)) return std::nan("");
+    const Quadrature circles = circles_of_square(kTwoPi * side * scene_.longest_lag());
     const Eigen::Index nodes = plane_->otf().values().size();
     Eigen::ArrayXd weights = Eigen::ArrayXd::Zero(nodes);
-    const double end = scene_.field_radius(s.dz) * scene_.per_period(s.dz);
     double sum = 0;
-    for (Eigen::Index k = 0; k < rule.nodes.size(); ++k) {
-      const double weight = rule.weights[k] * 4 / kPi, cut = q / std::cos(rule.nodes[k]);
-      sum += weight * plane_->otf().energy(cut);
-      if (d_height_) weights += weight * RadialOtf::energy_weights(std::min(cut, end), nodes);
+    for (Eigen::Index k = 0; k < circles.nodes.size(); ++k) {
+      const double q = circles.nodes[k] * side, end = scene_.field_radius(s.dz) * unit;
+      sum += circles.weights[k] * plane_->otf().energy(q);
+      if (d_height_) weights += circles.weights[k] * RadialOtf::energy_weights(std::min(q, end), nodes);
     }
     if (d_height_) *d_height_ = per_height() * plane_->sum_gradient(weights);
     return sum;
