@@ -51,12 +51,7 @@ Asked asked(const std::vector<const std::vector<Target>*>& sets) {
   for (const std::vector<Target>* targets : sets)
     for (const Target& target : *targets) {
       ++sum.count;
-      if (const auto* radius = std::get_if<EncircledEnergyRadius>(&target.statistic)) dz.insert(radius->dz);
-      if (const auto* through = std::get_if<RingThrough>(&target.statistic)) dz.insert(through->dz);
-      if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic))
-        dz.insert(square->dz);
-      else if (std::holds_alternative<SpotFwhm>(target.statistic) || !kind_of(target.statistic).in_rays)
-        dz.insert(0);
+      if (const auto plane = plane_of_light(target.statistic)) dz.insert(*plane);
       if (std::holds_alternative<RingFwhm>(target.statistic)) ++sum.rings;
     }
   sum.dz = double(dz.size());

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "aberfit/core/overloaded.h"
+
 namespace aberfit {
 namespace {
 
@@ -144,6 +146,20 @@ const StatisticKind& kind_of(const Statistic& statistic) { return kKinds[statist
 bool is_share(const Statistic& statistic) {
   const auto* through = std::get_if<RingThrough>(&statistic);
   return kind_of(statistic).dimension == Dimension::kFraction && !(through && through->is_point);
+}
+
+std::optional<double> plane_of_light(const Statistic& statistic) {
+  using Plane = std::optional<double>;
+  return std::visit(
+      Overloaded{
+          [](const EncircledEnergyRadius& s) -> Plane { return s.dz; },
+          [](const RingThrough& s) -> Plane { return s.dz; },
+          [](const EnsquaredThrough& s) -> Plane { return s.dz; },
+          [](const SpotFwhm&) -> Plane { return 0.0; }, [](const StrehlRatio&) -> Plane { return 0.0; },
+          [](const ModulationTransfer&) -> Plane { return 0.0; }, [](const RingFwhm&) -> Plane { return {}; },
+          [](const ScatterRms&) -> Plane { return {}; }, [](const ScatterMean&) -> Plane { return {}; },
+          [](const RmsRadius&) -> Plane { return {}; }, [](const RmsHeight&) -> Plane { return {}; }},
+      statistic);
 }
 
 const StatisticKind& kind_of_key(const std::string& key) {

@@ -21,10 +21,8 @@ constexpr double kCellsPerCycle = 3.0;  // a phase screen sampled twice a cycle 
 }  // namespace
 
 double plane_reach(const Target& target) {
-  if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) return std::abs(ee->dz);
-  if (const auto* ring = std::get_if<RingThrough>(&target.statistic)) return std::abs(ring->dz);
-  if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic)) return std::abs(square->dz);
-  return std::holds_alternative<RingFwhm>(target.statistic) ? 0.5 * kReach * target.value : 0;
+  if (std::holds_alternative<RingFwhm>(target.statistic)) return 0.5 * kReach * target.value;
+  return std::abs(plane_of_light(target.statistic).value_or(0));
 }
 
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,

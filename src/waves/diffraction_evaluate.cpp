@@ -154,17 +154,6 @@ class DiffractionEvaluator {
   Eigen::ArrayXd* d_height_;
 };
 
-// The plane in which a statistic is a plain function of the PSF.
-std::optional<double> plane_of(const Statistic& statistic) {
-  if (const auto* s = std::get_if<EncircledEnergyRadius>(&statistic)) return s->dz;
-  if (const auto* s = std::get_if<RingThrough>(&statistic)) return s->dz;
-  if (const auto* s = std::get_if<EnsquaredThrough>(&statistic)) return s->dz;
-  if (std::holds_alternative<SpotFwhm>(statistic) || std::holds_alternative<StrehlRatio>(statistic) ||
-      std::holds_alternative<ModulationTransfer>(statistic))
-    return 0.0;
-  return std::nullopt;
-}
-
 // Statistics that are worked on one after the other in one plane, or one that moves the plane about.
 struct Job {
   std::optional<double> dz;
@@ -175,7 +164,7 @@ std::vector<Job> jobs_of(const std::vector<Statistic>& statistics) {
   std::vector<Job> jobs;
   std::map<double, std::vector<std::size_t>> planes;
   for (std::size_t k = 0; k < statistics.size(); ++k) {
-    const auto dz = plane_of(statistics[k]);
+    const auto dz = plane_of_light(statistics[k]);
     if (!dz)
       jobs.push_back({std::nullopt, {k}});  // first: the searches take longest
     else if (std::isfinite(*dz))            // else the value stays NaN

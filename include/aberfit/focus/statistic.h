@@ -71,6 +71,9 @@ const StatisticKind& kind_of(const Statistic& statistic);
 /// Shares, by number: light within a radius or a square, Strehl ratio, transfer; points of a profile are
 /// none.
 bool is_share(const Statistic& statistic);
+/// Offset from z = f of the plane that light is seen in [m]; nothing for what looks through planes
+/// (RingFwhm), at the surface, or is of rays alone (RmsRadius).
+std::optional<double> plane_of_light(const Statistic& statistic);
 /// By the key of a study, ee<percent> among them. Throws std::invalid_argument for a key of no statistic.
 const StatisticKind& kind_of_key(const std::string& key);
 /// Keys that a study may name, without those of encircled energies.
