@@ -179,7 +179,7 @@ ceres::Solver::Summary solve_all(const CalibrationBlocks& residuals, const Eigen
   return summary;
 }
 
-// As many unknowns as residuals: more terms than that. Moves `white`.
+// As many unknowns as residuals where there are more terms than that, and steps that bend. Moves `white`.
 ceres::Solver::Summary solve_reduced(const FitProblem& problem, const CalibrationBlocks& residuals,
                                      const Eigen::VectorXd& centre, const FitOptions& how,
                                      ceres::Solver::Options options, Eigen::VectorXd* white) {
@@ -214,7 +214,8 @@ Solve solve_once(const FitProblem& problem, const CalibrationBlocks& residuals, 
   ceres::Solver::Options ceres_options =
       solver_options(problem, std::max(0, options.max_iterations - result->iterations));
   ceres_options.callbacks.push_back(&watch);
-  const bool reduce = options.bound <= 0 && centre.size() > residuals.residuals() + 1;
+  const bool reduce = options.bound <= 0 &&
+                      (centre.size() > residuals.residuals() + 1 || smooth_by_itself(problem.light.model));
   const ceres::Solver::Summary summary =
       reduce ? solve_reduced(problem, residuals, centre, options, ceres_options, &result->white)
              : solve_all(residuals, centre, options, ceres_options, &result->white);

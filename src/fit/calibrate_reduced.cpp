@@ -24,6 +24,8 @@ ReducedResiduals::ReducedResiduals(const CalibrationBlocks& blocks, const Eigen:
       centre_(centre),
       prior_weight_(prior_weight),
       accelerate_(accelerate),
+      spans_less_(start.size() > blocks.residuals() + 1),
+      size_(spans_less_ ? blocks.residuals() + 1 : int(start.size())),
       base_(std::move(start)),
       y_base_(Eigen::VectorXd::Zero(size())),
       y_seen_(y_base_),
@@ -37,6 +39,17 @@ void ReducedResiduals::set_base(Eigen::VectorXd white, const Eigen::VectorXd& y)
   base_ = std::move(white);
   y_base_ = y_seen_ = y;
   step_ = Eigen::VectorXd::Zero(size());
+  if (spans_less_) {
+    find_basis();
+  } else {
+    rows_.resize(blocks_.residuals(), size());
+    blocks_.copy_jacobian(&rows_);
+    slopes_ = rows_;
+    away_ = base_ - centre_;
+  }
+}
+
+void ReducedResiduals::find_basis() const {
   const Eigen::Index count = blocks_.residuals();
   rows_.resize(count + 1, base_.size());
   blocks_.copy_jacobian(&rows_);
@@ -59,6 +72,7 @@ void ReducedResiduals::set_base(Eigen::VectorXd white, const Eigen::VectorXd& y)
 }
 
 Eigen::VectorXd ReducedResiduals::moved(const Eigen::VectorXd& by) const {
+  if (!spans_less_) return base_ + by;
   return base_ + rows_.transpose() * (basis_ * by);
 }
 

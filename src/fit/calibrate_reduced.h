@@ -5,7 +5,8 @@
 
 namespace aberfit::internal {
 
-/// A calibration with few statistics and many terms, in as many unknowns as there are residuals, plus one.
+/// A calibration in as few unknowns as decide it: as many as there are residuals, plus one, where there are
+/// more terms than that, else the terms themselves.
 ///
 /// The cost is |r(xi)|^2 + |xi - xi0|^2. Its gradient J^T r + (xi - xi0), and the Levenberg-Marquardt step of
 /// any damping that treats all directions alike, lie in the span of the K rows of J and of xi - xi0: in the
@@ -20,7 +21,8 @@ namespace aberfit::internal {
 /// iterations do what nine do that follow the bend. So with `accelerate` a step d ends at
 ///   xi_base + B (d + a / 2),  (J^T J + damping) a = -J^T d^2 r / ds^2 along d,
 /// geodesic acceleration (Transtrum & Sethna 2012, arXiv:1201.5885), for one more evaluation of r. To first
-/// order, and so to Ceres, the step is the same.
+/// order, and so to Ceres, the step is the same. Valleys of no more terms than statistics bend as well: 133
+/// terms for 156 residuals (f 1.4 m, D 0.2 m, 226 nm over 5 to 20 /m) take 22 iterations for 131.
 class ReducedResiduals : public ceres::CostFunction {
  public:
   /// `centre`: xi0; `start`: xi at y = 0. The blocks are evaluated here and must outlive this.
@@ -30,12 +32,13 @@ class ReducedResiduals : public ceres::CostFunction {
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
-  int size() const { return blocks_.residuals() + 1; }  ///< number of unknowns
+  int size() const { return size_; }  ///< number of unknowns
   /// White coordinates of the last point at which derivatives were asked for.
   const Eigen::VectorXd& white() const { return base_; }
 
  private:
   void set_base(Eigen::VectorXd white, const Eigen::VectorXd& y) const;
+  void find_basis() const;
   Eigen::VectorXd moved(const Eigen::VectorXd& by) const;         // xi_base + B by
   Eigen::VectorXd correction(const Eigen::VectorXd& step) const;  // a / 2
 
@@ -43,6 +46,8 @@ class ReducedResiduals : public ceres::CostFunction {
   const Eigen::VectorXd& centre_;
   double prior_weight_;
   bool accelerate_;
+  bool spans_less_;  // more terms than residuals: else B is the identity, and not kept
+  int size_;
   // Of the base point; Ceres evaluates constant cost functions.
   mutable Eigen::VectorXd base_, y_base_;
   mutable Eigen::VectorXd residuals_;  // r, without the prior's

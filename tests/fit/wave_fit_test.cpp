@@ -182,28 +182,45 @@ TEST(Calibrate, GoesOnForItsGuidesWhereItIsToldTo) {
   EXPECT_LE(guide_after(0.1), 0.1 + 1e-6);
 }
 
-// Far more terms than statistics, at a wave of phase: the same end in far fewer steps.
-TEST(Calibrate, FollowsTheBendOfTheValley) {
-  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 40}), 1.2, 700, 96, 2);
-  std::vector<Statistic> statistics;
-  for (const double p : {0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9})
-    for (const double dz : {0.0, -1e-4, 1e-4, -2e-4, 2e-4})
-      statistics.push_back(EncircledEnergyRadius{p, dz});
-  const FitProblem problem = scene.problem(mean_targets(scene, statistics, 1e-3), FocusModel::kWaves);
+// At a wave of phase: the same end in far fewer steps.
+void follows_the_bend(const FitProblem& problem, const Eigen::VectorXd& start) {
   const auto fit = [&](bool accelerate) {
     FitOptions options;
     options.threads = 2;
     options.stop_at = 1;
     options.prior_weight = 0.1;
     options.accelerate = accelerate;
-    const FitResult result = calibrate(problem, draw_white(scene.prior.size(), 6), options);
+    const FitResult result = calibrate(problem, start, options);
     EXPECT_TRUE(within_tolerance(problem, result, 1)) << result.message;
     return result;
   };
   const FitResult straight = fit(false), along = fit(true);
-  RecordProperty("straight", straight.iterations);
-  RecordProperty("along", along.iterations);
+  testing::Test::RecordProperty("straight", straight.iterations);
+  testing::Test::RecordProperty("along", along.iterations);
   EXPECT_LT(along.iterations, 0.7 * straight.iterations);
+}
+
+std::vector<Statistic> forty_radii() {
+  std::vector<Statistic> statistics;
+  for (const double p : {0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9})
+    for (const double dz : {0.0, -1e-4, 1e-4, -2e-4, 2e-4})
+      statistics.push_back(EncircledEnergyRadius{p, dz});
+  return statistics;
+}
+
+TEST(Calibrate, FollowsTheBendOfTheValleyOfFarMoreTermsThanStatistics) {
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 40}), 1.2, 700, 96, 2);
+  follows_the_bend(scene.problem(mean_targets(scene, forty_radii(), 1e-3), FocusModel::kWaves),
+                   draw_white(scene.prior.size(), 6));
+}
+
+TEST(Calibrate, FollowsTheBendOfTheValleyOfFewerTermsThanStatistics) {
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 1.2, 36, 64, 2);
+  const Eigen::VectorXd other =
+      focus_statistics(scene.path(FocusModel::kWaves), scene.prior.colour(draw_white(scene.prior.size(), 9)),
+                       forty_radii(), 1, nullptr);
+  follows_the_bend(scene.problem(with_tolerance(forty_radii(), other, 1e-2), FocusModel::kWaves),
+                   draw_white(scene.prior.size(), 6));
 }
 
 TEST(Calibrate, FitsWavesWithTheSameBitsForAnyThreadCount) {

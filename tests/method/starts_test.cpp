@@ -23,10 +23,10 @@ ResultDocument fitted(int seed, std::optional<int> starts) {
   return run_fit(study, {});
 }
 
-// Of the draws of these terms half meet what is fitted and miss between it.
+// Of sixteen draws of these terms six meet what is fitted and miss between it.
 TEST(Starts, GoOnUntilOneIsEquivalent) {
   int missed = 0;
-  for (const int seed : {5, 6}) {
+  for (const int seed : {9, 14}) {
     if (fitted(seed, 1).verdict == Verdict::kEquivalent) continue;
     ++missed;
     const ResultDocument more = fitted(seed, 6);
@@ -39,7 +39,7 @@ TEST(Starts, GoOnUntilOneIsEquivalent) {
 
 // A study that names none has two more where the first is near, and what it took can be asked for.
 TEST(Starts, AreUpToThreeWhereAStudyNamesNone) {
-  const int seed = 5;
+  const int seed = 9;
   const ResultDocument found = fitted(seed, std::nullopt);
   ASSERT_GT(found.chosen.starts, 1) << "nothing tested: the first start is equivalent";
   EXPECT_LE(found.chosen.starts, 3);

@@ -57,9 +57,10 @@ struct FitOptions {
   double prior_weight = 1;
   /// When above 0: a guide counts as met within so many of its tolerances, and the fit goes on until all are.
   double guides_within = 0;
-  /// Steps follow the bend of the valley that far more terms than statistics leave (geodesic acceleration),
-  /// for one more evaluation each: waves only, whose statistics are smooth. Thirty iterations come down to
-  /// nine; rays, with their narrow kernels, gain nothing.
+  /// Steps follow the bend of the valley that the targets leave (geodesic acceleration), for one more
+  /// evaluation each: waves only, whose statistics are smooth. Thirty iterations come down to nine where there
+  /// are far more terms than statistics, 131 to 22 where there are as many; rays, with their narrow kernels,
+  /// gain nothing.
   bool accelerate = true;
   double bound = 0;  ///< when > 0: |xi_i| <= bound, coefficients within so many prior standard deviations
   int threads = 1;
