@@ -36,6 +36,7 @@ ReducedResiduals::ReducedResiduals(const CalibrationBlocks& blocks, const Eigen:
 }
 
 void ReducedResiduals::set_base(Eigen::VectorXd white, const Eigen::VectorXd& y) const {
+  ++bases_;
   base_ = std::move(white);
   y_base_ = y_seen_ = y;
   step_ = Eigen::VectorXd::Zero(size());
@@ -101,7 +102,7 @@ bool ReducedResiduals::Evaluate(double const* const* parameters, double* residua
   if (y != y_seen_) {
     y_seen_ = y;
     step_ = y - y_base_;
-    if (accelerate_ && y != y_base_) step_ += correction(step_);
+    if (accelerate_ && bases_ > 1 && y != y_base_) step_ += correction(step_);
     white_ = y == y_base_ ? base_ : moved(step_);
   }
   if (!blocks_.evaluate(white_, jacobians != nullptr, residuals)) return false;

@@ -22,7 +22,8 @@ namespace aberfit::internal {
 ///   xi_base + B (d + a / 2),  (J^T J + damping) a = -J^T d^2 r / ds^2 along d,
 /// geodesic acceleration (Transtrum & Sethna 2012, arXiv:1201.5885), for one more evaluation of r. To first
 /// order, and so to Ceres, the step is the same. Valleys of no more terms than statistics bend as well: 133
-/// terms for 156 residuals (f 1.4 m, D 0.2 m, 226 nm over 5 to 20 /m) take 22 iterations for 131.
+/// terms for 156 residuals (f 1.4 m, D 0.2 m, 226 nm over 5 to 20 /m) take 22 iterations for 131. From the
+/// start itself steps are straight: there most are refused, for whole radii that are off, and not for a bend.
 class ReducedResiduals : public ceres::CostFunction {
  public:
   /// `centre`: xi0; `start`: xi at y = 0. The blocks are evaluated here and must outlive this.
@@ -48,6 +49,7 @@ class ReducedResiduals : public ceres::CostFunction {
   bool accelerate_;
   bool spans_less_;  // more terms than residuals: else B is the identity, and not kept
   int size_;
+  mutable int bases_ = 0;  // points at which derivatives were asked for
   // Of the base point; Ceres evaluates constant cost functions.
   mutable Eigen::VectorXd base_, y_base_;
   mutable Eigen::VectorXd residuals_;  // r, without the prior's

@@ -219,7 +219,7 @@ TEST(Calibrate, FollowsTheBendOfTheValleyOfFewerTermsThanStatistics) {
   const Eigen::VectorXd other =
       focus_statistics(scene.path(FocusModel::kWaves), scene.prior.colour(draw_white(scene.prior.size(), 9)),
                        forty_radii(), 1, nullptr);
-  follows_the_bend(scene.problem(with_tolerance(forty_radii(), other, 1e-2), FocusModel::kWaves),
+  follows_the_bend(scene.problem(with_tolerance(forty_radii(), other, 1e-3), FocusModel::kWaves),
                    draw_white(scene.prior.size(), 6));
 }
 
