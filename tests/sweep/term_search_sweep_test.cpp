@@ -4,6 +4,8 @@
 
 #include <chrono>
 #include <cmath>
+#include <string>
+#include <string_view>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/study/read_study.h"
@@ -29,10 +31,26 @@ bool passes(const ResultDocument& result) {
   return true;
 }
 
+// Two scenes that no folder of fits/ has: the README's study, and an annulus at f/4.
+constexpr const char* kReadme = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"},
+  "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"},
+  "roughness": {"psd": {"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": "19.96 /m"}}})";
+constexpr const char* kAnnulus = R"({"aberfit": 1, "mirror": {"focal_length": "2 m"},
+  "aperture": {"shape": "annulus", "diameter": "0.5 m", "inner_diameter": "0.15 m"},
+  "light": {"wavelength": "632.8 nm"},
+  "roughness": {"psd": {"model": "k-correlation", "rms": "80 nm", "B": "60 mm", "exponent": 3.2,
+                        "f_min": "3 /m", "f_max": "30 /m"}}})";
+
+Study named(const std::string& name) {
+  if (name == "readme") return parse_study(kReadme, "readme.json");
+  if (name == "annulus") return parse_study(kAnnulus, "annulus.json");
+  return read_study(ABERFIT_SOURCE_DIR "/fits/" + name + "/study.json");
+}
+
 class TermSearchSweep : public testing::TestWithParam<const char*> {};
 
 TEST_P(TermSearchSweep, AutoEndsWithin20PercentOfTheFewestTerms) {
-  Study study = read_study(std::string(ABERFIT_SOURCE_DIR "/fits/") + GetParam() + "/study.json");
+  Study study = named(GetParam());
   auto begin = std::chrono::steady_clock::now();
   run_fit(study.terms.automatic ? [&] {
     Study captured = study;
@@ -72,7 +90,7 @@ TEST_P(TermSearchSweep, AutoEndsWithin20PercentOfTheFewestTerms) {
 
 INSTANTIATE_TEST_SUITE_P(Fits, TermSearchSweep,
                          testing::Values("paper-physical", "paper-harvey-shack", "measured-smooth",
-                                         "measured-turning-lines", "smooth-waves"),
+                                         "measured-turning-lines", "smooth-waves", "readme", "annulus"),
                          [](const auto& study) {
                            std::string name = study.param;
                            std::erase(name, '-');
