@@ -14,8 +14,9 @@ constexpr double kExpectedHeight = 0.99;  // the order that carries this share i
 // variance.
 constexpr double kExpectedSlope = 0.15;
 constexpr int kFailuresBelow = 2;  // orders that fail in a row end the way down
-// Fits of the README's study stay 36, 6.5 and 1.4 tolerances away at n = 15, 16 and 17, and pass at 18.
-constexpr double kFallPerOrder = 5, kFallsAt = 17, kFarAway = 1000;
+// Fits of the README's study stay 32 and 3 tolerances away at n = 15 and 16, and pass at 17; an annulus's 34
+// and 4.5 away at n = 22 and 23, and pass at 24.
+constexpr double kFallPerOrder = 7.5, kFallsAt = 17, kFarAway = 1000;
 constexpr int kFewestModes = 32, kMostModes = 16384;
 constexpr double kNearer = 0.8;
 constexpr int kFruitlessDoublings = 2;

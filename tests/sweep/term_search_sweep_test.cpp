@@ -13,7 +13,8 @@
 namespace aberfit {
 namespace {
 
-constexpr double kAllowed = 1.2;  // terms found over the fewest there are
+// Terms found over the fewest there are. By rays a draw decides; waves have no luck in them.
+constexpr double kAllowedByRays = 1.2, kAllowedByWaves = 1;
 
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -49,7 +50,7 @@ Study named(const std::string& name) {
 
 class TermSearchSweep : public testing::TestWithParam<const char*> {};
 
-TEST_P(TermSearchSweep, AutoEndsWithin20PercentOfTheFewestTerms) {
+TEST_P(TermSearchSweep, AutoEndsWithTheFewestTerms) {
   Study study = named(GetParam());
   auto begin = std::chrono::steady_clock::now();
   run_fit(study.terms.automatic ? [&] {
@@ -85,7 +86,8 @@ TEST_P(TermSearchSweep, AutoEndsWithin20PercentOfTheFewestTerms) {
   // Where rays decide by chance it may be that no order up to auto's passes when fitted once.
   if (std::string_view(GetParam()) == "measured-turning-lines" && fewest == 0) return;
   ASSERT_GT(fewest, 0);
-  EXPECT_LE(double(found.terms.size()), kAllowed * double(fewest));
+  const double allowed = found.model == to_string(FocusModel::kWaves) ? kAllowedByWaves : kAllowedByRays;
+  EXPECT_LE(double(found.terms.size()), allowed * double(fewest));
 }
 
 INSTANTIATE_TEST_SUITE_P(Fits, TermSearchSweep,
