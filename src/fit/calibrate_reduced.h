@@ -21,9 +21,9 @@ namespace aberfit::internal {
 /// iterations do what nine do that follow the bend. So with `accelerate` a step d ends at
 ///   xi_base + B (d + a / 2),  (J^T J + damping) a = -J^T d^2 r / ds^2 along d,
 /// geodesic acceleration (Transtrum & Sethna 2012, arXiv:1201.5885), for one more evaluation of r. To first
-/// order, and so to Ceres, the step is the same. Valleys of no more terms than statistics bend as well: 133
-/// terms for 156 residuals (f 1.4 m, D 0.2 m, 226 nm over 5 to 20 /m) take 22 iterations for 131. From the
-/// start itself steps are straight: there most are refused, for whole radii that are off, and not for a bend.
+/// order, and so to Ceres, the step is the same. Valleys of no more terms than residuals bend as well: 133
+/// terms (f 1.4 m, D 0.2 m, 226 nm over 5 to 20 /m) take 22 iterations for 131. From the start itself steps
+/// are straight: there most are refused, for whole radii that are off, and not for a bend.
 class ReducedResiduals : public ceres::CostFunction {
  public:
   /// `centre`: xi0; `start`: xi at y = 0. The blocks are evaluated here and must outlive this.
