@@ -58,9 +58,9 @@ struct FitOptions {
   /// When above 0: a guide counts as met within so many of its tolerances, and the fit goes on until all are.
   double guides_within = 0;
   /// Steps follow the bend of the valley that the targets leave (geodesic acceleration), for one more
-  /// evaluation each: waves only, whose statistics are smooth. Thirty iterations come down to nine where there
-  /// are far more terms than statistics, 131 to 22 where there are as many; rays, with their narrow kernels,
-  /// gain nothing.
+  /// evaluation each: waves only, whose statistics are smooth. Thirty iterations come down to nine where
+  /// there are far more terms than statistics, 131 to 22 where there are as many; rays, with their narrow
+  /// kernels, gain nothing.
   bool accelerate = true;
   double bound = 0;  ///< when > 0: |xi_i| <= bound, coefficients within so many prior standard deviations
   int threads = 1;
