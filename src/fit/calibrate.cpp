@@ -144,7 +144,7 @@ ceres::Solver::Options solver_options(const FitProblem& problem, int iterations)
   return options;
 }
 
-// All white coordinates as unknowns: few terms, or bounds on them. Moves `white`.
+// All white coordinates as unknowns: few terms by rays, or bounds on them. Moves `white`.
 ceres::Solver::Summary solve_all(const CalibrationBlocks& residuals, const Eigen::VectorXd& centre,
                                  const FitOptions& how, ceres::Solver::Options options,
                                  Eigen::VectorXd* white) {

@@ -24,8 +24,6 @@ ReducedResiduals::ReducedResiduals(const CalibrationBlocks& blocks, const Eigen:
       centre_(centre),
       prior_weight_(prior_weight),
       accelerate_(accelerate),
-      spans_less_(start.size() > blocks.residuals() + 1),
-      size_(spans_less_ ? blocks.residuals() + 1 : int(start.size())),
       base_(std::move(start)),
       y_base_(Eigen::VectorXd::Zero(size())),
       y_seen_(y_base_),
@@ -36,11 +34,10 @@ ReducedResiduals::ReducedResiduals(const CalibrationBlocks& blocks, const Eigen:
 }
 
 void ReducedResiduals::set_base(Eigen::VectorXd white, const Eigen::VectorXd& y) const {
-  ++bases_;
   base_ = std::move(white);
   y_base_ = y_seen_ = y;
   step_ = Eigen::VectorXd::Zero(size());
-  if (spans_less_) {
+  if (spans_less()) {
     find_basis();
   } else {
     rows_.resize(blocks_.residuals(), size());
@@ -73,7 +70,7 @@ void ReducedResiduals::find_basis() const {
 }
 
 Eigen::VectorXd ReducedResiduals::moved(const Eigen::VectorXd& by) const {
-  if (!spans_less_) return base_ + by;
+  if (!spans_less()) return base_ + by;
   return base_ + rows_.transpose() * (basis_ * by);
 }
 
@@ -102,7 +99,8 @@ bool ReducedResiduals::Evaluate(double const* const* parameters, double* residua
   if (y != y_seen_) {
     y_seen_ = y;
     step_ = y - y_base_;
-    if (accelerate_ && bases_ > 1 && y != y_base_) step_ += correction(step_);
+    const bool from_start = y_base_.isZero(0);
+    if (accelerate_ && !from_start && y != y_base_) step_ += correction(step_);
     white_ = y == y_base_ ? base_ : moved(step_);
   }
   if (!blocks_.evaluate(white_, jacobians != nullptr, residuals)) return false;

@@ -1,6 +1,8 @@
 #pragma once
 #include <ceres/cost_function.h>
 
+#include <algorithm>
+
 #include "calibrate_blocks.h"
 
 namespace aberfit::internal {
@@ -33,11 +35,14 @@ class ReducedResiduals : public ceres::CostFunction {
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
-  int size() const { return size_; }  ///< number of unknowns
+  /// Number of unknowns.
+  int size() const { return std::min(blocks_.residuals() + 1, int(base_.size())); }
   /// White coordinates of the last point at which derivatives were asked for.
   const Eigen::VectorXd& white() const { return base_; }
 
  private:
+  // Fewer unknowns than terms; else B is the identity, and not kept.
+  bool spans_less() const { return size() < base_.size(); }
   void set_base(Eigen::VectorXd white, const Eigen::VectorXd& y) const;
   void find_basis() const;
   Eigen::VectorXd moved(const Eigen::VectorXd& by) const;         // xi_base + B by
@@ -47,16 +52,13 @@ class ReducedResiduals : public ceres::CostFunction {
   const Eigen::VectorXd& centre_;
   double prior_weight_;
   bool accelerate_;
-  bool spans_less_;  // more terms than residuals: else B is the identity, and not kept
-  int size_;
-  mutable int bases_ = 0;  // points at which derivatives were asked for
   // Of the base point; Ceres evaluates constant cost functions.
   mutable Eigen::VectorXd base_, y_base_;
   mutable Eigen::VectorXd residuals_;  // r, without the prior's
-  mutable Jacobian rows_;              // J, then xi - xi0, each divided by its norm
-  mutable Eigen::MatrixXd basis_;      // B = rows_^T basis_
-  mutable Eigen::MatrixXd slopes_;     // J B
-  mutable Eigen::VectorXd away_;       // B^T (xi - xi0)
+  mutable Jacobian rows_;           // J, then xi - xi0, each divided by its norm; J where B is the identity
+  mutable Eigen::MatrixXd basis_;   // B = rows_^T basis_
+  mutable Eigen::MatrixXd slopes_;  // J B
+  mutable Eigen::VectorXd away_;    // B^T (xi - xi0)
   // Of the last point that Ceres asked for: xi, and B^T (xi - xi_base).
   mutable Eigen::VectorXd y_seen_, white_, step_;
 };

@@ -23,7 +23,7 @@ ResultDocument fitted(int seed, std::optional<int> starts) {
   return run_fit(study, {});
 }
 
-// Of sixteen draws of these terms six meet what is fitted and miss between it.
+// Of sixteen draws of these terms eight meet what is fitted and miss between it.
 TEST(Starts, GoOnUntilOneIsEquivalent) {
   int missed = 0;
   for (const int seed : {9, 14}) {

@@ -6,6 +6,7 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/study/read_study.h"
+#include "reference_scenes.h"
 
 namespace aberfit {
 namespace {
@@ -17,30 +18,12 @@ struct Scene {
   json study;
 };
 
-json study_of(double focal_length, const json& aperture, const json& psd) {
-  return {{"aberfit", 1},
-          {"mirror", {{"focal_length", focal_length}}},
-          {"aperture", aperture},
-          {"light", {{"wavelength", 632.8e-9}}},
-          {"roughness", {{"psd", psd}}},
-          {"output", {{"plots", false}}}};
-}
-json circle(double diameter) { return {{"shape", "circle"}, {"diameter", diameter}}; }
-json uniform(double rms, double f_max) {
-  return {{"model", "uniform"}, {"rms", rms}, {"f_min", 2.5}, {"f_max", f_max}};
-}
-json k_correlation(double rms, double exponent, double f_max) {
-  return {{"model", "k-correlation"}, {"rms", rms}, {"B", 0.06},
-          {"exponent", exponent},     {"f_min", 3}, {"f_max", f_max}};
-}
-
 std::vector<Scene> scenes() {
   json smooth = study_of(2.8, circle(0.4), uniform(25e-9, 19.96));
   smooth["terms"] = {{"zernike", {{"n_max", 28}}}};
-  const json annulus{{"shape", "annulus"}, {"diameter", 0.5}, {"inner_diameter", 0.15}};
-  return {{"README", study_of(2.8, circle(0.4), uniform(100e-9, 19.96))},
+  return {{"README", readme_study()},
           {"smooth", smooth},
-          {"annulus f/4", study_of(2, annulus, k_correlation(80e-9, 3.2, 30))},
+          {"annulus f/4", annulus_study()},
           {"f/2", study_of(0.6, circle(0.3), k_correlation(40e-9, 2.8, 40))},
           {"g = 5", study_of(3, circle(0.4), uniform(252e-9, 12))}};
 }

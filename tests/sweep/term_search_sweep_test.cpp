@@ -9,6 +9,7 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/study/read_study.h"
+#include "reference_scenes.h"
 
 namespace aberfit {
 namespace {
@@ -32,19 +33,10 @@ bool passes(const ResultDocument& result) {
   return true;
 }
 
-// Two scenes that no folder of fits/ has: the README's study, and an annulus at f/4.
-constexpr const char* kReadme = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"},
-  "aperture": {"shape": "circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"},
-  "roughness": {"psd": {"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": "19.96 /m"}}})";
-constexpr const char* kAnnulus = R"({"aberfit": 1, "mirror": {"focal_length": "2 m"},
-  "aperture": {"shape": "annulus", "diameter": "0.5 m", "inner_diameter": "0.15 m"},
-  "light": {"wavelength": "632.8 nm"},
-  "roughness": {"psd": {"model": "k-correlation", "rms": "80 nm", "B": "60 mm", "exponent": 3.2,
-                        "f_min": "3 /m", "f_max": "30 /m"}}})";
-
+// By the name of a folder of fits/, or of a scene that has none.
 Study named(const std::string& name) {
-  if (name == "readme") return parse_study(kReadme, "readme.json");
-  if (name == "annulus") return parse_study(kAnnulus, "annulus.json");
+  if (name == "readme") return parse_study(readme_study().dump(), "readme.json");
+  if (name == "annulus") return parse_study(annulus_study().dump(), "annulus.json");
   return read_study(ABERFIT_SOURCE_DIR "/fits/" + name + "/study.json");
 }
 
