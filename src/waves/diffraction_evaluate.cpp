@@ -37,14 +37,14 @@ class DiffractionEvaluator {
     if (d_height_) {
       const double density = plane_->density(*radius);
       if (!(density * *radius > kDark)) return std::nan("");
-      *d_height_ = (-1 / density) * per_height() * plane_->energy_gradient(*radius);
+      *d_height_ = plane_->energy_gradient(*radius).over_heights(-1 / density);
     }
     return *radius;
   }
   double operator()(const RingThrough& s) const {
     if (!scene_.has_plane(s.dz) || !(s.ring_radius > 0) || s.ring_radius > scene_.largest_radius(s.dz))
       return std::nan("");
-    if (d_height_) *d_height_ = per_height() * plane_->energy_gradient(s.ring_radius, true);
+    if (d_height_) *d_height_ = plane_->energy_gradient(s.ring_radius, true).over_heights();
     return plane_->energy(s.ring_radius);
   }
   double operator()(const RingFwhm& s) const {
@@ -58,7 +58,7 @@ class DiffractionEvaluator {
       if (d_height_) {
         const double density = plane_->density(ring);
         if (!(density * ring > kDark)) return std::nan("");
-        d_phase_of_ring = -1 / density * plane_->energy_gradient(ring);
+        d_phase_of_ring = -1 / density * plane_->energy_gradient(ring).over_phases();
       }
     }
     const auto width =
@@ -92,7 +92,7 @@ class DiffractionEvaluator {
     if (d_height_) {
       g_x *= half_x * blur_x;
       g_y *= half_y * blur_y;
-      *d_height_ = per_height() * plane_->axis_gradient(g_x, g_y);
+      *d_height_ = plane_->axis_gradient(g_x, g_y).over_heights();
     }
     return half_x * *x + half_y * *y;
   }
@@ -108,7 +108,7 @@ class DiffractionEvaluator {
     const double perfect = scene_.perfect_irradiance(), to_period = 1 / scene_.per_period(0);
     const Eigen::ArrayXd& values = plane_->otf().values();
     if (d_height_)
-      *d_height_ = per_height() * plane_->sum_gradient(Eigen::ArrayXd::Constant(values.size(), 1 / perfect));
+      *d_height_ = plane_->sum_gradient(Eigen::ArrayXd::Constant(values.size(), 1 / perfect)).over_heights();
     const MeanScatter* scatter = scene_.problem().scatter.get();
     return (values.sum() + (scatter ? scatter->irradiance() * to_period * to_period : 0)) / perfect;
   }
@@ -121,7 +121,7 @@ class DiffractionEvaluator {
         RadialOtf::transfer_weights(scene_.field_radius(0) * unit, lag, values.size());
     const MeanScatter* scatter = scene_.problem().scatter.get();
     const double transfer = (weights * values).sum() + (scatter ? scatter->image_transfer(s.frequency) : 0);
-    if (d_height_) *d_height_ = per_height() * plane_->sum_gradient(transfer < 0 ? -weights : weights);
+    if (d_height_) *d_height_ = plane_->sum_gradient(transfer < 0 ? -weights : weights).over_heights();
     return std::abs(transfer);
   }
   double operator()(const EnsquaredThrough& s) const {
@@ -137,7 +137,7 @@ class DiffractionEvaluator {
       sum += circles.weights[k] * plane_->otf().energy(q);
       if (d_height_) weights += circles.weights[k] * RadialOtf::energy_weights(std::min(q, end), nodes);
     }
-    if (d_height_) *d_height_ = per_height() * plane_->sum_gradient(weights);
+    if (d_height_) *d_height_ = plane_->sum_gradient(weights).over_heights();
     return sum;
   }
   double operator()(const ScatterRms&) const { return std::nan(""); }

@@ -255,7 +255,7 @@ void DiffractionPlane::build_kernel(const Eigen::ArrayXd& weights, double* kerne
   transform.kernel(kernel, &buffers_);
 }
 
-Eigen::ArrayXd DiffractionPlane::energy_gradient(double radius, bool remember) {
+DiffractionPlane::Gradient DiffractionPlane::energy_gradient(double radius, bool remember) {
   const PupilTransform& transform = grid_.transform;
   const double q = std::min(radius, scene_.field_radius(dz())) * unit_;
   const auto build = [&](double* k) { build_kernel(RadialOtf::energy_weights(q, grid_.lags.nodes()), k); };
@@ -265,18 +265,19 @@ Eigen::ArrayXd DiffractionPlane::energy_gradient(double radius, bool remember) {
     kernel = buffers_.kernel.data();
   }
   transform.back_to_pupil(focused_.focal.data(), kernel, &buffers_);
-  return pulled_back();
+  return Gradient(*this);
 }
 
-Eigen::ArrayXd DiffractionPlane::sum_gradient(const Eigen::ArrayXd& weights) {
+DiffractionPlane::Gradient DiffractionPlane::sum_gradient(const Eigen::ArrayXd& weights) {
   build_kernel(weights, buffers_.kernel.data());
   grid_.transform.back_to_pupil(focused_.focal.data(), buffers_.kernel.data(), &buffers_);
-  return pulled_back();
+  return Gradient(*this);
 }
 
 // Re(g C) is half of g C plus its conjugate, which belongs to the opposite lag: the kernel is the real part
 // of the sum over lags from zero on.
-Eigen::ArrayXd DiffractionPlane::axis_gradient(const Eigen::ArrayXcd& g_x, const Eigen::ArrayXcd& g_y) {
+DiffractionPlane::Gradient DiffractionPlane::axis_gradient(const Eigen::ArrayXcd& g_x,
+                                                           const Eigen::ArrayXcd& g_y) {
   const PupilTransform& transform = grid_.transform;
   const double scale = per_sample(scene_, transform);
   Eigen::ArrayXcd along_x = scale * g_x, along_y = scale * g_y;
@@ -286,23 +287,31 @@ Eigen::ArrayXd DiffractionPlane::axis_gradient(const Eigen::ArrayXcd& g_x, const
   }
   transform.back_to_pupil(focused_.focal.data(), transform.kernel_along_x(along_x),
                           transform.kernel_along_y(along_y), &buffers_);
-  return pulled_back();
+  return Gradient(*this);
 }
 
 // With S = sum_X K |F|^2, F = sum_k E_k exp(...): dS/d phase_k = 2 Re(i E_k conj(V_k)).
-Eigen::ArrayXd DiffractionPlane::pulled_back() const {
-  const Eigen::ArrayXcd& field = focused_.field;
-  const std::uint32_t* place = scene_.places().data();
-  Eigen::ArrayXd d_phase(field.size());
-  for (Eigen::Index k = 0; k < field.size(); ++k) {
-    const double* v = buffers_.back.data() + place[k];
-    d_phase[k] = 2 * (field[k].real() * v[kLines] - field[k].imag() * v[0]);
-  }
-  return d_phase;
+double DiffractionPlane::Gradient::over_phase(Eigen::Index k) const {
+  const std::complex<double> field = plane_.focused_.field[k];
+  const double* v = plane_.buffers_.back.data() + plane_.scene_.places()[std::size_t(k)];
+  return 2 * (field.real() * v[kLines] - field.imag() * v[0]);
 }
 
-double DiffractionPlane::energy_slope(double radius, const Eigen::ArrayXd& energy_gradient) const {
-  return scene_.defocus_slope(dz()) * (energy_gradient * scene_.versine()).sum() -
+Eigen::ArrayXd DiffractionPlane::Gradient::over_phases() const {
+  Eigen::ArrayXd result(plane_.scene_.points());
+  for (Eigen::Index k = 0; k < result.size(); ++k) result[k] = over_phase(k);
+  return result;
+}
+
+Eigen::ArrayXd DiffractionPlane::Gradient::over_heights(double factor) const {
+  const Eigen::ArrayXd& per_height = plane_.scene_.per_height();
+  Eigen::ArrayXd result(plane_.scene_.points());
+  for (Eigen::Index k = 0; k < result.size(); ++k) result[k] = factor * per_height[k] * over_phase(k);
+  return result;
+}
+
+double DiffractionPlane::energy_slope(double radius, const Eigen::ArrayXd& over_phases) const {
+  return scene_.defocus_slope(dz()) * (over_phases * scene_.versine()).sum() -
          density(radius) * radius / (scene_.problem().focal_length + dz());
 }
 

@@ -164,20 +164,30 @@ class DiffractionPlane {
     return focused_.along_y;
   }
 
-  /// d energy(radius)/d phase of every pupil point: one transform, and another where the radius is new.
-  /// remember: the radius will be asked for again, at other heights.
-  Eigen::ArrayXd energy_gradient(double radius, bool remember = false);
-  /// d/d phase of the sum of `weights` times the values of `otf`: two transforms.
-  Eigen::ArrayXd sum_gradient(const Eigen::ArrayXd& weights);
-  /// d/d phase of Re sum_m (g_x C_(m,0) + g_y C_(0,m)), m >= 0: one transform.
-  Eigen::ArrayXd axis_gradient(const Eigen::ArrayXcd& g_x, const Eigen::ArrayXcd& g_y);
+  /// What a transform back to the pupil left there, until the plane is asked for another.
+  class Gradient {
+   public:
+    explicit Gradient(const DiffractionPlane& plane) : plane_(plane) {}
+    Eigen::ArrayXd over_phases() const;                      ///< of every pupil point [1/rad]
+    Eigen::ArrayXd over_heights(double factor = 1.0) const;  ///< times `factor` [1/m]
+
+   private:
+    double over_phase(Eigen::Index k) const;
+    const DiffractionPlane& plane_;
+  };
+  /// Of energy(radius): one transform, and another where the radius is new. remember: the radius will be
+  /// asked for again, at other heights.
+  Gradient energy_gradient(double radius, bool remember = false);
+  /// Of the sum of `weights` times the values of `otf`: two transforms.
+  Gradient sum_gradient(const Eigen::ArrayXd& weights);
+  /// Of Re sum_m (g_x C_(m,0) + g_y C_(0,m)), m >= 0: one transform.
+  Gradient axis_gradient(const Eigen::ArrayXcd& g_x, const Eigen::ArrayXcd& g_y);
   /// d energy(radius)/d dz: the phases turn with dz and the PSF grows with f + dz.
-  double energy_slope(double radius, const Eigen::ArrayXd& energy_gradient) const;
+  double energy_slope(double radius, const Eigen::ArrayXd& over_phases) const;
 
  private:
   friend struct DiffractionGrid;
   void fill_focal(double dz);
-  Eigen::ArrayXd pulled_back() const;
   void correlate_along_axes();
   void build_kernel(const Eigen::ArrayXd& weights, double* kernel);
 

@@ -26,7 +26,7 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
   };
   const auto slope = [&](double dz) {
     plane->focus(dz);
-    return plane->energy_slope(ring, plane->energy_gradient(ring));
+    return plane->energy_slope(ring, plane->energy_gradient(ring).over_phases());
   };
   const std::optional<RingMemory::Crossings> known = memory ? memory->find(ring, step) : std::nullopt;
   RingMemory::Crossings found = known ? *known : std::nullopt;
@@ -47,7 +47,7 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
   };
   const auto end_at = [&](double z) {
     plane->focus(z);
-    End end{plane->density(ring), 0.0, plane->energy_gradient(ring)};
+    End end{plane->density(ring), 0.0, plane->energy_gradient(ring).over_phases()};
     end.slope = plane->energy_slope(ring, end.gradient);
     return end;
   };
