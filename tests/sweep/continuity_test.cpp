@@ -30,12 +30,12 @@ struct Sweep {
   double at(int k) const { return low * std::pow(high / low, k / (kSteps - 1.0)); }
 };
 
-json scene(double focal_length, const json& psd) {
+json scene(double focal_length, const json& psd, double diameter = 0.2) {
   // Planes are named: by default they move with the spot, in steps of a micrometre.
   const json radii{{"planes", {"0 mm", "-0.4 mm", "0.9 mm"}}};
   return {{"aberfit", 1},
           {"mirror", {{"focal_length", focal_length}}},
-          {"aperture", {{"shape", "circle"}, {"diameter", 0.2}}},
+          {"aperture", {{"shape", "circle"}, {"diameter", diameter}}},
           {"light", {{"wavelength", 632.8e-9}}},
           {"roughness", {{"psd", psd}}},
           {"terms", {{"zernike", {{"n_max", 16}}}}},
@@ -51,23 +51,27 @@ json scene(double focal_length, const json& psd) {
 json uniform(double rms) { return {{"model", "uniform"}, {"rms", rms}, {"f_min", 5}, {"f_max", 20}}; }
 
 std::vector<Sweep> sweeps() {
-  return {{"sigma", 10e-9, 500e-9, [](double rms) { return scene(1.4, uniform(rms)); }},
-          {"correlation length", 15e-3, 150e-3,
-           [](double length) {
-             return scene(1.4, {{"model", "gaussian"}, {"rms", 60e-9}, {"correlation_length", length}});
-           }},
-          {"f-number", 1.5, 20,
-           [](double f_number) {
-             json study = scene(0.2 * f_number, uniform(60e-9));
-             for (auto& radius : study["target"]["statistics"])
-               if (radius.contains("planes")) radius["planes"] = {"0 mm"};  // the others turn by the square
-             return study;
-           }},
-          {"margin", 1e-3, 0.1, [](double margin) {
-             json study = scene(1.4, uniform(250e-9));
-             study["equivalence"]["margin"] = margin;
-             return study;
-           }}};
+  return {
+      {"sigma", 10e-9, 500e-9, [](double rms) { return scene(1.4, uniform(rms)); }},
+      {"correlation length", 15e-3, 150e-3,
+       [](double length) {
+         return scene(1.4, {{"model", "gaussian"}, {"rms", 60e-9}, {"correlation_length", length}});
+       }},
+      {"f-number", 1.5, 20,
+       [](double f_number) {
+         json study = scene(0.2 * f_number, uniform(60e-9));
+         for (auto& radius : study["target"]["statistics"])
+           if (radius.contains("planes")) radius["planes"] = {"0 mm"};  // the others turn by the square
+         return study;
+       }},
+      // The README's mirror, of 118 modes. Below 0.3 % nothing found is equivalent: at 0.1 % held-out
+      // statistics stay off by 0.25 %; and the mirror of the other sweeps, of 29 modes, at 250 nm by 0.5 %.
+      {"margin", 3e-3, 0.1, [](double margin) {
+         const json psd = {{"model", "uniform"}, {"rms", 100e-9}, {"f_min", 2.5}, {"f_max", 19.96}};
+         json study = scene(2.8, psd, 0.4);
+         study["equivalence"]["margin"] = margin;
+         return study;
+       }}};
 }
 
 // Value at the middle of four neighbours at the distances -2, -1, 1, 2.
