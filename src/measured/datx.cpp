@@ -2,6 +2,7 @@
 // SurfaceTopography (IO/DATX.py and its tests, which follow Gwyddion) and the Superflat scripts of LEAPS
 // (ZygoDatx.py) agree on.
 #include <fmt/format.h>
+#define H5_USE_18_API  // links have addresses; from 1.12 on tokens
 #include <hdf5.h>
 
 #include <cmath>
@@ -66,7 +67,8 @@ class Hdf5Id {
   Close close_;
 };
 
-// What the begin of the file says of all of it. The library takes the sizes of nodes from it unlooked.
+// What the begin of the file says of all of it, and the headers that it leads to, which the library reads as
+// it opens the file. It takes sizes of nodes and headers unlooked.
 void require_superblock(const FileBytes& file) {
   constexpr std::uint64_t kNowhere = ~std::uint64_t(0);
   if (file.text(0, 8) != "\x89HDF\r\n\x1a\n")
@@ -82,13 +84,20 @@ void require_superblock(const FileBytes& file) {
   const std::uint64_t end = file.at<std::uint64_t>(base + 16);
   if (end > file.size())
     file.fail(base + 16, fmt::format("an end of the file at {}", end), fmt::format("{}", file.size()));
-  if (!first) return;
+  const std::uint64_t root = file.at<std::uint64_t>(base + (first ? 40 : 24));
+  if (!first) {
+    const std::uint64_t extension = file.at<std::uint64_t>(base + 8);
+    if (extension != kNowhere) require_hdf5_group(file, extension);
+    require_hdf5_group(file, root);
+    return;
+  }
   constexpr unsigned kLargest = 1024;  // 4 and 16 unless somebody wants others
   for (const std::uint64_t place : {16, 18})
     if (const unsigned k = file.at<std::uint16_t>(place); k < 1 || k > kLargest)
       file.fail(place, fmt::format("nodes of order {}", k), fmt::format("1 to {}", kLargest));
   if (file.at<std::uint64_t>(base + 24) != kNowhere)
     file.fail(base + 24, "a file of several parts", "one file");
+  require_hdf5_group(file, root);
 }
 
 // The file as the library sees it: bytes in memory, so that it opens no other one.
@@ -109,25 +118,29 @@ std::uint64_t header_address(herr_t (*get)(hid_t, const char*, Info*, unsigned, 
   return get(object, name, &info, H5O_INFO_BASIC, H5P_DEFAULT) < 0 ? HADDR_UNDEF : info.addr;
 }
 
-// Where the object header begins, of a member or of the object itself.
-std::uint64_t address_of(const Hdf5Id& object, const std::string& member = ".") {
-  return header_address(&H5Oget_info_by_name2, object.get(), member.c_str());
+// Where the object header begins.
+std::uint64_t address_of(const Hdf5Id& object) {
+  return header_address(&H5Oget_info_by_name2, object.get(), ".");
 }
 
-// True for a member of the file itself; links to other files are not followed.
-bool has_member(const Hdf5Id& group, const std::string& name) {
+// Where the header of a member of the file itself begins; nothing for links to other files, which are not
+// followed. The link alone is read: the library asks for as much memory as a header claims, unlooked.
+std::optional<std::uint64_t> member_address(const Hdf5Id& group, const std::string& name) {
   H5L_info_t link{};
-  return H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) > 0 &&
-         H5Lget_info(group.get(), name.c_str(), &link, H5P_DEFAULT) >= 0 && link.type == H5L_TYPE_HARD;
+  if (H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) <= 0 ||
+      H5Lget_info(group.get(), name.c_str(), &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD)
+    return std::nullopt;
+  return link.u.address;
 }
 
 Hdf5Id open_member(const FileBytes& bytes, const std::string& path, const Hdf5Id& group,
                    const std::string& name, const std::string& place) {
-  if (!has_member(group, name))
+  const std::optional<std::uint64_t> header = member_address(group, name);
+  if (!header)
     throw InputError(path, place,
                      H5Lexists(group.get(), name.c_str(), H5P_DEFAULT) > 0 ? "a link" : "nothing",
                      "a member of the file itself, as Zygo Mx writes it");
-  if (hdf5_data_outside(bytes, address_of(group, name)))
+  if (hdf5_data_outside(bytes, *header))
     throw InputError(path, place, "data that lie in other files", "data in the file itself");
   return Hdf5Id(path, place, H5Oopen(group.get(), name.c_str(), H5P_DEFAULT), H5Oclose);
 }
@@ -149,8 +162,7 @@ Hdf5Id open_group(const FileBytes& bytes, const std::string& path, const Hdf5Id&
 
 // The data set of the heights: the one in /Data/Surface, in other files /Measurement/Surface.
 Hdf5Id surface_data(const FileBytes& bytes, const std::string& path, const Hdf5Id& file) {
-  require_hdf5_group(bytes, address_of(file));
-  if (!has_member(file, "Data") && has_member(file, "Measurement")) {
+  if (!member_address(file, "Data") && member_address(file, "Measurement")) {
     const Hdf5Id group = open_group(bytes, path, file, "Measurement", "/Measurement");
     return open_kind(H5I_DATASET, bytes, path, group, "Surface", "/Measurement/Surface");
   }

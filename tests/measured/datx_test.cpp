@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <string>
 
 #include "aberfit/measured/read_measurement.h"
@@ -146,6 +147,33 @@ TEST(Datx, AsksForNoMoreOfATextThanTheHeapHas) {
     const InputError error = refusal([&] { read_datx(map_source(path)); });
     EXPECT_EQ(error.found(), "7 bytes");
     EXPECT_EQ(error.allowed(), fmt::format("{} elements of 1 bytes", count));
+  }
+}
+
+// The library asks for as much memory as headers claim, before it looks whether the file has it.
+TEST(Datx, LooksAtHeadersBeforeTheLibraryDoes) {
+  const ScratchFolder folder;
+  const auto expect_refused = [&](const std::string& bytes, std::uint64_t claimed) {
+    const std::string path = folder.write("a.datx", bytes);
+    const InputError error = refusal([&] { read_datx(map_source(path)); });
+    EXPECT_EQ(error.found(), "the end of the file");
+    EXPECT_TRUE(contains(error.allowed(), fmt::format("{} bytes from", claimed))) << error.allowed();
+  };
+  const std::string fringes = test::read_file(kFringes), metres = test::read_file(kMetres);
+  // Continuations of headers: a message of sixteen bytes, its place and length. The third is of an object
+  // that is not read.
+  constexpr std::uint64_t kHuge = 0x2000000000000148;
+  const std::string continuation("\x10\0\x10\0\0\0\0\0", 8);
+  const std::size_t first = fringes.find(continuation), second = fringes.find(continuation, first + 1);
+  for (const std::size_t at : {first, second})
+    expect_refused(test::with_number(fringes, at + 16, kHuge), kHuge);
+  // Headers of the newer kind, the root's and a member's, of 16 bytes of times: their length, in one byte,
+  // said to be in eight.
+  for (const std::size_t at : {metres.find("OHDR"), metres.find("OHDR", metres.find("OHDR") + 1)}) {
+    ASSERT_EQ(metres[at + 5], 0x20);
+    std::uint64_t claimed;
+    std::memcpy(&claimed, metres.data() + at + 22, sizeof claimed);
+    expect_refused(test::with_number(metres, at + 5, std::uint8_t(0x23)), claimed);
   }
 }
 
