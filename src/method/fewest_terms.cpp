@@ -60,6 +60,27 @@ Eigen::VectorXd continued(std::uint64_t seed, const Attempt& before, const TermP
   return plan.prior.whiten(coefficients);
 }
 
+// Given up for its pace; where that misses by little, from there again. What it comes to is the first look's
+// unless the second passes.
+Attempt fit_in_two_looks(const FitCase& of, FitPlan plan) {
+  plan.on_stall = OnStall::kGiveUp;
+  if (of.ground.use.model == FocusModel::kWaves)
+    plan.most_iterations = std::min(plan.most_iterations, kWaveTrialIterations);
+  Attempt first = fit_on_enough_rays(of, plan, false);
+  if (of.context.stopped() || !near_miss(first)) return first;
+  plan.warm = first.result.fit.white;
+  plan.starts = 1;
+  if (has_solution(first.result.fit)) plan.guides_within = kGuidesInDoubt;
+  plan.on_stall = OnStall::kGoOn;
+  plan.pupil.rays = more_rays(first.result.chosen.rays);
+  plan.automatic_rays = false;
+  Attempt second = fit_on_enough_rays(of, std::move(plan), false);
+  if (!frontier_point(second, 0).passes) return first;
+  second.result.chosen = first.result.chosen;
+  second.result.chosen.second_look = true;
+  return second;
+}
+
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
@@ -107,21 +128,7 @@ class Trials {
   FrontierPoint confirm(const TermsSpec& asked) {
     end_if_asked();
     const auto begin = Clock::now();
-    const bool waves = of_.ground.use.model == FocusModel::kWaves;
-    FitPlan plan = planned(asked);
-    plan.on_stall = OnStall::kGiveUp;
-    if (waves) plan.most_iterations = std::min(plan.most_iterations, kWaveTrialIterations);
-    Attempt attempt = fit_on_enough_rays(of_, plan, false);
-    if (!of_.context.stopped() && near_miss(attempt)) {
-      plan.warm = attempt.result.fit.white;
-      plan.starts = 1;
-      if (has_solution(attempt.result.fit)) plan.guides_within = kGuidesInDoubt;
-      plan.on_stall = OnStall::kGoOn;
-      plan.pupil.rays = more_rays(attempt.result.chosen.rays);
-      plan.automatic_rays = false;
-      Attempt again = fit_on_enough_rays(of_, std::move(plan), false);
-      if (frontier_point(again, 0).passes) attempt = std::move(again);
-    }
+    Attempt attempt = fit_in_two_looks(of_, planned(asked));
     const FrontierPoint point = frontier_point(attempt, since(begin));
     if (!point.passes && (!nearest_ || nearer(attempt, *nearest_)))
       nearest_ = std::move(attempt);
@@ -241,6 +248,10 @@ Attempt fit_as_asked(const FitCase& of) {
   of.context.say("prior");
   const auto terms = std::make_shared<const TermPlan>(plan_terms(of.task, of.ground, of.task.terms));
   FitPlan plan = make_plan(of.task, terms);
+  if (of.task.fit.second_look) {
+    Attempt attempt = fit_in_two_looks(of, plan);
+    if (frontier_point(attempt, 0).passes) return attempt;
+  }
   plan.on_stall = OnStall::kEnd;
   Attempt attempt = fit_on_enough_rays(of, plan, true);
   try_other_starts(of, plan, &attempt);

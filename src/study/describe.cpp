@@ -248,6 +248,11 @@ void describe_fit(Visitor& v, FitSpec& fit) {
          kOptional, "3"},
         automatic_starts, "auto", starts, 1, 10000);
     if (f.reading() && !automatic_starts) fit.starts = int(starts);
+    f.boolean(
+        {"second_look",
+         "as a search for terms fits: given up early, and where that misses by little gone on with, by rays "
+         "on twice as many; the resolved study of a search has it where its set passed so"},
+        fit.second_look);
     f.quantity({"spherical_rms", "prior RMS height of the spherical terms [m]"}, fit.spherical_rms, kLength,
                Range::positive());
     f.quantity({"bound_sigmas", "above 0: keep coefficients within so many prior standard deviations"},

@@ -59,8 +59,9 @@ FitPlan make_plan(const Task& task, std::shared_ptr<const TermPlan> terms);
 /// What a fit used where the task leaves it open: written into the resolved study, it gives the same fit.
 struct ChosenByFit {
   TermsSpec terms;
-  std::int64_t rays = 0;
+  std::int64_t rays = 0;  ///< of the first look
   int starts = 1;
+  bool second_look = false;  ///< FitSpec
 };
 
 }  // namespace aberfit

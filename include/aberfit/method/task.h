@@ -103,6 +103,10 @@ struct FitSpec {
   /// Tries from different draws until one passes, else the best is kept; absent: one, and by waves two more
   /// where it meets what is fitted and misses the rest by little.
   std::optional<int> starts;
+  /// As in a search for terms: a fit that is given up where it gets nowhere, and where that misses by little
+  /// goes on from there, by rays on twice as many, by waves closer to what lies between the targets. Where
+  /// that does not pass either, or is not asked for, a fit to its end.
+  bool second_look = false;
   double spherical_rms = 1e-6;  ///< prior RMS height of the spherical terms [m]
   double bound_sigmas = 0;      ///< > 0: coefficients within so many prior standard deviations
 };
