@@ -250,7 +250,8 @@ Attempt fit_as_asked(const FitCase& of) {
   FitPlan plan = make_plan(of.task, terms);
   if (of.task.fit.second_look) {
     Attempt attempt = fit_in_two_looks(of, plan);
-    if (frontier_point(attempt, 0).passes) return attempt;
+    if (of.context.stopped() && attempt.fresh.rays == 0) judge_on_fresh_rays(of, &attempt);
+    if (of.context.stopped() || frontier_point(attempt, 0).passes) return attempt;
   }
   plan.on_stall = OnStall::kEnd;
   Attempt attempt = fit_on_enough_rays(of, plan, true);

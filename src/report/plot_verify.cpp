@@ -126,8 +126,7 @@ void draw_mirror(const Scene& s, Picture* picture) {
   draw_panels(
       s.title("Mirror and hit points"), 1400, 1150, 2,
       {{"the mirror without roughness (z stretched)", of_x, of_y,
-        space + "set palette defined (0 '#053061', 0.5 '#92c5de', 1 '#fddbc7')\nset colorbox\nset cblabel '" +
-            of_z + "' offset 1.5,0\n",
+        space + "set palette defined (0 '#053061', 0.5 '#92c5de', 1 '#fddbc7')\nset colorbox\n",
         fmt::format("'mirror_surface.dat' using ($1*{0:.9g}):($2*{0:.9g}):($3*{1:.9g}):($3*{1:.9g}) with "
                     "pm3d notitle",
                     u, v),

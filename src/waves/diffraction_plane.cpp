@@ -1,6 +1,7 @@
 #include "diffraction_plane.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "aberfit/core/constants.h"
@@ -81,9 +82,15 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
     places_[k] = std::uint32_t(layout.at(grid_.row[k], grid_.column[k]));
   const double cx = 0.5 * (grid_.x[0] + grid_.x[grid_.x.size() - 1]);
   const double cy = 0.5 * (grid_.y[0] + grid_.y[grid_.y.size() - 1]);
-  double furthest = 0;
-  for (std::size_t k = 0; k < grid_.column.size(); ++k)
-    furthest = std::max(furthest, std::hypot(grid_.x[grid_.column[k]] - cx, grid_.y[grid_.row[k]] - cy));
+  double dx = 0, dy = 0;  // of the cell furthest from the middle
+  for (std::size_t k = 0; k < grid_.column.size(); ++k) {
+    const double x = grid_.x[grid_.column[k]] - cx, y = grid_.y[grid_.row[k]] - cy;
+    if (x * x + y * y > dx * dx + dy * dy) {
+      dx = x;
+      dy = y;
+    }
+  }
+  const double furthest = std::hypot(dx, dy);
   const double diagonal = std::hypot((columns() - 1) * pupil.pitch_x, (rows() - 1) * pupil.pitch_y);
   longest_lag_ = std::min(diagonal, 2 * furthest) * (1 + 1e-12) / finer_pitch();
 }
