@@ -2,7 +2,7 @@
 // SurfaceTopography (IO/DATX.py and its tests, which follow Gwyddion) and the Superflat scripts of LEAPS
 // (ZygoDatx.py) agree on.
 #include <fmt/format.h>
-#define H5_USE_18_API  // links have addresses; from 1.12 on tokens
+#define H5_USE_18_API  // links and objects have addresses; from 1.12 on tokens
 #include <hdf5.h>
 
 #include <cmath>
@@ -111,16 +111,11 @@ Hdf5Id open_image(const std::string& path, std::string& bytes) {
   return Hdf5Id(path, "", H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.get()), H5Fclose);
 }
 
-template <class Info>  // its name differs between versions of the library
-std::uint64_t header_address(herr_t (*get)(hid_t, const char*, Info*, unsigned, hid_t), hid_t object,
-                             const char* name) {
-  Info info{};
-  return get(object, name, &info, H5O_INFO_BASIC, H5P_DEFAULT) < 0 ? HADDR_UNDEF : info.addr;
-}
-
 // Where the object header begins.
 std::uint64_t address_of(const Hdf5Id& object) {
-  return header_address(&H5Oget_info_by_name2, object.get(), ".");
+  H5O_info_t info{};
+  return H5Oget_info_by_name2(object.get(), ".", &info, H5O_INFO_BASIC, H5P_DEFAULT) < 0 ? HADDR_UNDEF
+                                                                                         : info.addr;
 }
 
 // Where the header of a member of the file itself begins; nothing for links to other files, which are not

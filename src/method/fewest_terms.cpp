@@ -216,6 +216,17 @@ void try_other_starts(const FitCase& of, FitPlan plan, Attempt* attempt) {
   }
 }
 
+Attempt fit_given_terms(const FitCase& of, FitPlan plan) {
+  if (of.task.fit.second_look) {
+    Attempt attempt = fit_in_two_looks(of, plan);
+    if (of.context.stopped() || frontier_point(attempt, 0).passes) return attempt;
+  }
+  plan.on_stall = OnStall::kEnd;
+  Attempt attempt = fit_on_enough_rays(of, plan, true);
+  try_other_starts(of, plan, &attempt);
+  return attempt;
+}
+
 }  // namespace
 
 Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms) {
@@ -247,15 +258,7 @@ Attempt fit_as_asked(const FitCase& of) {
   if (of.task.terms.automatic && of.ground.psd) return fit_fewest_terms(of);
   of.context.say("prior");
   const auto terms = std::make_shared<const TermPlan>(plan_terms(of.task, of.ground, of.task.terms));
-  FitPlan plan = make_plan(of.task, terms);
-  if (of.task.fit.second_look) {
-    Attempt attempt = fit_in_two_looks(of, plan);
-    if (of.context.stopped() && attempt.fresh.rays == 0) judge_on_fresh_rays(of, &attempt);
-    if (of.context.stopped() || frontier_point(attempt, 0).passes) return attempt;
-  }
-  plan.on_stall = OnStall::kEnd;
-  Attempt attempt = fit_on_enough_rays(of, plan, true);
-  try_other_starts(of, plan, &attempt);
+  Attempt attempt = fit_given_terms(of, make_plan(of.task, terms));
   if (of.context.stopped() && attempt.fresh.rays == 0) judge_on_fresh_rays(of, &attempt);
   return attempt;
 }

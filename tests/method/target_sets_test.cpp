@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "aberfit/commands/run.h"
@@ -13,6 +14,7 @@
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/waves/diffraction_psf.h"
+#include "reference_scenes.h"
 
 namespace aberfit {
 namespace {
@@ -70,18 +72,16 @@ TEST(LightGuides, LeaveNoShareOfACoreWithAHaloUnwatched) {
   EXPECT_GT(focus.encircled_energy_radius(0.9), 60 * grain);
 }
 
-// Guides of the README's mirror at a margin: how many, the most light between two of a plane that are more
-// than half a grain apart, and the furthest that two planes are apart, in depths of a grain.
+// Guides of the README's mirror at a margin: how many, the most light between two of a plane that are further
+// apart than half a grain and than grains average out in, and the furthest that two planes are, in depths.
 struct Between {
   std::size_t guides = 0;
   double most_light = 0, furthest = 0;
 };
 Between between_guides(double margin) {
-  const Made readme = made(fmt::format(
-      R"({{"aberfit": 1, "mirror": {{"focal_length": "2.8 m"}}, "aperture": {{"shape": "circle", )"
-      R"("diameter": "0.4 m"}}, "light": {{"wavelength": "632.8 nm"}}, "roughness": {{"psd": {{"model": )"
-      R"("uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": "19.96 /m"}}}}, "equivalence": {{"margin": {}}}}})",
-      margin));
+  nlohmann::json study = readme_study();
+  study["equivalence"] = {{"margin", margin}};
+  const Made readme = made(study.dump());
   const double grain = 632.8e-9 * 7, depth = 8 * grain * 7;
   std::map<double, std::map<double, double>> planes;
   for (const Target& guide : readme.sets.guides)

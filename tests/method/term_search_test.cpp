@@ -13,6 +13,7 @@
 #include "aberfit/method/ray_count.h"
 #include "aberfit/report/check_report.h"
 #include "aberfit/study/read_study.h"
+#include "reference_scenes.h"
 #include "study/study_texts.h"
 
 namespace aberfit {
@@ -263,13 +264,8 @@ TEST(TermSearch, EndsAtTheFewestOfAnExhaustiveSearch) {
 // What passed where a search looked a second time has to pass there again: the resolved study of an annulus
 // went on from its draw instead, to another surface.
 TEST(TermSearch, ResolvesToAStudyThatGivesTheSameFit) {
-  const std::string annulus =
-      R"({"aberfit": 1, "mirror": {"focal_length": "2 m"}, "aperture": {"shape": "annulus", "diameter": "0.5 m",
-          "inner_diameter": "0.15 m"}, "light": {"wavelength": "632.8 nm"}, "roughness": {"psd": {"model":
-          "k-correlation", "rms": "80 nm", "B": "60 mm", "exponent": 3.2, "f_min": "3 /m", "f_max": "30 /m"}},
-          "output": {"plots": false}})";
   bool looked_twice = false;
-  for (const std::string& text : {small_study("\"auto\"", "\"auto\""), annulus}) {
+  for (const std::string& text : {small_study("\"auto\"", "\"auto\""), annulus_study().dump()}) {
     const Study asked = parse_study(text, "study.json");
     const ResultDocument found = run_fit(asked, {});
     const nlohmann::ordered_json written = resolved(asked, found);

@@ -14,6 +14,7 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/study/read_study.h"
+#include "reference_scenes.h"
 
 namespace aberfit {
 namespace {
@@ -30,23 +31,18 @@ struct Sweep {
   double at(int k) const { return low * std::pow(high / low, k / (kSteps - 1.0)); }
 };
 
-json scene(double focal_length, const json& psd, double diameter = 0.2) {
+// With the statistics and terms that targets are swept with.
+json with_targets(json study) {
   // Planes are named: by default they move with the spot, in steps of a micrometre.
   const json radii{{"planes", {"0 mm", "-0.4 mm", "0.9 mm"}}};
-  return {{"aberfit", 1},
-          {"mirror", {{"focal_length", focal_length}}},
-          {"aperture", {{"shape", "circle"}, {"diameter", diameter}}},
-          {"light", {{"wavelength", 632.8e-9}}},
-          {"roughness", {{"psd", psd}}},
-          {"terms", {{"zernike", {{"n_max", 16}}}}},
-          {"target",
-           {{"statistics",
-             {{"ee20", radii},
-              {"ee50", radii},
-              {"ee80", radii},
-              {"ee90", radii},
-              {"ring_fwhm", json::object()}}}}},
-          {"output", {{"plots", false}}}};
+  study["terms"] = {{"zernike", {{"n_max", 16}}}};
+  study["target"] = {
+      {"statistics",
+       {{"ee20", radii}, {"ee50", radii}, {"ee80", radii}, {"ee90", radii}, {"ring_fwhm", json::object()}}}};
+  return study;
+}
+json scene(double focal_length, const json& psd) {
+  return with_targets(study_of(focal_length, circle(0.2), psd));
 }
 json uniform(double rms) { return {{"model", "uniform"}, {"rms", rms}, {"f_min", 5}, {"f_max", 20}}; }
 
@@ -67,8 +63,7 @@ std::vector<Sweep> sweeps() {
       // The README's mirror, of 118 modes. Below 0.3 % nothing found is equivalent: at 0.1 % held-out
       // statistics stay off by 0.25 %; and the mirror of the other sweeps, of 29 modes, at 250 nm by 0.5 %.
       {"margin", 3e-3, 0.1, [](double margin) {
-         const json psd = {{"model", "uniform"}, {"rms", 100e-9}, {"f_min", 2.5}, {"f_max", 19.96}};
-         json study = scene(2.8, psd, 0.4);
+         json study = with_targets(readme_study());
          study["equivalence"]["margin"] = margin;
          return study;
        }}};
