@@ -158,6 +158,13 @@ SmallestCut judged(const RealisationSpread& spread, const Eigen::ArrayXd& limits
   return result;
 }
 
+// A rest narrower than the aperture resolves goes to the terms: all of it up to half a cycle, continuously
+// less of it up to a whole one.
+double resolved_cut(const RealisationSpread& spread, double cut) {
+  const double width = spread.highest() - cut, cycle = spread.resolution();
+  return width < cycle ? spread.highest() - std::max(0.0, 2 * width - cycle) : cut;
+}
+
 }  // namespace
 
 struct RealisationSpread::Tables {
@@ -252,6 +259,7 @@ RealisationSpread& RealisationSpread::operator=(RealisationSpread&&) noexcept = 
 
 double RealisationSpread::lowest() const { return edges().front(); }
 double RealisationSpread::highest() const { return edges().back(); }
+double RealisationSpread::resolution() const { return 1 / tables_->diameter; }
 const std::vector<double>& RealisationSpread::edges() const { return tables_->panels.edges(); }
 
 Eigen::ArrayXd RealisationSpread::light(double cut) const {
@@ -285,7 +293,7 @@ SmallestCut smallest_cut(const RealisationSpread& spread, const Eigen::ArrayXd& 
   const auto close = [](double a, double b) { return std::abs(a - b) <= 1e-12; };
   const auto bracket = boost::math::tools::toms748_solve(excess, std::log(edges[below - 1]),
                                                          std::log(edges[below]), close, steps);
-  return judged(spread, limits, std::exp(bracket.second));
+  return judged(spread, limits, resolved_cut(spread, std::exp(bracket.second)));
 }
 
 }  // namespace aberfit

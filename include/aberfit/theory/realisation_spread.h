@@ -83,6 +83,9 @@ class RealisationSpread {
   double lowest() const;
   /// Where the band ends for light: f_max of the PSD, at most 1/wavelength [cycles/m].
   double highest() const;
+  /// The finest difference of frequencies that the aperture tells apart: a cycle across, 1/diameter
+  /// [cycles/m].
+  double resolution() const;
   /// Cuts between which every spread is smooth, ascending from `lowest` to `highest` [cycles/m].
   const std::vector<double>& edges() const;
 
@@ -95,14 +98,17 @@ class RealisationSpread {
 struct SmallestCut {
   double frequency = 0;     ///< [cycles/m]
   bool whole_band = false;  ///< the limits hold with all of the roughness above the cut: no terms are needed
-  double share_of_limit = 0;  ///< the largest spread over its limit there; 1 unless `whole_band`
-  int disc = -1;              ///< index of the disc that has it; -1 without discs
+  /// The largest spread over its limit there; 1 unless `whole_band` or less than a `resolution` from the end.
+  double share_of_limit = 0;
+  int disc = -1;  ///< index of the disc that has it; -1 without discs
 };
 /// The smallest cut at and above which every spread is within its limit, solved to 1e-12 in the logarithm of
 /// the frequency, so that it is continuous in specification and limits. `whole_band` with the frequency at
-/// `lowest` where all limits hold there. Throws std::invalid_argument where the number of limits is not that
-/// of the discs or a limit is not above zero. limits: largest standard deviation that is allowed, one per
-/// disc, > 0.
+/// `lowest` where all limits hold there. A rest narrower than the aperture resolves is no part of its own,
+/// and the spread of strong narrow bands there is more than the formula has (1.7 times: uniform, g = 5, 0.008
+/// cycles across wide): from a width of one `resolution` down to a half the cut goes on to `highest`, twice
+/// as fast, and stays there. Throws std::invalid_argument where the number of limits is not that of the discs
+/// or a limit is not above zero. limits: largest standard deviation that is allowed, one per disc, > 0.
 SmallestCut smallest_cut(const RealisationSpread& spread, const Eigen::ArrayXd& limits);
 
 }  // namespace aberfit
