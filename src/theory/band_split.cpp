@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 
 namespace aberfit {
@@ -21,7 +22,12 @@ Mirror perfect(const Mirror& mirror) {
 
 BandSplit::BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, const Aperture& aperture,
                      double wavelength, std::shared_ptr<const GeneralisedHarveyShack> whole)
-    : cut_(cut), low_(psd.band(0, cut)), rest_(psd.band(cut, kInfinity)), focus_(whole->at_plane(0)) {
+    : cut_(cut),
+      low_(psd.band(0, cut)),
+      rest_(psd.band(cut, kInfinity)),
+      focus_(whole->at_plane(0)),
+      memory_(std::make_unique<Memory>()),
+      whole_(std::move(whole)) {
   if (cut > psd.f_min()) {
     low_light_.emplace(low_, perfect(mirror), aperture, wavelength);
     low_reach_ = std::max(low_light_->at_plane(0).encircled_energy_radius(kReachOfLow),
@@ -34,6 +40,26 @@ BandSplit::BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, con
   rest_slope_ = moments.rms_slope_per_axis();
   rest_angle_ =
       GeometricHarveyShack(mirror, aperture, rest_slope_, Convention::kPhysical, rest_height_).scatter_rms();
+}
+
+std::optional<MeanScatter::Encircled> BandSplit::in_plane(double radius, double dz) const {
+  constexpr std::size_t kMostKnown = 100000;
+  const std::pair key(dz, radius);
+  {
+    const std::lock_guard lock(memory_->mutex);
+    if (const auto at = memory_->known.find(key); at != memory_->known.end()) return at->second;
+  }
+  std::optional<MeanSpot> spot;
+  try {
+    spot = dz == 0 ? focus_ : whole_->at_plane(dz);
+  } catch (const ComputationError&) {  // aberrations turn too often there
+    return std::nullopt;
+  }
+  const Encircled light{spot->encircled_energy(radius), spot->encircled_energy_slope(radius)};
+  const std::lock_guard lock(memory_->mutex);
+  if (memory_->known.size() >= kMostKnown) memory_->known.clear();
+  memory_->known.emplace(key, light);
+  return light;
 }
 
 double BandSplit::tis() const { return rest_light_ ? rest_light_->tis() : 0; }

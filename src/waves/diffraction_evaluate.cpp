@@ -207,7 +207,8 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
   parallel_for(jobs.size(), threads, [&](std::size_t j) {
     BorrowedBench bench(pool);
     DiffractionPlane plane(scene, grid, bench->buffers, kept[j] ? *kept[j] : bench->focused);
-    if (jobs[j].dz && scene.has_plane(*jobs[j].dz)) plane.focus(*jobs[j].dz);
+    if (jobs[j].dz && scene.has_plane(*jobs[j].dz))
+      plane.focus(*jobs[j].dz, DiffractionPlane::Mean::kInPlane);
     for (const std::size_t k : jobs[j].statistics) {
       const DiffractionEvaluator evaluate(scene, height, &plane, workspace ? &pool.rings : nullptr,
                                           d_height ? &(*d_height)[k] : nullptr);
@@ -254,7 +255,7 @@ Eigen::ArrayXd diffraction_encircled_energy(const DiffractionProblem& problem, c
   const DiffractionGrid grid(scene);
   DiffractionBench bench(grid.transform);
   DiffractionPlane plane(scene, grid, bench.buffers, bench.focused);
-  plane.focus(dz);
+  plane.focus(dz, DiffractionPlane::Mean::kInPlane);
   return radius.unaryExpr(
       [&](double r) { return r >= 0 && r <= scene.largest_radius(dz) ? plane.energy(r) : std::nan(""); });
 }

@@ -17,6 +17,14 @@ Eigen::ArrayXd lags_from_first(Eigen::Index nodes) {
 
 }  // namespace
 
+MeanScatter::Encircled MeanLight::encircled(double q) const {
+  if (dz) {
+    const std::optional<MeanScatter::Encircled> there = scatter->in_plane(q * radius, *dz);
+    return {there->energy, there->slope * radius};
+  }
+  return {scatter->encircled_energy(q * radius), scatter->encircled_energy_slope(q * radius) * radius};
+}
+
 RadialOtf::RadialOtf(Eigen::ArrayXd values, const MeanLight& mean)
     : values_(std::move(values)),
       mean_(mean),
@@ -52,9 +60,8 @@ Eigen::ArrayXd RadialOtf::transfer_weights(double end, double lag, Eigen::Index 
 
 RadialOtf::Encircled RadialOtf::encircled(double q) const {
   if (!mean_.scatter) return of_values(q);
-  const double radius = q * mean_.radius;
-  Encircled sum{mean_.scatter->encircled_energy(radius),
-                mean_.scatter->encircled_energy_slope(radius) * mean_.radius};
+  const MeanScatter::Encircled mean = mean_.encircled(q);
+  Encircled sum{mean.energy, mean.slope};
   const Encircled own = of_values(std::min(q, mean_.end));
   sum.energy += own.energy;
   if (q < mean_.end) sum.density += own.density;

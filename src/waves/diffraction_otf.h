@@ -10,8 +10,11 @@ namespace aberfit::internal {
 /// A mean spot that the light of a transfer function is added to, inside q = `end`.
 struct MeanLight {
   const MeanScatter* scatter = nullptr;  ///< null: none
-  double radius = 0;                     ///< of q = 1 in the focus [m]
+  double radius = 0;                     ///< of q = 1 in the plane of the mean spot [m]
   double end = 0;                        ///< q
+  std::optional<double> dz = {};         ///< that plane where it is not the focus [m]
+
+  MeanScatter::Encircled encircled(double q) const;
 };
 
 /// The transfer function as far as circles about the focus see it: sums of C_m over lags of equal length, on

@@ -152,15 +152,24 @@ void DiffractionGrid::set_scatter(const DiffractionScene& scene) {
   factor = lags.at_lengths(scatter.transfer(nodes));
   along_x = scatter.transfer(shears(scene.columns() + 1, problem.pupil.pitch_x));
   along_y = scatter.transfer(shears(scene.rows() + 1, problem.pupil.pitch_y));
-  DiffractionProblem bare = problem;
+  whole_ = lags.at_lengths(scatter.whole_transfer(nodes));
+}
+
+const Eigen::ArrayXd& DiffractionGrid::mean_at(const DiffractionScene& scene, double dz,
+                                               PupilTransform::Buffers* buffers) const {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto at = means_.find(dz); at != means_.end()) return at->second;
+  }
+  DiffractionProblem bare = scene.problem();
   bare.scatter = nullptr;
   const Eigen::ArrayXd flat = Eigen::ArrayXd::Zero(scene.points());
-  const DiffractionScene perfect(bare, problem.nominal ? *problem.nominal : flat, 1);
-  PupilTransform::Buffers buffers(transform);
+  const DiffractionScene perfect(bare, bare.nominal ? *bare.nominal : flat, 1);
   FocusedField focused(transform);
-  DiffractionPlane(perfect, *this, buffers, focused).fill_focal(0);
-  mean = lags.to_nodes(lag_sums(perfect, *this, focused.focal, &buffers) *
-                       lags.at_lengths(scatter.whole_transfer(nodes)));
+  DiffractionPlane(perfect, *this, *buffers, focused).fill_focal(dz);
+  Eigen::ArrayXd mean = lags.to_nodes(lag_sums(perfect, *this, focused.focal, buffers) * whole_);
+  const std::lock_guard lock(mutex_);
+  return means_.emplace(dz, std::move(mean)).first->second;
 }
 
 Eigen::ArrayXd lag_sums(const DiffractionScene& scene, const DiffractionGrid& grid, const AlignedArray& focal,
@@ -185,21 +194,48 @@ DiffractionPlane::DiffractionPlane(const DiffractionScene& scene, const Diffract
   if (!std::isnan(focused.dz)) unit_ = scene.per_period(focused.dz);
 }
 
-void DiffractionPlane::focus(double dz) {
-  if (focused_.dz == dz) return;
+// Light beyond the field of view comes back into it from the other side, of the surface as of the mean spot
+// that is taken off. Where the mean spot there is the same as in the focus, the two from the focus serve as
+// well.
+bool DiffractionGrid::has_own_mean(const DiffractionScene& scene, double dz) const {
+  constexpr double kSame = 1e-6;
+  const MeanScatter* scatter = scene.problem().scatter.get();
+  if (!scatter || dz == 0) return false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto at = own_.find(dz); at != own_.end()) return at->second;
+  }
+  const double end = scene.field_radius(dz), grown = scene.per_period(dz) / scene.per_period(0);
+  bool own = false;
+  for (const double radius : {end, 1.5 * end, 2 * end, 4 * end}) {
+    const std::optional<MeanScatter::Encircled> there = scatter->in_plane(radius, dz);
+    own = own || (there && std::abs(there->energy - scatter->encircled_energy(radius * grown)) > kSame);
+  }
+  const std::lock_guard lock(mutex_);
+  return own_[dz] = own;
+}
+
+void DiffractionPlane::focus(double dz, Mean mean) {
+  const bool own_mean = mean == Mean::kInPlane && grid_.has_own_mean(scene_, dz);
+  if (focused_.dz == dz && focused_.own_mean == own_mean) return;
   focused_.dz = std::nan("");  // until all of it is there
   unit_ = scene_.per_period(dz);
+  const MeanScatter* scatter = scene_.problem().scatter.get();
+  const double of_mean = own_mean ? dz : 0;
+  const Eigen::ArrayXd* light = scatter ? &grid_.mean_at(scene_, of_mean, &buffers_) : nullptr;
   fill_focal(dz);
   Eigen::ArrayXd sums = lag_sums(scene_, grid_, focused_.focal, &buffers_);
-  if (const MeanScatter* scatter = scene_.problem().scatter.get()) {
+  if (scatter) {
     sums *= grid_.factor;
-    focused_.otf = RadialOtf(grid_.lags.to_nodes(sums) - grid_.mean,
-                             {scatter, 1 / scene_.per_period(0), scene_.field_radius(dz) * unit_});
+    focused_.otf = RadialOtf(grid_.lags.to_nodes(sums) - *light,
+                             {scatter, 1 / scene_.per_period(of_mean), scene_.field_radius(dz) * unit_,
+                              own_mean ? std::optional(dz) : std::nullopt});
   } else {
     focused_.otf = RadialOtf(grid_.lags.to_nodes(sums));
   }
   focused_.along_x.resize(0);
   focused_.along_y.resize(0);
+  focused_.own_mean = own_mean;
   focused_.dz = dz;
 }
 

@@ -116,11 +116,20 @@ struct DiffractionGrid {
   mutable KernelMemory kernels;
   // With roughness that no height stands for:
   Eigen::ArrayXd factor;            ///< H at the lengths of `lags`; empty: 1
-  Eigen::ArrayXd mean;              ///< C_m^0 H_whole at its nodes, as shares of all light
   Eigen::ArrayXd along_x, along_y;  ///< H at the lags (m, 0) and (0, m)
+  /// C_m^0 H_whole at the nodes of `lags` in the plane dz, as shares of all light; made when it is first
+  /// asked for, from several threads.
+  const Eigen::ArrayXd& mean_at(const DiffractionScene& scene, double dz,
+                                PupilTransform::Buffers* buffers) const;
+  /// Whether the mean spot in the plane dz is another than in the focus, where the cells do not see it.
+  bool has_own_mean(const DiffractionScene& scene, double dz) const;
 
  private:
   void set_scatter(const DiffractionScene& scene);
+  Eigen::ArrayXd whole_;  // H_whole at the lengths of `lags`
+  mutable std::mutex mutex_;
+  mutable std::map<double, Eigen::ArrayXd> means_;
+  mutable std::map<double, bool> own_;
 };
 
 /// Sums of C_m over the lags of each length, of the field that was focused into `focal`, as shares of all
@@ -132,6 +141,7 @@ Eigen::ArrayXd lag_sums(const DiffractionScene& scene, const DiffractionGrid& gr
 struct FocusedField {
   explicit FocusedField(const PupilTransform& transform) : focal(transform.focal_size()) {}
   double dz = std::nan("");  ///< NaN: nothing yet
+  bool own_mean = false;     ///< of this plane, not of the focus
   AlignedArray focal;
   Eigen::ArrayXcd field;  ///< at the pupil points
   RadialOtf otf;
@@ -144,8 +154,11 @@ class DiffractionPlane {
   DiffractionPlane(const DiffractionScene& scene, const DiffractionGrid& grid,
                    PupilTransform::Buffers& buffers, FocusedField& focused);
 
+  /// What the light that the cells cannot see is taken from: the mean spot in the focus, or where that is
+  /// another and known, in the plane itself, which is worth its while for planes that are looked at again.
+  enum class Mean { kInFocus, kInPlane };
   /// Moves to the plane z = f + dz: two transforms, unless it is there.
-  void focus(double dz);
+  void focus(double dz, Mean mean = Mean::kInFocus);
   double dz() const { return focused_.dz; }
 
   /// Radii in [m]; energies are shares of all light.

@@ -1,6 +1,9 @@
 #pragma once
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <utility>
 
 #include "aberfit/roughness/psd.h"
 #include "aberfit/scene/aperture.h"
@@ -35,10 +38,10 @@ class BandSplit : public MeanScatter {
 
   Eigen::ArrayXd transfer(const Eigen::ArrayXd& shear) const override;
   Eigen::ArrayXd whole_transfer(const Eigen::ArrayXd& shear) const override;
-  double encircled_energy(double radius) const override { return focus_.encircled_energy(radius); }
-  double encircled_energy_slope(double radius) const override {
-    return focus_.encircled_energy_slope(radius);
-  }
+  double encircled_energy(double radius) const override { return in_plane(radius, 0)->energy; }
+  double encircled_energy_slope(double radius) const override { return in_plane(radius, 0)->slope; }
+  /// Remembered: a wide band takes up to a millisecond, and a fit asks for the same radii in every step.
+  std::optional<Encircled> in_plane(double radius, double dz) const override;
   double irradiance() const override { return focus_.irradiance(0); }
   double image_transfer(double frequency) const override { return focus_.transfer(frequency); }
   double rms_height() const override { return rest_height_; }
@@ -51,6 +54,12 @@ class BandSplit : public MeanScatter {
   std::optional<GeneralisedHarveyShack> low_light_, rest_light_;
   double low_reach_ = 0, rest_height_ = 0, rest_slope_ = 0, rest_angle_ = 0;
   MeanSpot focus_;
+  struct Memory {
+    std::mutex mutex;
+    std::map<std::pair<double, double>, Encircled> known;  // by dz and radius
+  };
+  std::unique_ptr<Memory> memory_;
+  std::shared_ptr<const GeneralisedHarveyShack> whole_;
 };
 
 }  // namespace aberfit

@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -87,6 +88,12 @@ class MeanScatter {
   /// ensemble mean, and its derivative [1/m].
   virtual double encircled_energy(double radius) const = 0;
   virtual double encircled_energy_slope(double radius) const = 0;
+  /// Share of the light inside a radius, and its derivative [1/m].
+  struct Encircled {
+    double energy = 0, slope = 0;
+  };
+  /// The same of that mean spot in the plane f + dz; nothing where it is known in the focus alone.
+  virtual std::optional<Encircled> in_plane(double /*radius*/, double /*dz*/) const { return std::nullopt; }
   /// Of that mean spot: irradiance on the axis, of all light 1 [1/m^2], and the transfer function at a
   /// frequency of the image [cycles/m].
   virtual double irradiance() const = 0;
@@ -127,11 +134,13 @@ struct DiffractionProblem {
   /// Roughness on top of the heights; null: none. With it the transfer function is C_m H(x_m), and what the
   /// cells cannot see of it, its halo beyond the field of view and all that moves within a lag, comes from
   /// the mean spot E of the whole roughness:
-  ///   EE(r) = E(r f/(f+dz)) + u^2 sum_m (C_m(dz) H(x_m) - C_m^0 H_whole(x_m)) r J1(2 pi r u |m|)/(u |m|)
-  /// with C_m^0 of the nominal heights in focus: in the mean over surfaces with the other part of the
-  /// roughness that is E itself in focus. Radii are not limited by the field of view: beyond it the curve
-  /// goes on as E does. An image lacks what the rest scatters beyond the field of view, which comes back into
-  /// it from the other side.
+  ///   EE(r) = E(r; dz) + u^2 sum_m (C_m(dz) H(x_m) - C_m^0(dz) H_whole(x_m)) r J1(2 pi r u |m|)/(u |m|)
+  /// with C_m^0 of the nominal heights: in the mean over surfaces with the other part of the roughness that
+  /// is E itself, in the focus exactly. Where E beyond the field of view is that of the focus, grown with f +
+  /// dz, to 1e-6 of the light, or is known in the focus alone, and for rings, whose planes are looked for, E
+  /// and C_m^0 are those of the focus. Radii are not limited by the field of view: beyond it the curve goes
+  /// on as E does. An image lacks what the rest scatters beyond the field of view, which comes back into it
+  /// from the other side.
   std::shared_ptr<const MeanScatter> scatter = {};
   /// Heights of the mirror without roughness at the pupil points [m]; null: 0. Looked at with `scatter`.
   const Eigen::ArrayXd* nominal = nullptr;
