@@ -61,13 +61,21 @@ TheoryError theory_error(const RadialPsd& psd, const Mirror& mirror, const Apert
     for (int i = 0; i < 40; ++i) (within(0.5 * (low + high)) < wanted ? low : high) = 0.5 * (low + high);
     error.small_angle = 0.5 * high * high;
   }
-  error.applies = error.beyond_ten_degrees <= kMostBeyondTenDegrees;
+  error.applies = error.beyond_ten_degrees <= kTooMuchBeyondTenDegrees;
+  error.wide_angles = error.applies && error.beyond_ten_degrees > kMostBeyondTenDegrees;
   error.mostly_grazing = wavelength < kShortestAtNormalIncidence;
   if (!error.applies)
     error.clause = fmt::format(
         "the roughness scatters {:.3g} % of the light beyond 10 degrees (at most {:.3g} %), where scalar "
         "Harvey-Shack theory does not apply",
-        100 * error.beyond_ten_degrees, 100 * kMostBeyondTenDegrees);
+        100 * error.beyond_ten_degrees, 100 * kTooMuchBeyondTenDegrees);
+  else if (error.wide_angles)
+    error.clause = fmt::format(
+        "the roughness scatters {:.2g} % of the light beyond 10 degrees, where scalar theory leaves out "
+        "obliquity and polarisation: encircled energies may be off by {:.1g} % of the light; a lower f_max "
+        "or a "
+        "longer wavelength scatters less of it there",
+        100 * error.beyond_ten_degrees, 100 * kObliquity * error.beyond_ten_degrees);
   else if (error.mostly_grazing)
     error.clause =
         "mirrors for wavelengths below 30 nm are mostly used at grazing incidence, and this is theory at "

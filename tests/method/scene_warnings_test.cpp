@@ -57,6 +57,27 @@ TEST(SceneWarnings, GrazingIncidenceBelowThirtyNanometres) {
   EXPECT_EQ(said("30.1 nm"), "");
 }
 
+// Scattered once by frequencies of 2e5 to 3e5 /m light goes to 7.3 to 10.9 degrees: (3^2 - 2.744^2)/(3^2 -
+// 2^2) = 0.294 of it beyond ten degrees. 15 nm: 8.5 % scatter, 100 nm: 98 %.
+TEST(SceneWarnings, LightBeyondTenDegreesIsToldWhileItIsLittle) {
+  const auto said = [](const std::string& rms) {
+    const Study study = parse_study(study_of(R"(, "roughness": {"psd": {"model": "uniform", "rms": ")" + rms +
+                                             R"(", "f_min": "2e5 /m", "f_max": "3e5 /m"}})"),
+                                    "study.json");
+    const RadialPsd psd(*study.psd);
+    return choose_physics(study, requested_physics(study), &psd);
+  };
+  EXPECT_EQ(message(said("1 nm").warnings, "wide-angle-scatter"), "");
+  const PhysicsChoice some = said("15 nm");
+  EXPECT_TRUE(has(message(some.warnings, "wide-angle-scatter"), "% of the light beyond 10 degrees"));
+  EXPECT_EQ(some.theory, Theory::kGhs);
+  EXPECT_TRUE(some.light_decides);
+  const PhysicsChoice most = said("100 nm");
+  EXPECT_EQ(message(most.warnings, "wide-angle-scatter"), "");
+  EXPECT_TRUE(has(message(most.warnings, "theory-fallback"), "% of the light beyond 10 degrees"));
+  EXPECT_FALSE(most.light_decides);
+}
+
 // A uniform PSD from 2.5 to 5 cycles/m has an RMS slope per axis of 2 pi sqrt((2.5^2 + 5^2)/4) = 17.56 /m
 // times its height; 4.6 slope^2 is a third of a margin of 1 % at 1.533 mm.
 TEST(SceneWarnings, SteepSlopesWhereTheMarginSeesTheSecondOrder) {

@@ -69,8 +69,9 @@ TEST(TheoryError, CountsTheLightBeyondTenDegrees) {
               1e-2);
   const TheoryError rough = theory_error(RadialPsd(GaussianPsd{10 * sigma, l}), kParabola, kCircle, kLambda);
   EXPECT_NEAR(rough.beyond_ten_degrees / (100 * expected), 1, 2e-2);
-  EXPECT_FALSE(rough.applies);  // 0.47 %
-  EXPECT_NE(rough.clause.find("10 degrees"), std::string::npos);
+  EXPECT_TRUE(rough.applies && rough.wide_angles);  // 0.47 %
+  EXPECT_NE(rough.clause.find("0.1 % of the light"), std::string::npos) << rough.clause;
+  EXPECT_FALSE(error.wide_angles);
 }
 
 TEST(TheoryError, OfSteepSlopesIsThatOfRays) {

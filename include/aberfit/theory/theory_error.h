@@ -7,8 +7,13 @@
 
 namespace aberfit {
 
-/// Share of the light scattered beyond 10 degrees from which generalised Harvey-Shack does not apply.
+/// Share of the light scattered beyond 10 degrees that generalised Harvey-Shack leaves without a word.
 inline constexpr double kMostBeyondTenDegrees = 1e-3;
+/// The share from which it does not apply: what is judged by default, 95 % of the light, would reach there.
+inline constexpr double kTooMuchBeyondTenDegrees = 0.05;
+/// Of the light beyond 10 degrees, the part that the obliquity factor and polarisation, which are left out,
+/// may move: sin^2 of 30 degrees, as far as it is used (`angle_spread`).
+inline constexpr double kObliquity = 0.25;
 /// Wavelength below which mirrors are mostly used at grazing incidence, not at the normal one meant here [m].
 inline constexpr double kShortestAtNormalIncidence = 30e-9;
 
@@ -22,7 +27,8 @@ struct TheoryError {
   double small_angle = 0;
   double beyond_ten_degrees = 0;  ///< share of all light that the roughness scatters beyond 10 degrees
   double cut_share = 0;           ///< of the height variance, at frequencies above 1/lambda: does not scatter
-  bool applies = false;           ///< beyond_ten_degrees <= kMostBeyondTenDegrees
+  bool applies = false;           ///< beyond_ten_degrees <= kTooMuchBeyondTenDegrees
+  bool wide_angles = false;       ///< it applies, and beyond_ten_degrees > kMostBeyondTenDegrees
   bool mostly_grazing = false;    ///< wavelength < kShortestAtNormalIncidence
   std::string clause;             ///< why it does not apply, or what to mind; no full stop
 };
