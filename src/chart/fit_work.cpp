@@ -22,8 +22,8 @@ constexpr double kTouched = 0.05;  // share of the rays that a gradient lists: `
 // Waves, divided by M^2 log2 M: a plane and a gradient in fits of the README's study (M = 274). A ring that
 // is followed takes a dozen planes, one that is searched for some 45, without radii.
 constexpr double kWavePlane = 1.5e-9, kWaveGradient = 6e-10, kFollowedRing = 12, kSearchedRing = 40;
-// Of a draw, whose ring no grid before it has looked for (tests/stability).
-constexpr double kDrawnRing = 60;
+// Of a draw, whose ring no grid before it has looked for; its rays for height and angles (tests/stability).
+constexpr double kDrawnRing = 15, kDrawnMoments = 0.06;
 // Searches of radii and what else does not grow with the grid, per statistic: fits on 45 cells across with 20
 // to 500 terms (tests/stability).
 constexpr double kWaveStatistic = 8e-5;
@@ -66,12 +66,18 @@ struct Optics {
   double forward = 0, adjoint = 0;  // of L, one thread [s]
   double listed = 0;                // L^T at the rays that a ray statistic lists
   double height_product = 0;        // waves: L^T of one among many height weights
+  double products = 1;              // WavePace
 };
 
-// Work of a transform of so many cells across, padded to twice as many.
-double transform_of(double across) {
-  const double length = 2 * across;
-  return length * length * std::log2(length);
+// Work of a transform of so many cells, padded to twice as many either way.
+double transform_of(double columns, double rows) {
+  return 2 * columns * rows * std::log2(4 * columns * rows);
+}
+
+double pace_of(const WavePace& pace, double transform) {
+  const double small = transform_of(kSmallGrid, kSmallGrid), large = transform_of(kLargeGrid, kLargeGrid);
+  const double part = std::log(transform / small) / std::log(large / small);
+  return std::pow(pace.large, std::clamp(part, 0.0, 1.0));
 }
 
 Optics with_operator(Optics optics, const TermSet& terms, const PointLayout& layout) {
@@ -84,16 +90,22 @@ Optics with_operator(Optics optics, const TermSet& terms, const PointLayout& lay
   return optics;
 }
 
-Optics on_grid(const Task& task, const TermSet& terms, double pitch) {
+Optics on_grid(const Task& task, const TermSet& terms, double pitch, const WavePace& pace) {
   Optics optics;
   optics.model = FocusModel::kWaves;
-  const double across = std::ceil(2 * aperture_radius(task.aperture) / pitch);
-  optics.transform = transform_of(std::max(2.0, across));  // fast ones are up to 5 % longer
+  const ApertureBox box = bounding_box(task.aperture);
+  const double columns = std::max(2.0, std::ceil((box.x1 - box.x0) / pitch)),
+               rows = std::max(2.0, std::ceil((box.y1 - box.y0) / pitch));
+  optics.transform = transform_of(columns, rows);  // fast ones are up to 5 % longer
+  optics.transform *= pace_of(pace, optics.transform);
+  optics.products = pace.products;
   PointLayout layout;
-  layout.rows = layout.columns = Eigen::Index(across);
+  layout.rows = Eigen::Index(rows);
+  layout.columns = Eigen::Index(columns);
   layout.points = std::max<Eigen::Index>(1, Eigen::Index(aperture_area(task.aperture) / (pitch * pitch)));
-  optics.height_product = double(layout.points) * (kHeightProduct * double(terms.zernike.size()) +
-                                                   kFourierHeightProduct * double(terms.fourier.size()));
+  optics.height_product =
+      pace.products * double(layout.points) *
+      (kHeightProduct * double(terms.zernike.size()) + kFourierHeightProduct * double(terms.fourier.size()));
   return with_operator(optics, terms, layout);
 }
 
@@ -112,18 +124,20 @@ double linearisation(const Optics& optics, const Asked& wanted) {
   return optics.forward + wanted.count * (optics.points * kSmoothStatistic + kStatistic + optics.listed);
 }
 
-double algebra(double statistics, double terms) {
-  if (terms > statistics + 1)
-    return kQr * statistics * statistics * statistics + kProducts * statistics * statistics * terms;
-  return kQr * statistics * terms * terms;
+double algebra(const Optics& optics, double statistics, double terms) {
+  const double pace = optics.products;
+  if (terms > statistics + 1) return pace * statistics * statistics * (kQr * statistics + kProducts * terms);
+  return pace * kQr * statistics * terms * terms;
 }
 
 // The grid of `pitch`, three coarser ones, and one for the search of the rings.
-double judged_by_waves(const Task& task, const TermSet& terms, const Asked& wanted, double pitch) {
+double judged_by_waves(const Task& task, const TermSet& terms, const Asked& wanted, double pitch,
+                       const WavePace& pace) {
   const Asked rings{0, 0, wanted.rings};
-  return rings.planes(kSearchedRing) * on_grid(task, terms, kSearchGrid * pitch).transform * kWavePlane +
-         3 * values(on_grid(task, terms, kCoarserGrid * pitch), wanted) +
-         values(on_grid(task, terms, pitch), wanted);
+  return rings.planes(kSearchedRing) * on_grid(task, terms, kSearchGrid * pitch, pace).transform *
+             kWavePlane +
+         3 * values(on_grid(task, terms, kCoarserGrid * pitch, pace), wanted) +
+         values(on_grid(task, terms, pitch, pace), wanted);
 }
 
 // Scrambles and all of them together.
@@ -134,8 +148,8 @@ double judged_by_rays(const TermSet& terms, const Asked& wanted, double rays) {
 }
 
 // As judge_in_light (judge.cpp) decides.
-double judgement(const Task& task, const Groundwork& ground, const TermSet& terms,
-                 const TargetSets& targets) {
+double judgement(const Task& task, const Groundwork& ground, const TermSet& terms, const TargetSets& targets,
+                 const WavePace& pace) {
   const bool given = targets.theory == "given";
   if (ground.use.in_light(given) || !ground.use.obstacle.empty()) return 0;
   const Asked wanted = asked({&targets.fitted});
@@ -143,7 +157,7 @@ double judgement(const Task& task, const Groundwork& ground, const TermSet& term
   try {
     const double pitch = wave_pitch(task, terms, targets.fitted, ground.split.get());
     const bool no_grid = 2 * ground.radius / pitch > kMostJudgedCells;
-    return theory + (no_grid ? 0 : judged_by_waves(task, terms, wanted, pitch));
+    return theory + (no_grid ? 0 : judged_by_waves(task, terms, wanted, pitch, pace));
   } catch (const ComputationError&) {  // no grid holds the light: rays judge themselves
     return theory;
   }
@@ -156,16 +170,31 @@ double realisations(const Task& task, const Groundwork& ground, const Optics& op
   return kRealisations * values(optics, {1, 1, 0});
 }
 
+// How many draws make every interval as narrow as all_scatter.cpp asks for, by the largest spread of what is
+// judged over its margin: Student's t of kScatterDraws over a quarter, squared.
+double number_of_draws(const Task& task, const Groundwork& ground) {
+  constexpr double kPerSpread = 1.753 / 0.25;
+  const BandShares& shares = *ground.shares;
+  double spread = shares.spread;
+  if (task.target.statistics.empty())  // height and angles are judged by default
+    spread = std::max({spread, shares.height_spread / task.equivalence.margin,
+                       shares.slope_spread / task.equivalence.margin});
+  const double draws = kPerSpread * kPerSpread * spread * spread;
+  return std::clamp(std::isfinite(draws) ? draws : 0.0, double(kScatterDraws), double(kMostScatterDraws));
+}
+
 // Rings are searched for in each.
-double draws(const Task& task, const Groundwork& ground, const TargetSets& targets) {
+double draws(const Task& task, const Groundwork& ground, const TargetSets& targets, const WavePace& pace) {
   if (!ground.all_scatters()) return 0;
   const std::shared_ptr<const BandSplit> split = drawn_split(task, ground);
   TermSet waves{ground.radius, {}, {}, {}};
   waves.fourier.assign(kDrawnWaves, {split->low().f_max(), 0});
   const Asked judged = asked({&targets.fitted, &targets.held_out});
-  const Optics optics = on_grid(task, waves, wave_pitch(task, waves, all_targets(targets), split.get()));
-  return kScatterDraws * (optics.forward + judged.planes(kDrawnRing) * optics.transform * kWavePlane +
-                          judged.count * kWaveStatistic);
+  const Optics optics =
+      on_grid(task, waves, wave_pitch(task, waves, all_targets(targets), split.get()), pace);
+  return number_of_draws(task, ground) *
+         (optics.forward + kDrawnMoments + judged.planes(kDrawnRing) * optics.transform * kWavePlane +
+          judged.count * kWaveStatistic);
 }
 
 double zones(const Task& task, const TermSet& terms) {
@@ -196,32 +225,39 @@ double zone_points(const TermSet& terms) {
   return std::clamp(4 * order * order, 4096.0, 65536.0);
 }
 
+double product_seconds(Eigen::Index points, Eigen::Index terms, int weights) {
+  return kHeightProduct * double(points) * double(terms) * weights;
+}
+
 double wave_seconds(int across, int statistics) {
-  return transform_of(across) * (kWavePlane + statistics * kWaveGradient);
+  return transform_of(across, across) * (kWavePlane + statistics * kWaveGradient);
 }
 
 FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& terms, const PupilOptions& rays,
-                 const TargetSets& targets, int threads) {
+                 const TargetSets& targets, int threads, const WavePace& pace) {
   const bool waves = ground.use.model == FocusModel::kWaves;
   const double pitch = waves ? wave_pitch(task, terms, all_targets(targets), ground.split.get()) : 0;
   const Optics optics =
-      waves ? on_grid(task, terms,
-                      wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening))
-            : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
+      waves
+          ? on_grid(task, terms,
+                    wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening), pace)
+          : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
   const Asked fitted = asked({&targets.fitted, &targets.guides});
   const Asked reported = asked({&targets.fitted}), judged = asked({&targets.fitted, &targets.held_out});
   FitWork work;
   work.targets = theory(ground, targets) / threads;
   work.prior = kPrior * std::pow(double(terms.size()) / kPriorTerms, 1.5);
-  work.iteration = linearisation(optics, fitted) / threads + algebra(fitted.count, double(terms.size()));
+  // By waves each step has an evaluation for its bend.
+  work.iteration = (linearisation(optics, fitted) + (waves ? values(optics, fitted) : 0)) / threads +
+                   algebra(optics, fitted.count, double(terms.size()));
   work.ends = (linearisation(optics, fitted) + 2 * values(optics, reported)) / threads;
-  work.fresh = (waves ? judged_by_waves(task, terms, judged, pitch)
+  work.fresh = (waves ? judged_by_waves(task, terms, judged, pitch, pace)
                       : judged_by_rays(terms, judged, 4 * double(rays.rays))) /
                threads;
   work.realisations = realisations(task, ground, optics) / threads;
-  work.judgement = judgement(task, ground, terms, targets) / threads;
+  work.judgement = judgement(task, ground, terms, targets, pace) / threads;
   work.zones = zones(task, terms) / threads;
-  work.draws = draws(task, ground, targets) / threads;
+  work.draws = draws(task, ground, targets, pace) / threads;
   work.scatter = ground.split && ground.split->has_rest() ? kScatterFunction : 0;
   return work;
 }

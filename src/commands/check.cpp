@@ -24,7 +24,9 @@ namespace {
 
 // The chart's rates where one is given, else those of this machine, or what came with the program.
 FitRates rates_for(const Study& study, const RunOptions& options) {
-  const auto own = [&] { return options.measure_machine ? machine_rates() : built_in_rates(); };
+  const auto own = [&] {
+    return options.measure_machine ? machine_rates(context_of(options).threads) : built_in_rates();
+  };
   const bool there = !options.chart_file.empty() && std::filesystem::exists(options.chart_file);
   if (options.chart_file.empty() || (options.chart_optional && !there)) return own();
   bool same_study = false;

@@ -40,7 +40,9 @@ class DrawnMirrors {
         drawing_(drawing_of(of)),
         bench_(of.task, FocusModel::kWaves, {},
                wave_pitch(of.task, drawing_.terms, all_targets(of.targets), drawing_.split.get()),
-               drawing_.terms, of.context.threads, drawing_.split) {}
+               drawing_.terms, of.context.threads, drawing_.split) {
+    workspace_.follow_rings();  // from one draw to the next, half of their time
+  }
 
   // The mean of the first `count`.
   FreshStatistics mean(int count, Warnings* warnings) {
@@ -62,8 +64,10 @@ class DrawnMirrors {
       of_.context.say(fmt::format("draw {} of {}", d + 1, count));
       const std::uint64_t seed = RandomStream(of_.task.fit.seed, "scatter-draws").bits(std::uint64_t(d));
       const Eigen::VectorXd white = draw_white(drawing_.prior.size(), seed);
-      values_.col(d) = bench_.exact(of_.task, drawing_.prior.colour(white), statistics_, of_.context.threads,
-                                    d == 0 ? warnings : nullptr);
+      LightPath path = bench_.focus(of_.task);
+      path.workspace = &workspace_;
+      values_.col(d) = focus_statistics(path, drawing_.prior.colour(white), statistics_, of_.context.threads,
+                                        d == 0 ? warnings : nullptr);
     }
   }
 
@@ -71,6 +75,7 @@ class DrawnMirrors {
   const std::vector<Statistic>& statistics_;
   Drawing drawing_;
   Workbench bench_;
+  DiffractionWorkspace workspace_;
   Eigen::MatrixXd values_;
 };
 

@@ -42,7 +42,7 @@ struct Timed {
 
 Timed timed(const Study& study) {
   Timed timed;
-  timed.report = make_check(study, machine_rates(), kThreads);
+  timed.report = make_check(study, machine_rates(kThreads), kThreads);
   timed.predicted = timed.report.prediction ? timed.report.prediction->seconds : HUGE_VAL;
   if (timed.predicted > kLongest) return timed;
   RunOptions options;

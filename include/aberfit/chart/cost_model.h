@@ -26,14 +26,15 @@ struct FitRates {
   double forward = 0, jacobian = 0;  ///< smooth values; the same with the full Jacobian
   double exact = 0;                  ///< one exact evaluation of the targets on the fitted rays
   double waves = 0;    ///< time of wave optics over what fit_work expects; 0: as the iteration has it
+  WavePace pace = {};  ///< of large grids and of products beside it
   std::string source;  ///< where they come from, a clause
 };
 
 /// Rates of the machine that the constants come from; for studies without a chart.
 FitRates built_in_rates();
-/// The same with the speed of this machine, measured in less than 0.1 s: of terms at points and of one focal
-/// plane with gradients, on one thread.
-FitRates machine_rates();
+/// The same with the speed of this machine, measured in 0.2 s: of terms at points, of focal planes with
+/// gradients and of products, on as many threads at once as a fit will have.
+FitRates machine_rates(int threads);
 
 /// What `fit` will take, in order of its stages; first start only, pictures left out.
 struct FitPrediction {

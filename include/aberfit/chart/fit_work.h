@@ -19,6 +19,13 @@ struct FitWork {
   double scatter = 0;  ///< the scatter function of the rest of a split, and its fits
 };
 
+/// What of the work of waves another machine does slower or faster than the rest of it: times over those of
+/// the constants, relative to a plane of a small grid.
+struct WavePace {
+  double large = 1;     ///< planes of grids beyond the caches, 288 cells across and more; in between by log M
+  double products = 1;  ///< L^T of heights, dense algebra
+};
+
 /// Of these terms on `rays`, by the scene's physics:
 ///   rays        every statistic looks at every ray and lists a few of them for its gradient;
 ///   waves       every plane and every gradient takes M^2 log2 M of the padded transform, M by wave_pitch.
@@ -26,11 +33,15 @@ struct FitWork {
 /// Each gradient costs one L^T (operator_cost.h). Nothing is timed: a function of its arguments and the
 /// instruction set.
 FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& terms, const PupilOptions& rays,
-                 const TargetSets& targets, int threads);
+                 const TargetSets& targets, int threads, const WavePace& pace = {});
 
+/// Cells across of the grids that a machine's pace is measured on.
+inline constexpr int kSmallGrid = 96, kLargeGrid = 288;
 /// One thread's time [s] for one plane of a pupil of so many cells across, with the energy inside so many
 /// rings and its gradients over the heights, by the same constants.
 double wave_seconds(int across, int statistics);
+/// The same for L^T of so many height weights with so many Zernikes at so many points.
+double product_seconds(Eigen::Index points, Eigen::Index terms, int weights);
 
 /// Points of the pupil that zone_slopes (prior_draws.h) takes; 0 for spherical terms, which it leaves out.
 double zone_points(const TermSet& terms);
