@@ -65,7 +65,7 @@ double predicted_seconds(const ChartBench& bench, const Layout& layout, const Fi
 std::vector<Cut> cuts_of(const ChartBench& bench) {
   const std::vector<BandSpec> bands = bands_of(bench);
   std::vector<Layout> layouts = lay_out(bench.task, requested_physics(bench.task), bands, bench.threads);
-  const FitRates rates = machine_rates();
+  const FitRates rates = machine_rates(bench.threads);
   const BandRule own = band_rule(bench.task);
   std::vector<Cut> cuts;
   for (std::size_t k = 0; k < bands.size(); ++k) {

@@ -6,6 +6,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
+#include "aberfit/method/band_choice.h"
 
 namespace aberfit::internal {
 namespace {
@@ -21,13 +22,19 @@ double quantile(const std::vector<double>& sorted, double p) {
 
 }  // namespace
 
-ChartBench make_chart_bench(const Task& task, const PhysicsRequest& physics, const RunContext& context) {
-  ChartBench bench{task, lay_groundwork(task, physics), {}, {}, {}, {}, {}, 0, 0, 0, 0, 1, {}};
+namespace {
+
+// Of a scene that is laid out by lay_out, at what is to be made of it.
+ChartBench bench_of(const Task& task, const RunContext& context,
+                    const std::function<Layout(const Task&, int threads)>& lay_out) {
+  ChartBench bench{task, {}, {}, {}, {}, {}, {}, 0, 0, 0, 0, 1, {}};
   bench.threads = context.threads;
   bench.say = [context](const std::string& line) { context.say(line); };
   bench.say("targets");
   const ChartClock clock(0);
-  bench.targets = make_targets(task, bench.ground, bench.threads);
+  Layout layout = lay_out(task, bench.threads);
+  bench.ground = std::move(layout.ground);
+  bench.targets = std::move(layout.targets);
   bench.targets_seconds = clock.elapsed();
   bench.say("prior");
   TermPlan plan = plan_terms(task, bench.ground, task.terms);
@@ -43,6 +50,20 @@ ChartBench make_chart_bench(const Task& task, const PhysicsRequest& physics, con
   }
   bench.smoothing = FitOptions().smoothing.back() * bench.ground.focal_sigma;
   return bench;
+}
+
+}  // namespace
+
+ChartBench bench_of_rays(const Task& task, Theory theory, const RunContext& context) {
+  return bench_of(task, context, [theory](const Task& of, int threads) {
+    Layout layout{lay_groundwork(of, {theory, FocusModel::kRays}), {}};
+    layout.targets = make_targets(of, layout.ground, threads);
+    return layout;
+  });
+}
+
+ChartBench bench_of_fit(const Task& task, const RunContext& context) {
+  return bench_of(task, context, [](const Task& of, int threads) { return lay_out(of, threads); });
 }
 
 ChartTrace::ChartTrace(const ChartBench& bench, const TermSet& terms, PupilSample pupil, int threads)

@@ -39,7 +39,11 @@ struct ChartBench {
   }
   ErrorLimit least_tolerance() const { return {tolerance, "tolerance of the targets"}; }
 };
-ChartBench make_chart_bench(const Task& task, const PhysicsRequest& physics, const RunContext& context);
+/// All of the roughness by rays, whatever the scene needs.
+ChartBench bench_of_rays(const Task& task, Theory theory, const RunContext& context);
+/// As `fit` lays it out: its physics, and where the band is split the terms stand for the part below the cut
+/// alone. Where all of it scatters there are no terms.
+ChartBench bench_of_fit(const Task& task, const RunContext& context);
 
 /// L, O and S on one pupil; memory is reused from call to call.
 class ChartTrace {

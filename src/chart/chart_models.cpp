@@ -11,6 +11,7 @@
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/term_search.h"
+#include "aberfit/theory/scattered_rays.h"
 #include "chart_families.h"
 
 namespace aberfit::internal {
@@ -22,9 +23,10 @@ constexpr double kReferencePitch = 0.73;
 constexpr std::int64_t kRayCounts[] = {4096, 16384, 65536, 262144};
 
 // The surface's statistics on a grid for waves.
-Eigen::VectorXd by_waves(const Task& task, const TermSet& terms, const Eigen::VectorXd& coefficients,
-                         const std::vector<Statistic>& statistics, double pitch, int threads) {
-  return Workbench(task, FocusModel::kWaves, {}, pitch, terms, threads)
+Eigen::VectorXd by_waves(const Task& task, const Groundwork& ground, const TermSet& terms,
+                         const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
+                         double pitch, int threads) {
+  return Workbench(task, FocusModel::kWaves, {}, pitch, terms, threads, ground.split)
       .exact(task, coefficients, statistics, threads, nullptr);
 }
 
@@ -32,6 +34,12 @@ Eigen::VectorXd by_waves(const Task& task, const TermSet& terms, const Eigen::Ve
 std::string why_not_in_light(const ChartBench& bench) {
   return bench.ground.use.obstacle.empty() ? ""
                                            : "Wave optics does not apply: " + bench.ground.use.obstacle + ".";
+}
+
+// The same of terms.
+std::string why_no_surface(const ChartBench& bench) {
+  return bench.ground.all_scatters() ? "No frequency needs a term: there is no surface to compare."
+                                     : why_not_in_light(bench);
 }
 
 // Largest |share - reference| / max(r dE/dr, 0.35) of encircled energies (PHYSICS 7).
@@ -117,7 +125,15 @@ struct ModelRows {
 
   double cells_across(double pitch) const { return 2 * aperture_radius(bench.task.aperture) / pitch; }
   Eigen::VectorXd on_grid(double pitch) const {
-    return by_waves(bench.task, bench.terms, bench.coefficients, statistics, pitch, bench.threads);
+    return by_waves(bench.task, bench.ground, bench.terms, bench.coefficients, statistics, pitch,
+                    bench.threads);
+  }
+  // The scatter of a split turns every ray by a slope of its own.
+  Eigen::VectorXd by_rays(ChartTrace* at) const {
+    SurfaceField field;
+    at->surface().apply(bench.coefficients, &field);
+    if (bench.ground.split) add_scatter(*bench.ground.split, at->pupil(), kScatterSeed, &field);
+    return at->exact_of(field, statistics);
   }
   ChartRow& add(const char* method, const char* parameter, double value,
                 const std::function<Eigen::VectorXd()>& run) {
@@ -146,8 +162,7 @@ struct ModelRows {
     for (const std::int64_t rays : kRayCounts) {
       if (clock.left() < 0) break;
       ChartTrace at(bench, {own.layout, rays, own.seed});
-      ChartRow& row =
-          add("rays", "rays", double(rays), [&] { return at.exact(bench.coefficients, statistics); });
+      ChartRow& row = add("rays", "rays", double(rays), [&] { return by_rays(&at); });
       row.rays = at.pupil().size();
       // The study's number, or the next that is charted.
       row.is_default = !taken && (rays >= wanted || rays == *std::rbegin(kRayCounts));
@@ -173,13 +188,13 @@ ChartFamily chart_models(const ChartBench& bench, double seconds) {
       family_of("models", "Rays and waves of one surface", "largest error in light of its encircled energies",
                 "terms, propagation and statistics", bench.third_of_margin());
   const std::vector<Target> seen = in_light(bench.targets.fitted);
-  family.skipped = seen.empty() ? "No encircled energies are among the targets." : why_not_in_light(bench);
+  family.skipped = seen.empty() ? "No encircled energies are among the targets." : why_no_surface(bench);
   if (!family.skipped.empty()) return family;
   const ChartClock clock(seconds);
   const std::vector<Target> aims = aims_of(seen);
   ModelRows models{bench, aims, statistics_of(aims), 0.08 * seconds};
   try {
-    const double pitch = wave_pitch(bench.task, bench.terms, seen, nullptr);
+    const double pitch = wave_pitch(bench.task, bench.terms, seen, bench.ground.split.get());
     models.add_waves(pitch, clock);
     models.add_rays(clock);
     models.compare(kReferencePitch * pitch);
@@ -196,10 +211,11 @@ namespace {
 // Worst of what light says of a fitted surface, on the safe grid: every statistic of the verdict.
 double worst_in_light(const FitCase& of, const Attempt& attempt) {
   const JudgedSet judged(in_light(of.targets.fitted), in_light(of.targets.held_out));
-  const double pitch = wave_pitch(of.task, attempt.result.terms, all_targets(of.targets), nullptr);
+  const double pitch =
+      wave_pitch(of.task, attempt.result.terms, all_targets(of.targets), of.ground.split.get());
   FreshStatistics fresh;
-  fresh.value = by_waves(of.task, attempt.result.terms, attempt.result.fit.coefficients, judged.statistics(),
-                         pitch, of.context.threads);
+  fresh.value = by_waves(of.task, of.ground, attempt.result.terms, attempt.result.fit.coefficients,
+                         judged.statistics(), pitch, of.context.threads);
   fresh.standard_error = Eigen::VectorXd::Zero(fresh.value.size());
   double worst = 0;
   for (const EquivalenceMetric& metric : judged.judge(fresh, of.task.equivalence)) {
@@ -241,11 +257,11 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
   ChartFamily family =
       family_of("fits", "Whole fits", "largest error in light of all encircled energies, held out or not",
                 "prior, fit and its start", bench.margin());
-  if (!bench.ground.psd || !bench.ground.use.obstacle.empty() || in_light(bench.targets.fitted).empty() ||
-      expected_orders(bench.ground).wide) {
+  if (!bench.ground.psd || !bench.ground.use.obstacle.empty() || bench.ground.all_scatters() ||
+      in_light(bench.targets.fitted).empty() || expected_orders(bench.ground).wide) {
     family.skipped =
         "Whole fits are charted of Zernikes to the encircled energies of a roughness that wave optics "
-        "describes.";
+        "describes and that needs terms.";
     return family;
   }
   const ChartClock clock(seconds);
@@ -255,9 +271,12 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
   double last = 0;
   const Task of_rays = seen_by_rays(bench.task);
   for (const FitWay& way : kFitWays) {
-    const Task& task = way.model == FocusModel::kRays ? of_rays : bench.task;
-    const Groundwork ground = lay_groundwork(task, {{}, way.model});
-    const TargetSets targets = make_targets(task, ground, bench.threads);
+    const bool by_rays = way.model == FocusModel::kRays;
+    if (by_rays && bench.ground.split) continue;  // no fit goes that way
+    const Task& task = by_rays ? of_rays : bench.task;
+    const bool own = bench.ground.use.model == way.model;
+    const Groundwork ground = own ? bench.ground : lay_groundwork(task, {{}, way.model});
+    const TargetSets targets = own ? bench.targets : make_targets(task, ground, bench.threads);
     const FitCase of{task, ground, targets, context};
     const int first = expected_orders(ground).first;
     if (way.coarse_first) last = 0;
@@ -298,7 +317,10 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       family.rows.push_back(row);
     }
   }
-  if (!skipped.empty()) family.remark = "Left out for time: " + skipped + ".";
+  if (bench.ground.split)
+    family.remark = "Of terms and scatter, by waves alone: the terms end where the band is cut.";
+  if (!skipped.empty())
+    family.remark += fmt::format("{}Left out for time: {}.", family.remark.empty() ? "" : " ", skipped);
   return family;
 }
 

@@ -25,7 +25,7 @@ Chart make_chart(const Task& task, double budget, const RunContext& context) {
   // The methods compared here are those of rays, whatever the scene needs.
   const Theory theory = task.target.theory == Theory::kRays ? Theory::kRays : Theory::kGeometric;
   const Task of_rays = seen_by_rays(task);
-  const ChartBench bench = make_chart_bench(of_rays, {theory, FocusModel::kRays}, context);
+  const ChartBench bench = bench_of_rays(of_rays, theory, context);
   const PupilSample few = make_pupil(task.aperture, pupil_of_at_most(task, 1024));
   SurfaceField surface;
   SurfaceOperator(bench.terms, few, OperatorOptions{bench.threads, {}, {}})
@@ -52,7 +52,7 @@ Chart make_chart(const Task& task, double budget, const RunContext& context) {
     }
   };
   // What a user asks first: which model, and what a whole fit takes with it. The kernels come second.
-  const ChartBench as_is = make_chart_bench(task, requested_physics(task), context);
+  const ChartBench as_is = bench_of_fit(task, context);
   append({chart_theories(as_is, kTheories * budget)});
   append({chart_models(as_is, kModels * budget)});
   append({chart_fits(as_is, kFits * budget)});
