@@ -160,7 +160,6 @@ void keep_the_promise(const LargeScene& scene) {
   const std::vector<double> rest = drawn(split.rest(), study, pupil, scene.points, 11);
   std::vector<double> both(rest.size());
   for (std::size_t k = 0; k < rest.size(); ++k) both[k] = terms_only[k] + rest[k];
-  const std::vector<double> flat(rest.size(), 0.0);
   std::map<double, std::vector<Target>> planes;
   for (const Target& target : layout.targets.fitted)
     if (std::holds_alternative<EncircledEnergyRadius>(target.statistic))

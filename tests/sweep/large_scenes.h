@@ -40,7 +40,8 @@ inline const std::vector<LargeScene>& large_scenes() {
                                  "f_max": "1000 /m"}}})",
        768, 1600},
       {"wide-300", wide("750"), 1024, 1800},
-      {"wide-1000", wide("2500"), 3200, 5000}};
+      {"wide-1000", wide("2500"), 3200, 5000},
+      {"wide-3000", wide("7500"), 9600, 15000}};
   return scenes;
 }
 
