@@ -303,12 +303,12 @@ int typical_order(const OrderRange& range, bool few_modes) {
   return std::max(2, int(std::lround(std::sqrt(double(range.low) * range.high))));
 }
 
-// Plane waves where a search by waves ends: about as many as cycles across that terms stand for; 108 of 95,
+// Plane waves where a search by waves ends: a tenth more than cycles across that terms stand for; 108 of 95,
 // 91 of 92, 76 of 66, 38 of 52 and 43, 32 of 39 and 64, 256 of 125 (tests/stability).
 int typical_modes(const Groundwork& ground) {
-  constexpr double kMost = 256;
+  constexpr double kMost = 256, kPerCycle = 1.1;
   const double cycles = 2 * ground.radius * ground.term_psd->f_max();
-  return int(std::lround(std::clamp(cycles, double(kFewestModes), kMost)));
+  return int(std::lround(std::clamp(kPerCycle * cycles, double(kFewestModes), kMost)));
 }
 
 // The sets that search_terms fits where every look is a full fit, if all from `end` on pass.
