@@ -20,19 +20,15 @@ double quantile(const std::vector<double>& sorted, double p) {
   return sorted[below] + (at - double(below)) * (sorted[below + 1] - sorted[below]);
 }
 
-}  // namespace
-
-namespace {
-
-// Of a scene that is laid out by lay_out, at what is to be made of it.
+// The layout is the caller's: by rays, or as `fit` has it.
 ChartBench bench_of(const Task& task, const RunContext& context,
-                    const std::function<Layout(const Task&, int threads)>& lay_out) {
+                    const std::function<Layout(const Task&, int threads)>& laid_out) {
   ChartBench bench{task, {}, {}, {}, {}, {}, {}, 0, 0, 0, 0, 1, {}};
   bench.threads = context.threads;
   bench.say = [context](const std::string& line) { context.say(line); };
   bench.say("targets");
   const ChartClock clock(0);
-  Layout layout = lay_out(task, bench.threads);
+  Layout layout = laid_out(task, bench.threads);
   bench.ground = std::move(layout.ground);
   bench.targets = std::move(layout.targets);
   bench.targets_seconds = clock.elapsed();

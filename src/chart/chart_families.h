@@ -14,7 +14,7 @@ ChartFamily chart_theories(const ChartBench& bench, double seconds);
 /// Rays by number and waves by grid, of one surface: encircled energies in light against a finer grid.
 ChartFamily chart_models(const ChartBench& bench, double seconds);
 /// Fits of growing orders by rays, by waves that begin on a coarse grid, and by waves on the safe grid alone:
-/// what light says of the surfaces against their targets.
+/// what light says of the surfaces against their targets. Of terms and scatter no fit goes by rays.
 ChartFamily chart_fits(const ChartBench& bench, double seconds);
 /// Whole fits by where the roughness is split between terms and scatter: what light says of the mean, and how
 /// far mirrors that share the terms differ.

@@ -264,6 +264,11 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
         "describes and that needs terms.";
     return family;
   }
+  const bool split = bench.ground.split != nullptr;
+  if (split && bench.ground.use.model == FocusModel::kRays) {
+    family.skipped = "Rays with a scatter of their own are not charted.";
+    return family;
+  }
   const ChartClock clock(seconds);
   const RunContext context{bench.threads, bench.say};
   const std::vector<int> orders = orders_of(bench);
@@ -272,9 +277,10 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
   const Task of_rays = seen_by_rays(bench.task);
   for (const FitWay& way : kFitWays) {
     const bool by_rays = way.model == FocusModel::kRays;
-    if (by_rays && bench.ground.split) continue;  // no fit goes that way
+    if (by_rays && split) continue;  // no fit goes that way
     const Task& task = by_rays ? of_rays : bench.task;
-    const bool own = bench.ground.use.model == way.model;
+    // Targets of light, also where the study's own are of rays.
+    const bool own = bench.ground.use.model == way.model && bench.ground.use.theory == Theory::kGhs;
     const Groundwork ground = own ? bench.ground : lay_groundwork(task, {{}, way.model});
     const TargetSets targets = own ? bench.targets : make_targets(task, ground, bench.threads);
     const FitCase of{task, ground, targets, context};
@@ -317,8 +323,7 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       family.rows.push_back(row);
     }
   }
-  if (bench.ground.split)
-    family.remark = "Of terms and scatter, by waves alone: the terms end where the band is cut.";
+  if (split) family.remark = "Of terms and scatter, by waves alone: the terms end where the band is cut.";
   if (!skipped.empty())
     family.remark += fmt::format("{}Left out for time: {}.", family.remark.empty() ? "" : " ", skipped);
   return family;

@@ -43,10 +43,9 @@ constexpr int kPassing = 2;
 // As many miss by little, and go on with twice the rays to the last iteration: none to 4 (ditto).
 constexpr int kNearMisses = 1;
 // Sets of a search by waves pass from this share of the orders it expects on: 0.1 to 0.8, half of them 0.25
-// to 0.6 (tests/stability). Those below stay 2 to 10 tolerances away, but the last, which meet what is
-// fitted.
-constexpr double kPassFrom = 0.4, kTypicalMismatch = 3;
-constexpr double kNearlyFrom = 0.75;
+// to 0.6 (tests/stability). Those below stay 2 to 10 tolerances away, but from this share of the order that
+// passes on they meet what is fitted and miss by little.
+constexpr double kPassFrom = 0.4, kTypicalMismatch = 3, kNearlyFrom = 0.75;
 // Plane waves: 32, 64, ... to where they pass (181 for 20 nm uniform from 2.5 to 200 /m), then in between.
 constexpr int kFewestModes = 32, kTypicalModes = 256;
 
@@ -183,10 +182,6 @@ double least_time(double budget, const std::function<void()>& run) {
   }
   return least;
 }
-
-}  // namespace
-
-namespace {
 
 // Times of this machine over those of the constants.
 struct Speed {

@@ -22,8 +22,10 @@ constexpr double kTouched = 0.05;  // share of the rays that a gradient lists: `
 // Waves, divided by M^2 log2 M: a plane and a gradient in fits of the README's study (M = 274). A ring that
 // is followed takes a dozen planes, one that is searched for some 45, without radii.
 constexpr double kWavePlane = 1.5e-9, kWaveGradient = 6e-10, kFollowedRing = 12, kSearchedRing = 40;
-// Of a draw, whose ring no grid before it has looked for; its rays for height and angles (tests/stability).
-constexpr double kDrawnRing = 15, kDrawnMoments = 0.06;
+// Of a draw, whose ring is followed from another mirror's [planes]; its rays for height and angles [s of one
+// thread] (tests/stability).
+constexpr double kDrawnRing = 15;
+constexpr double kDrawnMoments = 0.06;
 // Searches of radii and what else does not grow with the grid, per statistic: fits on 45 cells across with 20
 // to 500 terms (tests/stability).
 constexpr double kWaveStatistic = 8e-5;
@@ -62,7 +64,7 @@ Asked asked(const std::vector<const std::vector<Target>*>& sets) {
 struct Optics {
   FocusModel model = FocusModel::kRays;
   double points = 0;                // of L
-  double transform = 0;             // waves: M^2 log2 M
+  double transform = 0;             // waves: M_x M_y log2, padded, times the pace
   double forward = 0, adjoint = 0;  // of L, one thread [s]
   double listed = 0;                // L^T at the rays that a ray statistic lists
   double height_product = 0;        // waves: L^T of one among many height weights
@@ -183,7 +185,6 @@ double number_of_draws(const Task& task, const Groundwork& ground) {
   return std::clamp(std::isfinite(draws) ? draws : 0.0, double(kScatterDraws), double(kMostScatterDraws));
 }
 
-// Rings are searched for in each.
 double draws(const Task& task, const Groundwork& ground, const TargetSets& targets, const WavePace& pace) {
   if (!ground.all_scatters()) return 0;
   const std::shared_ptr<const BandSplit> split = drawn_split(task, ground);

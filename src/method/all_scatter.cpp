@@ -41,7 +41,9 @@ class DrawnMirrors {
         bench_(of.task, FocusModel::kWaves, {},
                wave_pitch(of.task, drawing_.terms, all_targets(of.targets), drawing_.split.get()),
                drawing_.terms, of.context.threads, drawing_.split) {
-    workspace_.follow_rings();  // from one draw to the next, half of their time
+    // From one draw to the next, half of their time: drawn mirrors whose light differs by less than their
+    // tolerances have their rings next to each other's.
+    if (of.ground.shares && of.ground.shares->spread < 1) workspace_.follow_rings();
   }
 
   // The mean of the first `count`.

@@ -19,10 +19,8 @@ void mind_theory(const Task& task, const RadialPsd& psd, PhysicsChoice* use) {
   const TheoryError& error = *use->theory_error;
   if (!error.applies && use->obstacle.empty()) use->obstacle = error.clause;
   if (!error.applies) return;
-  if (error.wide_angles)
-    use->warnings.push_back({"wide-angle-scatter", error.clause});
-  else if (error.mostly_grazing)
-    use->warnings.push_back({"grazing-incidence", error.clause});
+  if (error.wide_angles) use->warnings.push_back({"wide-angle-scatter", error.clause});
+  if (error.mostly_grazing) use->warnings.push_back({"grazing-incidence", error.of_grazing});
 }
 
 bool is_of_light_alone(const StatisticRequest& request) {

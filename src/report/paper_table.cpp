@@ -54,7 +54,7 @@ std::string summary_table(const PaperCells& table) {
         "  ! warning: {}\n",
         wrapped(
             fmt::format("more than {:.1f} % of the light is scattered beyond 10 degrees in these {} cells: "
-                        "neither rays nor Harvey-Shack, both theories of small angles, say much about them",
+                        "rays and Harvey-Shack, both theories of small angles, say less about them",
                         100 * kWideShare, wide),
             kColumns - 4, 4));
   return text;

@@ -1,6 +1,7 @@
 #include "aberfit/theory/band_split.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
@@ -44,21 +45,29 @@ BandSplit::BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, con
 
 std::optional<MeanScatter::Encircled> BandSplit::in_plane(double radius, double dz) const {
   constexpr std::size_t kMostKnown = 100000;
+  if (!std::isfinite(radius) || !std::isfinite(dz)) return Encircled{kNaN, kNaN};
   const std::pair key(dz, radius);
+  std::optional<MeanSpot> spot;
+  bool looked_for = dz == 0;
   {
     const std::lock_guard lock(memory_->mutex);
     if (const auto at = memory_->known.find(key); at != memory_->known.end()) return at->second;
+    const auto plane = memory_->spots.find(dz);
+    looked_for = looked_for || plane != memory_->spots.end();
+    spot = dz == 0 ? focus_ : looked_for ? plane->second : std::nullopt;
   }
-  std::optional<MeanSpot> spot;
-  try {
-    spot = dz == 0 ? focus_ : whole_->at_plane(dz);
-  } catch (const ComputationError&) {  // aberrations turn too often there
-    return std::nullopt;
+  if (!looked_for) {
+    try {
+      spot = whole_->at_plane(dz);
+    } catch (const ComputationError&) {  // aberrations turn too often there
+    }
   }
-  const Encircled light{spot->encircled_energy(radius), spot->encircled_energy_slope(radius)};
+  std::optional<Encircled> light;
+  if (spot) light = Encircled{spot->encircled_energy(radius), spot->encircled_energy_slope(radius)};
   const std::lock_guard lock(memory_->mutex);
+  if (!looked_for) memory_->spots.emplace(dz, spot);
   if (memory_->known.size() >= kMostKnown) memory_->known.clear();
-  memory_->known.emplace(key, light);
+  if (light) memory_->known.emplace(key, *light);
   return light;
 }
 

@@ -73,11 +73,10 @@ TheoryError theory_error(const RadialPsd& psd, const Mirror& mirror, const Apert
     error.clause = fmt::format(
         "the roughness scatters {:.2g} % of the light beyond 10 degrees, where scalar theory leaves out "
         "obliquity and polarisation: encircled energies may be off by {:.1g} % of the light; a lower f_max "
-        "or a "
-        "longer wavelength scatters less of it there",
+        "or a longer wavelength scatters less of it there",
         100 * error.beyond_ten_degrees, 100 * kObliquity * error.beyond_ten_degrees);
-  else if (error.mostly_grazing)
-    error.clause =
+  if (error.mostly_grazing)
+    error.of_grazing =
         "mirrors for wavelengths below 30 nm are mostly used at grazing incidence, and this is theory at "
         "normal "
         "incidence";

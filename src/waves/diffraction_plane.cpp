@@ -156,7 +156,8 @@ void DiffractionGrid::set_scatter(const DiffractionScene& scene) {
 }
 
 const Eigen::ArrayXd& DiffractionGrid::mean_at(const DiffractionScene& scene, double dz,
-                                               PupilTransform::Buffers* buffers) const {
+                                               PupilTransform::Buffers* buffers,
+                                               FocusedField* scratch) const {
   {
     const std::lock_guard lock(mutex_);
     if (const auto at = means_.find(dz); at != means_.end()) return at->second;
@@ -165,9 +166,8 @@ const Eigen::ArrayXd& DiffractionGrid::mean_at(const DiffractionScene& scene, do
   bare.scatter = nullptr;
   const Eigen::ArrayXd flat = Eigen::ArrayXd::Zero(scene.points());
   const DiffractionScene perfect(bare, bare.nominal ? *bare.nominal : flat, 1);
-  FocusedField focused(transform);
-  DiffractionPlane(perfect, *this, *buffers, focused).fill_focal(dz);
-  Eigen::ArrayXd mean = lags.to_nodes(lag_sums(perfect, *this, focused.focal, buffers) * whole_);
+  DiffractionPlane(perfect, *this, *buffers, *scratch).fill_focal(dz);
+  Eigen::ArrayXd mean = lags.to_nodes(lag_sums(perfect, *this, scratch->focal, buffers) * whole_);
   const std::lock_guard lock(mutex_);
   return means_.emplace(dz, std::move(mean)).first->second;
 }
@@ -208,8 +208,9 @@ bool DiffractionGrid::has_own_mean(const DiffractionScene& scene, double dz) con
   const double end = scene.field_radius(dz), grown = scene.per_period(dz) / scene.per_period(0);
   bool own = false;
   for (const double radius : {end, 1.5 * end, 2 * end, 4 * end}) {
+    if (own) break;
     const std::optional<MeanScatter::Encircled> there = scatter->in_plane(radius, dz);
-    own = own || (there && std::abs(there->energy - scatter->encircled_energy(radius * grown)) > kSame);
+    own = (there && std::abs(there->energy - scatter->encircled_energy(radius * grown)) > kSame);
   }
   const std::lock_guard lock(mutex_);
   return own_[dz] = own;
@@ -222,7 +223,7 @@ void DiffractionPlane::focus(double dz, Mean mean) {
   unit_ = scene_.per_period(dz);
   const MeanScatter* scatter = scene_.problem().scatter.get();
   const double of_mean = own_mean ? dz : 0;
-  const Eigen::ArrayXd* light = scatter ? &grid_.mean_at(scene_, of_mean, &buffers_) : nullptr;
+  const Eigen::ArrayXd* light = scatter ? &grid_.mean_at(scene_, of_mean, &buffers_, &focused_) : nullptr;
   fill_focal(dz);
   Eigen::ArrayXd sums = lag_sums(scene_, grid_, focused_.focal, &buffers_);
   if (scatter) {

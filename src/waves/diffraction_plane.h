@@ -108,6 +108,8 @@ class KernelMemory {
   std::map<double, std::unique_ptr<AlignedArray>> kept_;
 };
 
+struct FocusedField;
+
 /// What all planes of one pupil grid share.
 struct DiffractionGrid {
   explicit DiffractionGrid(const DiffractionScene& scene);
@@ -118,9 +120,9 @@ struct DiffractionGrid {
   Eigen::ArrayXd factor;            ///< H at the lengths of `lags`; empty: 1
   Eigen::ArrayXd along_x, along_y;  ///< H at the lags (m, 0) and (0, m)
   /// C_m^0 H_whole at the nodes of `lags` in the plane dz, as shares of all light; made when it is first
-  /// asked for, from several threads.
-  const Eigen::ArrayXd& mean_at(const DiffractionScene& scene, double dz,
-                                PupilTransform::Buffers* buffers) const;
+  /// asked for, from several threads. scratch: a field without a plane, which is written over.
+  const Eigen::ArrayXd& mean_at(const DiffractionScene& scene, double dz, PupilTransform::Buffers* buffers,
+                                FocusedField* scratch) const;
   /// Whether the mean spot in the plane dz is another than in the focus, where the cells do not see it.
   bool has_own_mean(const DiffractionScene& scene, double dz) const;
 

@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kLargestSine = 0.15;  // of scatter; scalar theory ends at 10 degrees
+constexpr double kLargestSine = 0.15;  // of scatter; scalar theory has a word from 10 degrees on
 constexpr const char* kFamilies[] = {"k-correlation", "power-law", "uniform", "gaussian", "table", "sum"};
 constexpr const char* kShapes[] = {"circle", "annulus", "circle", "rectangle", "polygon"};
 // Any stretch of rows has them in nearly these shares.

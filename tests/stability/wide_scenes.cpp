@@ -14,7 +14,7 @@
 namespace aberfit {
 namespace {
 
-constexpr double kLargestSine = 0.15;  // of scatter; scalar theory ends at 10 degrees
+constexpr double kLargestSine = 0.15;  // of scatter; scalar theory has a word from 10 degrees on
 
 nlohmann::json aperture_of(const std::string& shape, double across, Dice* dice) {
   if (shape == "rectangle") return rectangle(across, dice->uniform(0.5, 1.0));

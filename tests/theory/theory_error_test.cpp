@@ -86,7 +86,7 @@ TEST(TheoryError, MindsShortWavelengthsAndRefusesWhatDoesNotExist) {
   const TheoryError error = theory_error(RadialPsd(GaussianPsd{1e-10, 1e-3}), kParabola, kCircle, 13.5e-9);
   EXPECT_TRUE(error.applies);
   EXPECT_TRUE(error.mostly_grazing);
-  EXPECT_NE(error.clause.find("grazing"), std::string::npos);
+  EXPECT_NE(error.of_grazing.find("grazing"), std::string::npos);
   EXPECT_THROW(theory_error(RadialPsd(PowerLawPsd{{}, 1e-20, 4.0, 0, 100}), kParabola, kCircle, kLambda),
                ComputationError);
   const TheoryError endless =

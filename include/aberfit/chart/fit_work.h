@@ -28,7 +28,7 @@ struct WavePace {
 
 /// Of these terms on `rays`, by the scene's physics:
 ///   rays        every statistic looks at every ray and lists a few of them for its gradient;
-///   waves       every plane and every gradient takes M^2 log2 M of the padded transform, M by wave_pitch.
+///   waves       every plane and every gradient takes M_x M_y log2 of the padded transform, M by wave_pitch.
 ///               Planes: one per distinct dz, and those of the search of each RingFwhm.
 /// Each gradient costs one L^T (operator_cost.h). Nothing is timed: a function of its arguments and the
 /// instruction set.

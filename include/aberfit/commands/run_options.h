@@ -20,7 +20,7 @@ struct RunOptions {
   double chart_seconds = 60;              ///< chart: about how long it may take [s], > 0
   std::string chart_file;                 ///< check: chart.json whose rates predict the cost
   std::optional<PaperTable> paper_table;  ///< check: the paper's table of R beside ours
-  bool measure_machine = false;  ///< check: without a chart, rates of this machine, measured in 0.1 s
+  bool measure_machine = false;  ///< check: without a chart, rates of this machine, measured in 0.2 s
   bool chart_optional = false;   ///< check: a chart_file that is absent or of another study is passed over
 };
 

@@ -40,7 +40,8 @@ class BandSplit : public MeanScatter {
   Eigen::ArrayXd whole_transfer(const Eigen::ArrayXd& shear) const override;
   double encircled_energy(double radius) const override { return in_plane(radius, 0)->energy; }
   double encircled_energy_slope(double radius) const override { return in_plane(radius, 0)->slope; }
-  /// Remembered: a wide band takes up to a millisecond, and a fit asks for the same radii in every step.
+  /// Remembered: a wide band takes up to a millisecond, and a fit asks for the same radii in every step. NaN
+  /// for a radius that is not finite.
   std::optional<Encircled> in_plane(double radius, double dz) const override;
   double irradiance() const override { return focus_.irradiance(0); }
   double image_transfer(double frequency) const override { return focus_.transfer(frequency); }
@@ -56,6 +57,7 @@ class BandSplit : public MeanScatter {
   MeanSpot focus_;
   struct Memory {
     std::mutex mutex;
+    std::map<double, std::optional<MeanSpot>> spots;       // by dz; nothing: aberrations turn too often there
     std::map<std::pair<double, double>, Encircled> known;  // by dz and radius
   };
   std::unique_ptr<Memory> memory_;

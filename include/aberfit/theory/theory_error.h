@@ -30,7 +30,8 @@ struct TheoryError {
   bool applies = false;           ///< beyond_ten_degrees <= kTooMuchBeyondTenDegrees
   bool wide_angles = false;       ///< it applies, and beyond_ten_degrees > kMostBeyondTenDegrees
   bool mostly_grazing = false;    ///< wavelength < kShortestAtNormalIncidence
-  std::string clause;             ///< why it does not apply, or what to mind; no full stop
+  std::string clause;             ///< why it does not apply, or what to mind first; no full stop
+  std::string of_grazing;         ///< what to mind at short wavelengths; no full stop
 };
 /// wavelength > 0 [m]. The angles are those of a mirror without edges: exp(-E) times a Gaussian 300 lambda
 /// wide, so that diffraction at the aperture counts for nothing; error of the shares 1e-6. Costs

@@ -161,8 +161,8 @@ class DiffractionWorkspace {
   DiffractionWorkspace(DiffractionWorkspace&&) noexcept;
   DiffractionWorkspace& operator=(DiffractionWorkspace&&) noexcept;
   /// From now on RingFwhm of one surface after the other is looked for near where it was: a fifth of the
-  /// planes of a search. For surfaces, or grids of one, that differ little; the last bits of a width then
-  /// depend on what was asked for before.
+  /// planes of a search. For surfaces, or grids of one, whose light differs little; the last bits of a width
+  /// then depend on what was asked for before.
   void follow_rings();
   struct Buffers;
   Buffers& buffers() { return *buffers_; }
