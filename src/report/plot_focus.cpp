@@ -38,6 +38,13 @@ std::string length_text(double value) {
   return std::isfinite(value) ? display(value, Dimension::kLength) : "none";
 }
 
+// A plane [m] that is no further before the focus than nine tenths of the way to the mirror: rings of light
+// that scatters widely fade only beyond.
+double in_front_of_mirror(const PlotInput& input, double dz) {
+  const double farthest = 0.9 * input.mirror.focal_length;
+  return std::clamp(dz, -farthest, farthest);
+}
+
 // f sigma_f / R: the defocus at which the geometric blur of the rim equals the spot.
 double plane_unit(const PlotInput& input) {
   return input.mirror.focal_length * spot_scale(input) / aperture_radius(input.aperture);
@@ -196,13 +203,16 @@ Picture ee_curves_picture(const PlotInput& input) {
 /// N(z) through one ring, the target's ee90 at z = f, for all three surfaces.
 Picture ring_through_picture(const PlotInput& input) {
   const std::string name = "ring_through";
-  constexpr int kPoints = 1001;
+  // Light is smooth over a plane in two hundred, and one may take a tenth of a second.
+  constexpr int kOfRays = 1001, kOfLight = 201;
+  const int points = input.result.model == "waves" ? kOfLight : kOfRays;
   constexpr double kReach = 5;  // in units of ring f / R; half maximum is near 1.4
   double ring = reference(input).statistic(EncircledEnergyRadius{0.9, 0.0});
   if (!(ring > 1e-12)) ring = 2 * spot_scale(input);
-  const double last = kReach * ring * input.mirror.focal_length / aperture_radius(input.aperture);
-  const Eigen::ArrayXd planes = Eigen::ArrayXd::LinSpaced(kPoints, -last, last);
-  std::vector<Eigen::ArrayXd> columns = {planes, {}, Eigen::ArrayXd::Constant(kPoints, NAN), {}};
+  const double last =
+      in_front_of_mirror(input, kReach * ring * input.mirror.focal_length / aperture_radius(input.aperture));
+  const Eigen::ArrayXd planes = Eigen::ArrayXd::LinSpaced(points, -last, last);
+  std::vector<Eigen::ArrayXd> columns = {planes, {}, Eigen::ArrayXd::Constant(points, NAN), {}};
   const std::vector<Branch> all = branches(input);
   for (const Branch& branch : all)
     columns[std::size_t(branch.column - 1)] = branch.light->ring_through(ring, planes);
@@ -361,7 +371,7 @@ Picture focal_images_picture(const PlotInput& input) {
   std::string panels;
   for (std::size_t row = 0; row < rows.size(); ++row) {
     for (std::size_t column = 0; column < std::size(kPlanes); ++column) {
-      const double dz = kPlanes[column].units * plane_unit(input);
+      const double dz = in_front_of_mirror(input, kPlanes[column].units * plane_unit(input));
       const Eigen::ArrayXXd image = rows[row].light->image(dz, frame.half, ImageFrame::kPixels);
       if (row > 0) brightest = std::max(brightest, image.maxCoeff());
       const std::string file = fmt::format("{}_{}_{}.dat", name, rows[row].key, kPlanes[column].key);

@@ -204,11 +204,14 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
     for (std::size_t j = 0; j < jobs.size(); ++j)
       if (jobs[j].dz && scene.has_plane(*jobs[j].dz)) kept[j] = pool.plane(*jobs[j].dz);
   }
+  // So many planes the theory remembers; a curve over more of them, drawn once, is that of the rings.
+  constexpr std::size_t kMostPlanes = 100;
+  const DiffractionPlane::Mean mean =
+      jobs.size() > kMostPlanes ? DiffractionPlane::Mean::kInFocus : DiffractionPlane::Mean::kInPlane;
   parallel_for(jobs.size(), threads, [&](std::size_t j) {
     BorrowedBench bench(pool);
     DiffractionPlane plane(scene, grid, bench->buffers, kept[j] ? *kept[j] : bench->focused);
-    if (jobs[j].dz && scene.has_plane(*jobs[j].dz))
-      plane.focus(*jobs[j].dz, DiffractionPlane::Mean::kInPlane);
+    if (jobs[j].dz && scene.has_plane(*jobs[j].dz)) plane.focus(*jobs[j].dz, mean);
     for (const std::size_t k : jobs[j].statistics) {
       const DiffractionEvaluator evaluate(scene, height, &plane, workspace ? &pool.rings : nullptr,
                                           d_height ? &(*d_height)[k] : nullptr);

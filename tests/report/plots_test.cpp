@@ -200,6 +200,34 @@ TEST_F(Plots, RingThroughOfTheIdealParabolaIsItsGeometry) {
   EXPECT_LT(table.back()[1], 0.1);
 }
 
+// A mean of light knows no plane behind the mirror, and rings of widely scattered light would be followed to
+// there.
+TEST(PlotsOfWideScatter, EndInFrontOfTheMirror) {
+  PlotScene wide(CircleAperture{2 * PlotScene::kRadius, 0}, 2000);
+  const double spread = 0.5 * PlotScene::kFocalLength / wide.focal_sigma;
+  wide.target.x *= spread;
+  wide.target.y *= spread;
+  wide.focal_sigma *= spread;
+  const auto ideal = ray_light(wide.ideal, wide.ideal, Centre::kNominal),
+             target = ray_light(wide.target, wide.ideal, Centre::kNominal),
+             fitted = ray_light(wide.fitted, wide.ideal, Centre::kNominal);
+  for (const char* model : {"rays", "waves"}) {
+    wide.result.model = model;
+    const PlotInput input{wide.result, wide.mirror,      wide.aperture,   wide.pupil,
+                          *ideal,      target.get(),     *fitted,         wide.field,
+                          *wide.grid,  PlotScene::kGrid, wide.focal_sigma};
+    const internal::Picture ring = internal::ring_through_picture(input);
+    ASSERT_EQ(ring.data.size(), 1u);
+    std::istringstream lines(ring.data[0].second);
+    double nearest = 0;
+    for (std::string line; std::getline(lines, line);)
+      if (!line.starts_with("#")) nearest = std::min(nearest, std::stod(line));
+    EXPECT_NEAR(nearest, -0.9 * PlotScene::kFocalLength, kPrinted);
+    const std::string images = internal::focal_images_picture(input).script;
+    EXPECT_NE(images.find("2.52 m before z = f"), std::string::npos) << images.substr(0, 2000);
+  }
+}
+
 TEST_F(Plots, RingThroughAgreesWithCountingPlaneByPlane) {
   const std::string header = content(file("ring_through.dat"));
   std::smatch found;
