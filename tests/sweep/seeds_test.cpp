@@ -1,5 +1,5 @@
 // Seeds: whether a verdict is `equivalent` is not a matter of the draw. Twenty of five scenes, a hundred of
-// four, and of five statistics of a mirror of few modes.
+// four.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -70,15 +70,6 @@ TEST_P(HundredSeeds, AllButTwoAreEquivalent) {
   EXPECT_GE(equivalent_seeds(scene, 100), 98) << scene.name;
 }
 INSTANTIATE_TEST_SUITE_P(Of, HundredSeeds, testing::Range(0, 4));
-
-// N_eff = 6.6, 25 terms, light alone.
-TEST(FewModesSeeds, FiveStatisticsAreMet) {
-  json study = study_of(2.8, circle(0.4), uniform(100e-9, 5));
-  study["terms"] = {{"zernike", {{"n_max", 6}}}};
-  for (const char* ee : {"ee35", "ee50", "ee65", "ee80", "ee90"})
-    study["target"]["statistics"][ee] = json::object();
-  EXPECT_EQ(equivalent_seeds({"five statistics", study}, 20), 20);
-}
 
 }  // namespace
 }  // namespace aberfit
