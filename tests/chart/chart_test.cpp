@@ -125,13 +125,14 @@ TEST_F(ChartRun, EveryFamilyHasRowsOfWhichThoseOnTheFrontierAreNotBeaten) {
       frontier += row["on_frontier"].get<bool>();
       if (row["is_cheapest_within_tolerance"].get<bool>()) {
         EXPECT_LE(row["error"], family["tolerance"]);
-        // What beats it, on a busy machine with few draws, is a row whose reference is not known well enough.
-        const bool beaten = std::any_of(all.begin(), all.end(), [&](const ordered_json& other) {
+        // Unless a row beats it whose reference is not known well enough, as on a busy machine with few
+        // draws.
+        const bool excused = std::any_of(all.begin(), all.end(), [&](const ordered_json& other) {
           return other["error"].is_number() && other["seconds"].is_number() &&
-                 other["error"] <= row["error"] && other["seconds"] < row["seconds"] &&
-                 other["error_of_reference"] <= family["tolerance"];
+                 other["error"] <= row["error"] && other["seconds"] <= row["seconds"] &&
+                 other["error_of_reference"] > family["tolerance"];
         });
-        EXPECT_FALSE(beaten);
+        EXPECT_TRUE(row["on_frontier"].get<bool>() || excused);
       }
       if (!row["error"].is_number() || !row["seconds"].is_number()) continue;
       EXPECT_GE(row["error"], 0.0);
