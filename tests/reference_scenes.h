@@ -30,4 +30,13 @@ inline nlohmann::json annulus_study() {
                   k_correlation(80e-9, 3.2, 30));
 }
 
+/// Five encircled energies of a band of seven modes, by 25 Zernikes.
+inline nlohmann::json few_modes_study() {
+  nlohmann::json study = study_of(2.8, circle(0.4), uniform(100e-9, 5));
+  study["terms"] = {{"zernike", {{"n_max", 6}}}};
+  for (const char* share : {"ee35", "ee50", "ee65", "ee80", "ee90"})
+    study["target"]["statistics"][share] = nlohmann::json::object();
+  return study;
+}
+
 }  // namespace aberfit

@@ -172,17 +172,12 @@ double realisations(const Task& task, const Groundwork& ground, const Optics& op
   return kRealisations * values(optics, {1, 1, 0});
 }
 
-// How many draws make every interval as narrow as all_scatter.cpp asks for, by the largest spread of what is
-// judged over its margin: Student's t of kScatterDraws over a quarter, squared.
-double number_of_draws(const Task& task, const Groundwork& ground) {
+// How many draws make an interval as narrow as all_scatter.cpp asks for, where what is judged spreads by so
+// many margins: Student's t of kScatterDraws over a quarter, squared.
+double number_of_draws(double spread, double most) {
   constexpr double kPerSpread = 1.753 / 0.25;
-  const BandShares& shares = *ground.shares;
-  double spread = shares.spread;
-  if (task.target.statistics.empty())  // height and angles are judged by default
-    spread = std::max({spread, shares.height_spread / task.equivalence.margin,
-                       shares.slope_spread / task.equivalence.margin});
   const double draws = kPerSpread * kPerSpread * spread * spread;
-  return std::clamp(std::isfinite(draws) ? draws : 0.0, double(kScatterDraws), double(kMostScatterDraws));
+  return std::clamp(std::isfinite(draws) ? draws : 0.0, double(kScatterDraws), most);
 }
 
 double draws(const Task& task, const Groundwork& ground, const TargetSets& targets, const WavePace& pace) {
@@ -193,9 +188,15 @@ double draws(const Task& task, const Groundwork& ground, const TargetSets& targe
   const Asked judged = asked({&targets.fitted, &targets.held_out});
   const Optics optics =
       on_grid(task, waves, wave_pitch(task, waves, all_targets(targets), split.get()), pace);
-  return number_of_draws(task, ground) *
-         (optics.forward + kDrawnMoments + judged.planes(kDrawnRing) * optics.transform * kWavePlane +
-          judged.count * kWaveStatistic);
+  const double light =
+      judged.planes(kDrawnRing) * optics.transform * kWavePlane + judged.count * kWaveStatistic;
+  const double surface = optics.forward + kDrawnMoments;
+  const double mirrors = number_of_draws(ground.shares->spread, kMostScatterDraws);
+  double surfaces = mirrors;
+  if (task.target.statistics.empty())  // height and angles are judged by default
+    for (const double spread : {ground.shares->height_spread, ground.shares->slope_spread})
+      surfaces = std::max(surfaces, number_of_draws(spread / task.equivalence.margin, kMostDrawnSurfaces));
+  return mirrors * light + surfaces * surface;
 }
 
 double zones(const Task& task, const TermSet& terms) {

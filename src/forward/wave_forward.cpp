@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -72,6 +73,17 @@ std::optional<Wanted> wanted_light(const Target& target) {
   if (const auto* share = std::get_if<RingThrough>(&target.statistic))
     return Wanted{target.value, share->ring_radius, share->dz, true, target.tolerance};
   return std::nullopt;
+}
+
+// The two farthest planes [m] in which statistics look at light, of those in front of the mirror; 0: none.
+std::array<double, 2> outermost_planes(const std::vector<Statistic>& statistics, double focal_length) {
+  std::array<double, 2> ends{0, 0};
+  for (const Statistic& statistic : statistics) {
+    const double dz = plane_of_light(statistic).value_or(0);
+    if (!(focal_length + dz > 0) || !std::isfinite(dz)) continue;
+    ends = {std::min(ends[0], dz), std::max(ends[1], dz)};
+  }
+  return ends;
 }
 
 // Why light cannot be where it is wanted: the perfect mirror in focus holds less there. perfect: its value of
@@ -178,7 +190,11 @@ Eigen::VectorXd WaveForward::exact(Warnings* warnings) {
 
 void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) const {
   const DiffractionProblem waves = problem();
-  const DiffractionCheck check = check_diffraction(waves, height_, 0.0);
+  DiffractionCheck check = check_diffraction(waves, height_, 0.0);
+  for (const double dz : outermost_planes(split_.own, waves.focal_length)) {
+    DiffractionCheck there = check_diffraction(waves, height_, dz);
+    if (there.aliased_share > std::max(check.aliased_share, waves.aliased_limit)) check = std::move(there);
+  }
   const bool finite = height_.allFinite(), aliased = check.aliased_share > waves.aliased_limit;
   // A surface that has no pattern has none of its statistics: said once.
   std::vector<std::string> without_pattern;

@@ -46,29 +46,58 @@ class DrawnMirrors {
     if (of.ground.shares && of.ground.shares->spread < 1) workspace_.follow_rings();
   }
 
-  // The mean of the first `count`.
-  FreshStatistics mean(int count, Warnings* warnings) {
+  // The mean of the first `count`; of what needs no light, of the first `surfaces`.
+  FreshStatistics mean(int count, int surfaces, Warnings* warnings) {
     draw_up_to(count, warnings);
-    const Eigen::MatrixXd values = values_.leftCols(count);
     FreshStatistics fresh;
     fresh.rays = bench_.pupil.size();
-    fresh.value = values.rowwise().mean();
-    fresh.standard_error = standard_error_of_mean(values);
+    fresh.value = values_.rowwise().mean();
+    fresh.standard_error = standard_error_of_mean(values_);
     fresh.degrees_of_freedom = count - 1;
+    if (surfaces > count) replace_moments(surfaces, &fresh);
     return fresh;
   }
 
  private:
+  Eigen::VectorXd coefficients(int d) const {
+    const std::uint64_t seed = RandomStream(of_.task.fit.seed, "scatter-draws").bits(std::uint64_t(d));
+    return drawing_.prior.colour(draw_white(drawing_.prior.size(), seed));
+  }
+
+  void replace_moments(int surfaces, FreshStatistics* fresh) {
+    std::vector<Statistic> moments;
+    std::vector<Eigen::Index> place;
+    for (std::size_t k = 0; k < statistics_.size(); ++k) {
+      if (!kind_of(statistics_[k]).is_moment) continue;
+      moments.push_back(statistics_[k]);
+      place.push_back(Eigen::Index(k));
+    }
+    const int known = int(values_.cols());
+    Eigen::MatrixXd values(Eigen::Index(moments.size()), surfaces);
+    for (std::size_t j = 0; j < place.size(); ++j)
+      values.row(Eigen::Index(j)).head(known) = values_.row(place[j]);
+    of_.context.say(fmt::format("heights and slopes of {} draws", surfaces));
+    const LightPath path = bench_.focus(of_.task);
+    const auto model = make_forward_model(path, moments, of_.context.threads);
+    for (int d = known; d < surfaces; ++d) {
+      model->move_to(coefficients(d));
+      values.col(d) = model->exact(nullptr);
+    }
+    const Eigen::VectorXd mean = values.rowwise().mean(), error = standard_error_of_mean(values);
+    for (std::size_t j = 0; j < place.size(); ++j) {
+      fresh->value[place[j]] = mean[Eigen::Index(j)];
+      fresh->standard_error[place[j]] = error[Eigen::Index(j)];
+    }
+  }
+
   void draw_up_to(int count, Warnings* warnings) {
     int d = int(values_.cols());
     values_.conservativeResize(Eigen::Index(statistics_.size()), std::max(count, d));
     for (; d < count; ++d) {
       of_.context.say(fmt::format("draw {} of {}", d + 1, count));
-      const std::uint64_t seed = RandomStream(of_.task.fit.seed, "scatter-draws").bits(std::uint64_t(d));
-      const Eigen::VectorXd white = draw_white(drawing_.prior.size(), seed);
       LightPath path = bench_.focus(of_.task);
       path.workspace = &workspace_;
-      values_.col(d) = focus_statistics(path, drawing_.prior.colour(white), statistics_, of_.context.threads,
+      values_.col(d) = focus_statistics(path, coefficients(d), statistics_, of_.context.threads,
                                         d == 0 ? warnings : nullptr);
     }
   }
@@ -84,14 +113,10 @@ class DrawnMirrors {
 // As many as make every interval as narrow as a quarter of its margin either way. Decided by the spread of
 // the first ones alone, not by where their mean is (Stein 1945): looking again while a verdict is undecided
 // would make a 5 % error one of 11 %.
-int enough_draws(const std::vector<EquivalenceMetric>& metrics) {
+double enough_draws(const EquivalenceMetric& metric) {
   constexpr double kNarrow = 0.25;
-  double draws = kScatterDraws;
-  for (const EquivalenceMetric& metric : metrics) {
-    const double half = 0.5 * (metric.interval[1] - metric.interval[0]) / metric.margin;
-    if (std::isfinite(half)) draws = std::max(draws, kScatterDraws * half * half / (kNarrow * kNarrow));
-  }
-  return int(std::ceil(std::min(draws, double(kMostScatterDraws))));
+  const double half = 0.5 * (metric.interval[1] - metric.interval[0]) / metric.margin;
+  return std::isfinite(half) ? kScatterDraws * half * half / (kNarrow * kNarrow) : 0;
 }
 
 std::shared_ptr<const TermPlan> no_terms(const FitCase& of) {
@@ -136,12 +161,18 @@ Attempt judge_all_scatter(const FitCase& of) {
   attempt.own = fitted.judged(own);
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   DrawnMirrors drawn(of, judged.statistics());
-  const auto judge = [&](int draws) {
-    attempt.fresh = drawn.mean(draws, &result.warnings);
+  const auto judge = [&](double draws, double surfaces) {
+    attempt.fresh =
+        drawn.mean(int(std::ceil(std::min(draws, double(kMostScatterDraws)))),
+                   int(std::ceil(std::min(surfaces, double(kMostDrawnSurfaces)))), &result.warnings);
     result.metrics = judged.judge(attempt.fresh, of.task.equivalence);
   };
-  judge(kScatterDraws);
-  if (const int draws = enough_draws(result.metrics); draws > kScatterDraws) judge(draws);
+  judge(kScatterDraws, kScatterDraws);
+  double draws = kScatterDraws, surfaces = kScatterDraws;
+  for (std::size_t k = 0; k < result.metrics.size(); ++k)
+    for (double* most : {&surfaces, kind_of(judged.targets()[k].statistic).is_moment ? nullptr : &draws})
+      if (most) *most = std::max(*most, enough_draws(result.metrics[k]));
+  if (surfaces > kScatterDraws) judge(draws, surfaces);
   result.verdict = overall(result.metrics);
   result.validated = attempt.fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   return attempt;

@@ -42,26 +42,37 @@ void set_mean_spot(const Task& task, Groundwork* ground) {
   }
 }
 
-// Statistics by default look at planes up to five plane units out of focus: where that is behind the mirror,
-// there is no focus to speak of. What makes the spot so deep is to blame.
-void check_depth(const Task& task, const Groundwork& ground) {
-  constexpr double kUnits = 5, kFarthest = 0.9;
-  const double reach = kUnits * ground.plane_unit();
-  if (!task.target.statistics.empty() || reach <= kFarthest * ground.focal_length) return;
-  const std::string found = fmt::format(
-      "a focus without planes beside it: the spot of {} is so deep that they would lie up to {} from it",
-      format_quantity(ground.core_sigma, Dimension::kLength), format_quantity(reach, Dimension::kLength));
-  const double rough = 2 * ground.focal_length * ground.numbers.rms_slope_per_axis;
-  if (rough > ground.numbers.airy_ee90 / kGaussianEe90)
-    throw FieldError("roughness.psd", found,
+// Statistics by default look at planes up to five plane units out of focus. A spot so deep that they would
+// lie behind the mirror has them nearer, held at a tenth of the focal length (plane_unit). Where diffraction
+// alone is that deep, or slopes are as steep as to leave their first order, there is no focus to speak of.
+void check_depth(const Task& task, Groundwork* ground) {
+  constexpr double kUnits = 5, kFarthest = 0.9, kLeastFresnelNumber = 2, kSteepest = 0.05;
+  if (!task.target.statistics.empty()) return;
+  const double f = ground->focal_length, depth = f * ground->core_sigma / ground->radius;
+  const double slope = ground->numbers.rms_slope_per_axis;
+  const std::string found = fmt::format("the spot of {} is so deep that they would lie up to {} from it",
+                                        format_quantity(ground->core_sigma, Dimension::kLength),
+                                        format_quantity(kUnits * depth, Dimension::kLength));
+  const bool behind = kUnits * depth > kFarthest * f;
+  if (behind && slope > kSteepest)
+    throw FieldError("roughness.psd", "a focus without planes beside it: " + found,
                      fmt::format("an RMS slope far below {:.3g} per axis: less height or a lower f_max; or "
                                  "named statistics in the focus alone",
-                                 ground.numbers.rms_slope_per_axis));
-  throw FieldError(
-      "mirror.focal_length", found,
-      fmt::format("a Fresnel number R^2/(lambda f) well above 1, here {:.2g}: a larger aperture, a shorter "
-                  "focal length or wavelength; or named statistics in the focus alone",
-                  ground.radius * ground.radius / (task.wavelength * ground.focal_length)));
+                                 slope));
+  const double fresnel = ground->radius * ground->radius / (task.wavelength * f);
+  const bool rough = 2 * f * slope > ground->numbers.airy_ee90 / kGaussianEe90;
+  if (behind && !(rough && fresnel > kLeastFresnelNumber))
+    throw FieldError(
+        "mirror.focal_length", "a focus without planes beside it: " + found,
+        fmt::format("a Fresnel number R^2/(lambda f) well above 1, here {:.2g}: a larger aperture, a shorter "
+                    "focal length or wavelength; or named statistics in the focus alone",
+                    fresnel));
+  if (ground->is_deep())
+    ground->use.warnings.push_back(
+        {"deep-focus",
+         fmt::format("the planes beside the focus would be five depths of focus from it: {}; they are held "
+                     "within half of the focal length, {}, and rings are left out",
+                     found, format_quantity(kUnits * ground->plane_unit(), Dimension::kLength))});
 }
 
 // The closed form is of first order in the slope; exact rays leave it by 4.6 slope^2 of a radius (PHYSICS 5;
@@ -105,7 +116,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   ground.use = choose_physics(task, asked, &*ground.psd);
   mind_steep_slopes(task, &ground);
   set_mean_spot(task, &ground);
-  check_depth(task, ground);
+  check_depth(task, &ground);
   return ground;
 }
 

@@ -90,18 +90,23 @@ std::optional<PerfectMirror> judge_perfect_mirror(const FitCase& of) {
            kind_of(target.statistic).dimension != Dimension::kFraction;
   });
   if (seen.empty()) return std::nullopt;
+  const auto beside = std::stable_partition(seen.begin(), seen.end(), [](const Target& target) {
+    return plane_of_light(target.statistic).value_or(0) == 0;
+  });
+  const std::vector<Target> in_focus(seen.begin(), beside), elsewhere(beside, seen.end());
   const double smooth = kNoRoughness / std::max(kNoRoughness, ground.numbers.g);
   const GeneralisedHarveyShack perfect(ground.psd->scaled(smooth), of.task.mirror, of.task.aperture,
                                        of.task.wavelength);
-  std::vector<Target> aims = aims_of(seen);
-  const Eigen::VectorXd value = perfect.predict(statistics_of(aims), of.context.threads);
   PerfectMirror result;
-  for (std::size_t k = 0; k < aims.size(); ++k) {
-    const double mismatch = std::abs(value[Eigen::Index(k)] - aims[k].value) /
-                            (margin_of(seen[k], of.task.equivalence) * aims[k].relative_to());
-    if (!(mismatch > result.mismatch)) continue;
-    result.mismatch = mismatch;
-    result.statistic = statistic_name(seen[k].statistic);
+  for (const std::vector<Target>* some : {&in_focus, &elsewhere}) {
+    if (result.mismatch >= 1) break;
+    const std::vector<Target> aims = aims_of(*some);
+    const Eigen::VectorXd value = perfect.predict(statistics_of(aims), of.context.threads);
+    for (std::size_t k = 0; k < aims.size(); ++k) {
+      const double mismatch = std::abs(value[Eigen::Index(k)] - aims[k].value) /
+                              (margin_of((*some)[k], of.task.equivalence) * aims[k].relative_to());
+      if (mismatch > result.mismatch) result = {mismatch, statistic_name((*some)[k].statistic)};
+    }
   }
   return result;
 }

@@ -25,9 +25,40 @@ double plane_reach(const Target& target) {
   return std::abs(plane_of_light(target.statistic).value_or(0));
 }
 
+namespace {
+
+// Planes on both sides of the focus that a grid has to show [m].
+struct PlanesSeen {
+  double nearest = 0, farthest = 0;
+
+  void add(const Target& target) {
+    const double dz = plane_of_light(target.statistic).value_or(0), around = plane_reach(target);
+    const bool both = std::holds_alternative<RingFwhm>(target.statistic);
+    nearest = std::min(nearest, both ? -around : dz);
+    farthest = std::max(farthest, both ? around : dz);
+  }
+  double reach() const { return std::max(-nearest, farthest); }
+};
+
+// For light at `radius` [m] in focus. The field of view grows with the distance from the mirror, as the light
+// of the focus does in other planes.
+double pitch_for_light(const Task& task, double radius, const PlanesSeen& planes) {
+  const double f = task.mirror.focal_length;
+  double pitch = HUGE_VAL;
+  for (const double dz : {planes.nearest, planes.farthest})
+    if (f + dz > 0)  // a ring is not looked for behind the mirror
+      pitch = std::min(pitch, diffraction_sampling(task.aperture, f, task.wavelength, radius * (f + dz) / f,
+                                                   dz, kLeastCells)
+                                  .pitch);
+  return pitch;
+}
+
+}  // namespace
+
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
                   const BandSplit* split, double coarsening, double least_reach) {
-  double radius = 0, reach_dz = 0;
+  double radius = 0;
+  PlanesSeen planes;
   for (const Target& target : targets) {
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
       if (ee->dz == 0) radius = std::max(radius, kReach * target.value);
@@ -38,13 +69,11 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
     } else if (split && !kind_of(target.statistic).in_rays) {
       radius = std::max(radius, kReach * split->low_reach());  // of all the light that terms move
     }
-    reach_dz = std::max(reach_dz, plane_reach(target));
+    planes.add(target);
   }
   if (split) radius = std::min(radius, kReach * split->low_reach());
   radius = std::max(radius, kReach * least_reach);
-  const DiffractionSampling sampling = diffraction_sampling(task.aperture, task.mirror.focal_length,
-                                                            task.wavelength, radius, reach_dz, kLeastCells);
-  const double for_light = coarsening * sampling.pitch;
+  const double for_light = coarsening * pitch_for_light(task, radius, planes);
   double highest = 0;  // of the terms [cycles/m]
   for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
   if (!terms.zernike.empty())
@@ -66,7 +95,7 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
                   "light {} from the axis, in planes up to {} out of focus, asks for it; take smaller "
                   "fractions, rings or planes, or `\"model\": \"rays\"` in `trace`",
                   format_quantity(radius, Dimension::kLength),
-                  format_quantity(reach_dz, Dimension::kLength))));
+                  format_quantity(planes.reach(), Dimension::kLength))));
   return pitch;
 }
 

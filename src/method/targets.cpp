@@ -55,6 +55,11 @@ bool in_halo(const Groundwork& ground, double fraction) {
          ground.mean_spot->encircled_energy_radius(fraction, 0) > kHalo * ground.core_sigma;
 }
 
+// The light through a ring falls to half some depths of focus out, where a deep focus has no planes.
+bool has_ring(const Groundwork& ground, double fraction) {
+  return !ground.is_deep() && !in_halo(ground, fraction);
+}
+
 // Where few modes carry the roughness, the mean light of such mirrors is no mirror's of their mean height:
 // light is not linear in the height's square (Jensen), and one surface of few modes has no room for both.
 constexpr double kFewModes = 10;
@@ -84,7 +89,7 @@ std::vector<Wanted> default_statistics(const Groundwork& ground) {
   for (const double units : kPlanes)
     for (const double fraction : kFractions)
       wanted.push_back({EncircledEnergyRadius{fraction, plane(units, ground)}});
-  if (!in_halo(ground, RingFwhm{}.ring_fraction)) wanted.push_back({RingFwhm{}});
+  if (has_ring(ground, RingFwhm{}.ring_fraction)) wanted.push_back({RingFwhm{}});
   if (has_few_modes(ground)) return wanted;
   wanted.push_back({ScatterRms{}});
   wanted.push_back({RmsHeight{}});
@@ -141,7 +146,7 @@ std::vector<Statistic> held_out_statistics(const Groundwork& ground, const std::
     for (const double fraction : kHeldOutFractions)
       held_out.push_back(EncircledEnergyRadius{fraction, plane(units, ground)});
   for (const double fraction : {0.5, 0.8})
-    if (!in_halo(ground, fraction)) held_out.push_back(RingFwhm{fraction, {}});
+    if (has_ring(ground, fraction)) held_out.push_back(RingFwhm{fraction, {}});
   if (ground.use.model != FocusModel::kWaves && !has_few_modes(ground)) held_out.push_back(ScatterMean{});
   std::erase_if(held_out, [&](const Statistic& candidate) {
     return std::any_of(known.begin(), known.end(), [&](const Statistic& statistic) {
@@ -291,9 +296,12 @@ void leave_out_rings_far_out(const Task& task, const Groundwork& ground, TargetS
   constexpr double kMostCells = 1024, kTimesFiner = 2;
   if (ground.use.model != FocusModel::kWaves) return;
   const auto is_ring = [](const Target& t) { return std::holds_alternative<RingFwhm>(t.statistic); };
-  const auto cells = [&](double dz) {
-    return 2 * ground.radius /
-           diffraction_sampling(task.aperture, task.mirror.focal_length, task.wavelength, 0, dz).pitch;
+  // Towards the mirror, where the field of view is smaller.
+  const auto cells = [&](double reach) {
+    const double f = task.mirror.focal_length;
+    return reach < f
+               ? 2 * ground.radius / diffraction_sampling(task.aperture, f, task.wavelength, 0, -reach).pitch
+               : HUGE_VAL;
   };
   double reach = 0;  // of everything else
   for (const Target& target : all_targets(*sets))

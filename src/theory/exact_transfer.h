@@ -75,6 +75,7 @@ class PupilMoments {
   const PupilField& field() const { return field_; }
   double cutoff() const { return 2 * field_.outer(); }
   bool is_round() const { return field_.is_round() && field_.corners().empty(); }
+  bool has_departure() const { return field_.has_departure(); }
   int order() const { return order_; }
   /// Of (i, j): distance on the mirror over the shear; of i: q^2.
   const std::vector<double>& stretch() const { return stretch_; }
@@ -136,6 +137,7 @@ class ExactTransfer {
   double cutoff() const { return pupil_->cutoff(); }
   double unresolved() const { return table_->unresolved(); }
   bool is_round() const { return pupil_->is_round(); }
+  bool has_departure() const { return pupil_->has_departure(); }  ///< from a perfect mirror
 
  private:
   /// H at nodes (i, j) of the pupil and shears x, or its change.

@@ -1,11 +1,14 @@
 #include "aberfit/theory/generalised_harvey_shack.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
@@ -29,6 +32,28 @@ using std::numbers::pi;
 
 constexpr double kNegligibleCore = 1e-16;
 constexpr std::size_t kMostPlanes = 100;
+
+using Point = std::array<double, 2>;  // x and f(x)
+
+// Where f is highest between `left` and `right`, `top` between them being higher than both: vertices of
+// parabolas, until one moves by less than `tolerance`.
+double highest_between(const std::function<double(double)>& f, Point left, Point top, Point right,
+                       double tolerance) {
+  for (int tries = 0; tries < 20; ++tries) {
+    const double to_left = top[0] - left[0], to_right = top[0] - right[0];
+    const double p = to_left * (top[1] - right[1]), q = to_right * (top[1] - left[1]);
+    const double vertex = p == q ? top[0] : top[0] - 0.5 * (to_left * p - to_right * q) / (p - q);
+    const double moved = vertex - top[0];
+    if (!(std::abs(moved) > tolerance)) return vertex;
+    const Point next{vertex, f(vertex)};
+    if (!std::isfinite(next[1])) return top[0];
+    const bool higher = next[1] > top[1];
+    Point& beside = (moved < 0) == higher ? right : left;  // what lies beyond the higher of the two goes
+    beside = higher ? top : next;
+    if (higher) top = next;
+  }
+  return top[0];
+}
 
 }  // namespace
 
@@ -213,28 +238,53 @@ MeanSpot GeneralisedHarveyShack::change_at_plane(const SurfaceChange& change, do
   return spot;
 }
 
-std::array<double, 2> GeneralisedHarveyShack::half_planes(double ring_radius) const {
-  if (!(ring_radius > 0)) return {kNaN, kNaN};
-  const double half = 0.5 * encircled_energy(ring_radius, 0.0);
-  const auto excess = [&](double dz) { return encircled_energy(ring_radius, dz) - half; };
+// A mirror without aberrations has its peak in the focus, one with them where they put it: looked for in
+// steps of `step` until the ring holds less than half on both sides, as waves look for it on their grid.
+double GeneralisedHarveyShack::ring_peak(double ring_radius, double step) const {
+  constexpr int kMostSteps = 60;
+  if (!exact_ || !exact_->has_departure()) return 0;
+  const auto energy = [&](double dz) { return encircled_energy(ring_radius, dz); };
+  std::vector<Point> scan{{0.0, energy(0)}};
+  double most = scan.front()[1];
+  for (const double side : {-1.0, 1.0}) {
+    double share = most;
+    for (int k = 1; k <= kMostSteps && share >= 0.5 * most; ++k) {
+      const double dz = side * k * step;
+      if (!(std::abs(dz) < 0.5 * mirror_.focal_length)) break;
+      share = energy(dz);
+      scan.push_back({dz, share});
+      most = std::max(most, share);
+    }
+  }
+  std::sort(scan.begin(), scan.end());
+  const auto top = std::max_element(scan.begin(), scan.end(),
+                                    [](const auto& one, const auto& two) { return one[1] < two[1]; });
+  if (top == scan.begin() || top + 1 == scan.end()) return kNaN;
+  return highest_between(energy, top[-1], top[0], top[1], 1e-3 * step);
+}
+
+GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ring_radius) const {
+  if (!(ring_radius > 0)) return {kNaN, kNaN, kNaN};
   const double f = mirror_.focal_length;
   // A cone of rays fills twice the area of the ring at 1.41 of this depth; diffraction adds its own depth of
   // focus.
   const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
+  const double peak = ring_peak(ring_radius, step);
+  if (std::isnan(peak)) return {kNaN, kNaN, kNaN};
+  const double half = 0.5 * encircled_energy(ring_radius, peak);
+  const auto excess = [&](double dz) { return encircled_energy(ring_radius, dz) - half; };
   // Planes of a pupil without symmetry are known to 1e-5, and cost much.
   const double accuracy = exact_ && !exact_->is_round() ? 1e-6 : 1e-9;
-  std::array<double, 2> planes{-1, 1};
-  for (double& plane : planes) {
-    const double side = plane;
-    plane *= first_crossing([&](double distance) { return excess(side * distance); }, 0, half, step, 0.5 * f,
-                            accuracy);
-  }
-  return planes;
+  const auto crossing = [&](double side) {
+    return peak + side * first_crossing([&](double distance) { return excess(peak + side * distance); }, 0,
+                                        half, step, 0.5 * f, accuracy);
+  };
+  return {crossing(-1), peak, crossing(1)};
 }
 
 double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
-  const std::array<double, 2> planes = half_planes(ring_radius);
-  return planes[1] - planes[0];
+  const RingPlanes planes = ring_planes(ring_radius);
+  return planes.upper - planes.lower;
 }
 
 RadialTransform GeneralisedHarveyShack::line_spread(double bandwidth, const SurfaceChange* change) const {

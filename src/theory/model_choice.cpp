@@ -46,16 +46,14 @@ ModelErrors errors_of(const Theories& theories) {
 // What verdicts look at: the default fractions, and planes in depths of focus f sigma_f / R.
 const std::vector<double> kFractions = {0.20, 0.35, 0.50, 0.65, 0.80, 0.90, 0.95};
 constexpr double kPlanes[] = {0, -1, 1, -2.5, 2.5, -5, 5};
-constexpr double kFarthestPlane =
-    0.25;  // of the focal length: spots that are this deep have no planes to speak of
 
 double error_of_rays(const Theories& theories, const Mirror& mirror, const Aperture& aperture,
                      double ghs_ee90, double allowed) {
   if (!theories.rays || !std::isfinite(ghs_ee90)) return kInfinity;
-  const double depth = mirror.focal_length * ghs_ee90 / kGaussianEe90 / aperture_radius(aperture);
+  const double depth =
+      std::min(ghs_ee90 / kGaussianEe90 / aperture_radius(aperture), kDeepestUnit) * mirror.focal_length;
   double worst = 0;
   for (const double plane : kPlanes) {
-    if (std::abs(plane * depth) > kFarthestPlane * mirror.focal_length) continue;
     worst = std::max(worst, ray_error_in_light(theories.light, *theories.rays, kFractions, {plane * depth}));
     if (!(worst <= allowed)) break;
   }

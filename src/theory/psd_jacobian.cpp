@@ -103,7 +103,8 @@ class JacobianOfGhs {
     const double slope = ghs_.line_spread(bandwidth, nullptr).cosine_slope(w);
     return -(moved.cosine(w) - 0.5 * moved.cosine(0)) / (slope * kPi * nu);
   }
-  // N(z) = E(R, z) falls to N(0)/2; R may be a radius of the focus.
+  // N(z) = E(R, z) falls to half of its peak, which it does not move to first order; R may be a radius of the
+  // focus.
   double of_ring(const RingFwhm& ring) {
     const double radius =
         ring.ring_radius ? *ring.ring_radius : ghs_.encircled_energy_radius(ring.ring_fraction, 0);
@@ -111,10 +112,10 @@ class JacobianOfGhs {
     const auto in_ring = [&](double dz) {
       return change(dz).encircled_energy(radius) + widened * ghs_.at_plane(dz).encircled_energy_slope(radius);
     };
-    double sum = 0;
-    const double half = 0.5 * in_ring(0);
-    for (const double plane : ghs_.half_planes(radius)) {
-      const double step = kPlaneStep * std::abs(plane);
+    const GeneralisedHarveyShack::RingPlanes planes = ghs_.ring_planes(radius);
+    const double half = 0.5 * in_ring(planes.peak);
+    const auto moved = [&](double plane) {
+      const double step = kPlaneStep * std::abs(plane - planes.peak);
       const auto difference = [&](int k) {
         return ghs_.make_plane(plane + k * step).encircled_energy(radius) -
                ghs_.make_plane(plane - k * step).encircled_energy(radius);
@@ -122,9 +123,9 @@ class JacobianOfGhs {
       const double slope = (4.0 / 5 * difference(1) - 1.0 / 5 * difference(2) + 4.0 / 105 * difference(3) -
                             1.0 / 280 * difference(4)) /
                            step;
-      sum += (plane < 0 ? 1 : -1) * (in_ring(plane) - half) / slope;
-    }
-    return sum;
+      return (in_ring(plane) - half) / slope;
+    };
+    return moved(planes.lower) - moved(planes.upper);
   }
 
   // I(w/2) = I(peak)/2; at the peak the irradiance does not change with the radius.

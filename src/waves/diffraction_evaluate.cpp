@@ -240,8 +240,9 @@ DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eige
   if (steps.aliased_share > problem.aliased_limit)
     check.warnings.push_back(
         {"psf-aliased",
-         "the surface is too steep for the pupil grid: the phase turns by more than pi between " +
-             format_quantity(steps.aliased_share, Dimension::kFraction) +
+         "the surface is too steep for the pupil grid: the phase " +
+             (dz == 0 ? "" : "in the plane " + format_quantity(dz, Dimension::kLength) + " out of focus ") +
+             "turns by more than pi between " + format_quantity(steps.aliased_share, Dimension::kFraction) +
              " of neighbouring cells, so light lands in the wrong place; take a finer grid or a surface that "
              "is less steep"});
   if (problem.pupil.missing > 0.01)

@@ -76,5 +76,19 @@ TEST(WaveWarnings, StatisticMissingWhereTheSurfaceMovesNoRay) {
   }));
 }
 
+// A grid that shows the focus may be too coarse for the defocus of another plane: the plane is named, not the
+// field of view of the focus.
+TEST(WaveWarnings, TheReasonIsThatOfThePlaneThatHasNoPattern) {
+  const Scene scene;
+  const double grain = kWavelength * kFocal / kDiameter, depth = 8 * grain * kFocal / kDiameter;
+  const Warnings found =
+      scene.warnings({EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.5, -20 * depth}});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].code, "psf-aliased");
+  EXPECT_NE(found[0].message.find("in the plane -"), std::string::npos) << found[0].message;
+  EXPECT_NE(found[0].message.find("out of focus"), std::string::npos) << found[0].message;
+  EXPECT_TRUE(scene.warnings({EncircledEnergyRadius{0.5, -0.5 * depth}}).empty());
+}
+
 }  // namespace
 }  // namespace aberfit

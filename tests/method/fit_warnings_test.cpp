@@ -10,6 +10,7 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/conclude.h"
+#include "aberfit/method/judge.h"
 #include "aberfit/study/read_study.h"
 
 namespace aberfit {
@@ -221,6 +222,25 @@ TEST(FitWarnings, OfAStatisticAreSaidOnce) {
                   "study.json"),
               {});
   EXPECT_EQ(messages(result, "ring-fwhm-crossings").size(), 1u);
+}
+
+// The planes of a rough mirror are thousands of waves from a perfect one's focus, which took half a minute
+// and was then refused: with it the whole result. The focus tells the two apart.
+TEST(PerfectMirror, IsAskedBesideTheFocusOnlyWhereTheFocusDoesNotTell) {
+  const auto asked = [](const char* rms) {
+    const Fitted fitted(fmt::format(R"({{"aberfit": 1, "mirror": {{"focal_length": "0.173 m"}}, "aperture":
+        {{"shape": "annulus", "diameter": "0.1076 m", "inner_diameter": "0.0589 m"}}, "light": {{"wavelength":
+        "762.6 nm"}}, "roughness": {{"psd": {{"model": "k-correlation", "rms": "{}", "B": "2.7 mm",
+        "exponent": 3.75, "f_min": "18.3 /m", "f_max": "1372 /m"}}}}, "terms": {{"zernike": {{"n_max": 8}}}}}})",
+                                    rms));
+    return judge_perfect_mirror({fitted.study, fitted.layout.ground, fitted.layout.targets, fitted.context});
+  };
+  const std::optional<PerfectMirror> rough = asked("1.27 um"), smooth = asked("0.3 nm");
+  ASSERT_TRUE(rough && smooth);
+  EXPECT_GT(rough->mismatch, 10);
+  EXPECT_EQ(rough->statistic.find('@'), std::string::npos) << rough->statistic;
+  EXPECT_LT(smooth->mismatch, 1);
+  EXPECT_NE(smooth->statistic.find('@'), std::string::npos) << smooth->statistic;
 }
 
 }  // namespace

@@ -251,23 +251,27 @@ TEST(GivenValues, SharperThanDiffractionAreTold) {
   EXPECT_EQ(sharp.find("ee90"), std::string::npos) << sharp;
 }
 
+std::string disc_study(const std::string& focal_length, const std::string& diameter, const std::string& rms) {
+  return fmt::format(
+      R"({{"aberfit": 1, "mirror": {{"focal_length": "{}"}}, "aperture": {{"shape": "circle", "diameter": "{}"}},
+      "light": {{"wavelength": "632.8 nm"}}, "roughness": {{"psd": {{"model": "uniform", "rms": "{}",
+      "f_min": "5 /m", "f_max": "20 /m"}}}}}})",
+      focal_length, diameter, rms);
+}
+
 // Refusals name what is to blame for a spot as deep as the mirror is far.
 TEST(Depth, OfAFocusWithoutPlanesBesideItIsBlamedOnItsCause) {
   const auto refused = [](const std::string& focal_length, const std::string& diameter,
                           const std::string& rms) {
-    const std::string text = fmt::format(
-        R"({{"aberfit": 1, "mirror": {{"focal_length": "{}"}}, "aperture": {{"shape": "circle", "diameter": "{}"}},
-        "light": {{"wavelength": "632.8 nm"}}, "roughness": {{"psd": {{"model": "uniform", "rms": "{}",
-        "f_min": "5 /m", "f_max": "20 /m"}}}}}})",
-        focal_length, diameter, rms);
     try {
-      lay_groundwork(parse_study(text, "study.json"));
+      lay_groundwork(parse_study(disc_study(focal_length, diameter, rms), "study.json"));
     } catch (const FieldError& error) {
       return error.field() + ": " + error.allowed();
     }
     return std::string();
   };
   EXPECT_EQ(refused("1.4 m", "0.2 m", "60 nm"), "");
+  EXPECT_EQ(refused("1.4 m", "0.2 m", "0.15 mm"), "");
   EXPECT_NE(refused("1.4 m", "0.2 m", "1 mm").find("roughness.psd: an RMS slope far below"),
             std::string::npos);
   // R^2/(lambda f) = 0.39: a pinhole.
@@ -275,6 +279,53 @@ TEST(Depth, OfAFocusWithoutPlanesBesideItIsBlamedOnItsCause) {
   EXPECT_NE(pinhole.find("mirror.focal_length: a Fresnel number R^2/(lambda f) well above 1, here 0.4"),
             std::string::npos)
       << pinhole;
+}
+
+// A spot nearly as wide as the aperture: planes at five of its depths would lie behind the mirror.
+TEST(Depth, OfASpotAsWideAsTheMirrorKeepsPlanesInFrontOfIt) {
+  const auto planes_of = [](const Made& of) {
+    double farthest = 0;
+    for (const Target& target : all_targets(of.sets))
+      if (const auto dz = plane_of_light(target.statistic)) farthest = std::max(farthest, std::abs(*dz));
+    return farthest;
+  };
+  const auto told = [](const Made& of) {
+    std::string text;
+    for (const Warning& warning : of.ground.use.warnings)
+      if (warning.code == "deep-focus") text += warning.message;
+    return text;
+  };
+  const Made deep = made(disc_study("1.4 m", "0.2 m", "0.15 mm"));
+  EXPECT_GT(5 * 1.4 * deep.ground.core_sigma / 0.1, 1.4);
+  EXPECT_NEAR(planes_of(deep), 0.7, 1e-9);
+  EXPECT_NE(told(deep).find("held within half of the focal length, 700 mm, and rings are left out"),
+            std::string::npos)
+      << told(deep);
+  for (const Target& target : all_targets(deep.sets))
+    EXPECT_FALSE(std::holds_alternative<RingFwhm>(target.statistic));
+  const Made usual = made(disc_study("1.4 m", "0.2 m", "60 nm"));
+  EXPECT_EQ(told(usual), "");
+  EXPECT_NEAR(planes_of(usual) / (5 * 1.4 * usual.ground.core_sigma / 0.1), 1, 1e-3);
+}
+
+// The field of view is smaller towards the mirror, and the light of the same defocus no narrower.
+TEST(WavePitch, IsThatOfThePlaneNearestToTheMirror) {
+  const Study study = parse_study(disc_study("0.26 m", "9 mm", "90 nm"), "study.json");
+  const auto pitch = [&](double dz) {
+    Target target;
+    target.statistic = EncircledEnergyRadius{0.9, dz};
+    target.value = 1e-3;
+    return wave_pitch(study, {4.5e-3, {}, {}, {}}, {target}, nullptr);
+  };
+  const auto asked = [&](double dz) {
+    return diffraction_sampling(study.aperture, 0.26, 632.8e-9, 0, dz).pitch;
+  };
+  for (const double dz : {0.19, -0.19, 0.05, -0.05}) EXPECT_LE(pitch(dz), asked(dz) * (1 + 1e-12)) << dz;
+  EXPECT_LT(pitch(-0.19), 0.3 * pitch(0.19));
+  Target ring;  // looked for on both sides
+  ring.statistic = RingFwhm{};
+  ring.value = 0.19 / 0.75;
+  EXPECT_NEAR(wave_pitch(study, {4.5e-3, {}, {}, {}}, {ring}, nullptr) / asked(-0.19), 1, 0.02);
 }
 
 }  // namespace

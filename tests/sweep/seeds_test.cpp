@@ -1,4 +1,4 @@
-// Seeds: whether a verdict is `equivalent` is not a matter of the draw. Twenty of five scenes, a hundred of
+// Seeds: whether a verdict is `equivalent` is not a matter of the draw. Twenty of six scenes, a hundred of
 // four.
 #include <gtest/gtest.h>
 
@@ -70,6 +70,11 @@ TEST_P(HundredSeeds, AllButTwoAreEquivalent) {
   EXPECT_GE(equivalent_seeds(scene, 100), 98) << scene.name;
 }
 INSTANTIATE_TEST_SUITE_P(Of, HundredSeeds, testing::Range(0, 4));
+
+// Few modes have local minima: every seed gets a dozen draws and more.
+TEST(FewModesSeeds, AllTwentyAreEquivalent) {
+  EXPECT_EQ(equivalent_seeds({"five statistics, N_eff 7", few_modes_study()}, 20), 20);
+}
 
 }  // namespace
 }  // namespace aberfit

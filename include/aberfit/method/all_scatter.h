@@ -5,6 +5,8 @@ namespace aberfit {
 
 /// Draws behind a verdict without terms: more where these spread too far to tell, up to the most.
 inline constexpr int kScatterDraws = 16, kMostScatterDraws = 64;
+/// Of heights and slopes, which few low frequencies carry and which need no light: more, and cheaply.
+inline constexpr int kMostDrawnSurfaces = 2048;
 /// Cycles across the aperture up to which such a draw is a surface; what is above, mirrors differ less in.
 inline constexpr double kDrawnCycles = 24;
 inline constexpr int kDrawnWaves = 1200;  ///< that such a surface has

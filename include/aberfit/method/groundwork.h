@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -31,8 +32,10 @@ struct Groundwork {
   /// Like focal_sigma, of the sharpest part of the spot [m]: of the core, where a diffracted spot has core
   /// and halo.
   double core_sigma = 0;
-  double plane_unit() const { return focal_length * core_sigma / radius; }  ///< natural unit of dz [m]
-  double focal_length = 0;                                                  ///< [m]
+  double focal_length = 0;                                             ///< [m]
+  bool is_deep() const { return core_sigma > kDeepestUnit * radius; }  ///< deeper than its planes can show
+  /// Natural unit of dz [m]: a depth of focus, at most a tenth of the focal length.
+  double plane_unit() const { return std::min(core_sigma / radius, kDeepestUnit) * focal_length; }
 };
 Groundwork lay_groundwork(const Task& task);
 /// The same by the physics that is asked for instead of the task's own.

@@ -18,7 +18,9 @@ LightJudgement judge_in_light(const FitCase& of, const TermSet& terms, const Eig
 inline constexpr double kMostJudgedCells = 1024;
 
 /// What the perfect mirror would have come to against the targets, in light: the encircled energies
-/// of the fitted and held-out targets by GHS without roughness. Nothing where the scene has no GHS.
+/// of the fitted and held-out targets by GHS without roughness. Those beside the focus are asked only where
+/// it would pass at the focus: the planes of a rough mirror are thousands of waves from a perfect one's
+/// focus. Nothing where the scene has no GHS.
 std::optional<PerfectMirror> judge_perfect_mirror(const FitCase& of);
 
 /// The predicted spread of ee90 between draws, and, where it is within a factor 2 of the margin (or above

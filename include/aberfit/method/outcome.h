@@ -77,7 +77,8 @@ struct LightJudgement {
 
 /// What the perfect mirror would have said: whether a margin can see the roughness at all.
 struct PerfectMirror {
-  double mismatch = 0;    ///< largest of its differences in light, in tolerances of the verdict
+  double mismatch = 0;    ///< largest of its differences in light, in tolerances of the verdict; of the focus
+                          ///< alone where that is 1 or more
   std::string statistic;  ///< whose
 };
 

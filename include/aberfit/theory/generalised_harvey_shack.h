@@ -226,8 +226,12 @@ class GeneralisedHarveyShack {
   std::vector<internal::TransferPanel> change_panels(const internal::SurfaceChange& change, double dz) const;
   /// Its encircled energies are the changes of those of at_plane(dz).
   MeanSpot change_at_plane(const internal::SurfaceChange& change, double dz) const;
-  /// Planes dz before and behind the focus where the ring holds half of what it holds there.
-  std::array<double, 2> half_planes(double ring_radius) const;
+  /// The plane dz where a ring holds most, and those on either side where it holds half of that.
+  struct RingPlanes {
+    double lower, peak, upper;
+  };
+  RingPlanes ring_planes(double ring_radius) const;
+  double ring_peak(double ring_radius, double step) const;
   /// The focal transfer function of a line spread smoothed by a Gaussian of standard deviation `bandwidth`.
   internal::RadialTransform line_spread(double bandwidth, const internal::SurfaceChange* change) const;
   double curvature(double dz) const;

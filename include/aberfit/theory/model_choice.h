@@ -26,6 +26,10 @@ struct ModelChoice {
   std::string reason;  ///< one sentence
 };
 
+/// Depth of focus that planes beside the focus are counted in, at most, over the focal length: that they lie
+/// within half of it, in front of the mirror and in a field of view that is not much smaller.
+inline constexpr double kDeepestUnit = 0.1;
+
 /// A third of the usual margin of 1 %: what `allowed` is where no study gives a margin.
 inline constexpr double kUsualAllowedError = 0.01 / 3;
 
