@@ -238,11 +238,31 @@ MeanSpot GeneralisedHarveyShack::change_at_plane(const SurfaceChange& change, do
   return spot;
 }
 
-// A mirror without aberrations has its peak in the focus, one with them where they put it: looked for in
-// steps of `step` until the ring holds less than half on both sides, as waves look for it on their grid.
-double GeneralisedHarveyShack::ring_peak(double ring_radius, double step) const {
+// A mirror without aberrations has its peak in the focus.
+GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ring_radius) const {
+  if (!(ring_radius > 0)) return {kNaN, kNaN, kNaN};
+  const double f = mirror_.focal_length;
+  // A cone of rays fills twice the area of the ring at 1.41 of this depth; diffraction adds its own depth of
+  // focus.
+  const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
+  if (exact_ && exact_->has_departure()) return aberrated_ring_planes(ring_radius, step);
+  const double half = 0.5 * encircled_energy(ring_radius, 0);
+  // Planes of a pupil without symmetry are known to 1e-5, and cost much.
+  const double accuracy = exact_ && !exact_->is_round() ? 1e-6 : 1e-9;
+  const auto crossing = [&](double side) {
+    return side * first_crossing([&](double z) { return encircled_energy(ring_radius, side * z) - half; }, 0,
+                                 half, step, 0.5 * f, accuracy);
+  };
+  return {crossing(-1), 0, crossing(1)};
+}
+
+// The peak lies where the aberrations put it: looked for in steps of `step` until the ring holds less than
+// half on both sides, as waves look for it on their grid. Every plane costs up to seconds: those of the scan
+// are the brackets of the rest.
+GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::aberrated_ring_planes(double ring_radius,
+                                                                                 double step) const {
   constexpr int kMostSteps = 60;
-  if (!exact_ || !exact_->has_departure()) return 0;
+  constexpr double kAccuracy = 1e-5;  // of the distance from the peak; planes are known to as much
   const auto energy = [&](double dz) { return encircled_energy(ring_radius, dz); };
   std::vector<Point> scan{{0.0, energy(0)}};
   double most = scan.front()[1];
@@ -258,26 +278,20 @@ double GeneralisedHarveyShack::ring_peak(double ring_radius, double step) const 
   }
   std::sort(scan.begin(), scan.end());
   const auto top = std::max_element(scan.begin(), scan.end(),
-                                    [](const auto& one, const auto& two) { return one[1] < two[1]; });
-  if (top == scan.begin() || top + 1 == scan.end()) return kNaN;
-  return highest_between(energy, top[-1], top[0], top[1], 1e-3 * step);
-}
-
-GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ring_radius) const {
-  if (!(ring_radius > 0)) return {kNaN, kNaN, kNaN};
-  const double f = mirror_.focal_length;
-  // A cone of rays fills twice the area of the ring at 1.41 of this depth; diffraction adds its own depth of
-  // focus.
-  const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
-  const double peak = ring_peak(ring_radius, step);
-  if (std::isnan(peak)) return {kNaN, kNaN, kNaN};
-  const double half = 0.5 * encircled_energy(ring_radius, peak);
-  const auto excess = [&](double dz) { return encircled_energy(ring_radius, dz) - half; };
-  // Planes of a pupil without symmetry are known to 1e-5, and cost much.
-  const double accuracy = exact_ && !exact_->is_round() ? 1e-6 : 1e-9;
-  const auto crossing = [&](double side) {
-    return peak + side * first_crossing([&](double distance) { return excess(peak + side * distance); }, 0,
-                                        half, step, 0.5 * f, accuracy);
+                                    [](const Point& one, const Point& two) { return one[1] < two[1]; });
+  if (top == scan.begin() || top + 1 == scan.end()) return {kNaN, kNaN, kNaN};
+  const double peak = highest_between(energy, top[-1], top[0], top[1], 1e-3 * step);
+  const double half = 0.5 * energy(peak);
+  const auto crossing = [&](int side) {
+    auto outside = top;
+    while ((*outside)[1] >= half) {
+      if (outside == scan.begin() || outside + 1 == scan.end()) return kNaN;
+      outside += side;
+    }
+    const Point inside = outside == top ? Point{peak, 2 * half} : outside[-side];
+    return peak + root_between([&](double from_peak) { return energy(peak + from_peak) - half; },
+                               inside[0] - peak, (*outside)[0] - peak, inside[1] - half, (*outside)[1] - half,
+                               kAccuracy);
   };
   return {crossing(-1), peak, crossing(1)};
 }

@@ -231,7 +231,7 @@ class GeneralisedHarveyShack {
     double lower, peak, upper;
   };
   RingPlanes ring_planes(double ring_radius) const;
-  double ring_peak(double ring_radius, double step) const;
+  RingPlanes aberrated_ring_planes(double ring_radius, double step) const;
   /// The focal transfer function of a line spread smoothed by a Gaussian of standard deviation `bandwidth`.
   internal::RadialTransform line_spread(double bandwidth, const internal::SurfaceChange* change) const;
   double curvature(double dz) const;
