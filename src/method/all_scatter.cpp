@@ -72,6 +72,7 @@ class DrawnMirrors {
       moments.push_back(statistics_[k]);
       place.push_back(Eigen::Index(k));
     }
+    if (moments.empty()) return;
     const int known = int(values_.cols());
     Eigen::MatrixXd values(Eigen::Index(moments.size()), surfaces);
     for (std::size_t j = 0; j < place.size(); ++j)
@@ -79,10 +80,12 @@ class DrawnMirrors {
     of_.context.say(fmt::format("heights and slopes of {} draws", surfaces));
     const LightPath path = bench_.focus(of_.task);
     const auto model = make_forward_model(path, moments, of_.context.threads);
-    for (int d = known; d < surfaces; ++d) {
-      model->move_to(coefficients(d));
-      values.col(d) = model->exact(nullptr);
+    int drawn = known;
+    for (; drawn < surfaces && !of_.context.stopped(); ++drawn) {
+      model->move_to(coefficients(drawn));
+      values.col(drawn) = model->exact(nullptr);
     }
+    values.conservativeResize(Eigen::NoChange, drawn);
     const Eigen::VectorXd mean = values.rowwise().mean(), error = standard_error_of_mean(values);
     for (std::size_t j = 0; j < place.size(); ++j) {
       fresh->value[place[j]] = mean[Eigen::Index(j)];
@@ -169,10 +172,11 @@ Attempt judge_all_scatter(const FitCase& of) {
   };
   judge(kScatterDraws, kScatterDraws);
   double draws = kScatterDraws, surfaces = kScatterDraws;
-  for (std::size_t k = 0; k < result.metrics.size(); ++k)
-    for (double* most : {&surfaces, kind_of(judged.targets()[k].statistic).is_moment ? nullptr : &draws})
-      if (most) *most = std::max(*most, enough_draws(result.metrics[k]));
-  if (surfaces > kScatterDraws) judge(draws, surfaces);
+  for (std::size_t k = 0; k < result.metrics.size(); ++k) {
+    double& most = kind_of(judged.targets()[k].statistic).is_moment ? surfaces : draws;
+    most = std::max(most, enough_draws(result.metrics[k]));
+  }
+  if (std::max(draws, surfaces) > kScatterDraws) judge(draws, surfaces);
   result.verdict = overall(result.metrics);
   result.validated = attempt.fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   return attempt;

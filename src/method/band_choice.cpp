@@ -31,17 +31,24 @@ struct Judged {
   Eigen::Map<const Eigen::ArrayXd> limit() const { return {limits.data(), Eigen::Index(limits.size())}; }
 };
 
-// The ring holds N(z); its width ends where N is half of what it is in focus. To first order a change of N
-// there moves the end by as much over the slope.
+// The ring holds N(z); its width ends where N is half of its peak. To first order a change of N there moves
+// the end by as much over the slope; the flatter end counts.
 void add_ring(const Target& target, const GeneralisedHarveyShack& mean, double allowed, Judged* judged) {
   const auto& ring = std::get<RingFwhm>(target.statistic);
   const double radius =
       ring.ring_radius ? *ring.ring_radius : mean.encircled_energy_radius(ring.ring_fraction, 0);
-  const double end = 0.5 * target.value, step = 0.02 * target.value;
-  const double slope =
-      std::abs(mean.encircled_energy(radius, end + step) - mean.encircled_energy(radius, end - step)) /
-      (2 * step);
-  if (!(slope > 0) || !std::isfinite(radius)) return;
+  if (!std::isfinite(radius)) return;
+  const GeneralisedHarveyShack::RingPlanes planes = mean.ring_planes(radius);
+  const double step = 0.02 * target.value;
+  double end = planes.upper, slope = HUGE_VAL;
+  for (const double plane : {planes.upper, planes.lower}) {
+    const double here =
+        std::abs(mean.encircled_energy(radius, plane + step) - mean.encircled_energy(radius, plane - step)) /
+        (2 * step);
+    if (here < slope) slope = here, end = plane;
+    if (planes.peak == 0) break;  // without aberrations one end is as the other
+  }
+  if (!(slope > 0) || !std::isfinite(slope)) return;
   judged->add(target.statistic, radius, end, allowed * target.value * slope / std::sqrt(2.0));
 }
 

@@ -221,16 +221,18 @@ bool another_draw_may_do(const Attempt& attempt) {
          distance_to_margin(attempt) <= kNearMissOfFew;
 }
 
-// Not without end: each takes as long as the first.
+// Not without end: each takes as long as the first. Few terms go on from the nearest, whatever it is.
 void try_other_starts(const FitCase& of, FitPlan plan, Attempt* attempt) {
-  if (of.task.fit.starts) return;
-  const int most = few_by_waves(*attempt) ? kStartsOfFew : kStartsOfAsked;
-  for (int k = 1; k < most && another_draw_may_do(*attempt); ++k) {
-    if (of.context.stopped()) return;
+  if (of.task.fit.starts || !another_draw_may_do(*attempt)) return;
+  const bool few = few_by_waves(*attempt);
+  const int most = few ? kStartsOfFew : kStartsOfAsked;
+  for (int k = 1; k < most && (few ? !is_equivalent(*attempt) : another_draw_may_do(*attempt)); ++k) {
     plan.first_start = k;
     Attempt other = fit_on_enough_rays(of, plan, true);
+    if (of.context.stopped() && other.fresh.rays == 0) return;
     if (is_equivalent(other) || nearer(other, *attempt)) *attempt = std::move(other);
     attempt->result.chosen.starts = k + 1;
+    if (of.context.stopped()) return;
   }
 }
 

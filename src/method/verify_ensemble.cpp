@@ -81,7 +81,8 @@ Eigen::VectorXd drawn(const Ensemble& ensemble, std::uint64_t draw) {
 struct LightRow {
   std::string name;
   double fraction = 0, radius = 0, slope = 0;  // of an EE radius
-  double width = 0, fall = 0;       // of the ring: theory's width, and -dN/dz at its ends over N(0) [1/m]
+  double width = 0;                            // of the ring, by theory
+  double rise = 0, fall = 0;                   // |dN/dz| at its two ends over N at its peak [1/m]
   std::vector<std::size_t> shares;  // which of the shares asked for: one, or below, in and above the focus
 };
 struct LightPlan {
@@ -98,7 +99,7 @@ struct LightPlan {
 LightPlan plan_light(const GeneralisedHarveyShack& ghs, const std::vector<Statistic>& statistics) {
   LightPlan plan;
   for (const Statistic& statistic : statistics) {
-    LightRow row{statistic_name(statistic), 0, 0, 0, 0, 0, {}};
+    LightRow row{statistic_name(statistic), 0, 0, 0, 0, 0, 0, {}};
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&statistic)) {
       const MeanSpot spot = ghs.at_plane(ee->dz);
       row.fraction = ee->fraction;
@@ -112,10 +113,17 @@ LightPlan plan_light(const GeneralisedHarveyShack& ghs, const std::vector<Statis
       const double radius = ghs.encircled_energy_radius(ring->ring_fraction, 0);
       row.width = ghs.ring_fwhm(radius);
       if (!std::isfinite(row.width)) continue;
-      const double end = 0.5 * row.width, step = 0.01 * row.width;
-      row.fall = (ghs.encircled_energy(radius, end - step) - ghs.encircled_energy(radius, end + step)) /
-                 (2 * step * ring->ring_fraction);
-      row.shares = {plan.add(radius, -end), plan.add(radius, 0), plan.add(radius, end)};
+      const GeneralisedHarveyShack::RingPlanes planes = ghs.ring_planes(radius);
+      const double step = 0.01 * row.width, most = ghs.encircled_energy(radius, planes.peak);
+      const auto steepness = [&](double plane) {
+        return std::abs(ghs.encircled_energy(radius, plane - step) -
+                        ghs.encircled_energy(radius, plane + step)) /
+               (2 * step * most);
+      };
+      row.rise = steepness(planes.lower);
+      row.fall = steepness(planes.upper);
+      row.shares = {plan.add(radius, planes.lower), plan.add(radius, planes.peak),
+                    plan.add(radius, planes.upper)};
       plan.extent.push_back({statistic, row.width, 0, 0});
     } else {
       continue;
@@ -144,15 +152,15 @@ EquivalenceMetric light_metric(const LightRow& row, const EnsembleMean& shares, 
     metric.standard_error /= wider;
     return metric;
   }
-  // How far the light at theory's two ends is above half of that in the focus, as a change of the width:
-  // each end moves by excess/fall.
-  const auto width_of = [&](double before, double focus, double behind) {
-    return row.width + ((before + behind) / focus - 1) / row.fall;
+  // How far the light at theory's two ends is above half of that at its peak, as a change of the width:
+  // each end moves by its excess over its slope.
+  const auto width_of = [&](double before, double peak, double behind) {
+    return row.width + (before / peak - 0.5) / row.rise + (behind / peak - 0.5) / row.fall;
   };
   const double width = width_of(shares.value[at(0)], shares.value[at(1)], shares.value[at(2)]);
   if (!drawn)
-    return tost(row.name, false, row.width, 0, width, shares.standard_error[at(1)] / row.fall, test.margin,
-                test.confidence);
+    return tost(row.name, false, row.width, 0, width,
+                shares.standard_error[at(1)] / std::min(row.rise, row.fall), test.margin, test.confidence);
   Eigen::ArrayXd widths(groups.cols());
   for (Eigen::Index g = 0; g < groups.cols(); ++g)
     widths[g] = width_of(groups(at(0), g), groups(at(1), g), groups(at(2), g));

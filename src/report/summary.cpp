@@ -425,8 +425,10 @@ std::string footnotes(const ResultDocument& result) {
                                      : ""));
   if (result.perfect)
     out += paragraph(
-        "Perfect", fmt::format("the perfect mirror's worst statistic in light is {:.3g} tolerances away ({})",
-                               result.perfect->mismatch, name_without_unit(result.perfect->statistic)));
+        "Perfect",
+        fmt::format("the perfect mirror's worst statistic in light{} is {:.3g} tolerances away ({})",
+                    result.perfect->mismatch < 1 ? "" : " in focus", result.perfect->mismatch,
+                    name_without_unit(result.perfect->statistic)));
   return out;
 }
 

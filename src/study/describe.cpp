@@ -244,7 +244,8 @@ void describe_fit(Visitor& v, FitSpec& fit) {
     f.word_or_integer(
         {"starts",
          "tries from different draws until one passes, else the best is kept; auto: one, and two more where "
-         "it meets what is fitted and misses the rest by little, fifteen of up to 64 terms by waves",
+         "it meets what is fitted and misses the rest by little; of up to 64 terms by waves fifteen, where "
+         "it misses anything by up to three tolerances",
          kOptional, "3"},
         automatic_starts, "auto", starts, 1, 10000);
     if (f.reading() && !automatic_starts) fit.starts = int(starts);

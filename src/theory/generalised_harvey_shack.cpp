@@ -288,6 +288,7 @@ GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::aberrated_ring_planes
       if (outside == scan.begin() || outside + 1 == scan.end()) return kNaN;
       outside += side;
     }
+    if (!((*outside)[1] < half)) return kNaN;
     const Point inside = outside == top ? Point{peak, 2 * half} : outside[-side];
     return peak + root_between([&](double from_peak) { return energy(peak + from_peak) - half; },
                                inside[0] - peak, (*outside)[0] - peak, inside[1] - half, (*outside)[1] - half,

@@ -240,11 +240,12 @@ DiffractionCheck check_diffraction(const DiffractionProblem& problem, const Eige
   if (steps.aliased_share > problem.aliased_limit)
     check.warnings.push_back(
         {"psf-aliased",
-         "the surface is too steep for the pupil grid: the phase " +
-             (dz == 0 ? "" : "in the plane " + format_quantity(dz, Dimension::kLength) + " out of focus ") +
-             "turns by more than pi between " + format_quantity(steps.aliased_share, Dimension::kFraction) +
-             " of neighbouring cells, so light lands in the wrong place; take a finer grid or a surface that "
-             "is less steep"});
+         (dz == 0 ? "the surface is too steep for the pupil grid: the phase turns"
+                  : "the pupil grid is too coarse for the plane " + format_quantity(dz, Dimension::kLength) +
+                        " out of focus: the phase there turns") +
+             " by more than pi between " + format_quantity(steps.aliased_share, Dimension::kFraction) +
+             " of neighbouring cells, so light lands in the wrong place; take a finer grid or " +
+             (dz == 0 ? "a surface that is less steep" : "a plane nearer to the focus")});
   if (problem.pupil.missing > 0.01)
     check.warnings.push_back(
         {"psf-holes", format_quantity(problem.pupil.missing, Dimension::kFraction) +

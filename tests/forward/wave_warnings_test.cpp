@@ -85,7 +85,7 @@ TEST(WaveWarnings, TheReasonIsThatOfThePlaneThatHasNoPattern) {
       scene.warnings({EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.5, -20 * depth}});
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].code, "psf-aliased");
-  EXPECT_NE(found[0].message.find("in the plane -"), std::string::npos) << found[0].message;
+  EXPECT_NE(found[0].message.find("for the plane -"), std::string::npos) << found[0].message;
   EXPECT_NE(found[0].message.find("out of focus"), std::string::npos) << found[0].message;
   EXPECT_TRUE(scene.warnings({EncircledEnergyRadius{0.5, -0.5 * depth}}).empty());
 }

@@ -67,5 +67,22 @@ TEST(AllScatter, DrawsSurfacesAloneUntilTheirHeightIsKnown) {
   EXPECT_EQ(result.verdict, Verdict::kEquivalent);
 }
 
+// What light asks for ends at the most mirrors with light, and asks for no surfaces without.
+TEST(AllScatter, DrawsNoSurfacesWhereLightAloneIsJudged) {
+  std::string said;
+  RunOptions options;
+  options.progress = [&said](const std::string& line) { said += line + "\n"; };
+  const ResultDocument result = run_fit(
+      parse_study(R"({"aberfit": 1, "mirror": {"focal_length": "85 mm"}, "aperture": {"shape": "circle",
+        "diameter": "8 mm"}, "light": {"wavelength": "641 nm"}, "roughness": {"psd": {"model": "k-correlation",
+        "rms": "25 nm", "B": "2.4 mm", "exponent": 2.6, "f_min": "31 /m", "f_max": "2.9 /mm"}}, "terms":
+        {"band": "10 /m"}, "target": {"statistics": {"ee50": {}, "ee90": {}}}, "output": {"plots": false}})",
+                  "study.json"),
+      options);
+  ASSERT_EQ(result.terms.size(), 0);
+  EXPECT_EQ(result.metrics.front().degrees_of_freedom, kMostScatterDraws - 1);
+  EXPECT_EQ(said.find("heights and slopes"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace aberfit

@@ -225,12 +225,15 @@ TEST(SecondOpinions, TellARightSurfaceFromAWrongOneByWaves) {
   EXPECT_GT(opinion_of_waves(study, terms, defocus(20e-9), {}, {}).worst, 5);
 }
 // No terms, all of the roughness as its mean: that is generalised Harvey-Shack, by other means. One spectrum
-// begins at no frequency, one is a thousand cycles wide.
+// begins at no frequency, one is a thousand cycles wide, and of one a grid of 256 cells sees a part that
+// folds back.
 TEST(SecondOpinions, AgreeWithTheTheoryWhereAllOfTheRoughnessScatters) {
   const json steep{{"model", "gaussian"}, {"rms", 40e-9}, {"correlation_length", 5e-3}},
       wide{{"model", "k-correlation"}, {"rms", 40e-9}, {"B", 0.02},
-           {"exponent", 3.2},          {"f_min", 10},  {"f_max", 1e4}};
-  for (const json& psd : {steep, wide}) {
+           {"exponent", 3.2},          {"f_min", 10},  {"f_max", 1e4}},
+      folding{{"model", "k-correlation"}, {"rms", 50e-9}, {"B", 0.02},
+              {"exponent", 2.4},          {"f_min", 10},  {"f_max", 2.6e3}};
+  for (const json& psd : {steep, wide, folding}) {
     const json text{{"aberfit", 1},
                     {"mirror", {{"focal_length", 1}}},
                     {"aperture", {{"shape", "circle"}, {"diameter", 0.1}}},

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -96,6 +97,27 @@ TracedRay reflected(double focal_length, const IndependentSurface& surface, doub
 
 }  // namespace
 
+namespace {
+
+// Light that roughness above the cut scatters beyond the field of view of so many cells comes in again from
+// the other side: its share within `radius`, to first order in the roughness. 3.4 % of the light of a mirror
+// with 573 cycles across was beyond 256 cells, and 0.7 % more than there is within its ee95.
+double folded_light(const RadialPsd& psd, double cut, const Study& study, double cells, double radius) {
+  constexpr double kStep = 1.01;
+  const double diameter = 2 * aperture_radius(study.aperture), wavelength = study.wavelength;
+  const double field = cells * wavelength * study.mirror.focal_length / diameter;
+  double variance = 0;
+  const double end = std::min(psd.f_max(), 1 / wavelength);
+  for (double f = std::max(cut, 0.5 * cells / diameter); f < end; f *= kStep) {
+    const double to = std::min(kStep * f, end), middle = std::sqrt(f * to);
+    variance += 2 * std::numbers::pi * middle * psd(middle) * (to - f);
+  }
+  const double beyond = std::min(1.0, std::pow(4 * std::numbers::pi / wavelength, 2) * variance);
+  return beyond * std::min(1.0, std::numbers::pi * radius * radius / (field * field));
+}
+
+}  // namespace
+
 SecondOpinion opinion_of_waves(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
                                std::optional<double> cut, const OpinionLimits& limits) {
   SecondOpinion opinion;
@@ -110,6 +132,10 @@ SecondOpinion opinion_of_waves(const Study& study, const TermSet& terms, const E
   }
   const double airy = study.wavelength * study.mirror.focal_length / (2 * ground.radius);
   double needed = std::max(256.0, std::ceil(3 * largest / airy / 128) * 128);
+  if (cut)
+    while (needed <= limits.largest_grid &&
+           folded_light(*ground.psd, *cut, study, needed, largest) > kErrorOfWaves)
+      needed += 128;
   if (limits.narrow_field) needed = std::min(needed, double(limits.largest_grid));
   const IndependentSurface surface(study.mirror, terms, coefficients);
   const double cells = needed * needed, samples = 16 * cells * double(planes.size());

@@ -161,11 +161,16 @@ class GeneralisedHarveyShack {
   double encircled_energy_radius(double fraction, double dz) const {
     return at_plane(dz).encircled_energy_radius(fraction);
   }
-  /// Full width [m] over dz at which N(z) = encircled_energy(ring_radius, dz) falls to half of
-  /// its value in the focus: the crossings nearest to it, to 1e-9 (1e-6 of pupils without
-  /// symmetry). NaN when ring_radius is not positive or
-  /// |dz| would exceed f/2.
+  /// Full width [m] over dz at which N(z) = encircled_energy(ring_radius, dz) falls to half of its peak: of a
+  /// mirror without aberrations its value in the focus, and the crossings nearest to it, to 1e-9 (1e-6 of
+  /// pupils without symmetry); of one with aberrations the highest of a scan, and crossings to 1e-5. NaN when
+  /// ring_radius is not positive, |dz| would exceed f/2, or a scan 60 steps of half a cone's depth.
   double ring_fwhm(double ring_radius) const;
+  /// The plane dz where a ring holds most, and those on either side where it holds half of that [m].
+  struct RingPlanes {
+    double lower, peak, upper;
+  };
+  RingPlanes ring_planes(double ring_radius) const;
   /// FWHM [m] of the line spread profile int OTF(nu) cos(2 pi nu x) dnu in the focus, averaged over direction
   /// and convolved with a Gaussian of standard deviation `bandwidth` [m]. With much specular light this is
   /// the width of the diffraction pattern.
@@ -226,11 +231,6 @@ class GeneralisedHarveyShack {
   std::vector<internal::TransferPanel> change_panels(const internal::SurfaceChange& change, double dz) const;
   /// Its encircled energies are the changes of those of at_plane(dz).
   MeanSpot change_at_plane(const internal::SurfaceChange& change, double dz) const;
-  /// The plane dz where a ring holds most, and those on either side where it holds half of that.
-  struct RingPlanes {
-    double lower, peak, upper;
-  };
-  RingPlanes ring_planes(double ring_radius) const;
   RingPlanes aberrated_ring_planes(double ring_radius, double step) const;
   /// The focal transfer function of a line spread smoothed by a Gaussian of standard deviation `bandwidth`.
   internal::RadialTransform line_spread(double bandwidth, const internal::SurfaceChange* change) const;
