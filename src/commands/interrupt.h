@@ -2,7 +2,8 @@
 
 namespace aberfit::internal {
 
-/// While it lives, the first SIGINT or SIGTERM only asks to come to an end; the second ends the process.
+/// While it lives, the first SIGINT or SIGTERM only asks to come to an end; one that comes a second later or
+/// more ends the process.
 class Interrupt {
  public:
   Interrupt();

@@ -279,6 +279,18 @@ TEST_F(ProgramRun, ASignalEndsAFitWithExitCodeFour) {
   }
 }
 
+// `timeout` and batch systems signal the process and then its group: a signal that came twice ended the fit,
+// and nothing was kept.
+TEST_F(ProgramRun, ASignalThatComesTwiceIsOneWish) {
+  const std::string study = folder_.write("seconds.json", kSeconds);
+  const int status = std::system(
+      fmt::format("{} fit {} -o {} > {} 2>&1 & pid=$!; sleep 0.5; for i in 1 2 3 4 5; do kill -TERM $pid 2> "
+                  "/dev/null; sleep 0.002; done; wait $pid",
+                  ABERFIT_PROGRAM, study, file("twice"), file("said.txt"))
+          .c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 4) << read_file(file("said.txt"));
+}
+
 // Asked to stop after so many looks.
 ResultDocument stopped_after(const std::string& text, int looks) {
   RunOptions options;
