@@ -189,6 +189,7 @@ Eigen::VectorXd WaveForward::exact(Warnings* warnings) {
 }
 
 void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) const {
+  if (values.allFinite()) return;
   const DiffractionProblem waves = problem();
   DiffractionCheck check = check_diffraction(waves, height_, 0.0);
   for (const double dz : outermost_planes(split_.own, waves.focal_length)) {

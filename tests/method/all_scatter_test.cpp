@@ -46,8 +46,8 @@ TEST(AllScatter, DrawsMoreMirrorsWhereTheySpreadTooFarToTell) {
   EXPECT_TRUE(draws == kMostScatterDraws || widest(wide) < 0.3);
 }
 
-// Few low frequencies carry the height: 64 mirrors know it to 0.8 % (90 %), and a verdict with a margin of 1
-// % was left open for want of more, although surfaces without their light are cheap.
+// Few low frequencies carry the height: 64 mirrors know it to 0.8 % (90 %), and verdicts with a margin of
+// 1 % were left open for want of more, although surfaces without their light are cheap.
 TEST(AllScatter, DrawsSurfacesAloneUntilTheirHeightIsKnown) {
   const ResultDocument result = run_fit(
       parse_study(R"({"aberfit": 1, "mirror": {"focal_length": "85 mm"}, "aperture": {"shape": "rectangle",

@@ -95,10 +95,6 @@ TracedRay reflected(double focal_length, const IndependentSurface& surface, doub
           {d[0] - into * normal[0], d[1] - into * normal[1], d[2] - into * normal[2]}};
 }
 
-}  // namespace
-
-namespace {
-
 // Light that roughness above the cut scatters beyond the field of view of so many cells comes in again from
 // the other side: its share within `radius`, to first order in the roughness. 3.4 % of the light of a mirror
 // with 573 cycles across was beyond 256 cells, and 0.7 % more than there is within its ee95.
