@@ -272,11 +272,11 @@ MomentPanels PupilMoments::make(double dz, double end) const {
   std::vector<double> breakpoints = kinks(field_);
   const double turn = overlap.turn(end * cutoff());
   if (turn > kFarDefocus && field_.has_departure())
-    throw ComputationError(
-        fmt::format("the aberrations of this mirror are {:.0f} waves in the plane {:.4g} m from the focus, "
-                    "too many for its "
-                    "mean spot in light (at most {:.0f})",
-                    turn / kTurnsPerWave, dz, kFarDefocus / kTurnsPerWave));
+    throw ComputationError(fmt::format(
+        "the aberrations of this mirror are {:.0f} waves in the plane {:.4g} m from the focus, "
+        "too many for its mean spot in light (at most {:.0f}); take a mirror nearer to its parabola, "
+        "or `\"theory\": \"geometric\"` in `target`",
+        turn / kTurnsPerWave, dz, kFarDefocus / kTurnsPerWave));
   const double rho2 = std::pow(field_.outer() / field_.focal_length(), 2);
   const bool nearly_parabolic = turn > kDefocusOfMean && turn * rho2 < kParabolic;
   if (!field_.has_departure() && (turn > kFarDefocus || (!is_round() && nearly_parabolic)))

@@ -371,7 +371,8 @@ void PupilOverlap::pupil_points(const OverlapPoints& points, double x, double di
   const std::size_t n = points.u.size();
   if (n > kMostPoints)
     throw ComputationError(
-        "the aberrations of this mirror in this plane are too many waves for its mean spot");
+        "the aberrations of this mirror in this plane are too many waves for its mean spot in light; take a "
+        "mirror nearer to its parabola, or `\"theory\": \"geometric\"` in `target`");
   work->resize(n);
   const double cosine = std::cos(direction), sine = std::sin(direction);
   for (std::size_t k = 0; k < n; ++k) {
@@ -522,9 +523,9 @@ MomentPanels moment_panels(const MomentFunction& moments, int count, const std::
     if (spent && missed > kMostUnresolved)
       throw ComputationError(
           "the mean spot in light is not known to 1e-4 with the work that it may take: the aperture is too "
-          "slender, or the aberrations of the mirror are too many waves; a simpler aperture or mirror, or "
-          "the "
-          "theory geometric");
+          "slender, or the aberrations of the mirror are too many waves; take a simpler aperture or mirror, "
+          "or "
+          "`\"theory\": \"geometric\"` in `target`");
     if (missed <= tolerance || piece.halvings >= most || spent ||
         int(result.panels.size() + pending.size()) >= kMostMomentPanels) {
       if (missed > tolerance) result.unresolved = std::max(result.unresolved, missed);

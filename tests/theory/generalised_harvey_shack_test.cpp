@@ -239,6 +239,21 @@ TEST(GeneralisedHarveyShack, TheAngleSpreadHoldsTheScatteredLightAndFollowsThePs
   EXPECT_NEAR(exact.tis() / waves.tis(), 1, std::pow(1.0 / 14, 2));
 }
 
+TEST(GeneralisedHarveyShack, TooManyWavesOfAberrationSayWhatToDo) {
+  const RadialPsd roughness(GaussianPsd{1e-10, 0.01});
+  const Mirror sphere{1.4, 0, {}};  // about a thousand waves of 1 nm
+  try {
+    const GeneralisedHarveyShack light(roughness, sphere, CircleAperture{0.2}, 1e-9);
+    light.encircled_energy_radius(0.5, 1e-3);
+    FAIL() << "no refusal";
+  } catch (const ComputationError& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("take a mirror nearer to its parabola, or `\"theory\": \"geometric\"`"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(GeneralisedHarveyShack, RefusesWhatHasNoPrediction) {
   const RadialPsd good(GaussianPsd{1e-8, 0.01}), endless(PowerLawPsd{{}, 1e-20, 4.0, 0, 100});
   const RadialPsd steep(KCorrelationPsd{1e-7, 0.1, 3.0});
