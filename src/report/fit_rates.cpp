@@ -17,7 +17,7 @@ ordered_json read_chart(const std::string& file) {
   if (!in) throw InputError(file, "", "no file that can be read", "chart.json as `aberfit chart` writes it");
   try {
     return ordered_json::parse(in);
-  } catch (const ordered_json::parse_error&) {
+  } catch (const ordered_json::exception&) {  // a number that no double holds is none of its parse errors
     throw InputError(file, "", "no JSON", "chart.json as `aberfit chart` writes it");
   }
 }
