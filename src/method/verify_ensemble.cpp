@@ -111,9 +111,9 @@ LightPlan plan_light(const GeneralisedHarveyShack& ghs, const std::vector<Statis
     } else if (const auto* ring = std::get_if<RingFwhm>(&statistic);
                ring && !ring->ring_radius && ring->ring_fraction == 0.9) {
       const double radius = ghs.encircled_energy_radius(ring->ring_fraction, 0);
-      row.width = ghs.ring_fwhm(radius);
-      if (!std::isfinite(row.width)) continue;
       const GeneralisedHarveyShack::RingPlanes planes = ghs.ring_planes(radius);
+      row.width = planes.upper - planes.lower;
+      if (!std::isfinite(row.width)) continue;
       const double step = 0.01 * row.width, most = ghs.encircled_energy(radius, planes.peak);
       const auto steepness = [&](double plane) {
         return std::abs(ghs.encircled_energy(radius, plane - step) -
