@@ -176,6 +176,18 @@ void note_second_opinion(const json& result, const std::filesystem::path& folder
     second["obstacle"] = opinion.obstacle;
 }
 
+// What a wrong prediction is looked into with: where the search went, and when.
+void note_search(const json& fit, json* row) {
+  if (!fit.contains("frontier")) return;
+  json& search = (*row)["search"] = json::array();
+  for (const json& point : fit["frontier"]["points"])
+    search.push_back({{"order", point["order"]},
+                      {"mismatch", point["fitted_mismatch_tolerances"]},
+                      {"held_out", point["held_out_mismatch"]},
+                      {"passes", point["passes"]},
+                      {"s", point["seconds"]}});
+}
+
 void note_result(const Ended& fit, const std::filesystem::path& folder, json* row) {
   const json result = json::parse(text_of(folder / "out" / "result.json"));
   (*row)["exit"] = fit.exit;
@@ -192,6 +204,7 @@ void note_result(const Ended& fit, const std::filesystem::path& folder, json* ro
   if (result["fit"].contains("message")) (*row)["fit_says"] = result["fit"]["message"];
   note_mismatch(result["equivalence"], row);
   note_surface(result, row);
+  note_search(result["fit"], row);
   try {
     note_second_opinion(result, folder, row);
   } catch (const std::exception& error) {
@@ -212,6 +225,8 @@ json run_row(std::uint64_t seed, int k, const std::filesystem::path& folder) {
   if (note_end("check", check, &row)) return row;
   const json report = json::parse(check.out);
   row["predicted_s"] = report["predicted_seconds"];
+  if (report.contains("prediction")) row["stages_s"] = report["prediction"]["stages_seconds"];
+  if (report["terms"].contains("automatic")) row["expected"] = report["terms"]["automatic"];
   row["warnings"] = codes(report["warnings"]);
   if (number(report["predicted_seconds"]) > kLongestFit) {
     row["outcome"] = "not run";
