@@ -14,6 +14,7 @@
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/scene_facts.h"
 #include "aberfit/method/spectrum_target.h"
+#include "light_guides.h"
 #include "stall_watch.h"
 
 namespace aberfit {
@@ -151,24 +152,11 @@ RayChoice ray_choice(const FitCase& of, const FitPlan& plan, const Attempt& atte
   return choice;
 }
 
-// Many more terms than residuals have the freedom to keep what lies between the targets as well: their guides
-// are held more closely, for a few iterations more. Of three starts of a deep spot (g 14, 1,173 terms, 132
-// residuals) none was equivalent with the tolerance of few terms (between the targets 1.8 to 2.4 margins
-// off), two with a third of it (0.8 to 1.3); where terms are few, that costs three times the iterations.
-double guide_tolerance(double residuals, double terms) {
-  constexpr double kClosest = 1.0 / 3, kToSpare = 2;
-  return std::clamp(kToSpare * residuals / terms, kClosest, 1.0);
-}
-
 FitProblem problem_of(const FitCase& of, const Workbench& bench, const CoefficientPrior& prior,
                       const SpectrumTarget& spectrum) {
   FitProblem problem{bench.focus(of.task), prior, aims_of(of.targets.fitted), aims_of(of.targets.guides),
                      of.ground.focal_sigma};
-  if (bench.model == FocusModel::kWaves) {
-    const double closer =
-        guide_tolerance(double(problem.targets.size() + problem.guides.size()), double(prior.size()));
-    for (Target& guide : problem.guides) guide.tolerance *= closer;
-  }
+  if (bench.model == FocusModel::kWaves) hold_closer(problem.targets.size(), prior.size(), &problem.guides);
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;
   problem.spectrum_tolerance = spectrum.tolerance;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "../../src/method/light_guides.h"
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/method/groundwork.h"
@@ -113,6 +114,42 @@ TEST(LightGuides, LieCloserWhereMarginsAreSmallerButNotWithoutEnd) {
   EXPECT_GT(smallest.guides, small.guides);
   EXPECT_LT(smallest.guides, 12 * usual.guides);
   EXPECT_LT(between_guides(1e-5).guides, 1.1 * smallest.guides);
+}
+
+// What a fit by waves waits for is as wide everywhere: the mean angle, held to a third of the others, had
+// kept sets of a power law of g 2.8 up to 1,950 terms from passing.
+TEST(LightGuides, AndTheMeanAngleHaveOneTolerance) {
+  const Made of_waves = made(readme_study().dump());
+  ASSERT_EQ(of_waves.ground.use.model, FocusModel::kWaves);
+  int angles = 0;
+  for (const Target& guide : of_waves.sets.guides) {
+    const double scale = guide.scale > 0 ? guide.scale : guide.value;
+    EXPECT_NEAR(guide.tolerance / scale, 9e-3, 1e-12) << statistic_name(guide.statistic);
+    angles += std::holds_alternative<ScatterMean>(guide.statistic);
+  }
+  EXPECT_EQ(angles, 1);
+}
+
+TEST(LightGuides, AreHeldCloserWhereTermsHaveFreedomToSpare) {
+  const auto held = [](std::size_t targets, Eigen::Index terms) {
+    Target ring, angle;
+    ring.statistic = RingThrough{1e-5, 0};
+    angle.statistic = ScatterMean{};
+    ring.tolerance = angle.tolerance = 1;
+    std::vector<Target> guides(40, ring);
+    guides.push_back(angle);
+    internal::hold_closer(targets, terms, &guides);
+    for (const Target& guide : guides)
+      EXPECT_EQ(guide.tolerance, plane_of_light(guide.statistic) ? guides.front().tolerance : 1);
+    return guides.front().tolerance;
+  };
+  // 100 residuals.
+  EXPECT_EQ(held(59, 50), 1);
+  EXPECT_EQ(held(59, 200), 1);
+  EXPECT_NEAR(held(59, 400), 0.5, 1e-12);
+  EXPECT_NEAR(held(159, 400), 1, 1e-12);
+  EXPECT_NEAR(held(59, 600), 1.0 / 3, 1e-12);
+  EXPECT_NEAR(held(59, 100000), 1.0 / 3, 1e-12);
 }
 
 // Cells across that the default set's rings and everything else ask for.
