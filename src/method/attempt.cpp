@@ -241,15 +241,21 @@ Attempt fit_until_equivalent(const FitCase& of, const FitPlan& plan, bool judge_
 
 }  // namespace
 
-void judge_on_fresh_rays(const FitCase& of, Attempt* attempt) {
+void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays) {
   of.context.say("fresh rays");
   FitOutcome& result = attempt->result;
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
-  const FreshPupil pupil{attempt->bench->model, 4 * result.rays, of.task.trace.pupil.seed,
+  const FreshPupil pupil{attempt->bench->model, rays > 0 ? rays : 4 * result.rays, of.task.trace.pupil.seed,
                          grid_pitch(of, result.terms, 1)};
-  attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
-                                         result.fit.coefficients, judged.statistics(), of.context.threads,
-                                         &result.warnings);
+  Warnings warnings;
+  attempt->fresh =
+      statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
+                            result.fit.coefficients, judged.statistics(), of.context.threads, &warnings);
+  for (Warning& warning : warnings) {
+    const auto same = [&](const Warning& told) { return told.code == warning.code; };
+    const bool again = rays > 0 && std::any_of(result.warnings.begin(), result.warnings.end(), same);
+    if (!again) result.warnings.push_back(std::move(warning));
+  }
   result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
   result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   result.verdict = overall(result.metrics);

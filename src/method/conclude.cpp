@@ -7,6 +7,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/units.h"
+#include "aberfit/forward/statistics_with_error.h"
 #include "aberfit/forward/term_moments.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
@@ -83,8 +84,10 @@ double ray_error(const Task& task, const Groundwork& ground) {
 }
 
 // The verdict is light's unless the study names another theory. Where light has no answer, a good result on a
-// simpler model decides nothing.
-void ask_light(const FitCase& of, FitOutcome* result) {
+// simpler model decides nothing; rays that have their error to bear beside what sampling leaves open get more
+// of them.
+void ask_light(const FitCase& of, Attempt* attempt) {
+  FitOutcome* result = &attempt->result;
   if (of.ground.use.in_light(of.targets.theory == "given")) return;
   of.context.say("light");
   result->light = judge_in_light(of, result->terms, result->fit.coefficients, &result->warnings);
@@ -92,9 +95,13 @@ void ask_light(const FitCase& of, FitOutcome* result) {
   if (!light.decides) return;
   if (light.no_grid && of.ground.use.choice) {
     const double model_error = ray_error(of.task, of.ground);
-    for (EquivalenceMetric& metric : result->metrics) metric = with_model_error(metric, model_error);
-    result->verdict = overall(result->metrics);
-    return;
+    for (std::int64_t rays = attempt->fresh.rays;; judge_on_fresh_rays(of, attempt, rays)) {
+      for (EquivalenceMetric& metric : result->metrics) metric = with_model_error(metric, model_error);
+      result->verdict = overall(result->metrics);
+      rays *= 4;
+      const bool judged = attempt->bench && rays > 0;
+      if (result->verdict != Verdict::kUndecided || !judged || rays > kMostFreshRays) return;
+    }
   }
   const bool unknown = light.metrics.empty();
   if (!(unknown && result->verdict == Verdict::kDifferent)) result->verdict = light.verdict;
@@ -133,7 +140,7 @@ void conclude(const FitCase& of, Attempt* attempt) {
   if (attempt->fresh.rays == 0)
     result.warnings.insert(result.warnings.end(), attempt->own_warnings.begin(), attempt->own_warnings.end());
   if (of.ground.psd) result.mean_light = specified_light(of.ground);
-  ask_light(of, &result);
+  ask_light(of, attempt);
   ask_perfect_mirror(of, &result);
   tell_scatter_of_rest(of, &result);
   if (attempt->result.terms.size() == 0) return warn_of_result(of, attempt->fresh, &result);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <set>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
@@ -367,6 +368,30 @@ TEST(Judgement, WhereNoGridHoldsThePhaseRaysDecideWithTheirModelError) {
   EXPECT_EQ(light["obstacle"], result.light->obstacle);
   EXPECT_NE(summary_table(result, false).find(" in rays (no grid holds the pupil's phase"),
             std::string::npos);
+}
+
+// Few rays, beside their difference to wave optics, would leave 17 statistics open by sampling alone.
+TEST(Judgement, NothingIsLeftOpenForWantOfRaysWhereNoGridHoldsThePhase) {
+  const ResultDocument result =
+      run_fit(parse_study(text_of(kSteep, "{" + std::string(kFew), R"({"rays": 2048})",
+                                  R"({"shape": "circle", "diameter": "0.4 m"})", kLenient),
+                          "study.json"),
+              {});
+  ASSERT_TRUE(result.light && result.light->no_grid);
+  int open = 0;
+  std::set<std::string> told;
+  for (const EquivalenceMetric& metric : result.metrics) {
+    EXPECT_GT(metric.model_error, 0);
+    if (metric.verdict != Verdict::kUndecided) continue;
+    ++open;
+    // A twentieth of the margin from either side.
+    EXPECT_LT(0.5 * (metric.interval[1] - metric.interval[0]) - metric.model_error, 0.05 * 0.02)
+        << metric.name;
+  }
+  EXPECT_LT(open, 10);
+  EXPECT_EQ(result.verdict, overall(result.metrics));
+  for (const Warning& warning : result.warnings)
+    EXPECT_TRUE(told.insert(warning.code).second) << "told twice";
 }
 
 // Given values say nothing of a model: rays first, and waves where light rejects what rays accept.
