@@ -24,10 +24,10 @@ ResultDocument fitted(int seed, std::optional<int> starts) {
   return run_fit(study, {});
 }
 
-// Of sixteen draws of these terms eight meet what is fitted and miss between it.
+// Of sixteen draws of these terms three meet what is fitted and miss between it.
 TEST(Starts, GoOnUntilOneIsEquivalent) {
   int missed = 0;
-  for (const int seed : {9, 14}) {
+  for (const int seed : {2, 6}) {
     if (fitted(seed, 1).verdict == Verdict::kEquivalent) continue;
     ++missed;
     const ResultDocument more = fitted(seed, 6);
@@ -40,7 +40,7 @@ TEST(Starts, GoOnUntilOneIsEquivalent) {
 
 // A study that names none has two more where the first is near, and what it took can be asked for.
 TEST(Starts, AreUpToThreeWhereAStudyNamesNone) {
-  const int seed = 9;
+  const int seed = 6;
   const ResultDocument found = fitted(seed, std::nullopt);
   ASSERT_GT(found.chosen.starts, 1) << "nothing tested: the first start is equivalent";
   EXPECT_LE(found.chosen.starts, 3);
