@@ -46,8 +46,7 @@ constexpr int kNearMisses = 1;
 // to 0.6 (tests/stability). Those below stay 2 to 10 tolerances away, but from this share of the order that
 // passes on they meet what is fitted and miss by little.
 constexpr double kPassFrom = 0.4, kTypicalMismatch = 3, kNearlyFrom = 0.75;
-// Plane waves: 32, 64, ... to where they pass (181 for 20 nm uniform from 2.5 to 200 /m), then in between.
-constexpr int kFewestModes = 32, kTypicalModes = 256;
+constexpr int kFewestModes = 32;  // plane waves: 32, 64, ... to where they pass, then in between
 
 // The fit itself, as far as the time goes: at most `limit` [s].
 void time_fit(const ChartBench& bench, const ChartTrace& at, double limit, FitRates* rates) {
@@ -298,12 +297,27 @@ int typical_order(const OrderRange& range, bool few_modes) {
   return std::max(2, int(std::lround(std::sqrt(double(range.low) * range.high))));
 }
 
-// Plane waves where a search by waves ends: a tenth more than cycles across that terms stand for; 108 of 95,
-// 91 of 92, 76 of 66, 38 of 52 and 43, 32 of 39 and 64, 256 of 125 (tests/stability).
+// Where the slopes of what terms stand for end, all but a hundredth of their variance: spectra need not end
+// themselves.
+double end_of_slopes(const RadialPsd& psd) {
+  const double all = psd_moments(psd).slope_variance;
+  double high = psd.f_max();
+  if (std::isfinite(high)) return high;
+  const auto holds = [&](double f) { return psd_moments(psd.band(0, f)).slope_variance > 0.99 * all; };
+  high = std::max(psd.f_min(), 1e-6);
+  while (!holds(high) && high < 1e12) high *= 1.1;
+  return high;
+}
+
+// Plane waves where a search ends: a tenth more than cycles across that terms stand for. By waves 108 of 95,
+// 91 of 92, 76 of 66, 38 of 52 and 43, 32 of 39 and 64, 256 of 125; by rays 64 of 48 and 77, 76 of 45, 181 of
+// 100 and 148, 304 of 305 and 1536, 609 of 1139 (tests/stability).
 int typical_modes(const Groundwork& ground) {
-  constexpr double kMost = 256, kPerCycle = 1.1;
-  const double cycles = 2 * ground.radius * ground.term_psd->f_max();
-  return int(std::lround(std::clamp(kPerCycle * cycles, double(kFewestModes), kMost)));
+  constexpr double kMostOfWaves = 256, kFewestOfRays = 64, kMostOfRays = 400, kPerCycle = 1.1;
+  const double cycles = kPerCycle * 2 * ground.radius * end_of_slopes(*ground.term_psd);
+  return int(std::lround(ground.use.model == FocusModel::kWaves
+                             ? std::clamp(cycles, double(kFewestModes), kMostOfWaves)
+                             : std::clamp(cycles, kFewestOfRays, kMostOfRays)));
 }
 
 // The sets that search_terms fits where every look is a full fit, if all from `end` on pass.
@@ -342,12 +356,12 @@ void add_near_misses(const Task& task, const TermSet& terms, std::vector<Fits>* 
 // Plane waves by rays: from few of them on, doubling to where they pass, then twice in between.
 std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground) {
   std::vector<Fits> fits;
-  for (int count = kFewestModes; count <= kTypicalModes; count *= 2) {
-    const bool last = count == kTypicalModes;
-    add_fits(task, ground, terms_of(task, ground, plane_waves(count)), last ? kPassing + 1 : 1,
-             last ? kPassing : 0, &fits);
-  }
-  add_near_misses(task, terms_of(task, ground, plane_waves(kTypicalModes)), &fits);
+  const int end = typical_modes(ground);
+  for (int count = kFewestModes; count < end; count *= 2)
+    add_fits(task, ground, terms_of(task, ground, plane_waves(count)), 1, 0, &fits);
+  const TermSet last = terms_of(task, ground, plane_waves(end));
+  add_fits(task, ground, last, kPassing + 1, kPassing, &fits);
+  add_near_misses(task, last, &fits);
   return fits;
 }
 

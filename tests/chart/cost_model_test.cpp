@@ -215,6 +215,28 @@ std::string words_of(const std::string& table) {
   return text;
 }
 
+// Plane waves by rays: as many as cycles across the spectrum has, which need not end. With 256 for all of
+// them 4 s were predicted as 20, and 75 as 20, too.
+TEST(CostModel, ASearchOfPlaneWavesByRaysTakesLongerTheWiderTheBand) {
+  const auto iterations = [](const std::string& psd) {
+    Parts parts{psd, "\"geometric\"", "\"auto\""};
+    const ordered_json result = check(parts);
+    EXPECT_EQ(result.at("terms").at("automatic").at("family"), "fourier") << psd;
+    return stage(result, "iterations");
+  };
+  const auto uniform = [](int cycles) {  // of a band below, on a mirror of 0.4 m
+    return R"({"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": ")" +
+           std::to_string(cycles * 5 / 2) + R"( /m"})";
+  };
+  EXPECT_GT(iterations(uniform(300)), 2.5 * iterations(uniform(90)));
+  EXPECT_LT(iterations(uniform(3000)), 1.6 * iterations(uniform(360)));
+  // 99 % of a Gaussian's slope variance is below 0.82 over its correlation length, 122 cycles here.
+  const double endless =
+      iterations(R"({"model": "gaussian", "rms": "100 nm", "correlation_length": "2.7 mm"})");
+  EXPECT_GT(endless, 0.5 * iterations(uniform(90)));
+  EXPECT_LT(endless, 2 * iterations(uniform(90)));
+}
+
 TEST(CostModel, TheTextSaysHowFarItMayBeOff) {
   Parts parts;
   std::string table = words_of(summary_table(run_check(study_of(parts), {})));
