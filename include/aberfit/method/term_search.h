@@ -49,8 +49,8 @@ TermsSpec plane_waves(int count);
 
 /// The fewest terms that pass, by climbing through the orders: screens each, confirms the promising ones, and
 /// goes down from the first that passes until two in a row do not. Without screening it strides up and
-/// halves what it stepped over, from order 23 on to 9 % of the order, as the climb steps; below that it goes
-/// down in the same way. Where none passes: the judged set with the smallest held-out mismatch, else the one
+/// halves what it stepped over - sets of 20,000 cells and more, from order 23 on, to 9 % of the order - and else
+/// goes down in the same way. Where none passes: the judged set with the smallest held-out mismatch, else the one
 /// nearest to its tolerances, not fitted in full if screened. `chosen` is marked in the result, which is
 /// sorted by terms. range: expected_orders; the climb ends a third beyond its high end. margin: of the
 /// verdicts, told in the result.
