@@ -68,8 +68,8 @@ bool has_solution(const FitResult& fit);
 /// One fit as planned, on the rays of the plan. Not judged.
 Attempt attempt_fit(const FitCase& of, const FitPlan& plan);
 
-/// Statistics on points that the fit has not seen, and the verdict on them. rays: how many; 0 for four times the
-/// fit's. Waves take the safe grid.
+/// Statistics on points that the fit has not seen, and the verdict on them. rays: how many; 0 for four times
+/// the fit's. Waves take the safe grid.
 void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays = 0);
 
 /// The same on the plan's rays, or on more and more until fresh ones say the same; judged on fresh rays. By
