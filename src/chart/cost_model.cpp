@@ -297,14 +297,12 @@ int typical_order(const OrderRange& range, bool few_modes) {
   return std::max(2, int(std::lround(std::sqrt(double(range.low) * range.high))));
 }
 
-// Where the slopes of what terms stand for end, all but a hundredth of their variance: spectra need not end
-// themselves.
+// Where the spectrum ends; one without an end, where it has all but a hundredth of its slope variance.
 double end_of_slopes(const RadialPsd& psd) {
+  if (std::isfinite(psd.f_max())) return psd.f_max();
   const double all = psd_moments(psd).slope_variance;
-  double high = psd.f_max();
-  if (std::isfinite(high)) return high;
   const auto holds = [&](double f) { return psd_moments(psd.band(0, f)).slope_variance > 0.99 * all; };
-  high = std::max(psd.f_min(), 1e-6);
+  double high = std::max(psd.f_min(), 1e-6);
   while (!holds(high) && high < 1e12) high *= 1.1;
   return high;
 }

@@ -95,13 +95,18 @@ void ask_light(const FitCase& of, Attempt* attempt) {
   if (!light.decides) return;
   if (light.no_grid && of.ground.use.choice) {
     const double model_error = ray_error(of.task, of.ground);
-    for (std::int64_t rays = attempt->fresh.rays;; judge_on_fresh_rays(of, attempt, rays)) {
+    const auto bear_error = [&] {
       for (EquivalenceMetric& metric : result->metrics) metric = with_model_error(metric, model_error);
       result->verdict = overall(result->metrics);
-      rays *= 4;
-      const bool judged = attempt->bench && rays > 0;
-      if (result->verdict != Verdict::kUndecided || !judged || rays > kMostFreshRays) return;
+    };
+    bear_error();
+    const std::int64_t judged_on = attempt->bench ? attempt->fresh.rays : 0;
+    for (std::int64_t rays = 4 * judged_on; rays > 0 && rays <= kMostFreshRays; rays *= 4) {
+      if (result->verdict != Verdict::kUndecided) break;
+      judge_on_fresh_rays(of, attempt, rays);
+      bear_error();
     }
+    return;
   }
   const bool unknown = light.metrics.empty();
   if (!(unknown && result->verdict == Verdict::kDifferent)) result->verdict = light.verdict;

@@ -14,9 +14,9 @@ namespace aberfit::internal {
 std::vector<Target> light_guides(const Task& task, const Groundwork& ground,
                                  const std::vector<double>& planes, double tolerance, int threads);
 
-/// Of many more terms than there are residuals: the light's guides with a tolerance of down to a third, 2
-/// residuals / terms in between. These have the freedom to keep what lies between the targets as well.
-/// targets: how many there are beside the guides.
+/// Multiplies the tolerances of the light's guides by 2 residuals / terms, held between a third and one: many
+/// more terms than residuals have the freedom to keep what lies between the targets as well. targets: how
+/// many there are beside the guides; together these are the residuals.
 void hold_closer(std::size_t targets, Eigen::Index terms, std::vector<Target>* guides);
 
 }  // namespace aberfit::internal

@@ -391,7 +391,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
       sets.held_out.push_back(target);
     }
   }
-  if (!any_given && ground.use.model == FocusModel::kWaves && ground.mean_spot) {
+  if (!any_given && waves && ground.mean_spot) {
     std::vector<double> planes;
     for (const double units : kPlanes) planes.push_back(plane(units, ground));
     const std::vector<Target> between = light_guides(task, ground, planes, kLightGuideTolerance, threads);

@@ -88,9 +88,9 @@ int climb(Search* search, const OrderRange& range) {
   return go_down(search, found - 1, found, 0);
 }
 
-// From the last two sets that failed to where mismatches would come to 1 at the pace between them: deep spots
-// fall by a fifth an order where `stride` expects seven eighths. At most half the order; 0 where they do not
-// fall.
+// From the last two sets that failed to where mismatches would come to 1 at the pace between them: a deep
+// spot (g 14) falls by a fifth an order at n = 15, where `stride` expects nine tenths. At most half the
+// order; 0 where they do not fall.
 int stride_at_pace(const std::vector<FrontierPoint>& failed) {
   if (failed.size() < 2) return 0;
   const FrontierPoint &before = failed[failed.size() - 2], &last = failed.back();
@@ -100,15 +100,14 @@ int stride_at_pace(const std::vector<FrontierPoint>& failed) {
   return int(std::min(0.5 * last.order, std::ceil(left / gone * orders)));
 }
 
-// Fits by waves on so many cells take ten seconds a set, and as much for each verdict. There orders within
-// nine per cent, the climb's steps, are as good as the lowest.
+// Fits by waves on so many cells take ten seconds a set, and as much for each verdict. There orders within a
+// step of the climb, 9 %, are as good as the lowest.
 constexpr Eigen::Index kManyCells = 20000;
-int resolution(int order, Eigen::Index cells) {
-  return cells >= kManyCells ? std::max(1, int(0.09 * order)) : 1;
-}
+int resolution(int order, Eigen::Index cells) { return cells >= kManyCells ? next_order(order) - order : 1; }
 
 // The same where every look is a full fit: up or down from the lowest that is expected, by strides that grow,
-// to the first that passes or fails; then halving what was stepped over, then down as `climb` does.
+// to the first that passes or fails; then halving what was stepped over, down to `resolution`, and where that
+// is one order, down as `climb` does.
 int by_strides(Search* search, const OrderRange& range) {
   const int last = last_order(range);
   int failed = 1, passed = 0, order = range.low, growing = 1;

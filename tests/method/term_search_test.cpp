@@ -195,8 +195,8 @@ TEST(TermSearch, FindsHighOrdersOnLargeGridsToNinePercent) {
     }
 }
 
-// A deep spot (g 14): 15, 12, ... tolerances at n = 15, 16, ..., a fifth less an order. By twos and fours the
-// way to 47 takes seven sets.
+// Like a deep spot (g 14): 20, 18, ... tolerances at n = 15, 16, ..., a tenth less an order. By twos and
+// fours the way to 45 takes seven sets.
 TEST(TermSearch, TakesTheNextStrideFromThePaceOfTheLastTwo) {
   Trials trials;
   for (int order = 45; order <= 100; ++order) trials.passing.insert(order);

@@ -14,7 +14,7 @@ using TryTerms = std::function<FrontierPoint(const TermsSpec& asked)>;
 struct TermTrials {
   /// A short fit on few rays, warm-started from the one before: tells how far from the tolerances a set
   /// stays. Empty where such fits say nothing: then every look is a full fit, and the search takes as many
-  /// orders at once as the last one was away from its tolerances.
+  /// orders at once as the last one was away from its tolerances, or as the pace of the last two says.
   TryTerms screen;
   /// The fit of these terms, judged on fresh rays. What it says is the answer.
   TryTerms confirm;
@@ -22,7 +22,8 @@ struct TermTrials {
 
 /// Orders that the search climbs: every one up to 14, then steps of at most 9 % (18 % in terms), at least 1.
 int next_order(int order);
-/// How many orders a search without short fits goes up from one whose set stays this many tolerances away.
+/// How many orders a search without short fits goes up at least from one whose set stays this many tolerances
+/// away.
 int stride(int order, double mismatch);
 /// A set whose short fit on few rays stays this many tolerances away is given up; see term_search_sweep_test.
 inline constexpr double kPromising = 10;
@@ -49,11 +50,11 @@ TermsSpec plane_waves(int count);
 
 /// The fewest terms that pass, by climbing through the orders: screens each, confirms the promising ones, and
 /// goes down from the first that passes until two in a row do not. Without screening it strides up and
-/// halves what it stepped over - sets of 20,000 cells and more, from order 23 on, to 9 % of the order - and
-/// else goes down in the same way. Where none passes: the judged set with the smallest held-out mismatch,
-/// else the one nearest to its tolerances, not fitted in full if screened. `chosen` is marked in the result,
-/// which is sorted by terms. range: expected_orders; the climb ends a third beyond its high end. margin: of
-/// the verdicts, told in the result.
+/// halves what it stepped over, then goes down in the same way; where fits have 20,000 cells and more it ends
+/// within 9 % of the order it takes, which is above neighbours from 23 on. Where none passes: the judged set
+/// with the smallest held-out mismatch, else the one nearest to its tolerances, not fitted in full if
+/// screened. `chosen` is marked in the result, which is sorted by terms. range: expected_orders; the climb
+/// ends a third beyond its high end. margin: of the verdicts, told in the result.
 Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange& range,
                       const TermTrials& trials);
 /// What came out, for people: a sentence without full stop.
