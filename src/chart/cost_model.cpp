@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <map>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
@@ -297,14 +298,13 @@ int typical_order(const OrderRange& range, bool few_modes) {
   return std::max(2, int(std::lround(std::sqrt(double(range.low) * range.high))));
 }
 
-// Where the spectrum ends; one without an end, where it has all but a hundredth of its slope variance.
+// Where the spectrum has all but a hundredth of its slope variance, to a tenth.
 double end_of_slopes(const RadialPsd& psd) {
-  if (std::isfinite(psd.f_max())) return psd.f_max();
-  const double all = psd_moments(psd).slope_variance;
-  const auto holds = [&](double f) { return psd_moments(psd.band(0, f)).slope_variance > 0.99 * all; };
+  const double all = psd_moments(psd).slope_variance, end = std::min(psd.f_max(), 1e12);
+  const auto holds = [&](double f) { return psd_moments(psd.band(0, f)).slope_variance >= 0.99 * all; };
   double high = std::max(psd.f_min(), 1e-6);
-  while (!holds(high) && high < 1e12) high *= 1.1;
-  return high;
+  while (high < end && !holds(high)) high *= 1.1;
+  return std::min(high, end);
 }
 
 // Plane waves where a search ends: a tenth more than cycles across that terms stand for. By waves 108 of 95,
@@ -318,12 +318,18 @@ int typical_modes(const Groundwork& ground) {
                              : std::clamp(cycles, kFewestOfRays, kMostOfRays)));
 }
 
-// The sets that search_terms fits where every look is a full fit, if all from `end` on pass.
-std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const OrderRange& range, int end) {
+// The sets that search_terms fits where every look is a full fit, if all from `end` on pass and all below
+// stay as far away: without a pace, which depends on how fast they come nearer.
+std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const TargetSets& targets,
+                               const OrderRange& range, int end) {
+  std::map<int, TermSet> sets;
   TermTrials trials;
-  trials.confirm = [end](const TermsSpec& asked) {
+  trials.confirm = [&](const TermsSpec& asked) {
     FrontierPoint point;
     point.terms = point.order = asked.zernike ? *asked.zernike->n_max : asked.fourier->count;
+    const TermSet& terms = sets.emplace(point.order, terms_of(task, ground, asked)).first->second;
+    const double pitch = wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening);
+    point.rays = Eigen::Index(aperture_area(task.aperture) / (pitch * pitch));
     point.passes = point.order >= end;
     point.fitted_mismatch = kTypicalMismatch;
     return point;
@@ -333,11 +339,7 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
   for (auto point = frontier.points.rbegin(); point != frontier.points.rend(); ++point) {
     const bool narrowly = point->order == end || (!point->passes && point->order >= kNearlyFrom * end);
     const double judged = point->passes || narrowly ? 1 : 0;
-    const TermSet terms =
-        terms_of(task, ground,
-                 range.wide ? plane_waves(point->order)
-                            : zernikes_up_to(point->order, task.terms.covariance, range.first));
-    fits.push_back({terms, task.trace.pupil, 1, judged, false,
+    fits.push_back({sets.at(point->order), task.trace.pupil, 1, judged, false,
                     narrowly        ? kNarrowly
                     : point->passes ? kWithEase
                                     : kFarOff});
@@ -364,19 +366,20 @@ std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground) {
 }
 
 // The sets of a search: short ones by `screens`, full ones by the return value.
-std::vector<Fits> search_fits(const Task& task, const Groundwork& ground, bool few_modes,
+std::vector<Fits> search_fits(const Task& task, const Groundwork& ground, const TargetSets& targets,
                               std::vector<Fits>* screens) {
   const bool waves = ground.use.model == FocusModel::kWaves;
   const OrderRange range = expected_orders(ground);
   if (waves) {
     const double at = kPassFrom * (range.high - range.low);
-    return strided_fits(task, ground, range, range.wide ? typical_modes(ground) : range.low + int(at));
+    return strided_fits(task, ground, targets, range,
+                        range.wide ? typical_modes(ground) : range.low + int(at));
   }
   if (range.wide) return plane_wave_fits(task, ground);
   const auto zernikes = [&](int order) {
     return terms_of(task, ground, zernikes_up_to(order, task.terms.covariance, range.first));
   };
-  const int end = typical_order(range, few_modes);
+  const int end = typical_order(range, ground.numbers.n_eff < double(targets.fitted.size()));
   for (int order = 2; order < end; order = next_order(order)) {
     const TermSet terms = zernikes(order);
     screens->push_back({terms, of_rays(task, screening_rays(terms.size())), 1, 0});
@@ -415,7 +418,7 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
   p.search = task.terms.automatic && ground.psd;
   std::vector<Fits> screens, fits;
   if (p.search)
-    fits = search_fits(task, ground, ground.numbers.n_eff < double(targets.fitted.size()), &screens);
+    fits = search_fits(task, ground, targets, &screens);
   else
     add_fits(task, ground, terms, 1, 1, &fits);
   p.iterations_known = r.iterations_known && rays && !p.search;

@@ -156,10 +156,11 @@ FitProblem problem_of(const FitCase& of, const Workbench& bench, const Coefficie
                       const SpectrumTarget& spectrum) {
   FitProblem problem{bench.focus(of.task), prior, aims_of(of.targets.fitted), aims_of(of.targets.guides),
                      of.ground.focal_sigma};
-  if (bench.model == FocusModel::kWaves) hold_closer(problem.targets.size(), prior.size(), &problem.guides);
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;
   problem.spectrum_tolerance = spectrum.tolerance;
+  if (bench.model == FocusModel::kWaves)
+    hold_closer(problem.targets.size() + std::size_t(spectrum.value.size()), prior.size(), &problem.guides);
   return problem;
 }
 
@@ -247,15 +248,10 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   const FreshPupil pupil{attempt->bench->model, rays > 0 ? rays : 4 * result.rays, of.task.trace.pupil.seed,
                          grid_pitch(of, result.terms, 1)};
-  Warnings warnings;
-  attempt->fresh =
-      statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
-                            result.fit.coefficients, judged.statistics(), of.context.threads, &warnings);
-  for (Warning& warning : warnings) {
-    const auto same = [&](const Warning& told) { return told.code == warning.code; };
-    const bool again = rays > 0 && std::any_of(result.warnings.begin(), result.warnings.end(), same);
-    if (!again) result.warnings.push_back(std::move(warning));
-  }
+  attempt->fresh_warnings.clear();
+  attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
+                                         result.fit.coefficients, judged.statistics(), of.context.threads,
+                                         &attempt->fresh_warnings);
   result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
   result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   result.verdict = overall(result.metrics);

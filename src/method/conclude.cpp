@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -83,9 +84,28 @@ double ray_error(const Task& task, const Groundwork& ground) {
   return choose_model(*ground.psd, task.mirror, task.aperture, task.wavelength, HUGE_VAL).ray_error;
 }
 
+// The intervals of rays, with what rays are off by themselves.
+void bear_model_error(double model_error, FitOutcome* result) {
+  for (EquivalenceMetric& metric : result->metrics) metric = with_model_error(metric, model_error);
+  result->verdict = overall(result->metrics);
+}
+
+// Rays that have their model's error to bear have less of the margin for their own.
+void judge_on_more_rays(const FitCase& of, double model_error, Attempt* attempt) {
+  if (!attempt->bench) return;
+  FitOutcome* result = &attempt->result;
+  std::int64_t rays = attempt->fresh.rays;
+  while (rays > 0 && rays < kMostFreshRays && result->verdict == Verdict::kUndecided &&
+         std::any_of(result->metrics.begin(), result->metrics.end(), more_samples_could_decide) &&
+         !of.context.stopped()) {
+    rays = std::min(4 * rays, kMostFreshRays);
+    judge_on_fresh_rays(of, attempt, rays);
+    bear_model_error(model_error, result);
+  }
+}
+
 // The verdict is light's unless the study names another theory. Where light has no answer, a good result on a
-// simpler model decides nothing; rays that have their error to bear beside what sampling leaves open get more
-// of them.
+// simpler model decides nothing.
 void ask_light(const FitCase& of, Attempt* attempt) {
   FitOutcome* result = &attempt->result;
   if (of.ground.use.in_light(of.targets.theory == "given")) return;
@@ -95,17 +115,8 @@ void ask_light(const FitCase& of, Attempt* attempt) {
   if (!light.decides) return;
   if (light.no_grid && of.ground.use.choice) {
     const double model_error = ray_error(of.task, of.ground);
-    const auto bear_error = [&] {
-      for (EquivalenceMetric& metric : result->metrics) metric = with_model_error(metric, model_error);
-      result->verdict = overall(result->metrics);
-    };
-    bear_error();
-    const std::int64_t judged_on = attempt->bench ? attempt->fresh.rays : 0;
-    for (std::int64_t rays = 4 * judged_on; rays > 0 && rays <= kMostFreshRays; rays *= 4) {
-      if (result->verdict != Verdict::kUndecided) break;
-      judge_on_fresh_rays(of, attempt, rays);
-      bear_error();
-    }
+    bear_model_error(model_error, result);
+    judge_on_more_rays(of, model_error, attempt);
     return;
   }
   const bool unknown = light.metrics.empty();
@@ -142,10 +153,10 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
 
 void conclude(const FitCase& of, Attempt* attempt) {
   FitOutcome& result = attempt->result;
-  if (attempt->fresh.rays == 0)
-    result.warnings.insert(result.warnings.end(), attempt->own_warnings.begin(), attempt->own_warnings.end());
   if (of.ground.psd) result.mean_light = specified_light(of.ground);
   ask_light(of, attempt);
+  const Warnings& of_points = attempt->fresh.rays > 0 ? attempt->fresh_warnings : attempt->own_warnings;
+  result.warnings.insert(result.warnings.end(), of_points.begin(), of_points.end());
   ask_perfect_mirror(of, &result);
   tell_scatter_of_rest(of, &result);
   if (attempt->result.terms.size() == 0) return warn_of_result(of, attempt->fresh, &result);

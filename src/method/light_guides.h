@@ -16,7 +16,7 @@ std::vector<Target> light_guides(const Task& task, const Groundwork& ground,
 
 /// Multiplies the tolerances of the light's guides by 2 residuals / terms, held between a third and one: many
 /// more terms than residuals have the freedom to keep what lies between the targets as well. targets: how
-/// many there are beside the guides; together these are the residuals.
+/// many there are beside the guides, PSD bins among them; together these are the residuals.
 void hold_closer(std::size_t targets, Eigen::Index terms, std::vector<Target>* guides);
 
 }  // namespace aberfit::internal

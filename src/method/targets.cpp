@@ -31,9 +31,10 @@ constexpr double kPlanes[] = {0, -1, 1, -2, 2, -3.5, 3.5, -5, 5};
 constexpr double kGuideFractions[] = {0.275, 0.425, 0.575, 0.725, 0.85};
 constexpr double kGuidePlanes[] = {0, -0.5, 0.5, -1.5, 1.5, -2.75, 2.75, -4.25, 4.25};
 constexpr double kGuideTolerance = 3e-3;
-// Of all that guides a fit by waves, which goes on until each is met. With 3e-3, in a sum of squares with the
-// targets, the README's study took 28 iterations for 10; with 3e-3 for the mean angle alone, few of whose
-// modes carry the slope, a power law of g 2.8 took 2,208 terms in two minutes, with this 322 in one.
+// Of all that guides a fit by waves, whatever the theory, which goes on until each is met. With 3e-3, in a
+// sum of squares with the targets, the README's study took 28 iterations for 10; with 3e-3 for the mean angle
+// alone, few of whose modes carry the slope, a power law of g 2.8 took 2,208 terms in two minutes, with this
+// 322 in one.
 constexpr double kLightGuideTolerance = 9e-3;
 // Held out from both: other fractions, planes in between, other rings, the mean angle.
 constexpr double kHeldOutFractions[] = {0.25, 0.30, 0.40, 0.60, 0.70, 0.75, 0.875, 0.925};

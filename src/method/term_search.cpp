@@ -44,6 +44,14 @@ class Search {
     return points.back().passes;
   }
 
+  // That the fit of an order needed; by waves cells of its grid.
+  Eigen::Index rays_of(int order) const {
+    const auto at = std::find_if(points.begin(), points.end(), [order](const FrontierPoint& point) {
+      return point.order == order && !point.screened;
+    });
+    return at == points.end() ? 0 : at->rays;
+  }
+
   std::vector<FrontierPoint> points;
 
  private:
@@ -128,7 +136,7 @@ int by_strides(Search* search, const OrderRange& range) {
     growing *= 2;
     if (search->passes(order)) passed = order;
   }
-  const auto near_enough = [search](int passing) { return resolution(passing, search->points.back().rays); };
+  const auto near_enough = [search](int passing) { return resolution(passing, search->rays_of(passing)); };
   while (passed - failed > near_enough(passed)) {
     const int middle = (failed + passed) / 2;
     (search->passes(middle) ? passed : failed) = middle;

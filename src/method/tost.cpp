@@ -108,6 +108,12 @@ EquivalenceMetric with_model_error(EquivalenceMetric metric, double model_error)
   return metric;
 }
 
+bool more_samples_could_decide(const EquivalenceMetric& metric) {
+  if (metric.verdict != Verdict::kUndecided) return false;
+  const double sampling = 0.5 * (metric.interval[1] - metric.interval[0]) - metric.model_error;
+  return std::abs(std::abs(metric.difference) - metric.margin) + sampling > metric.model_error;
+}
+
 Verdict overall(const std::vector<EquivalenceMetric>& metrics) {
   Verdict verdict = metrics.empty() ? Verdict::kUndecided : Verdict::kEquivalent;
   for (const EquivalenceMetric& metric : metrics) {

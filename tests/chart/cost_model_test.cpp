@@ -1,6 +1,7 @@
 // What `check` predicts of the time of `fit`: how it grows, not how long it is on one machine.
 #include "aberfit/chart/cost_model.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 
 #include "aberfit/chart/check.h"
@@ -235,6 +237,31 @@ TEST(CostModel, ASearchOfPlaneWavesByRaysTakesLongerTheWiderTheBand) {
       iterations(R"({"model": "gaussian", "rms": "100 nm", "correlation_length": "2.7 mm"})");
   EXPECT_GT(endless, 0.5 * iterations(uniform(90)));
   EXPECT_LT(endless, 2 * iterations(uniform(90)));
+  // Where a steep one is stated to end makes no difference as far out.
+  const auto steep = [&](const char* f_max) {
+    return iterations(fmt::format(R"({{"model": "k-correlation", "rms": "100 nm", "B": "4 mm", )"
+                                  R"("exponent": 6, "f_min": "2.5 /m", "f_max": "{}"}})",
+                                  f_max));
+  };
+  EXPECT_LT(steep("100000 /m"), 1.2 * steep("1000 /m"));
+}
+
+// On 20,000 cells and more searches end near the lowest order, not at it: fewer sets, each of 1 % more work.
+TEST(CostModel, ASearchOnALargeGridHasFewerSets) {
+  const auto solving = [](const char* f_max, double cells_from, double cells_to) {
+    Parts parts;
+    parts.psd =
+        fmt::format(R"({{"model": "uniform", "rms": "60 nm", "f_min": "2.5 /m", "f_max": "{}"}})", f_max);
+    parts.terms = "\"auto\"";
+    const CheckReport report = make_check(study_of(parts), built_in_rates(), 1);
+    const double across = report.cells->fit;
+    EXPECT_GT(std::numbers::pi / 4 * across * across, cells_from);
+    EXPECT_LT(std::numbers::pi / 4 * across * across, cells_to);
+    for (const auto& [name, seconds] : report.prediction->stages)
+      if (name == "iterations") return seconds;
+    return std::nan("");
+  };
+  EXPECT_LT(solving("51 /m", 20000, 20500), 0.9 * solving("50.5 /m", 19500, 20000));
 }
 
 TEST(CostModel, TheTextSaysHowFarItMayBeOff) {

@@ -1,4 +1,5 @@
 // Which model a study gets, what it is judged on, and what `check` says about both.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -392,6 +393,26 @@ TEST(Judgement, NothingIsLeftOpenForWantOfRaysWhereNoGridHoldsThePhase) {
   EXPECT_EQ(result.verdict, overall(result.metrics));
   for (const Warning& warning : result.warnings)
     EXPECT_TRUE(told.insert(warning.code).second) << "told twice";
+}
+
+// What more rays cannot decide is left alone, and a run that was asked to end does not begin with them.
+TEST(Judgement, MoreRaysAreTakenOnlyWhereTheyCouldDecide) {
+  const auto judged = [](int rays, bool stop) {
+    int times = 0;
+    RunOptions how;
+    how.progress = [&](const std::string& line) { times += line == "fresh rays"; };
+    if (stop) how.interrupted = [&] { return times > 0; };
+    run_fit(parse_study(text_of(kSteep, "{" + std::string(kFew), fmt::format(R"({{"rays": {}}})", rays),
+                                R"({"shape": "circle", "diameter": "0.4 m"})", kLenient),
+                        "study.json"),
+            how);
+    return times;
+  };
+  EXPECT_GT(judged(2048, false), 1);
+  EXPECT_EQ(judged(2048, true), 1);
+  // One statistic is 2.23 % off, where 2 % are allowed and rays may err by 0.32 %: of 64k, 256k, 1M and 4M
+  // fresh rays the last would decide nothing.
+  EXPECT_EQ(judged(16384, false), 3);
 }
 
 // Given values say nothing of a model: rays first, and waves where light rejects what rays accept.

@@ -247,6 +247,23 @@ TEST(ModelError, WidensTheIntervalToBothSides) {
   EXPECT_EQ(with_model_error(sharp, 0.003).verdict, Verdict::kEquivalent);
 }
 
+// Known to be near the edge, as near as the model's error: no number of samples decides it.
+TEST(Tost, SamplesDecideNothingThatTheModelsErrorLeavesOpen) {
+  const auto open = [](double difference, double standard_error) {
+    return with_model_error(judge(1.0, 0, 1 + difference, standard_error), 0.003);
+  };
+  ASSERT_EQ(open(0.009, 1e-5).verdict, Verdict::kUndecided);
+  for (const double difference : {0.008, 0.009, 0.012, -0.012}) {
+    EXPECT_FALSE(more_samples_could_decide(open(difference, 1e-5))) << difference;
+    ASSERT_EQ(open(difference, 0.005).verdict, Verdict::kUndecided);
+    EXPECT_TRUE(more_samples_could_decide(open(difference, 0.005))) << difference;
+  }
+  ASSERT_EQ(open(0.006, 0.001).verdict, Verdict::kUndecided);
+  EXPECT_TRUE(more_samples_could_decide(open(0.006, 0.001)));
+  EXPECT_FALSE(more_samples_could_decide(open(0.001, 1e-4)));  // equivalent
+  EXPECT_FALSE(more_samples_could_decide(open(0.03, 1e-4)));   // different
+}
+
 namespace aberfit {
 
 TEST(StrayLight, IsATightToleranceFarFromTheCore) {

@@ -42,6 +42,7 @@ struct Attempt {
   FreshStatistics fresh;       ///< of a JudgedSet's statistics; empty where the fit was not judged
   Eigen::VectorXd own;         ///< on the fit's own points: what is judged of each fitted target
   Warnings own_warnings;       ///< of statistics there; said where no fresh points say it anew
+  Warnings fresh_warnings;     ///< of `fresh`
   double mismatch = HUGE_VAL;  ///< worst, in tolerances
   bool met = false;            ///< every tolerance
 };

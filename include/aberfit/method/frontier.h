@@ -33,6 +33,7 @@ struct Frontier {
 };
 
 /// How many rays the fit used, and why.
+/// As it was made; a verdict that rays' own error left open may have been judged on more fresh rays since.
 struct RayChoice {
   bool automatic = false;
   double gap = NAN;             ///< largest |S_fit - S_fresh| / |T| over the fitted statistics
