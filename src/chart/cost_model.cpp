@@ -29,9 +29,12 @@ namespace {
 
 // Typical iterations of fits that end within their tolerances: 3 to 12 of explicit terms by rays (studies of
 // fits/), 6 to 30 by waves (generated scenes). The sets that a search by rays looks at closely are the ones
-// that just pass or just fail: 20 to 100. Far fewer unknowns than statistics leave no freedom: 81 in
-// fits/spherical.
-constexpr double kIterations = 10, kWaveIterations = 15, kSearchIterations = 30, kFewTermsIterations = 80;
+// that just pass or just fail: 20 to 100 of plane waves, 6 to 40 of Zernikes (tests/stability). Far fewer
+// unknowns than statistics leave no freedom: 81 in fits/spherical.
+constexpr double kIterations = 10, kWaveIterations = 15, kClimbIterations = 18, kFewTermsIterations = 80;
+constexpr double kPlaneWaveIterations = 30;
+// Short fits end early where they stay away: a third of the iterations that they may take (tests/stability).
+constexpr double kShortIterations = kScreeningIterations / 3.0;
 // Searches by waves (tests/stability, sixty scenes): a set that is far off is given up after 12, one that
 // misses by little or between its targets gets a second look or another grid, and the one that just passes
 // often does, too; those with more terms take 10 to 20.
@@ -41,8 +44,10 @@ constexpr double kFarOff = 14, kNarrowly = 26, kWithEase = 17;
 constexpr int kFullFits = 6;
 // Of these as many meet every tolerance, are judged, and need twice the rays they started with.
 constexpr int kPassing = 2;
-// As many miss by little, and go on with twice the rays to the last iteration: none to 4 (ditto).
+// As many miss by little, and go on with twice the rays: none to 4 (ditto), plane waves to the last
+// iteration.
 constexpr int kNearMisses = 1;
+constexpr double kNearMissIterations = 60;
 // Sets of a search by waves pass from this share of the orders it expects on: 0.1 to 0.8, half of them 0.25
 // to 0.6 (tests/stability). Those below stay 2 to 10 tolerances away, but from this share of the order that
 // passes on they meet what is fitted and miss by little.
@@ -261,7 +266,6 @@ struct Fits {
   TermSet terms;
   PupilOptions rays;
   double count = 1, judged = 1;           // how many, and how many of these are judged
-  bool near_miss = false;                 // which takes all iterations there are
   std::optional<double> iterations = {};  // of each, where it is known better than of all
 };
 
@@ -274,14 +278,14 @@ PupilOptions of_rays(const Task& task, std::int64_t rays) {
 // fit_on_enough_rays (attempt.cpp) of `count` sets, of which `passing` are judged and tried on twice the
 // rays.
 void add_fits(const Task& task, const Groundwork& ground, const TermSet& terms, double count, double passing,
-              std::vector<Fits>* fits) {
+              std::optional<double> iterations, std::vector<Fits>* fits) {
   if (!task.trace.automatic_rays || ground.use.model == FocusModel::kWaves) {
-    fits->push_back({terms, task.trace.pupil, count, passing});
+    fits->push_back({terms, task.trace.pupil, count, passing, iterations});
     return;
   }
   const std::int64_t first = first_rays(terms.size());
-  fits->push_back({terms, of_rays(task, first), count, passing});
-  fits->push_back({terms, of_rays(task, more_rays(first)), passing, passing});
+  fits->push_back({terms, of_rays(task, first), count, passing, iterations});
+  fits->push_back({terms, of_rays(task, more_rays(first)), passing, passing, iterations});
 }
 
 TermSet terms_of(const Task& task, const Groundwork& ground, const TermsSpec& asked) {
@@ -339,7 +343,7 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
   for (auto point = frontier.points.rbegin(); point != frontier.points.rend(); ++point) {
     const bool narrowly = point->order == end || (!point->passes && point->order >= kNearlyFrom * end);
     const double judged = point->passes || narrowly ? 1 : 0;
-    fits.push_back({sets.at(point->order), task.trace.pupil, 1, judged, false,
+    fits.push_back({sets.at(point->order), task.trace.pupil, 1, judged,
                     narrowly        ? kNarrowly
                     : point->passes ? kWithEase
                                     : kFarOff});
@@ -347,10 +351,10 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
   return fits;
 }
 
-void add_near_misses(const Task& task, const TermSet& terms, std::vector<Fits>* fits) {
+void add_near_misses(const Task& task, const TermSet& terms, double iterations, std::vector<Fits>* fits) {
   const std::int64_t rays =
       task.trace.automatic_rays ? more_rays(first_rays(terms.size())) : task.trace.pupil.rays;
-  fits->push_back({terms, of_rays(task, rays), kNearMisses, 0, true});
+  fits->push_back({terms, of_rays(task, rays), kNearMisses, 0, iterations});
 }
 
 // Plane waves by rays: from few of them on, doubling to where they pass, then twice in between.
@@ -358,10 +362,10 @@ std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground) {
   std::vector<Fits> fits;
   const int end = typical_modes(ground);
   for (int count = kFewestModes; count < end; count *= 2)
-    add_fits(task, ground, terms_of(task, ground, plane_waves(count)), 1, 0, &fits);
+    add_fits(task, ground, terms_of(task, ground, plane_waves(count)), 1, 0, kPlaneWaveIterations, &fits);
   const TermSet last = terms_of(task, ground, plane_waves(end));
-  add_fits(task, ground, last, kPassing + 1, kPassing, &fits);
-  add_near_misses(task, last, &fits);
+  add_fits(task, ground, last, kPassing + 1, kPassing, kPlaneWaveIterations, &fits);
+  add_near_misses(task, last, task.fit.max_iterations, &fits);
   return fits;
 }
 
@@ -385,8 +389,8 @@ std::vector<Fits> search_fits(const Task& task, const Groundwork& ground, const 
     screens->push_back({terms, of_rays(task, screening_rays(terms.size())), 1, 0});
   }
   std::vector<Fits> fits;
-  add_fits(task, ground, zernikes(end), kFullFits, kPassing, &fits);
-  add_near_misses(task, zernikes(end), &fits);
+  add_fits(task, ground, zernikes(end), kFullFits, kPassing, kClimbIterations, &fits);
+  add_near_misses(task, zernikes(end), kNearMissIterations, &fits);
   return fits;
 }
 
@@ -420,10 +424,10 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
   if (p.search)
     fits = search_fits(task, ground, targets, &screens);
   else
-    add_fits(task, ground, terms, 1, 1, &fits);
+    add_fits(task, ground, terms, 1, 1, std::nullopt, &fits);
   p.iterations_known = r.iterations_known && rays && !p.search;
   const bool few = 2 * std::size_t(terms.size()) <= targets.fitted.size() + targets.guides.size();
-  p.iterations = p.search             ? (rays ? kSearchIterations : kWithEase)
+  p.iterations = p.search ? (rays ? fits.front().iterations.value_or(kClimbIterations) : kWithEase)
                  : p.iterations_known ? r.iterations
                  : few                ? kFewTermsIterations
                  : rays               ? r.iterations
@@ -437,15 +441,14 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
     const FitWork work = fit_work(task, ground, fit.terms, fit.rays, targets, threads, r.pace);
     screening +=
         work.prior * rate(&FitWork::prior) +
-        (work.iteration * std::min(kScreeningIterations, most) + work.ends) * rate(&FitWork::iteration);
+        (work.iteration * std::min(kShortIterations, double(most)) + work.ends) * rate(&FitWork::iteration);
   }
   FitWork last;
   for (const Fits& fit : fits) {
     last = fit_work(task, ground, fit.terms, fit.rays, targets, threads, r.pace);
     prior += fit.count * last.prior * rate(&FitWork::prior);
-    solving += fit.count *
-               (fit.near_miss ? double(most) : std::min(fit.iterations.value_or(iterations), double(most))) *
-               last.iteration * rate(&FitWork::iteration);
+    solving += fit.count * std::min(fit.iterations.value_or(iterations), double(most)) * last.iteration *
+               rate(&FitWork::iteration);
     ends += fit.count * last.ends * rate(&FitWork::iteration);
     fresh += fit.judged * last.fresh * rate(&FitWork::fresh);
   }

@@ -311,7 +311,7 @@ const char* const kWaves = R"({
 TEST(ChartBands, MirrorsDifferLessTheHigherTheCutAndTheAutomaticOneIsToday) {
   ScratchFolder folder;
   folder.write("study.json", kWaves);
-  ASSERT_EQ(run_program(folder, "chart study.json --seconds 8 -o chart --no-plots"), 0)
+  ASSERT_EQ(run_program(folder, "chart study.json" + in_seconds(8) + "-o chart --no-plots"), 0)
       << read_file(folder.file("stderr.txt"));
   const ordered_json chart = ordered_json::parse(read_file(folder.file("chart/chart.json")));
   std::map<double, double> spread;  // by f_c
@@ -351,7 +351,7 @@ TEST(ChartOfLight, ComparesRaysWithoutWhatTheyDoNotHave) {
     ordered_json study = ordered_json::parse(kWaves);
     study["target"]["statistics"] = ordered_json::parse(statistics);
     folder.write("study.json", study.dump());
-    ASSERT_EQ(run_program(folder, "chart study.json --seconds 4 -o chart --no-plots"), 0)
+    ASSERT_EQ(run_program(folder, "chart study.json" + in_seconds(4) + "-o chart --no-plots"), 0)
         << read_file(folder.file("stderr.txt"));
     const ordered_json chart = ordered_json::parse(read_file(folder.file("chart/chart.json")));
     std::map<std::string, int> rows;

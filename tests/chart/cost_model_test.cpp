@@ -20,6 +20,7 @@
 #include "aberfit/method/ray_count.h"
 #include "aberfit/report/check_report.h"
 #include "aberfit/study/read_study.h"
+#include "study/run_program.h"
 #include "study/study_texts.h"
 
 namespace aberfit {
@@ -278,6 +279,7 @@ TEST(CostModel, TheTextSaysHowFarItMayBeOff) {
 // other processes slow both. Fresh rays are most of the first, waves all of the second. A factor three either
 // way: on a shared core either number is up to a half off.
 TEST(CostModel, PredictsTheTimeOfAFit) {
+  if (test::kSanitized) GTEST_SKIP() << "sanitizers slow one part of the work more than another";
   const char* const kScenes[][2] = {{R"({"theory": "geometric"})", R"({"model": "rays", "rays": 131072})"},
                                     {R"({"theory": "auto"})", R"({"model": "waves"})"}};
   for (const auto& [target, trace] : kScenes) {

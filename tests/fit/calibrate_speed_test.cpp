@@ -174,8 +174,11 @@ TEST(StatisticsModel, RemembersATraceWithoutChangingABit) {
   std::vector<StatisticGradient> gradients;
   ASSERT_TRUE(evaluate_smooth({rays, nominal, field.height}, statistics, width, 1, &again, &gradients));
   for (std::size_t k = 0; k + 1 < statistics.size(); ++k) {  // all but RmsHeight
-    const Eigen::VectorXd row = scene.prior.colour_transpose(scene.surface.apply_transpose(
-        gradients[k].rays.rays, trace_adjoint(scene.mirror, scene.pupil, field, gradients[k].rays)));
+    const RayGradient& of_rays = gradients[k].rays;
+    const SurfaceField weights = trace_adjoint(scene.mirror, scene.pupil, field, of_rays);
+    const Eigen::VectorXd row =
+        scene.prior.colour_transpose(of_rays.all_rays ? scene.surface.apply_transpose(weights)
+                                                      : scene.surface.apply_transpose(of_rays.rays, weights));
     EXPECT_LT((jacobian.row(Eigen::Index(k)).transpose() - row).norm(), 1e-12 * row.norm()) << k;
   }
 }
