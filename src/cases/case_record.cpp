@@ -35,7 +35,8 @@ std::optional<CaseRecord> record_of(const std::string& line) {
     CaseRecord record;
     record.id = json.at("id").get<std::string>();
     record.base = json.at("base").get<std::string>();
-    record.index = json.at("index").get<std::size_t>();
+    if (!json.at("index").is_number_unsigned()) return std::nullopt;
+    record.index = json["index"].get<std::size_t>();
     for (const auto& item : json.at("at").items()) record.at.emplace_back(item.key(), item.value().dump());
     if (json.at("error").is_string()) record.error = json["error"].get<std::string>();
     for (const auto& item : json.at("values").items())

@@ -44,6 +44,12 @@ TEST(CaseRecord, IsReadAsItWasWritten) {
   EXPECT_EQ(second->error, first.error);
   EXPECT_EQ(nlohmann::json::parse(line)["status"], "failed");
   for (const char* wrong : {"", "{}", "[1]", "{\"id\": 3}", "no"}) EXPECT_FALSE(record_of(wrong)) << wrong;
+  // Beyond what counts can be, which is no number to convert (found by fuzzing).
+  for (const char* index : {"3e26", "-1", "2.5", "true", "null"}) {
+    nlohmann::json damaged = nlohmann::json::parse(line);
+    damaged["index"] = nlohmann::json::parse(index);
+    EXPECT_FALSE(record_of(damaged.dump())) << index;
+  }
 }
 
 class Journal : public testing::Test {

@@ -3,9 +3,11 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 
+#include "study/run_program.h"
+
 namespace aberfit {
 
-inline constexpr double kLongestFit = 120;  ///< [s] of processor time, one thread
+inline constexpr double kLongestFit = test::kSanitized ? 1200 : 120;  ///< [s] of processor time, one thread
 
 /// Runs scene k of `seed` through the program, `check` and then `fit`, each a process of its own under the
 /// time limit, and lets tools of the tests' own judge what came. folder: an empty one, for all its files.
