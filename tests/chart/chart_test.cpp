@@ -15,6 +15,7 @@ namespace aberfit {
 namespace {
 
 using nlohmann::ordered_json;
+using test::in_seconds;
 using test::read_file;
 using test::run_program;
 using test::ScratchFolder;
