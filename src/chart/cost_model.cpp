@@ -323,7 +323,8 @@ int typical_modes(const Groundwork& ground) {
 }
 
 // The sets that search_terms fits where every look is a full fit, if all from `end` on pass and all below
-// stay as far away: without a pace, which depends on how fast they come nearer.
+// stay as far away: without a pace, which depends on how fast they come nearer, and on the first grids, which
+// some go beyond.
 std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const TargetSets& targets,
                                const OrderRange& range, int end) {
   std::map<int, TermSet> sets;

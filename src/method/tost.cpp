@@ -111,7 +111,10 @@ EquivalenceMetric with_model_error(EquivalenceMetric metric, double model_error)
 bool more_samples_could_decide(const EquivalenceMetric& metric) {
   if (metric.verdict != Verdict::kUndecided) return false;
   const double sampling = 0.5 * (metric.interval[1] - metric.interval[0]) - metric.model_error;
-  return std::abs(std::abs(metric.difference) - metric.margin) + sampling > metric.model_error;
+  // As far from the edge as the difference can be, inside the margin or outside.
+  const double least = std::max(0.0, std::abs(metric.difference) - sampling),
+               most = std::abs(metric.difference) + sampling;
+  return std::max(metric.margin - least, most - metric.margin) > metric.model_error;
 }
 
 Verdict overall(const std::vector<EquivalenceMetric>& metrics) {

@@ -153,8 +153,7 @@ TEST(LightGuides, AreHeldCloserWhereTermsHaveFreedomToSpare) {
   EXPECT_NEAR(held(59, 100000), 1.0 / 3, 1e-12);
 }
 
-// A fit of many terms ends where its guides are met as closely, not only its targets. PSD bins count as
-// targets: with them there are half as many terms to a residual.
+// A fit of many terms ends where its guides are met as closely, not only its targets.
 TEST(LightGuides, HoldAFitOfManyTermsAsClosely) {
   nlohmann::json text =
       study_of(1.4, circle(0.2), {{"model", "uniform"}, {"rms", 60e-9}, {"f_min", 5}, {"f_max", 20}});

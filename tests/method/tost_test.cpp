@@ -260,6 +260,10 @@ TEST(Tost, SamplesDecideNothingThatTheModelsErrorLeavesOpen) {
   }
   ASSERT_EQ(open(0.006, 0.001).verdict, Verdict::kUndecided);
   EXPECT_TRUE(more_samples_could_decide(open(0.006, 0.001)));
+  // A model that errs by twice the margin never says equivalent; sampling of 1.5 margins leaves no more open.
+  const EquivalenceMetric coarse = with_model_error(judge(1.0, 0, 1.0, 0.009), 0.02);
+  ASSERT_EQ(coarse.verdict, Verdict::kUndecided);
+  EXPECT_FALSE(more_samples_could_decide(coarse));
   EXPECT_FALSE(more_samples_could_decide(open(0.001, 1e-4)));  // equivalent
   EXPECT_FALSE(more_samples_could_decide(open(0.03, 1e-4)));   // different
 }

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 
-#include "study/run_program.h"
+#include "sanitized.h"
 
 namespace aberfit {
 

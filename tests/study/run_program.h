@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "sanitized.h"
 #include "scratch_folder.h"
 
 namespace aberfit::test {
@@ -16,13 +17,6 @@ inline int run_program(const ScratchFolder& folder, const std::string& arguments
   const int status = std::system(command.c_str());
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
-
-/// Whether this is a build with sanitizers, which is some ten times slower, one part more than another.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kSanitized = true;
-#else
-inline constexpr bool kSanitized = false;
-#endif
 
 /// A budget of time, as an argument, for what the release build does in so many seconds.
 inline std::string in_seconds(int of_release) {

@@ -73,7 +73,7 @@ EquivalenceMetric with_model_error(EquivalenceMetric metric, double model_error)
 
 /// Whether a metric that is open could be decided by samples enough to leave no more than its model error:
 /// whether the interval would leave the edge of the margin with the difference somewhere in what sampling
-/// leaves open now. False where it is decided.
+/// leaves open now. False where it is decided. A target's own standard error counts as sampling.
 bool more_samples_could_decide(const EquivalenceMetric& metric);
 
 /// The verdict over all metrics: `different` if any is, else `undecided` if any is, else `equivalent`.
