@@ -52,6 +52,12 @@ struct Trials {
   }
 };
 
+Trials passing_from(int lowest) {
+  Trials trials;
+  for (int order = lowest; order <= 100; ++order) trials.passing.insert(order);
+  return trials;
+}
+
 // The same, but sets that fail are as far off as `mismatch` says of their order.
 template <typename F>
 TermTrials failing_by(TermTrials trials, F mismatch) {
@@ -139,35 +145,29 @@ TermTrials without_screen(Trials* trials) {
 }
 
 TEST(TermSearch, StridesUpWhereShortFitsSayNothing) {
-  Trials trials;
-  for (int order = 23; order <= 100; ++order) trials.passing.insert(order);
+  Trials trials = passing_from(23);
   EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&trials))), 23);
   EXPECT_TRUE(trials.screened.empty());
   EXPECT_LE(trials.confirmed.size(), 9u);
   // What was stepped over is looked at.
-  Trials slow;
-  for (int order = 12; order <= 100; ++order) slow.passing.insert(order);
+  Trials slow = passing_from(12);
   const TermTrials overshoot = failing_by(without_screen(&slow), [](int) { return 1e9; });
   EXPECT_EQ(chosen(search({10, 40, false}, overshoot)), 12);
   // One failure does not end the way down, two in a row do.
-  Trials gap;
-  for (int order = 23; order <= 100; ++order) gap.passing.insert(order);
+  Trials gap = passing_from(23);
   gap.passing.insert(21);
   EXPECT_EQ(chosen(search({23, 40, false}, without_screen(&gap))), 21);
-  Trials below;
-  for (int order = 2; order <= 100; ++order) below.passing.insert(order);
+  Trials below = passing_from(2);
   EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&below))), 2);
 }
 
 // A search one order after the other has no end that can be foretold: 55 fits for 33 orders down, as many up
 // where each set is nearly good enough.
 TEST(TermSearch, TakesStridesThatGrowBothWays) {
-  Trials below;
-  for (int order = 27; order <= 100; ++order) below.passing.insert(order);
+  Trials below = passing_from(27);
   EXPECT_EQ(chosen(search({60, 80, false}, without_screen(&below))), 27);
   EXPECT_LE(below.confirmed.size(), 14u);
-  Trials above;
-  for (int order = 93; order <= 100; ++order) above.passing.insert(order);
+  Trials above = passing_from(93);
   const TermTrials nearly = failing_by(without_screen(&above), [](int) { return 1.05; });
   EXPECT_EQ(chosen(search({40, 80, false}, nearly)), 93);
   EXPECT_LE(above.confirmed.size(), 15u);
@@ -179,8 +179,7 @@ TEST(TermSearch, FindsHighOrdersOnLargeGridsToNinePercent) {
   for (const auto& [cells, failing_cells] :
        {std::pair<Eigen::Index, Eigen::Index>{5000, 5000}, {5000, 50000}, {50000, 50000}, {50000, 5000}})
     for (const int lowest : {22, 30, 47, 80}) {
-      Trials trials;
-      for (int order = lowest; order <= 100; ++order) trials.passing.insert(order);
+      Trials trials = passing_from(lowest);
       TermTrials far = failing_by(without_screen(&trials), [](int) { return 1e4; });
       far.confirm = [confirm = far.confirm, cells, failing_cells](const TermsSpec& asked) {
         FrontierPoint point = confirm(asked);
@@ -200,8 +199,7 @@ TEST(TermSearch, FindsHighOrdersOnLargeGridsToNinePercent) {
 // Like a deep spot (g 14): 20, 18, ... tolerances at n = 15, 16, ..., a tenth less an order. By twos and
 // fours the way to 45 takes seven sets.
 TEST(TermSearch, TakesTheNextStrideFromThePaceOfTheLastTwo) {
-  Trials trials;
-  for (int order = 45; order <= 100; ++order) trials.passing.insert(order);
+  Trials trials = passing_from(45);
   const TermTrials slow =
       failing_by(without_screen(&trials), [](int order) { return std::exp(0.1 * (45 - order)); });
   EXPECT_EQ(chosen(search({15, 60, false}, slow)), 45);
@@ -209,16 +207,14 @@ TEST(TermSearch, TakesTheNextStrideFromThePaceOfTheLastTwo) {
       std::find_if(trials.confirmed.begin(), trials.confirmed.end(), [](int order) { return order >= 45; });
   EXPECT_LE(first - trials.confirmed.begin(), 4) << "sets that fail on the way up";
   // As before where they rise.
-  Trials rising;
-  for (int order = 30; order <= 100; ++order) rising.passing.insert(order);
+  Trials rising = passing_from(30);
   const TermTrials worse = failing_by(without_screen(&rising), [](int order) { return 1 + 0.01 * order; });
   EXPECT_EQ(chosen(search({15, 60, false}, worse)), 30);
 }
 
 // A pace of a hundredth an order asks for all 65 orders at once, from two sets that may have been lucky.
 TEST(TermSearch, TakesAtMostHalfTheOrderAtOnce) {
-  Trials trials;
-  for (int order = 80; order <= 100; ++order) trials.passing.insert(order);
+  Trials trials = passing_from(80);
   const TermTrials slow =
       failing_by(without_screen(&trials), [](int order) { return std::exp(0.01 * (80 - order)); });
   EXPECT_EQ(chosen(search({15, 80, false}, slow)), 80);
@@ -230,8 +226,7 @@ TEST(TermSearch, TakesAtMostHalfTheOrderAtOnce) {
 }
 
 TEST(TermSearch, GoesUpFirstWhereTheExpectedOrderFails) {
-  Trials trials;
-  for (int order = 46; order <= 100; ++order) trials.passing.insert(order);
+  Trials trials = passing_from(46);
   EXPECT_EQ(chosen(search({10, 40, false}, without_screen(&trials))), 46);
   Trials none;
   const Frontier frontier = search({10, 40, false}, without_screen(&none));
