@@ -20,7 +20,7 @@ static void* counted(std::size_t size, void* (*allocate)(std::size_t)) {
   }
   return allocate(size);
 }
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* malloc(std::size_t size) { return counted(size, __libc_malloc); }
