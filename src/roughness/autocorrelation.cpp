@@ -28,7 +28,7 @@ std::optional<double> autocorrelation_closed_form(const KCorrelationPsd& m, doub
   const double nu = 0.5 * m.exponent - 1, a = 2 * kPi * r / m.correlation;
   if (f_min > 0 || std::isfinite(f_max)) return std::nullopt;
   const double scale = kPi * factor / square(m.correlation);
-  if (a < 1e-200 || nu * std::log(2 / a) + std::lgamma(nu + 1) > 600)
+  if (a < 1e-200 || nu * std::log(2 / a) + boost::math::lgamma(nu + 1) > 600)
     return std::nullopt;  // K_nu would overflow
   if (a > 700) return 0.0;
   return 2 * scale * std::pow(0.5 * a, nu) * boost::math::cyl_bessel_k(nu, a) / std::tgamma(nu + 1);

@@ -1,5 +1,6 @@
 #include "aberfit/roughness/k_correlation.h"
 
+#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -11,7 +12,7 @@ namespace {
 
 // 2-D amplitude over (1-D amplitude times B), C the 1-D exponent.
 double abel_constant(double C) {
-  return std::exp(std::lgamma(0.5 * (C + 1)) - std::lgamma(0.5 * C)) / (2 * std::sqrt(std::numbers::pi));
+  return std::exp(boost::math::lgamma(0.5 * (C + 1)) - boost::math::lgamma(0.5 * C)) / (2 * std::sqrt(std::numbers::pi));
 }
 
 }  // namespace

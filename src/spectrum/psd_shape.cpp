@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/math/special_functions/digamma.hpp>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -96,7 +97,7 @@ ArrayXd floor_values(const double* theta, const ArrayXd& f, Columns d) {
 // log K, K = Gamma((C+1)/2) / (2 sqrt(pi) Gamma(C/2)): S2 = K A B (1 + (Bf)^2)^(-(C+1)/2) has the profiles
 // S1 = A (1 + (Bf)^2)^(-C/2) (k_correlation.h), and S2 = K A f^-(C+1) those of S1 = A f^-C.
 double log_abel(double C) {
-  return std::lgamma(0.5 * (C + 1)) - std::lgamma(0.5 * C) - std::log(2 * std::sqrt(kPi));
+  return boost::math::lgamma(0.5 * (C + 1)) - boost::math::lgamma(0.5 * C) - std::log(2 * std::sqrt(kPi));
 }
 double log_abel_derivative(double C) {
   return 0.5 * (boost::math::digamma(0.5 * (C + 1)) - boost::math::digamma(0.5 * C));

@@ -10,7 +10,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
-#include "aberfit/theory/aperture_otf.h"
+#include "far_overlap.h"
 
 namespace aberfit::internal {
 namespace {
@@ -29,13 +29,19 @@ constexpr std::size_t kMostKnown = 100;  // planes of a pupil
 constexpr double kEndsPerOctave = 4;
 constexpr double kSameKink = 3e-3;  // of the cutoff
 constexpr std::size_t kMostKinks = 8;
-// Turn of the phase [rad] from which moments of a round pupil come by the stationary closed form.
+// Turn of the phase [rad] from which moments come by `FarOverlap`.
 constexpr double kFarDefocus = 1500;
 // Phase across the whole overlap of a wave of defocus: 2 W pi (1 - x/D) x/D at most.
 constexpr double kTurnsPerWave = std::numbers::pi * 2;
-// Of a mean over azimuth, which costs much: where the phase turns further than the first [rad], and its share
-// in the fourth power of p, about 1/16 of the second [rad], is small.
-constexpr double kDefocusOfMean = 100, kParabolic = 4;
+// Means over the azimuth, which cost much, come by it wherever it errs by less; and all by less than the
+// second where their integral would take too long.
+constexpr double kErrorOfFar = 1e-4, kMostErrorOfFar = 1e-3;
+// Of its phase a panel and its share of those that were halved carry so much [rad]: 4 to 9 for discs from f/8
+// to f/1.3 and 100 to 1300 rad, 1 to 4 for annuli, 13 to 50 for hexagon and rectangle, whose tolerance is
+// larger.
+constexpr double kTurnOfRound = 5, kTurnOfMean = 35;
+constexpr double kLargestOverlap = 0.3;  // of the cutoff, where the overlap takes the most points or so
+constexpr double kBlurred = 0.01;        // of the transfer that roughness leaves
 
 double tail(const TransferPanel& panel) {
   return internal::unresolved(panel) * std::sqrt((panel.b - panel.a) / panel.b);
@@ -162,6 +168,18 @@ ExponentTable::ExponentTable(const std::function<Eigen::ArrayXd(const Eigen::Arr
   if (!gone_.back()) end_ = kInfinity;
 }
 
+double ExponentTable::beyond(double exponent) const {
+  double beyond = kInfinity;
+  for (auto panel = function_.panels.rbegin(); panel != function_.panels.rend(); ++panel) {
+    const PanelArray x = panel->nodes();
+    for (int k = kPanelNodes - 1; k >= 0; --k) {
+      if (panel->value[k] < exponent) return beyond;
+      beyond = x[k];
+    }
+  }
+  return beyond;
+}
+
 std::vector<double> ExponentTable::edges() const {
   std::vector<double> result;
   for (const TransferPanel& panel : function_.panels) result.push_back(panel.b);
@@ -221,7 +239,8 @@ PanelArray ExponentChange::operator()(const PanelArray& x) const {
 
 struct PupilMoments::Known {
   std::mutex mutex;
-  std::map<std::pair<double, double>, std::shared_ptr<const MomentPanels>> panels;  // of dz and end
+  // Of dz, end and from where roughness blurs.
+  std::map<std::array<double, 3>, std::shared_ptr<const MomentPanels>> panels;
 };
 
 PupilMoments::PupilMoments(PupilField field, int halvings)
@@ -246,15 +265,17 @@ double PupilMoments::most_stretch() const {
   return std::max(1.0, *std::max_element(stretch_.begin(), stretch_.end()));
 }
 
-std::shared_ptr<const MomentPanels> PupilMoments::panels(double dz, double end) const {
-  const double step = std::ceil(kEndsPerOctave * std::log2(std::min(end, 1.0)) - 1e-9);
-  end = std::min(1.0, std::exp2(step / kEndsPerOctave));
-  const std::pair key(dz, end);
+std::shared_ptr<const MomentPanels> PupilMoments::panels(double dz, double end, double blurred) const {
+  const auto rounded_up = [](double share) {
+    const double step = std::ceil(kEndsPerOctave * std::log2(std::min(share, 1.0)) - 1e-9);
+    return std::min(1.0, std::exp2(step / kEndsPerOctave));
+  };
+  const std::array<double, 3> key{dz, rounded_up(end), rounded_up(blurred)};
   {
     const std::lock_guard lock(known_->mutex);
     if (const auto known = known_->panels.find(key); known != known_->panels.end()) return known->second;
   }
-  auto made = std::make_shared<const MomentPanels>(make(dz, end));
+  auto made = std::make_shared<const MomentPanels>(make(key[0], key[1], key[2]));
   const std::lock_guard lock(known_->mutex);
   if (known_->panels.size() < kMostKnown) known_->panels.emplace(key, made);
   return made;
@@ -266,21 +287,31 @@ Eigen::ArrayXd PupilMoments::at(double x, double dz) const {
   return overlap(x);
 }
 
-MomentPanels PupilMoments::make(double dz, double end) const {
+// Without aberrations.
+bool PupilMoments::is_far(const PupilOverlap& overlap, double dz, double end, double blurred) const {
+  const double turn = overlap.turn(end * cutoff());
+  if (turn > kFarDefocus) return true;
+  const double error = FarOverlap::error(field_, dz, blurred * cutoff(), kBlurred);
+  if (error > kMostErrorOfFar) return false;
+  if (!is_round() && error < kErrorOfFar) return true;
+  std::size_t points = 0;
+  overlap(kLargestOverlap * end * cutoff(), &points);
+  const double panels = turn / (is_round() ? kTurnOfRound : kTurnOfMean);
+  return kPanelNodes * double(points) * panels > double(kMostMomentPoints);
+}
+
+MomentPanels PupilMoments::make(double dz, double end, double blurred) const {
   PupilOverlap overlap(field_, dz, order_);
   overlap.copy_correction(*focus_overlap_);
   std::vector<double> breakpoints = kinks(field_);
-  const double turn = overlap.turn(end * cutoff());
-  if (turn > kFarDefocus && field_.has_departure())
+  const double turn = field_.has_departure() ? overlap.turn(end * cutoff()) : 0;
+  if (turn > kFarDefocus)
     throw ComputationError(fmt::format(
         "the aberrations of this mirror are {:.0f} waves in the plane {:.4g} m from the focus, "
         "too many for its mean spot in light (at most {:.0f}); take a mirror nearer to its parabola, "
         "or `\"theory\": \"geometric\"` in `target`",
         turn / kTurnsPerWave, dz, kFarDefocus / kTurnsPerWave));
-  const double rho2 = std::pow(field_.outer() / field_.focal_length(), 2);
-  const bool nearly_parabolic = turn > kDefocusOfMean && turn * rho2 < kParabolic;
-  if (!field_.has_departure() && (turn > kFarDefocus || (!is_round() && nearly_parabolic)))
-    return far_moments(dz, breakpoints, end);
+  if (!field_.has_departure() && is_far(overlap, dz, end, blurred)) return far_moments(dz, breakpoints, end);
   for (int h = 0; h < halvings_; ++h) {
     std::vector<double> finer;
     double from = 0;
@@ -297,27 +328,10 @@ double PupilMoments::accuracy() const {
   return std::max(is_round() ? kRoundMoments : kMeanMoments, kRoundingOfDisc / filled);
 }
 
-// Of a disc or annulus that is so far out of focus that points of equal phase are everywhere: a parabolic
-// phase, which has its overlap in closed form, with the roughness's mean over the aperture.
 MomentPanels PupilMoments::far_moments(double dz, const std::vector<double>& breakpoints, double end) const {
-  const double f = field_.focal_length(), rho2 = std::pow(field_.outer() / f, 2);
-  const auto shape = [&]() -> Aperture {
-    if (field_.is_rectangle()) {  // in closed form over the azimuth, too
-      const PupilField::Point& corner = field_.straight_corners().front();
-      return RectangleAperture{2 * std::abs(corner[0]), 2 * std::abs(corner[1])};
-    }
-    if (!field_.corners().empty()) return PolygonAperture{field_.corners()};
-    if (field_.inner() > 0) return AnnulusAperture{2 * field_.outer(), 2 * field_.inner()};
-    return CircleAperture{2 * field_.outer()};
-  };
-  const ApertureOtf otf(shape());
-  // Of 1 - c over (P/f)^2 / 2, at the mean of (P/f)^2.
-  const double steeper = 1 / std::sqrt(1 - 0.5 * rho2);
-  const double curvature = 2 * std::numbers::pi * dz * steeper / (field_.wavelength() * f * (f + dz));
-  const auto closed = [&](double s, std::size_t*) {
-    return Eigen::ArrayXd(otf(s * cutoff(), curvature) * whole_);
-  };
-  return moment_panels(closed, int(whole_.size()), breakpoints, end, accuracy(), is_round());
+  const FarOverlap overlap(field_, dz, focus_overlap_->nodes(), whole_);
+  return moment_panels([&](double s, std::size_t*) { return overlap(s * cutoff()); }, order_ * order_,
+                       breakpoints, end, accuracy(), is_round());
 }
 
 ExactTransfer::ExactTransfer(std::shared_ptr<const PupilMoments> pupil,
@@ -326,6 +340,13 @@ ExactTransfer::ExactTransfer(std::shared_ptr<const PupilMoments> pupil,
     : pupil_(std::move(pupil)), limit_(limit), smallest_(options.smallest) {
   options.cutoff = cutoff() * pupil_->most_stretch() * (1 + 1e-12);
   table_ = std::make_unique<const ExponentTable>(exponent, limit, options);
+}
+
+std::shared_ptr<const MomentPanels> ExactTransfer::moments(double dz) const {
+  const std::vector<double>& share = pupil_->share();
+  const double least_share = *std::min_element(share.begin(), share.end());
+  const double blurred = table_->beyond(-std::log(kBlurred) / least_share);
+  return pupil_->panels(dz, end(), blurred / (pupil_->least_stretch() * cutoff()));
 }
 
 // Shear beyond which the roughness has left no transfer anywhere in the aperture.
@@ -369,7 +390,7 @@ void ExactTransfer::append(const MomentPanel& moments, double a, double b, int h
 // On the moments' panels, cut at `edges` [m on the mirror].
 std::vector<TransferPanel> ExactTransfer::resolved(double dz, std::vector<double> edges,
                                                    const Part& part) const {
-  const std::shared_ptr<const MomentPanels> all = pupil_->panels(dz, end());
+  const std::shared_ptr<const MomentPanels> all = moments(dz);
   const std::vector<double>& stretch = pupil_->stretch();
   const double middle = stretch[stretch.size() / 2] * cutoff();
   for (double& edge : edges) edge /= middle;
@@ -419,7 +440,7 @@ double ExactTransfer::interpolated(const Eigen::ArrayXd& moment, double x) const
 
 Eigen::ArrayXd ExactTransfer::mean_over_overlap(const Eigen::ArrayXd& x) const {
   Eigen::ArrayXd result(x.size());
-  const std::shared_ptr<const MomentPanels> focus = pupil_->panels(0, end());
+  const std::shared_ptr<const MomentPanels> focus = moments(0);
   auto panel = focus->panels.begin(), known = focus->panels.end();
   MomentPanel::Values legendre;  // of the panel that is known
   for (Eigen::Index k = 0; k < x.size(); ++k) {

@@ -33,6 +33,8 @@ class ExponentTable {
   double operator()(double x) const;
   /// x from which exp(-E) is gone for good [m]; infinity where it never is.
   double end() const { return end_; }
+  /// x from which E stays at `exponent` or above, to a node [m]; infinity where it does not.
+  double beyond(double exponent) const;
   std::vector<double> edges() const;
   double unresolved() const { return unresolved_; }
 
@@ -85,13 +87,15 @@ class PupilMoments {
   /// Of the whole aperture.
   const Eigen::ArrayXd& whole() const { return whole_; }
   /// Over [0, end'] of shear / cutoff, end' the next power of 2^(1/4) from `end` on, at most 1: roughness of
-  /// many amplitudes shares what one has asked for. Remembers the first hundred.
-  std::shared_ptr<const MomentPanels> panels(double dz, double end) const;
+  /// many amplitudes shares what one has asked for. `blurred`, rounded as `end` is: from where on it leaves
+  /// kBlurred at most. Remembers the first hundred.
+  std::shared_ptr<const MomentPanels> panels(double dz, double end, double blurred) const;
   /// At one shear x [m].
   Eigen::ArrayXd at(double x, double dz) const;
 
  private:
-  MomentPanels make(double dz, double end) const;
+  MomentPanels make(double dz, double end, double blurred) const;
+  bool is_far(const PupilOverlap& overlap, double dz, double end, double blurred) const;
   double accuracy() const;
   MomentPanels far_moments(double dz, const std::vector<double>& breakpoints, double end) const;
 
@@ -148,6 +152,7 @@ class ExactTransfer {
   std::vector<TransferPanel> resolved(double dz, std::vector<double> edges, const Part& part) const;
   void append(const MomentPanel& moments, double a, double b, int halvings, const Part& part,
               std::vector<TransferPanel>* result) const;
+  std::shared_ptr<const MomentPanels> moments(double dz) const;
   double end() const;
 
   std::shared_ptr<const PupilMoments> pupil_;

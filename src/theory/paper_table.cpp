@@ -1,6 +1,7 @@
 #include "aberfit/theory/paper_table.h"
 
 #include <algorithm>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <numbers>
 
@@ -36,7 +37,7 @@ double gaussian_share_beyond(double sigma, double length, double wavelength, dou
   const double reach = kDeviations * std::sqrt(g2) + kDeviations * kDeviations;
   double share = 0;
   for (double n = std::max(1.0, std::floor(g2 - reach)); n <= g2 + reach; ++n)
-    share += std::exp(n * std::log(g2) - g2 - std::lgamma(n + 1) - spread / n);
+    share += std::exp(n * std::log(g2) - g2 - boost::math::lgamma(n + 1) - spread / n);
   return share;
 }
 

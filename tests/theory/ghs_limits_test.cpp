@@ -53,11 +53,11 @@ TEST(GhsLimits, FarDefocusGoesOverIntoTheClosedFormWithoutAStep) {
   const GeneralisedHarveyShack smooth(RadialPsd(GaussianPsd{1e-12, 0.01}), mirror, CircleAperture{0.4},
                                       kLambda);
   // Phase across the overlap turns by 2 pi R^2 |dz|/(2 lambda f^2) or so.
-  const double near = 1400 * kLambda * 72 / (2 * pi), far = 1800 * kLambda * 72 / (2 * pi);
+  const double near = 1400 * kLambda * 72 / (2 * pi), far = 1600 * kLambda * 72 / (2 * pi);
   const MeanSpot direct = smooth.at_plane(near), closed = smooth.at_plane(far);
   for (const double part : {0.3, 0.6, 0.8, 1.2}) {
     const double blur = 0.2 / 1.2;  // of dz, paraxial
-    EXPECT_NEAR(direct.encircled_energy(part * near * blur), closed.encircled_energy(part * far * blur), 2e-3)
+    EXPECT_NEAR(direct.encircled_energy(part * near * blur), closed.encircled_energy(part * far * blur), 4e-4)
         << part;
   }
 }

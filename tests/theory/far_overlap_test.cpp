@@ -1,0 +1,157 @@
+// The pupil's overlap far out of focus against its integral: encircled energies that both give with Gaussian
+// roughness, and where each is taken.
+#include "../../src/theory/far_overlap.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "../../src/theory/pupil_overlap.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/roughness/bessel.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
+
+namespace aberfit {
+namespace {
+
+using internal::FarOverlap;
+using internal::PupilField;
+using internal::PupilOverlap;
+
+constexpr double kLambda = 633e-9, kDiameter = 0.4, pi = std::numbers::pi;
+constexpr double kBlurred = 0.01;  // transfer of Gaussian roughness at 3.03 of its scale
+
+const Aperture kRectangle = RectangleAperture{0.32, 0.24};
+const Aperture kHexagon =
+    PolygonAperture{{{0.2, 0}, {0.1, 0.173}, {-0.1, 0.17}, {-0.19, 0.02}, {-0.1, -0.17}, {0.1, -0.16}}};
+
+struct Plane {
+  PupilField field;
+  double dz = 0, scale = 0;  // of the roughness's transfer exp(-(x/scale)^2/2) [m]
+};
+
+// `phase` [rad] from axis to rim; the roughness spreads light over `spread` of the cone of rays, RMS.
+Plane plane(const Aperture& aperture, double f_number, double phase, double spread) {
+  const double f = f_number * kDiameter;
+  const double dz = phase * kLambda * 8 * f_number * f_number / (2 * pi), cone = dz / (2 * f_number);
+  return {PupilField(Mirror{f, -1, {}}, aperture, kLambda, {}), dz, kLambda * f / (2 * pi * spread * cone)};
+}
+
+// E at twenty radii up to the cone's rim and beyond, of a transfer given as sum of moments.
+template <class Moments>
+Eigen::ArrayXd encircled(const Plane& at, const Moments& moments) {
+  const double f = at.field.focal_length(), end = std::min(2 * at.field.outer(), 6 * at.scale);
+  constexpr int kShears = 3001;
+  const double step = end / (kShears - 1), cone = at.dz * 0.5 * kDiameter / f;
+  Eigen::ArrayXd transfer(kShears);
+  for (int k = 0; k < kShears; ++k)
+    transfer[k] = moments(k * step).sum() * std::exp(-0.5 * std::pow(k * step / at.scale, 2));
+  Eigen::ArrayXd result(20);
+  for (int r = 0; r < 20; ++r) {
+    const double u = 2 * pi / (kLambda * (f + at.dz)) * 0.06 * (r + 1) * cone;
+    double sum = 0;
+    for (int k = 0; k < kShears; ++k) {  // Simpson
+      const double weight = k == 0 || k + 1 == kShears ? 1 : k % 2 == 1 ? 4 : 2, z = u * k * step;
+      double j0 = 0, j1 = 0;
+      bessel_j0_j1(&z, 1, &j0, &j1);
+      sum += weight * transfer[k] * j1;
+    }
+    result[r] = u * sum * step / 3;
+  }
+  return result;
+}
+
+struct Compared {
+  double off = 0, said = 0;
+};
+Compared compared(const Aperture& aperture, double f_number, double phase, double spread, int order) {
+  const Plane at = plane(aperture, f_number, phase, spread);
+  PupilOverlap near(at.field, at.dz, order);
+  near.set_correction();
+  const FarOverlap far(at.field, at.dz, near.nodes(), PupilOverlap(at.field, 0, order)(0));
+  const Eigen::ArrayXd difference = encircled(at, far) - encircled(at, [&](double x) { return near(x); });
+  return {difference.abs().maxCoeff(), FarOverlap::error(at.field, at.dz, 3.03 * at.scale, kBlurred)};
+}
+
+TEST(FarOverlap, ErrsByWhatItSaysForEveryShapeAndSpeed) {
+  const Aperture circle = CircleAperture{kDiameter}, annulus = AnnulusAperture{kDiameter, 0.15};
+  for (const auto& [aperture, f_number, phase, spread, order] :
+       std::initializer_list<std::tuple<Aperture, double, double, double, int>>{
+           {circle, 8, 150, 0.3, 1},
+           {circle, 2.5, 150, 0.3, 2},
+           {circle, 2.5, 400, 0.3, 2},
+           {circle, 1.3, 400, 0.3, 3},
+           {circle, 1.3, 150, 1, 4},
+           {annulus, 2.5, 150, 0.3, 2},
+           {annulus, 1.3, 150, 0.3, 6},
+           {kRectangle, 2.5, 150, 0.3, 2},
+           {kRectangle, 1.3, 150, 1, 3},
+           {kHexagon, 2.5, 150, 0.3, 2}}) {
+    const Compared found = compared(aperture, f_number, phase, spread, order);
+    EXPECT_LT(found.off, 1.02 * found.said) << f_number << ' ' << phase << ' ' << spread;
+    EXPECT_GT(found.off, 0.1 * found.said) << f_number << ' ' << phase << ' ' << spread;
+    EXPECT_LT(found.said, 1e-3);
+  }
+}
+
+// Its moments are those of the integral one by one, which roughness that differs over the aperture takes
+// apart: of azimuths along and across the shear, of rim and middle.
+TEST(FarOverlap, HasEveryMomentOfTheIntegral) {
+  const Plane at = plane(CircleAperture{kDiameter}, 2.5, 800, 1);
+  for (const int order : {2, 5}) {
+    const PupilOverlap near(at.field, at.dz, order);
+    const FarOverlap far(at.field, at.dz, near.nodes(), PupilOverlap(at.field, 0, order)(0));
+    for (const double x : {0.0, 1e-5, 3e-5, 1e-4, 2e-4, 4e-4})  // 3 rad for a ray from the rim
+      EXPECT_LT((far(x) - near(x)).abs().maxCoeff(), 2 * x / kDiameter + 1e-6) << order << ' ' << x;
+    EXPECT_GT((near(4e-4) - near(0)).abs().maxCoeff(), 0.1);
+  }
+}
+
+TEST(FarOverlap, KnowsNothingNearTheFocus) {
+  const Plane at = plane(CircleAperture{kDiameter}, 2.5, 30, 1);
+  EXPECT_EQ(FarOverlap::error(at.field, at.dz, at.scale, kBlurred), HUGE_VAL);
+  EXPECT_EQ(FarOverlap::error(at.field, 0, at.scale, kBlurred), HUGE_VAL);
+}
+
+// The aperture as seen from the axis: area and moment of inertia in closed form, with the axis inside, on a
+// corner and outside.
+TEST(FarOverlap, SeesAPolygonFromTheAxis) {
+  for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.3, 0.1}, {0.5, 0.25}, {0.9, 0.2}, {0.2, 0.7}}) {
+    const internal::RadialRule rule = internal::radial_rule(
+        {{x - 0.5, y - 0.25}, {x + 0.5, y - 0.25}, {x + 0.5, y + 0.25}, {x - 0.5, y + 0.25}}, 10);
+    EXPECT_NEAR(rule.weight.sum(), 0.5, 1e-6) << x;
+    EXPECT_NEAR((rule.weight * rule.radius.square()).sum(), 0.5 * ((1 + 0.25) / 12 + x * x + y * y), 1e-6)
+        << x;
+  }
+}
+
+// Where fringes are sharp the integral is taken, 1.2e-3 better; a hexagon at f/1.3 has none within its work,
+// and has a value where roughness blurs the fringes, else none.
+TEST(FarOverlap, IsTakenWhereItIsGoodAndWhereTheIntegralIsTooLong) {
+  const auto of_mirror = [&](const Aperture& aperture, double f_number, double phase, double sigma) {
+    const Plane at = plane(aperture, f_number, phase, 1);
+    const GeneralisedHarveyShack light(RadialPsd(GaussianPsd{sigma, 0.02}),
+                                       Mirror{at.field.focal_length(), -1, {}}, aperture, kLambda);
+    return light.at_plane(at.dz);
+  };
+  const Plane sharp = plane(kRectangle, 2.5, 150, 1e-9);
+  const PupilOverlap integral = [&] {
+    PupilOverlap one(sharp.field, sharp.dz, 1);
+    one.set_correction();
+    return one;
+  }();
+  const Eigen::ArrayXd truth = encircled(sharp, [&](double x) { return integral(x); });
+  const MeanSpot taken = of_mirror(kRectangle, 2.5, 150, 1e-13);
+  double off = 0;
+  for (int r = 0; r < 20; ++r)
+    off = std::max(off, std::abs(taken.encircled_energy(0.06 * (r + 1) * sharp.dz / 5) - truth[r]));
+  EXPECT_LT(off, 1e-4);
+
+  EXPECT_NO_THROW(of_mirror(kHexagon, 1.3, 400, 4e-7));
+  EXPECT_NO_THROW(of_mirror(kHexagon, 1.3, 700, 4e-7));
+  EXPECT_THROW(of_mirror(kHexagon, 1.3, 700, 2e-8), ComputationError);
+}
+
+}  // namespace
+}  // namespace aberfit
