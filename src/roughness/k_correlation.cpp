@@ -12,7 +12,8 @@ namespace {
 
 // 2-D amplitude over (1-D amplitude times B), C the 1-D exponent.
 double abel_constant(double C) {
-  return std::exp(boost::math::lgamma(0.5 * (C + 1)) - boost::math::lgamma(0.5 * C)) / (2 * std::sqrt(std::numbers::pi));
+  return std::exp(boost::math::lgamma(0.5 * (C + 1)) - boost::math::lgamma(0.5 * C)) /
+         (2 * std::sqrt(std::numbers::pi));
 }
 
 }  // namespace

@@ -46,7 +46,8 @@ double one_minus_matern(double nu, double a) {
       term *= -q / (k * double(n - k));
       sum -= term;
     }
-    double power = (n % 2 == 0 ? 2 : -2) * std::exp(n * std::log(q) - boost::math::lgamma(n) - boost::math::lgamma(n + 1));
+    double power = (n % 2 == 0 ? 2 : -2) *
+                   std::exp(n * std::log(q) - boost::math::lgamma(n) - boost::math::lgamma(n + 1));
     double tail = 0;
     for (int k = 0; k < 30; ++k) {
       tail += power *

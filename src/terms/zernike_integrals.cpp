@@ -121,7 +121,8 @@ void add_head(const RadialPsd& psd, double kappa, double f, int first_order, Sum
     sum->add_closed([&](int a, int b) {
       const double p = a + b - term.exponent, x = kappa * f;
       const double sign = (a / 2 + b / 2) % 2 == 0 ? 1 : -1;
-      const double lead = std::exp((a + b) * std::log(0.5 * x) - boost::math::lgamma(a + 1.0) - boost::math::lgamma(b + 1.0));
+      const double lead =
+          std::exp((a + b) * std::log(0.5 * x) - boost::math::lgamma(a + 1.0) - boost::math::lgamma(b + 1.0));
       const double next = 0.25 * x * x * (1.0 / (a + 1) + 1.0 / (b + 1));
       return sign * term(f) * lead * (1 / p - next / (p + 2));
     });
