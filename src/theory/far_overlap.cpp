@@ -196,7 +196,8 @@ double FarOverlap::slope(double radius) const {
 
 // The aperture whose rays under a phase of constant curvature meet the plane where those of the outline do.
 Aperture FarOverlap::shape_of(const PupilField& field) {
-  const auto scale = [&](double radius) { return slope(radius) / (curvature_ * radius); };
+  const auto cosine = [&](double radius) { return std::sqrt(1 - std::pow(radius / focal_length_, 2)); };
+  const auto scale = [&](double radius) { return cosine(field.outer()) / cosine(radius); };
   if (field.corners().empty()) {
     const double inner = field.inner() > 0 ? field.inner() * scale(field.inner()) : 0;
     straight_ = radial_rule(field.outer(), inner, kRaysGone);

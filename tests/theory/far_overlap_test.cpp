@@ -25,6 +25,7 @@ constexpr double kBlurred = 0.01;  // transfer of Gaussian roughness at 3.03 of 
 const Aperture kRectangle = RectangleAperture{0.32, 0.24};
 const Aperture kHexagon =
     PolygonAperture{{{0.2, 0}, {0.1, 0.173}, {-0.1, 0.17}, {-0.19, 0.02}, {-0.1, -0.17}, {0.1, -0.16}}};
+const Aperture kQuarter = PolygonAperture{{{0, 0}, {0.141, 0}, {0.141, 0.141}, {0, 0.141}}};
 
 struct Plane {
   PupilField field;
@@ -87,7 +88,8 @@ TEST(FarOverlap, ErrsByWhatItSaysForEveryShapeAndSpeed) {
            {annulus, 1.3, 150, 0.3, 6},
            {kRectangle, 2.5, 150, 0.3, 2},
            {kRectangle, 1.3, 150, 1, 3},
-           {kHexagon, 2.5, 150, 0.3, 2}}) {
+           {kHexagon, 2.5, 150, 0.3, 2},
+           {kQuarter, 2.5, 150, 0.3, 2}}) {
     const Compared found = compared(aperture, f_number, phase, spread, order);
     EXPECT_LT(found.off, 1.02 * found.said) << f_number << ' ' << phase << ' ' << spread;
     EXPECT_GT(found.off, 0.1 * found.said) << f_number << ' ' << phase << ' ' << spread;
