@@ -39,9 +39,14 @@ constexpr double kErrorOfFar = 1e-4, kMostErrorOfFar = 1e-3;
 // Of its phase a panel and its share of those that were halved carry so much [rad]: 4 to 9 for discs from f/8
 // to f/1.3 and 100 to 1300 rad, 1 to 4 for annuli, 13 to 50 for hexagon and rectangle, whose tolerance is
 // larger.
-constexpr double kTurnOfRound = 5, kTurnOfMean = 35;
-constexpr double kLargestOverlap = 0.3;  // of the cutoff, where the overlap takes the most points or so
-constexpr double kBlurred = 0.01;        // of the transfer that roughness leaves
+constexpr double kTurnOfDisc = 5, kTurnOfAnnulus = 2, kTurnOfMean = 25;
+constexpr double kLargestOverlap = 0.3;  // of the longest shear, where the overlap takes most points or so
+constexpr std::size_t kFewCorners = 24;  // whose overlap in closed form takes milliseconds
+constexpr double kFarMean = 3e-5;        // means over azimuth are known to 2e-5 far out
+// Turn of the overlap's phase, half of that from one end of the shears to the other, that a panel halved five
+// times resolves to 1e-6: 15 rad for each of 32.
+constexpr double kTurnOfHalved = 240;
+constexpr double kBlurred = 0.01;  // of the transfer that roughness leaves
 
 double tail(const TransferPanel& panel) {
   return internal::unresolved(panel) * std::sqrt((panel.b - panel.a) / panel.b);
@@ -270,7 +275,8 @@ std::shared_ptr<const MomentPanels> PupilMoments::panels(double dz, double end, 
     const double step = std::ceil(kEndsPerOctave * std::log2(std::min(share, 1.0)) - 1e-9);
     return std::min(1.0, std::exp2(step / kEndsPerOctave));
   };
-  const std::array<double, 3> key{dz, rounded_up(end), rounded_up(blurred)};
+  const bool never_far = dz == 0 || field_.has_departure();
+  const std::array<double, 3> key{dz, rounded_up(end), never_far ? 1 : rounded_up(blurred)};
   {
     const std::lock_guard lock(known_->mutex);
     if (const auto known = known_->panels.find(key); known != known_->panels.end()) return known->second;
@@ -288,31 +294,33 @@ Eigen::ArrayXd PupilMoments::at(double x, double dz) const {
 }
 
 // Without aberrations.
-bool PupilMoments::is_far(const PupilOverlap& overlap, double dz, double end, double blurred) const {
-  const double turn = overlap.turn(end * cutoff());
+bool PupilMoments::is_far(const PupilOverlap& overlap, double turn, double dz, double end,
+                          double blurred) const {
   if (turn > kFarDefocus) return true;
-  const double error = FarOverlap::error(field_, dz, blurred * cutoff(), kBlurred);
-  if (error > kMostErrorOfFar) return false;
+  const double error = FarOverlap::error(field_, dz, blurred * cutoff());
+  if (error > kMostErrorOfFar || field_.straight_corners().size() > kFewCorners) return false;
   if (!is_round() && error < kErrorOfFar) return true;
-  std::size_t points = 0;
-  overlap(kLargestOverlap * end * cutoff(), &points);
-  const double panels = turn / (is_round() ? kTurnOfRound : kTurnOfMean);
-  return kPanelNodes * double(points) * panels > double(kMostMomentPoints);
+  const double each = !is_round() ? kTurnOfMean : field_.inner() > 0 ? kTurnOfAnnulus : kTurnOfDisc;
+  const double points = double(overlap.points(kLargestOverlap * std::min(end * cutoff(), field_.across())));
+  return kPanelNodes * points * turn / each > double(kMostMomentPoints);
 }
 
 MomentPanels PupilMoments::make(double dz, double end, double blurred) const {
   PupilOverlap overlap(field_, dz, order_);
   overlap.copy_correction(*focus_overlap_);
   std::vector<double> breakpoints = kinks(field_);
-  const double turn = field_.has_departure() ? overlap.turn(end * cutoff()) : 0;
-  if (turn > kFarDefocus)
+  const double turn = overlap.turn(end * cutoff());
+  if (turn > kFarDefocus && field_.has_departure())
     throw ComputationError(fmt::format(
         "the aberrations of this mirror are {:.0f} waves in the plane {:.4g} m from the focus, "
         "too many for its mean spot in light (at most {:.0f}); take a mirror nearer to its parabola, "
         "or `\"theory\": \"geometric\"` in `target`",
         turn / kTurnsPerWave, dz, kFarDefocus / kTurnsPerWave));
-  if (!field_.has_departure() && is_far(overlap, dz, end, blurred)) return far_moments(dz, breakpoints, end);
-  for (int h = 0; h < halvings_; ++h) {
+  if (!field_.has_departure() && is_far(overlap, turn, dz, end, blurred)) return far_moments(dz, end);
+  int halvings = halvings_;
+  if (!is_round())  // what is halved a few times only must turn little before
+    for (double width = 1; width * turn > kTurnOfHalved; width *= 0.5) ++halvings;
+  for (int h = 0; h < halvings; ++h) {
     std::vector<double> finer;
     double from = 0;
     for (const double to : breakpoints) finer.insert(finer.end(), {0.5 * (from + to), to}), from = to;
@@ -328,10 +336,13 @@ double PupilMoments::accuracy() const {
   return std::max(is_round() ? kRoundMoments : kMeanMoments, kRoundingOfDisc / filled);
 }
 
-MomentPanels PupilMoments::far_moments(double dz, const std::vector<double>& breakpoints, double end) const {
+MomentPanels PupilMoments::far_moments(double dz, double end) const {
   const FarOverlap overlap(field_, dz, focus_overlap_->nodes(), whole_);
+  std::vector<double> breakpoints = overlap.breakpoints();
+  for (double& one : breakpoints) one /= cutoff();
   return moment_panels([&](double s, std::size_t*) { return overlap(s * cutoff()); }, order_ * order_,
-                       breakpoints, end, accuracy(), is_round());
+                       breakpoints, std::min(end, breakpoints.back()), is_round() ? accuracy() : kFarMean,
+                       is_round());
 }
 
 ExactTransfer::ExactTransfer(std::shared_ptr<const PupilMoments> pupil,
@@ -345,7 +356,7 @@ ExactTransfer::ExactTransfer(std::shared_ptr<const PupilMoments> pupil,
 std::shared_ptr<const MomentPanels> ExactTransfer::moments(double dz) const {
   const std::vector<double>& share = pupil_->share();
   const double least_share = *std::min_element(share.begin(), share.end());
-  const double blurred = table_->beyond(-std::log(kBlurred) / least_share);
+  const double blurred = table_->beyond(-std::log(FarOverlap::kBlurred) / least_share);
   return pupil_->panels(dz, end(), blurred / (pupil_->least_stretch() * cutoff()));
 }
 

@@ -88,16 +88,16 @@ class PupilMoments {
   const Eigen::ArrayXd& whole() const { return whole_; }
   /// Over [0, end'] of shear / cutoff, end' the next power of 2^(1/4) from `end` on, at most 1: roughness of
   /// many amplitudes shares what one has asked for. `blurred`, rounded as `end` is: from where on it leaves
-  /// kBlurred at most. Remembers the first hundred.
+  /// FarOverlap::kBlurred at most. Remembers the first hundred.
   std::shared_ptr<const MomentPanels> panels(double dz, double end, double blurred) const;
   /// At one shear x [m].
   Eigen::ArrayXd at(double x, double dz) const;
 
  private:
   MomentPanels make(double dz, double end, double blurred) const;
-  bool is_far(const PupilOverlap& overlap, double dz, double end, double blurred) const;
+  bool is_far(const PupilOverlap& overlap, double turn, double dz, double end, double blurred) const;
   double accuracy() const;
-  MomentPanels far_moments(double dz, const std::vector<double>& breakpoints, double end) const;
+  MomentPanels far_moments(double dz, double end) const;
 
   PupilField field_;
   int order_ = 1, halvings_ = 0;

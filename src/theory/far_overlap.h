@@ -1,6 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 #include "aberfit/theory/aperture_otf.h"
@@ -8,14 +7,10 @@
 
 namespace aberfit::internal {
 
-/// The aperture as seen from the axis: int g(|P|) d2P over it = sum_k weight_k g(radius_k).
+/// An aperture as seen from the axis: mean of g(|P|) over it = sum_k weight_k g(radius_k).
 struct RadialRule {
-  Eigen::ArrayXd radius, weight;  ///< [m], [m^2]
+  Eigen::ArrayXd radius, weight;  ///< [m]; shares
 };
-/// Of a simple polygon. `turn`: the phase [rad] that g turns through from the axis to the farthest corner.
-RadialRule radial_rule(const std::vector<PupilField::Point>& corners, double turn);
-/// Of disc or annulus.
-RadialRule radial_rule(double outer, double inner, double turn);
 
 /// `PupilOverlap` of a mirror without aberrations, far out of focus, where its integral takes too many
 /// points. There the light of every point of the pupil goes where its ray does, but for diffraction at the
@@ -23,30 +18,35 @@ RadialRule radial_rule(double outer, double inner, double turn);
 /// is added by how much rays on their true ways, with their true weights and the moments' polynomials, have
 /// another transfer than those of the square, both without diffraction,
 ///   int w(p) l_i(p^2) l_j(p^2 cos^2) cos(x q(p) cos) d2p,  q = d(phase)/dp,
-/// whose mean over the azimuth is a sum of Bessel functions J_0, J_2, ... of x q.
+/// whose mean over the azimuth is a sum of Bessel functions J_0, J_2, ... of x q (DLMF 10.12).
 /// What is left is diffraction at the rim times how far the two ways differ (`error`).
 class FarOverlap {
  public:
-  /// What an encircled energy errs by at most, for a PSD that leaves the share `rest` of the transfer at
+  /// Share of the transfer that roughness leaves at shears where it blurs.
+  static constexpr double kBlurred = 0.01;
+  /// What an encircled energy errs by at most, for a PSD that leaves kBlurred of the transfer or less at
   /// shears beyond `blurred` [m]: of the square of the rim's P/f, the power -0.6 of the phase [rad] from the
-  /// axis to the rim where its fringes are there to be seen, less where the roughness blurs them. From f/1.3
-  /// to f/8 and 40 to 1200 rad, largest of 20 radii against `PupilOverlap`: 0.3 to 1 of it for discs and
-  /// annuli, 0.1 to 0.9 for hexagon and rectangle. Infinite below 40 rad.
-  static double error(const PupilField& field, double dz, double blurred, double rest);
+  /// middle of the aperture to its rim where the rim's fringes are there to be seen, less where the roughness
+  /// blurs them. From f/1.3 to f/8 and 40 to 1200 rad, largest of 20 radii against `PupilOverlap`: 0.3 to 1
+  /// of it for discs and annuli, 0.1 to 0.9 for hexagon and rectangle. Infinite below 40 rad.
+  static double error(const PupilField& field, double dz, double blurred);
   /// `nodes`: a_i of the moments, `whole`: those of the aperture without shear.
   FarOverlap(const PupilField& field, double dz, const std::vector<double>& nodes, Eigen::ArrayXd whole);
   /// As PupilOverlap's, at shear x >= 0 [m]. Safe from many threads.
   Eigen::ArrayXd operator()(double x) const;
+  /// Shears [m] between which few panels do, ascending. Of polygons the last one is where the moments end:
+  /// their means over azimuth are known to 2e-5, and so small there.
+  std::vector<double> breakpoints() const;
 
  private:
-  Aperture shape_of(const PupilField& field);
   double slope(double radius) const;  // of the phase [rad/m]
   void set_polynomials(const std::vector<double>& nodes, double outer);
 
   double defocus_ = 0, focal_length_ = 0, curvature_ = 0, gone_ = 0;
   int order_ = 1;
+  bool ends_ = false;
   Eigen::ArrayXd whole_;
-  std::optional<ApertureOtf> otf_;
+  ApertureOtf otf_;
   RadialRule straight_, true_;
   Eigen::ArrayXd slopes_;       // of the phase, at the radii of true_ [rad/m]
   Eigen::MatrixXd polynomial_;  // (radius and harmonic, moment): weights of J_2m, radius minor

@@ -103,6 +103,10 @@ void PupilField::outline(const Aperture& aperture) {
     }
   }
   edge_directions_ = internal::edge_directions(polygon);
+  across_ = polygon.empty() ? 2 * outer_ : 0;
+  for (const Point& one : straight_corners_)
+    for (const Point& two : straight_corners_)
+      across_ = std::max(across_, std::hypot(two[0] - one[0], two[1] - one[1]));
 }
 
 double PupilField::departure_at(double x, double y) const {

@@ -23,8 +23,9 @@ class PupilField {
   /// sag, or where it is 45 degrees steep, so that light does not come back to the focus.
   PupilField(const Mirror& mirror, const Aperture& aperture, double wavelength, const Departure& departure);
 
-  double outer() const { return outer_; }  ///< largest |P| of the aperture [m]
-  double inner() const { return inner_; }  ///< of an annulus [m]; 0 for all else
+  double outer() const { return outer_; }    ///< largest |P| of the aperture [m]
+  double inner() const { return inner_; }    ///< of an annulus [m]; 0 for all else
+  double across() const { return across_; }  ///< longest shear that leaves an overlap [m]
   /// Of rectangles and polygons, P of points of the outline that a straight line follows within 2e-4 of the
   /// radius; empty for circle and annulus.
   const std::vector<Point>& corners() const { return corners_; }
@@ -55,7 +56,7 @@ class PupilField {
   Departure departure_;    // of the mirror and what was added
   bool has_more_ = false;  // than the mirror's own
   double focal_length_ = 0, wavelength_ = 0;
-  double outer_ = 0, inner_ = 0;
+  double outer_ = 0, inner_ = 0, across_ = 0;
   bool is_parabola_ = true, is_round_ = true, is_rectangle_ = false;
   std::vector<Point> corners_, straight_corners_;
   std::vector<double> edge_directions_;

@@ -459,10 +459,25 @@ Eigen::ArrayXd PupilOverlap::operator()(double x, std::size_t* points) const {
   return correction_.empty() ? sum : Eigen::ArrayXd(sum * correction_at(x));
 }
 
+std::size_t PupilOverlap::points(double x) const {
+  OverlapPoints points;
+  std::size_t sum = 0;
+  for (const double direction : azimuths_.direction) {
+    const OverlapRegion here = region(x, direction);
+    points.clear();
+    append_points(here, turn_of(here, x, direction), &points);
+    unfold(&points);
+    sum += points.u.size();
+  }
+  return sum;
+}
+
 double PupilOverlap::turn(double end) const {
   if (!has_phase_) return 0;
   double most = 0;
-  for (const double x : {0.25 * end, 0.5 * end, 0.75 * end, 0.25 * cutoff(), 0.5 * cutoff()})
+  const double longest = field_.across();
+  end = std::min(end, longest);
+  for (const double x : {0.25 * end, 0.5 * end, 0.75 * end, 0.25 * longest, 0.5 * longest})
     for (const double direction : {0.2, 1.0, 1.7, 2.6})
       if (x <= end) most = std::max(most, turn_of(region(x, direction), x, direction).along);
   return most;

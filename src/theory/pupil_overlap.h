@@ -81,6 +81,8 @@ class PupilOverlap {
   const std::vector<double>& nodes() const { return nodes_; }
   /// order^2 moments at shear x >= 0 [m], i major. Safe from many threads. points: what it took is added.
   Eigen::ArrayXd operator()(double x, std::size_t* points = nullptr) const;
+  /// How many points it takes at shear x > 0 [m].
+  std::size_t points(double x) const;
   /// Largest turn of the phase across the overlap at shears up to `end` [m], an estimate [rad].
   double turn(double end) const;
   double cutoff() const { return 2 * field_.outer(); }

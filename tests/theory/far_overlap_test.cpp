@@ -20,7 +20,6 @@ using internal::PupilField;
 using internal::PupilOverlap;
 
 constexpr double kLambda = 633e-9, kDiameter = 0.4, pi = std::numbers::pi;
-constexpr double kBlurred = 0.01;  // transfer of Gaussian roughness at 3.03 of its scale
 
 const Aperture kRectangle = RectangleAperture{0.32, 0.24};
 const Aperture kHexagon =
@@ -43,7 +42,7 @@ Plane plane(const Aperture& aperture, double f_number, double phase, double spre
 template <class Moments>
 Eigen::ArrayXd encircled(const Plane& at, const Moments& moments) {
   const double f = at.field.focal_length(), end = std::min(2 * at.field.outer(), 6 * at.scale);
-  constexpr int kShears = 3001;
+  constexpr int kShears = 2001;
   const double step = end / (kShears - 1), cone = at.dz * 0.5 * kDiameter / f;
   Eigen::ArrayXd transfer(kShears);
   for (int k = 0; k < kShears; ++k)
@@ -72,7 +71,8 @@ Compared compared(const Aperture& aperture, double f_number, double phase, doubl
   near.set_correction();
   const FarOverlap far(at.field, at.dz, near.nodes(), PupilOverlap(at.field, 0, order)(0));
   const Eigen::ArrayXd difference = encircled(at, far) - encircled(at, [&](double x) { return near(x); });
-  return {difference.abs().maxCoeff(), FarOverlap::error(at.field, at.dz, 3.03 * at.scale, kBlurred)};
+  // exp(-3.03^2/2) = kBlurred
+  return {difference.abs().maxCoeff(), FarOverlap::error(at.field, at.dz, 3.03 * at.scale)};
 }
 
 TEST(FarOverlap, ErrsByWhatItSaysForEveryShapeAndSpeed) {
@@ -82,18 +82,20 @@ TEST(FarOverlap, ErrsByWhatItSaysForEveryShapeAndSpeed) {
            {circle, 8, 150, 0.3, 1},
            {circle, 2.5, 150, 0.3, 2},
            {circle, 2.5, 400, 0.3, 2},
-           {circle, 1.3, 400, 0.3, 3},
            {circle, 1.3, 150, 1, 4},
+           {circle, 2.5, 400, 0.01, 2},
+           {circle, 8, 500, 0.01, 1},
+           {kRectangle, 2.5, 150, 0.01, 1},
+           {kHexagon, 1.3, 60, 0.01, 2},
            {annulus, 2.5, 150, 0.3, 2},
            {annulus, 1.3, 150, 0.3, 6},
            {kRectangle, 2.5, 150, 0.3, 2},
            {kRectangle, 1.3, 150, 1, 3},
            {kHexagon, 2.5, 150, 0.3, 2},
-           {kQuarter, 2.5, 150, 0.3, 2}}) {
+           {kQuarter, 2.5, 300, 0.3, 2}}) {
     const Compared found = compared(aperture, f_number, phase, spread, order);
-    EXPECT_LT(found.off, 1.02 * found.said) << f_number << ' ' << phase << ' ' << spread;
+    EXPECT_LT(found.off, found.said) << f_number << ' ' << phase << ' ' << spread;
     EXPECT_GT(found.off, 0.1 * found.said) << f_number << ' ' << phase << ' ' << spread;
-    EXPECT_LT(found.said, 1e-3);
   }
 }
 
@@ -112,23 +114,11 @@ TEST(FarOverlap, HasEveryMomentOfTheIntegral) {
 
 TEST(FarOverlap, KnowsNothingNearTheFocus) {
   const Plane at = plane(CircleAperture{kDiameter}, 2.5, 30, 1);
-  EXPECT_EQ(FarOverlap::error(at.field, at.dz, at.scale, kBlurred), HUGE_VAL);
-  EXPECT_EQ(FarOverlap::error(at.field, 0, at.scale, kBlurred), HUGE_VAL);
+  EXPECT_EQ(FarOverlap::error(at.field, at.dz, at.scale), HUGE_VAL);
+  EXPECT_EQ(FarOverlap::error(at.field, 0, at.scale), HUGE_VAL);
 }
 
-// The aperture as seen from the axis: area and moment of inertia in closed form, with the axis inside, on a
-// corner and outside.
-TEST(FarOverlap, SeesAPolygonFromTheAxis) {
-  for (const auto& [x, y] : {std::pair{0.0, 0.0}, {0.3, 0.1}, {0.5, 0.25}, {0.9, 0.2}, {0.2, 0.7}}) {
-    const internal::RadialRule rule = internal::radial_rule(
-        {{x - 0.5, y - 0.25}, {x + 0.5, y - 0.25}, {x + 0.5, y + 0.25}, {x - 0.5, y + 0.25}}, 10);
-    EXPECT_NEAR(rule.weight.sum(), 0.5, 1e-6) << x;
-    EXPECT_NEAR((rule.weight * rule.radius.square()).sum(), 0.5 * ((1 + 0.25) / 12 + x * x + y * y), 1e-6)
-        << x;
-  }
-}
-
-// Where fringes are sharp the integral is taken, 1.2e-3 better; a hexagon at f/1.3 has none within its work,
+// Where fringes are sharp the integral is taken, 3e-4 better; a hexagon at f/1.3 has none within its work,
 // and has a value where roughness blurs the fringes, else none.
 TEST(FarOverlap, IsTakenWhereItIsGoodAndWhereTheIntegralIsTooLong) {
   const auto of_mirror = [&](const Aperture& aperture, double f_number, double phase, double sigma) {
@@ -137,22 +127,54 @@ TEST(FarOverlap, IsTakenWhereItIsGoodAndWhereTheIntegralIsTooLong) {
                                        Mirror{at.field.focal_length(), -1, {}}, aperture, kLambda);
     return light.at_plane(at.dz);
   };
-  const Plane sharp = plane(kRectangle, 2.5, 150, 1e-9);
+  const Plane sharp = plane(kRectangle, 5, 150, 1e-9);
   const PupilOverlap integral = [&] {
     PupilOverlap one(sharp.field, sharp.dz, 1);
     one.set_correction();
     return one;
   }();
   const Eigen::ArrayXd truth = encircled(sharp, [&](double x) { return integral(x); });
-  const MeanSpot taken = of_mirror(kRectangle, 2.5, 150, 1e-13);
+  const MeanSpot taken = of_mirror(kRectangle, 5, 150, 1e-13);
   double off = 0;
   for (int r = 0; r < 20; ++r)
-    off = std::max(off, std::abs(taken.encircled_energy(0.06 * (r + 1) * sharp.dz / 5) - truth[r]));
+    off = std::max(off, std::abs(taken.encircled_energy(0.06 * (r + 1) * sharp.dz / 10) - truth[r]));
   EXPECT_LT(off, 1e-4);
 
   EXPECT_NO_THROW(of_mirror(kHexagon, 1.3, 400, 4e-7));
   EXPECT_NO_THROW(of_mirror(kHexagon, 1.3, 700, 4e-7));
   EXPECT_THROW(of_mirror(kHexagon, 1.3, 700, 2e-8), ComputationError);
+}
+
+// All of the light of a smooth mirror, further out than any panel of the integral would go: E against the
+// rays of the cone alone, from which fringes at the rim differ by less than they are wide.
+TEST(FarOverlap, IsResolvedHoweverFarThePlane) {
+  for (const Aperture& aperture : {kRectangle, kHexagon})
+    for (const double phase : {800.0, 2000.0, 20000.0}) {
+      const Plane at = plane(aperture, 8, phase, 1);
+      const GeneralisedHarveyShack light(RadialPsd(GaussianPsd{1e-13, 0.02}),
+                                         Mirror{at.field.focal_length(), -1, {}}, aperture, kLambda);
+      const MeanSpot spot = light.at_plane(at.dz);
+      const std::vector<RadialNode> rays = radial_quadrature(aperture, 4000);
+      for (const double part : {0.2, 0.45, 0.7, 0.95}) {
+        double inside = 0;
+        for (const RadialNode& ray : rays) {
+          const double t = ray.rho / (2 * at.field.focal_length());
+          // tan of the ray's angle, times the distance from the focus.
+          if (2 * t / (1 - t * t) * at.dz < part * at.dz / 16) inside += ray.weight;
+        }
+        EXPECT_NEAR(spot.encircled_energy(part * at.dz / 16), inside, 0.3 / std::sqrt(phase) * part)
+            << phase << ' ' << part;
+      }
+    }
+}
+
+// A segment that the axis passes by: the phase turns little over it, whatever it is at its distance.
+TEST(FarOverlap, GoesByTheSegmentNotByItsDistance) {
+  const Aperture segment = PolygonAperture{{{0.15, -0.02}, {0.2, -0.02}, {0.2, 0.02}, {0.15, 0.02}}};
+  const Plane at = plane(segment, 2.5, 400, 1);
+  EXPECT_EQ(FarOverlap::error(at.field, at.dz, at.scale), HUGE_VAL);
+  EXPECT_GT(PupilOverlap(at.field, at.dz, 1).turn(0.4), 10);
+  EXPECT_GT(PupilOverlap(at.field, at.dz, 1).points(0.01), 100u);
 }
 
 }  // namespace

@@ -153,11 +153,13 @@ class GeneralisedHarveyShack {
   /// spot grows by 1 + dz/f; paraxial dz rho^2/(2 f (f + dz)) (Fresnel; Goodman, Introduction to Fourier
   /// Optics, 5.2.2). Prefer it to the shortcuts below for more than one value in a plane; it costs
   /// milliseconds, more for a far defocus with much specular light, tenths of a second for a pupil without
-  /// symmetry. Beyond some 200 waves of defocus that the roughness lets through, and where an aperture without
-  /// symmetry loses less than 1e-4 by it, light goes where its rays do, with diffraction at the rim as of a
-  /// parabolic phase: encircled energies within 1.3 (D/2f)^2 phase^-0.6, the phase in rad from axis to rim
-  /// (7e-4 at f/2.5), and much closer where roughness blurs its fringes. Throws ComputationError where dz is
-  /// not finite or f + dz is not above zero, as does all that asks for such a plane.
+  /// symmetry. Where the phase of the defocus turns by more than 1500 rad over the overlap that the roughness
+  /// lets through, where a polygon or rectangle loses less than 1e-4 by it, and where the integral would take
+  /// too long and less than 1e-3 is lost, light goes where its rays do, with diffraction at the rim as of a
+  /// parabolic phase: encircled energies within 1.35 (D/2f)^2 phase^-0.6, the phase in rad from axis to rim
+  /// (7e-4 at f/2.5), and much closer where roughness blurs the rim's fringes; of polygons within 3e-5 at
+  /// best. Throws ComputationError where dz is not finite or f + dz is not above zero, as does all that asks
+  /// for such a plane, and where nothing of this holds.
   MeanSpot at_plane(double dz) const;  ///< remembers the first hundred planes
   double encircled_energy(double radius, double dz) const { return at_plane(dz).encircled_energy(radius); }
   double encircled_energy_radius(double fraction, double dz) const {
