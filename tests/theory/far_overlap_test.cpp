@@ -140,7 +140,7 @@ TEST(FarOverlap, IsTakenWhereItIsGoodAndWhereTheIntegralIsTooLong) {
     off = std::max(off, std::abs(taken.encircled_energy(0.06 * (r + 1) * sharp.dz / 10) - truth[r]));
   EXPECT_LT(off, 1e-4);
 
-  EXPECT_NO_THROW(of_mirror(kHexagon, 1.3, 400, 4e-7));
+  EXPECT_NO_THROW(of_mirror(kHexagon, 1.3, 400, 3e-7));
   EXPECT_NO_THROW(of_mirror(kHexagon, 1.3, 700, 4e-7));
   EXPECT_THROW(of_mirror(kHexagon, 1.3, 700, 2e-8), ComputationError);
 }
