@@ -139,11 +139,7 @@ ApertureOtf::ApertureOtf(const Aperture& aperture) {
     corners_ = polygon.vertices;
     area_ = aperture_area(aperture);
     edge_directions_ = edge_directions(corners_);
-    double longest = 0;
-    for (const auto& one : corners_)
-      for (const auto& two : corners_)
-        longest = std::max(longest, std::hypot(one[0] - two[0], one[1] - two[1]));
-    breakpoints_ = {longest};
+    breakpoints_ = {longest_distance(corners_)};
   }
   std::sort(breakpoints_.begin(), breakpoints_.end());
   breakpoints_.erase(std::unique(breakpoints_.begin(), breakpoints_.end()), breakpoints_.end());

@@ -71,15 +71,16 @@ Aperture of_square_phase(const PupilField& field) {
   return PolygonAperture{corners};
 }
 
-// Of the phase 1 - c times it on the axis [rad].
-double defocus_of(const PupilField& field, double dz) {
-  return 2 * pi / field.wavelength() * std::abs(dz) / (1 + dz / field.focal_length());
+// Slope of the phase k |dz| (1 - c)/(1 + dz/f) at a radius [rad/m].
+double phase_slope(const PupilField& field, double dz, double radius) {
+  const double f = field.focal_length(), sine = radius / f;
+  const double defocus = 2 * pi / field.wavelength() * std::abs(dz) / (1 + dz / f);
+  return defocus * sine / (f * std::sqrt(1 - sine * sine));
 }
 
 // Of the square whose rays from the rim are those of the phase [rad/m^2].
 double curvature_of(const PupilField& field, double dz) {
-  const double f = field.focal_length(), sine = field.outer() / f;
-  return defocus_of(field, dz) / (f * f * std::sqrt(1 - sine * sine));
+  return phase_slope(field, dz, field.outer()) / field.outer();
 }
 
 // J_0, J_2, ... of 0 <= z < kSmall: down from an order where nothing is left (Miller), of which
@@ -129,9 +130,7 @@ Eigen::ArrayXd bessel_sum(const Eigen::ArrayXd& q, double x, int harmonics, cons
 
 FarOverlap::FarOverlap(const PupilField& field, double dz, const std::vector<double>& nodes,
                        Eigen::ArrayXd whole)
-    : defocus_(defocus_of(field, dz)),
-      focal_length_(field.focal_length()),
-      curvature_(curvature_of(field, dz)),
+    : curvature_(curvature_of(field, dz)),
       gone_(kRaysGone / (curvature_ * field.outer())),
       order_(int(nodes.size())),
       ends_(!field.corners().empty()),
@@ -139,8 +138,8 @@ FarOverlap::FarOverlap(const PupilField& field, double dz, const std::vector<dou
       otf_(of_square_phase(field)),
       straight_(radial_rule(of_square_phase(field))),
       true_(radial_rule(outline(field))) {
-  slopes_ = true_.radius.unaryExpr([&](double r) { return slope(r); });
-  set_polynomials(nodes, field.outer());
+  slopes_ = true_.radius.unaryExpr([&](double r) { return phase_slope(field, dz, r); });
+  set_polynomials(nodes, field.outer(), field.focal_length());
 }
 
 double FarOverlap::error(const PupilField& field, double dz, double blurred) {
@@ -152,14 +151,9 @@ double FarOverlap::error(const PupilField& field, double dz, double blurred) {
   return rim * rim * std::min(fringes, of_blurred);
 }
 
-double FarOverlap::slope(double radius) const {
-  const double sine = radius / focal_length_;
-  return defocus_ * sine / (focal_length_ * std::sqrt(1 - sine * sine));
-}
-
 // l_i(a) l_j(a cos^2) as a cosine series in twice the angle, whose terms' means with cos(z cos) are
 // (-1)^m J_2m(z).
-void FarOverlap::set_polynomials(const std::vector<double>& nodes, double outer) {
+void FarOverlap::set_polynomials(const std::vector<double>& nodes, double outer, double focal_length) {
   const Eigen::Index n = true_.radius.size();
   const auto lagrange = [&](int i, double a) {
     double product = 1;
@@ -171,7 +165,7 @@ void FarOverlap::set_polynomials(const std::vector<double>& nodes, double outer)
   double light = 0;
   for (Eigen::Index k = 0; k < n; ++k) {
     const double r = true_.radius[k], a = r * r / (outer * outer);
-    const double c = std::sqrt(1 - r * r / (focal_length_ * focal_length_));
+    const double c = std::sqrt(1 - r * r / (focal_length * focal_length));
     const double weight = true_.weight[k] * 4 / ((1 + c) * (1 + c) * c);
     light += weight;
     for (int m = 0; m < order_; ++m)

@@ -39,10 +39,9 @@ class FarOverlap {
   std::vector<double> breakpoints() const;
 
  private:
-  double slope(double radius) const;  // of the phase [rad/m]
-  void set_polynomials(const std::vector<double>& nodes, double outer);
+  void set_polynomials(const std::vector<double>& nodes, double outer, double focal_length);
 
-  double defocus_ = 0, focal_length_ = 0, curvature_ = 0, gone_ = 0;
+  double curvature_ = 0, gone_ = 0;
   int order_ = 1;
   bool ends_ = false;
   Eigen::ArrayXd whole_;

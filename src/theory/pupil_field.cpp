@@ -28,6 +28,14 @@ double conjugate(double rho, double focal_length) {
 
 }  // namespace
 
+double longest_distance(const std::vector<PupilField::Point>& points) {
+  double longest = 0;
+  for (const PupilField::Point& one : points)
+    for (const PupilField::Point& two : points)
+      longest = std::max(longest, std::hypot(one[0] - two[0], one[1] - two[1]));
+  return longest;
+}
+
 std::vector<double> edge_directions(const std::vector<PupilField::Point>& polygon) {
   std::vector<double> result;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -103,10 +111,7 @@ void PupilField::outline(const Aperture& aperture) {
     }
   }
   edge_directions_ = internal::edge_directions(polygon);
-  across_ = polygon.empty() ? 2 * outer_ : 0;
-  for (const Point& one : straight_corners_)
-    for (const Point& two : straight_corners_)
-      across_ = std::max(across_, std::hypot(two[0] - one[0], two[1] - one[1]));
+  across_ = polygon.empty() ? 2 * outer_ : longest_distance(straight_corners_);
 }
 
 double PupilField::departure_at(double x, double y) const {

@@ -64,6 +64,8 @@ class PupilField {
   double pitch_ = 0;       // of the table [m]
 };
 
+/// Largest distance of two of them, 0 of none.
+double longest_distance(const std::vector<PupilField::Point>& points);
 /// Directions of a polygon's edges in [0, pi), ascending, each once.
 std::vector<double> edge_directions(const std::vector<PupilField::Point>& polygon);
 

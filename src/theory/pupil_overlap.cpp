@@ -539,8 +539,7 @@ MomentPanels moment_panels(const MomentFunction& moments, int count, const std::
       throw ComputationError(
           "the mean spot in light is not known to 1e-4 with the work that it may take: the aperture is too "
           "slender, the aberrations of the mirror are too many waves, or the plane is too far out of its "
-          "focus; "
-          "take a simpler aperture or mirror, or `\"theory\": \"geometric\"` in `target`");
+          "focus; take a simpler aperture or mirror, or `\"theory\": \"geometric\"` in `target`");
     if (missed <= tolerance || piece.halvings >= most || spent ||
         int(result.panels.size() + pending.size()) >= kMostMomentPanels) {
       if (missed > tolerance) result.unresolved = std::max(result.unresolved, missed);
