@@ -18,6 +18,11 @@ constexpr double kTurnOfPiece = 15;  // of a ray from the rim: a panel of 24 nod
 constexpr double kSmall = 14;        // upward recurrence loses digits of J_10 below
 constexpr double kNoTurn = 1e-9;     // J_2 is rounding
 
+// An aperture as seen from the axis: mean of g(|P|) over it = sum_k share_k g(radius_k).
+struct RadialRule {
+  Eigen::ArrayXd radius, share;  // [m]
+};
+
 // Nodes for phases up to kRaysGone. A piece between two radii where an outline has a kink may be four times
 // as wide as their mean.
 RadialRule radial_rule(const Aperture& aperture) {
@@ -27,7 +32,7 @@ RadialRule radial_rule(const Aperture& aperture) {
   RadialRule rule{Eigen::ArrayXd(Eigen::Index(nodes.size())), Eigen::ArrayXd(Eigen::Index(nodes.size()))};
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     rule.radius[Eigen::Index(k)] = nodes[k].rho;
-    rule.weight[Eigen::Index(k)] = nodes[k].weight;
+    rule.share[Eigen::Index(k)] = nodes[k].weight;
   }
   return rule;
 }
@@ -135,11 +140,12 @@ FarOverlap::FarOverlap(const PupilField& field, double dz, const std::vector<dou
       order_(int(nodes.size())),
       ends_(!field.corners().empty()),
       whole_(std::move(whole)),
-      otf_(of_square_phase(field)),
-      straight_(radial_rule(of_square_phase(field))),
-      true_(radial_rule(outline(field))) {
-  slopes_ = true_.radius.unaryExpr([&](double r) { return phase_slope(field, dz, r); });
-  set_polynomials(nodes, field.outer(), field.focal_length());
+      otf_(of_square_phase(field)) {
+  const RadialRule straight = radial_rule(of_square_phase(field)), bent = radial_rule(outline(field));
+  straight_slopes_ = curvature_ * straight.radius;
+  straight_ = straight.share.matrix();
+  slopes_ = bent.radius.unaryExpr([&](double r) { return phase_slope(field, dz, r); });
+  set_polynomials(nodes, bent.radius, bent.share, field);
 }
 
 double FarOverlap::error(const PupilField& field, double dz, double blurred) {
@@ -153,8 +159,10 @@ double FarOverlap::error(const PupilField& field, double dz, double blurred) {
 
 // l_i(a) l_j(a cos^2) as a cosine series in twice the angle, whose terms' means with cos(z cos) are
 // (-1)^m J_2m(z).
-void FarOverlap::set_polynomials(const std::vector<double>& nodes, double outer, double focal_length) {
-  const Eigen::Index n = true_.radius.size();
+void FarOverlap::set_polynomials(const std::vector<double>& nodes, const Eigen::ArrayXd& radius,
+                                 const Eigen::ArrayXd& share, const PupilField& field) {
+  const double outer = field.outer(), focal_length = field.focal_length();
+  const Eigen::Index n = radius.size();
   const auto lagrange = [&](int i, double a) {
     double product = 1;
     for (int k = 0; k < order_; ++k)
@@ -164,9 +172,9 @@ void FarOverlap::set_polynomials(const std::vector<double>& nodes, double outer,
   polynomial_ = Eigen::MatrixXd::Zero(n * order_, order_ * order_);
   double light = 0;
   for (Eigen::Index k = 0; k < n; ++k) {
-    const double r = true_.radius[k], a = r * r / (outer * outer);
+    const double r = radius[k], a = r * r / (outer * outer);
     const double c = std::sqrt(1 - r * r / (focal_length * focal_length));
-    const double weight = true_.weight[k] * 4 / ((1 + c) * (1 + c) * c);
+    const double weight = share[k] * 4 / ((1 + c) * (1 + c) * c);
     light += weight;
     for (int m = 0; m < order_; ++m)
       for (int j = 0; j < order_; ++j) {
@@ -189,7 +197,7 @@ Eigen::ArrayXd FarOverlap::operator()(double x) const {
   const double fading = std::clamp((x / gone_ * kRaysGone - kRaysFade) / (kRaysGone - kRaysFade), 0.0, 1.0),
                left = 0.5 * (1 + std::cos(pi * fading));
   const Eigen::ArrayXd rays = bessel_sum(slopes_, x, order_, polynomial_);
-  const double straight = bessel_sum(curvature_ * straight_.radius, x, 1, straight_.weight.matrix())[0];
+  const double straight = bessel_sum(straight_slopes_, x, 1, straight_)[0];
   if (ends_) sum *= left;
   return sum + left * (rays - whole_ * straight);
 }

@@ -7,11 +7,6 @@
 
 namespace aberfit::internal {
 
-/// An aperture as seen from the axis: mean of g(|P|) over it = sum_k weight_k g(radius_k).
-struct RadialRule {
-  Eigen::ArrayXd radius, weight;  ///< [m]; shares
-};
-
 /// `PupilOverlap` of a mirror without aberrations, far out of focus, where its integral takes too many
 /// points. There the light of every point of the pupil goes where its ray does, but for diffraction at the
 /// rim: a phase that grows with the square of |P| has the overlap in closed form (`ApertureOtf`), and to it
@@ -39,16 +34,17 @@ class FarOverlap {
   std::vector<double> breakpoints() const;
 
  private:
-  void set_polynomials(const std::vector<double>& nodes, double outer, double focal_length);
+  void set_polynomials(const std::vector<double>& nodes, const Eigen::ArrayXd& radius,
+                       const Eigen::ArrayXd& share, const PupilField& field);
 
   double curvature_ = 0, gone_ = 0;
   int order_ = 1;
   bool ends_ = false;
   Eigen::ArrayXd whole_;
   ApertureOtf otf_;
-  RadialRule straight_, true_;
-  Eigen::ArrayXd slopes_;       // of the phase, at the radii of true_ [rad/m]
-  Eigen::MatrixXd polynomial_;  // (radius and harmonic, moment): weights of J_2m, radius minor
+  Eigen::ArrayXd straight_slopes_, slopes_;  // of the square and the phase, at radii of a rule each [rad/m]
+  Eigen::MatrixXd straight_;                 // (radius, 1): shares of the aperture
+  Eigen::MatrixXd polynomial_;               // (radius and harmonic, moment): weights of J_2m, radius minor
 };
 
 }  // namespace aberfit::internal

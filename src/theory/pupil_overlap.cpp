@@ -419,14 +419,18 @@ OverlapTurn PupilOverlap::turn_of(const OverlapRegion& region, double x, double 
   return {(field_.is_round() ? 1.1 : 1.5) * along, 2 * across};
 }
 
+void PupilOverlap::sample(double x, double direction, OverlapPoints* points) const {
+  const OverlapRegion here = region(x, direction);
+  points->clear();
+  append_points(here, has_phase_ && x > 0 ? turn_of(here, x, direction) : OverlapTurn{}, points);
+  unfold(points);
+}
+
 Eigen::ArrayXd PupilOverlap::at_direction(double x, double direction, std::size_t* taken) const {
   thread_local OverlapPoints points;
   thread_local Work work;
-  const OverlapRegion here = region(x, direction);
   const bool waves = has_phase_ && x > 0;
-  points.clear();
-  append_points(here, waves ? turn_of(here, x, direction) : OverlapTurn{}, &points);
-  unfold(&points);
+  sample(x, direction, &points);
   pupil_points(points, x, direction, &work);
   const std::size_t n = points.u.size();
   if (taken) *taken += n;
@@ -463,10 +467,7 @@ std::size_t PupilOverlap::points(double x) const {
   OverlapPoints points;
   std::size_t sum = 0;
   for (const double direction : azimuths_.direction) {
-    const OverlapRegion here = region(x, direction);
-    points.clear();
-    append_points(here, turn_of(here, x, direction), &points);
-    unfold(&points);
+    sample(x, direction, &points);
     sum += points.u.size();
   }
   return sum;

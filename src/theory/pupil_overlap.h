@@ -81,7 +81,7 @@ class PupilOverlap {
   const std::vector<double>& nodes() const { return nodes_; }
   /// order^2 moments at shear x >= 0 [m], i major. Safe from many threads. points: what it took is added.
   Eigen::ArrayXd operator()(double x, std::size_t* points = nullptr) const;
-  /// How many points it takes at shear x > 0 [m].
+  /// How many points it takes at shear x >= 0 [m].
   std::size_t points(double x) const;
   /// Largest turn of the phase across the overlap at shears up to `end` [m], an estimate [rad].
   double turn(double end) const;
@@ -94,6 +94,7 @@ class PupilOverlap {
   };
   OverlapRegion region(double x, double direction) const;
   void unfold(OverlapPoints* points) const;
+  void sample(double x, double direction, OverlapPoints* points) const;
   void pupil_points(const OverlapPoints& points, double x, double direction, Work* work) const;
   void phase_difference(Work* work) const;
   OverlapTurn turn_of(const OverlapRegion& region, double x, double direction) const;

@@ -118,21 +118,20 @@ TEST(FarOverlap, KnowsNothingNearTheFocus) {
   EXPECT_EQ(FarOverlap::error(at.field, 0, at.scale), HUGE_VAL);
 }
 
+// What the wave theory takes there, for Gaussian roughness of height sigma [m].
+MeanSpot of_mirror(const Aperture& aperture, double f_number, double phase, double sigma) {
+  const Plane at = plane(aperture, f_number, phase, 1);
+  const GeneralisedHarveyShack light(RadialPsd(GaussianPsd{sigma, 0.02}),
+                                     Mirror{at.field.focal_length(), -1, {}}, aperture, kLambda);
+  return light.at_plane(at.dz);
+}
+
 // Where fringes are sharp the integral is taken, 3e-4 better; a hexagon at f/1.3 has none within its work,
 // and has a value where roughness blurs the fringes, else none.
 TEST(FarOverlap, IsTakenWhereItIsGoodAndWhereTheIntegralIsTooLong) {
-  const auto of_mirror = [&](const Aperture& aperture, double f_number, double phase, double sigma) {
-    const Plane at = plane(aperture, f_number, phase, 1);
-    const GeneralisedHarveyShack light(RadialPsd(GaussianPsd{sigma, 0.02}),
-                                       Mirror{at.field.focal_length(), -1, {}}, aperture, kLambda);
-    return light.at_plane(at.dz);
-  };
   const Plane sharp = plane(kRectangle, 5, 150, 1e-9);
-  const PupilOverlap integral = [&] {
-    PupilOverlap one(sharp.field, sharp.dz, 1);
-    one.set_correction();
-    return one;
-  }();
+  PupilOverlap integral(sharp.field, sharp.dz, 1);
+  integral.set_correction();
   const Eigen::ArrayXd truth = encircled(sharp, [&](double x) { return integral(x); });
   const MeanSpot taken = of_mirror(kRectangle, 5, 150, 1e-13);
   double off = 0;
@@ -151,9 +150,7 @@ TEST(FarOverlap, IsResolvedHoweverFarThePlane) {
   for (const Aperture& aperture : {kRectangle, kHexagon})
     for (const double phase : {800.0, 2000.0, 20000.0}) {
       const Plane at = plane(aperture, 8, phase, 1);
-      const GeneralisedHarveyShack light(RadialPsd(GaussianPsd{1e-13, 0.02}),
-                                         Mirror{at.field.focal_length(), -1, {}}, aperture, kLambda);
-      const MeanSpot spot = light.at_plane(at.dz);
+      const MeanSpot spot = of_mirror(aperture, 8, phase, 1e-13);
       const std::vector<RadialNode> rays = radial_quadrature(aperture, 4000);
       for (const double part : {0.2, 0.45, 0.7, 0.95}) {
         double inside = 0;
