@@ -94,7 +94,8 @@ class Metadata {
 
   bool says(const std::string& key) const {
     const auto found = json_.find(key);
-    return found != json_.end() && !found->is_null() && *found != "";
+    if (found == json_.end() || found->is_null()) return false;
+    return !found->is_string() || !found->get_ref<const std::string&>().empty();
   }
 
   [[noreturn]] void fail(const std::string& key, const std::string& allowed) const {

@@ -109,7 +109,7 @@ GridSag read_zemax_grid_sag_with_derivatives(const std::string& path) {
 
 HeightMap read_zemax_grid_sag(const MeasuredSource& source) {
   require_sane_options(source);
-  const HeightMap map = read_zemax_grid_sag_with_derivatives(source.path).map;
+  HeightMap map = read_zemax_grid_sag_with_derivatives(source.path).map;
   for (const double pitch : {map.pitch_x, map.pitch_y})
     agreed_length(source.path, "pitch", source.pitch, pitch, kSamePitch);
   // The format holds a sag.

@@ -75,18 +75,33 @@ void check_depth(const Task& task, Groundwork* ground) {
                      found, format_quantity(kUnits * ground->plane_unit(), Dimension::kLength))});
 }
 
-// The closed form is of first order in the slope; exact rays leave it by 4.6 slope^2 of a radius (PHYSICS 5;
-// tests/stability/fast_mirror_edge_test.cpp).
-void mind_steep_slopes(const Task& task, Groundwork* ground) {
-  const double slope = ground->numbers.rms_slope_per_axis, error = 4.6 * slope * slope;
-  if (ground->use.theory != Theory::kGeometric || task.target.convention == Convention::kPaper) return;
-  if (!(error > kModelShareOfMargin * task.equivalence.margin)) return;
-  ground->use.warnings.push_back(
-      {"steep-slopes",
-       fmt::format(
-           "geometric Harvey-Shack is of first order in the slope: at an RMS slope of {:.2g} its radii "
-           "are {} too small, which a margin of {} sees; take \"theory\": \"rays\"",
-           slope, format_percent(error), format_percent(task.equivalence.margin))});
+// Closed forms are of first order in the slope; exact rays leave them by 4.6 slope^2 of a radius (PHYSICS 5;
+// tests/stability/fast_mirror_edge_test.cpp). A surface by rays whose radii, height and angles of scatter are
+// all to be such a theory's is asked for what no mirror does. Where the tolerance of a fit sees that, what is
+// left to the program takes its targets from rays as steep as the specification's.
+void mind_steep_slopes(const Task& task, const PhysicsRequest& asked, Groundwork* ground) {
+  const double fitted_to = StatisticRequest{}.tolerance;
+  PhysicsChoice& use = ground->use;
+  const double slope = ground->numbers.rms_slope_per_axis, error = 4.6 * slope * slope,
+               margin = task.equivalence.margin;
+  if (use.model != FocusModel::kRays || use.theory == Theory::kRays ||
+      task.target.convention == Convention::kPaper)
+    return;
+  const bool rays_will_do = use.theory == Theory::kGeometric || use.choice->model == FocusModel::kRays;
+  if (!asked.theory && rays_will_do && error > fitted_to) {
+    use.theory = Theory::kRays;
+    use.reason += fmt::format(
+        " Targets are those of rays with drawn slopes: at an RMS slope of {:.2g} the closed forms, of first "
+        "order in it, have radii {} too small.",
+        slope, format_percent(error));
+  } else if (use.theory == Theory::kGeometric && error > kModelShareOfMargin * margin) {
+    use.warnings.push_back(
+        {"steep-slopes",
+         fmt::format(
+             "geometric Harvey-Shack is of first order in the slope: at an RMS slope of {:.2g} its radii "
+             "are {} too small, which a margin of {} sees; take \"theory\": \"rays\"",
+             slope, format_percent(error), format_percent(margin))});
+  }
 }
 
 }  // namespace
@@ -114,7 +129,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
                         rms_height_on(task.aperture, *ground.psd));
   ground.core_sigma = ground.focal_sigma = ground.theory->focal_sigma();
   ground.use = choose_physics(task, asked, &*ground.psd);
-  mind_steep_slopes(task, &ground);
+  mind_steep_slopes(task, asked, &ground);
   set_mean_spot(task, &ground);
   check_depth(task, &ground);
   return ground;

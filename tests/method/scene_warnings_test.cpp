@@ -1,7 +1,9 @@
 // What a specification, a trace and a comparison of branches say before anything is fitted.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "aberfit/core/units.h"
 #include "aberfit/method/band_choice.h"
@@ -94,6 +96,49 @@ TEST(SceneWarnings, SteepSlopesWhereTheMarginSeesTheSecondOrder) {
   EXPECT_TRUE(has(said("1.56 mm", geometric), "first order")) << said("1.56 mm", geometric);
   EXPECT_EQ(said("1.50 mm", geometric), "");
   EXPECT_EQ(said("1.56 mm", R"({"theory": "rays", "statistics": {"ee50": {}}})"), "");
+}
+
+// The same slopes: 4.6 slope^2 is the tolerance of a fit, 1e-3, at a slope of 0.01474. With height, radii and
+// angles that no mirror has together plane waves were doubled to 4,096 in vain.
+TEST(SceneWarnings, TargetsOfSteepSlopesAreThoseOfRaysUnlessTheStudyNamesATheory) {
+  const auto of = [](double slope, const std::string& target, const std::string& trace = "") {
+    const Study study = parse_study(
+        study_of(fmt::format(R"(, "roughness": {{"psd": {{"model": "uniform", "rms": {}, "f_min": "200 /m",
+                                  "f_max": "400 /m"}}}}{}{})",
+                             slope / (2 * std::numbers::pi * std::sqrt((200. * 200 + 400 * 400) / 4)), target,
+                             trace),
+                 "100 nm"),
+        "study.json");
+    return lay_groundwork(study).use;
+  };
+  const PhysicsChoice below = of(0.0146, ""), above = of(0.0149, "");
+  EXPECT_EQ(below.theory, Theory::kGhs);
+  ASSERT_EQ(below.model, FocusModel::kRays) << below.reason;
+  EXPECT_FALSE(has(below.reason, "drawn slopes"));
+  EXPECT_EQ(above.theory, Theory::kRays);
+  EXPECT_TRUE(above.light_decides) << "the verdict stays that of light";
+  EXPECT_TRUE(has(above.reason, "0.1 % too small")) << above.reason;
+  EXPECT_EQ(of(0.0149, R"(, "target": {"theory": "geometric"})").theory, Theory::kGeometric);
+  EXPECT_EQ(of(0.0149, R"(, "target": {"theory": "ghs"})").theory, Theory::kGhs);
+  EXPECT_EQ(of(0.0149, "", R"(, "trace": {"model": "waves"})").theory, Theory::kGhs);
+  // Where there is no wave theory: statistics about the centroid.
+  const std::string centroid = R"(, "trace": {"centre": "centroid"})";
+  EXPECT_EQ(of(0.0146, "", centroid).theory, Theory::kGeometric);
+  EXPECT_EQ(of(0.0149, "", centroid).theory, Theory::kRays);
+  EXPECT_EQ(of(0.0149, R"(, "target": {"convention": "paper"})").theory, Theory::kGeometric);
+}
+
+// Rays forced upon a scene that needs waves: radii of light are no matter of the slope's second order.
+TEST(SceneWarnings, TargetsStayThoseOfLightWhereRaysWillNotDo) {
+  const Study study = parse_study(
+      study_of(
+          R"(, "roughness": {"psd": {"model": "uniform", "rms": "40 nm", "f_min": "1e5 /m", "f_max": "2e5 /m"}},
+                   "trace": {"model": "rays"})"),
+      "study.json");
+  const Groundwork ground = lay_groundwork(study);
+  ASSERT_GT(ground.numbers.rms_slope_per_axis, 0.02);
+  EXPECT_EQ(ground.use.model, FocusModel::kRays);
+  EXPECT_EQ(ground.use.theory, Theory::kGhs);
 }
 
 // Defocus sqrt(3) c (2 rho^2 - 1) on a parabola: the slope r / (2 f) + 4 sqrt(3) c r / R^2 turns rays from

@@ -261,6 +261,22 @@ TEST(TermSearch, StopsDoublingPlaneWavesWhereMoreBringNothing) {
   EXPECT_LE(chosen(search({10, 100, true}, hooks)), 300);
 }
 
+// Sets that have nearly met their tolerances differ by their draws; the next may meet them.
+TEST(TermSearch, DoublesPlaneWavesOnWhereTheyHaveNearlyMetTheirTolerances) {
+  Trials trials;
+  for (int count = 250; count < 20000; ++count) trials.passing.insert(count);
+  const auto off = [](double distance) {
+    return [distance](int order) { return order == 32 ? 1.2 : distance; };
+  };
+  const int found = chosen(search({10, 100, true}, failing_by(trials.hooks(), off(1.9))));
+  EXPECT_GE(found, 250);
+  EXPECT_LE(found, 300);
+  Trials farther = trials;
+  farther.confirmed.clear();
+  const Frontier frontier = search({10, 100, true}, failing_by(farther.hooks(), off(2.1)));
+  EXPECT_NE(frontier.message.find("no set"), std::string::npos);
+}
+
 // Roughness from half a cycle across is mostly tilt, and sets without it end at 4 tolerances.
 TEST(TermSearch, TiltIsAmongTheTermsWhereItMatters) {
   const auto study = [](double f_min, double exponent) {

@@ -37,6 +37,8 @@ struct Groundwork {
   /// Natural unit of dz [m]: a depth of focus, at most a tenth of the focal length.
   double plane_unit() const { return std::min(core_sigma / radius, kDeepestUnit) * focal_length; }
 };
+/// Theory and model by `choose_physics`; but where rays will do, the study names no theory and 4.6 slope^2,
+/// by which the closed forms are off (PHYSICS 5), is above the tolerance of a fit, theory `rays`.
 Groundwork lay_groundwork(const Task& task);
 /// The same by the physics that is asked for instead of the task's own.
 Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked);

@@ -1,0 +1,50 @@
+// Targets of a theory of first order in the slope contradict each other for a surface that is traced exactly:
+// its radii are 4.6 slope^2 above those that its height and its angles of scatter go with (PHYSICS 5).
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "aberfit/commands/run.h"
+#include "aberfit/study/read_study.h"
+
+namespace aberfit::test {
+namespace {
+
+// 304 plane waves of a uniform band 2 to 328 cycles across, whose RMS slope per axis is 9450 /m of its
+// height.
+ResultDocument fitted(double slope, const std::string& theory, const std::string& rays = "") {
+  const double low = 15.53, high = 3006.86;
+  const double per_height = 2 * std::numbers::pi * std::sqrt((low * low + high * high) / 4);
+  return run_fit(parse_study(fmt::format(R"({{"aberfit": 1, "mirror": {{"focal_length": "3.6 m"}}, "aperture":
+    {{"shape": "circle", "diameter": "0.109 m"}}, "light": {{"wavelength": "100 nm"}}, "roughness": {{"psd":
+    {{"model": "uniform", "rms": {}, "f_min": {}, "f_max": {}}}}}, "terms": {{"fourier": {{"count": 304}}}},
+    "target": {{"theory": "{}"}}, {} "fit": {{"starts": 1, "max_iterations": 30}},
+    "output": {{"plots": false}}}})",
+                                         slope / per_height, low, high, theory, rays),
+                             "study.json"),
+                 {});
+}
+
+TEST(StabilityEdge, SteepTargets) {
+  // Just before the edge, where the contradiction is as large as a tolerance, and beyond it.
+  for (const double slope : {0.0146, 0.02, 0.045}) {
+    const ResultDocument result = fitted(slope, "auto");
+    EXPECT_EQ(result.theory, slope > 0.015 ? "rays" : "ghs") << slope;
+    EXPECT_EQ(result.fit.status, FitStatus::kConverged) << slope << ": " << result.fit.message;
+    EXPECT_EQ(result.verdict, Verdict::kEquivalent) << slope;
+  }
+  // What is avoided: seven tolerances are left of the nine that 4.6 slope^2 is there.
+  const ResultDocument closed = fitted(0.045, "geometric", R"("trace": {"rays": 16384},)");
+  EXPECT_NE(closed.fit.status, FitStatus::kConverged);
+  double worst = 0;
+  for (std::size_t k = 0; k < closed.targets.size(); ++k)
+    worst = std::max(worst, std::abs(closed.fitted[Eigen::Index(k)] / closed.targets[k].value - 1));
+  EXPECT_GT(worst, 0.25 * 4.6 * 0.045 * 0.045);
+  EXPECT_LT(worst, 4.6 * 0.045 * 0.045);
+}
+
+}  // namespace
+}  // namespace aberfit::test
