@@ -42,7 +42,7 @@ RangeEnds ends_of(const VaryAxis& range) {
   NumberWithUnit from, to;
   for (const auto& [text, end] : {std::pair{&range.from, &from}, {&range.to, &to}})
     if (!read_number(*text, end)) throw UnitError(*text);
-  const RangeEnds ends{from.number, to.number * factor_between(to.unit, from.unit), from.unit};
+  RangeEnds ends{from.number, to.number * factor_between(to.unit, from.unit), from.unit};
   if (range.spacing == "log" && !(ends.from > 0 && ends.to > 0))
     throw std::invalid_argument("a logarithmic range from or to zero or below");
   if (ends.from == ends.to) throw std::invalid_argument("a range of one value");

@@ -75,7 +75,7 @@ Eigen::VectorXd ReducedResiduals::moved(const Eigen::VectorXd& by) const {
 }
 
 Eigen::VectorXd ReducedResiduals::correction(const Eigen::VectorXd& step) const {
-  const Eigen::VectorXd none = Eigen::VectorXd::Zero(size());
+  Eigen::VectorXd none = Eigen::VectorXd::Zero(size());
   Eigen::VectorXd probe(blocks_.residuals());
   if (!blocks_.evaluate(moved(kProbe * step), false, probe.data()) || !probe.allFinite()) return none;
   const Eigen::VectorXd along = slopes_ * step,

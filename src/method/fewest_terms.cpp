@@ -135,7 +135,7 @@ class Trials {
     end_if_asked();
     const auto begin = Clock::now();
     Attempt attempt = fit_in_two_looks(of_, planned(asked));
-    const FrontierPoint point = frontier_point(attempt, since(begin));
+    FrontierPoint point = frontier_point(attempt, since(begin));
     if (!point.passes && (!nearest_ || nearer(attempt, *nearest_)))
       nearest_ = std::move(attempt);
     else if (point.passes && (!best_ || point.terms < best_->result.terms.size()))

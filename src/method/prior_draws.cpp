@@ -74,7 +74,9 @@ std::vector<ZoneSlope> zone_slopes(const Task& task, const TermSet& terms, const
     std::vector<double> values;
     for (const auto& draw : draws) values.push_back(draw[z]);
     std::sort(values.begin(), values.end());
-    const auto quantile = [&](double p) { return values[std::size_t(p * double(kZoneDraws - 1) + 0.5)]; };
+    const auto quantile = [&](double p) {
+      return values[std::size_t(std::lround(p * double(kZoneDraws - 1)))];
+    };
     zones.push_back({kZoneEdges[z], kZoneEdges[z + 1], own[z], quantile(0.005), quantile(0.995)});
   }
   return zones;

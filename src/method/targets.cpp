@@ -112,7 +112,7 @@ std::vector<Wanted> requested_statistics(const Task& task, const Groundwork& gro
   };
   std::vector<Wanted> wanted;
   for (const StatisticRequest& request : task.target.statistics)
-    for (Wanted& of : wanted_by(request, ring_of, ground.focal_sigma)) wanted.push_back(std::move(of));
+    for (const Wanted& of : wanted_by(request, ring_of, ground.focal_sigma)) wanted.push_back(of);
   return wanted;
 }
 

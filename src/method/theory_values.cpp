@@ -46,9 +46,9 @@ std::vector<Wanted> wanted_of(const Task& task, const ClosedForm& theory) {
   std::vector<Wanted> wanted;
   const double sigma = theory.sigma();
   for (const StatisticRequest& request : task.target.statistics)
-    for (Wanted& of : wanted_by(
+    for (const Wanted& of : wanted_by(
              request, [&](double fraction) { return theory.radius(fraction); }, sigma))
-      wanted.push_back(std::move(of));
+      wanted.push_back(of);
   return wanted;
 }
 

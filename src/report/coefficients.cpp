@@ -192,7 +192,7 @@ std::string coefficients_csv(const TermSet& terms, const Eigen::VectorXd& coeffi
   text += fmt::format("{}{}\n{}\n", kRadiusKey, shortest(terms.radius), kColumnNames);
   Eigen::Index i = 0;
   const auto value = [&] {
-    const std::string cells = shortest(coefficients[i]) + "," + deviation(std, i);
+    std::string cells = shortest(coefficients[i]) + "," + deviation(std, i);
     ++i;
     return cells;
   };

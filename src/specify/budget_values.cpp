@@ -202,7 +202,7 @@ Eigen::ArrayXd BudgetValues::difference(const std::vector<double>& logs, std::si
     std::vector<double> there = logs;
     there[unknown] += by;
     try {
-      const Eigen::ArrayXd moved_values = at(there);
+      Eigen::ArrayXd moved_values = at(there);
       *step = by;
       return moved_values;
     } catch (const std::exception&) {

@@ -116,7 +116,7 @@ Eigen::Vector2d damped_step(const Attempt& at, const Eigen::MatrixXd& jacobian, 
   stacked << jacobian, Eigen::MatrixXd((std::sqrt(damping) * length).asDiagonal());
   Eigen::VectorXd right = Eigen::VectorXd::Zero(size + 2);
   right.head(size) = at.residual;
-  const Eigen::Vector2d there = at.shape + LeastNorm(stacked).solve(right);
+  Eigen::Vector2d there = at.shape + LeastNorm(stacked).solve(right);
   if (!(there[1] < kLeastProduct)) return there;
   // At its bound, and the skew the best one there.
   const Eigen::VectorXd only = jacobian.col(0),

@@ -195,7 +195,7 @@ struct PsdEstimator::Plan {
       for (const auto& known : kept)
         if (known->left_out == left_out) return known;
     }
-    const auto made = std::make_shared<const Binning>(binning(left_out));
+    auto made = std::make_shared<const Binning>(binning(left_out));
     const std::lock_guard lock(kept_mutex);
     kept.push_front(made);
     if (kept.size() > kKept) kept.pop_back();

@@ -61,7 +61,7 @@ ArrayXd knee_values(const PsdShape& shape, const double* theta, const ArrayXd& f
   const double x0 = std::pow(B * shape.pivot(), 2), log0 = std::log1p(x0), share0 = x0 / (1 + x0);
   const ArrayXd x = (B * f).square();
   const ArrayXd log_ratio = x.log1p() - log0;
-  const ArrayXd value = (theta[0] - 0.5 * c * log_ratio).exp();
+  ArrayXd value = (theta[0] - 0.5 * c * log_ratio).exp();
   d.col(0) = value;
   d.col(1) = -c * value * (x / (1 + x) - share0);
   d.col(2) = -0.5 * c * value * log_ratio;
@@ -71,7 +71,7 @@ ArrayXd knee_values(const PsdShape& shape, const double* theta, const ArrayXd& f
 ArrayXd power_values(const PsdShape& shape, const double* theta, const ArrayXd& f, Columns d) {
   const double exponent = theta[1] - (is_profile(shape) ? 1 : 0);
   const ArrayXd log_ratio = (f / shape.pivot()).log();
-  const ArrayXd value = (theta[0] - exponent * log_ratio).exp();
+  ArrayXd value = (theta[0] - exponent * log_ratio).exp();
   d.col(0) = value;
   d.col(1) = -value * log_ratio;
   return value;
@@ -89,7 +89,7 @@ ArrayXd uniform_values(const PsdShape& shape, const double* theta, const ArrayXd
 }
 
 ArrayXd floor_values(const double* theta, const ArrayXd& f, Columns d) {
-  const ArrayXd value = ArrayXd::Constant(f.size(), std::exp(theta[0]));
+  ArrayXd value = ArrayXd::Constant(f.size(), std::exp(theta[0]));
   d.col(0) = value;
   return value;
 }
@@ -113,8 +113,7 @@ ArrayXd surface_values(const PsdShape& shape, Part part, const double* theta, co
       const double B = std::exp(theta[1]), C = std::exp(theta[2]);
       const double x0 = std::pow(B * shape.pivot(), 2), log0 = std::log1p(x0), share0 = x0 / (1 + x0);
       const ArrayXd x = (B * f).square(), log_x = x.log1p();
-      const ArrayXd value =
-          (theta[0] + 0.5 * C * log0 + theta[1] + log_abel(C) - 0.5 * (C + 1) * log_x).exp();
+      ArrayXd value = (theta[0] + 0.5 * C * log0 + theta[1] + log_abel(C) - 0.5 * (C + 1) * log_x).exp();
       d.col(0) = value;
       d.col(1) = value * (C * share0 + 1 - (C + 1) * x / (1 + x));
       d.col(2) = value * C * (0.5 * log0 + log_abel_derivative(C) - 0.5 * log_x);

@@ -422,7 +422,7 @@ double profile_bound(const PsdBand& unweighted, const PsdShapeFit& fit, int inde
   VectorXd theta = fit.theta;
   const double least = descend(band, fit.shape, bounds, theta, max_iterations).cost;
   const double end = direction > 0 ? bounds.upper[index] : bounds.lower[index];
-  double inside = fit.theta[index], outside = inside;
+  double inside = fit.theta[index], outside;
   for (double step = 0.5;; step *= 2) {
     outside = inside + direction * step;
     if (direction * (outside - end) >= 0) outside = end;

@@ -35,6 +35,7 @@ bool is_below(const std::string& pointer, const std::string& block) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): the constructor of a study may throw, and is not told not to
 struct StudyCases::Content {
   Json json;  // what cases begin from
   Study study;

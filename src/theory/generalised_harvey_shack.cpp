@@ -152,7 +152,7 @@ MeanSpot GeneralisedHarveyShack::at_plane(double dz) const {
     const std::lock_guard lock(planes_->mutex);
     if (const auto known = planes_->spots.find(dz); known != planes_->spots.end()) return known->second;
   }
-  const MeanSpot spot = make_plane(dz);
+  MeanSpot spot = make_plane(dz);
   const std::lock_guard lock(planes_->mutex);
   if (planes_->spots.size() < kMostPlanes) planes_->spots.emplace(dz, spot);
   return spot;

@@ -121,12 +121,12 @@ double PupilField::departure_at(double x, double y) const {
 }
 
 void PupilField::tabulate() {
-  constexpr int kSide = kTable + 2 * kMargin + 1;
+  constexpr int kSide = kTable + 2 * kMargin + 1, kMiddle = kSide / 2;
   pitch_ = 2 * outer_ / kTable;
   table_ = Eigen::ArrayXXd::Zero(kSide, kSide);
   for (int j = 0; j < kSide; ++j)
     for (int i = 0; i < kSide; ++i) {
-      const double x = (i - kSide / 2) * pitch_, y = (j - kSide / 2) * pitch_;
+      const double x = (i - kMiddle) * pitch_, y = (j - kMiddle) * pitch_;
       if (std::hypot(x, y) < std::min(outer_ + kMargin * pitch_, 0.999 * focal_length_)) {
         const double value = departure_at(x, y);
         if (std::isfinite(value)) table_(i, j) = value;
@@ -135,7 +135,8 @@ void PupilField::tabulate() {
 }
 
 double PupilField::interpolated(double x, double y) const {
-  const double middle = double(table_.rows() / 2);
+  const Eigen::Index row = table_.rows() / 2;
+  const double middle = double(row);
   const auto weights =
       [](double t) {  // cubic through the four nearest, t in [0, 1] between the second and third
         return std::array<double, 4>{-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2,
