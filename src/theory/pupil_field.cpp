@@ -11,10 +11,11 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kStraight = 2e-4;       // of the radius: departure of an edge's picture from its chord
-constexpr double kSameDirection = 1e-6;  // rad
-constexpr int kMostPieces = 8;           // of one edge
-constexpr double kSamePhase = 1e-9;      // rad, of points at one radius of a round surface
+constexpr double kStraight = 2e-4;         // of the radius: departure of an edge's picture from its chord
+constexpr double kSameDirection = 1e-6;    // rad
+constexpr int kMostPieces = 8;             // of one edge
+constexpr double kSamePhase = 1e-9;        // rad, of points at one radius of a round surface
+constexpr double kPolynomialPhase = 1e-6;  // rad, of a departure that is not round
 // Cells across the table of a departure that is not round: cubic interpolation errs by 0.023 cell^4 of the
 // fourth derivative, 1e-5 of the amplitude for an aberration of radial order 8.
 constexpr int kTable = 160;
@@ -81,7 +82,11 @@ PupilField::PupilField(const Mirror& mirror, const Aperture& aperture, double wa
               fmt::format("the mirror's height {} m off its axis is not a number", part * rim));
         if (std::abs(here - first) * 4 * std::numbers::pi / wavelength > kSamePhase) is_round_ = false;
       }
-    if (!is_round_) tabulate();
+    if (!is_round_) {
+      polynomial_ = DiscPolynomial::of([this](double x, double y) { return departure_at(x, y); }, outer_,
+                                       kPolynomialPhase);
+      if (!polynomial_) tabulate();
+    }
   }
 }
 
@@ -155,26 +160,35 @@ double PupilField::interpolated(double x, double y) const {
   return sum;
 }
 
-void PupilField::cosine(const double* x, const double* y, int n, double* result) const {
-  const double scale = 1 / (focal_length_ * focal_length_);
-  for (int k = 0; k < n; ++k) result[k] = std::sqrt(1 - scale * (x[k] * x[k] + y[k] * y[k]));
-}
-
-void PupilField::phase(double dz, const double* x, const double* y, int n, double* result) const {
-  // 1 - c without cancellation.
+// One root and one division serve amplitude and defocus: 1 - c = p^2 / (1 + c), without cancellation.
+void PupilField::pairs(double dz, const double* x1, const double* y1, const double* x2, const double* y2,
+                       int n, double* amplitude, double* difference, double* scratch) const {
   const double scale = 1 / (focal_length_ * focal_length_);
   const double defocus = 2 * std::numbers::pi / wavelength_ * dz / (1 + dz / focal_length_);
   for (int k = 0; k < n; ++k) {
-    const double p2 = scale * (x[k] * x[k] + y[k] * y[k]);
-    result[k] = defocus * p2 / (1 + std::sqrt(1 - p2));
+    const double p1 = scale * (x1[k] * x1[k] + y1[k] * y1[k]), c1 = std::sqrt(1 - p1),
+                 p2 = scale * (x2[k] * x2[k] + y2[k] * y2[k]), c2 = std::sqrt(1 - p2);
+    const double root = std::sqrt(c1 * c2), inverse = 1 / ((1 + c1) * (1 + c2) * root);
+    amplitude[k] = 4 * inverse;
+    difference[k] = defocus * (p1 * (1 + c2) - p2 * (1 + c1)) * inverse * root;
   }
   if (is_parabola_) return;
-  if (!is_round_) {
+  add_departure(x1, y1, n, difference);
+  std::fill(scratch, scratch + n, 0.0);
+  add_departure(x2, y2, n, scratch);
+  for (int k = 0; k < n; ++k) difference[k] -= scratch[k];
+}
+
+void PupilField::add_departure(const double* x, const double* y, int n, double* result) const {
+  if (polynomial_) {
+    polynomial_->add(x, y, n, result);
+  } else if (!is_round_) {
     for (int k = 0; k < n; ++k) result[k] += interpolated(x[k], y[k]);
   } else if (has_more_) {
     for (int k = 0; k < n; ++k) result[k] += departure_at(std::sqrt(x[k] * x[k] + y[k] * y[k]), 0);
   } else {  // the mirror's own, without a call for each
-    const double wave = 2 * std::numbers::pi / wavelength_, parabola = 0.25 / focal_length_;
+    const double wave = 2 * std::numbers::pi / wavelength_, parabola = 0.25 / focal_length_,
+                 scale = 1 / (focal_length_ * focal_length_);
     for (int k = 0; k < n; ++k) {
       const double p2 = x[k] * x[k] + y[k] * y[k], growth = 1 + std::sqrt(1 - scale * p2);
       const double rho = 2 / growth * std::sqrt(p2);

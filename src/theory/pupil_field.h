@@ -2,10 +2,12 @@
 #include <Eigen/Core>
 #include <array>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "aberfit/scene/aperture.h"
 #include "aberfit/scene/mirror.h"
+#include "disc_polynomial.h"
 
 namespace aberfit::internal {
 
@@ -40,15 +42,16 @@ class PupilField {
   double focal_length() const { return focal_length_; }
   double wavelength() const { return wavelength_; }
 
-  /// Phase [rad] in the plane f + dz at n points: 4 pi h/(lambda (1 + t^2)) + (2 pi/lambda) dz (1 - c)/(1 +
-  /// dz/f).
-  void phase(double dz, const double* x, const double* y, int n, double* result) const;
-  /// c at n points.
-  void cosine(const double* x, const double* y, int n, double* result) const;
+  /// Two points each, n pairs of them, in the plane f + dz: the product of their amplitudes, and the phase at
+  /// the first less that at the second [rad], with the phase 4 pi h/(lambda (1 + t^2)) + (2 pi/lambda) dz
+  /// (1 - c)/(1 + dz/f). scratch: room for n.
+  void pairs(double dz, const double* x1, const double* y1, const double* x2, const double* y2, int n,
+             double* amplitude, double* difference, double* scratch) const;
 
  private:
   double departure_at(double x, double y) const;
   double interpolated(double x, double y) const;
+  void add_departure(const double* x, const double* y, int n, double* result) const;
   void tabulate();
   void outline(const Aperture& aperture);
 
@@ -60,8 +63,11 @@ class PupilField {
   bool is_parabola_ = true, is_round_ = true, is_rectangle_ = false;
   std::vector<Point> corners_, straight_corners_;
   std::vector<double> edge_directions_;
-  Eigen::ArrayXXd table_;  // phase of the departure over x, y in P, where it is not round [rad]
-  double pitch_ = 0;       // of the table [m]
+  // Phase of the departure over x, y in P, where it is not round [rad]: a polynomial, or where none is near
+  // enough a table.
+  std::optional<DiscPolynomial> polynomial_;
+  Eigen::ArrayXXd table_;
+  double pitch_ = 0;  // of the table [m]
 };
 
 /// Largest distance of two of them, 0 of none.

@@ -36,8 +36,8 @@ OverlapRegion round_overlap(double outer, double inner, double shear);
 /// Of a simple polygon, all of it, cut where its outline or that of its copy has a corner or the two cross.
 /// `corners` in the frame of the shear.
 OverlapRegion polygon_overlap(const std::vector<PupilField::Point>& corners, double shear);
-/// Gauss-Legendre points of a region.
-void append_points(const OverlapRegion& region, const OverlapTurn& turn, OverlapPoints* points);
+/// Gauss-Legendre points of a region; of_mean: to 1e-8 instead of 1e-11, for a mean over directions.
+void append_points(const OverlapRegion& region, const OverlapTurn& turn, bool of_mean, OverlapPoints* points);
 /// A few points that show how far a phase turns over it, three at each u; weights 0.
 void append_probes(const OverlapRegion& region, OverlapPoints* points);
 
@@ -88,15 +88,15 @@ class PupilOverlap {
   double cutoff() const { return 2 * field_.outer(); }
 
  private:
-  struct Work {  // of the two pupil points: places, cosines, phases
-    std::vector<double> x1, y1, x2, y2, c1, c2, wave1, wave2;
+  struct Work {  // of the two pupil points: places, product of amplitudes, difference of phases
+    std::vector<double> x1, y1, x2, y2, amplitude, wave, scratch, cosine;
     void resize(std::size_t n);
   };
   OverlapRegion region(double x, double direction) const;
   void unfold(OverlapPoints* points) const;
   void sample(double x, double direction, OverlapPoints* points) const;
   void pupil_points(const OverlapPoints& points, double x, double direction, Work* work) const;
-  void phase_difference(Work* work) const;
+  void pupil_pairs(Work* work) const;
   OverlapTurn turn_of(const OverlapRegion& region, double x, double direction) const;
   Eigen::ArrayXd at_direction(double x, double direction, std::size_t* points = nullptr) const;
   Eigen::ArrayXd moments_of(const OverlapPoints& points) const;
