@@ -311,9 +311,7 @@ void PupilOverlap::set_directions() {
     in_focus.dz_ = 0;
     turn_of_departure = std::min(in_focus.turn(cutoff()), double(kMostDirections));
   }
-  // Equal steps around a round aperture see twice as high orders as a rule between edges.
-  const int wanted = std::min(polygon ? kDirectionsOfPolygon + int(turn_of_departure)
-                                      : kFewestDirections + int(0.5 * turn_of_departure),
+  const int wanted = std::min((polygon ? kDirectionsOfPolygon : kFewestDirections) + int(turn_of_departure),
                               kMostDirections);
   if (!polygon)
     azimuths_ = azimuth_rule({}, pi, wanted);
