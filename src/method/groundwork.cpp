@@ -27,11 +27,14 @@ double scale_of_values(const Task& task) {
                    "a roughness block, or a value for an ee, rms_radius, scatter or spot statistic");
 }
 
+std::shared_ptr<const GeneralisedHarveyShack> spot_of(const Task& task, const RadialPsd& psd) {
+  return std::make_shared<const GeneralisedHarveyShack>(psd, task.mirror, task.aperture, task.wavelength);
+}
+
 // Theories that have a transfer function; the spot's scale then includes diffraction.
 void set_mean_spot(const Task& task, Groundwork* ground) {
   if (ground->use.theory != Theory::kGhs) return;
-  ground->mean_spot = std::make_shared<const GeneralisedHarveyShack>(*ground->psd, task.mirror, task.aperture,
-                                                                     task.wavelength);
+  ground->mean_spot = ground->specified_spot = spot_of(task, *ground->psd);
   const double ee90 = ground->use.choice->errors.ghs.ee90;
   if (std::isfinite(ee90)) ground->focal_sigma = ee90 / kGaussianEe90;
   ground->core_sigma = ground->focal_sigma;
@@ -75,20 +78,30 @@ void check_depth(const Task& task, Groundwork* ground) {
                      found, format_quantity(kUnits * ground->plane_unit(), Dimension::kLength))});
 }
 
+// How closely the theory's own values are to be met.
+double closest_tolerance(const Task& task) {
+  double closest = task.target.statistics.empty() ? StatisticRequest{}.tolerance : 1;
+  for (const StatisticRequest& request : task.target.statistics)
+    if (!request.value) closest = std::min(closest, request.tolerance);
+  return closest;
+}
+
 // Closed forms are of first order in the slope; exact rays leave them by 4.6 slope^2 of a radius (PHYSICS 5;
 // tests/stability/fast_mirror_edge_test.cpp). A surface by rays whose radii, height and angles of scatter are
 // all to be such a theory's is asked for what no mirror does. Where the tolerance of a fit sees that, what is
-// left to the program takes its targets from rays as steep as the specification's.
+// left to the program takes its targets from rays as steep as the specification's: in a scene for which rays
+// will do, and where there is no wave theory.
 void mind_steep_slopes(const Task& task, const PhysicsRequest& asked, Groundwork* ground) {
-  const double fitted_to = StatisticRequest{}.tolerance;
+  constexpr double kSecondOrder = 4.6;
   PhysicsChoice& use = ground->use;
-  const double slope = ground->numbers.rms_slope_per_axis, error = 4.6 * slope * slope,
+  const double slope = ground->numbers.rms_slope_per_axis, error = kSecondOrder * slope * slope,
                margin = task.equivalence.margin;
   if (use.model != FocusModel::kRays || use.theory == Theory::kRays ||
       task.target.convention == Convention::kPaper)
     return;
-  const bool rays_will_do = use.theory == Theory::kGeometric || use.choice->model == FocusModel::kRays;
-  if (!asked.theory && rays_will_do && error > fitted_to) {
+  const bool may_be_of_rays = use.theory == Theory::kGeometric || use.choice->model == FocusModel::kRays;
+  if (!asked.theory && !targets_are_given(task) && may_be_of_rays && error > closest_tolerance(task)) {
+    if (use.theory == Theory::kGhs) ground->specified_spot = spot_of(task, *ground->psd);
     use.theory = Theory::kRays;
     use.reason += fmt::format(
         " Targets are those of rays with drawn slopes: at an RMS slope of {:.2g} the closed forms, of first "

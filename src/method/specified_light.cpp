@@ -40,11 +40,11 @@ void add_light(const GeneralisedHarveyShack& mean, SpecifiedLight* light) {
 SpecifiedLight specified_light(const Groundwork& ground) {
   SpecifiedLight light;
   light.focal_length = ground.focal_length;
-  if (ground.mean_spot) {
+  if (ground.specified_spot) {
     light.theory = to_string(Theory::kGhs);
-    const MeanSpot focus = ground.mean_spot->at_plane(0);
+    const MeanSpot focus = ground.specified_spot->at_plane(0);
     add_diameters([&](double share) { return focus.encircled_energy_radius(share); }, &light);
-    add_light(*ground.mean_spot, &light);
+    add_light(*ground.specified_spot, &light);
   } else if (ground.use.theory == Theory::kGeometric && ground.theory) {
     light.theory = to_string(Theory::kGeometric);
     add_diameters([&](double share) { return ground.theory->encircled_energy_radius(share, 0); }, &light);

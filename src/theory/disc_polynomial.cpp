@@ -18,14 +18,15 @@ struct DiscPoints {
   Eigen::ArrayXd x, y;
 };
 // Rings that are dense at the rim, where polynomials turn fastest, each with as many points as tell the
-// degree's azimuthal orders apart. part in [0, 1): of the way to the next ring and the next point.
+// degree's azimuthal orders apart. part in [0, 1): of the way to the next ring; points of two parts lie at
+// directions that have no common measure, so that no order looks the same in both.
 DiscPoints rings_of(int degree, double radius, double part) {
   const int rings = degree + 2, spokes = 2 * degree + 5;
   DiscPoints points{Eigen::ArrayXd(rings * spokes), Eigen::ArrayXd(rings * spokes)};
   for (int k = 0; k < rings; ++k)
     for (int s = 0; s < spokes; ++s) {
       const double r = radius * std::sin(0.5 * std::numbers::pi * (k + 1 - part) / rings),
-                   angle = 2 * std::numbers::pi * (s + part + 0.5 * (k % 2)) / spokes;
+                   angle = 2 * std::numbers::pi * (s + std::numbers::phi * part + 0.5 * (k % 2)) / spokes;
       points.x[k * spokes + s] = r * std::cos(angle);
       points.y[k * spokes + s] = r * std::sin(angle);
     }
@@ -79,7 +80,7 @@ Eigen::MatrixXd fitted(const DiscPoints& points, const Eigen::ArrayXd& values, d
 
 std::optional<DiscPolynomial> DiscPolynomial::of(const std::function<double(double, double)>& function,
                                                  double radius, double error) {
-  for (int degree = 2; degree <= kHighestDegree; degree += 2) {
+  for (int degree = 4; degree <= kHighestDegree; degree += 2) {
     const DiscPoints points = rings_of(degree, radius, 0), between = rings_of(degree, radius, 0.5);
     const Eigen::ArrayXd values = values_at(points, function), others = values_at(between, function);
     if (!values.isFinite().all() || !others.isFinite().all()) return std::nullopt;

@@ -41,7 +41,9 @@ const Quadrature& unit_rule(int n) {
 }
 
 // Nodes on [0, 1] for a smooth function times a phase that turns by `turn`. Of a mean over azimuth, which is
-// wanted to 1e-6, those that leave J_k(turn / 2) below 1e-8, k = 2 n - 1 - 2 smooth: k = 11 at 1.3, 29 at 13.
+// wanted to 1e-6, those that leave J_k(turn / 2) near 1e-8, k = 2 n - 1 - 2 smooth: k = 11 at 1.3, 29 at 13;
+// of all it is kLong at most, which for 14 nodes along a lens holds to a turn of 14: turns are overestimated
+// by half (turn_of), and no mean has been seen to differ by more than 3e-6 of a radius.
 struct Line {
   std::vector<double> t, weight;
 };

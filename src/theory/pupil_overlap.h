@@ -36,7 +36,8 @@ OverlapRegion round_overlap(double outer, double inner, double shear);
 /// Of a simple polygon, all of it, cut where its outline or that of its copy has a corner or the two cross.
 /// `corners` in the frame of the shear.
 OverlapRegion polygon_overlap(const std::vector<PupilField::Point>& corners, double shear);
-/// Gauss-Legendre points of a region; of_mean: to 1e-8 instead of 1e-11, for a mean over directions.
+/// Gauss-Legendre points of a region; of_mean: fewer, for a mean over directions, which
+/// is wanted to 1e-6 instead of 1e-11.
 void append_points(const OverlapRegion& region, const OverlapTurn& turn, bool of_mean, OverlapPoints* points);
 /// A few points that show how far a phase turns over it, three at each u; weights 0.
 void append_probes(const OverlapRegion& region, OverlapPoints* points);

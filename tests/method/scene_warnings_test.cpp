@@ -8,6 +8,7 @@
 #include "aberfit/core/units.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/plan.h"
+#include "aberfit/method/specified_light.h"
 #include "aberfit/method/trace_surface.h"
 #include "aberfit/method/verify.h"
 #include "aberfit/study/read_study.h"
@@ -101,7 +102,7 @@ TEST(SceneWarnings, SteepSlopesWhereTheMarginSeesTheSecondOrder) {
 // The same slopes: 4.6 slope^2 is the tolerance of a fit, 1e-3, at a slope of 0.01474. With height, radii and
 // angles that no mirror has together plane waves were doubled to 4,096 in vain.
 TEST(SceneWarnings, TargetsOfSteepSlopesAreThoseOfRaysUnlessTheStudyNamesATheory) {
-  const auto of = [](double slope, const std::string& target, const std::string& trace = "") {
+  const auto ground = [](double slope, const std::string& target, const std::string& trace = "") {
     const Study study = parse_study(
         study_of(fmt::format(R"(, "roughness": {{"psd": {{"model": "uniform", "rms": {}, "f_min": "200 /m",
                                   "f_max": "400 /m"}}}}{}{})",
@@ -109,8 +110,12 @@ TEST(SceneWarnings, TargetsOfSteepSlopesAreThoseOfRaysUnlessTheStudyNamesATheory
                              trace),
                  "100 nm"),
         "study.json");
-    return lay_groundwork(study).use;
+    return lay_groundwork(study);
   };
+  const auto of = [&](double slope, const std::string& target, const std::string& trace = "") {
+    return ground(slope, target, trace).use;
+  };
+  const auto light = [&](double slope) { return specified_light(ground(slope, "")).values; };
   const PhysicsChoice below = of(0.0146, ""), above = of(0.0149, "");
   EXPECT_EQ(below.theory, Theory::kGhs);
   ASSERT_EQ(below.model, FocusModel::kRays) << below.reason;
@@ -118,9 +123,16 @@ TEST(SceneWarnings, TargetsOfSteepSlopesAreThoseOfRaysUnlessTheStudyNamesATheory
   EXPECT_EQ(above.theory, Theory::kRays);
   EXPECT_TRUE(above.light_decides) << "the verdict stays that of light";
   EXPECT_TRUE(has(above.reason, "0.1 % too small")) << above.reason;
+  EXPECT_FALSE(light(0.0149).empty()) << "what light does of the specification is still said";
+  EXPECT_EQ(light(0.0149).size(), light(0.0146).size());
   EXPECT_EQ(of(0.0149, R"(, "target": {"theory": "geometric"})").theory, Theory::kGeometric);
   EXPECT_EQ(of(0.0149, R"(, "target": {"theory": "ghs"})").theory, Theory::kGhs);
   EXPECT_EQ(of(0.0149, "", R"(, "trace": {"model": "waves"})").theory, Theory::kGhs);
+  // By the closest tolerance that the theory's own values are to be met with; given ones are met as they are.
+  const std::string ee50 = R"(, "target": {"statistics": {"ee50": {)";
+  EXPECT_EQ(of(0.0149, ee50 + R"("tolerance": 2e-3}}})").theory, Theory::kGhs);
+  EXPECT_EQ(of(0.0146, ee50 + R"("tolerance": 9e-4}, "ee90": {}}})").theory, Theory::kRays);
+  EXPECT_EQ(of(0.0149, ee50 + R"("value": "60 mm"}}})").theory, Theory::kGhs);
   // Where there is no wave theory: statistics about the centroid.
   const std::string centroid = R"(, "trace": {"centre": "centroid"})";
   EXPECT_EQ(of(0.0146, "", centroid).theory, Theory::kGeometric);

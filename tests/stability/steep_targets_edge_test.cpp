@@ -42,8 +42,8 @@ TEST(StabilityEdge, SteepTargets) {
   double worst = 0;
   for (std::size_t k = 0; k < closed.targets.size(); ++k)
     worst = std::max(worst, std::abs(closed.fitted[Eigen::Index(k)] / closed.targets[k].value - 1));
-  EXPECT_GT(worst, 0.25 * 4.6 * 0.045 * 0.045);
-  EXPECT_LT(worst, 4.6 * 0.045 * 0.045);
+  EXPECT_GT(worst, 0.55 * 4.6 * 0.045 * 0.045);
+  EXPECT_LT(worst, 0.9 * 4.6 * 0.045 * 0.045);
 }
 
 }  // namespace

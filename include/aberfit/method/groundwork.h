@@ -29,6 +29,8 @@ struct Groundwork {
   std::optional<GeometricHarveyShack> theory;
   PhysicsChoice use;
   std::shared_ptr<const GeneralisedHarveyShack> mean_spot;  ///< of theory ghs, else null
+  /// The light of the specification: mean_spot, or what it would be where targets are of rays instead.
+  std::shared_ptr<const GeneralisedHarveyShack> specified_spot;
   /// Like focal_sigma, of the sharpest part of the spot [m]: of the core, where a diffracted spot has core
   /// and halo.
   double core_sigma = 0;
@@ -37,8 +39,9 @@ struct Groundwork {
   /// Natural unit of dz [m]: a depth of focus, at most a tenth of the focal length.
   double plane_unit() const { return std::min(core_sigma / radius, kDeepestUnit) * focal_length; }
 };
-/// Theory and model by `choose_physics`; but where rays will do, the study names no theory and 4.6 slope^2,
-/// by which the closed forms are off (PHYSICS 5), is above the tolerance of a fit, theory `rays`.
+/// Theory and model by `choose_physics`; but where those are a closed form and rays, the study names no
+/// theory and 4.6 slope^2, by which closed forms are off (PHYSICS 5), is above the closest tolerance of its
+/// statistics, theory `rays`. Targets that are all given have no theory and change nothing.
 Groundwork lay_groundwork(const Task& task);
 /// The same by the physics that is asked for instead of the task's own.
 Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked);

@@ -21,7 +21,8 @@ struct TheoryValues {
 /// The pupil that a task's light by GHS is computed in.
 GhsPupil pupil_of_task(const Task& task);
 
-/// The statistics that the task asks for, as make_targets gives them, or, where it asks for none, ee50, ee80
+/// The statistics that the task asks for, as make_targets gives them (but where lay_groundwork takes rays for
+/// steep slopes, by the closed form), or, where it asks for none, ee50, ee80
 /// and ee90 in the focus, scatter_rms and rms_height. Some milliseconds, where laying out a fit takes a
 /// hundred times that: no model is chosen, nothing is held out, the band is not split. Theory `rays`, which
 /// has no closed form, takes as long as there. Throws FieldError as make_targets does, and for a task without
@@ -30,7 +31,8 @@ GhsPupil pupil_of_task(const Task& task);
 TheoryValues theory_values(const Task& task,
                            const std::function<GhsPupil(const Task&)>& pupil_of = pupil_of_task);
 
-/// The theory that the task's targets come from, as choose_physics has it. psd: of the specification.
+/// The theory of the task's targets as choose_physics has it, before slopes are found too steep for a closed
+/// form. psd: of the specification.
 Theory theory_of_targets(const Task& task, const RadialPsd& psd);
 
 }  // namespace aberfit
