@@ -148,7 +148,7 @@ struct SplitLight {
 
 SplitLight light_of(const Task& task, const Layout& layout, int threads) {
   const Groundwork& ground = layout.ground;
-  std::shared_ptr<const GeneralisedHarveyShack> mean = ground.mean_spot;
+  std::shared_ptr<const GeneralisedHarveyShack> mean = ground.specified_spot;
   if (!mean)
     mean = std::make_shared<const GeneralisedHarveyShack>(*ground.psd, task.mirror, task.aperture,
                                                           task.wavelength);

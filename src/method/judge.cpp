@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <memory>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/method/judged_set.h"
@@ -55,10 +56,12 @@ LightJudgement judge_in_light(const FitCase& of, const TermSet& terms, const Eig
   std::vector<Target> fitted = seen_by_waves(of.targets.fitted), held_out;
   if (light.decides) held_out = seen_by_waves(of.targets.held_out);
   if (!given && ground.use.theory != Theory::kGhs) {
-    const GeneralisedHarveyShack spot(ground.psd->scaled(ground.prior_height_factor), task.mirror,
-                                      task.aperture, task.wavelength);
-    fitted = targets_of_light(spot, std::move(fitted), of.context.threads);
-    held_out = targets_of_light(spot, std::move(held_out), of.context.threads);
+    std::shared_ptr<const GeneralisedHarveyShack> spot = ground.specified_spot;
+    if (!spot)
+      spot = std::make_shared<const GeneralisedHarveyShack>(ground.psd->scaled(ground.prior_height_factor),
+                                                            task.mirror, task.aperture, task.wavelength);
+    fitted = targets_of_light(*spot, std::move(fitted), of.context.threads);
+    held_out = targets_of_light(*spot, std::move(held_out), of.context.threads);
   }
   const JudgedSet judged(fitted, held_out);
   try {
