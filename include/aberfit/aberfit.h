@@ -107,6 +107,7 @@
 // forward: coefficients to statistics with derivatives, by rays or by waves.
 #include "aberfit/forward/focus_transfer.h"
 #include "aberfit/forward/forward_model.h"
+#include "aberfit/forward/height_block_side.h"
 #include "aberfit/forward/statistics_with_error.h"
 #include "aberfit/forward/term_moments.h"
 

@@ -19,7 +19,7 @@ std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& gr
   try {
     const double across = 2 * ground.radius;
     return CheckedCells{across / wave_pitch(task, terms, all, ground.split.get(), kFirstCoarsening),
-                        across / wave_pitch(task, terms, all, ground.split.get())};
+                        across / judging_pitch(task, terms, all, ground.split.get())};
   } catch (const ComputationError&) {
     return std::nullopt;
   }

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <map>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/forward/height_block_side.h"
 #include "aberfit/method/all_scatter.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
@@ -20,8 +21,11 @@ namespace {
 constexpr double kSmoothStatistic = 1.7e-9, kExactStatistic = 3e-9, kStatistic = 1.5e-5;
 constexpr double kTouched = 0.05;  // share of the rays that a gradient lists: `aberfit chart`
 // Waves, divided by M^2 log2 M: a plane and a gradient in fits of the README's study (M = 274). A ring that
-// is followed takes a dozen planes, one that is searched for some 45, without radii.
-constexpr double kWavePlane = 1.5e-9, kWaveGradient = 6e-10, kFollowedRing = 12, kSearchedRing = 40;
+// is followed takes nine planes, one that is searched for some 45, without radii.
+constexpr double kWavePlane = 1.5e-9, kWaveGradient = 6e-10, kFollowedRing = 9, kSearchedRing = 40;
+// Of wide circles: transforms of half the length either way. The width of a ring over its radius f/R (PHYSICS
+// 5).
+constexpr double kWidePlane = 0.26, kGaussianRing = 2.80675977;
 // Of a draw, whose ring is followed from another mirror's [planes]; its rays for height and angles [s of one
 // thread] (tests/stability).
 constexpr double kDrawnRing = 15;
@@ -41,22 +45,52 @@ constexpr double kScatterFunction = 0.25;               // with its ABg fits, on
 constexpr int kRealisations = 32;                       // judge.cpp
 constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;  // per draw
 
-/// Statistics, and the planes they are looked at in.
+/// Statistics, and the planes they are looked at in; those of wide circles count as the share of their work.
 struct Asked {
-  double count = 0, dz = 0, rings = 0;
+  double count = 0, dz = 0, rings = 0, gradients = 0;
   double planes(double ring) const { return dz + ring * rings; }
 };
 
-Asked asked(const std::vector<const std::vector<Target>*>& sets) {
+// Radius of the circle that a target is about [m]; 0: something else. A ring's, from its width by the law of
+// a Gaussian spot.
+double circle_of(const Task& task, const Target& target) {
+  if (std::holds_alternative<EncircledEnergyRadius>(target.statistic)) return target.value;
+  if (const auto* circle = std::get_if<RingThrough>(&target.statistic)) return circle->ring_radius;
+  if (std::holds_alternative<RingFwhm>(target.statistic))
+    return target.value * aperture_radius(task.aperture) / (kGaussianRing * task.mirror.focal_length);
+  return 0;
+}
+
+// wide: grains from which on circles are wide.
+Asked asked(const Task& task, double wide, const std::vector<const std::vector<Target>*>& sets) {
+  struct Plane {
+    double statistics = 0;
+    bool wide = true;
+  };
+  const ApertureBox box = bounding_box(task.aperture);
+  const double width = std::min(box.x1 - box.x0, box.y1 - box.y0);
+  std::map<double, Plane> planes;
   Asked sum;
-  std::set<double> dz;
   for (const std::vector<Target>* targets : sets)
     for (const Target& target : *targets) {
       ++sum.count;
-      if (const auto plane = plane_of_light(target.statistic)) dz.insert(*plane);
-      if (std::holds_alternative<RingFwhm>(target.statistic)) ++sum.rings;
+      const double dz = plane_of_light(target.statistic).value_or(0);
+      const double grain = task.wavelength * (task.mirror.focal_length + dz) / width;
+      const bool is_wide = circle_of(task, target) >= wide * grain;
+      if (plane_of_light(target.statistic)) {
+        Plane& plane = planes[dz];
+        ++plane.statistics;
+        plane.wide &= is_wide;
+      } else {
+        ++sum.gradients;
+      }
+      if (std::holds_alternative<RingFwhm>(target.statistic)) sum.rings += is_wide ? kWidePlane : 1;
     }
-  sum.dz = double(dz.size());
+  for (const auto& [dz, plane] : planes) {
+    const double share = plane.wide ? kWidePlane : 1;
+    sum.dz += share;
+    sum.gradients += share * plane.statistics;
+  }
   return sum;
 }
 
@@ -105,8 +139,9 @@ Optics on_grid(const Task& task, const TermSet& terms, double pitch, const WaveP
   layout.rows = Eigen::Index(rows);
   layout.columns = Eigen::Index(columns);
   layout.points = std::max<Eigen::Index>(1, Eigen::Index(aperture_area(task.aperture) / (pitch * pitch)));
+  const int side = height_block_side(terms, pitch, layout.points);
   optics.height_product =
-      pace.products * double(layout.points) *
+      pace.products * double(layout.points) / (side * side) *
       (kHeightProduct * double(terms.zernike.size()) + kFourierHeightProduct * double(terms.fourier.size()));
   return with_operator(optics, terms, layout);
 }
@@ -121,8 +156,8 @@ double values(const Optics& optics, const Asked& wanted) {
 // Values and all gradients over the coefficients.
 double linearisation(const Optics& optics, const Asked& wanted) {
   if (optics.model == FocusModel::kWaves)  // planes stay focused for the gradients
-    return values(optics, wanted) +
-           wanted.count * (optics.transform * kWaveGradient + optics.height_product + kWaveStatistic);
+    return values(optics, wanted) + wanted.gradients * optics.transform * kWaveGradient +
+           wanted.count * (optics.height_product + kWaveStatistic);
   return optics.forward + wanted.count * (optics.points * kSmoothStatistic + kStatistic + optics.listed);
 }
 
@@ -135,7 +170,7 @@ double algebra(const Optics& optics, double statistics, double terms) {
 // The grid of `pitch`, three coarser ones, and one for the search of the rings.
 double judged_by_waves(const Task& task, const TermSet& terms, const Asked& wanted, double pitch,
                        const WavePace& pace) {
-  const Asked rings{0, 0, wanted.rings};
+  const Asked rings{0, 0, wanted.rings, 0};
   return rings.planes(kSearchedRing) * on_grid(task, terms, kSearchGrid * pitch, pace).transform *
              kWavePlane +
          3 * values(on_grid(task, terms, kCoarserGrid * pitch, pace), wanted) +
@@ -154,7 +189,7 @@ double judgement(const Task& task, const Groundwork& ground, const TermSet& term
                  const WavePace& pace) {
   const bool given = targets.theory == "given";
   if (ground.use.in_light(given) || !ground.use.obstacle.empty()) return 0;
-  const Asked wanted = asked({&targets.fitted});
+  const Asked wanted = asked(task, HUGE_VAL, {&targets.fitted});
   const double theory = given ? 0 : wanted.planes(kSpotRing) * kSpotPlane;
   try {
     const double pitch = wave_pitch(task, terms, targets.fitted, ground.split.get());
@@ -169,7 +204,7 @@ double judgement(const Task& task, const Groundwork& ground, const TermSet& term
 double realisations(const Task& task, const Groundwork& ground, const Optics& optics) {
   const double share = ground.psd ? ground.numbers.realisation_spread / task.equivalence.margin : 0;
   if (!(share >= 0.5) || (share > 2 && optics.model == FocusModel::kRays)) return 0;
-  return kRealisations * values(optics, {1, 1, 0});
+  return kRealisations * values(optics, {1, 1, 0, 1});
 }
 
 // How many draws make an interval as narrow as all_scatter.cpp asks for, where what is judged spreads by so
@@ -185,9 +220,10 @@ double draws(const Task& task, const Groundwork& ground, const TargetSets& targe
   const std::shared_ptr<const BandSplit> split = drawn_split(task, ground);
   TermSet waves{ground.radius, {}, {}, {}};
   waves.fourier.assign(kDrawnWaves, {split->low().f_max(), 0});
-  const Asked judged = asked({&targets.fitted, &targets.held_out});
+  const double wide = wide_circles(task, ground, kWideShareOfVerdict);
+  const Asked judged = asked(task, wide, {&targets.fitted, &targets.held_out});
   const Optics optics =
-      on_grid(task, waves, wave_pitch(task, waves, all_targets(targets), split.get()), pace);
+      on_grid(task, waves, judging_pitch(task, waves, all_targets(targets), split.get()), pace);
   const double light =
       judged.planes(kDrawnRing) * optics.transform * kWavePlane + judged.count * kWaveStatistic;
   const double surface = optics.forward + kDrawnMoments;
@@ -211,9 +247,9 @@ double zones(const Task& task, const TermSet& terms) {
                                double(terms.size()) * kDrawnTerm);
 }
 
-double theory(const Groundwork& ground, const TargetSets& targets) {
+double theory(const Task& task, const Groundwork& ground, const TargetSets& targets) {
   if (targets.theory == "given") return 0;
-  const Asked wanted = asked({&targets.fitted, &targets.guides, &targets.held_out});
+  const Asked wanted = asked(task, HUGE_VAL, {&targets.fitted, &targets.guides, &targets.held_out});
   if (ground.mean_spot) return wanted.planes(kSpotRing) * kSpotPlane;
   if (ground.use.theory == Theory::kRays) return wanted.count * kRaysOfTheory * kExactStatistic;
   return wanted.count * kTarget;
@@ -244,18 +280,22 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
           ? on_grid(task, terms,
                     wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening), pace)
           : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
-  const Asked fitted = asked({&targets.fitted, &targets.guides});
-  const Asked reported = asked({&targets.fitted}), judged = asked({&targets.fitted, &targets.held_out});
+  const double wide = wide_circles(task, ground, kWideShareOfFit),
+               wide_for_verdict = wide_circles(task, ground, kWideShareOfVerdict);
+  const Asked fitted = asked(task, wide, {&targets.fitted, &targets.guides});
+  const Asked reported = asked(task, HUGE_VAL, {&targets.fitted}),
+              judged = asked(task, wide_for_verdict, {&targets.fitted, &targets.held_out});
   FitWork work;
-  work.targets = theory(ground, targets) / threads;
+  work.targets = theory(task, ground, targets) / threads;
   work.prior = kPrior * std::pow(double(terms.size()) / kPriorTerms, 1.5);
   // By waves each step has an evaluation for its bend.
   work.iteration = (linearisation(optics, fitted) + (waves ? values(optics, fitted) : 0)) / threads +
                    algebra(optics, fitted.count, double(terms.size()));
   work.ends = (linearisation(optics, fitted) + 2 * values(optics, reported)) / threads;
-  work.fresh = (waves ? judged_by_waves(task, terms, judged, pitch, pace)
-                      : judged_by_rays(terms, judged, 4 * double(rays.rays))) /
-               threads;
+  work.fresh =
+      (waves ? judged_by_waves(task, terms, judged, first_judging_coarsening(task, pitch) * pitch, pace)
+             : judged_by_rays(terms, judged, 4 * double(rays.rays))) /
+      threads;
   work.realisations = realisations(task, ground, optics) / threads;
   work.judgement = judgement(task, ground, terms, targets, pace) / threads;
   work.zones = zones(task, terms) / threads;

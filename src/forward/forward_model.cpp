@@ -30,12 +30,12 @@ Eigen::VectorXd focus_statistics(const LightPath& path, const Eigen::VectorXd& c
 namespace {
 
 // The wave model with the surface of these coefficients.
-std::unique_ptr<const WaveForward> waves_of(const LightPath& path, const Eigen::VectorXd& coefficients) {
+std::unique_ptr<WaveForward> waves_of(const LightPath& path, const Eigen::VectorXd& coefficients) {
   if (path.model != FocusModel::kWaves)
     throw std::invalid_argument("only waves have a diffraction pattern of the whole surface");
   std::unique_ptr<ForwardModel> model = make_forward_model(path, {}, 1);
   model->move_to(coefficients);
-  return std::unique_ptr<const WaveForward>(static_cast<const WaveForward*>(model.release()));
+  return std::unique_ptr<WaveForward>(static_cast<WaveForward*>(model.release()));
 }
 
 }  // namespace

@@ -102,19 +102,43 @@ constexpr CoarseGrid kCoarseGrids[] = {
 // (circles, annulus, rectangle, polygon, f/2 to f/7, g 0.4 to 4, 96 and 160 cells).
 constexpr double kBoundOverDifference = 1.5;
 
-Eigen::VectorXd by_waves(const LitMirror& lit, const PupilSample& pupil, const TermSet& terms,
-                         const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
-                         int threads, DiffractionWorkspace* workspace, Warnings* warnings) {
+Eigen::VectorXd by_waves(const LitMirror& lit, const PupilSample& pupil, double wide_circles,
+                         const TermSet& terms, const Eigen::VectorXd& coefficients,
+                         const std::vector<Statistic>& statistics, int threads,
+                         DiffractionWorkspace* workspace, Warnings* warnings) {
   const SurfaceOperator surface(terms, pupil, focus_operator(FocusModel::kWaves, threads));
   LightPath path{lit.mirror, pupil, surface, FocusModel::kWaves, lit.wavelength, &lit.aperture, lit.centre};
   path.workspace = workspace;
   path.scatter = lit.scatter;
+  path.wide_circles = wide_circles;
   return focus_statistics(path, coefficients, statistics, threads, warnings);
 }
 
-FreshStatistics fresh_by_waves(const LitMirror& lit, double pitch, const TermSet& terms,
+// What sampling wide circles once a grain may change, which all grids share: twice the standard deviation, of
+// light up to the steepest curve there is. A width has the relative error of the half that it ends at.
+Eigen::VectorXd wide_circle_bounds(const LitMirror& lit, double wide,
+                                   const std::vector<Statistic>& statistics, const Eigen::VectorXd& values) {
+  constexpr double kSteepest = 0.75, kOfWidth = 2;
+  Eigen::VectorXd bounds = Eigen::VectorXd::Zero(values.size());
+  if (!std::isfinite(wide)) return bounds;
+  const ApertureBox box = bounding_box(lit.aperture);
+  const double width = std::min(box.x1 - box.x0, box.y1 - box.y0);
+  for (Eigen::Index k = 0; k < bounds.size(); ++k) {
+    const auto* circle = std::get_if<RingThrough>(&statistics[std::size_t(k)]);
+    if (std::holds_alternative<RingFwhm>(statistics[std::size_t(k)]))
+      bounds[k] = 2 * kOfWidth * kWideCircleNoise * std::pow(wide, -1.5) * values[k];
+    if (!circle) continue;
+    const double grains =
+        circle->ring_radius * width / (lit.wavelength * (lit.mirror.focal_length + circle->dz));
+    if (grains >= wide) bounds[k] = 2 * kSteepest * kWideCircleNoise * std::pow(grains, -1.5);
+  }
+  return bounds;
+}
+
+FreshStatistics fresh_by_waves(const LitMirror& lit, const FreshPupil& wanted, const TermSet& terms,
                                const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
                                int threads, Warnings* warnings) {
+  const double pitch = wanted.pitch, wide = wanted.wide_circles;
   const auto pupil = [&](double of_pitch, std::array<double, 2> shift) {
     return diffraction_pupil(lit.aperture, lit.mirror.focal_length, of_pitch, shift).sample;
   };
@@ -124,16 +148,16 @@ FreshStatistics fresh_by_waves(const LitMirror& lit, double pitch, const TermSet
   std::vector<Statistic> rings = statistics;
   std::erase_if(rings, [](const Statistic& s) { return !std::holds_alternative<RingFwhm>(s); });
   if (!rings.empty())
-    by_waves(lit, pupil(kSearchGrid * pitch, {0, 0}), terms, coefficients, rings, threads, &workspace,
+    by_waves(lit, pupil(kSearchGrid * pitch, {0, 0}), wide, terms, coefficients, rings, threads, &workspace,
              nullptr);
   std::vector<Eigen::VectorXd> there;
   for (const CoarseGrid& grid : kCoarseGrids)
-    there.push_back(by_waves(lit, pupil(grid.pitch * pitch, grid.shift), terms, coefficients, statistics,
-                             threads, &workspace, nullptr));
+    there.push_back(by_waves(lit, pupil(grid.pitch * pitch, grid.shift), wide, terms, coefficients,
+                             statistics, threads, &workspace, nullptr));
   const PupilSample fine = pupil(pitch, {0, 0});
   FreshStatistics fresh;
   fresh.rays = fine.size();
-  fresh.value = by_waves(lit, fine, terms, coefficients, statistics, threads, &workspace, warnings);
+  fresh.value = by_waves(lit, fine, wide, terms, coefficients, statistics, threads, &workspace, warnings);
   Eigen::VectorXd largest = Eigen::VectorXd::Zero(fresh.value.size());
   for (const Eigen::VectorXd& values : there)
     for (Eigen::Index k = 0; k < largest.size(); ++k) {
@@ -141,7 +165,8 @@ FreshStatistics fresh_by_waves(const LitMirror& lit, double pitch, const TermSet
       const double difference = std::abs(fresh.value[k] - values[k]);
       if (!(difference <= largest[k])) largest[k] = std::isnan(largest[k]) ? largest[k] : difference;
     }
-  fresh.standard_error = kBoundOverDifference * largest;
+  fresh.standard_error =
+      kBoundOverDifference * largest + wide_circle_bounds(lit, wide, statistics, fresh.value);
   fresh.errors_are_bounds = true;
   return fresh;
 }
@@ -183,10 +208,9 @@ FreshStatistics statistics_with_error(const LitMirror& lit, const FreshPupil& pu
                                       const Eigen::VectorXd& coefficients,
                                       const std::vector<Statistic>& statistics, int threads,
                                       Warnings* warnings) {
-  FreshStatistics fresh =
-      pupil.model == FocusModel::kWaves
-          ? fresh_by_waves(lit, pupil.pitch, terms, coefficients, statistics, threads, warnings)
-          : fresh_by_rays(lit, pupil, terms, coefficients, statistics, threads, warnings);
+  FreshStatistics fresh = pupil.model == FocusModel::kWaves
+                              ? fresh_by_waves(lit, pupil, terms, coefficients, statistics, threads, warnings)
+                              : fresh_by_rays(lit, pupil, terms, coefficients, statistics, threads, warnings);
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     double& error = fresh.standard_error[Eigen::Index(k)];
     if (std::holds_alternative<ScatterMean>(statistics[k]))

@@ -118,10 +118,19 @@ WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& st
 }
 
 void WaveForward::move_to(const Eigen::VectorXd& coefficients) {
-  path_.surface.apply(coefficients, &field_);
-  height_ = field_.height;
   if (moments_) moments_->rays().move_to(coefficients);
+  coefficients_ = coefficients;
+  known_ = false;
+}
+
+// Moments are on points of their own: who asks for nothing else needs no height of a cell.
+const Eigen::ArrayXd& WaveForward::height() {
+  if (known_) return height_;
+  path_.surface.apply(coefficients_, &field_);
+  height_ = field_.height;
   if (departure_.size() > 0) height_ += departure_;
+  known_ = true;
+  return height_;
 }
 
 bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
@@ -136,7 +145,7 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
   }
   if (!split_.own.empty()) {
     const DiffractionProblem waves = problem();
-    if (!evaluate_diffraction(waves, height_, split_.own, threads_, &workspace_, &some, nullptr))
+    if (!evaluate_diffraction(waves, height(), split_.own, threads_, &workspace_, &some, nullptr))
       exist = false;
     for (std::size_t j = 0; j < split_.own.size(); ++j)
       (*values)[Eigen::Index(split_.own_place[j])] = some[Eigen::Index(j)];
@@ -165,9 +174,17 @@ bool WaveForward::gradients(const GradientSink& sink) {
   Eigen::VectorXd values;
   std::vector<Eigen::ArrayXd> d_height;
   const DiffractionProblem waves = problem();
-  if (!evaluate_diffraction(waves, height_, split_.own, threads_, &workspace_, &values, &d_height))
+  const TermSet& terms = path_.surface.terms();
+  const int side = HeightBlocks::side(terms, path_.pupil);
+  if (side > 1 && !blocks_)
+    blocks_ = std::make_unique<const HeightBlocks>(terms, path_.pupil, side,
+                                                   focus_operator(FocusModel::kWaves, threads_));
+  GradientReduction reduce;
+  if (blocks_) reduce = [this](const Eigen::ArrayXd& weights) { return blocks_->sums(weights); };
+  if (!evaluate_diffraction(waves, height(), split_.own, threads_, &workspace_, &values, &d_height, reduce))
     return false;
-  const Eigen::MatrixXd gradients = path_.surface.apply_transpose_heights(d_height);
+  const Eigen::MatrixXd gradients =
+      blocks_ ? blocks_->products(d_height) : path_.surface.apply_transpose_heights(d_height);
   for (std::size_t j = 0; j < split_.own.size(); ++j)
     sink(split_.own_place[j], gradients.col(Eigen::Index(j)));
   return true;
@@ -188,15 +205,15 @@ Eigen::VectorXd WaveForward::exact(Warnings* warnings) {
   return values;
 }
 
-void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) const {
+void WaveForward::explain(const Eigen::VectorXd& values, Warnings* warnings) {
   if (values.allFinite()) return;
   const DiffractionProblem waves = problem();
-  DiffractionCheck check = check_diffraction(waves, height_, 0.0);
+  DiffractionCheck check = check_diffraction(waves, height(), 0.0);
   for (const double dz : outermost_planes(split_.own, waves.focal_length)) {
-    DiffractionCheck there = check_diffraction(waves, height_, dz);
+    DiffractionCheck there = check_diffraction(waves, height(), dz);
     if (there.aliased_share > std::max(check.aliased_share, waves.aliased_limit)) check = std::move(there);
   }
-  const bool finite = height_.allFinite(), aliased = check.aliased_share > waves.aliased_limit;
+  const bool finite = height().allFinite(), aliased = check.aliased_share > waves.aliased_limit;
   // A surface that has no pattern has none of its statistics: said once.
   std::vector<std::string> without_pattern;
   const auto lacks = [&](std::size_t place) { return !std::isfinite(values[Eigen::Index(place)]); };

@@ -4,6 +4,7 @@
 #include "aberfit/forward/forward_model.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "aberfit/waves/transfer_image.h"
+#include "height_blocks.h"
 #include "moment_rays.h"
 #include "split_statistics.h"
 
@@ -23,9 +24,9 @@ class WaveForward : public ForwardModel {
   Eigen::VectorXd exact(Warnings* warnings) override;
   std::string trouble() const override { return trouble_; }
   std::string unreachable(const std::vector<Target>& targets) const override;
-  PsfImage psf(const PsfWindow& window) const { return diffraction_psf(problem(), height_, window); }
-  TransferImage transfer(double dz, int most_lags) const {
-    return diffraction_transfer(problem(), height_, dz, most_lags);
+  PsfImage psf(const PsfWindow& window) { return diffraction_psf(problem(), height(), window); }
+  TransferImage transfer(double dz, int most_lags) {
+    return diffraction_transfer(problem(), height(), dz, most_lags);
   }
 
  private:
@@ -36,19 +37,24 @@ class WaveForward : public ForwardModel {
             2,
             path_.aliased_limit,
             path_.scatter,
-            departure_.size() > 0 ? &departure_ : nullptr};
+            departure_.size() > 0 ? &departure_ : nullptr,
+            path_.wide_circles};
   }
-  void explain(const Eigen::VectorXd& values, Warnings* warnings) const;
+  void explain(const Eigen::VectorXd& values, Warnings* warnings);
+  const Eigen::ArrayXd& height();  // of the mirror with its terms
 
   LightPath path_;
   int threads_;
   SplitStatistics split_;
   std::unique_ptr<MomentRays> moments_;  // of split_.geometric, on points of their own; null without any
+  std::unique_ptr<const HeightBlocks> blocks_;  // for derivatives; null: cell by cell
   SurfaceField field_;
   DiffractionPupil diffraction_pupil_;
   Eigen::ArrayXd departure_;  // of the mirror from a parabola [m], empty for parabolas
   DiffractionWorkspace own_workspace_;
   DiffractionWorkspace& workspace_;
+  Eigen::VectorXd coefficients_;
+  bool known_ = false;  // height_ of coefficients_
   Eigen::ArrayXd height_;
   std::string trouble_;
 };

@@ -39,8 +39,9 @@ class DrawnMirrors {
         statistics_(statistics),
         drawing_(drawing_of(of)),
         bench_(of.task, FocusModel::kWaves, {},
-               wave_pitch(of.task, drawing_.terms, all_targets(of.targets), drawing_.split.get()),
-               drawing_.terms, of.context.threads, drawing_.split) {
+               judging_pitch(of.task, drawing_.terms, all_targets(of.targets), drawing_.split.get()),
+               drawing_.terms, of.context.threads, drawing_.split,
+               wide_circles(of.task, of.ground, kWideShareOfVerdict)) {
     // From one draw to the next, half of their time: drawn mirrors whose light differs by less than their
     // tolerances have their rings next to each other's.
     if (of.ground.shares && of.ground.shares->spread < 1) workspace_.follow_rings();
@@ -150,7 +151,7 @@ Attempt judge_all_scatter(const FitCase& of) {
   const TermSet& none = attempt.terms->terms;
   attempt.bench = std::make_shared<const Workbench>(
       of.task, FocusModel::kWaves, PupilOptions{},
-      wave_pitch(of.task, none, all_targets(of.targets), of.ground.split.get()), none, threads,
+      judging_pitch(of.task, none, all_targets(of.targets), of.ground.split.get()), none, threads,
       of.ground.split);
   result.rays = attempt.bench->pupil.size();
   result.fit.status = FitStatus::kConverged;

@@ -176,7 +176,7 @@ bool grid_is_in_the_way(const FitCase& of, const FitPlan& plan, const Attempt& a
   const TermSet& terms = attempt.result.terms;
   const Workbench next(of.task, FocusModel::kWaves, plan.pupil,
                        grid_pitch(of, terms, plan.coarsening / kNextGrid), terms, of.context.threads,
-                       of.ground.split);
+                       of.ground.split, attempt.bench->wide_circles);
   const Eigen::VectorXd values =
       next.exact(of.task, attempt.result.fit.coefficients, statistics_of(aims), of.context.threads, nullptr);
   return worst_mismatch(aims, values) < kNoticeably * own;
@@ -246,13 +246,24 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   of.context.say("fresh rays");
   FitOutcome& result = attempt->result;
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
-  const FreshPupil pupil{attempt->bench->model, rays > 0 ? rays : 4 * result.rays, of.task.trace.pupil.seed,
-                         grid_pitch(of, result.terms, 1)};
-  attempt->fresh_warnings.clear();
-  attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
-                                         result.fit.coefficients, judged.statistics(), of.context.threads,
-                                         &attempt->fresh_warnings);
-  result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
+  const bool waves = attempt->bench->model == FocusModel::kWaves;
+  const double safe = grid_pitch(of, result.terms, 1);
+  double coarsening = 1;
+  if (waves)
+    coarsening = std::max(
+        1.0, std::min(first_judging_coarsening(of.task, safe), attempt->bench->pitch / (kNextGrid * safe)));
+  for (;; coarsening = std::max(1.0, coarsening / kNextGrid)) {
+    const FreshPupil pupil{attempt->bench->model, rays > 0 ? rays : 4 * result.rays, of.task.trace.pupil.seed,
+                           coarsening * safe, wide_circles(of.task, of.ground, kWideShareOfVerdict)};
+    attempt->fresh_warnings.clear();
+    attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
+                                           result.fit.coefficients, judged.statistics(), of.context.threads,
+                                           &attempt->fresh_warnings);
+    result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
+    const bool decided = attempt->fresh.value.allFinite() && attempt->fresh.standard_error.allFinite() &&
+                         overall(result.metrics) != Verdict::kUndecided;
+    if (decided || coarsening <= 1 || of.context.stopped()) break;
+  }
   result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   result.verdict = overall(result.metrics);
 }
@@ -305,12 +316,13 @@ FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
 }
 
 Workbench::Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
-                     const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split)
+                     const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split, double wide)
     : model(by),
       scatter(std::move(split)),
       pitch(grid_pitch),
       pupil(focus_pupil(task, by, rays, grid_pitch)),
-      surface(terms, pupil, focus_operator(by, threads)) {}
+      surface(terms, pupil, focus_operator(by, threads)),
+      wide_circles(wide) {}
 
 SurfaceField Workbench::field(const Eigen::VectorXd& coefficients) const {
   SurfaceField result;
@@ -325,8 +337,8 @@ Eigen::VectorXd Workbench::exact(const Task& task, const Eigen::VectorXd& coeffi
 }
 
 LightPath Workbench::focus(const Task& task) const {
-  return {task.mirror,       pupil,          surface, model,  task.wavelength, &task.aperture,
-          task.trace.centre, kAliasedInAFit, nullptr, scatter};
+  return {task.mirror,       pupil,          surface, model,   task.wavelength, &task.aperture,
+          task.trace.centre, kAliasedInAFit, nullptr, scatter, wide_circles};
 }
 
 bool has_solution(const FitResult& fit) {
@@ -340,9 +352,9 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   attempt.terms = plan.terms;
   attempt.result = outcome_of(of, plan);
   FitOutcome& result = attempt.result;
-  attempt.bench = std::make_shared<const Workbench>(of.task, of.ground.use.model, plan.pupil,
-                                                    grid_pitch(of, result.terms, plan.coarsening),
-                                                    result.terms, threads, of.ground.split);
+  attempt.bench = std::make_shared<const Workbench>(
+      of.task, of.ground.use.model, plan.pupil, grid_pitch(of, result.terms, plan.coarsening), result.terms,
+      threads, of.ground.split, wide_circles(of.task, of.ground, kWideShareOfFit));
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
 

@@ -99,6 +99,27 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   return pitch;
 }
 
+double first_judging_coarsening(const Task& task, double safe_pitch) {
+  // A judgement takes 150 focused planes of the safe grid: on two thousand cells a minute of one thread.
+  constexpr double kCheapCells = 640, kCoarsest = 2;
+  return std::clamp(2 * aperture_radius(task.aperture) / safe_pitch / kCheapCells, 1.0, kCoarsest);
+}
+
+double judging_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
+                     const BandSplit* split) {
+  const double safe = wave_pitch(task, terms, targets, split);
+  return first_judging_coarsening(task, safe) * safe;
+}
+
+double wide_circles(const Task& task, const Groundwork& ground, double share_of_margin) {
+  constexpr double kGone = 1e-4;
+  if (ground.use.model != FocusModel::kWaves || !ground.mean_spot) return HUGE_VAL;
+  const ApertureBox box = bounding_box(task.aperture);
+  const double width = std::min(box.x1 - box.x0, box.y1 - box.y0);
+  if (!(ground.mean_spot->surface_transfer(0.5 * width) < kGone)) return HUGE_VAL;
+  return std::pow(kWideCircleNoise / (share_of_margin * task.equivalence.margin), 2.0 / 3);
+}
+
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch) {
   if (model == FocusModel::kWaves)
     return diffraction_pupil(task.aperture, task.mirror.focal_length, pitch).sample;

@@ -125,7 +125,7 @@ Grid transformed(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen
   Eigen::ArrayXd work(2 * kLines * (3 * std::max(rows, columns) + 3 * kLines));
   const std::vector<double> none = line_phases(int(rows), 0, 1);
   for (Eigen::Index block = 0; block < blocks; ++block)
-    kernels.columns_out(along_y.steps(), none.data(), spectrum.data() + block * bundle, stride, int(rows),
+    kernels.columns_out(along_y.steps(), none.data(), 1, spectrum.data() + block * bundle, stride, int(rows),
                         spectrum.data() + block * bundle, stride, work.data());
   Grid height(map.rows, map.columns);
   for (Eigen::Index first = 0; first < map.rows; first += 2 * kLines) {

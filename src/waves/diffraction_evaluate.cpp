@@ -26,9 +26,10 @@ constexpr double kDark = 1e-10;
 // One statistic in the plane that it needs; NaN when it does not exist. The gradient is over the heights.
 class DiffractionEvaluator {
  public:
+  // wide: for wide circles, null where there are none.
   DiffractionEvaluator(const DiffractionScene& scene, const Eigen::ArrayXd& height, DiffractionPlane* plane,
-                       RingMemory* rings, Eigen::ArrayXd* d_height)
-      : scene_(scene), height_(height), plane_(plane), rings_(rings), d_height_(d_height) {}
+                       DiffractionPlane* wide, RingMemory* rings, Eigen::ArrayXd* d_height)
+      : scene_(scene), height_(height), plane_(plane), wide_(wide), rings_(rings), d_height_(d_height) {}
 
   double operator()(const EncircledEnergyRadius& s) const {
     if (!scene_.has_plane(s.dz) || !(s.fraction > 0)) return std::nan("");
@@ -61,8 +62,9 @@ class DiffractionEvaluator {
         d_phase_of_ring = -1 / density * plane_->energy_gradient(ring).over_phases();
       }
     }
+    DiffractionPlane* through = wide_ && scene_.is_wide(ring, 0) ? wide_ : plane_;
     const auto width =
-        diffraction_ring_width(scene_, plane_, rings_, ring, d_height_ ? &d_phase : nullptr, &d_ring);
+        diffraction_ring_width(scene_, through, rings_, ring, d_height_ ? &d_phase : nullptr, &d_ring);
     if (!width) return std::nan("");
     const PhaseSteps steps = scene_.phase_steps(height_, width->lower, width->upper);
     if (steps.aliased_share > scene_.problem().aliased_limit) return std::nan("");
@@ -149,7 +151,7 @@ class DiffractionEvaluator {
 
   const DiffractionScene& scene_;
   const Eigen::ArrayXd& height_;
-  DiffractionPlane* plane_;
+  DiffractionPlane *plane_, *wide_;
   RingMemory* rings_;
   Eigen::ArrayXd* d_height_;
 };
@@ -158,6 +160,7 @@ class DiffractionEvaluator {
 struct Job {
   std::optional<double> dz;
   std::vector<std::size_t> statistics;
+  bool wide = false;  // one of wide circles
 };
 
 std::vector<Job> jobs_of(const std::vector<Statistic>& statistics) {
@@ -174,17 +177,29 @@ std::vector<Job> jobs_of(const std::vector<Statistic>& statistics) {
   return jobs;
 }
 
+// Radii of shares are those of the circles beside them; alone they are not known beforehand.
+bool is_wide(const DiffractionScene& scene, const Job& job, const std::vector<Statistic>& statistics) {
+  bool any = false;
+  for (const std::size_t k : job.statistics) {
+    if (std::holds_alternative<EncircledEnergyRadius>(statistics[k])) continue;
+    const auto* circle = std::get_if<RingThrough>(&statistics[k]);
+    if (!circle || !scene.is_wide(circle->ring_radius, circle->dz)) return false;
+    any = true;
+  }
+  return any;
+}
+
 }  // namespace
 
 bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                           const std::vector<Statistic>& statistics, int threads,
                           DiffractionWorkspace* workspace, Eigen::VectorXd* values,
-                          std::vector<Eigen::ArrayXd>* d_height) {
+                          std::vector<Eigen::ArrayXd>* d_height, const GradientReduction& reduce) {
   values->setConstant(Eigen::Index(statistics.size()), std::nan(""));
   if (d_height) d_height->assign(statistics.size(), {});
   if (!height.allFinite()) return false;
   const DiffractionScene scene(problem, height, threads);
-  const std::vector<Job> jobs = jobs_of(statistics);
+  std::vector<Job> jobs = jobs_of(statistics);
   double low = 0, high = 0;
   for (const Job& job : jobs) {
     if (!job.dz || !scene.has_plane(*job.dz)) continue;
@@ -194,7 +209,9 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
   if (scene.phase_steps(height, low, high).aliased_share > problem.aliased_limit) return false;
   DiffractionWorkspace own;
   DiffractionWorkspace::Buffers& pool = (workspace ? *workspace : own).buffers();
-  const DiffractionGrid& grid = pool.prepare(scene);
+  const bool wide = std::isfinite(problem.wide_circles);
+  for (Job& job : jobs) job.wide = wide && job.dz && is_wide(scene, job, statistics);
+  pool.prepare(scene, wide);
   std::vector<FocusedField*> kept(jobs.size(), nullptr);
   if (workspace) {
     std::vector<double> planes;
@@ -202,20 +219,31 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
       if (job.dz) planes.push_back(*job.dz);
     pool.look_at(scene, planes);
     for (std::size_t j = 0; j < jobs.size(); ++j)
-      if (jobs[j].dz && scene.has_plane(*jobs[j].dz)) kept[j] = pool.plane(*jobs[j].dz);
+      if (jobs[j].dz && scene.has_plane(*jobs[j].dz))
+        kept[j] = pool.plane(jobs[j].wide ? &pool.wide : &pool.full, *jobs[j].dz);
   }
   // So many planes the theory remembers; a curve over more of them, drawn once, is that of the rings.
   constexpr std::size_t kMostPlanes = 100;
   const DiffractionPlane::Mean mean =
       jobs.size() > kMostPlanes ? DiffractionPlane::Mean::kInFocus : DiffractionPlane::Mean::kInPlane;
   parallel_for(jobs.size(), threads, [&](std::size_t j) {
-    BorrowedBench bench(pool);
-    DiffractionPlane plane(scene, grid, bench->buffers, kept[j] ? *kept[j] : bench->focused);
-    if (jobs[j].dz && scene.has_plane(*jobs[j].dz)) plane.focus(*jobs[j].dz, mean);
-    for (const std::size_t k : jobs[j].statistics) {
-      const DiffractionEvaluator evaluate(scene, height, &plane, workspace ? &pool.rings : nullptr,
+    const Job& job = jobs[j];
+    DiffractionWorkspace::Buffers::Tables& tables = job.wide ? pool.wide : pool.full;
+    BorrowedBench bench(pool, tables);
+    DiffractionPlane plane(scene, *tables.grid, bench->buffers, kept[j] ? *kept[j] : bench->focused);
+    std::optional<BorrowedBench> for_rings;
+    std::optional<DiffractionPlane> of_rings;
+    if (wide && !job.dz) {
+      for_rings.emplace(pool, pool.wide);
+      of_rings.emplace(scene, *pool.wide.grid, (*for_rings)->buffers, (*for_rings)->focused);
+    }
+    if (job.dz && scene.has_plane(*job.dz)) plane.focus(*job.dz, mean);
+    for (const std::size_t k : job.statistics) {
+      const DiffractionEvaluator evaluate(scene, height, &plane, of_rings ? &*of_rings : nullptr,
+                                          workspace ? &pool.rings : nullptr,
                                           d_height ? &(*d_height)[k] : nullptr);
       (*values)[Eigen::Index(k)] = std::visit(evaluate, statistics[k]);
+      if (d_height && reduce && (*d_height)[k].size() > 0) (*d_height)[k] = reduce((*d_height)[k]);
     }
   });
   return values->allFinite();
@@ -257,7 +285,7 @@ Eigen::ArrayXd diffraction_encircled_energy(const DiffractionProblem& problem, c
                                             double dz, const Eigen::ArrayXd& radius) {
   const DiffractionScene scene(problem, height, 1);
   if (!scene.has_plane(dz)) return Eigen::ArrayXd::Constant(radius.size(), std::nan(""));
-  const DiffractionGrid grid(scene);
+  const DiffractionGrid grid(scene, problem.padding);
   DiffractionBench bench(grid.transform);
   DiffractionPlane plane(scene, grid, bench.buffers, bench.focused);
   plane.focus(dz, DiffractionPlane::Mean::kInPlane);

@@ -101,6 +101,11 @@ double DiffractionScene::perfect_irradiance() const {
   return sum * sum / total() * cell_area(*this);
 }
 
+bool DiffractionScene::is_wide(double radius, double dz) const {
+  const double width = std::min(columns() * problem_.pupil.pitch_x, rows() * problem_.pupil.pitch_y);
+  return radius * width >= problem_.wide_circles * problem_.wavelength * (problem_.focal_length + dz);
+}
+
 double DiffractionScene::defocus(double dz) const {
   const double f = problem_.focal_length;
   return -2 * kPi / problem_.wavelength * dz * f / (f + dz);
@@ -135,10 +140,15 @@ PhaseSteps DiffractionScene::phase_steps(const Eigen::ArrayXd& height, double dz
   return steps;
 }
 
-DiffractionGrid::DiffractionGrid(const DiffractionScene& scene)
-    : transform(scene.rows(), scene.columns(), scene.problem().padding),
-      lags(scene.rows(), scene.columns(), scene.problem().pupil.pitch_x / scene.finer_pitch(),
-           scene.problem().pupil.pitch_y / scene.finer_pitch(), scene.longest_lag()) {
+DiffractionGrid::DiffractionGrid(const DiffractionScene& scene, double padding)
+    : transform(scene.rows(), scene.columns(), padding) {
+  const double step_x = scene.problem().pupil.pitch_x / scene.finer_pitch(),
+               step_y = scene.problem().pupil.pitch_y / scene.finer_pitch();
+  double longest = scene.longest_lag();
+  if (padding < 2)  // a whole circle of lags
+    longest =
+        std::min({longest, (transform.lag_columns() - 1) * step_x, (transform.lag_rows() - 1) * step_y});
+  lags = LagTable(transform.lag_rows(), transform.lag_columns(), step_x, step_y, longest);
   if (scene.problem().scatter) set_scatter(scene);
 }
 
@@ -150,8 +160,8 @@ void DiffractionGrid::set_scatter(const DiffractionScene& scene) {
   };
   const Eigen::ArrayXd nodes = shears(lags.nodes(), scene.finer_pitch() / LagTable::kNodesPerLag);
   factor = lags.at_lengths(scatter.transfer(nodes));
-  along_x = scatter.transfer(shears(scene.columns() + 1, problem.pupil.pitch_x));
-  along_y = scatter.transfer(shears(scene.rows() + 1, problem.pupil.pitch_y));
+  along_x = scatter.transfer(shears(transform.lag_columns() + 1, problem.pupil.pitch_x));
+  along_y = scatter.transfer(shears(transform.lag_rows() + 1, problem.pupil.pitch_y));
   whole_ = lags.at_lengths(scatter.whole_transfer(nodes));
 }
 
@@ -177,7 +187,7 @@ Eigen::ArrayXd lag_sums(const DiffractionScene& scene, const DiffractionGrid& gr
   const PupilTransform& transform = grid.transform;
   transform.correlation(focal.data(), buffers);
   Eigen::ArrayXd sums = Eigen::ArrayXd::Zero(grid.lags.lengths());
-  for (int row = 0; row < transform.rows(); ++row) {
+  for (int row = 0; row < transform.lag_rows(); ++row) {
     const double* even = buffers->quarter.data() + std::size_t(row) * transform.quarter_stride();
     const std::uint32_t* length = grid.lags.length_of(row);
     const int within = grid.lags.columns_within(row);
@@ -290,7 +300,7 @@ void DiffractionPlane::build_kernel(const Eigen::ArrayXd& weights, double* kerne
   Eigen::ArrayXd g = scale * grid_.lags.at_lengths(weights);
   if (grid_.factor.size() > 0) g *= grid_.factor;
   std::fill_n(buffers_.quarter.data(), transform.quarter_size(), 0.0);
-  for (int row = 0; row < transform.rows(); ++row) {
+  for (int row = 0; row < transform.lag_rows(); ++row) {
     double* even = buffers_.quarter.data() + std::size_t(row) * transform.quarter_stride();
     const std::uint32_t* length = grid_.lags.length_of(row);
     const int within = grid_.lags.columns_within(row);

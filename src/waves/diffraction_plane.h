@@ -20,6 +20,9 @@ struct PhaseSteps {
   double aliased_share = 0;  ///< share of the pairs above pi
 };
 
+/// Of transforms for circles that are many grains wide.
+inline constexpr double kWidePadding = 1;
+
 /// What every plane of one surface shares. Refers to the problem, which must outlive it.
 class DiffractionScene {
  public:
@@ -59,6 +62,8 @@ class DiffractionScene {
   double largest_radius(double dz) const {
     return problem_.scatter ? problem_.focal_length + dz : field_radius(dz);
   }
+  /// Whether circles of this radius [m] are wide, as the problem has it.
+  bool is_wide(double radius, double dz) const;
   /// Half the field of view [m].
   double field_radius(double dz) const {
     const double coarser = std::max(problem_.pupil.pitch_x, problem_.pupil.pitch_y);
@@ -112,7 +117,8 @@ struct FocusedField;
 
 /// What all planes of one pupil grid share.
 struct DiffractionGrid {
-  explicit DiffractionGrid(const DiffractionScene& scene);
+  /// padding: as PupilTransform has it; below 2 circles see the transfer function as far as half of it.
+  DiffractionGrid(const DiffractionScene& scene, double padding);
   PupilTransform transform;
   LagTable lags;
   mutable KernelMemory kernels;

@@ -15,7 +15,7 @@ constexpr std::size_t kCacheLine = 64;
 
 // Length of the transform of half of the samples.
 int half_length(int n, double padding) {
-  return int(smooth_from(std::max(n, int(std::ceil(0.5 * padding * n - 1e-9)))));
+  return int(smooth_from(std::max(1, int(std::ceil(0.5 * padding * n - 1e-9)))));
 }
 
 std::vector<double> phases_of_parts(int n, int parts) {
@@ -27,7 +27,7 @@ std::vector<double> phases_of_parts(int n, int parts) {
   return all;
 }
 
-std::size_t line_work(int n) { return 2 * kLines * (3 * std::size_t(n) + 3 * kLines); }
+std::size_t line_work(int n) { return 2 * kLines * (4 * std::size_t(n) + 3 * kLines); }
 
 Eigen::ArrayXcd first_of_spectrum(const Eigen::ArrayXd& values, Eigen::Index wanted) {
   Eigen::ArrayXcd spectrum = values.cast<std::complex<double>>();
@@ -44,7 +44,7 @@ Eigen::ArrayXd real_part_of_sum(const Eigen::ArrayXcd& g, int m) {
 
 }  // namespace
 
-int fast_transform_size(int n) { return 2 * half_length((std::max(2, n) + 1) / 2, 1); }
+int fast_transform_size(int n) { return 2 * half_length((std::max(2, n) + 1) / 2, 2); }
 
 AlignedArray::AlignedArray(std::size_t size)
     : data_(static_cast<double*>(std::aligned_alloc(
@@ -114,9 +114,10 @@ void PupilTransform::to_focus(double* focal, Buffers* b) const {
   const long stride = long(pupil_.stride());
   for (int block = 0; block < pupil_.blocks(); ++block)
     for (const int part : {0, 1})
-      kernels_.columns_out(
-          plan_y_.steps(), phases_y_.data() + 2 * part * n_y_, b->pupil.data() + block * 2 * kLines, stride,
-          rows(), b->half.data() + part * n_y_ * stride + block * 2 * kLines, stride, b->work.data());
+      kernels_.columns_out(plan_y_.steps(), phases_y_.data() + 2 * part * n_y_, part == 0 ? 1 : -1,
+                           b->pupil.data() + block * 2 * kLines, stride, rows(),
+                           b->half.data() + part * n_y_ * stride + block * 2 * kLines, stride,
+                           b->work.data());
   for (const Group& group : groups_)
     for (const auto* row : {&group.row, &group.mirror}) {
       const auto lines = half_rows(group.part, *row, b->half.data());
@@ -129,29 +130,29 @@ void PupilTransform::correlation(const double* focal, Buffers* b) const {
   for (const Group& group : groups_) {
     const auto lines = real_rows(group, b->real_half.data());
     kernels_.power_rows(plan_x_.steps(), phases_x_.data() + 2 * n_x_, focal, focal + group_size(),
-                        lines.data(), columns(), b->work.data());
+                        lines.data(), lag_columns(), b->work.data());
     focal += 2 * group_size();
   }
   const long stride = long(pupil_.real_stride());
-  for (int block = 0; block < pupil_.blocks(); ++block) {
+  for (int block = 0; block < lag_blocks(); ++block) {
     const double* even = b->real_half.data() + block * kLines;
     kernels_.power_columns(plan_y_.steps(), phases_y_.data() + 2 * n_y_, even, kept_y(0),
                            even + kept_y(0) * stride, kept_y(1), stride, b->quarter.data() + block * kLines,
-                           stride, rows(), b->work.data());
+                           stride, lag_rows(), b->work.data());
   }
 }
 
 void PupilTransform::kernel(double* kernel, Buffers* b) const {
   const long stride = long(pupil_.real_stride());
-  for (int block = 0; block < pupil_.blocks(); ++block) {
+  for (int block = 0; block < lag_blocks(); ++block) {
     double* even = b->real_half.data() + block * kLines;
     kernels_.even_columns(plan_y_.steps(), phases_y_.data() + 2 * n_y_, b->quarter.data() + block * kLines,
-                          stride, rows(), even, kept_y(0), even + kept_y(0) * stride, kept_y(1), stride,
+                          stride, lag_rows(), even, kept_y(0), even + kept_y(0) * stride, kept_y(1), stride,
                           b->work.data());
   }
   for (const Group& group : groups_) {
     const auto lines = real_rows(group, b->real_half.data());
-    kernels_.even_rows(plan_x_.steps(), phases_x_.data() + 2 * n_x_, lines.data(), columns(), kernel,
+    kernels_.even_rows(plan_x_.steps(), phases_x_.data() + 2 * n_x_, lines.data(), lag_columns(), kernel,
                        kept_x(0), kernel + kept_x(0) * kLines, kept_x(1), b->work.data());
     kernel += kernel_group_size();
   }
@@ -213,8 +214,8 @@ void PupilTransform::axis_correlations(const double* focal, Eigen::ArrayXcd* alo
             over_x[2 * (*row)[line] + group.part] += power;
           }
     }
-  *along_x = first_of_spectrum(over_y, columns());
-  *along_y = first_of_spectrum(over_x, rows());
+  *along_x = first_of_spectrum(over_y, lag_columns());
+  *along_y = first_of_spectrum(over_x, lag_rows());
 }
 
 Eigen::ArrayXd PupilTransform::kernel_along_x(const Eigen::ArrayXcd& g) const {
@@ -235,7 +236,7 @@ Eigen::Array<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> focal_inte
   AlignedArray half(std::size_t(m) * layout.stride()), focal(std::size_t(m) * 2 * kLines), work(line_work(n));
   for (int block = 0; block < layout.blocks(); ++block)
     for (int part = 0; part < parts; ++part)
-      kernels.columns_out(plan.steps(), phases.data() + 2 * std::size_t(part) * std::size_t(n),
+      kernels.columns_out(plan.steps(), phases.data() + 2 * std::size_t(part) * std::size_t(n), 1,
                           pupil + block * 2 * kLines, stride, layout.rows,
                           half.data() + part * n * stride + block * 2 * kLines, stride, work.data());
   Eigen::Array<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> intensity(samples, samples);

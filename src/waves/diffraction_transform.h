@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -37,11 +38,12 @@ struct FieldLayout {
 };
 
 /// Transforms between a pupil of rows x columns cells and a focal plane of m_rows x m_columns = 2 n_y x 2 n_x
-/// >= (2 rows - 1) x (2 columns - 1) samples. Even and odd samples along an axis are transforms of length n
-/// each, so that nothing is spent on the zeros around the pupil and lines stay in the first-level cache.
+/// samples. Even and odd samples along an axis are transforms of length n each, so that nothing is spent on
+/// the zeros around the pupil and lines stay in the first-level cache.
 class PupilTransform {
  public:
-  /// padding: focal samples over pupil cells, at least 2.
+  /// padding: focal samples over pupil cells, at least 1. From 2 on correlations are exact; with fewer
+  /// samples those of m cells and of m_columns - m come as one, and there are none of m_columns/2 and more.
   PupilTransform(int rows, int columns, double padding);
 
   const FieldLayout& pupil() const { return pupil_; }
@@ -49,11 +51,14 @@ class PupilTransform {
   int columns() const { return pupil_.columns; }
   int m_rows() const { return 2 * n_y_; }
   int m_columns() const { return 2 * n_x_; }
+  /// Lags of correlations and kernels, from 0 on.
+  int lag_rows() const { return std::min(rows(), n_y_); }
+  int lag_columns() const { return std::min(columns(), n_x_); }
   /// Numbers of a focal field: bundles of rows, each beside its mirror image about Y = 0.
   std::size_t focal_size() const { return groups_.size() * 2 * group_size(); }
   /// Numbers of a kernel, even along both axes: a quarter of the samples.
   std::size_t kernel_size() const { return groups_.size() * kernel_group_size(); }
-  /// Of what is even along both axes and beyond rows and columns zero or not wanted: rows x columns lags.
+  /// Of what is even along both axes and beyond lag_rows x lag_columns zero or not wanted.
   std::size_t quarter_stride() const { return pupil_.real_stride(); }
   std::size_t quarter_size() const { return std::size_t(rows()) * quarter_stride(); }
 
@@ -80,7 +85,7 @@ class PupilTransform {
   void back_to_pupil(const double* focal, const Eigen::ArrayXd& along_x, const Eigen::ArrayXd& along_y,
                      Buffers* buffers) const;
 
-  /// m_rows m_columns C_(m,0) and C_(0,m), m from 0 to columns and rows.
+  /// m_rows m_columns C_(m,0) and C_(0,m), m from 0 to lag_columns and lag_rows.
   void axis_correlations(const double* focal, Eigen::ArrayXcd* along_x, Eigen::ArrayXcd* along_y) const;
   /// Re sum_m g(m) exp(+2 pi i m X/m), m = 0 .. g.size()-1, for each X.
   Eigen::ArrayXd kernel_along_x(const Eigen::ArrayXcd& g) const;
@@ -99,6 +104,7 @@ class PupilTransform {
   std::array<double*, kLines> half_rows(int part, const std::array<int, kLines>& row, double* half) const;
   std::array<double*, kLines> real_rows(const Group& group, double* real_half) const;
   std::size_t work_size() const;
+  int lag_blocks() const { return (lag_columns() + kLines - 1) / kLines; }
   void columns_to_pupil(Buffers* buffers) const;
 
   FieldLayout pupil_;

@@ -10,6 +10,10 @@ namespace {
 
 constexpr double kMostKept = 512e6;  // bytes
 
+double bytes_of(const DiffractionGrid& grid, Eigen::Index points) {
+  return double(grid.transform.focal_size() + 2 * std::size_t(points)) * sizeof(double);
+}
+
 template <typename Array>
 bool same(const Array& a, const Array& b) {
   return a.size() == b.size() && (a == b).all();
@@ -31,22 +35,23 @@ bool DiffractionWorkspace::Buffers::Surface::is(const DiffractionScene& scene) c
          same(grid.y, scene.grid().y) && grid.row == scene.grid().row && grid.column == scene.grid().column;
 }
 
-const DiffractionGrid& DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene) {
+void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool wide_too) {
   const DiffractionProblem& problem = scene.problem();
   const auto* directions = std::get_if<DirectionGrid>(&problem.pupil.sample.structure);
   const Size wanted{scene.rows(),          scene.columns(),
                     problem.padding,       problem.pupil.pitch_x,
                     problem.pupil.pitch_y, scene.longest_lag(),
                     problem.scatter,       directions ? directions->shift : std::array<double, 2>{}};
-  if (!grid || !(size_ == wanted)) {
-    free.clear();
-    planes_.clear();
+  if (!full.grid || !(size_ == wanted)) {
+    full = {};
+    wide = {};
+    kept_ = 0;
     rings.move_on();
     surface_ = {};
-    grid = std::make_unique<DiffractionGrid>(scene);
+    full.grid = std::make_unique<DiffractionGrid>(scene, problem.padding);
     size_ = wanted;
   }
-  return *grid;
+  if (wide_too && !wide.grid) wide.grid = std::make_unique<DiffractionGrid>(scene, kWidePadding);
 }
 
 void DiffractionWorkspace::Buffers::look_at(const DiffractionScene& scene, const std::vector<double>& dz) {
@@ -55,18 +60,25 @@ void DiffractionWorkspace::Buffers::look_at(const DiffractionScene& scene, const
   surface_ = {problem.focal_length, problem.wavelength, problem.pupil.pitch_x, problem.pupil.pitch_y,
               scene.total(),        scene.grid(),       scene.base(),          scene.versine()};
   rings.move_on();
-  std::erase_if(planes_,
-                [&](const auto& plane) { return std::find(dz.begin(), dz.end(), plane.first) == dz.end(); });
-  for (auto& [at, plane] : planes_) plane->dz = std::nan("");
+  kept_ = 0;
+  for (Tables* of : {&full, &wide}) {
+    std::erase_if(of->planes, [&](const auto& plane) {
+      return std::find(dz.begin(), dz.end(), plane.first) == dz.end();
+    });
+    for (auto& [at, plane] : of->planes) {
+      plane->dz = std::nan("");
+      kept_ += bytes_of(*of->grid, surface_.base.size());
+    }
+  }
 }
 
-FocusedField* DiffractionWorkspace::Buffers::plane(double dz) {
-  const auto found = planes_.find(dz);
-  if (found != planes_.end()) return found->second.get();
-  const double bytes =
-      double(grid->transform.focal_size() + 2 * std::size_t(surface_.base.size())) * sizeof(double);
-  if (double(planes_.size() + 1) * bytes > kMostKept) return nullptr;
-  return planes_.emplace(dz, std::make_unique<FocusedField>(grid->transform)).first->second.get();
+FocusedField* DiffractionWorkspace::Buffers::plane(Tables* of, double dz) {
+  const auto found = of->planes.find(dz);
+  if (found != of->planes.end()) return found->second.get();
+  const double bytes = bytes_of(*of->grid, surface_.base.size());
+  if (kept_ + bytes > kMostKept) return nullptr;
+  kept_ += bytes;
+  return of->planes.emplace(dz, std::make_unique<FocusedField>(of->grid->transform)).first->second.get();
 }
 
 }  // namespace aberfit

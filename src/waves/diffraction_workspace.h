@@ -59,20 +59,28 @@ class RingMemory {
 
 }  // namespace internal
 
-/// Tables of one pupil grid, one bench per thread that ever worked at the same time, and what is known of the
-/// surface that was looked at last: gradients are wanted where values just were.
+/// Tables of one pupil grid, for all circles and for those that are many grains wide; of either, one bench
+/// per thread that ever worked at the same time, and what is known of the surface that was looked at last:
+/// gradients are wanted where values just were.
 struct DiffractionWorkspace::Buffers {
-  std::unique_ptr<internal::DiffractionGrid> grid;
-  std::vector<std::unique_ptr<internal::DiffractionBench>> free;
   std::mutex mutex;
   internal::RingMemory rings;
 
-  const internal::DiffractionGrid& prepare(const internal::DiffractionScene& scene);
+  /// padding: that of the problem, or kWidePadding.
+  struct Tables {
+    std::unique_ptr<internal::DiffractionGrid> grid;
+    std::vector<std::unique_ptr<internal::DiffractionBench>> free;
+    std::map<double, std::unique_ptr<internal::FocusedField>> planes;
+  };
+  Tables full, wide;
+
+  /// wide: whether those of wide circles are wanted, too.
+  void prepare(const internal::DiffractionScene& scene, bool wide);
   /// Forgets the planes of another surface, all but the memory of those at `dz`.
   void look_at(const internal::DiffractionScene& scene, const std::vector<double>& dz);
   /// The plane at dz of the surface that is looked at, focused or not; null when memory for it is not to be
   /// had: planes of one surface are kept up to 512 MB. Not for several threads.
-  internal::FocusedField* plane(double dz);
+  internal::FocusedField* plane(Tables* of, double dz);
 
  private:
   // All that a plane is a function of.
@@ -84,7 +92,7 @@ struct DiffractionWorkspace::Buffers {
     bool is(const internal::DiffractionScene& scene) const;
   };
   Surface surface_;
-  std::map<double, std::unique_ptr<internal::FocusedField>> planes_;
+  double kept_ = 0;  // bytes of planes
   struct Size {
     int rows = 0, columns = 0;
     double padding = 0, pitch_x = 0, pitch_y = 0, longest_lag = 0;
@@ -100,27 +108,29 @@ namespace internal {
 /// A bench for as long as a thread needs it.
 class BorrowedBench {
  public:
-  explicit BorrowedBench(DiffractionWorkspace::Buffers& pool) : pool_(pool) {
+  BorrowedBench(DiffractionWorkspace::Buffers& pool, DiffractionWorkspace::Buffers::Tables& of)
+      : mutex_(pool.mutex), of_(of) {
     {
-      const std::lock_guard lock(pool_.mutex);
-      if (!pool_.free.empty()) {
-        bench_ = std::move(pool_.free.back());
-        pool_.free.pop_back();
+      const std::lock_guard lock(mutex_);
+      if (!of_.free.empty()) {
+        bench_ = std::move(of_.free.back());
+        of_.free.pop_back();
       }
     }
-    if (!bench_) bench_ = std::make_unique<DiffractionBench>(pool_.grid->transform);
+    if (!bench_) bench_ = std::make_unique<DiffractionBench>(of_.grid->transform);
     bench_->focused.dz = std::nan("");  // of another surface
   }
   ~BorrowedBench() {
-    const std::lock_guard lock(pool_.mutex);
-    pool_.free.push_back(std::move(bench_));
+    const std::lock_guard lock(mutex_);
+    of_.free.push_back(std::move(bench_));
   }
   BorrowedBench(const BorrowedBench&) = delete;
   BorrowedBench& operator=(const BorrowedBench&) = delete;
   DiffractionBench* operator->() { return bench_.get(); }
 
  private:
-  DiffractionWorkspace::Buffers& pool_;
+  std::mutex& mutex_;
+  DiffractionWorkspace::Buffers::Tables& of_;
   std::unique_ptr<DiffractionBench> bench_;
 };
 

@@ -6,9 +6,11 @@
 
 namespace aberfit::internal {
 
-/// The main peak of N(z) and where N falls to half of it on either side.
+/// The main peak of N(z) and where N falls to half of it on either side. Derivatives are for whoever looks
+/// near them next.
 struct RingCrossings {
-  double lower, peak, upper;  ///< [m], planes from z = f
+  double lower, peak, upper;                               ///< [m], planes from z = f
+  double slope_lower = 0, curvature = 0, slope_upper = 0;  ///< about dN/dz [1/m], d2N/dz2 [1/m^2]; 0: unknown
 };
 
 struct RingSample {
@@ -51,51 +53,58 @@ double interpolated_root(const F& f, std::vector<RingSample> known, RingSample a
   return std::abs(a.energy) < std::abs(b.energy) ? a.dz : b.dz;
 }
 
-/// The crossings that `guess`, those of a surface or a grid not far from this one, has moved to: a bracket
-/// around each, not a scan. Nothing where a bracket is not found within a few steps of a tenth of `step`, or
-/// with NaN.
+/// A zero of f beside `start`, by secants from a slope that is about right (its sign is), and the slope of
+/// the last secant. Done when the next step times the one before, which is what a secant errs by, comes to no
+/// more than tolerance^2: that step is taken without another look. Nothing where it is not found within
+/// `most` of the start, or with NaN.
+struct SecantRoot {
+  double at, slope;
+};
+template <typename F>
+std::optional<SecantRoot> secant_root(const F& f, double start, double slope, double tolerance, double most) {
+  constexpr int kMostLooks = 8;
+  double last = start, at_last = f(last), before = most;  // `before`: length of the step to `last`
+  for (int look = 1; look < kMostLooks; ++look) {
+    const double next = last - at_last / slope;
+    if (!(std::abs(next - start) <= most)) return std::nullopt;
+    const double step = std::abs(next - last);
+    if (step * std::min(before, most) <= tolerance * tolerance) return SecantRoot{next, slope};
+    const double at_next = f(next), steeper = (at_next - at_last) / (next - last);
+    if (!std::isfinite(at_next) || !(steeper * slope > 0)) return std::nullopt;
+    before = step;
+    last = next;
+    at_last = at_next;
+    slope = steeper;
+  }
+  return std::nullopt;
+}
+
+/// The crossings that `guess`, those of a surface or a grid not far from this one, has moved to, by secants
+/// and not by a scan. Nothing where they have moved by more than half of `step`, or with NaN.
 template <typename Energy, typename Slope>
 std::optional<RingCrossings> follow_ring(const Energy& energy, const Slope& slope, const RingCrossings& guess,
                                          double step) {
   // In steps: far below what a fit or the difference of two grids can tell. The energy at the peak changes
   // with the square of an error of it.
-  constexpr double kTolerance = 1e-6, kPeakTolerance = 1e-4, kFirstMove = 0.03, kLeastMove = 1e-4;
-  constexpr int kMoves = 4;
-  constexpr double kWider = 4;
-  // Zero of f, which is `at_start` at `start`, towards `move`.
-  const auto root_near = [&](const auto& f, double start, double at_start, double move,
-                             double tolerance) -> std::optional<double> {
-    RingSample inner{start, at_start};
-    for (int k = 0; k < kMoves; ++k, move *= kWider) {
-      const RingSample outer{inner.dz + move, f(inner.dz + move)};
-      if (!std::isfinite(outer.energy)) return std::nullopt;
-      if ((outer.energy > 0) != (at_start > 0))
-        return interpolated_root(f, {}, inner, outer, tolerance * step);
-      inner = outer;
-    }
-    return std::nullopt;
-  };
-  const double at_guess = slope(guess.peak);
-  if (!std::isfinite(at_guess)) return std::nullopt;
-  const std::optional<double> peak =
-      at_guess == 0 ? guess.peak
-                    : root_near(slope, guess.peak, at_guess, std::copysign(kFirstMove * step, at_guess),
-                                kPeakTolerance);
+  constexpr double kTolerance = 1e-4, kPeakTolerance = 3e-3, kMost = 0.5;
+  const auto not_zero = [](double known, double otherwise) { return known != 0 ? known : otherwise; };
+  // A parabola through the peak and both crossings.
+  const double half_width = 0.5 * (guess.upper - guess.lower), at_guess = energy(guess.peak);
+  const std::optional<SecantRoot> peak =
+      secant_root(slope, guess.peak, not_zero(guess.curvature, -at_guess / (half_width * half_width)),
+                  kPeakTolerance * step, kMost * step);
   if (!peak) return std::nullopt;
-  const double half = 0.5 * energy(*peak);
+  const double half = 0.5 * energy(peak->at);
   const auto excess = [&](double z) { return energy(z) - half; };
-  const auto crossing = [&](double start) -> std::optional<double> {
-    const double at_start = excess(start);
-    if (!std::isfinite(at_start)) return std::nullopt;
-    if (at_start == 0) return start;
-    // From twice `half` to `half` between the peak and here, and about as steep beyond.
-    const double outwards = 1.5 * (start - *peak) * at_start / half;
-    return root_near(excess, start, at_start,
-                     std::copysign(std::max(std::abs(outwards), kLeastMove * step), outwards), kTolerance);
+  // From twice `half` to `half` between the peak and here, and about as steep beyond.
+  const auto crossing = [&](double start, double known) {
+    return secant_root(excess, start, not_zero(known, -half / (1.5 * (start - peak->at))), kTolerance * step,
+                       kMost * step);
   };
-  const auto upper = crossing(guess.upper), lower = crossing(guess.lower);
-  if (!upper || !lower || !(*lower < *peak && *peak < *upper)) return std::nullopt;
-  return RingCrossings{*lower, *peak, *upper};
+  const auto upper = crossing(guess.upper, guess.slope_upper),
+             lower = crossing(guess.lower, guess.slope_lower);
+  if (!upper || !lower || !(lower->at < peak->at && peak->at < upper->at)) return std::nullopt;
+  return RingCrossings{lower->at, peak->at, upper->at, lower->slope, peak->slope, upper->slope};
 }
 
 /// Crossings nearest to the highest peak of `energy(dz)`, of which `slope(dz)` is the derivative, from a scan
@@ -161,7 +170,7 @@ std::optional<RingCrossings> search_ring(const Energy& energy, const Slope& slop
   };
   const auto upper = crossing(+1), lower = crossing(-1);
   if (!upper || !lower) return std::nullopt;
-  return RingCrossings{*lower, peak, *upper};
+  return RingCrossings{.lower = *lower, .peak = peak, .upper = *upper};
 }
 
 }  // namespace aberfit::internal

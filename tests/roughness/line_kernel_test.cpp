@@ -41,7 +41,7 @@ TEST(LineKernel, TransformsOfEveryRadixAreTheirSums) {
       for (const int part : {0, 1, 2}) {
         const std::vector<double> phases = line_phases(n, part, 3);
         std::vector<double> work(16 * (3 * std::size_t(n) + 24)), out(16 * std::size_t(n));
-        line_kernels(set).columns_out(plan.steps(), phases.data(), in.data(), 16, count, out.data(), 16,
+        line_kernels(set).columns_out(plan.steps(), phases.data(), 1, in.data(), 16, count, out.data(), 16,
                                       work.data());
         double error = 0, largest = 0;
         for (int x = 0; x < n; ++x)

@@ -91,5 +91,64 @@ TEST(PupilTransform, IsItsSumThereAndBack) {
   }
 }
 
+// With fewer samples a lag comes with those that are m_x or m_y away from it, in correlations as in kernels.
+TEST(PupilTransform, OfFewSamplesFoldsLags) {
+  for (const Fields& c : {Fields{16, 16, 1}, Fields{9, 21, 1}, Fields{33, 12, 1.3}, Fields{40, 28, 1}}) {
+    const PupilTransform transform(c.rows, c.columns, c.padding);
+    const int m_x = transform.m_columns(), m_y = transform.m_rows();
+    ASSERT_LT(m_x, 2 * c.columns - 1);
+    PupilTransform::Buffers b(transform);
+    const std::vector<double> random = normals(2 * std::size_t(c.rows * c.columns), "pupil");
+    const auto e = [&](int row, int column) {
+      const auto at = 2 * std::size_t(row * c.columns + column);
+      return Complex(random[at], random[at + 1]);
+    };
+    for (int row = 0; row < c.rows; ++row)
+      for (int column = 0; column < c.columns; ++column) {
+        const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
+        b.pupil.data()[at] = e(row, column).real();
+        b.pupil.data()[at + kLines] = e(row, column).imag();
+      }
+    AlignedArray focal(transform.focal_size());
+    transform.to_focus(focal.data(), &b);
+    transform.correlation(focal.data(), &b);
+    const auto folded = [&](int my, int mx) {
+      Complex sum = 0;
+      for (int row = 0; row < c.rows; ++row)
+        for (int column = 0; column < c.columns; ++column)
+          for (int other = (row + my + 2 * m_y) % m_y; other < c.rows; other += m_y)
+            for (int beside = (column + mx + 2 * m_x) % m_x; beside < c.columns; beside += m_x)
+              sum += e(other, beside) * std::conj(e(row, column));
+      return sum;
+    };
+    const double power = double(m_x) * m_y, scale = power * std::abs(folded(0, 0));
+    for (int my = 0; my < transform.lag_rows(); ++my)
+      for (int mx = 0; mx < transform.lag_columns(); ++mx)
+        EXPECT_NEAR(b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)],
+                    0.5 * power * (folded(my, mx) + folded(my, -mx)).real(), 1e-14 * scale);
+
+    std::fill_n(b.quarter.data(), transform.quarter_size(), 0.0);
+    const std::vector<double> g = normals(std::size_t(c.rows * c.columns), "kernel");
+    for (int my = 0; my < transform.lag_rows(); ++my)
+      for (int mx = 0; mx < transform.lag_columns(); ++mx)
+        b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)] =
+            g[std::size_t(my * c.columns + mx)];
+    transform.kernel(b.kernel.data(), &b);
+    transform.back_to_pupil(focal.data(), b.kernel.data(), &b);
+    for (int row = 0; row < c.rows; ++row)
+      for (int column = 0; column < c.columns; ++column) {
+        Complex sum = 0;
+        for (int my = 1 - transform.lag_rows(); my < transform.lag_rows(); ++my)
+          for (int mx = 1 - transform.lag_columns(); mx < transform.lag_columns(); ++mx)
+            for (int j = (row + my + 2 * m_y) % m_y; j < c.rows; j += m_y)
+              for (int i = (column + mx + 2 * m_x) % m_x; i < c.columns; i += m_x)
+                sum += g[std::size_t(std::abs(my) * c.columns + std::abs(mx))] * e(j, i);
+        const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
+        const Complex got(b.back.data()[at], b.back.data()[at + kLines]);
+        EXPECT_LE(std::abs(got - power * sum), 1e-13 * scale);
+      }
+  }
+}
+
 }  // namespace
 }  // namespace aberfit::internal

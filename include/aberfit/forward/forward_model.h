@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,6 +31,8 @@ struct LightPath {
   /// Roughness that the terms do not stand for; null: none. By waves its mean; by rays every ray is turned by
   /// a Gaussian slope of its own (scattered_rays.h).
   std::shared_ptr<const MeanScatter> scatter = {};
+  /// kWaves: as DiffractionProblem has it.
+  double wide_circles = std::numeric_limits<double>::infinity();
 };
 
 /// The way from coefficients to statistics and back, for one model. Remembers the last point: a solver asks

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <memory>
 
 #include "aberfit/forward/statistics_with_error.h"
@@ -16,9 +17,11 @@ struct Workbench {
   double pitch;                                ///< of a grid for waves [m]
   PupilSample pupil;
   SurfaceOperator surface;
+  double wide_circles;  ///< as DiffractionProblem has it
 
   Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
-            const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split = {});
+            const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split = {},
+            double wide = std::numeric_limits<double>::infinity());
   SurfaceField field(const Eigen::VectorXd& coefficients) const;
   /// Unsmoothed statistics; NaN where one does not exist, with a warning when asked for.
   Eigen::VectorXd exact(const Task& task, const Eigen::VectorXd& coefficients,

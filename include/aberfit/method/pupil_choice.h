@@ -4,6 +4,7 @@
 
 #include "aberfit/focus/statistic.h"
 #include "aberfit/forward/statistics_with_error.h"
+#include "aberfit/method/groundwork.h"
 #include "aberfit/method/task.h"
 #include "aberfit/scene/pupil.h"
 #include "aberfit/terms/term_set.h"
@@ -14,6 +15,14 @@ namespace aberfit {
 
 /// A fit by waves starts on a grid that is coarser than the safe one by this factor.
 inline constexpr double kFirstCoarsening = 2.83;
+
+/// Of the grid that judges first, over the safe pitch: 1 up to 640 cells across the safe grid, from twice as
+/// many on 2, where the light of every target still lies inside the field of view. The bound of the error
+/// that is judged along tells whether that is fine enough.
+double first_judging_coarsening(const Task& task, double safe_pitch);
+/// Pitch of that grid, from that of wave_pitch.
+double judging_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
+                     const BandSplit* split);
 
 /// How far out of focus the farthest plane lies that a grid has to show for this statistic [m]; rings are
 /// looked for beyond the half of their light.
@@ -29,6 +38,14 @@ double plane_reach(const Target& target);
 /// specified [m].
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
                   const BandSplit* split, double coarsening = 1, double least_reach = 0);
+
+/// What the noise of wide circles may take of the margin, as a standard deviation: while a fit goes on, and
+/// where it is judged, with the bound of the noise in its error.
+inline constexpr double kWideShareOfFit = 0.07, kWideShareOfVerdict = 0.02;
+/// From how many grains on circles may be taken as wide (DiffractionProblem::wide_circles) so that the noise
+/// is at most `share_of_margin` of the margin. Infinite by rays, and where the mean pattern has a core, so
+/// that the transfer function is not gone at half of its width.
+double wide_circles(const Task& task, const Groundwork& ground, double share_of_margin);
 
 /// The points that a surface is propagated from: rays, or the cells of a grid of `pitch` [m].
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch);

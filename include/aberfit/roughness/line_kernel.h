@@ -41,14 +41,17 @@ using RowsOut = double* const*;
 using RowsIn = const double* const*;
 
 /// Pieces of two-dimensional transforms of what is zero beyond `count` elements, for one instruction set.
-/// `work`: 16 (3 n + 24) numbers. Sums over n elements are X = 0 .. n-1; `half` and `phase` are
+/// Complex lines of one or two parts may have up to 2 n elements, which n samples a part then tell only by
+/// their sums over k and k + n (two parts: k + 2 n); real lines up to n. `work`: 16 (3 n + 24) numbers, 16 n
+/// more for lines of more than n. Sums over n elements are X = 0 .. n-1; `half` and `phase` are
 /// line_phases(n, 1, 2) and those of the part wanted. Samples of even fields at 2X and 2X + 1 are two parts,
 /// of which X = 0
 /// .. n/2 and 0 .. (n-1)/2 are kept.
 struct LineKernels {
-  /// to[X] = sum_k from[k] phase[k] exp(-2 pi i k X/n); strides in numbers; `to` may be `from`.
-  void (*columns_out)(LineSteps steps, const double* phase, const double* from, long stride, int count,
-                      double* to, long to_stride, double* work);
+  /// to[X] = sum_k from[k] phase[k] exp(-2 pi i k X/n); strides in numbers; `to` may be `from`. beyond:
+  /// phase[k + n] over phase[k].
+  void (*columns_out)(LineSteps steps, const double* phase, double beyond, const double* from, long stride,
+                      int count, double* to, long to_stride, double* work);
   /// The same along rows, for all parts: focal[part n + X].
   void (*rows_out)(LineSteps steps, int parts, const double* phases, RowsIn rows, int count, double* focal,
                    double* work);

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <array>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -105,6 +106,9 @@ class MeanScatter {
   virtual double scatter_rms() const = 0;
 };
 
+/// See DiffractionProblem::wide_circles.
+inline constexpr double kWideCircleNoise = 0.2;
+
 /// What the statistics are functions of: the pupil focused by a parabola.
 ///
 /// Field in the plane z = f + dz (PHYSICS 6; t = r/2f, cos theta = (1 - t^2)/(1 + t^2)):
@@ -144,6 +148,13 @@ struct DiffractionProblem {
   std::shared_ptr<const MeanScatter> scatter = {};
   /// Heights of the mirror without roughness at the pupil points [m]; null: 0. Looked at with `scatter`.
   const Eigen::ArrayXd* nominal = nullptr;
+  /// From this many grains lambda (f+dz)/width on, width the smaller side of the pupil, circles are wide: the
+  /// light in planes where no smaller one and nothing but circles is asked for is sampled once a grain, for a
+  /// quarter of the time, and the transfer function taken as far as half the width. What that leaves out is
+  /// noise of the grains at the edge of a circle: at r grains a standard deviation of kWideCircleNoise
+  /// max(r dE/dr, kFlattestCurve) r^-3/2 of the light or less (tests/waves). Only for patterns without a
+  /// core, whose mean transfer function is gone at half the width.
+  double wide_circles = std::numeric_limits<double>::infinity();
 };
 
 // Every function of a problem throws std::invalid_argument for a pupil without cells, for heights of another
@@ -185,10 +196,13 @@ class DiffractionWorkspace {
 /// False when any value or gradient does not exist: no such plane, heights that are not finite, no root
 /// inside the field of view, more aliased cells than the limit, a radius in a dark ring, ... Results do not
 /// depend on `threads`, to the last bit.
+/// reduce: takes the place of each gradient as soon as it is there, from several threads, so that not all of
+/// them need the memory of a grid at once; may be empty.
+using GradientReduction = std::function<Eigen::ArrayXd(const Eigen::ArrayXd& d_height)>;
 bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                           const std::vector<Statistic>& statistics, int threads,
                           DiffractionWorkspace* workspace, Eigen::VectorXd* values,
-                          std::vector<Eigen::ArrayXd>* d_height);
+                          std::vector<Eigen::ArrayXd>* d_height, const GradientReduction& reduce = {});
 
 /// How well the grid carries a surface in one plane.
 struct DiffractionCheck {

@@ -1,0 +1,36 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "aberfit/terms/surface_operator.h"
+
+namespace aberfit::internal {
+
+/// L^T of height weights on the cells of a fine grid, by sums over blocks of cells: light needs far more
+/// cells than terms do, and a term is nearly the same all over a small block (height_block_side.h).
+class HeightBlocks {
+ public:
+  /// Cells along the side of a block: height_block_side, one less where a block of an even number of cells
+  /// would leave the middle cell of an odd grid without one.
+  static int side(const TermSet& terms, const PupilSample& cells);
+
+  /// cells: points of a CartesianGrid or a DirectionGrid, else std::invalid_argument.
+  HeightBlocks(const TermSet& terms, const PupilSample& cells, int side, const OperatorOptions& options);
+
+  /// Of weights of cells, one for each block.
+  Eigen::ArrayXd sums(const Eigen::ArrayXd& weights) const;
+  /// terms x weights, of `sums` of each.
+  Eigen::MatrixXd products(std::span<const Eigen::ArrayXd> sums) const {
+    return surface_->apply_transpose_heights(sums);
+  }
+
+ private:
+  std::vector<std::uint32_t> block_;  // of each cell
+  Eigen::Index blocks_ = 0;
+  std::unique_ptr<const SurfaceOperator> surface_;
+};
+
+}  // namespace aberfit::internal

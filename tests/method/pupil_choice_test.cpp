@@ -1,0 +1,89 @@
+// Where waves may look less closely: the grid that judges first, and circles that are wide.
+#include "aberfit/method/pupil_choice.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "aberfit/method/attempt.h"
+#include "aberfit/method/band_choice.h"
+#include "aberfit/study/read_study.h"
+
+namespace aberfit {
+namespace {
+
+Study study_of(const std::string& rms, const std::string& target = "{}", const std::string& margin = "1 %") {
+  return parse_study(fmt::format(R"({{"aberfit": 1, "mirror": {{"focal_length": "2.8 m"}},
+        "aperture": {{"shape": "circle", "diameter": "0.4 m"}}, "light": {{"wavelength": "632.8 nm"}},
+        "roughness": {{"psd": {{"model": "uniform", "rms": "{}", "f_min": "2.5 /m", "f_max": "13 /m"}}}},
+        "target": {}, "terms": {{"band": "all"}}, "equivalence": {{"margin": "{}"}}}})",
+                                 rms, target, margin),
+                     "study.json");
+}
+
+TEST(JudgingGrid, IsCoarserWhereTheSafeOneHasManyCells) {
+  const Study study = study_of("100 nm");
+  const auto coarsening = [&](double cells) { return first_judging_coarsening(study, 0.4 / cells); };
+  EXPECT_EQ(coarsening(128), 1);
+  EXPECT_EQ(coarsening(640), 1);
+  EXPECT_NEAR(coarsening(960), 1.5, 1e-12);
+  EXPECT_EQ(coarsening(1280), 2);
+  EXPECT_EQ(coarsening(10000), 2);
+}
+
+// A spot of three quarters of a millimetre of astigmatism, on a mirror whose safe grid has 1,500 cells: a
+// verdict that the coarse grid's error leaves open is made on the safe grid, any other on the coarse one.
+TEST(JudgingGrid, GivesWayToTheSafeOneWhereItsErrorLeavesTheVerdictOpen) {
+  TermSet terms;
+  terms.radius = 0.2;
+  terms.zernike = zernike_modes(2, 2);
+  const Eigen::VectorXd coefficients = Eigen::Vector3d(0, 5e-6, 0);
+  const auto judged = [&](double radius, double margin) {
+    const Study study = study_of(
+        "100 nm", fmt::format(R"({{"theory": "ghs", "statistics": {{"ee80": {{"value": {}}}}}}})", radius),
+        fmt::format("{:.9f} %", 100 * margin));
+    const Layout layout = lay_out(study, 1);
+    const RunContext context{2};
+    const FitCase of{study, layout.ground, layout.targets, context};
+    EXPECT_EQ(layout.ground.use.model, FocusModel::kWaves);
+    Attempt attempt;
+    attempt.result.terms = terms;
+    attempt.result.fit.coefficients = coefficients;
+    const double pitch = wave_pitch(study, terms, all_targets(layout.targets), layout.ground.split.get());
+    EXPECT_GT(0.4 / pitch, 1300);
+    attempt.bench =
+        std::make_shared<const Workbench>(study, FocusModel::kWaves, PupilOptions{}, 4 * pitch, terms, 1);
+    judge_on_fresh_rays(of, &attempt);
+    return std::pair{attempt, aperture_area(study.aperture) / (pitch * pitch)};
+  };
+  constexpr double kRadius = 1e-3;
+  const auto& [clear, cells] = judged(kRadius, 0.05);
+  EXPECT_NE(clear.result.verdict, Verdict::kUndecided);
+  EXPECT_LT(double(clear.fresh.rays), 0.27 * cells);
+  const EquivalenceMetric& metric = clear.result.metrics[0];
+  const double off = std::abs(metric.difference);
+  ASSERT_GT(off, 0.001);
+  ASSERT_LT(off, 0.5);
+  const auto& [open, safe_cells] = judged(kRadius, off);
+  EXPECT_GT(double(open.fresh.rays), 0.95 * safe_cells);
+}
+
+// Uniform roughness of g = 4: the core has exp(-16) of the light; of g = 2 a fiftieth.
+TEST(WideCircles, AreThereWhereThePatternHasNoCoreAndByTheMargin) {
+  const auto grains = [](const std::string& rms, const std::string& target = "{}",
+                         const std::string& margin = "1 %", double share = 0.02) {
+    const Study study = study_of(rms, target, margin);
+    return wide_circles(study, lay_groundwork(study), share);
+  };
+  const double at_one_percent = grains("200 nm");
+  EXPECT_NEAR(kWideCircleNoise * std::pow(at_one_percent, -1.5), 0.02 * 0.01, 1e-12);
+  EXPECT_NEAR(grains("200 nm", "{}", "0.3 %") / at_one_percent, std::pow(1 / 0.3, 2.0 / 3), 1e-9);
+  EXPECT_LT(grains("200 nm", "{}", "1 %", 0.07), 0.5 * at_one_percent);
+  EXPECT_EQ(grains("100 nm"), HUGE_VAL);
+  EXPECT_EQ(grains("200 nm", R"({"theory": "geometric"})"), HUGE_VAL);
+}
+
+}  // namespace
+}  // namespace aberfit
