@@ -16,6 +16,7 @@ constexpr double kSameDirection = 1e-6;    // rad
 constexpr int kMostPieces = 8;             // of one edge
 constexpr double kSamePhase = 1e-9;        // rad, of points at one radius of a round surface
 constexpr double kPolynomialPhase = 1e-6;  // rad, of a departure that is not round
+constexpr double kRoundPhase = 1e-9;       // rad, of one that is
 // Cells across the table of a departure that is not round: cubic interpolation errs by 0.023 cell^4 of the
 // fourth derivative, 1e-5 of the amplitude for an aberration of radial order 8.
 constexpr int kTable = 160;
@@ -55,7 +56,7 @@ std::vector<double> edge_directions(const std::vector<PupilField::Point>& polygo
 
 PupilField::PupilField(const Mirror& mirror, const Aperture& aperture, double wavelength,
                        const Departure& departure)
-    : mirror_(mirror), focal_length_(mirror.focal_length), wavelength_(wavelength) {
+    : focal_length_(mirror.focal_length), wavelength_(wavelength) {
   const double rim = aperture_radius(aperture);
   if (!(rim > 0 && rim < 2 * focal_length_ && aperture_area(aperture) > 0))
     throw ComputationError(fmt::format(
@@ -70,7 +71,6 @@ PupilField::PupilField(const Mirror& mirror, const Aperture& aperture, double wa
       const double own = base_surface(mirror, x, y).height - (x * x + y * y) / (4 * mirror.focal_length);
       return own + (departure ? departure(x, y) : 0.0);
     };
-  has_more_ = bool(departure);
   outline(aperture);
   if (!is_parabola_) {
     for (const double part : {0.31, 0.77, 1.0})
@@ -82,7 +82,9 @@ PupilField::PupilField(const Mirror& mirror, const Aperture& aperture, double wa
               fmt::format("the mirror's height {} m off its axis is not a number", part * rim));
         if (std::abs(here - first) * 4 * std::numbers::pi / wavelength > kSamePhase) is_round_ = false;
       }
-    if (!is_round_) {
+    if (is_round_) {
+      even_ = EvenPolynomial::of([this](double p) { return departure_at(p, 0); }, outer_, kRoundPhase);
+    } else {
       polynomial_ = DiscPolynomial::of([this](double x, double y) { return departure_at(x, y); }, outer_,
                                        kPolynomialPhase);
       if (!polynomial_) tabulate();
@@ -180,20 +182,14 @@ void PupilField::pairs(double dz, const double* x1, const double* y1, const doub
 }
 
 void PupilField::add_departure(const double* x, const double* y, int n, double* result) const {
-  if (polynomial_) {
+  if (even_) {
+    even_->add(x, y, n, result);
+  } else if (polynomial_) {
     polynomial_->add(x, y, n, result);
   } else if (!is_round_) {
     for (int k = 0; k < n; ++k) result[k] += interpolated(x[k], y[k]);
-  } else if (has_more_) {
+  } else {
     for (int k = 0; k < n; ++k) result[k] += departure_at(std::sqrt(x[k] * x[k] + y[k] * y[k]), 0);
-  } else {  // the mirror's own, without a call for each
-    const double wave = 2 * std::numbers::pi / wavelength_, parabola = 0.25 / focal_length_,
-                 scale = 1 / (focal_length_ * focal_length_);
-    for (int k = 0; k < n; ++k) {
-      const double p2 = x[k] * x[k] + y[k] * y[k], growth = 1 + std::sqrt(1 - scale * p2);
-      const double rho = 2 / growth * std::sqrt(p2);
-      result[k] += wave * growth * (base_surface(mirror_, rho, 0.0).height - parabola * rho * rho);
-    }
   }
 }
 

@@ -8,6 +8,7 @@
 #include "aberfit/scene/aperture.h"
 #include "aberfit/scene/mirror.h"
 #include "disc_polynomial.h"
+#include "even_polynomial.h"
 
 namespace aberfit::internal {
 
@@ -55,14 +56,14 @@ class PupilField {
   void tabulate();
   void outline(const Aperture& aperture);
 
-  Mirror mirror_;
-  Departure departure_;    // of the mirror and what was added
-  bool has_more_ = false;  // than the mirror's own
+  Departure departure_;  // of the mirror and what was added
   double focal_length_ = 0, wavelength_ = 0;
   double outer_ = 0, inner_ = 0, across_ = 0;
   bool is_parabola_ = true, is_round_ = true, is_rectangle_ = false;
   std::vector<Point> corners_, straight_corners_;
   std::vector<double> edge_directions_;
+  // Phase of the departure over P [rad], where it is round and its powers are few.
+  std::optional<EvenPolynomial> even_;
   // Phase of the departure over x, y in P, where it is not round [rad]: a polynomial, or where none is near
   // enough a table.
   std::optional<DiscPolynomial> polynomial_;
