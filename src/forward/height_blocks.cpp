@@ -71,6 +71,36 @@ double stretch(double x, double y, double focal_length) {
   return 2 / (1 + cosine);
 }
 
+// Points of a grid, one after the other.
+struct Points {
+  CartesianGrid grid;
+  std::vector<double> x = {}, y = {};
+
+  std::size_t size() const { return x.size(); }
+  void add(std::uint32_t column, std::uint32_t row, std::array<double, 2> at) {
+    grid.column.push_back(column);
+    grid.row.push_back(row);
+    x.push_back(at[0]);
+    y.push_back(at[1]);
+  }
+  PupilSample sample(const Cells& like) && {
+    PupilSample result;
+    const auto n = Eigen::Index(x.size());
+    result.x = Eigen::Map<const Eigen::ArrayXd>(x.data(), n);
+    result.y = Eigen::Map<const Eigen::ArrayXd>(y.data(), n);
+    result.weight = Eigen::ArrayXd::Constant(n, 1 / double(n));
+    result.layout = PupilLayout::kGrid;
+    if (std::isfinite(like.focal_length))
+      result.structure = DirectionGrid{std::move(grid), like.focal_length, like.shift};
+    else
+      result.structure = std::move(grid);
+    return result;
+  }
+};
+
+// So many blocks from the rim of the Zernikes on: nearer, errors come to a tenth of the largest derivative.
+constexpr double kBlocksOfRim = 3;
+
 }  // namespace
 
 int HeightBlocks::side(const TermSet& terms, const PupilSample& cells) {
@@ -82,44 +112,63 @@ int HeightBlocks::side(const TermSet& terms, const PupilSample& cells) {
 }
 
 HeightBlocks::HeightBlocks(const TermSet& terms, const PupilSample& cells, int side,
-                           const OperatorOptions& options) {
+                           const OperatorOptions& options)
+    : place_(std::size_t(cells.size())), terms_(terms.size()) {
   const Cells at = cells_of(cells);
   const Line columns(at.grid.x, side), rows(at.grid.y, side);
+  const double rim =
+      terms.zernike.empty() || side == 1
+          ? HUGE_VAL
+          : terms.radius - kBlocksOfRim * side * std::max(pitch_of(at.grid.x), pitch_of(at.grid.y));
+  const auto stretched = [&](double x, double y) {
+    const double longer = std::isfinite(at.focal_length) ? stretch(x, y, at.focal_length) : 1;
+    return std::array<double, 2>{x * longer, y * longer};
+  };
+  constexpr std::uint32_t kNew = UINT32_MAX, kCells = UINT32_MAX - 1;
   const auto width = std::size_t(columns.places.size());
-  std::vector<std::uint32_t> numbers(width * std::size_t(rows.places.size()), UINT32_MAX);
-  CartesianGrid grid{columns.places, rows.places, {}, {}};
-  block_.resize(std::size_t(cells.size()));
-  for (std::size_t k = 0; k < block_.size(); ++k) {
+  std::vector<std::uint32_t> numbers(width * std::size_t(rows.places.size()), kNew);
+  Points blocks{{columns.places, rows.places, {}, {}}}, singles{{at.grid.x, at.grid.y, {}, {}}};
+  std::vector<std::size_t> alone;
+  for (std::size_t k = 0; k < place_.size(); ++k) {
     const std::uint32_t column = columns.blocks[at.grid.column[k]], row = rows.blocks[at.grid.row[k]];
     std::uint32_t& number = numbers[row * width + column];
-    if (number == UINT32_MAX) {
-      number = std::uint32_t(blocks_++);
-      grid.column.push_back(column);
-      grid.row.push_back(row);
+    if (number == kNew) {
+      const auto middle = stretched(columns.places[column], rows.places[row]);
+      number = std::hypot(middle[0], middle[1]) > rim ? kCells : std::uint32_t(blocks.size());
+      if (number != kCells) blocks.add(column, row, middle);
     }
-    block_[k] = number;
+    if (number == kCells) {
+      alone.push_back(k);
+      singles.add(at.grid.column[k], at.grid.row[k], {cells.x[Eigen::Index(k)], cells.y[Eigen::Index(k)]});
+    } else {
+      place_[k] = number;
+    }
   }
-  PupilSample blocks;
-  blocks.x.resize(blocks_);
-  blocks.y.resize(blocks_);
-  blocks.weight = Eigen::ArrayXd::Constant(blocks_, 1 / double(blocks_));
-  blocks.layout = PupilLayout::kGrid;
-  for (Eigen::Index b = 0; b < blocks_; ++b) {
-    const double x = grid.x[grid.column[std::size_t(b)]], y = grid.y[grid.row[std::size_t(b)]];
-    const double longer = std::isfinite(at.focal_length) ? stretch(x, y, at.focal_length) : 1;
-    blocks.x[b] = x * longer;
-    blocks.y[b] = y * longer;
-  }
-  if (std::isfinite(at.focal_length))
-    blocks.structure = DirectionGrid{std::move(grid), at.focal_length, {}};
-  else
-    blocks.structure = std::move(grid);
-  surface_ = std::make_unique<const SurfaceOperator>(terms, blocks, options);
+  blocks_ = Eigen::Index(blocks.size());
+  at_rim_ = Eigen::Index(singles.size());
+  for (std::size_t j = 0; j < alone.size(); ++j) place_[alone[j]] = std::uint32_t(blocks.size() + j);
+  if (blocks_ > 0)
+    of_blocks_ = std::make_unique<const SurfaceOperator>(terms, std::move(blocks).sample(at), options);
+  if (at_rim_ > 0)
+    of_cells_ = std::make_unique<const SurfaceOperator>(terms, std::move(singles).sample(at), options);
 }
 
 Eigen::ArrayXd HeightBlocks::sums(const Eigen::ArrayXd& weights) const {
-  Eigen::ArrayXd result = Eigen::ArrayXd::Zero(blocks_);
-  for (std::size_t k = 0; k < block_.size(); ++k) result[block_[k]] += weights[Eigen::Index(k)];
+  Eigen::ArrayXd result = Eigen::ArrayXd::Zero(blocks_ + at_rim_);
+  for (std::size_t k = 0; k < place_.size(); ++k) result[place_[k]] += weights[Eigen::Index(k)];
+  return result;
+}
+
+Eigen::MatrixXd HeightBlocks::products(std::span<const Eigen::ArrayXd> sums) const {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(terms_, Eigen::Index(sums.size()));
+  const auto add = [&](const SurfaceOperator* surface, Eigen::Index first, Eigen::Index size) {
+    if (!surface) return;
+    std::vector<Eigen::ArrayXd> part;
+    for (const Eigen::ArrayXd& sum : sums) part.push_back(sum.segment(first, size));
+    result += surface->apply_transpose_heights(part);
+  };
+  add(of_blocks_.get(), 0, blocks_);
+  add(of_cells_.get(), blocks_, at_rim_);
   return result;
 }
 

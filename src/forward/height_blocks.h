@@ -10,7 +10,9 @@
 namespace aberfit::internal {
 
 /// L^T of height weights on the cells of a fine grid, by sums over blocks of cells: light needs far more
-/// cells than terms do, and a term is nearly the same all over a small block (height_block_side.h).
+/// cells than terms do, and a term is nearly the same all over a small block (height_block_side.h). Towards
+/// the rim of their disc the radial waves of Zernikes become as short as the square root of the distance to
+/// it: there cells count for themselves.
 class HeightBlocks {
  public:
   /// Cells along the side of a block: height_block_side, one less where a block of an even number of cells
@@ -20,17 +22,15 @@ class HeightBlocks {
   /// cells: points of a CartesianGrid or a DirectionGrid, else std::invalid_argument.
   HeightBlocks(const TermSet& terms, const PupilSample& cells, int side, const OperatorOptions& options);
 
-  /// Of weights of cells, one for each block.
+  /// Of weights of cells, one for each block and each cell at the rim.
   Eigen::ArrayXd sums(const Eigen::ArrayXd& weights) const;
   /// terms x weights, of `sums` of each.
-  Eigen::MatrixXd products(std::span<const Eigen::ArrayXd> sums) const {
-    return surface_->apply_transpose_heights(sums);
-  }
+  Eigen::MatrixXd products(std::span<const Eigen::ArrayXd> sums) const;
 
  private:
-  std::vector<std::uint32_t> block_;  // of each cell
-  Eigen::Index blocks_ = 0;
-  std::unique_ptr<const SurfaceOperator> surface_;
+  std::vector<std::uint32_t> place_;  // of each cell in the sums: blocks, then cells
+  Eigen::Index blocks_ = 0, at_rim_ = 0, terms_ = 0;
+  std::unique_ptr<const SurfaceOperator> of_blocks_, of_cells_;  // null without any
 };
 
 }  // namespace aberfit::internal

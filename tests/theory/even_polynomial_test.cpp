@@ -62,7 +62,7 @@ TEST(EvenPolynomial, StandsForASphereInThePupil) {
   field.pairs(kDz, x1, y1, x2, y2, 1, &amplitude, &difference, &scratch);
   const auto phase = [&](double x, double y) {
     const double p = std::hypot(x, y) / kFocal, c = std::sqrt(1 - p * p), rho = 2 * kFocal * p / (1 + c);
-    const double radius = 2 * kFocal, sag = radius - std::sqrt(radius * radius - rho * rho);
+    const double radius = 2 * kFocal, sag = rho * rho / (radius + std::sqrt(radius * radius - rho * rho));
     return 2 * std::numbers::pi / kWave *
            ((1 + c) * (sag - rho * rho / (4 * kFocal)) + kDz * (1 - c) / (1 + kDz / kFocal));
   };
