@@ -344,10 +344,11 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
   for (auto point = frontier.points.rbegin(); point != frontier.points.rend(); ++point) {
     const bool narrowly = point->order == end || (!point->passes && point->order >= kNearlyFrom * end);
     const double judged = point->passes || narrowly ? 1 : 0;
+    const bool again = narrowly && point->rays < kManyCells;  // a second look
     fits.push_back({sets.at(point->order), task.trace.pupil, 1, judged,
-                    narrowly        ? kNarrowly
-                    : point->passes ? kWithEase
-                                    : kFarOff});
+                    again                       ? kNarrowly
+                    : narrowly || point->passes ? kWithEase
+                                                : kFarOff});
   }
   return fits;
 }

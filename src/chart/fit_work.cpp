@@ -224,9 +224,9 @@ double draws(const Task& task, const Groundwork& ground, const TargetSets& targe
   const Asked judged = asked(task, wide, {&targets.fitted, &targets.held_out});
   const Optics optics =
       on_grid(task, waves, judging_pitch(task, waves, all_targets(targets), split.get()), pace);
-  const double light =
-      judged.planes(kDrawnRing) * optics.transform * kWavePlane + judged.count * kWaveStatistic;
-  const double surface = optics.forward + kDrawnMoments;
+  const double light = optics.forward + judged.planes(kDrawnRing) * optics.transform * kWavePlane +
+                       judged.count * kWaveStatistic;
+  const double surface = kDrawnMoments;
   const double mirrors = number_of_draws(ground.shares->spread, kMostScatterDraws);
   double surfaces = mirrors;
   if (task.target.statistics.empty())  // height and angles are judged by default

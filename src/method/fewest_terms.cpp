@@ -47,13 +47,15 @@ constexpr Eigen::Index kFewTerms = 64;
 constexpr double kNearMiss = 1.3, kNearMissOfWaves = 1.6;
 // Of few terms, whose draws differ by as much: the farthest first draw of those twenty is at 2.3.
 constexpr double kNearMissOfFew = 3;
-bool near_miss(const Attempt& attempt) {
+// On many cells a second look costs half a minute, and the next order about as much: of a deep spot (g 14)
+// none of four at 1.4 to 1.55 helped.
+constexpr double kNearMissOnManyCells = 1.1;
+// Of its tolerances or of the margin, at most.
+bool misses_by(const Attempt& attempt, double nearly) {
   const FitResult& fit = attempt.result.fit;
   // What was given up for its pace has come to somewhere too: 322 terms of an annulus, at 1.2 tolerances.
   const bool somewhere = has_solution(fit) || fit.status == FitStatus::kCancelled;
-  if (!somewhere || frontier_point(attempt, 0).passes) return false;
-  return distance_to_margin(attempt) <=
-         (attempt.bench->model == FocusModel::kWaves ? kNearMissOfWaves : kNearMiss);
+  return somewhere && !frontier_point(attempt, 0).passes && distance_to_margin(attempt) <= nearly;
 }
 
 // White coordinates of `terms` that continue a fit of fewer Zernikes: its coefficients, and the seeded draw's
@@ -73,7 +75,7 @@ Attempt fit_in_two_looks(const FitCase& of, FitPlan plan) {
   if (of.ground.use.model == FocusModel::kWaves)
     plan.most_iterations = std::min(plan.most_iterations, kWaveTrialIterations);
   Attempt first = fit_on_enough_rays(of, plan, false);
-  if (of.context.stopped() || !near_miss(first)) return first;
+  if (of.context.stopped() || !deserves_second_look(first)) return first;
   plan.warm = first.result.fit.white;
   plan.starts = 1;
   if (has_solution(first.result.fit)) plan.guides_within = kGuidesInDoubt;
@@ -216,7 +218,8 @@ bool few_by_waves(const Attempt& attempt) {
 // What is fitted is met and what lies between is missed by little: the next draw may do, as it does where no
 // set of a search passes.
 bool another_draw_may_do(const Attempt& attempt) {
-  if (!few_by_waves(attempt)) return attempt.met && near_miss(attempt);
+  const bool waves = attempt.bench->model == FocusModel::kWaves;
+  if (!few_by_waves(attempt)) return attempt.met && misses_by(attempt, waves ? kNearMissOfWaves : kNearMiss);
   return has_solution(attempt.result.fit) && !is_equivalent(attempt) &&
          distance_to_margin(attempt) <= kNearMissOfFew;
 }
@@ -248,6 +251,13 @@ Attempt fit_given_terms(const FitCase& of, FitPlan plan) {
 }
 
 }  // namespace
+
+bool deserves_second_look(const Attempt& attempt) {
+  const bool waves = attempt.bench->model == FocusModel::kWaves;
+  return misses_by(attempt, !waves                              ? kNearMiss
+                            : attempt.result.rays >= kManyCells ? kNearMissOnManyCells
+                                                                : kNearMissOfWaves);
+}
 
 Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms) {
   Trials trials(of, make_terms);

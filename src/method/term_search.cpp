@@ -108,9 +108,7 @@ int stride_at_pace(const std::vector<FrontierPoint>& failed) {
   return int(std::min(0.5 * last.order, std::ceil(left / gone * orders)));
 }
 
-// Fits by waves on so many cells take ten seconds a set, and as much for each verdict. There orders within a
-// step of the climb, 9 %, are as good as the lowest.
-constexpr Eigen::Index kManyCells = 20000;
+// On many cells orders within a step of the climb, 9 %, are as good as the lowest.
 int resolution(int order, Eigen::Index cells) { return cells >= kManyCells ? next_order(order) - order : 1; }
 
 // The same where every look is a full fit: up or down from the lowest that is expected, by strides that grow,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "aberfit/method/term_search.h"
 #include "aberfit/study/read_study.h"
 
 namespace aberfit {
@@ -42,6 +43,31 @@ TEST(FewestTerms, MakesTermsAndPriorOnceForEachTrial) {
   for (const FrontierPoint& point : found.result.frontier->points) EXPECT_TRUE(times.contains(point.order));
   EXPECT_EQ(found.result.terms.zernike, found.terms->terms.zernike);
   EXPECT_EQ(found.result.fit.coefficients.size(), found.terms->prior.size());
+}
+
+// By rays 1.3 tolerances or margins, by waves 1.6, on many cells 1.1; and from nowhere there is no way on.
+TEST(SecondLook, IsForWhatMissesByLittle) {
+  const Study study = parse_study(kStudy, "study.json");
+  TermSet none;
+  none.radius = 0.2;
+  const auto deserves = [&](FocusModel model, Eigen::Index cells, double mismatch, FitStatus status) {
+    Attempt attempt;
+    attempt.bench = std::make_shared<const Workbench>(study, model, PupilOptions{PupilLayout::kPolar, 64, 1},
+                                                      0.4 / 16, none, 1);
+    attempt.result.rays = cells;
+    attempt.result.fit.status = status;
+    attempt.mismatch = mismatch;
+    return deserves_second_look(attempt);
+  };
+  const FitStatus missed = FitStatus::kNotConverged;
+  EXPECT_TRUE(deserves(FocusModel::kRays, 65536, 1.25, missed));
+  EXPECT_FALSE(deserves(FocusModel::kRays, 65536, 1.35, missed));
+  EXPECT_TRUE(deserves(FocusModel::kWaves, 5000, 1.55, missed));
+  EXPECT_TRUE(deserves(FocusModel::kWaves, 5000, 1.55, FitStatus::kCancelled));
+  EXPECT_FALSE(deserves(FocusModel::kWaves, 5000, 1.65, missed));
+  EXPECT_TRUE(deserves(FocusModel::kWaves, kManyCells, 1.05, missed));
+  EXPECT_FALSE(deserves(FocusModel::kWaves, kManyCells, 1.15, missed));
+  EXPECT_FALSE(deserves(FocusModel::kWaves, 5000, 1.05, FitStatus::kFailed));
 }
 
 }  // namespace

@@ -7,6 +7,9 @@
 
 namespace aberfit {
 
+/// Fits by waves on so many cells take ten seconds a set, and as much for each verdict.
+inline constexpr Eigen::Index kManyCells = 20000;
+
 /// What a fit of these terms came to; the search fills in `order` and `family`.
 using TryTerms = std::function<FrontierPoint(const TermsSpec& asked)>;
 
