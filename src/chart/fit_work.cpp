@@ -61,22 +61,19 @@ double circle_of(const Task& task, const Target& target) {
   return 0;
 }
 
-// wide: grains from which on circles are wide.
+// wide: angle from which on circles are wide [rad].
 Asked asked(const Task& task, double wide, const std::vector<const std::vector<Target>*>& sets) {
   struct Plane {
     double statistics = 0;
     bool wide = true;
   };
-  const ApertureBox box = bounding_box(task.aperture);
-  const double width = std::min(box.x1 - box.x0, box.y1 - box.y0);
   std::map<double, Plane> planes;
   Asked sum;
   for (const std::vector<Target>* targets : sets)
     for (const Target& target : *targets) {
       ++sum.count;
       const double dz = plane_of_light(target.statistic).value_or(0);
-      const double grain = task.wavelength * (task.mirror.focal_length + dz) / width;
-      const bool is_wide = circle_of(task, target) >= wide * grain;
+      const bool is_wide = circle_of(task, target) >= wide * (task.mirror.focal_length + dz);
       if (plane_of_light(target.statistic)) {
         Plane& plane = planes[dz];
         ++plane.statistics;
@@ -139,9 +136,12 @@ Optics on_grid(const Task& task, const TermSet& terms, double pitch, const WaveP
   layout.rows = Eigen::Index(rows);
   layout.columns = Eigen::Index(columns);
   layout.points = std::max<Eigen::Index>(1, Eigen::Index(aperture_area(task.aperture) / (pitch * pitch)));
-  const int side = height_block_side(terms, pitch, layout.points);
+  const double side = height_block_side(terms, pitch, layout.points);
+  // Of the cells, those within three blocks of the rim of Zernikes.
+  const double at_rim =
+      side > 1 && !terms.zernike.empty() ? std::min(1.0, 6 * side * pitch / terms.radius) : 0;
   optics.height_product =
-      pace.products * double(layout.points) / (side * side) *
+      pace.products * double(layout.points) * (at_rim + (1 - at_rim) / (side * side)) *
       (kHeightProduct * double(terms.zernike.size()) + kFourierHeightProduct * double(terms.fourier.size()));
   return with_operator(optics, terms, layout);
 }
@@ -220,7 +220,7 @@ double draws(const Task& task, const Groundwork& ground, const TargetSets& targe
   const std::shared_ptr<const BandSplit> split = drawn_split(task, ground);
   TermSet waves{ground.radius, {}, {}, {}};
   waves.fourier.assign(kDrawnWaves, {split->low().f_max(), 0});
-  const double wide = wide_circles(task, ground, kWideShareOfVerdict);
+  const double wide = wide_circles(task, ground, split.get(), targets, kWideShareOfVerdict);
   const Asked judged = asked(task, wide, {&targets.fitted, &targets.held_out});
   const Optics optics =
       on_grid(task, waves, judging_pitch(task, waves, all_targets(targets), split.get()), pace);
@@ -280,8 +280,9 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
           ? on_grid(task, terms,
                     wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening), pace)
           : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
-  const double wide = wide_circles(task, ground, kWideShareOfFit),
-               wide_for_verdict = wide_circles(task, ground, kWideShareOfVerdict);
+  const double wide = wide_circles(task, ground, ground.split.get(), targets, kWideShareOfFit),
+               wide_for_verdict =
+                   wide_circles(task, ground, ground.split.get(), targets, kWideShareOfVerdict);
   const Asked fitted = asked(task, wide, {&targets.fitted, &targets.guides});
   const Asked reported = asked(task, HUGE_VAL, {&targets.fitted}),
               judged = asked(task, wide_for_verdict, {&targets.fitted, &targets.held_out});
@@ -293,7 +294,8 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
                    algebra(optics, fitted.count, double(terms.size()));
   work.ends = (linearisation(optics, fitted) + 2 * values(optics, reported)) / threads;
   work.fresh =
-      (waves ? judged_by_waves(task, terms, judged, first_judging_coarsening(task, pitch) * pitch, pace)
+      (waves ? judged_by_waves(task, terms, judged,
+                               judging_pitch(task, terms, all_targets(targets), ground.split.get()), pace)
              : judged_by_rays(terms, judged, 4 * double(rays.rays))) /
       threads;
   work.realisations = realisations(task, ground, optics) / threads;

@@ -114,27 +114,6 @@ Eigen::VectorXd by_waves(const LitMirror& lit, const PupilSample& pupil, double 
   return focus_statistics(path, coefficients, statistics, threads, warnings);
 }
 
-// What sampling wide circles once a grain may change, which all grids share: twice the standard deviation, of
-// light up to the steepest curve there is. A width has the relative error of the half that it ends at.
-Eigen::VectorXd wide_circle_bounds(const LitMirror& lit, double wide,
-                                   const std::vector<Statistic>& statistics, const Eigen::VectorXd& values) {
-  constexpr double kSteepest = 0.75, kOfWidth = 2;
-  Eigen::VectorXd bounds = Eigen::VectorXd::Zero(values.size());
-  if (!std::isfinite(wide)) return bounds;
-  const ApertureBox box = bounding_box(lit.aperture);
-  const double width = std::min(box.x1 - box.x0, box.y1 - box.y0);
-  for (Eigen::Index k = 0; k < bounds.size(); ++k) {
-    const auto* circle = std::get_if<RingThrough>(&statistics[std::size_t(k)]);
-    if (std::holds_alternative<RingFwhm>(statistics[std::size_t(k)]))
-      bounds[k] = 2 * kOfWidth * kWideCircleNoise * std::pow(wide, -1.5) * values[k];
-    if (!circle) continue;
-    const double grains =
-        circle->ring_radius * width / (lit.wavelength * (lit.mirror.focal_length + circle->dz));
-    if (grains >= wide) bounds[k] = 2 * kSteepest * kWideCircleNoise * std::pow(grains, -1.5);
-  }
-  return bounds;
-}
-
 FreshStatistics fresh_by_waves(const LitMirror& lit, const FreshPupil& wanted, const TermSet& terms,
                                const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
                                int threads, Warnings* warnings) {
@@ -165,8 +144,7 @@ FreshStatistics fresh_by_waves(const LitMirror& lit, const FreshPupil& wanted, c
       const double difference = std::abs(fresh.value[k] - values[k]);
       if (!(difference <= largest[k])) largest[k] = std::isnan(largest[k]) ? largest[k] : difference;
     }
-  fresh.standard_error =
-      kBoundOverDifference * largest + wide_circle_bounds(lit, wide, statistics, fresh.value);
+  fresh.standard_error = kBoundOverDifference * largest;
   fresh.errors_are_bounds = true;
   return fresh;
 }

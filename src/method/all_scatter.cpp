@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "aberfit/core/random.h"
 #include "aberfit/method/judged_set.h"
@@ -38,20 +40,16 @@ class DrawnMirrors {
       : of_(of),
         statistics_(statistics),
         drawing_(drawing_of(of)),
-        bench_(of.task, FocusModel::kWaves, {},
-               judging_pitch(of.task, drawing_.terms, all_targets(of.targets), drawing_.split.get()),
-               drawing_.terms, of.context.threads, drawing_.split,
-               wide_circles(of.task, of.ground, kWideShareOfVerdict)) {
-    // From one draw to the next, half of their time: drawn mirrors whose light differs by less than their
-    // tolerances have their rings next to each other's.
-    if (of.ground.shares && of.ground.shares->spread < 1) workspace_.follow_rings();
+        coarsening_(first_judging_coarsening(of.task, pitch(1))),
+        bench_(bench(coarsening_)) {
+    follow();
   }
 
   // The mean of the first `count`; of what needs no light, of the first `surfaces`.
   FreshStatistics mean(int count, int surfaces, Warnings* warnings) {
     draw_up_to(count, warnings);
     FreshStatistics fresh;
-    fresh.rays = bench_.pupil.size();
+    fresh.rays = bench_->pupil.size();
     fresh.value = values_.rowwise().mean();
     fresh.standard_error = standard_error_of_mean(values_);
     fresh.degrees_of_freedom = count - 1;
@@ -60,6 +58,44 @@ class DrawnMirrors {
   }
 
  private:
+  double pitch(double coarsening) const {
+    return wave_pitch(of_.task, drawing_.terms, all_targets(of_.targets), drawing_.split.get(), coarsening);
+  }
+  std::unique_ptr<const Workbench> bench(double coarsening) const {
+    return std::make_unique<const Workbench>(
+        of_.task, FocusModel::kWaves, PupilOptions{}, pitch(coarsening), drawing_.terms, of_.context.threads,
+        drawing_.split,
+        wide_circles(of_.task, of_.ground, drawing_.split.get(), of_.targets, kWideShareOfVerdict));
+  }
+
+  // From one draw to the next, half of their time: drawn mirrors whose light differs by less than their
+  // tolerances have their rings next to each other's.
+  void follow() {
+    if (of_.ground.shares && of_.ground.shares->spread < 1) workspace_.follow_rings();
+  }
+
+  // A grid coarser than the safe one serves where that says the same of the first mirror.
+  void check_grid(const Eigen::VectorXd& first) {
+    constexpr double kShareOfMargin = 0.15;
+    if (coarsening_ <= 1) return;
+    const JudgedSet judged(of_.targets.fitted, of_.targets.held_out);
+    std::unique_ptr<const Workbench> safe = bench(1);
+    const Eigen::VectorXd there =
+        focus_statistics(safe->focus(of_.task), coefficients(0), statistics_, of_.context.threads, nullptr);
+    const Eigen::VectorXd gap = (judged.judged(there) - judged.judged(first)).cwiseAbs();
+    for (Eigen::Index k = 0; k < gap.size(); ++k) {
+      const Target& target = judged.targets()[std::size_t(k)];
+      const double most =
+          kShareOfMargin * margin_of(target, of_.task.equivalence) * aim_of(target).relative_to();
+      if (gap[k] <= most) continue;
+      bench_ = std::move(safe);
+      coarsening_ = 1;
+      workspace_ = DiffractionWorkspace();
+      follow();
+      return;
+    }
+  }
+
   Eigen::VectorXd coefficients(int d) const {
     const std::uint64_t seed = RandomStream(of_.task.fit.seed, "scatter-draws").bits(std::uint64_t(d));
     return drawing_.prior.colour(draw_white(drawing_.prior.size(), seed));
@@ -79,7 +115,7 @@ class DrawnMirrors {
     for (std::size_t j = 0; j < place.size(); ++j)
       values.row(Eigen::Index(j)).head(known) = values_.row(place[j]);
     of_.context.say(fmt::format("heights and slopes of {} draws", surfaces));
-    const LightPath path = bench_.focus(of_.task);
+    const LightPath path = bench_->focus(of_.task);
     const auto model = make_forward_model(path, moments, of_.context.threads);
     int drawn = known;
     for (; drawn < surfaces && !of_.context.stopped(); ++drawn) {
@@ -99,17 +135,24 @@ class DrawnMirrors {
     values_.conservativeResize(Eigen::Index(statistics_.size()), std::max(count, d));
     for (; d < count; ++d) {
       of_.context.say(fmt::format("draw {} of {}", d + 1, count));
-      LightPath path = bench_.focus(of_.task);
-      path.workspace = &workspace_;
-      values_.col(d) = focus_statistics(path, coefficients(d), statistics_, of_.context.threads,
-                                        d == 0 ? warnings : nullptr);
+      const auto draw = [&]() -> Eigen::VectorXd {
+        LightPath path = bench_->focus(of_.task);
+        path.workspace = &workspace_;
+        return focus_statistics(path, coefficients(d), statistics_, of_.context.threads,
+                                d == 0 ? warnings : nullptr);
+      };
+      values_.col(d) = draw();
+      if (d > 0 || coarsening_ <= 1) continue;
+      check_grid(values_.col(0));
+      if (coarsening_ <= 1) values_.col(0) = draw();
     }
   }
 
   const FitCase& of_;
   const std::vector<Statistic>& statistics_;
   Drawing drawing_;
-  Workbench bench_;
+  double coarsening_;  // of the grid, over the safe pitch
+  std::unique_ptr<const Workbench> bench_;
   DiffractionWorkspace workspace_;
   Eigen::MatrixXd values_;
 };

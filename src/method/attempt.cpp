@@ -45,8 +45,12 @@ constexpr double kLeastCoarsening = 0.6, kNextGrid = 1.41421356237;
 // the rim, far out of focus. What that does to the surface the safe grid sees, and the fit goes on to a finer
 // one.
 constexpr double kAliasedInAFit = 2e-2;
-// What the gap between the fit's grid and the safe one may take of the margin.
+// What the gap between the fit's grid and the safe one may take of the margin. Where a coarser one judges, a
+// gap as the square of the pitch is smaller by what is left to the safe one.
 constexpr double kGridShareOfMargin = 0.15;
+double gap_share(double of_fit, double of_judge) {
+  return kGridShareOfMargin * (of_fit * of_fit - of_judge * of_judge) / std::max(1e-3, of_fit * of_fit - 1);
+}
 // Through waves a fit ends when every target is within its tolerance: the next grid moves them as much.
 constexpr double kWaveStop = 1.0;
 // Few terms are kept at the edge of the tolerances by the prior: the README's study at n = 22 took 40
@@ -204,12 +208,15 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
       if (judge_always || attempt.met) judge_on_fresh_rays(of, &attempt);
       if (attempt.fresh.rays == 0) return attempt;
       RayChoice& choice = attempt.result.ray_choice.emplace(ray_choice(of, plan, attempt));
-      choice.allowed = kGridShareOfMargin * of.task.equivalence.margin;
+      const double share = attempt.judging_coarsening > 1
+                               ? gap_share(plan.coarsening, attempt.judging_coarsening)
+                               : kGridShareOfMargin;
+      choice.allowed = share * of.task.equivalence.margin;
       choice.reason = fmt::format(
           "{} cells: the finer grid that judges changes the fitted statistics by up to {:.2g} %, {} {:.2g} % "
           "({:.0f} % of the margin)",
           attempt.result.rays, 100 * choice.gap, choice.gap <= choice.allowed ? "below" : "above",
-          100 * choice.allowed, 100 * kGridShareOfMargin);
+          100 * choice.allowed, 100 * share);
       const bool equivalent = attempt.result.verdict == Verdict::kEquivalent;
       const bool fine = choice.gap <= choice.allowed || plan.coarsening <= kLeastCoarsening;
       if (fine && (doubted || equivalent || !judge_always || !attempt.met))
@@ -242,27 +249,62 @@ Attempt fit_until_equivalent(const FitCase& of, const FitPlan& plan, bool judge_
 
 }  // namespace
 
+namespace {
+
+// Twice the noise of the wide circles among what was judged, which all grids share, goes into their error. A
+// width has the relative error of the half of the light that it ends at, twice over.
+void add_noise_of_wide_circles(const FitCase& of, const JudgedSet& judged, double wide,
+                               FreshStatistics* fresh) {
+  if (!std::isfinite(wide)) return;
+  const std::vector<Target>& targets = judged.targets();
+  const Eigen::VectorXd values = judged.judged(fresh->value);
+  Eigen::VectorXd noise = Eigen::VectorXd::Zero(values.size());
+  for (Eigen::Index k = 0; k < noise.size(); ++k) {
+    const Target aim = aim_of(targets[std::size_t(k)]);
+    const auto* circle = std::get_if<RingThrough>(&aim.statistic);
+    const bool width = std::holds_alternative<RingFwhm>(aim.statistic);
+    const double angle = circle  ? circle->ring_radius / (of.task.mirror.focal_length + circle->dz)
+                         : width ? wide
+                                 : 0;
+    if (angle >= wide)
+      noise[k] = 2 * kWideCircleNoise * std::pow(grains_of(of.task, angle), -1.5) *
+                 (width ? 2 * std::abs(values[k]) : aim.relative_to());
+  }
+  judged.add_to_judged(noise, &fresh->standard_error);
+}
+
+}  // namespace
+
 void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays) {
   of.context.say("fresh rays");
   FitOutcome& result = attempt->result;
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   const bool waves = attempt->bench->model == FocusModel::kWaves;
-  const double safe = grid_pitch(of, result.terms, 1);
-  double coarsening = 1;
-  if (waves)
-    coarsening = std::max(
+  double wide = waves
+                    ? wide_circles(of.task, of.ground, of.ground.split.get(), of.targets, kWideShareOfVerdict)
+                    : HUGE_VAL;
+  attempt->judging_coarsening = 1;
+  if (waves) {
+    const double safe = grid_pitch(of, result.terms, 1);
+    attempt->judging_coarsening = std::max(
         1.0, std::min(first_judging_coarsening(of.task, safe), attempt->bench->pitch / (kNextGrid * safe)));
-  for (;; coarsening = std::max(1.0, coarsening / kNextGrid)) {
+  }
+  // On coarse grids first; what their error leaves open goes to the safe one, and last without wide circles.
+  for (;;) {
+    const double coarsening = attempt->judging_coarsening;
     const FreshPupil pupil{attempt->bench->model, rays > 0 ? rays : 4 * result.rays, of.task.trace.pupil.seed,
-                           coarsening * safe, wide_circles(of.task, of.ground, kWideShareOfVerdict)};
+                           grid_pitch(of, result.terms, coarsening), wide};
     attempt->fresh_warnings.clear();
     attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
                                            result.fit.coefficients, judged.statistics(), of.context.threads,
                                            &attempt->fresh_warnings);
+    add_noise_of_wide_circles(of, judged, wide, &attempt->fresh);
     result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
     const bool decided = attempt->fresh.value.allFinite() && attempt->fresh.standard_error.allFinite() &&
                          overall(result.metrics) != Verdict::kUndecided;
-    if (decided || coarsening <= 1 || of.context.stopped()) break;
+    if (decided || (coarsening <= 1 && !std::isfinite(wide)) || of.context.stopped()) break;
+    if (coarsening <= 1) wide = HUGE_VAL;
+    attempt->judging_coarsening = std::max(1.0, coarsening / kNextGrid);
   }
   result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   result.verdict = overall(result.metrics);
@@ -354,7 +396,8 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   FitOutcome& result = attempt.result;
   attempt.bench = std::make_shared<const Workbench>(
       of.task, of.ground.use.model, plan.pupil, grid_pitch(of, result.terms, plan.coarsening), result.terms,
-      threads, of.ground.split, wide_circles(of.task, of.ground, kWideShareOfFit));
+      threads, of.ground.split,
+      wide_circles(of.task, of.ground, of.ground.split.get(), of.targets, kWideShareOfFit));
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
 

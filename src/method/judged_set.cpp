@@ -35,6 +35,10 @@ Eigen::VectorXd JudgedSet::judged(const Eigen::VectorXd& values) const {
   return result;
 }
 
+void JudgedSet::add_to_judged(const Eigen::VectorXd& more, Eigen::VectorXd* values) const {
+  for (Eigen::Index k = 0; k < more.size(); ++k) (*values)[judged_at_[std::size_t(k)]] += more[k];
+}
+
 std::vector<EquivalenceMetric> JudgedSet::judge(const FreshStatistics& fresh,
                                                 const EquivalenceSpec& asked) const {
   std::vector<EquivalenceMetric> metrics;

@@ -9,6 +9,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/judged_set.h"
 #include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
@@ -107,17 +108,29 @@ double first_judging_coarsening(const Task& task, double safe_pitch) {
 
 double judging_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
                      const BandSplit* split) {
-  const double safe = wave_pitch(task, terms, targets, split);
-  return first_judging_coarsening(task, safe) * safe;
+  return wave_pitch(task, terms, targets, split,
+                    first_judging_coarsening(task, wave_pitch(task, terms, targets, split)));
 }
 
-double wide_circles(const Task& task, const Groundwork& ground, double share_of_margin) {
+double grains_of(const Task& task, double angle) {
+  const ApertureBox box = bounding_box(task.aperture);
+  return angle * std::min(box.x1 - box.x0, box.y1 - box.y0) / task.wavelength;
+}
+
+double wide_circles(const Task& task, const Groundwork& ground, const BandSplit* split,
+                    const TargetSets& targets, double share) {
   constexpr double kGone = 1e-4;
   if (ground.use.model != FocusModel::kWaves || !ground.mean_spot) return HUGE_VAL;
-  const ApertureBox box = bounding_box(task.aperture);
-  const double width = std::min(box.x1 - box.x0, box.y1 - box.y0);
-  if (!(ground.mean_spot->surface_transfer(0.5 * width) < kGone)) return HUGE_VAL;
-  return std::pow(kWideCircleNoise / (share_of_margin * task.equivalence.margin), 2.0 / 3);
+  const Eigen::ArrayXd half = Eigen::ArrayXd::Constant(1, 0.5 * grains_of(task, task.wavelength));
+  // Of what the split leaves to the surfaces: its scatter is no reason that their light has no core.
+  const double of_surfaces = split
+                                 ? split->whole_transfer(half)[0] / std::max(split->transfer(half)[0], 1e-300)
+                                 : ground.mean_spot->surface_transfer(half[0]);
+  if (!(of_surfaces < kGone)) return HUGE_VAL;
+  double margin = task.equivalence.margin;
+  for (const std::vector<Target>* some : {&targets.fitted, &targets.held_out})
+    for (const Target& target : *some) margin = std::min(margin, margin_of(target, task.equivalence));
+  return std::pow(kWideCircleNoise / (share * margin), 2.0 / 3) / grains_of(task, 1);
 }
 
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch) {

@@ -102,8 +102,7 @@ double DiffractionScene::perfect_irradiance() const {
 }
 
 bool DiffractionScene::is_wide(double radius, double dz) const {
-  const double width = std::min(columns() * problem_.pupil.pitch_x, rows() * problem_.pupil.pitch_y);
-  return radius * width >= problem_.wide_circles * problem_.wavelength * (problem_.focal_length + dz);
+  return radius >= problem_.wide_circles * (problem_.focal_length + dz);
 }
 
 double DiffractionScene::defocus(double dz) const {
@@ -140,8 +139,9 @@ PhaseSteps DiffractionScene::phase_steps(const Eigen::ArrayXd& height, double dz
   return steps;
 }
 
-DiffractionGrid::DiffractionGrid(const DiffractionScene& scene, double padding)
-    : transform(scene.rows(), scene.columns(), padding) {
+DiffractionGrid::DiffractionGrid(const DiffractionScene& scene, double padding,
+                                 const DiffractionGrid* mean_of)
+    : transform(scene.rows(), scene.columns(), padding), mean_of_(mean_of) {
   const double step_x = scene.problem().pupil.pitch_x / scene.finer_pitch(),
                step_y = scene.problem().pupil.pitch_y / scene.finer_pitch();
   double longest = scene.longest_lag();
@@ -171,6 +171,14 @@ const Eigen::ArrayXd& DiffractionGrid::mean_at(const DiffractionScene& scene, do
   {
     const std::lock_guard lock(mutex_);
     if (const auto at = means_.find(dz); at != means_.end()) return at->second;
+  }
+  if (mean_of_) {  // of every lag: folded ones of the mean would be a bias, where those of a surface are
+                   // noise
+    PupilTransform::Buffers own(mean_of_->transform);
+    FocusedField field(mean_of_->transform);
+    Eigen::ArrayXd mean = mean_of_->mean_at(scene, dz, &own, &field).head(lags.nodes());
+    const std::lock_guard lock(mutex_);
+    return means_.emplace(dz, std::move(mean)).first->second;
   }
   DiffractionProblem bare = scene.problem();
   bare.scatter = nullptr;

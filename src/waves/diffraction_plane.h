@@ -118,7 +118,9 @@ struct FocusedField;
 /// What all planes of one pupil grid share.
 struct DiffractionGrid {
   /// padding: as PupilTransform has it; below 2 circles see the transfer function as far as half of it.
-  DiffractionGrid(const DiffractionScene& scene, double padding);
+  /// mean_of: the grid of the same cells that knows the mean spot at every lag, and outlives this one; null:
+  /// itself.
+  DiffractionGrid(const DiffractionScene& scene, double padding, const DiffractionGrid* mean_of = nullptr);
   PupilTransform transform;
   LagTable lags;
   mutable KernelMemory kernels;
@@ -134,6 +136,7 @@ struct DiffractionGrid {
 
  private:
   void set_scatter(const DiffractionScene& scene);
+  const DiffractionGrid* mean_of_;
   Eigen::ArrayXd whole_;  // H_whole at the lengths of `lags`
   mutable std::mutex mutex_;
   mutable std::map<double, Eigen::ArrayXd> means_;

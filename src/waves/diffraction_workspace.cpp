@@ -31,8 +31,9 @@ bool DiffractionWorkspace::Buffers::Surface::is(const DiffractionScene& scene) c
   const DiffractionProblem& problem = scene.problem();
   return focal_length == problem.focal_length && wavelength == problem.wavelength &&
          pitch_x == problem.pupil.pitch_x && pitch_y == problem.pupil.pitch_y && total == scene.total() &&
-         same(base, scene.base()) && same(versine, scene.versine()) && same(grid.x, scene.grid().x) &&
-         same(grid.y, scene.grid().y) && grid.row == scene.grid().row && grid.column == scene.grid().column;
+         wide_circles == problem.wide_circles && same(base, scene.base()) && same(versine, scene.versine()) &&
+         same(grid.x, scene.grid().x) && same(grid.y, scene.grid().y) && grid.row == scene.grid().row &&
+         grid.column == scene.grid().column;
 }
 
 void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool wide_too) {
@@ -51,14 +52,16 @@ void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool 
     full.grid = std::make_unique<DiffractionGrid>(scene, problem.padding);
     size_ = wanted;
   }
-  if (wide_too && !wide.grid) wide.grid = std::make_unique<DiffractionGrid>(scene, kWidePadding);
+  if (wide_too && !wide.grid)
+    wide.grid = std::make_unique<DiffractionGrid>(scene, kWidePadding, full.grid.get());
 }
 
 void DiffractionWorkspace::Buffers::look_at(const DiffractionScene& scene, const std::vector<double>& dz) {
   if (surface_.is(scene)) return;
   const DiffractionProblem& problem = scene.problem();
-  surface_ = {problem.focal_length, problem.wavelength, problem.pupil.pitch_x, problem.pupil.pitch_y,
-              scene.total(),        scene.grid(),       scene.base(),          scene.versine()};
+  surface_ = {problem.focal_length,  problem.wavelength, problem.pupil.pitch_x,
+              problem.pupil.pitch_y, scene.total(),      problem.wide_circles,
+              scene.grid(),          scene.base(),       scene.versine()};
   rings.move_on();
   kept_ = 0;
   for (Tables* of : {&full, &wide}) {

@@ -85,7 +85,7 @@ struct DiffractionWorkspace::Buffers {
  private:
   // All that a plane is a function of.
   struct Surface {
-    double focal_length = 0, wavelength = 0, pitch_x = 0, pitch_y = 0, total = 0;
+    double focal_length = 0, wavelength = 0, pitch_x = 0, pitch_y = 0, total = 0, wide_circles = 0;
     CartesianGrid grid;
     Eigen::ArrayXcd base;
     Eigen::ArrayXd versine;

@@ -156,22 +156,6 @@ TEST(StatisticsWithError, OfWavesFallsWithTheSquareOfThePitch) {
   }
 }
 
-// Circles of 20 grains, wide from 15 on: what that changes is part of the error.
-TEST(StatisticsWithError, OfWideCirclesHoldsTheirNoise) {
-  const Surface surface(250e-9, 16);
-  constexpr double kGrains = 20, kPitch = kDiameter / 400;
-  const double radius = kGrains * kWavelength * kParabola.focal_length / kDiameter;
-  const std::vector<Statistic> statistics{RingThrough{radius, 0}, RingFwhm{0.9, {}}};
-  const FreshStatistics exact = surface.seen({FocusModel::kWaves, 0, 1, kPitch}, statistics),
-                        wide = surface.seen({FocusModel::kWaves, 0, 1, kPitch, 15}, statistics);
-  for (int k : {0, 1}) {
-    EXPECT_NE(wide.value[k], exact.value[k]);
-    EXPECT_LT(std::abs(wide.value[k] - exact.value[k]), wide.standard_error[k]);
-  }
-  EXPECT_GE(wide.standard_error[0], 2 * 0.75 * kWideCircleNoise * std::pow(kGrains, -1.5));
-  EXPECT_GT(wide.standard_error[1], 5 * exact.standard_error[1]);
-}
-
 TEST(StatisticsWithError, IsTheSameToTheLastBitForAnyThreadCount) {
   const Surface surface(40e-9, 12);
   for (const FreshPupil& pupil :

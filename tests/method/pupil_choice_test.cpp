@@ -5,11 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
+#include "aberfit/method/judged_set.h"
 #include "aberfit/study/read_study.h"
+#include "aberfit/terms/modal_covariance.h"
 
 namespace aberfit {
 namespace {
@@ -73,16 +76,59 @@ TEST(JudgingGrid, GivesWayToTheSafeOneWhereItsErrorLeavesTheVerdictOpen) {
 // Uniform roughness of g = 4: the core has exp(-16) of the light; of g = 2 a fiftieth.
 TEST(WideCircles, AreThereWhereThePatternHasNoCoreAndByTheMargin) {
   const auto grains = [](const std::string& rms, const std::string& target = "{}",
-                         const std::string& margin = "1 %", double share = 0.02) {
-    const Study study = study_of(rms, target, margin);
-    return wide_circles(study, lay_groundwork(study), share);
+                         const std::string& margin = "1 %", double share = 0.02,
+                         std::optional<double> stray_light = std::nullopt) {
+    Study study = study_of(rms, target, margin);
+    study.equivalence.stray_light = stray_light;
+    const Groundwork ground = lay_groundwork(study);
+    return grains_of(study, wide_circles(study, ground, nullptr, make_targets(study, ground, 1), share));
   };
   const double at_one_percent = grains("200 nm");
   EXPECT_NEAR(kWideCircleNoise * std::pow(at_one_percent, -1.5), 0.02 * 0.01, 1e-12);
   EXPECT_NEAR(grains("200 nm", "{}", "0.3 %") / at_one_percent, std::pow(1 / 0.3, 2.0 / 3), 1e-9);
   EXPECT_LT(grains("200 nm", "{}", "1 %", 0.07), 0.5 * at_one_percent);
+  // Of the light outside ee95 a hundredth is a smaller margin: 5e-4 over r dE/dr, about 0.3 there.
+  EXPECT_GT(grains("200 nm", "{}", "1 %", 0.02, 0.01), 2 * at_one_percent);
   EXPECT_EQ(grains("100 nm"), HUGE_VAL);
   EXPECT_EQ(grains("200 nm", R"({"theory": "geometric"})"), HUGE_VAL);
+}
+
+// 93 grains at a margin of 3 %: wide, and twice its noise is in the error beside what grids differ by.
+TEST(WideCircles, EnterTheErrorOfAVerdict) {
+  constexpr double kRadius = 0.413e-3;
+  const Study study = study_of(
+      "1 um",
+      fmt::format(
+          R"({{"theory": "ghs", "statistics": {{"ee80": {{"value": {}}}, "ee95": {{"value": 0.9e-3}}}}}})",
+          kRadius),
+      "3 %");
+  const Layout layout = lay_out(study, 1);
+  ASSERT_EQ(layout.ground.use.model, FocusModel::kWaves);
+  const RunContext context{2};
+  const FitCase of{study, layout.ground, layout.targets, context};
+  const double wide = wide_circles(study, layout.ground, nullptr, layout.targets, kWideShareOfVerdict);
+  ASSERT_GT(kRadius / 2.8, wide);
+  Attempt attempt;
+  attempt.result.terms.radius = 0.2;
+  attempt.result.terms.zernike = zernike_modes(2, 12);
+  const CoefficientPrior prior = make_prior(attempt.result.terms, *layout.ground.psd, CovarianceKind::kFull);
+  attempt.result.fit.coefficients = prior.colour(draw_white(prior.size(), 3));
+  const double pitch = wave_pitch(study, attempt.result.terms, all_targets(layout.targets), nullptr, 2);
+  attempt.bench = std::make_shared<const Workbench>(study, FocusModel::kWaves, PupilOptions{}, 2 * pitch,
+                                                    attempt.result.terms, 1);
+  judge_on_fresh_rays(of, &attempt);
+  ASSERT_NE(attempt.result.verdict, Verdict::kUndecided);  // the first grid has decided
+  const JudgedSet judged(layout.targets.fitted, layout.targets.held_out);
+  const FreshStatistics grids = statistics_with_error(
+      lit_mirror(study, nullptr),
+      {FocusModel::kWaves, 0, 1,
+       wave_pitch(study, attempt.result.terms, all_targets(layout.targets), nullptr,
+                  attempt.judging_coarsening),
+       wide},
+      attempt.result.terms, attempt.result.fit.coefficients, judged.statistics(), 2, nullptr);
+  const Eigen::VectorXd more = judged.judged(attempt.fresh.standard_error - grids.standard_error);
+  const double scale = aim_of(layout.targets.fitted[0]).relative_to();
+  EXPECT_NEAR(more[0], 2 * kWideCircleNoise * std::pow(grains_of(study, kRadius / 2.8), -1.5) * scale, 1e-12);
 }
 
 }  // namespace

@@ -32,6 +32,32 @@ std::vector<InstructionSet> supported_sets() {
   return sets;
 }
 
+// Lines longer than their transform, of both parts of two: elements n apart come as one.
+TEST(LineKernel, FoldsWhatIsLongerThanATransform) {
+  for (const InstructionSet set : supported_sets())
+    for (const int n : {5, 16, 42}) {
+      const LinePlan plan(n);
+      for (const int count : {n + 1, (3 * n + 1) / 2, 2 * n})
+        for (const int part : {0, 1}) {
+          const std::vector<double> in = normals(16 * std::size_t(count), "line"),
+                                    phases = line_phases(n, part, 2);
+          std::vector<double> work(16 * (4 * std::size_t(n) + 24)), out(16 * std::size_t(n));
+          line_kernels(set).columns_out(plan.steps(), phases.data(), part == 0 ? 1 : -1, in.data(), 16, count,
+                                        out.data(), 16, work.data());
+          for (int x = 0; x < n; ++x)
+            for (int line = 0; line < kLines; ++line) {
+              Complex sum = 0;
+              for (int k = 0; k < count; ++k)
+                sum += Complex(in[std::size_t(16 * k + line)], in[std::size_t(16 * k + line + 8)]) *
+                       phasor(-double((2 * x + part) * k % (2 * n)) / (2 * n));
+              const Complex got(out[std::size_t(16 * x + line)], out[std::size_t(16 * x + line + 8)]);
+              EXPECT_LE(std::abs(got - sum), 1e-13 * std::sqrt(double(count)))
+                  << n << ' ' << count << ' ' << part;
+            }
+        }
+    }
+}
+
 TEST(LineKernel, TransformsOfEveryRadixAreTheirSums) {
   for (const InstructionSet set : supported_sets()) {
     for (const int n : {1, 2, 3, 4, 5, 7, 8, 16, 32, 64, 35, 42, 120, 126, 128, 210, 256}) {

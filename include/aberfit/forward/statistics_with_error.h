@@ -30,7 +30,7 @@ struct FreshPupil {
   std::int64_t rays = 0;   ///< kRays: wanted number, 8 to 4 million (2^22), clamped to that
   std::uint64_t seed = 1;  ///< kRays: of the scrambles
   double pitch = 0;        ///< kWaves: of the grid that judges [m]
-  /// kWaves: as DiffractionProblem has it.
+  /// kWaves: as DiffractionProblem has it; its noise is not in the stated error.
   double wide_circles = std::numeric_limits<double>::infinity();
 };
 

@@ -42,12 +42,13 @@ struct Attempt {
   FitOutcome result;
   std::shared_ptr<const TermPlan> terms;
   std::shared_ptr<const Workbench> bench;
-  FreshStatistics fresh;       ///< of a JudgedSet's statistics; empty where the fit was not judged
-  Eigen::VectorXd own;         ///< on the fit's own points: what is judged of each fitted target
-  Warnings own_warnings;       ///< of statistics there; said where no fresh points say it anew
-  Warnings fresh_warnings;     ///< of `fresh`
-  double mismatch = HUGE_VAL;  ///< worst, in tolerances
-  bool met = false;            ///< every tolerance
+  FreshStatistics fresh;          ///< of a JudgedSet's statistics; empty where the fit was not judged
+  Eigen::VectorXd own;            ///< on the fit's own points: what is judged of each fitted target
+  Warnings own_warnings;          ///< of statistics there; said where no fresh points say it anew
+  Warnings fresh_warnings;        ///< of `fresh`
+  double judging_coarsening = 1;  ///< of the grid for waves that `fresh` is of, over the safe pitch
+  double mismatch = HUGE_VAL;     ///< worst, in tolerances
+  bool met = false;               ///< every tolerance
 };
 
 /// Says of a result what is known of its scene: models, targets, where the roughness is split, and warnings.
@@ -73,7 +74,8 @@ bool has_solution(const FitResult& fit);
 Attempt attempt_fit(const FitCase& of, const FitPlan& plan);
 
 /// Statistics on points that the fit has not seen, and the verdict on them. rays: how many; 0 for four times
-/// the fit's. Waves take the safe grid.
+/// the fit's. Waves take a grid up to twice as coarse as the safe one first (pupil_choice.h), and the safe
+/// one where its error leaves the verdict open.
 void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays = 0);
 
 /// The same on the plan's rays, or on more and more until fresh ones say the same; judged on fresh rays. By

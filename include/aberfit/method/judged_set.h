@@ -24,6 +24,9 @@ class JudgedSet {
   Eigen::VectorXd shown(const Eigen::VectorXd& values) const;
   /// The same: what is judged, one per target, in the unit of its aim.
   Eigen::VectorXd judged(const Eigen::VectorXd& values) const;
+  /// Adds to values (or errors) in the order of `statistics()`, to what is judged; more: one per target, in
+  /// the unit of its aim.
+  void add_to_judged(const Eigen::VectorXd& more, Eigen::VectorXd* values) const;
   /// Two one-sided tests of every target. fresh: of `statistics()`.
   std::vector<EquivalenceMetric> judge(const FreshStatistics& fresh, const EquivalenceSpec& asked) const;
 

@@ -40,12 +40,16 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
                   const BandSplit* split, double coarsening = 1, double least_reach = 0);
 
 /// What the noise of wide circles may take of the margin, as a standard deviation: while a fit goes on, and
-/// where it is judged, with the bound of the noise in its error.
+/// where it is judged, with twice the noise in its error.
 inline constexpr double kWideShareOfFit = 0.07, kWideShareOfVerdict = 0.02;
-/// From how many grains on circles may be taken as wide (DiffractionProblem::wide_circles) so that the noise
-/// is at most `share_of_margin` of the margin. Infinite by rays, and where the mean pattern has a core, so
-/// that the transfer function is not gone at half of its width.
-double wide_circles(const Task& task, const Groundwork& ground, double share_of_margin);
+/// From which radius over f + dz on [rad] circles may be taken as wide (DiffractionProblem::wide_circles) so
+/// that the noise is at most `share` of the smallest margin of a target. Infinite by rays, and where the mean
+/// pattern of the surfaces that are looked at has a core, so that their transfer function is not gone at half
+/// of its width. split: of the roughness; what it leaves to the surfaces; null: all.
+double wide_circles(const Task& task, const Groundwork& ground, const BandSplit* split,
+                    const TargetSets& targets, double share);
+/// Grains, lambda (f+dz) over the smaller side of the aperture, in a circle of this radius over f + dz [rad].
+double grains_of(const Task& task, double angle);
 
 /// The points that a surface is propagated from: rays, or the cells of a grid of `pitch` [m].
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch);

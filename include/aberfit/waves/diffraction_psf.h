@@ -148,12 +148,12 @@ struct DiffractionProblem {
   std::shared_ptr<const MeanScatter> scatter = {};
   /// Heights of the mirror without roughness at the pupil points [m]; null: 0. Looked at with `scatter`.
   const Eigen::ArrayXd* nominal = nullptr;
-  /// From this many grains lambda (f+dz)/width on, width the smaller side of the pupil, circles are wide: the
-  /// light in planes where no smaller one and nothing but circles is asked for is sampled once a grain, for a
-  /// quarter of the time, and the transfer function taken as far as half the width. What that leaves out is
-  /// noise of the grains at the edge of a circle: at r grains a standard deviation of kWideCircleNoise
-  /// max(r dE/dr, kFlattestCurve) r^-3/2 of the light or less (tests/waves). Only for patterns without a
-  /// core, whose mean transfer function is gone at half the width.
+  /// From this radius over f + dz on [rad], circles are wide: the light in planes where no smaller one and
+  /// nothing but circles is asked for is sampled once a grain, lambda (f+dz)/width with the smaller side of
+  /// the pupil, for a quarter of the time, and the transfer function taken as far as half the width. What
+  /// that leaves out is noise of the grains at the edge of a circle: at r grains a standard deviation of
+  /// kWideCircleNoise max(r dE/dr, kFlattestCurve) r^-3/2 of the light or less (tests/waves). Only for
+  /// patterns without a core, whose mean transfer function is gone at half the width.
   double wide_circles = std::numeric_limits<double>::infinity();
 };
 
@@ -182,10 +182,15 @@ class DiffractionWorkspace {
   std::unique_ptr<Buffers> buffers_;
 };
 
+/// Makes less of a gradient over the heights, from several threads.
+using GradientReduction = std::function<Eigen::ArrayXd(const Eigen::ArrayXd& d_height)>;
+
 /// Statistics of the diffraction PSF about the nominal focus X = 0, and their exact gradients over the
 /// heights (adjoint: one inverse transform per statistic and plane). height: one per pupil point [m]. values:
 /// one per statistic, NaN where it does not exist; d_height, when given: one array per statistic, d value/d
-/// height, one entry per pupil point; multiply by L^T for coefficients. workspace may be null.
+/// height, one entry per pupil point; multiply by L^T for coefficients. workspace may be null. reduce: what
+/// it makes takes the place of each gradient as soon as that is there, so that not all of them need the
+/// memory of a grid at once; may be empty.
 ///   EncircledEnergyRadius, RingThrough: from EE(r) above.
 ///   RingFwhm: N(z) searched from a scan of planes; the half crossings nearest to the highest peak. Costs
 ///   about 50 planes, an encircled-energy radius one.
@@ -196,9 +201,6 @@ class DiffractionWorkspace {
 /// False when any value or gradient does not exist: no such plane, heights that are not finite, no root
 /// inside the field of view, more aliased cells than the limit, a radius in a dark ring, ... Results do not
 /// depend on `threads`, to the last bit.
-/// reduce: takes the place of each gradient as soon as it is there, from several threads, so that not all of
-/// them need the memory of a grid at once; may be empty.
-using GradientReduction = std::function<Eigen::ArrayXd(const Eigen::ArrayXd& d_height)>;
 bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                           const std::vector<Statistic>& statistics, int threads,
                           DiffractionWorkspace* workspace, Eigen::VectorXd* values,
