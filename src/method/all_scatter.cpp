@@ -74,22 +74,23 @@ class DrawnMirrors {
     if (of_.ground.shares && of_.ground.shares->spread < 1) workspace_.follow_rings();
   }
 
-  // A grid coarser than the safe one serves where that says the same of the first mirror.
+  // A grid coarser than the safe one serves where one half as fine again says the same of the first mirror:
+  // of an error as the square of the pitch, two thirds and more of what is left to the safe grid.
   void check_grid(const Eigen::VectorXd& first) {
-    constexpr double kShareOfMargin = 0.15;
+    constexpr double kShareOfMargin = 0.1, kFiner = 1.41421356237;
     if (coarsening_ <= 1) return;
     const JudgedSet judged(of_.targets.fitted, of_.targets.held_out);
-    std::unique_ptr<const Workbench> safe = bench(1);
     const Eigen::VectorXd there =
-        focus_statistics(safe->focus(of_.task), coefficients(0), statistics_, of_.context.threads, nullptr);
+        focus_statistics(bench(std::max(1.0, coarsening_ / kFiner))->focus(of_.task), coefficients(0),
+                         statistics_, of_.context.threads, nullptr);
     const Eigen::VectorXd gap = (judged.judged(there) - judged.judged(first)).cwiseAbs();
     for (Eigen::Index k = 0; k < gap.size(); ++k) {
       const Target& target = judged.targets()[std::size_t(k)];
       const double most =
           kShareOfMargin * margin_of(target, of_.task.equivalence) * aim_of(target).relative_to();
       if (gap[k] <= most) continue;
-      bench_ = std::move(safe);
       coarsening_ = 1;
+      bench_ = bench(1);
       workspace_ = DiffractionWorkspace();
       follow();
       return;
