@@ -8,8 +8,8 @@ namespace aberfit {
 /// Makes the terms of a trial; plan_terms unless a test wants to watch.
 using MakeTerms = std::function<TermPlan(const TermsSpec&)>;
 
-/// Whether a fit that does not pass missed by so little (of its tolerances or of the margin) that it may be the
-/// rays' or the solver's doing, not the terms': it goes on from there once.
+/// Whether a fit that does not pass missed by so little (of its tolerances or of the margin) that it may be
+/// the rays' or the solver's doing, not the terms': it goes on from there once.
 bool deserves_second_look(const Attempt& attempt);
 
 /// `"terms": "auto"`: the fit of the fewest terms that meet every tolerance and are equivalent, with the
