@@ -274,7 +274,6 @@ double wave_seconds(int across, int statistics) {
 FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& terms, const PupilOptions& rays,
                  const TargetSets& targets, int threads, const WavePace& pace) {
   const bool waves = ground.use.model == FocusModel::kWaves;
-  const double pitch = waves ? wave_pitch(task, terms, all_targets(targets), ground.split.get()) : 0;
   const Optics optics =
       waves
           ? on_grid(task, terms,
