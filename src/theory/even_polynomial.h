@@ -6,7 +6,8 @@
 namespace aberfit::internal {
 
 /// A smooth function of the distance from the axis, even in it, as a polynomial in its square: what a conic
-/// or even powers of the radius make of a phase, for a tenth of the time of its formula.
+/// or even powers of the radius make of a phase. Targets of a conic by means over azimuth take a third of the
+/// time that they take with its formula.
 class EvenPolynomial {
  public:
   /// Of the lowest even degree in the square, 2 to 24, that is `error` or less off between the Chebyshev

@@ -27,6 +27,29 @@ struct Fields {
   double padding;
 };
 
+// Random cells of a pupil.
+class Field {
+ public:
+  explicit Field(const Fields& of)
+      : of_(of), random_(normals(2 * std::size_t(of.rows * of.columns), "pupil")) {}
+  Complex operator()(int row, int column) const {
+    const auto at = 2 * std::size_t(row * of_.columns + column);
+    return {random_[at], random_[at + 1]};
+  }
+  void put(const PupilTransform& transform, PupilTransform::Buffers* b) const {
+    for (int row = 0; row < of_.rows; ++row)
+      for (int column = 0; column < of_.columns; ++column) {
+        const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
+        b->pupil.data()[at] = (*this)(row, column).real();
+        b->pupil.data()[at + kLines] = (*this)(row, column).imag();
+      }
+  }
+
+ private:
+  Fields of_;
+  std::vector<double> random_;
+};
+
 TEST(PupilTransform, IsItsSumThereAndBack) {
   for (const Fields& c : {Fields{5, 7, 2}, Fields{16, 16, 2}, Fields{9, 21, 2.7}, Fields{33, 12, 2}}) {
     const PupilTransform transform(c.rows, c.columns, c.padding);
@@ -34,17 +57,8 @@ TEST(PupilTransform, IsItsSumThereAndBack) {
     ASSERT_GE(m_x, 2 * c.columns - 1);
     ASSERT_GE(m_y, 2 * c.rows - 1);
     PupilTransform::Buffers b(transform);
-    const std::vector<double> random = normals(2 * std::size_t(c.rows * c.columns), "pupil");
-    const auto e = [&](int row, int column) {
-      const auto at = 2 * std::size_t(row * c.columns + column);
-      return Complex(random[at], random[at + 1]);
-    };
-    for (int row = 0; row < c.rows; ++row)
-      for (int column = 0; column < c.columns; ++column) {
-        const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
-        b.pupil.data()[at] = e(row, column).real();
-        b.pupil.data()[at + kLines] = e(row, column).imag();
-      }
+    const Field e(c);
+    e.put(transform, &b);
     AlignedArray focal(transform.focal_size());
     transform.to_focus(focal.data(), &b);
     transform.correlation(focal.data(), &b);
@@ -98,17 +112,8 @@ TEST(PupilTransform, OfFewSamplesFoldsLags) {
     const int m_x = transform.m_columns(), m_y = transform.m_rows();
     ASSERT_LT(m_x, 2 * c.columns - 1);
     PupilTransform::Buffers b(transform);
-    const std::vector<double> random = normals(2 * std::size_t(c.rows * c.columns), "pupil");
-    const auto e = [&](int row, int column) {
-      const auto at = 2 * std::size_t(row * c.columns + column);
-      return Complex(random[at], random[at + 1]);
-    };
-    for (int row = 0; row < c.rows; ++row)
-      for (int column = 0; column < c.columns; ++column) {
-        const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
-        b.pupil.data()[at] = e(row, column).real();
-        b.pupil.data()[at + kLines] = e(row, column).imag();
-      }
+    const Field e(c);
+    e.put(transform, &b);
     AlignedArray focal(transform.focal_size());
     transform.to_focus(focal.data(), &b);
     transform.correlation(focal.data(), &b);

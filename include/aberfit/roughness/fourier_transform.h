@@ -7,9 +7,9 @@ namespace aberfit {
 
 /// Forward complex transform of a rows x cols array (row after row), in place, unnormalised. Planned once;
 /// the same bits come out every time; calls from many threads at once are safe. Fields of 64 x 64 and more
-/// whose sides have no prime factor above 7 go by the library's own lines (line_kernel.h): FFTW's plans by
-/// estimate, the only ones that do not depend on what a clock said, take 3 to 5 times as long for 1024 x
-/// 1024.
+/// whose sides have no prime factor above 7 go by the library's own lines (line_kernel.h): with FFTW's plans
+/// by estimate, the only ones that do not depend on what a clock said, the cut of a deep band took 7.6 s
+/// for 5.3.
 class FourierTransform {
  public:
   FourierTransform(int rows, int cols);
