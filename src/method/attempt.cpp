@@ -49,6 +49,7 @@ constexpr double kAliasedInAFit = 2e-2;
 // gap as the square of the pitch is smaller by what is left to the safe one.
 constexpr double kGridShareOfMargin = 0.15;
 double gap_share(double of_fit, double of_judge) {
+  if (of_judge <= 1) return kGridShareOfMargin;
   return kGridShareOfMargin * (of_fit * of_fit - of_judge * of_judge) / std::max(1e-3, of_fit * of_fit - 1);
 }
 // Through waves a fit ends when every target is within its tolerance: the next grid moves them as much.
@@ -208,9 +209,7 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
       if (judge_always || attempt.met) judge_on_fresh_rays(of, &attempt);
       if (attempt.fresh.rays == 0) return attempt;
       RayChoice& choice = attempt.result.ray_choice.emplace(ray_choice(of, plan, attempt));
-      const double share = attempt.judging_coarsening > 1
-                               ? gap_share(plan.coarsening, attempt.judging_coarsening)
-                               : kGridShareOfMargin;
+      const double share = gap_share(plan.coarsening, attempt.judging_coarsening);
       choice.allowed = share * of.task.equivalence.margin;
       choice.reason = fmt::format(
           "{} cells: the finer grid that judges changes the fitted statistics by up to {:.2g} %, {} {:.2g} % "
@@ -246,10 +245,6 @@ Attempt fit_until_equivalent(const FitCase& of, const FitPlan& plan, bool judge_
   nearest->result.chosen.starts = plan.starts;
   return std::move(*nearest);
 }
-
-}  // namespace
-
-namespace {
 
 // Twice the noise of the wide circles among what was judged, which all grids share, goes into their error. A
 // width has the relative error of the half of the light that it ends at, twice over.
