@@ -50,6 +50,15 @@ class Field {
   std::vector<double> random_;
 };
 
+// g of the lags that there are, row after row of the pupil.
+void put_kernel(const std::vector<double>& g, const PupilTransform& transform, PupilTransform::Buffers* b) {
+  std::fill_n(b->quarter.data(), transform.quarter_size(), 0.0);
+  for (int my = 0; my < transform.lag_rows(); ++my)
+    for (int mx = 0; mx < transform.lag_columns(); ++mx)
+      b->quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)] =
+          g[std::size_t(my * transform.columns() + mx)];
+}
+
 TEST(PupilTransform, IsItsSumThereAndBack) {
   for (const Fields& c : {Fields{5, 7, 2}, Fields{16, 16, 2}, Fields{9, 21, 2.7}, Fields{33, 12, 2}}) {
     const PupilTransform transform(c.rows, c.columns, c.padding);
@@ -85,11 +94,7 @@ TEST(PupilTransform, IsItsSumThereAndBack) {
 
     // Back with a kernel g: V_k = M sum_m g(m) E_(k+m).
     const std::vector<double> g = normals(std::size_t(c.rows * c.columns), "kernel");
-    std::fill_n(b.quarter.data(), transform.quarter_size(), 0.0);
-    for (int my = 0; my < c.rows; ++my)
-      for (int mx = 0; mx < c.columns; ++mx)
-        b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)] =
-            g[std::size_t(my * c.columns + mx)];
+    put_kernel(g, transform, &b);
     transform.kernel(b.kernel.data(), &b);
     transform.back_to_pupil(focal.data(), b.kernel.data(), &b);
     for (int row = 0; row < c.rows; ++row)
@@ -132,12 +137,8 @@ TEST(PupilTransform, OfFewSamplesFoldsLags) {
         EXPECT_NEAR(b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)],
                     0.5 * power * (folded(my, mx) + folded(my, -mx)).real(), 1e-14 * scale);
 
-    std::fill_n(b.quarter.data(), transform.quarter_size(), 0.0);
     const std::vector<double> g = normals(std::size_t(c.rows * c.columns), "kernel");
-    for (int my = 0; my < transform.lag_rows(); ++my)
-      for (int mx = 0; mx < transform.lag_columns(); ++mx)
-        b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)] =
-            g[std::size_t(my * c.columns + mx)];
+    put_kernel(g, transform, &b);
     transform.kernel(b.kernel.data(), &b);
     transform.back_to_pupil(focal.data(), b.kernel.data(), &b);
     for (int row = 0; row < c.rows; ++row)
