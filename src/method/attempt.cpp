@@ -72,8 +72,10 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double
   }
   const bool minds_stall = plan.on_stall != OnStall::kGoOn;
   if (!of.context.progress && !of.context.interrupted && !minds_stall) return fit;
-  const StallWatch own(of.ground.use.model, plan.most_iterations, plan.warm.size() > 0);
-  auto watch = std::make_shared<StallWatch>(plan.on_stall == OnStall::kEnd ? StallWatch::patient() : own);
+  const FocusModel model = of.ground.use.model;
+  auto watch = std::make_shared<StallWatch>(
+      plan.on_stall == OnStall::kEnd ? StallWatch::patient(model, plan.most_iterations)
+                                     : StallWatch(model, plan.most_iterations, plan.warm.size() > 0));
   fit.progress = [&of, minds_stall, watch, tries, lowest](const FitProgress& p) {
     *lowest = std::min(*lowest, p.worst_mismatch);
     if (of.context.stopped() || (minds_stall && watch->stalled(p))) return false;

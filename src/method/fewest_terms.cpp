@@ -145,9 +145,10 @@ class Trials {
     return point;
   }
 
-  // As if it had been asked for: to the end, and judged. promising: by waves from more than one draw.
+  // As if it had been asked for: to where it rests, and judged. promising: by waves from more than one draw.
   Attempt whole(const TermsSpec& asked, bool promising) {
     FitPlan plan = planned(asked);
+    plan.on_stall = OnStall::kEnd;
     if (promising && of_.ground.use.model == FocusModel::kWaves)
       plan.starts = std::max(plan.starts, kStartsOfNearest);
     return fit_on_enough_rays(of_, std::move(plan), true);

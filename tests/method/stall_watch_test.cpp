@@ -53,10 +53,24 @@ TEST(StallWatch, OfWavesAsksWhetherThePaceReachesTheTolerances) {
 
 // Terms that somebody asked for: a fit that rests for 24 iterations and falls then goes on.
 TEST(StallWatch, OfWhatIsAskedForWaitsTwentyFiveIterations) {
-  const StallWatch patient = StallWatch::patient();
+  const StallWatch patient = StallWatch::patient(FocusModel::kRays, 100);
   EXPECT_EQ(given_up(patient, [](int) { return 800.0; }), 1 + 25);
   EXPECT_EQ(given_up(patient, [](int k) { return 800 * std::pow(0.8, (k - 1) / 24); }), 0);
   EXPECT_EQ(given_up(patient, [](int) { return 1.9; }), 0);
+}
+
+// By waves, besides: what will not come within ten tolerances is not worth a hundred iterations.
+TEST(StallWatch, OfWhatIsAskedForByWavesMindsThePaceFarAway) {
+  const StallWatch patient = StallWatch::patient(FocusModel::kWaves, 100);
+  const auto falling = [](double from, double factor) {
+    return [=](int k) { return from * std::pow(factor, k - 1); };
+  };
+  // 1 % an iteration end at 102 of 279 tolerances, 5 % at 1.6; 1 % of 20 at 7, which is of use.
+  EXPECT_EQ(given_up(patient, falling(279, 0.99)), 25);
+  EXPECT_EQ(given_up(patient, falling(279, 0.95)), 0);
+  EXPECT_EQ(given_up(patient, falling(20, 0.99)), 0);
+  EXPECT_EQ(given_up(StallWatch::patient(FocusModel::kRays, 100), falling(279, 0.99)), 0);
+  EXPECT_EQ(given_up(patient, [](int) { return 9.0; }), 1 + 25);
 }
 
 }  // namespace
