@@ -23,9 +23,9 @@ constexpr double kTouched = 0.05;  // share of the rays that a gradient lists: `
 // Waves, divided by M^2 log2 M: a plane and a gradient in fits of the README's study (M = 274). A ring that
 // is followed takes nine planes, one that is searched for some 45, without radii.
 constexpr double kWavePlane = 1.5e-9, kWaveGradient = 6e-10, kFollowedRing = 9, kSearchedRing = 40;
-// Of wide circles: transforms of half the length either way. The width of a ring over its radius f/R (PHYSICS
-// 5).
-constexpr double kWidePlane = 0.26, kGaussianRing = 2.80675977;
+// Of wide circles: transforms of half the length either way; of what is beside them, in single precision,
+// 0.49 to 0.7 on 400 to 1500 cells. The width of a ring over its radius f/R (PHYSICS 5).
+constexpr double kWidePlane = 0.26, kSinglePlane = 0.6, kGaussianRing = 2.80675977;
 // Of a draw, whose ring is followed from another mirror's [planes]; its rays for height and angles [s of one
 // thread] (tests/stability).
 constexpr double kDrawnRing = 15;
@@ -61,13 +61,14 @@ double circle_of(const Task& task, const Target& target) {
   return 0;
 }
 
-// wide: angle from which on circles are wide [rad].
-Asked asked(const Task& task, double wide, const std::vector<const std::vector<Target>*>& sets) {
+// wide: angle from which on circles are wide [rad]. single: in single precision.
+Asked asked(const Task& task, double wide, bool single, const std::vector<const std::vector<Target>*>& sets) {
   struct Plane {
     double statistics = 0;
     bool wide = true;
   };
   std::map<double, Plane> planes;
+  const double narrow_plane = single ? kSinglePlane : 1;
   Asked sum;
   for (const std::vector<Target>* targets : sets)
     for (const Target& target : *targets) {
@@ -81,10 +82,11 @@ Asked asked(const Task& task, double wide, const std::vector<const std::vector<T
       } else {
         ++sum.gradients;
       }
-      if (std::holds_alternative<RingFwhm>(target.statistic)) sum.rings += is_wide ? kWidePlane : 1;
+      if (std::holds_alternative<RingFwhm>(target.statistic))
+        sum.rings += is_wide ? kWidePlane : narrow_plane;
     }
   for (const auto& [dz, plane] : planes) {
-    const double share = plane.wide ? kWidePlane : 1;
+    const double share = plane.wide ? kWidePlane : narrow_plane;
     sum.dz += share;
     sum.gradients += share * plane.statistics;
   }
@@ -189,7 +191,7 @@ double judgement(const Task& task, const Groundwork& ground, const TermSet& term
                  const WavePace& pace) {
   const bool given = targets.theory == "given";
   if (ground.use.in_light(given) || !ground.use.obstacle.empty()) return 0;
-  const Asked wanted = asked(task, HUGE_VAL, {&targets.fitted});
+  const Asked wanted = asked(task, HUGE_VAL, false, {&targets.fitted});
   const double theory = given ? 0 : wanted.planes(kSpotRing) * kSpotPlane;
   try {
     const double pitch = wave_pitch(task, terms, targets.fitted, ground.split.get());
@@ -221,7 +223,7 @@ double draws(const Task& task, const Groundwork& ground, const TargetSets& targe
   TermSet waves{ground.radius, {}, {}, {}};
   waves.fourier.assign(kDrawnWaves, {split->low().f_max(), 0});
   const double wide = wide_circles(task, ground, split.get(), targets, kWideShareOfVerdict);
-  const Asked judged = asked(task, wide, {&targets.fitted, &targets.held_out});
+  const Asked judged = asked(task, wide, std::isfinite(wide), {&targets.fitted, &targets.held_out});
   const Optics optics =
       on_grid(task, waves, judging_pitch(task, waves, all_targets(targets), split.get()), pace);
   const double light = optics.forward + judged.planes(kDrawnRing) * optics.transform * kWavePlane +
@@ -249,7 +251,7 @@ double zones(const Task& task, const TermSet& terms) {
 
 double theory(const Task& task, const Groundwork& ground, const TargetSets& targets) {
   if (targets.theory == "given") return 0;
-  const Asked wanted = asked(task, HUGE_VAL, {&targets.fitted, &targets.guides, &targets.held_out});
+  const Asked wanted = asked(task, HUGE_VAL, false, {&targets.fitted, &targets.guides, &targets.held_out});
   if (ground.mean_spot) return wanted.planes(kSpotRing) * kSpotPlane;
   if (ground.use.theory == Theory::kRays) return wanted.count * kRaysOfTheory * kExactStatistic;
   return wanted.count * kTarget;
@@ -282,9 +284,11 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   const double wide = wide_circles(task, ground, ground.split.get(), targets, kWideShareOfFit),
                wide_for_verdict =
                    wide_circles(task, ground, ground.split.get(), targets, kWideShareOfVerdict);
-  const Asked fitted = asked(task, wide, {&targets.fitted, &targets.guides});
-  const Asked reported = asked(task, HUGE_VAL, {&targets.fitted}),
-              judged = asked(task, wide_for_verdict, {&targets.fitted, &targets.held_out});
+  const bool single = fits_in_single_precision(ground.use.model, targets, Eigen::Index(optics.points));
+  const Asked fitted = asked(task, wide, single, {&targets.fitted, &targets.guides});
+  const Asked reported = asked(task, HUGE_VAL, single, {&targets.fitted}),
+              judged = asked(task, wide_for_verdict, std::isfinite(wide_for_verdict),
+                             {&targets.fitted, &targets.held_out});
   FitWork work;
   work.targets = theory(task, ground, targets) / threads;
   work.prior = kPrior * std::pow(double(terms.size()) / kPriorTerms, 1.5);

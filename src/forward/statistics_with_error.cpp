@@ -102,7 +102,7 @@ constexpr CoarseGrid kCoarseGrids[] = {
 // (circles, annulus, rectangle, polygon, f/2 to f/7, g 0.4 to 4, 96 and 160 cells).
 constexpr double kBoundOverDifference = 1.5;
 
-Eigen::VectorXd by_waves(const LitMirror& lit, const PupilSample& pupil, double wide_circles,
+Eigen::VectorXd by_waves(const LitMirror& lit, const FreshPupil& wanted, const PupilSample& pupil,
                          const TermSet& terms, const Eigen::VectorXd& coefficients,
                          const std::vector<Statistic>& statistics, int threads,
                          DiffractionWorkspace* workspace, Warnings* warnings) {
@@ -110,14 +110,15 @@ Eigen::VectorXd by_waves(const LitMirror& lit, const PupilSample& pupil, double 
   LightPath path{lit.mirror, pupil, surface, FocusModel::kWaves, lit.wavelength, &lit.aperture, lit.centre};
   path.workspace = workspace;
   path.scatter = lit.scatter;
-  path.wide_circles = wide_circles;
+  path.wide_circles = wanted.wide_circles;
+  path.single_precision = wanted.single_precision;
   return focus_statistics(path, coefficients, statistics, threads, warnings);
 }
 
 FreshStatistics fresh_by_waves(const LitMirror& lit, const FreshPupil& wanted, const TermSet& terms,
                                const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics,
                                int threads, Warnings* warnings) {
-  const double pitch = wanted.pitch, wide = wanted.wide_circles;
+  const double pitch = wanted.pitch;
   const auto pupil = [&](double of_pitch, std::array<double, 2> shift) {
     return diffraction_pupil(lit.aperture, lit.mirror.focal_length, of_pitch, shift).sample;
   };
@@ -127,16 +128,16 @@ FreshStatistics fresh_by_waves(const LitMirror& lit, const FreshPupil& wanted, c
   std::vector<Statistic> rings = statistics;
   std::erase_if(rings, [](const Statistic& s) { return !std::holds_alternative<RingFwhm>(s); });
   if (!rings.empty())
-    by_waves(lit, pupil(kSearchGrid * pitch, {0, 0}), wide, terms, coefficients, rings, threads, &workspace,
+    by_waves(lit, wanted, pupil(kSearchGrid * pitch, {0, 0}), terms, coefficients, rings, threads, &workspace,
              nullptr);
   std::vector<Eigen::VectorXd> there;
   for (const CoarseGrid& grid : kCoarseGrids)
-    there.push_back(by_waves(lit, pupil(grid.pitch * pitch, grid.shift), wide, terms, coefficients,
+    there.push_back(by_waves(lit, wanted, pupil(grid.pitch * pitch, grid.shift), terms, coefficients,
                              statistics, threads, &workspace, nullptr));
   const PupilSample fine = pupil(pitch, {0, 0});
   FreshStatistics fresh;
   fresh.rays = fine.size();
-  fresh.value = by_waves(lit, fine, wide, terms, coefficients, statistics, threads, &workspace, warnings);
+  fresh.value = by_waves(lit, wanted, fine, terms, coefficients, statistics, threads, &workspace, warnings);
   Eigen::VectorXd largest = Eigen::VectorXd::Zero(fresh.value.size());
   for (const Eigen::VectorXd& values : there)
     for (Eigen::Index k = 0; k < largest.size(); ++k) {

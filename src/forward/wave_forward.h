@@ -38,7 +38,8 @@ class WaveForward : public ForwardModel {
             path_.aliased_limit,
             path_.scatter,
             departure_.size() > 0 ? &departure_ : nullptr,
-            path_.wide_circles};
+            path_.wide_circles,
+            path_.single_precision};
   }
   void explain(const Eigen::VectorXd& values, Warnings* warnings);
   const Eigen::ArrayXd& height();  // of the mirror with its terms

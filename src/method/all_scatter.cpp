@@ -62,10 +62,12 @@ class DrawnMirrors {
     return wave_pitch(of_.task, drawing_.terms, all_targets(of_.targets), drawing_.split.get(), coarsening);
   }
   std::unique_ptr<const Workbench> bench(double coarsening) const {
-    return std::make_unique<const Workbench>(
-        of_.task, FocusModel::kWaves, PupilOptions{}, pitch(coarsening), drawing_.terms, of_.context.threads,
-        drawing_.split,
-        wide_circles(of_.task, of_.ground, drawing_.split.get(), of_.targets, kWideShareOfVerdict));
+    auto made = std::make_unique<Workbench>(of_.task, FocusModel::kWaves, PupilOptions{}, pitch(coarsening),
+                                            drawing_.terms, of_.context.threads, drawing_.split);
+    made->wide_circles =
+        wide_circles(of_.task, of_.ground, drawing_.split.get(), of_.targets, kWideShareOfVerdict);
+    made->single_precision = std::isfinite(made->wide_circles);
+    return made;
   }
 
   // From one draw to the next, half of their time: drawn mirrors whose light differs by less than their

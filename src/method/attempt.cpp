@@ -181,9 +181,10 @@ bool grid_is_in_the_way(const FitCase& of, const FitPlan& plan, const Attempt& a
   const double own = worst_mismatch(aims, attempt.own);
   if (!(own > 1)) return false;
   const TermSet& terms = attempt.result.terms;
-  const Workbench next(of.task, FocusModel::kWaves, plan.pupil,
-                       grid_pitch(of, terms, plan.coarsening / kNextGrid), terms, of.context.threads,
-                       of.ground.split, attempt.bench->wide_circles);
+  Workbench next(of.task, FocusModel::kWaves, plan.pupil, grid_pitch(of, terms, plan.coarsening / kNextGrid),
+                 terms, of.context.threads, of.ground.split);
+  next.wide_circles = attempt.bench->wide_circles;
+  next.single_precision = attempt.bench->single_precision;
   const Eigen::VectorXd values =
       next.exact(of.task, attempt.result.fit.coefficients, statistics_of(aims), of.context.threads, nullptr);
   return worst_mismatch(aims, values) < kNoticeably * own;
@@ -289,8 +290,12 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   // On coarse grids first; what their error leaves open goes to the safe one, and last without wide circles.
   for (;;) {
     const double coarsening = attempt->judging_coarsening;
-    const FreshPupil pupil{attempt->bench->model, rays > 0 ? rays : 4 * result.rays, of.task.trace.pupil.seed,
-                           grid_pitch(of, result.terms, coarsening), wide};
+    const FreshPupil pupil{attempt->bench->model,
+                           rays > 0 ? rays : 4 * result.rays,
+                           of.task.trace.pupil.seed,
+                           grid_pitch(of, result.terms, coarsening),
+                           wide,
+                           std::isfinite(wide)};
     attempt->fresh_warnings.clear();
     attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
                                            result.fit.coefficients, judged.statistics(), of.context.threads,
@@ -355,13 +360,12 @@ FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
 }
 
 Workbench::Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
-                     const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split, double wide)
+                     const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split)
     : model(by),
       scatter(std::move(split)),
       pitch(grid_pitch),
       pupil(focus_pupil(task, by, rays, grid_pitch)),
-      surface(terms, pupil, focus_operator(by, threads)),
-      wide_circles(wide) {}
+      surface(terms, pupil, focus_operator(by, threads)) {}
 
 SurfaceField Workbench::field(const Eigen::VectorXd& coefficients) const {
   SurfaceField result;
@@ -377,7 +381,7 @@ Eigen::VectorXd Workbench::exact(const Task& task, const Eigen::VectorXd& coeffi
 
 LightPath Workbench::focus(const Task& task) const {
   return {task.mirror,       pupil,          surface, model,   task.wavelength, &task.aperture,
-          task.trace.centre, kAliasedInAFit, nullptr, scatter, wide_circles};
+          task.trace.centre, kAliasedInAFit, nullptr, scatter, wide_circles,    single_precision};
 }
 
 bool has_solution(const FitResult& fit) {
@@ -391,10 +395,12 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   attempt.terms = plan.terms;
   attempt.result = outcome_of(of, plan);
   FitOutcome& result = attempt.result;
-  attempt.bench = std::make_shared<const Workbench>(
-      of.task, of.ground.use.model, plan.pupil, grid_pitch(of, result.terms, plan.coarsening), result.terms,
-      threads, of.ground.split,
-      wide_circles(of.task, of.ground, of.ground.split.get(), of.targets, kWideShareOfFit));
+  const auto made = std::make_shared<Workbench>(of.task, of.ground.use.model, plan.pupil,
+                                                grid_pitch(of, result.terms, plan.coarsening), result.terms,
+                                                threads, of.ground.split);
+  made->wide_circles = wide_circles(of.task, of.ground, of.ground.split.get(), of.targets, kWideShareOfFit);
+  made->single_precision = fits_in_single_precision(of.ground.use.model, of.targets, made->pupil.size());
+  attempt.bench = made;
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
 

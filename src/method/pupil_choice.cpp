@@ -10,6 +10,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/judged_set.h"
+#include "aberfit/method/term_search.h"
 #include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
@@ -131,6 +132,14 @@ double wide_circles(const Task& task, const Groundwork& ground, const BandSplit*
   for (const std::vector<Target>* some : {&targets.fitted, &targets.held_out})
     for (const Target& target : *some) margin = std::min(margin, margin_of(target, task.equivalence));
   return std::pow(kWideCircleNoise / (share * margin), 2.0 / 3) / grains_of(task, 1);
+}
+
+bool fits_in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells) {
+  constexpr double kClosest = 1e-4;
+  return model == FocusModel::kWaves && cells >= kManyCells &&
+         std::all_of(targets.fitted.begin(), targets.fitted.end(), [](const Target& target) {
+           return target.tolerance >= kClosest * std::abs(target.value);
+         });
 }
 
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch) {

@@ -28,13 +28,13 @@ constexpr int kBundle = 2 * kLines, kLeastSide = 64;
 
 // Transforms of lines of one length, eight at a time.
 struct FourierTransform::Side {
-  explicit Side(int n) : plan(n), phases(line_phases(n, 0, 1)) {}
+  explicit Side(int n) : plan(n), phases(line_phases<double>(n, 0, 1)) {}
   void run(double* bundle, double* work) const {
-    const LineSteps steps = plan.steps();
-    line_kernels(best_instruction_set())
+    const LineSteps<double> steps = plan.steps();
+    line_kernels<double>(best_instruction_set())
         .columns_out(steps, phases.data(), 1, bundle, kBundle, steps.n, bundle, kBundle, work);
   }
-  LinePlan plan;
+  LinePlan<double> plan;
   std::vector<double> phases;  // none
 };
 

@@ -27,7 +27,8 @@ void put_phase(long long k, long long n, double* to) {
 
 }  // namespace
 
-LinePlan::LinePlan(int n) : n_(n) {
+template <typename Real>
+LinePlan<Real>::LinePlan(int n) : n_(n) {
   int rest = n, twos = 0;
   for (const int prime : {7, 5, 3})
     for (; rest % prime == 0; rest /= prime) radix_.push_back(prime);
@@ -49,7 +50,7 @@ LinePlan::LinePlan(int n) : n_(n) {
       for (int j = 1; j < radix; ++j) {
         double w[2];
         put_phase(static_cast<long long>(p) * j, length, w);
-        twiddle_.insert(twiddle_.end(), w, w + 2);
+        twiddle_.insert(twiddle_.end(), {Real(w[0]), Real(w[1])});
       }
     length /= radix;
   }
@@ -66,14 +67,29 @@ LinePlan::LinePlan(int n) : n_(n) {
   }
 }
 
-std::vector<double> line_phases(int n, int part, int parts) {
-  std::vector<double> phases(2 * std::size_t(n));
-  for (int k = 0; k < n; ++k)
-    put_phase(static_cast<long long>(part) * k, static_cast<long long>(parts) * n,
-              &phases[2 * std::size_t(k)]);
+template <typename Real>
+std::vector<Real> line_phases(int n, int part, int parts) {
+  std::vector<Real> phases;
+  for (int k = 0; k < n; ++k) {
+    double w[2];
+    put_phase(static_cast<long long>(part) * k, static_cast<long long>(parts) * n, w);
+    phases.insert(phases.end(), {Real(w[0]), Real(w[1])});
+  }
   return phases;
 }
 
-const LineKernels& line_kernels(InstructionSet set) { return ABERFIT_KERNEL(set, kKernels); }
+template <>
+const LineKernels<double>& line_kernels(InstructionSet set) {
+  return ABERFIT_KERNEL(set, in_double::kKernels);
+}
+template <>
+const LineKernels<float>& line_kernels(InstructionSet set) {
+  return ABERFIT_KERNEL(set, in_single::kKernels);
+}
+
+template class LinePlan<double>;
+template class LinePlan<float>;
+template std::vector<double> line_phases(int n, int part, int parts);
+template std::vector<float> line_phases(int n, int part, int parts);
 
 }  // namespace aberfit

@@ -110,8 +110,8 @@ void draw_spectrum(const Grid& cells, Eigen::Index rows, Eigen::Index columns,
 // The real transform along columns and rows, by lines side by side; only what the map needs of it.
 Grid transformed(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen::Index columns,
                  const RandomSurfaceOptions& options) {
-  const LineKernels& kernels = line_kernels(best_instruction_set());
-  const LinePlan along_y{int(rows)}, along_x{int(columns)};
+  const LineKernels<double>& kernels = line_kernels<double>(best_instruction_set());
+  const LinePlan<double> along_y{int(rows)}, along_x{int(columns)};
   const Eigen::Index blocks = (columns / 2 + kLines) / kLines, bundle = 2 * kLines;
   const long stride =
       blocks * bundle + kLines;            // off a power of two, where all rows share a line of the cache
@@ -123,7 +123,7 @@ Grid transformed(const Grid& cells, const Lattice& map, Eigen::Index rows, Eigen
     to[kLines] = c.imag();
   });
   Eigen::ArrayXd work(2 * kLines * (3 * std::max(rows, columns) + 3 * kLines));
-  const std::vector<double> none = line_phases(int(rows), 0, 1);
+  const std::vector<double> none = line_phases<double>(int(rows), 0, 1);
   for (Eigen::Index block = 0; block < blocks; ++block)
     kernels.columns_out(along_y.steps(), none.data(), 1, spectrum.data() + block * bundle, stride, int(rows),
                         spectrum.data() + block * bundle, stride, work.data());

@@ -139,9 +139,9 @@ PhaseSteps DiffractionScene::phase_steps(const Eigen::ArrayXd& height, double dz
   return steps;
 }
 
-DiffractionGrid::DiffractionGrid(const DiffractionScene& scene, double padding,
+DiffractionGrid::DiffractionGrid(const DiffractionScene& scene, double padding, Precision precision,
                                  const DiffractionGrid* mean_of)
-    : transform(scene.rows(), scene.columns(), padding), mean_of_(mean_of) {
+    : transform(scene.rows(), scene.columns(), padding, precision), mean_of_(mean_of) {
   const double step_x = scene.problem().pupil.pitch_x / scene.finer_pitch(),
                step_y = scene.problem().pupil.pitch_y / scene.finer_pitch();
   double longest = scene.longest_lag();
@@ -193,7 +193,7 @@ const Eigen::ArrayXd& DiffractionGrid::mean_at(const DiffractionScene& scene, do
 Eigen::ArrayXd lag_sums(const DiffractionScene& scene, const DiffractionGrid& grid, const AlignedArray& focal,
                         PupilTransform::Buffers* buffers) {
   const PupilTransform& transform = grid.transform;
-  transform.correlation(focal.data(), buffers);
+  transform.correlation(focal, buffers);
   Eigen::ArrayXd sums = Eigen::ArrayXd::Zero(grid.lags.lengths());
   for (int row = 0; row < transform.lag_rows(); ++row) {
     const double* even = buffers->quarter.data() + std::size_t(row) * transform.quarter_stride();
@@ -282,13 +282,13 @@ void DiffractionPlane::fill_focal(double dz) {
       field[2 * k + 1] = pupil[place[k] + kLines] = im;
     }
   }
-  transform.to_focus(focused_.focal.data(), &buffers_);
+  transform.to_focus(&focused_.focal, &buffers_);
 }
 
 void DiffractionPlane::correlate_along_axes() {
   if (focused_.along_x.size() > 0) return;
   const double scale = per_sample(scene_, grid_.transform);
-  grid_.transform.axis_correlations(focused_.focal.data(), &focused_.along_x, &focused_.along_y);
+  grid_.transform.axis_correlations(focused_.focal, &focused_.along_x, &focused_.along_y);
   focused_.along_x *= scale;
   focused_.along_y *= scale;
   if (!scene_.problem().scatter) return;
@@ -302,7 +302,7 @@ std::optional<double> DiffractionPlane::radius(double fraction) {
   return *q / unit_;
 }
 
-void DiffractionPlane::build_kernel(const Eigen::ArrayXd& weights, double* kernel) {
+void DiffractionPlane::build_kernel(const Eigen::ArrayXd& weights, AlignedArray* kernel) {
   const PupilTransform& transform = grid_.transform;
   const double scale = cell_area(scene_) * per_sample(scene_, transform);
   Eigen::ArrayXd g = scale * grid_.lags.at_lengths(weights);
@@ -320,19 +320,21 @@ void DiffractionPlane::build_kernel(const Eigen::ArrayXd& weights, double* kerne
 DiffractionPlane::Gradient DiffractionPlane::energy_gradient(double radius, bool remember) {
   const PupilTransform& transform = grid_.transform;
   const double q = std::min(radius, scene_.field_radius(dz())) * unit_;
-  const auto build = [&](double* k) { build_kernel(RadialOtf::energy_weights(q, grid_.lags.nodes()), k); };
-  const double* kernel = remember ? grid_.kernels.find(q, transform.kernel_size(), build) : nullptr;
+  const auto build = [&](AlignedArray* k) {
+    build_kernel(RadialOtf::energy_weights(q, grid_.lags.nodes()), k);
+  };
+  const AlignedArray* kernel = remember ? grid_.kernels.find(q, transform, build) : nullptr;
   if (!kernel) {
-    build(buffers_.kernel.data());
-    kernel = buffers_.kernel.data();
+    build(&buffers_.kernel);
+    kernel = &buffers_.kernel;
   }
-  transform.back_to_pupil(focused_.focal.data(), kernel, &buffers_);
+  transform.back_to_pupil(focused_.focal, *kernel, &buffers_);
   return Gradient(*this);
 }
 
 DiffractionPlane::Gradient DiffractionPlane::sum_gradient(const Eigen::ArrayXd& weights) {
-  build_kernel(weights, buffers_.kernel.data());
-  grid_.transform.back_to_pupil(focused_.focal.data(), buffers_.kernel.data(), &buffers_);
+  build_kernel(weights, &buffers_.kernel);
+  grid_.transform.back_to_pupil(focused_.focal, buffers_.kernel, &buffers_);
   return Gradient(*this);
 }
 
@@ -347,7 +349,7 @@ DiffractionPlane::Gradient DiffractionPlane::axis_gradient(const Eigen::ArrayXcd
     along_x *= grid_.along_x.head(along_x.size());
     along_y *= grid_.along_y.head(along_y.size());
   }
-  transform.back_to_pupil(focused_.focal.data(), transform.kernel_along_x(along_x),
+  transform.back_to_pupil(focused_.focal, transform.kernel_along_x(along_x),
                           transform.kernel_along_y(along_y), &buffers_);
   return Gradient(*this);
 }

@@ -93,18 +93,21 @@ Eigen::ArrayXcd unit_phasors(const Eigen::ArrayXd& phase);
 /// of them depends on whether they were kept.
 class KernelMemory {
  public:
-  /// The kernel of a circle, built by build(double* kernel) unless it is there; null when there is no room.
+  /// The kernel of a circle, built by build(AlignedArray* kernel) unless it is there; null when there is no
+  /// room.
   template <typename Build>
-  const double* find(double q, std::size_t size, const Build& build) {
+  const AlignedArray* find(double q, const PupilTransform& transform, const Build& build) {
+    const std::size_t size = transform.kernel_size();
+    const Precision precision = transform.precision();
     {
       const std::lock_guard lock(mutex_);
-      if (const auto at = kept_.find(q); at != kept_.end()) return at->second->data();
-      if (double(kept_.size() + 1) * double(size) * sizeof(double) > kMostKept) return nullptr;
+      if (const auto at = kept_.find(q); at != kept_.end()) return at->second.get();
+      if (double(kept_.size() + 1) * double(size * bytes_of_number(precision)) > kMostKept) return nullptr;
     }
-    auto made = std::make_unique<AlignedArray>(size);
-    build(made->data());
+    auto made = std::make_unique<AlignedArray>(size, precision);
+    build(made.get());
     const std::lock_guard lock(mutex_);
-    return kept_.emplace(q, std::move(made)).first->second->data();
+    return kept_.emplace(q, std::move(made)).first->second.get();
   }
 
  private:
@@ -120,7 +123,8 @@ struct DiffractionGrid {
   /// padding: as PupilTransform has it; below 2 circles see the transfer function as far as half of it.
   /// mean_of: the grid of the same cells that knows the mean spot at every lag, and outlives this one; null:
   /// itself.
-  DiffractionGrid(const DiffractionScene& scene, double padding, const DiffractionGrid* mean_of = nullptr);
+  DiffractionGrid(const DiffractionScene& scene, double padding, Precision precision = Precision::kDouble,
+                  const DiffractionGrid* mean_of = nullptr);
   PupilTransform transform;
   LagTable lags;
   mutable KernelMemory kernels;
@@ -150,7 +154,8 @@ Eigen::ArrayXd lag_sums(const DiffractionScene& scene, const DiffractionGrid& gr
 
 /// The field in one plane and what is read from it, in memory that serves one plane after the other.
 struct FocusedField {
-  explicit FocusedField(const PupilTransform& transform) : focal(transform.focal_size()) {}
+  explicit FocusedField(const PupilTransform& transform)
+      : focal(transform.focal_size(), transform.precision()) {}
   double dz = std::nan("");  ///< NaN: nothing yet
   bool own_mean = false;     ///< of this plane, not of the focus
   AlignedArray focal;
@@ -213,7 +218,7 @@ class DiffractionPlane {
   friend struct DiffractionGrid;
   void fill_focal(double dz);
   void correlate_along_axes();
-  void build_kernel(const Eigen::ArrayXd& weights, double* kernel);
+  void build_kernel(const Eigen::ArrayXd& weights, AlignedArray* kernel);
 
   const DiffractionScene& scene_;
   const DiffractionGrid& grid_;

@@ -3,23 +3,37 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <variant>
 #include <vector>
 
 #include "aberfit/roughness/line_kernel.h"
 
 namespace aberfit::internal {
 
+enum class Precision { kDouble, kSingle };
+
+inline std::size_t bytes_of_number(Precision precision) {
+  return precision == Precision::kDouble ? sizeof(double) : sizeof(float);
+}
+
 /// Numbers on the boundary of a cache line. Not initialised.
 class AlignedArray {
  public:
-  explicit AlignedArray(std::size_t size);
+  explicit AlignedArray(std::size_t size, Precision precision = Precision::kDouble);
   ~AlignedArray();
   AlignedArray(AlignedArray&&) = delete;
-  double* data() { return data_; }
-  const double* data() const { return data_; }
+  /// Real: double or float, as the precision has it.
+  template <typename Real = double>
+  Real* data() {
+    return static_cast<Real*>(data_);
+  }
+  template <typename Real = double>
+  const Real* data() const {
+    return static_cast<const Real*>(data_);
+  }
 
  private:
-  double* data_;
+  void* data_;
 };
 
 /// Fields of rows x columns cells as the lines of kernels want them: eight columns side by side, their real
@@ -40,12 +54,18 @@ struct FieldLayout {
 /// Transforms between a pupil of rows x columns cells and a focal plane of m_rows x m_columns = 2 n_y x 2 n_x
 /// samples. Even and odd samples along an axis are transforms of length n each, so that nothing is spent on
 /// the zeros around the pupil and lines stay in the first-level cache.
+/// Cells and lags are in double precision. Focal fields, kernels and all between may be in single precision:
+/// half the memory, about half the time, and errors of about 2e-7 of the largest number that comes out.
 class PupilTransform {
  public:
   /// padding: focal samples over pupil cells, at least 1. From 2 on correlations are exact; with fewer
   /// samples those of m cells and of m_columns - m come as one, and there are none of m_columns/2 and more.
-  PupilTransform(int rows, int columns, double padding);
+  PupilTransform(int rows, int columns, double padding, Precision precision = Precision::kDouble);
 
+  /// Of focal fields and kernels.
+  Precision precision() const {
+    return std::holds_alternative<Plans<double>>(plans_) ? Precision::kDouble : Precision::kSingle;
+  }
   const FieldLayout& pupil() const { return pupil_; }
   int rows() const { return pupil_.rows; }
   int columns() const { return pupil_.columns; }
@@ -68,25 +88,25 @@ class PupilTransform {
     AlignedArray pupil;    ///< laid out as pupil()
     AlignedArray back;     ///< likewise, of what comes back
     AlignedArray quarter;  ///< quarter_stride()
-    AlignedArray kernel;   ///< kernel_size(), for those that are not kept
+    AlignedArray kernel;   ///< kernel_size(), for those that are not kept; as those behind, in precision()
     AlignedArray half, real_half, work, weights;
   };
 
   /// F(X) = sum_k E_k exp(-2 pi i k.X/m) from E in `pupil`.
-  void to_focus(double* focal, Buffers* buffers) const;
+  void to_focus(AlignedArray* focal, Buffers* buffers) const;
   /// sum_X |F(X)|^2 cos(2 pi m_x X/m) cos(2 pi m_y Y/m) into `quarter`: m_rows m_columns times Re(C_(mx,my) +
   /// C_(mx,-my))/2, C_m = sum_k E_(k+m) conj(E_k).
-  void correlation(const double* focal, Buffers* buffers) const;
+  void correlation(const AlignedArray& focal, Buffers* buffers) const;
   /// K(X) = sum_m g(m) exp(+2 pi i m.X/m) from g in `quarter`, even along both axes.
-  void kernel(double* kernel, Buffers* buffers) const;
+  void kernel(AlignedArray* kernel, Buffers* buffers) const;
   /// V_k = sum_X K(X) F(X) exp(+2 pi i k.X/m) into `back` ...
-  void back_to_pupil(const double* focal, const double* kernel, Buffers* buffers) const;
+  void back_to_pupil(const AlignedArray& focal, const AlignedArray& kernel, Buffers* buffers) const;
   /// ... or K(X, Y) = along_x(X) + along_y(Y).
-  void back_to_pupil(const double* focal, const Eigen::ArrayXd& along_x, const Eigen::ArrayXd& along_y,
+  void back_to_pupil(const AlignedArray& focal, const Eigen::ArrayXd& along_x, const Eigen::ArrayXd& along_y,
                      Buffers* buffers) const;
 
   /// m_rows m_columns C_(m,0) and C_(0,m), m from 0 to lag_columns and lag_rows.
-  void axis_correlations(const double* focal, Eigen::ArrayXcd* along_x, Eigen::ArrayXcd* along_y) const;
+  void axis_correlations(const AlignedArray& focal, Eigen::ArrayXcd* along_x, Eigen::ArrayXcd* along_y) const;
   /// Re sum_m g(m) exp(+2 pi i m X/m), m = 0 .. g.size()-1, for each X.
   Eigen::ArrayXd kernel_along_x(const Eigen::ArrayXcd& g) const;
   Eigen::ArrayXd kernel_along_y(const Eigen::ArrayXcd& g) const;
@@ -101,18 +121,26 @@ class PupilTransform {
   std::size_t kernel_group_size() const { return std::size_t(n_x_ + 1) * kLines; }
   int kept_y(int part) const { return part == 0 ? n_y_ / 2 + 1 : (n_y_ + 1) / 2; }
   int kept_x(int part) const { return part == 0 ? n_x_ / 2 + 1 : (n_x_ + 1) / 2; }
-  std::array<double*, kLines> half_rows(int part, const std::array<int, kLines>& row, double* half) const;
-  std::array<double*, kLines> real_rows(const Group& group, double* real_half) const;
+  template <typename Real>
+  struct Plans {
+    Plans(int n_x, int n_y);
+    LinePlan<Real> x, y;
+    std::vector<Real> phases_x, phases_y;  // of both parts
+    const LineKernels<Real>& kernels;
+  };
+  template <typename Real>
+  std::array<Real*, kLines> half_rows(int part, const std::array<int, kLines>& row, AlignedArray* half) const;
+  template <typename Real>
+  std::array<Real*, kLines> real_rows(const Group& group, AlignedArray* real_half) const;
   std::size_t work_size() const;
   int lag_blocks() const { return (lag_columns() + kLines - 1) / kLines; }
-  void columns_to_pupil(Buffers* buffers) const;
+  template <typename Real>
+  void columns_to_pupil(const Plans<Real>& plans, Buffers* buffers) const;
 
   FieldLayout pupil_;
   int n_x_, n_y_;
-  LinePlan plan_x_, plan_y_;
-  std::vector<double> phases_x_, phases_y_;  // of both parts
   std::vector<Group> groups_;
-  const LineKernels& kernels_;
+  std::variant<Plans<double>, Plans<float>> plans_;
 };
 
 /// |F(X)|^2, X = 0 .. m-1 along both axes, m = parts n, F as above, n at least rows and columns and of a fast

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 namespace aberfit {
 using namespace internal;
@@ -11,7 +12,9 @@ namespace {
 constexpr double kMostKept = 512e6;  // bytes
 
 double bytes_of(const DiffractionGrid& grid, Eigen::Index points) {
-  return double(grid.transform.focal_size() + 2 * std::size_t(points)) * sizeof(double);
+  const PupilTransform& transform = grid.transform;
+  return double(transform.focal_size() * bytes_of_number(transform.precision())) +
+         double(points) * sizeof(std::complex<double>);
 }
 
 template <typename Array>
@@ -39,21 +42,22 @@ bool DiffractionWorkspace::Buffers::Surface::is(const DiffractionScene& scene) c
 void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool wide_too) {
   const DiffractionProblem& problem = scene.problem();
   const auto* directions = std::get_if<DirectionGrid>(&problem.pupil.sample.structure);
-  const Size wanted{scene.rows(),          scene.columns(),
-                    problem.padding,       problem.pupil.pitch_x,
-                    problem.pupil.pitch_y, scene.longest_lag(),
-                    problem.scatter,       directions ? directions->shift : std::array<double, 2>{}};
+  const Precision precision = problem.single_precision ? Precision::kSingle : Precision::kDouble;
+  const Size wanted{
+      scene.rows(),        scene.columns(),       problem.padding,
+      precision,           problem.pupil.pitch_x, problem.pupil.pitch_y,
+      scene.longest_lag(), problem.scatter,       directions ? directions->shift : std::array<double, 2>{}};
   if (!full.grid || !(size_ == wanted)) {
     full = {};
     wide = {};
     kept_ = 0;
     rings.move_on();
     surface_ = {};
-    full.grid = std::make_unique<DiffractionGrid>(scene, problem.padding);
+    full.grid = std::make_unique<DiffractionGrid>(scene, problem.padding, precision);
     size_ = wanted;
   }
   if (wide_too && !wide.grid)
-    wide.grid = std::make_unique<DiffractionGrid>(scene, kWidePadding, full.grid.get());
+    wide.grid = std::make_unique<DiffractionGrid>(scene, kWidePadding, precision, full.grid.get());
 }
 
 void DiffractionWorkspace::Buffers::look_at(const DiffractionScene& scene, const std::vector<double>& dz) {

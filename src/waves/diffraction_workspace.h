@@ -95,7 +95,9 @@ struct DiffractionWorkspace::Buffers {
   double kept_ = 0;  // bytes of planes
   struct Size {
     int rows = 0, columns = 0;
-    double padding = 0, pitch_x = 0, pitch_y = 0, longest_lag = 0;
+    double padding = 0;
+    internal::Precision precision = internal::Precision::kDouble;
+    double pitch_x = 0, pitch_y = 0, longest_lag = 0;
     std::shared_ptr<const MeanScatter> scatter = {};
     std::array<double, 2> shift = {};  // moves what is known of the mean
     bool operator==(const Size&) const = default;

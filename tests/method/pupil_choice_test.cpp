@@ -11,6 +11,7 @@
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/judged_set.h"
+#include "aberfit/method/term_search.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/terms/modal_covariance.h"
 
@@ -124,11 +125,25 @@ TEST(WideCircles, EnterTheErrorOfAVerdict) {
       {FocusModel::kWaves, 0, 1,
        wave_pitch(study, attempt.result.terms, all_targets(layout.targets), nullptr,
                   attempt.judging_coarsening),
-       wide},
+       wide, true},
       attempt.result.terms, attempt.result.fit.coefficients, judged.statistics(), 2, nullptr);
   const Eigen::VectorXd more = judged.judged(attempt.fresh.standard_error - grids.standard_error);
   const double scale = aim_of(layout.targets.fitted[0]).relative_to();
   EXPECT_NEAR(more[0], 2 * kWideCircleNoise * std::pow(grains_of(study, kRadius / 2.8), -1.5) * scale, 1e-12);
+}
+
+// On many cells, and unless a tolerance is near the rounding.
+TEST(SinglePrecision, IsForFitsOnManyCells) {
+  const auto fits = [](FocusModel model, Eigen::Index cells, double tolerance) {
+    TargetSets targets;
+    targets.fitted = {{EncircledEnergyRadius{0.8, 0}, 2e-5, 0, 0.01 * 2e-5},
+                      {EncircledEnergyRadius{0.5, 0}, 1e-5, 0, tolerance * 1e-5}};
+    return fits_in_single_precision(model, targets, cells);
+  };
+  EXPECT_TRUE(fits(FocusModel::kWaves, kManyCells, 1.01e-4));
+  EXPECT_FALSE(fits(FocusModel::kWaves, kManyCells - 1, 1.01e-4));
+  EXPECT_FALSE(fits(FocusModel::kWaves, kManyCells, 0.99e-4));
+  EXPECT_FALSE(fits(FocusModel::kRays, kManyCells, 1.01e-4));
 }
 
 }  // namespace

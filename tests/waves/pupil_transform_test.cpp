@@ -59,101 +59,116 @@ void put_kernel(const std::vector<double>& g, const PupilTransform& transform, P
           g[std::size_t(my * transform.columns() + mx)];
 }
 
-TEST(PupilTransform, IsItsSumThereAndBack) {
-  for (const Fields& c : {Fields{5, 7, 2}, Fields{16, 16, 2}, Fields{9, 21, 2.7}, Fields{33, 12, 2}}) {
-    const PupilTransform transform(c.rows, c.columns, c.padding);
-    const int m_x = transform.m_columns(), m_y = transform.m_rows();
-    ASSERT_GE(m_x, 2 * c.columns - 1);
-    ASSERT_GE(m_y, 2 * c.rows - 1);
-    PupilTransform::Buffers b(transform);
-    const Field e(c);
-    e.put(transform, &b);
-    AlignedArray focal(transform.focal_size());
-    transform.to_focus(focal.data(), &b);
-    transform.correlation(focal.data(), &b);
-    const double power = double(m_x) * m_y;
-    // C_m by its definition; the even part is what circles see.
-    const auto correlation = [&](int my, int mx) {
-      Complex sum = 0;
-      for (int row = std::max(0, -my); row + std::max(my, 0) < c.rows; ++row)
-        for (int column = std::max(0, -mx); column + std::max(mx, 0) < c.columns; ++column)
-          sum += e(row + my, column + mx) * std::conj(e(row, column));
-      return sum;
-    };
-    const double scale = power * std::abs(correlation(0, 0));
-    for (int my = 0; my < c.rows; ++my)
-      for (int mx = 0; mx < c.columns; ++mx)
-        EXPECT_NEAR(b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)],
-                    0.5 * power * (correlation(my, mx) + correlation(my, -mx)).real(), 1e-14 * scale);
-    Eigen::ArrayXcd along_x, along_y;
-    transform.axis_correlations(focal.data(), &along_x, &along_y);
-    for (int m = 0; m < c.columns; ++m)
-      EXPECT_LE(std::abs(along_x[m] - power * correlation(0, m)), 1e-14 * scale);
-    for (int m = 0; m < c.rows; ++m)
-      EXPECT_LE(std::abs(along_y[m] - power * correlation(m, 0)), 1e-14 * scale);
+// Of the largest sum.
+struct Rounding {
+  Precision precision;
+  double forth, back;
+};
+constexpr Rounding kRoundings[] = {{Precision::kDouble, 1e-14, 1e-13}, {Precision::kSingle, 2e-7, 4e-6}};
 
-    // Back with a kernel g: V_k = M sum_m g(m) E_(k+m).
-    const std::vector<double> g = normals(std::size_t(c.rows * c.columns), "kernel");
-    put_kernel(g, transform, &b);
-    transform.kernel(b.kernel.data(), &b);
-    transform.back_to_pupil(focal.data(), b.kernel.data(), &b);
-    for (int row = 0; row < c.rows; ++row)
-      for (int column = 0; column < c.columns; ++column) {
-        Complex sum = 0;
-        for (int j = 0; j < c.rows; ++j)
-          for (int i = 0; i < c.columns; ++i)
-            sum += g[std::size_t(std::abs(j - row) * c.columns + std::abs(i - column))] * e(j, i);
-        const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
-        const Complex got(b.back.data()[at], b.back.data()[at + kLines]);
-        EXPECT_LE(std::abs(got - power * sum), 1e-13 * scale);
-      }
-  }
+void expect_sums_there_and_back(const Fields& c, const Rounding& rounding) {
+  const PupilTransform transform(c.rows, c.columns, c.padding, rounding.precision);
+  const int m_x = transform.m_columns(), m_y = transform.m_rows();
+  ASSERT_GE(m_x, 2 * c.columns - 1);
+  ASSERT_GE(m_y, 2 * c.rows - 1);
+  PupilTransform::Buffers b(transform);
+  const Field e(c);
+  e.put(transform, &b);
+  AlignedArray focal(transform.focal_size(), transform.precision());
+  transform.to_focus(&focal, &b);
+  transform.correlation(focal, &b);
+  const double power = double(m_x) * m_y;
+  // C_m by its definition; the even part is what circles see.
+  const auto correlation = [&](int my, int mx) {
+    Complex sum = 0;
+    for (int row = std::max(0, -my); row + std::max(my, 0) < c.rows; ++row)
+      for (int column = std::max(0, -mx); column + std::max(mx, 0) < c.columns; ++column)
+        sum += e(row + my, column + mx) * std::conj(e(row, column));
+    return sum;
+  };
+  const double scale = power * std::abs(correlation(0, 0));
+  for (int my = 0; my < c.rows; ++my)
+    for (int mx = 0; mx < c.columns; ++mx)
+      EXPECT_NEAR(b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)],
+                  0.5 * power * (correlation(my, mx) + correlation(my, -mx)).real(), rounding.forth * scale);
+  Eigen::ArrayXcd along_x, along_y;
+  transform.axis_correlations(focal, &along_x, &along_y);
+  for (int m = 0; m < c.columns; ++m)
+    EXPECT_LE(std::abs(along_x[m] - power * correlation(0, m)), rounding.forth * scale);
+  for (int m = 0; m < c.rows; ++m)
+    EXPECT_LE(std::abs(along_y[m] - power * correlation(m, 0)), rounding.forth * scale);
+
+  // Back with a kernel g: V_k = M sum_m g(m) E_(k+m).
+  const std::vector<double> g = normals(std::size_t(c.rows * c.columns), "kernel");
+  put_kernel(g, transform, &b);
+  transform.kernel(&b.kernel, &b);
+  transform.back_to_pupil(focal, b.kernel, &b);
+  for (int row = 0; row < c.rows; ++row)
+    for (int column = 0; column < c.columns; ++column) {
+      Complex sum = 0;
+      for (int j = 0; j < c.rows; ++j)
+        for (int i = 0; i < c.columns; ++i)
+          sum += g[std::size_t(std::abs(j - row) * c.columns + std::abs(i - column))] * e(j, i);
+      const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
+      const Complex got(b.back.data()[at], b.back.data()[at + kLines]);
+      EXPECT_LE(std::abs(got - power * sum), rounding.back * scale);
+    }
+}
+
+TEST(PupilTransform, IsItsSumThereAndBack) {
+  for (const Rounding& rounding : kRoundings)
+    for (const Fields& c : {Fields{5, 7, 2}, Fields{16, 16, 2}, Fields{9, 21, 2.7}, Fields{33, 12, 2}})
+      expect_sums_there_and_back(c, rounding);
 }
 
 // With fewer samples a lag comes with those that are m_x or m_y away from it, in correlations as in kernels.
-TEST(PupilTransform, OfFewSamplesFoldsLags) {
-  for (const Fields& c : {Fields{16, 16, 1}, Fields{9, 21, 1}, Fields{33, 12, 1.3}, Fields{40, 28, 1}}) {
-    const PupilTransform transform(c.rows, c.columns, c.padding);
-    const int m_x = transform.m_columns(), m_y = transform.m_rows();
-    ASSERT_LT(m_x, 2 * c.columns - 1);
-    PupilTransform::Buffers b(transform);
-    const Field e(c);
-    e.put(transform, &b);
-    AlignedArray focal(transform.focal_size());
-    transform.to_focus(focal.data(), &b);
-    transform.correlation(focal.data(), &b);
-    const auto folded = [&](int my, int mx) {
-      Complex sum = 0;
-      for (int row = 0; row < c.rows; ++row)
-        for (int column = 0; column < c.columns; ++column)
-          for (int other = (row + my + 2 * m_y) % m_y; other < c.rows; other += m_y)
-            for (int beside = (column + mx + 2 * m_x) % m_x; beside < c.columns; beside += m_x)
-              sum += e(other, beside) * std::conj(e(row, column));
-      return sum;
-    };
-    const double power = double(m_x) * m_y, scale = power * std::abs(folded(0, 0));
-    for (int my = 0; my < transform.lag_rows(); ++my)
-      for (int mx = 0; mx < transform.lag_columns(); ++mx)
-        EXPECT_NEAR(b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)],
-                    0.5 * power * (folded(my, mx) + folded(my, -mx)).real(), 1e-14 * scale);
-
-    const std::vector<double> g = normals(std::size_t(c.rows * c.columns), "kernel");
-    put_kernel(g, transform, &b);
-    transform.kernel(b.kernel.data(), &b);
-    transform.back_to_pupil(focal.data(), b.kernel.data(), &b);
+void expect_folded_lags(const Fields& c, const Rounding& rounding) {
+  const PupilTransform transform(c.rows, c.columns, c.padding, rounding.precision);
+  const int m_x = transform.m_columns(), m_y = transform.m_rows();
+  ASSERT_LT(m_x, 2 * c.columns - 1);
+  PupilTransform::Buffers b(transform);
+  const Field e(c);
+  e.put(transform, &b);
+  AlignedArray focal(transform.focal_size(), transform.precision());
+  transform.to_focus(&focal, &b);
+  transform.correlation(focal, &b);
+  const auto folded = [&](int my, int mx) {
+    Complex sum = 0;
     for (int row = 0; row < c.rows; ++row)
-      for (int column = 0; column < c.columns; ++column) {
-        Complex sum = 0;
-        for (int my = 1 - transform.lag_rows(); my < transform.lag_rows(); ++my)
-          for (int mx = 1 - transform.lag_columns(); mx < transform.lag_columns(); ++mx)
-            for (int j = (row + my + 2 * m_y) % m_y; j < c.rows; j += m_y)
-              for (int i = (column + mx + 2 * m_x) % m_x; i < c.columns; i += m_x)
-                sum += g[std::size_t(std::abs(my) * c.columns + std::abs(mx))] * e(j, i);
-        const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
-        const Complex got(b.back.data()[at], b.back.data()[at + kLines]);
-        EXPECT_LE(std::abs(got - power * sum), 1e-13 * scale);
-      }
-  }
+      for (int column = 0; column < c.columns; ++column)
+        for (int other = (row + my + 2 * m_y) % m_y; other < c.rows; other += m_y)
+          for (int beside = (column + mx + 2 * m_x) % m_x; beside < c.columns; beside += m_x)
+            sum += e(other, beside) * std::conj(e(row, column));
+    return sum;
+  };
+  const double power = double(m_x) * m_y, scale = power * std::abs(folded(0, 0));
+  for (int my = 0; my < transform.lag_rows(); ++my)
+    for (int mx = 0; mx < transform.lag_columns(); ++mx)
+      EXPECT_NEAR(b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)],
+                  0.5 * power * (folded(my, mx) + folded(my, -mx)).real(), rounding.forth * scale);
+
+  const std::vector<double> g = normals(std::size_t(c.rows * c.columns), "kernel");
+  put_kernel(g, transform, &b);
+  transform.kernel(&b.kernel, &b);
+  transform.back_to_pupil(focal, b.kernel, &b);
+  for (int row = 0; row < c.rows; ++row)
+    for (int column = 0; column < c.columns; ++column) {
+      Complex sum = 0;
+      for (int my = 1 - transform.lag_rows(); my < transform.lag_rows(); ++my)
+        for (int mx = 1 - transform.lag_columns(); mx < transform.lag_columns(); ++mx)
+          for (int j = (row + my + 2 * m_y) % m_y; j < c.rows; j += m_y)
+            for (int i = (column + mx + 2 * m_x) % m_x; i < c.columns; i += m_x)
+              sum += g[std::size_t(std::abs(my) * c.columns + std::abs(mx))] * e(j, i);
+      const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
+      const Complex got(b.back.data()[at], b.back.data()[at + kLines]);
+      EXPECT_LE(std::abs(got - power * sum), rounding.back * scale);
+    }
+}
+
+TEST(PupilTransform, OfFewSamplesFoldsLags) {
+  for (const Rounding& rounding : kRoundings)
+    for (const Fields& c : {Fields{16, 16, 1}, Fields{9, 21, 1}, Fields{33, 12, 1.3}, Fields{40, 28, 1}})
+      expect_folded_lags(c, rounding);
 }
 
 }  // namespace

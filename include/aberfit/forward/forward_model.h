@@ -33,6 +33,7 @@ struct LightPath {
   std::shared_ptr<const MeanScatter> scatter = {};
   /// kWaves: as DiffractionProblem has it.
   double wide_circles = std::numeric_limits<double>::infinity();
+  bool single_precision = false;  ///< likewise
 };
 
 /// The way from coefficients to statistics and back, for one model. Remembers the last point: a solver asks

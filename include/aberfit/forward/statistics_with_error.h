@@ -32,6 +32,7 @@ struct FreshPupil {
   double pitch = 0;        ///< kWaves: of the grid that judges [m]
   /// kWaves: as DiffractionProblem has it; its noise is not in the stated error.
   double wide_circles = std::numeric_limits<double>::infinity();
+  bool single_precision = false;  ///< likewise
 };
 
 /// Statistics of a surface and how well its pupil sample knows them.

@@ -17,11 +17,11 @@ struct Workbench {
   double pitch;                                ///< of a grid for waves [m]
   PupilSample pupil;
   SurfaceOperator surface;
-  double wide_circles;  ///< as DiffractionProblem has it
+  double wide_circles = std::numeric_limits<double>::infinity();  ///< as DiffractionProblem has it
+  bool single_precision = false;                                  ///< likewise
 
   Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
-            const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split = {},
-            double wide = std::numeric_limits<double>::infinity());
+            const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split = {});
   SurfaceField field(const Eigen::VectorXd& coefficients) const;
   /// Unsmoothed statistics; NaN where one does not exist, with a warning when asked for.
   Eigen::VectorXd exact(const Task& task, const Eigen::VectorXd& coefficients,

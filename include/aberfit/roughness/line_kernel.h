@@ -9,77 +9,87 @@ namespace aberfit {
 /// numbers, eight real parts and eight imaginary parts; of a bundle of real lines, eight.
 inline constexpr int kLines = 8;
 
-/// What a kernel needs to know of a transform of length n.
+/// What a kernel needs to know of a transform of length n; Real: double or float.
+template <typename Real>
 struct LineSteps {
   int n = 0;
   int passes = 0;
   const int* radix = nullptr;
-  const double* twiddle = nullptr;
+  const Real* twiddle = nullptr;
   const int* order = nullptr;  ///< of the blocks that the last pass finds
 };
 
 /// Discrete Fourier transform of length n = 2^a 3^b 5^c 7^d: decimation in frequency in place, sorted as the
 /// last pass writes. The factors follow from n alone, nothing is timed: the same bits on every run.
+template <typename Real>
 class LinePlan {
  public:
   explicit LinePlan(int n);
-  LineSteps steps() const { return {n_, int(radix_.size()), radix_.data(), twiddle_.data(), order_.data()}; }
+  LineSteps<Real> steps() const {
+    return {n_, int(radix_.size()), radix_.data(), twiddle_.data(), order_.data()};
+  }
 
  private:
   int n_;
   std::vector<int> radix_, order_;
-  std::vector<double> twiddle_;  // of each pass, radix - 1 for each of its butterflies' places
+  std::vector<Real> twiddle_;  // of each pass, radix - 1 for each of its butterflies' places
 };
 
 /// exp(-2 pi i part k/(parts n)), k < n: what shifts the samples of a transform of length n to place `part`
 /// of `parts` between them.
-std::vector<double> line_phases(int n, int part, int parts);
+template <typename Real>
+std::vector<Real> line_phases(int n, int part, int parts);
 
 /// Eight rows of a field, null where there is none: row l, block c of its columns at row[l] + 16 c (complex)
 /// or row[l] + 8 c (real).
-using RowsOut = double* const*;
-using RowsIn = const double* const*;
+template <typename Real>
+using RowsOut = Real* const*;
+template <typename Real>
+using RowsIn = const Real* const*;
 
 /// Pieces of two-dimensional transforms of what is zero beyond `count` elements, for one instruction set.
 /// Complex lines of one or two parts may have up to 2 n elements, which n samples a part then tell only by
 /// their sums over k and k + n (two parts: k + 2 n); real lines up to n. `work`: 16 (3 n + 24) numbers, 16 n
 /// more for lines of more than n. Sums over n elements are X = 0 .. n-1; `half` and `phase` are
 /// line_phases(n, 1, 2) and those of the part wanted. Samples of even fields at 2X and 2X + 1 are two parts,
-/// of which X = 0
-/// .. n/2 and 0 .. (n-1)/2 are kept.
+/// of which X = 0 .. n/2 and 0 .. (n-1)/2 are kept. Cells and lags are in double precision, what lies between
+/// them and the focal plane is Real.
+template <typename Real>
 struct LineKernels {
-  /// to[X] = sum_k from[k] phase[k] exp(-2 pi i k X/n); strides in numbers; `to` may be `from`. beyond:
+  /// to[X] = sum_k from[k] phase[k] exp(-2 pi i k X/n); strides in numbers; `to` may be `from` where
+  /// both are of one type. beyond:
   /// phase[k + n] over phase[k].
-  void (*columns_out)(LineSteps steps, const double* phase, double beyond, const double* from, long stride,
-                      int count, double* to, long to_stride, double* work);
+  void (*columns_out)(LineSteps<Real> steps, const Real* phase, Real beyond, const double* from, long stride,
+                      int count, Real* to, long to_stride, Real* work);
   /// The same along rows, for all parts: focal[part n + X].
-  void (*rows_out)(LineSteps steps, int parts, const double* phases, RowsIn rows, int count, double* focal,
-                   double* work);
+  void (*rows_out)(LineSteps<Real> steps, int parts, const Real* phases, RowsIn<Real> rows, int count,
+                   Real* focal, Real* work);
   /// Rows of conj(sum over parts and X of weight F exp(+2 pi i k (parts X + part)/(parts n))), `weight`
   /// parts arrays of which `kept` elements are given (fewer than n: even, weight[part]).
-  void (*rows_back)(LineSteps steps, int parts, const double* phases, const double* focal,
-                    const double* const* weight, const int* kept, RowsOut rows, int count, double* work);
+  void (*rows_back)(LineSteps<Real> steps, int parts, const Real* phases, const Real* focal,
+                    const Real* const* weight, const int* kept, RowsOut<Real> rows, int count, Real* work);
   /// Conjugate of the sum over parts along columns, from what rows_back left.
-  void (*columns_back)(LineSteps steps, int parts, const double* phases, const double* from, long part_stride,
-                       long stride, double* to, long to_stride, int count, double* work);
+  void (*columns_back)(LineSteps<Real> steps, int parts, const Real* phases, const Real* from,
+                       long part_stride, long stride, double* to, long to_stride, int count, Real* work);
   /// sum over both parts of |F|^2 cos(pi m (2 X + part)/n) into real rows; `mirrored`, if there, is added.
-  void (*power_rows)(LineSteps steps, const double* half, const double* focal, const double* mirrored,
-                     RowsOut rows, int count, double* work);
+  void (*power_rows)(LineSteps<Real> steps, const Real* half, const Real* focal, const Real* mirrored,
+                     RowsOut<Real> rows, int count, Real* work);
   /// The same sum along columns of real numbers, of which `even` and `odd` are there.
-  void (*power_columns)(LineSteps steps, const double* half, const double* from_even, int even,
-                        const double* from_odd, int odd, long stride, double* to, long to_stride, int count,
-                        double* work);
+  void (*power_columns)(LineSteps<Real> steps, const Real* half, const Real* from_even, int even,
+                        const Real* from_odd, int odd, long stride, double* to, long to_stride, int count,
+                        Real* work);
   /// g[0] + 2 sum_(m>0) g[m] cos(pi m (2 X + part)/n): the first `even` of part 0 and `odd` of part 1.
-  void (*even_columns)(LineSteps steps, const double* half, const double* from, long stride, int count,
-                       double* to_even, int even, double* to_odd, int odd, long to_stride, double* work);
+  void (*even_columns)(LineSteps<Real> steps, const Real* half, const double* from, long stride, int count,
+                       Real* to_even, int even, Real* to_odd, int odd, long to_stride, Real* work);
   /// The same along rows, into bundles of lines.
-  void (*even_rows)(LineSteps steps, const double* half, RowsIn rows, int count, double* to_even, int even,
-                    double* to_odd, int odd, double* work);
+  void (*even_rows)(LineSteps<Real> steps, const Real* half, RowsIn<Real> rows, int count, Real* to_even,
+                    int even, Real* to_odd, int odd, Real* work);
   /// Real rows sum_k from[k] exp(-2 pi i k X/n), X < count, from k = 0 .. n/2 of what is Hermitian: sixteen
   /// rows at a time.
-  void (*real_rows)(LineSteps steps, RowsIn first_rows, RowsIn second_rows, RowsOut to_first,
-                    RowsOut to_second, int count, double* work);
+  void (*real_rows)(LineSteps<Real> steps, RowsIn<Real> first_rows, RowsIn<Real> second_rows,
+                    RowsOut<Real> to_first, RowsOut<Real> to_second, int count, Real* work);
 };
-const LineKernels& line_kernels(InstructionSet set);
+template <typename Real>
+const LineKernels<Real>& line_kernels(InstructionSet set);
 
 }  // namespace aberfit

@@ -155,6 +155,9 @@ struct DiffractionProblem {
   /// kWideCircleNoise max(r dE/dr, kFlattestCurve) r^-3/2 of the light or less (tests/waves). Only for
   /// patterns without a core, whose mean transfer function is gone at half the width.
   double wide_circles = std::numeric_limits<double>::infinity();
+  /// Focal fields and kernels in single precision: half of their memory, 0.5 to 0.7 of the time on 400 cells
+  /// across and more, and errors of 2e-7 of all light.
+  bool single_precision = false;
 };
 
 // Every function of a problem throws std::invalid_argument for a pupil without cells, for heights of another
