@@ -172,7 +172,7 @@ std::string pointer_of(const PsdVariable& parameter) {
 PsdVariable psd_variable(const PsdModel& model, const std::string& pointer) {
   for (const PsdVariable& one : psd_variables(model)) {
     if (pointer_of(one) == pointer) return one;
-    const PsdVariable heights{Kind::kHeights, one.part, 0};
+    PsdVariable heights{Kind::kHeights, one.part, 0};
     if (pointer_of(heights) == pointer) return heights;
   }
   throw std::invalid_argument("\"" + pointer + "\" is no number of this PSD");

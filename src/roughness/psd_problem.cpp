@@ -35,7 +35,7 @@ std::string first_of(std::initializer_list<std::string> problems) {
 }
 
 std::string problem(const UniformPsd& m) {
-  const std::string basic = first_of({rms_problem(m.rms), band_problem(m.f_min, m.f_max)});
+  std::string basic = first_of({rms_problem(m.rms), band_problem(m.f_min, m.f_max)});
   if (!basic.empty()) return basic;
   return std::isfinite(m.f_max)
              ? ""
@@ -43,7 +43,7 @@ std::string problem(const UniformPsd& m) {
 }
 
 std::string problem(const KCorrelationPsd& m) {
-  const std::string basic = first_of({rms_problem(m.rms), band_problem(m.f_min, m.f_max)});
+  std::string basic = first_of({rms_problem(m.rms), band_problem(m.f_min, m.f_max)});
   if (!basic.empty()) return basic;
   if (!positive(m.correlation))
     return fmt::format("B is {:g} m, it must be positive and finite", m.correlation);
@@ -63,7 +63,7 @@ std::string problem(const PowerLawPsd& m) {
   if (m.amplitude && !positive(*m.amplitude))
     return fmt::format("the amplitude is {:g} m^4, it must be positive and finite", *m.amplitude);
   if (!std::isfinite(m.exponent)) return fmt::format("the exponent is {:g}, it must be finite", m.exponent);
-  const std::string band = band_problem(m.f_min, m.f_max);
+  std::string band = band_problem(m.f_min, m.f_max);
   if (!band.empty() || m.amplitude) return band;
   if (m.f_min == 0 && !(m.exponent < 2))
     return fmt::format(
