@@ -25,8 +25,8 @@ class StallWatch {
     StallWatch watch(model, most_iterations, false);
     watch.waits_ = true;
     watch.patience_ = kPatient;
-    watch.pace_ = kPatience;
-    watch.fewest_ = 2 * kPatience;
+    watch.pace_ = kFarPace;
+    watch.fewest_ = kPatience;
     watch.within_ = kFar;
     return watch;
   }
@@ -59,7 +59,7 @@ class StallWatch {
   // fits/paper-physical); the ones that do not may run to the last iteration.
   static constexpr double kWorthwhile = 0.1, kWellAbove = 2, kFar = 10;
   static constexpr int kPatience = 12, kPatient = 25;
-  static constexpr std::size_t kPace = 5;
+  static constexpr std::size_t kPace = 5, kFarPace = 8;
   bool by_waves_, waits_ = false;
   int patience_ = kPatience;
   int most_iterations_;

@@ -66,7 +66,7 @@ TEST(StallWatch, OfWhatIsAskedForByWavesMindsThePaceFarAway) {
     return [=](int k) { return from * std::pow(factor, k - 1); };
   };
   // 1 % an iteration end at 102 of 279 tolerances, 5 % at 1.6; 1 % of 20 at 7, which is of use.
-  EXPECT_EQ(given_up(patient, falling(279, 0.99)), 25);
+  EXPECT_EQ(given_up(patient, falling(279, 0.99)), 13);
   EXPECT_EQ(given_up(patient, falling(279, 0.95)), 0);
   EXPECT_EQ(given_up(patient, falling(20, 0.99)), 0);
   EXPECT_EQ(given_up(StallWatch::patient(FocusModel::kRays, 100), falling(279, 0.99)), 0);
