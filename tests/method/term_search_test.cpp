@@ -246,6 +246,22 @@ TEST(TermSearch, DoublesPlaneWavesWhereZernikesNeedOrdersAbove100) {
   EXPECT_NE(frontier.message.find("plane waves"), std::string::npos);
 }
 
+// 32, 64, 128 and 256 waves, then 181: on many cells that is near enough to 150, on fewer 152 is next.
+TEST(TermSearch, EndsAmongPlaneWavesSoonerOnManyCells) {
+  for (const Eigen::Index cells : {kManyCells - 1, kManyCells}) {
+    Trials trials;
+    for (int count = 150; count < 20000; ++count) trials.passing.insert(count);
+    TermTrials hooks = failing_by(trials.hooks(), [](int order) { return 300.0 / order; });
+    hooks.confirm = [confirm = hooks.confirm, cells](const TermsSpec& asked) {
+      FrontierPoint point = confirm(asked);
+      point.rays = cells;
+      return point;
+    };
+    EXPECT_EQ(chosen(search({10, 100, true}, hooks)), cells < kManyCells ? 152 : 181);
+    EXPECT_EQ(trials.confirmed.size(), cells < kManyCells ? 6u : 5u);
+  }
+}
+
 // A spot that no number of waves mends was followed up to 16,384 of them, hours.
 TEST(TermSearch, StopsDoublingPlaneWavesWhereMoreBringNothing) {
   Trials none;  // all of them 2 tolerances off
