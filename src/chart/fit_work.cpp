@@ -223,9 +223,10 @@ double draws(const Task& task, const Groundwork& ground, const TargetSets& targe
   TermSet waves{ground.radius, {}, {}, {}};
   waves.fourier.assign(kDrawnWaves, {split->low().f_max(), 0});
   const double wide = wide_circles(task, ground, split.get(), targets, kWideShareOfVerdict);
-  const Asked judged = asked(task, wide, std::isfinite(wide), {&targets.fitted, &targets.held_out});
   const Optics optics =
       on_grid(task, waves, judging_pitch(task, waves, all_targets(targets), split.get()), pace);
+  const bool single = in_single_precision(FocusModel::kWaves, targets, Eigen::Index(optics.points));
+  const Asked judged = asked(task, wide, single, {&targets.fitted, &targets.held_out});
   const double light = optics.forward + judged.planes(kDrawnRing) * optics.transform * kWavePlane +
                        judged.count * kWaveStatistic;
   const double surface = kDrawnMoments;
@@ -284,7 +285,7 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   const double wide = wide_circles(task, ground, ground.split.get(), targets, kWideShareOfFit),
                wide_for_verdict =
                    wide_circles(task, ground, ground.split.get(), targets, kWideShareOfVerdict);
-  const bool single = fits_in_single_precision(ground.use.model, targets, Eigen::Index(optics.points));
+  const bool single = in_single_precision(ground.use.model, targets, Eigen::Index(optics.points));
   const Asked fitted = asked(task, wide, single, {&targets.fitted, &targets.guides});
   const Asked reported = asked(task, HUGE_VAL, single, {&targets.fitted}),
               judged = asked(task, wide_for_verdict, std::isfinite(wide_for_verdict),

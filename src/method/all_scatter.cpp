@@ -66,7 +66,7 @@ class DrawnMirrors {
                                             drawing_.terms, of_.context.threads, drawing_.split);
     made->wide_circles =
         wide_circles(of_.task, of_.ground, drawing_.split.get(), of_.targets, kWideShareOfVerdict);
-    made->single_precision = std::isfinite(made->wide_circles);
+    made->single_precision = in_single_precision(FocusModel::kWaves, of_.targets, made->pupil.size());
     return made;
   }
 

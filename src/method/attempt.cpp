@@ -399,7 +399,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
                                                 grid_pitch(of, result.terms, plan.coarsening), result.terms,
                                                 threads, of.ground.split);
   made->wide_circles = wide_circles(of.task, of.ground, of.ground.split.get(), of.targets, kWideShareOfFit);
-  made->single_precision = fits_in_single_precision(of.ground.use.model, of.targets, made->pupil.size());
+  made->single_precision = in_single_precision(of.ground.use.model, of.targets, made->pupil.size());
   attempt.bench = made;
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();

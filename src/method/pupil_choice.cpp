@@ -134,7 +134,7 @@ double wide_circles(const Task& task, const Groundwork& ground, const BandSplit*
   return std::pow(kWideCircleNoise / (share * margin), 2.0 / 3) / grains_of(task, 1);
 }
 
-bool fits_in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells) {
+bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells) {
   constexpr double kClosest = 1e-4;
   return model == FocusModel::kWaves && cells >= kManyCells &&
          std::all_of(targets.fitted.begin(), targets.fitted.end(), [](const Target& target) {
