@@ -15,6 +15,7 @@ class StallWatch {
   /// warm: the fit starts from where another ended, not from a draw.
   StallWatch(FocusModel model, int most_iterations, bool warm)
       : by_waves_(model == FocusModel::kWaves),
+        patience_(by_waves_ ? std::numeric_limits<int>::max() : kPatience),
         most_iterations_(most_iterations),
         fewest_(warm ? kPace + 1 : 2 * kPace) {}
 
@@ -23,7 +24,6 @@ class StallWatch {
   /// deep spot near by 1 % an iteration, of seven seconds, at 279 tolerances.
   static StallWatch patient(FocusModel model, int most_iterations) {
     StallWatch watch(model, most_iterations, false);
-    watch.waits_ = true;
     watch.patience_ = kPatient;
     watch.pace_ = kFarPace;
     watch.fewest_ = kPatience;
@@ -32,10 +32,7 @@ class StallWatch {
   }
 
   /// Asked after every iteration.
-  bool stalled(const FitProgress& p) {
-    if (by_waves_ && out_of_reach(p)) return true;
-    return (waits_ || !by_waves_) && rests(p);
-  }
+  bool stalled(const FitProgress& p) { return (by_waves_ && out_of_reach(p)) || rests(p); }
 
  private:
   bool rests(const FitProgress& p) {
@@ -60,8 +57,8 @@ class StallWatch {
   static constexpr double kWorthwhile = 0.1, kWellAbove = 2, kFar = 10;
   static constexpr int kPatience = 12, kPatient = 25;
   static constexpr std::size_t kPace = 5, kFarPace = 8;
-  bool by_waves_, waits_ = false;
-  int patience_ = kPatience;
+  bool by_waves_;
+  int patience_;  // iterations that may bring nothing
   int most_iterations_;
   double within_ = 1;         // tolerances that the pace has to reach
   std::size_t pace_ = kPace;  // iterations that tell it

@@ -66,17 +66,45 @@ struct Rounding {
 };
 constexpr Rounding kRoundings[] = {{Precision::kDouble, 1e-14, 1e-13}, {Precision::kSingle, 2e-7, 4e-6}};
 
+// Random light in focus, with its correlation.
+struct Focused {
+  Focused(const Fields& c, Precision precision)
+      : transform(c.rows, c.columns, c.padding, precision),
+        buffers(transform),
+        light(c),
+        focal(transform.focal_size(), precision) {
+    light.put(transform, &buffers);
+    transform.to_focus(&focal, &buffers);
+    transform.correlation(focal, &buffers);
+  }
+  // What `correlation` left at a lag.
+  double even(int my, int mx) const {
+    return buffers.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)];
+  }
+  // What a kernel leaves in the pupil.
+  void go_back(const std::vector<double>& g) {
+    put_kernel(g, transform, &buffers);
+    transform.kernel(&buffers.kernel, &buffers);
+    transform.back_to_pupil(focal, buffers.kernel, &buffers);
+  }
+  Complex back(int row, int column) const {
+    const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
+    return {buffers.back.data()[at], buffers.back.data()[at + kLines]};
+  }
+
+  PupilTransform transform;
+  PupilTransform::Buffers buffers;
+  Field light;
+  AlignedArray focal;
+};
+
 void expect_sums_there_and_back(const Fields& c, const Rounding& rounding) {
-  const PupilTransform transform(c.rows, c.columns, c.padding, rounding.precision);
+  Focused focused(c, rounding.precision);
+  const PupilTransform& transform = focused.transform;
+  const Field& e = focused.light;
   const int m_x = transform.m_columns(), m_y = transform.m_rows();
   ASSERT_GE(m_x, 2 * c.columns - 1);
   ASSERT_GE(m_y, 2 * c.rows - 1);
-  PupilTransform::Buffers b(transform);
-  const Field e(c);
-  e.put(transform, &b);
-  AlignedArray focal(transform.focal_size(), transform.precision());
-  transform.to_focus(&focal, &b);
-  transform.correlation(focal, &b);
   const double power = double(m_x) * m_y;
   // C_m by its definition; the even part is what circles see.
   const auto correlation = [&](int my, int mx) {
@@ -89,10 +117,10 @@ void expect_sums_there_and_back(const Fields& c, const Rounding& rounding) {
   const double scale = power * std::abs(correlation(0, 0));
   for (int my = 0; my < c.rows; ++my)
     for (int mx = 0; mx < c.columns; ++mx)
-      EXPECT_NEAR(b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)],
-                  0.5 * power * (correlation(my, mx) + correlation(my, -mx)).real(), rounding.forth * scale);
+      EXPECT_NEAR(focused.even(my, mx), 0.5 * power * (correlation(my, mx) + correlation(my, -mx)).real(),
+                  rounding.forth * scale);
   Eigen::ArrayXcd along_x, along_y;
-  transform.axis_correlations(focal, &along_x, &along_y);
+  transform.axis_correlations(focused.focal, &along_x, &along_y);
   for (int m = 0; m < c.columns; ++m)
     EXPECT_LE(std::abs(along_x[m] - power * correlation(0, m)), rounding.forth * scale);
   for (int m = 0; m < c.rows; ++m)
@@ -100,18 +128,14 @@ void expect_sums_there_and_back(const Fields& c, const Rounding& rounding) {
 
   // Back with a kernel g: V_k = M sum_m g(m) E_(k+m).
   const std::vector<double> g = normals(std::size_t(c.rows * c.columns), "kernel");
-  put_kernel(g, transform, &b);
-  transform.kernel(&b.kernel, &b);
-  transform.back_to_pupil(focal, b.kernel, &b);
+  focused.go_back(g);
   for (int row = 0; row < c.rows; ++row)
     for (int column = 0; column < c.columns; ++column) {
       Complex sum = 0;
       for (int j = 0; j < c.rows; ++j)
         for (int i = 0; i < c.columns; ++i)
           sum += g[std::size_t(std::abs(j - row) * c.columns + std::abs(i - column))] * e(j, i);
-      const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
-      const Complex got(b.back.data()[at], b.back.data()[at + kLines]);
-      EXPECT_LE(std::abs(got - power * sum), rounding.back * scale);
+      EXPECT_LE(std::abs(focused.back(row, column) - power * sum), rounding.back * scale);
     }
 }
 
@@ -123,15 +147,11 @@ TEST(PupilTransform, IsItsSumThereAndBack) {
 
 // With fewer samples a lag comes with those that are m_x or m_y away from it, in correlations as in kernels.
 void expect_folded_lags(const Fields& c, const Rounding& rounding) {
-  const PupilTransform transform(c.rows, c.columns, c.padding, rounding.precision);
+  Focused focused(c, rounding.precision);
+  const PupilTransform& transform = focused.transform;
+  const Field& e = focused.light;
   const int m_x = transform.m_columns(), m_y = transform.m_rows();
   ASSERT_LT(m_x, 2 * c.columns - 1);
-  PupilTransform::Buffers b(transform);
-  const Field e(c);
-  e.put(transform, &b);
-  AlignedArray focal(transform.focal_size(), transform.precision());
-  transform.to_focus(&focal, &b);
-  transform.correlation(focal, &b);
   const auto folded = [&](int my, int mx) {
     Complex sum = 0;
     for (int row = 0; row < c.rows; ++row)
@@ -144,13 +164,11 @@ void expect_folded_lags(const Fields& c, const Rounding& rounding) {
   const double power = double(m_x) * m_y, scale = power * std::abs(folded(0, 0));
   for (int my = 0; my < transform.lag_rows(); ++my)
     for (int mx = 0; mx < transform.lag_columns(); ++mx)
-      EXPECT_NEAR(b.quarter.data()[std::size_t(my) * transform.quarter_stride() + std::size_t(mx)],
-                  0.5 * power * (folded(my, mx) + folded(my, -mx)).real(), rounding.forth * scale);
+      EXPECT_NEAR(focused.even(my, mx), 0.5 * power * (folded(my, mx) + folded(my, -mx)).real(),
+                  rounding.forth * scale);
 
   const std::vector<double> g = normals(std::size_t(c.rows * c.columns), "kernel");
-  put_kernel(g, transform, &b);
-  transform.kernel(&b.kernel, &b);
-  transform.back_to_pupil(focal, b.kernel, &b);
+  focused.go_back(g);
   for (int row = 0; row < c.rows; ++row)
     for (int column = 0; column < c.columns; ++column) {
       Complex sum = 0;
@@ -159,9 +177,7 @@ void expect_folded_lags(const Fields& c, const Rounding& rounding) {
           for (int j = (row + my + 2 * m_y) % m_y; j < c.rows; j += m_y)
             for (int i = (column + mx + 2 * m_x) % m_x; i < c.columns; i += m_x)
               sum += g[std::size_t(std::abs(my) * c.columns + std::abs(mx))] * e(j, i);
-      const std::size_t at = transform.pupil().at(std::size_t(row), std::size_t(column));
-      const Complex got(b.back.data()[at], b.back.data()[at + kLines]);
-      EXPECT_LE(std::abs(got - power * sum), rounding.back * scale);
+      EXPECT_LE(std::abs(focused.back(row, column) - power * sum), rounding.back * scale);
     }
 }
 
