@@ -97,11 +97,8 @@ struct Tally {
   double margin = 0;
 };
 
-// One sentence for whoever has to do better.
-std::string what_would_help(const ResultDocument& result) {
-  const Tally tally(decided_by(result));
-  if (result.light && result.light->decides && !result.light->obstacle.empty())
-    return "Light has no answer: " + result.light->obstacle + ".";
+// One sentence for whoever has to do better by what decides.
+std::string what_would_help_here(const ResultDocument& result, const Tally& tally) {
   if (tally.different == 0 && tally.undecided > 0)
     return "What is undecided needs smaller errors: more rays (`trace.rays`) or a larger margin.";
   if (result.map)
@@ -138,6 +135,16 @@ std::string what_would_help(const ResultDocument& result) {
            (result.frontier ? "a larger margin" : "more terms") + " would help.";
   if (result.frontier) return "No set of terms that was tried passes: another `fit.seed` or a larger margin.";
   return "More terms (leave `terms` out), another `fit.seed` or a larger margin would help.";
+}
+
+std::string what_would_help(const ResultDocument& result) {
+  const Tally tally(decided_by(result));
+  if (!result.light || !result.light->decides || result.light->obstacle.empty())
+    return what_would_help_here(result, tally);
+  const std::string obstacle = "Light has no answer: " + result.light->obstacle + ".";
+  // What decides in its place may have left something open, or nothing.
+  return tally.different + tally.undecided > 0 ? obstacle + " " + what_would_help_here(result, tally)
+                                               : obstacle;
 }
 
 // Least-squares terms that nothing says what to make of.

@@ -473,6 +473,32 @@ TEST(Judgement, WavesFitASmoothSurfaceToItsHarveyShackSpot) {
   }
 }
 
+// A finer grid for a fit that comes near its targets; terms that cannot carry the roughness are as far off on
+// any (256 tolerances by 10 Zernikes, 254 on the finer grid).
+TEST(Judgement, OnlyFitsNearTheirTargetsGoOnToAFinerGrid) {
+  const auto fit = [](const char* rms, int order) {
+    return run_fit(
+        parse_study(
+            text_of(fmt::format(R"({{"model": "uniform", "rms": "{} nm", "f_min": 0.25, "f_max": 3}})", rms),
+                    "{}", "{}", R"({"shape": "circle", "diameter": "0.8 m"})",
+                    fmt::format(R"(, "terms": {{"zernike": {{"n_max": {}}}}},
+                                    "equivalence": {{"margin": "0.2 %"}})",
+                                order)),
+            "study.json"),
+        {});
+  };
+  const ResultDocument far = fit("100", 3), near = fit("40", 8);
+  for (const ResultDocument* result : {&far, &near}) {
+    ASSERT_EQ(result->model, "waves");
+    ASSERT_TRUE(result->ray_choice.has_value());
+    EXPECT_NE(result->fit.status, FitStatus::kConverged) << result->fit.message;
+  }
+  EXPECT_EQ(far.verdict, Verdict::kDifferent);
+  EXPECT_GT(far.ray_choice->gap, far.ray_choice->allowed);
+  EXPECT_LE(near.ray_choice->gap, near.ray_choice->allowed);
+  EXPECT_GT(near.rays, far.rays);
+}
+
 TEST(Realisation, NearTheMarginDrawsAreMeasuredAndCompared) {
   // N_eff = 50: 9 % by the law of rays, within a factor 2 of a margin of 10 %.
   const std::string target = R"({"theory": "geometric", "statistics": {"ee90": {}}})";

@@ -110,6 +110,22 @@ TEST(SummaryTable, SaysWhatWouldHelpWhereItIsNotEquivalent) {
   EXPECT_EQ(summary_table(result, false).find("fit.max_iterations"), std::string::npos);
 }
 
+// Rays decide where no grid holds the phase; what they leave open has a remedy, too.
+TEST(SummaryTable, SaysWhatWouldHelpWhereLightHasNoAnswer) {
+  ResultDocument result = sample_result();
+  result.light = LightJudgement{true, "ghs", "the pupil would need 13030 cells", true, {}, {}};
+  result.light_decides = true;
+  result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40.3e-6, 0.2e-6, 0.01, 0.95)};
+  result.verdict = overall(result.metrics);
+  EXPECT_EQ(result.verdict, Verdict::kUndecided);
+  EXPECT_NE(summary_table(result, false).find("a larger margin"), std::string::npos);
+  // Nothing that was judged is open: there is only the obstacle to say.
+  result.metrics = {tost("ee50_radius_m", false, 40e-6, 0, 40e-6, 0, 0.01, 0.95)};
+  const std::string nothing = summary_table(result, false);
+  EXPECT_NE(nothing.find("13030 cells."), std::string::npos);
+  EXPECT_EQ(nothing.find("a larger margin"), std::string::npos);
+}
+
 TEST(SummaryTable, FitsAHundredColumnsInPlainAscii) {
   for (const bool all : {false, true}) {
     const std::string text = summary_table(sample_result(), all);
