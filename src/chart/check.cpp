@@ -74,6 +74,8 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
   const TermSet terms = make_terms(task, ground, task.terms, &captured);
   CheckReport report;
   report.warnings = scene_warnings(task, ground, terms, captured);
+  if (task.terms.automatic)  // not yet chosen
+    std::erase_if(report.warnings, [](const Warning& warning) { return warning.code == "truncated-terms"; });
   report.mirror = characterise(task.mirror, task.aperture);
   report.focal_sigma = ground.focal_sigma;
   report.theory = targets.theory;
@@ -85,6 +87,7 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
     report.scene->realisation = Realisation{ground.numbers.realisation_spread, std::nan(""), 0};
     report.too_simple =
         ground.use.choice->model != FocusModel::kRays && !ground.use.in_light(targets_are_given(task));
+    report.light_decides = ground.use.light_decides;
   }
   report.terms = {terms.size(), captured, {}};
   if (task.terms.automatic && ground.psd && !ground.all_scatters())

@@ -203,9 +203,9 @@ double judgement(const Task& task, const Groundwork& ground, const TermSet& term
 }
 
 // As realisation_of (judge.cpp) decides.
-double realisations(const Task& task, const Groundwork& ground, const Optics& optics) {
+double realisations(const Task& task, const Groundwork& ground, const TermSet& terms, const Optics& optics) {
   const double share = ground.psd ? ground.numbers.realisation_spread / task.equivalence.margin : 0;
-  if (!(share >= 0.5) || (share > 2 && optics.model == FocusModel::kRays)) return 0;
+  if (!(share >= 0.5) || (share > 2 && optics.model == FocusModel::kRays) || !terms.fourier.empty()) return 0;
   return kRealisations * values(optics, {1, 1, 0, 1});
 }
 
@@ -288,8 +288,9 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   const bool single = in_single_precision(ground.use.model, targets, Eigen::Index(optics.points));
   const Asked fitted = asked(task, wide, single, {&targets.fitted, &targets.guides});
   const Asked reported = asked(task, HUGE_VAL, single, {&targets.fitted}),
-              judged = asked(task, wide_for_verdict, std::isfinite(wide_for_verdict),
-                             {&targets.fitted, &targets.held_out});
+              judged =
+                  asked(task, wide_for_verdict, std::isfinite(wide_for_verdict) && rounding_is_small(targets),
+                        {&targets.fitted, &targets.held_out});
   FitWork work;
   work.targets = theory(task, ground, targets) / threads;
   work.prior = kPrior * std::pow(double(terms.size()) / kPriorTerms, 1.5);
@@ -302,7 +303,7 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
                                judging_pitch(task, terms, all_targets(targets), ground.split.get()), pace)
              : judged_by_rays(terms, judged, 4 * double(rays.rays))) /
       threads;
-  work.realisations = realisations(task, ground, optics) / threads;
+  work.realisations = realisations(task, ground, terms, optics) / threads;
   work.judgement = judgement(task, ground, terms, targets, pace) / threads;
   work.zones = zones(task, terms) / threads;
   work.draws = draws(task, ground, targets, pace) / threads;

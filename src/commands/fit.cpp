@@ -82,13 +82,10 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
     const RunContext context = context_of(options);
     auto run = std::make_unique<Run>(study, requested_physics(study), context);
     Attempt attempt = fit_as_asked(run->of);
-    bool cut_short = context.stopped();
     conclude(run->of, &attempt);
-    if (rays_fell_short(run->of, attempt.result)) {
-      if (!context.stopped()) attempt = fit_by_waves(study, context, std::move(attempt), &run);
-      cut_short = cut_short || context.stopped();
-    }
-    if (cut_short) note_interruption(&attempt.result);
+    if (rays_fell_short(run->of, attempt.result) && !context.stopped())
+      attempt = fit_by_waves(study, context, std::move(attempt), &run);
+    if (context.stopped()) note_interruption(&attempt.result);
     ResultDocument result = document(study, std::move(attempt.result), context.threads);
     if (!folder.wanted() || result.fit.status == FitStatus::kFailed) return result;
     RunOptions there = options;

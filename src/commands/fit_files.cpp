@@ -92,7 +92,9 @@ namespace internal {
 
 void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
                const LightPath& focus, ResultDocument* result) {
-  if (options.plots && study.output.plots) draw(study, ground, options, focus, result);
+  // Who was asked to stop waits for no pictures.
+  if (options.plots && study.output.plots && !result->interrupted)
+    draw(study, ground, options, focus, result);
   if (const ArrayFormat format = wanted_arrays(study, options); format != ArrayFormat::kNone)
     write_fit_arrays(study, ground, format, options.output_directory, focus, result);
   const std::string folder = options.output_directory + "/";

@@ -223,6 +223,7 @@ Solve solve_once(const FitProblem& problem, const CalibrationBlocks& residuals, 
   result->iterations += std::max(0, int(summary.iterations.size()) - 1);
   result->evaluations = residuals.evaluations();
   result->final_cost = summary.final_cost;
+  result->out_of_iterations = summary.termination_type == ceres::NO_CONVERGENCE;
   if (watch.cancelled()) return {FitStatus::kCancelled, "cancelled"};
   if (!summary.IsSolutionUsable() || !residuals.complete())
     return {FitStatus::kFailed, "the solver failed: " + summary.message};
@@ -268,7 +269,8 @@ StartCost start_cost(const FitProblem& problem, const CalibrationBlocks& blocks,
     // nothing changes.
     const bool perfect = smooth_by_itself(problem.light.model) && start.isZero(0);
     if (!blocks.focus->linearise(start, perfect, &here))
-      cost.trouble = fmt::format("at the start, {}", blocks.focus->forward().trouble());
+      cost.trouble = fmt::format("at the start, {}{}", blocks.focus->forward().trouble(),
+                                 start.isZero(0) ? ": start from a draw instead of the perfect mirror" : "");
     else if (perfect && here.jacobian.cwiseAbs().maxCoeff() < kStationary)
       cost.trouble =
           "no statistic changes to first order about the perfect mirror: start from a draw instead";

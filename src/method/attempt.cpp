@@ -48,7 +48,7 @@ constexpr double kAliasedInAFit = 2e-2;
 // What the gap between the fit's grid and the safe one may take of the margin. Where a coarser one judges, a
 // gap as the square of the pitch is smaller by what is left to the safe one.
 constexpr double kGridShareOfMargin = 0.15;
-double gap_share(double of_fit, double of_judge) {
+double gap_share(double of_fit, double of_judge) {  // times the safe pitch
   if (of_judge <= 1) return kGridShareOfMargin;
   return kGridShareOfMargin * (of_fit * of_fit - of_judge * of_judge) / std::max(1e-3, of_fit * of_fit - 1);
 }
@@ -103,14 +103,16 @@ FitResult fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProbl
                                   : asked.start == FitStart::kZero
                                       ? Eigen::VectorXd::Zero(problem.prior.size()).eval()
                                       : draw_white(problem.prior.size(), seed);
-    const FitOptions how = fit_options(of, plan, k, lowest);
+    double of_this = HUGE_VAL;
+    const FitOptions how = fit_options(of, plan, k, &of_this);
     FitResult result = calibrate(problem, white, how);
+    *lowest = std::min(*lowest, of_this);
     if (result.status == FitStatus::kCancelled && plan.on_stall == OnStall::kEnd && !of.context.stopped()) {
       result.status = FitStatus::kNotConverged;
       result.message = fmt::format(
           "ended after {} iterations, the last of which brought the largest mismatch no nearer than {:.3g} "
           "tolerances",
-          result.iterations, *lowest);
+          result.iterations, of_this);
     }
     const bool met = result.status == FitStatus::kConverged &&
                      within_tolerance(problem, result, std::max(1.0, how.stop_at));
@@ -155,8 +157,10 @@ RayChoice ray_choice(const FitCase& of, const FitPlan& plan, const Attempt& atte
   for (Eigen::Index k = 0; k < attempt.own.size(); ++k) {
     const double scale = aim_of(of.targets.fitted[std::size_t(k)]).scale;
     if (!(scale > 0)) continue;
-    choice.gap = std::max(choice.gap, std::abs(attempt.own[k] - fresh[k]) / scale);
-    choice.sampling_error = std::max(choice.sampling_error, error[k] / scale);
+    // What has no value on one of the two is no agreement.
+    const double gap = std::abs(attempt.own[k] - fresh[k]) / scale, of_fresh = error[k] / scale;
+    choice.gap = std::isnan(gap) ? kInfinity : std::max(choice.gap, gap);
+    choice.sampling_error = std::isnan(of_fresh) ? kInfinity : std::max(choice.sampling_error, of_fresh);
   }
   return choice;
 }
@@ -207,9 +211,11 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
   for (;;) {
     Attempt attempt = attempt_fit(of, plan);
     if (of.context.stopped()) return doubted ? std::move(*doubted) : std::move(attempt);
-    // Phases that turn too far from cell to cell have no pattern on this grid.
-    const bool no_pattern = attempt.result.fit.status == FitStatus::kDegenerate ||
-                            attempt.result.fit.status == FitStatus::kFailed;
+    // Phases that turn too far from cell to cell have no pattern on this grid. The perfect mirror has one on
+    // any, if no derivative.
+    const bool no_pattern =
+        (attempt.result.fit.status == FitStatus::kDegenerate && of.task.fit.start != FitStart::kZero) ||
+        attempt.result.fit.status == FitStatus::kFailed;
     const bool in_the_way = !no_pattern && grid_is_in_the_way(of, plan, attempt);
     if (!no_pattern) {  // the next grid goes on from here, and once
       plan.warm = attempt.result.fit.white;
@@ -219,13 +225,15 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
       if (judge_always || attempt.met) judge_on_fresh_rays(of, &attempt);
       if (attempt.fresh.rays == 0) return attempt;
       RayChoice& choice = attempt.result.ray_choice.emplace(ray_choice(of, plan, attempt));
-      const double share = gap_share(plan.coarsening, attempt.judging_coarsening);
+      const double share = gap_share(attempt.bench->pitch / grid_pitch(of, attempt.result.terms, 1),
+                                     attempt.judging_coarsening);
       choice.allowed = share * of.task.equivalence.margin;
       choice.reason = fmt::format(
           "{} cells: the finer grid that judges changes the fitted statistics by up to {:.2g} %, {} {:.2g} % "
           "({:.0f} % of the margin)",
           attempt.result.rays, 100 * choice.gap, choice.gap <= choice.allowed ? "below" : "above",
           100 * choice.allowed, 100 * share);
+      if (!std::isfinite(choice.gap)) choice.reason = kNoValueToCompare;
       const bool equivalent = attempt.result.verdict == Verdict::kEquivalent;
       const bool fine =
           choice.gap <= choice.allowed || plan.coarsening <= kLeastCoarsening || far_on_any_grid(attempt);
@@ -292,8 +300,10 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   attempt->judging_coarsening = 1;
   if (waves) {
     const double safe = grid_pitch(of, result.terms, 1);
+    // Who was asked to stop has the surface judged where it is: coarser grids still tell the error.
+    const double next = of.context.stopped() ? 1 : kNextGrid;
     attempt->judging_coarsening = std::max(
-        1.0, std::min(first_judging_coarsening(of.task, safe), attempt->bench->pitch / (kNextGrid * safe)));
+        1.0, std::min(first_judging_coarsening(of.task, safe), attempt->bench->pitch / (next * safe)));
   }
   // On coarse grids first; what their error leaves open goes to the safe one, and last without wide circles.
   for (;;) {
@@ -303,7 +313,7 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
                            of.task.trace.pupil.seed,
                            grid_pitch(of, result.terms, coarsening),
                            wide,
-                           std::isfinite(wide)};
+                           std::isfinite(wide) && rounding_is_small(of.targets)};
     attempt->fresh_warnings.clear();
     attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
                                            result.fit.coefficients, judged.statistics(), of.context.threads,

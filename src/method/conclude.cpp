@@ -74,7 +74,8 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
     surface.needed = to_string(regime(own));
     warn_of_surface_regime(ground, own, &result.warnings);
   }
-  if ((!result.terms.zernike.empty() || !result.terms.fourier.empty()) && surface.rms_slope_per_axis > 0)
+  if ((!result.terms.zernike.empty() || !result.terms.fourier.empty()) && surface.rms_slope_per_axis > 0 &&
+      !of.context.stopped())
     surface.zones =
         zone_slopes(task, result.terms, attempt->terms->prior, result.fit.coefficients, of.context.threads);
 }
@@ -157,7 +158,8 @@ void conclude(const FitCase& of, Attempt* attempt) {
   ask_light(of, attempt);
   const Warnings& of_points = attempt->fresh.rays > 0 ? attempt->fresh_warnings : attempt->own_warnings;
   result.warnings.insert(result.warnings.end(), of_points.begin(), of_points.end());
-  ask_perfect_mirror(of, &result);
+  // Who was asked to stop says what the surface is and no more.
+  if (!of.context.stopped()) ask_perfect_mirror(of, &result);
   tell_scatter_of_rest(of, &result);
   if (attempt->result.terms.size() == 0) return warn_of_result(of, attempt->fresh, &result);
   if (of.ground.psd) {

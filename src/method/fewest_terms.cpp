@@ -154,8 +154,9 @@ class Trials {
     return fit_on_enough_rays(of_, std::move(plan), true);
   }
 
-  // The fewest that passed, if any did.
+  // The fewest that passed, if any did; else the nearest of those that did not.
   std::optional<Attempt>& best() { return best_; }
+  std::optional<Attempt>& nearest() { return nearest_; }
   // What is left of a search that was asked to stop: the fewest that passed, else the nearest, else throws.
   Attempt best_so_far() {
     for (std::optional<Attempt>* kept : {&best_, &nearest_, &screened_}) {
@@ -202,6 +203,14 @@ Attempt fit_nearest(const FitCase& of, const OrderRange& range, Trials* trials, 
                                       ? plane_waves(chosen->order)
                                       : zernikes_up_to(chosen->order, of.task.terms.covariance, range.first),
                                   chosen->fitted_mismatch <= kPromising);
+  if (std::optional<Attempt>& kept = trials->nearest();
+      of.context.stopped() && kept && nearer(*kept, attempt)) {
+    // Asked to stop on the way: what the search had come to is nearer.
+    for (FrontierPoint& point : frontier->points)
+      point.chosen = point.terms == kept->result.terms.size() && !point.screened;
+    frontier->message = search_message(*frontier, range);
+    return std::move(*kept);
+  }
   FrontierPoint point = frontier_point(attempt, chosen->seconds + since(begin));
   point.family = chosen->family;
   point.order = chosen->order;

@@ -17,6 +17,14 @@ double movable_share(const Groundwork& ground, int n_min) {
   return 1.0 - captured_fraction(*ground.term_psd, ground.radius, 0, n_min >= 2 ? 1 : 0);
 }
 
+double spherical_rms(const Task& task, const Groundwork& ground) {
+  constexpr double kOtherwise = 1e-6;
+  if (task.fit.spherical_rms) return *task.fit.spherical_rms;
+  return ground.use.model == FocusModel::kWaves && ground.term_psd
+             ? psd_moments(*ground.term_psd).rms_height()
+             : kOtherwise;
+}
+
 CoefficientPrior make_term_prior(const Task& task, const Groundwork& ground, const TermSet& terms,
                                  CovarianceKind covariance) {
   std::vector<CoefficientPrior::Block> blocks;
@@ -28,10 +36,11 @@ CoefficientPrior make_term_prior(const Task& task, const Groundwork& ground, con
     // No PSD: every Zernike gets the stated RMS.
     CoefficientPrior::Block block;
     for (Eigen::Index j = 0; j < Eigen::Index(terms.zernike.size()); ++j) block.index.push_back(j);
-    block.factor = task.fit.spherical_rms * Eigen::MatrixXd::Identity(block.index.size(), block.index.size());
+    block.factor =
+        spherical_rms(task, ground) * Eigen::MatrixXd::Identity(block.index.size(), block.index.size());
     blocks.push_back(std::move(block));
   }
-  if (!terms.spherical.empty()) blocks.push_back(spherical_prior_block(terms, task.fit.spherical_rms));
+  if (!terms.spherical.empty()) blocks.push_back(spherical_prior_block(terms, spherical_rms(task, ground)));
   return CoefficientPrior(terms.size(), std::move(blocks));
 }
 

@@ -16,12 +16,13 @@ constexpr std::size_t kZones = 4;
 }  // namespace
 
 double measured_spread(const LightPath& path, const CoefficientPrior& prior, std::uint64_t seed, int draws,
-                       int threads) {
+                       const RunContext& context) {
   std::vector<double> radius(static_cast<std::size_t>(draws));
   for (int d = 0; d < draws; ++d) {
+    if (context.stopped()) return std::nan("");
     const std::uint64_t own = RandomStream(seed, "realisation-draws").bits(std::uint64_t(d));
     radius[std::size_t(d)] = focus_statistics(path, prior.colour(draw_white(prior.size(), own)),
-                                              {EncircledEnergyRadius{}}, threads, nullptr)[0];
+                                              {EncircledEnergyRadius{}}, context.threads, nullptr)[0];
   }
   std::erase_if(radius, [](double r) { return !std::isfinite(r); });
   if (radius.size() < 2) return std::nan("");

@@ -134,12 +134,15 @@ double wide_circles(const Task& task, const Groundwork& ground, const BandSplit*
   return std::pow(kWideCircleNoise / (share * margin), 2.0 / 3) / grains_of(task, 1);
 }
 
-bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells) {
+bool rounding_is_small(const TargetSets& targets) {
   constexpr double kClosest = 1e-4;
-  return model == FocusModel::kWaves && cells >= kManyCells &&
-         std::all_of(targets.fitted.begin(), targets.fitted.end(), [](const Target& target) {
-           return target.tolerance >= kClosest * std::abs(target.value);
-         });
+  return std::all_of(targets.fitted.begin(), targets.fitted.end(), [](const Target& target) {
+    return target.tolerance >= kClosest * std::abs(target.value);
+  });
+}
+
+bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells) {
+  return model == FocusModel::kWaves && cells >= kManyCells && rounding_is_small(targets);
 }
 
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 namespace aberfit {
 namespace {
@@ -33,8 +34,9 @@ bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice) {
       "{:.2g} %, {} {:.2g} % ({:.0f} % of the margin)",
       rays, 100 * choice->gap, 100 * choice->sampling_error, steady ? "both below" : "not both below",
       100 * choice->allowed, 100 * kRayShareOfMargin);
+  if (!std::isfinite(choice->gap)) choice->reason = kNoValueToCompare;
   if (steady && open) choice->reason += "; the verdict is open and more rays could decide it";
-  return (steady && !open) || rays >= kMostAutomaticRays;
+  return (steady && !open) || !std::isfinite(choice->gap) || rays >= kMostAutomaticRays;
 }
 
 }  // namespace aberfit

@@ -89,7 +89,11 @@ std::string scene_rows(const CheckReport& report) {
   text += row("why", scene.reason);
   text += row("models used", fmt::format("targets {}, surface {}", scene.theory, scene.model));
   if (report.too_simple)
-    text += row("", "simpler than needed: the verdict of `fit` will be on " + scene.needed);
+    text += row(
+        "", "simpler than needed" +
+                (report.light_decides ? ": the verdict of `fit` will be on " + scene.needed
+                                      : ", as the study names it: the verdict of `fit` will be on theory `" +
+                                            scene.theory + "`, with what light says beside it"));
   return text;
 }
 

@@ -129,10 +129,11 @@ std::string what_would_help_here(const ResultDocument& result, const Tally& tall
         "{:.2g} modes carry the roughness (N_eff), fewer than the {} they have to meet: a larger margin or a "
         "band of more modes would help, more terms would not.",
         modes, plural(long(result.targets.size()), "statistic"));
+  if (result.interrupted) return "The fit was interrupted: let it come to its end.";
   if (result.fit.status != FitStatus::kConverged)
     return "The fit ended early (" + to_string(result.fit.status) +
-           "): more iterations (`fit.max_iterations`), another `fit.seed` or " +
-           (result.frontier ? "a larger margin" : "more terms") + " would help.";
+           "): " + (result.fit.out_of_iterations ? "more iterations (`fit.max_iterations`), " : "") +
+           "another `fit.seed` or " + (result.frontier ? "a larger margin" : "more terms") + " would help.";
   if (result.frontier) return "No set of terms that was tried passes: another `fit.seed` or a larger margin.";
   return "More terms (leave `terms` out), another `fit.seed` or a larger margin would help.";
 }

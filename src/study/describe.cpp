@@ -254,8 +254,11 @@ void describe_fit(Visitor& v, FitSpec& fit) {
          "as a search for terms fits: given up early, and where that misses by little gone on with, by rays "
          "on twice as many; the resolved study of a search has it where its set passed so"},
         fit.second_look);
-    f.quantity({"spherical_rms", "prior RMS height of the spherical terms [m]"}, fit.spherical_rms, kLength,
-               Range::positive());
+    f.quantity(
+        {"spherical_rms",
+         "prior RMS height of the spherical terms [m]; absent: by waves that of the roughness, else 1 um",
+         kOptional, "\"25 nm\""},
+        fit.spherical_rms, kLength, Range::positive());
     f.quantity({"bound_sigmas", "above 0: keep coefficients within so many prior standard deviations"},
                fit.bound_sigmas, kNumber, Range::non_negative());
   });

@@ -314,6 +314,35 @@ TEST(Interruption, KeepsTheBestSoFarJudgedAndMarked) {
   EXPECT_THROW(stopped_after(kSeconds, 0), Interrupted);
 }
 
+// No set passes a margin of 0.02 %. The nearest, which has met its targets, is fitted once more; stopped on
+// the way, it is what it was.
+TEST(Interruption, OfTheLastFitOfASearchKeepsWhatTheSearchHadFound) {
+  const std::string text = R"({"aberfit": 1, "mirror": {"focal_length": 2.8},
+      "aperture": {"shape": "circle", "diameter": 0.4}, "light": {"wavelength": "632.8 nm"},
+      "roughness": {"psd": {"model": "uniform", "rms": "25 nm", "f_min": 2.5, "f_max": 7.5}},
+      "target": {"statistics": {"ee50": {}, "ee80": {}, "ee90": {}}}, "equivalence": {"margin": "0.02 %"}})";
+  int looks = 0;
+  RunOptions counting;
+  counting.interrupted = [&] { return ++looks < 0; };
+  const ResultDocument whole = run_fit(parse_study(text, "study.json"), counting);
+  EXPECT_NE(whole.verdict, Verdict::kEquivalent);
+  int in_the_last_fit = 0;
+  for (const double share : {0.5, 0.6, 0.7, 0.8, 0.9}) {
+    const ResultDocument result = stopped_after(text, int(share * looks));
+    EXPECT_TRUE(result.interrupted);
+    if (!result.frontier) continue;  // stopped before the search had ended
+    ++in_the_last_fit;
+    const auto& points = result.frontier->points;
+    const auto chosen =
+        std::find_if(points.begin(), points.end(), [](const FrontierPoint& point) { return point.chosen; });
+    ASSERT_NE(chosen, points.end());
+    EXPECT_EQ(chosen->terms, result.terms.size());
+    EXPECT_LE(chosen->fitted_mismatch, 1);
+    EXPECT_FALSE(result.metrics.empty());
+  }
+  EXPECT_GE(in_the_last_fit, 2);
+}
+
 TEST(Interruption, EndsTheRunOfAMap) {
   ScratchFolder folder;
   std::string map = "# pitch = 1 mm\n# of: surface\n# unit: nm\n";

@@ -499,6 +499,73 @@ TEST(Judgement, OnlyFitsNearTheirTargetsGoOnToAFinerGrid) {
   EXPECT_GT(near.rays, far.rays);
 }
 
+// Seconds a grid on large ones: who was asked to stop gets the surface and its verdict alone.
+TEST(Conclusions, OfARunThatWasAskedToStopAreTheVerdictAlone) {
+  const auto run = [](bool stop) {
+    bool judging = false;
+    RunOptions how;
+    how.progress = [&](const std::string& line) { judging |= line == "fresh rays"; };
+    if (stop) how.interrupted = [&] { return judging; };
+    return run_fit(parse_study(text_of(kRough, R"({"theory": "geometric", "statistics": {"ee90": {}}})",
+                                       R"({"rays": 8192})", R"({"shape": "circle", "diameter": "0.4 m"})",
+                                       R"(, "terms": {"zernike": {"n_max": 20}},
+                                          "equivalence": {"margin": "10 %"})"),
+                               "study.json"),
+                   how);
+  };
+  const ResultDocument whole = run(false), stopped = run(true);
+  EXPECT_FALSE(stopped.metrics.empty());
+  EXPECT_EQ(whole.realisation->draws, 32);
+  EXPECT_EQ(stopped.realisation->draws, 0);
+  EXPECT_EQ(whole.surface.zones.size(), 4u);
+  EXPECT_TRUE(stopped.surface.zones.empty());
+  EXPECT_GT(stopped.surface.rms_height, 0);
+  EXPECT_TRUE(whole.perfect.has_value());
+  EXPECT_FALSE(stopped.perfect.has_value());
+}
+
+// The perfect mirror has a pattern on every grid, and on none a derivative of what is no angle yet: a finer
+// grid is of no use. Named terms of a draw show the cells of the first grid.
+TEST(Judgement, AStartWithoutDerivativesIsNotTriedOnFinerGrids) {
+  const auto fit = [](const char* start) {
+    return run_fit(parse_study(text_of(kSmooth, "{}", "{}", R"({"shape": "circle", "diameter": "0.4 m"})",
+                                       fmt::format(R"(, "terms": {{"zernike": {{"n_max": 4}}}},
+                                                      "fit": {{"start": "{}"}})",
+                                                   start)),
+                               "study.json"),
+                   {});
+  };
+  const ResultDocument zero = fit("zero"), draw = fit("draw");
+  ASSERT_EQ(zero.model, "waves");
+  EXPECT_EQ(zero.fit.status, FitStatus::kDegenerate);
+  EXPECT_NE(zero.fit.message.find("start from a draw"), std::string::npos) << zero.fit.message;
+  EXPECT_LE(zero.rays, draw.rays);
+}
+
+// 1 um, which rays do not mind, has no pattern: by waves spherical terms begin with the height of the
+// roughness. What has no value is told as that, not as an agreement to 0 %.
+TEST(SphericalTerms, ByWavesBeginWithTheHeightOfTheRoughness) {
+  const auto fit = [](const char* how) {
+    return run_fit(
+        parse_study(text_of(R"({"model": "k-correlation", "rms": "25 nm", "B": "0.1 m", "exponent": 3,
+                                "f_min": "1 /m", "f_max": "20 /m"})",
+                            R"({"statistics": {"ee50": {}, "ee80": {}}})", "{}",
+                            R"({"shape": "circle", "diameter": "1 m"})",
+                            fmt::format(R"(, "terms": {{"spherical": ["c4", "c6", "c8"]}}{})", how)),
+                    "study.json"),
+        {});
+  };
+  const ResultDocument automatic = fit("");
+  ASSERT_EQ(automatic.model, "waves");
+  EXPECT_NE(automatic.fit.status, FitStatus::kDegenerate) << automatic.fit.message;
+  EXPECT_LT(automatic.surface.rms_height, 10 * 25e-9);
+  EXPECT_LT(automatic.ray_choice->gap, 1);
+  const ResultDocument far = fit(R"(, "fit": {"spherical_rms": "20 um"})");
+  ASSERT_EQ(far.fit.status, FitStatus::kDegenerate) << far.fit.message;
+  EXPECT_EQ(far.ray_choice->gap, HUGE_VAL);
+  EXPECT_NE(far.ray_choice->reason.find("no value"), std::string::npos) << far.ray_choice->reason;
+}
+
 TEST(Realisation, NearTheMarginDrawsAreMeasuredAndCompared) {
   // N_eff = 50: 9 % by the law of rays, within a factor 2 of a margin of 10 %.
   const std::string target = R"({"theory": "geometric", "statistics": {"ee90": {}}})";
@@ -522,6 +589,14 @@ TEST(Realisation, NearTheMarginDrawsAreMeasuredAndCompared) {
   EXPECT_EQ(json["measured"], near.realisation->measured);
   // Terms up to n = 8 carry a part of the band: their draws are not mirrors of this roughness.
   EXPECT_EQ(result_of("10 %", 8).realisation->draws, 0);
+  // Nor are those of forty plane waves, whatever their height: a few frequencies have all of it.
+  const ResultDocument waves = run_fit(
+      parse_study(text_of(kRough, target, R"({"rays": 8192})", R"({"shape": "circle", "diameter": "0.4 m"})",
+                          R"(, "terms": {"fourier": {"count": 40}}, "equivalence": {"margin": "10 %"})"),
+                  "study.json"),
+      {});
+  EXPECT_GT(waves.surface.captured_fraction, 0.9);
+  EXPECT_EQ(waves.realisation->draws, 0);
   const ResultDocument far = result_of("1 %");
   EXPECT_EQ(far.realisation->draws, 0);
   EXPECT_TRUE(to_json(far, {})["scene"]["realisation"]["measured"].is_null());

@@ -138,6 +138,7 @@ TEST(SinglePrecision, IsForFitsOnManyCells) {
     TargetSets targets;
     targets.fitted = {{EncircledEnergyRadius{0.8, 0}, 2e-5, 0, 0.01 * 2e-5},
                       {EncircledEnergyRadius{0.5, 0}, 1e-5, 0, tolerance * 1e-5}};
+    EXPECT_EQ(rounding_is_small(targets), tolerance >= 1e-4);
     return in_single_precision(model, targets, cells);
   };
   EXPECT_TRUE(fits(FocusModel::kWaves, kManyCells, 1.01e-4));

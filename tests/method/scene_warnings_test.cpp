@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "aberfit/commands/run.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/plan.h"
@@ -46,6 +47,24 @@ TEST(SceneWarnings, DiagonalCovariancePilesSlopesUpAtTheRim) {
   };
   EXPECT_TRUE(has(said("diagonal"), "at the rim")) << said("diagonal");
   EXPECT_EQ(said("full"), "");
+}
+
+// Each says what its terms can do about it.
+TEST(SceneWarnings, TruncatedTermsHaveARemedyOfTheirKind) {
+  const std::string rough =
+      R"(, "roughness": {"psd": {"model": "uniform", "rms": "50 nm", "f_min": "2.5 /m", "f_max": "20 /m"}})";
+  const auto said = [&](const std::string& terms) {
+    const Study study = parse_study(study_of(rough + terms), "study.json");
+    const Groundwork ground = lay_groundwork(study);
+    const TermPlan plan = plan_terms(study, ground, study.terms);
+    return message(scene_warnings(study, ground, plan.terms, plan.captured), "truncated-terms");
+  };
+  EXPECT_TRUE(has(said(R"(, "terms": {"zernike": {"n_max": 3}})"), "raise n_max"));
+  const std::string spherical = said(R"(, "terms": {"spherical": ["c4"]})");
+  EXPECT_TRUE(has(spherical, "leave `terms` out")) << spherical;
+  EXPECT_FALSE(has(spherical, "n_max"));
+  const CheckReport automatic = run_check(parse_study(study_of(rough), "study.json"), {});
+  EXPECT_EQ(message(automatic.warnings, "truncated-terms"), "");
 }
 
 TEST(SceneWarnings, GrazingIncidenceBelowThirtyNanometres) {

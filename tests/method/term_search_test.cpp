@@ -397,6 +397,7 @@ TEST(AutomaticRays, DoubleUntilFreshRaysSettleIt) {
   EXPECT_FALSE(enough(0.001, 0.001, Verdict::kUndecided));  // a tenth of the margin could decide it
   EXPECT_TRUE(enough(0.001, 0.0004, Verdict::kUndecided));  // 4 % of the margin could not
   EXPECT_TRUE(enough(0.02, 0.02, Verdict::kUndecided, std::int64_t(1) << 40));
+  EXPECT_TRUE(enough(HUGE_VAL, HUGE_VAL, Verdict::kDifferent));  // no value, which more rays do not bring
   EXPECT_EQ(more_rays(16384), 32768);
 }
 

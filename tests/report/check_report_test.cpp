@@ -88,6 +88,11 @@ TEST(CheckReport, TableAndJsonSayTheSame) {
   EXPECT_EQ(json["scene"]["theory"], "geometric");
   EXPECT_EQ(json["scene"]["model"], "rays");
   EXPECT_NE(table.find("simpler than needed: the verdict of `fit` will be on waves"), std::string::npos);
+  CheckReport named = report;  // by the study
+  named.light_decides = false;
+  const std::string of_named = summary_table(named);
+  EXPECT_EQ(of_named.find("will be on waves"), std::string::npos);
+  EXPECT_NE(row(of_named, "models used").find("on theory `geometric`, with what light"), std::string::npos);
   EXPECT_EQ(row(table, "terms"), "228 (98.50 % of the height variance)");
   EXPECT_EQ(json["terms"], (ordered_json{{"count", 228}, {"captured_fraction", 0.985}}));
   EXPECT_EQ(row(table, "statistics"), "9 fitted, 2 guides, 5 held out; targets: geometric");

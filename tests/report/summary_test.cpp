@@ -97,6 +97,8 @@ TEST(SummaryTable, SaysWhatWouldHelpWhereItIsNotEquivalent) {
   EXPECT_NE(summary_table(result, false).find("leave `terms` out"), std::string::npos);
   result.surface.captured_fraction = 0.999;
   result.fit.status = FitStatus::kNotConverged;
+  EXPECT_EQ(summary_table(result, false).find("fit.max_iterations"), std::string::npos);  // came to rest
+  result.fit.out_of_iterations = true;
   EXPECT_NE(summary_table(result, false).find("fit.max_iterations"), std::string::npos);
   EXPECT_NE(summary_table(result, false).find("or more terms"), std::string::npos);
   // After a search, larger sets of terms have been tried; with fewer modes than statistics none can do.

@@ -430,7 +430,7 @@ TEST(ResolvedStudy, HoldsEveryDefaultInSiUnits) {
     "terms": "auto",
     "trace": {"model": "auto", "pupil": "polar", "rays": "auto", "seed": 1, "normals": "analytic", "centre": "nominal"},
     "fit": {"start": "draw", "seed": 1, "prior": "near-start", "max_iterations": 100, "starts": "auto", "second_look": false,
-            "spherical_rms": 1e-6, "bound_sigmas": 0.0},
+            "bound_sigmas": 0.0},
     "equivalence": {"margin": 0.01, "confidence": 0.95},
     "output": {"plots": true, "export": [], "export_grid": 257, "arrays": "none"},
     "verify": {"published": []}

@@ -44,6 +44,7 @@ struct CheckReport {
   FocusModel model = FocusModel::kRays;  ///< of the surface
   std::string reason;                    ///< one sentence: which model the scene needs and why
   bool too_simple = false;               ///< theory or model is simpler than what the scene needs
+  bool light_decides = true;             ///< the verdict of `fit` is light's
   CheckedTerms terms;
   CheckedStatistics statistics;
   bool automatic_rays = false;              ///< `rays` is the least that the fit will choose

@@ -77,6 +77,7 @@ struct FitResult {
   std::string message;  ///< the reason it stopped, one sentence
   int iterations = 0;
   int evaluations = 0;
+  bool out_of_iterations = false;  ///< FitOptions::max_iterations ended it
   double seconds = 0;
   double initial_cost = 0, final_cost = 0;
   OperatorChoice operator_choice;     ///< how L was computed

@@ -21,7 +21,11 @@ std::int64_t first_rays(Eigen::Index terms);
 std::int64_t screening_rays(Eigen::Index terms);
 std::int64_t more_rays(std::int64_t rays);
 
-/// Whether so many rays are enough for the verdict they gave (or no more can be had); fills `reason`.
+/// The reason of a RayChoice whose gap is infinite.
+inline constexpr const char* kNoValueToCompare =
+    "a fitted statistic has no value on the sample of the fit or on the one that judges: nothing to compare";
+/// Whether so many rays are enough for the verdict they gave (or no more can be had, or would not help what
+/// has no value); fills `reason`.
 bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice);
 
 }  // namespace aberfit

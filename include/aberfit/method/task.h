@@ -107,8 +107,10 @@ struct FitSpec {
   /// goes on from there, by rays on twice as many, by waves closer to what lies between the targets. Where
   /// that does not pass either, or is not asked for, a fit to its end.
   bool second_look = false;
-  double spherical_rms = 1e-6;  ///< prior RMS height of the spherical terms [m]
-  double bound_sigmas = 0;      ///< > 0: coefficients within so many prior standard deviations
+  /// Prior RMS height of the spherical terms [m]; absent: by waves, whose pattern a start of many waves does
+  /// not have, that of the roughness, else 1 um.
+  std::optional<double> spherical_rms;
+  double bound_sigmas = 0;  ///< > 0: coefficients within so many prior standard deviations
 };
 
 struct EquivalenceSpec {
