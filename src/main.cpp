@@ -1,7 +1,9 @@
 // The command line: declares the options, calls the command and turns failures into exit codes.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <exception>
 #include <map>
@@ -206,6 +208,17 @@ void add_common_options(CLI::App* app, CommandLine* line) {
   app->add_flag("--quiet", line->quiet, "Nothing on standard error but errors");
 }
 
+// What stands where a command should; the parser would only say that one is missing.
+void require_known_command(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  if (std::find(names.begin(), names.end(), argv[1]) == names.end())
+    throw aberfit::InputError("command line", "", fmt::format("the command \"{}\"", argv[1]),
+                              fmt::format("{}", fmt::join(names, ", ")));
+}
+
 ExitCode run(int argc, char** argv) {
   CLI::App app(
       "Equivalent aberration terms of rough mirrors: a surface of Zernike, Fourier and spherical terms whose "
@@ -235,6 +248,7 @@ ExitCode run(int argc, char** argv) {
   CLI::App* sweep = add_sweep_command(&app, &line);
   app.add_subcommand("schema", "JSON Schema of the study format");
 
+  require_known_command(app, argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

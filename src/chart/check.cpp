@@ -76,6 +76,7 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
   report.warnings = scene_warnings(task, ground, terms, captured);
   if (task.terms.automatic)  // not yet chosen
     std::erase_if(report.warnings, [](const Warning& warning) { return warning.code == "truncated-terms"; });
+  report.warnings.insert(report.warnings.end(), targets.warnings.begin(), targets.warnings.end());
   report.mirror = characterise(task.mirror, task.aperture);
   report.focal_sigma = ground.focal_sigma;
   report.theory = targets.theory;

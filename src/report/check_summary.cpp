@@ -112,8 +112,11 @@ std::string theory_text(const TheoryError& error) {
   const std::string angle = std::isfinite(error.small_angle)
                                 ? fmt::format("{:.2g} %", 100 * error.small_angle)
                                 : "an unknown share";
-  return fmt::format("{} of radii by small angles, {:.2g} % of the light beyond 10 degrees", angle,
-                     100 * error.beyond_ten_degrees);
+  constexpr double kNext = 1e-6;  // to nothing: what quadrature leaves
+  const std::string beyond = error.beyond_ten_degrees < kNext
+                                 ? "less than 0.0001 %"
+                                 : fmt::format("{:.2g} %", 100 * error.beyond_ten_degrees);
+  return fmt::format("{} of radii by small angles, {} of the light beyond 10 degrees", angle, beyond);
 }
 
 std::string rays_text(const CheckReport& report) {

@@ -84,6 +84,13 @@ class ProgramRun : public ::testing::Test {
   ScratchFolder folder_;
 };
 
+TEST_F(ProgramRun, SaysWhichCommandsThereAre) {
+  EXPECT_EQ(run("chek theory.json"), 2);
+  EXPECT_NE(err().find("chek"), std::string::npos) << err();
+  EXPECT_NE(err().find("check"), std::string::npos) << err();
+  EXPECT_EQ(run("schema"), 0);
+}
+
 TEST_F(ProgramRun, FitWritesThreeFilesAndReturnsItsVerdict) {
   std::set<int> codes;
   for (const char* name : {"theory", "values"}) {

@@ -67,6 +67,14 @@ TEST(SceneWarnings, TruncatedTermsHaveARemedyOfTheirKind) {
   EXPECT_EQ(message(automatic.warnings, "truncated-terms"), "");
 }
 
+// Before the fit, too.
+TEST(SceneWarnings, OfTargetsAreThoseOfCheck) {
+  const std::string sharp = R"(, "target": {"statistics": {"ee50": {"value": "1 nm"}}})" + kSmooth;
+  EXPECT_TRUE(
+      has(message(run_check(parse_study(study_of(sharp), "study.json"), {}).warnings, "below-diffraction"),
+          "ee50"));
+}
+
 TEST(SceneWarnings, GrazingIncidenceBelowThirtyNanometres) {
   const auto said = [](const std::string& wavelength) {
     const Study study = parse_study(study_of(kSmooth, wavelength), "study.json");

@@ -144,6 +144,10 @@ TEST(CheckReport, SaysWhatTheWaveTheoryLeavesOutAndHowManyCellsThereAre) {
   const std::string table = summary_table(report);
   EXPECT_EQ(row(table, "error of the wave theory"),
             "0.002 % of radii by small angles, 0.0003 % of the light beyond 10 degrees");
+  CheckReport narrow = report;
+  narrow.theory_error->beyond_ten_degrees = 1.7e-11;
+  EXPECT_EQ(row(summary_table(narrow), "error of the wave theory"),
+            "0.002 % of radii by small angles, less than 0.0001 % of the light beyond 10 degrees");
   EXPECT_EQ(row(table, "rays"), "none: waves on a grid of 136 cells across, judged on 386");
   const ordered_json json = to_json(report, {});
   EXPECT_EQ(json["theory_error"]["small_angle"], 2e-5);
