@@ -288,9 +288,8 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   const bool single = in_single_precision(ground.use.model, targets, Eigen::Index(optics.points));
   const Asked fitted = asked(task, wide, single, {&targets.fitted, &targets.guides});
   const Asked reported = asked(task, HUGE_VAL, single, {&targets.fitted}),
-              judged =
-                  asked(task, wide_for_verdict, std::isfinite(wide_for_verdict) && rounding_is_small(targets),
-                        {&targets.fitted, &targets.held_out});
+              judged = asked(task, wide_for_verdict, judged_in_single_precision(wide_for_verdict, targets),
+                             {&targets.fitted, &targets.held_out});
   FitWork work;
   work.targets = theory(task, ground, targets) / threads;
   work.prior = kPrior * std::pow(double(terms.size()) / kPriorTerms, 1.5);

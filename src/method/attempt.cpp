@@ -52,8 +52,6 @@ double gap_share(double of_fit, double of_judge) {  // times the safe pitch
   if (of_judge <= 1) return kGridShareOfMargin;
   return kGridShareOfMargin * (of_fit * of_fit - of_judge * of_judge) / std::max(1e-3, of_fit * of_fit - 1);
 }
-// Tolerances beyond which a fit that has ended has nothing to hope for.
-constexpr double kFarOff = 10;
 // Through waves a fit ends when every target is within its tolerance: the next grid moves them as much.
 constexpr double kWaveStop = 1.0;
 // Few terms are kept at the edge of the tolerances by the prior: the README's study at n = 22 took 40
@@ -199,7 +197,7 @@ bool grid_is_in_the_way(const FitCase& of, const FitPlan& plan, const Attempt& a
 // Terms that cannot carry what they are asked to are as far off on any grid that has a pattern of them; the
 // grid that judges says by how much. (12 % of a g of 22 by 35 Zernikes: 333 tolerances on the first, 315 on
 // the next, at a minute each.)
-bool far_on_any_grid(const Attempt& attempt) { return !attempt.met && attempt.mismatch > kFarOff; }
+bool far_on_any_grid(const Attempt& attempt) { return !attempt.met && attempt.mismatch > StallWatch::kFar; }
 
 // Waves: first on a coarse grid, then, from where that ended, on finer ones until the grid that the light
 // needs says the same of the surface. A set that was asked for and misses the margin between its targets, all
@@ -313,7 +311,7 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
                            of.task.trace.pupil.seed,
                            grid_pitch(of, result.terms, coarsening),
                            wide,
-                           std::isfinite(wide) && rounding_is_small(of.targets)};
+                           judged_in_single_precision(wide, of.targets)};
     attempt->fresh_warnings.clear();
     attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
                                            result.fit.coefficients, judged.statistics(), of.context.threads,

@@ -134,6 +134,8 @@ double wide_circles(const Task& task, const Groundwork& ground, const BandSplit*
   return std::pow(kWideCircleNoise / (share * margin), 2.0 / 3) / grains_of(task, 1);
 }
 
+namespace {
+
 bool rounding_is_small(const TargetSets& targets) {
   constexpr double kClosest = 1e-4;
   return std::all_of(targets.fitted.begin(), targets.fitted.end(), [](const Target& target) {
@@ -141,8 +143,14 @@ bool rounding_is_small(const TargetSets& targets) {
   });
 }
 
+}  // namespace
+
 bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells) {
   return model == FocusModel::kWaves && cells >= kManyCells && rounding_is_small(targets);
+}
+
+bool judged_in_single_precision(double wide, const TargetSets& targets) {
+  return std::isfinite(wide) && rounding_is_small(targets);
 }
 
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch) {

@@ -12,6 +12,8 @@ namespace aberfit::internal {
 /// Ends a fit that stays above the tolerances.
 class StallWatch {
  public:
+  static constexpr double kFar = 10;  ///< tolerances from which what has ended has nothing to hope for
+
   /// warm: the fit starts from where another ended, not from a draw.
   StallWatch(FocusModel model, int most_iterations, bool warm)
       : by_waves_(model == FocusModel::kWaves),
@@ -54,7 +56,7 @@ class StallWatch {
 
   // Fits that pass fell by more in every twelve iterations until they were at 2 tolerances (orders 2 to 31 of
   // fits/paper-physical); the ones that do not may run to the last iteration.
-  static constexpr double kWorthwhile = 0.1, kWellAbove = 2, kFar = 10;
+  static constexpr double kWorthwhile = 0.1, kWellAbove = 2;
   static constexpr int kPatience = 12, kPatient = 25;
   static constexpr std::size_t kPace = 5, kFarPace = 8;
   bool by_waves_;

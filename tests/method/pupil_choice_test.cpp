@@ -138,7 +138,8 @@ TEST(SinglePrecision, IsForFitsOnManyCells) {
     TargetSets targets;
     targets.fitted = {{EncircledEnergyRadius{0.8, 0}, 2e-5, 0, 0.01 * 2e-5},
                       {EncircledEnergyRadius{0.5, 0}, 1e-5, 0, tolerance * 1e-5}};
-    EXPECT_EQ(rounding_is_small(targets), tolerance >= 1e-4);
+    EXPECT_EQ(judged_in_single_precision(0.01, targets), tolerance >= 1e-4);
+    EXPECT_FALSE(judged_in_single_precision(HUGE_VAL, targets));
     return in_single_precision(model, targets, cells);
   };
   EXPECT_TRUE(fits(FocusModel::kWaves, kManyCells, 1.01e-4));

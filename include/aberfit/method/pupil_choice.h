@@ -48,12 +48,12 @@ inline constexpr double kWideShareOfFit = 0.07, kWideShareOfVerdict = 0.02;
 /// of its width. split: of the roughness; what it leaves to the surfaces; null: all.
 double wide_circles(const Task& task, const Groundwork& ground, const BandSplit* split,
                     const TargetSets& targets, double share);
-/// Whether no tolerance is below 1e-4 of its target, hundreds of times the rounding of single precision
-/// (DiffractionProblem).
-bool rounding_is_small(const TargetSets& targets);
-/// Whether a fit or a draw by waves on so many cells works in single precision: from kManyCells on, where
-/// rounding is small.
+/// Whether a fit or a draw by waves on so many cells works in single precision (DiffractionProblem): from
+/// kManyCells on, where no tolerance is below 1e-4 of its target, hundreds of times the rounding.
 bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells);
+/// Whether a verdict does, whose circles are wide from this angle on [rad]: a finite one, and the same
+/// tolerances.
+bool judged_in_single_precision(double wide, const TargetSets& targets);
 /// Grains, lambda (f+dz) over the smaller side of the aperture, in a circle of this radius over f + dz [rad].
 double grains_of(const Task& task, double angle);
 
