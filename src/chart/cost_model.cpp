@@ -333,11 +333,13 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
     FrontierPoint point;
     point.terms = point.order = asked.zernike ? *asked.zernike->n_max : asked.fourier->count;
     const TermSet& terms = sets.emplace(point.order, terms_of(task, ground, asked)).first->second;
-    const double pitch = wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening);
-    point.rays = Eigen::Index(aperture_area(task.aperture) / (pitch * pitch));
+    point.rays = first_cells(task, ground, terms, targets);
     point.passes = point.order >= end;
     point.fitted_mismatch = kTypicalMismatch;
     return point;
+  };
+  trials.cells = [&](const TermsSpec& asked) {
+    return first_cells(task, ground, terms_of(task, ground, asked), targets);
   };
   std::vector<Fits> fits;
   const Frontier frontier = search_terms(task.terms.covariance, task.equivalence.margin, range, trials);

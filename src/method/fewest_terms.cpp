@@ -7,6 +7,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/method/all_scatter.h"
+#include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/term_search.h"
 #include "aberfit/scene/zernike.h"
@@ -105,14 +106,17 @@ class Trials {
  public:
   Trials(const FitCase& of, const MakeTerms& make_terms) : of_(of), make_terms_(make_terms) {}
 
+  Eigen::Index cells(const TermsSpec& asked) const {
+    return first_cells(of_.task, of_.ground, terms_of(asked), of_.targets);
+  }
+
   // A short fit on few rays, continuing the last one with fewer terms.
   FrontierPoint screen(const TermsSpec& asked) {
     end_if_asked();
     const auto begin = Clock::now();
     if (ends_below_the_spectrum(asked)) {
-      double captured = 0;
       FrontierPoint point;
-      point.terms = make_terms(of_.task, of_.ground, asked, &captured).size();
+      point.terms = terms_of(asked).size();
       point.fitted_mismatch = HUGE_VAL;
       point.screened = true;
       return point;
@@ -170,6 +174,10 @@ class Trials {
  private:
   void end_if_asked() const {
     if (of_.context.stopped()) throw Interrupted("stopped during the search for terms");
+  }
+  TermSet terms_of(const TermsSpec& asked) const {
+    double captured = 0;
+    return make_terms(of_.task, of_.ground, asked, &captured);
   }
   // A set that a short fit speaks for is fitted whole next: its terms and prior are made once for both.
   FitPlan planned(const TermsSpec& asked) {
@@ -274,7 +282,9 @@ Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms) {
   const OrderRange range = expected_orders(of.ground);
   TermTrials hooks;
   // Short fits say nothing of waves: where they end, the next one stays trapped.
-  if (of.ground.use.model != FocusModel::kWaves)
+  if (of.ground.use.model == FocusModel::kWaves)
+    hooks.cells = [&](const TermsSpec& asked) { return trials.cells(asked); };
+  else
     hooks.screen = [&](const TermsSpec& asked) { return trials.screen(asked); };
   hooks.confirm = [&](const TermsSpec& asked) { return trials.confirm(asked); };
   Frontier frontier;

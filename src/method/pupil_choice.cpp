@@ -101,6 +101,12 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   return pitch;
 }
 
+Eigen::Index first_cells(const Task& task, const Groundwork& ground, const TermSet& terms,
+                         const TargetSets& targets) {
+  const double pitch = wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening);
+  return Eigen::Index(aperture_area(task.aperture) / (pitch * pitch));
+}
+
 double first_judging_coarsening(const Task& task, double safe_pitch) {
   // A judgement takes 150 focused planes of the safe grid: on two thousand cells a minute of one thread.
   constexpr double kCheapCells = 640, kCoarsest = 2;

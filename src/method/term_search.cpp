@@ -18,12 +18,16 @@ constexpr int kFailuresBelow = 2;  // orders that fail in a row end the way down
 // and 4.5 away at n = 22 and 23, and pass at 24.
 constexpr double kFallPerOrder = 7.5, kFallsAt = 17, kFarAway = 1000;
 constexpr int kFewestModes = 32, kMostModes = 16384;
-// A number of plane waves that passes, over one that does not, where a search ends: as by then the draw
-// decides, on many cells it is not worth half a minute more (g 1.4 on 306,720 cells: 128 and 152 fail, 181
-// and 256 pass).
-constexpr double kFewEnough = 1.2, kFewEnoughOnManyCells = 1.5;
 constexpr double kNearer = 0.8, kNearlyMet = 2;  // of a set's distance; tolerances
 constexpr int kFruitlessDoublings = 2;
+
+// From so many cells on a set takes ten seconds and more, one that fails half to all of what the one that
+// passes does.
+constexpr Eigen::Index kVeryManyCells = 100000;
+// There the first set lies among the expected ones, where a third of them pass (tests/stability: from -0.04
+// to 1.4 of the way, quartiles 0.1 and 0.7; starts at 0.2 to 0.5 come to as many sets, from the lowest on
+// there are half as many more), and those below the expected ones are taken to fail.
+constexpr double kStartOnVeryManyCells = 0.25;
 
 // Sets tried so far; remembers what was found at an order.
 class Search {
@@ -48,13 +52,8 @@ class Search {
     return points.back().passes;
   }
 
-  // That the fit of an order needed; by waves cells of its grid.
-  Eigen::Index rays_of(int order) const {
-    const auto at = std::find_if(points.begin(), points.end(), [order](const FrontierPoint& point) {
-      return point.order == order && !point.screened;
-    });
-    return at == points.end() ? 0 : at->rays;
-  }
+  // Of the grid that a full fit begins on; 0: not known, or rays.
+  Eigen::Index cells(int order) const { return trials_.cells ? trials_.cells(make(order)) : 0; }
 
   std::vector<FrontierPoint> points;
 
@@ -112,38 +111,60 @@ int stride_at_pace(const std::vector<FrontierPoint>& failed) {
   return int(std::min(0.5 * last.order, std::ceil(left / gone * orders)));
 }
 
-// On many cells orders within a step of the climb, 9 %, are as good as the lowest.
-int resolution(int order, Eigen::Index cells) { return cells >= kManyCells ? next_order(order) - order : 1; }
+// Orders that are as good as the lowest: within a step of the climb, 9 %, on many cells, within 20 % (44 % in
+// terms) on very many.
+int resolution(int order, Eigen::Index cells) {
+  constexpr double kOnVeryManyCells = 0.2;
+  if (cells >= kVeryManyCells) return std::max(1, int(kOnVeryManyCells * order));
+  return cells >= kManyCells ? next_order(order) - order : 1;
+}
 
-// The same where every look is a full fit: up or down from the lowest that is expected, by strides that grow,
-// to the first that passes or fails; then halving what was stepped over, down to `resolution`, and where that
-// is one order, down as `climb` does.
-int by_strides(Search* search, const OrderRange& range) {
-  const int last = last_order(range);
-  int failed = 1, passed = 0, order = range.low, growing = 1;
-  if (search->passes(order)) {
-    passed = order;
-    while (failed == 1 && passed > 2) {
-      order = std::max(2, passed - growing);
-      (search->passes(order) ? passed : failed) = order;
-      growing *= 2;
-    }
-  }
-  while (passed == 0) {
-    failed = order;
+// Up from `order`, which failed, by strides that grow, to the first that passes, or 0; *failed is then the
+// last that did not.
+int stride_up(Search* search, int order, int last, Eigen::Index cells, int* failed) {
+  for (int growing = 1;; growing *= 2) {
+    *failed = order;
     if (order >= last) return 0;
-    order =
-        std::min(last, order + std::max({growing / 2, stride(order, search->points.back().fitted_mismatch),
-                                         stride_at_pace(search->points)}));
-    growing *= 2;
-    if (search->passes(order)) passed = order;
+    const int least = cells >= kVeryManyCells ? resolution(order, cells) : 1;
+    order = std::min(
+        last, order + std::max({least, growing / 2, stride(order, search->points.back().fitted_mismatch),
+                                stride_at_pace(search->points)}));
+    if (search->passes(order)) return order;
   }
-  const auto near_enough = [search](int passing) { return resolution(passing, search->rays_of(passing)); };
-  while (passed - failed > near_enough(passed)) {
+}
+
+// Down from `passed` by strides that grow, to the lowest that passes on the way; *failed is then the first
+// that did not, if any.
+int stride_down(Search* search, int passed, int* failed) {
+  for (int growing = 1; passed > 2; growing *= 2) {
+    const int order = std::max(2, passed - growing);
+    if (!search->passes(order)) {
+      *failed = order;
+      break;
+    }
+    passed = order;
+  }
+  return passed;
+}
+
+// The same where every look is a full fit: up or down from the lowest that is expected, or from among the
+// expected, to the first that passes or fails; then halving what was stepped over, down to `resolution`, and
+// where that is one order, down as `climb` does.
+int by_strides(Search* search, const OrderRange& range) {
+  const Eigen::Index cells = search->cells(range.low);
+  const bool very_many = cells >= kVeryManyCells;
+  const int first = range.low + (very_many ? int(kStartOnVeryManyCells * (range.high - range.low)) : 0);
+  int failed = very_many ? std::max(1, range.low - 1) : 1, passed = first;
+  if (!search->passes(first))
+    passed = stride_up(search, first, last_order(range), cells, &failed);
+  else if (!very_many)
+    passed = stride_down(search, first, &failed);
+  if (passed == 0) return 0;
+  while (passed - failed > resolution(passed, cells)) {
     const int middle = (failed + passed) / 2;
     (search->passes(middle) ? passed : failed) = middle;
   }
-  return near_enough(passed) > 1 ? passed : go_down(search, passed - 1, passed, 0);
+  return resolution(passed, cells) > 1 ? passed : go_down(search, passed - 1, passed, 0);
 }
 
 // How far a set is off: in what is fitted, and where that is met in what is held out.
@@ -151,7 +172,12 @@ double distance(const FrontierPoint& point) {
   return point.fitted_mismatch > 1 ? point.fitted_mismatch : std::min(1.0, point.held_out_mismatch);
 }
 
-double few_enough(Eigen::Index cells) { return cells >= kManyCells ? kFewEnoughOnManyCells : kFewEnough; }
+// A number of plane waves that passes, over one that does not, where a search ends: as by then the draw
+// decides, on many cells it is not worth half a minute more (g 1.4 on 306,720 cells: 128 and 152 fail, 181
+// and 256 pass).
+double few_enough(Eigen::Index cells) {
+  return cells >= kVeryManyCells ? 2 : cells >= kManyCells ? 1.5 : 1.2;
+}
 
 // The same for numbers of plane waves: double until one passes, then halve the factor in between. More waves
 // do not help where twice as many bring a set no nearer: then not even the most would. Of sets that have
@@ -160,7 +186,10 @@ double few_enough(Eigen::Index cells) { return cells >= kManyCells ? kFewEnoughO
 int double_up(Search* search) {
   double nearest = HUGE_VAL;
   int fruitless = 0;
-  for (int count = kFewestModes; count <= kMostModes; count *= 2) {
+  const Eigen::Index cells = search->cells(kFewestModes);
+  // Of ten that passed by waves on so many cells, with 32 to 64, six needed more than 32 (tests/stability).
+  const int first = cells >= kVeryManyCells ? 2 * kFewestModes : kFewestModes;
+  for (int count = first; count <= kMostModes; count *= 2) {
     if (!search->passes(count)) {
       const double now = distance(search->points.back());
       fruitless = now < kNearer * nearest || now < kNearlyMet ? 0 : fruitless + 1;
@@ -169,7 +198,7 @@ int double_up(Search* search) {
       continue;
     }
     int fails = count / 2, passes = count;
-    while (count > kFewestModes && passes > few_enough(search->rays_of(passes)) * fails) {
+    while (count > first && passes > few_enough(cells) * fails) {
       const int middle = int(std::lround(std::sqrt(double(fails) * passes)));
       (search->passes(middle) ? passes : fails) = middle;
     }

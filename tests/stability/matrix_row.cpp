@@ -34,6 +34,8 @@ constexpr OpinionLimits kOpinion{.largest_grid = 512, .seconds = 15, .most_plane
 // A surface that is given the height of its specification has it within the spread of its draws; beyond this
 // nobody would take it for the same mirror.
 constexpr double kAbsurd = 2;
+// Predictions promise a factor two: what may end within the limit by that is let run.
+constexpr double kDoubt = 2;
 constexpr double kNearlyAll = 0.99;  // of the slope variance: the terms can carry the band
 
 std::string text_of(const std::filesystem::path& file) {
@@ -228,14 +230,18 @@ json run_row(std::uint64_t seed, int k, const std::filesystem::path& folder) {
   if (report.contains("prediction")) row["stages_s"] = report["prediction"]["stages_seconds"];
   if (report["terms"].contains("automatic")) row["expected"] = report["terms"]["automatic"];
   row["warnings"] = codes(report["warnings"]);
-  if (number(report["predicted_seconds"]) > kLongestFit) {
+  const double predicted = number(report["predicted_seconds"]);
+  const auto too_long = [&] {
     row["outcome"] = "not run";
     row["message"] = report.value("remedy", "");
     row["remedy"] = !row["message"].get<std::string>().empty();
     return row;
-  }
+  };
+  if (predicted > kDoubt * kLongestFit) return too_long();
   const Ended fit =
       run({"fit", "study.json", "--quiet", "--no-plots", "--threads", "1", "-o", "out"}, folder);
+  // As it had been told.
+  if (predicted > kLongestFit && fit.violently == "time-out") return too_long();
   row["fit_s"] = fit.seconds;
   if (note_end("fit", fit, &row)) return row;
   try {

@@ -14,7 +14,7 @@ inline constexpr double kLongestFit = test::kSanitized ? 1200 : 120;  ///< [s] o
 /// The row says
 ///   seed, row, name, classes, open     which scene
 ///   outcome                            equivalent, undecided, different; not run (predicted above the
-///   limit);
+///                                      limit, and above it in fact or by more than a factor two);
 ///                                      refused; crash, time-out (of processor time), hang (of the clock)
 ///   predicted_s, check_s, fit_s        processor time, which other work on the machine does not lengthen
 ///   exit, message                      of a refusal, a crash or a time-out, and of which command

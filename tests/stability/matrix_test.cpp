@@ -149,6 +149,21 @@ TEST(MatrixRows, AreCountedByClassAndHeldToThePromises) {
   EXPECT_FALSE(report_on(slow).sound);
 }
 
+// What was cut off at the limit took longer than that, and nobody knows by how much.
+TEST(MatrixRows, TimeOutsCountAgainstPredictionsThatTheyRefute) {
+  const auto counted = [](double predicted) {
+    std::vector<json> rows(20, equivalent_row());
+    for (int k = 0; k < 4; ++k) {
+      rows[std::size_t(k)]["outcome"] = "time-out";
+      rows[std::size_t(k)]["predicted_s"] = predicted;
+      rows[std::size_t(k)]["fit_s"] = 120.0;
+    }
+    return report_on(rows).text;
+  };
+  EXPECT_NE(counted(50).find("BROKEN16 of 20 fits within a factor 2"), std::string::npos) << counted(50);
+  EXPECT_NE(counted(70).find("kept  16 of 16 fits within a factor 2"), std::string::npos) << counted(70);
+}
+
 // Polynomials of low order written out, a plane wave and a power, over a sphere.
 TEST(IndependentSurface, HasHeightAndSlopesOfItsTerms) {
   TermSet terms{0.1, {{2, 0}, {3, -1}, {4, 4}}, {{30, -20}}, {6}};

@@ -39,6 +39,10 @@ double plane_reach(const Target& target);
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
                   const BandSplit* split, double coarsening = 1, double least_reach = 0);
 
+/// Cells that a fit of these terms by waves begins on, about. Throws as wave_pitch.
+Eigen::Index first_cells(const Task& task, const Groundwork& ground, const TermSet& terms,
+                         const TargetSets& targets);
+
 /// What the noise of wide circles may take of the margin, as a standard deviation: while a fit goes on, and
 /// where it is judged, with twice the noise in its error.
 inline constexpr double kWideShareOfFit = 0.07, kWideShareOfVerdict = 0.02;
