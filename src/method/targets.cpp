@@ -244,12 +244,14 @@ Predicted predict_curves(const Groundwork& ground, const std::vector<Statistic>&
 }
 
 [[noreturn]] void refuse_without_focus(const std::string& statistic, const Groundwork& ground) {
+  const bool by_diffraction = ground.numbers.airy_ee90 > ground.focal_sigma;
   throw ComputationError(
       fmt::format("the theory has no value for {}: with an RMS slope of {:.3g} per axis and an Airy ee90 of "
-                  "{} there is no focus to speak of; check rms and f_max of the roughness and the "
-                  "wavelength",
+                  "{} there is no focus to speak of; check {}",
                   statistic, ground.numbers.rms_slope_per_axis,
-                  format_quantity(ground.numbers.airy_ee90, Dimension::kLength)));
+                  format_quantity(ground.numbers.airy_ee90, Dimension::kLength),
+                  by_diffraction ? "the aperture, its smaller side, and the wavelength"
+                                 : "rms and f_max of the roughness"));
 }
 
 // Of the theory's curve, scaled to the target's radius where that is given: r dE/dr does not change by it.

@@ -369,6 +369,27 @@ TEST(Depth, OfASpotAsWideAsTheMirrorKeepsPlanesInFrontOfIt) {
   EXPECT_NEAR(planes_of(usual) / (5 * 1.4 * usual.ground.core_sigma / 0.1), 1, 1e-3);
 }
 
+// A refusal blames what causes it.
+TEST(TargetSets, WithoutAFocusTheRefusalNamesTheCause) {
+  const auto refused = [](const char* height, const char* rms) -> std::string {
+    try {
+      made(fmt::format(
+          R"({{"aberfit": 1, "mirror": {{"focal_length": "7 m"}}, "aperture": {{"shape": "rectangle", )"
+          R"("width": "1 m", "height": "{}"}}, "light": {{"wavelength": "632.8 nm"}}, "roughness": )"
+          R"({{"psd": {{"model": "gaussian", "rms": "{}", "correlation_length": "5 mm"}}}}}})",
+          height, rms));
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(refused("1 nm", "18 nm").find("check the aperture, its smaller side"), std::string::npos)
+      << refused("1 nm", "18 nm");
+  EXPECT_NE(refused("1 m", "5 mm").find("less height or a lower f_max"), std::string::npos)
+      << refused("1 m", "5 mm");
+  EXPECT_EQ(refused("1 m", "18 nm"), "");
+}
+
 // The field of view is smaller towards the mirror, and the light of the same defocus no narrower.
 TEST(WavePitch, IsThatOfThePlaneNearestToTheMirror) {
   const Study study = parse_study(disc_study("0.26 m", "9 mm", "90 nm"), "study.json");
