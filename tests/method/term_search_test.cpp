@@ -204,8 +204,12 @@ TEST(TermSearch, TakesAThirdFewerSetsOnVeryManyCells) {
   for (const int lowest : {8, 12, 14, 18, 25, 33}) {
     Trials closely = passing_from(lowest), coarsely = passing_from(lowest);
     const OrderRange expected{8, 40, false};
-    EXPECT_EQ(chosen(search(expected, on_cells(kManyCells - 1, without_screen(&closely)))), lowest);
-    const int found = chosen(search(expected, on_cells(kVeryMany, without_screen(&coarsely))));
+    const Frontier close = search(expected, on_cells(kManyCells - 1, without_screen(&closely)));
+    EXPECT_EQ(chosen(close), lowest);
+    EXPECT_EQ(close.message.find("so many cells"), std::string::npos) << close.message;
+    const Frontier coarse = search(expected, on_cells(kVeryMany, without_screen(&coarsely)));
+    const int found = chosen(coarse);
+    EXPECT_TRUE(coarse.message.ends_with("; on so many cells to within 20 % of the order")) << coarse.message;
     EXPECT_GE(found, lowest);
     EXPECT_LE(found, std::max(1.25 * lowest, lowest + 1.0));
     EXPECT_EQ(coarsely.confirmed.front(), 16);
@@ -292,7 +296,10 @@ TEST(TermSearch, EndsAmongPlaneWavesSoonerOnManyCells) {
   }
   Trials all;
   for (int count = 2; count < 20000; ++count) all.passing.insert(count);
-  EXPECT_EQ(chosen(search({10, 100, true}, on_cells(kVeryMany, all.hooks()))), 64);
+  const Frontier frontier = search({10, 100, true}, on_cells(kVeryMany, all.hooks()));
+  EXPECT_EQ(chosen(frontier), 64);
+  EXPECT_NE(frontier.message.find("within a factor 2 of their number"), std::string::npos)
+      << frontier.message;
 }
 
 // A spot that no number of waves mends was followed up to 16,384 of them, hours.
