@@ -24,10 +24,11 @@ constexpr int kFruitlessDoublings = 2;
 // From so many cells on a set takes ten seconds and more, one that fails half to all of what the one that
 // passes does.
 constexpr Eigen::Index kVeryManyCells = 100000;
-// There the first set lies among the expected ones, where a third of them pass (tests/stability: from -0.04
+// There the first set lies among the expected ones, where five of twelve passed (tests/stability: from -0.04
 // to 1.4 of the way, quartiles 0.1 and 0.7; starts at 0.2 to 0.5 come to as many sets, from the lowest on
-// there are half as many more), and those below the expected ones are taken to fail.
+// there are two thirds more), and those below the expected ones are taken to fail.
 constexpr double kStartOnVeryManyCells = 0.25;
+constexpr double kOnVeryManyCells = 0.2;  // of the order: what is as good as the lowest
 
 // Sets tried so far; remembers what was found at an order.
 class Search {
@@ -36,7 +37,8 @@ class Search {
       : covariance_(covariance),
         first_(range.first),
         trials_(trials),
-        family_(range.wide ? "fourier" : "zernike") {}
+        family_(range.wide ? "fourier" : "zernike"),
+        cells_(trials.cells ? trials.cells(make(range.wide ? kFewestModes : range.low)) : 0) {}
 
   bool promising(int order) {
     const FrontierPoint point = at(trials_.screen(make(order)), order);
@@ -52,8 +54,8 @@ class Search {
     return points.back().passes;
   }
 
-  // Of the grid that a full fit begins on; 0: not known, or rays.
-  Eigen::Index cells(int order) const { return trials_.cells ? trials_.cells(make(order)) : 0; }
+  // Of the grid that full fits of the fewest terms begin on; 0: not known, or rays.
+  Eigen::Index cells() const { return cells_; }
 
   std::vector<FrontierPoint> points;
 
@@ -70,6 +72,7 @@ class Search {
   int first_;
   const TermTrials& trials_;
   std::string family_;
+  Eigen::Index cells_;
 };
 
 // Beyond what is expected, passing is a matter of the draw; a third more orders are eight tenths more terms.
@@ -111,7 +114,6 @@ int stride_at_pace(const std::vector<FrontierPoint>& failed) {
   return int(std::min(0.5 * last.order, std::ceil(left / gone * orders)));
 }
 
-constexpr double kOnVeryManyCells = 0.2;
 // Orders that are as good as the lowest: within a step of the climb, 9 %, on many cells, within 20 % (44 % in
 // terms) on very many.
 int resolution(int order, Eigen::Index cells) {
@@ -151,7 +153,7 @@ int stride_down(Search* search, int passed, int* failed) {
 // expected, to the first that passes or fails; then halving what was stepped over, down to `resolution`, and
 // where that is one order, down as `climb` does.
 int by_strides(Search* search, const OrderRange& range) {
-  const Eigen::Index cells = search->cells(range.low);
+  const Eigen::Index cells = search->cells();
   const bool very_many = cells >= kVeryManyCells;
   const int first = range.low + (very_many ? int(kStartOnVeryManyCells * (range.high - range.low)) : 0);
   int failed = very_many ? std::max(1, range.low - 1) : 1, passed = first;
@@ -186,9 +188,8 @@ double few_enough(Eigen::Index cells) {
 int double_up(Search* search) {
   double nearest = HUGE_VAL;
   int fruitless = 0;
-  const Eigen::Index cells = search->cells(kFewestModes);
-  // Of ten that passed by waves on so many cells, with 32 to 64, six needed more than 32 (tests/stability).
-  const int first = cells >= kVeryManyCells ? 2 * kFewestModes : kFewestModes;
+  // Of six that passed by waves on so many cells, with 32 to 64, four needed more than 32 (tests/stability).
+  const int first = search->cells() >= kVeryManyCells ? 2 * kFewestModes : kFewestModes;
   for (int count = first; count <= kMostModes; count *= 2) {
     if (!search->passes(count)) {
       const double now = distance(search->points.back());
@@ -198,7 +199,7 @@ int double_up(Search* search) {
       continue;
     }
     int fails = count / 2, passes = count;
-    while (count > first && passes > few_enough(cells) * fails) {
+    while (count > first && passes > few_enough(search->cells()) * fails) {
       const int middle = int(std::lround(std::sqrt(double(fails) * passes)));
       (search->passes(middle) ? passes : fails) = middle;
     }
@@ -273,7 +274,7 @@ Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange
                               : by_strides(&search, range);
   std::vector<FrontierPoint>& points = search.points;
   if (found == 0) found = nearest(points);
-  frontier.coarse = search.cells(range.wide ? kFewestModes : range.low) >= kVeryManyCells;
+  frontier.coarse = search.cells() >= kVeryManyCells;
   std::stable_sort(points.begin(), points.end(),
                    [](const FrontierPoint& a, const FrontierPoint& b) { return a.terms < b.terms; });
   for (FrontierPoint& point : points) point.chosen = point.order == found;
