@@ -130,13 +130,18 @@ FreshStatistics fresh_by_waves(const LitMirror& lit, const FreshPupil& wanted, c
   if (!rings.empty())
     by_waves(lit, wanted, pupil(kSearchGrid * pitch, {0, 0}), terms, coefficients, rings, threads, &workspace,
              nullptr);
-  std::vector<Eigen::VectorXd> there;
-  for (const CoarseGrid& grid : kCoarseGrids)
-    there.push_back(by_waves(lit, wanted, pupil(grid.pitch * pitch, grid.shift), terms, coefficients,
-                             statistics, threads, &workspace, nullptr));
   const PupilSample fine = pupil(pitch, {0, 0});
   FreshStatistics fresh;
   fresh.rays = fine.size();
+  fresh.errors_are_bounds = true;
+  std::vector<Eigen::VectorXd> there;
+  for (const CoarseGrid& grid : kCoarseGrids) {
+    there.push_back(by_waves(lit, wanted, pupil(grid.pitch * pitch, grid.shift), terms, coefficients,
+                             statistics, threads, &workspace, nullptr));
+    if (!wanted.all_or_nothing || there.back().allFinite()) continue;
+    fresh.value = fresh.standard_error = Eigen::VectorXd::Constant(there.back().size(), std::nan(""));
+    return fresh;
+  }
   fresh.value = by_waves(lit, wanted, fine, terms, coefficients, statistics, threads, &workspace, warnings);
   Eigen::VectorXd largest = Eigen::VectorXd::Zero(fresh.value.size());
   for (const Eigen::VectorXd& values : there)
@@ -146,7 +151,6 @@ FreshStatistics fresh_by_waves(const LitMirror& lit, const FreshPupil& wanted, c
       if (!(difference <= largest[k])) largest[k] = std::isnan(largest[k]) ? largest[k] : difference;
     }
   fresh.standard_error = kBoundOverDifference * largest;
-  fresh.errors_are_bounds = true;
   return fresh;
 }
 

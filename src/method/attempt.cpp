@@ -199,6 +199,14 @@ bool grid_is_in_the_way(const FitCase& of, const FitPlan& plan, const Attempt& a
 // the next, at a minute each.)
 bool far_on_any_grid(const Attempt& attempt) { return !attempt.met && attempt.mismatch > StallWatch::kFar; }
 
+// Whether the grid that judges has every target within its tolerance as the fit's own has.
+bool met_where_judged(const FitCase& of, const Attempt& attempt) {
+  const JudgedSet judged(of.targets.fitted, of.targets.held_out);
+  return attempt.met &&
+         worst_mismatch(aims_of(of.targets.fitted),
+                        judged.judged(attempt.fresh.value).head(attempt.own.size())) <= kWaveStop;
+}
+
 // Waves: first on a coarse grid, then, from where that ended, on finer ones until the grid that the light
 // needs says the same of the surface. A set that was asked for and misses the margin between its targets, all
 // of which it meets, gets another look with what lies between them held more closely: of the twenty seeds of
@@ -226,15 +234,10 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
       const double share = gap_share(attempt.bench->pitch / grid_pitch(of, attempt.result.terms, 1),
                                      attempt.judging_coarsening);
       choice.allowed = share * of.task.equivalence.margin;
-      choice.reason = fmt::format(
-          "{} cells: the finer grid that judges changes the fitted statistics by up to {:.2g} %, {} {:.2g} % "
-          "({:.0f} % of the margin)",
-          attempt.result.rays, 100 * choice.gap, choice.gap <= choice.allowed ? "below" : "above",
-          100 * choice.allowed, 100 * share);
-      if (!std::isfinite(choice.gap)) choice.reason = kNoValueToCompare;
+      const bool of_its_cells =
+          explain_cells(attempt.result.rays, share, met_where_judged(of, attempt), &choice);
       const bool equivalent = attempt.result.verdict == Verdict::kEquivalent;
-      const bool fine =
-          choice.gap <= choice.allowed || plan.coarsening <= kLeastCoarsening || far_on_any_grid(attempt);
+      const bool fine = of_its_cells || plan.coarsening <= kLeastCoarsening || far_on_any_grid(attempt);
       if (fine && (doubted || equivalent || !judge_always || !attempt.met))
         return doubted && !equivalent ? std::move(*doubted) : std::move(attempt);
       if (fine) {
@@ -306,12 +309,14 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   // On coarse grids first; what their error leaves open goes to the safe one, and last without wide circles.
   for (;;) {
     const double coarsening = attempt->judging_coarsening;
+    const bool last = (coarsening <= 1 && !std::isfinite(wide)) || of.context.stopped();
     const FreshPupil pupil{attempt->bench->model,
                            rays > 0 ? rays : 4 * result.rays,
                            of.task.trace.pupil.seed,
                            grid_pitch(of, result.terms, coarsening),
                            wide,
-                           judged_in_single_precision(wide, of.targets)};
+                           judged_in_single_precision(wide, of.targets),
+                           !last};
     attempt->fresh_warnings.clear();
     attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
                                            result.fit.coefficients, judged.statistics(), of.context.threads,
@@ -320,7 +325,8 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
     result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
     const bool decided = attempt->fresh.value.allFinite() && attempt->fresh.standard_error.allFinite() &&
                          overall(result.metrics) != Verdict::kUndecided;
-    if (decided || (coarsening <= 1 && !std::isfinite(wide)) || of.context.stopped()) break;
+    const bool answers = attempt->fresh.value.array().isFinite().any();  // else it was given up
+    if (decided || last || (answers && of.context.stopped())) break;
     if (coarsening <= 1) wide = HUGE_VAL;
     attempt->judging_coarsening = std::max(1.0, coarsening / kNextGrid);
   }

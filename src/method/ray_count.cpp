@@ -6,6 +6,8 @@
 #include <bit>
 #include <cmath>
 
+#include "aberfit/method/term_search.h"
+
 namespace aberfit {
 namespace {
 
@@ -37,6 +39,18 @@ bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice) {
   if (!std::isfinite(choice->gap)) choice->reason = kNoValueToCompare;
   if (steady && open) choice->reason += "; the verdict is open and more rays could decide it";
   return (steady && !open) || !std::isfinite(choice->gap) || rays >= kMostAutomaticRays;
+}
+
+bool explain_cells(Eigen::Index cells, double share, bool met, RayChoice* choice) {
+  const bool steady = choice->gap <= choice->allowed;
+  const bool enough = steady || (met && cells >= kVeryManyCells);
+  choice->reason = fmt::format(
+      "{} cells: the finer grid that judges changes the fitted statistics by up to {:.2g} %, {} {:.2g} % "
+      "({:.0f} % of the margin){}",
+      cells, 100 * choice->gap, steady ? "below" : "above", 100 * choice->allowed, 100 * share,
+      enough && !steady ? "; all of them are within their tolerances there, too" : "");
+  if (!std::isfinite(choice->gap)) choice->reason = kNoValueToCompare;
+  return enough;
 }
 
 }  // namespace aberfit

@@ -21,9 +21,6 @@ constexpr int kFewestModes = 32, kMostModes = 16384;
 constexpr double kNearer = 0.8, kNearlyMet = 2;  // of a set's distance; tolerances
 constexpr int kFruitlessDoublings = 2;
 
-// From so many cells on a set takes ten seconds and more, one that fails half to all of what the one that
-// passes does.
-constexpr Eigen::Index kVeryManyCells = 100000;
 // There the first set lies among the expected ones, where five of twelve passed (tests/stability: from -0.04
 // to 1.4 of the way, quartiles 0.1 and 0.7; starts at 0.2 to 0.5 come to as many sets, from the lowest on
 // there are two thirds more), and those below the expected ones are taken to fail.

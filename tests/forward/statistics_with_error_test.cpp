@@ -156,6 +156,28 @@ TEST(StatisticsWithError, OfWavesFallsWithTheSquareOfThePitch) {
   }
 }
 
+// 2 um of defocus: at the rim 3.8 rad from cell to cell of the coarser grids, 2.8 of the grid itself.
+TEST(StatisticsWithError, AllOrNothingGivesUpWhereACoarserGridHasNoPattern) {
+  Surface surface(40e-9, 2);
+  surface.coefficients = Eigen::Vector3d(0, 2e-6, 0);
+  const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.9, 0}};
+  const auto seen = [&](double cells, bool all_or_nothing) {
+    FreshPupil pupil{FocusModel::kWaves, 0, 1, kDiameter / cells};
+    pupil.all_or_nothing = all_or_nothing;
+    return surface.seen(pupil, statistics);
+  };
+  const FreshStatistics some = seen(200, false), nothing = seen(200, true);
+  EXPECT_TRUE(some.value.allFinite());
+  EXPECT_TRUE(some.standard_error.hasNaN());
+  EXPECT_TRUE(nothing.value.array().isNaN().all());
+  EXPECT_TRUE(nothing.standard_error.array().isNaN().all());
+  EXPECT_EQ(nothing.rays, some.rays);
+  EXPECT_TRUE(nothing.errors_are_bounds);
+  const FreshStatistics finer = seen(256, false), all = seen(256, true);
+  EXPECT_TRUE(finer.standard_error.allFinite());
+  EXPECT_TRUE(finer.value == all.value && finer.standard_error == all.standard_error);
+}
+
 TEST(StatisticsWithError, IsTheSameToTheLastBitForAnyThreadCount) {
   const Surface surface(40e-9, 12);
   for (const FreshPupil& pupil :

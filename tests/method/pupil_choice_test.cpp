@@ -37,41 +37,57 @@ TEST(JudgingGrid, IsCoarserWhereTheSafeOneHasManyCells) {
   EXPECT_EQ(coarsening(10000), 2);
 }
 
-// A spot of three quarters of a millimetre of astigmatism, on a mirror whose safe grid has 1,500 cells: a
-// verdict that the coarse grid's error leaves open is made on the safe grid, any other on the coarse one.
-TEST(JudgingGrid, GivesWayToTheSafeOneWhereItsErrorLeavesTheVerdictOpen) {
+// What the grids that judge say of a surface of `defocus` [m] whose 80 % of light belong within a millimetre,
+// on a mirror whose safe grid has 1,500 cells across.
+struct Judged {
+  Attempt attempt;
+  double safe_cells;
+};
+Judged judge_defocus(double defocus, double margin) {
   TermSet terms;
   terms.radius = 0.2;
   terms.zernike = zernike_modes(2, 2);
-  const Eigen::VectorXd coefficients = Eigen::Vector3d(0, 5e-6, 0);
-  const auto judged = [&](double radius, double margin) {
-    const Study study = study_of(
-        "100 nm", fmt::format(R"({{"theory": "ghs", "statistics": {{"ee80": {{"value": {}}}}}}})", radius),
-        fmt::format("{:.9f} %", 100 * margin));
-    const Layout layout = lay_out(study, 1);
-    const RunContext context{2};
-    const FitCase of{study, layout.ground, layout.targets, context};
-    EXPECT_EQ(layout.ground.use.model, FocusModel::kWaves);
-    Attempt attempt;
-    attempt.result.terms = terms;
-    attempt.result.fit.coefficients = coefficients;
-    const double pitch = wave_pitch(study, terms, all_targets(layout.targets), layout.ground.split.get());
-    EXPECT_GT(0.4 / pitch, 1300);
-    attempt.bench =
-        std::make_shared<const Workbench>(study, FocusModel::kWaves, PupilOptions{}, 4 * pitch, terms, 1);
-    judge_on_fresh_rays(of, &attempt);
-    return std::pair{attempt, aperture_area(study.aperture) / (pitch * pitch)};
-  };
-  constexpr double kRadius = 1e-3;
-  const auto& [clear, cells] = judged(kRadius, 0.05);
+  const Study study = study_of("100 nm", R"({"theory": "ghs", "statistics": {"ee80": {"value": 0.001}}})",
+                               fmt::format("{:.9f} %", 100 * margin));
+  const Layout layout = lay_out(study, 1);
+  const RunContext context{2};
+  const FitCase of{study, layout.ground, layout.targets, context};
+  EXPECT_EQ(layout.ground.use.model, FocusModel::kWaves);
+  Attempt attempt;
+  attempt.result.terms = terms;
+  attempt.result.fit.coefficients = Eigen::Vector3d(0, defocus, 0);
+  const double pitch = wave_pitch(study, terms, all_targets(layout.targets), layout.ground.split.get());
+  EXPECT_GT(0.4 / pitch, 1300);
+  attempt.bench =
+      std::make_shared<const Workbench>(study, FocusModel::kWaves, PupilOptions{}, 4 * pitch, terms, 1);
+  judge_on_fresh_rays(of, &attempt);
+  return {std::move(attempt), aperture_area(study.aperture) / (pitch * pitch)};
+}
+
+// A verdict that the coarse grid's error leaves open is made on the safe grid, any other on the coarse one.
+TEST(JudgingGrid, GivesWayToTheSafeOneWhereItsErrorLeavesTheVerdictOpen) {
+  constexpr double kSpot = 5e-6;
+  const auto [clear, cells] = judge_defocus(kSpot, 0.05);
   EXPECT_NE(clear.result.verdict, Verdict::kUndecided);
   EXPECT_LT(double(clear.fresh.rays), 0.27 * cells);
   const EquivalenceMetric& metric = clear.result.metrics[0];
   const double off = std::abs(metric.difference);
   ASSERT_GT(off, 0.001);
   ASSERT_LT(off, 0.5);
-  const auto& [open, safe_cells] = judged(kRadius, off);
+  const auto [open, safe_cells] = judge_defocus(kSpot, off);
   EXPECT_GT(double(open.fresh.rays), 0.95 * safe_cells);
+}
+
+// 8 um are 4.0 rad from cell to cell of the coarsest grid of the first look, 2.8 of the second's; 14 um are
+// 3.5 rad on the coarsest of the safe look, which has nothing finer to go to, and 2.6 on the safe grid.
+TEST(JudgingGrid, GivesWayWhereACoarserOneHasNoPatternAndTheSafeOneKeepsItsValues) {
+  const Judged second = judge_defocus(8e-6, 0.05), safe = judge_defocus(14e-6, 0.05);
+  EXPECT_NEAR(double(second.attempt.fresh.rays), 0.5 * second.safe_cells, 0.02 * second.safe_cells);
+  EXPECT_TRUE(second.attempt.fresh.value.allFinite());
+  EXPECT_TRUE(second.attempt.fresh.standard_error.allFinite());
+  EXPECT_NEAR(double(safe.attempt.fresh.rays), safe.safe_cells, 0.02 * safe.safe_cells);
+  EXPECT_TRUE(safe.attempt.fresh.value.allFinite());
+  EXPECT_TRUE(safe.attempt.fresh.standard_error.hasNaN());
 }
 
 // Uniform roughness of g = 4: the core has exp(-16) of the light; of g = 2 a fiftieth.

@@ -465,6 +465,31 @@ TEST(AutomaticRays, DoubleUntilFreshRaysSettleIt) {
   EXPECT_EQ(more_rays(16384), 32768);
 }
 
+TEST(AutomaticCells, AreEnoughWhereTheJudgingGridSaysTheSameOrIsMetOnVeryMany) {
+  RayChoice choice;
+  choice.allowed = 0.001;
+  const auto enough = [&](double gap, Eigen::Index cells, bool met) {
+    choice.gap = gap;
+    return explain_cells(cells, 0.1, met, &choice);
+  };
+  EXPECT_TRUE(enough(0.0009, 3000, false));
+  EXPECT_NE(choice.reason.find("3000 cells"), std::string::npos) << choice.reason;
+  EXPECT_NE(choice.reason.find("up to 0.09 %, below 0.1 % (10 % of the margin)"), std::string::npos)
+      << choice.reason;
+  EXPECT_FALSE(enough(0.0011, 3000, true));
+  EXPECT_FALSE(enough(0.0011, kVeryManyCells - 1, true));
+  EXPECT_FALSE(enough(0.0011, kVeryManyCells, false));
+  EXPECT_NE(choice.reason.find("above 0.1 %"), std::string::npos) << choice.reason;
+  EXPECT_EQ(choice.reason.find("tolerances"), std::string::npos) << choice.reason;
+  EXPECT_TRUE(enough(0.0011, kVeryManyCells, true));
+  EXPECT_NE(choice.reason.find("above 0.1 % (10 % of the margin); all of them are within their tolerances "
+                               "there, too"),
+            std::string::npos)
+      << choice.reason;
+  EXPECT_FALSE(enough(HUGE_VAL, 3000, false));
+  EXPECT_EQ(choice.reason, kNoValueToCompare);
+}
+
 TEST(AutomaticRays, StayUntilFreshRaysSayTheSame) {
   const ResultDocument result =
       run_fit(parse_study(small_study(R"({"zernike": {"n_max": 14}})", "\"auto\""), "study.json"), {});

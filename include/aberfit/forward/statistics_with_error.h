@@ -33,6 +33,9 @@ struct FreshPupil {
   /// kWaves: as DiffractionProblem has it; its noise is not in the stated error.
   double wide_circles = std::numeric_limits<double>::infinity();
   bool single_precision = false;  ///< likewise
+  /// kWaves: the first grid on which a statistic has no value is the last that is looked at, and nothing has
+  /// a value or an error then: for who goes to a finer grid anyway.
+  bool all_or_nothing = false;
 };
 
 /// Statistics of a surface and how well its pupil sample knows them.

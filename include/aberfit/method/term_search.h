@@ -9,6 +9,9 @@ namespace aberfit {
 
 /// Fits by waves on so many cells take ten seconds a set, and as much for each verdict.
 inline constexpr Eigen::Index kManyCells = 20000;
+/// On so many a set takes ten seconds and more, and one that fails half to all of what the one that passes
+/// does; a verdict takes as long as the fit.
+inline constexpr Eigen::Index kVeryManyCells = 100000;
 
 /// What a fit of these terms came to; the search fills in `order` and `family`.
 using TryTerms = std::function<FrontierPoint(const TermsSpec& asked)>;
