@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <optional>
 
 #include "aberfit/core/constants.h"
@@ -41,6 +42,7 @@ double grid_pitch(const FitCase& of, const TermSet& terms, double coarsening) {
 
 // Grids for waves: the last one is finer than the safe one; each is finer than the one before by a root of 2.
 constexpr double kLeastCoarsening = 0.6, kNextGrid = 1.41421356237;
+constexpr double kAsFineAsTheSafe = 1.1;
 // Share of neighbouring cells whose phases may alias while a fit goes on: draws on a coarse grid have some at
 // the rim, far out of focus. What that does to the surface the safe grid sees, and the fit goes on to a finer
 // one.
@@ -150,7 +152,7 @@ RayChoice ray_choice(const FitCase& of, const FitPlan& plan, const Attempt& atte
   choice.allowed = kRayShareOfMargin * of.task.equivalence.margin;
   choice.gap = choice.sampling_error = 0;
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
-  const Eigen::VectorXd fresh = judged.judged(attempt.fresh.value),
+  const Eigen::VectorXd fresh = judged.judged(attempt.first_seen),
                         error = judged.judged(attempt.fresh.standard_error);
   for (Eigen::Index k = 0; k < attempt.own.size(); ++k) {
     const double scale = aim_of(of.targets.fitted[std::size_t(k)]).scale;
@@ -207,6 +209,13 @@ bool met_where_judged(const FitCase& of, const Attempt& attempt) {
                         judged.judged(attempt.fresh.value).head(attempt.own.size())) <= kWaveStop;
 }
 
+// A closer look may find that the surface it begins with has all it asks for: it ends there, and the verdict
+// on it is known.
+bool is_seen(const FitPlan& plan, const Attempt& attempt) {
+  const Eigen::VectorXd& white = attempt.result.fit.white;
+  return white.size() > 0 && white.size() == plan.seen.size() && white == plan.seen;
+}
+
 // Waves: first on a coarse grid, then, from where that ended, on finer ones until the grid that the light
 // needs says the same of the surface. A set that was asked for and misses the margin between its targets, all
 // of which it meets, gets another look with what lies between them held more closely: of the twenty seeds of
@@ -216,7 +225,8 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
   plan.coarsening = kFirstCoarsening;
   for (;;) {
     Attempt attempt = attempt_fit(of, plan);
-    if (of.context.stopped()) return doubted ? std::move(*doubted) : std::move(attempt);
+    if (of.context.stopped() || is_seen(plan, attempt))
+      return doubted ? std::move(*doubted) : std::move(attempt);
     // Phases that turn too far from cell to cell have no pattern on this grid. The perfect mirror has one on
     // any, if no derivative.
     const bool no_pattern =
@@ -242,6 +252,7 @@ Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_alwa
         return doubted && !equivalent ? std::move(*doubted) : std::move(attempt);
       if (fine) {
         plan.guides_within = kGuidesInDoubt;
+        plan.seen = attempt.result.fit.white;
         doubted = std::move(attempt);
         continue;
       }
@@ -266,16 +277,29 @@ Attempt fit_until_equivalent(const FitCase& of, const FitPlan& plan, bool judge_
   return std::move(*nearest);
 }
 
-// Twice the noise of the wide circles among what was judged, which all grids share, goes into their error. A
+// What of a JudgedSet was looked at, at these places, goes into what is known of it.
+void take_over(const FreshStatistics& part, const std::vector<Eigen::Index>& places, FreshStatistics* fresh) {
+  FreshStatistics all = part;
+  all.value = std::move(fresh->value);
+  all.standard_error = std::move(fresh->standard_error);
+  for (std::size_t j = 0; j < places.size(); ++j) {
+    all.value[places[j]] = part.value[Eigen::Index(j)];
+    all.standard_error[places[j]] = part.standard_error[Eigen::Index(j)];
+  }
+  *fresh = std::move(all);
+}
+
+// Twice the noise of the wide circles among these targets, which all grids share, goes into their error. A
 // width has the relative error of the half of the light that it ends at, twice over.
-void add_noise_of_wide_circles(const FitCase& of, const JudgedSet& judged, double wide,
-                               FreshStatistics* fresh) {
+void add_noise_of_wide_circles(const FitCase& of, const JudgedSet& judged,
+                               const std::vector<std::size_t>& among, double wide, FreshStatistics* fresh) {
   if (!std::isfinite(wide)) return;
   const std::vector<Target>& targets = judged.targets();
   const Eigen::VectorXd values = judged.judged(fresh->value);
   Eigen::VectorXd noise = Eigen::VectorXd::Zero(values.size());
-  for (Eigen::Index k = 0; k < noise.size(); ++k) {
-    const Target aim = aim_of(targets[std::size_t(k)]);
+  for (const std::size_t target : among) {
+    const auto k = Eigen::Index(target);
+    const Target aim = aim_of(targets[target]);
     const auto* circle = std::get_if<RingThrough>(&aim.statistic);
     const bool width = std::holds_alternative<RingFwhm>(aim.statistic);
     const double angle = circle  ? circle->ring_radius / (of.task.mirror.focal_length + circle->dz)
@@ -288,47 +312,83 @@ void add_noise_of_wide_circles(const FitCase& of, const JudgedSet& judged, doubl
   judged.add_to_judged(noise, &fresh->standard_error);
 }
 
+// How closely waves look; rays look once.
+struct Look {
+  double coarsening = 1;   // of the grid, over the safe one
+  double wide = HUGE_VAL;  // angle from which on circles are wide [rad]
+
+  bool is_closest() const { return coarsening <= 1 && !std::isfinite(wide); }
+  Look closer() const {
+    if (coarsening <= 1) return {};
+    const double next = coarsening / kNextGrid;
+    return {next < kAsFineAsTheSafe ? 1 : next, wide};
+  }
+};
+
+Look first_look(const FitCase& of, const Attempt& attempt) {
+  if (attempt.bench->model != FocusModel::kWaves) return {};
+  const double safe = grid_pitch(of, attempt.result.terms, 1);
+  // Who was asked to stop has the surface judged where it is: coarser grids still tell the error.
+  const double finer = attempt.bench->pitch / ((of.context.stopped() ? 1 : kNextGrid) * safe);
+  return {std::max(1.0, std::min(first_judging_coarsening(of.task, safe), finer)),
+          wide_circles(of.task, of.ground, of.ground.split.get(), of.targets, kWideShareOfVerdict)};
+}
+
+// Looks at these targets of `judged` and brings what is known of the attempt up to date. False where the look
+// was given up, with no values at all.
+bool look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::size_t>& open,
+             const Look& look, bool may_give_up, std::int64_t rays, Attempt* attempt) {
+  const FitOutcome& result = attempt->result;
+  const FreshPupil pupil{attempt->bench->model,
+                         rays,
+                         of.task.trace.pupil.seed,
+                         grid_pitch(of, result.terms, look.coarsening),
+                         look.wide,
+                         judged_in_single_precision(look.wide, of.targets),
+                         may_give_up};
+  const std::vector<Eigen::Index> places = judged.places_of(open);
+  std::vector<Statistic> asked;
+  for (const Eigen::Index at : places) asked.push_back(judged.statistics()[std::size_t(at)]);
+  attempt->fresh_warnings.clear();
+  const FreshStatistics part =
+      statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
+                            result.fit.coefficients, asked, of.context.threads, &attempt->fresh_warnings);
+  take_over(part, places, &attempt->fresh);
+  add_noise_of_wide_circles(of, judged, open, look.wide, &attempt->fresh);
+  const bool answers = !may_give_up || part.value.array().isFinite().any();
+  Eigen::VectorXd& first = attempt->first_seen;
+  if (first.size() > 0) {
+    first = first.array().isNaN().select(attempt->fresh.value, first);
+  } else if (answers) {
+    first = attempt->fresh.value;
+    attempt->judging_coarsening = look.coarsening;
+  }
+  return answers;
+}
+
 }  // namespace
 
 void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays) {
   of.context.say("fresh rays");
   FitOutcome& result = attempt->result;
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
-  const bool waves = attempt->bench->model == FocusModel::kWaves;
-  double wide = waves
-                    ? wide_circles(of.task, of.ground, of.ground.split.get(), of.targets, kWideShareOfVerdict)
-                    : HUGE_VAL;
-  attempt->judging_coarsening = 1;
-  if (waves) {
-    const double safe = grid_pitch(of, result.terms, 1);
-    // Who was asked to stop has the surface judged where it is: coarser grids still tell the error.
-    const double next = of.context.stopped() ? 1 : kNextGrid;
-    attempt->judging_coarsening = std::max(
-        1.0, std::min(first_judging_coarsening(of.task, safe), attempt->bench->pitch / (next * safe)));
-  }
+  if (rays == 0) rays = 4 * result.rays;
+  Look look = first_look(of, *attempt);
+  const auto size = Eigen::Index(judged.statistics().size());
+  attempt->first_seen = {};
+  attempt->fresh.value = attempt->fresh.standard_error = Eigen::VectorXd::Constant(size, std::nan(""));
+  std::vector<std::size_t> open(judged.targets().size());
+  std::iota(open.begin(), open.end(), std::size_t(0));
   // On coarse grids first; what their error leaves open goes to the safe one, and last without wide circles.
   for (;;) {
-    const double coarsening = attempt->judging_coarsening;
-    const bool last = (coarsening <= 1 && !std::isfinite(wide)) || of.context.stopped();
-    const FreshPupil pupil{attempt->bench->model,
-                           rays > 0 ? rays : 4 * result.rays,
-                           of.task.trace.pupil.seed,
-                           grid_pitch(of, result.terms, coarsening),
-                           wide,
-                           judged_in_single_precision(wide, of.targets),
-                           !last};
-    attempt->fresh_warnings.clear();
-    attempt->fresh = statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
-                                           result.fit.coefficients, judged.statistics(), of.context.threads,
-                                           &attempt->fresh_warnings);
-    add_noise_of_wide_circles(of, judged, wide, &attempt->fresh);
+    const bool stopped = of.context.stopped(), last = look.is_closest() || stopped;
+    const bool answers = look_at(of, judged, open, look, !last, rays, attempt);
     result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
     const bool decided = attempt->fresh.value.allFinite() && attempt->fresh.standard_error.allFinite() &&
                          overall(result.metrics) != Verdict::kUndecided;
-    const bool answers = attempt->fresh.value.array().isFinite().any();  // else it was given up
     if (decided || last || (answers && of.context.stopped())) break;
-    if (coarsening <= 1) wide = HUGE_VAL;
-    attempt->judging_coarsening = std::max(1.0, coarsening / kNextGrid);
+    open = judged.open_targets(attempt->fresh, result.metrics);
+    look = look.closer();
   }
   result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   result.verdict = overall(result.metrics);

@@ -77,7 +77,7 @@ Attempt fit_in_two_looks(const FitCase& of, FitPlan plan) {
     plan.most_iterations = std::min(plan.most_iterations, kWaveTrialIterations);
   Attempt first = fit_on_enough_rays(of, plan, false);
   if (of.context.stopped() || !deserves_second_look(first)) return first;
-  plan.warm = first.result.fit.white;
+  plan.warm = plan.seen = first.result.fit.white;
   plan.starts = 1;
   if (has_solution(first.result.fit)) plan.guides_within = kGuidesInDoubt;
   plan.on_stall = OnStall::kGoOn;

@@ -1,6 +1,8 @@
 #include "aberfit/method/judged_set.h"
 
 #include <algorithm>
+#include <cmath>
+#include <set>
 
 namespace aberfit {
 
@@ -33,6 +35,24 @@ Eigen::VectorXd JudgedSet::judged(const Eigen::VectorXd& values) const {
   Eigen::VectorXd result(Eigen::Index(targets_.size()));
   for (Eigen::Index k = 0; k < result.size(); ++k) result[k] = values[judged_at_[std::size_t(k)]];
   return result;
+}
+
+std::vector<Eigen::Index> JudgedSet::places_of(const std::vector<std::size_t>& targets) const {
+  std::set<Eigen::Index> places;
+  for (const std::size_t target : targets) places.insert({Eigen::Index(target), judged_at_[target]});
+  return {places.begin(), places.end()};
+}
+
+std::vector<std::size_t> JudgedSet::open_targets(const FreshStatistics& fresh,
+                                                 const std::vector<EquivalenceMetric>& metrics) const {
+  std::vector<std::size_t> open;
+  for (std::size_t k = 0; k < targets_.size(); ++k) {
+    bool known = true;
+    for (const Eigen::Index at : places_of({k}))
+      known &= std::isfinite(fresh.value[at]) && std::isfinite(fresh.standard_error[at]);
+    if (!known || metrics[k].verdict == Verdict::kUndecided) open.push_back(k);
+  }
+  return open;
 }
 
 void JudgedSet::add_to_judged(const Eigen::VectorXd& more, Eigen::VectorXd* values) const {

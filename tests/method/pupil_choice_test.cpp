@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -43,12 +44,13 @@ struct Judged {
   Attempt attempt;
   double safe_cells;
 };
-Judged judge_defocus(double defocus, double margin) {
+Judged judge_defocus(double defocus, double margin, const std::string& more = "") {
   TermSet terms;
   terms.radius = 0.2;
   terms.zernike = zernike_modes(2, 2);
-  const Study study = study_of("100 nm", R"({"theory": "ghs", "statistics": {"ee80": {"value": 0.001}}})",
-                               fmt::format("{:.9f} %", 100 * margin));
+  const Study study = study_of(
+      "100 nm", fmt::format(R"({{"theory": "ghs", "statistics": {{"ee80": {{"value": 0.001}}{}}}}})", more),
+      fmt::format("{:.9f} %", 100 * margin));
   const Layout layout = lay_out(study, 1);
   const RunContext context{2};
   const FitCase of{study, layout.ground, layout.targets, context};
@@ -78,6 +80,35 @@ TEST(JudgingGrid, GivesWayToTheSafeOneWhereItsErrorLeavesTheVerdictOpen) {
   EXPECT_GT(double(open.fresh.rays), 0.95 * safe_cells);
 }
 
+// What the coarse grid decided stays as that grid has it; only what it left open is looked at anew, and the
+// fit's own grid is still compared with the coarse one.
+TEST(JudgingGrid, LooksCloserAtWhatIsOpenAlone) {
+  constexpr double kSpot = 5e-6;
+  const auto with_ee50 = [](double value) { return fmt::format(R"(, "ee50": {{"value": {:.17g}}})", value); };
+  const auto place = [](const Judged& judged, const std::string& name) {
+    const std::vector<EquivalenceMetric>& metrics = judged.attempt.result.metrics;
+    const auto at = std::find_if(metrics.begin(), metrics.end(),
+                                 [&](const EquivalenceMetric& metric) { return metric.name == name; });
+    EXPECT_NE(at, metrics.end()) << name;
+    return Eigen::Index(at - metrics.begin());
+  };
+  const Judged far = judge_defocus(kSpot, 0.05, with_ee50(0.0005));
+  const Eigen::Index ee50 = place(far, "ee50_radius_m"), ee80 = place(far, "ee80_radius_m");
+  const double off = std::abs(far.attempt.result.metrics[std::size_t(ee80)].difference);
+  const std::string met = with_ee50(far.attempt.fresh.value[ee50]);
+  const Judged coarse = judge_defocus(kSpot, 0.9 * off, met), closer = judge_defocus(kSpot, off, met);
+  EXPECT_LT(double(coarse.attempt.fresh.rays), 0.27 * coarse.safe_cells);
+  EXPECT_EQ(coarse.attempt.result.metrics[std::size_t(ee50)].verdict, Verdict::kEquivalent);
+  EXPECT_GT(double(closer.attempt.fresh.rays), 0.95 * closer.safe_cells);
+  EXPECT_EQ(closer.attempt.fresh.value[ee50], coarse.attempt.fresh.value[ee50]);
+  EXPECT_EQ(closer.attempt.fresh.standard_error[ee50], coarse.attempt.fresh.standard_error[ee50]);
+  EXPECT_NE(closer.attempt.fresh.value[ee80], coarse.attempt.fresh.value[ee80]);
+  EXPECT_LT(closer.attempt.fresh.standard_error[ee80], coarse.attempt.fresh.standard_error[ee80]);
+  EXPECT_TRUE(closer.attempt.first_seen == coarse.attempt.fresh.value);
+  EXPECT_EQ(closer.attempt.judging_coarsening, coarse.attempt.judging_coarsening);
+  EXPECT_GT(closer.attempt.judging_coarsening, 1.5);
+}
+
 // 8 um are 4.0 rad from cell to cell of the coarsest grid of the first look, 2.8 of the second's; 14 um are
 // 3.5 rad on the coarsest of the safe look, which has nothing finer to go to, and 2.6 on the safe grid.
 TEST(JudgingGrid, GivesWayWhereACoarserOneHasNoPatternAndTheSafeOneKeepsItsValues) {
@@ -91,6 +122,28 @@ TEST(JudgingGrid, GivesWayWhereACoarserOneHasNoPatternAndTheSafeOneKeepsItsValue
 }
 
 // Uniform roughness of g = 4: the core has exp(-16) of the light; of g = 2 a fiftieth.
+// A second look at a surface that has all that it asks for ends where it begins; the verdict on it is known.
+TEST(JudgingGrid, IsNotAskedAgainAboutWhatItHasSeen) {
+  const Study study = study_of("40 nm", R"({"theory": "ghs", "statistics": {"ee50": {}, "ee80": {}}})");
+  const Layout layout = lay_out(study, 1);
+  const RunContext context{2};
+  const FitCase of{study, layout.ground, layout.targets, context};
+  const TermsSpec terms = zernikes_up_to(16, CovarianceKind::kFull);
+  FitPlan plan = make_plan(study, std::make_shared<const TermPlan>(plan_terms(study, layout.ground, terms)));
+  const Attempt first = fit_on_enough_rays(of, plan, false);
+  ASSERT_EQ(first.bench->model, FocusModel::kWaves);
+  ASSERT_TRUE(first.met);
+  EXPECT_GT(first.fresh.rays, 0);
+  plan.warm = first.result.fit.white;
+  const Attempt again = fit_on_enough_rays(of, plan, false);
+  EXPECT_EQ(again.result.fit.iterations, 0);
+  EXPECT_GT(again.fresh.rays, 0);
+  plan.seen = plan.warm;
+  const Attempt seen = fit_on_enough_rays(of, plan, false);
+  EXPECT_TRUE(seen.result.fit.white == first.result.fit.white);
+  EXPECT_EQ(seen.fresh.rays, 0);
+}
+
 TEST(WideCircles, AreThereWhereThePatternHasNoCoreAndByTheMargin) {
   const auto grains = [](const std::string& rms, const std::string& target = "{}",
                          const std::string& margin = "1 %", double share = 0.02,

@@ -43,10 +43,11 @@ struct Attempt {
   std::shared_ptr<const TermPlan> terms;
   std::shared_ptr<const Workbench> bench;
   FreshStatistics fresh;          ///< of a JudgedSet's statistics; empty where the fit was not judged
+  Eigen::VectorXd first_seen;     ///< the values of `fresh` before finer grids were asked for what was open
   Eigen::VectorXd own;            ///< on the fit's own points: what is judged of each fitted target
   Warnings own_warnings;          ///< of statistics there; said where no fresh points say it anew
   Warnings fresh_warnings;        ///< of `fresh`
-  double judging_coarsening = 1;  ///< of the grid for waves that `fresh` is of, over the safe pitch
+  double judging_coarsening = 1;  ///< of the grid for waves of `first_seen`, over the safe pitch
   double mismatch = HUGE_VAL;     ///< worst, in tolerances
   bool met = false;               ///< every tolerance
 };
@@ -74,8 +75,8 @@ bool has_solution(const FitResult& fit);
 Attempt attempt_fit(const FitCase& of, const FitPlan& plan);
 
 /// Statistics on points that the fit has not seen, and the verdict on them. rays: how many; 0 for four times
-/// the fit's. Waves take a grid up to twice as coarse as the safe one first (pupil_choice.h), and the safe
-/// one where its error leaves the verdict open.
+/// the fit's. Waves take a grid up to twice as coarse as the safe one first (pupil_choice.h); the targets
+/// that its error leaves open go on to finer ones, up to the safe one.
 void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays = 0);
 
 /// The same on the plan's rays, or on more and more until fresh ones say the same; judged on fresh rays. By

@@ -24,6 +24,12 @@ class JudgedSet {
   Eigen::VectorXd shown(const Eigen::VectorXd& values) const;
   /// The same: what is judged, one per target, in the unit of its aim.
   Eigen::VectorXd judged(const Eigen::VectorXd& values) const;
+  /// Where in `statistics()` these of the targets have what is shown and what is judged, ascending.
+  std::vector<Eigen::Index> places_of(const std::vector<std::size_t>& targets) const;
+  /// Targets without a value or an error, and those undecided. fresh: of `statistics()`; metrics: what
+  /// `judge` makes of it.
+  std::vector<std::size_t> open_targets(const FreshStatistics& fresh,
+                                        const std::vector<EquivalenceMetric>& metrics) const;
   /// Adds to values (or errors) in the order of `statistics()`, to what is judged; more: one per target, in
   /// the unit of its aim.
   void add_to_judged(const Eigen::VectorXd& more, Eigen::VectorXd* values) const;

@@ -49,6 +49,7 @@ struct FitPlan {
   int first_start = 0;          ///< the draw that is tried first
   int most_iterations = 100;
   Eigen::VectorXd warm;  ///< white coordinates to start from instead of a draw
+  Eigen::VectorXd seen;  ///< by waves: those of a surface that was judged and is not equivalent
   OnStall on_stall = OnStall::kGoOn;
   double guides_within = 1;  ///< by waves: of their tolerances, before the fit ends
 };

@@ -28,8 +28,8 @@ inline constexpr const char* kNoValueToCompare =
 /// has no value); fills `reason`.
 bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice);
 /// Whether so many cells are enough for a fit by waves; fills `reason`. share: of the margin, that `allowed`
-/// is; met: on the finer grid that judges, too, every target is within its tolerance, so that a fit there ends
-/// where it begins. That is taken for an answer on kVeryManyCells, where to see it takes minutes.
+/// is; met: on the finer grid that judges, too, every target is within its tolerance, so that a fit there
+/// ends where it begins. That is taken for an answer on kVeryManyCells, where to see it takes minutes.
 bool explain_cells(Eigen::Index cells, double share, bool met, RayChoice* choice);
 
 }  // namespace aberfit
