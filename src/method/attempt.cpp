@@ -5,16 +5,17 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <optional>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/random.h"
+#include "aberfit/method/fresh_verdict.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/scene_facts.h"
 #include "aberfit/method/spectrum_target.h"
+#include "fit_grids.h"
 #include "light_guides.h"
 #include "stall_watch.h"
 
@@ -34,15 +35,8 @@ Eigen::VectorXd shown_std(const std::vector<Target>& targets, const Eigen::Vecto
   return shown;
 }
 
-// Waves need a grid as fine as the light of everything that will be asked of it.
-double grid_pitch(const FitCase& of, const TermSet& terms, double coarsening) {
-  if (of.ground.use.model != FocusModel::kWaves) return 0;
-  return wave_pitch(of.task, terms, all_targets(of.targets), of.ground.split.get(), coarsening);
-}
-
-// Grids for waves: the last one is finer than the safe one; each is finer than the one before by a root of 2.
-constexpr double kLeastCoarsening = 0.6, kNextGrid = 1.41421356237;
-constexpr double kAsFineAsTheSafe = 1.1;
+// Of the last of the grids for waves, which is finer than the safe one.
+constexpr double kLeastCoarsening = 0.6;
 // Share of neighbouring cells whose phases may alias while a fit goes on: draws on a coarse grid have some at
 // the rim, far out of focus. What that does to the surface the safe grid sees, and the fit goes on to a finer
 // one.
@@ -277,121 +271,11 @@ Attempt fit_until_equivalent(const FitCase& of, const FitPlan& plan, bool judge_
   return std::move(*nearest);
 }
 
-// What of a JudgedSet was looked at, at these places, goes into what is known of it.
-void take_over(const FreshStatistics& part, const std::vector<Eigen::Index>& places, FreshStatistics* fresh) {
-  FreshStatistics all = part;
-  all.value = std::move(fresh->value);
-  all.standard_error = std::move(fresh->standard_error);
-  for (std::size_t j = 0; j < places.size(); ++j) {
-    all.value[places[j]] = part.value[Eigen::Index(j)];
-    all.standard_error[places[j]] = part.standard_error[Eigen::Index(j)];
-  }
-  *fresh = std::move(all);
-}
-
-// Twice the noise of the wide circles among these targets, which all grids share, goes into their error. A
-// width has the relative error of the half of the light that it ends at, twice over.
-void add_noise_of_wide_circles(const FitCase& of, const JudgedSet& judged,
-                               const std::vector<std::size_t>& among, double wide, FreshStatistics* fresh) {
-  if (!std::isfinite(wide)) return;
-  const std::vector<Target>& targets = judged.targets();
-  const Eigen::VectorXd values = judged.judged(fresh->value);
-  Eigen::VectorXd noise = Eigen::VectorXd::Zero(values.size());
-  for (const std::size_t target : among) {
-    const auto k = Eigen::Index(target);
-    const Target aim = aim_of(targets[target]);
-    const auto* circle = std::get_if<RingThrough>(&aim.statistic);
-    const bool width = std::holds_alternative<RingFwhm>(aim.statistic);
-    const double angle = circle  ? circle->ring_radius / (of.task.mirror.focal_length + circle->dz)
-                         : width ? wide
-                                 : 0;
-    if (angle >= wide)
-      noise[k] = 2 * kWideCircleNoise * std::pow(grains_of(of.task, angle), -1.5) *
-                 (width ? 2 * std::abs(values[k]) : aim.relative_to());
-  }
-  judged.add_to_judged(noise, &fresh->standard_error);
-}
-
-// How closely waves look; rays look once.
-struct Look {
-  double coarsening = 1;   // of the grid, over the safe one
-  double wide = HUGE_VAL;  // angle from which on circles are wide [rad]
-
-  bool is_closest() const { return coarsening <= 1 && !std::isfinite(wide); }
-  Look closer() const {
-    if (coarsening <= 1) return {};
-    const double next = coarsening / kNextGrid;
-    return {next < kAsFineAsTheSafe ? 1 : next, wide};
-  }
-};
-
-Look first_look(const FitCase& of, const Attempt& attempt) {
-  if (attempt.bench->model != FocusModel::kWaves) return {};
-  const double safe = grid_pitch(of, attempt.result.terms, 1);
-  // Who was asked to stop has the surface judged where it is: coarser grids still tell the error.
-  const double finer = attempt.bench->pitch / ((of.context.stopped() ? 1 : kNextGrid) * safe);
-  return {std::max(1.0, std::min(first_judging_coarsening(of.task, safe), finer)),
-          wide_circles(of.task, of.ground, of.ground.split.get(), of.targets, kWideShareOfVerdict)};
-}
-
-// Looks at these targets of `judged` and brings what is known of the attempt up to date. False where the look
-// was given up, with no values at all.
-bool look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::size_t>& open,
-             const Look& look, bool may_give_up, std::int64_t rays, Attempt* attempt) {
-  const FitOutcome& result = attempt->result;
-  const FreshPupil pupil{attempt->bench->model,
-                         rays,
-                         of.task.trace.pupil.seed,
-                         grid_pitch(of, result.terms, look.coarsening),
-                         look.wide,
-                         judged_in_single_precision(look.wide, of.targets),
-                         may_give_up};
-  const std::vector<Eigen::Index> places = judged.places_of(open);
-  std::vector<Statistic> asked;
-  for (const Eigen::Index at : places) asked.push_back(judged.statistics()[std::size_t(at)]);
-  attempt->fresh_warnings.clear();
-  const FreshStatistics part =
-      statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
-                            result.fit.coefficients, asked, of.context.threads, &attempt->fresh_warnings);
-  take_over(part, places, &attempt->fresh);
-  add_noise_of_wide_circles(of, judged, open, look.wide, &attempt->fresh);
-  const bool answers = !may_give_up || part.value.array().isFinite().any();
-  Eigen::VectorXd& first = attempt->first_seen;
-  if (first.size() > 0) {
-    first = first.array().isNaN().select(attempt->fresh.value, first);
-  } else if (answers) {
-    first = attempt->fresh.value;
-    attempt->judging_coarsening = look.coarsening;
-  }
-  return answers;
-}
-
 }  // namespace
 
-void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays) {
-  of.context.say("fresh rays");
-  FitOutcome& result = attempt->result;
-  const JudgedSet judged(of.targets.fitted, of.targets.held_out);
-  if (rays == 0) rays = 4 * result.rays;
-  Look look = first_look(of, *attempt);
-  const auto size = Eigen::Index(judged.statistics().size());
-  attempt->first_seen = {};
-  attempt->fresh.value = attempt->fresh.standard_error = Eigen::VectorXd::Constant(size, std::nan(""));
-  std::vector<std::size_t> open(judged.targets().size());
-  std::iota(open.begin(), open.end(), std::size_t(0));
-  // On coarse grids first; what their error leaves open goes to the safe one, and last without wide circles.
-  for (;;) {
-    const bool stopped = of.context.stopped(), last = look.is_closest() || stopped;
-    const bool answers = look_at(of, judged, open, look, !last, rays, attempt);
-    result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
-    const bool decided = attempt->fresh.value.allFinite() && attempt->fresh.standard_error.allFinite() &&
-                         overall(result.metrics) != Verdict::kUndecided;
-    if (decided || last || (answers && of.context.stopped())) break;
-    open = judged.open_targets(attempt->fresh, result.metrics);
-    look = look.closer();
-  }
-  result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
-  result.verdict = overall(result.metrics);
+double internal::grid_pitch(const FitCase& of, const TermSet& terms, double coarsening) {
+  if (of.ground.use.model != FocusModel::kWaves) return 0;
+  return wave_pitch(of.task, terms, all_targets(of.targets), of.ground.split.get(), coarsening);
 }
 
 bool is_equivalent(const Attempt& attempt) {

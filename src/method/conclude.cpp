@@ -10,6 +10,7 @@
 #include "aberfit/core/units.h"
 #include "aberfit/forward/statistics_with_error.h"
 #include "aberfit/forward/term_moments.h"
+#include "aberfit/method/fresh_verdict.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
 #include "aberfit/method/term_search.h"

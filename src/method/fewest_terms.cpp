@@ -7,6 +7,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/method/all_scatter.h"
+#include "aberfit/method/fresh_verdict.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/term_search.h"

@@ -11,6 +11,7 @@
 
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
+#include "aberfit/method/fresh_verdict.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/term_search.h"
 #include "aberfit/study/read_study.h"

@@ -74,12 +74,7 @@ bool has_solution(const FitResult& fit);
 /// One fit as planned, on the rays of the plan. Not judged.
 Attempt attempt_fit(const FitCase& of, const FitPlan& plan);
 
-/// Statistics on points that the fit has not seen, and the verdict on them. rays: how many; 0 for four times
-/// the fit's. Waves take a grid up to twice as coarse as the safe one first (pupil_choice.h); the targets
-/// that its error leaves open go on to finer ones, up to the safe one.
-void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays = 0);
-
-/// The same on the plan's rays, or on more and more until fresh ones say the same; judged on fresh rays. By
+/// One on the plan's rays, or on more and more until fresh ones say the same; judged on fresh rays. By
 /// waves on finer and finer grids, and from the plan's starts in turn until one is equivalent.
 /// Not judged where the run was asked to stop. judge_always: a search does not care what fresh rays say of a
 /// set that misses its tolerances.
