@@ -122,6 +122,7 @@
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/conclude.h"
 #include "aberfit/method/fewest_terms.h"
+#include "aberfit/method/fresh_verdict.h"
 #include "aberfit/method/frontier.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/method/judge.h"
