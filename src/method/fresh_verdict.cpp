@@ -14,6 +14,7 @@ using namespace internal;
 
 namespace {
 
+// Times the safe pitch: what is no coarser is the safe grid; a look between the two would say nothing new.
 constexpr double kAsFineAsTheSafe = 1.1;
 
 // What of a JudgedSet was looked at, at these places, goes into what is known of it.
@@ -120,7 +121,7 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   std::iota(open.begin(), open.end(), std::size_t(0));
   // On coarse grids first; what their error leaves open goes to the safe one, and last without wide circles.
   for (;;) {
-    const bool stopped = of.context.stopped(), last = look.is_closest() || stopped;
+    const bool last = look.is_closest() || of.context.stopped();
     const bool answers = look_at(of, judged, open, look, !last, rays, attempt);
     result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
     const bool decided = attempt->fresh.value.allFinite() && attempt->fresh.standard_error.allFinite() &&

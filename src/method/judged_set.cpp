@@ -1,7 +1,6 @@
 #include "aberfit/method/judged_set.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 namespace aberfit {
@@ -45,12 +44,14 @@ std::vector<Eigen::Index> JudgedSet::places_of(const std::vector<std::size_t>& t
 
 std::vector<std::size_t> JudgedSet::open_targets(const FreshStatistics& fresh,
                                                  const std::vector<EquivalenceMetric>& metrics) const {
+  const auto known = [this](const Eigen::VectorXd& of) {
+    return (shown(of).array().isFinite() && judged(of).array().isFinite()).eval();
+  };
+  const auto value = known(fresh.value), error = known(fresh.standard_error);
   std::vector<std::size_t> open;
   for (std::size_t k = 0; k < targets_.size(); ++k) {
-    bool known = true;
-    for (const Eigen::Index at : places_of({k}))
-      known &= std::isfinite(fresh.value[at]) && std::isfinite(fresh.standard_error[at]);
-    if (!known || metrics[k].verdict == Verdict::kUndecided) open.push_back(k);
+    const auto at = Eigen::Index(k);
+    if (!value[at] || !error[at] || metrics[k].verdict == Verdict::kUndecided) open.push_back(k);
   }
   return open;
 }

@@ -122,7 +122,6 @@ TEST(JudgingGrid, GivesWayWhereACoarserOneHasNoPatternAndTheSafeOneKeepsItsValue
   EXPECT_TRUE(safe.attempt.fresh.standard_error.hasNaN());
 }
 
-// Uniform roughness of g = 4: the core has exp(-16) of the light; of g = 2 a fiftieth.
 // A second look at a surface that has all that it asks for ends where it begins; the verdict on it is known.
 TEST(JudgingGrid, IsNotAskedAgainAboutWhatItHasSeen) {
   const Study study = study_of("40 nm", R"({"theory": "ghs", "statistics": {"ee50": {}, "ee80": {}}})");
@@ -145,6 +144,7 @@ TEST(JudgingGrid, IsNotAskedAgainAboutWhatItHasSeen) {
   EXPECT_EQ(seen.fresh.rays, 0);
 }
 
+// Uniform roughness of g = 4: the core has exp(-16) of the light; of g = 2 a fiftieth.
 TEST(WideCircles, AreThereWhereThePatternHasNoCoreAndByTheMargin) {
   const auto grains = [](const std::string& rms, const std::string& target = "{}",
                          const std::string& margin = "1 %", double share = 0.02,
