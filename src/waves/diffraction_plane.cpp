@@ -258,6 +258,18 @@ void DiffractionPlane::focus(double dz, Mean mean) {
   focused_.dz = dz;
 }
 
+double DiffractionPlane::light_of_own_mean(double radius, double dz) {
+  const MeanScatter* scatter = scene_.problem().scatter.get();
+  if (!grid_.has_own_mean(scene_, dz)) return 0;
+  focused_.dz = std::nan("");  // its memory is what means are made in
+  const double unit = scene_.per_period(dz), end = scene_.field_radius(dz) * unit;
+  const auto beyond_the_cells = [&](double of, std::optional<double> plane) {
+    const Eigen::ArrayXd& light = grid_.mean_at(scene_, of, &buffers_, &focused_);
+    return RadialOtf(-light, {scatter, 1 / scene_.per_period(of), end, plane}).energy(radius * unit);
+  };
+  return beyond_the_cells(dz, dz) - beyond_the_cells(0, std::nullopt);
+}
+
 void DiffractionPlane::fill_focal(double dz) {
   const PupilTransform& transform = grid_.transform;
   double* pupil = buffers_.pupil.data();

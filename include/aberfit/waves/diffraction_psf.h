@@ -141,10 +141,11 @@ struct DiffractionProblem {
   ///   EE(r) = E(r; dz) + u^2 sum_m (C_m(dz) H(x_m) - C_m^0(dz) H_whole(x_m)) r J1(2 pi r u |m|)/(u |m|)
   /// with C_m^0 of the nominal heights: in the mean over surfaces with the other part of the roughness that
   /// is E itself, in the focus exactly. Where E beyond the field of view is that of the focus, grown with f +
-  /// dz, to 1e-6 of the light, or is known in the focus alone, for rings, whose planes are looked for, and
-  /// for more than a hundred planes at once, E and C_m^0 are those of the focus. Radii are not limited by the
-  /// field of view: beyond it the curve goes on as E does. An image lacks what the rest scatters beyond the
-  /// field of view, which comes back into it from the other side.
+  /// dz, to 1e-6 of the light, or is known in the focus alone, and for more than a hundred planes at once, E
+  /// and C_m^0 are those of the focus. A ring's planes are looked for: what E and C_m^0 of a plane differ
+  /// there from those of the focus is interpolated between planes that all surfaces share (1e-3 of the width).
+  /// Radii are not limited by the field of view: beyond it the curve goes on as E does. An image lacks what
+  /// the rest scatters beyond the field of view, which comes back into it from the other side.
   std::shared_ptr<const MeanScatter> scatter = {};
   /// Heights of the mirror without roughness at the pupil points [m]; null: 0. Looked at with `scatter`.
   const Eigen::ArrayXd* nominal = nullptr;
