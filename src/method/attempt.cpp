@@ -15,8 +15,10 @@
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/scene_facts.h"
 #include "aberfit/method/spectrum_target.h"
+#include "aberfit/method/term_search.h"
 #include "fit_grids.h"
 #include "light_guides.h"
+#include "ray_approach.h"
 #include "stall_watch.h"
 
 namespace aberfit {
@@ -48,30 +50,29 @@ double gap_share(double of_fit, double of_judge) {  // times the safe pitch
   if (of_judge <= 1) return kGridShareOfMargin;
   return kGridShareOfMargin * (of_fit * of_fit - of_judge * of_judge) / std::max(1e-3, of_fit * of_fit - 1);
 }
-// Through waves a fit ends when every target is within its tolerance: the next grid moves them as much.
-constexpr double kWaveStop = 1.0;
 // Few terms are kept at the edge of the tolerances by the prior: the README's study at n = 22 took 40
 // iterations with a weight of 1, 16 with 0.3, beside guides that are looser since.
 constexpr double kWavePriorWeight = 0.1;
 
 // lowest: of the worst mismatches that the fit has been through.
-FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double* lowest) {
+// warm: the fit begins where another has led.
+FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, bool warm, double* lowest) {
   FitOptions fit;
   fit.prior = of.task.fit.prior;
   fit.max_iterations = plan.most_iterations;
   fit.bound = of.task.fit.bound_sigmas;
   fit.threads = of.context.threads;
   if (of.ground.use.model == FocusModel::kWaves) {
-    fit.stop_at = kWaveStop;
+    fit.stop_at = plan.met_within;
     fit.prior_weight = kWavePriorWeight;
-    fit.guides_within = plan.guides_within;
+    fit.guides_within = plan.guides_within / plan.met_within;  // guides do not mind what targets may
   }
   const bool minds_stall = plan.on_stall != OnStall::kGoOn;
   if (!of.context.progress && !of.context.interrupted && !minds_stall) return fit;
   const FocusModel model = of.ground.use.model;
-  auto watch = std::make_shared<StallWatch>(
-      plan.on_stall == OnStall::kEnd ? StallWatch::patient(model, plan.most_iterations)
-                                     : StallWatch(model, plan.most_iterations, plan.warm.size() > 0));
+  auto watch = std::make_shared<StallWatch>(plan.on_stall == OnStall::kEnd
+                                                ? StallWatch::patient(model, plan.most_iterations)
+                                                : StallWatch(model, plan.most_iterations, warm));
   fit.progress = [&of, minds_stall, watch, tries, lowest](const FitProgress& p) {
     *lowest = std::min(*lowest, p.worst_mismatch);
     if (of.context.stopped() || (minds_stall && watch->stalled(p))) return false;
@@ -84,12 +85,20 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, double
   return fit;
 }
 
+// What the seeded starts of a plan come to.
+struct Fitted {
+  FitResult fit;
+  Eigen::VectorXd draw;              // that the fit began with, or what its plan begins with instead
+  std::optional<RayApproach> begun;  // where rays have led it from there
+};
+
 // Tries the plan's seeded starts in turn and keeps the cheapest; stops at the first that meets every
-// tolerance.
-FitResult fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProblem& problem,
-                          Eigen::VectorXd* start, double* lowest) {
+// tolerance. lowest: of the worst mismatches that a fit has been through.
+Fitted fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProblem& problem, double* lowest) {
   const FitSpec& asked = of.task.fit;
-  FitResult best;
+  const bool by_rays =
+      plan.warm.size() == 0 && begins_by_rays(of, problem.light.pupil.size(), problem.light.wide_circles);
+  Fitted best;
   for (int k = plan.first_start; k < plan.first_start + plan.starts; ++k) {
     const std::uint64_t seed =
         k == 0 ? asked.seed : RandomStream(asked.seed, "starts").bits(std::uint64_t(k));
@@ -97,9 +106,10 @@ FitResult fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProbl
                                   : asked.start == FitStart::kZero
                                       ? Eigen::VectorXd::Zero(problem.prior.size()).eval()
                                       : draw_white(problem.prior.size(), seed);
-    double of_this = HUGE_VAL;
-    const FitOptions how = fit_options(of, plan, k, &of_this);
-    FitResult result = calibrate(problem, white, how);
+    const std::optional<RayStart> near = by_rays ? approach_by_rays(of, plan, problem, white) : std::nullopt;
+    double of_this = near ? near->begun.mismatch : HUGE_VAL;
+    const FitOptions how = fit_options(of, plan, k, near || plan.warm.size() > 0, &of_this);
+    FitResult result = calibrate(problem, near ? near->white : white, how);
     *lowest = std::min(*lowest, of_this);
     if (result.status == FitStatus::kCancelled && plan.on_stall == OnStall::kEnd && !of.context.stopped()) {
       result.status = FitStatus::kNotConverged;
@@ -110,9 +120,9 @@ FitResult fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProbl
     }
     const bool met = result.status == FitStatus::kConverged &&
                      within_tolerance(problem, result, std::max(1.0, how.stop_at));
-    if (!has_solution(best) || (has_solution(result) && result.final_cost < best.final_cost)) {
-      best = std::move(result);
-      *start = white;
+    if (!has_solution(best.fit) || (has_solution(result) && result.final_cost < best.fit.final_cost)) {
+      best = {std::move(result), white, {}};
+      if (near) best.begun = near->begun;
     }
     if (met) break;
   }
@@ -198,9 +208,9 @@ bool far_on_any_grid(const Attempt& attempt) { return !attempt.met && attempt.mi
 // Whether the grid that judges has every target within its tolerance as the fit's own has.
 bool met_where_judged(const FitCase& of, const Attempt& attempt) {
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
-  return attempt.met &&
-         worst_mismatch(aims_of(of.targets.fitted),
-                        judged.judged(attempt.fresh.value).head(attempt.own.size())) <= kWaveStop;
+  return attempt.met && worst_mismatch(aims_of(of.targets.fitted),
+                                       judged.judged(attempt.fresh.value).head(attempt.own.size())) <=
+                            met_within(of.task, of.ground.use.model, of.targets, attempt.result.rays);
 }
 
 // A closer look may find that the surface it begins with has all it asks for: it ends there, and the verdict
@@ -354,8 +364,9 @@ bool has_solution(const FitResult& fit) {
   return fit.status == FitStatus::kConverged || fit.status == FitStatus::kNotConverged;
 }
 
-Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
+Attempt attempt_fit(const FitCase& of, const FitPlan& planned) {
   const int threads = of.context.threads;
+  FitPlan plan = planned;
   const CoefficientPrior& prior = plan.terms->prior;
   Attempt attempt;
   attempt.terms = plan.terms;
@@ -369,17 +380,20 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   attempt.bench = made;
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
+  plan.met_within = met_within(of.task, of.ground.use.model, of.targets, result.rays);
 
   const SpectrumTarget spectrum = make_spectrum_target(of.task, of.ground, result.terms, prior, threads);
   const FitProblem problem = problem_of(of, bench, prior, spectrum);
-  Eigen::VectorXd start;
   double lowest = HUGE_VAL;  // what is known of a fit that was given up
-  result.fit = fit_from_starts(of, plan, problem, &start, &lowest);
+  Fitted best = fit_from_starts(of, plan, problem, &lowest);
+  result.fit = std::move(best.fit);
+  result.begun_by_rays = best.begun;
   attempt.mismatch = has_solution(result.fit) ? worst_mismatch(problem, result.fit) : lowest;
-  attempt.met = result.fit.status == FitStatus::kConverged && within_tolerance(problem, result.fit, 1.0);
+  attempt.met =
+      result.fit.status == FitStatus::kConverged && within_tolerance(problem, result.fit, plan.met_within);
   const JudgedSet fitted(of.targets.fitted, {});
   result.start =
-      fitted.shown(bench.exact(of.task, prior.colour(start), fitted.statistics(), threads, nullptr));
+      fitted.shown(bench.exact(of.task, prior.colour(best.draw), fitted.statistics(), threads, nullptr));
   for (Eigen::Index b = 0; b < result.fit.spectrum.size(); ++b)
     result.spectrum.push_back({spectrum.low[b], spectrum.high[b], spectrum.value[b], result.fit.spectrum[b],
                                spectrum.tolerance[b]});

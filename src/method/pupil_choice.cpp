@@ -124,16 +124,20 @@ double grains_of(const Task& task, double angle) {
   return angle * std::min(box.x1 - box.x0, box.y1 - box.y0) / task.wavelength;
 }
 
-double wide_circles(const Task& task, const Groundwork& ground, const BandSplit* split,
-                    const TargetSets& targets, double share) {
+bool has_core(const Task& task, const Groundwork& ground, const BandSplit* split) {
   constexpr double kGone = 1e-4;
-  if (ground.use.model != FocusModel::kWaves || !ground.mean_spot) return HUGE_VAL;
+  if (!ground.mean_spot) return true;
   const Eigen::ArrayXd half = Eigen::ArrayXd::Constant(1, 0.5 * grains_of(task, task.wavelength));
   // Of what the split leaves to the surfaces: its scatter is no reason that their light has no core.
   const double of_surfaces = split
                                  ? split->whole_transfer(half)[0] / std::max(split->transfer(half)[0], 1e-300)
                                  : ground.mean_spot->surface_transfer(half[0]);
-  if (!(of_surfaces < kGone)) return HUGE_VAL;
+  return !(of_surfaces < kGone);
+}
+
+double wide_circles(const Task& task, const Groundwork& ground, const BandSplit* split,
+                    const TargetSets& targets, double share) {
+  if (ground.use.model != FocusModel::kWaves || has_core(task, ground, split)) return HUGE_VAL;
   double margin = task.equivalence.margin;
   for (const std::vector<Target>* some : {&targets.fitted, &targets.held_out})
     for (const Target& target : *some) margin = std::min(margin, margin_of(target, task.equivalence));
@@ -153,6 +157,18 @@ bool rounding_is_small(const TargetSets& targets) {
 
 bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells) {
   return model == FocusModel::kWaves && cells >= kManyCells && rounding_is_small(targets);
+}
+
+double met_within(const Task& task, FocusModel model, const TargetSets& targets, Eigen::Index cells) {
+  constexpr double kLoosely = 2, kShareOfMargin = 0.2;
+  const auto is_little = [&](const Target& target) {
+    const Target aim = aim_of(target);
+    const double margin = margin_of(target, task.equivalence) * aim.relative_to();
+    return kLoosely * aim.tolerance <= kShareOfMargin * margin * (1 + 1e-9);  // equal in decimals
+  };
+  const bool loosely = model == FocusModel::kWaves && cells >= kVeryManyCells &&
+                       std::all_of(targets.fitted.begin(), targets.fitted.end(), is_little);
+  return loosely ? kLoosely : 1;
 }
 
 bool judged_in_single_precision(double wide, const TargetSets& targets) {

@@ -246,6 +246,9 @@ std::string fit_lines(const ResultDocument& result) {
     out += paragraph("Fit", fmt::format("{} after {}, {}, {:.3g} s: {}", to_string(fit.status),
                                         plural(fit.iterations, "iteration"),
                                         plural(fit.evaluations, "evaluation"), fit.seconds, fit.message));
+    if (const auto& begun = result.begun_by_rays)
+      out += paragraph("", fmt::format("begun where {} by rays had led, {:.3g} tolerances away in light",
+                                       plural(begun->fits, "fit"), begun->mismatch));
     out +=
         paragraph("", fmt::format("{}, {}, {}; {} of {} directions are set by the targets, {} unseen by them",
                                   plural(long(result.terms.size()), "term"), points,

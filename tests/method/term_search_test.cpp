@@ -227,6 +227,22 @@ TEST(TermSearch, TakesAThirdFewerSetsOnVeryManyCells) {
   EXPECT_GE(nearly.confirmed[1], 19);
 }
 
+// A minute and more a set: what passes is taken, unless twice the order of one that fails.
+TEST(TermSearch, TakesTheFirstThatPassesOnHugeGrids) {
+  for (const int lowest : {2, 12, 16}) {
+    Trials trials = passing_from(lowest);
+    const Frontier found = search({9, 40, false}, on_cells(4 * kVeryMany, without_screen(&trials)));
+    EXPECT_EQ(chosen(found), 16);
+    EXPECT_EQ(trials.confirmed, std::vector<int>{16});
+    EXPECT_TRUE(found.message.ends_with("; on so many cells to within 50 % of the order")) << found.message;
+  }
+  // Up from one that fails not in steps of half.
+  Trials above = passing_from(18);
+  const TermTrials nearly = failing_by(without_screen(&above), [](int) { return 1.05; });
+  EXPECT_EQ(chosen(search({8, 40, false}, on_cells(4 * kVeryMany, nearly))), 19);
+  EXPECT_EQ(above.confirmed, (std::vector<int>{16, 19}));
+}
+
 // Like a deep spot (g 14): 20, 18, ... tolerances at n = 15, 16, ..., a tenth less an order. By twos and
 // fours the way to 45 takes seven sets.
 TEST(TermSearch, TakesTheNextStrideFromThePaceOfTheLastTwo) {

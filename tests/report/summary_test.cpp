@@ -56,6 +56,18 @@ TEST(SummaryTable, SaysHowWellRaysOrCellsKnowTheSurfaceWhereTheProgramChoseThem)
   EXPECT_EQ(line_with(summary_table(result, false), "Cells"), "");
 }
 
+TEST(SummaryTable, SaysWhereAFitByWavesBegan) {
+  ResultDocument result = sample_result();
+  const auto json = [&] { return to_json(result, sample_study())["fit"]; };
+  EXPECT_EQ(line_with(summary_table(result, false), "by rays had led"), "");
+  EXPECT_FALSE(json().contains("begun_by_rays"));
+  result.begun_by_rays = RayApproach{3, 1.234};
+  EXPECT_EQ(line_with(summary_table(result, false), "by rays had led"),
+            "          begun where 3 fits by rays had led, 1.23 tolerances away in light");
+  EXPECT_EQ(json()["begun_by_rays"]["fits"], 3);
+  EXPECT_EQ(json()["begun_by_rays"]["mismatch_tolerances"], 1.234);
+}
+
 // Headline, table and JSON of one result say the same thing, whoever decides.
 TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
   ResultDocument result = sample_result();

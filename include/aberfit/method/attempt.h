@@ -49,7 +49,7 @@ struct Attempt {
   Warnings fresh_warnings;        ///< of `fresh`
   double judging_coarsening = 1;  ///< of the grid for waves of `first_seen`, over the safe pitch
   double mismatch = HUGE_VAL;     ///< worst, in tolerances
-  bool met = false;               ///< every tolerance
+  bool met = false;               ///< every tolerance; by waves on very many cells within two of them
 };
 
 /// Says of a result what is known of its scene: models, targets, where the roughness is split, and warnings.

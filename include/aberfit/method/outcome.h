@@ -89,6 +89,12 @@ struct ScatterOfRest {
   std::optional<PsdModel> rest;  ///< its PSD
 };
 
+/// Fits by rays that led from the draw to where the fit by waves began, on grids where that is cheaper.
+struct RayApproach {
+  int fits = 0;
+  double mismatch = 0;  ///< in light, where they led: the largest, in tolerances
+};
+
 /// What came of a task: the fit, the surface, the verdict on it. Statistic vectors run parallel to `targets`.
 struct FitOutcome {
   ChosenByFit chosen;     ///< where the task left terms and rays open
@@ -114,9 +120,10 @@ struct FitOutcome {
   std::vector<SpectrumBin> spectrum;  ///< empty where no PSD bins were asked for
   std::optional<Frontier> frontier;  ///< what the search for the fewest terms tried; absent: terms were given
   std::optional<RayChoice> ray_choice;
-  std::optional<BandUse> band;           ///< absent without roughness
-  std::optional<BandShares> shares;      ///< absent where the roughness is not split
-  std::optional<ScatterOfRest> scatter;  ///< likewise
+  std::optional<RayApproach> begun_by_rays;  ///< absent where the fit began with its draw
+  std::optional<BandUse> band;               ///< absent without roughness
+  std::optional<BandShares> shares;          ///< absent where the roughness is not split
+  std::optional<ScatterOfRest> scatter;      ///< likewise
   std::optional<MapFitResult> map;      ///< least-squares fit of a measured map; without roughness statistics
                                         ///< then have no target
   std::optional<MapPanels> map_panels;  ///< measured, fitted and left, where a map was fitted

@@ -1,0 +1,109 @@
+// Where fits by waves begin on many cells: near their targets already, where fits by rays have led.
+#include "../../src/method/ray_approach.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "aberfit/core/random.h"
+#include "aberfit/method/band_choice.h"
+#include "aberfit/method/prior_draws.h"
+#include "aberfit/method/pupil_choice.h"
+#include "aberfit/method/term_search.h"
+#include "aberfit/study/read_study.h"
+
+namespace aberfit {
+namespace {
+
+Study study_of(const std::string& rms, const std::string& more = "") {
+  return parse_study(fmt::format(R"({{"aberfit": 1, "mirror": {{"focal_length": "2.8 m"}},
+        "aperture": {{"shape": "circle", "diameter": "0.4 m"}}, "light": {{"wavelength": "632.8 nm"}},
+        "roughness": {{"psd": {{"model": "uniform", "rms": "{}", "f_min": "2.5 /m", "f_max": "20 /m"}}}},
+        "terms": {{"zernike": {{"n_max": 22}}, "band": "all"}}{}}})",
+                                 rms, more),
+                     "study.json");
+}
+
+// A fit by waves on a grid that is small enough for a test.
+struct Scene {
+  explicit Scene(const Study& of, int threads = 2)
+      : study(of),
+        layout(lay_out(study, threads)),
+        context{threads},
+        fit_case{study, layout.ground, layout.targets, context} {}
+  Study study;
+  Layout layout;
+  RunContext context;
+  FitCase fit_case;
+};
+
+double worst(const std::vector<Target>& targets, const Eigen::VectorXd& values) {
+  double largest = 0;
+  for (std::size_t k = 0; k < targets.size(); ++k)
+    largest = std::max(largest, std::abs(values[Eigen::Index(k)] - targets[k].value) / targets[k].tolerance);
+  return largest;
+}
+
+TEST(RayApproach, IsForLightWithoutACoreOnVeryManyCells) {
+  const auto begins = [](const Study& study, Eigen::Index cells, double wide) {
+    return internal::begins_by_rays(Scene(study).fit_case, cells, wide);
+  };
+  const Study deep = study_of("300 nm");
+  EXPECT_TRUE(begins(deep, kVeryManyCells, 0.01));
+  EXPECT_FALSE(begins(deep, kVeryManyCells - 1, 0.01));
+  EXPECT_FALSE(begins(deep, kVeryManyCells, HUGE_VAL));  // a core
+  EXPECT_FALSE(begins(study_of("300 nm", R"(, "fit": {"start": "zero"})"), kVeryManyCells, 0.01));
+  EXPECT_FALSE(begins(study_of("300 nm", R"(, "target": {"theory": "geometric"})"), kVeryManyCells, 0.01));
+  const auto asking = [](const char* statistics) {
+    return study_of("300 nm", fmt::format(R"(, "target": {{"statistics": {{{}}}}})", statistics));
+  };
+  EXPECT_TRUE(begins(asking(R"("ee50": {}, "ee80": {})"), kVeryManyCells, 0.01));
+  EXPECT_FALSE(
+      begins(asking(R"("ee50": {}, "ensquared_within": {"sides": ["1 mm"]})"), kVeryManyCells, 0.01));
+  EXPECT_FALSE(begins(asking(R"("ee50": {"value": "400 um"})"), kVeryManyCells, 0.01));
+}
+
+// What it says of its start is what light says of it; the draw is a hundred times as far off.
+TEST(RayApproach, LeadsFromTheDrawToWithinAFewTolerances) {
+  const Study study = study_of("300 nm");
+  std::optional<Eigen::VectorXd> first;
+  for (const int threads : {2, 1}) {
+    const Scene scene(study, threads);
+    const FitCase& of = scene.fit_case;
+    ASSERT_EQ(of.ground.use.model, FocusModel::kWaves);
+    FitPlan plan =
+        make_plan(study, std::make_shared<const TermPlan>(plan_terms(study, of.ground, study.terms)));
+    const TermSet& terms = plan.terms->terms;
+    const Workbench bench(
+        study, FocusModel::kWaves, plan.pupil,
+        wave_pitch(study, terms, all_targets(of.targets), of.ground.split.get(), kFirstCoarsening), terms,
+        threads, of.ground.split);
+    const FitProblem waves{bench.focus(study), plan.terms->prior, aims_of(of.targets.fitted),
+                           aims_of(of.targets.guides), of.ground.focal_sigma};
+    const Eigen::VectorXd draw = draw_white(plan.terms->prior.size(), 1);
+    const auto near = internal::approach_by_rays(of, plan, waves, draw);
+    ASSERT_TRUE(near.has_value());
+    const auto light_of = [&](const Eigen::VectorXd& white) {
+      return bench.exact(study, waves.prior.colour(white), statistics_of(waves.targets), threads, nullptr);
+    };
+    const double before = worst(waves.targets, light_of(draw)),
+                 after = worst(waves.targets, light_of(near->white));
+    RecordProperty("draw", fmt::format("{:.3g}", before));
+    RecordProperty("start", fmt::format("{:.3g}", after));
+    RecordProperty("fits", near->begun.fits);
+    EXPECT_GT(before, 60);
+    EXPECT_LT(near->begun.mismatch, 8);                   // 4.9; 30 and more by a mapping that is wrong
+    EXPECT_LE(after, near->begun.mismatch * (1 + 1e-9));  // its guides count, too
+    EXPECT_GE(near->begun.fits, 2);  // what rays and light differ by at the first surface is made use of
+    if (first)
+      EXPECT_EQ(near->white, *first);
+    else
+      first = near->white;
+  }
+}
+
+}  // namespace
+}  // namespace aberfit
