@@ -39,6 +39,9 @@ constexpr double kShortIterations = kScreeningIterations / 3.0;
 // misses by little or between its targets gets a second look or another grid, and the one that just passes
 // often does, too; those with more terms take 10 to 20.
 constexpr double kFarOff = 14, kNarrowly = 26, kWithEase = 17;
+// The same of sets that begin where rays have led them (ten of tests/stability): 0 to 6, and 5 to 11 of those
+// that are given up.
+constexpr double kLedAndPassing = 3, kLedAndFarOff = 8;
 // Sets that a search by rays fits in full: 3 to 6 (studies of fits/ without `terms`), 5 to 15
 // (tests/stability).
 constexpr int kFullFits = 6;
@@ -451,9 +454,11 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
   for (const Fits& fit : fits) {
     last = fit_work(task, ground, fit.terms, fit.rays, targets, threads, r.pace);
     prior += fit.count * last.prior * rate(&FitWork::prior);
-    solving += fit.count * std::min(fit.iterations.value_or(iterations), double(most)) * last.iteration *
-               rate(&FitWork::iteration);
-    ends += fit.count * last.ends * rate(&FitWork::iteration);
+    const double steps = last.led == 0 || !p.search ? fit.iterations.value_or(iterations)
+                         : fit.judged > 0           ? kLedAndPassing
+                                                    : kLedAndFarOff;
+    solving += fit.count * std::min(steps, double(most)) * last.iteration * rate(&FitWork::iteration);
+    ends += fit.count * (last.led + last.ends) * rate(&FitWork::iteration);
     fresh += fit.judged * last.fresh * rate(&FitWork::fresh);
   }
   add("targets", last.targets * rate(&FitWork::targets));

@@ -10,6 +10,7 @@
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
 #include "aberfit/method/pupil_choice.h"
+#include "aberfit/method/term_search.h"
 #include "aberfit/terms/operator_cost.h"
 
 namespace aberfit {
@@ -41,6 +42,9 @@ constexpr double kQr = 1.6e-9, kProducts = 0.3e-9;  // per statistics^3, per sta
 constexpr double kTarget = 1.4e-4, kSpotPlane = 5e-4, kSpotRing = 45;
 constexpr double kRaysOfTheory = 16 * 131072.0;  // theory `rays`, targets.cpp
 constexpr double kPriorTerms = 432, kPrior = 5e-4;
+// Fits by rays before one by waves on very many cells, each looked at in light, and their steps (seven scenes
+// of tests/stability: 1 to 6, of 5 to 16).
+constexpr double kFitsByRays = 4, kStepsByRays = 12, kRaysThatLead = 65536;
 constexpr double kScatterFunction = 0.25;               // with its ABg fits, one thread
 constexpr int kRealisations = 32;                       // judge.cpp
 constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;  // per draw
@@ -296,6 +300,12 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   // By waves each step has an evaluation for its bend.
   work.iteration = (linearisation(optics, fitted) + (waves ? values(optics, fitted) : 0)) / threads +
                    algebra(optics, fitted.count, double(terms.size()));
+  if (waves && optics.points >= double(kVeryManyCells) && std::isfinite(wide)) {  // as begins_by_rays
+    const Optics rays_that_lead = with_operator({}, terms, PointLayout{Eigen::Index(kRaysThatLead)});
+    work.led = kFitsByRays * (values(optics, fitted) / threads +
+                              kStepsByRays * (linearisation(rays_that_lead, fitted) / threads +
+                                              algebra(optics, fitted.count, double(terms.size()))));
+  }
   work.ends = (linearisation(optics, fitted) + 2 * values(optics, reported)) / threads;
   work.fresh =
       (waves ? judged_by_waves(task, terms, judged,

@@ -26,9 +26,9 @@ constexpr int kFruitlessDoublings = 2;
 // there are two thirds more), and those below the expected ones are taken to fail.
 constexpr double kStartOnVeryManyCells = 0.25;
 constexpr double kOnVeryManyCells = 0.2;  // of the order: what is as good as the lowest
-// Four times as many: a set takes a minute, and one that passes is taken unless it is twice the order of one
-// that does not.
-constexpr Eigen::Index kHugeGrid = 400000;
+// On these a set takes a minute, and one that passes is taken unless it is twice the order of one that does
+// not.
+constexpr Eigen::Index kHugeGrid = 250000;
 constexpr double kOnHugeGrids = 0.5;
 double closeness(Eigen::Index cells) { return cells >= kHugeGrid ? kOnHugeGrids : kOnVeryManyCells; }
 

@@ -13,6 +13,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 #include <sstream>
 
 #include "aberfit/chart/check.h"
@@ -269,6 +270,30 @@ TEST(CostModel, ASearchOnALargeGridHasFewerSets) {
   EXPECT_LT(many, 0.55 * few) << many << " of " << few;
   const double very_many = solving("117.5 /m", 100500, 104000), below = solving("115 /m", 97000, 99500);
   EXPECT_LT(very_many, 0.6 * below) << very_many << " of " << below;
+}
+
+// Light without a core on 100,000 cells and more: fits by rays, and a few steps by waves.
+TEST(CostModel, FitsThatRaysLeadTakeFewSteps) {
+  struct Predicted {
+    double cells, iterations, ends;
+  };
+  std::optional<Predicted> below, above;
+  for (double f_max = 20; !above && f_max < 32; f_max += 0.5) {
+    Parts parts;
+    parts.psd =
+        fmt::format(R"({{"model": "uniform", "rms": "250 nm", "f_min": "2.5 /m", "f_max": "{} /m"}})", f_max);
+    parts.terms = "\"auto\"";
+    const CheckReport report = make_check(study_of(parts), built_in_rates(), 1);
+    Predicted now{std::numbers::pi / 4 * std::pow(report.cells->fit, 2), 0, 0};
+    for (const auto& [name, seconds] : report.prediction->stages) {
+      if (name == "iterations") now.iterations = seconds;
+      if (name == "start and result") now.ends = seconds;
+    }
+    (now.cells < 100000 ? below : above) = now;
+  }
+  ASSERT_TRUE(below && above);
+  EXPECT_LT(above->iterations, 0.4 * below->iterations);
+  EXPECT_GT(above->ends, 1.2 * below->ends);  // that is where the rays are
 }
 
 TEST(CostModel, TheTextSaysHowFarItMayBeOff) {

@@ -179,7 +179,7 @@ TermTrials on_cells(Eigen::Index cells, TermTrials trials) {
   return trials;
 }
 
-constexpr Eigen::Index kVeryMany = 100000;
+constexpr Eigen::Index kVeryMany = 100000, kHuge = 250000;
 
 // On large grids each set costs a fit of ten seconds and its verdict, on the way to a twentieth fewer terms.
 TEST(TermSearch, FindsOrdersOnLargeGridsToNineAndToTwentyPercent) {
@@ -231,15 +231,17 @@ TEST(TermSearch, TakesAThirdFewerSetsOnVeryManyCells) {
 TEST(TermSearch, TakesTheFirstThatPassesOnHugeGrids) {
   for (const int lowest : {2, 12, 16}) {
     Trials trials = passing_from(lowest);
-    const Frontier found = search({9, 40, false}, on_cells(4 * kVeryMany, without_screen(&trials)));
+    const Frontier found = search({9, 40, false}, on_cells(kHuge, without_screen(&trials)));
     EXPECT_EQ(chosen(found), 16);
     EXPECT_EQ(trials.confirmed, std::vector<int>{16});
     EXPECT_TRUE(found.message.ends_with("; on so many cells to within 50 % of the order")) << found.message;
   }
+  Trials fewer = passing_from(12);
+  EXPECT_EQ(chosen(search({9, 40, false}, on_cells(kHuge - 1, without_screen(&fewer)))), 12);
   // Up from one that fails not in steps of half.
   Trials above = passing_from(18);
   const TermTrials nearly = failing_by(without_screen(&above), [](int) { return 1.05; });
-  EXPECT_EQ(chosen(search({8, 40, false}, on_cells(4 * kVeryMany, nearly))), 19);
+  EXPECT_EQ(chosen(search({8, 40, false}, on_cells(kHuge, nearly))), 19);
   EXPECT_EQ(above.confirmed, (std::vector<int>{16, 19}));
 }
 

@@ -17,6 +17,7 @@ struct FitWork {
   double zones = 0;
   double draws = 0;    ///< that judge a roughness without terms (all_scatter.h)
   double scatter = 0;  ///< the scatter function of the rest of a split, and its fits
+  double led = 0;  ///< fits by rays that lead a fit by waves to its start; 0 where it starts from its draw
 };
 
 /// What of the work of waves another machine does slower or faster than the rest of it: times over those of
