@@ -28,7 +28,7 @@ constexpr double kStartOnVeryManyCells = 0.25;
 constexpr double kOnVeryManyCells = 0.2;  // of the order: what is as good as the lowest
 // On these a set takes a minute, and one that passes is taken unless it is twice the order of one that does
 // not.
-constexpr Eigen::Index kHugeGrid = 250000;
+constexpr Eigen::Index kHugeGrid = 150000;
 constexpr double kOnHugeGrids = 0.5;
 double closeness(Eigen::Index cells) { return cells >= kHugeGrid ? kOnHugeGrids : kOnVeryManyCells; }
 

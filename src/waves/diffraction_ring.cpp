@@ -10,11 +10,12 @@ namespace {
 
 // What the mean spot of a plane has inside a ring beyond that of the focus, where the cells do not see it: a
 // halo widens with the defocus. A search asks for planes that no one asks for again, and this is as smooth as
-// the mean spot: a straight line between planes of its own, which all surfaces share.
+// the mean spot: a straight line between planes of its own, which all surfaces share. A mean of every lag
+// costs several planes of wide circles, so rings share them, too: planes at multiples of a power of two.
 class OwnMeans {
  public:
   OwnMeans(DiffractionPlane* plane, double ring, double step)
-      : plane_(plane), ring_(ring), apart_(0.5 * step) {}
+      : plane_(plane), ring_(ring), apart_(std::exp2(std::floor(std::log2(0.5 * step)))) {}
 
   struct Line {
     double energy, slope;

@@ -179,7 +179,7 @@ TermTrials on_cells(Eigen::Index cells, TermTrials trials) {
   return trials;
 }
 
-constexpr Eigen::Index kVeryMany = 100000, kHuge = 250000;
+constexpr Eigen::Index kVeryMany = 100000, kHuge = 150000;
 
 // On large grids each set costs a fit of ten seconds and its verdict, on the way to a twentieth fewer terms.
 TEST(TermSearch, FindsOrdersOnLargeGridsToNineAndToTwentyPercent) {

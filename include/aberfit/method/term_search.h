@@ -59,7 +59,7 @@ TermsSpec plane_waves(int count);
 /// The fewest terms that pass, by climbing through the orders: screens each, confirms the promising ones, and
 /// goes down from the first that passes until two in a row do not. Without screening it strides up and
 /// halves what it stepped over, then goes down in the same way. On kManyCells it ends within 9 % of the order
-/// that it takes, which is above neighbours from 23 on; on 100,000 within 20 %, on 250,000 within half, and
+/// that it takes, which is above neighbours from 23 on; on 100,000 within 20 %, on 150,000 within half, and
 /// begins a quarter of the way through the expected orders and takes those below them to fail. Plane waves
 /// are found to a factor 1.2, on kManyCells 1.5, on 100,000 2, there from 64 on. Where none passes: the
 /// judged set with the smallest held-out mismatch, else the one nearest to its tolerances, not fitted in full
