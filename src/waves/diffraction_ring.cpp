@@ -9,21 +9,23 @@ namespace aberfit::internal {
 namespace {
 
 // What the mean spot of a plane has inside a ring beyond that of the focus, where the cells do not see it: a
-// halo widens with the defocus. A search asks for planes that no one asks for again, and this is as smooth as
-// the mean spot: a straight line between planes of its own, which all surfaces share. A mean of every lag
-// costs several planes of wide circles, so rings share them, too: planes at multiples of a power of two.
+// halo widens with the square of the defocus. A search asks for planes that no one asks for again, and this
+// is as smooth as the mean spot: a straight line in dz^2 between planes that all surfaces share. A mean of
+// every lag costs several planes of wide circles, so rings share them, too: planes at multiples of a power of
+// two.
 class OwnMeans {
  public:
   OwnMeans(DiffractionPlane* plane, double ring, double step)
-      : plane_(plane), ring_(ring), apart_(std::exp2(std::floor(std::log2(0.5 * step)))) {}
+      : plane_(plane), ring_(ring), apart_(std::exp2(std::ceil(std::log2(step)))) {}
 
   struct Line {
     double energy, slope;
   };
   /// Leaves the plane that `plane` was in.
   Line at(double dz) {
-    const double low = std::floor(dz / apart_), here = of(low), next = of(low + 1);
-    return {here + (dz / apart_ - low) * (next - here), (next - here) / apart_};
+    const double z = dz / apart_, low = std::floor(z), here = of(low);
+    const double by_square = (of(low + 1) - here) / (2 * low + 1);  // (low + 1)^2 - low^2
+    return {here + (z * z - low * low) * by_square, 2 * z / apart_ * by_square};
   }
 
  private:
