@@ -143,9 +143,9 @@ struct DiffractionProblem {
   /// is E itself, in the focus exactly. Where E beyond the field of view is that of the focus, grown with f +
   /// dz, to 1e-6 of the light, or is known in the focus alone, and for more than a hundred planes at once, E
   /// and C_m^0 are those of the focus. A ring's planes are looked for: what E and C_m^0 of a plane differ
-  /// there from those of the focus is interpolated between planes that all surfaces share (1.5e-3 of the width).
-  /// Radii are not limited by the field of view: beyond it the curve goes on as E does. An image lacks what
-  /// the rest scatters beyond the field of view, which comes back into it from the other side.
+  /// there from those of the focus is interpolated between planes that all surfaces share (1.5e-3 of the
+  /// width). Radii are not limited by the field of view: beyond it the curve goes on as E does. An image
+  /// lacks what the rest scatters beyond the field of view, which comes back into it from the other side.
   std::shared_ptr<const MeanScatter> scatter = {};
   /// Heights of the mirror without roughness at the pupil points [m]; null: 0. Looked at with `scatter`.
   const Eigen::ArrayXd* nominal = nullptr;
