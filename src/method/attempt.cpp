@@ -210,7 +210,8 @@ bool met_where_judged(const FitCase& of, const Attempt& attempt) {
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   return attempt.met && worst_mismatch(aims_of(of.targets.fitted),
                                        judged.judged(attempt.fresh.value).head(attempt.own.size())) <=
-                            met_within(of.task, of.ground.use.model, of.targets, attempt.result.rays);
+                            met_within(of.task, of.ground.use.model, of.targets, attempt.result.rays,
+                                       attempt.bench->wide_circles);
 }
 
 // A closer look may find that the surface it begins with has all it asks for: it ends there, and the verdict
@@ -380,7 +381,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& planned) {
   attempt.bench = made;
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
-  plan.met_within = met_within(of.task, of.ground.use.model, of.targets, result.rays);
+  plan.met_within = met_within(of.task, of.ground.use.model, of.targets, result.rays, bench.wide_circles);
 
   const SpectrumTarget spectrum = make_spectrum_target(of.task, of.ground, result.terms, prior, threads);
   const FitProblem problem = problem_of(of, bench, prior, spectrum);

@@ -159,14 +159,16 @@ bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Ind
   return model == FocusModel::kWaves && cells >= kManyCells && rounding_is_small(targets);
 }
 
-double met_within(const Task& task, FocusModel model, const TargetSets& targets, Eigen::Index cells) {
+double met_within(const Task& task, FocusModel model, const TargetSets& targets, Eigen::Index cells,
+                  double wide_circles) {
   constexpr double kLoosely = 2, kShareOfMargin = 0.2;
   const auto is_little = [&](const Target& target) {
     const Target aim = aim_of(target);
     const double margin = margin_of(target, task.equivalence) * aim.relative_to();
     return kLoosely * aim.tolerance <= kShareOfMargin * margin * (1 + 1e-9);  // equal in decimals
   };
-  const bool loosely = model == FocusModel::kWaves && cells >= kVeryManyCells &&
+  const bool loosely = model == FocusModel::kWaves && std::isfinite(wide_circles) &&
+                       cells >= kVeryManyCells &&
                        std::all_of(targets.fitted.begin(), targets.fitted.end(), is_little);
   return loosely ? kLoosely : 1;
 }
