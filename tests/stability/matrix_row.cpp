@@ -30,7 +30,7 @@ constexpr double kPatience = 8;
 // A machine of an ordinary size goes on working; the program says so where this is not enough.
 constexpr rlim_t kMemory = rlim_t(8) << 30;
 // A second opinion is to cost no more than most fits. 512 cells across are 0.07 GB.
-constexpr OpinionLimits kOpinion{.largest_grid = 512, .seconds = 15, .most_planes = 3};
+constexpr OpinionLimits kOpinion{.largest_grid = 512, .seconds = 15, .most_planes = 3, .most_rings = 1};
 // A surface that is given the height of its specification has it within the spread of its draws; beyond this
 // nobody would take it for the same mirror.
 constexpr double kAbsurd = 2;
@@ -173,7 +173,8 @@ void note_second_opinion(const json& result, const std::filesystem::path& folder
   json& second = (*row)["second"];
   second["of"] = rays ? "rays" : "waves";
   if (opinion.obstacle.empty())
-    second["margins"] = opinion.worst, second["statistic"] = opinion.statistic;
+    second["margins"] = opinion.worst, second["statistic"] = opinion.statistic,
+    second["rings"] = opinion.rings;
   else
     second["obstacle"] = opinion.obstacle;
 }

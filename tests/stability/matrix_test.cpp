@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -17,6 +18,7 @@
 #include "study/scratch_folder.h"
 #include "sweep/independent_surface.h"
 #include "sweep/independent_verdict.h"
+#include "sweep/independent_width.h"
 
 namespace aberfit {
 namespace {
@@ -239,6 +241,29 @@ TEST(SecondOpinions, TellARightSurfaceFromAWrongOneByWaves) {
   // Strehl's ratio exp(-(4 pi a/lambda)^2): 0.937 at 20 nm; ee50 loses as much of its half, 0.03 in all.
   EXPECT_GT(opinion_of_waves(study, terms, defocus(20e-9), {}, {}).worst, 5);
 }
+
+// Two Gaussians, the higher one off the middle; halves of it found by bisection.
+TEST(IndependentWidth, IsOfTheHighestPeakBetweenItsNearestHalves) {
+  const auto gaussian = [](double z) { return std::exp(-0.5 * z * z); };
+  const auto one = independent_width(gaussian, 2.0);
+  ASSERT_TRUE(one);
+  EXPECT_NEAR(one->fwhm, 2 * std::sqrt(2 * std::log(2)), 5e-4);
+  // Either half is off by 1/slope of the curve's error and half of the peak's.
+  EXPECT_NEAR(one->per_light, 3 / (0.5 * std::sqrt(2 * std::log(2))), 0.3 * one->per_light);
+  const auto two = [&](double z) { return 0.3 * gaussian(4 * (z + 1)) + gaussian(1.5 * (z - 0.7)); };
+  double peak = 0;
+  for (double z = 0; z < 2; z += 1e-4) peak = std::max(peak, two(z));
+  const auto half_from = [&](double inside, double outside) {
+    while (std::abs(outside - inside) > 1e-9)
+      (two(0.5 * (inside + outside)) > 0.5 * peak ? inside : outside) = 0.5 * (inside + outside);
+    return inside;
+  };
+  const auto skew = independent_width(two, 1.4);
+  ASSERT_TRUE(skew);
+  EXPECT_NEAR(skew->fwhm, half_from(0.7, 3) - half_from(0.7, -0.5), 1e-3);
+  EXPECT_FALSE(independent_width([](double z) { return 1 / (1 + 0.1 * z * z); }, 1.0));  // no half in sight
+}
+
 // No terms, all of the roughness as its mean: that is generalised Harvey-Shack, by other means. One spectrum
 // begins at no frequency, one is a thousand cycles wide, and of one a grid of 256 cells sees a part that
 // folds back.
@@ -249,21 +274,62 @@ TEST(SecondOpinions, AgreeWithTheTheoryWhereAllOfTheRoughnessScatters) {
       folding{{"model", "k-correlation"}, {"rms", 50e-9}, {"B", 0.02},
               {"exponent", 2.4},          {"f_min", 10},  {"f_max", 2.6e3}};
   for (const json& psd : {steep, wide, folding}) {
-    const json text{{"aberfit", 1},
-                    {"mirror", {{"focal_length", 1}}},
-                    {"aperture", {{"shape", "circle"}, {"diameter", 0.1}}},
-                    {"light", {{"wavelength", 1e-6}}},
-                    {"roughness", {{"psd", psd}}},
-                    {"target", {{"statistics", {{"ee50", json::object()}, {"ee80", json::object()}}}}}};
+    const json text{
+        {"aberfit", 1},
+        {"mirror", {{"focal_length", 1}}},
+        {"aperture", {{"shape", "circle"}, {"diameter", 0.1}}},
+        {"light", {{"wavelength", 1e-6}}},
+        {"roughness", {{"psd", psd}}},
+        {"target",
+         {{"statistics",
+           {{"ee50", json::object()}, {"ee80", json::object()}, {"ring_fwhm", json::object()}}}}}};
     const Study study = parse_study(text.dump(), "study.json");
     const TermSet none{0.05, {}, {}, {}};
-    const SecondOpinion right = opinion_of_waves(study, none, {}, 0.0, {}),
-                        wrong = opinion_of_waves(study, none, {}, 150.0, {});
+    const int rings = psd == wide;  // seconds each
+    const SecondOpinion right = opinion_of_waves(study, none, {}, 0.0, {.most_rings = rings}),
+                        wrong = opinion_of_waves(study, none, {}, 150.0, {.most_rings = 0});
     EXPECT_EQ(right.obstacle, "");
     EXPECT_LE(right.worst, 0.1) << psd << right.statistic;
+    EXPECT_EQ(right.rings, rings);
     EXPECT_GT(wrong.worst, 2) << psd;  // the lower part of the band left out
   }
 }
+// Of a perfect mirror N(u) = int |U|^2 v dv/2, U = 2 int J0(v t) exp(-i u t^2/2) t dt (Born and Wolf 8.8, u
+// by the square of the numerical aperture).
+double light_in_circle(double u, double widest) {
+  constexpr int kNodes = 120;
+  double light = 0;
+  for (int i = 0; i < kNodes; ++i) {
+    const double v = widest * (i + 0.5) / kNodes;
+    std::complex<double> field = 0;
+    for (int k = 0; k < kNodes; ++k) {
+      const double t = (k + 0.5) / kNodes;
+      field += 2 * std::cyl_bessel_j(0, v * t) * std::polar(t / kNodes, -0.5 * u * t * t);
+    }
+    light += 0.5 * std::norm(field) * v * widest / kNodes;
+  }
+  return light;
+}
+
+TEST(SecondOpinions, TellARightRingFromAWrongOne) {
+  const auto root = [](const auto& below, double low, double high) {
+    while (high - low > 1e-4) (below(0.5 * (low + high)) ? low : high) = 0.5 * (low + high);
+    return low;
+  };
+  const double v50 = root([](double v) { return light_in_circle(0, v) < 0.5; }, 0, 3),
+               v90 = root([](double v) { return light_in_circle(0, v) < 0.9; }, 3, 8),
+               half = root([&](double u) { return light_in_circle(u, v90) > 0.45; }, 0, 30);
+  const double k = 2 * EIGEN_PI / 1e-6, sine = 0.05 / 2;
+  const double ee50 = v50 / (k * sine), fwhm = 2 * half / (k * sine * sine);
+  const TermSet terms{0.05, zernike_modes(2, 2), {}, {}};
+  const auto worst = [&](double width) {
+    return opinion_of_waves(known_study({{"ee50", ee50}, {"ring_fwhm", width}}), terms, defocus(0), {}, {})
+        .worst;
+  };
+  EXPECT_LE(worst(fwhm), 0.1);
+  EXPECT_NEAR(worst(1.03 * fwhm), 3 / 1.03, 0.3);  // in margins of 1 %, less its own error
+}
+
 TEST(SecondOpinions, SayWhereTheyWouldCostTooMuch) {
   const Study study = parse_study(random_scene(1, 3).study, "study.json");
   TermSet terms{aperture_radius(study.aperture), zernike_modes(2, 60), {}, {}};

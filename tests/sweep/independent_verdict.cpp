@@ -6,12 +6,14 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <utility>
 #include <vector>
 
 #include "aberfit/method/groundwork.h"
 #include "independent_waves.h"
+#include "independent_width.h"
 
 namespace aberfit {
 namespace {
@@ -20,6 +22,7 @@ namespace {
 constexpr double kErrorOfWaves = 5e-4;
 // Seconds of a sine and a cosine or a step of a recurrence, and of a sample of a transform with its circles.
 constexpr double kSecondsOfTerm = 2e-8, kSecondsOfSample = 3e-7;
+constexpr double kPlanesOfRing = 22;
 constexpr int kShifts = 8;
 constexpr int kMostRays = 16384, kFewestRays = 2048;  // of each shift
 constexpr int kHeightsOfRay = 9;                      // one, and eight for its slopes
@@ -44,14 +47,18 @@ Planes planes_of(const Study& study, const Groundwork& ground, int most) {
   return planes;
 }
 
-void judge(const Study& study, const Target& target, double off, SecondOpinion* opinion) {
+// scale: of the margin.
+void judge(const Study& study, const Target& target, double off, double scale, SecondOpinion* opinion) {
   if (!std::isfinite(off)) off = HUGE_VAL;
-  // Where no curve is known it is held, in light, to what a flat one is.
-  const double scale = target.curve_slope ? aim_of(target).relative_to() : kFlattestCurve;
   const double margins = std::max(0.0, off) / (study.equivalence.margin * scale);
   if (margins <= opinion->worst) return;  // not where it is NaN
   opinion->worst = margins;
   opinion->statistic = statistic_name(target.statistic);
+}
+
+void judge_light(const Study& study, const Target& target, double off, SecondOpinion* opinion) {
+  // Where no curve is known it is held, in light, to what a flat one is.
+  judge(study, target, off, target.curve_slope ? aim_of(target).relative_to() : kFlattestCurve, opinion);
 }
 
 std::vector<double> radii_of(const std::vector<std::pair<double, Target>>& wanted) {
@@ -112,6 +119,95 @@ double folded_light(const RadialPsd& psd, double cut, const Study& study, double
   return beyond * std::min(1.0, std::numbers::pi * radius * radius / (field * field));
 }
 
+// lambda f/D: what a cell across the aperture adds to the field of view.
+double airy_unit(const Study& study) {
+  return study.wavelength * study.mirror.focal_length / (2 * aperture_radius(study.aperture));
+}
+
+// Cells across whose field of view is that wide, and that fold little light into `radius`.
+double enough_cells(const Study& study, const Groundwork& ground, double field, double radius,
+                    std::optional<double> cut, const OpinionLimits& limits) {
+  double needed = std::max(256.0, std::ceil(field / airy_unit(study) / 128) * 128);
+  if (cut)
+    while (needed <= limits.largest_grid &&
+           folded_light(*ground.psd, *cut, study, needed, radius) > kErrorOfWaves)
+      needed += 128;
+  return needed;
+}
+
+double seconds_of(double cells_across, const IndependentSurface& surface, double planes) {
+  const double cells = cells_across * cells_across;
+  return kSecondsOfTerm * cells * surface.cost() + kSecondsOfSample * 16 * cells * planes;
+}
+
+std::unique_ptr<IndependentWaves> waves_of(const Study& study, const Groundwork& ground,
+                                           const IndependentSurface& surface, std::optional<double> cut,
+                                           int cells) {
+  auto waves = std::make_unique<IndependentWaves>(study.mirror.focal_length, study.aperture, study.wavelength,
+                                                  surface, cells);
+  if (cut) {
+    const RadialPsd& psd = *ground.psd;
+    waves->scatter([&psd](double f) { return psd(f); }, std::max(*cut, psd.f_min()), psd.f_max());
+  }
+  return waves;
+}
+
+// Of the surface's own light in focus; NaN where it is not within `field`.
+double own_radius(IndependentWaves* waves, double fraction, double narrowest, double field) {
+  constexpr int kRadii = 256;  // by 2.5 % each: a straight line between two is good to 1e-4 of the light
+  std::vector<double> radii;
+  for (int k = 0; k < kRadii; ++k)
+    radii.push_back(narrowest * std::pow(field / narrowest, double(k) / (kRadii - 1)));
+  const std::vector<double> shares = waves->shares(0, radii);
+  for (std::size_t k = 1; k < radii.size(); ++k)
+    if (shares[k] >= fraction && shares[k - 1] < fraction)
+      return radii[k - 1] +
+             (radii[k] - radii[k - 1]) * (fraction - shares[k - 1]) / (shares[k] - shares[k - 1]);
+  return std::nan("");
+}
+
+struct RingsOfSurface {
+  const Study& study;
+  const Groundwork& ground;
+  const IndependentSurface& surface;
+  std::optional<double> cut;
+  const OpinionLimits& limits;
+
+  struct Ring {
+    Target target;
+    double radius;
+  };
+  std::vector<Ring> of(IndependentWaves* in_focus, double field) const {
+    std::vector<Ring> rings;
+    const TargetSets sets = make_targets(study, ground, 1);
+    for (const auto* targets : {&sets.fitted, &sets.held_out})
+      for (const Target& target : *targets)
+        if (const auto* ring = std::get_if<RingFwhm>(&target.statistic))
+          rings.push_back({target, ring->ring_radius ? *ring->ring_radius
+                                                     : own_radius(in_focus, ring->ring_fraction,
+                                                                  0.3 * airy_unit(study), field)});
+    std::sort(rings.begin(), rings.end(), [](const Ring& a, const Ring& b) { return a.radius < b.radius; });
+    return rings;
+  }
+
+  // in_focus: with a field of view of that radius. Rings that would cost too much are not looked at.
+  void judge_by(IndependentWaves* in_focus, double field, SecondOpinion* opinion) const {
+    double seconds = limits.seconds;
+    for (const Ring& ring : of(in_focus, field)) {
+      const double cells = enough_cells(study, ground, 6 * ring.radius, ring.radius, cut, limits);
+      seconds -= seconds_of(cells, surface, kPlanesOfRing);
+      if (!(cells <= limits.largest_grid && seconds > 0) || opinion->rings == limits.most_rings) return;
+      ++opinion->rings;
+      const auto waves = waves_of(study, ground, surface, cut, int(cells));
+      const auto width = independent_width(
+          [&](double dz) { return waves->shares(dz, {ring.radius}).front(); }, ring.target.value);
+      const double off =
+          width ? std::abs(width->fwhm - ring.target.value) - kErrorOfWaves * width->per_light : HUGE_VAL;
+      judge(study, ring.target, off, ring.target.relative_to(), opinion);
+    }
+  }
+};
+
 }  // namespace
 
 SecondOpinion opinion_of_waves(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
@@ -126,30 +222,21 @@ SecondOpinion opinion_of_waves(const Study& study, const TermSet& terms, const E
     opinion.obstacle = "no encircled energy is asked for";
     return opinion;
   }
-  const double airy = study.wavelength * study.mirror.focal_length / (2 * ground.radius);
-  double needed = std::max(256.0, std::ceil(3 * largest / airy / 128) * 128);
-  if (cut)
-    while (needed <= limits.largest_grid &&
-           folded_light(*ground.psd, *cut, study, needed, largest) > kErrorOfWaves)
-      needed += 128;
+  double needed = enough_cells(study, ground, 3 * largest, largest, cut, limits);
   if (limits.narrow_field) needed = std::min(needed, double(limits.largest_grid));
   const IndependentSurface surface(study.mirror, terms, coefficients);
-  const double cells = needed * needed, samples = 16 * cells * double(planes.size());
-  if (needed > limits.largest_grid ||
-      kSecondsOfTerm * cells * surface.cost() + kSecondsOfSample * samples > limits.seconds) {
+  if (needed > limits.largest_grid || seconds_of(needed, surface, double(planes.size())) > limits.seconds) {
     opinion.obstacle = fmt::format("{:.0f} cells across are too many", needed);
     return opinion;
   }
-  IndependentWaves waves(study.mirror.focal_length, study.aperture, study.wavelength, surface, int(needed));
-  if (cut) {
-    const RadialPsd& psd = *ground.psd;
-    waves.scatter([&psd](double f) { return psd(f); }, std::max(*cut, psd.f_min()), psd.f_max());
-  }
+  const auto waves = waves_of(study, ground, surface, cut, int(needed));
   for (const auto& [dz, wanted] : planes) {
-    const std::vector<double> shares = waves.shares(dz, radii_of(wanted));
+    const std::vector<double> shares = waves->shares(dz, radii_of(wanted));
     for (std::size_t k = 0; k < wanted.size(); ++k)
-      judge(study, wanted[k].second, std::abs(shares[k] - wanted[k].first) - kErrorOfWaves, &opinion);
+      judge_light(study, wanted[k].second, std::abs(shares[k] - wanted[k].first) - kErrorOfWaves, &opinion);
   }
+  const RingsOfSurface rings{study, ground, surface, cut, limits};
+  rings.judge_by(waves.get(), 0.5 * needed * airy_unit(study), &opinion);
   return opinion;
 }
 
@@ -182,7 +269,8 @@ SecondOpinion opinion_of_rays(const Study& study, const TermSet& terms, const Ei
         squares += share * share;
       }
       const double mean = sum / kShifts, variance = std::max(0.0, squares / kShifts - mean * mean);
-      judge(study, target, std::abs(mean - fraction) - 3 * std::sqrt(variance / (kShifts - 1)), &opinion);
+      judge_light(study, target, std::abs(mean - fraction) - 3 * std::sqrt(variance / (kShifts - 1)),
+                  &opinion);
     }
   return opinion;
 }
