@@ -1,5 +1,6 @@
 #pragma once
 #include <nlohmann/json.hpp>
+#include <string>
 
 namespace aberfit {
 
@@ -28,6 +29,16 @@ inline nlohmann::json readme_study() { return study_of(2.8, circle(0.4), uniform
 inline nlohmann::json annulus_study() {
   return study_of(2, {{"shape", "annulus"}, {"diameter", 0.5}, {"inner_diameter", 0.15}},
                   k_correlation(80e-9, 3.2, 30));
+}
+
+/// A round mirror with a uniform band that few Zernikes carry.
+inline std::string small_study(const std::string& terms, const std::string& rays) {
+  return R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": "circle", "diameter": "0.4 m"},
+    "light": {"wavelength": "632.8 nm"},
+    "roughness": {"psd": {"model": "uniform", "rms": "200 nm", "f_min": "2.5 /m", "f_max": "12 /m"}},
+    "target": {"theory": "geometric"}, "output": {"plots": false}, "equivalence": {"margin": "2 %"},
+    "terms": )" +
+         terms + R"(, "trace": {"rays": )" + rays + "}}";
 }
 
 /// Five encircled energies of a band of seven modes, by 25 Zernikes.

@@ -454,9 +454,11 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
   for (const Fits& fit : fits) {
     last = fit_work(task, ground, fit.terms, fit.rays, targets, threads, r.pace);
     prior += fit.count * last.prior * rate(&FitWork::prior);
-    const double steps = last.led == 0 || !p.search ? fit.iterations.value_or(iterations)
-                         : fit.judged > 0           ? kLedAndPassing
-                                                    : kLedAndFarOff;
+    // Who names terms may have named too few.
+    const double led = p.search && fit.judged > 0 ? kLedAndPassing : kLedAndFarOff;
+    const bool is_led = last.led > 0 && (p.search || !few);
+    const double steps = is_led ? led : fit.iterations.value_or(iterations);
+    if (is_led) p.iterations = led;
     solving += fit.count * std::min(steps, double(most)) * last.iteration * rate(&FitWork::iteration);
     ends += fit.count * (last.led + last.ends) * rate(&FitWork::iteration);
     fresh += fit.judged * last.fresh * rate(&FitWork::fresh);

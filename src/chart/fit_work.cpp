@@ -44,7 +44,7 @@ constexpr double kRaysOfTheory = 16 * 131072.0;  // theory `rays`, targets.cpp
 constexpr double kPriorTerms = 432, kPrior = 5e-4;
 // Fits by rays before one by waves on very many cells, each looked at in light, and their steps (seven scenes
 // of tests/stability: 1 to 6, of 5 to 16).
-constexpr double kFitsByRays = 4, kStepsByRays = 12, kRaysThatLead = 65536;
+constexpr double kFitsByRays = 4, kStepsByRays = 12;
 constexpr double kScatterFunction = 0.25;               // with its ABg fits, one thread
 constexpr int kRealisations = 32;                       // judge.cpp
 constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;  // per draw
@@ -221,6 +221,15 @@ double number_of_draws(double spread, double most) {
   return std::clamp(std::isfinite(draws) ? draws : 0.0, double(kScatterDraws), most);
 }
 
+// Height and angles, by default, but where few modes carry the roughness.
+bool judges_moments(const TargetSets& targets) {
+  const auto has = [](const std::vector<Target>& some) {
+    return std::any_of(some.begin(), some.end(),
+                       [](const Target& target) { return kind_of(target.statistic).is_moment; });
+  };
+  return has(targets.fitted) || has(targets.held_out);
+}
+
 double draws(const Task& task, const Groundwork& ground, const TargetSets& targets, const WavePace& pace) {
   if (!ground.all_scatters()) return 0;
   const std::shared_ptr<const BandSplit> split = drawn_split(task, ground);
@@ -236,7 +245,7 @@ double draws(const Task& task, const Groundwork& ground, const TargetSets& targe
   const double surface = kDrawnMoments;
   const double mirrors = number_of_draws(ground.shares->spread, kMostScatterDraws);
   double surfaces = mirrors;
-  if (task.target.statistics.empty())  // height and angles are judged by default
+  if (judges_moments(targets))
     for (const double spread : {ground.shares->height_spread, ground.shares->slope_spread})
       surfaces = std::max(surfaces, number_of_draws(spread / task.equivalence.margin, kMostDrawnSurfaces));
   return mirrors * light + surfaces * surface;
@@ -300,10 +309,10 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   // By waves each step has an evaluation for its bend.
   work.iteration = (linearisation(optics, fitted) + (waves ? values(optics, fitted) : 0)) / threads +
                    algebra(optics, fitted.count, double(terms.size()));
-  if (waves && optics.points >= double(kVeryManyCells) && std::isfinite(wide)) {  // as begins_by_rays
-    const Optics rays_that_lead = with_operator({}, terms, PointLayout{Eigen::Index(kRaysThatLead)});
+  if (begins_by_rays(task, ground, targets, Eigen::Index(optics.points), wide)) {
+    const Optics by_rays = with_operator({}, terms, PointLayout{Eigen::Index(rays_that_lead(terms.size()))});
     work.led = kFitsByRays * (values(optics, fitted) / threads +
-                              kStepsByRays * (linearisation(rays_that_lead, fitted) / threads +
+                              kStepsByRays * (linearisation(by_rays, fitted) / threads +
                                               algebra(optics, fitted.count, double(terms.size()))));
   }
   work.ends = (linearisation(optics, fitted) + 2 * values(optics, reported)) / threads;

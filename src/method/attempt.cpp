@@ -56,23 +56,24 @@ constexpr double kWavePriorWeight = 0.1;
 
 // lowest: of the worst mismatches that the fit has been through.
 // warm: the fit begins where another has led.
-FitOptions fit_options(const FitCase& of, const FitPlan& plan, int tries, bool warm, double* lowest) {
+FitOptions fit_options(const FitCase& of, const FitPlan& plan, double met_within, int tries, bool warm,
+                       double* lowest) {
   FitOptions fit;
   fit.prior = of.task.fit.prior;
   fit.max_iterations = plan.most_iterations;
   fit.bound = of.task.fit.bound_sigmas;
   fit.threads = of.context.threads;
   if (of.ground.use.model == FocusModel::kWaves) {
-    fit.stop_at = plan.met_within;
+    fit.stop_at = met_within;
     fit.prior_weight = kWavePriorWeight;
-    fit.guides_within = plan.guides_within / plan.met_within;  // guides do not mind what targets may
+    fit.guides_within = plan.guides_within / met_within;  // guides do not mind what targets may
   }
   const bool minds_stall = plan.on_stall != OnStall::kGoOn;
   if (!of.context.progress && !of.context.interrupted && !minds_stall) return fit;
   const FocusModel model = of.ground.use.model;
   auto watch = std::make_shared<StallWatch>(plan.on_stall == OnStall::kEnd
                                                 ? StallWatch::patient(model, plan.most_iterations)
-                                                : StallWatch(model, plan.most_iterations, warm));
+                                                : StallWatch(model, plan.most_iterations, warm, met_within));
   fit.progress = [&of, minds_stall, watch, tries, lowest](const FitProgress& p) {
     *lowest = std::min(*lowest, p.worst_mismatch);
     if (of.context.stopped() || (minds_stall && watch->stalled(p))) return false;
@@ -94,10 +95,11 @@ struct Fitted {
 
 // Tries the plan's seeded starts in turn and keeps the cheapest; stops at the first that meets every
 // tolerance. lowest: of the worst mismatches that a fit has been through.
-Fitted fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProblem& problem, double* lowest) {
+Fitted fit_from_starts(const FitCase& of, const FitPlan& plan, const Workbench& bench,
+                       const FitProblem& problem, double* lowest) {
   const FitSpec& asked = of.task.fit;
-  const bool by_rays =
-      plan.warm.size() == 0 && begins_by_rays(of, problem.light.pupil.size(), problem.light.wide_circles);
+  const bool by_rays = plan.warm.size() == 0 &&
+                       begins_by_rays(of.task, of.ground, of.targets, bench.pupil.size(), bench.wide_circles);
   Fitted best;
   for (int k = plan.first_start; k < plan.first_start + plan.starts; ++k) {
     const std::uint64_t seed =
@@ -106,9 +108,10 @@ Fitted fit_from_starts(const FitCase& of, const FitPlan& plan, const FitProblem&
                                   : asked.start == FitStart::kZero
                                       ? Eigen::VectorXd::Zero(problem.prior.size()).eval()
                                       : draw_white(problem.prior.size(), seed);
-    const std::optional<RayStart> near = by_rays ? approach_by_rays(of, plan, problem, white) : std::nullopt;
+    const std::optional<RayStart> near =
+        by_rays ? approach_by_rays(of, plan, bench.met_within, problem, white) : std::nullopt;
     double of_this = near ? near->begun.mismatch : HUGE_VAL;
-    const FitOptions how = fit_options(of, plan, k, near || plan.warm.size() > 0, &of_this);
+    const FitOptions how = fit_options(of, plan, bench.met_within, k, near || plan.warm.size() > 0, &of_this);
     FitResult result = calibrate(problem, near ? near->white : white, how);
     *lowest = std::min(*lowest, of_this);
     if (result.status == FitStatus::kCancelled && plan.on_stall == OnStall::kEnd && !of.context.stopped()) {
@@ -210,8 +213,7 @@ bool met_where_judged(const FitCase& of, const Attempt& attempt) {
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   return attempt.met && worst_mismatch(aims_of(of.targets.fitted),
                                        judged.judged(attempt.fresh.value).head(attempt.own.size())) <=
-                            met_within(of.task, of.ground.use.model, of.targets, attempt.result.rays,
-                                       attempt.bench->wide_circles);
+                            attempt.bench->met_within;
 }
 
 // A closer look may find that the surface it begins with has all it asks for: it ends there, and the verdict
@@ -227,9 +229,12 @@ bool is_seen(const FitPlan& plan, const Attempt& attempt) {
 // fits/smooth-waves one does.
 Attempt fit_on_fine_enough_grid(const FitCase& of, FitPlan plan, bool judge_always) {
   std::optional<Attempt> doubted;
+  std::optional<RayApproach> begun;  // of the first: the others go on from it
   plan.coarsening = kFirstCoarsening;
   for (;;) {
     Attempt attempt = attempt_fit(of, plan);
+    if (attempt.result.begun_by_rays) begun = attempt.result.begun_by_rays;
+    attempt.result.begun_by_rays = begun;
     if (of.context.stopped() || is_seen(plan, attempt))
       return doubted ? std::move(*doubted) : std::move(attempt);
     // Phases that turn too far from cell to cell have no pattern on this grid. The perfect mirror has one on
@@ -275,7 +280,7 @@ Attempt fit_until_equivalent(const FitCase& of, const FitPlan& plan, bool judge_
     one.starts = 1;
     one.first_start = plan.first_start + k;
     Attempt attempt = fit_on_fine_enough_grid(of, std::move(one), judge_always);
-    if (!nearest || nearer(attempt, *nearest)) nearest = std::move(attempt);
+    if (!nearest || is_equivalent(attempt) || nearer(attempt, *nearest)) nearest = std::move(attempt);
     if (is_equivalent(*nearest) || of.context.stopped()) break;
   }
   nearest->result.chosen.starts = plan.starts;
@@ -294,7 +299,7 @@ bool is_equivalent(const Attempt& attempt) {
 }
 
 double distance_to_margin(const Attempt& attempt) {
-  double worst = attempt.mismatch;
+  double worst = attempt.mismatch / attempt.met_within;
   for (const EquivalenceMetric& metric : attempt.result.metrics) {
     const double distance = std::abs(metric.difference) / metric.margin;
     worst = std::isnan(distance) ? kInfinity : std::max(worst, distance);
@@ -365,9 +370,8 @@ bool has_solution(const FitResult& fit) {
   return fit.status == FitStatus::kConverged || fit.status == FitStatus::kNotConverged;
 }
 
-Attempt attempt_fit(const FitCase& of, const FitPlan& planned) {
+Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   const int threads = of.context.threads;
-  FitPlan plan = planned;
   const CoefficientPrior& prior = plan.terms->prior;
   Attempt attempt;
   attempt.terms = plan.terms;
@@ -378,20 +382,22 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& planned) {
                                                 threads, of.ground.split);
   made->wide_circles = wide_circles(of.task, of.ground, of.ground.split.get(), of.targets, kWideShareOfFit);
   made->single_precision = in_single_precision(of.ground.use.model, of.targets, made->pupil.size());
+  made->met_within =
+      met_within(of.task, of.ground.use.model, of.targets, made->pupil.size(), made->wide_circles);
+  attempt.met_within = made->met_within;
   attempt.bench = made;
   const Workbench& bench = *attempt.bench;
   result.rays = bench.pupil.size();
-  plan.met_within = met_within(of.task, of.ground.use.model, of.targets, result.rays, bench.wide_circles);
 
   const SpectrumTarget spectrum = make_spectrum_target(of.task, of.ground, result.terms, prior, threads);
   const FitProblem problem = problem_of(of, bench, prior, spectrum);
   double lowest = HUGE_VAL;  // what is known of a fit that was given up
-  Fitted best = fit_from_starts(of, plan, problem, &lowest);
+  Fitted best = fit_from_starts(of, plan, bench, problem, &lowest);
   result.fit = std::move(best.fit);
   result.begun_by_rays = best.begun;
   attempt.mismatch = has_solution(result.fit) ? worst_mismatch(problem, result.fit) : lowest;
   attempt.met =
-      result.fit.status == FitStatus::kConverged && within_tolerance(problem, result.fit, plan.met_within);
+      result.fit.status == FitStatus::kConverged && within_tolerance(problem, result.fit, bench.met_within);
   const JudgedSet fitted(of.targets.fitted, {});
   result.start =
       fitted.shown(bench.exact(of.task, prior.colour(best.draw), fitted.statistics(), threads, nullptr));

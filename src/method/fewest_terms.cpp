@@ -21,6 +21,7 @@ FrontierPoint frontier_point(const Attempt& attempt, double seconds) {
   point.terms = attempt.result.terms.size();
   point.rays = attempt.result.rays;
   point.fitted_mismatch = attempt.mismatch;
+  point.met_within = attempt.met_within;
   point.seconds = seconds;
   if (attempt.fresh.rays == 0) return point;
   point.verdict = attempt.result.verdict;
@@ -87,6 +88,7 @@ Attempt fit_in_two_looks(const FitCase& of, FitPlan plan) {
   Attempt second = fit_on_enough_rays(of, std::move(plan), false);
   if (!frontier_point(second, 0).passes) return first;
   second.result.chosen = first.result.chosen;
+  second.result.begun_by_rays = first.result.begun_by_rays;
   second.result.chosen.second_look = true;
   return second;
 }

@@ -10,6 +10,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/judged_set.h"
+#include "aberfit/method/ray_count.h"
 #include "aberfit/method/term_search.h"
 #include "aberfit/waves/diffraction_psf.h"
 
@@ -55,6 +56,15 @@ double pitch_for_light(const Task& task, double radius, const PlanesSeen& planes
   return pitch;
 }
 
+// The subject and verb of a sentence. radius: 0 where all of the light is scatter, which needs no room.
+std::string what_asks_for(double radius, const PlanesSeen& planes) {
+  const std::string out =
+      fmt::format("planes up to {} out of focus", format_quantity(planes.reach(), Dimension::kLength));
+  if (radius == 0) return out + " ask for it";
+  return fmt::format("light {} from the axis, in {}, asks for it",
+                     format_quantity(radius, Dimension::kLength), out);
+}
+
 }  // namespace
 
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
@@ -93,11 +103,8 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
         "waves would need a grid of {:.0f} cells across the aperture, more than {}: {}", cells, kMostCells,
         for_terms < for_light
             ? fmt::format("terms of up to {:.4g} cycles/m ask for it; take fewer", highest)
-            : fmt::format(
-                  "light {} from the axis, in planes up to {} out of focus, asks for it; take smaller "
-                  "fractions, rings or planes, or `\"model\": \"rays\"` in `trace`",
-                  format_quantity(radius, Dimension::kLength),
-                  format_quantity(planes.reach(), Dimension::kLength))));
+            : what_asks_for(radius, planes) +
+                  "; take smaller fractions, rings or planes, or `\"model\": \"rays\"` in `trace`"));
   return pitch;
 }
 
@@ -171,6 +178,19 @@ double met_within(const Task& task, FocusModel model, const TargetSets& targets,
                        cells >= kVeryManyCells &&
                        std::all_of(targets.fitted.begin(), targets.fitted.end(), is_little);
   return loosely ? kLoosely : 1;
+}
+
+bool begins_by_rays(const Task& task, const Groundwork& ground, const TargetSets& targets, Eigen::Index cells,
+                    double wide_circles) {
+  return ground.use.model == FocusModel::kWaves && cells >= kVeryManyCells && std::isfinite(wide_circles) &&
+         task.fit.start == FitStart::kDraw && !task.target.psd && ground.theory &&
+         !targets.held_out.empty() &&
+         std::all_of(targets.fitted.begin(), targets.fitted.end(),
+                     [](const Target& target) { return kind_of(target.statistic).in_rays; });
+}
+
+std::int64_t rays_that_lead(Eigen::Index terms) {
+  return std::max(std::int64_t(65536), screening_rays(terms));
 }
 
 bool judged_in_single_precision(double wide, const TargetSets& targets) {

@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "aberfit/method/ray_count.h"
-#include "aberfit/method/term_search.h"
+#include "aberfit/method/pupil_choice.h"
+#include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit::internal {
 namespace {
 
-constexpr std::int64_t kRays = 65536;
 // In units of focal_sigma. From 0.01 to 0.2, and with four times the rays, four fits of a spot of g 14 end at
 // 3.7 to 6 tolerances; narrow kernels need more steps, wide ones more time each.
 constexpr double kKernel = 0.03;
@@ -51,39 +50,32 @@ void shift(const std::vector<Target>& targets, const Eigen::VectorXd& by, FitPro
   }
 }
 
-// Largest mismatch in tolerances of what is fitted, guides counted as a fit by waves that ends counts them.
-double worst_of(const std::vector<Target>& targets, std::size_t fitted, double guides_within,
+// Largest mismatch of some targets, in tolerances.
+double worst_of(const std::vector<Target>& targets, std::size_t from, std::size_t to,
                 const Eigen::VectorXd& values) {
   double worst = 0;
-  for (std::size_t k = 0; k < targets.size(); ++k) {
-    const double mismatch = std::abs(values[Eigen::Index(k)] - targets[k].value) / targets[k].tolerance;
-    worst = std::max(worst, k < fitted ? mismatch : mismatch / guides_within);
-  }
+  for (std::size_t k = from; k < to; ++k)
+    worst = std::max(worst, std::abs(values[Eigen::Index(k)] - targets[k].value) / targets[k].tolerance);
   return worst;
 }
 
 }  // namespace
 
-bool begins_by_rays(const FitCase& of, Eigen::Index cells, double wide_circles) {
-  const std::vector<Target>& fitted = of.targets.fitted;
-  return of.ground.use.model == FocusModel::kWaves && cells >= kVeryManyCells &&
-         std::isfinite(wide_circles) && of.task.fit.start == FitStart::kDraw && !of.task.target.psd &&
-         of.ground.theory && !of.targets.held_out.empty() &&
-         std::all_of(fitted.begin(), fitted.end(),
-                     [](const Target& target) { return kind_of(target.statistic).in_rays; });
-}
-
-std::optional<RayStart> approach_by_rays(const FitCase& of, const FitPlan& plan, const FitProblem& waves,
-                                         const Eigen::VectorXd& draw) {
+std::optional<RayStart> approach_by_rays(const FitCase& of, const FitPlan& plan, double met_within,
+                                         const FitProblem& waves, const Eigen::VectorXd& draw) {
   const int threads = of.context.threads;
   PupilOptions rays = plan.pupil;
-  rays.rays = std::max(kRays, screening_rays(plan.terms->terms.size()));
+  rays.rays = rays_that_lead(plan.terms->terms.size());
   const Workbench bench(of.task, FocusModel::kRays, rays, 0, plan.terms->terms, threads, of.ground.split);
   FitProblem problem{bench.focus(of.task), waves.prior, waves.targets, waves.guides, waves.focal_sigma};
   const std::vector<Target> targets = joined(waves);
   const std::vector<Statistic> statistics = statistics_of(targets);
   const auto by_rays = make_forward_model(problem.light, statistics, threads);
-  const auto by_light = make_forward_model(waves.light, statistics, threads);
+  DiffractionWorkspace workspace;
+  workspace.follow_rings();
+  LightPath light = waves.light;
+  light.workspace = &workspace;
+  const auto by_light = make_forward_model(light, statistics, threads);
 
   FitOptions how;
   how.prior = of.task.fit.prior;
@@ -95,29 +87,34 @@ std::optional<RayStart> approach_by_rays(const FitCase& of, const FitPlan& plan,
   how.progress = [&of](const FitProgress&) { return !of.context.stopped(); };
 
   RayStart nearest{draw, {0, kInfinity}};
+  double best = kInfinity;  // of what ends a fit by waves: guides count as they do there
   Eigen::VectorXd white = draw, difference = difference_of_theories(of.ground, targets), of_rays, of_light;
   for (int in_vain = 0; nearest.begun.fits < kMostFits && in_vain < kMostInVain && !of.context.stopped();) {
     shift(targets, difference, &problem);
     how.stop_at = nearest.begun.fits == 0 ? kFirstStop : kStop;
     const FitResult fit = calibrate(problem, white, how);
-    if (!has_solution(fit)) break;
+    // What was cancelled has come nearer, too: that is what a run that ends here keeps.
+    if (!has_solution(fit) && fit.status != FitStatus::kCancelled) break;
     by_rays->move_to(fit.coefficients);
     by_light->move_to(fit.coefficients);
     if (!by_rays->evaluate(kKernel * waves.focal_sigma, &of_rays) || !by_light->evaluate(0, &of_light)) break;
     ++nearest.begun.fits;
-    const double mismatch =
-        worst_of(targets, waves.targets.size(), plan.guides_within / plan.met_within, of_light);
+    const std::size_t fitted = waves.targets.size();
+    const double mismatch = worst_of(targets, 0, fitted, of_light);
+    const double guides = worst_of(targets, fitted, targets.size(), of_light);
+    const double to_go = std::max(mismatch, guides * met_within / plan.guides_within);
     of.context.say(
         fmt::format("fit {} by rays: in light {:.3g} tolerances away", nearest.begun.fits, mismatch));
-    in_vain = mismatch < kWorthwhile * nearest.begun.mismatch ? 0 : in_vain + 1;
+    in_vain = to_go < kWorthwhile * best ? 0 : in_vain + 1;
     white = fit.white;
     difference = of_light - of_rays;
-    if (mismatch >= nearest.begun.mismatch) continue;
+    if (to_go >= best) continue;
+    best = to_go;
     nearest.white = white;
     nearest.begun.mismatch = mismatch;
-    if (mismatch <= plan.met_within) break;
+    if (to_go <= met_within) break;
   }
-  if (nearest.begun.mismatch > kNoNearer) return std::nullopt;
+  if (best > kNoNearer) return std::nullopt;
   return nearest;
 }
 

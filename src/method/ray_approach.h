@@ -6,12 +6,6 @@
 
 namespace aberfit::internal {
 
-/// Whether a fit by waves on `cells` cells begins where rays have brought it, not at its draw: from
-/// kVeryManyCells on, where one look at the light with its derivatives takes seconds, and light without a
-/// core, finite `wide_circles` (DiffractionProblem), whose shares rays know to a few percent. Every fitted
-/// statistic has to exist in rays and to have its value from a theory.
-bool begins_by_rays(const FitCase& of, Eigen::Index cells, double wide_circles);
-
 /// A start for a fit by waves: white coordinates near `draw` whose light is `begun.mismatch` tolerances away.
 struct RayStart {
   Eigen::VectorXd white;
@@ -24,7 +18,8 @@ struct RayStart {
 /// 100 to 600 tolerances away, the first fit comes to 5 to 15, three or four to 1 to 5, each for less than
 /// one step of the fit by waves. What is nearest is kept; nothing where the grid has no pattern of it, or
 /// rays lead no nearer than a draw's first steps do.
-std::optional<RayStart> approach_by_rays(const FitCase& of, const FitPlan& plan, const FitProblem& waves,
-                                         const Eigen::VectorXd& draw);
+/// met_within: of Workbench.
+std::optional<RayStart> approach_by_rays(const FitCase& of, const FitPlan& plan, double met_within,
+                                         const FitProblem& waves, const Eigen::VectorXd& draw);
 
 }  // namespace aberfit::internal

@@ -48,7 +48,7 @@ bool explain_cells(Eigen::Index cells, double share, bool met, RayChoice* choice
       "{} cells: the finer grid that judges changes the fitted statistics by up to {:.2g} %, {} {:.2g} % "
       "({:.0f} % of the margin){}",
       cells, 100 * choice->gap, steady ? "below" : "above", 100 * choice->allowed, 100 * share,
-      enough && !steady ? "; all of them are within their tolerances there, too" : "");
+      enough && !steady ? "; all of them are met there, too" : "");
   if (!std::isfinite(choice->gap)) choice->reason = kNoValueToCompare;
   return enough;
 }

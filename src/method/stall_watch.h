@@ -14,22 +14,22 @@ class StallWatch {
  public:
   static constexpr double kFar = 10;  ///< tolerances from which what has ended has nothing to hope for
 
-  /// warm: the fit starts from where another ended, not from a draw.
-  StallWatch(FocusModel model, int most_iterations, bool warm)
+  /// warm: the fit starts from where another ended, not from a draw. within: the tolerances that it ends at.
+  StallWatch(FocusModel model, int most_iterations, bool warm, double within = 1)
       : by_waves_(model == FocusModel::kWaves),
         patience_(by_waves_ ? std::numeric_limits<int>::max() : kPatience),
         most_iterations_(most_iterations),
+        within_(within),
         fewest_(warm ? kPace + 1 : 2 * kPace) {}
 
   /// Of a fit that nothing else is tried for: 66 terms of a narrow band by waves rest where their pace says
   /// that they never arrive, and pass. Far away the pace is asked nevertheless: terms that cannot carry a
   /// deep spot near by 1 % an iteration, of seven seconds, at 279 tolerances.
   static StallWatch patient(FocusModel model, int most_iterations) {
-    StallWatch watch(model, most_iterations, false);
+    StallWatch watch(model, most_iterations, false, kFar);
     watch.patience_ = kPatient;
     watch.pace_ = kFarPace;
     watch.fewest_ = kPatience;
-    watch.within_ = kFar;
     return watch;
   }
 
@@ -62,7 +62,7 @@ class StallWatch {
   bool by_waves_;
   int patience_;  // iterations that may bring nothing
   int most_iterations_;
-  double within_ = 1;         // tolerances that the pace has to reach
+  double within_;             // tolerances that the pace has to reach
   std::size_t pace_ = kPace;  // iterations that tell it
   std::size_t fewest_;        // a draw's first steps are not at its pace
   double best_ = std::numeric_limits<double>::infinity();

@@ -173,7 +173,13 @@ int by_strides(Search* search, const OrderRange& range) {
 
 // How far a set is off: in what is fitted, and where that is met in what is held out.
 double distance(const FrontierPoint& point) {
-  return point.fitted_mismatch > 1 ? point.fitted_mismatch : std::min(1.0, point.held_out_mismatch);
+  const double fitted = point.fitted_mismatch / point.met_within;
+  return fitted > 1 ? fitted : std::min(1.0, point.held_out_mismatch);
+}
+
+std::string of_every_tolerance(const FrontierPoint& point) {
+  if (point.met_within <= 1) return "meet every tolerance";
+  return fmt::format("come within {:.3g} of every tolerance", point.met_within);
 }
 
 // A number of plane waves that passes, over one that does not, where a search ends: as by then the draw
@@ -299,9 +305,9 @@ std::string search_message(const Frontier& frontier, const OrderRange& range) {
   const std::string fitted = fmt::format("{} {}", full, full == 1 ? "set" : "sets");
   std::string message =
       chosen->passes ? fmt::format(
-                           "{} terms ({}) are the fewest of the sets tried that meet every tolerance and are "
-                           "equivalent; {} fitted and judged, {} left after a short fit",
-                           chosen->terms, set, fitted, screened)
+                           "{} terms ({}) are the fewest of the sets tried that {} and are equivalent; {} "
+                           "fitted and judged, {} left after a short fit",
+                           chosen->terms, set, of_every_tolerance(*chosen), fitted, screened)
                      : fmt::format(
                            "no set meets every tolerance and is equivalent; {} ({} terms) comes nearest; {} "
                            "fitted, {} left after a short fit",

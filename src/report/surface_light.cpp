@@ -4,6 +4,7 @@
 #include "aberfit/forward/focus_transfer.h"
 #include "aberfit/report/focal_light.h"
 #include "aberfit/theory/scattered_rays.h"
+#include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
 namespace {
@@ -39,10 +40,28 @@ class WaveLight : public FocalLight {
       if (radii[k] == 0) share[k] = 0;
     return share;
   }
+  // Of more planes than have mean spots of their own beyond the cells: what those change, from one in ten on.
   Eigen::ArrayXd ring_through(double radius, const Eigen::ArrayXd& planes) const override {
-    std::vector<Statistic> wanted;
-    for (const double dz : planes) wanted.push_back(RingThrough{radius, dz});
-    return values(wanted);
+    constexpr Eigen::Index kApart = 10;
+    Eigen::ArrayXd share = through(radius, planes);
+    const Eigen::Index last = planes.size() - 1;
+    if (!path_.scatter || planes.size() <= Eigen::Index(kMostPlanesOfTheirOwn)) return share;
+    std::vector<Eigen::Index> at;
+    for (Eigen::Index k = 0; k < last; k += kApart) at.push_back(k);
+    at.push_back(last);
+    const Eigen::ArrayXd change = through(radius, planes(at)) - share(at);
+    for (std::size_t i = 0; i + 1 < at.size(); ++i) {
+      const double from = planes[at[i]], to = planes[at[i + 1]];
+      const Eigen::Index whole = Eigen::Index(i);
+      for (Eigen::Index k = at[i] + (i > 0); k <= at[i + 1]; ++k) {
+        // A halo widens with the square of the defocus; across the focus the change is next to nothing.
+        const double part = from * to < 0
+                                ? (planes[k] - from) / (to - from)
+                                : (planes[k] - from) * (planes[k] + from) / ((to - from) * (to + from));
+        share[k] += change[whole] + part * (change[whole + 1] - change[whole]);
+      }
+    }
+    return share;
   }
   Eigen::ArrayXXd image(double dz, double half_width, int pixels) const override {
     constexpr double kSamplesPerPixel = 2;
@@ -65,6 +84,11 @@ class WaveLight : public FocalLight {
   }
 
  private:
+  Eigen::ArrayXd through(double radius, const Eigen::ArrayXd& planes) const {
+    std::vector<Statistic> wanted;
+    for (const double dz : planes) wanted.push_back(RingThrough{radius, dz});
+    return values(wanted);
+  }
   Eigen::ArrayXd values(const std::vector<Statistic>& wanted) const {
     return focus_statistics(path_, coefficients_, wanted, threads_, nullptr);
   }

@@ -222,10 +222,8 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
       if (jobs[j].dz && scene.has_plane(*jobs[j].dz))
         kept[j] = pool.plane(jobs[j].wide ? &pool.wide : &pool.full, *jobs[j].dz);
   }
-  // So many planes the theory remembers; a curve over more of them, drawn once, is that of the rings.
-  constexpr std::size_t kMostPlanes = 100;
-  const DiffractionPlane::Mean mean =
-      jobs.size() > kMostPlanes ? DiffractionPlane::Mean::kInFocus : DiffractionPlane::Mean::kInPlane;
+  const DiffractionPlane::Mean mean = jobs.size() > kMostPlanesOfTheirOwn ? DiffractionPlane::Mean::kInFocus
+                                                                          : DiffractionPlane::Mean::kInPlane;
   parallel_for(jobs.size(), threads, [&](std::size_t j) {
     const Job& job = jobs[j];
     DiffractionWorkspace::Buffers::Tables& tables = job.wide ? pool.wide : pool.full;

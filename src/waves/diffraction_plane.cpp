@@ -258,16 +258,17 @@ void DiffractionPlane::focus(double dz, Mean mean) {
   focused_.dz = dz;
 }
 
-double DiffractionPlane::light_of_own_mean(double radius, double dz) {
+DiffractionPlane::InCircle DiffractionPlane::light_of_own_mean(double radius, double dz) {
   const MeanScatter* scatter = scene_.problem().scatter.get();
-  if (!grid_.has_own_mean(scene_, dz)) return 0;
+  if (!grid_.has_own_mean(scene_, dz)) return {0, 0};
   focused_.dz = std::nan("");  // its memory is what means are made in
   const double unit = scene_.per_period(dz), end = scene_.field_radius(dz) * unit;
   const auto beyond_the_cells = [&](double of, std::optional<double> plane) {
     const Eigen::ArrayXd& light = grid_.mean_at(scene_, of, &buffers_, &focused_);
-    return RadialOtf(-light, {scatter, 1 / scene_.per_period(of), end, plane}).energy(radius * unit);
+    return RadialOtf(-light, {scatter, 1 / scene_.per_period(of), end, plane}).encircled(radius * unit);
   };
-  return beyond_the_cells(dz, dz) - beyond_the_cells(0, std::nullopt);
+  const auto own = beyond_the_cells(dz, dz), of_focus = beyond_the_cells(0, std::nullopt);
+  return {own.energy - of_focus.energy, (own.density - of_focus.density) * unit};
 }
 
 void DiffractionPlane::fill_focal(double dz) {

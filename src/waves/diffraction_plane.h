@@ -176,9 +176,13 @@ class DiffractionPlane {
   /// Moves to the plane z = f + dz: two transforms, unless it is there.
   void focus(double dz, Mean mean = Mean::kInFocus);
   double dz() const { return focused_.dz; }
-  /// energy(radius) in the plane dz with the mean spot of that plane, less that with the one of the focus: of
-  /// no surface, and smooth in dz. Leaves the plane that it was in.
-  double light_of_own_mean(double radius, double dz);
+  /// A share of all light, and its derivative by the radius of the circle [1/m].
+  struct InCircle {
+    double energy, density;
+  };
+  /// What is inside `radius` in the plane dz with the mean spot of that plane, less that with the one of the
+  /// focus: of no surface, and smooth in dz. Leaves the plane that it was in.
+  InCircle light_of_own_mean(double radius, double dz);
 
   /// Radii in [m]; energies are shares of all light.
   double energy(double radius) const { return otf().energy(radius * unit_); }

@@ -19,24 +19,74 @@ class OwnMeans {
       : plane_(plane), ring_(ring), apart_(std::exp2(std::ceil(std::log2(step)))) {}
 
   struct Line {
-    double energy, slope;
+    double energy, slope, density;  // slope: of the energy over dz; density: over the ring's radius
   };
   /// Leaves the plane that `plane` was in.
   Line at(double dz) {
-    const double z = dz / apart_, low = std::floor(z), here = of(low);
-    const double by_square = (of(low + 1) - here) / (2 * low + 1);  // (low + 1)^2 - low^2
-    return {here + (z * z - low * low) * by_square, 2 * z / apart_ * by_square};
+    const double z = dz / apart_, low = std::floor(z);
+    const DiffractionPlane::InCircle here = of(low), next = of(low + 1);
+    const double per_square = 1 / (2 * low + 1), part = (z * z - low * low) * per_square;
+    const double by_square = (next.energy - here.energy) * per_square;
+    return {here.energy + part * (next.energy - here.energy), 2 * z / apart_ * by_square,
+            here.density + part * (next.density - here.density)};
   }
 
  private:
-  double of(double place) {
+  DiffractionPlane::InCircle of(double place) {
     const auto known = known_.find(place);
     if (known != known_.end()) return known->second;
     return known_[place] = plane_->light_of_own_mean(ring_, place * apart_);
   }
   DiffractionPlane* plane_;
   double ring_, apart_;
-  std::map<double, double> known_;
+  std::map<double, DiffractionPlane::InCircle> known_;
+};
+
+// N(z) and its slope. own: null: beyond the cells every plane has the mean spot of the focus.
+class RingLight {
+ public:
+  RingLight(const DiffractionScene& scene, DiffractionPlane* plane, double ring, OwnMeans* own)
+      : scene_(scene), plane_(plane), ring_(ring), own_(own) {}
+
+  // NaN where the plane does not exist or the ring leaves the field of view.
+  double energy(double dz) const {
+    if (!scene_.has_plane(dz) || ring_ > scene_.largest_radius(dz)) return std::nan("");
+    const double more = beyond(dz).energy;
+    plane_->focus(dz);
+    return plane_->energy(ring_) + more;
+  }
+  double slope(double dz) const {
+    Eigen::ArrayXd gradient;
+    return slope(dz, &gradient);
+  }
+  // By the ring's radius.
+  double density(double dz) const {
+    const double more = beyond(dz).density;
+    plane_->focus(dz);
+    return plane_->density(ring_) + more;
+  }
+  // gradient: of the energy by the phases.
+  double slope(double dz, Eigen::ArrayXd* gradient) const {
+    const double more = beyond(dz).slope;
+    plane_->focus(dz);
+    *gradient = plane_->energy_gradient(ring_).over_phases();
+    return plane_->energy_slope(ring_, *gradient) + more;
+  }
+  RingMemory::Crossings search(double step) const {
+    return search_ring([this](double dz) { return energy(dz); }, [this](double dz) { return slope(dz); },
+                       step);
+  }
+  RingMemory::Crossings follow(const RingCrossings& near, double step) const {
+    return follow_ring([this](double dz) { return energy(dz); }, [this](double dz) { return slope(dz); },
+                       near, step);
+  }
+
+ private:
+  OwnMeans::Line beyond(double dz) const { return own_ ? own_->at(dz) : OwnMeans::Line{0, 0, 0}; }
+  const DiffractionScene& scene_;
+  DiffractionPlane* plane_;
+  double ring_;
+  OwnMeans* own_;
 };
 
 }  // namespace
@@ -53,35 +103,20 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
   const double rho = std::sqrt((sample.weight * (sample.x.square() + sample.y.square())).sum());
   if (!(rho > 0)) return std::nullopt;
   const double step = 0.25 * scene.problem().focal_length * ring / rho;
-  OwnMeans own(plane, ring, step);
-  const bool has_means = scene.problem().scatter != nullptr;
-  // NaN where the plane does not exist or the ring leaves the field of view.
-  const auto energy_at = [&](double dz, bool with_own) {
-    if (!scene.has_plane(dz) || ring > scene.largest_radius(dz)) return std::nan("");
-    const double more = with_own ? own.at(dz).energy : 0;
-    plane->focus(dz);
-    return plane->energy(ring) + more;
-  };
-  const auto slope_at = [&](double dz, bool with_own) {
-    const double more = with_own ? own.at(dz).slope : 0;
-    plane->focus(dz);
-    return plane->energy_slope(ring, plane->energy_gradient(ring).over_phases()) + more;
-  };
-  const auto energy = [&](double dz) { return energy_at(dz, has_means); };
-  const auto slope = [&](double dz) { return slope_at(dz, has_means); };
+  std::optional<OwnMeans> own;
+  if (scene.problem().scatter) own.emplace(plane, ring, step);
+  const RingLight light(scene, plane, ring, own ? &*own : nullptr);
   const std::optional<RingMemory::Crossings> known = memory ? memory->find(ring, step) : std::nullopt;
   RingMemory::Crossings found = known ? *known : std::nullopt;
   if (!known) {
     if (const RingMemory::Crossings near = memory ? memory->near(ring) : std::nullopt)
-      found = follow_ring(energy, slope, *near, step);
-    if (!found) {  // dozens of planes: with the mean spot of the focus, and from there with those of the
-                   // planes
-      found = search_ring([&](double dz) { return energy_at(dz, false); },
-                          [&](double dz) { return slope_at(dz, false); }, step);
-      if (found && has_means) {
-        const RingMemory::Crossings near = follow_ring(energy, slope, *found, step);
-        found = near ? near : search_ring(energy, slope, step);
-      }
+      found = light.follow(*near, step);
+    if (!found && own) {  // dozens of planes with the mean spot of the focus, and from there with their own
+      const RingMemory::Crossings roughly = RingLight(scene, plane, ring, nullptr).search(step);
+      if (roughly) found = light.follow(*roughly, step);
+      if (roughly && !found) found = light.search(step);
+    } else if (!found) {
+      found = light.search(step);
     }
   }
   if (memory && !known) memory->keep(ring, step, found);
@@ -95,10 +130,9 @@ std::optional<DiffractionRingWidth> diffraction_ring_width(const DiffractionScen
     Eigen::ArrayXd gradient;
   };
   const auto end_at = [&](double z) {
-    const double more = has_means ? own.at(z).slope : 0;
-    plane->focus(z);
-    End end{plane->density(ring), 0.0, plane->energy_gradient(ring).over_phases()};
-    end.slope = plane->energy_slope(ring, end.gradient) + more;
+    End end;
+    end.slope = light.slope(z, &end.gradient);
+    end.density = light.density(z);
     return end;
   };
   const End at_upper = end_at(found->upper), at_lower = end_at(found->lower), at_peak = end_at(found->peak);

@@ -9,6 +9,8 @@
 #include <optional>
 #include <string>
 
+#include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/fresh_verdict.h"
@@ -233,6 +235,37 @@ TEST(MetWithin, IsLooserOnVeryManyCellsWhereTolerancesAreSmall) {
   EXPECT_EQ(within(FocusModel::kWaves, kVeryManyCells, 1.1e-3), 1);
   EXPECT_EQ(within(FocusModel::kWaves, kVeryManyCells, 1e-3, "0.9 %"), 1);
   EXPECT_EQ(within(FocusModel::kRays, kVeryManyCells, 1e-3), 1);
+}
+
+TEST(WavePitch, SaysWhatAsksForAGridThatNoMemoryHolds) {
+  const auto why = [](const std::string& text) {
+    try {
+      run_fit(parse_study(text, "study.json"), {});
+    } catch (const ComputationError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string scene = R"({"aberfit": 1, "mirror": {"focal_length": "2.8 m"}, "aperture": {"shape": )"
+                            R"("circle", "diameter": "0.4 m"}, "light": {"wavelength": "632.8 nm"}, )";
+  const std::string far =
+      why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "25 nm", "f_min": )"
+                  R"("2.5 /m", "f_max": "20 /m"}}, "terms": {"band": "all"}, "target": {"statistics": )"
+                  R"({"ee50": {"value": "1 m"}}}})");
+  EXPECT_NE(far.find("1.5 m from the axis"), std::string::npos) << far;
+  const std::string fine =
+      why(scene + R"("roughness": {"psd": {"model": "uniform", "rms": "1 nm", "f_min": )"
+                  R"("2.5 /m", "f_max": "20 /mm"}}, "terms": {"fourier": {"count": 9}}})");
+  EXPECT_NE(fine.find("cells across the aperture, more than 16384"), std::string::npos) << fine;
+  std::string planes;  // of light that is all scatter: none of it asks for room
+  try {
+    wave_pitch(study_of("100 nm"), TermSet{0.2, {}, {}, {}}, {Target{EncircledEnergyRadius{0.5, 1.0}, 1e-3}},
+               nullptr);
+  } catch (const ComputationError& error) {
+    planes = error.what();
+  }
+  EXPECT_NE(planes.find("16384: planes up to 1 m out of focus ask for it; take"), std::string::npos)
+      << planes;
 }
 
 }  // namespace

@@ -49,7 +49,8 @@ double worst(const std::vector<Target>& targets, const Eigen::VectorXd& values) 
 
 TEST(RayApproach, IsForLightWithoutACoreOnVeryManyCells) {
   const auto begins = [](const Study& study, Eigen::Index cells, double wide) {
-    return internal::begins_by_rays(Scene(study).fit_case, cells, wide);
+    const Scene scene(study);
+    return begins_by_rays(study, scene.layout.ground, scene.layout.targets, cells, wide);
   };
   const Study deep = study_of("300 nm");
   EXPECT_TRUE(begins(deep, kVeryManyCells, 0.01));
@@ -84,7 +85,7 @@ TEST(RayApproach, LeadsFromTheDrawToWithinAFewTolerances) {
     const FitProblem waves{bench.focus(study), plan.terms->prior, aims_of(of.targets.fitted),
                            aims_of(of.targets.guides), of.ground.focal_sigma};
     const Eigen::VectorXd draw = draw_white(plan.terms->prior.size(), 1);
-    const auto near = internal::approach_by_rays(of, plan, waves, draw);
+    const auto near = internal::approach_by_rays(of, plan, 1, waves, draw);
     ASSERT_TRUE(near.has_value());
     const auto light_of = [&](const Eigen::VectorXd& white) {
       return bench.exact(study, waves.prior.colour(white), statistics_of(waves.targets), threads, nullptr);

@@ -49,6 +49,10 @@ TEST(StallWatch, OfWavesAsksWhetherThePaceReachesTheTolerances) {
       given_up(StallWatch(FocusModel::kWaves, 40, false), [](int k) { return 30 * std::pow(0.95, k - 1); }),
       0);
   EXPECT_EQ(given_up(draw, [](int) { return 0.9; }), 0);
+  // 1.3 % an iteration leave 1.1 of 4 tolerances: enough for who may end at 2.
+  const auto slow = [](int k) { return 4 * std::pow(0.987, k - 1); };
+  EXPECT_NE(given_up(draw, slow), 0);
+  EXPECT_EQ(given_up(StallWatch(FocusModel::kWaves, 100, false, 2), slow), 0);
 }
 
 // Terms that somebody asked for: a fit that rests for 24 iterations and falls then goes on.

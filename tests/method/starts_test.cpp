@@ -98,6 +98,11 @@ TEST(Starts, TheOneToKeepMeetsItsTolerancesAndIsNearestToTheMargin) {
   EXPECT_TRUE(nearer(good, no_value));
   EXPECT_FALSE(nearer(no_value, good));
   EXPECT_TRUE(nearer(no_value, far));
+  // What may be two tolerances off is not far for being 1.9 off.
+  Attempt loosely = attempt(true, 1.9, {0.0101});
+  loosely.met_within = 2;
+  EXPECT_DOUBLE_EQ(distance_to_margin(loosely), 1.01);
+  EXPECT_TRUE(nearer(loosely, better));
 }
 
 }  // namespace

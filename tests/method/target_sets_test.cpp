@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 
 #include "../../src/method/light_guides.h"
@@ -408,6 +409,39 @@ TEST(WavePitch, IsThatOfThePlaneNearestToTheMirror) {
   ring.statistic = RingFwhm{};
   ring.value = 0.19 / 0.75;
   EXPECT_NEAR(wave_pitch(study, {4.5e-3, {}, {}, {}}, {ring}, nullptr) / asked(-0.19), 1, 0.02);
+}
+
+// A focus of a few um depth: planes must not fall together when they are rounded.
+TEST(DefaultStatistics, AreDistinctInEveryDepthOfFocus) {
+  for (const char* size : {"1 mm", "20 mm", "300 mm", "5 m"}) {
+    const std::string text = R"({"aberfit": 1, "mirror": {"focal_length": ")" + std::string(size) +
+                             R"("}, "aperture": {"shape": "circle", "diameter": ")" + size +
+                             R"("}, "light": {"wavelength": "632.8 nm"}, "roughness": {"psd": {"model": )" +
+                             R"("gaussian", "rms": "25 nm", "correlation_length": "0.1 mm"}}})";
+    const Study study = parse_study(text, "study.json");
+    const Groundwork ground = lay_groundwork(study);
+    const TargetSets sets = make_targets(study, ground, 1);
+    std::set<std::string> names;
+    std::size_t count = 0;
+    for (const auto* some : {&sets.fitted, &sets.guides, &sets.held_out})
+      for (const Target& target : *some) {
+        std::string name = statistic_name(target.statistic);
+        if (const auto* ring = std::get_if<RingThrough>(&target.statistic))
+          name += std::to_string(1e9 * ring->ring_radius);
+        names.insert(name);
+        ++count;
+      }
+    EXPECT_EQ(names.size(), count) << size;
+    // Rounding is small beside the steps between planes.
+    for (const Target& target : sets.held_out)
+      if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
+        const double units = ee->dz / ground.plane_unit();
+        double nearest = HUGE_VAL;
+        for (const double wanted : {0.0, 0.25, 0.75, 1.75, 3.1, 4.6})
+          nearest = std::min(nearest, std::abs(std::abs(units) - wanted));
+        EXPECT_LE(nearest, 0.025 * (1 + 1e-9)) << size;
+      }
+  }
 }
 
 }  // namespace

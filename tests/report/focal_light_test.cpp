@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "../../src/report/round_image.h"
+#include "aberfit/theory/band_split.h"
 #include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
@@ -125,6 +126,35 @@ TEST(FocalLight, CurvesMeetTheStatistics) {
     const double above = double((through >= 0.5 * through.maxCoeff()).count()) * 2 * width / 400;
     EXPECT_NEAR(above / width, 1, 0.02) << to_string(model);
   }
+}
+
+// 24 cycles across, of which the cells see 20: a curve of many planes is that of its single ones.
+TEST(FocalLight, CurvesOfManyPlanesHaveTheHaloOfEach) {
+  const Mirror parabola{1.6, -1, {}};
+  const Aperture circle = CircleAperture{0.2, 0};
+  const RadialPsd psd(KCorrelationPsd{75e-9, 0.04, 3.0, 10, 120});  // g 1.5
+  const auto whole = std::make_shared<const GeneralisedHarveyShack>(psd, parabola, circle, kWavelength);
+  const PupilSample pupil = diffraction_pupil(circle, 1.6, 0.2 / 40).sample;
+  const TermSet terms{0.1, zernike_modes(2, 6), {}, {}};
+  const SurfaceOperator surface(terms, pupil, {1, {}, {}, true});
+  LightPath path{parabola, pupil, surface, FocusModel::kWaves, kWavelength, &circle};
+  path.aliased_limit = 0.2;  // far out of focus at the rim
+  path.scatter = std::make_shared<const BandSplit>(psd, 30, parabola, circle, kWavelength, whole);
+  Eigen::VectorXd coefficients(terms.size());
+  for (Eigen::Index k = 0; k < terms.size(); ++k) coefficients[k] = 12e-9 * std::cos(1.7 * double(k));
+  const auto light = surface_light(path, coefficients, 2);
+  const double ring = whole->encircled_energy_radius(0.3, 0);
+  const double width = light->statistic(RingFwhm{0.3, ring});
+  const Eigen::ArrayXd planes = Eigen::ArrayXd::LinSpaced(201, -width, width);
+  const std::vector<Eigen::Index> some = {0, 34, 67, 95, 100, 107, 133, 158, 200};
+  const Eigen::ArrayXd curve = light->ring_through(ring, planes),
+                       single = light->ring_through(ring, planes(some));
+  const double off = (curve(some) - single).abs().maxCoeff();
+  RecordProperty("off", std::to_string(off));
+  EXPECT_LT(off, 1e-4);
+  // The width that is printed beside it.
+  const double above = double((curve >= 0.5 * curve.maxCoeff()).count()) * 2 * width / 200;
+  EXPECT_NEAR(above / width, 1, 0.02);
 }
 
 TEST(FocalLight, OfAMeanSpotIsRoundAndHoldsItsLight) {

@@ -152,8 +152,8 @@ std::unique_ptr<IndependentWaves> waves_of(const Study& study, const Groundwork&
   return waves;
 }
 
-// Of the surface's own light in focus; NaN where it is not within `field`.
-double own_radius(IndependentWaves* waves, double fraction, double narrowest, double field) {
+// Of the surface's own light in focus; nothing where it is not between `narrowest` and `field`.
+std::optional<double> own_radius(IndependentWaves* waves, double fraction, double narrowest, double field) {
   constexpr int kRadii = 256;  // by 2.5 % each: a straight line between two is good to 1e-4 of the light
   std::vector<double> radii;
   for (int k = 0; k < kRadii; ++k)
@@ -163,7 +163,7 @@ double own_radius(IndependentWaves* waves, double fraction, double narrowest, do
     if (shares[k] >= fraction && shares[k - 1] < fraction)
       return radii[k - 1] +
              (radii[k] - radii[k - 1]) * (fraction - shares[k - 1]) / (shares[k] - shares[k - 1]);
-  return std::nan("");
+  return std::nullopt;
 }
 
 struct RingsOfSurface {
@@ -182,10 +182,12 @@ struct RingsOfSurface {
     const TargetSets sets = make_targets(study, ground, 1);
     for (const auto* targets : {&sets.fitted, &sets.held_out})
       for (const Target& target : *targets)
-        if (const auto* ring = std::get_if<RingFwhm>(&target.statistic))
-          rings.push_back({target, ring->ring_radius ? *ring->ring_radius
-                                                     : own_radius(in_focus, ring->ring_fraction,
-                                                                  0.3 * airy_unit(study), field)});
+        if (const auto* ring = std::get_if<RingFwhm>(&target.statistic)) {
+          const std::optional<double> radius =
+              ring->ring_radius ? ring->ring_radius
+                                : own_radius(in_focus, ring->ring_fraction, 0.3 * airy_unit(study), field);
+          if (radius) rings.push_back({target, *radius});
+        }
     std::sort(rings.begin(), rings.end(), [](const Ring& a, const Ring& b) { return a.radius < b.radius; });
     return rings;
   }

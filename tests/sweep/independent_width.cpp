@@ -98,6 +98,7 @@ std::optional<IndependentWidth> independent_width(const std::function<double(dou
   if (std::abs(best) >= kFarthest) return std::nullopt;
   const Point peak = highest(&samples, best);
   const double half = 0.5 * peak.value;
+  if (!(half > 0)) return std::nullopt;
   const std::optional<Crossing> upper = falls_to(half, &samples, best, 1),
                                 lower = falls_to(half, &samples, best, -1);
   if (!upper || !lower) return std::nullopt;

@@ -231,6 +231,16 @@ TEST(BandSplit, RingsSeeTheLightBeyondTheCellsOfTheirPlanes) {
     const double truth = width_from_table(problem, height, ring, searched[0]);
     EXPECT_NEAR(searched[0] / truth, 1, 1e-3);
     EXPECT_NEAR(followed[0] / searched[0], 1, 2e-4);
+    // Of a ring that moves with the surface: the light beyond the cells in it changes, too.
+    const std::vector<Statistic> own = {RingFwhm{of.fraction, {}}};
+    std::vector<Eigen::ArrayXd> gradient;
+    Eigen::VectorXd here, less, more;
+    ASSERT_TRUE(evaluate_diffraction(problem, height, own, 2, nullptr, &here, &gradient));
+    constexpr double kStep = 1e-4;
+    ASSERT_TRUE(evaluate_diffraction(problem, (1 - kStep) * height, own, 2, nullptr, &less, nullptr));
+    ASSERT_TRUE(evaluate_diffraction(problem, (1 + kStep) * height, own, 2, nullptr, &more, nullptr));
+    const double slope = (more[0] - less[0]) / (2 * kStep);
+    EXPECT_NEAR((gradient[0] * height).sum() / slope, 1, 1e-3);
   }
 }
 

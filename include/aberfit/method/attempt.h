@@ -19,6 +19,7 @@ struct Workbench {
   SurfaceOperator surface;
   double wide_circles = std::numeric_limits<double>::infinity();  ///< as DiffractionProblem has it
   bool single_precision = false;                                  ///< likewise
+  double met_within = 1;  ///< of the targets' tolerances, before a fit ends
 
   Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
             const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split = {});
@@ -49,7 +50,8 @@ struct Attempt {
   Warnings fresh_warnings;        ///< of `fresh`
   double judging_coarsening = 1;  ///< of the grid for waves of `first_seen`, over the safe pitch
   double mismatch = HUGE_VAL;     ///< worst, in tolerances
-  bool met = false;               ///< every tolerance; by waves on very many cells within two of them
+  double met_within = 1;          ///< of Workbench: in tolerances
+  bool met = false;               ///< every tolerance, to `met_within`
 };
 
 /// Says of a result what is known of its scene: models, targets, where the roughness is split, and warnings.
@@ -59,10 +61,10 @@ void describe_scene(const FitCase& of, double captured, FitOutcome* result);
 /// What is known of a result before the solve.
 FitOutcome outcome_of(const FitCase& of, const FitPlan& plan);
 
-/// Every tolerance met, and what was judged is equivalent.
+/// Every tolerance met, to `met_within`, and what was judged is equivalent.
 bool is_equivalent(const Attempt& attempt);
-/// The worst that is known of an attempt: mismatches in tolerances, judged differences in margins; infinite
-/// where a judged statistic has no value.
+/// The worst that is known of an attempt: mismatches over what they may be, in tolerances, judged differences
+/// in margins; infinite where a judged statistic has no value.
 double distance_to_margin(const Attempt& attempt);
 /// Whether a is the one to keep: what meets the tolerances before what does not, then the smaller distance to
 /// the margin or, of those that do not, to the tolerances.

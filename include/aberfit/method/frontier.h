@@ -15,12 +15,13 @@ struct FrontierPoint {
   int order = 0;                   ///< Zernike: n_max; Fourier: number of plane waves
   Eigen::Index terms = 0, rays = 0;
   double fitted_mismatch = 0;  ///< largest |S - T| / tolerance over the fitted statistics
+  double met_within = 1;       ///< what that may be
   double held_out_mismatch =
       NAN;  ///< largest judged difference of the held-out ones on fresh rays; NaN: not judged
   double seconds = 0;
   bool screened = false;           ///< left after a short fit on few rays
   std::optional<Verdict> verdict;  ///< on fresh rays; nothing where it was not judged
-  bool passes = false;             ///< every tolerance met and `equivalent`
+  bool passes = false;             ///< every tolerance met, to `met_within`, and `equivalent`
   bool chosen = false;
 };
 

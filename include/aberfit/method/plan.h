@@ -52,7 +52,6 @@ struct FitPlan {
   Eigen::VectorXd seen;  ///< by waves: those of a surface that was judged and is not equivalent
   OnStall on_stall = OnStall::kGoOn;
   double guides_within = 1;  ///< by waves: of their tolerances, before the fit ends
-  double met_within = 1;     ///< by waves: of the targets' tolerances, likewise; attempt_fit fills it in
 };
 
 /// The fit that a task with explicit terms asks for.

@@ -65,8 +65,16 @@ bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Ind
 /// and 0.6 % of g 27 on 738,824 cells); with a core of g 1.4 a set that passes at 1 misses at 1.5.
 double met_within(const Task& task, FocusModel model, const TargetSets& targets, Eigen::Index cells,
                   double wide_circles);
-/// Whether a verdict does, whose circles are wide from this angle on [rad]: a finite one, and the same
-/// tolerances.
+/// Whether a fit by waves on so many cells begins where fits by rays have led, not at its draw: from
+/// kVeryManyCells on, where one look at the light with its derivatives takes seconds, and in light without a
+/// core (finite `wide_circles`), whose shares rays know to a few percent. Every fitted statistic has to exist
+/// in rays and to have its value from a theory.
+bool begins_by_rays(const Task& task, const Groundwork& ground, const TargetSets& targets, Eigen::Index cells,
+                    double wide_circles);
+/// Rays of those fits, with so many terms.
+std::int64_t rays_that_lead(Eigen::Index terms);
+/// Whether a verdict works in single precision, whose circles are wide from this angle on [rad]: a finite
+/// one, and the same tolerances.
 bool judged_in_single_precision(double wide, const TargetSets& targets);
 /// Grains, lambda (f+dz) over the smaller side of the aperture, in a circle of this radius over f + dz [rad].
 double grains_of(const Task& task, double angle);

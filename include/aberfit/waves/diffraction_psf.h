@@ -186,6 +186,10 @@ class DiffractionWorkspace {
   std::unique_ptr<Buffers> buffers_;
 };
 
+/// What is looked at in more planes than these has, beyond the cells, the mean spot of the focus in all of
+/// them: theory remembers as many, and each takes several planes' time.
+inline constexpr std::size_t kMostPlanesOfTheirOwn = 100;
+
 /// Makes less of a gradient over the heights, from several threads.
 using GradientReduction = std::function<Eigen::ArrayXd(const Eigen::ArrayXd& d_height)>;
 
