@@ -10,6 +10,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
 #include "far_overlap.h"
 
 namespace aberfit::internal {
@@ -312,10 +313,12 @@ MomentPanels PupilMoments::make(double dz, double end, double blurred) const {
   const double turn = overlap.turn(end * cutoff());
   if (turn > kFarDefocus && field_.has_departure())
     throw ComputationError(fmt::format(
-        "the aberrations of this mirror are {:.0f} waves in the plane {:.4g} m from the focus, "
-        "too many for its mean spot in light (at most {:.0f}); take a mirror nearer to its parabola, "
-        "or `\"theory\": \"geometric\"` in `target`",
-        turn / kTurnsPerWave, dz, kFarDefocus / kTurnsPerWave));
+        "the aberrations of this mirror are {:.0f} waves in {}, too many for its mean spot in light (at most "
+        "{:.0f}); take a mirror nearer to its parabola, or `\"theory\": \"geometric\"` in `target`",
+        turn / kTurnsPerWave,
+        dz == 0 ? "the focus"
+                : fmt::format("the plane {} from the focus", format_quantity(dz, Dimension::kLength)),
+        kFarDefocus / kTurnsPerWave));
   if (!field_.has_departure() && is_far(overlap, turn, dz, end, blurred)) return far_moments(dz, end);
   int halvings = halvings_;
   if (!is_round())  // what is halved a few times only must turn little before
