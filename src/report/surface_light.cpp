@@ -40,10 +40,18 @@ class WaveLight : public FocalLight {
       if (radii[k] == 0) share[k] = 0;
     return share;
   }
-  // Of more planes than have mean spots of their own beyond the cells: what those change, from one in ten on.
+  // Planes that the cells do not see leave the others their light. Of more planes than have mean spots of
+  // their own beyond the cells: what those change, from one in ten on.
   Eigen::ArrayXd ring_through(double radius, const Eigen::ArrayXd& planes) const override {
     constexpr Eigen::Index kApart = 10;
     Eigen::ArrayXd share = through(radius, planes);
+    const std::vector<Eigen::Index> seen = seen_of(share, radius, planes);
+    if (seen.empty()) return share;
+    if (Eigen::Index(seen.size()) < planes.size()) {
+      share.setConstant(std::nan(""));
+      share(seen) = ring_through(radius, planes(seen));
+      return share;
+    }
     const Eigen::Index last = planes.size() - 1;
     if (!path_.scatter || planes.size() <= Eigen::Index(kMostPlanesOfTheirOwn)) return share;
     std::vector<Eigen::Index> at;
@@ -88,6 +96,25 @@ class WaveLight : public FocalLight {
     std::vector<Statistic> wanted;
     for (const double dz : planes) wanted.push_back(RingThrough{radius, dz});
     return values(wanted);
+  }
+  // Places of planes that have light. One whose phases the cells cannot follow takes it from all of them:
+  // where none has any, the farthest that has tells which do.
+  std::vector<Eigen::Index> seen_of(const Eigen::ArrayXd& share, double radius,
+                                    const Eigen::ArrayXd& planes) const {
+    double end = HUGE_VAL;
+    if (!share.isFinite().any()) {
+      std::vector<double> reach;
+      for (const double dz : planes) reach.push_back(std::abs(dz));
+      std::sort(reach.begin(), reach.end());
+      const auto unseen = std::partition_point(reach.begin(), reach.end(), [&](double dz) {
+        return through(radius, Eigen::Array2d(-dz, dz)).isFinite().all();
+      });
+      if (unseen != reach.end()) end = *unseen;
+    }
+    std::vector<Eigen::Index> seen;
+    for (Eigen::Index k = 0; k < planes.size(); ++k)
+      if (end < HUGE_VAL ? std::abs(planes[k]) < end : std::isfinite(share[k])) seen.push_back(k);
+    return seen;
   }
   Eigen::ArrayXd values(const std::vector<Statistic>& wanted) const {
     return focus_statistics(path_, coefficients_, wanted, threads_, nullptr);

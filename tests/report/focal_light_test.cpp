@@ -152,6 +152,14 @@ TEST(FocalLight, CurvesOfManyPlanesHaveTheHaloOfEach) {
   const double off = (curve(some) - single).abs().maxCoeff();
   RecordProperty("off", std::to_string(off));
   EXPECT_LT(off, 1e-4);
+  // Planes whose phases the cells cannot follow leave the others their light.
+  path.aliased_limit = 1e-3;
+  const auto strict = surface_light(path, coefficients, 2);
+  const Eigen::ArrayXd wide = strict->ring_through(ring, 10 * planes);
+  EXPECT_TRUE(std::isnan(wide[0]) && std::isnan(wide[200]));
+  for (const Eigen::Index k : {100, 101})
+    EXPECT_NEAR(wide[k], strict->ring_through(ring, Eigen::ArrayXd::Constant(1, 10 * planes[k]))[0], 1e-4)
+        << k;
   // The width that is printed beside it.
   const double above = double((curve >= 0.5 * curve.maxCoeff()).count()) * 2 * width / 200;
   EXPECT_NEAR(above / width, 1, 0.02);
