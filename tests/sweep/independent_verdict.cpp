@@ -152,19 +152,25 @@ std::unique_ptr<IndependentWaves> waves_of(const Study& study, const Groundwork&
   return waves;
 }
 
-// Of the surface's own light in focus; nothing where it is not between `narrowest` and `field`.
-std::optional<double> own_radius(IndependentWaves* waves, double fraction, double narrowest, double field) {
-  constexpr int kRadii = 256;  // by 2.5 % each: a straight line between two is good to 1e-4 of the light
-  std::vector<double> radii;
-  for (int k = 0; k < kRadii; ++k)
-    radii.push_back(narrowest * std::pow(field / narrowest, double(k) / (kRadii - 1)));
-  const std::vector<double> shares = waves->shares(0, radii);
-  for (std::size_t k = 1; k < radii.size(); ++k)
-    if (shares[k] >= fraction && shares[k - 1] < fraction)
-      return radii[k - 1] +
-             (radii[k] - radii[k - 1]) * (fraction - shares[k - 1]) / (shares[k] - shares[k - 1]);
-  return std::nullopt;
-}
+// The surface's own light in focus.
+struct CurveInFocus {
+  std::vector<double> radius, share;
+
+  CurveInFocus(IndependentWaves* waves, double narrowest, double field) {
+    constexpr int kRadii = 256;  // by 2.5 % each: a straight line between two is good to 1e-4 of the light
+    for (int k = 0; k < kRadii; ++k)
+      radius.push_back(narrowest * std::pow(field / narrowest, double(k) / (kRadii - 1)));
+    share = waves->shares(0, radius);
+  }
+  // Nothing where it is not between the first and the last.
+  std::optional<double> radius_of(double fraction) const {
+    for (std::size_t k = 1; k < radius.size(); ++k)
+      if (share[k] >= fraction && share[k - 1] < fraction)
+        return radius[k - 1] +
+               (radius[k] - radius[k - 1]) * (fraction - share[k - 1]) / (share[k] - share[k - 1]);
+    return std::nullopt;
+  }
+};
 
 struct RingsOfSurface {
   const Study& study;
@@ -179,13 +185,13 @@ struct RingsOfSurface {
   };
   std::vector<Ring> of(IndependentWaves* in_focus, double field) const {
     std::vector<Ring> rings;
+    const CurveInFocus own(in_focus, 0.3 * airy_unit(study), field);
     const TargetSets sets = make_targets(study, ground, 1);
     for (const auto* targets : {&sets.fitted, &sets.held_out})
       for (const Target& target : *targets)
         if (const auto* ring = std::get_if<RingFwhm>(&target.statistic)) {
           const std::optional<double> radius =
-              ring->ring_radius ? ring->ring_radius
-                                : own_radius(in_focus, ring->ring_fraction, 0.3 * airy_unit(study), field);
+              ring->ring_radius ? ring->ring_radius : own.radius_of(ring->ring_fraction);
           if (radius) rings.push_back({target, *radius});
         }
     std::sort(rings.begin(), rings.end(), [](const Ring& a, const Ring& b) { return a.radius < b.radius; });
@@ -194,6 +200,7 @@ struct RingsOfSurface {
 
   // in_focus: with a field of view of that radius. Rings that would cost too much are not looked at.
   void judge_by(IndependentWaves* in_focus, double field, SecondOpinion* opinion) const {
+    if (limits.most_rings == 0) return;
     double seconds = limits.seconds;
     for (const Ring& ring : of(in_focus, field)) {
       const double cells = enough_cells(study, ground, 6 * ring.radius, ring.radius, cut, limits);
