@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "aberfit/core/constants.h"
+#include "pupil_kernel.h"
 
 namespace aberfit::internal {
 namespace {
@@ -66,20 +67,8 @@ double EvenPolynomial::value(double square) const {
   return sum;
 }
 
-// Power by power over a block, so that each line of code is one of vectors.
-void EvenPolynomial::add(const double* x, const double* y, int n, double* result) const {
-  constexpr int kBlock = 256;
-  double t[kBlock], sum[kBlock];
-  for (int first = 0; first < n; first += kBlock) {
-    const int size = std::min(kBlock, n - first);
-    for (int k = 0; k < size; ++k) {
-      t[k] = scale_ * (x[first + k] * x[first + k] + y[first + k] * y[first + k]) - 1;
-      sum[k] = 0;
-    }
-    for (std::size_t j = coefficient_.size(); j-- > 0;)
-      for (int k = 0; k < size; ++k) sum[k] = sum[k] * t[k] + coefficient_[j];
-    for (int k = 0; k < size; ++k) result[first + k] += sum[k];
-  }
+void EvenPolynomial::add(const double* x, const double* y, int n, double* result, InstructionSet set) const {
+  add_even_polynomial(set, coefficient_.data(), degree(), scale_, x, y, n, result);
 }
 
 }  // namespace aberfit::internal

@@ -3,6 +3,8 @@
 #include <optional>
 #include <vector>
 
+#include "aberfit/core/instruction_set.h"
+
 namespace aberfit::internal {
 
 /// A smooth function of the distance from the axis, even in it, as a polynomial in its square: what a conic
@@ -17,7 +19,8 @@ class EvenPolynomial {
                                           double error);
 
   /// Adds its values at n points of the disc to `result`.
-  void add(const double* x, const double* y, int n, double* result) const;
+  void add(const double* x, const double* y, int n, double* result,
+           InstructionSet set = best_instruction_set()) const;
   int degree() const { return int(coefficient_.size()) - 1; }
 
  private:

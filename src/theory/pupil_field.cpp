@@ -7,12 +7,14 @@
 #include <numbers>
 
 #include "aberfit/core/errors.h"
+#include "pupil_kernel.h"
 
 namespace aberfit::internal {
 namespace {
 
 constexpr double kStraight = 2e-4;         // of the radius: departure of an edge's picture from its chord
 constexpr double kSameDirection = 1e-6;    // rad
+constexpr double kSamePlace = 1e-9;        // of the radius
 constexpr int kMostPieces = 8;             // of one edge
 constexpr double kSamePhase = 1e-9;        // rad, of points at one radius of a round surface
 constexpr double kPolynomialPhase = 1e-6;  // rad, of a departure that is not round
@@ -117,6 +119,12 @@ void PupilField::outline(const Aperture& aperture) {
       if (k == 0) straight_corners_.push_back(corners_.back());
     }
   }
+  const auto has_opposite = [&](const Point& one) {
+    return std::any_of(corners_.begin(), corners_.end(), [&](const Point& other) {
+      return std::hypot(one[0] + other[0], one[1] + other[1]) < kSamePlace * outer_;
+    });
+  };
+  is_point_symmetric_ = !corners_.empty() && std::all_of(corners_.begin(), corners_.end(), has_opposite);
   edge_directions_ = internal::edge_directions(polygon);
   across_ = polygon.empty() ? 2 * outer_ : longest_distance(straight_corners_);
 }
@@ -167,13 +175,7 @@ void PupilField::pairs(double dz, const double* x1, const double* y1, const doub
                        int n, double* amplitude, double* difference, double* scratch) const {
   const double scale = 1 / (focal_length_ * focal_length_);
   const double defocus = 2 * std::numbers::pi / wavelength_ * dz / (1 + dz / focal_length_);
-  for (int k = 0; k < n; ++k) {
-    const double p1 = scale * (x1[k] * x1[k] + y1[k] * y1[k]), c1 = std::sqrt(1 - p1),
-                 p2 = scale * (x2[k] * x2[k] + y2[k] * y2[k]), c2 = std::sqrt(1 - p2);
-    const double root = std::sqrt(c1 * c2), inverse = 1 / ((1 + c1) * (1 + c2) * root);
-    amplitude[k] = 4 * inverse;
-    difference[k] = defocus * (p1 * (1 + c2) - p2 * (1 + c1)) * inverse * root;
-  }
+  parabola_pairs(best_instruction_set(), scale, defocus, {x1, y1, x2, y2, n, amplitude, difference});
   if (is_parabola_) return;
   add_departure(x1, y1, n, difference);
   std::fill(scratch, scratch + n, 0.0);

@@ -40,6 +40,8 @@ class PupilField {
   /// Amplitude and phase depend on |P| alone.
   bool is_round() const { return is_round_; }
   bool is_rectangle() const { return is_rectangle_; }
+  /// A polygon that is the same turned by half a turn: rectangles, hexagons.
+  bool is_point_symmetric() const { return is_point_symmetric_; }
   double focal_length() const { return focal_length_; }
   double wavelength() const { return wavelength_; }
 
@@ -59,7 +61,7 @@ class PupilField {
   Departure departure_;  // of the mirror and what was added
   double focal_length_ = 0, wavelength_ = 0;
   double outer_ = 0, inner_ = 0, across_ = 0;
-  bool is_parabola_ = true, is_round_ = true, is_rectangle_ = false;
+  bool is_parabola_ = true, is_round_ = true, is_rectangle_ = false, is_point_symmetric_ = false;
   std::vector<Point> corners_, straight_corners_;
   std::vector<double> edge_directions_;
   // Phase of the departure over P [rad], where it is round and its powers are few.

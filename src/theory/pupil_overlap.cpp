@@ -62,32 +62,40 @@ Line line(int smooth, double turn, bool of_mean) {
   return result;
 }
 
+// Points `across` a line of one u, of which v goes from `bottom` on; where the next ones begin.
+std::size_t set_line(std::size_t at, double u, double bottom, double height, double weight,
+                     const Line& across, OverlapPoints* points) {
+  const std::size_t n = across.t.size();
+  double *const to_u = &points->u[at], *const to_v = &points->v[at], *const to_weight = &points->weight[at];
+  for (std::size_t j = 0; j < n; ++j) {
+    to_u[j] = u;
+    to_v[j] = bottom + height * across.t[j];
+    to_weight[j] = weight * across.weight[j];
+  }
+  return at + n;
+}
+
 // Under the arc of a circle, u from u1 to u2 and v from 0 up.
 void append_arc(const OverlapRegion::Arc& arc, const Line& along, const Line& across, OverlapPoints* points) {
   const double start = std::acos(std::clamp((arc.u2 - arc.centre) / arc.radius, -1.0, 1.0));
   const double end = std::acos(std::clamp((arc.u1 - arc.centre) / arc.radius, -1.0, 1.0));
+  std::size_t at = points->grow(along.t.size() * across.t.size());
   for (std::size_t i = 0; i < along.t.size(); ++i) {
     const double angle = start + (end - start) * along.t[i], height = arc.radius * std::sin(angle);
+    const double u = arc.centre + arc.radius * std::cos(angle);
     const double weight = arc.sign * (end - start) * along.weight[i] * height * height;
-    for (std::size_t j = 0; j < across.t.size(); ++j) {
-      points->u.push_back(arc.centre + arc.radius * std::cos(angle));
-      points->v.push_back(height * across.t[j]);
-      points->weight.push_back(weight * across.weight[j]);
-    }
+    at = set_line(at, u, 0, height, weight, across, points);
   }
 }
 
 void append_trapezoid(const OverlapRegion::Trapezoid& one, const Line& along, const Line& across,
                       OverlapPoints* points) {
+  std::size_t at = points->grow(along.t.size() * across.t.size());
   for (std::size_t i = 0; i < along.t.size(); ++i) {
     const double t = along.t[i], bottom = one.low1 + t * (one.low2 - one.low1);
     const double height = one.high1 + t * (one.high2 - one.high1) - bottom;
     const double weight = (one.u2 - one.u1) * along.weight[i] * height;
-    for (std::size_t j = 0; j < across.t.size(); ++j) {
-      points->u.push_back(one.u1 + t * (one.u2 - one.u1));
-      points->v.push_back(bottom + height * across.t[j]);
-      points->weight.push_back(weight * across.weight[j]);
-    }
+    at = set_line(at, one.u1 + t * (one.u2 - one.u1), bottom, height, weight, across, points);
   }
 }
 
@@ -108,33 +116,6 @@ void append_crossings(const std::vector<Edge>& edges, std::vector<double>* place
     }
 }
 
-// Sums of weight times the products of the Lagrange polynomials in a and b; the order known to the compiler,
-// which makes them twice as fast.
-template <int kOrder>
-Eigen::ArrayXd lagrange_moments(const OverlapPoints& points, double inverse, const std::vector<double>& nodes,
-                                const std::vector<double>& denominators) {
-  Eigen::Array<double, kOrder, 1> node, denominator;
-  for (int i = 0; i < kOrder; ++i) {
-    node[i] = nodes[std::size_t(i)];
-    denominator[i] = denominators[std::size_t(i)];
-  }
-  std::array<double, std::size_t(kOrder * kOrder)> sum{};
-  for (std::size_t k = 0; k < points.u.size(); ++k) {
-    const double b = points.u[k] * points.u[k] * inverse, a = b + points.v[k] * points.v[k] * inverse;
-    double first[kOrder], second[kOrder];
-    for (int i = 0; i < kOrder; ++i) {
-      double one = points.weight[k] * denominator[i], two = denominator[i];
-      for (int j = 0; j < kOrder; ++j)
-        if (j != i) one *= a - node[j], two *= b - node[j];
-      first[i] = one;
-      second[i] = two;
-    }
-    for (int i = 0; i < kOrder; ++i)
-      for (int j = 0; j < kOrder; ++j) sum[std::size_t(i * kOrder + j)] += first[i] * second[j];
-  }
-  return Eigen::Map<const Eigen::ArrayXd>(sum.data(), kOrder * kOrder);
-}
-
 constexpr int kMostMomentPanels = 3000;
 // Where means over the azimuth have kinks of high order at shears that nobody lists, halving on is of no use.
 constexpr int kHalvingsOfMean = 5, kHalvingsOfRound = 40;
@@ -145,6 +126,12 @@ void OverlapPoints::clear() {
   u.clear();
   v.clear();
   weight.clear();
+}
+
+std::size_t OverlapPoints::grow(std::size_t more) {
+  const std::size_t before = u.size();
+  for (std::vector<double>* one : {&u, &v, &weight}) one->resize(before + more);
+  return before;
 }
 
 void PupilOverlap::Work::resize(std::size_t n) {
@@ -213,6 +200,22 @@ OverlapRegion polygon_overlap(const std::vector<PupilField::Point>& corners, dou
   return region;
 }
 
+OverlapRegion half_of(const OverlapRegion& region) {
+  OverlapRegion half;
+  half.length = 0.5 * region.length;
+  for (OverlapRegion::Trapezoid one : region.trapezoids) {
+    if (one.u2 <= 0) continue;
+    if (one.u1 < 0) {
+      const double part = -one.u1 / (one.u2 - one.u1);
+      one.low1 += part * (one.low2 - one.low1);
+      one.high1 += part * (one.high2 - one.high1);
+      one.u1 = 0;
+    }
+    half.trapezoids.push_back(one);
+  }
+  return half;
+}
+
 void append_points(const OverlapRegion& region, const OverlapTurn& turn, bool of_mean,
                    OverlapPoints* points) {
   if (!region.arcs.empty()) {
@@ -261,12 +264,11 @@ std::vector<PupilField::Point> in_frame(const std::vector<PupilField::Point>& co
 PupilOverlap::PupilOverlap(const PupilField& field, double dz, int order)
     : field_(field), dz_(dz), order_(order), has_phase_(dz != 0 || field.has_departure()) {
   for (int i = 0; i < order; ++i) nodes_.push_back(0.5 - 0.5 * std::cos(pi * (i + 0.5) / order));
-  for (int i = 0; i < order; ++i) {
-    double product = 1;
-    for (int k = 0; k < order; ++k)
-      if (k != i) product *= nodes_[std::size_t(i)] - nodes_[std::size_t(k)];
-    denominators_.push_back(1 / product);
-  }
+  // Lagrange's polynomials of these nodes are sums of Chebyshev's.
+  lagrange_.resize(order, order);
+  for (int i = 0; i < order; ++i)
+    for (int p = 0; p < order; ++p)
+      lagrange_(i, p) = (p == 0 ? 1.0 : 2.0) / order * std::cos(p * (pi - pi * (i + 0.5) / order));
   azimuths_ = {{0}, {1}};
   scale_ = 1 / at_direction(0, 0).sum();
   set_directions();
@@ -306,15 +308,16 @@ AzimuthRule polygon_azimuths(const std::vector<double>& edge_directions, int wan
 void PupilOverlap::set_directions() {
   const bool polygon = !field_.corners().empty();
   if (!polygon && field_.is_round()) return;
-  // Defocus, which is round, does not tell directions apart.
+  // A round wave does not tell the directions of a disc apart; those of a polygon it does.
   double turn_of_departure = 0;
   if (!field_.is_round()) {
     PupilOverlap in_focus = *this;
     in_focus.dz_ = 0;
     turn_of_departure = std::min(in_focus.turn(cutoff()), double(kMostDirections));
   }
-  const int wanted = std::min((polygon ? kDirectionsOfPolygon : kFewestDirections) + int(turn_of_departure),
-                              kMostDirections);
+  int wanted = (polygon ? kDirectionsOfPolygon : kFewestDirections) + int(turn_of_departure);
+  if (polygon && has_phase_) wanted = std::max(wanted, kDirectionsOfPhase);
+  wanted = std::min(wanted, kMostDirections);
   if (!polygon)
     azimuths_ = azimuth_rule({}, pi, wanted);
   else if (field_.is_rectangle() && field_.is_round())  // a quarter turn holds all
@@ -358,7 +361,8 @@ double PupilOverlap::correction_at(double x) const {
 
 OverlapRegion PupilOverlap::region(double x, double direction) const {
   if (field_.corners().empty()) return round_overlap(field_.outer(), field_.inner(), x);
-  return polygon_overlap(in_frame(field_.corners(), direction), x);
+  const OverlapRegion all = polygon_overlap(in_frame(field_.corners(), direction), x);
+  return field_.is_round() && field_.is_point_symmetric() ? half_of(all) : all;
 }
 
 // The other quarters of a round region, where the field differs there.
@@ -380,6 +384,15 @@ void PupilOverlap::pupil_points(const OverlapPoints& points, double x, double di
         "the aberrations of this mirror in this plane are too many waves for its mean spot in light; take a "
         "mirror nearer to its parabola, or `\"theory\": \"geometric\"` in `target`");
   work->resize(n);
+  if (field_.is_round()) {  // all directions are one
+    for (std::size_t k = 0; k < n; ++k) {
+      work->x1[k] = points.u[k] + 0.5 * x;
+      work->x2[k] = points.u[k] - 0.5 * x;
+    }
+    work->y1 = points.v;
+    work->y2 = points.v;
+    return;
+  }
   const double cosine = std::cos(direction), sine = std::sin(direction);
   for (std::size_t k = 0; k < n; ++k) {
     const double before = points.u[k] - 0.5 * x, after = points.u[k] + 0.5 * x, v = points.v[k];
@@ -450,10 +463,13 @@ Eigen::ArrayXd PupilOverlap::at_direction(double x, double direction, std::size_
 
 Eigen::ArrayXd PupilOverlap::moments_of(const OverlapPoints& points) const {
   const double inverse = 1 / (field_.outer() * field_.outer());
-  static constexpr std::array kOfOrder{&lagrange_moments<1>, &lagrange_moments<2>, &lagrange_moments<3>,
-                                       &lagrange_moments<4>, &lagrange_moments<5>, &lagrange_moments<6>};
-  static_assert(kOfOrder.size() == kHighestMomentOrder);
-  return kOfOrder[std::size_t(order_ - 1)](points, inverse, nodes_, denominators_);
+  std::array<double, std::size_t(kHighestMomentOrder * kHighestMomentOrder)> sums;
+  chebyshev_moments(best_instruction_set(), order_, points.u.data(), points.v.data(), points.weight.data(),
+                    int(points.u.size()), inverse, sums.data());
+  // i major, as the moments are: the transpose.
+  const Eigen::Map<const Eigen::MatrixXd> by_chebyshev(sums.data(), order_, order_);
+  const Eigen::MatrixXd by_lagrange = lagrange_ * by_chebyshev * lagrange_.transpose();
+  return by_lagrange.reshaped().array();
 }
 
 Eigen::ArrayXd PupilOverlap::operator()(double x, std::size_t* points) const {

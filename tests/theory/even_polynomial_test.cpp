@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -15,17 +16,22 @@ namespace {
 constexpr double kRadius = 0.7;
 
 double largest_error(const EvenPolynomial& polynomial, const std::function<double(double)>& truth) {
-  constexpr int kPoints = 1001;  // more than a block, and no multiple of one
-  std::vector<double> x(kPoints), y(kPoints), value(kPoints, 1.0);
+  constexpr int kPoints = 1001;  // no multiple of what a kernel takes together
+  std::vector<double> x(kPoints), y(kPoints), value(kPoints);
   for (int k = 0; k < kPoints; ++k) {
     const double rho = kRadius * k / (kPoints - 1), angle = 2.4 * k;
     x[std::size_t(k)] = rho * std::cos(angle);
     y[std::size_t(k)] = rho * std::sin(angle);
   }
-  polynomial.add(x.data(), y.data(), kPoints, value.data());
   double worst = 0;
-  for (int k = 0; k < kPoints; ++k)
-    worst = std::max(worst, std::abs(value[std::size_t(k)] - 1 - truth(kRadius * k / (kPoints - 1))));
+  for (const InstructionSet set :
+       {InstructionSet::kBaseline, InstructionSet::kAvx2, InstructionSet::kAvx512}) {
+    if (!is_supported(set)) continue;
+    std::fill(value.begin(), value.end(), 1.0);  // what it adds to
+    polynomial.add(x.data(), y.data(), kPoints, value.data(), set);
+    for (int k = 0; k < kPoints; ++k)
+      worst = std::max(worst, std::abs(value[std::size_t(k)] - 1 - truth(kRadius * k / (kPoints - 1))));
+  }
   return worst;
 }
 
