@@ -26,6 +26,7 @@ void* __libc_malloc(std::size_t);
 void* malloc(std::size_t size) { return counted(size, __libc_malloc); }
 }
 #else
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"  // inlined, they are told apart from each other
 void* operator new(std::size_t size) {
   void* const memory = counted(size, std::malloc);
   if (!memory) throw std::bad_alloc();
