@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "aberfit/core/errors.h"
+#include "regular_polygon.h"
 
 using namespace aberfit;
 using std::numbers::pi;
@@ -16,13 +17,7 @@ namespace {
 
 using Point = std::array<double, 2>;
 
-PolygonAperture regular(int corners, double radius) {
-  PolygonAperture result;
-  for (int k = 0; k < corners; ++k)
-    result.vertices.push_back(
-        {radius * std::cos(2 * pi * k / corners + 0.1), radius * std::sin(2 * pi * k / corners + 0.1)});
-  return result;
-}
+PolygonAperture regular(int corners, double radius) { return test::regular_polygon(corners, radius, 0.1); }
 
 // Area of the intersection of two convex polygons, corners counter-clockwise (Sutherland and Hodgman 1974).
 double common_area(std::vector<Point> one, const std::vector<Point>& two) {

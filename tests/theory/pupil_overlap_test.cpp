@@ -1,5 +1,5 @@
-// What an overlap of the pupil with itself is summed up from: kernels against formulas in long double,
-// moments against sums over a fine grid of points, half an overlap against the whole.
+// What an overlap of the pupil with itself is summed up from: kernels against formulas in long double, half
+// an overlap against the whole, means over the direction against a grid that has every direction.
 #include "../../src/theory/pupil_overlap.h"
 
 #include <gtest/gtest.h>
@@ -13,6 +13,7 @@
 #include "aberfit/roughness/bessel.h"
 #include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
+#include "regular_polygon.h"
 
 namespace aberfit::internal {
 namespace {
@@ -87,14 +88,6 @@ TEST(PupilKernel, MomentsAreSumsOfProductsOfChebyshevPolynomials) {
     }
 }
 
-Aperture regular_polygon(int corners, double radius) {
-  PolygonAperture aperture;
-  for (int k = 0; k < corners; ++k)
-    aperture.vertices.push_back(
-        {radius * std::cos(2 * pi * k / corners + 0.3), radius * std::sin(2 * pi * k / corners + 0.3)});
-  return aperture;
-}
-
 struct Pupil {
   const char* name;
   Aperture aperture;
@@ -103,9 +96,9 @@ struct Pupil {
 const std::vector<Pupil> kPupils = {
     {"rectangle", RectangleAperture{0.32, 0.18}, true},
     {"square", RectangleAperture{0.24, 0.24}, true},
-    {"hexagon", regular_polygon(6, 0.19), true},
-    {"pentagon", regular_polygon(5, 0.2), false},
-    {"triangle", regular_polygon(3, 0.2), false},
+    {"hexagon", test::regular_polygon(6, 0.19, 0.3), true},
+    {"pentagon", test::regular_polygon(5, 0.2, 0.3), false},
+    {"triangle", test::regular_polygon(3, 0.2, 0.3), false},
     {"quarter", PolygonAperture{{{0, 0}, {0.141, 0}, {0.141, 0.141}, {0, 0.141}}}, false}};
 
 constexpr double kFocal = 2, kWavelength = 2e-6;
