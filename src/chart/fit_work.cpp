@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/forward/height_block_side.h"
+#include "aberfit/forward/term_moments.h"
 #include "aberfit/method/all_scatter.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
@@ -27,10 +29,8 @@ constexpr double kWavePlane = 1.5e-9, kWaveGradient = 6e-10, kFollowedRing = 9, 
 // Of wide circles: transforms of half the length either way; of what is beside them, in single precision,
 // 0.49 to 0.7 on 400 to 1500 cells. The width of a ring over its radius f/R (PHYSICS 5).
 constexpr double kWidePlane = 0.26, kSinglePlane = 0.6, kGaussianRing = 2.80675977;
-// Of a draw, whose ring is followed from another mirror's [planes]; its rays for height and angles [s of one
-// thread] (tests/stability).
+// Of a draw, whose ring is followed from another mirror's [planes] (tests/stability).
 constexpr double kDrawnRing = 15;
-constexpr double kDrawnMoments = 0.06;
 // Searches of radii and what else does not grow with the grid, per statistic: fits on 45 cells across with 20
 // to 500 terms (tests/stability).
 constexpr double kWaveStatistic = 8e-5;
@@ -52,6 +52,8 @@ constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;  // per draw
 /// Statistics, and the planes they are looked at in; those of wide circles count as the share of their work.
 struct Asked {
   double count = 0, dz = 0, rings = 0, gradients = 0;
+  double moments = 0;       // of the terms' own points
+  bool mean_angle = false;  // among them
   double planes(double ring) const { return dz + ring * rings; }
 };
 
@@ -83,6 +85,9 @@ Asked asked(const Task& task, double wide, bool single, const std::vector<const 
         Plane& plane = planes[dz];
         ++plane.statistics;
         plane.wide &= is_wide;
+      } else if (kind_of(target.statistic).is_moment) {
+        ++sum.moments;
+        sum.mean_angle |= std::holds_alternative<ScatterMean>(target.statistic);
       } else {
         ++sum.gradients;
       }
@@ -97,6 +102,11 @@ Asked asked(const Task& task, double wide, bool single, const std::vector<const 
   return sum;
 }
 
+/// Points of height and angles, where light is by waves, and L there, one thread [s].
+struct MomentWork {
+  double points = 0, forward = 0, adjoint = 0;
+};
+
 /// What a surface goes through on the way to its statistics.
 struct Optics {
   FocusModel model = FocusModel::kRays;
@@ -106,6 +116,7 @@ struct Optics {
   double listed = 0;                // L^T at the rays that a ray statistic lists
   double height_product = 0;        // waves: L^T of one among many height weights
   double products = 1;              // WavePace
+  MomentWork moments = {};
 };
 
 // Work of a transform of so many cells, padded to twice as many either way.
@@ -152,10 +163,28 @@ Optics on_grid(const Task& task, const TermSet& terms, double pitch, const WaveP
   return with_operator(optics, terms, layout);
 }
 
+// As WaveForward decides: on points of their own (moment_rays.h), which for plane waves in a polygon are
+// fifty times the cells and the dearest part of a step, or on the cells.
+MomentWork moment_work(const Task& task, const TermSet& terms, const Optics& optics, const Asked& wanted) {
+  if (optics.model != FocusModel::kWaves || wanted.moments == 0) return {};
+  const std::optional<PupilSample> pupil =
+      wanted.mean_angle ? mean_angle_pupil(task.aperture, terms) : moment_pupil(task.aperture, terms);
+  if (!pupil) return {optics.points, optics.forward, optics.adjoint};
+  const OperatorChoice choice = choose_operator(terms, *pupil);
+  return {double(pupil->size()), choice.forward_seconds, choice.adjoint_seconds};
+}
+
+double moments(const Optics& optics, const Asked& wanted) {
+  return wanted.moments > 0
+             ? optics.moments.forward + wanted.moments * optics.moments.points * kExactStatistic
+             : 0;
+}
+
 // Values alone, of one surface, CPU seconds.
 double values(const Optics& optics, const Asked& wanted) {
   if (optics.model == FocusModel::kWaves)
-    return optics.forward + wanted.planes(kFollowedRing) * optics.transform * kWavePlane;
+    return optics.forward + wanted.planes(kFollowedRing) * optics.transform * kWavePlane +
+           moments(optics, wanted);
   return optics.forward + wanted.count * optics.points * kExactStatistic;
 }
 
@@ -163,7 +192,8 @@ double values(const Optics& optics, const Asked& wanted) {
 double linearisation(const Optics& optics, const Asked& wanted) {
   if (optics.model == FocusModel::kWaves)  // planes stay focused for the gradients
     return values(optics, wanted) + wanted.gradients * optics.transform * kWaveGradient +
-           wanted.count * (optics.height_product + kWaveStatistic);
+           wanted.moments * optics.moments.adjoint +
+           (wanted.count - wanted.moments) * (optics.height_product + kWaveStatistic);
   return optics.forward + wanted.count * (optics.points * kSmoothStatistic + kStatistic + optics.listed);
 }
 
@@ -177,10 +207,12 @@ double algebra(const Optics& optics, double statistics, double terms) {
 double judged_by_waves(const Task& task, const TermSet& terms, const Asked& wanted, double pitch,
                        const WavePace& pace) {
   const Asked rings{0, 0, wanted.rings, 0};
-  return rings.planes(kSearchedRing) * on_grid(task, terms, kSearchGrid * pitch, pace).transform *
-             kWavePlane +
-         3 * values(on_grid(task, terms, kCoarserGrid * pitch, pace), wanted) +
-         values(on_grid(task, terms, pitch, pace), wanted);
+  const Optics search = on_grid(task, terms, kSearchGrid * pitch, pace);
+  Optics coarser = on_grid(task, terms, kCoarserGrid * pitch, pace),
+         finest = on_grid(task, terms, pitch, pace);
+  coarser.moments = finest.moments = moment_work(task, terms, finest, wanted);
+  return rings.planes(kSearchedRing) * search.transform * kWavePlane + 3 * values(coarser, wanted) +
+         values(finest, wanted);
 }
 
 // Scrambles and all of them together.
@@ -233,16 +265,15 @@ bool judges_moments(const TargetSets& targets) {
 double draws(const Task& task, const Groundwork& ground, const TargetSets& targets, const WavePace& pace) {
   if (!ground.all_scatters()) return 0;
   const std::shared_ptr<const BandSplit> split = drawn_split(task, ground);
-  TermSet waves{ground.radius, {}, {}, {}};
-  waves.fourier.assign(kDrawnWaves, {split->low().f_max(), 0});
+  const TermSet waves = drawn_waves(task, ground, *split);
   const double wide = wide_circles(task, ground, split.get(), targets, kWideShareOfVerdict);
-  const Optics optics =
-      on_grid(task, waves, judging_pitch(task, waves, all_targets(targets), split.get()), pace);
+  Optics optics = on_grid(task, waves, judging_pitch(task, waves, all_targets(targets), split.get()), pace);
   const bool single = in_single_precision(FocusModel::kWaves, targets, Eigen::Index(optics.points));
   const Asked judged = asked(task, wide, single, {&targets.fitted, &targets.held_out});
+  optics.moments = moment_work(task, waves, optics, judged);
   const double light = optics.forward + judged.planes(kDrawnRing) * optics.transform * kWavePlane +
                        judged.count * kWaveStatistic;
-  const double surface = kDrawnMoments;
+  const double surface = moments(optics, judged);
   const double mirrors = number_of_draws(ground.shares->spread, kMostScatterDraws);
   double surfaces = mirrors;
   if (judges_moments(targets))
@@ -290,7 +321,7 @@ double wave_seconds(int across, int statistics) {
 FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& terms, const PupilOptions& rays,
                  const TargetSets& targets, int threads, const WavePace& pace) {
   const bool waves = ground.use.model == FocusModel::kWaves;
-  const Optics optics =
+  Optics optics =
       waves
           ? on_grid(task, terms,
                     wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening), pace)
@@ -303,6 +334,7 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   const Asked reported = asked(task, HUGE_VAL, single, {&targets.fitted}),
               judged = asked(task, wide_for_verdict, judged_in_single_precision(wide_for_verdict, targets),
                              {&targets.fitted, &targets.held_out});
+  optics.moments = moment_work(task, terms, optics, fitted);
   FitWork work;
   work.targets = theory(task, ground, targets) / threads;
   work.prior = kPrior * std::pow(double(terms.size()) / kPriorTerms, 1.5);

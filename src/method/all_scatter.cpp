@@ -25,9 +25,7 @@ Drawing drawing_of(const FitCase& of) {
   const Task& task = of.task;
   Drawing drawing;
   drawing.split = drawn_split(task, of.ground);
-  drawing.terms.radius = of.ground.radius;
-  drawing.terms.fourier =
-      fourier_modes(drawing.split->low(), kDrawnWaves, FourierSampling::kGrid, task.fit.seed);
+  drawing.terms = drawn_waves(task, of.ground, *drawing.split);
   drawing.prior = CoefficientPrior(
       drawing.terms.size(), make_prior(drawing.terms, drawing.split->low(), CovarianceKind::kFull).blocks());
   return drawing;
@@ -186,6 +184,13 @@ std::shared_ptr<const BandSplit> drawn_split(const Task& task, const Groundwork&
       std::clamp(kDrawnCycles / (2 * ground.radius), std::min(2 * low, psd.f_max()), psd.f_max());
   return std::make_shared<const BandSplit>(psd, cut, task.mirror, task.aperture, task.wavelength,
                                            ground.mean_spot);
+}
+
+TermSet drawn_waves(const Task& task, const Groundwork& ground, const BandSplit& split) {
+  TermSet waves;
+  waves.radius = ground.radius;
+  waves.fourier = fourier_modes(split.low(), kDrawnWaves, FourierSampling::kGrid, task.fit.seed);
+  return waves;
 }
 
 Attempt judge_all_scatter(const FitCase& of) {

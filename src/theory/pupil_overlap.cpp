@@ -154,9 +154,13 @@ OverlapRegion round_overlap(double outer, double inner, double shear) {
 }
 
 OverlapRegion polygon_overlap(const std::vector<PupilField::Point>& corners, double shear) {
+  // A mean spot takes millions of these, and half of each would be memory.
+  thread_local std::vector<Edge> edges;
+  thread_local std::vector<double> places;
+  thread_local std::vector<std::pair<double, const Edge*>> crossed;
+  edges.clear();
+  places.clear();
   OverlapRegion region;
-  std::vector<Edge> edges;
-  std::vector<double> places;
   double least = 1e300, most = -1e300;
   for (const PupilField::Point& corner : corners) {
     least = std::min(least, corner[0]);
@@ -181,7 +185,7 @@ OverlapRegion polygon_overlap(const std::vector<PupilField::Point>& corners, dou
   std::sort(places.begin(), places.end());
   places.erase(std::unique(places.begin(), places.end(), [&](double a, double b) { return b - a < same; }),
                places.end());
-  std::vector<std::pair<double, const Edge*>> crossed;
+  region.trapezoids.reserve(places.size());
   for (std::size_t i = 0; i + 1 < places.size(); ++i) {
     const double u1 = places[i], u2 = places[i + 1], middle = 0.5 * (u1 + u2);
     crossed.clear();

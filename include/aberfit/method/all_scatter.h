@@ -13,6 +13,8 @@ inline constexpr int kDrawnWaves = 1200;  ///< that such a surface has
 
 /// The roughness of such a draw: below is the surface's, above the mean's.
 std::shared_ptr<const BandSplit> drawn_split(const Task& task, const Groundwork& ground);
+/// The plane waves of its surface.
+TermSet drawn_waves(const Task& task, const Groundwork& ground, const BandSplit& split);
 
 /// Where no frequency needs a term (the split at the bottom of the band): nothing is fitted, the surface is
 /// the mirror without roughness with all of it as scatter. Generalised Harvey-Shack would then be judged
