@@ -238,7 +238,8 @@ MeanSpot GeneralisedHarveyShack::change_at_plane(const SurfaceChange& change, do
   return spot;
 }
 
-// A mirror without aberrations has its peak in the focus.
+// The image grows with its distance from the mirror: a ring holds the most light a little nearer than the
+// focus, by the square of width over focal length.
 GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ring_radius) const {
   if (!(ring_radius > 0)) return {kNaN, kNaN, kNaN};
   const double f = mirror_.focal_length;
@@ -246,14 +247,30 @@ GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ri
   // focus.
   const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
   if (exact_ && exact_->has_departure()) return aberrated_ring_planes(ring_radius, step);
-  const double half = 0.5 * encircled_energy(ring_radius, 0);
+  const auto energy = [&](double dz) { return encircled_energy(ring_radius, dz); };
+  const double in_focus = energy(0), half = 0.5 * in_focus;
   // Planes of a pupil without symmetry are known to 1e-5, and cost much.
-  const double accuracy = exact_ && !exact_->is_round() ? 1e-6 : 1e-9;
+  const bool dear = exact_ && !exact_->is_round();
+  const double accuracy = dear ? 1e-6 : 1e-9;
   const auto crossing = [&](double side) {
-    return side * first_crossing([&](double z) { return encircled_energy(ring_radius, side * z) - half; }, 0,
-                                 half, step, 0.5 * f, accuracy);
+    return side * first_crossing([&](double z) { return energy(side * z) - half; }, 0, half, step, 0.5 * f,
+                                 accuracy);
   };
-  return {crossing(-1), 0, crossing(1)};
+  const double lower = crossing(-1), upper = crossing(1), width = upper - lower;
+  // The peak of a parabola of this width through this slope, over what is there in focus.
+  constexpr double kCurvature = 11;
+  const double nothing = dear ? 1e-8 : 1e-12;
+  const double growth = ring_radius / f * at_plane(0).encircled_energy_slope(ring_radius) / in_focus * width;
+  if (!(growth * growth / kCurvature > nothing)) return {lower, 0, upper};
+  const double peak =
+      highest_between(energy, {lower, half}, {0, in_focus}, {upper, half}, (dear ? 1e-4 : 1e-5) * width);
+  const double most = energy(peak);
+  if (!(most > in_focus)) return {lower, 0, upper};
+  const auto moved = [&](double outside) {
+    return peak + root_between([&](double from_peak) { return energy(peak + from_peak) - 0.5 * most; }, 0,
+                               outside - peak, 0.5 * most, half - 0.5 * most, accuracy);
+  };
+  return {moved(lower), peak, moved(upper)};
 }
 
 // The peak lies where the aberrations put it: looked for in steps of `step` until the ring holds less than

@@ -88,6 +88,11 @@ std::atomic<std::size_t> counted = 0;
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
+// Sanitizers have one of their own for std::stable_sort, which ours would free.
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  if (counting) counted += size;
+  return std::malloc(size);
+}
 [[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
   if (counting) counted += size;
   const auto unit = std::size_t(alignment);

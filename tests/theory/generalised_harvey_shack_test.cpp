@@ -136,8 +136,10 @@ TEST(GeneralisedHarveyShack, OfAVeryRoughSurfaceIsGeometric) {
           << p << " " << spread;
     }
   const double ring = waves.encircled_energy_radius(0.9, 0);
-  EXPECT_NEAR(waves.ring_fwhm(ring) / rays.ring_fwhm(ring), 1, 2 * kTail);
-  EXPECT_NEAR(waves.ring_fwhm(ring) / (2.80675977 * ring * 14), 1, 1e-3);
+  EXPECT_NEAR(waves.ring_fwhm(ring) / rays.ring_fwhm(ring), 1, kTail);
+  // The law is of a shallow focus; this one is an eighth of the focal length wide, and 0.1 (w/f)^2 narrower.
+  const double depth = waves.ring_fwhm(ring) / 2.8;
+  EXPECT_NEAR(waves.ring_fwhm(ring) / (2.80675977 * ring * 14), 1 - 0.1 * depth * depth, 5e-4);
   EXPECT_NEAR(waves.spot_fwhm(0) / (std::sqrt(8 * std::log(2.0)) * 2 * 2.8 * slope), 1, 1e-3);
   EXPECT_DOUBLE_EQ(waves.scatter_rms(), rays.scatter_rms());
   EXPECT_DOUBLE_EQ(waves(ScatterMean{}), rays.scatter_mean());

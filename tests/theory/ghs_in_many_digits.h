@@ -140,9 +140,19 @@ class Paraxial {
                k = 4 * pi<Real>() / scene_.wavelength;
     return overlap({acos(s), s, 0, 0, 0}, 0) * exp(-k * k * half_structure_(x));
   }
-  /// Where N(z) is half of N(0), near `guess` at one side: secants.
+  /// Where N(z) is largest, near the focus: vertices of parabolas a fiftieth of `depth` wide.
+  Real peak_plane(const Real& ring, const Real& depth) const {
+    const Real h = depth / 100;
+    Real z = 0;
+    for (int i = 0; i < 3; ++i) {
+      const Real before = encircled(ring, z - h), here = encircled(ring, z), after = encircled(ring, z + h);
+      z -= h * (after - before) / (2 * (after - 2 * here + before));
+    }
+    return z;
+  }
+  /// Where N(z) is half of that, near `guess` at one side: secants.
   Real half_plane(const Real& ring, const Real& guess) const {
-    const Real half = encircled(ring, 0) / 2;
+    const Real half = encircled(ring, peak_plane(ring, guess)) / 2;
     Real a = guess, b = guess * Real(1.001), at_a = encircled(ring, a) - half;
     for (int i = 0; i < 40; ++i) {
       const Real at_b = encircled(ring, b) - half;

@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 
+#include "aberfit/core/constants.h"
+#include "aberfit/core/quadrature.h"
 #include "aberfit/forward/forward_model.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 
@@ -51,6 +54,83 @@ TEST(GhsRing, WidthIsBetweenTheHalvesOfThePeakWhereverItLies) {
     EXPECT_NEAR(by_theory(turned, circle, ring) / on_grid(turned, circle, ring), 1, 3e-3);
     // Nothing moves without them.
     EXPECT_NEAR(by_theory(Mirror{kFocal}, circle, ring) / on_grid(Mirror{kFocal}, circle, ring), 1, 3e-3);
+  }
+}
+
+// N(z) of a perfect mirror by Lommel's integral, U(u, v) = int_0^1 2 exp(-i u s^2/2) J0(v s) s ds, in planes
+// at the distance they have: the image grows with it.
+class ByLommel {
+ public:
+  ByLommel(double radius, double focal_length, double wavelength, double ring)
+      : a_(radius), f_(focal_length), k_(2 * kPi / wavelength), ring_(ring) {}
+  double share(double dz) const {
+    const double distance = f_ + dz, u = k_ * a_ * a_ * dz / (f_ * distance);
+    const Quadrature radial = gauss_legendre(60, 0.0, k_ * a_ * ring_ / distance),
+                     zone = gauss_legendre(80, 0.0, 1.0);
+    double sum = 0;
+    for (int k = 0; k < 60; ++k) {
+      std::complex<double> field = 0;
+      for (int j = 0; j < 80; ++j)
+        field += zone.weights[j] * zone.nodes[j] * 2.0 *
+                 std::cyl_bessel_j(0, radial.nodes[k] * zone.nodes[j]) *
+                 std::polar(1.0, -0.5 * u * zone.nodes[j] * zone.nodes[j]);
+      sum += radial.weights[k] * radial.nodes[k] * std::norm(field) / 2;
+    }
+    return sum;
+  }
+  double peak(double nearest) const {
+    double low = nearest, high = -nearest;  // one peak between
+    while (high - low > 1e-5 * f_) {
+      const double left = low + (high - low) / 3, right = high - (high - low) / 3;
+      (share(left) < share(right) ? low : high) = share(left) < share(right) ? left : right;
+    }
+    return 0.5 * (low + high);
+  }
+  double crossing(double peak, double outside) const {
+    const double half = 0.5 * share(peak);
+    for (double inside = peak;;) {
+      const double middle = 0.5 * (inside + outside);
+      if (std::abs(outside - inside) < 1e-7 * f_) return middle;
+      (share(middle) > half ? inside : outside) = middle;
+    }
+  }
+
+ private:
+  double a_, f_, k_, ring_;
+};
+
+// Half of what the ring holds in focus made widths of a quarter of the focal length 0.6 % too large.
+TEST(GhsRing, ADeepFocusHasItsPeakNearerToTheMirror) {
+  constexpr double kLength = 0.15, kInfrared = 4.75e-6, kAcross = 4e-3;
+  const RadialPsd none(UniformPsd{1e-6 * kInfrared, 1000, 5000});
+  const GeneralisedHarveyShack light(none, Mirror{kLength}, CircleAperture{kAcross}, kInfrared);
+  for (const double ring : {70e-6, 130e-6}) {
+    const ByLommel truth(0.5 * kAcross, kLength, kInfrared, ring);
+    const double peak = truth.peak(-0.02), lower = truth.crossing(peak, -0.07),
+                 upper = truth.crossing(peak, 0.07);
+    const GeneralisedHarveyShack::RingPlanes planes = light.ring_planes(ring);
+    EXPECT_LT(peak, -1e-3) << ring;
+    EXPECT_NEAR(planes.peak, peak, 2e-3 * (upper - lower)) << ring;
+    EXPECT_NEAR(light.ring_fwhm(ring) / (upper - lower), 1, 5e-4) << ring;
+    EXPECT_EQ(planes.upper - planes.lower, light.ring_fwhm(ring));
+  }
+}
+
+// Of its own N(z), which others are compared with elsewhere; a rectangle's planes cost seconds.
+TEST(GhsRing, WidthIsBetweenTheHalvesOfWhatTheRingHoldsMost) {
+  constexpr double kLength = 0.15, kInfrared = 4.75e-6;
+  const RadialPsd rough(UniformPsd{0.05 * kInfrared, 1000, 3000});
+  for (const Aperture& aperture :
+       {Aperture(CircleAperture{4e-3}), Aperture(RectangleAperture{4.5e-3, 2.7e-3})}) {
+    const GeneralisedHarveyShack light(rough, Mirror{kLength}, aperture, kInfrared);
+    const double ring = light.encircled_energy_radius(0.5, 0);
+    const GeneralisedHarveyShack::RingPlanes planes = light.ring_planes(ring);
+    const double step = 0.02 * (planes.upper - planes.lower),
+                 most = light.encircled_energy(ring, planes.peak);
+    for (const double side : {-1.0, 1.0})
+      EXPECT_GT(most, light.encircled_energy(ring, planes.peak + side * step)) << aperture.index();
+    for (const double end : {planes.lower, planes.upper})
+      EXPECT_NEAR(light.encircled_energy(ring, end) / most, 0.5, 1e-5) << aperture.index();
   }
 }
 

@@ -166,7 +166,7 @@ class GeneralisedHarveyShack {
     return at_plane(dz).encircled_energy_radius(fraction);
   }
   /// Full width [m] over dz at which N(z) = encircled_energy(ring_radius, dz) falls to half of its peak: of a
-  /// mirror without aberrations its value in the focus, and the crossings nearest to it, to 1e-9 (1e-6 of
+  /// mirror without aberrations that next to the focus, and the crossings nearest to it, to 1e-9 (1e-6 of
   /// pupils without symmetry); of one with aberrations the highest of a scan, and crossings to 1e-5. NaN when
   /// ring_radius is not positive, |dz| would exceed f/2, or a scan 60 steps of half a cone's depth.
   double ring_fwhm(double ring_radius) const;
