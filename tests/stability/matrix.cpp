@@ -1,11 +1,12 @@
 // The random-scene matrix: runs rows of it, each once, and says what they come to.
 //   stability_matrix --rows FILE [--anew] [--seed N] [--range FIRST LAST | --only K,K,...] [--picture
 //   FILE.svg]
-//                    [--report | --sound] [--show K]
+//                    [--report | --sound] [--show K] [--targets]
 // Rows that FILE has are not run again, so that the matrix can be run in parts, and by several at once with a
 // file each; after a change of the program --anew takes none of them. --report: exit code 1 unless every
 // promise is kept by the rows that were asked for; --sound: unless none of them is a failure. --show prints a
-// scene's study and its table.
+// scene's study and its table. --targets runs no program and has targets alone looked at: exit code 1 where
+// one is wrong.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -35,7 +36,7 @@ struct Asked {
   std::uint64_t seed = 1;
   std::vector<int> which;
   int show = -1;
-  bool anew = false, report = false, sound = false;
+  bool anew = false, report = false, sound = false, targets = false;
 };
 
 std::vector<int> range(int first, int last) {
@@ -65,6 +66,8 @@ Asked read_arguments(const std::vector<std::string>& arguments) {
       asked.anew = true;
     else if (option == "--report")
       asked.report = true;
+    else if (option == "--targets")
+      asked.targets = true;
     else if (option == "--sound")
       asked.sound = true;
     else if (option == "--range") {
@@ -78,7 +81,8 @@ Asked read_arguments(const std::vector<std::string>& arguments) {
       throw std::invalid_argument("unknown option " + option + "; the head of matrix.cpp has them all");
     }
   }
-  if (asked.rows.empty() && asked.show < 0) throw std::invalid_argument("--rows FILE is required");
+  if (asked.rows.empty() && asked.show < 0 && !asked.targets)
+    throw std::invalid_argument("--rows FILE is required");
   return asked;
 }
 
@@ -95,10 +99,11 @@ std::map<int, json> read_rows(const Asked& asked) {
   return rows;
 }
 
-json run_in_scratch(std::uint64_t seed, int k) {
+json run_in_scratch(std::uint64_t seed, int k,
+                    json (*run)(std::uint64_t, int, const std::filesystem::path&)) {
   std::string name = (std::filesystem::temp_directory_path() / "aberfit-matrix-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch folder");
-  json row = run_row(seed, k, name);
+  json row = run(seed, k, name);
   std::filesystem::remove_all(name);
   return row;
 }
@@ -106,13 +111,25 @@ json run_in_scratch(std::uint64_t seed, int k) {
 void run_missing(const Asked& asked, std::map<int, json>* rows) {
   for (const int k : asked.which) {
     if (rows->count(k) > 0) continue;
-    json row = run_in_scratch(asked.seed, k);
+    json row = run_in_scratch(asked.seed, k, run_row);
     std::ofstream(asked.rows, std::ios::app) << row.dump() << '\n';
     fmt::print("{:>4} {:<78} {:<11} {:6.1f} s {}\n", k, row["name"].get<std::string>(),
                row["outcome"].get<std::string>(), row.value("fit_s", 0.0), failure_of(row));
     std::fflush(stdout);
     (*rows)[k] = std::move(row);
   }
+}
+
+int look_at_targets(const Asked& asked) {
+  bool right = true;
+  for (const int k : asked.which) {
+    const json row = run_in_scratch(asked.seed, k, opinion_on_targets), &second = row["second_of_targets"];
+    const std::string failure = failure_of(row);
+    right &= failure.empty();
+    fmt::print("{:>4} {:<78} {} {}\n", k, row["name"].get<std::string>(), second.dump(), failure);
+    std::fflush(stdout);
+  }
+  return right ? 0 : 1;
 }
 
 int run(const Asked& asked) {
@@ -122,6 +139,7 @@ int run(const Asked& asked) {
     if (!scene.table.empty()) fmt::print("{}:\n{}", kRandomTable, scene.table);
     return 0;
   }
+  if (asked.targets) return look_at_targets(asked);
   if (asked.anew) std::filesystem::remove(asked.rows);
   std::map<int, json> known = read_rows(asked);
   run_missing(asked, &known);

@@ -31,6 +31,11 @@ constexpr double kPatience = 8;
 constexpr rlim_t kMemory = rlim_t(8) << 30;
 // A second opinion is to cost no more than most fits. 512 cells across are 0.07 GB.
 constexpr OpinionLimits kOpinion{.largest_grid = 512, .seconds = 15, .most_planes = 3, .most_rings = 1};
+// Targets cost no surface, and the finer the grid the nearer to what they are.
+constexpr OpinionLimits kOpinionOfTargets{
+    .smallest_grid = 512, .largest_grid = 1024, .seconds = 30, .most_planes = 5, .most_rings = 1};
+// In margins: targets are to be 1e-4 of the light off, which is a fiftieth.
+constexpr double kTargetsMayBeOff = 0.1;
 // A surface that is given the height of its specification has it within the spread of its draws; beyond this
 // nobody would take it for the same mirror.
 constexpr double kAbsurd = 2;
@@ -153,6 +158,11 @@ void note_surface(const json& result, json* row) {
   (*row)["carried"] = split ? 1 : 1 - number(scene["band"]["left_out_slope_share"]);
 }
 
+json noted(const SecondOpinion& opinion, const char* of) {
+  if (!opinion.obstacle.empty()) return {{"of", of}, {"obstacle", opinion.obstacle}};
+  return {{"of", of}, {"margins", opinion.worst}, {"statistic", opinion.statistic}, {"rings", opinion.rings}};
+}
+
 void note_second_opinion(const json& result, const std::filesystem::path& folder, json* row) {
   const Study study = read_study((folder / "study.json").string());
   TermSet terms;
@@ -164,19 +174,15 @@ void note_second_opinion(const json& result, const std::filesystem::path& folder
   const bool rays = result["scene"]["model"] == "rays";
   std::optional<double> cut;
   if (result.contains("split")) cut = number(result["split"]["cut_per_m"]);
+  const SecondOpinions opinions(study);
   SecondOpinion opinion;
   if (rays && cut)
     opinion.obstacle = "rays with a scatter of their own";
   else
-    opinion = rays ? opinion_of_rays(study, terms, coefficients, kOpinion)
-                   : opinion_of_waves(study, terms, coefficients, cut, kOpinion);
-  json& second = (*row)["second"];
-  second["of"] = rays ? "rays" : "waves";
-  if (opinion.obstacle.empty())
-    second["margins"] = opinion.worst, second["statistic"] = opinion.statistic,
-    second["rings"] = opinion.rings;
-  else
-    second["obstacle"] = opinion.obstacle;
+    opinion = rays ? opinions.of_rays(terms, coefficients, kOpinion)
+                   : opinions.of_waves(terms, coefficients, cut, kOpinion);
+  (*row)["second"] = noted(opinion, rays ? "rays" : "waves");
+  (*row)["second_of_targets"] = noted(opinions.of_targets(kOpinionOfTargets), "waves");
 }
 
 // What a wrong prediction is looked into with: where the search went, and when.
@@ -216,6 +222,19 @@ void note_result(const Ended& fit, const std::filesystem::path& folder, json* ro
 }
 
 }  // namespace
+
+json opinion_on_targets(std::uint64_t seed, int k, const std::filesystem::path& folder) {
+  const RandomScene scene = random_scene(seed, k);
+  if (!scene.table.empty()) std::ofstream(folder / kRandomTable) << scene.table;
+  json row{{"seed", seed}, {"row", k}, {"name", scene.name}};
+  try {
+    const SecondOpinions opinions(parse_study(scene.study, (folder / "study.json").string()));
+    row["second_of_targets"] = noted(opinions.of_targets(kOpinionOfTargets), "waves");
+  } catch (const std::exception& error) {
+    row["second_of_targets"] = {{"obstacle", error.what()}};
+  }
+  return row;
+}
 
 json run_row(std::uint64_t seed, int k, const std::filesystem::path& folder) {
   const RandomScene scene = random_scene(seed, k);
@@ -257,7 +276,10 @@ json run_row(std::uint64_t seed, int k, const std::filesystem::path& folder) {
 }
 
 std::string failure_of(const json& row) {
-  const std::string outcome = row["outcome"];
+  const std::string outcome = row.value("outcome", "");
+  const json targets = row.value("second_of_targets", json::object());
+  if (targets.contains("margins") && !(number(targets["margins"]) <= kTargetsMayBeOff))
+    return "wrong targets";
   if (outcome == "crash" || outcome == "hang" || outcome == "time-out") return outcome;
   if (outcome == "refused" && !row.value("remedy", false)) return "refused without a remedy";
   if (outcome != "equivalent") return "";

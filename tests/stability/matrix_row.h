@@ -25,11 +25,15 @@ inline constexpr double kLongestFit = test::kSanitized ? 1200 : 120;  ///< [s] o
 ///   cells, terms, model, theory, status, warnings (codes), says (what it says of itself)
 ///   second                             of whom the second opinion is, how many margins off, or why there is
 ///                                      none
+///   second_of_targets                  the same on the targets, which need no fit
 /// with nothing where there is nothing to say.
 nlohmann::json run_row(std::uint64_t seed, int k, const std::filesystem::path& folder);
 
+/// Of a row its scene and second_of_targets alone, without the program.
+nlohmann::json opinion_on_targets(std::uint64_t seed, int k, const std::filesystem::path& folder);
+
 /// What a row must never be, as words; empty: it is not. Crash, hang, time-out, refusal without a remedy, a
-/// surface that is absurd beside its specification, a verdict that the second opinion contradicts.
+/// surface that is absurd beside its specification, targets or a verdict that a second opinion contradicts.
 std::string failure_of(const nlohmann::json& row);
 
 }  // namespace aberfit

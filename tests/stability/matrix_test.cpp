@@ -122,6 +122,13 @@ TEST(MatrixRows, AreFailuresForEveryReasonThatCounts) {
   EXPECT_EQ(failure_of(contradicted), "contradicted by waves");
   contradicted["outcome"] = "different";  // which nobody was told to rely on
   EXPECT_EQ(failure_of(contradicted), "");
+  json wrong_targets = equivalent_row();
+  wrong_targets["second_of_targets"] = {{"of", "waves"}, {"margins", 0.09}};
+  EXPECT_EQ(failure_of(wrong_targets), "");
+  wrong_targets["second_of_targets"]["margins"] = 0.11;
+  EXPECT_EQ(failure_of(wrong_targets), "wrong targets");
+  wrong_targets["outcome"] = "different";  // by them, perhaps
+  EXPECT_EQ(failure_of(wrong_targets), "wrong targets");
   for (const double ratio : {0.4, 2.1}) {
     json absurd = equivalent_row();
     absurd["rms_ratio"] = ratio;
@@ -214,14 +221,15 @@ TEST(SecondOpinions, TellARightSurfaceFromAWrongOneByRays) {
   const double disc = 2 * 2 * 4 * std::sqrt(3.0) * kDefocus / 0.05;
   const Study study = known_study({{"ee50", std::sqrt(0.5) * disc}, {"ee90", std::sqrt(0.9) * disc}});
   const TermSet terms{0.05, zernike_modes(2, 2), {}, {}};
-  const SecondOpinion right = opinion_of_rays(study, terms, defocus(kDefocus), {});
+  const SecondOpinion right = SecondOpinions(study).of_rays(terms, defocus(kDefocus), {});
   EXPECT_EQ(right.obstacle, "");
   EXPECT_LE(right.worst, 0.1) << right.statistic;
   // The disc is smaller by 1 %: 0.9 (1.01^2 - 1) more light inside, where a margin of 1 % of a given radius
   // is judged as a Gaussian spot's, 2 (1 - p) ln(1/(1 - p)) of it. Less three standard errors of the rays,
   // 0.3.
   const double margin = 0.01 * 0.2 * std::log(10.0);
-  EXPECT_NEAR(opinion_of_rays(study, terms, defocus(kDefocus / 1.01), {}).worst, 0.9 * 0.0201 / margin, 0.5);
+  EXPECT_NEAR(SecondOpinions(study).of_rays(terms, defocus(kDefocus / 1.01), {}).worst, 0.9 * 0.0201 / margin,
+              0.5);
 }
 
 // Airy's pattern: E = 1 - J0^2 - J1^2 of pi D r/(lambda f); in the first dark ring, 1.2197 lambda f/D,
@@ -237,9 +245,9 @@ TEST(SecondOpinions, TellARightSurfaceFromAWrongOneByWaves) {
   ASSERT_NEAR(share(1.219669891), 0.8378, 1e-4);
   const Study study = known_study({{"ee50", low * airy}, {"ee83.7785", 1.219669891 * airy}});
   const TermSet terms{0.05, zernike_modes(2, 2), {}, {}};
-  EXPECT_LE(opinion_of_waves(study, terms, defocus(0), {}, {}).worst, 0.1);
+  EXPECT_LE(SecondOpinions(study).of_waves(terms, defocus(0), {}, {}).worst, 0.1);
   // Strehl's ratio exp(-(4 pi a/lambda)^2): 0.937 at 20 nm; ee50 loses as much of its half, 0.03 in all.
-  EXPECT_GT(opinion_of_waves(study, terms, defocus(20e-9), {}, {}).worst, 5);
+  EXPECT_GT(SecondOpinions(study).of_waves(terms, defocus(20e-9), {}, {}).worst, 5);
 }
 
 // Two Gaussians, the higher one off the middle; halves of it found by bisection.
@@ -286,14 +294,16 @@ TEST(SecondOpinions, AgreeWithTheTheoryWhereAllOfTheRoughnessScatters) {
     const Study study = parse_study(text.dump(), "study.json");
     const TermSet none{0.05, {}, {}, {}};
     const int rings = psd == wide;  // seconds each
-    const SecondOpinion right = opinion_of_waves(study, none, {}, 0.0, {.most_rings = rings}),
-                        wrong = opinion_of_waves(study, none, {}, 150.0, {.most_rings = 0});
+    const SecondOpinions opinions(study);
+    const SecondOpinion right = opinions.of_targets({.most_rings = rings}),
+                        wrong = opinions.of_waves(none, {}, 150.0, {.most_rings = 0});
     EXPECT_EQ(right.obstacle, "");
     EXPECT_LE(right.worst, 0.1) << psd << right.statistic;
     EXPECT_EQ(right.rings, rings);
     EXPECT_GT(wrong.worst, 2) << psd;  // the lower part of the band left out
   }
 }
+
 // Of a perfect mirror N(u) = int |U|^2 v dv/2, U = 2 int J0(v t) exp(-i u t^2/2) t dt (Born and Wolf 8.8, u
 // by the square of the numerical aperture).
 double light_in_circle(double u, double widest) {
@@ -323,7 +333,8 @@ TEST(SecondOpinions, TellARightRingFromAWrongOne) {
   const double ee50 = v50 / (k * sine), fwhm = 2 * half / (k * sine * sine);
   const TermSet terms{0.05, zernike_modes(2, 2), {}, {}};
   const auto worst = [&](double width) {
-    return opinion_of_waves(known_study({{"ee50", ee50}, {"ring_fwhm", width}}), terms, defocus(0), {}, {})
+    return SecondOpinions(known_study({{"ee50", ee50}, {"ring_fwhm", width}}))
+        .of_waves(terms, defocus(0), {}, {})
         .worst;
   };
   EXPECT_LE(worst(fwhm), 0.1);
@@ -334,8 +345,8 @@ TEST(SecondOpinions, SayWhereTheyWouldCostTooMuch) {
   const Study study = parse_study(random_scene(1, 3).study, "study.json");
   TermSet terms{aperture_radius(study.aperture), zernike_modes(2, 60), {}, {}};
   const Eigen::VectorXd none = Eigen::VectorXd::Zero(terms.size());
-  EXPECT_NE(opinion_of_rays(study, terms, none, {.seconds = 1e-3}).obstacle, "");
-  EXPECT_NE(opinion_of_waves(study, terms, none, {}, {.largest_grid = 128}).obstacle, "");
+  EXPECT_NE(SecondOpinions(study).of_rays(terms, none, {.seconds = 1e-3}).obstacle, "");
+  EXPECT_NE(SecondOpinions(study).of_waves(terms, none, {}, {.largest_grid = 128}).obstacle, "");
 }
 
 // Two that name their Zernikes, one that names its planes: by the program, at one or two seconds each. How

@@ -44,7 +44,7 @@ Outcome run_scene(int k) {
     std::optional<double> cut;
     if (result.shares) cut = result.shares->cut;
     const SecondOpinion light =
-        opinion_of_waves(study, result.terms, result.fit.coefficients, cut, {.narrow_field = true});
+        SecondOpinions(study).of_waves(result.terms, result.fit.coefficients, cut, {.narrow_field = true});
     worst = light.worst;
     EXPECT_TRUE(worst <= 1.0) << "equivalent, but not in light: " << light.statistic << light.obstacle;
   }

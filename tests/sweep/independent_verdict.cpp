@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "aberfit/method/groundwork.h"
 #include "independent_waves.h"
 #include "independent_width.h"
 
@@ -29,8 +28,7 @@ constexpr int kHeightsOfRay = 9;                      // one, and eight for its 
 
 using Planes = std::map<double, std::vector<std::pair<double, Target>>>;  // by dz: fractions
 
-Planes planes_of(const Study& study, const Groundwork& ground, int most) {
-  const TargetSets sets = make_targets(study, ground, 1);
+Planes planes_of(const TargetSets& sets, int most) {
   Planes planes;
   for (const auto* targets : {&sets.fitted, &sets.held_out})
     for (const Target& target : *targets)
@@ -127,7 +125,7 @@ double airy_unit(const Study& study) {
 // Cells across whose field of view is that wide, and that fold little light into `radius`.
 double enough_cells(const Study& study, const Groundwork& ground, double field, double radius,
                     std::optional<double> cut, const OpinionLimits& limits) {
-  double needed = std::max(256.0, std::ceil(field / airy_unit(study) / 128) * 128);
+  double needed = std::max(double(limits.smallest_grid), std::ceil(field / airy_unit(study) / 128) * 128);
   if (cut)
     while (needed <= limits.largest_grid &&
            folded_light(*ground.psd, *cut, study, needed, radius) > kErrorOfWaves)
@@ -175,6 +173,7 @@ struct CurveInFocus {
 struct RingsOfSurface {
   const Study& study;
   const Groundwork& ground;
+  const TargetSets& sets;
   const IndependentSurface& surface;
   std::optional<double> cut;
   const OpinionLimits& limits;
@@ -186,7 +185,6 @@ struct RingsOfSurface {
   std::vector<Ring> of(IndependentWaves* in_focus, double field) const {
     std::vector<Ring> rings;
     const CurveInFocus own(in_focus, 0.3 * airy_unit(study), field);
-    const TargetSets sets = make_targets(study, ground, 1);
     for (const auto* targets : {&sets.fitted, &sets.held_out})
       for (const Target& target : *targets)
         if (const auto* ring = std::get_if<RingFwhm>(&target.statistic)) {
@@ -219,11 +217,13 @@ struct RingsOfSurface {
 
 }  // namespace
 
-SecondOpinion opinion_of_waves(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
-                               std::optional<double> cut, const OpinionLimits& limits) {
+SecondOpinions::SecondOpinions(const Study& study)
+    : study_(study), ground_(lay_groundwork(study_)), sets_(make_targets(study_, ground_, 1)) {}
+
+SecondOpinion SecondOpinions::of_waves(const TermSet& terms, const Eigen::VectorXd& coefficients,
+                                       std::optional<double> cut, const OpinionLimits& limits) const {
   SecondOpinion opinion;
-  const Groundwork ground = lay_groundwork(study);
-  const Planes planes = planes_of(study, ground, limits.most_planes);
+  const Planes planes = planes_of(sets_, limits.most_planes);
   double largest = 0;
   for (const auto& [dz, wanted] : planes)
     for (const auto& [fraction, target] : wanted) largest = std::max(largest, target.value);
@@ -231,30 +231,47 @@ SecondOpinion opinion_of_waves(const Study& study, const TermSet& terms, const E
     opinion.obstacle = "no encircled energy is asked for";
     return opinion;
   }
-  double needed = enough_cells(study, ground, 3 * largest, largest, cut, limits);
+  double needed = enough_cells(study_, ground_, 3 * largest, largest, cut, limits);
   if (limits.narrow_field) needed = std::min(needed, double(limits.largest_grid));
-  const IndependentSurface surface(study.mirror, terms, coefficients);
+  const IndependentSurface surface(study_.mirror, terms, coefficients);
   if (needed > limits.largest_grid || seconds_of(needed, surface, double(planes.size())) > limits.seconds) {
     opinion.obstacle = fmt::format("{:.0f} cells across are too many", needed);
     return opinion;
   }
-  const auto waves = waves_of(study, ground, surface, cut, int(needed));
+  const auto waves = waves_of(study_, ground_, surface, cut, int(needed));
   for (const auto& [dz, wanted] : planes) {
     const std::vector<double> shares = waves->shares(dz, radii_of(wanted));
     for (std::size_t k = 0; k < wanted.size(); ++k)
-      judge_light(study, wanted[k].second, std::abs(shares[k] - wanted[k].first) - kErrorOfWaves, &opinion);
+      judge_light(study_, wanted[k].second, std::abs(shares[k] - wanted[k].first) - kErrorOfWaves, &opinion);
   }
-  const RingsOfSurface rings{study, ground, surface, cut, limits};
-  rings.judge_by(waves.get(), 0.5 * needed * airy_unit(study), &opinion);
+  const RingsOfSurface rings{study_, ground_, sets_, surface, cut, limits};
+  rings.judge_by(waves.get(), 0.5 * needed * airy_unit(study_), &opinion);
   return opinion;
 }
 
-SecondOpinion opinion_of_rays(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
-                              const OpinionLimits& limits) {
+SecondOpinion SecondOpinions::of_targets(const OpinionLimits& limits) const {
+  if (sets_.theory != "ghs") {
+    SecondOpinion none;
+    none.obstacle = "targets of another theory";
+    return none;
+  }
+  // Its factor is a mean over the aperture, the same for an overlap of its middle and of its rim.
+  constexpr double kMostObliquity = 0.03;
+  if (std::pow(aperture_radius(study_.aperture) / (2 * study_.mirror.focal_length), 2) > kMostObliquity) {
+    SecondOpinion none;
+    none.obstacle = "the aperture reaches too far from the axis";
+    return none;
+  }
+  TermSet no_terms;
+  no_terms.radius = ground_.radius;
+  return of_waves(no_terms, {}, ground_.psd->f_min(), limits);
+}
+
+SecondOpinion SecondOpinions::of_rays(const TermSet& terms, const Eigen::VectorXd& coefficients,
+                                      const OpinionLimits& limits) const {
   SecondOpinion opinion;
-  const Groundwork ground = lay_groundwork(study);
-  const Planes planes = planes_of(study, ground, limits.most_planes);
-  const IndependentSurface surface(study.mirror, terms, coefficients);
+  const Planes planes = planes_of(sets_, limits.most_planes);
+  const IndependentSurface surface(study_.mirror, terms, coefficients);
   const double rays = std::min(double(kMostRays),
                                limits.seconds / (kShifts * kHeightsOfRay * kSecondsOfTerm * surface.cost()));
   if (planes.empty() || rays < kFewestRays) {
@@ -263,22 +280,22 @@ SecondOpinion opinion_of_rays(const Study& study, const TermSet& terms, const Ei
   }
   std::array<std::vector<TracedRay>, kShifts> bundles;
   for (int shift = 0; shift < kShifts; ++shift)
-    for (const auto& [x, y] : points_in(study.aperture, int(rays), shift))
-      bundles[std::size_t(shift)].push_back(reflected(study.mirror.focal_length, surface, x, y));
+    for (const auto& [x, y] : points_in(study_.aperture, int(rays), shift))
+      bundles[std::size_t(shift)].push_back(reflected(study_.mirror.focal_length, surface, x, y));
   for (const auto& [dz, wanted] : planes)
     for (const auto& [fraction, target] : wanted) {
       double sum = 0, squares = 0;
       for (const std::vector<TracedRay>& bundle : bundles) {
         const auto inside =
             std::count_if(bundle.begin(), bundle.end(), [&, z = dz, r = target.value](const TracedRay& ray) {
-              return ray.along[2] > 0 && ray.radius_at(study.mirror.focal_length + z) <= r;
+              return ray.along[2] > 0 && ray.radius_at(study_.mirror.focal_length + z) <= r;
             });
         const double share = double(inside) / double(bundle.size());
         sum += share;
         squares += share * share;
       }
       const double mean = sum / kShifts, variance = std::max(0.0, squares / kShifts - mean * mean);
-      judge_light(study, target, std::abs(mean - fraction) - 3 * std::sqrt(variance / (kShifts - 1)),
+      judge_light(study_, target, std::abs(mean - fraction) - 3 * std::sqrt(variance / (kShifts - 1)),
                   &opinion);
     }
   return opinion;

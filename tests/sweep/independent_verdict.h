@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "aberfit/method/groundwork.h"
 #include "aberfit/study/study.h"
 #include "aberfit/terms/term_set.h"
 
@@ -11,6 +12,7 @@ namespace aberfit {
 
 /// What may be spent on a second opinion.
 struct OpinionLimits {
+  int smallest_grid = 256;  ///< cells across the aperture
   int largest_grid = 1536;  ///< cells across the aperture; 16 of them squared are held at 16 bytes each
   double seconds = 600;     ///< as estimated, on one core
   int most_planes = 1000;   ///< in focus and the farthest ones go first
@@ -30,14 +32,29 @@ struct SecondOpinion {
   std::string obstacle;   ///< why none was formed, a clause
 };
 
-/// By IndependentWaves, with the roughness above `cut` [cycles/m] as its mean; a grid whose field of view
-/// holds three times the largest radius that is looked at, of rings six times: their light is seen out of
-/// focus.
-SecondOpinion opinion_of_waves(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
-                               std::optional<double> cut, const OpinionLimits& limits);
-/// By rays of equal parts of the aperture, reflected as vectors; their error is three standard errors of
-/// eight shifts of a lattice.
-SecondOpinion opinion_of_rays(const Study& study, const TermSet& terms, const Eigen::VectorXd& coefficients,
-                              const OpinionLimits& limits);
+/// Of one study, whose targets are made once.
+class SecondOpinions {
+ public:
+  explicit SecondOpinions(const Study& study);
+
+  /// By IndependentWaves, with the roughness above `cut` [cycles/m] as its mean; a grid whose field of view
+  /// holds three times the largest radius that is looked at, of rings six times: their light is seen out of
+  /// focus.
+  SecondOpinion of_waves(const TermSet& terms, const Eigen::VectorXd& coefficients, std::optional<double> cut,
+                         const OpinionLimits& limits) const;
+  /// By rays of equal parts of the aperture, reflected as vectors; their error is three standard errors of
+  /// eight shifts of a lattice.
+  SecondOpinion of_rays(const TermSet& terms, const Eigen::VectorXd& coefficients,
+                        const OpinionLimits& limits) const;
+  /// Of the targets themselves, where they are of generalised Harvey-Shack: by IndependentWaves of the mirror
+  /// without roughness, with all of it as its mean. Not where the aperture reaches further from the axis than
+  /// 0.35 focal lengths: of a polygon of g 8 that does, rings are half a margin off by them.
+  SecondOpinion of_targets(const OpinionLimits& limits) const;
+
+ private:
+  Study study_;
+  Groundwork ground_;
+  TargetSets sets_;
+};
 
 }  // namespace aberfit

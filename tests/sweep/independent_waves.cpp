@@ -114,13 +114,19 @@ class StructureOfPhase {
       high_ = shells.back().first;
       shells.pop_back();
     }
+    for (double from = low_; from < high_; from *= 1.02) {
+      ends_.push_back(from);
+      add_jump(from, std::min(high_, 1.02 * from));
+    }
+    ends_.push_back(high_);
   }
   double at(double r) const {
     constexpr double kTurns = 30, kPerTurn = 10;
     const double faded = kTurns / r;
     double sum = 0;
+    std::size_t end = 1;
     for (double from = low_; from < high_;) {
-      double to = std::min(high_, 1.02 * from);
+      double to = ends_[end];
       if (from < faded) to = std::min({to, from + 1 / (kPerTurn * r), faded});
       const double f = 0.5 * (from + to), fading = std::clamp(2 * f / faded - 1, 0.0, 1.0);
       const double bessel =
@@ -128,13 +134,29 @@ class StructureOfPhase {
                        : 0;
       sum += 2 * kPi * f * psd_(f) * (to - from) * (1 - bessel);
       from = to;
+      if (from == ends_[end]) ++end;
     }
     return k2_ * sum;
   }
 
  private:
+  // Where a part of a sum begins or ends inside a step, the step is two.
+  void add_jump(double from, double to) {
+    constexpr double kSteepest = 0.5;  // a slope of -25 in 2 %
+    double low = from * (1 + 1e-9), high = to * (1 - 1e-9);
+    if (!(low < high)) return;
+    const auto jump = [this](double a, double b) { return std::abs(psd_(a) - psd_(b)); };
+    if (jump(low, high) <= kSteepest * std::max(psd_(low), psd_(high))) return;
+    while (high - low > 1e-9 * low) {
+      const double middle = 0.5 * (low + high);
+      (jump(low, middle) > jump(middle, high) ? high : low) = middle;
+    }
+    ends_.push_back(high);
+  }
+
   const std::function<double(double)>& psd_;
   double k2_, low_ = 0, high_ = 0;
+  std::vector<double> ends_;  // of steps of 2 % and less
 };
 
 }  // namespace
@@ -152,17 +174,27 @@ void IndependentWaves::scatter(const std::function<double(double)>& psd, double 
     const auto i = std::size_t(place);
     return exponent[i] + (place - double(i)) * (exponent[i + 1] - exponent[i]);
   };
-  factor_.assign(std::size_t(shears), 0.0);
-  constexpr int kRings = 6, kDirections = 8;
-  for (int i = 0; i < shears; ++i) {
-    for (int ring = 0; ring < kRings; ++ring)
-      for (int direction = 0; direction < kDirections; ++direction) {
-        const double t2 = rim_ * rim_ * (ring + 0.5) / kRings, angle = kPi * (direction + 0.5) / kDirections;
-        const double across = 1 + t2, along = (1 + t2) * (1 + t2) / (1 - t2);
-        const double r = i * step * std::hypot(across * std::sin(angle), along * std::cos(angle));
-        factor_[std::size_t(i)] += std::exp(-at(r) / ((1 + t2) * (1 + t2))) / (kRings * kDirections);
-      }
+  // Parts of the aperture, which may lie off the axis: t^2 = tan^2(theta/2), and the azimuth, along which
+  // heights are foreshortened more than across.
+  constexpr int kParts = 128;
+  std::vector<std::pair<double, double>> parts;
+  for (int k = 0; k < kParts; ++k) {
+    const double place = 0.6180339887498949 * k;
+    const Cell& cell = cells_[std::size_t((place - std::floor(place)) * double(cells_.size()))];
+    const double middle = 0.5 * samples_ / kPadding - 0.5;
+    parts.emplace_back(cell.versine / (2 - cell.versine),
+                       std::atan2(cell.row - middle, cell.column - middle));
   }
+  factor_.assign(kShearDirections, std::vector<double>(std::size_t(shears), 0.0));
+  for (int direction = 0; direction < kShearDirections; ++direction)
+    for (const auto& [t2, azimuth] : parts) {
+      const double angle = kPi * direction / kShearDirections - azimuth;
+      const double across = 1 + t2, along = (1 + t2) * (1 + t2) / (1 - t2);
+      const double longer = std::hypot(across * std::sin(angle), along * std::cos(angle));
+      for (int i = 0; i < shears; ++i)
+        factor_[std::size_t(direction)][std::size_t(i)] +=
+            std::exp(-at(i * step * longer) / ((1 + t2) * (1 + t2))) / kParts;
+    }
 }
 
 // Pattern to transfer function, times the factor, and back.
@@ -174,8 +206,16 @@ void IndependentWaves::apply_scatter() {
   for (int row = 0; row < samples_; ++row)
     for (int column = 0; column < samples_; ++column) {
       const double place = 8 * std::hypot(lag(row), lag(column));
-      const auto i = std::min(std::size_t(place), factor_.size() - 2);
-      const double factor = factor_[i] + std::min(1.0, place - double(i)) * (factor_[i + 1] - factor_[i]);
+      double turn = std::atan2(lag(row), lag(column)) / kPi;  // of half a turn: the other half is the same
+      turn = (turn - std::floor(turn)) * kShearDirections;
+      const auto direction = std::size_t(turn) % kShearDirections;
+      const auto along = [&](const std::vector<double>& factor) {
+        const auto i = std::min(std::size_t(place), factor.size() - 2);
+        return factor[i] + std::min(1.0, place - double(i)) * (factor[i + 1] - factor[i]);
+      };
+      const double here = along(factor_[direction]),
+                   next = along(factor_[(direction + 1) % kShearDirections]);
+      const double factor = here + (turn - std::floor(turn)) * (next - here);
       field_[std::size_t(row) * std::size_t(samples_) + std::size_t(column)] *= factor;
     }
   fftw_execute(static_cast<fftw_plan>(plan_));

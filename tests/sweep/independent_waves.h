@@ -23,7 +23,7 @@ class IndependentWaves {
   IndependentWaves& operator=(const IndependentWaves&) = delete;
 
   /// Roughness on top of the terms, as its mean: S(f) [m^4] between two frequencies [cycles/m], Gaussian
-  /// heights, the exponent of its transfer function averaged over the aperture.
+  /// heights, the factor on its transfer function averaged over the aperture for each direction of the shear.
   void scatter(const std::function<double(double)>& psd, double f_min, double f_max);
 
   /// Shares of all light that passes the aperture inside circles about the axis, in the plane z = f + dz.
@@ -41,8 +41,10 @@ class IndependentWaves {
   double focal_length_, wavelength_, pitch_, total_ = 0;
   int samples_;
   std::vector<Cell> cells_;
-  std::vector<double> factor_;  // on the transfer function, at shears of eighths of a cell; empty: 1
-  double rim_ = 0;              // t there
+  // On the transfer function, by direction of the shear, at shears of eighths of a cell; empty: 1.
+  static constexpr int kShearDirections = 32;
+  std::vector<std::vector<double>> factor_;
+  double rim_ = 0;  // t there
   std::complex<double>* field_;
   void* plan_;
 };
