@@ -2,12 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <complex>
 
-#include "aberfit/core/constants.h"
-#include "aberfit/core/quadrature.h"
 #include "aberfit/forward/forward_model.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
+#include "lommel.h"
 
 namespace aberfit {
 namespace {
@@ -57,27 +55,12 @@ TEST(GhsRing, WidthIsBetweenTheHalvesOfThePeakWhereverItLies) {
   }
 }
 
-// N(z) of a perfect mirror by Lommel's integral, U(u, v) = int_0^1 2 exp(-i u s^2/2) J0(v s) s ds, in planes
-// at the distance they have: the image grows with it.
+// N(z) of a perfect mirror.
 class ByLommel {
  public:
   ByLommel(double radius, double focal_length, double wavelength, double ring)
-      : a_(radius), f_(focal_length), k_(2 * kPi / wavelength), ring_(ring) {}
-  double share(double dz) const {
-    const double distance = f_ + dz, u = k_ * a_ * a_ * dz / (f_ * distance);
-    const Quadrature radial = gauss_legendre(60, 0.0, k_ * a_ * ring_ / distance),
-                     zone = gauss_legendre(80, 0.0, 1.0);
-    double sum = 0;
-    for (int k = 0; k < 60; ++k) {
-      std::complex<double> field = 0;
-      for (int j = 0; j < 80; ++j)
-        field += zone.weights[j] * zone.nodes[j] * 2.0 *
-                 std::cyl_bessel_j(0, radial.nodes[k] * zone.nodes[j]) *
-                 std::polar(1.0, -0.5 * u * zone.nodes[j] * zone.nodes[j]);
-      sum += radial.weights[k] * radial.nodes[k] * std::norm(field) / 2;
-    }
-    return sum;
-  }
+      : a_(radius), f_(focal_length), wavelength_(wavelength), ring_(ring) {}
+  double share(double dz) const { return test::light_by_lommel(a_, f_, wavelength_, ring_, dz); }
   double peak(double nearest) const {
     double low = nearest, high = -nearest;  // one peak between
     while (high - low > 1e-5 * f_) {
@@ -96,7 +79,7 @@ class ByLommel {
   }
 
  private:
-  double a_, f_, k_, ring_;
+  double a_, f_, wavelength_, ring_;
 };
 
 // Half of what the ring holds in focus made widths of a quarter of the focal length 0.6 % too large.

@@ -10,6 +10,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/quadrature.h"
+#include "theory/lommel.h"
 
 namespace aberfit {
 namespace {
@@ -292,21 +293,9 @@ TEST(DiffractionPsf, RingThroughProfileOfAnIdealMirrorPeaksAtFocusAndHasTheRight
   const double ring = airy_radius(0.9, 0);
   const auto found = values_of(problem, flat(pupil), {RingFwhm{0.9, std::nullopt}, RingFwhm{0.9, ring}});
   EXPECT_NEAR(found[0] / found[1], 1, 1e-6);
-  // Second way: N(z) of the profile by Lommel's integral, U(u, v) = int_0^1 2 exp(-i u s^2/2) J0(v s) s ds.
+  // Second way: N(z) of the profile by Lommel's integral.
   const auto share = [&](double dz) {
-    const double a = 0.5 * kDiameter, distance = kFocal + dz;
-    const double u = 2 * kPi / kWave * a * a * dz / (kFocal * distance);
-    const Quadrature radial = gauss_legendre(40, 0.0, 2 * kPi / kWave * a * ring / distance);
-    const Quadrature zone = gauss_legendre(60, 0.0, 1.0);
-    double sum = 0;
-    for (int k = 0; k < 40; ++k) {
-      std::complex<double> field = 0;
-      for (int j = 0; j < 60; ++j)
-        field += zone.weights[j] * zone.nodes[j] * 2.0 * bessel(0, radial.nodes[k] * zone.nodes[j]) *
-                 std::polar(1.0, -0.5 * u * zone.nodes[j] * zone.nodes[j]);
-      sum += radial.weights[k] * radial.nodes[k] * std::norm(field) / 2;
-    }
-    return sum;
+    return test::light_by_lommel(0.5 * kDiameter, kFocal, kWave, ring, dz);
   };
   double peak = 0;
   for (int k = -100; k <= 100; ++k) peak = std::max(peak, share(k * 1e-6));
