@@ -83,7 +83,7 @@ struct LightRow {
   double fraction = 0, radius = 0, slope = 0;  // of an EE radius
   double width = 0;                            // of the ring, by theory
   double rise = 0, fall = 0;                   // |dN/dz| at its two ends over N at its peak [1/m]
-  std::vector<std::size_t> shares;  // which of the shares asked for: one, or below, in and above the focus
+  std::vector<std::size_t> shares;  // which of the shares asked for: one, or below, in and above the peak
 };
 struct LightPlan {
   std::vector<LightRow> rows;

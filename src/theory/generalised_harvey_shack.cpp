@@ -1,9 +1,7 @@
 #include "aberfit/theory/generalised_harvey_shack.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <mutex>
 #include <numbers>
@@ -21,6 +19,7 @@
 #include "aberfit/theory/scattering_band.h"
 #include "exact_transfer.h"
 #include "radial_transform.h"
+#include "ring_planes.h"
 #include "surface_transfer.h"
 
 namespace aberfit {
@@ -32,28 +31,6 @@ using std::numbers::pi;
 
 constexpr double kNegligibleCore = 1e-16;
 constexpr std::size_t kMostPlanes = 100;
-
-using Point = std::array<double, 2>;  // x and f(x)
-
-// Where f is highest between `left` and `right`, `top` between them being higher than both: vertices of
-// parabolas, until one moves by less than `tolerance`.
-double highest_between(const std::function<double(double)>& f, Point left, Point top, Point right,
-                       double tolerance) {
-  for (int tries = 0; tries < 20; ++tries) {
-    const double to_left = top[0] - left[0], to_right = top[0] - right[0];
-    const double p = to_left * (top[1] - right[1]), q = to_right * (top[1] - left[1]);
-    const double vertex = p == q ? top[0] : top[0] - 0.5 * (to_left * p - to_right * q) / (p - q);
-    const double moved = vertex - top[0];
-    if (!(std::abs(moved) > tolerance)) return vertex;
-    const Point next{vertex, f(vertex)};
-    if (!std::isfinite(next[1])) return top[0];
-    const bool higher = next[1] > top[1];
-    Point& beside = (moved < 0) == higher ? right : left;  // what lies beyond the higher of the two goes
-    beside = higher ? top : next;
-    if (higher) top = next;
-  }
-  return top[0];
-}
 
 }  // namespace
 
@@ -238,80 +215,18 @@ MeanSpot GeneralisedHarveyShack::change_at_plane(const SurfaceChange& change, do
   return spot;
 }
 
-// The image grows with its distance from the mirror: a ring holds the most light a little nearer than the
-// focus, by the square of width over focal length.
 GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ring_radius) const {
   if (!(ring_radius > 0)) return {kNaN, kNaN, kNaN};
   const double f = mirror_.focal_length;
   // A cone of rays fills twice the area of the ring at 1.41 of this depth; diffraction adds its own depth of
   // focus.
   const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
-  if (exact_ && exact_->has_departure()) return aberrated_ring_planes(ring_radius, step);
-  const auto energy = [&](double dz) { return encircled_energy(ring_radius, dz); };
-  const double in_focus = energy(0), half = 0.5 * in_focus;
-  // Planes of a pupil without symmetry are known to 1e-5, and cost much.
-  const bool dear = exact_ && !exact_->is_round();
-  const double accuracy = dear ? 1e-6 : 1e-9;
-  const auto crossing = [&](double side) {
-    return side * first_crossing([&](double z) { return energy(side * z) - half; }, 0, half, step, 0.5 * f,
-                                 accuracy);
-  };
-  const double lower = crossing(-1), upper = crossing(1), width = upper - lower;
-  // The peak of a parabola of this width through this slope, over what is there in focus.
-  constexpr double kCurvature = 11;
-  const double nothing = dear ? 1e-8 : 1e-12;
-  const double growth = ring_radius / f * at_plane(0).encircled_energy_slope(ring_radius) / in_focus * width;
-  if (!(growth * growth / kCurvature > nothing)) return {lower, 0, upper};
-  const double peak =
-      highest_between(energy, {lower, half}, {0, in_focus}, {upper, half}, (dear ? 1e-4 : 1e-5) * width);
-  const double most = energy(peak);
-  if (!(most > in_focus)) return {lower, 0, upper};
-  const auto moved = [&](double outside) {
-    return peak + root_between([&](double from_peak) { return energy(peak + from_peak) - 0.5 * most; }, 0,
-                               outside - peak, 0.5 * most, half - 0.5 * most, accuracy);
-  };
-  return {moved(lower), peak, moved(upper)};
-}
-
-// The peak lies where the aberrations put it: looked for in steps of `step` until the ring holds less than
-// half on both sides, as waves look for it on their grid. Every plane costs up to seconds: those of the scan
-// are the brackets of the rest.
-GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::aberrated_ring_planes(double ring_radius,
-                                                                                 double step) const {
-  constexpr int kMostSteps = 60;
-  constexpr double kAccuracy = 1e-5;  // of the distance from the peak; planes are known to as much
-  const auto energy = [&](double dz) { return encircled_energy(ring_radius, dz); };
-  std::vector<Point> scan{{0.0, energy(0)}};
-  double most = scan.front()[1];
-  for (const double side : {-1.0, 1.0}) {
-    double share = most;
-    for (int k = 1; k <= kMostSteps && share >= 0.5 * most; ++k) {
-      const double dz = side * k * step;
-      if (!(std::abs(dz) < 0.5 * mirror_.focal_length)) break;
-      share = energy(dz);
-      scan.push_back({dz, share});
-      most = std::max(most, share);
-    }
-  }
-  std::sort(scan.begin(), scan.end());
-  const auto top = std::max_element(scan.begin(), scan.end(),
-                                    [](const Point& one, const Point& two) { return one[1] < two[1]; });
-  if (top == scan.begin() || top + 1 == scan.end()) return {kNaN, kNaN, kNaN};
-  const double peak = highest_between(energy, top[-1], top[0], top[1], 1e-3 * step);
-  const double half = 0.5 * energy(peak);
-  const auto crossing = [&](int side) {
-    auto outside = top;
-    while ((*outside)[1] >= half) {
-      if (outside == scan.begin() || outside + 1 == scan.end()) return kNaN;
-      outside += side;
-    }
-    if (!((*outside)[1] < half)) return kNaN;
-    const Point inside = outside == top ? Point{peak, 2 * half} : outside[-side];
-    return peak + root_between([&](double from_peak) { return energy(peak + from_peak) - half; },
-                               inside[0] - peak, (*outside)[0] - peak, inside[1] - half, (*outside)[1] - half,
-                               kAccuracy);
-  };
-  return {crossing(-1), peak, crossing(1)};
+  // Planes of a pupil without symmetry are known to 1e-5, and cost up to seconds; aberrations make them dear.
+  const bool departs = exact_ && exact_->has_departure(), round = !exact_ || exact_->is_round();
+  const double accuracy = departs ? 1e-5 : round ? 1e-9 : 1e-6;
+  const RingHalves found = ring_halves([&](double dz) { return encircled_energy(ring_radius, dz); },
+                                       {step, 0.5 * f, accuracy, accuracy});
+  return {found.lower, found.peak, found.upper};
 }
 
 double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {

@@ -8,15 +8,15 @@
 namespace aberfit::test {
 
 /// Share of a perfect mirror's light inside `ring` [m] in the plane dz [m] from its focus, by Lommel's
-/// integral U(u, v) = int_0^1 2 exp(-i u s^2/2) J0(v s) s ds (Born and Wolf 8.8): paraxial, the image as
-/// large as its distance makes it.
+/// integral U(u, v) = int_e^1 2 exp(-i u s^2/2) J0(v s) s ds (Born and Wolf 8.8), e the inner radius of an
+/// annulus over the outer: paraxial, the image as large as its distance makes it.
 inline double light_by_lommel(double aperture_radius, double focal_length, double wavelength, double ring,
-                              double dz) {
+                              double dz, double inner = 0) {
   constexpr int kRadial = 60, kZones = 80;
   const double k = 2 * kPi / wavelength, a = aperture_radius, distance = focal_length + dz,
                u = k * a * a * dz / (focal_length * distance);
   const Quadrature radial = gauss_legendre(kRadial, 0.0, k * a * ring / distance),
-                   zone = gauss_legendre(kZones, 0.0, 1.0);
+                   zone = gauss_legendre(kZones, inner, 1.0);
   double sum = 0;
   for (int i = 0; i < kRadial; ++i) {
     std::complex<double> field = 0;
@@ -25,7 +25,7 @@ inline double light_by_lommel(double aperture_radius, double focal_length, doubl
                std::polar(1.0, -0.5 * u * zone.nodes[j] * zone.nodes[j]);
     sum += radial.weights[i] * radial.nodes[i] * std::norm(field) / 2;
   }
-  return sum;
+  return sum / (1 - inner * inner);
 }
 
 }  // namespace aberfit::test

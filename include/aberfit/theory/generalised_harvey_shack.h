@@ -165,10 +165,11 @@ class GeneralisedHarveyShack {
   double encircled_energy_radius(double fraction, double dz) const {
     return at_plane(dz).encircled_energy_radius(fraction);
   }
-  /// Full width [m] over dz at which N(z) = encircled_energy(ring_radius, dz) falls to half of its peak: of a
-  /// mirror without aberrations that next to the focus, and the crossings nearest to it, to 1e-9 (1e-6 of
-  /// pupils without symmetry); of one with aberrations the highest of a scan, and crossings to 1e-5. NaN when
-  /// ring_radius is not positive, |dz| would exceed f/2, or a scan 60 steps of half a cone's depth.
+  /// Full width [m] over dz at which N(z) = encircled_energy(ring_radius, dz) falls to half of its peak, the
+  /// highest wherever it lies: where aberrations put it, of annuli on both sides of the focus, and a little
+  /// nearer to the mirror than that, as the image grows with its distance. Between the crossings nearest to
+  /// it, to 1e-9 (1e-6 of pupils without symmetry, 1e-5 with aberrations). NaN when ring_radius is not
+  /// positive, or |dz| would exceed f/2.
   double ring_fwhm(double ring_radius) const;
   /// The plane dz where a ring holds most, and those on either side where it holds half of that [m].
   struct RingPlanes {
@@ -235,7 +236,6 @@ class GeneralisedHarveyShack {
   std::vector<internal::TransferPanel> change_panels(const internal::SurfaceChange& change, double dz) const;
   /// Its encircled energies are the changes of those of at_plane(dz).
   MeanSpot change_at_plane(const internal::SurfaceChange& change, double dz) const;
-  RingPlanes aberrated_ring_planes(double ring_radius, double step) const;
   /// The focal transfer function of a line spread smoothed by a Gaussian of standard deviation `bandwidth`.
   internal::RadialTransform line_spread(double bandwidth, const internal::SurfaceChange* change) const;
   double curvature(double dz) const;

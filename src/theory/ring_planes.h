@@ -1,0 +1,26 @@
+#pragma once
+#include <functional>
+
+namespace aberfit::internal {
+
+/// How N(z), the light inside a ring in the plane z = f + dz, is looked at. Every plane may cost seconds.
+struct RingSearch {
+  double step;      ///< [m] of the first look: a half to a tenth of the width where that is not yet known
+  double furthest;  ///< [m] |dz| of the last plane that may be asked for
+  double accuracy;  ///< of a crossing, as a share of its distance from the peak
+  double gain;      ///< of N(z), relative: a peak that is higher by less is no better
+};
+
+/// The plane where a ring holds most and those on either side, nearest to it, where it holds half of that
+/// [m]. NaN where that is beyond `furthest`.
+struct RingHalves {
+  double lower, peak, upper;
+};
+
+/// `energy`(dz) is looked at from the focus outwards until it holds less than half of the most, closer
+/// wherever it holds nearly the most - of an annulus the focus may lie between two peaks -, and where
+/// polynomials through the planes about the highest one have theirs. Peaks closer together than an eighth of
+/// the width are found if their neighbours hold nine tenths of them.
+RingHalves ring_halves(const std::function<double(double)>& energy, const RingSearch& search);
+
+}  // namespace aberfit::internal
