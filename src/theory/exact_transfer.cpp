@@ -208,7 +208,8 @@ PanelArray ExponentTable::operator()(const PanelArray& x) const {
 }
 
 ExponentChange::ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change,
-                               const ExponentTable& table, double smallest) {
+                               double limit, const ExponentTable& table, double smallest)
+    : limit_(limit) {
   std::vector<TransferPanel> pending;
   for (std::size_t k = 0; k < table.gone_.size(); ++k) {
     const TransferPanel& panel = table.function_.panels[k];
@@ -226,7 +227,8 @@ ExponentChange::ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::A
   function_.set_coefficients();
 }
 
-ExponentChange::ExponentChange(double proportion, const ExponentTable& table) : function_(table.function_) {
+ExponentChange::ExponentChange(double proportion, double limit_of_e, const ExponentTable& table)
+    : function_(table.function_), limit_(std::isfinite(limit_of_e) ? proportion * limit_of_e : 0) {
   for (TransferPanel& panel : function_.panels) panel.value *= proportion;
   for (PanelArray& coefficients : function_.legendre) coefficients *= proportion;
 }
@@ -255,10 +257,26 @@ PupilMoments::PupilMoments(PupilField field, int halvings)
   order_ = interpolation_order(rho2 / (1 - rho2));
   focus_overlap_ = std::make_unique<PupilOverlap>(field_, 0, order_);
   focus_overlap_->set_correction();
+  const auto of_angle = [](double sine2) { return 0.5 * (1 + std::sqrt(1 - sine2)); };  // q
+  // What a shear makes of a pair, from one so short that the next order does not show and rounding neither.
+  constexpr double kShort = 0.01;  // of the focal length
+  const double x2 = std::pow(kShort * field_.focal_length(), 2);
   for (const double a : focus_overlap_->nodes()) {
     const double c = std::sqrt(1 - a * rho2), q = 0.5 * (1 + c);
     share_.push_back(q * q);
-    for (const double b : focus_overlap_->nodes()) stretch_.push_back(std::sqrt(1 + b * rho2 / (c * c)) / q);
+    for (const double b : focus_overlap_->nodes()) {
+      const double stretch = std::sqrt(1 + b * rho2 / (c * c)) / q;
+      // In focal lengths: of the midpoint p^2 and p . x, of both points.
+      const double p2 = a * rho2, along = std::sqrt(b * rho2) * kShort, middle2 = p2 + 0.25 * kShort * kShort;
+      const double q1 = of_angle(middle2 + along), q2 = of_angle(middle2 - along);
+      const double g = 0.5 * (1 / q1 + 1 / q2), change = 1 / q1 - 1 / q2;  // r = P/q
+      const double distance =
+          std::sqrt(kShort * kShort * g * g + p2 * change * change + 2 * along * g * change);
+      stretch_.push_back(stretch);
+      bend_.push_back((distance / (kShort * stretch) - 1) / x2);
+      fall_.push_back(-std::log(q1 * q2 / (q * q)) / x2);
+      apart_.push_back(0.5 * (q1 - q2) * (q1 - q2) / x2);
+    }
   }
   whole_ = (*focus_overlap_)(0);
 }
@@ -268,7 +286,10 @@ PupilMoments::~PupilMoments() = default;
 double PupilMoments::least_stretch() const { return *std::min_element(stretch_.begin(), stretch_.end()); }
 
 double PupilMoments::most_stretch() const {
-  return std::max(1.0, *std::max_element(stretch_.begin(), stretch_.end()));
+  double most = 1;
+  for (std::size_t k = 0; k < stretch_.size(); ++k)
+    most = std::max(most, stretch_[k] * (1 + bend_[k] * cutoff() * cutoff()));
+  return most;
 }
 
 std::shared_ptr<const MomentPanels> PupilMoments::panels(double dz, double end, double blurred) const {
@@ -368,20 +389,20 @@ double ExactTransfer::end() const {
   return std::min(1.0, table_->end() / (pupil_->least_stretch() * cutoff()));
 }
 
-double ExactTransfer::part(int i, int j, double x) const {
-  return std::exp(-pupil_->share()[std::size_t(i)] *
-                  (*table_)(pupil_->stretch()[std::size_t(i * pupil_->order() + j)] * x));
+double ExactTransfer::part(int i, int j, double x, double shear) const {
+  const PairOfPoints<double> pair = pair_at<double>(i, j, shear);
+  return std::exp(-pair.share * (*table_)(pair.stretch * x) - pair.apart);
 }
 
 PanelArray ExactTransfer::part(int i, int j, const PanelArray& x, bool scattered_only) const {
-  const double share = pupil_->share()[std::size_t(i)];
-  const PanelArray e =
-      share * (*table_)(PanelArray(pupil_->stretch()[std::size_t(i * pupil_->order() + j)] * x));
-  if (!scattered_only) return (-e).exp();
-  const double limit = share * limit_, core = std::exp(-limit);
+  const PairOfPoints<PanelArray> pair = pair_at<PanelArray>(i, j, x);
+  const PanelArray e = pair.share * (*table_)(PanelArray(pair.stretch * x));
+  if (!scattered_only) return (-e - pair.apart).exp();
+  const PanelArray limit = pair.share * limit_, apart = (-pair.apart).exp();
   // Small differences from the core keep their digits; large limits have no core.
-  if (limit < 30) return e.unaryExpr([&](double one) { return core * std::expm1(limit - one); });
-  return (-e).exp() - core;
+  if (limit.maxCoeff() < 30)
+    return apart * (-limit).exp() * (limit - e).unaryExpr([](double one) { return std::expm1(one); });
+  return apart * ((-e).exp() - (-limit).exp());
 }
 
 void ExactTransfer::append(const MomentPanel& moments, double a, double b, int halvings, const Part& part,
@@ -431,24 +452,25 @@ std::vector<TransferPanel> ExactTransfer::panels(double dz, bool scattered_only)
 
 std::vector<TransferPanel> ExactTransfer::change_panels(double dz, const ExponentChange& change) const {
   return resolved(dz, change.edges(), [&](int i, int j, const PanelArray& x) {
-    const double share = pupil_->share()[std::size_t(i)];
-    const PanelArray r = pupil_->stretch()[std::size_t(i * pupil_->order() + j)] * x;
-    return PanelArray(-share * change(r) * (-share * (*table_)(r)).exp());
+    const PairOfPoints<PanelArray> pair = pair_at<PanelArray>(i, j, x);
+    const PanelArray r = pair.stretch * x;
+    const PanelArray moved = pair.share * change(r) + pair.apart_of_limit * change.limit();
+    return PanelArray(-moved * (-pair.share * (*table_)(r)-pair.apart).exp());
   });
 }
 
-ExponentChange ExactTransfer::change_of(
-    const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change) const {
-  return ExponentChange(change, *table_, smallest_);
+ExponentChange ExactTransfer::change_of(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change,
+                                        double limit) const {
+  return ExponentChange(change, limit, *table_, smallest_);
 }
 
-double ExactTransfer::at(double x, double dz) const { return interpolated(pupil_->at(x, dz), x); }
+double ExactTransfer::at(double x, double dz) const { return interpolated(pupil_->at(x, dz), x, x); }
 
-double ExactTransfer::interpolated(const Eigen::ArrayXd& moment, double x) const {
+double ExactTransfer::interpolated(const Eigen::ArrayXd& moment, double x, double shear) const {
   double sum = 0;
   const int order = pupil_->order();
   for (int i = 0; i < order; ++i)
-    for (int j = 0; j < order; ++j) sum += moment[i * order + j] * part(i, j, x);
+    for (int j = 0; j < order; ++j) sum += moment[i * order + j] * part(i, j, x, shear);
   return sum;
 }
 
@@ -471,7 +493,7 @@ Eigen::ArrayXd ExactTransfer::mean_over_overlap(const Eigen::ArrayXd& x) const {
       result[k] = mean_surface_transfer(x[k]);
       continue;
     }
-    result[k] = interpolated(moment, x[k]) / all;
+    result[k] = interpolated(moment, x[k], x[k]) / all;
   }
   return result;
 }

@@ -180,10 +180,14 @@ PsdDerivative GeneralisedHarveyShack::scattering(const PsdDerivative& derivative
   return psd_.f_max() < whole_.f_max() ? derivative.band(0, 1 / wavelength_) : derivative;
 }
 
+double GeneralisedHarveyShack::limit_change(const PsdDerivative& derivative, double scale) const {
+  if (!std::isfinite(g_)) return 0;  // there is no limit
+  return scale * std::pow(4 * pi / wavelength_, 2) * scattering(derivative).moment(0);
+}
+
 double GeneralisedHarveyShack::core_change(const PsdDerivative& derivative, double scale) const {
   if (!std::isfinite(g_)) return 0;  // no core
-  const double of_limit = scale * std::pow(4 * pi / wavelength_, 2) * scattering(derivative).moment(0);
-  return -of_limit * (exact_ ? exact_->core_slope() : core_);
+  return -limit_change(derivative, scale) * (exact_ ? exact_->core_slope() : core_);
 }
 
 SurfaceChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative, double scale) const {
@@ -193,7 +197,7 @@ SurfaceChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative,
   };
   const double proportion = inside.proportion();
   if (exact_ && proportion != 0) return {exact_->change_of(scale * proportion), {}};
-  if (exact_) return {exact_->change_of(change), {}};
+  if (exact_) return {exact_->change_of(change, limit_change(derivative, scale)), {}};
   return {{},
           transfer_change([this](const Eigen::ArrayXd& x) { return exponent(x); }, change, *surface_transfer_,
                           cutoff())};
@@ -224,8 +228,9 @@ GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ri
   // Planes of a pupil without symmetry are known to 1e-5, and cost up to seconds; aberrations make them dear.
   const bool departs = exact_ && exact_->has_departure(), round = !exact_ || exact_->is_round();
   const double accuracy = departs ? 1e-5 : round ? 1e-9 : 1e-6;
+  const double gain = !departs && round ? 1e-11 : accuracy;  // derivatives see where the peak is
   const RingHalves found = ring_halves([&](double dz) { return encircled_energy(ring_radius, dz); },
-                                       {step, 0.5 * f, accuracy, accuracy});
+                                       {step, 0.5 * f, accuracy, gain});
   return {found.lower, found.peak, found.upper};
 }
 

@@ -163,6 +163,15 @@ json noted(const SecondOpinion& opinion, const char* of) {
   return {{"of", of}, {"margins", opinion.worst}, {"statistic", opinion.statistic}, {"rings", opinion.rings}};
 }
 
+// One that cannot be had leaves that of the verdict.
+json on_targets(const SecondOpinions& opinions) {
+  try {
+    return noted(opinions.of_targets(kOpinionOfTargets), "waves");
+  } catch (const std::exception& error) {
+    return {{"obstacle", error.what()}};
+  }
+}
+
 void note_second_opinion(const json& result, const std::filesystem::path& folder, json* row) {
   const Study study = read_study((folder / "study.json").string());
   TermSet terms;
@@ -182,7 +191,7 @@ void note_second_opinion(const json& result, const std::filesystem::path& folder
     opinion = rays ? opinions.of_rays(terms, coefficients, kOpinion)
                    : opinions.of_waves(terms, coefficients, cut, kOpinion);
   (*row)["second"] = noted(opinion, rays ? "rays" : "waves");
-  (*row)["second_of_targets"] = noted(opinions.of_targets(kOpinionOfTargets), "waves");
+  (*row)["second_of_targets"] = on_targets(opinions);
 }
 
 // What a wrong prediction is looked into with: where the search went, and when.
@@ -229,7 +238,7 @@ json opinion_on_targets(std::uint64_t seed, int k, const std::filesystem::path& 
   json row{{"seed", seed}, {"row", k}, {"name", scene.name}};
   try {
     const SecondOpinions opinions(parse_study(scene.study, (folder / "study.json").string()));
-    row["second_of_targets"] = noted(opinions.of_targets(kOpinionOfTargets), "waves");
+    row["second_of_targets"] = on_targets(opinions);
   } catch (const std::exception& error) {
     row["second_of_targets"] = {{"obstacle", error.what()}};
   }

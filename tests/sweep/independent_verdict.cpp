@@ -17,8 +17,10 @@
 namespace aberfit {
 namespace {
 
-// Of the light: what the cells at the edge of the independent waves leave.
-constexpr double kErrorOfWaves = 5e-4;
+// Of the light: what the cells at the edge of the independent waves leave; and, times the share that scatters
+// and (a/f)^2, a factor that is the same for an overlap of the aperture's middle and of its rim (0.039 at
+// half of a ring's peak, g 4.2 at f/2.1, against the integral over all pairs of points).
+constexpr double kErrorOfWaves = 5e-4, kErrorOfFactor = 0.04;
 // Seconds of a sine and a cosine or a step of a recurrence, and of a sample of a transform with its circles.
 constexpr double kSecondsOfTerm = 2e-8, kSecondsOfSample = 3e-7;
 constexpr double kPlanesOfRing = 22;
@@ -117,6 +119,14 @@ double folded_light(const RadialPsd& psd, double cut, const Study& study, double
   return beyond * std::min(1.0, std::numbers::pi * radius * radius / (field * field));
 }
 
+double error_of_waves(const Study& study, const Groundwork& ground, std::optional<double> cut) {
+  if (!cut) return kErrorOfWaves;
+  const double g = 4 * std::numbers::pi / study.wavelength *
+                   psd_moments(ground.psd->band(*cut, 1 / study.wavelength)).rms_height();
+  return kErrorOfWaves - kErrorOfFactor * std::expm1(-g * g) *
+                             std::pow(aperture_radius(study.aperture) / study.mirror.focal_length, 2);
+}
+
 // lambda f/D: what a cell across the aperture adds to the field of view.
 double airy_unit(const Study& study) {
   return study.wavelength * study.mirror.focal_length / (2 * aperture_radius(study.aperture));
@@ -200,6 +210,7 @@ struct RingsOfSurface {
   void judge_by(IndependentWaves* in_focus, double field, SecondOpinion* opinion) const {
     if (limits.most_rings == 0) return;
     double seconds = limits.seconds;
+    const double error = error_of_waves(study, ground, cut);
     for (const Ring& ring : of(in_focus, field)) {
       const double cells = enough_cells(study, ground, 6 * ring.radius, ring.radius, cut, limits);
       seconds -= seconds_of(cells, surface, kPlanesOfRing);
@@ -209,7 +220,7 @@ struct RingsOfSurface {
       const auto width = independent_width(
           [&](double dz) { return waves->shares(dz, {ring.radius}).front(); }, ring.target.value);
       const double off =
-          width ? std::abs(width->fwhm - ring.target.value) - kErrorOfWaves * width->per_light : HUGE_VAL;
+          width ? std::abs(width->fwhm - ring.target.value) - error * width->per_light : HUGE_VAL;
       judge(study, ring.target, off, ring.target.relative_to(), opinion);
     }
   }
@@ -239,10 +250,11 @@ SecondOpinion SecondOpinions::of_waves(const TermSet& terms, const Eigen::Vector
     return opinion;
   }
   const auto waves = waves_of(study_, ground_, surface, cut, int(needed));
+  const double error = error_of_waves(study_, ground_, cut);
   for (const auto& [dz, wanted] : planes) {
     const std::vector<double> shares = waves->shares(dz, radii_of(wanted));
     for (std::size_t k = 0; k < wanted.size(); ++k)
-      judge_light(study_, wanted[k].second, std::abs(shares[k] - wanted[k].first) - kErrorOfWaves, &opinion);
+      judge_light(study_, wanted[k].second, std::abs(shares[k] - wanted[k].first) - error, &opinion);
   }
   const RingsOfSurface rings{study_, ground_, sets_, surface, cut, limits};
   rings.judge_by(waves.get(), 0.5 * needed * airy_unit(study_), &opinion);
@@ -255,7 +267,6 @@ SecondOpinion SecondOpinions::of_targets(const OpinionLimits& limits) const {
     none.obstacle = "targets of another theory";
     return none;
   }
-  // Its factor is a mean over the aperture, the same for an overlap of its middle and of its rim.
   constexpr double kMostObliquity = 0.03;
   if (std::pow(aperture_radius(study_.aperture) / (2 * study_.mirror.focal_length), 2) > kMostObliquity) {
     SecondOpinion none;

@@ -140,7 +140,8 @@ class StructureOfPhase {
   }
 
  private:
-  // Where a part of a sum begins or ends inside a step, the step is two.
+  // Where a part of a sum that is most of it begins or ends inside a step, the step is two; of weaker parts
+  // and of a second one in a step the step is wrong by up to 2 % of their variance.
   void add_jump(double from, double to) {
     constexpr double kSteepest = 0.5;  // a slope of -25 in 2 %
     double low = from * (1 + 1e-9), high = to * (1 - 1e-9);
@@ -174,13 +175,18 @@ void IndependentWaves::scatter(const std::function<double(double)>& psd, double 
     const auto i = std::size_t(place);
     return exponent[i] + (place - double(i)) * (exponent[i + 1] - exponent[i]);
   };
-  // Parts of the aperture, which may lie off the axis: t^2 = tan^2(theta/2), and the azimuth, along which
-  // heights are foreshortened more than across.
+  // Parts of the aperture, each of as much light, which may lie off the axis: t^2 = tan^2(theta/2), and the
+  // azimuth, along which heights are foreshortened more than across.
   constexpr int kParts = 128;
+  std::vector<double> light_until;
+  for (const Cell& cell : cells_)
+    light_until.push_back((light_until.empty() ? 0 : light_until.back()) + cell.amplitude * cell.amplitude);
   std::vector<std::pair<double, double>> parts;
   for (int k = 0; k < kParts; ++k) {
     const double place = 0.6180339887498949 * k;
-    const Cell& cell = cells_[std::size_t((place - std::floor(place)) * double(cells_.size()))];
+    const auto here = std::upper_bound(light_until.begin(), light_until.end() - 1,
+                                       (place - std::floor(place)) * light_until.back());
+    const Cell& cell = cells_[std::size_t(here - light_until.begin())];
     const double middle = 0.5 * samples_ / kPadding - 0.5;
     parts.emplace_back(cell.versine / (2 - cell.versine),
                        std::atan2(cell.row - middle, cell.column - middle));

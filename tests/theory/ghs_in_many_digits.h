@@ -347,11 +347,13 @@ class ParaxialOf {
   mutable Real dz_ = 0;
 };
 
-/// The aperture-exact form of a parabola (PHYSICS 6): E(r) in any plane.
+/// The aperture-exact form of a parabola (PHYSICS 6): E(r) in any plane, with what is left of the coherence
+/// between the two points of a pair, wherever they lie; `variance` [m^2] of the heights.
 template <class Real>
 class Exact {
  public:
-  Exact(const Scene& scene, const Roughness<Real>& roughness, const Real& dz, int panels = 5) {
+  Exact(const Scene& scene, const Roughness<Real>& roughness, const Real& variance, const Real& dz,
+        int panels = 5) {
     const Real f = scene.focal_length, t = Real(scene.diameter) / (4 * f),
                R = Real(scene.diameter) / 2 / (1 + t * t), k = 4 * pi<Real>() / scene.wavelength;
     per_radius_ = 2 * pi<Real>() * 2 * R / (Real(scene.wavelength) * (f + dz));
@@ -369,12 +371,14 @@ class Exact {
       for (const Node<Real>& phi : nodes<Real>(Real(0), theta.x, 1)) {
         const Real u = R * cos(phi.x) - x / 2, height = R * sin(phi.x);
         for (const Node<Real>& part : across()) {
-          const Real v = height * part.x, square = u * u + v * v;
-          const Real c = cosine(square), q = (1 + c) / 2;
+          const Real v = height * part.x;
           const Real c1 = cosine((u + x / 2) * (u + x / 2) + v * v),
                      c2 = cosine((u - x / 2) * (u - x / 2) + v * v);
-          const Real distance = x / q * sqrt(1 + u * u / (f * f * c * c));
-          const Real h = exp(-k * k * q * q * roughness.half_structure(distance));
+          const Real q1 = (1 + c1) / 2, q2 = (1 + c2) / 2;  // r = P/q
+          const Real along = (u + x / 2) / q1 - (u - x / 2) / q2, aside = v / q1 - v / q2;
+          const Real distance = sqrt(along * along + aside * aside);
+          const Real h = exp(
+              -k * k * (q1 * q2 * roughness.half_structure(distance) + (q1 - q2) * (q1 - q2) * variance / 2));
           sum += phi.weight * part.weight * height * R * sin(phi.x) * amplitude(c1) * amplitude(c2) *
                  cos(phase * (c2 - c1)) * h;
         }

@@ -80,14 +80,13 @@ TEST(GhsLimits, TheMeanOverTheApertureInterpolatesAnOrderFurtherAsTheMirrorGetsF
         const double u = -rim + (i + 0.5) * step, v = -rim + (j + 0.5) * step;
         if (std::hypot(u, v) < rim) all += std::pow(amplitude(cosine(u, v)), 2);
         if (std::hypot(std::abs(u) + 0.5 * x, v) >= rim) continue;
-        const double c1 = cosine(u + 0.5 * x, v), c2 = cosine(u - 0.5 * x, v), c = cosine(u, v);
-        // r/P = 2/(1 + c) = 1 + t^2; along the radius (1 + t^2)^2/(1 - t^2) = 2/(c (1 + c)).
-        const double rho = std::hypot(u, v), along = rho > 0 ? x * u / rho : 0,
-                     across2 = x * x - along * along;
-        const double d2 = std::pow(2 / (1 + c), 2) * (across2 + along * along / (c * c));
-        const double g = 4 * pi * sigma / kLambda * (1 + c) / 2;
+        const double c1 = cosine(u + 0.5 * x, v), c2 = cosine(u - 0.5 * x, v);
+        const double q1 = 0.5 * (1 + c1), q2 = 0.5 * (1 + c2);  // r = P/q
+        const double d2 = std::pow((u + 0.5 * x) / q1 - (u - 0.5 * x) / q2, 2) + std::pow(v / q1 - v / q2, 2);
+        const double g = 4 * pi * sigma / kLambda;
+        const double exponent = g * g * (q1 * q2 * std::expm1(-d2 / (l * l)) - 0.5 * std::pow(q1 - q2, 2));
         const double phase = 2 * pi / kLambda * dz / (1 + dz / f) * (c2 - c1);
-        sum += amplitude(c1) * amplitude(c2) * std::cos(phase) * std::exp(g * g * std::expm1(-d2 / (l * l)));
+        sum += amplitude(c1) * amplitude(c2) * std::cos(phase) * std::exp(exponent);
       }
     EXPECT_NEAR(waves.transfer(x, dz), sum / all, 1e-4) << x;  // cells at the rim
   }

@@ -384,7 +384,7 @@ TEST(PsdJacobian, OfTheApertureExactFormMeetsDifferencesInMoreDigits) {
       const Wide rms = 45e-9L * (k == 0 ? factor : 1), l = 0.012L * (k == 1 ? factor : 1);
       const Roughness<Wide> gaussian{
           [=](const Wide& x) { return -rms * rms * std::expm1(-(x / l) * (x / l)); }, 0};
-      return std::log(Exact<Wide>(scene, gaussian, dz).radius(0.7L, found.values[0]));
+      return std::log(Exact<Wide>(scene, gaussian, rms * rms, dz).radius(0.7L, found.values[0]));
     };
     EXPECT_NEAR(double(std::exp(moved(0, 1))) / found.values[0], 1, 1e-9) << dz;
     for (std::size_t k = 0; k < 2; ++k) {

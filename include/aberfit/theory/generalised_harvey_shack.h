@@ -229,6 +229,8 @@ class GeneralisedHarveyShack {
   MeanSpot empty_plane(double dz) const;
   /// What E, and with it every transfer function, changes by with p, times `scale`.
   internal::SurfaceChange change_of(const PsdDerivative& derivative, double scale) const;
+  /// What E at great shears changes by.
+  double limit_change(const PsdDerivative& derivative, double scale) const;
   /// What the specular share changes by.
   double core_change(const PsdDerivative& derivative, double scale) const;
   /// Of what scatters: the edge at 1/lambda stays where it is.
