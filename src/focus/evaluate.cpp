@@ -265,7 +265,15 @@ class ExactEvaluator {
   double operator()(const SpotFwhm& s) const {
     const auto x = line_spread_fwhm(in_.rays.x, in_.rays.weight, s.bandwidth, 1.0, nullptr);
     const auto y = line_spread_fwhm(in_.rays.y, in_.rays.weight, s.bandwidth, 1.0, nullptr);
-    if (!x || !y) return std::nan("");
+    if (!x || !y) {
+      if (s.bandwidth > 0)
+        *warning_ = {
+            "spot-fwhm-missing",
+            "light reaches farther from its mean than 16384 times the `bandwidth` of spot_fwhm, where "
+            "single rays are all the peaks there are; leave it out for a tenth of the standard "
+            "deviation"};
+      return std::nan("");
+    }
     return 0.5 * (*x + *y);
   }
   double operator()(const RmsRadius& s) const {

@@ -101,6 +101,24 @@ std::vector<double> kinks(const PupilField& field) {
   return result;
 }
 
+// Two points of the pupil, lengths over the focal length: the square of their midpoint, that of its part
+// along the shear, and the shear.
+struct PairOfAngles {
+  double midpoint2, along, shear, q1, q2;
+
+  PairOfAngles(double square, double along2, double x)
+      : midpoint2(square),
+        along(std::sqrt(along2) * x),
+        shear(x),
+        q1(of_sine(square + 0.25 * x * x + along)),
+        q2(of_sine(square + 0.25 * x * x - along)) {}
+  static double of_sine(double square) { return 0.5 * (1 + std::sqrt(1 - square)); }
+  double distance() const {  // on the mirror, where r = P/q
+    const double mean = 0.5 * (1 / q1 + 1 / q2), change = 1 / q1 - 1 / q2;
+    return std::sqrt(shear * shear * mean * mean + midpoint2 * change * change + 2 * along * mean * change);
+  }
+};
+
 }  // namespace
 
 void PanelFunction::set_coefficients() {
@@ -257,25 +275,21 @@ PupilMoments::PupilMoments(PupilField field, int halvings)
   order_ = interpolation_order(rho2 / (1 - rho2));
   focus_overlap_ = std::make_unique<PupilOverlap>(field_, 0, order_);
   focus_overlap_->set_correction();
-  const auto of_angle = [](double sine2) { return 0.5 * (1 + std::sqrt(1 - sine2)); };  // q
-  // What a shear makes of a pair, from one so short that the next order does not show and rounding neither.
-  constexpr double kShort = 0.01;  // of the focal length
-  const double x2 = std::pow(kShort * field_.focal_length(), 2);
+  // What a shear makes of a pair: of lengths from one so short that the next order does not show and rounding
+  // neither, of coherence, which the rest of the aperture counts in, from one half of the longest where both
+  // points are mirror still.
+  constexpr double kShort = 0.01, kSteepest = 0.9;  // of the focal length; sine^2
+  const double far = 2.25 * rho2 < kSteepest ? std::sqrt(rho2) : kShort;
+  const double per_f2 = 1 / std::pow(field_.focal_length(), 2);
   for (const double a : focus_overlap_->nodes()) {
     const double c = std::sqrt(1 - a * rho2), q = 0.5 * (1 + c);
     share_.push_back(q * q);
     for (const double b : focus_overlap_->nodes()) {
-      const double stretch = std::sqrt(1 + b * rho2 / (c * c)) / q;
-      // In focal lengths: of the midpoint p^2 and p . x, of both points.
-      const double p2 = a * rho2, along = std::sqrt(b * rho2) * kShort, middle2 = p2 + 0.25 * kShort * kShort;
-      const double q1 = of_angle(middle2 + along), q2 = of_angle(middle2 - along);
-      const double g = 0.5 * (1 / q1 + 1 / q2), change = 1 / q1 - 1 / q2;  // r = P/q
-      const double distance =
-          std::sqrt(kShort * kShort * g * g + p2 * change * change + 2 * along * g * change);
-      stretch_.push_back(stretch);
-      bend_.push_back((distance / (kShort * stretch) - 1) / x2);
-      fall_.push_back(-std::log(q1 * q2 / (q * q)) / x2);
-      apart_.push_back(0.5 * (q1 - q2) * (q1 - q2) / x2);
+      stretch_.push_back(std::sqrt(1 + b * rho2 / (c * c)) / q);
+      const PairOfAngles near(a * rho2, b * rho2, kShort), apart(a * rho2, b * rho2, far);
+      bend_.push_back((near.distance() / (kShort * stretch_.back()) - 1) * per_f2 / (kShort * kShort));
+      apart_.push_back(0.5 * std::pow(near.q1 - near.q2, 2) * per_f2 / (kShort * kShort));
+      fall_.push_back(-std::log(apart.q1 * apart.q2 / (q * q)) * per_f2 / (far * far));
     }
   }
   whole_ = (*focus_overlap_)(0);

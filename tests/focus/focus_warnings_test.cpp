@@ -91,5 +91,19 @@ TEST(FocusWarnings, RingFwhmCrossingsWhereASecondFocusIsHalfAsBright) {
   }
 }
 
+TEST(FocusWarnings, SpotFwhmMissingWhereTheBandwidthSeesSingleRays) {
+  // Standard deviation 1 um in x, as wide in y.
+  RayBundle rays = bundle({{1, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}});
+  rays.x << 1e-6, -1e-6, 1e-6, -1e-6;
+  rays.y << 1e-6, 1e-6, -1e-6, -1e-6;
+  const Seen none = seen(rays, SpotFwhm{1e-6 / 20000});
+  EXPECT_TRUE(std::isnan(none.value));
+  ASSERT_EQ(none.warnings.size(), 1u);
+  EXPECT_EQ(none.warnings[0].code, "spot-fwhm-missing");
+  const Seen some = seen(rays, SpotFwhm{1e-6 / 10000});
+  EXPECT_TRUE(std::isfinite(some.value));
+  EXPECT_TRUE(some.warnings.empty());
+}
+
 }  // namespace
 }  // namespace aberfit
