@@ -142,7 +142,9 @@ TEST(GhsRing, ThePeakOfADeepFocusMovesWithTheRing) {
     const GeneralisedHarveyShack::RingPlanes planes =
         light.ring_planes(v * kInfrared * kLength / (kPi * kAcross));
     const double off = planes.peak / (planes.upper - planes.lower);
-    if (last != 0) EXPECT_NEAR(off / last, 1, 4e-3) << v;
+    if (last != 0) {
+      EXPECT_NEAR(off / last, 1, 4e-3) << v;
+    }
     last = off;
   }
 }
