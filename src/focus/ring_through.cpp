@@ -236,7 +236,8 @@ double bracketed_root(const F& f, double a, double fa, double b, double fb) {
 enum Window { kPeak, kLower, kUpper };
 constexpr double kPeakWindow = 0.02, kLastPeakWindow = 0.4;  // half widths in the counted FWHM
 constexpr double kCrossingWindow = 0.003, kLastCrossingWindow = 1.3;
-constexpr int kScan = 17;        // planes that are looked at for the highest one
+constexpr int kScan = 17;  // planes that are looked at for the highest one
+constexpr int kMiddle = kScan / 2;
 constexpr int kRefinements = 4;  // of the scan, each about the highest plane of the last
 
 // The plane with the largest N within `half` of `centre`; nothing where it lies at the edge. N has many local
@@ -248,11 +249,11 @@ std::optional<double> highest_plane(const SmoothShare& share, double centre, dou
     SmoothShare::Value value[kScan];
     int best = 0;
     for (int k = 0; k < kScan; ++k) {
-      value[k] = share(kPeak, centre + pitch * (k - kScan / 2));
+      value[k] = share(kPeak, centre + pitch * (k - kMiddle));
       if (value[k].share > value[best].share) best = k;
     }
     if (best == 0 || best == kScan - 1) return std::nullopt;
-    const double z = centre + pitch * (best - kScan / 2);
+    const double z = centre + pitch * (best - kMiddle);
     const double before = value[best - 1].d_z, after = value[best + 1].d_z;
     if (before == 0 && after == 0) return z;  // a plateau
     if (before >= 0 && after <= 0)

@@ -80,10 +80,9 @@ class Scan {
 };
 
 void look_outwards(const RingSearch& search, Scan* scan) {
-  double share = scan->add(0);
+  scan->add(0);
   for (const double side : {-1.0, 1.0}) {
-    share = scan->most();
-    double dz = 0;
+    double dz = 0, share = scan->most();
     for (int k = 0; k < kMostSteps && share >= 0.5 * scan->most() && dz < search.furthest; ++k) {
       dz = std::min(dz + std::max(search.step, dz / kEvenSteps), search.furthest);
       share = scan->add(side * dz);
