@@ -181,12 +181,11 @@ PsdDerivative GeneralisedHarveyShack::scattering(const PsdDerivative& derivative
 }
 
 double GeneralisedHarveyShack::limit_change(const PsdDerivative& derivative, double scale) const {
-  if (!std::isfinite(g_)) return 0;  // there is no limit
+  if (!std::isfinite(g_)) return 0;  // there is neither limit nor core
   return scale * std::pow(4 * pi / wavelength_, 2) * scattering(derivative).moment(0);
 }
 
 double GeneralisedHarveyShack::core_change(const PsdDerivative& derivative, double scale) const {
-  if (!std::isfinite(g_)) return 0;  // no core
   return -limit_change(derivative, scale) * (exact_ ? exact_->core_slope() : core_);
 }
 

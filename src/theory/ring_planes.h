@@ -5,7 +5,7 @@ namespace aberfit::internal {
 
 /// How N(z), the light inside a ring in the plane z = f + dz, is looked at. Every plane may cost seconds.
 struct RingSearch {
-  double step;      ///< [m] of the first look: a half to a tenth of the width where that is not yet known
+  double step;      ///< [m] of the first look: best between a third and a tenth of the width
   double furthest;  ///< [m] |dz| of the last plane that may be asked for
   double accuracy;  ///< of a crossing, as a share of its distance from the peak
   double gain;      ///< of N(z), relative: a peak that is higher by less is no better
