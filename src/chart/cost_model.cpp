@@ -257,7 +257,7 @@ FitRates machine_rates(int threads) {
   const double rays = slowest.rays;
   rates.measured = {rays, rays, rays, rays, rays, rays, rays, rays, rays, rays};
   rates.waves = slowest.waves;
-  rates.pace = {slowest.large / slowest.waves, slowest.products / slowest.waves};
+  rates.pace = {slowest.large / slowest.waves, slowest.products / slowest.waves, rays / slowest.waves};
   rates.source = "measured just now";
   return rates;
 }
@@ -470,9 +470,9 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
   add("start and result", ends);
   add("fresh rays", fresh);
   if (last.judgement > 0) add("needed model", last.judgement * speed);
-  if (last.realisations > 0) add("realisations", last.realisations * speed);
+  if (last.realisations > 0) add("realisations", last.realisations * rate(&FitWork::iteration));
   if (last.scatter > 0) add("scatter", last.scatter * speed);
-  add("zones", last.zones * rate(&FitWork::zones));
+  add("zones", last.zones * rate(&FitWork::zones) * (rays ? 1 : r.pace.terms));  // L alone
   return p;
 }
 

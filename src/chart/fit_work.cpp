@@ -130,13 +130,14 @@ double pace_of(const WavePace& pace, double transform) {
   return std::pow(pace.large, std::clamp(part, 0.0, 1.0));
 }
 
-Optics with_operator(Optics optics, const TermSet& terms, const PointLayout& layout) {
+// pace: of the terms.
+Optics with_operator(Optics optics, const TermSet& terms, const PointLayout& layout, double pace = 1) {
   const OperatorChoice whole = choose_operator(terms, layout);
   const OperatorChoice scattered = choose_operator(terms, PointLayout{layout.points});
   optics.points = double(layout.points);
-  optics.forward = whole.forward_seconds;
-  optics.adjoint = whole.adjoint_seconds;
-  optics.listed = std::min(whole.adjoint_seconds, kTouched * scattered.adjoint_seconds);
+  optics.forward = pace * whole.forward_seconds;
+  optics.adjoint = pace * whole.adjoint_seconds;
+  optics.listed = pace * std::min(whole.adjoint_seconds, kTouched * scattered.adjoint_seconds);
   return optics;
 }
 
@@ -160,18 +161,19 @@ Optics on_grid(const Task& task, const TermSet& terms, double pitch, const WaveP
   optics.height_product =
       pace.products * double(layout.points) * (at_rim + (1 - at_rim) / (side * side)) *
       (kHeightProduct * double(terms.zernike.size()) + kFourierHeightProduct * double(terms.fourier.size()));
-  return with_operator(optics, terms, layout);
+  return with_operator(optics, terms, layout, pace.terms);
 }
 
 // As WaveForward decides: on points of their own (moment_rays.h), which for plane waves in a polygon are
 // fifty times the cells and the dearest part of a step, or on the cells.
-MomentWork moment_work(const Task& task, const TermSet& terms, const Optics& optics, const Asked& wanted) {
+MomentWork moment_work(const Task& task, const TermSet& terms, const Optics& optics, const Asked& wanted,
+                       const WavePace& pace) {
   if (optics.model != FocusModel::kWaves || wanted.moments == 0) return {};
   const std::optional<PupilSample> pupil =
       wanted.mean_angle ? mean_angle_pupil(task.aperture, terms) : moment_pupil(task.aperture, terms);
   if (!pupil) return {optics.points, optics.forward, optics.adjoint};
   const OperatorChoice choice = choose_operator(terms, *pupil);
-  return {double(pupil->size()), choice.forward_seconds, choice.adjoint_seconds};
+  return {double(pupil->size()), pace.terms * choice.forward_seconds, pace.terms * choice.adjoint_seconds};
 }
 
 double moments(const Optics& optics, const Asked& wanted) {
@@ -210,7 +212,7 @@ double judged_by_waves(const Task& task, const TermSet& terms, const Asked& want
   const Optics search = on_grid(task, terms, kSearchGrid * pitch, pace);
   Optics coarser = on_grid(task, terms, kCoarserGrid * pitch, pace),
          finest = on_grid(task, terms, pitch, pace);
-  coarser.moments = finest.moments = moment_work(task, terms, finest, wanted);
+  coarser.moments = finest.moments = moment_work(task, terms, finest, wanted, pace);
   return rings.planes(kSearchedRing) * search.transform * kWavePlane + 3 * values(coarser, wanted) +
          values(finest, wanted);
 }
@@ -270,7 +272,7 @@ double draws(const Task& task, const Groundwork& ground, const TargetSets& targe
   Optics optics = on_grid(task, waves, judging_pitch(task, waves, all_targets(targets), split.get()), pace);
   const bool single = in_single_precision(FocusModel::kWaves, targets, Eigen::Index(optics.points));
   const Asked judged = asked(task, wide, single, {&targets.fitted, &targets.held_out});
-  optics.moments = moment_work(task, waves, optics, judged);
+  optics.moments = moment_work(task, waves, optics, judged, pace);
   const double light = optics.forward + judged.planes(kDrawnRing) * optics.transform * kWavePlane +
                        judged.count * kWaveStatistic;
   const double surface = moments(optics, judged);
@@ -334,7 +336,7 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   const Asked reported = asked(task, HUGE_VAL, single, {&targets.fitted}),
               judged = asked(task, wide_for_verdict, judged_in_single_precision(wide_for_verdict, targets),
                              {&targets.fitted, &targets.held_out});
-  optics.moments = moment_work(task, terms, optics, fitted);
+  optics.moments = moment_work(task, terms, optics, fitted, pace);
   FitWork work;
   work.targets = theory(task, ground, targets) / threads;
   work.prior = kPrior * std::pow(double(terms.size()) / kPriorTerms, 1.5);
@@ -342,7 +344,8 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   work.iteration = (linearisation(optics, fitted) + (waves ? values(optics, fitted) : 0)) / threads +
                    algebra(optics, fitted.count, double(terms.size()));
   if (begins_by_rays(task, ground, targets, Eigen::Index(optics.points), wide)) {
-    const Optics by_rays = with_operator({}, terms, PointLayout{Eigen::Index(rays_that_lead(terms.size()))});
+    const Optics by_rays =
+        with_operator({}, terms, PointLayout{Eigen::Index(rays_that_lead(terms.size()))}, pace.terms);
     work.led = kFitsByRays * (values(optics, fitted) / threads +
                               kStepsByRays * (linearisation(by_rays, fitted) / threads +
                                               algebra(optics, fitted.count, double(terms.size()))));

@@ -72,6 +72,25 @@ TEST(Starts, AreUpToSixteenOfFewTerms) {
   EXPECT_EQ(fitted_few_terms(7, 1).verdict, Verdict::kDifferent) << "the first draw of seed 7 is near enough";
 }
 
+// A mirror so smooth that any surface of these terms is equivalent, and a band of which they carry a
+// third: every draw ends as far from the tolerances.
+TEST(Starts, AreNotAskedForWhatTheTermsLack) {
+  const auto smooth = [](std::optional<int> starts) {
+    Study study = parse_study(R"({"aberfit": 1, "mirror": {"focal_length": "1.4 m"},
+        "aperture": {"shape": "circle", "diameter": "0.2 m"}, "light": {"wavelength": "632.8 nm"},
+        "roughness": {"psd": {"model": "uniform", "rms": "1 nm", "f_min": "5 /m", "f_max": "25 /m"}},
+        "terms": {"zernike": {"n_max": 6}}, "output": {"plots": false}})",
+                              "study.json");
+    study.fit.starts = starts;
+    return run_fit(study, {});
+  };
+  const ResultDocument one = smooth(1), as_many_as_help = smooth(std::nullopt);
+  ASSERT_EQ(one.verdict, Verdict::kEquivalent);
+  ASSERT_NE(one.fit.status, FitStatus::kConverged) << "nothing tested: the first draw meets its tolerances";
+  EXPECT_EQ(as_many_as_help.chosen.starts, 1);
+  EXPECT_EQ(as_many_as_help.fit.coefficients, one.fit.coefficients);
+}
+
 Attempt attempt(bool met, double mismatch, std::vector<double> judged = {}) {
   Attempt made;
   made.met = met;

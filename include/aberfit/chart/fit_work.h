@@ -25,6 +25,7 @@ struct FitWork {
 struct WavePace {
   double large = 1;     ///< planes of grids beyond the caches, 288 cells across and more; in between by log M
   double products = 1;  ///< L^T of heights, dense algebra
+  double terms = 1;     ///< L and L^T
 };
 
 /// Of these terms on `rays`, by the scene's physics:
