@@ -1,10 +1,13 @@
 #include "aberfit/focus/evaluate.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
 
 #include "aberfit/core/parallel.h"
+#include "aberfit/core/units.h"
 #include "encircled_radii.h"
 #include "kernel.h"
 #include "line_spread.h"
@@ -266,12 +269,16 @@ class ExactEvaluator {
     const auto x = line_spread_fwhm(in_.rays.x, in_.rays.weight, s.bandwidth, 1.0, nullptr);
     const auto y = line_spread_fwhm(in_.rays.y, in_.rays.weight, s.bandwidth, 1.0, nullptr);
     if (!x || !y) {
-      if (s.bandwidth > 0)
+      if (s.bandwidth > 0) {
+        const double spread = operator()(RmsRadius{0});
         *warning_ = {
             "spot-fwhm-missing",
-            "light reaches farther from its mean than 16384 times the `bandwidth` of spot_fwhm, where "
-            "single rays are all the peaks there are; leave it out for a tenth of the standard "
-            "deviation"};
+            fmt::format("the `bandwidth` of spot_fwhm is {}, narrower than 1/{} of the light, whose RMS "
+                        "radius is {}, and single rays are all the peaks there are; {} is wide enough",
+                        format_quantity(s.bandwidth, Dimension::kLength), kNarrowestLine,
+                        format_quantity(spread, Dimension::kLength),
+                        format_quantity(spread / kNarrowestLine, Dimension::kLength))};
+      }
       return std::nan("");
     }
     return 0.5 * (*x + *y);

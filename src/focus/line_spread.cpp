@@ -14,7 +14,7 @@ namespace {
 // bandwidths,
 //   exp(-(u - t)^2/2) = exp(-u^2/2) sum_k He_k(u) t^k / k!
 // (generating function of the Hermite polynomials He_k, He_{k+1} = u He_k - k He_{k-1}). Since
-// |He_k exp(-u^2/2)| < 1.1 sqrt(k!), terms from kTerms on are below 4e-19 of a ray's weight, 5e-17 in a
+// |He_k exp(-u^2/2)| < 1.1 sqrt(k!), terms from kTerms on are below 1e-18 of a ray's weight, 5e-18 in a
 // slope.
 constexpr double kCell = 0.25;      // width of a cell, in bandwidths
 constexpr std::size_t kTerms = 14;  // even: powers are made in pairs

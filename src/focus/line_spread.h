@@ -6,6 +6,9 @@
 
 namespace aberfit::internal {
 
+/// Light of this many bandwidths' RMS radius is not too wide for a width, wherever its rays are.
+inline constexpr int kNarrowestLine = 2000;
+
 /// FWHM [m] of the weighted distribution of `position` [m] smoothed by a Gaussian of standard deviation
 /// `bandwidth` [m]: distance of the outermost half-maximum crossings around the highest peak, to rounding of
 /// the line's length; lumps that pass half by less than 5e-4 of it may be overlooked. Positions more than 8

@@ -39,7 +39,6 @@ void add_ring(const Target& target, const GeneralisedHarveyShack& mean, double a
       ring.ring_radius ? *ring.ring_radius : mean.encircled_energy_radius(ring.ring_fraction, 0);
   if (!std::isfinite(radius)) return;
   const GeneralisedHarveyShack::RingPlanes planes = mean.ring_planes(radius);
-  constexpr double kUnmoved = 0.01;
   const double step = 0.02 * target.value;
   double end = planes.upper, slope = HUGE_VAL;
   for (const double plane : {planes.upper, planes.lower}) {
@@ -47,8 +46,7 @@ void add_ring(const Target& target, const GeneralisedHarveyShack& mean, double a
         std::abs(mean.encircled_energy(radius, plane + step) - mean.encircled_energy(radius, plane - step)) /
         (2 * step);
     if (here < slope) slope = here, end = plane;
-    // Where aberrations do not move the peak, one end is as the other.
-    if (std::abs(planes.peak) < kUnmoved * (planes.upper - planes.lower)) break;
+    if (!mean.departs()) break;  // one end is as the other
   }
   if (!(slope > 0) || !std::isfinite(slope)) return;
   judged->add(target.statistic, radius, end, allowed * target.value * slope / std::sqrt(2.0));

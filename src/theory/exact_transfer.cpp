@@ -226,8 +226,8 @@ PanelArray ExponentTable::operator()(const PanelArray& x) const {
 }
 
 ExponentChange::ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change,
-                               double limit, const ExponentTable& table, double smallest)
-    : limit_(limit) {
+                               double uneven, const ExponentTable& table, double smallest)
+    : uneven_(uneven) {
   std::vector<TransferPanel> pending;
   for (std::size_t k = 0; k < table.gone_.size(); ++k) {
     const TransferPanel& panel = table.function_.panels[k];
@@ -245,8 +245,8 @@ ExponentChange::ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::A
   function_.set_coefficients();
 }
 
-ExponentChange::ExponentChange(double proportion, double limit_of_e, const ExponentTable& table)
-    : function_(table.function_), limit_(std::isfinite(limit_of_e) ? proportion * limit_of_e : 0) {
+ExponentChange::ExponentChange(double proportion, double uneven, const ExponentTable& table)
+    : function_(table.function_), uneven_(uneven) {
   for (TransferPanel& panel : function_.panels) panel.value *= proportion;
   for (PanelArray& coefficients : function_.legendre) coefficients *= proportion;
 }
@@ -278,8 +278,8 @@ PupilMoments::PupilMoments(PupilField field, int halvings)
   // What a shear makes of a pair: of lengths from one so short that the next order does not show and rounding
   // neither, of coherence, which the rest of the aperture counts in, from one half of the longest where both
   // points are mirror still.
-  constexpr double kShort = 0.01, kSteepest = 0.9;  // of the focal length; sine^2
-  const double far = 2.25 * rho2 < kSteepest ? std::sqrt(rho2) : kShort;
+  constexpr double kShort = 0.01, kSteepest = 0.95;  // of the focal length; sine
+  const double rho = std::sqrt(rho2), far = std::clamp(2 * (kSteepest - rho), kShort, std::max(rho, kShort));
   const double per_f2 = 1 / std::pow(field_.focal_length(), 2);
   for (const double a : focus_overlap_->nodes()) {
     const double c = std::sqrt(1 - a * rho2), q = 0.5 * (1 + c);
@@ -385,8 +385,8 @@ MomentPanels PupilMoments::far_moments(double dz, double end) const {
 
 ExactTransfer::ExactTransfer(std::shared_ptr<const PupilMoments> pupil,
                              const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,
-                             double limit, SurfaceTransferOptions options)
-    : pupil_(std::move(pupil)), limit_(limit), smallest_(options.smallest) {
+                             double limit, double uneven, SurfaceTransferOptions options)
+    : pupil_(std::move(pupil)), limit_(limit), uneven_(uneven), smallest_(options.smallest) {
   options.cutoff = cutoff() * pupil_->most_stretch() * (1 + 1e-12);
   table_ = std::make_unique<const ExponentTable>(exponent, limit, options);
 }
@@ -405,14 +405,15 @@ double ExactTransfer::end() const {
 
 double ExactTransfer::part(int i, int j, double x, double shear) const {
   const PairOfPoints<double> pair = pair_at<double>(i, j, shear);
-  return std::exp(-pair.share * (*table_)(pair.stretch * x) - pair.apart);
+  return std::exp(-pair.share * (*table_)(pair.stretch * x) - pair.apart * uneven_);
 }
 
 PanelArray ExactTransfer::part(int i, int j, const PanelArray& x, bool scattered_only) const {
   const PairOfPoints<PanelArray> pair = pair_at<PanelArray>(i, j, x);
   const PanelArray e = pair.share * (*table_)(PanelArray(pair.stretch * x));
-  if (!scattered_only) return (-e - pair.apart).exp();
-  const PanelArray limit = pair.share * limit_, apart = (-pair.apart).exp();
+  const PanelArray apart = (-pair.apart * uneven_).exp();
+  if (!scattered_only) return apart * (-e).exp();
+  const PanelArray limit = pair.share * limit_;
   // Small differences from the core keep their digits; large limits have no core.
   if (limit.maxCoeff() < 30)
     return apart * (-limit).exp() * (limit - e).unaryExpr([](double one) { return std::expm1(one); });
@@ -468,14 +469,14 @@ std::vector<TransferPanel> ExactTransfer::change_panels(double dz, const Exponen
   return resolved(dz, change.edges(), [&](int i, int j, const PanelArray& x) {
     const PairOfPoints<PanelArray> pair = pair_at<PanelArray>(i, j, x);
     const PanelArray r = pair.stretch * x;
-    const PanelArray moved = pair.share * change(r) + pair.apart_of_limit * change.limit();
-    return PanelArray(-moved * (-pair.share * (*table_)(r)-pair.apart).exp());
+    const PanelArray moved = pair.share * change(r) + pair.apart * change.uneven();
+    return PanelArray(-moved * (-pair.share * (*table_)(r)-pair.apart * uneven_).exp());
   });
 }
 
 ExponentChange ExactTransfer::change_of(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change,
-                                        double limit) const {
-  return ExponentChange(change, limit, *table_, smallest_);
+                                        double uneven) const {
+  return ExponentChange(change, uneven, *table_, smallest_);
 }
 
 double ExactTransfer::at(double x, double dz) const { return interpolated(pupil_->at(x, dz), x, x); }

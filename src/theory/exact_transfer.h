@@ -49,18 +49,18 @@ class ExponentTable {
 /// dE/dp at all shears of an ExponentTable, good to 1e-12 exp(E) as that is, where the table is not gone.
 class ExponentChange {
  public:
-  /// `limit`: dE/dp at infinity, 0 where E has no limit.
-  ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change, double limit,
+  /// `uneven`: that of ExactTransfer.
+  ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change, double uneven,
                  const ExponentTable& table, double smallest);
   /// Where dE/dp = proportion E.
-  ExponentChange(double proportion, double limit_of_e, const ExponentTable& table);
+  ExponentChange(double proportion, double uneven, const ExponentTable& table);
   PanelArray operator()(const PanelArray& x) const;
-  double limit() const { return limit_; }
+  double uneven() const { return uneven_; }
   std::vector<double> edges() const;
 
  private:
   PanelFunction function_;
-  double limit_ = 0;
+  double uneven_ = 0;
 };
 
 /// The change of a surface's transfer function with a number of its PSD: of the exact form dE/dp, of the
@@ -119,30 +119,32 @@ class PupilMoments {
 
 /// The optical transfer function of a rough mirror in its aperture-exact form (PHYSICS 6),
 ///   OTF(x) = int A(P + x/2) A*(P - x/2) H d2P / int |A|^2 d2P,
-///   H = exp(-(4 pi/lambda)^2 (q1 q2 (C(0) - C(dr)) + (q1 - q2)^2 C(0) / 2)),
+///   H = exp(-(4 pi/lambda)^2 (q1 q2 (C(0) - C(dr)) + (q1 - q2)^2 V / 2)),
 /// q = 1/(1 + t^2) = (1 + c)/2 at either point, c the cosine of the ray's angle, dr their distance on the
 /// mirror. At the midpoint x -> 0 makes it dr = (x/q) sqrt(1 + (p . x/|x|)^2/c^2); the pair's own values are
 /// that to the second order in x/f, q1 q2 and dr by their mean square from the axis, p^2 + x^2/4, and all by
 /// (p . x)^2. So H depends on x, on |p|^2 and on the part of p along x alone. It is interpolated in these two
-/// over the aperture by Chebyshev polynomials, whose moments `PupilOverlap` holds. Where C(0) is infinite,
-/// q1 - q2 is left out. Within 2e-5 of the light against all pairs of points, at f/1
+/// over the aperture by Chebyshev polynomials, whose moments `PupilOverlap` holds. V is C(0) but for
+/// waves that lift the mirror as a whole, which move no light and may have any height. Against all pairs of
+/// points within 3e-5 of the light from f/1.5 on, 1.2e-4 at f/1, 4e-4 at f/0.75 and 1.3e-3 at f/0.5
 /// (tests/theory/ghs_pairs_test.cpp).
 class ExactTransfer {
  public:
+  /// `limit` of E, may be infinite; `uneven`: (4 pi/lambda)^2 V.
   ExactTransfer(std::shared_ptr<const PupilMoments> pupil,
                 const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent, double limit,
-                SurfaceTransferOptions options);
+                double uneven, SurfaceTransferOptions options);
 
   /// On panels of x / cutoff(). Of light scattered alone: less what the limit of H leaves at every shear.
   std::vector<TransferPanel> panels(double dz, bool scattered_only) const;
   /// How it changes with p, of which `change` is dE/dp.
   std::vector<TransferPanel> change_panels(double dz, const ExponentChange& change) const;
-  /// Of dE/dp and what E tends to at great shears.
+  /// Of the change of E and of `uneven`.
   ExponentChange change_of(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change,
-                           double limit) const;
-  ExponentChange change_of(double proportion) const { return {proportion, limit_, *table_}; }
+                           double uneven) const;
+  ExponentChange change_of(double proportion) const { return {proportion, proportion * uneven_, *table_}; }
   double at(double x, double dz) const;
-  /// Mean of H over the aperture at a shear x of which all points are like the midpoint, and of its limit.
+  /// Mean over the aperture of H at a shear x, of pairs that are like their midpoint: q1 = q2.
   double mean_surface_transfer(double x) const { return interpolated(pupil_->whole(), x, 0); }
   /// Mean of H over the overlap of the aperture with itself at shears x [m], ascending: `at` over what it is
   /// without roughness, for a mirror without aberrations in the focus. Where nothing overlaps over the
@@ -159,21 +161,18 @@ class ExactTransfer {
  private:
   /// H at nodes (i, j) of the pupil and shears x, or its change.
   using Part = std::function<PanelArray(int i, int j, const PanelArray& x)>;
-  // Two points about the node (i, j) of the pupil: q1 q2, distance over shear, and (q1 - q2)^2/2, alone and
-  // times the limit of E, 0 where that is infinite.
+  // Two points about the node (i, j) of the pupil: q1 q2, distance over shear, and (q1 - q2)^2/2.
   template <typename Real>
   struct PairOfPoints {
-    Real share, stretch, apart_of_limit, apart;
+    Real share, stretch, apart;
   };
   template <typename Real>
   PairOfPoints<Real> pair_at(int i, int j, const Real& shear) const {
     using std::exp;
     const auto k = std::size_t(i * pupil_->order() + j);
     const Real x2 = shear * shear;
-    const Real apart_of_limit = (std::isfinite(limit_) ? pupil_->apart()[k] : 0.0) * x2;
     return {pupil_->share()[std::size_t(i)] * exp(-pupil_->fall()[k] * x2),
-            pupil_->stretch()[k] * (1 + pupil_->bend()[k] * x2), apart_of_limit,
-            (std::isfinite(limit_) ? limit_ : 0.0) * apart_of_limit};
+            pupil_->stretch()[k] * (1 + pupil_->bend()[k] * x2), pupil_->apart()[k] * x2};
   }
   double part(int i, int j, double x, double shear) const;
   // sum_ij moment_ij H(a_i, b_j) at x, of points that are `shear` apart.
@@ -186,7 +185,7 @@ class ExactTransfer {
   double end() const;
 
   std::shared_ptr<const PupilMoments> pupil_;
-  double limit_ = 0, smallest_ = 0;
+  double limit_ = 0, uneven_ = 0, smallest_ = 0;
   std::unique_ptr<const ExponentTable> table_;
 };
 

@@ -85,6 +85,7 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const GhsPu
   }
   exact_ = std::make_unique<const ExactTransfer>(
       pupil.moments_, [this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_,
+      std::pow(4 * pi / wavelength_, 2) * psd_moments(psd_.band(end_of_lifting(), kInfinity)).height_variance,
       transfer_options(psd_, wavelength_, pupil.moments_->cutoff(), options.halvings));
   core_ = exact_->core_share();
 }
@@ -185,6 +186,16 @@ double GeneralisedHarveyShack::limit_change(const PsdDerivative& derivative, dou
   return scale * std::pow(4 * pi / wavelength_, 2) * scattering(derivative).moment(0);
 }
 
+// Waves ten times as long as the aperture lift it as a whole.
+double GeneralisedHarveyShack::end_of_lifting() const {
+  constexpr double kApertures = 10;
+  return 1 / (kApertures * 2 * aperture_radius(aperture_));
+}
+
+double GeneralisedHarveyShack::uneven_change(const PsdDerivative& derivative, double scale) const {
+  return scale * std::pow(4 * pi / wavelength_, 2) * scattering(derivative).moment(0, end_of_lifting());
+}
+
 double GeneralisedHarveyShack::core_change(const PsdDerivative& derivative, double scale) const {
   return -limit_change(derivative, scale) * (exact_ ? exact_->core_slope() : core_);
 }
@@ -196,7 +207,7 @@ SurfaceChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative,
   };
   const double proportion = inside.proportion();
   if (exact_ && proportion != 0) return {exact_->change_of(scale * proportion), {}};
-  if (exact_) return {exact_->change_of(change, limit_change(derivative, scale)), {}};
+  if (exact_) return {exact_->change_of(change, uneven_change(derivative, scale)), {}};
   return {{},
           transfer_change([this](const Eigen::ArrayXd& x) { return exponent(x); }, change, *surface_transfer_,
                           cutoff())};
@@ -218,6 +229,8 @@ MeanSpot GeneralisedHarveyShack::change_at_plane(const SurfaceChange& change, do
   return spot;
 }
 
+bool GeneralisedHarveyShack::departs() const { return exact_ && exact_->has_departure(); }
+
 GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ring_radius) const {
   if (!(ring_radius > 0)) return {kNaN, kNaN, kNaN};
   const double f = mirror_.focal_length;
@@ -225,9 +238,9 @@ GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ri
   // focus.
   const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
   // Planes of a pupil without symmetry are known to 1e-5, and cost up to seconds; aberrations make them dear.
-  const bool departs = exact_ && exact_->has_departure(), round = !exact_ || exact_->is_round();
-  const double accuracy = departs ? 1e-5 : round ? 1e-9 : 1e-6;
-  const double gain = !departs && round ? 1e-11 : accuracy;  // derivatives see where the peak is
+  const bool round = !exact_ || exact_->is_round();
+  const double accuracy = departs() ? 1e-5 : round ? 1e-9 : 1e-6;
+  const double gain = !departs() && round ? 1e-11 : accuracy;  // derivatives see where the peak is
   const RingHalves found = ring_halves([&](double dz) { return encircled_energy(ring_radius, dz); },
                                        {step, 0.5 * f, accuracy, gain});
   return {found.lower, found.peak, found.upper};

@@ -11,9 +11,9 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr int kEvenSteps = 16, kMostSteps = 100;  // of the first look, to either side
+constexpr int kEvenSteps = 16, kMostSteps = 200;  // of the first look, to either side: to 1e6 steps
 constexpr double kNearlyMost = 0.9, kCloser = 0.125;
-constexpr int kMostRounds = 12;
+constexpr int kMostRoundsCloser = 12, kMostPeaks = 12;
 
 struct Plane {
   double dz, share;
@@ -64,13 +64,14 @@ class Scan {
                                   planes_.begin() + std::ptrdiff_t(to) + 1);
     const double left = planes_[top_ - 1].dz, right = planes_[top_ + 1].dz;
     constexpr int kLooks = 64;
-    const auto at = [&](int k) { return left + (right - left) * k / kLooks; };
+    const auto at = [&](double k) { return left + (right - left) * k / kLooks; };
     int best = 1;
     for (int k = 2; k < kLooks; ++k)
       if (interpolated(near, at(k)) > interpolated(near, at(best))) best = k;
-    const auto [dz, lack] = boost::math::tools::brent_find_minima(
-        [&](double z) { return -interpolated(near, z); }, at(best - 1), at(best + 1), 26);
-    return {dz, -lack};
+    // In steps, whose number has no unit: the search ends within 1e-8 of one.
+    const auto [step, lack] = boost::math::tools::brent_find_minima(
+        [&](double from_best) { return -interpolated(near, at(best + from_best)); }, -1.0, 1.0, 26);
+    return {at(best + step), -lack};
   }
 
  private:
@@ -92,7 +93,7 @@ void look_outwards(const RingSearch& search, Scan* scan) {
 
 // Intervals beside planes that hold nearly the most are halved until they are short beside the width.
 void look_closer(Scan* scan) {
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMostRoundsCloser; ++round) {
     const std::size_t lower = scan->below(0.5 * scan->most(), false),
                       upper = scan->below(0.5 * scan->most(), true);
     const double width =
@@ -115,7 +116,7 @@ RingHalves ring_halves(const std::function<double(double)>& energy, const RingSe
   Scan scan(energy);
   look_outwards(search, &scan);
   look_closer(&scan);
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMostPeaks; ++round) {
     if (scan.top() == 0 || scan.top() == scan.last()) return kNone;
     const Plane promised = scan.promised();
     if (!(promised.share > (1 + search.gain) * scan.most())) break;

@@ -100,6 +100,15 @@ TEST(FocusWarnings, SpotFwhmMissingWhereTheBandwidthSeesSingleRays) {
   EXPECT_TRUE(std::isnan(none.value));
   ASSERT_EQ(none.warnings.size(), 1u);
   EXPECT_EQ(none.warnings[0].code, "spot-fwhm-missing");
+  // sqrt(2) um is the RMS radius; what is said to be wide enough is.
+  EXPECT_NE(none.warnings[0].message.find("1.414 um, and"), std::string::npos) << none.warnings[0].message;
+  EXPECT_NE(none.warnings[0].message.find("707.1 pm is wide enough"), std::string::npos)
+      << none.warnings[0].message;
+  RayBundle line = rays;
+  line.y.setZero();
+  line.x[0] = 1e-4;  // alone in the distance, and all of it in x
+  line.weight[0] = 1e-4;
+  EXPECT_TRUE(seen(line, SpotFwhm{1e-6 * std::sqrt(1 + 0.25) / 2000}).warnings.empty());
   const Seen some = seen(rays, SpotFwhm{1e-6 / 10000});
   EXPECT_TRUE(std::isfinite(some.value));
   EXPECT_TRUE(some.warnings.empty());

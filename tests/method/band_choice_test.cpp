@@ -211,4 +211,49 @@ TEST(BandChoice, WithoutTermsTheVerdictRestsOnDraws) {
   EXPECT_EQ(run_fit(parse_study(other, "study.json"), {}).verdict, Verdict::kDifferent);
 }
 
+// With balanced spherical aberration the peak of a ring passes the focus between two radii while its ends
+// stay as different as before: what roughness may move the flatter one by is what counts.
+TEST(BandChoice, ARingIsHeldAtTheFlatterOfItsEndsWhereverItsPeakIs) {
+  // With a value of its own the ring alone is judged.
+  const auto asked = [](double ring) {
+    return scene(3, 400,
+                 fmt::format(R"(, "terms": {{"band": "auto"}}, "target": {{"statistics": {{"ring_fwhm": )"
+                             R"({{"ring": "{} um", "value": "371 um"}}}}}})",
+                             1e6 * ring));
+  };
+  const auto with_spherical = [&](double ring) {
+    nlohmann::json text = nlohmann::json::parse(asked(ring));
+    text["mirror"]["zernike"]["noll"] = {{"11", -32e-9}};  // a tenth of a wave of light
+    return text.dump();
+  };
+  const Layout layout = layout_of(with_spherical(5.4e-6));
+  const GeneralisedHarveyShack& mean = *layout.ground.mean_spot;
+  const auto centred = [&](double ring) {
+    const GeneralisedHarveyShack::RingPlanes planes = mean.ring_planes(ring);
+    return planes.peak / (planes.upper - planes.lower);
+  };
+  double low = 4.6e-6, high = 6.4e-6;
+  ASSERT_LT(centred(low) * centred(high), 0) << centred(low) << " " << centred(high);
+  for (int k = 0; k < 12; ++k)
+    (centred(0.5 * (low + high)) * centred(low) > 0 ? low : high) = 0.5 * (low + high);
+  ASSERT_LT(std::abs(centred(low)), 0.005);
+  const Layout at_peak = layout_of(with_spherical(low));
+  const Study study = parse_study(with_spherical(low), "study.json");
+  const GeneralisedHarveyShack::RingPlanes planes = mean.ring_planes(low);
+  const double width = planes.upper - planes.lower, step = 0.01 * width;
+  double flattest = HUGE_VAL, end = 0;
+  for (const double plane : {planes.lower, planes.upper}) {
+    const double slope =
+        std::abs(mean.encircled_energy(low, plane + step) - mean.encircled_energy(low, plane - step)) /
+        (2 * step);
+    if (slope < flattest) flattest = slope, end = plane;
+  }
+  ASSERT_EQ(end, planes.lower) << "nothing tested: the upper end is the flatter one";
+  const RealisationSpread spread({*at_peak.ground.psd, study.mirror, study.aperture, study.wavelength, mean},
+                                 {{low, end}}, 2);
+  const double moved = spread.light(at_peak.ground.shares->cut)[0] * std::sqrt(2.0) / (flattest * width);
+  EXPECT_NEAR(at_peak.ground.shares->spread, moved / study.equivalence.margin,
+              0.1 * moved / study.equivalence.margin);
+}
+
 }  // namespace aberfit

@@ -18,8 +18,8 @@ namespace aberfit {
 namespace {
 
 // Of the light: what the cells at the edge of the independent waves leave; and, times the share that scatters
-// and (a/f)^2, a factor that is the same for an overlap of the aperture's middle and of its rim (0.039 at
-// half of a ring's peak, g 4.2 at f/2.1, against the integral over all pairs of points).
+// and (a/f)^2, out of focus a factor that is the same for an overlap of the aperture's middle and of its rim
+// (0.039 at half of a ring's peak, g 4.2 at f/2.1, against the integral over all pairs of points).
 constexpr double kErrorOfWaves = 5e-4, kErrorOfFactor = 0.04;
 // Seconds of a sine and a cosine or a step of a recurrence, and of a sample of a transform with its circles.
 constexpr double kSecondsOfTerm = 2e-8, kSecondsOfSample = 3e-7;
@@ -119,8 +119,9 @@ double folded_light(const RadialPsd& psd, double cut, const Study& study, double
   return beyond * std::min(1.0, std::numbers::pi * radius * radius / (field * field));
 }
 
-double error_of_waves(const Study& study, const Groundwork& ground, std::optional<double> cut) {
-  if (!cut) return kErrorOfWaves;
+double error_of_waves(const Study& study, const Groundwork& ground, std::optional<double> cut,
+                      bool in_focus) {
+  if (!cut || in_focus) return kErrorOfWaves;
   const double g = 4 * std::numbers::pi / study.wavelength *
                    psd_moments(ground.psd->band(*cut, 1 / study.wavelength)).rms_height();
   return kErrorOfWaves - kErrorOfFactor * std::expm1(-g * g) *
@@ -210,7 +211,7 @@ struct RingsOfSurface {
   void judge_by(IndependentWaves* in_focus, double field, SecondOpinion* opinion) const {
     if (limits.most_rings == 0) return;
     double seconds = limits.seconds;
-    const double error = error_of_waves(study, ground, cut);
+    const double error = error_of_waves(study, ground, cut, false);
     for (const Ring& ring : of(in_focus, field)) {
       const double cells = enough_cells(study, ground, 6 * ring.radius, ring.radius, cut, limits);
       seconds -= seconds_of(cells, surface, kPlanesOfRing);
@@ -250,8 +251,8 @@ SecondOpinion SecondOpinions::of_waves(const TermSet& terms, const Eigen::Vector
     return opinion;
   }
   const auto waves = waves_of(study_, ground_, surface, cut, int(needed));
-  const double error = error_of_waves(study_, ground_, cut);
   for (const auto& [dz, wanted] : planes) {
+    const double error = error_of_waves(study_, ground_, cut, dz == 0);
     const std::vector<double> shares = waves->shares(dz, radii_of(wanted));
     for (std::size_t k = 0; k < wanted.size(); ++k)
       judge_light(study_, wanted[k].second, std::abs(shares[k] - wanted[k].first) - error, &opinion);

@@ -176,6 +176,8 @@ class GeneralisedHarveyShack {
     double lower, peak, upper;
   };
   RingPlanes ring_planes(double ring_radius) const;
+  /// Whether the mirror is another than its parabola, so that one side of the focus is not as the other.
+  bool departs() const;
   /// FWHM [m] of the line spread profile int OTF(nu) cos(2 pi nu x) dnu in the focus, averaged over direction
   /// and convolved with a Gaussian of standard deviation `bandwidth` [m]. With much specular light this is
   /// the width of the diffraction pattern.
@@ -231,6 +233,8 @@ class GeneralisedHarveyShack {
   internal::SurfaceChange change_of(const PsdDerivative& derivative, double scale) const;
   /// What E at great shears changes by.
   double limit_change(const PsdDerivative& derivative, double scale) const;
+  double uneven_change(const PsdDerivative& derivative, double scale) const;
+  double end_of_lifting() const;  // [cycles/m]
   /// What the specular share changes by.
   double core_change(const PsdDerivative& derivative, double scale) const;
   /// Of what scatters: the edge at 1/lambda stays where it is.
