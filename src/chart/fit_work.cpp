@@ -344,10 +344,9 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   work.iteration = (linearisation(optics, fitted) + (waves ? values(optics, fitted) : 0)) / threads +
                    algebra(optics, fitted.count, double(terms.size()));
   if (begins_by_rays(task, ground, targets, Eigen::Index(optics.points), wide)) {
-    const Optics by_rays =
-        with_operator({}, terms, PointLayout{Eigen::Index(rays_that_lead(terms.size()))}, pace.terms);
+    const Optics by_rays = with_operator({}, terms, PointLayout{Eigen::Index(rays_that_lead(terms.size()))});
     work.led = kFitsByRays * (values(optics, fitted) / threads +
-                              kStepsByRays * (linearisation(by_rays, fitted) / threads +
+                              kStepsByRays * (pace.terms * linearisation(by_rays, fitted) / threads +
                                               algebra(optics, fitted.count, double(terms.size()))));
   }
   work.ends = (linearisation(optics, fitted) + 2 * values(optics, reported)) / threads;
@@ -358,7 +357,7 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
       threads;
   work.realisations = realisations(task, ground, terms, optics) / threads;
   work.judgement = judgement(task, ground, terms, targets, pace) / threads;
-  work.zones = zones(task, terms) / threads;
+  work.zones = (waves ? pace.terms : 1) * zones(task, terms) / threads;
   work.draws = draws(task, ground, targets, pace) / threads;
   work.scatter = ground.split && ground.split->has_rest() ? kScatterFunction : 0;
   return work;

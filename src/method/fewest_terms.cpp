@@ -50,6 +50,8 @@ constexpr Eigen::Index kFewTerms = 64;
 constexpr double kNearMiss = 1.3, kNearMissOfWaves = 1.6;
 // Of few terms, whose draws differ by as much: the farthest first draw of those twenty is at 2.3.
 constexpr double kNearMissOfFew = 3;
+// Share of the height variance below which terms, not draws, are what keeps a fit from its tolerances.
+constexpr double kLacking = 0.9;
 // On many cells a second look costs half a minute, and the next order about as much: of a deep spot (g 14)
 // none of four at 1.4 to 1.55 helped.
 constexpr double kNearMissOnManyCells = 1.1;
@@ -242,9 +244,9 @@ bool another_draw_may_do(const FitCase& of, const Attempt& attempt) {
   const bool waves = attempt.bench->model == FocusModel::kWaves;
   if (!few_by_waves(attempt)) return attempt.met && misses_by(attempt, waves ? kNearMissOfWaves : kNearMiss);
   // No draw finds what the terms lack: sixteen of each of three scenes, all of them equivalent, ended 1.1 to
-  // 1.8, 5.3 to 6.7 and 18 to 21 tolerances away.
+  // 1.8, 5.3 to 6.7 and 18 to 21 tolerances of the fit away.
   const bool as_near_as_they_come =
-      attempt.result.verdict == Verdict::kEquivalent && are_truncated(of.ground, attempt.terms->captured);
+      attempt.result.verdict == Verdict::kEquivalent && of.ground.psd && attempt.terms->captured < kLacking;
   return has_solution(attempt.result.fit) && !is_equivalent(attempt) && !as_near_as_they_come &&
          distance_to_margin(attempt) <= kNearMissOfFew;
 }

@@ -167,10 +167,6 @@ int radial_overlap(const TermSet& terms) {
   return int((singular.array() < 1e-9 * singular[0]).count());
 }
 
-bool are_truncated(const Groundwork& ground, double captured) {
-  return ground.psd && !ground.all_scatters() && captured < kCapturedHeight - 5e-3;
-}
-
 Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSet& terms, double captured) {
   Warnings warnings = task.data_warnings;
   warnings.insert(warnings.end(), ground.use.warnings.begin(), ground.use.warnings.end());
@@ -187,7 +183,7 @@ Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSe
                         "independent coefficients pile slope up at the rim: such a surface is not stationary "
                         "and differs from a "
                         "Harvey-Shack target by tens of percent; use covariance `full`"});
-  if (are_truncated(ground, captured))
+  if (ground.psd && !ground.all_scatters() && captured < kCapturedHeight - 5e-3)
     warnings.push_back(
         {"truncated-terms",
          fmt::format("the terms can carry {:.1f} % of the height variance of the specification{}{}",

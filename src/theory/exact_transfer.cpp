@@ -411,13 +411,13 @@ double ExactTransfer::part(int i, int j, double x, double shear) const {
 PanelArray ExactTransfer::part(int i, int j, const PanelArray& x, bool scattered_only) const {
   const PairOfPoints<PanelArray> pair = pair_at<PanelArray>(i, j, x);
   const PanelArray e = pair.share * (*table_)(PanelArray(pair.stretch * x));
-  const PanelArray apart = (-pair.apart * uneven_).exp();
-  if (!scattered_only) return apart * (-e).exp();
+  const PanelArray apart = pair.apart * uneven_;  // below zero where tilts prevail, and e as much above
+  if (!scattered_only) return (-e - apart).exp();
   const PanelArray limit = pair.share * limit_;
   // Small differences from the core keep their digits; large limits have no core.
   if (limit.maxCoeff() < 30)
-    return apart * (-limit).exp() * (limit - e).unaryExpr([](double one) { return std::expm1(one); });
-  return apart * ((-e).exp() - (-limit).exp());
+    return (-apart - limit).exp() * (limit - e).unaryExpr([](double one) { return std::expm1(one); });
+  return (-e - apart).exp() - (-limit - apart).exp();
 }
 
 void ExactTransfer::append(const MomentPanel& moments, double a, double b, int halvings, const Part& part,

@@ -49,7 +49,7 @@ class ExponentTable {
 /// dE/dp at all shears of an ExponentTable, good to 1e-12 exp(E) as that is, where the table is not gone.
 class ExponentChange {
  public:
-  /// `uneven`: that of ExactTransfer.
+  /// `uneven`: the change of what ExactTransfer has.
   ExponentChange(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& change, double uneven,
                  const ExponentTable& table, double smallest);
   /// Where dE/dp = proportion E.
@@ -124,8 +124,9 @@ class PupilMoments {
 /// mirror. At the midpoint x -> 0 makes it dr = (x/q) sqrt(1 + (p . x/|x|)^2/c^2); the pair's own values are
 /// that to the second order in x/f, q1 q2 and dr by their mean square from the axis, p^2 + x^2/4, and all by
 /// (p . x)^2. So H depends on x, on |p|^2 and on the part of p along x alone. It is interpolated in these two
-/// over the aperture by Chebyshev polynomials, whose moments `PupilOverlap` holds. V is C(0) but for
-/// waves that lift the mirror as a whole, which move no light and may have any height. Against all pairs of
+/// over the aperture by Chebyshev polynomials, whose moments `PupilOverlap` holds. V is the height
+/// variance of waves up to ten times as long as the aperture, less 2 f^2 times the slope variance of longer
+/// ones, which tilt the mirror, and lift it, which moves no light. Against all pairs of
 /// points within 3e-5 of the light from f/1.5 on, 1.2e-4 at f/1, 4e-4 at f/0.75 and 1.3e-3 at f/0.5
 /// (tests/theory/ghs_pairs_test.cpp).
 class ExactTransfer {

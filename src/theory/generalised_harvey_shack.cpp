@@ -13,6 +13,7 @@
 #include "aberfit/core/overloaded.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/root.h"
+#include "aberfit/roughness/psd_integrals.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/theory/height_on_aperture.h"
 #include "aberfit/theory/light_property.h"
@@ -85,7 +86,7 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const GhsPu
   }
   exact_ = std::make_unique<const ExactTransfer>(
       pupil.moments_, [this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_,
-      std::pow(4 * pi / wavelength_, 2) * psd_moments(psd_.band(end_of_lifting(), kInfinity)).height_variance,
+      of_uneven_paths([this](double power, double a, double b) { return radial_moment(psd_, power, a, b); }),
       transfer_options(psd_, wavelength_, pupil.moments_->cutoff(), options.halvings));
   core_ = exact_->core_share();
 }
@@ -186,14 +187,16 @@ double GeneralisedHarveyShack::limit_change(const PsdDerivative& derivative, dou
   return scale * std::pow(4 * pi / wavelength_, 2) * scattering(derivative).moment(0);
 }
 
-// Waves ten times as long as the aperture lift it as a whole.
-double GeneralisedHarveyShack::end_of_lifting() const {
+// (4 pi/lambda)^2 V of PHYSICS 6, linear in S. Waves ten times as long as the aperture tilt it, and lift it,
+// which moves no light. Of a tilt s the phase is (4 pi/lambda) q s r, and q r is the place in the pupil:
+// pairs have (4 pi/lambda)^2 (s x)^2/2 in all, which is q1 q2 (C(0) - C(dr)) less (q1 - q2)^2 f^2 s^2 along
+// the shear.
+double GeneralisedHarveyShack::of_uneven_paths(
+    const std::function<double(double power, double a, double b)>& moment) const {
   constexpr double kApertures = 10;
-  return 1 / (kApertures * 2 * aperture_radius(aperture_));
-}
-
-double GeneralisedHarveyShack::uneven_change(const PsdDerivative& derivative, double scale) const {
-  return scale * std::pow(4 * pi / wavelength_, 2) * scattering(derivative).moment(0, end_of_lifting());
+  const double end = 1 / (kApertures * 2 * aperture_radius(aperture_)), f = mirror_.focal_length;
+  return std::pow(4 * pi / wavelength_, 2) *
+         (moment(0, end, kInfinity) - 2 * f * f * 4 * pi * pi * moment(2, 0, end));
 }
 
 double GeneralisedHarveyShack::core_change(const PsdDerivative& derivative, double scale) const {
@@ -207,7 +210,11 @@ SurfaceChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative,
   };
   const double proportion = inside.proportion();
   if (exact_ && proportion != 0) return {exact_->change_of(scale * proportion), {}};
-  if (exact_) return {exact_->change_of(change, uneven_change(derivative, scale)), {}};
+  if (exact_) {
+    const double uneven =
+        of_uneven_paths([&](double power, double a, double b) { return scale * inside.moment(power, a, b); });
+    return {exact_->change_of(change, uneven), {}};
+  }
   return {{},
           transfer_change([this](const Eigen::ArrayXd& x) { return exponent(x); }, change, *surface_transfer_,
                           cutoff())};

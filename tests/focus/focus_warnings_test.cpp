@@ -108,7 +108,7 @@ TEST(FocusWarnings, SpotFwhmMissingWhereTheBandwidthSeesSingleRays) {
   line.y.setZero();
   line.x[0] = 1e-4;  // alone in the distance, and all of it in x
   line.weight[0] = 1e-4;
-  EXPECT_TRUE(seen(line, SpotFwhm{1e-6 * std::sqrt(1 + 0.25) / 2000}).warnings.empty());
+  EXPECT_TRUE(seen(line, SpotFwhm{1e-6 * std::sqrt(4.0 / 3) / 2000}).warnings.empty());
   const Seen some = seen(rays, SpotFwhm{1e-6 / 10000});
   EXPECT_TRUE(std::isfinite(some.value));
   EXPECT_TRUE(some.warnings.empty());

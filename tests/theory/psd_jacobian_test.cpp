@@ -414,6 +414,35 @@ TEST(PsdJacobian, OfAFastMirrorMeetsDifferencesOfTheTheory) {
   }
 }
 
+// Waves longer than ten apertures tilt, shorter ones have their height: with an end of the band on either
+// side.
+TEST(PsdJacobian, OfWavesLongerThanTheApertureMeetsDifferencesOfTheTheory) {
+  constexpr double kAcross = 0.2;
+  const GhsPupil pupil(Mirror{1.3 * kAcross, -1, {}}, CircleAperture{kAcross}, 1e-6);
+  const std::vector<Statistic> inside{RingThrough{2e-6, 0, false}, RingThrough{2e-6, 4e-6, false}};
+  for (const bool by_rms : {false, true})
+    for (const double f_min : {0.02, 0.3}) {
+      PowerLawPsd model;
+      model.exponent = 3.3;
+      model.f_min = f_min / kAcross;
+      model.f_max = 40 / kAcross;
+      (by_rms ? model.rms : model.amplitude) = by_rms ? (f_min < 0.1 ? 1.5e-6 : 3e-7) : 6e-16;
+      const std::vector<PsdVariable> variables = psd_variables(model);
+      const PsdJacobian found = psd_jacobian(model, variables, inside, pupil);
+      for (std::size_t k = 0; k < variables.size(); ++k)
+        for (std::size_t i = 0; i < inside.size(); ++i) {
+          const auto moved = [&](double factor) {
+            const PsdModel other = with_value(model, variables[k], factor * value_of(model, variables[k]));
+            return std::log(GeneralisedHarveyShack(RadialPsd(other), pupil).predict({inside[i]})[0]);
+          };
+          const double expected = log_derivative<double>(moved, 1e-3),
+                       is = found.logarithmic()(Eigen::Index(i), Eigen::Index(k));
+          EXPECT_NEAR(is, expected, 1e-7 * std::max(1.0, std::abs(expected)))
+              << pointer_of(variables[k]) << " " << f_min << (by_rms ? " rms" : " amplitude");
+        }
+    }
+}
+
 TEST(PsdJacobian, ASharedSceneGivesTheSameBits) {
   const Mirror mirror{2.8, -0.9, {}};
   const AnnulusAperture aperture{0.4, 0.1};

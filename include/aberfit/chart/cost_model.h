@@ -26,7 +26,7 @@ struct FitRates {
   double forward = 0, jacobian = 0;  ///< smooth values; the same with the full Jacobian
   double exact = 0;                  ///< one exact evaluation of the targets on the fitted rays
   double waves = 0;    ///< time of wave optics over what fit_work expects; 0: as the iteration has it
-  WavePace pace = {};  ///< of large grids and of products beside it
+  WavePace pace = {};  ///< of the rest of a fit by waves beside it
   std::string source;  ///< where they come from, a clause
 };
 

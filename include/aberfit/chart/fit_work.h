@@ -25,7 +25,7 @@ struct FitWork {
 struct WavePace {
   double large = 1;     ///< planes of grids beyond the caches, 288 cells across and more; in between by log M
   double products = 1;  ///< L^T of heights, dense algebra
-  double terms = 1;     ///< L and L^T
+  double terms = 1;     ///< L, L^T but of heights, and fits by rays
 };
 
 /// Of these terms on `rays`, by the scene's physics:

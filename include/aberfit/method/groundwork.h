@@ -63,8 +63,6 @@ std::vector<Target> all_targets(const TargetSets& targets);
 bool targets_are_given(const Task& task);
 TargetSets make_targets(const Task& task, const Groundwork& ground, int threads);
 
-/// Whether terms that carry this share of the height variance fall short of what they stand for.
-bool are_truncated(const Groundwork& ground, double captured);
 /// Warnings that follow from the specification alone.
 Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSet& terms, double captured);
 

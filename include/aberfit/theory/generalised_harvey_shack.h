@@ -233,8 +233,9 @@ class GeneralisedHarveyShack {
   internal::SurfaceChange change_of(const PsdDerivative& derivative, double scale) const;
   /// What E at great shears changes by.
   double limit_change(const PsdDerivative& derivative, double scale) const;
-  double uneven_change(const PsdDerivative& derivative, double scale) const;
-  double end_of_lifting() const;  // [cycles/m]
+  /// What (q1 - q2)^2/2 is multiplied by, of a PSD or a change of one. moment: 2 pi int_a^b f^(power + 1) S
+  /// df.
+  double of_uneven_paths(const std::function<double(double power, double a, double b)>& moment) const;
   /// What the specular share changes by.
   double core_change(const PsdDerivative& derivative, double scale) const;
   /// Of what scatters: the edge at 1/lambda stays where it is.
