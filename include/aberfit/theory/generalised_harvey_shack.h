@@ -120,19 +120,20 @@ class GhsPupil {
 /// at small scatter angles. In its aperture-exact form, the default, with P the position in the pupil and x =
 /// lambda (f + dz) nu the shear, both f times a direction cosine [m],
 ///   OTF(x) = int A(P + x/2) A*(P - x/2) H(P, x) d2P / int |A|^2 d2P,
-///   H = exp(-(4 pi/(lambda (1 + t^2)))^2 (C(0) - C(dr))),  t = r/2f;
-/// see ExactTransfer in src/theory for dr and A. Every aperture and every mirror: the pupil field A holds
-/// conic, spherical terms, `departure` and the defocus; planes and centre are those of the nominal focus f.
-/// Of pupils without symmetry the real part, averaged over azimuth. The physical law of reflection: for
-/// convention `paper` give it the PSD of half the heights. Frequencies above 1/lambda do not scatter and are
-/// cut off. Where the height variance diverges towards f = 0 (power laws) the structure function takes the
-/// place of the autocorrelation, and no specular core is left. Error of encircled energies: below 1e-9 of
-/// circles and annuli with rotational symmetry (interpolation of H over the aperture: 2e-6 of it), of all
-/// others some 1e-5 in focus and 2e-4 ten waves out of it (hexagon, against more directions of the mean over
-/// azimuth), beside the error of the theory itself, see `theory_error`. Aberrations whose phase turns by more
-/// than 240 waves across the overlap are refused. Where f_max x exceeds 100 cycles
-/// within the aperture the band edge is softened by 1 %: at such shears the autocorrelation is that of S
-/// cos^4(pi f / (2 f_max)). Const use from many threads.
+///   H = exp(-(4 pi/lambda)^2 (q1 q2 (C(0) - C(dr)) + (q1 - q2)^2 V/2)),  q = 1/(1 + t^2), t = r/2f,
+/// at the two points; see ExactTransfer in src/theory for A, dr and V. Every aperture and every mirror: the
+/// pupil field A holds conic, spherical terms, `departure` and the defocus; planes and centre are those of
+/// the nominal focus f. Of pupils without symmetry the real part, averaged over azimuth. The physical law of
+/// reflection: for convention `paper` give it the PSD of half the heights. Frequencies above 1/lambda do not
+/// scatter and are cut off. Where the height variance diverges towards f = 0 (power laws) the structure
+/// function takes the place of the autocorrelation, and no specular core is left. Error of encircled
+/// energies: below 1e-9 of circles and annuli with rotational symmetry (interpolation of H over the aperture:
+/// 2e-6 of it; H of pairs of points: 3e-5 from f/1.5 on, 1.2e-4 at f/1, 1.3e-3 at f/0.5), of all others some
+/// 1e-5 in focus and 2e-4 ten waves out of it (hexagon, against more directions of the mean over azimuth),
+/// beside the error of the theory itself, see `theory_error`. Aberrations whose phase turns by more than 240
+/// waves across the overlap are refused. Where f_max x exceeds 100 cycles within the aperture the band edge
+/// is softened by 1 %: at such shears the autocorrelation is that of S cos^4(pi f / (2 f_max)). Const use
+/// from many threads.
 ///
 /// `paraxial`: OTF = OTF_aperture(x; dz) exp(-g^2 (1 - C(x)/sigma^2)), g = 4 pi sigma/lambda, P = r; the
 /// specular core exp(-g^2) is split off, in the focus of a circle in closed form.
