@@ -28,7 +28,7 @@ constexpr double kTouched = 0.05;  // share of the rays that a gradient lists: `
 constexpr double kWavePlane = 1.5e-9, kWaveGradient = 6e-10, kFollowedRing = 9, kSearchedRing = 40;
 // Of wide circles: transforms of half the length either way; of what is beside them, in single precision,
 // 0.49 to 0.7 on 400 to 1500 cells. The width of a ring over its radius f/R (PHYSICS 5).
-constexpr double kWidePlane = 0.26, kSinglePlane = 0.6, kGaussianRing = 2.80675977;
+constexpr double kWidePlane = 0.26, kSinglePlane = 0.65, kGaussianRing = 2.80675977;
 // Of a draw, whose ring is followed from another mirror's [planes] (tests/stability).
 constexpr double kDrawnRing = 15;
 // Searches of radii and what else does not grow with the grid, per statistic: fits on 45 cells across with 20

@@ -93,12 +93,12 @@ TEST(CostModel, EveryStageOfEveryModelIsANumberAndTheyAddUp) {
 }
 
 // The clock decides, so only what holds on any machine: it is quick, and its rates move what is predicted.
-TEST(CostModel, MeasuresTheMachineInAFifthOfASecond) {
+TEST(CostModel, MeasuresTheMachineInAThirdOfASecond) {
   const auto begin = std::chrono::steady_clock::now();
   const FitRates rates = machine_rates(2);
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
   if (!test::kSanitized) {
-    EXPECT_LT(took.count(), 0.2 * 10);  // ten processes on one core
+    EXPECT_LT(took.count(), 0.3 * 10);  // ten processes on one core
   }
   EXPECT_GT(rates.waves, 0);
   EXPECT_GT(rates.measured.iteration, 0);

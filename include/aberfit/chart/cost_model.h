@@ -32,7 +32,7 @@ struct FitRates {
 
 /// Rates of the machine that the constants come from; for studies without a chart.
 FitRates built_in_rates();
-/// The same with the speed of this machine, measured in 0.2 s: of terms at points, of focal planes with
+/// The same with the speed of this machine, measured in 0.3 s: of terms at points, of focal planes with
 /// gradients and of products, on as many threads at once as a fit will have.
 FitRates machine_rates(int threads);
 
