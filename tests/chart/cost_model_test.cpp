@@ -124,7 +124,7 @@ TEST(CostModel, MeasuresTheMachineInAThirdOfASecond) {
 }
 
 // L goes at the pace of the terms, whatever that of the waves: on a machine whose transforms took half of the
-// constants' time and whose terms 1.6 of it, zones of 1,950 terms were predicted at 1.4 s and took 4.6.
+// constants' time and whose terms 1.6 of it, zones of 1,950 terms were predicted at 1.5 s and took 4.9.
 TEST(CostModel, TermsHaveAPaceOfTheirOwn) {
   const FitRates measured = machine_rates(1);
   EXPECT_DOUBLE_EQ(measured.waves * measured.pace.terms, measured.measured.zones);
