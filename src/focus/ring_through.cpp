@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "aberfit/core/parallel.h"
+#include "aberfit/core/root.h"
 #include "kernel.h"
 #include "ray_blocks.h"
 
@@ -212,27 +213,6 @@ class SmoothShare {
   PlaneWindow windows_[kMostWindows] = {};
 };
 
-// Root of f in [a, b] with f(a) f(b) <= 0 by secant steps kept inside a shrinking bracket (Illinois).
-template <typename F>
-double bracketed_root(const F& f, double a, double fa, double b, double fb) {
-  for (int iteration = 0; iteration < 100 && fa != 0.0 && fb != 0.0; ++iteration) {
-    double c = (fa * b - fb * a) / (fa - fb);
-    if (!(c > std::min(a, b) && c < std::max(a, b))) c = 0.5 * (a + b);
-    const double fc = f(c);
-    if ((fc > 0) == (fb > 0)) {
-      fa *= 0.5;
-    } else {
-      a = b;
-      fa = fb;
-    }
-    b = c;
-    fb = fc;
-    if (std::abs(b - a) <= 1e-15 * (std::abs(a) + std::abs(b))) break;
-    if (fc == 0.0) break;
-  }
-  return fb == 0.0 || std::abs(fb) < std::abs(fa) ? b : a;
-}
-
 enum Window { kPeak, kLower, kUpper };
 constexpr double kPeakWindow = 0.02, kLastPeakWindow = 0.4;  // half widths in the counted FWHM
 constexpr double kCrossingWindow = 0.003, kLastCrossingWindow = 1.3;
@@ -257,8 +237,8 @@ std::optional<double> highest_plane(const SmoothShare& share, double centre, dou
     const double before = value[best - 1].d_z, after = value[best + 1].d_z;
     if (before == 0 && after == 0) return z;  // a plateau
     if (before >= 0 && after <= 0)
-      return bracketed_root([&](double at) { return share(kPeak, at).d_z; }, z - pitch, before, z + pitch,
-                            after);
+      return root_between([&](double at) { return share(kPeak, at).d_z; }, z - pitch, z + pitch, before,
+                          after);
     centre = z;
     half = pitch;
   }
@@ -327,7 +307,7 @@ std::optional<RingWidth> smooth_ring_width(const RayBundle& rays, const RaySums&
       double inner = counted - outward * half;
       if (outward * (counted - result.peak) > 0 && outward * (inner - result.peak) < 0) inner = result.peak;
       const double f_inner = excess(inner), f_outer = excess(outer);
-      if (f_inner >= 0 && f_outer <= 0) return bracketed_root(excess, inner, f_inner, outer, f_outer);
+      if (f_inner >= 0 && f_outer <= 0) return root_between(excess, inner, outer, f_inner, f_outer);
     }
     return std::nullopt;
   };

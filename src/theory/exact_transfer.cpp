@@ -405,19 +405,18 @@ double ExactTransfer::end() const {
 
 double ExactTransfer::part(int i, int j, double x, double shear) const {
   const PairOfPoints<double> pair = pair_at<double>(i, j, shear);
-  return std::exp(-pair.share * (*table_)(pair.stretch * x) - pair.apart * uneven_);
+  return std::exp(-pair.exponent((*table_)(pair.stretch * x), uneven_));
 }
 
 PanelArray ExactTransfer::part(int i, int j, const PanelArray& x, bool scattered_only) const {
   const PairOfPoints<PanelArray> pair = pair_at<PanelArray>(i, j, x);
-  const PanelArray e = pair.share * (*table_)(PanelArray(pair.stretch * x));
-  const PanelArray apart = pair.apart * uneven_;  // below zero where tilts prevail, and e as much above
-  if (!scattered_only) return (-e - apart).exp();
-  const PanelArray limit = pair.share * limit_;
+  const PanelArray e = pair.exponent((*table_)(PanelArray(pair.stretch * x)), uneven_);
+  if (!scattered_only) return (-e).exp();
+  const PanelArray limit = pair.exponent(PanelArray::Constant(limit_), uneven_);
   // Small differences from the core keep their digits; large limits have no core.
   if (limit.maxCoeff() < 30)
-    return (-apart - limit).exp() * (limit - e).unaryExpr([](double one) { return std::expm1(one); });
-  return (-e - apart).exp() - (-limit - apart).exp();
+    return (-limit).exp() * (limit - e).unaryExpr([](double one) { return std::expm1(one); });
+  return (-e).exp() - (-limit).exp();
 }
 
 void ExactTransfer::append(const MomentPanel& moments, double a, double b, int halvings, const Part& part,
@@ -468,9 +467,8 @@ std::vector<TransferPanel> ExactTransfer::panels(double dz, bool scattered_only)
 std::vector<TransferPanel> ExactTransfer::change_panels(double dz, const ExponentChange& change) const {
   return resolved(dz, change.edges(), [&](int i, int j, const PanelArray& x) {
     const PairOfPoints<PanelArray> pair = pair_at<PanelArray>(i, j, x);
-    const PanelArray r = pair.stretch * x;
-    const PanelArray moved = pair.share * change(r) + pair.apart * change.uneven();
-    return PanelArray(-moved * (-pair.share * (*table_)(r)-pair.apart * uneven_).exp());
+    const PanelArray r = pair.stretch * x, e = pair.exponent((*table_)(r), uneven_);
+    return PanelArray(-pair.exponent(change(r), change.uneven()) * (-e).exp());
   });
 }
 

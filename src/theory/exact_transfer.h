@@ -166,6 +166,8 @@ class ExactTransfer {
   template <typename Real>
   struct PairOfPoints {
     Real share, stretch, apart;
+    // -ln H, or its change, from what E is at their distance.
+    Real exponent(const Real& e, double uneven) const { return share * e + apart * uneven; }
   };
   template <typename Real>
   PairOfPoints<Real> pair_at(int i, int j, const Real& shear) const {

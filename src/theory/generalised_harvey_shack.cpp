@@ -248,9 +248,8 @@ GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ri
   const bool round = !exact_ || exact_->is_round();
   const double accuracy = departs() ? 1e-5 : round ? 1e-9 : 1e-6;
   const double gain = !departs() && round ? 1e-11 : accuracy;  // derivatives see where the peak is
-  const RingHalves found = ring_halves([&](double dz) { return encircled_energy(ring_radius, dz); },
-                                       {step, 0.5 * f, accuracy, gain});
-  return {found.lower, found.peak, found.upper};
+  return ring_halves([&](double dz) { return encircled_energy(ring_radius, dz); },
+                     {step, 0.5 * f, accuracy, gain});
 }
 
 double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {

@@ -111,8 +111,9 @@ void look_closer(Scan* scan) {
 
 }  // namespace
 
-RingHalves ring_halves(const std::function<double(double)>& energy, const RingSearch& search) {
-  constexpr RingHalves kNone{kNaN, kNaN, kNaN};
+GeneralisedHarveyShack::RingPlanes ring_halves(const std::function<double(double)>& energy,
+                                               const RingSearch& search) {
+  constexpr GeneralisedHarveyShack::RingPlanes kNone{kNaN, kNaN, kNaN};
   Scan scan(energy);
   look_outwards(search, &scan);
   look_closer(&scan);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+using aberfit::GeneralisedHarveyShack;
 using aberfit::internal::ring_halves;
-using aberfit::internal::RingHalves;
 
 namespace {
 
@@ -24,7 +24,8 @@ TEST(RingPlanes, FollowAPeakWhereverItLies) {
           return 0.7 * std::exp2(-4 * std::pow(z / width - off, 2));
         };
         if (std::abs(off) * steps > 60) continue;  // far outside where the first steps look
-        const RingHalves found = ring_halves(gaussian, {width / steps, 50 * width, kAccuracy, kAccuracy});
+        const GeneralisedHarveyShack::RingPlanes found =
+            ring_halves(gaussian, {width / steps, 50 * width, kAccuracy, kAccuracy});
         EXPECT_NEAR(found.peak / width, off, 3e-5) << steps;
         EXPECT_NEAR(found.lower / width, off - 0.5, 2e-9) << steps;
         EXPECT_NEAR(found.upper / width, off + 0.5, 2e-9) << steps;
@@ -46,7 +47,8 @@ TEST(RingPlanes, SeeThatTheFocusLiesBetweenTwoPeaks) {
         ++looks;
         return 0.9 * std::exp(a * z * z - std::pow(z, 4));
       };
-      const RingHalves found = ring_halves(two, {2 * half / steps, 100.0, kAccuracy, kAccuracy});
+      const GeneralisedHarveyShack::RingPlanes found =
+          ring_halves(two, {2 * half / steps, 100.0, kAccuracy, kAccuracy});
       EXPECT_NEAR((found.upper - found.lower) / (2 * half), 1, 2e-9) << a << " " << steps;
       EXPECT_LT(looks, steps < 100 ? 50 : 125) << a << " " << steps;
     }
@@ -56,7 +58,7 @@ TEST(RingPlanes, SeeThatTheFocusLiesBetweenTwoPeaks) {
 TEST(RingPlanes, TakeTheHigherPeak) {
   for (const double tilt : {-0.02, 0.02}) {
     const auto two = [&](double z) { return std::exp(0.8 * z * z - std::pow(z, 4)) * (1 + tilt * z); };
-    const RingHalves found = ring_halves(two, {0.45, 100.0, kAccuracy, kAccuracy});
+    const GeneralisedHarveyShack::RingPlanes found = ring_halves(two, {0.45, 100.0, kAccuracy, kAccuracy});
     EXPECT_GT(found.peak * tilt, 0);
     EXPECT_LT(two(found.peak + 1e-3), two(found.peak));
     EXPECT_LT(two(found.peak - 1e-3), two(found.peak));
@@ -68,10 +70,12 @@ TEST(RingPlanes, TakeTheHigherPeak) {
 TEST(RingPlanes, AreNoneWhereHalfLiesTooFarAway) {
   const auto gaussian = [](double z) { return std::exp2(-4 * z * z); };
   for (const double step : {0.3, 0.143, 0.01}) {
-    const RingHalves inside = ring_halves(gaussian, {step, 0.501, kAccuracy, kAccuracy});
+    const GeneralisedHarveyShack::RingPlanes inside =
+        ring_halves(gaussian, {step, 0.501, kAccuracy, kAccuracy});
     EXPECT_NEAR(inside.upper, 0.5, 1e-8) << step;
     EXPECT_NEAR(inside.lower, -0.5, 1e-8) << step;
-    const RingHalves outside = ring_halves(gaussian, {step, 0.499, kAccuracy, kAccuracy});
+    const GeneralisedHarveyShack::RingPlanes outside =
+        ring_halves(gaussian, {step, 0.499, kAccuracy, kAccuracy});
     EXPECT_TRUE(std::isnan(outside.upper) && std::isnan(outside.lower)) << step;
   }
   // Half of the peak, not of the focus.
