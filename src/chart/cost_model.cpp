@@ -30,8 +30,9 @@ namespace {
 // Typical iterations of fits that end within their tolerances: 3 to 12 of explicit terms by rays (studies of
 // fits/), 6 to 30 by waves (generated scenes). The sets that a search by rays looks at closely are the ones
 // that just pass or just fail: 20 to 100 of plane waves, 6 to 40 of Zernikes (tests/stability). Far fewer
-// unknowns than statistics leave no freedom: 81 in fits/spherical.
-constexpr double kIterations = 10, kWaveIterations = 15, kClimbIterations = 18, kFewTermsIterations = 80;
+// unknowns than statistics leave no freedom: 81 in fits/spherical, 12 to 100 in thirteen of tests/stability,
+// half of them 16 to 83.
+constexpr double kIterations = 10, kWaveIterations = 15, kClimbIterations = 18, kFewTermsIterations = 40;
 constexpr double kPlaneWaveIterations = 30;
 // Short fits end early where they stay away: a third of the iterations that they may take (tests/stability).
 constexpr double kShortIterations = kScreeningIterations / 3.0;
@@ -42,15 +43,16 @@ constexpr double kFarOff = 14, kNarrowly = 26, kWithEase = 17;
 // The same of sets that begin where rays have led them (ten of tests/stability): 0 to 6, and 5 to 11 of those
 // that are given up.
 constexpr double kLedAndPassing = 3, kLedAndFarOff = 8;
-// Sets that a search by rays fits in full: 3 to 6 (studies of fits/ without `terms`), 5 to 15
-// (tests/stability).
-constexpr int kFullFits = 6;
+// Sets of Zernikes that a search by rays fits in full: 3 to 6 (studies of fits/ without `terms`), 2 to 7, of
+// roughness with fewer modes than statistics 5 to 15 (tests/stability). One of them misses by little, none to
+// 4 do, and goes on with twice the rays.
+struct Closely {
+  int sets;
+  double near_miss_iterations;
+};
+constexpr Closely kClosely{4, 30}, kCloselyOfFewModes{6, 60};
 // Of these as many meet every tolerance, are judged, and need twice the rays they started with.
 constexpr int kPassing = 2;
-// As many miss by little, and go on with twice the rays: none to 4 (ditto), plane waves to the last
-// iteration.
-constexpr int kNearMisses = 1;
-constexpr double kNearMissIterations = 60;
 // Sets of a search by waves pass from this share of the orders it expects on: 0.1 to 0.8, half of them 0.25
 // to 0.6 (tests/stability). Those below stay 2 to 10 tolerances away, but from this share of the order that
 // passes on they meet what is fitted and miss by little.
@@ -270,6 +272,7 @@ struct Fits {
   PupilOptions rays;
   double count = 1, judged = 1;           // how many, and how many of these are judged
   std::optional<double> iterations = {};  // of each, where it is known better than of all
+  bool stays_away = false;                // as many from where rays have led it, too
 };
 
 PupilOptions of_rays(const Task& task, std::int64_t rays) {
@@ -316,9 +319,10 @@ double end_of_slopes(const RadialPsd& psd) {
 
 // Plane waves where a search ends: a tenth more than cycles across that terms stand for. By waves 108 of 95,
 // 91 of 92, 76 of 66, 38 of 52 and 43, 32 of 39 and 64, 256 of 125; by rays 64 of 48 and 77, 76 of 45, 181 of
-// 100 and 148, 304 of 305 and 1536, 609 of 1139 (tests/stability).
+// 100 and 148, 304 of 305 and 1536, 609 of 1139, and of thirteen from 300 on 108 to 609, half of them 181 to
+// 304 (tests/stability).
 int typical_modes(const Groundwork& ground) {
-  constexpr double kMostOfWaves = 256, kFewestOfRays = 64, kMostOfRays = 400, kPerCycle = 1.1;
+  constexpr double kMostOfWaves = 256, kFewestOfRays = 64, kMostOfRays = 300, kPerCycle = 1.1;
   const double cycles = kPerCycle * 2 * ground.radius * end_of_slopes(*ground.term_psd);
   return int(std::lround(ground.use.model == FocusModel::kWaves
                              ? std::clamp(cycles, double(kFewestModes), kMostOfWaves)
@@ -327,11 +331,21 @@ int typical_modes(const Groundwork& ground) {
 
 // The sets that search_terms fits where every look is a full fit, if all from `end` on pass and all below
 // stay as far away: without a pace, which depends on how fast they come nearer, and on the first grids, which
-// some go beyond.
+// some go beyond. Where few modes carry a deep spot, the last orders pass or none does, and the nearest is
+// fitted once more or four times (six of tests/stability).
 std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const TargetSets& targets,
-                               const OrderRange& range, int end) {
+                               const OrderRange& range, bool few_modes) {
   std::map<int, TermSet> sets;
   TermTrials trials;
+  trials.cells = [&](const TermsSpec& asked) {
+    return first_cells(task, ground, terms_of(task, ground, asked), targets);
+  };
+  const bool stay_away =
+      few_modes && !range.wide &&
+      trials.cells(zernikes_up_to(range.low, task.terms.covariance, range.first)) >= kVeryManyCells;
+  const int end = range.wide  ? typical_modes(ground)
+                  : stay_away ? range.high
+                              : range.low + int(kPassFrom * (range.high - range.low));
   trials.confirm = [&](const TermsSpec& asked) {
     FrontierPoint point;
     point.terms = point.order = asked.zernike ? *asked.zernike->n_max : asked.fourier->count;
@@ -340,9 +354,6 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
     point.passes = point.order >= end;
     point.fitted_mismatch = kTypicalMismatch;
     return point;
-  };
-  trials.cells = [&](const TermsSpec& asked) {
-    return first_cells(task, ground, terms_of(task, ground, asked), targets);
   };
   std::vector<Fits> fits;
   const Frontier frontier = search_terms(task.terms.covariance, task.equivalence.margin, range, trials);
@@ -355,13 +366,14 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
                     : narrowly || point->passes ? kWithEase
                                                 : kFarOff});
   }
+  if (stay_away) fits.push_back({fits.front().terms, task.trace.pupil, 1, 1, kNarrowly, true});
   return fits;
 }
 
-void add_near_misses(const Task& task, const TermSet& terms, double iterations, std::vector<Fits>* fits) {
+void add_near_miss(const Task& task, const TermSet& terms, double iterations, std::vector<Fits>* fits) {
   const std::int64_t rays =
       task.trace.automatic_rays ? more_rays(first_rays(terms.size())) : task.trace.pupil.rays;
-  fits->push_back({terms, of_rays(task, rays), kNearMisses, 0, iterations});
+  fits->push_back({terms, of_rays(task, rays), 1, 0, iterations});
 }
 
 // Plane waves by rays: from few of them on, doubling to where they pass, then twice in between.
@@ -372,7 +384,7 @@ std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground) {
     add_fits(task, ground, terms_of(task, ground, plane_waves(count)), 1, 0, kPlaneWaveIterations, &fits);
   const TermSet last = terms_of(task, ground, plane_waves(end));
   add_fits(task, ground, last, kPassing + 1, kPassing, kPlaneWaveIterations, &fits);
-  add_near_misses(task, last, task.fit.max_iterations, &fits);
+  add_near_miss(task, last, task.fit.max_iterations, &fits);  // plane waves: to the last iteration
   return fits;
 }
 
@@ -381,23 +393,21 @@ std::vector<Fits> search_fits(const Task& task, const Groundwork& ground, const 
                               std::vector<Fits>* screens) {
   const bool waves = ground.use.model == FocusModel::kWaves;
   const OrderRange range = expected_orders(ground);
-  if (waves) {
-    const double at = kPassFrom * (range.high - range.low);
-    return strided_fits(task, ground, targets, range,
-                        range.wide ? typical_modes(ground) : range.low + int(at));
-  }
+  const bool few_modes = ground.numbers.n_eff < double(targets.fitted.size());
+  if (waves) return strided_fits(task, ground, targets, range, few_modes);
   if (range.wide) return plane_wave_fits(task, ground);
   const auto zernikes = [&](int order) {
     return terms_of(task, ground, zernikes_up_to(order, task.terms.covariance, range.first));
   };
-  const int end = typical_order(range, ground.numbers.n_eff < double(targets.fitted.size()));
+  const int end = typical_order(range, few_modes);
   for (int order = 2; order < end; order = next_order(order)) {
     const TermSet terms = zernikes(order);
     screens->push_back({terms, of_rays(task, screening_rays(terms.size())), 1, 0});
   }
   std::vector<Fits> fits;
-  add_fits(task, ground, zernikes(end), kFullFits, kPassing, kClimbIterations, &fits);
-  add_near_misses(task, zernikes(end), kNearMissIterations, &fits);
+  const Closely& closely = few_modes ? kCloselyOfFewModes : kClosely;
+  add_fits(task, ground, zernikes(end), closely.sets, kPassing, kClimbIterations, &fits);
+  add_near_miss(task, zernikes(end), closely.near_miss_iterations, &fits);
   return fits;
 }
 
@@ -457,8 +467,8 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
     // Who names terms may have named too few.
     const double led = p.search && fit.judged > 0 ? kLedAndPassing : kLedAndFarOff;
     const bool is_led = last.led > 0 && (p.search || !few);
-    const double steps = is_led ? led : fit.iterations.value_or(iterations);
-    if (is_led) p.iterations = led;
+    const double steps = is_led && !fit.stays_away ? led : fit.iterations.value_or(iterations);
+    if (is_led && !fit.stays_away) p.iterations = led;
     solving += fit.count * std::min(steps, double(most)) * last.iteration * rate(&FitWork::iteration);
     ends += fit.count * (last.led + last.ends) * rate(&FitWork::iteration);
     fresh += fit.judged * last.fresh * rate(&FitWork::fresh);

@@ -29,6 +29,8 @@ constexpr double kWavePlane = 1.5e-9, kWaveGradient = 6e-10, kFollowedRing = 9, 
 // Of wide circles: transforms of half the length either way; of what is beside them, in single precision,
 // 0.49 to 0.7 on 400 to 1500 cells. The width of a ring over its radius f/R (PHYSICS 5).
 constexpr double kWidePlane = 0.26, kSinglePlane = 0.65, kGaussianRing = 2.80675977;
+// Planes of a ring between which the mean spot of light beside the terms is interpolated.
+constexpr double kRingMeans = 5;
 // Of a draw, whose ring is followed from another mirror's [planes] (tests/stability).
 constexpr double kDrawnRing = 15;
 // Searches of radii and what else does not grow with the grid, per statistic: fits on 45 cells across with 20
@@ -53,6 +55,7 @@ constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;  // per draw
 struct Asked {
   double count = 0, dz = 0, rings = 0, gradients = 0;
   double moments = 0;       // of the terms' own points
+  double means = 0;         // planes whose mean spot comes from narrow ones, where circles are wide
   bool mean_angle = false;  // among them
   double planes(double ring) const { return dz + ring * rings; }
 };
@@ -91,11 +94,14 @@ Asked asked(const Task& task, double wide, bool single, const std::vector<const 
       } else {
         ++sum.gradients;
       }
-      if (std::holds_alternative<RingFwhm>(target.statistic))
+      if (std::holds_alternative<RingFwhm>(target.statistic)) {
         sum.rings += is_wide ? kWidePlane : narrow_plane;
+        if (is_wide) sum.means += kRingMeans * narrow_plane;
+      }
     }
   for (const auto& [dz, plane] : planes) {
     const double share = plane.wide ? kWidePlane : narrow_plane;
+    if (plane.wide && dz != 0) sum.means += narrow_plane;
     sum.dz += share;
     sum.gradients += share * plane.statistics;
   }
@@ -205,16 +211,23 @@ double algebra(const Optics& optics, double statistics, double terms) {
   return pace * kQr * statistics * terms * terms;
 }
 
+// Once on each grid.
+double mean_spots(const Groundwork& ground, const Optics& optics, const Asked& wanted) {
+  const bool has_rest = ground.split && ground.split->has_rest();
+  return has_rest ? wanted.means * optics.transform * kWavePlane : 0;
+}
+
 // The grid of `pitch`, three coarser ones, and one for the search of the rings.
-double judged_by_waves(const Task& task, const TermSet& terms, const Asked& wanted, double pitch,
-                       const WavePace& pace) {
+double judged_by_waves(const Task& task, const Groundwork& ground, const TermSet& terms, const Asked& wanted,
+                       double pitch, const WavePace& pace) {
   const Asked rings{0, 0, wanted.rings, 0};
   const Optics search = on_grid(task, terms, kSearchGrid * pitch, pace);
   Optics coarser = on_grid(task, terms, kCoarserGrid * pitch, pace),
          finest = on_grid(task, terms, pitch, pace);
   coarser.moments = finest.moments = moment_work(task, terms, finest, wanted, pace);
   return rings.planes(kSearchedRing) * search.transform * kWavePlane + 3 * values(coarser, wanted) +
-         values(finest, wanted);
+         values(finest, wanted) + 3 * mean_spots(ground, coarser, wanted) +
+         mean_spots(ground, finest, wanted);
 }
 
 // Scrambles and all of them together.
@@ -234,7 +247,7 @@ double judgement(const Task& task, const Groundwork& ground, const TermSet& term
   try {
     const double pitch = wave_pitch(task, terms, targets.fitted, ground.split.get());
     const bool no_grid = 2 * ground.radius / pitch > kMostJudgedCells;
-    return theory + (no_grid ? 0 : judged_by_waves(task, terms, wanted, pitch, pace));
+    return theory + (no_grid ? 0 : judged_by_waves(task, ground, terms, wanted, pitch, pace));
   } catch (const ComputationError&) {  // no grid holds the light: rays judge themselves
     return theory;
   }
@@ -349,9 +362,11 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
                               kStepsByRays * (pace.terms * linearisation(by_rays, fitted) / threads +
                                               algebra(optics, fitted.count, double(terms.size()))));
   }
-  work.ends = (linearisation(optics, fitted) + 2 * values(optics, reported)) / threads;
+  work.ends =
+      (linearisation(optics, fitted) + 2 * values(optics, reported) + mean_spots(ground, optics, fitted)) /
+      threads;
   work.fresh =
-      (waves ? judged_by_waves(task, terms, judged,
+      (waves ? judged_by_waves(task, ground, terms, judged,
                                judging_pitch(task, terms, all_targets(targets), ground.split.get()), pace)
              : judged_by_rays(terms, judged, 4 * double(rays.rays))) /
       threads;
