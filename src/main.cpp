@@ -13,6 +13,7 @@
 
 #include "aberfit/commands/program.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/memory.h"
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/report/array_format.h"
 
@@ -270,6 +271,7 @@ ExitCode run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  aberfit::keep_freed_memory();
   try {
     return int(run(argc, argv));
   } catch (const aberfit::InputError& error) {

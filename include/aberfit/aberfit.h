@@ -11,6 +11,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/instruction_set.h"
 #include "aberfit/core/linear_algebra.h"
+#include "aberfit/core/memory.h"
 #include "aberfit/core/overloaded.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/quadrature.h"

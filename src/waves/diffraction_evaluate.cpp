@@ -227,12 +227,12 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
   parallel_for(jobs.size(), threads, [&](std::size_t j) {
     const Job& job = jobs[j];
     DiffractionWorkspace::Buffers::Tables& tables = job.wide ? pool.wide : pool.full;
-    BorrowedBench bench(pool, tables);
+    BorrowedBench bench(*tables.grid);
     DiffractionPlane plane(scene, *tables.grid, bench->buffers, kept[j] ? *kept[j] : bench->focused);
     std::optional<BorrowedBench> for_rings;
     std::optional<DiffractionPlane> of_rings;
     if (wide && !job.dz) {
-      for_rings.emplace(pool, pool.wide);
+      for_rings.emplace(*pool.wide.grid);
       of_rings.emplace(scene, *pool.wide.grid, (*for_rings)->buffers, (*for_rings)->focused);
     }
     if (job.dz && scene.has_plane(*job.dz)) plane.focus(*job.dz, mean);

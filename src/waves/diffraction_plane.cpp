@@ -33,6 +33,34 @@ double cell_area(const DiffractionScene& scene) {
   return scene.problem().pupil.pitch_x / unit * (scene.problem().pupil.pitch_y / unit);
 }
 
+// The field of a base in the plane dz, at the pupil points and transformed.
+void fill_focal(const DiffractionScene& scene, const Eigen::ArrayXcd& of, double dz,
+                const PupilTransform& transform, PupilTransform::Buffers* buffers, FocusedField* focused) {
+  double* pupil = buffers->pupil.data();
+  std::fill_n(pupil, transform.pupil().size(), 0.0);
+  const std::uint32_t* place = scene.places().data();
+  focused->field.resize(scene.points());
+  const double turn = scene.defocus(dz);
+  // As plain numbers: complex ones are put together in memory and read back, four times as slow.
+  const double* base = reinterpret_cast<const double*>(of.data());
+  double* field = reinterpret_cast<double*>(focused->field.data());
+  constexpr int kBlock = 512;
+  double phase[kBlock], sine[kBlock], cosine[kBlock];
+  for (Eigen::Index first = 0; first < scene.points(); first += kBlock) {
+    const int size = int(std::min<Eigen::Index>(kBlock, scene.points() - first));
+    for (int i = 0; i < size; ++i) phase[i] = turn * scene.versine()[first + i];
+    sin_cos(phase, size, sine, cosine);
+    for (int i = 0; i < size; ++i) {
+      const Eigen::Index k = first + i;
+      const double re = base[2 * k] * cosine[i] - base[2 * k + 1] * sine[i];
+      const double im = base[2 * k] * sine[i] + base[2 * k + 1] * cosine[i];
+      field[2 * k] = pupil[place[k]] = re;
+      field[2 * k + 1] = pupil[place[k] + kLines] = im;
+    }
+  }
+  transform.to_focus(&focused->focal, buffers);
+}
+
 }  // namespace
 
 Eigen::ArrayXcd unit_phasors(const Eigen::ArrayXd& phase) {
@@ -64,18 +92,8 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
     versine_ = 2 * (1 - pupil.obliquity);
   else
     versine_ = (pupil.sample.x.square() + pupil.sample.y.square()) / (2 * f * f);
-  base_.resize(height.size());
   per_height_ = (-4 * kPi / problem.wavelength) * pupil.obliquity;
-  constexpr Eigen::Index kBlock = 8192;
-  const auto blocks = std::size_t((height.size() + kBlock - 1) / kBlock);
-  parallel_for(blocks, threads, [&](std::size_t b) {
-    const Eigen::Index end = std::min(height.size(), Eigen::Index(b + 1) * kBlock);
-    const Eigen::Index first = Eigen::Index(b) * kBlock, size = end - first;
-    const auto amplitude = pupil.amplitude.segment(first, size);
-    const Eigen::ArrayXcd turned =
-        unit_phasors(per_height_.segment(first, size) * height.segment(first, size));
-    base_.segment(first, size) = amplitude * turned;
-  });
+  base_ = base_of(height, threads);
   const FieldLayout layout{rows(), columns()};
   places_.resize(grid_.column.size());
   for (std::size_t k = 0; k < places_.size(); ++k)
@@ -93,6 +111,26 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
   const double furthest = std::hypot(dx, dy);
   const double diagonal = std::hypot((columns() - 1) * pupil.pitch_x, (rows() - 1) * pupil.pitch_y);
   longest_lag_ = std::min(diagonal, 2 * furthest) * (1 + 1e-12) / finer_pitch();
+}
+
+Eigen::ArrayXcd DiffractionScene::base_of(const Eigen::ArrayXd& height, int threads) const {
+  Eigen::ArrayXcd base(height.size());
+  constexpr Eigen::Index kBlock = 8192;
+  const auto blocks = std::size_t((height.size() + kBlock - 1) / kBlock);
+  parallel_for(blocks, threads, [&](std::size_t b) {
+    const Eigen::Index end = std::min(height.size(), Eigen::Index(b + 1) * kBlock);
+    const Eigen::Index first = Eigen::Index(b) * kBlock, size = end - first;
+    const auto amplitude = problem_.pupil.amplitude.segment(first, size);
+    const Eigen::ArrayXcd turned =
+        unit_phasors(per_height_.segment(first, size) * height.segment(first, size));
+    base.segment(first, size) = amplitude * turned;
+  });
+  return base;
+}
+
+Eigen::ArrayXcd DiffractionScene::nominal_base() const {
+  if (problem_.nominal) return base_of(*problem_.nominal, 1);
+  return problem_.pupil.amplitude.cast<std::complex<double>>();
 }
 
 // The transfer function summed over all lags, which is a square.
@@ -174,18 +212,13 @@ const Eigen::ArrayXd& DiffractionGrid::mean_at(const DiffractionScene& scene, do
   }
   if (mean_of_) {  // of every lag: folded ones of the mean would be a bias, where those of a surface are
                    // noise
-    PupilTransform::Buffers own(mean_of_->transform);
-    FocusedField field(mean_of_->transform);
-    Eigen::ArrayXd mean = mean_of_->mean_at(scene, dz, &own, &field).head(lags.nodes());
+    BorrowedBench own(*mean_of_);
+    Eigen::ArrayXd mean = mean_of_->mean_at(scene, dz, &own->buffers, &own->focused).head(lags.nodes());
     const std::lock_guard lock(mutex_);
     return means_.emplace(dz, std::move(mean)).first->second;
   }
-  DiffractionProblem bare = scene.problem();
-  bare.scatter = nullptr;
-  const Eigen::ArrayXd flat = Eigen::ArrayXd::Zero(scene.points());
-  const DiffractionScene perfect(bare, bare.nominal ? *bare.nominal : flat, 1);
-  DiffractionPlane(perfect, *this, *buffers, *scratch).fill_focal(dz);
-  Eigen::ArrayXd mean = lags.to_nodes(lag_sums(perfect, *this, scratch->focal, buffers) * whole_);
+  fill_focal(scene, scene.nominal_base(), dz, transform, buffers, scratch);
+  Eigen::ArrayXd mean = lags.to_nodes(lag_sums(scene, *this, scratch->focal, buffers) * whole_);
   const std::lock_guard lock(mutex_);
   return means_.emplace(dz, std::move(mean)).first->second;
 }
@@ -242,7 +275,7 @@ void DiffractionPlane::focus(double dz, Mean mean) {
   const MeanScatter* scatter = scene_.problem().scatter.get();
   const double of_mean = own_mean ? dz : 0;
   const Eigen::ArrayXd* light = scatter ? &grid_.mean_at(scene_, of_mean, &buffers_, &focused_) : nullptr;
-  fill_focal(dz);
+  fill_focal(scene_, scene_.base(), dz, grid_.transform, &buffers_, &focused_);
   Eigen::ArrayXd sums = lag_sums(scene_, grid_, focused_.focal, &buffers_);
   if (scatter) {
     sums *= grid_.factor;
@@ -269,33 +302,6 @@ DiffractionPlane::InCircle DiffractionPlane::light_of_own_mean(double radius, do
   };
   const auto own = beyond_the_cells(dz, dz), of_focus = beyond_the_cells(0, std::nullopt);
   return {own.energy - of_focus.energy, (own.density - of_focus.density) * unit};
-}
-
-void DiffractionPlane::fill_focal(double dz) {
-  const PupilTransform& transform = grid_.transform;
-  double* pupil = buffers_.pupil.data();
-  std::fill_n(pupil, transform.pupil().size(), 0.0);
-  const std::uint32_t* place = scene_.places().data();
-  focused_.field.resize(scene_.points());
-  const double turn = scene_.defocus(dz);
-  // As plain numbers: complex ones are put together in memory and read back, four times as slow.
-  const double* base = reinterpret_cast<const double*>(scene_.base().data());
-  double* field = reinterpret_cast<double*>(focused_.field.data());
-  constexpr int kBlock = 512;
-  double phase[kBlock], sine[kBlock], cosine[kBlock];
-  for (Eigen::Index first = 0; first < scene_.points(); first += kBlock) {
-    const int size = int(std::min<Eigen::Index>(kBlock, scene_.points() - first));
-    for (int i = 0; i < size; ++i) phase[i] = turn * scene_.versine()[first + i];
-    sin_cos(phase, size, sine, cosine);
-    for (int i = 0; i < size; ++i) {
-      const Eigen::Index k = first + i;
-      const double re = base[2 * k] * cosine[i] - base[2 * k + 1] * sine[i];
-      const double im = base[2 * k] * sine[i] + base[2 * k + 1] * cosine[i];
-      field[2 * k] = pupil[place[k]] = re;
-      field[2 * k + 1] = pupil[place[k] + kLines] = im;
-    }
-  }
-  transform.to_focus(&focused_.focal, &buffers_);
 }
 
 void DiffractionPlane::correlate_along_axes() {

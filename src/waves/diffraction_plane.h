@@ -38,6 +38,8 @@ class DiffractionScene {
   Eigen::Index points() const { return base_.size(); }
   /// amplitude exp(-4 pi i h/(lambda (1 + t^2)))
   const Eigen::ArrayXcd& base() const { return base_; }
+  /// The same of the mirror without roughness.
+  Eigen::ArrayXcd nominal_base() const;
   /// Where each point's cell lies in a field laid out for transforms.
   const std::vector<std::uint32_t>& places() const { return places_; }
   /// 1 - cos theta of every point, theta the angle of its light with the axis; half rho^2/f^2 where the pupil
@@ -78,6 +80,8 @@ class DiffractionScene {
   PhaseSteps phase_steps(const Eigen::ArrayXd& height, double dz_low, double dz_high) const;
 
  private:
+  Eigen::ArrayXcd base_of(const Eigen::ArrayXd& height, int threads) const;
+
   const DiffractionProblem& problem_;
   const CartesianGrid& grid_;
   Eigen::ArrayXcd base_;
@@ -116,7 +120,49 @@ class KernelMemory {
   std::map<double, std::unique_ptr<AlignedArray>> kept_;
 };
 
-struct FocusedField;
+/// The field in one plane and what is read from it, in memory that serves one plane after the other.
+struct FocusedField {
+  explicit FocusedField(const PupilTransform& transform)
+      : focal(transform.focal_size(), transform.precision()) {}
+  double dz = std::nan("");  ///< NaN: nothing yet
+  bool own_mean = false;     ///< of this plane, not of the focus
+  AlignedArray focal;
+  Eigen::ArrayXcd field;  ///< at the pupil points
+  RadialOtf otf;
+  Eigen::ArrayXcd along_x, along_y;  ///< once asked for
+};
+
+/// What one thread works in.
+struct DiffractionBench {
+  explicit DiffractionBench(const PupilTransform& transform) : buffers(transform), focused(transform) {}
+  PupilTransform::Buffers buffers;
+  FocusedField focused;
+};
+
+/// Those of one grid that no thread works in. Their memory is used again: on hundreds of cells across, to get
+/// it anew for a plane took a sixth of a fit.
+class DiffractionBenches {
+ public:
+  std::unique_ptr<DiffractionBench> take(const PupilTransform& transform) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!free_.empty()) {
+        std::unique_ptr<DiffractionBench> bench = std::move(free_.back());
+        free_.pop_back();
+        return bench;
+      }
+    }
+    return std::make_unique<DiffractionBench>(transform);
+  }
+  void give_back(std::unique_ptr<DiffractionBench> bench) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(bench));
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<DiffractionBench>> free_;
+};
 
 /// What all planes of one pupil grid share.
 struct DiffractionGrid {
@@ -128,6 +174,7 @@ struct DiffractionGrid {
   PupilTransform transform;
   LagTable lags;
   mutable KernelMemory kernels;
+  mutable DiffractionBenches benches;
   // With roughness that no height stands for:
   Eigen::ArrayXd factor;            ///< H at the lengths of `lags`; empty: 1
   Eigen::ArrayXd along_x, along_y;  ///< H at the lags (m, 0) and (0, m)
@@ -152,16 +199,21 @@ struct DiffractionGrid {
 Eigen::ArrayXd lag_sums(const DiffractionScene& scene, const DiffractionGrid& grid, const AlignedArray& focal,
                         PupilTransform::Buffers* buffers);
 
-/// The field in one plane and what is read from it, in memory that serves one plane after the other.
-struct FocusedField {
-  explicit FocusedField(const PupilTransform& transform)
-      : focal(transform.focal_size(), transform.precision()) {}
-  double dz = std::nan("");  ///< NaN: nothing yet
-  bool own_mean = false;     ///< of this plane, not of the focus
-  AlignedArray focal;
-  Eigen::ArrayXcd field;  ///< at the pupil points
-  RadialOtf otf;
-  Eigen::ArrayXcd along_x, along_y;  ///< once asked for
+/// A bench of a grid for as long as a thread needs it.
+class BorrowedBench {
+ public:
+  explicit BorrowedBench(const DiffractionGrid& grid)
+      : grid_(grid), bench_(grid.benches.take(grid.transform)) {
+    bench_->focused.dz = std::nan("");  // of another surface
+  }
+  ~BorrowedBench() { grid_.benches.give_back(std::move(bench_)); }
+  BorrowedBench(const BorrowedBench&) = delete;
+  BorrowedBench& operator=(const BorrowedBench&) = delete;
+  DiffractionBench* operator->() { return bench_.get(); }
+
+ private:
+  const DiffractionGrid& grid_;
+  std::unique_ptr<DiffractionBench> bench_;
 };
 
 /// The PSF of a scene in one plane, in borrowed memory. A `focused` with a dz must be of the same scene.
@@ -222,8 +274,6 @@ class DiffractionPlane {
   double energy_slope(double radius, const Eigen::ArrayXd& over_phases) const;
 
  private:
-  friend struct DiffractionGrid;
-  void fill_focal(double dz);
   void correlate_along_axes();
   void build_kernel(const Eigen::ArrayXd& weights, AlignedArray* kernel);
 

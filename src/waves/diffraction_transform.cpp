@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <new>
 
+#include "aberfit/core/memory.h"
 #include "aberfit/core/smooth_number.h"
 #include "aberfit/roughness/fourier_transform.h"
 
@@ -48,10 +48,7 @@ Eigen::ArrayXd real_part_of_sum(const Eigen::ArrayXcd& g, int m) {
 int fast_transform_size(int n) { return 2 * half_length((std::max(2, n) + 1) / 2, 2); }
 
 AlignedArray::AlignedArray(std::size_t size, Precision precision)
-    : data_(
-          std::aligned_alloc(kCacheLine, (size * bytes_of_number(precision) / kCacheLine + 2) * kCacheLine)) {
-  if (!data_) throw std::bad_alloc();
-}
+    : data_(aligned_memory((size * bytes_of_number(precision) / kCacheLine + 2) * kCacheLine)) {}
 AlignedArray::~AlignedArray() { std::free(data_); }
 
 PupilTransform::Buffers::Buffers(const PupilTransform& t)

@@ -14,13 +14,6 @@
 namespace aberfit {
 namespace internal {
 
-/// What one thread works in.
-struct DiffractionBench {
-  explicit DiffractionBench(const PupilTransform& transform) : buffers(transform), focused(transform) {}
-  PupilTransform::Buffers buffers;
-  FocusedField focused;
-};
-
 /// Searches of N(z) by ring radius and step; used by several threads.
 class RingMemory {
  public:
@@ -59,17 +52,14 @@ class RingMemory {
 
 }  // namespace internal
 
-/// Tables of one pupil grid, for all circles and for those that are many grains wide; of either, one bench
-/// per thread that ever worked at the same time, and what is known of the surface that was looked at last:
-/// gradients are wanted where values just were.
+/// Tables of one pupil grid, for all circles and for those that are many grains wide, and what is known of
+/// the surface that was looked at last: gradients are wanted where values just were.
 struct DiffractionWorkspace::Buffers {
-  std::mutex mutex;
   internal::RingMemory rings;
 
   /// padding: that of the problem, or kWidePadding.
   struct Tables {
     std::unique_ptr<internal::DiffractionGrid> grid;
-    std::vector<std::unique_ptr<internal::DiffractionBench>> free;
     std::map<double, std::unique_ptr<internal::FocusedField>> planes;
   };
   Tables full, wide;
@@ -105,36 +95,4 @@ struct DiffractionWorkspace::Buffers {
   Size size_;
 };
 
-namespace internal {
-
-/// A bench for as long as a thread needs it.
-class BorrowedBench {
- public:
-  BorrowedBench(DiffractionWorkspace::Buffers& pool, DiffractionWorkspace::Buffers::Tables& of)
-      : mutex_(pool.mutex), of_(of) {
-    {
-      const std::lock_guard lock(mutex_);
-      if (!of_.free.empty()) {
-        bench_ = std::move(of_.free.back());
-        of_.free.pop_back();
-      }
-    }
-    if (!bench_) bench_ = std::make_unique<DiffractionBench>(of_.grid->transform);
-    bench_->focused.dz = std::nan("");  // of another surface
-  }
-  ~BorrowedBench() {
-    const std::lock_guard lock(mutex_);
-    of_.free.push_back(std::move(bench_));
-  }
-  BorrowedBench(const BorrowedBench&) = delete;
-  BorrowedBench& operator=(const BorrowedBench&) = delete;
-  DiffractionBench* operator->() { return bench_.get(); }
-
- private:
-  std::mutex& mutex_;
-  DiffractionWorkspace::Buffers::Tables& of_;
-  std::unique_ptr<DiffractionBench> bench_;
-};
-
-}  // namespace internal
 }  // namespace aberfit

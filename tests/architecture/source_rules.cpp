@@ -45,11 +45,13 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"nlohmann/",
        {"measured", "report", "study", "cases", "commands"}},  // DABAM metadata, results, studies
       {"CLI/", {kProgram}},
-      // The operating system: processes and files of gnuplot and the reports, the terminal of the program.
+      // The operating system: memory, processes and files of gnuplot and the reports, the terminal of the
+      // program.
       {"unistd.h", {"report", "cases", "commands"}},
       {"fcntl.h", {"report", "cases"}},
       {"poll.h", {"report"}},
-      {"sys/", {"report", "cases"}},
+      {"sys/", {"core", "report", "cases"}},
+      {"malloc.h", {"core"}},
   };
   return table;
 }

@@ -1,0 +1,39 @@
+#include "aberfit/core/memory.h"
+
+#include <cstdlib>
+#include <new>
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+namespace aberfit {
+namespace {
+
+constexpr std::size_t kCacheLine = 64, kHugePage = std::size_t(1) << 21;
+
+}  // namespace
+
+void* aligned_memory(std::size_t bytes) {
+  const bool large = bytes >= 2 * kHugePage;
+  const std::size_t boundary = large ? kHugePage : kCacheLine;
+  if (bytes > std::size_t(-1) - boundary) throw std::bad_alloc();
+  bytes = (bytes + boundary - 1) / boundary * boundary;
+  void* const memory = std::aligned_alloc(boundary, bytes == 0 ? boundary : bytes);
+  if (!memory) throw std::bad_alloc();
+#ifdef MADV_HUGEPAGE
+  if (large) madvise(memory, bytes, MADV_HUGEPAGE);  // advice: without it, all is as before
+#endif
+  return memory;
+}
+
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+#endif
+}
+
+}  // namespace aberfit
