@@ -272,7 +272,7 @@ struct Fits {
   PupilOptions rays;
   double count = 1, judged = 1;           // how many, and how many of these are judged
   std::optional<double> iterations = {};  // of each, where it is known better than of all
-  bool stays_away = false;                // as many from where rays have led it, too
+  bool not_shortened = false;             // takes as many although rays have led it
 };
 
 PupilOptions of_rays(const Task& task, std::int64_t rays) {
@@ -366,7 +366,8 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
                     : narrowly || point->passes ? kWithEase
                                                 : kFarOff});
   }
-  if (stay_away) fits.push_back({fits.front().terms, task.trace.pupil, 1, 1, kNarrowly, true});
+  if (stay_away)  // the nearest is judged, wherever it ends
+    fits.push_back({fits.front().terms, task.trace.pupil, 1, 1, kNarrowly, true});
   return fits;
 }
 
@@ -467,8 +468,8 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
     // Who names terms may have named too few.
     const double led = p.search && fit.judged > 0 ? kLedAndPassing : kLedAndFarOff;
     const bool is_led = last.led > 0 && (p.search || !few);
-    const double steps = is_led && !fit.stays_away ? led : fit.iterations.value_or(iterations);
-    if (is_led && !fit.stays_away) p.iterations = led;
+    const double steps = is_led && !fit.not_shortened ? led : fit.iterations.value_or(iterations);
+    if (is_led && !fit.not_shortened) p.iterations = led;
     solving += fit.count * std::min(steps, double(most)) * last.iteration * rate(&FitWork::iteration);
     ends += fit.count * (last.led + last.ends) * rate(&FitWork::iteration);
     fresh += fit.judged * last.fresh * rate(&FitWork::fresh);

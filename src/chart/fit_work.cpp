@@ -14,6 +14,7 @@
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/term_search.h"
 #include "aberfit/terms/operator_cost.h"
+#include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
 namespace {
@@ -55,8 +56,8 @@ constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;  // per draw
 struct Asked {
   double count = 0, dz = 0, rings = 0, gradients = 0;
   double moments = 0;       // of the terms' own points
-  double means = 0;         // planes whose mean spot comes from narrow ones, where circles are wide
   bool mean_angle = false;  // among them
+  double means = 0;         // planes whose mean spot comes from narrow ones, where circles are wide
   double planes(double ring) const { return dz + ring * rings; }
 };
 
@@ -101,9 +102,9 @@ Asked asked(const Task& task, double wide, bool single, const std::vector<const 
     }
   for (const auto& [dz, plane] : planes) {
     const double share = plane.wide ? kWidePlane : narrow_plane;
-    if (plane.wide && dz != 0) sum.means += narrow_plane;
     sum.dz += share;
     sum.gradients += share * plane.statistics;
+    if (plane.wide && (dz == 0 || planes.size() <= kMostPlanesOfTheirOwn)) sum.means += narrow_plane;
   }
   return sum;
 }

@@ -1,5 +1,7 @@
 #include "aberfit/core/memory.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <cstdlib>
 #include <new>
 #ifdef __linux__
@@ -19,20 +21,20 @@ constexpr std::size_t kCacheLine = 64, kHugePage = std::size_t(1) << 21;
 void* aligned_memory(std::size_t bytes) {
   const bool large = bytes >= 2 * kHugePage;
   const std::size_t boundary = large ? kHugePage : kCacheLine;
-  if (bytes > std::size_t(-1) - boundary) throw std::bad_alloc();
-  bytes = (bytes + boundary - 1) / boundary * boundary;
-  void* const memory = std::aligned_alloc(boundary, bytes == 0 ? boundary : bytes);
+  if (bytes > std::size_t(PTRDIFF_MAX) - boundary) throw std::bad_alloc();
+  const std::size_t whole = std::max((bytes + boundary - 1) / boundary, std::size_t(1)) * boundary;
+  void* const memory = std::aligned_alloc(boundary, whole);
   if (!memory) throw std::bad_alloc();
 #ifdef MADV_HUGEPAGE
-  if (large) madvise(memory, bytes, MADV_HUGEPAGE);  // advice: without it, all is as before
+  // Of what is wanted: behind it a page is no larger than need be. Advice: without it, all is as before.
+  if (large) madvise(memory, bytes / kHugePage * kHugePage, MADV_HUGEPAGE);
 #endif
   return memory;
 }
 
 void keep_freed_memory() {
 #ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 32 << 20);
-  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+  if (mallopt(M_MMAP_THRESHOLD, 32 << 20)) mallopt(M_TRIM_THRESHOLD, 256 << 20);
 #endif
 }
 

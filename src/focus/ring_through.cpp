@@ -236,9 +236,10 @@ std::optional<double> highest_plane(const SmoothShare& share, double centre, dou
     const double z = centre + pitch * (best - kMiddle);
     const double before = value[best - 1].d_z, after = value[best + 1].d_z;
     if (before == 0 && after == 0) return z;  // a plateau
+    const double from = z - 2 * pitch;  // the peak may lie in the focus: a distance above zero is looked for
     if (before >= 0 && after <= 0)
-      return root_between([&](double at) { return share(kPeak, at).d_z; }, z - pitch, z + pitch, before,
-                          after);
+      return from + root_between([&](double on) { return share(kPeak, from + on).d_z; }, pitch, 3 * pitch,
+                                 before, after);
     centre = z;
     half = pitch;
   }

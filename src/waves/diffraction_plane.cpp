@@ -79,6 +79,9 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
   if (height.size() != pupil.cover.size())
     throw std::invalid_argument("a diffraction pupil needs one height per cell");
   if (!height.allFinite()) throw std::invalid_argument("the heights of a diffraction pupil must be finite");
+  if (problem.scatter && problem.nominal &&
+      (problem.nominal->size() != pupil.cover.size() || !problem.nominal->allFinite()))
+    throw std::invalid_argument("a diffraction pupil needs one finite nominal height per cell");
   if (!(problem.focal_length > 0) || !(problem.wavelength > 0) || !(pupil.pitch_x > 0) ||
       !(pupil.pitch_y > 0))
     throw std::invalid_argument("focal length, wavelength and pitch must be above zero");

@@ -152,15 +152,19 @@ class DiffractionBenches {
         return bench;
       }
     }
-    return std::make_unique<DiffractionBench>(transform);
-  }
-  void give_back(std::unique_ptr<DiffractionBench> bench) {
+    auto made = std::make_unique<DiffractionBench>(transform);
     const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(bench));
+    free_.reserve(++made_);
+    return made;
+  }
+  void give_back(std::unique_ptr<DiffractionBench> bench) noexcept {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(bench));  // has room for all
   }
 
  private:
   std::mutex mutex_;
+  std::size_t made_ = 0;
   std::vector<std::unique_ptr<DiffractionBench>> free_;
 };
 

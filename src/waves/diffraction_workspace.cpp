@@ -47,7 +47,8 @@ void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool 
       scene.rows(),        scene.columns(),       problem.padding,
       precision,           problem.pupil.pitch_x, problem.pupil.pitch_y,
       scene.longest_lag(), problem.scatter,       directions ? directions->shift : std::array<double, 2>{}};
-  if (!full.grid || !(size_ == wanted)) {
+  const Eigen::ArrayXcd perfect = problem.scatter ? scene.nominal_base() : Eigen::ArrayXcd();
+  if (!full.grid || !(size_ == wanted) || !same(perfect_, perfect)) {
     full = {};
     wide = {};
     kept_ = 0;
@@ -55,6 +56,7 @@ void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool 
     surface_ = {};
     full.grid = std::make_unique<DiffractionGrid>(scene, problem.padding, precision);
     size_ = wanted;
+    perfect_ = perfect;
   }
   if (wide_too && !wide.grid)
     wide.grid = std::make_unique<DiffractionGrid>(scene, kWidePadding, precision, full.grid.get());

@@ -93,6 +93,7 @@ struct DiffractionWorkspace::Buffers {
     bool operator==(const Size&) const = default;
   };
   Size size_;
+  Eigen::ArrayXcd perfect_;  // that mean spots are of
 };
 
 }  // namespace aberfit

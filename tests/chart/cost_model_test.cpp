@@ -362,8 +362,8 @@ TEST(CostModel, FitsThatRaysLeadTakeFewSteps) {
 
 // Roughness with fewer modes than there are statistics to meet: by rays more sets are looked at closely, and
 // those that miss go on for longer; by waves of a deep spot the last orders pass or none does, and the
-// nearest is fitted again (25 s were predicted and 225 taken). Over a fit of the terms where such searches
-// end, so that what a statistic costs does not count.
+// nearest is fitted again (25 s were predicted of three that took 62 to 225). Over a fit of the terms where
+// such searches end, so that what a statistic costs does not count.
 TEST(CostModel, SearchesTakeLongerWhereModesAreFewerThanStatistics) {
   const auto over_one_fit = [](Parts parts, bool few) {
     if (!few) parts.statistics = R"({"ee50": {}, "ee80": {}, "ee90": {}})";

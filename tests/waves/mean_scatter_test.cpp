@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <stdexcept>
 
 #include "aberfit/waves/diffraction_psf.h"
 
@@ -119,6 +120,36 @@ TEST(MeanScatter, ThreadsAndWorkspacesChangeNothing) {
   problem.scatter = bench.scatter;
   evaluate_diffraction(problem, bench.height, statistics, 1, &workspace, &result, nullptr);
   EXPECT_EQ(result, alone);
+}
+
+// The mean spot is of the mirror without roughness: another one on the same cells, or other cells lit, and a
+// workspace has another.
+TEST(MeanScatter, AWorkspaceKnowsWhichMirrorItsMeanSpotsAreOf) {
+  const Bench bench;
+  const Eigen::ArrayXd nominal =
+      2e-7 * (bench.pupil.sample.x.square() + bench.pupil.sample.y.square()) / (kDiameter * kDiameter);
+  DiffractionPupil stopped = bench.pupil;
+  stopped.amplitude.head(200) *= 0.5;
+  DiffractionProblem flat = bench.problem(), curved = flat, dark{stopped, kFocal, kWave};
+  curved.nominal = &nominal;
+  dark.scatter = bench.scatter;
+  const std::vector<Statistic> statistics{RingThrough{9e-6, 0}, EncircledEnergyRadius{0.8, -3e-4}};
+  DiffractionWorkspace workspace;
+  Eigen::VectorXd first;
+  for (const DiffractionProblem* problem : {&flat, &curved, &dark, &flat}) {
+    Eigen::VectorXd alone, after;
+    evaluate_diffraction(*problem, bench.height, statistics, 1, nullptr, &alone, nullptr);
+    evaluate_diffraction(*problem, bench.height, statistics, 1, &workspace, &after, nullptr);
+    EXPECT_EQ(after, alone);
+    if (problem == &flat)
+      first = alone;
+    else
+      EXPECT_NE(alone[0], first[0]);
+  }
+  const Eigen::ArrayXd short_one = nominal.head(3);
+  curved.nominal = &short_one;
+  EXPECT_THROW(evaluate_diffraction(curved, bench.height, statistics, 1, &workspace, &first, nullptr),
+               std::invalid_argument);
 }
 
 TEST(MeanScatter, BeyondTheFieldOfViewTheCurveIsTheMeanSpots) {

@@ -8,10 +8,10 @@ namespace aberfit {
 /// of their numbers asks for another address translation. To be given to std::free. Throws std::bad_alloc.
 void* aligned_memory(std::size_t bytes);
 
-/// Has this process keep up to 256 MB of what it frees, but for blocks above 32 MB, where the C library is
-/// GNU's. Arrays of a surface are made and left by the hundred, and pages that go back to the system with
-/// each cost a tenth of a fit on many cells. For a program to call, once and first: a library leaves the
-/// memory of its caller alone.
+/// Where the C library is GNU's: blocks below 32 MB come from memory that the process has, and go back to the
+/// system when more than 256 MB lie free at its end. Arrays of a surface are made and left by the hundred,
+/// and pages that come and go with each cost a tenth of a fit on many cells. For a program to call, once and
+/// first: a library leaves the memory of its caller alone.
 void keep_freed_memory();
 
 }  // namespace aberfit
