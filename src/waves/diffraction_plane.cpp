@@ -204,6 +204,7 @@ void DiffractionGrid::set_scatter(const DiffractionScene& scene) {
   along_x = scatter.transfer(shears(transform.lag_columns() + 1, problem.pupil.pitch_x));
   along_y = scatter.transfer(shears(transform.lag_rows() + 1, problem.pupil.pitch_y));
   whole_ = lags.at_lengths(scatter.whole_transfer(nodes));
+  if (!mean_of_) perfect = scene.nominal_base();
 }
 
 const Eigen::ArrayXd& DiffractionGrid::mean_at(const DiffractionScene& scene, double dz,
@@ -220,7 +221,7 @@ const Eigen::ArrayXd& DiffractionGrid::mean_at(const DiffractionScene& scene, do
     const std::lock_guard lock(mutex_);
     return means_.emplace(dz, std::move(mean)).first->second;
   }
-  fill_focal(scene, scene.nominal_base(), dz, transform, buffers, scratch);
+  fill_focal(scene, perfect, dz, transform, buffers, scratch);
   Eigen::ArrayXd mean = lags.to_nodes(lag_sums(scene, *this, scratch->focal, buffers) * whole_);
   const std::lock_guard lock(mutex_);
   return means_.emplace(dz, std::move(mean)).first->second;

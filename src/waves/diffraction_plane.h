@@ -180,6 +180,7 @@ struct DiffractionGrid {
   mutable KernelMemory kernels;
   mutable DiffractionBenches benches;
   // With roughness that no height stands for:
+  Eigen::ArrayXcd perfect;          ///< nominal base that mean spots are of; empty where `mean_of` has it
   Eigen::ArrayXd factor;            ///< H at the lengths of `lags`; empty: 1
   Eigen::ArrayXd along_x, along_y;  ///< H at the lags (m, 0) and (0, m)
   /// C_m^0 H_whole at the nodes of `lags` in the plane dz, as shares of all light; made when it is first

@@ -48,7 +48,7 @@ void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool 
       precision,           problem.pupil.pitch_x, problem.pupil.pitch_y,
       scene.longest_lag(), problem.scatter,       directions ? directions->shift : std::array<double, 2>{}};
   const Eigen::ArrayXcd perfect = problem.scatter ? scene.nominal_base() : Eigen::ArrayXcd();
-  if (!full.grid || !(size_ == wanted) || !same(perfect_, perfect)) {
+  if (!full.grid || !(size_ == wanted) || !same(full.grid->perfect, perfect)) {
     full = {};
     wide = {};
     kept_ = 0;
@@ -56,7 +56,6 @@ void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool 
     surface_ = {};
     full.grid = std::make_unique<DiffractionGrid>(scene, problem.padding, precision);
     size_ = wanted;
-    perfect_ = perfect;
   }
   if (wide_too && !wide.grid)
     wide.grid = std::make_unique<DiffractionGrid>(scene, kWidePadding, precision, full.grid.get());

@@ -93,7 +93,6 @@ struct DiffractionWorkspace::Buffers {
     bool operator==(const Size&) const = default;
   };
   Size size_;
-  Eigen::ArrayXcd perfect_;  // that mean spots are of
 };
 
 }  // namespace aberfit
