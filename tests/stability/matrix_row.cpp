@@ -33,7 +33,7 @@ constexpr rlim_t kMemory = rlim_t(8) << 30;
 constexpr OpinionLimits kOpinion{.largest_grid = 512, .seconds = 15, .most_planes = 3, .most_rings = 1};
 // Targets cost no surface, and the finer the grid the nearer to what they are.
 constexpr OpinionLimits kOpinionOfTargets{
-    .smallest_grid = 512, .largest_grid = 1024, .seconds = 30, .most_planes = 5, .most_rings = 1};
+    .smallest_grid = 512, .largest_grid = 1024, .seconds = 30, .most_planes = 5, .most_rings = 1, .field = 4};
 // In margins: targets are to be 1e-4 of the light off, which is a fiftieth.
 constexpr double kTargetsMayBeOff = 0.1;
 // A surface that is given the height of its specification has it within the spread of its draws; beyond this

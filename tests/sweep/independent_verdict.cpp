@@ -244,7 +244,7 @@ SecondOpinion SecondOpinions::of_waves(const TermSet& terms, const Eigen::Vector
     opinion.obstacle = "no encircled energy is asked for";
     return opinion;
   }
-  double needed = enough_cells(study_, ground_, 3 * largest, largest, cut, limits);
+  double needed = enough_cells(study_, ground_, limits.field * largest, largest, cut, limits);
   if (limits.narrow_field) needed = std::min(needed, double(limits.largest_grid));
   const IndependentSurface surface(study_.mirror, terms, coefficients);
   if (needed > limits.largest_grid || seconds_of(needed, surface, double(planes.size())) > limits.seconds) {

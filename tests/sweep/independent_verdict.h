@@ -20,6 +20,10 @@ struct OpinionLimits {
   /// Where the largest grid is too small for the field of view, it is taken all the same: what little light
   /// lies outside comes back in elsewhere.
   bool narrow_field = false;
+  /// Field of view of encircled energies, in largest radii. All of a rough mirror's light as the mean of its
+  /// scatter wants four: with three, 1.6e-3 of an annulus of g 27 was elsewhere (640 cells; below 5e-4 with
+  /// 768 to 1536).
+  double field = 3;
 };
 
 /// What tools of the tests' own say of a fitted surface, against the study's targets.
@@ -38,7 +42,7 @@ class SecondOpinions {
   explicit SecondOpinions(const Study& study);
 
   /// By IndependentWaves, with the roughness above `cut` [cycles/m] as its mean; a grid whose field of view
-  /// holds three times the largest radius that is looked at, of rings six times: their light is seen out of
+  /// holds `field` times the largest radius that is looked at, of rings six times: their light is seen out of
   /// focus.
   SecondOpinion of_waves(const TermSet& terms, const Eigen::VectorXd& coefficients, std::optional<double> cut,
                          const OpinionLimits& limits) const;
