@@ -43,10 +43,13 @@ CheckedWholeBand whole_band(const Task& task, Groundwork ground, const TargetSet
 constexpr double kLong = 60;  // s
 
 // The key that shortens a long fit.
-std::string remedy_of(const Task& task, const Groundwork& ground, const CheckReport& report) {
+std::string remedy_of(const Task& task, const Groundwork& ground, const TargetSets& targets,
+                      const CheckReport& report) {
   if (!report.prediction || report.prediction->seconds <= kLong) return "";
   const bool waves = ground.use.model == FocusModel::kWaves;
-  if (waves && ground.mean_spot && !ground.split && task.terms.band.rule != BandRule::kAuto && ground.psd)
+  // What is automatic and found nothing to cut finds nothing when asked by name.
+  if (waves && ground.mean_spot && ground.psd && !ground.split && band_rule(task) != BandRule::kAuto &&
+      obstacle_to_split(ground, targets).empty())
     return "`\"terms\": {\"band\": \"auto\"}`: frequencies that need no term become scatter";
   if (!task.terms.automatic) return "`terms`: fewer of them, or leave it out and they are chosen";
   if (!waves && !task.trace.automatic_rays) return "`trace.rays`: fewer, or leave it out";
@@ -112,7 +115,7 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
     seconds = laying_out;
   }
   if (ground.split) report.whole = whole_band(task, ground, targets, rates, threads);
-  report.remedy = remedy_of(task, ground, report);
+  report.remedy = remedy_of(task, ground, targets, report);
   return report;
 }
 

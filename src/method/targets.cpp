@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
@@ -47,6 +48,13 @@ double plane(double units, const Groundwork& ground) {
   return units == 0 ? 0 : step * std::round(units * unit / step);
 }
 
+std::vector<double> planes_within(std::span<const double> units, double reach, const Groundwork& ground) {
+  std::vector<double> planes;
+  for (const double of : units)
+    if (const double dz = plane(of, ground); std::abs(dz) <= reach) planes.push_back(dz);
+  return planes;
+}
+
 // A wide band scatters some light so far that the ring of a fraction lies in the halo. It fades as far out of
 // focus, where terms have no say in it, while the theory and the grid have to follow the whole cone of light.
 // A ring takes 46 in a 0.4 m mirror with 3,000 cycles across, 3 to 21 in the studies of fits/.
@@ -86,11 +94,21 @@ void warn_of_few_modes(const Groundwork& ground, bool default_set, TargetSets* s
                        : "ask for shares of the light alone, or for a band of more modes")});
 }
 
+// Distance from the focus [m] within which planes are fitted by default, guide the fit, and are held out.
+double default_reach(const Groundwork& ground) { return std::abs(plane(ground.default_planes(), ground)); }
+
+// Of statistics that are asked by name: as far as they are themselves, or as by default.
+double reach_of(const std::vector<Wanted>& wanted, const Groundwork& ground) {
+  double reach = default_reach(ground);
+  for (const Wanted& one : wanted)
+    reach = std::max(reach, std::abs(plane_of_light(one.statistic).value_or(0)));
+  return reach;
+}
+
 std::vector<Wanted> default_statistics(const Groundwork& ground) {
   std::vector<Wanted> wanted;
-  for (const double units : kPlanes)
-    for (const double fraction : kFractions)
-      wanted.push_back({EncircledEnergyRadius{fraction, plane(units, ground)}});
+  for (const double dz : planes_within(kPlanes, default_reach(ground), ground))
+    for (const double fraction : kFractions) wanted.push_back({EncircledEnergyRadius{fraction, dz}});
   if (has_ring(ground, RingFwhm{}.ring_fraction)) wanted.push_back({RingFwhm{}});
   if (has_few_modes(ground)) return wanted;
   wanted.push_back({ScatterRms{}});
@@ -142,11 +160,11 @@ std::vector<Statistic> guide_statistics(const Groundwork& ground) {
 }
 
 // known: what is fitted or guides the fit, which cannot be held out as well.
-std::vector<Statistic> held_out_statistics(const Groundwork& ground, const std::vector<Statistic>& known) {
+std::vector<Statistic> held_out_statistics(const Groundwork& ground, double reach,
+                                           const std::vector<Statistic>& known) {
   std::vector<Statistic> held_out;
-  for (const double units : kHeldOutPlanes)
-    for (const double fraction : kHeldOutFractions)
-      held_out.push_back(EncircledEnergyRadius{fraction, plane(units, ground)});
+  for (const double dz : planes_within(kHeldOutPlanes, reach, ground))
+    for (const double fraction : kHeldOutFractions) held_out.push_back(EncircledEnergyRadius{fraction, dz});
   for (const double fraction : {0.5, 0.8})
     if (has_ring(ground, fraction)) held_out.push_back(RingFwhm{fraction, {}});
   if (ground.use.model != FocusModel::kWaves && !has_few_modes(ground)) held_out.push_back(ScatterMean{});
@@ -293,6 +311,35 @@ void warn_of_sharp_values(const Task& task, const Groundwork& ground, const std:
                                         fmt::join(sharp, ", "))});
 }
 
+void warn_of_near_planes(const Groundwork& ground, double reach, TargetSets* sets) {
+  sets->warnings.push_back(
+      {"near-planes",
+       fmt::format(
+           "default statistics of a spot without a core are of planes within {} of the focus, where the "
+           "cone of light becomes as wide as the scatter; farther out nothing holds the surface, and "
+           "mirrors of this roughness differ by {} in ee90: name planes in `target.statistics` to have "
+           "them",
+           format_quantity(reach, Dimension::kLength), format_percent(ground.numbers.realisation_spread))});
+}
+
+// Rings whose light falls to half beyond the planes that are looked at.
+void leave_out_rings_beyond(double reach, bool default_set, TargetSets* sets) {
+  const auto beyond = [reach](const Target& target) {
+    return std::holds_alternative<RingFwhm>(target.statistic) && 0.5 * target.value > reach;
+  };
+  std::erase_if(sets->held_out, beyond);
+  if (!default_set) return;
+  for (const Target& target : sets->fitted)
+    if (beyond(target))
+      sets->warnings.push_back(
+          {"target-missing",
+           fmt::format("the light of {} falls to half {} out of focus, beyond the planes of a spot without a "
+                       "core: left out of the default statistics, ask for it in `target.statistics`",
+                       statistic_name(target.statistic),
+                       format_quantity(0.5 * target.value, Dimension::kLength))});
+  std::erase_if(sets->fitted, beyond);
+}
+
 // Rings of the default set that ask for a grid much finer than everything else: of a spot without a core the
 // light through a ring falls to half so far out of focus that thousands of cells see the cone of light turn,
 // minutes for one number.
@@ -359,7 +406,8 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   if (!any_given) guides = guide_statistics(ground);
   statistics.insert(statistics.end(), guides.begin(), guides.end());
   // Given values need not follow the theory, so nothing can be held out against it.
-  if (!any_given) held_out = held_out_statistics(ground, statistics);
+  const double reach = reach_of(wanted, ground);
+  if (!any_given) held_out = held_out_statistics(ground, reach, statistics);
   statistics.insert(statistics.end(), held_out.begin(), held_out.end());
   Predicted predicted;
   if (ground.theory)
@@ -395,12 +443,13 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
     }
   }
   if (!any_given && waves && ground.mean_spot) {
-    std::vector<double> planes;
-    for (const double units : kPlanes) planes.push_back(plane(units, ground));
-    const std::vector<Target> between = light_guides(task, ground, planes, kLightGuideTolerance, threads);
+    const std::vector<Target> between =
+        light_guides(task, ground, planes_within(kPlanes, reach, ground), kLightGuideTolerance, threads);
     sets.guides.insert(sets.guides.end(), between.begin(), between.end());
   }
   if (sets.fitted.empty()) refuse_without_focus(without_value.front(), ground);
+  if (default_set && ground.has_no_core()) warn_of_near_planes(ground, reach, &sets);
+  if (ground.has_no_core()) leave_out_rings_beyond(reach, default_set, &sets);
   if (default_set) leave_out_rings_far_out(task, ground, &sets);
   if (!without_value.empty())
     sets.warnings.push_back({"target-missing", fmt::format("the theory has no value for {}: left out of the "

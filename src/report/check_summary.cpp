@@ -119,6 +119,17 @@ std::string theory_text(const TheoryError& error) {
   return fmt::format("{} of radii by small angles, {} of the light beyond 10 degrees", angle, beyond);
 }
 
+std::string statistics_text(const CheckReport& report) {
+  double reach = 0;
+  for (const std::vector<Target>* targets : {&report.fitted, &report.held_out})
+    for (const Target& target : *targets)
+      reach = std::max(reach, std::abs(plane_of_light(target.statistic).value_or(0)));
+  return fmt::format("{} fitted, {} guides, {} held out, {}; targets: {}", report.statistics.fitted,
+                     report.statistics.guides, report.statistics.held_out,
+                     reach > 0 ? "in planes up to " + metres_text(reach) + " from the focus" : "in the focus",
+                     report.theory);
+}
+
 std::string rays_text(const CheckReport& report) {
   if (report.model == FocusModel::kWaves)
     return report.cells ? fmt::format("none: waves on a grid of {:.0f} cells across, judged on {:.0f}",
@@ -170,9 +181,7 @@ std::string summary_table(const CheckReport& report) {
                                              : fmt::format("{} ({:.2f} % of the height variance)",
                                                            report.terms.count, 100 * report.terms.captured));
   if (report.shares) text += row("band", report.shares->reason);
-  text += row("statistics",
-              fmt::format("{} fitted, {} guides, {} held out; targets: {}", report.statistics.fitted,
-                          report.statistics.guides, report.statistics.held_out, report.theory));
+  text += row("statistics", statistics_text(report));
   text += row("rays", rays_text(report)) + cost_rows(report);
   text += warning_lines(report.warnings);
   if (report.paper_table) text += fmt::format("\n{}", summary_table(*report.paper_table));

@@ -377,7 +377,7 @@ TEST(TermSearch, TiltIsAmongTheTermsWhereItMatters) {
 TEST(TermSearch, FitsKnowHowManyCellsTheyBeginOn) {
   const Study study = parse_study(
       R"({"aberfit": 1, "mirror": {"focal_length": "14 m"}, "aperture": {"shape": "circle", "diameter": "1 m"}, )"
-      R"("light": {"wavelength": "632.8 nm"}, "roughness": {"psd": {"model": "gaussian", "rms": "0.36 um", )"
+      R"("light": {"wavelength": "632.8 nm"}, "roughness": {"psd": {"model": "gaussian", "rms": "0.58 um", )"
       R"("correlation_length": "60 mm"}}, "terms": {"band": "all"}})",
       "study.json");
   const Groundwork ground = lay_groundwork(study);

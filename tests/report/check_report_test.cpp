@@ -95,7 +95,7 @@ TEST(CheckReport, TableAndJsonSayTheSame) {
   EXPECT_NE(row(of_named, "models used").find("on theory `geometric`, with what light"), std::string::npos);
   EXPECT_EQ(row(table, "terms"), "228 (98.50 % of the height variance)");
   EXPECT_EQ(json["terms"], (ordered_json{{"count", 228}, {"captured_fraction", 0.985}}));
-  EXPECT_EQ(row(table, "statistics"), "9 fitted, 2 guides, 5 held out; targets: geometric");
+  EXPECT_EQ(row(table, "statistics"), "9 fitted, 2 guides, 5 held out, in the focus; targets: geometric");
   EXPECT_EQ(row(table, "rays"), "65536");
   EXPECT_EQ(
       row(table, "predicted time of `fit`"),

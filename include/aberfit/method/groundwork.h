@@ -36,6 +36,10 @@ struct Groundwork {
   double core_sigma = 0;
   double focal_length = 0;                                             ///< [m]
   bool is_deep() const { return core_sigma > kDeepestUnit * radius; }  ///< deeper than its planes can show
+  /// By waves, whether less than a hundredth of the light is left unscattered.
+  bool has_no_core() const;
+  /// How far out planes are looked at by default [plane_unit].
+  double default_planes() const;
   /// Natural unit of dz [m]: a depth of focus, at most a tenth of the focal length.
   double plane_unit() const { return std::min(core_sigma / radius, kDeepestUnit) * focal_length; }
 };
