@@ -142,10 +142,10 @@ TEST(RayApproach, KeepsWhatAStoppedFitHasComeToWhereItIsNearerThanADraw) {
   EXPECT_LE(Beginning(scene.fit_case).mismatch(some->white), some->begun.mismatch * (1 + 1e-9));
 }
 
-// Terms that are too few for their statistics: the first fit ends 600 tolerances away, two more as far, and
-// none are made after them. As far off as a draw it is no start.
+// Terms that are too few for their statistics: the first fit ends far away, two more as far, and none are
+// made after them. As far off as a draw it is no start.
 TEST(RayApproach, EndsWhereTwoFitsHaveComeNoNearer) {
-  Scene scene(study_of("300 nm", "", 8));
+  Scene scene(study_of("300 nm", "", 10));
   int fits = 0;
   scene.context.progress = [&fits](const std::string& line) {
     fits += line.find("by rays: in light") != std::string::npos ? 1 : 0;
