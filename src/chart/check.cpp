@@ -48,9 +48,10 @@ std::string remedy_of(const Task& task, const Groundwork& ground, const TargetSe
   if (!report.prediction || report.prediction->seconds <= kLong) return "";
   const bool waves = ground.use.model == FocusModel::kWaves;
   // What is automatic and found nothing to cut finds nothing when asked by name.
-  if (waves && ground.mean_spot && ground.psd && !ground.split && band_rule(task) != BandRule::kAuto &&
+  if (ground.psd && !ground.split && band_rule(task) != BandRule::kAuto &&
       obstacle_to_split(ground, targets).empty())
-    return "`\"terms\": {\"band\": \"auto\"}`: frequencies that need no term become scatter";
+    return "`\"terms\": {\"band\": \"auto\"}`: frequencies that need no term, if there are any, become "
+           "scatter";
   if (!task.terms.automatic) return "`terms`: fewer of them, or leave it out and they are chosen";
   if (!waves && !task.trace.automatic_rays) return "`trace.rays`: fewer, or leave it out";
   return "`equivalence.margin`: a larger one needs fewer terms and cells, and lets more of the band be "

@@ -323,15 +323,23 @@ double end_of_slopes(const RadialPsd& psd) {
 // Plane waves where a search ends: a tenth more than cycles across that terms stand for. By waves 108 of 95,
 // 91 of 92, 76 of 66, 38 of 52 and 43, 32 of 39 and 64, 256 of 125; by rays 64 of 48 and 77, 76 of 45, 181 of
 // 100 and 148, 304 of 305 and 1536, 609 of 1139, and of thirteen from 300 on 108 to 609, half of them 181 to
-// 304 (tests/stability). By waves of a spot without a core, whose planes are near, the first set does: 17 of
-// 17 of 44 to 2,946 cycles.
+// 304 (tests/stability).
 int typical_modes(const Groundwork& ground) {
-  if (ground.has_no_core()) return kFewestModes;
   constexpr double kMostOfWaves = 256, kFewestOfRays = 64, kMostOfRays = 300, kPerCycle = 1.1;
   const double cycles = kPerCycle * 2 * ground.radius * end_of_slopes(*ground.term_psd);
   return int(std::lround(ground.use.model == FocusModel::kWaves
                              ? std::clamp(cycles, double(kFewestModes), kMostOfWaves)
                              : std::clamp(cycles, kFewestOfRays, kMostOfRays)));
+}
+
+// By waves of a spot without a core whose planes are near: the first set passed in all of 17 scenes of
+// tests/stability, 44 to 2,946 cycles across.
+bool first_plane_waves_do(const Groundwork& ground, const TargetSets& targets) {
+  const double near = 1.001 * ground.default_planes() * ground.plane_unit();
+  return ground.has_no_core() &&
+         std::all_of(targets.fitted.begin(), targets.fitted.end(), [near](const Target& target) {
+           return std::abs(plane_of_light(target.statistic).value_or(0)) <= near;
+         });
 }
 
 // The sets that search_terms fits where every look is a full fit, if all from `end` on pass and all below
@@ -348,8 +356,8 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
   const bool stay_away =
       few_modes && !range.wide &&
       trials.cells(zernikes_up_to(range.low, task.terms.covariance, range.first)) >= kVeryManyCells;
-  const int end = range.wide  ? typical_modes(ground)
-                  : stay_away ? range.high
+  const int end = range.wide  ? first_plane_waves_do(ground, targets) ? kFewestModes : typical_modes(ground)
+                   : stay_away ? range.high
                               : range.low + int(kPassFrom * (range.high - range.low));
   trials.confirm = [&](const TermsSpec& asked) {
     FrontierPoint point;

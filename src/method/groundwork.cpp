@@ -45,10 +45,10 @@ void set_mean_spot(const Task& task, Groundwork* ground) {
   }
 }
 
-// Statistics by default look at planes up to five plane units out of focus, or two. A spot so deep that they
-// would lie behind the mirror has them nearer, held at a tenth of the focal length (plane_unit). Where
-// diffraction alone is that deep, or slopes are as steep as to leave their first order, there is no focus to
-// speak of.
+// Statistics by default look at planes up to five plane units out of focus, of a spot without a core two. A
+// spot so deep that they would lie behind the mirror has them nearer, held at a tenth of the focal length
+// (plane_unit). Where diffraction alone is that deep, or slopes are as steep as to leave their first order,
+// there is no focus to speak of.
 void check_depth(const Task& task, Groundwork* ground) {
   constexpr double kFarthest = 0.9, kLeastFresnelNumber = 2, kSteepest = 0.05;
   if (!task.target.statistics.empty()) return;
@@ -123,8 +123,8 @@ void mind_steep_slopes(const Task& task, const PhysicsRequest& asked, Groundwork
 }  // namespace
 
 bool Groundwork::has_no_core() const {
-  constexpr double kCore = 0.01;  // a fitted fraction of 20 % sees no such core
-  return use.model == FocusModel::kWaves && mean_spot && 1 - numbers.tis < kCore;
+  constexpr double kCore = 0.01;  // too little to show in the innermost fitted fraction, 20 %
+  return use.model == FocusModel::kWaves && mean_spot && mean_spot->surface_transfer(radius) < kCore;
 }
 
 // Without a core a spot is as wide as its scatter, which every plane shows. Two units from the focus the mean

@@ -97,12 +97,18 @@ void warn_of_few_modes(const Groundwork& ground, bool default_set, TargetSets* s
 // Distance from the focus [m] within which planes are fitted by default, guide the fit, and are held out.
 double default_reach(const Groundwork& ground) { return std::abs(plane(ground.default_planes(), ground)); }
 
-// Of statistics that are asked by name: as far as they are themselves, or as by default.
+// Of statistics that are asked by name: to the first default plane at or beyond theirs, so that guides lie
+// around them. The planes of a ring are not known yet.
 double reach_of(const std::vector<Wanted>& wanted, const Groundwork& ground) {
-  double reach = default_reach(ground);
+  double asked = 0;
   for (const Wanted& one : wanted)
-    reach = std::max(reach, std::abs(plane_of_light(one.statistic).value_or(0)));
-  return reach;
+    asked = std::max(asked, std::holds_alternative<RingFwhm>(one.statistic)
+                                ? HUGE_VAL
+                                : std::abs(plane_of_light(one.statistic).value_or(0)));
+  double reach = std::abs(plane(kPlanes[std::size(kPlanes) - 1], ground));
+  for (const double units : kPlanes)
+    if (const double dz = std::abs(plane(units, ground)); dz >= asked) reach = std::min(reach, dz);
+  return std::max(reach, default_reach(ground));
 }
 
 std::vector<Wanted> default_statistics(const Groundwork& ground) {
@@ -315,11 +321,12 @@ void warn_of_near_planes(const Groundwork& ground, double reach, TargetSets* set
   sets->warnings.push_back(
       {"near-planes",
        fmt::format(
-           "default statistics of a spot without a core are of planes within {} of the focus, where the "
-           "cone of light becomes as wide as the scatter; farther out nothing holds the surface, and "
-           "mirrors of this roughness differ by {} in ee90: name planes in `target.statistics` to have "
-           "them",
-           format_quantity(reach, Dimension::kLength), format_percent(ground.numbers.realisation_spread))});
+           "default statistics of a spot without a core are of planes within {} of the focus{}; farther out "
+           "nothing holds the surface, and mirrors of this roughness differ by {} in ee90: name planes in "
+           "`target.statistics` to have them, beside all else that is wanted",
+           format_quantity(reach, Dimension::kLength),
+           ground.is_deep() ? "" : ", where the cone of light becomes as wide as the scatter",
+           format_percent(ground.numbers.realisation_spread))});
 }
 
 // Rings whose light falls to half beyond the planes that are looked at.
@@ -333,10 +340,11 @@ void leave_out_rings_beyond(double reach, bool default_set, TargetSets* sets) {
     if (beyond(target))
       sets->warnings.push_back(
           {"target-missing",
-           fmt::format("the light of {} falls to half {} out of focus, beyond the planes of a spot without a "
-                       "core: left out of the default statistics, ask for it in `target.statistics`",
-                       statistic_name(target.statistic),
-                       format_quantity(0.5 * target.value, Dimension::kLength))});
+           fmt::format(
+               "the light of {} falls to half {} out of focus, beyond the planes of a spot without a "
+               "core: left out of the default statistics; name it in `target.statistics` to have it, beside "
+               "all else that is wanted",
+               statistic_name(target.statistic), format_quantity(0.5 * target.value, Dimension::kLength))});
   std::erase_if(sets->fitted, beyond);
 }
 
@@ -406,7 +414,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   if (!any_given) guides = guide_statistics(ground);
   statistics.insert(statistics.end(), guides.begin(), guides.end());
   // Given values need not follow the theory, so nothing can be held out against it.
-  const double reach = reach_of(wanted, ground);
+  const double reach = default_set ? default_reach(ground) : reach_of(wanted, ground);
   if (!any_given) held_out = held_out_statistics(ground, reach, statistics);
   statistics.insert(statistics.end(), held_out.begin(), held_out.end());
   Predicted predicted;

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/units.h"
@@ -119,14 +121,23 @@ std::string theory_text(const TheoryError& error) {
   return fmt::format("{} of radii by small angles, {} of the light beyond 10 degrees", angle, beyond);
 }
 
-std::string statistics_text(const CheckReport& report) {
-  double reach = 0;
+// How far from the focus statistics are, those of a ring half of its width.
+std::string planes_text(const CheckReport& report) {
+  std::optional<double> reach;
+  const auto seen = [&reach](double dz) { reach = std::max(reach.value_or(0), std::abs(dz)); };
   for (const std::vector<Target>* targets : {&report.fitted, &report.held_out})
     for (const Target& target : *targets)
-      reach = std::max(reach, std::abs(plane_of_light(target.statistic).value_or(0)));
-  return fmt::format("{} fitted, {} guides, {} held out, {}; targets: {}", report.statistics.fitted,
-                     report.statistics.guides, report.statistics.held_out,
-                     reach > 0 ? "in planes up to " + metres_text(reach) + " from the focus" : "in the focus",
+      if (const auto dz = plane_of_light(target.statistic))
+        seen(*dz);
+      else if (std::holds_alternative<RingFwhm>(target.statistic))
+        seen(0.5 * target.value);
+  if (!reach) return "";
+  return *reach > 0 ? ", in planes up to " + metres_text(*reach) + " from the focus" : ", in the focus";
+}
+
+std::string statistics_text(const CheckReport& report) {
+  return fmt::format("{} fitted, {} guides, {} held out{}; targets: {}", report.statistics.fitted,
+                     report.statistics.guides, report.statistics.held_out, planes_text(report),
                      report.theory);
 }
 

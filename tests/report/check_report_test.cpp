@@ -95,7 +95,17 @@ TEST(CheckReport, TableAndJsonSayTheSame) {
   EXPECT_NE(row(of_named, "models used").find("on theory `geometric`, with what light"), std::string::npos);
   EXPECT_EQ(row(table, "terms"), "228 (98.50 % of the height variance)");
   EXPECT_EQ(json["terms"], (ordered_json{{"count", 228}, {"captured_fraction", 0.985}}));
-  EXPECT_EQ(row(table, "statistics"), "9 fitted, 2 guides, 5 held out, in the focus; targets: geometric");
+  EXPECT_EQ(row(table, "statistics"), "9 fitted, 2 guides, 5 held out; targets: geometric");
+  CheckReport through = report;
+  through.held_out.push_back({EncircledEnergyRadius{0.5, -2e-3}, 1e-4});
+  EXPECT_NE(row(summary_table(through), "statistics").find(", in planes up to 2 mm from the focus; "),
+            std::string::npos);
+  through.fitted = {{RingFwhm{}, 6e-3}};  // to half of its width
+  EXPECT_NE(row(summary_table(through), "statistics").find(", in planes up to 3 mm from the focus; "),
+            std::string::npos);
+  through.held_out.clear();
+  through.fitted = {{RmsHeight{}, 2e-8}};
+  EXPECT_EQ(row(summary_table(through), "statistics"), "9 fitted, 2 guides, 5 held out; targets: geometric");
   EXPECT_EQ(row(table, "rays"), "65536");
   EXPECT_EQ(
       row(table, "predicted time of `fit`"),

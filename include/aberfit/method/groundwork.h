@@ -36,7 +36,8 @@ struct Groundwork {
   double core_sigma = 0;
   double focal_length = 0;                                             ///< [m]
   bool is_deep() const { return core_sigma > kDeepestUnit * radius; }  ///< deeper than its planes can show
-  /// By waves, whether less than a hundredth of the light is left unscattered.
+  /// By waves, whether less than a hundredth is left of the roughness' mean transfer function between points
+  /// a radius apart: what roughness slower than the aperture does takes nothing from a core.
   bool has_no_core() const;
   /// How far out planes are looked at by default [plane_unit].
   double default_planes() const;
