@@ -320,18 +320,6 @@ double end_of_slopes(const RadialPsd& psd) {
   return std::min(high, end);
 }
 
-// Plane waves where a search ends: a tenth more than cycles across that terms stand for. By waves 108 of 95,
-// 91 of 92, 76 of 66, 38 of 52 and 43, 32 of 39 and 64, 256 of 125; by rays 64 of 48 and 77, 76 of 45, 181 of
-// 100 and 148, 304 of 305 and 1536, 609 of 1139, and of thirteen from 300 on 108 to 609, half of them 181 to
-// 304 (tests/stability).
-int typical_modes(const Groundwork& ground) {
-  constexpr double kMostOfWaves = 256, kFewestOfRays = 64, kMostOfRays = 300, kPerCycle = 1.1;
-  const double cycles = kPerCycle * 2 * ground.radius * end_of_slopes(*ground.term_psd);
-  return int(std::lround(ground.use.model == FocusModel::kWaves
-                             ? std::clamp(cycles, double(kFewestModes), kMostOfWaves)
-                             : std::clamp(cycles, kFewestOfRays, kMostOfRays)));
-}
-
 // By waves of a spot without a core whose planes are near: the first set passed in all of 17 scenes of
 // tests/stability, 44 to 2,946 cycles across.
 bool first_plane_waves_do(const Groundwork& ground, const TargetSets& targets) {
@@ -340,6 +328,19 @@ bool first_plane_waves_do(const Groundwork& ground, const TargetSets& targets) {
          std::all_of(targets.fitted.begin(), targets.fitted.end(), [near](const Target& target) {
            return std::abs(plane_of_light(target.statistic).value_or(0)) <= near;
          });
+}
+
+// Plane waves where a search ends: a tenth more than cycles across that terms stand for. By waves 108 of 95,
+// 91 of 92, 76 of 66, 38 of 52 and 43, 32 of 39 and 64, 256 of 125; by rays 64 of 48 and 77, 76 of 45, 181 of
+// 100 and 148, 304 of 305 and 1536, 609 of 1139, and of thirteen from 300 on 108 to 609, half of them 181 to
+// 304 (tests/stability).
+int typical_modes(const Groundwork& ground, const TargetSets& targets) {
+  if (first_plane_waves_do(ground, targets)) return kFewestModes;
+  constexpr double kMostOfWaves = 256, kFewestOfRays = 64, kMostOfRays = 300, kPerCycle = 1.1;
+  const double cycles = kPerCycle * 2 * ground.radius * end_of_slopes(*ground.term_psd);
+  return int(std::lround(ground.use.model == FocusModel::kWaves
+                             ? std::clamp(cycles, double(kFewestModes), kMostOfWaves)
+                             : std::clamp(cycles, kFewestOfRays, kMostOfRays)));
 }
 
 // The sets that search_terms fits where every look is a full fit, if all from `end` on pass and all below
@@ -356,8 +357,8 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
   const bool stay_away =
       few_modes && !range.wide &&
       trials.cells(zernikes_up_to(range.low, task.terms.covariance, range.first)) >= kVeryManyCells;
-  const int end = range.wide  ? first_plane_waves_do(ground, targets) ? kFewestModes : typical_modes(ground)
-                   : stay_away ? range.high
+  const int end = range.wide  ? typical_modes(ground, targets)
+                  : stay_away ? range.high
                               : range.low + int(kPassFrom * (range.high - range.low));
   trials.confirm = [&](const TermsSpec& asked) {
     FrontierPoint point;
@@ -391,9 +392,9 @@ void add_near_miss(const Task& task, const TermSet& terms, double iterations, st
 }
 
 // Plane waves by rays: from few of them on, doubling to where they pass, then twice in between.
-std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground) {
+std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground, const TargetSets& targets) {
   std::vector<Fits> fits;
-  const int end = typical_modes(ground);
+  const int end = typical_modes(ground, targets);
   for (int count = kFewestModes; count < end; count *= 2)
     add_fits(task, ground, terms_of(task, ground, plane_waves(count)), 1, 0, kPlaneWaveIterations, &fits);
   const TermSet last = terms_of(task, ground, plane_waves(end));
@@ -409,7 +410,7 @@ std::vector<Fits> search_fits(const Task& task, const Groundwork& ground, const 
   const OrderRange range = expected_orders(ground);
   const bool few_modes = ground.numbers.n_eff < double(targets.fitted.size());
   if (waves) return strided_fits(task, ground, targets, range, few_modes);
-  if (range.wide) return plane_wave_fits(task, ground);
+  if (range.wide) return plane_wave_fits(task, ground, targets);
   const auto zernikes = [&](int order) {
     return terms_of(task, ground, zernikes_up_to(order, task.terms.covariance, range.first));
   };

@@ -329,23 +329,32 @@ void warn_of_near_planes(const Groundwork& ground, double reach, TargetSets* set
            format_percent(ground.numbers.realisation_spread))});
 }
 
+// Of the default set. where: what is wrong with the planes where the light of a ring falls to half, a clause.
+template <class Which, class Where>
+void leave_out_fitted(const Which& which, const Where& where, TargetSets* sets) {
+  for (const Target& target : sets->fitted)
+    if (which(target))
+      sets->warnings.push_back(
+          {"target-missing",
+           fmt::format("the light of {} falls to half {} out of focus, {}", statistic_name(target.statistic),
+                       format_quantity(0.5 * target.value, Dimension::kLength), where(target))});
+  std::erase_if(sets->fitted, which);
+}
+
 // Rings whose light falls to half beyond the planes that are looked at.
 void leave_out_rings_beyond(double reach, bool default_set, TargetSets* sets) {
   const auto beyond = [reach](const Target& target) {
     return std::holds_alternative<RingFwhm>(target.statistic) && 0.5 * target.value > reach;
   };
   std::erase_if(sets->held_out, beyond);
-  if (!default_set) return;
-  for (const Target& target : sets->fitted)
-    if (beyond(target))
-      sets->warnings.push_back(
-          {"target-missing",
-           fmt::format(
-               "the light of {} falls to half {} out of focus, beyond the planes of a spot without a "
-               "core: left out of the default statistics; name it in `target.statistics` to have it, beside "
-               "all else that is wanted",
-               statistic_name(target.statistic), format_quantity(0.5 * target.value, Dimension::kLength))});
-  std::erase_if(sets->fitted, beyond);
+  if (default_set)
+    leave_out_fitted(
+        beyond,
+        [](const Target&) {
+          return "beyond the planes of a spot without a core: left out of the default statistics; name it in "
+                 "`target.statistics` to have it, beside all else that is wanted";
+        },
+        sets);
 }
 
 // Rings of the default set that ask for a grid much finer than everything else: of a spot without a core the
@@ -367,15 +376,13 @@ void leave_out_rings_far_out(const Task& task, const Groundwork& ground, TargetS
     if (!is_ring(target)) reach = std::max(reach, plane_reach(target));
   const double finest = std::max(kMostCells, kTimesFiner * cells(reach));
   const auto far_out = [&](const Target& t) { return is_ring(t) && cells(plane_reach(t)) > finest; };
-  for (const Target& target : sets->fitted)
-    if (far_out(target))
-      sets->warnings.push_back(
-          {"target-missing",
-           fmt::format("the light of {} falls to half {} out of focus, where it takes a grid of {:.0f} cells "
-                       "across: left out of the default statistics",
-                       statistic_name(target.statistic),
-                       format_quantity(0.5 * target.value, Dimension::kLength), cells(plane_reach(target)))});
-  std::erase_if(sets->fitted, far_out);
+  leave_out_fitted(
+      far_out,
+      [&](const Target& target) {
+        return fmt::format("where it takes a grid of {:.0f} cells across: left out of the default statistics",
+                           cells(plane_reach(target)));
+      },
+      sets);
   std::erase_if(sets->held_out, far_out);
 }
 
