@@ -84,7 +84,7 @@ Attempt fit_in_two_looks(const FitCase& of, FitPlan plan) {
   plan.warm = plan.seen = first.result.fit.white;
   plan.starts = 1;
   if (has_solution(first.result.fit)) plan.guides_within = kGuidesInDoubt;
-  plan.on_stall = OnStall::kGoOn;
+  if (of.ground.use.model == FocusModel::kWaves) plan.on_stall = OnStall::kGoOn;
   plan.pupil.rays = more_rays(first.result.chosen.rays);
   plan.automatic_rays = false;
   Attempt second = fit_on_enough_rays(of, std::move(plan), false);

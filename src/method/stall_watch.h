@@ -37,12 +37,22 @@ class StallWatch {
   bool stalled(const FitProgress& p) { return (by_waves_ && out_of_reach(p)) || rests(p); }
 
  private:
-  bool rests(const FitProgress& p) {
-    if (p.worst_mismatch < (1 - kWorthwhile) * best_) {
-      best_ = p.worst_mismatch;
-      since_ = p.iteration;
+  struct Rest {
+    double worthwhile, above;  // share of the mismatch; tolerances at which it ends to count
+    double best = std::numeric_limits<double>::infinity();
+    int since = 0;
+
+    bool lasts(const FitProgress& p, int patience) {
+      if (p.worst_mismatch < (1 - worthwhile) * best || (best > above && p.worst_mismatch <= above)) {
+        best = p.worst_mismatch;
+        since = p.iteration;
+      }
+      return best > above && p.iteration - since >= patience;
     }
-    return best_ > kWellAbove && p.iteration - since_ >= patience_;
+  };
+  bool rests(const FitProgress& p) {
+    const bool near = !by_waves_ && near_.lasts(p, patience_);
+    return far_.lasts(p, patience_) || near;
   }
 
   // Through waves an iteration costs as much as a whole fit of rays. The pace of the last iterations, which
@@ -54,9 +64,11 @@ class StallWatch {
     return gone * (most_iterations_ - p.iteration) < double(pace_) * std::log(lowest_.back() / within_);
   }
 
-  // Fits that pass fell by more in every twelve iterations until they were at 2 tolerances (orders 2 to 31 of
-  // fits/paper-physical); the ones that do not may run to the last iteration.
-  static constexpr double kWorthwhile = 0.1, kWellAbove = 2;
+  // Fits that pass fell by a tenth in every twelve iterations until they were at 2 tolerances (orders 2 to 31
+  // of fits/paper-physical). By rays few of those below that rest and pass: of 1007 fits of 54 scenes of the
+  // matrix 347 of 353 that met their tolerances fell by a hundredth in every twelve; ending there saves a
+  // fifth of the time of all.
+  Rest far_{0.1, 2}, near_{0.01, 1};
   static constexpr int kPatience = 12, kPatient = 25;
   static constexpr std::size_t kPace = 5, kFarPace = 8;
   bool by_waves_;
@@ -65,8 +77,6 @@ class StallWatch {
   double within_;             // tolerances that the pace has to reach
   std::size_t pace_ = kPace;  // iterations that tell it
   std::size_t fewest_;        // a draw's first steps are not at its pace
-  double best_ = std::numeric_limits<double>::infinity();
-  int since_ = 0;
   std::vector<double> lowest_;
 };
 

@@ -29,8 +29,11 @@ TEST(StallWatch, OfRaysWaitsTwelveIterationsForATenth) {
   EXPECT_EQ(given_up(watch, [](int k) { return 30 * std::pow(0.8, (k - 1) / 11); }), 0);
   // By a twentieth in each twelfth: too little.
   EXPECT_NE(given_up(watch, [](int k) { return 30 * std::pow(0.95, (k - 1) / 12); }), 0);
-  // Near the tolerances it goes on.
-  EXPECT_EQ(given_up(watch, [](int) { return 1.9; }), 0);
+  // Near the tolerances a hundredth will do.
+  EXPECT_EQ(given_up(watch, [](int) { return 1.9; }), 1 + 12);
+  EXPECT_EQ(given_up(watch, [](int k) { return 1.9 * std::pow(0.985, (k - 1) / 11); }), 0);
+  // What is met does not rest.
+  EXPECT_EQ(given_up(watch, [](int k) { return k < 5 ? 1.002 : 0.999; }), 0);
 }
 
 // Waves: the pace of five iterations has to last for the rest of the way.
@@ -60,7 +63,10 @@ TEST(StallWatch, OfWhatIsAskedForWaitsTwentyFiveIterations) {
   const StallWatch patient = StallWatch::patient(FocusModel::kRays, 100);
   EXPECT_EQ(given_up(patient, [](int) { return 800.0; }), 1 + 25);
   EXPECT_EQ(given_up(patient, [](int k) { return 800 * std::pow(0.8, (k - 1) / 24); }), 0);
-  EXPECT_EQ(given_up(patient, [](int) { return 1.9; }), 0);
+  EXPECT_EQ(given_up(patient, [](int) { return 1.9; }), 1 + 25);
+  EXPECT_EQ(given_up(patient, [](int k) { return 1.9 * std::pow(0.985, (k - 1) / 24); }), 0);
+  // By waves, near the tolerances, as long as there are iterations.
+  EXPECT_EQ(given_up(StallWatch::patient(FocusModel::kWaves, 100), [](int) { return 1.9; }), 0);
 }
 
 // By waves, besides: what will not come within ten tolerances is not worth a hundred iterations.
