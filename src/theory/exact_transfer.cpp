@@ -20,10 +20,13 @@ constexpr double kGone = 45;                    // exponent whose transfer shows
 constexpr double kAccuracyOfTable = 1e-12;      // Legendre tail of E, times exp(-E)
 constexpr std::size_t kMostTablePanels = 3000;  // some milliseconds of a closed form
 constexpr double kInterpolation = 2e-6;         // of H over the aperture, at the shear where it is largest
-constexpr double kRoundMoments = 1e-11, kMeanMoments = 1e-6;
+// Of the light. Means over the azimuth take a hundred times the points of a round aperture's, and where
+// roughness leaves nothing at long shears there are no fringes to follow.
+constexpr double kRoundMoments = 1e-11, kMeanMoments = 1e-6, kBlurredMoments = 2e-5;
 constexpr double kRoundingOfDisc = 1e-14;  // of a sum over the points of a disc, over its area
 constexpr double kSpotResolved = 1e-11;
 constexpr double kNoOverlap = 1e-7;  // share of the aperture: a mean over less of it is rounding
+constexpr double kTrusted = 100;     // errors of an overlap, of which its mean errs by a hundredth
 constexpr int kMostHalvings = 40;
 constexpr std::size_t kMostPanels = 100'000;
 constexpr std::size_t kMostKnown = 100;  // planes of a pupil
@@ -47,7 +50,6 @@ constexpr double kFarMean = 3e-5;        // means over azimuth are known to 2e-5
 // Turn of the overlap's phase, half of that from one end of the shears to the other, that a panel halved five
 // times resolves to 1e-6: 15 rad for each of 32.
 constexpr double kTurnOfHalved = 240;
-constexpr double kBlurred = 0.01;  // of the transfer that roughness leaves
 
 double tail(const TransferPanel& panel) {
   return internal::unresolved(panel) * std::sqrt((panel.b - panel.a) / panel.b);
@@ -265,8 +267,12 @@ PanelArray ExponentChange::operator()(const PanelArray& x) const {
 
 struct PupilMoments::Known {
   std::mutex mutex;
-  // Of dz, end and from where roughness blurs.
-  std::map<std::array<double, 3>, std::shared_ptr<const MomentPanels>> panels;
+  struct Key {
+    double dz, end;
+    std::array<double, Fading::kLevels.size()> fading;
+    auto operator<=>(const Key&) const = default;
+  };
+  std::map<Key, std::shared_ptr<const MomentPanels>> panels;
 };
 
 PupilMoments::PupilMoments(PupilField field, int halvings)
@@ -306,18 +312,22 @@ double PupilMoments::most_stretch() const {
   return most;
 }
 
-std::shared_ptr<const MomentPanels> PupilMoments::panels(double dz, double end, double blurred) const {
+std::shared_ptr<const MomentPanels> PupilMoments::panels(
+    double dz, double end, std::array<double, Fading::kLevels.size()> fading) const {
   const auto rounded_up = [](double share) {
     const double step = std::ceil(kEndsPerOctave * std::log2(std::min(share, 1.0)) - 1e-9);
     return std::min(1.0, std::exp2(step / kEndsPerOctave));
   };
-  const bool never_far = dz == 0 || field_.has_departure();
-  const std::array<double, 3> key{dz, rounded_up(end), never_far ? 1 : rounded_up(blurred)};
+  // In the focus of a perfect mirror there is no phase to save work with, and means over the overlap are of
+  // it at every shear.
+  const bool whole = dz == 0 && !field_.has_departure();
+  for (double& from : fading) from = whole ? 1 : rounded_up(from);
+  const Known::Key key{dz, rounded_up(end), fading};
   {
     const std::lock_guard lock(known_->mutex);
     if (const auto known = known_->panels.find(key); known != known_->panels.end()) return known->second;
   }
-  auto made = std::make_shared<const MomentPanels>(make(key[0], key[1], key[2]));
+  auto made = std::make_shared<const MomentPanels>(make(dz, key.end, Fading(fading)));
   const std::lock_guard lock(known_->mutex);
   if (known_->panels.size() < kMostKnown) known_->panels.emplace(key, made);
   return made;
@@ -337,15 +347,21 @@ bool PupilMoments::is_far(const PupilOverlap& overlap, double turn, double dz, d
   if (error > kMostErrorOfFar || field_.straight_corners().size() > kFewCorners) return false;
   if (!is_round() && error < kErrorOfFar) return true;
   const double each = !is_round() ? kTurnOfMean : field_.inner() > 0 ? kTurnOfAnnulus : kTurnOfDisc;
-  const double points = double(overlap.points(kLargestOverlap * std::min(end * cutoff(), field_.across())));
-  return kPanelNodes * points * turn / each > double(kMostMomentPoints);
+  const double points = double(overlap.points(kLargestOverlap * std::min(end * cutoff(), field_.across()))),
+               work = kPanelNodes * points * turn / each / double(kMostMomentPoints);
+  return work > 1 || (!is_round() && error < kMostErrorOfFar * work);
 }
 
-MomentPanels PupilMoments::make(double dz, double end, double blurred) const {
+MomentPanels PupilMoments::make(double dz, double end, const Fading& fading) const {
   PupilOverlap overlap(field_, dz, order_);
   overlap.copy_correction(*focus_overlap_);
   std::vector<double> breakpoints = kinks(field_);
-  const double turn = overlap.turn(end * cutoff());
+  double turn = overlap.turn(end * cutoff());
+  if (turn > kFarDefocus && field_.has_departure()) {
+    // What the roughness leaves of it is let go, then.
+    end = std::min(end, fading.beyond(kMostUnresolved));
+    turn = overlap.turn(end * cutoff());
+  }
   if (turn > kFarDefocus && field_.has_departure())
     throw ComputationError(fmt::format(
         "the aberrations of this mirror are {:.0f} waves in {}, too many for its mean spot in light (at most "
@@ -354,7 +370,8 @@ MomentPanels PupilMoments::make(double dz, double end, double blurred) const {
         dz == 0 ? "the focus"
                 : fmt::format("the plane {} from the focus", format_quantity(dz, Dimension::kLength)),
         kFarDefocus / kTurnsPerWave));
-  if (!field_.has_departure() && is_far(overlap, turn, dz, end, blurred)) return far_moments(dz, end);
+  if (!field_.has_departure() && is_far(overlap, turn, dz, end, fading.beyond(FarOverlap::kBlurred)))
+    return far_moments(dz, end);
   int halvings = halvings_;
   if (!is_round())  // what is halved a few times only must turn little before
     for (double width = 1; width * turn > kTurnOfHalved; width *= 0.5) ++halvings;
@@ -364,14 +381,19 @@ MomentPanels PupilMoments::make(double dz, double end, double blurred) const {
     for (const double to : breakpoints) finer.insert(finer.end(), {0.5 * (from + to), to}), from = to;
     breakpoints = finer;
   }
+  for (const double level : {1e-2, 1e-4, 1e-6}) breakpoints.push_back(fading.beyond(level));
+  std::sort(breakpoints.begin(), breakpoints.end());
   return moment_panels([&](double s, std::size_t* points) { return overlap(s * cutoff(), points); },
-                       order_ * order_, breakpoints, end, accuracy(), is_round());
+                       order_ * order_, breakpoints, end, accuracy(end), is_round(), fading);
 }
 
 // The area of a slender annulus is a small difference of two discs, and has their rounding.
-double PupilMoments::accuracy() const {
+double PupilMoments::accuracy(double end) const {
   const double filled = 1 - std::pow(field_.inner() / field_.outer(), 2);
-  return std::max(is_round() ? kRoundMoments : kMeanMoments, kRoundingOfDisc / filled);
+  return std::max(is_round() ? kRoundMoments
+                  : end < 1  ? kBlurredMoments
+                             : kMeanMoments,
+                  kRoundingOfDisc / filled);
 }
 
 MomentPanels PupilMoments::far_moments(double dz, double end) const {
@@ -379,7 +401,7 @@ MomentPanels PupilMoments::far_moments(double dz, double end) const {
   std::vector<double> breakpoints = overlap.breakpoints();
   for (double& one : breakpoints) one /= cutoff();
   return moment_panels([&](double s, std::size_t*) { return overlap(s * cutoff()); }, order_ * order_,
-                       breakpoints, std::min(end, breakpoints.back()), is_round() ? accuracy() : kFarMean,
+                       breakpoints, std::min(end, breakpoints.back()), is_round() ? accuracy(end) : kFarMean,
                        is_round());
 }
 
@@ -394,8 +416,11 @@ ExactTransfer::ExactTransfer(std::shared_ptr<const PupilMoments> pupil,
 std::shared_ptr<const MomentPanels> ExactTransfer::moments(double dz) const {
   const std::vector<double>& share = pupil_->share();
   const double least_share = *std::min_element(share.begin(), share.end());
-  const double blurred = table_->beyond(-std::log(FarOverlap::kBlurred) / least_share);
-  return pupil_->panels(dz, end(), blurred / (pupil_->least_stretch() * cutoff()));
+  std::array<double, Fading::kLevels.size()> fading;
+  for (std::size_t k = 0; k < fading.size(); ++k)
+    fading[k] =
+        table_->beyond(-std::log(Fading::kLevels[k]) / least_share) / (pupil_->least_stretch() * cutoff());
+  return pupil_->panels(dz, end(), fading);
 }
 
 // Shear beyond which the roughness has left no transfer anywhere in the aperture.
@@ -502,7 +527,7 @@ Eigen::ArrayXd ExactTransfer::mean_over_overlap(const Eigen::ArrayXd& x) const {
     if (known != panel) legendre = panel->legendre(), known = panel;
     const Eigen::ArrayXd moment = panel->at(s, legendre);
     const double all = moment.sum();
-    if (!(all > kNoOverlap)) {
+    if (!(all > std::max(kNoOverlap, kTrusted * panel->missed))) {
       result[k] = mean_surface_transfer(x[k]);
       continue;
     }

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
 #include <numbers>
+#include <queue>
+#include <tuple>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/quadrature.h"
@@ -526,27 +527,50 @@ Eigen::ArrayXd MomentPanel::at(double s, const Values& c) const {
   return sum;
 }
 
+double Fading::left(double s) const {
+  double left = 1;
+  for (std::size_t k = 0; k < kLevels.size(); ++k)
+    if (s >= from_[k]) left = kLevels[k];
+  return left;
+}
+
+double Fading::beyond(double share) const {
+  for (std::size_t k = 0; k < kLevels.size(); ++k)
+    if (kLevels[k] <= share) return from_[k];
+  return 1;
+}
+
 MomentPanels moment_panels(const MomentFunction& moments, int count, const std::vector<double>& breakpoints,
-                           double end, double tolerance, bool is_round) {
+                           double end, double tolerance, bool is_round, const Fading& fading) {
   MomentPanels result;
   std::size_t points = 0;
   struct Piece {
     double a, b;
     int halvings;
+    double missed;  // by the panel that it is a half of
+    // What misses least comes last: where the work is spent, little is left.
+    bool operator<(const Piece& other) const { return std::tie(missed, a) < std::tie(other.missed, other.a); }
   };
-  std::deque<Piece> pending;  // coarse ones first: what the work does not suffice for is small
+  std::priority_queue<Piece> pending;
   double from = 0;
   for (double to : breakpoints) {
     to = std::min(to, end);
-    if (to > from) pending.push_back({from, to, 0});
+    if (to > from) pending.push({from, to, 0, fading.left(from)});
     from = std::max(from, to);
   }
   const int most = is_round ? kHalvingsOfRound : kHalvingsOfMean;
   const PanelRule& rule = panel_rule();
   while (!pending.empty()) {
-    const Piece piece = pending.front();
-    pending.pop_front();
-    MomentPanel panel{piece.a, piece.b, MomentPanel::Values(kPanelNodes, count)};
+    const Piece piece = pending.top();
+    pending.pop();
+    MomentPanel panel{piece.a, piece.b, MomentPanel::Values(kPanelNodes, count), 0};
+    const double left = fading.left(piece.a);
+    if (left <= (points >= kMostMomentPoints ? kMostUnresolved : tolerance)) {
+      panel.value.setZero();
+      result.unresolved = std::max(result.unresolved, left > tolerance ? left : 0);
+      result.panels.push_back(std::move(panel));
+      continue;
+    }
     const PanelArray nodes = 0.5 * (piece.a + piece.b) + 0.5 * (piece.b - piece.a) * rule.t;
     for (int j = 0; j < kPanelNodes; ++j) panel.value.row(j) = moments(nodes[j], &points).transpose();
     if (!panel.value.isFinite().all())
@@ -556,6 +580,8 @@ MomentPanels moment_panels(const MomentFunction& moments, int count, const std::
       missed = std::max(missed, std::abs((panel.value.col(k) * rule.last).sum()) +
                                     std::abs((panel.value.col(k) * rule.last_but_one).sum()));
     missed *= std::sqrt((piece.b - piece.a) / piece.b);
+    if (left < 1) panel.missed = missed;
+    missed *= left;
     const bool spent = points >= kMostMomentPoints;
     if (spent && missed > kMostUnresolved)
       throw ComputationError(
@@ -569,8 +595,8 @@ MomentPanels moment_panels(const MomentFunction& moments, int count, const std::
       continue;
     }
     const double middle = 0.5 * (piece.a + piece.b);
-    pending.push_back({piece.a, middle, piece.halvings + 1});
-    pending.push_back({middle, piece.b, piece.halvings + 1});
+    pending.push({piece.a, middle, piece.halvings + 1, missed});
+    pending.push({middle, piece.b, piece.halvings + 1, missed});
   }
   std::sort(result.panels.begin(), result.panels.end(),
             [](const MomentPanel& one, const MomentPanel& two) { return one.a < two.a; });

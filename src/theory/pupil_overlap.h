@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -126,7 +127,8 @@ class PupilOverlap {
 struct MomentPanel {
   using Values = Eigen::Array<double, kPanelNodes, Eigen::Dynamic>;
   double a = 0, b = 0;
-  Values value;  ///< (node, moment)
+  Values value;       ///< (node, moment)
+  double missed = 0;  ///< Legendre tail of a panel where roughness leaves little, which is known worse
 
   /// At the nodes of [from, to] inside the panel.
   Values restricted(double from, double to) const;
@@ -138,15 +140,34 @@ struct MomentPanels {
   std::vector<MomentPanel> panels;
   double unresolved = 0;  ///< largest Legendre tail left
 };
+/// How much of a mirror's transfer its roughness leaves at the shears of one set of moments.
+class Fading {
+ public:
+  static constexpr std::array<double, 8> kLevels{0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10};
+
+  /// Nothing fades.
+  Fading() { from_.fill(1); }
+  /// Of the shares from which on at most kLevels of the transfer are left, over the cutoff, each rounded up.
+  explicit Fading(const std::array<double, 8>& from) : from_(from) {}
+  const std::array<double, 8>& from() const { return from_; }
+  /// At most so much is left at shear / cutoff s and beyond.
+  double left(double s) const;
+  /// Shear / cutoff beyond which at most `share` is left.
+  double beyond(double share) const;
+
+ private:
+  std::array<double, 8> from_;
+};
+
 /// Of `count` moments as a function of shear / cutoff, up to `end`, which is at most 1; panels bounded by the
-/// overlap's kinks (`breakpoints`, ascending, the last one 1) and halved until the Legendre tail is
-/// `tolerance`; a mean over the azimuth (not `is_round`), whose kinks are many and weak, only a few times.
-/// `moments` adds the points of the pupil that it took. Throws ComputationError where kMostMomentPoints of
-/// them leave more than kMostUnresolved.
+/// overlap's kinks (`breakpoints`, ascending, the last one 1) and halved until the Legendre tail, of what
+/// `fading` leaves of it, is `tolerance`; a mean over the azimuth (not `is_round`), whose kinks are many and
+/// weak, only a few times. `moments` adds the points of the pupil that it took. Throws ComputationError where
+/// kMostMomentPoints of them leave more than kMostUnresolved of the light.
 using MomentFunction = std::function<Eigen::ArrayXd(double shear, std::size_t* points)>;
 inline constexpr std::size_t kMostMomentPoints = 200'000'000;  // three seconds
 inline constexpr double kMostUnresolved = 1e-4;                // of the light: a hundredth of a usual margin
 MomentPanels moment_panels(const MomentFunction& moments, int count, const std::vector<double>& breakpoints,
-                           double end, double tolerance, bool is_round);
+                           double end, double tolerance, bool is_round, const Fading& fading = {});
 
 }  // namespace aberfit::internal

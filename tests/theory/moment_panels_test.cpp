@@ -10,21 +10,24 @@
 namespace aberfit::internal {
 namespace {
 
-// cos(turns 2 pi s), a point of work for each `per_value`-th part of the budget.
-MomentPanels panels(double turns, double per_value) {
+// cos(turns 2 pi s), a point of work for each `per_value`-th part of the budget; `taken`: how many.
+MomentPanels panels(double turns, double per_value, const Fading& fading = {}, std::size_t* taken = nullptr) {
   const auto moments = [=](double s, std::size_t* points) {
     *points += std::size_t(per_value * double(kMostMomentPoints));
+    if (taken) *taken = *points;
     return Eigen::ArrayXd::Constant(1, std::cos(2 * std::numbers::pi * turns * s)).eval();
   };
-  return moment_panels(moments, 1, {1}, 1, 1e-11, true);
+  return moment_panels(moments, 1, {1}, 1, 1e-11, true, fading);
 }
 
-double error_of(const MomentPanels& found, double turns) {
+// Of what `fading` leaves.
+double error_of(const MomentPanels& found, double turns, const Fading& fading = {}) {
   double worst = 0;
   for (const MomentPanel& panel : found.panels)
-    for (const double s : {0.9 * panel.a + 0.1 * panel.b, 0.5 * (panel.a + panel.b)})
-      worst = std::max(
-          worst, std::abs(panel.at(s, panel.legendre())[0] - std::cos(2 * std::numbers::pi * turns * s)));
+    for (const double s : {0.9 * panel.a + 0.1 * panel.b, 0.5 * (panel.a + panel.b)}) {
+      const double off = panel.at(s, panel.legendre())[0] - std::cos(2 * std::numbers::pi * turns * s);
+      worst = std::max(worst, fading.left(s) * std::abs(off));
+    }
   return worst;
 }
 
@@ -47,6 +50,42 @@ TEST(MomentPanels, ReturnedWithinTheBudgetKeepThePromise) {
       EXPECT_LT(panels_of_work, 100);
     }
   }
+}
+
+// Roughness that leaves next to nothing of the transfer beyond a tenth of the cutoff.
+const Fading kFades({0.02, 0.05, 0.06, 0.08, 0.1, 0.12, 0.14, 0.16});
+
+TEST(Fading, IsALevelFromItsShearOn) {
+  EXPECT_EQ(kFades.left(0.019), 1);
+  EXPECT_EQ(kFades.left(0.02), 0.1);
+  EXPECT_EQ(kFades.left(0.13), 1e-6);
+  EXPECT_EQ(kFades.left(1), 1e-10);
+  EXPECT_EQ(kFades.beyond(1e-4), 0.08);
+  EXPECT_EQ(kFades.beyond(5e-5), 0.1);
+  EXPECT_EQ(kFades.beyond(1e-12), 1);
+  EXPECT_EQ(Fading().left(0.999), 1);
+}
+
+// Work goes where light is: a fraction of it keeps the same promise.
+TEST(MomentPanels, ArePanelsOfWhatIsLeft) {
+  std::size_t all = 0, some = 0;
+  panels(1000, 1e-8, {}, &all);
+  const MomentPanels found = panels(1000, 1e-8, kFades, &some);
+  EXPECT_EQ(found.unresolved, 0);
+  EXPECT_LT(error_of(found, 1000, kFades), 1e-10);
+  EXPECT_LT(double(some), 0.5 * double(all));
+}
+
+// What is left of shears that the work does not suffice for is let go where it is 1e-4 of the light at most.
+TEST(MomentPanels, LetGoWhatIsUnseen) {
+  const double tenth = 1 / (24 * 80.0);
+  EXPECT_THROW(panels(1000, tenth), ComputationError);
+  const MomentPanels found = panels(1000, tenth, kFades);
+  EXPECT_LE(error_of(found, 1000, kFades), kMostUnresolved);
+  EXPECT_GT(found.unresolved, 0);
+  // Roughness that leaves 1e-3 has to be looked at.
+  const Fading leaves({0.02, 0.05, 0.06, 1, 1, 1, 1, 1});
+  EXPECT_THROW(panels(1000, tenth, leaves), ComputationError);
 }
 
 }  // namespace
