@@ -33,7 +33,7 @@ namespace {
 // unknowns than statistics leave no freedom: 81 in fits/spherical, 12 to 100 in thirteen of tests/stability,
 // half of them 16 to 83.
 constexpr double kIterations = 10, kWaveIterations = 15, kClimbIterations = 18, kFewTermsIterations = 40;
-constexpr double kPlaneWaveIterations = 38;
+constexpr double kPlaneWaveIterations = 38, kPlaneWaveNearMiss = 70;
 // Short fits end early where they stay away: a third of the iterations that they may take (tests/stability).
 constexpr double kShortIterations = kScreeningIterations / 3.0;
 // Searches by waves (tests/stability, sixty scenes): a set that is far off is given up after 12, one that
@@ -57,9 +57,11 @@ constexpr Closely kClosely{4, 30}, kCloselyOfFewModes{6, 60};
 // Of these as many meet every tolerance, are judged, and need twice the rays they started with.
 constexpr int kPassing = 2;
 // Sets of a search by waves pass from this share of the orders it expects on: 0.1 to 0.8, half of them 0.25
-// to 0.6 (tests/stability). Those below stay 2 to 10 tolerances away, but from this share of the order that
-// passes on they meet what is fitted and miss by little.
-constexpr double kPassFrom = 0.4, kTypicalMismatch = 3, kNearlyFrom = 0.75;
+// to 0.6, of forty orders and more on fewer than 100,000 cells 0.02 to 0.7, half of eleven to 0.13
+// (tests/stability). Those below stay 2 to 10 tolerances away, but from this share of the order that passes
+// on they meet what is fitted and miss by little.
+constexpr double kPassFrom = 0.4, kPassFromOfMany = 0.2, kTypicalMismatch = 3, kNearlyFrom = 0.75;
+constexpr int kManyOrders = 40;
 constexpr int kFewestModes = 32;  // plane waves: 32, 64, ... to where they pass, then in between
 
 // The fit itself, as far as the time goes: at most `limit` [s].
@@ -354,12 +356,14 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
   trials.cells = [&](const TermsSpec& asked) {
     return first_cells(task, ground, terms_of(task, ground, asked), targets);
   };
-  const bool stay_away =
-      few_modes && !range.wide &&
-      trials.cells(zernikes_up_to(range.low, task.terms.covariance, range.first)) >= kVeryManyCells;
+  const Eigen::Index cells =
+      range.wide ? 0 : trials.cells(zernikes_up_to(range.low, task.terms.covariance, range.first));
+  const bool stay_away = few_modes && cells >= kVeryManyCells;
+  const int orders = range.high - range.low;
+  const double pass_from = orders >= kManyOrders && cells < kVeryManyCells ? kPassFromOfMany : kPassFrom;
   const int end = range.wide  ? typical_modes(ground, targets)
                   : stay_away ? range.high
-                              : range.low + int(kPassFrom * (range.high - range.low));
+                              : range.low + int(pass_from * orders);
   trials.confirm = [&](const TermsSpec& asked) {
     FrontierPoint point;
     point.terms = point.order = asked.zernike ? *asked.zernike->n_max : asked.fourier->count;
@@ -399,7 +403,7 @@ std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground, co
     add_fits(task, ground, terms_of(task, ground, plane_waves(count)), 1, 0, kPlaneWaveIterations, &fits);
   const TermSet last = terms_of(task, ground, plane_waves(end));
   add_fits(task, ground, last, kPassing + 1, kPassing, kPlaneWaveIterations, &fits);
-  add_near_miss(task, last, task.fit.max_iterations, &fits);  // plane waves: to the last iteration
+  add_near_miss(task, last, kPlaneWaveNearMiss, &fits);
   return fits;
 }
 
@@ -424,6 +428,22 @@ std::vector<Fits> search_fits(const Task& task, const Groundwork& ground, const 
   add_fits(task, ground, zernikes(end), closely.sets, kPassing, kClimbIterations, &fits);
   add_near_miss(task, zernikes(end), closely.near_miss_iterations, &fits);
   return fits;
+}
+
+// Of terms that a study names, where more is known than what is typical. Those that lack the band take as
+// many as those that are few; plane waves by rays, where a search would end with as many, as its sets do.
+std::optional<double> iterations_of_asked(const Task& task, const Groundwork& ground, const TermSet& terms,
+                                          const TargetSets& targets) {
+  constexpr double kLacking = 0.9, kNearItsEnd = 1.5;
+  if (!ground.psd) return std::nullopt;
+  if (ground.use.model == FocusModel::kRays) {
+    const bool near_its_end = !terms.fourier.empty() &&
+                              double(terms.fourier.size()) <= kNearItsEnd * typical_modes(ground, targets);
+    return near_its_end ? std::optional(kPlaneWaveIterations) : std::nullopt;
+  }
+  double captured = 1;
+  make_terms(task, ground, task.terms, &captured);
+  return captured < kLacking ? std::optional(kFewTermsIterations) : std::nullopt;
 }
 
 }  // namespace
@@ -452,18 +472,18 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
     return p;
   }
   p.search = task.terms.automatic && ground.psd;
+  p.iterations_known = r.iterations_known && rays && !p.search;
   std::vector<Fits> screens, fits;
   if (p.search)
     fits = search_fits(task, ground, targets, &screens);
   else
-    add_fits(task, ground, terms, 1, 1, std::nullopt, &fits);
-  p.iterations_known = r.iterations_known && rays && !p.search;
+    add_fits(task, ground, terms, 1, 1,
+             p.iterations_known ? std::nullopt : iterations_of_asked(task, ground, terms, targets), &fits);
   const bool few = 2 * std::size_t(terms.size()) <= targets.fitted.size() + targets.guides.size();
   p.iterations = p.search ? (rays ? fits.front().iterations.value_or(kClimbIterations) : kWithEase)
                  : p.iterations_known ? r.iterations
                  : few                ? kFewTermsIterations
-                 : rays               ? r.iterations
-                                      : kWaveIterations;
+                       : fits.front().iterations.value_or(rays ? r.iterations : kWaveIterations);
   p.more_rays = task.trace.automatic_rays && ground.use.model != FocusModel::kWaves;
 
   const int most = std::max(1, task.fit.max_iterations);

@@ -86,11 +86,11 @@ Which predicted_within(double factor) {
 }
 
 std::string promises_of(const std::vector<json>& rows, bool* promised) {
-  // Of a time-out it is known that it took longer than the limit, and no more.
+  // Of a time-out, and of what was refused on its way, it is known that it took longer, and no more.
   const Which timed = [](const json& row) {
     const double predicted = number_of(row, "predicted_s"), actual = number_of(row, "fit_s");
     return std::isfinite(predicted) && std::isfinite(actual) &&
-           (!is(row, "time-out") || 2 * predicted < actual);
+           (!(is(row, "time-out") || is(row, "refused")) || 2 * predicted < actual);
   };
   const Which equivalent = [](const json& row) { return is(row, "equivalent"); };
   const Which every = [](const json&) { return true; };

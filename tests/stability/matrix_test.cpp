@@ -158,12 +158,14 @@ TEST(MatrixRows, AreCountedByClassAndHeldToThePromises) {
   EXPECT_FALSE(report_on(slow).sound);
 }
 
-// What was cut off at the limit took longer than that, and nobody knows by how much.
+// What was cut off at the limit took longer than that, and nobody knows by how much; so does what was refused
+// on its way, for want of memory.
 TEST(MatrixRows, TimeOutsCountAgainstPredictionsThatTheyRefute) {
-  const auto counted = [](double predicted) {
+  const auto counted = [](double predicted, const char* end = "time-out") {
     std::vector<json> rows(20, equivalent_row());
     for (int k = 0; k < 4; ++k) {
-      rows[std::size_t(k)]["outcome"] = "time-out";
+      rows[std::size_t(k)]["outcome"] = end;
+      rows[std::size_t(k)]["remedy"] = true;
       rows[std::size_t(k)]["predicted_s"] = predicted;
       rows[std::size_t(k)]["fit_s"] = 120.0;
     }
@@ -171,6 +173,8 @@ TEST(MatrixRows, TimeOutsCountAgainstPredictionsThatTheyRefute) {
   };
   EXPECT_NE(counted(50).find("BROKEN16 of 20 fits within a factor 2"), std::string::npos) << counted(50);
   EXPECT_NE(counted(70).find("kept  16 of 16 fits within a factor 2"), std::string::npos) << counted(70);
+  EXPECT_NE(counted(50, "refused").find("BROKEN16 of 20 fits within a factor 2"), std::string::npos);
+  EXPECT_NE(counted(300, "refused").find("kept  16 of 16 fits within a factor 2"), std::string::npos);
 }
 
 // Polynomials of low order written out, a plane wave and a power, over a sphere.
