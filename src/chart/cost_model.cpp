@@ -473,13 +473,14 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
   }
   p.search = task.terms.automatic && ground.psd;
   p.iterations_known = r.iterations_known && rays && !p.search;
+  const bool few = 2 * std::size_t(terms.size()) <= targets.fitted.size() + targets.guides.size();
   std::vector<Fits> screens, fits;
   if (p.search)
     fits = search_fits(task, ground, targets, &screens);
   else
     add_fits(task, ground, terms, 1, 1,
-             p.iterations_known ? std::nullopt : iterations_of_asked(task, ground, terms, targets), &fits);
-  const bool few = 2 * std::size_t(terms.size()) <= targets.fitted.size() + targets.guides.size();
+             p.iterations_known || few ? std::nullopt : iterations_of_asked(task, ground, terms, targets),
+             &fits);
   p.iterations = p.search ? (rays ? fits.front().iterations.value_or(kClimbIterations) : kWithEase)
                  : p.iterations_known ? r.iterations
                  : few                ? kFewTermsIterations

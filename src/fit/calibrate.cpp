@@ -73,11 +73,12 @@ double worst_mismatch(const FitProblem& problem, const CalibrationBlocks& blocks
 class Watch : public ceres::IterationCallback {
  public:
   Watch(const FitProblem& problem, const CalibrationBlocks& blocks, const FitOptions& options, double stop_at,
-        int iterations_before, std::chrono::steady_clock::time_point begin)
+        int solve, int iterations_before, std::chrono::steady_clock::time_point begin)
       : problem_(problem),
         blocks_(blocks),
         options_(options),
         stop_at_(stop_at),
+        solve_(solve),
         iterations_before_(iterations_before),
         begin_(begin) {}
 
@@ -86,7 +87,7 @@ class Watch : public ceres::IterationCallback {
     if (options_.progress) {
       const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin_;
       if (!options_.progress(
-              {iterations_before_ + summary.iteration, summary.cost, mismatch, elapsed.count()})) {
+              {iterations_before_ + summary.iteration, summary.cost, mismatch, elapsed.count(), solve_})) {
         cancelled_ = true;  // where it has come to is kept
         return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
       }
@@ -108,6 +109,7 @@ class Watch : public ceres::IterationCallback {
   const CalibrationBlocks& blocks_;
   const FitOptions& options_;
   double stop_at_;
+  int solve_;
   int iterations_before_;
   std::chrono::steady_clock::time_point begin_;
   bool cancelled_ = false;
@@ -208,9 +210,9 @@ struct Solve {
 
 // One solve from result->white, which it moves, to `stop_at` of the tolerances.
 Solve solve_once(const FitProblem& problem, const CalibrationBlocks& residuals, const Eigen::VectorXd& centre,
-                 const FitOptions& options, double stop_at, std::chrono::steady_clock::time_point begin,
-                 FitResult* result) {
-  Watch watch(problem, residuals, options, stop_at, result->iterations, begin);
+                 const FitOptions& options, double stop_at, int number,
+                 std::chrono::steady_clock::time_point begin, FitResult* result) {
+  Watch watch(problem, residuals, options, stop_at, number, result->iterations, begin);
   ceres::Solver::Options ceres_options =
       solver_options(problem, std::max(0, options.max_iterations - result->iterations));
   ceres_options.callbacks.push_back(&watch);
@@ -343,7 +345,7 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
     const bool coarse = i + 1 < options.smoothing.size();
     if (residuals.focus) residuals.focus->set_width(options.smoothing[i] * problem.focal_sigma);
     const double stop_at = coarse ? std::max(options.stop_at, kCoarseStop) : options.stop_at;
-    const Solve solve = solve_once(problem, residuals, centre, options, stop_at, begin, &result);
+    const Solve solve = solve_once(problem, residuals, centre, options, stop_at, int(i), begin, &result);
     result.status = solve.status;
     result.message = solve.message;
     if (solve.status == FitStatus::kFailed || solve.status == FitStatus::kCancelled) break;

@@ -20,13 +20,12 @@ constexpr double kGone = 45;                    // exponent whose transfer shows
 constexpr double kAccuracyOfTable = 1e-12;      // Legendre tail of E, times exp(-E)
 constexpr std::size_t kMostTablePanels = 3000;  // some milliseconds of a closed form
 constexpr double kInterpolation = 2e-6;         // of H over the aperture, at the shear where it is largest
-// Of the light. Means over the azimuth take a hundred times the points of a round aperture's, and where
-// roughness leaves nothing at long shears there are no fringes to follow.
-constexpr double kRoundMoments = 1e-11, kMeanMoments = 1e-6, kBlurredMoments = 2e-5;
+constexpr double kRoundMoments = 1e-11, kMeanMoments = 1e-6;
+// Of the light, out of focus, where the mean would take more than the usual work.
+constexpr double kMeanEnough = 2e-5;
 constexpr double kRoundingOfDisc = 1e-14;  // of a sum over the points of a disc, over its area
 constexpr double kSpotResolved = 1e-11;
 constexpr double kNoOverlap = 1e-7;  // share of the aperture: a mean over less of it is rounding
-constexpr double kTrusted = 100;     // errors of an overlap, of which its mean errs by a hundredth
 constexpr int kMostHalvings = 40;
 constexpr std::size_t kMostPanels = 100'000;
 constexpr std::size_t kMostKnown = 100;  // planes of a pupil
@@ -267,12 +266,14 @@ PanelArray ExponentChange::operator()(const PanelArray& x) const {
 
 struct PupilMoments::Known {
   std::mutex mutex;
+  using Levels = std::array<double, Fading::kLevels.size()>;
   struct Key {
     double dz, end;
-    std::array<double, Fading::kLevels.size()> fading;
+    Levels fading;
     auto operator<=>(const Key&) const = default;
   };
-  std::map<Key, std::shared_ptr<const MomentPanels>> panels;
+  // Of the usual work, by from where roughness blurs alone; of more, by all of its fading.
+  std::map<Key, std::shared_ptr<const MomentPanels>> usual, faded;
 };
 
 PupilMoments::PupilMoments(PupilField field, int halvings)
@@ -318,18 +319,20 @@ std::shared_ptr<const MomentPanels> PupilMoments::panels(
     const double step = std::ceil(kEndsPerOctave * std::log2(std::min(share, 1.0)) - 1e-9);
     return std::min(1.0, std::exp2(step / kEndsPerOctave));
   };
-  // In the focus of a perfect mirror there is no phase to save work with, and means over the overlap are of
-  // it at every shear.
-  const bool whole = dz == 0 && !field_.has_departure();
-  for (double& from : fading) from = whole ? 1 : rounded_up(from);
-  const Known::Key key{dz, rounded_up(end), fading};
+  const bool never_far = dz == 0 || field_.has_departure();
+  for (double& from : fading) from = rounded_up(from);
+  const Known::Key of_fading{dz, rounded_up(end), fading};
+  Known::Key of_blurred{dz, rounded_up(end), {}};
+  of_blurred.fading.fill(never_far ? 1 : Fading(fading).beyond(FarOverlap::kBlurred));
   {
     const std::lock_guard lock(known_->mutex);
-    if (const auto known = known_->panels.find(key); known != known_->panels.end()) return known->second;
+    if (const auto found = known_->usual.find(of_blurred); found != known_->usual.end()) return found->second;
+    if (const auto found = known_->faded.find(of_fading); found != known_->faded.end()) return found->second;
   }
-  auto made = std::make_shared<const MomentPanels>(make(dz, key.end, Fading(fading)));
+  auto made = std::make_shared<const MomentPanels>(make(dz, of_fading.end, Fading(fading)));
   const std::lock_guard lock(known_->mutex);
-  if (known_->panels.size() < kMostKnown) known_->panels.emplace(key, made);
+  if (known_->usual.size() + known_->faded.size() < kMostKnown)
+    (made->faded ? known_->faded : known_->usual).emplace(made->faded ? of_fading : of_blurred, made);
   return made;
 }
 
@@ -347,9 +350,8 @@ bool PupilMoments::is_far(const PupilOverlap& overlap, double turn, double dz, d
   if (error > kMostErrorOfFar || field_.straight_corners().size() > kFewCorners) return false;
   if (!is_round() && error < kErrorOfFar) return true;
   const double each = !is_round() ? kTurnOfMean : field_.inner() > 0 ? kTurnOfAnnulus : kTurnOfDisc;
-  const double points = double(overlap.points(kLargestOverlap * std::min(end * cutoff(), field_.across()))),
-               work = kPanelNodes * points * turn / each / double(kMostMomentPoints);
-  return work > 1 || (!is_round() && error < kMostErrorOfFar * work);
+  const double points = double(overlap.points(kLargestOverlap * std::min(end * cutoff(), field_.across())));
+  return kPanelNodes * points * turn / each > double(kMostMomentPoints);
 }
 
 MomentPanels PupilMoments::make(double dz, double end, const Fading& fading) const {
@@ -357,16 +359,19 @@ MomentPanels PupilMoments::make(double dz, double end, const Fading& fading) con
   overlap.copy_correction(*focus_overlap_);
   std::vector<double> breakpoints = kinks(field_);
   double turn = overlap.turn(end * cutoff());
+  const double whole_turn = turn;
+  bool let_go = false;
   if (turn > kFarDefocus && field_.has_departure()) {
-    // What the roughness leaves of it is let go, then.
-    end = std::min(end, fading.beyond(kMostUnresolved));
+    const double seen = std::min(end, fading.beyond(kMostUnresolved));
+    let_go = seen < end;
+    end = seen;
     turn = overlap.turn(end * cutoff());
   }
   if (turn > kFarDefocus && field_.has_departure())
     throw ComputationError(fmt::format(
         "the aberrations of this mirror are {:.0f} waves in {}, too many for its mean spot in light (at most "
         "{:.0f}); take a mirror nearer to its parabola, or `\"theory\": \"geometric\"` in `target`",
-        turn / kTurnsPerWave,
+        whole_turn / kTurnsPerWave,
         dz == 0 ? "the focus"
                 : fmt::format("the plane {} from the focus", format_quantity(dz, Dimension::kLength)),
         kFarDefocus / kTurnsPerWave));
@@ -381,19 +386,23 @@ MomentPanels PupilMoments::make(double dz, double end, const Fading& fading) con
     for (const double to : breakpoints) finer.insert(finer.end(), {0.5 * (from + to), to}), from = to;
     breakpoints = finer;
   }
-  for (const double level : {1e-2, 1e-4, 1e-6}) breakpoints.push_back(fading.beyond(level));
-  std::sort(breakpoints.begin(), breakpoints.end());
-  return moment_panels([&](double s, std::size_t* points) { return overlap(s * cutoff(), points); },
-                       order_ * order_, breakpoints, end, accuracy(end), is_round(), fading);
+  MomentPanels made =
+      moment_panels([&](double s, std::size_t* points) { return overlap(s * cutoff(), points); },
+                    order_ * order_, breakpoints, end, accuracy(dz), is_round(), fading);
+  if (let_go) {
+    made.faded = true;
+    made.unresolved = std::max(made.unresolved, kMostUnresolved);
+  }
+  return made;
 }
 
 // The area of a slender annulus is a small difference of two discs, and has their rounding.
-double PupilMoments::accuracy(double end) const {
+// In the focus, where little light may be all that there is on the axis, the work is what it takes.
+MomentAccuracy PupilMoments::accuracy(double dz) const {
   const double filled = 1 - std::pow(field_.inner() / field_.outer(), 2);
-  return std::max(is_round() ? kRoundMoments
-                  : end < 1  ? kBlurredMoments
-                             : kMeanMoments,
-                  kRoundingOfDisc / filled);
+  const double tail = std::max(is_round() ? kRoundMoments : kMeanMoments, kRoundingOfDisc / filled);
+  return {tail, std::max(tail, is_round() ? kRoundMoments : kMeanEnough),
+          dz == 0 ? kMostMomentPoints : kUsualMomentPoints};
 }
 
 MomentPanels PupilMoments::far_moments(double dz, double end) const {
@@ -401,7 +410,8 @@ MomentPanels PupilMoments::far_moments(double dz, double end) const {
   std::vector<double> breakpoints = overlap.breakpoints();
   for (double& one : breakpoints) one /= cutoff();
   return moment_panels([&](double s, std::size_t*) { return overlap(s * cutoff()); }, order_ * order_,
-                       breakpoints, std::min(end, breakpoints.back()), is_round() ? accuracy(end) : kFarMean,
+                       breakpoints, std::min(end, breakpoints.back()),
+                       is_round() ? accuracy(dz) : MomentAccuracy{kFarMean, kFarMean, kMostMomentPoints},
                        is_round());
 }
 
@@ -527,7 +537,7 @@ Eigen::ArrayXd ExactTransfer::mean_over_overlap(const Eigen::ArrayXd& x) const {
     if (known != panel) legendre = panel->legendre(), known = panel;
     const Eigen::ArrayXd moment = panel->at(s, legendre);
     const double all = moment.sum();
-    if (!(all > std::max(kNoOverlap, kTrusted * panel->missed))) {
+    if (!(all > kNoOverlap)) {
       result[k] = mean_surface_transfer(x[k]);
       continue;
     }

@@ -96,8 +96,8 @@ class PupilMoments {
   /// Of the whole aperture.
   const Eigen::ArrayXd& whole() const { return whole_; }
   /// Over [0, end'] of shear / cutoff, end' the next power of 2^(1/4) from `end` on, at most 1: roughness of
-  /// many amplitudes shares what one has asked for. `fading` is of shares of the cutoff, rounded as `end` is.
-  /// Remembers the first hundred.
+  /// many amplitudes shares what one has asked for, where it takes the usual work. `fading` is of shares of
+  /// the cutoff, rounded as `end` is. Remembers the first hundred.
   std::shared_ptr<const MomentPanels> panels(double dz, double end,
                                              std::array<double, Fading::kLevels.size()> fading) const;
   /// At one shear x [m].
@@ -106,7 +106,7 @@ class PupilMoments {
  private:
   MomentPanels make(double dz, double end, const Fading& fading) const;
   bool is_far(const PupilOverlap& overlap, double turn, double dz, double end, double blurred) const;
-  double accuracy(double end) const;
+  MomentAccuracy accuracy(double dz) const;
   MomentPanels far_moments(double dz, double end) const;
 
   PupilField field_;

@@ -8,10 +8,11 @@
 namespace aberfit::internal {
 
 /// `PupilOverlap` of a mirror without aberrations, far out of focus, where its integral takes too many
-/// points. There the light of every point of the pupil goes where its ray does, but for diffraction at the
-/// rim: a phase that grows with the square of |P| has the overlap in closed form (`ApertureOtf`), and to it
-/// is added by how much rays on their true ways, with their true weights and the moments' polynomials, have
-/// another transfer than those of the square, both without diffraction,
+/// points, or means over the azimuth where it errs by next to nothing. There the light of every point of the
+/// pupil goes where its ray does, but for diffraction at the rim: a phase that grows with the square of |P|
+/// has the overlap in closed form (`ApertureOtf`), and to it is added by how much rays on their true ways,
+/// with their true weights and the moments' polynomials, have another transfer than those of the square, both
+/// without diffraction,
 ///   int w(p) l_i(p^2) l_j(p^2 cos^2) cos(x q(p) cos) d2p,  q = d(phase)/dp,
 /// whose mean over the azimuth is a sum of Bessel functions J_0, J_2, ... of x q (DLMF 10.12).
 /// What is left is diffraction at the rim times how far the two ways differ (`error`).

@@ -541,13 +541,13 @@ double Fading::beyond(double share) const {
 }
 
 MomentPanels moment_panels(const MomentFunction& moments, int count, const std::vector<double>& breakpoints,
-                           double end, double tolerance, bool is_round, const Fading& fading) {
+                           double end, const MomentAccuracy& accuracy, bool is_round, const Fading& fading) {
   MomentPanels result;
   std::size_t points = 0;
   struct Piece {
     double a, b;
     int halvings;
-    double missed;  // by the panel that it is a half of
+    double missed;  // of the light, by the panel that it is a half of
     // What misses least comes last: where the work is spent, little is left.
     bool operator<(const Piece& other) const { return std::tie(missed, a) < std::tie(other.missed, other.a); }
   };
@@ -563,11 +563,11 @@ MomentPanels moment_panels(const MomentFunction& moments, int count, const std::
   while (!pending.empty()) {
     const Piece piece = pending.top();
     pending.pop();
-    MomentPanel panel{piece.a, piece.b, MomentPanel::Values(kPanelNodes, count), 0};
+    MomentPanel panel{piece.a, piece.b, MomentPanel::Values(kPanelNodes, count)};
     const double left = fading.left(piece.a);
-    if (left <= (points >= kMostMomentPoints ? kMostUnresolved : tolerance)) {
+    if (points >= kMostMomentPoints && left <= kMostUnresolved) {
       panel.value.setZero();
-      result.unresolved = std::max(result.unresolved, left > tolerance ? left : 0);
+      result.unresolved = std::max(result.unresolved, left);
       result.panels.push_back(std::move(panel));
       continue;
     }
@@ -580,24 +580,25 @@ MomentPanels moment_panels(const MomentFunction& moments, int count, const std::
       missed = std::max(missed, std::abs((panel.value.col(k) * rule.last).sum()) +
                                     std::abs((panel.value.col(k) * rule.last_but_one).sum()));
     missed *= std::sqrt((piece.b - piece.a) / piece.b);
-    if (left < 1) panel.missed = missed;
-    missed *= left;
+    const double of_light = missed * left;
     const bool spent = points >= kMostMomentPoints;
-    if (spent && missed > kMostUnresolved)
+    if (spent && of_light > kMostUnresolved)
       throw ComputationError(
           "the mean spot in light is not known to 1e-4 with the work that it may take: the aperture is too "
           "slender, the aberrations of the mirror are too many waves, or the plane is too far out of its "
           "focus; take a simpler aperture or mirror, or `\"theory\": \"geometric\"` in `target`");
-    if (missed <= tolerance || piece.halvings >= most || spent ||
+    const bool done = missed <= accuracy.tail || (points >= accuracy.usual && of_light <= accuracy.enough);
+    if (done || piece.halvings >= most || spent ||
         int(result.panels.size() + pending.size()) >= kMostMomentPanels) {
-      if (missed > tolerance) result.unresolved = std::max(result.unresolved, missed);
+      if (!done) result.unresolved = std::max(result.unresolved, of_light);
       result.panels.push_back(std::move(panel));
       continue;
     }
     const double middle = 0.5 * (piece.a + piece.b);
-    pending.push({piece.a, middle, piece.halvings + 1, missed});
-    pending.push({middle, piece.b, piece.halvings + 1, missed});
+    pending.push({piece.a, middle, piece.halvings + 1, of_light});
+    pending.push({middle, piece.b, piece.halvings + 1, of_light});
   }
+  result.faded = points >= std::min(accuracy.usual, kMostMomentPoints);
   std::sort(result.panels.begin(), result.panels.end(),
             [](const MomentPanel& one, const MomentPanel& two) { return one.a < two.a; });
   return result;

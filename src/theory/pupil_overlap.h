@@ -127,8 +127,7 @@ class PupilOverlap {
 struct MomentPanel {
   using Values = Eigen::Array<double, kPanelNodes, Eigen::Dynamic>;
   double a = 0, b = 0;
-  Values value;       ///< (node, moment)
-  double missed = 0;  ///< Legendre tail of a panel where roughness leaves little, which is known worse
+  Values value;  ///< (node, moment)
 
   /// At the nodes of [from, to] inside the panel.
   Values restricted(double from, double to) const;
@@ -138,7 +137,8 @@ struct MomentPanel {
 };
 struct MomentPanels {
   std::vector<MomentPanel> panels;
-  double unresolved = 0;  ///< largest Legendre tail left
+  double unresolved = 0;  ///< largest Legendre tail left, of what the fading leaves, or share let go
+  bool faded = false;     ///< the work was more than kUsualMomentPoints: they hold for their fading alone
 };
 /// How much of a mirror's transfer its roughness leaves at the shears of one set of moments.
 class Fading {
@@ -159,15 +159,24 @@ class Fading {
   std::array<double, 8> from_;
 };
 
+/// How well moments are to be known, in Legendre tails.
+struct MomentAccuracy {
+  double tail;            ///< for the usual work, at every shear
+  double enough;          ///< for more, of what the fading leaves
+  std::size_t usual = 0;  ///< points of the pupil
+};
+inline constexpr std::size_t kUsualMomentPoints = 20'000'000;  // a third of a second
+inline constexpr std::size_t kMostMomentPoints = 200'000'000;
+inline constexpr double kMostUnresolved = 1e-4;  // of the light: a hundredth of a usual margin
 /// Of `count` moments as a function of shear / cutoff, up to `end`, which is at most 1; panels bounded by the
-/// overlap's kinks (`breakpoints`, ascending, the last one 1) and halved until the Legendre tail, of what
-/// `fading` leaves of it, is `tolerance`; a mean over the azimuth (not `is_round`), whose kinks are many and
-/// weak, only a few times. `moments` adds the points of the pupil that it took. Throws ComputationError where
-/// kMostMomentPoints of them leave more than kMostUnresolved of the light.
+/// overlap's kinks (`breakpoints`, ascending, the last one 1) and halved until the Legendre tail is small
+/// enough, those first that miss most of what `fading` leaves; a mean over the azimuth (not `is_round`),
+/// whose kinks are many and weak, only a few times. `moments` adds the points of the pupil that it took.
+/// Where kMostMomentPoints of them are spent, shears that keep kMostUnresolved of the transfer at most are
+/// let go. Throws ComputationError where they leave more than kMostUnresolved of the light.
 using MomentFunction = std::function<Eigen::ArrayXd(double shear, std::size_t* points)>;
-inline constexpr std::size_t kMostMomentPoints = 200'000'000;  // three seconds
-inline constexpr double kMostUnresolved = 1e-4;                // of the light: a hundredth of a usual margin
 MomentPanels moment_panels(const MomentFunction& moments, int count, const std::vector<double>& breakpoints,
-                           double end, double tolerance, bool is_round, const Fading& fading = {});
+                           double end, const MomentAccuracy& accuracy, bool is_round,
+                           const Fading& fading = {});
 
 }  // namespace aberfit::internal

@@ -36,6 +36,23 @@ TEST(StallWatch, OfRaysWaitsTwelveIterationsForATenth) {
   EXPECT_EQ(given_up(watch, [](int k) { return k < 5 ? 1.002 : 0.999; }), 0);
 }
 
+// A finer smoothing begins further away than the coarse one ended, and is given the time to get there.
+TEST(StallWatch, OfAnotherSmoothingBeginsAnew) {
+  StallWatch watch(FocusModel::kRays, 100, false);
+  FitProgress progress;
+  const auto stalled = [&](int iteration, int solve, double mismatch) {
+    progress.iteration = iteration;
+    progress.solve = solve;
+    progress.worst_mismatch = mismatch;
+    return watch.stalled(progress);
+  };
+  for (int k = 1; k <= 3; ++k) EXPECT_FALSE(stalled(k, 0, 8 * std::pow(0.4, k - 1)));  // to 1.3
+  for (int k = 3; k <= 40; ++k) EXPECT_FALSE(stalled(k, 1, 6 * std::pow(0.95, k - 3))) << k;
+  for (int k = 41; k <= 60; ++k) EXPECT_FALSE(stalled(k, 2, 0.9));
+  for (int k = 60; k < 72; ++k) EXPECT_FALSE(stalled(k, 3, 1.5)) << k;
+  EXPECT_TRUE(stalled(72, 3, 1.5));
+}
+
 // Waves: the pace of five iterations has to last for the rest of the way.
 TEST(StallWatch, OfWavesAsksWhetherThePaceReachesTheTolerances) {
   const StallWatch draw(FocusModel::kWaves, 100, false), warm(FocusModel::kWaves, 100, true);

@@ -11,13 +11,14 @@ namespace aberfit::internal {
 namespace {
 
 // cos(turns 2 pi s), a point of work for each `per_value`-th part of the budget; `taken`: how many.
-MomentPanels panels(double turns, double per_value, const Fading& fading = {}, std::size_t* taken = nullptr) {
+MomentPanels panels(double turns, double per_value, const Fading& fading = {}, std::size_t* taken = nullptr,
+                    std::size_t usual = 0) {
   const auto moments = [=](double s, std::size_t* points) {
     *points += std::size_t(per_value * double(kMostMomentPoints));
     if (taken) *taken = *points;
     return Eigen::ArrayXd::Constant(1, std::cos(2 * std::numbers::pi * turns * s)).eval();
   };
-  return moment_panels(moments, 1, {1}, 1, 1e-11, true, fading);
+  return moment_panels(moments, 1, {1}, 1, {1e-11, 1e-11, usual}, true, fading);
 }
 
 // Of what `fading` leaves.
@@ -39,8 +40,8 @@ TEST(MomentPanels, AreRefusedWhereTheirWorkLeavesMoreThanPromised) {
   EXPECT_THROW(panels(100, 1.0 / 200), ComputationError);
 }
 
-// Coarse panels come first, so that what is left open at the end is small everywhere: 32 panels of 6 turns
-// each are good to 1e-6 where 1e-11 was asked for.
+// Those that miss most come first, so that what is left open at the end is small everywhere: 32 panels of 6
+// turns each are good to 1e-6 where 1e-11 was asked for.
 TEST(MomentPanels, ReturnedWithinTheBudgetKeepThePromise) {
   for (const double panels_of_work : {20.0, 40.0, 63.0, 70.0, 90.0, 130.0}) {
     try {
@@ -74,6 +75,18 @@ TEST(MomentPanels, ArePanelsOfWhatIsLeft) {
   EXPECT_EQ(found.unresolved, 0);
   EXPECT_LT(error_of(found, 1000, kFades), 1e-10);
   EXPECT_LT(double(some), 0.5 * double(all));
+}
+
+// Little light may be all that there is on the axis: what the usual work suffices for is as good at every
+// shear, whatever fades.
+TEST(MomentPanels, OfTheUsualWorkKnowNoFading) {
+  const MomentPanels found = panels(100, 1e-8, kFades, nullptr, kUsualMomentPoints);
+  EXPECT_FALSE(found.faded);
+  EXPECT_LT(error_of(found, 100), 1e-10);
+  const MomentPanels more = panels(100, 1e-4, kFades, nullptr, kUsualMomentPoints);
+  EXPECT_TRUE(more.faded);
+  EXPECT_GT(error_of(more, 100), 1e-9);
+  EXPECT_LT(error_of(more, 100, kFades), 1e-10);
 }
 
 // What is left of shears that the work does not suffice for is let go where it is 1e-4 of the light at most.

@@ -39,6 +39,7 @@ struct FitProgress {
   double cost = 0;            ///< half the sum of squared residuals
   double worst_mismatch = 0;  ///< largest |S - T| / tolerance over the targets, log PSD bins included
   double seconds = 0;
+  int solve = 0;  ///< which of the smoothings: the mismatch of another is another
 };
 
 /// How it is fitted.

@@ -35,7 +35,7 @@ inline constexpr double kGuidesInDoubt = 0.6;
 /// What a fit does where it stays above the tolerances (StallWatch).
 enum class OnStall {
   kGoOn,    ///< as long as it has iterations
-  kGiveUp,  ///< early: a search has other sets of terms to try
+  kGiveUp,  ///< early: there are other sets of terms, or more rays, to try
   kEnd,     ///< patiently, with what it has come to: the study has no other set
 };
 
