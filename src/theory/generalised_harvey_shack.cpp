@@ -244,7 +244,8 @@ GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ri
   // A cone of rays fills twice the area of the ring at 1.41 of this depth; diffraction adds its own depth of
   // focus.
   const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
-  // Planes of a pupil without symmetry are known to 1e-5, and cost up to seconds; aberrations make them dear.
+  // Planes of a pupil without symmetry are known to 1e-6, of more than the usual work to 2e-5, and cost up to
+  // seconds; aberrations make them dear.
   const bool round = !exact_ || exact_->is_round();
   const double accuracy = departs() ? 1e-5 : round ? 1e-9 : 1e-6;
   const double gain = !departs() && round ? 1e-11 : accuracy;  // derivatives see where the peak is

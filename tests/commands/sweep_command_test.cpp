@@ -147,7 +147,14 @@ class SweepCommand : public testing::Test {
     for (int k = 1; k <= shards; ++k)
       children.push_back(
           start(fmt::format("\"$ABERFIT\" sweep study.json -o shards --threads 1 --shard {}/{}", k, shards)));
-    for (const pid_t child : children) EXPECT_EQ(wait_for(child), 1);
+    // Each tells what has come together when it ends: one that is done first may have seen no failed case.
+    int most = 0;
+    for (const pid_t child : children) {
+      const int code = wait_for(child);
+      EXPECT_TRUE(code == 0 || code == 1) << code;
+      most = std::max(most, code);
+    }
+    EXPECT_EQ(most, 1);
     EXPECT_EQ(records_in(folder_.file("shards")), whole_);
     EXPECT_EQ(table_of("shards"), table_) << "the last to end gathers all";
   }
