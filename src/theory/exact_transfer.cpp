@@ -266,10 +266,9 @@ PanelArray ExponentChange::operator()(const PanelArray& x) const {
 
 struct PupilMoments::Known {
   std::mutex mutex;
-  using Levels = std::array<double, Fading::kLevels.size()>;
   struct Key {
     double dz, end;
-    Levels fading;
+    Fading::Levels fading;
     auto operator<=>(const Key&) const = default;
   };
   // Of the usual work, by from where roughness blurs alone; of more, by all of its fading.
@@ -313,8 +312,7 @@ double PupilMoments::most_stretch() const {
   return most;
 }
 
-std::shared_ptr<const MomentPanels> PupilMoments::panels(
-    double dz, double end, std::array<double, Fading::kLevels.size()> fading) const {
+std::shared_ptr<const MomentPanels> PupilMoments::panels(double dz, double end, Fading::Levels fading) const {
   const auto rounded_up = [](double share) {
     const double step = std::ceil(kEndsPerOctave * std::log2(std::min(share, 1.0)) - 1e-9);
     return std::min(1.0, std::exp2(step / kEndsPerOctave));
@@ -426,7 +424,7 @@ ExactTransfer::ExactTransfer(std::shared_ptr<const PupilMoments> pupil,
 std::shared_ptr<const MomentPanels> ExactTransfer::moments(double dz) const {
   const std::vector<double>& share = pupil_->share();
   const double least_share = *std::min_element(share.begin(), share.end());
-  std::array<double, Fading::kLevels.size()> fading;
+  Fading::Levels fading;
   for (std::size_t k = 0; k < fading.size(); ++k)
     fading[k] =
         table_->beyond(-std::log(Fading::kLevels[k]) / least_share) / (pupil_->least_stretch() * cutoff());

@@ -98,8 +98,7 @@ class PupilMoments {
   /// Over [0, end'] of shear / cutoff, end' the next power of 2^(1/4) from `end` on, at most 1: roughness of
   /// many amplitudes shares what one has asked for, where it takes the usual work. `fading` is of shares of
   /// the cutoff, rounded as `end` is. Remembers the first hundred.
-  std::shared_ptr<const MomentPanels> panels(double dz, double end,
-                                             std::array<double, Fading::kLevels.size()> fading) const;
+  std::shared_ptr<const MomentPanels> panels(double dz, double end, Fading::Levels fading) const;
   /// At one shear x [m].
   Eigen::ArrayXd at(double x, double dz) const;
 

@@ -138,25 +138,26 @@ struct MomentPanel {
 struct MomentPanels {
   std::vector<MomentPanel> panels;
   double unresolved = 0;  ///< largest Legendre tail left, of what the fading leaves, or share let go
-  bool faded = false;     ///< the work was more than kUsualMomentPoints: they hold for their fading alone
+  bool faded = false;     ///< the usual work did not suffice: they hold for their fading alone
 };
 /// How much of a mirror's transfer its roughness leaves at the shears of one set of moments.
 class Fading {
  public:
-  static constexpr std::array<double, 8> kLevels{0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10};
+  using Levels = std::array<double, 8>;
+  static constexpr Levels kLevels{0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10};
 
   /// Nothing fades.
   Fading() { from_.fill(1); }
   /// Of the shares from which on at most kLevels of the transfer are left, over the cutoff, each rounded up.
-  explicit Fading(const std::array<double, 8>& from) : from_(from) {}
-  const std::array<double, 8>& from() const { return from_; }
+  explicit Fading(const Levels& from) : from_(from) {}
+  const Levels& from() const { return from_; }
   /// At most so much is left at shear / cutoff s and beyond.
   double left(double s) const;
   /// Shear / cutoff beyond which at most `share` is left.
   double beyond(double share) const;
 
  private:
-  std::array<double, 8> from_;
+  Levels from_;
 };
 
 /// How well moments are to be known, in Legendre tails.
