@@ -286,7 +286,7 @@ double draws(const Task& task, const Groundwork& ground, const TargetSets& targe
   if (!ground.all_scatters()) return 0;
   const std::shared_ptr<const BandSplit> split = drawn_split(task, ground);
   const TermSet waves = drawn_waves(task, ground, *split);
-  const double wide = wide_circles(task, ground, split.get(), targets, kWideShareOfVerdict);
+  const double wide = wide_circles(task, ground, targets, kWideShareOfVerdict);
   Optics optics = on_grid(task, waves, judging_pitch(task, waves, all_targets(targets), split.get()), pace);
   const bool single = in_single_precision(FocusModel::kWaves, targets, Eigen::Index(optics.points));
   const Asked judged = asked(task, wide, single, {&targets.fitted, &targets.held_out});
@@ -347,9 +347,8 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
           ? on_grid(task, terms,
                     wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening), pace)
           : with_operator({}, terms, point_layout(make_pupil(task.aperture, rays)));
-  const double wide = wide_circles(task, ground, ground.split.get(), targets, kWideShareOfFit),
-               wide_for_verdict =
-                   wide_circles(task, ground, ground.split.get(), targets, kWideShareOfVerdict);
+  const double wide = wide_circles(task, ground, targets, kWideShareOfFit),
+               wide_for_verdict = wide_circles(task, ground, targets, kWideShareOfVerdict);
   const bool single = in_single_precision(ground.use.model, targets, Eigen::Index(optics.points));
   const Asked fitted = asked(task, wide, single, {&targets.fitted, &targets.guides});
   const Asked reported = asked(task, HUGE_VAL, single, {&targets.fitted}),

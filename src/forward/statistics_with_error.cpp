@@ -101,13 +101,17 @@ constexpr CoarseGrid kCoarseGrids[] = {
 // the chance that three differences are small: 95 % hold with 1.3 and less in eleven scenes of twelve
 // (circles, annulus, rectangle, polygon, f/2 to f/7, g 0.4 to 4, 96 and 160 cells).
 constexpr double kBoundOverDifference = 1.5;
+// Share of neighbouring cells whose phases may alias on a grid that is there for the error alone: what that
+// does is in the difference. The grid whose values are taken aliases no more than any.
+constexpr double kAliasedForTheError = 2e-2;
 
 Eigen::VectorXd by_waves(const LitMirror& lit, const FreshPupil& wanted, const PupilSample& pupil,
                          const TermSet& terms, const Eigen::VectorXd& coefficients,
-                         const std::vector<Statistic>& statistics, int threads,
+                         const std::vector<Statistic>& statistics, double aliased_limit, int threads,
                          DiffractionWorkspace* workspace, Warnings* warnings) {
   const SurfaceOperator surface(terms, pupil, focus_operator(FocusModel::kWaves, threads));
   LightPath path{lit.mirror, pupil, surface, FocusModel::kWaves, lit.wavelength, &lit.aperture, lit.centre};
+  path.aliased_limit = aliased_limit;
   path.workspace = workspace;
   path.scatter = lit.scatter;
   path.wide_circles = wanted.wide_circles;
@@ -128,21 +132,23 @@ FreshStatistics fresh_by_waves(const LitMirror& lit, const FreshPupil& wanted, c
   std::vector<Statistic> rings = statistics;
   std::erase_if(rings, [](const Statistic& s) { return !std::holds_alternative<RingFwhm>(s); });
   if (!rings.empty())
-    by_waves(lit, wanted, pupil(kSearchGrid * pitch, {0, 0}), terms, coefficients, rings, threads, &workspace,
-             nullptr);
-  const PupilSample fine = pupil(pitch, {0, 0});
+    by_waves(lit, wanted, pupil(kSearchGrid * pitch, {0, 0}), terms, coefficients, rings, kAliasedForTheError,
+             threads, &workspace, nullptr);
   FreshStatistics fresh;
-  fresh.rays = fine.size();
   fresh.errors_are_bounds = true;
   std::vector<Eigen::VectorXd> there;
   for (const CoarseGrid& grid : kCoarseGrids) {
     there.push_back(by_waves(lit, wanted, pupil(grid.pitch * pitch, grid.shift), terms, coefficients,
-                             statistics, threads, &workspace, nullptr));
+                             statistics, kAliasedForTheError, threads, &workspace, nullptr));
     if (!wanted.all_or_nothing || there.back().allFinite()) continue;
+    fresh.rays = pupil(pitch, {0, 0}).size();
     fresh.value = fresh.standard_error = Eigen::VectorXd::Constant(there.back().size(), std::nan(""));
     return fresh;
   }
-  fresh.value = by_waves(lit, wanted, fine, terms, coefficients, statistics, threads, &workspace, warnings);
+  const PupilSample fine = pupil(pitch, {0, 0});  // not before: on millions of cells a GB
+  fresh.rays = fine.size();
+  fresh.value = by_waves(lit, wanted, fine, terms, coefficients, statistics, kMostAliased, threads,
+                         &workspace, warnings);
   Eigen::VectorXd largest = Eigen::VectorXd::Zero(fresh.value.size());
   for (const Eigen::VectorXd& values : there)
     for (Eigen::Index k = 0; k < largest.size(); ++k) {

@@ -62,8 +62,7 @@ class DrawnMirrors {
   std::unique_ptr<const Workbench> bench(double coarsening) const {
     auto made = std::make_unique<Workbench>(of_.task, FocusModel::kWaves, PupilOptions{}, pitch(coarsening),
                                             drawing_.terms, of_.context.threads, drawing_.split);
-    made->wide_circles =
-        wide_circles(of_.task, of_.ground, drawing_.split.get(), of_.targets, kWideShareOfVerdict);
+    made->wide_circles = wide_circles(of_.task, of_.ground, of_.targets, kWideShareOfVerdict);
     made->single_precision = in_single_precision(FocusModel::kWaves, of_.targets, made->pupil.size());
     return made;
   }

@@ -380,7 +380,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   const auto made = std::make_shared<Workbench>(of.task, of.ground.use.model, plan.pupil,
                                                 grid_pitch(of, result.terms, plan.coarsening), result.terms,
                                                 threads, of.ground.split);
-  made->wide_circles = wide_circles(of.task, of.ground, of.ground.split.get(), of.targets, kWideShareOfFit);
+  made->wide_circles = wide_circles(of.task, of.ground, of.targets, kWideShareOfFit);
   made->single_precision = in_single_precision(of.ground.use.model, of.targets, made->pupil.size());
   made->met_within =
       met_within(of.task, of.ground.use.model, of.targets, made->pupil.size(), made->wide_circles);

@@ -71,7 +71,7 @@ Look first_look(const FitCase& of, const Attempt& attempt) {
   // Who was asked to stop has the surface judged where it is: coarser grids still tell the error.
   const double finer = attempt.bench->pitch / ((of.context.stopped() ? 1 : kNextGrid) * safe);
   return {std::max(1.0, std::min(first_judging_coarsening(of.task, safe), finer)),
-          wide_circles(of.task, of.ground, of.ground.split.get(), of.targets, kWideShareOfVerdict)};
+          wide_circles(of.task, of.ground, of.targets, kWideShareOfVerdict)};
 }
 
 // Looks at these targets of `judged` and brings what is known of the attempt up to date. False where the look

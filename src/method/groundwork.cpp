@@ -12,6 +12,7 @@
 #include "aberfit/method/plan.h"
 #include "aberfit/scene/zernike.h"
 #include "aberfit/theory/height_on_aperture.h"
+#include "aberfit/waves/diffraction_psf.h"
 #include "statistic_request.h"
 
 namespace aberfit {
@@ -78,7 +79,7 @@ void check_depth(const Task& task, Groundwork* ground) {
          fmt::format(
              "the planes beside the focus would be {} depths of focus from it: {}; they are held within "
              "{}, and rings are left out",
-             units, found, format_quantity(units * ground->plane_unit(), Dimension::kLength))});
+             units, found, format_quantity(units * ground->default_unit(), Dimension::kLength))});
 }
 
 // How closely the theory's own values are to be met.
@@ -159,6 +160,9 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   ground.use = choose_physics(task, asked, &*ground.psd);
   mind_steep_slopes(task, asked, &ground);
   set_mean_spot(task, &ground);
+  if (ground.has_no_core())
+    ground.farthest_by_cells =
+        farthest_plane(task.aperture, ground.focal_length, task.wavelength, kMostCellsByDefault);
   check_depth(task, &ground);
   return ground;
 }

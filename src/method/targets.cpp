@@ -41,19 +41,22 @@ constexpr double kLightGuideTolerance = 9e-3;
 constexpr double kHeldOutFractions[] = {0.25, 0.30, 0.40, 0.60, 0.70, 0.75, 0.875, 0.925};
 constexpr double kHeldOutPlanes[] = {0, -0.25, 0.25, -0.75, 0.75, -1.75, 1.75, -3.1, 3.1, -4.6, 4.6};
 
-// Planes are rounded so that their names are short: to 1 um, in a shallow focus to 5 % of their unit or less.
-double plane(double units, const Groundwork& ground) {
-  const double unit = ground.plane_unit();
-  const double step = std::min(1e-6, std::pow(10.0, std::floor(std::log10(unit / 20))));
-  return units == 0 ? 0 : step * std::round(units * unit / step);
-}
+// Planes on both sides of the focus at multiples of a unit [m], as far out as they are looked at [m].
+struct Planes {
+  double unit, reach = 0;
 
-std::vector<double> planes_within(std::span<const double> units, double reach, const Groundwork& ground) {
-  std::vector<double> planes;
-  for (const double of : units)
-    if (const double dz = plane(of, ground); std::abs(dz) <= reach) planes.push_back(dz);
-  return planes;
-}
+  // Rounded so that their names are short: to 1 um, in a shallow focus to 5 % of their unit or less.
+  double at(double units) const {
+    const double step = std::min(1e-6, std::pow(10.0, std::floor(std::log10(unit / 20))));
+    return units == 0 ? 0 : step * std::round(units * unit / step);
+  }
+  std::vector<double> within_reach(std::span<const double> units) const {
+    std::vector<double> planes;
+    for (const double of : units)
+      if (const double dz = at(of); std::abs(dz) <= reach) planes.push_back(dz);
+    return planes;
+  }
+};
 
 // A wide band scatters some light so far that the ring of a fraction lies in the halo. It fades as far out of
 // focus, where terms have no say in it, while the theory and the grid have to follow the whole cone of light.
@@ -94,26 +97,32 @@ void warn_of_few_modes(const Groundwork& ground, bool default_set, TargetSets* s
                        : "ask for shares of the light alone, or for a band of more modes")});
 }
 
-// Distance from the focus [m] within which planes are fitted by default, guide the fit, and are held out.
-double default_reach(const Groundwork& ground) { return std::abs(plane(ground.default_planes(), ground)); }
+Planes default_planes(const Groundwork& ground) {
+  Planes planes{ground.default_unit()};
+  planes.reach = std::abs(planes.at(ground.default_planes()));
+  return planes;
+}
 
-// Of statistics that are asked by name: to the first default plane at or beyond theirs, so that guides lie
-// around them. The planes of a ring are not known yet.
-double reach_of(const std::vector<Wanted>& wanted, const Groundwork& ground) {
+// Of statistics that are asked by name: to the first plane of the natural unit at or beyond theirs, so that
+// guides lie around them; those of the default where that has all. The planes of a ring are not known yet.
+Planes planes_around(const std::vector<Wanted>& wanted, const Groundwork& ground) {
   double asked = 0;
   for (const Wanted& one : wanted)
     asked = std::max(asked, std::holds_alternative<RingFwhm>(one.statistic)
                                 ? HUGE_VAL
                                 : std::abs(plane_of_light(one.statistic).value_or(0)));
-  double reach = std::abs(plane(kPlanes[std::size(kPlanes) - 1], ground));
+  const Planes usual = default_planes(ground);
+  if (asked <= usual.reach) return usual;
+  Planes planes{ground.plane_unit()};
+  planes.reach = std::abs(planes.at(kPlanes[std::size(kPlanes) - 1]));
   for (const double units : kPlanes)
-    if (const double dz = std::abs(plane(units, ground)); dz >= asked) reach = std::min(reach, dz);
-  return std::max(reach, default_reach(ground));
+    if (const double dz = std::abs(planes.at(units)); dz >= asked) planes.reach = std::min(planes.reach, dz);
+  return planes;
 }
 
 std::vector<Wanted> default_statistics(const Groundwork& ground) {
   std::vector<Wanted> wanted;
-  for (const double dz : planes_within(kPlanes, default_reach(ground), ground))
+  for (const double dz : default_planes(ground).within_reach(kPlanes))
     for (const double fraction : kFractions) wanted.push_back({EncircledEnergyRadius{fraction, dz}});
   if (has_ring(ground, RingFwhm{}.ring_fraction)) wanted.push_back({RingFwhm{}});
   if (has_few_modes(ground)) return wanted;
@@ -152,7 +161,7 @@ void check_frequencies(const Task& task, const Groundwork& ground, const std::ve
 }
 
 // By rays. Waves have guides of their own: light_guides.
-std::vector<Statistic> guide_statistics(const Groundwork& ground) {
+std::vector<Statistic> guide_statistics(const Groundwork& ground, const Planes& planes) {
   std::vector<Statistic> guides;
   if (ground.use.model == FocusModel::kWaves && ground.mean_spot) {
     // Nothing in a diffracted focus ties the mean of the slopes.
@@ -161,15 +170,15 @@ std::vector<Statistic> guide_statistics(const Groundwork& ground) {
   }
   for (const double units : kGuidePlanes)
     for (const double fraction : kGuideFractions)
-      guides.push_back(EncircledEnergyRadius{fraction, plane(units, ground)});
+      guides.push_back(EncircledEnergyRadius{fraction, planes.at(units)});
   return guides;
 }
 
 // known: what is fitted or guides the fit, which cannot be held out as well.
-std::vector<Statistic> held_out_statistics(const Groundwork& ground, double reach,
+std::vector<Statistic> held_out_statistics(const Groundwork& ground, const Planes& planes,
                                            const std::vector<Statistic>& known) {
   std::vector<Statistic> held_out;
-  for (const double dz : planes_within(kHeldOutPlanes, reach, ground))
+  for (const double dz : planes.within_reach(kHeldOutPlanes))
     for (const double fraction : kHeldOutFractions) held_out.push_back(EncircledEnergyRadius{fraction, dz});
   for (const double fraction : {0.5, 0.8})
     if (has_ring(ground, fraction)) held_out.push_back(RingFwhm{fraction, {}});
@@ -317,6 +326,14 @@ void warn_of_sharp_values(const Task& task, const Groundwork& ground, const std:
                                         fmt::join(sharp, ", "))});
 }
 
+// Why planes by default end where they do, as a clause; empty where a warning of its own says it.
+std::string why_no_farther(const Groundwork& ground, double reach) {
+  constexpr double kRounded = 0.95;  // planes are
+  if (reach > kRounded * ground.farthest_by_cells)
+    return fmt::format(", beyond which light by waves takes more than {} cells across", kMostCellsByDefault);
+  return ground.is_deep() ? "" : ", where the cone of light becomes as wide as the scatter";
+}
+
 void warn_of_near_planes(const Groundwork& ground, double reach, TargetSets* sets) {
   sets->warnings.push_back(
       {"near-planes",
@@ -324,8 +341,7 @@ void warn_of_near_planes(const Groundwork& ground, double reach, TargetSets* set
            "default statistics of a spot without a core are of planes within {} of the focus{}; farther out "
            "nothing holds the surface, and mirrors of this roughness differ by {} in ee90: name planes in "
            "`target.statistics` to have them, beside all else that is wanted",
-           format_quantity(reach, Dimension::kLength),
-           ground.is_deep() ? "" : ", where the cone of light becomes as wide as the scatter",
+           format_quantity(reach, Dimension::kLength), why_no_farther(ground, reach),
            format_percent(ground.numbers.realisation_spread))});
 }
 
@@ -418,11 +434,11 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   for (const Wanted& w : wanted) statistics.push_back(w.statistic);
   if (ground.use.model != FocusModel::kRays) refuse_without_rays(to_string(ground.use.model), statistics);
   if (ground.mean_spot && !all_given) refuse_without_rays(to_string(ground.use.theory), statistics);
-  if (!any_given) guides = guide_statistics(ground);
+  const Planes planes = default_set ? default_planes(ground) : planes_around(wanted, ground);
+  if (!any_given) guides = guide_statistics(ground, planes);
   statistics.insert(statistics.end(), guides.begin(), guides.end());
   // Given values need not follow the theory, so nothing can be held out against it.
-  const double reach = default_set ? default_reach(ground) : reach_of(wanted, ground);
-  if (!any_given) held_out = held_out_statistics(ground, reach, statistics);
+  if (!any_given) held_out = held_out_statistics(ground, planes, statistics);
   statistics.insert(statistics.end(), held_out.begin(), held_out.end());
   Predicted predicted;
   if (ground.theory)
@@ -459,12 +475,12 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   }
   if (!any_given && waves && ground.mean_spot) {
     const std::vector<Target> between =
-        light_guides(task, ground, planes_within(kPlanes, reach, ground), kLightGuideTolerance, threads);
+        light_guides(task, ground, planes.within_reach(kPlanes), kLightGuideTolerance, threads);
     sets.guides.insert(sets.guides.end(), between.begin(), between.end());
   }
   if (sets.fitted.empty()) refuse_without_focus(without_value.front(), ground);
-  if (default_set && ground.has_no_core()) warn_of_near_planes(ground, reach, &sets);
-  if (ground.has_no_core()) leave_out_rings_beyond(reach, default_set, &sets);
+  if (default_set && ground.has_no_core()) warn_of_near_planes(ground, planes.reach, &sets);
+  if (ground.has_no_core()) leave_out_rings_beyond(planes.reach, default_set, &sets);
   if (default_set) leave_out_rings_far_out(task, ground, &sets);
   if (!without_value.empty())
     sets.warnings.push_back({"target-missing", fmt::format("the theory has no value for {}: left out of the "

@@ -138,6 +138,12 @@ Eigen::ArrayXd cell_centres(double low, double high, double pitch, double shift)
   return first + pitch * Eigen::ArrayXd::LinSpaced(Eigen::Index(cells), 0.0, cells - 1);
 }
 
+// Radius of the cone of light from the rim, over the distance from the focus.
+double steepness_of_rim(const Aperture& aperture, double focal_length) {
+  const double t = aperture_radius(aperture) / (2 * focal_length);
+  return aperture_radius(aperture) / (focal_length * std::max(1 - t * t, kLeastCosine));
+}
+
 }  // namespace
 
 DiffractionPupil diffraction_pupil(const Aperture& aperture, double focal_length, double pitch,
@@ -192,15 +198,19 @@ DiffractionPupil diffraction_pupil(const HeightMap& map, const Aperture& apertur
   return builder.finish(kParaxial, {0, 0});
 }
 
+double farthest_plane(const Aperture& aperture, double focal_length, double wavelength, int samples) {
+  const double steepness = steepness_of_rim(aperture, focal_length);
+  const double in_far_field = samples * wavelength / (8 * aperture_radius(aperture) * steepness);
+  return focal_length * in_far_field / (1 + in_far_field);  // before the focus, where the view is narrower
+}
+
 DiffractionSampling diffraction_sampling(const Aperture& aperture, double focal_length, double wavelength,
                                          double radius, double dz, int least_samples) {
   const double aperture_r = aperture_radius(aperture), distance = focal_length + dz;
   // Light at the distance w/2 from the focus, w = wavelength distance/pitch the field of view, turns the
   // phase by pi from cell to cell; half of that leaves room for what a Gaussian tail or the scatter of a draw
   // adds.
-  const double t = aperture_r / (2 * focal_length);
-  const double reach =
-      radius + aperture_r * std::abs(dz) / (focal_length * std::max(1 - t * t, kLeastCosine));
+  const double reach = radius + std::abs(dz) * steepness_of_rim(aperture, focal_length);
   const double for_reach = 8 * aperture_r * reach / (wavelength * distance);
   DiffractionSampling result;
   result.samples = int(std::ceil(std::max(for_reach, double(least_samples))));

@@ -173,6 +173,11 @@ TEST(StatisticsWithError, AllOrNothingGivesUpWhereACoarserGridHasNoPattern) {
   EXPECT_TRUE(nothing.standard_error.array().isNaN().all());
   EXPECT_EQ(nothing.rays, some.rays);
   EXPECT_TRUE(nothing.errors_are_bounds);
+  // 3.2 rad: half a percent of the cells alias on a grid that tells the error, which says so.
+  const FreshStatistics truth = seen(512, true), hardly = seen(236, true);
+  ASSERT_TRUE(hardly.value.allFinite() && hardly.standard_error.allFinite());
+  for (Eigen::Index k = 0; k < 2; ++k)
+    EXPECT_LE(std::abs(hardly.value[k] - truth.value[k]), hardly.standard_error[k]) << k;
   const FreshStatistics finer = seen(256, false), all = seen(256, true);
   EXPECT_TRUE(finer.standard_error.allFinite());
   EXPECT_TRUE(finer.value == all.value && finer.standard_error == all.standard_error);

@@ -265,6 +265,47 @@ TEST(DefaultPlanes, OfASpotWithoutACoreEndWhereTheConeIsAsWideAsTheScatter) {
   }
 }
 
+// Of 3,000 cycles at f/3 the cone is as wide as the scatter where it turns too fast for any grid that fits.
+constexpr const char* kFastScene =
+    R"({{"aberfit": 1, "mirror": {{"focal_length": "1.2 m"}}, "aperture": {{"shape": "circle",
+        "diameter": "0.4 m"}}, "light": {{"wavelength": "100 nm"}}, "roughness": {{"psd": {{"model": "uniform",
+        "rms": "40 nm", "f_min": "10 /m", "f_max": "7500 /m"}}}}{}}})";
+
+TEST(DefaultPlanes, OfASpotWithoutACoreEndWhereTheCellsDo) {
+  const Made here = made(fmt::format(fmt::runtime(kFastScene), ""));
+  const double unit = here.ground.default_unit(), farthest = here.ground.farthest_by_cells;
+  ASSERT_LT(unit, 0.5 * here.ground.plane_unit());
+  std::set<double> planes;
+  for (const std::vector<Target>* some : {&here.sets.fitted, &here.sets.held_out, &here.sets.guides})
+    for (const Target& target : *some)
+      if (const auto dz = plane_of_light(target.statistic)) planes.insert(*dz);
+  EXPECT_NEAR(*planes.begin(), -farthest, 1e-6);
+  EXPECT_NEAR(*planes.rbegin(), farthest, 1e-6);
+  EXPECT_GE(planes.size(), 9u);
+  // By what the safe grid is made of.
+  const auto cells = [&](double dz) {
+    return diffraction_sampling(CircleAperture{0.4}, 1.2, 100e-9, 0, dz).samples;
+  };
+  EXPECT_LE(cells(-0.999 * farthest), kMostCellsByDefault);
+  EXPECT_GT(cells(-1.001 * farthest), kMostCellsByDefault);
+  ASSERT_EQ(said(here, "near-planes"), 1);
+  for (const Warning& warning : here.sets.warnings)
+    if (warning.code == "near-planes") {
+      EXPECT_NE(warning.message.find("takes more than 2048 cells across"), std::string::npos);
+    }
+}
+
+TEST(DefaultPlanes, BeyondTheCellsAreThereWhereTheyAreNamed) {
+  const double unit = made(fmt::format(fmt::runtime(kFastScene), "")).ground.plane_unit();
+  const Made named = made(fmt::format(
+      fmt::runtime(kFastScene),
+      fmt::format(R"(, "target": {{"statistics": {{"ee50": {{"planes": [0, {}]}}}}}})", 1.8 * unit)));
+  EXPECT_NEAR(reach_of(named).fitted, 1.8, 0.01);
+  EXPECT_NEAR(reach_of(named).guides, 2, 0.01);
+  EXPECT_NEAR(reach_of(named).held_out, 1.75, 0.01);
+  EXPECT_EQ(said(named, "near-planes"), 0);
+}
+
 // A ring of 90 % of such light falls to half three units out.
 TEST(DefaultPlanes, LeaveOutTheRingsBeyondThem) {
   const Made deep = made(narrow_scene(400)), usual = made(narrow_scene(60));

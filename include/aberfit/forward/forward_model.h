@@ -26,7 +26,7 @@ struct LightPath {
   double wavelength = 0;                      ///< [m]; needed unless kRays
   const Aperture* aperture = nullptr;         ///< needed unless kRays
   Centre centre = Centre::kNominal;           ///< kCentroid: kRays only
-  double aliased_limit = 1e-3;                ///< kWaves: as DiffractionProblem has it
+  double aliased_limit = kMostAliased;        ///< kWaves: as DiffractionProblem has it
   DiffractionWorkspace* workspace = nullptr;  ///< kWaves: to work in; null: one of its own
   /// Roughness that the terms do not stand for; null: none. By waves its mean; by rays every ray is turned by
   /// a Gaussian slope of its own (scattered_rays.h).

@@ -43,19 +43,17 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
 Eigen::Index first_cells(const Task& task, const Groundwork& ground, const TermSet& terms,
                          const TargetSets& targets);
 
-/// Whether the mean pattern of the surfaces that are looked at has a core: their transfer function is not
-/// gone at half of its width, or there is no theory of their light. split: of the roughness; what it leaves
-/// to the surfaces; null: all.
-bool has_core(const Task& task, const Groundwork& ground, const BandSplit* split);
-
 /// What the noise of wide circles may take of the margin, as a standard deviation: while a fit goes on, and
 /// where it is judged, with twice the noise in its error.
 inline constexpr double kWideShareOfFit = 0.07, kWideShareOfVerdict = 0.02;
+/// Whether the mean pattern has a core that counts beside such a share: the transfer function of the
+/// roughness, of terms and scatter together, is not gone at half of its width (1e-4 for a verdict, 3.5e-4
+/// for a fit), or there is no theory of the light.
+bool has_core(const Task& task, const Groundwork& ground, double share);
 /// From which radius over f + dz on [rad] circles may be taken as wide (DiffractionProblem::wide_circles) so
 /// that the noise is at most `share` of the smallest margin of a target. Infinite by rays, and where the
 /// light has a core.
-double wide_circles(const Task& task, const Groundwork& ground, const BandSplit* split,
-                    const TargetSets& targets, double share);
+double wide_circles(const Task& task, const Groundwork& ground, const TargetSets& targets, double share);
 /// Whether a fit or a draw by waves on so many cells works in single precision (DiffractionProblem): from
 /// kManyCells on, where no tolerance is below 1e-4 of its target, hundreds of times the rounding.
 bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells);

@@ -74,6 +74,9 @@ struct DiffractionSampling {
 /// 3e-5). The same condition in the pupil: 2 slope pitch/wavelength < 1/2, slope including that of defocus.
 DiffractionSampling diffraction_sampling(const Aperture& aperture, double focal_length, double wavelength,
                                          double radius, double dz, int least_samples = 64);
+/// Distance from the focus [m] within which `samples` cells across hold the cone of light by
+/// diffraction_sampling, on either side, of a spot that is much smaller than the cone there.
+double farthest_plane(const Aperture& aperture, double focal_length, double wavelength, int samples);
 
 /// Roughness that no height of a pupil stands for, by its ensemble mean (PHYSICS 10): parts of a roughness
 /// that are independent multiply the transfer function. Const use from many threads. Belongs to one mirror,
@@ -106,6 +109,8 @@ class MeanScatter {
   virtual double scatter_rms() const = 0;
 };
 
+/// See DiffractionProblem::aliased_limit.
+inline constexpr double kMostAliased = 1e-3;
 /// See DiffractionProblem::wide_circles.
 inline constexpr double kWideCircleNoise = 0.2;
 
@@ -134,7 +139,7 @@ struct DiffractionProblem {
   double padding = 2;
   /// Share of neighbouring cells whose phases may differ by more than pi (their light lands in the wrong
   /// place) before a result is refused.
-  double aliased_limit = 1e-3;
+  double aliased_limit = kMostAliased;
   /// Roughness on top of the heights; null: none. With it the transfer function is C_m H(x_m), and what the
   /// cells cannot see of it, its halo beyond the field of view and all that moves within a lag, comes from
   /// the mean spot E of the whole roughness:
