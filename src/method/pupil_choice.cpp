@@ -132,13 +132,13 @@ double grains_of(const Task& task, double angle) {
 }
 
 bool has_core(const Task& task, const Groundwork& ground, double share) {
-  // Three hundredths of a core come back as light: at most a seventieth of what the noise may take of a
-  // margin of 1 %.
-  constexpr double kGonePerShare = 5e-3;
+  // Three hundredths of a core come back as light: at most a thirtieth of what the noise may take of a margin
+  // of 1 %.
+  constexpr double kGonePerShare = 1e-2;
   if (!ground.mean_spot) return true;
   // Of the whole roughness, however it is split: where the terms' own light has a core and the scatter takes
-  // it off, what comes back from lags beyond half the width is smoothed by the scatter, to a fifth of the
-  // noise of the grains and less (tests/method, from half a percent to nine tenths of the terms' light).
+  // it off, what comes back from lags beyond half the width is smoothed by the scatter, to two fifths of
+  // the noise of the grains and less (tests/method, from half a percent to nine tenths of the terms' light).
   return !(ground.mean_spot->surface_transfer(0.5 * grains_of(task, task.wavelength)) <
            kGonePerShare * share);
 }

@@ -183,6 +183,29 @@ TEST(StatisticsWithError, AllOrNothingGivesUpWhereACoarserGridHasNoPattern) {
   EXPECT_TRUE(finer.value == all.value && finer.standard_error == all.standard_error);
 }
 
+// A rough surface: on some grids more phases alias than may where no closer look follows, and fewer than the
+// grids that tell the error show.
+TEST(StatisticsWithError, WhereACloserLookMayFollowAliasedPhasesAreInTheError) {
+  const Surface surface(300e-9, 24);
+  const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.9, 0}};
+  const auto seen = [&](double cells, bool all_or_nothing) {
+    FreshPupil pupil{FocusModel::kWaves, 0, 1, kDiameter / cells};
+    pupil.all_or_nothing = all_or_nothing;
+    return surface.seen(pupil, statistics);
+  };
+  const FreshStatistics truth = seen(512, false);
+  ASSERT_TRUE(truth.value.allFinite());
+  int only_there = 0;
+  for (int cells = 84; cells < 112; cells += 2) {
+    const FreshStatistics open = seen(cells, true);
+    if (!open.value.allFinite() || seen(cells, false).value.allFinite()) continue;
+    ++only_there;
+    for (Eigen::Index k = 0; k < 2; ++k)
+      EXPECT_LE(std::abs(open.value[k] - truth.value[k]), open.standard_error[k]) << cells << ' ' << k;
+  }
+  EXPECT_GT(only_there, 2);
+}
+
 TEST(StatisticsWithError, IsTheSameToTheLastBitForAnyThreadCount) {
   const Surface surface(40e-9, 12);
   for (const FreshPupil& pupil :

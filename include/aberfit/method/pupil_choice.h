@@ -47,7 +47,7 @@ Eigen::Index first_cells(const Task& task, const Groundwork& ground, const TermS
 /// where it is judged, with twice the noise in its error.
 inline constexpr double kWideShareOfFit = 0.07, kWideShareOfVerdict = 0.02;
 /// Whether the mean pattern has a core that counts beside such a share: the transfer function of the
-/// roughness, of terms and scatter together, is not gone at half of its width (1e-4 for a verdict, 3.5e-4
+/// roughness, of terms and scatter together, is not gone at half of its width (2e-4 for a verdict, 7e-4
 /// for a fit), or there is no theory of the light.
 bool has_core(const Task& task, const Groundwork& ground, double share);
 /// From which radius over f + dz on [rad] circles may be taken as wide (DiffractionProblem::wide_circles) so
