@@ -167,9 +167,8 @@ TEST(WideCircles, AreThereWhereThePatternHasNoCoreAndByTheMargin) {
 }
 
 // Long lags of surfaces whose pattern has a core come back to short ones, and the scatter that takes the core
-// off smooths what they do: of eight mirrors whose terms keep a twohundredth to nine tenths of the light in
-// their core, wide circles are within two fifths of the noise that they are
-// allowed.
+// off smooths what they do: of mirrors whose terms keep a twohundredth to nine tenths of the light in their
+// core, wide circles are within two fifths of the noise that they are allowed.
 TEST(WideCircles, AreAsGoodWhereScatterTakesOffTheCore) {
   for (const double rms : {136.0, 170.0, 260.0})  // g 2.7, of which 7e-4 are left, 3.4 and 5.2
     for (const double core : {0.005, 0.3, 0.9}) {
