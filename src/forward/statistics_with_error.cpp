@@ -101,12 +101,10 @@ constexpr CoarseGrid kCoarseGrids[] = {
 // the chance that three differences are small: 95 % hold with 1.3 and less in eleven scenes of twelve
 // (circles, annulus, rectangle, polygon, f/2 to f/7, g 0.4 to 4, 96 and 160 cells).
 constexpr double kBoundOverDifference = 1.5;
-// Share of neighbouring cells whose phases may alias where that does no harm: on grids that are there for the
-// error alone, and on one whose values are taken if a closer look may follow. It falls with the pitch (0.4,
-// 0.17 and 0.06 % on grids of 2, 1.41 and 1 safe pitches, of Zernikes that are steep at the rim), so that the
-// coarser grids alias twice as much and more, and the difference, half as large again, is beyond what it
-// does.
-constexpr double kAliasedForTheError = 2e-2;
+// Aliasing falls with the pitch (0.4, 0.17 and 0.06 % of the cells on grids of 2, 1.41 and 1 safe pitches, of
+// Zernikes that are steep at the rim), so that the coarser grids alias twice as much and more, and the
+// difference, half as large again, is beyond what it does.
+constexpr double kAliasedForTheError = kMostAliasedBeforeAFiner;
 
 Eigen::VectorXd by_waves(const LitMirror& lit, const FreshPupil& wanted, const PupilSample& pupil,
                          const TermSet& terms, const Eigen::VectorXd& coefficients,

@@ -39,10 +39,9 @@ Eigen::VectorXd shown_std(const std::vector<Target>& targets, const Eigen::Vecto
 
 // Of the last of the grids for waves, which is finer than the safe one.
 constexpr double kLeastCoarsening = 0.6;
-// Share of neighbouring cells whose phases may alias while a fit goes on: draws on a coarse grid have some at
-// the rim, far out of focus. What that does to the surface the safe grid sees, and the fit goes on to a finer
-// one.
-constexpr double kAliasedInAFit = 2e-2;
+// Draws on a coarse grid have phases that alias at the rim, far out of focus. What that does to the surface
+// the safe grid sees, and the fit goes on to a finer one.
+constexpr double kAliasedInAFit = kMostAliasedBeforeAFiner;
 // What the gap between the fit's grid and the safe one may take of the margin. Where a coarser one judges, a
 // gap as the square of the pitch is smaller by what is left to the safe one.
 constexpr double kGridShareOfMargin = 0.15;

@@ -15,6 +15,11 @@
 
 namespace aberfit {
 
+/// Share of neighbouring cells whose phases may alias (LightPath::aliased_limit) on a grid that a finer one
+/// follows where it matters: while a fit goes on, in a look of a verdict that a closer one may follow, and on
+/// the grids that tell its error.
+inline constexpr double kMostAliasedBeforeAFiner = 2e-2;
+
 /// A mirror in its light, on no particular pupil points.
 struct LitMirror {
   const Mirror& mirror;
