@@ -49,6 +49,11 @@ TransferImage focus_transfer(const LightPath& path, const Eigen::VectorXd& coeff
   return waves_of(path, coefficients)->transfer(dz, most_lags);
 }
 
+Eigen::ArrayXXd focus_pixels(const LightPath& path, const Eigen::VectorXd& coefficients, double dz,
+                             double half_width, int pixels) {
+  return waves_of(path, coefficients)->pixels(dz, half_width, pixels);
+}
+
 OperatorOptions focus_operator(FocusModel model, int threads) {
   OperatorOptions options;
   options.threads = threads;

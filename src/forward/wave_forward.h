@@ -28,6 +28,9 @@ class WaveForward : public ForwardModel {
   TransferImage transfer(double dz, int most_lags) {
     return diffraction_transfer(problem(), height(), dz, most_lags);
   }
+  Eigen::ArrayXXd pixels(double dz, double half_width, int count) {
+    return diffraction_pixels(problem(), height(), dz, half_width, count);
+  }
 
  private:
   DiffractionProblem problem() const {

@@ -104,7 +104,9 @@ Planes default_planes(const Groundwork& ground) {
 }
 
 // Of statistics that are asked by name: to the first plane of the natural unit at or beyond theirs, so that
-// guides lie around them; those of the default where that has all. The planes of a ring are not known yet.
+// guides lie around them; those of the default where that has all. Where cells hold the default planes, the
+// natural unit may want ten times as many: to the farthest that is asked and no farther. The planes of a ring
+// are not known yet.
 Planes planes_around(const std::vector<Wanted>& wanted, const Groundwork& ground) {
   double asked = 0;
   for (const Wanted& one : wanted)
@@ -113,6 +115,12 @@ Planes planes_around(const std::vector<Wanted>& wanted, const Groundwork& ground
                                 : std::abs(plane_of_light(one.statistic).value_or(0)));
   const Planes usual = default_planes(ground);
   if (asked <= usual.reach) return usual;
+  const double by_default = ground.default_planes();
+  if (ground.default_unit() < ground.plane_unit() && asked < by_default * ground.plane_unit()) {
+    Planes planes{asked / by_default};
+    planes.reach = std::max(asked, std::abs(planes.at(by_default)));
+    return planes;
+  }
   Planes planes{ground.plane_unit()};
   planes.reach = std::abs(planes.at(kPlanes[std::size(kPlanes) - 1]));
   for (const double units : kPlanes)
@@ -358,7 +366,7 @@ void leave_out_fitted(const Which& which, const Where& where, TargetSets* sets) 
 }
 
 // Rings whose light falls to half beyond the planes that are looked at.
-void leave_out_rings_beyond(double reach, bool default_set, TargetSets* sets) {
+void leave_out_rings_beyond(const Groundwork& ground, double reach, bool default_set, TargetSets* sets) {
   const auto beyond = [reach](const Target& target) {
     return std::holds_alternative<RingFwhm>(target.statistic) && 0.5 * target.value > reach;
   };
@@ -366,9 +374,16 @@ void leave_out_rings_beyond(double reach, bool default_set, TargetSets* sets) {
   if (default_set)
     leave_out_fitted(
         beyond,
-        [](const Target&) {
-          return "beyond the planes of a spot without a core: left out of the default statistics; name it in "
-                 "`target.statistics` to have it, beside all else that is wanted";
+        [&ground](const Target& target) {
+          const std::string where = "beyond the planes of a spot without a core";
+          if (0.5 * target.value > ground.farthest_by_cells)
+            return fmt::format(
+                "{}, where light by waves takes more than {} cells across: left out of the "
+                "default statistics",
+                where, kMostCellsByDefault);
+          return where +
+                 ": left out of the default statistics; name it in `target.statistics` to have it, "
+                 "beside all else that is wanted";
         },
         sets);
 }
@@ -480,7 +495,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   }
   if (sets.fitted.empty()) refuse_without_focus(without_value.front(), ground);
   if (default_set && ground.has_no_core()) warn_of_near_planes(ground, planes.reach, &sets);
-  if (ground.has_no_core()) leave_out_rings_beyond(planes.reach, default_set, &sets);
+  if (ground.has_no_core()) leave_out_rings_beyond(ground, planes.reach, default_set, &sets);
   if (default_set) leave_out_rings_far_out(task, ground, &sets);
   if (!without_value.empty())
     sets.warnings.push_back({"target-missing", fmt::format("the theory has no value for {}: left out of the "

@@ -38,10 +38,10 @@ std::string length_text(double value) {
   return std::isfinite(value) ? display(value, Dimension::kLength) : "none";
 }
 
-// A plane [m] that is no further before the focus than nine tenths of the way to the mirror: rings of light
-// that scatters widely fade only beyond.
-double in_front_of_mirror(const PlotInput& input, double dz) {
-  const double farthest = 0.9 * input.mirror.focal_length;
+// A plane [m] that is no further before the focus than nine tenths of the way to the mirror - rings of light
+// that scatters widely fade only beyond - nor than the light of the surface is known.
+double within_reach(const PlotInput& input, double dz) {
+  const double farthest = std::min(0.9 * input.mirror.focal_length, input.fitted.farthest_plane());
   return std::clamp(dz, -farthest, farthest);
 }
 
@@ -200,17 +200,35 @@ Picture ee_curves_picture(const PlotInput& input) {
   return picture;
 }
 
+namespace {
+
+// The FWHM through a ring, where the curve of it has both halves: a search for planes that the picture does
+// not show takes minutes, and nobody could see what it found.
+std::string width_text(const FocalLight& light, double ring, const Eigen::ArrayXd& curve) {
+  double peak = 0, first = NAN, last = NAN;
+  for (const double share : curve) {
+    if (!std::isfinite(share)) continue;
+    if (std::isnan(first)) first = share;
+    last = share;
+    peak = std::max(peak, share);
+  }
+  if (first < 0.5 * peak && last < 0.5 * peak) return length_text(light.statistic(RingFwhm{0.9, ring}));
+  return std::isfinite(last) ? "beyond these planes" : "none";
+}
+
+}  // namespace
+
 /// N(z) through one ring, the target's ee90 at z = f, for all three surfaces.
 Picture ring_through_picture(const PlotInput& input) {
   const std::string name = "ring_through";
-  // Light is smooth over a plane in two hundred, and one may take a tenth of a second.
-  constexpr int kOfRays = 1001, kOfLight = 201;
+  // Light is smooth over a plane in a hundred, and one may take a tenth of a second.
+  constexpr int kOfRays = 1001, kOfLight = 101;
   const int points = input.result.model == "waves" ? kOfLight : kOfRays;
   constexpr double kReach = 5;  // in units of ring f / R; half maximum is near 1.4
   double ring = reference(input).statistic(EncircledEnergyRadius{0.9, 0.0});
   if (!(ring > 1e-12)) ring = 2 * spot_scale(input);
   const double last =
-      in_front_of_mirror(input, kReach * ring * input.mirror.focal_length / aperture_radius(input.aperture));
+      within_reach(input, kReach * ring * input.mirror.focal_length / aperture_radius(input.aperture));
   const Eigen::ArrayXd planes = Eigen::ArrayXd::LinSpaced(points, -last, last);
   std::vector<Eigen::ArrayXd> columns = {planes, {}, Eigen::ArrayXd::Constant(points, NAN), {}};
   const std::vector<Branch> all = branches(input);
@@ -224,8 +242,8 @@ Picture ring_through_picture(const PlotInput& input) {
       columns);
   std::vector<std::string> lines;
   for (const Branch& branch : all)
-    lines.push_back(
-        curve_of(branch, name, "FWHM " + length_text(branch.light->statistic(RingFwhm{0.9, ring}))));
+    lines.push_back(curve_of(
+        branch, name, "FWHM " + width_text(*branch.light, ring, columns[std::size_t(branch.column - 1)])));
   const AxisUnit unit = length_unit(last);
   picture.script += fmt::format(
       "u = {:.9g}  # axis units per metre\n"
@@ -371,7 +389,7 @@ Picture focal_images_picture(const PlotInput& input) {
   std::string panels;
   for (std::size_t row = 0; row < rows.size(); ++row) {
     for (std::size_t column = 0; column < std::size(kPlanes); ++column) {
-      const double dz = in_front_of_mirror(input, kPlanes[column].units * plane_unit(input));
+      const double dz = within_reach(input, kPlanes[column].units * plane_unit(input));
       const Eigen::ArrayXXd image = rows[row].light->image(dz, frame.half, ImageFrame::kPixels);
       if (row > 0) brightest = std::max(brightest, image.maxCoeff());
       const std::string file = fmt::format("{}_{}_{}.dat", name, rows[row].key, kPlanes[column].key);

@@ -5,25 +5,12 @@
 #include "aberfit/report/focal_light.h"
 #include "aberfit/theory/scattered_rays.h"
 #include "aberfit/waves/diffraction_psf.h"
+#include "round_image.h"
 
 namespace aberfit {
-namespace {
+using namespace internal;
 
-// Common length of every pixel (rows) with every sample of a line (columns), both of even spacing [m].
-Eigen::MatrixXd overlap(double half_width, int pixels, double first, double pitch, Eigen::Index samples) {
-  const double pixel = 2 * half_width / pixels;
-  Eigen::MatrixXd length = Eigen::MatrixXd::Zero(pixels, samples);
-  for (Eigen::Index s = 0; s < samples; ++s) {
-    const double left = first + (double(s) - 0.5) * pitch, right = left + pitch;
-    const int from = std::max(0, int(std::floor((left + half_width) / pixel)));
-    const int to = std::min(pixels - 1, int(std::floor((right + half_width) / pixel)));
-    for (int p = from; p <= to; ++p) {
-      const double begin = p * pixel - half_width;
-      length(p, s) = std::max(0.0, std::min(right, begin + pixel) - std::max(left, begin));
-    }
-  }
-  return length;
-}
+namespace {
 
 // Statistics by the code that fits; what is made here is the image.
 class WaveLight : public FocalLight {
@@ -44,6 +31,8 @@ class WaveLight : public FocalLight {
   // their own beyond the cells: what those change, from one in ten on.
   Eigen::ArrayXd ring_through(double radius, const Eigen::ArrayXd& planes) const override {
     constexpr Eigen::Index kApart = 10;
+    const bool seen_anywhere = path_.scatter || radius <= 0.5 * field_of_view(planes.maxCoeff());
+    if (!seen_anywhere) return Eigen::ArrayXd::Constant(planes.size(), std::nan(""));
     Eigen::ArrayXd share = through(radius, planes);
     const std::vector<Eigen::Index> seen = seen_of(share, radius, planes);
     if (seen.empty()) return share;
@@ -72,19 +61,21 @@ class WaveLight : public FocalLight {
     return share;
   }
   Eigen::ArrayXXd image(double dz, double half_width, int pixels) const override {
-    constexpr double kSamplesPerPixel = 2;
-    const double pixel = 2 * half_width / pixels;
-    PsfWindow window;
-    window.half_width = half_width + pixel;
-    // Speckles are as wide as the pattern of the aperture: they are averaged over a pixel, not picked.
-    const double speckle =
-        path_.wavelength * (path_.mirror.focal_length + dz) / (2 * aperture_radius(*path_.aperture));
-    window.pitch = std::min(pixel / kSamplesPerPixel, speckle / 4);
-    window.dz = dz;
-    const PsfImage psf = focus_psf(path_, coefficients_, window);
-    const Eigen::MatrixXd x = overlap(half_width, pixels, psf.first, psf.pitch, psf.intensity.cols());
-    const Eigen::MatrixXd y = overlap(half_width, pixels, psf.first, psf.pitch, psf.intensity.rows());
-    return (y * psf.intensity.matrix() * x.transpose()).array();
+    const Eigen::ArrayXXd periodic = focus_pixels(path_, coefficients_, dz, half_width, pixels);
+    if (!path_.scatter) return periodic;
+    const RoundSpot mean = [&](double radius) -> MeanScatter::Encircled {
+      if (const auto known = path_.scatter->in_plane(radius, dz)) return *known;
+      // That of the focus, grown with the distance from the mirror.
+      const double growth = 1 + dz / path_.mirror.focal_length;
+      return {path_.scatter->encircled_energy(radius / growth),
+              path_.scatter->encircled_energy_slope(radius / growth) / growth};
+    };
+    return unfolded(periodic, mean, field_of_view(dz), half_width);
+  }
+  double farthest_plane() const override {
+    // The cone may fill the field of view, where the pitches that grids are made with keep it in half of it.
+    const double filled = 2 * 2 * aperture_radius(*path_.aperture) / pitch();
+    return aberfit::farthest_plane(*path_.aperture, path_.mirror.focal_length, path_.wavelength, int(filled));
   }
   std::optional<TransferImage> transfer() const override {
     constexpr int kMostLags = 512;
@@ -92,6 +83,15 @@ class WaveLight : public FocalLight {
   }
 
  private:
+  double pitch() const {
+    const auto* directions = std::get_if<DirectionGrid>(&path_.pupil.structure);
+    const Eigen::ArrayXd& x =
+        directions ? directions->cells.x : std::get<CartesianGrid>(path_.pupil.structure).x;
+    return (x[x.size() - 1] - x[0]) / double(x.size() - 1);
+  }
+  double field_of_view(double dz) const {
+    return path_.wavelength * (path_.mirror.focal_length + dz) / pitch();
+  }
   Eigen::ArrayXd through(double radius, const Eigen::ArrayXd& planes) const {
     std::vector<Statistic> wanted;
     for (const double dz : planes) wanted.push_back(RingThrough{radius, dz});

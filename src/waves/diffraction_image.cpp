@@ -120,7 +120,37 @@ void require_square_cells(const DiffractionPupil& pupil) {
     throw ComputationError("an image of the PSF needs a pupil grid with square cells");
 }
 
+// Integral of exp(2 pi i u m x) over each pixel's part of one period, |x| < 1/2u: pixels by lags m of a
+// transform of n. u: periods per metre.
+ComplexMatrix pixel_integrals(double half_width, int pixels, double u, Eigen::Index n) {
+  ComplexMatrix integral(pixels, n);
+  const auto edge = [&](int k) { return std::clamp(half_width * (2.0 * k / pixels - 1), -0.5 / u, 0.5 / u); };
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double turn = 2 * kPi * u * lag_of(i, n);
+    for (int k = 0; k < pixels; ++k) {
+      const double length = edge(k + 1) - edge(k), half_turn = 0.5 * turn * length;
+      const double middle = 0.5 * (edge(k) + edge(k + 1));
+      integral(k, i) =
+          std::polar(turn == 0 ? length : length * std::sin(half_turn) / half_turn, turn * middle);
+      if (length == 0) integral(k, i) = 0;
+    }
+  }
+  return integral;
+}
+
 }  // namespace
+
+Eigen::ArrayXXd diffraction_pixels(const DiffractionProblem& problem, const Eigen::ArrayXd& height, double dz,
+                                   double half_width, int pixels) {
+  require_square_cells(problem.pupil);
+  const DiffractionScene scene(problem, height, 1);
+  if (!scene.has_plane(dz)) throw ComputationError("the plane of the image lies behind the mirror");
+  const ComplexMatrix lags = transfer_lags(scene, pupil_field(scene, dz));
+  const double u = scene.per_period(dz);
+  const ComplexMatrix integral = pixel_integrals(half_width, pixels, u, lags.rows());
+  const ComplexMatrix half = integral * lags;  // X by lags along y
+  return (half * integral.transpose()).transpose().real().array() * (u * u / scene.total());
+}
 
 PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                          const PsfWindow& window) {

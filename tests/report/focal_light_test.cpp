@@ -165,6 +165,35 @@ TEST(FocalLight, CurvesOfManyPlanesHaveTheHaloOfEach) {
   EXPECT_NEAR(above / width, 1, 0.02);
 }
 
+// Of a wide spot of which the cells see a tenth, a third, or all: pixels hold what circles do, in the field
+// of view and beyond it.
+TEST(FocalLight, ImagesHoldTheLightOfTheirCirclesBeyondTheFieldOfView) {
+  const Mirror parabola{1.6, -1, {}};
+  const Aperture circle = CircleAperture{0.2, 0};
+  const RadialPsd psd(UniformPsd{200e-9, 10, 200});
+  const auto whole = std::make_shared<const GeneralisedHarveyShack>(psd, parabola, circle, kWavelength);
+  const double half = 1.3 * whole->encircled_energy_radius(0.9, 0);
+  const TermSet terms{0.1, zernike_modes(2, 6), {}, {}};
+  for (const double views : {0.1, 0.3, 1.2}) {  // fields of view in the image
+    const double pitch = kWavelength * 1.6 / (views * 2 * half);
+    const PupilSample pupil = diffraction_pupil(circle, 1.6, pitch).sample;
+    const SurfaceOperator surface(terms, pupil, {1, {}, {}, true});
+    LightPath path{parabola, pupil, surface, FocusModel::kWaves, kWavelength, &circle};
+    path.scatter = std::make_shared<const BandSplit>(psd, 30, parabola, circle, kWavelength, whole);
+    Eigen::VectorXd coefficients(terms.size());
+    for (Eigen::Index k = 0; k < terms.size(); ++k) coefficients[k] = 12e-9 * std::cos(1.7 * double(k));
+    const auto light = surface_light(path, coefficients, 2);
+    for (const double dz : {0.0, -0.4 * std::min(light->farthest_plane(), 1.0)}) {
+      const Eigen::ArrayXXd image = light->image(dz, half, 129);
+      EXPECT_GE(image.minCoeff(), 0);
+      for (const double radius : {0.2 * half, 0.5 * half, 0.95 * half}) {
+        const double share = light->ring_through(radius, Eigen::ArrayXd::Constant(1, dz))[0];
+        EXPECT_NEAR(within(image, half, radius), share, 0.005) << views << ' ' << dz << ' ' << radius / half;
+      }
+    }
+  }
+}
+
 TEST(FocalLight, OfAMeanSpotIsRoundAndHoldsItsLight) {
   Mirror parabola;
   parabola.focal_length = kFocalLength;

@@ -228,6 +228,65 @@ TEST(PlotsOfWideScatter, EndInFrontOfTheMirror) {
   }
 }
 
+// Light that cells follow to a plane, where it has not fallen to half: no width is looked for beyond.
+TEST(PlotsOfWideScatter, EndWhereTheCellsDo) {
+  class FewCells : public FocalLight {
+   public:
+    explicit FewCells(const FocalLight& light) : light_(light) {}
+    double statistic(const Statistic& wanted) const override {
+      widths += std::holds_alternative<RingFwhm>(wanted);
+      return light_.statistic(wanted);
+    }
+    Eigen::ArrayXd encircled_energy(const Eigen::ArrayXd& radii, double dz) const override {
+      return light_.encircled_energy(radii, dz);
+    }
+    Eigen::ArrayXd ring_through(double radius, const Eigen::ArrayXd& planes) const override {
+      return light_.ring_through(radius, planes);
+    }
+    Eigen::ArrayXXd image(double dz, double half_width, int pixels) const override {
+      return light_.image(dz, half_width, pixels);
+    }
+    double farthest_plane() const override { return farthest; }
+    double farthest = HUGE_VAL;
+    mutable int widths = 0;
+
+   private:
+    const FocalLight& light_;
+  };
+  PlotScene scene(CircleAperture{2 * PlotScene::kRadius, 0}, 2000);
+  const auto ideal = ray_light(scene.ideal, scene.ideal, Centre::kNominal),
+             target = ray_light(scene.target, scene.ideal, Centre::kNominal),
+             traced = ray_light(scene.fitted, scene.ideal, Centre::kNominal);
+  const double width = traced->statistic(RingFwhm{0.9, target->statistic(EncircledEnergyRadius{0.9, 0.0})});
+  for (const double farthest : {0.4 * width, 0.6 * width}) {  // before and behind where it falls to half
+    FewCells fitted(*traced);
+    fitted.farthest = farthest;
+    const PlotInput input{scene.result, scene.mirror,     scene.aperture,   scene.pupil,
+                          *ideal,       target.get(),     fitted,           scene.field,
+                          *scene.grid,  PlotScene::kGrid, scene.focal_sigma};
+    const internal::Picture ring = internal::ring_through_picture(input);
+    std::istringstream lines(ring.data.at(0).second);
+    double nearest = 0, last = 0;
+    for (std::string line; std::getline(lines, line);)
+      if (!line.starts_with("#")) last = std::stod(line), nearest = std::min(nearest, last);
+    EXPECT_NEAR(nearest, -farthest, 1e-6 * farthest);
+    EXPECT_NEAR(last, farthest, 1e-6 * farthest);
+    EXPECT_EQ(fitted.widths, farthest > 0.5 * width ? 1 : 0);
+    EXPECT_EQ(ring.script.find("fitted surface: FWHM beyond these planes") == std::string::npos,
+              farthest > 0.5 * width);
+  }
+  // Side planes of the images, two units out where all is seen.
+  FewCells fitted(*traced);
+  fitted.farthest = 0.5 * PlotScene::kFocalLength * scene.focal_sigma / PlotScene::kRadius;
+  const PlotInput input{scene.result, scene.mirror,     scene.aperture,   scene.pupil,
+                        *ideal,       target.get(),     fitted,           scene.field,
+                        *scene.grid,  PlotScene::kGrid, scene.focal_sigma};
+  const std::string images = internal::focal_images_picture(input).script;
+  EXPECT_NE(images.find(internal::display(fitted.farthest, Dimension::kLength) + " before z = f"),
+            std::string::npos)
+      << images.substr(0, 2000);
+}
+
 TEST_F(Plots, RingThroughAgreesWithCountingPlaneByPlane) {
   const std::string header = content(file("ring_through.dat"));
   std::smatch found;

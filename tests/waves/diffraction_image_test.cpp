@@ -7,6 +7,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/waves/diffraction_psf.h"
+#include "aberfit/waves/transfer_image.h"
 
 namespace aberfit {
 namespace {
@@ -49,6 +50,39 @@ TEST_F(DiffractionImage, PixelsSumToTheEncircledEnergyOfTheTransferFunction) {
         sum += image.intensity(row, column) * image.pitch * image.pitch;
   EXPECT_NEAR(sum, diffraction_encircled_energy(problem, rough, 0, Eigen::ArrayXd::Constant(1, radius))[0],
               1e-3);
+}
+
+TEST_F(DiffractionImage, PixelsAreIntegralsOfThePattern) {
+  // By Simpson's rule over 16 x 16 steps a pixel: 3e-5 of the brightest.
+  constexpr int kPixels = 9, kSteps = 16;
+  const double half = 3 * kAiryUnit, pixel = 2 * half / kPixels, dz = -3e-4;
+  const Eigen::ArrayXXd pixels = diffraction_pixels(problem, rough, dz, half, kPixels);
+  const PsfImage image = diffraction_psf(problem, rough, {half * (1 + 1e-9), pixel / kSteps, dz});
+  ASSERT_EQ(image.intensity.rows(), kPixels * kSteps + 1);
+  const auto weight = [](int k) { return (k == 0 || k == kSteps ? 1.0 : k % 2 == 1 ? 4.0 : 2.0) / 3; };
+  for (int row = 0; row < kPixels; ++row)
+    for (int column = 0; column < kPixels; ++column) {
+      double sum = 0;
+      for (int j = 0; j <= kSteps; ++j)
+        for (int i = 0; i <= kSteps; ++i)
+          sum += weight(i) * weight(j) * image.intensity(row * kSteps + j, column * kSteps + i);
+      EXPECT_NEAR(pixels(row, column), sum * image.pitch * image.pitch, 5e-5 * pixels.maxCoeff())
+          << row << ' ' << column;
+    }
+}
+
+TEST_F(DiffractionImage, PixelsHoldTheFieldOfViewAndNothingBeyond) {
+  const DiffractionCheck check = check_diffraction(problem, rough, 3e-4);
+  for (const int pixels : {1, 2, 7, 64}) {
+    const double half = 0.8 * check.field_of_view;
+    const Eigen::ArrayXXd image = diffraction_pixels(problem, rough, 3e-4, half, pixels);
+    EXPECT_NEAR(image.sum(), 1 - check.energy_outside, 1e-12);
+    const double pixel = 2 * half / pixels;
+    for (int row = 0; row < pixels; ++row)
+      if (std::abs((row + 0.5) * pixel - half) - 0.5 * pixel > 0.5 * check.field_of_view) {
+        EXPECT_TRUE((image.row(row) == 0).all() && (image.col(row) == 0).all());
+      }
+  }
 }
 
 TEST_F(DiffractionImage, TransformAndMatrixAgree) {

@@ -9,4 +9,8 @@ namespace aberfit {
 TransferImage focus_transfer(const LightPath& path, const Eigen::VectorXd& coefficients, double dz,
                              int most_lags);
 
+/// Share of the light per pixel of that surface's image, as diffraction_pixels has it. Throws as above.
+Eigen::ArrayXXd focus_pixels(const LightPath& path, const Eigen::VectorXd& coefficients, double dz,
+                             double half_width, int pixels);
+
 }  // namespace aberfit

@@ -22,6 +22,9 @@ class FocalLight {
   /// Share of the light per pixel of a square image, pixels x pixels over +-half_width [m] about the centre
   /// at plane dz [m]; column = x, row = y, from -half_width up. Light off the image is left out.
   virtual Eigen::ArrayXXd image(double dz, double half_width, int pixels) const = 0;
+  /// No plane farther from the focus than this [m], on either side, has any light: cells of a pupil are too
+  /// few for its cone.
+  virtual double farthest_plane() const { return HUGE_VAL; }
   /// The transfer function at z = f of one surface, at most 512 lags either way; nothing where there is none.
   virtual std::optional<TransferImage> transfer() const { return std::nullopt; }
   /// The same at `frequencies` [cycles/m] of light that is round: its real part, the mean over directions.

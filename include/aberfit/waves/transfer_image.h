@@ -21,4 +21,13 @@ struct TransferImage {
 TransferImage diffraction_transfer(const DiffractionProblem& problem, const Eigen::ArrayXd& height, double dz,
                                    int most_lags);
 
+/// Share of the light per pixel of a square image about the nominal focus, pixels x pixels over +-half_width
+/// [m] in the plane z = f + dz: the exact integral of the pattern over each pixel, from the lags as above.
+/// The pattern repeats with the field of view wavelength (f+dz)/pitch, of which one period is looked at:
+/// nothing lies beyond it, and what `problem.scatter` throws there comes into it from the other side. row =
+/// y, column = x, from -half_width up. Rounding: 1e-13 of the light. Throws ComputationError as
+/// diffraction_transfer.
+Eigen::ArrayXXd diffraction_pixels(const DiffractionProblem& problem, const Eigen::ArrayXd& height, double dz,
+                                   double half_width, int pixels);
+
 }  // namespace aberfit
