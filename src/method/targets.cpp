@@ -335,9 +335,8 @@ void warn_of_sharp_values(const Task& task, const Groundwork& ground, const std:
 }
 
 // Why planes by default end where they do, as a clause; empty where a warning of its own says it.
-std::string why_no_farther(const Groundwork& ground, double reach) {
-  constexpr double kRounded = 0.95;  // planes are
-  if (reach > kRounded * ground.farthest_by_cells)
+std::string why_no_farther(const Groundwork& ground) {
+  if (ground.default_unit() < ground.plane_unit())
     return fmt::format(", beyond which light by waves takes more than {} cells across", kMostCellsByDefault);
   return ground.is_deep() ? "" : ", where the cone of light becomes as wide as the scatter";
 }
@@ -349,7 +348,7 @@ void warn_of_near_planes(const Groundwork& ground, double reach, TargetSets* set
            "default statistics of a spot without a core are of planes within {} of the focus{}; farther out "
            "nothing holds the surface, and mirrors of this roughness differ by {} in ee90: name planes in "
            "`target.statistics` to have them, beside all else that is wanted",
-           format_quantity(reach, Dimension::kLength), why_no_farther(ground, reach),
+           format_quantity(reach, Dimension::kLength), why_no_farther(ground),
            format_percent(ground.numbers.realisation_spread))});
 }
 
