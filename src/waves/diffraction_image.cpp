@@ -130,9 +130,8 @@ ComplexMatrix pixel_integrals(double half_width, int pixels, double u, Eigen::In
     for (int k = 0; k < pixels; ++k) {
       const double length = edge(k + 1) - edge(k), half_turn = 0.5 * turn * length;
       const double middle = 0.5 * (edge(k) + edge(k + 1));
-      integral(k, i) =
-          std::polar(turn == 0 ? length : length * std::sin(half_turn) / half_turn, turn * middle);
-      if (length == 0) integral(k, i) = 0;
+      const double within = turn == 0 || length == 0 ? length : length * std::sin(half_turn) / half_turn;
+      integral(k, i) = within * std::polar(1.0, turn * middle);
     }
   }
   return integral;
