@@ -61,7 +61,7 @@ class WaveLight : public FocalLight {
     return share;
   }
   Eigen::ArrayXXd image(double dz, double half_width, int pixels) const override {
-    const Eigen::ArrayXXd periodic = focus_pixels(path_, coefficients_, dz, half_width, pixels);
+    Eigen::ArrayXXd periodic = focus_pixels(path_, coefficients_, dz, half_width, pixels);
     if (!path_.scatter) return periodic;
     const RoundSpot mean = [&](double radius) -> MeanScatter::Encircled {
       if (const auto known = path_.scatter->in_plane(radius, dz)) return *known;
