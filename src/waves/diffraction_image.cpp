@@ -101,6 +101,13 @@ ComplexMatrix transfer_lags(const DiffractionScene& scene, const Eigen::ArrayXcd
   return lags;
 }
 
+// Values of the focal plane, rows = y, from lags along x by lags along y. kernel: places by lags, of both
+// axes.
+Grid from_lags(const ComplexMatrix& kernel, const ComplexMatrix& lags) {
+  const ComplexMatrix half = kernel * lags;  // X by lags along y
+  return (half * kernel.transpose()).transpose().real().array();
+}
+
 // With roughness that no height stands for: the transfer function back to the focal plane. step: 2 pi times
 // the pitch of the image in periods of the PSF.
 Grid scattered(const DiffractionScene& scene, const Eigen::ArrayXcd& field, double step, Eigen::Index before,
@@ -111,13 +118,16 @@ Grid scattered(const DiffractionScene& scene, const Eigen::ArrayXcd& field, doub
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index k = 0; k < samples; ++k)
       phases(k, i) = std::polar(1.0, step * double(k - before) * lag_of(i, n));
-  const ComplexMatrix half = phases * lags;  // X by lags along y
-  return (half * phases.transpose()).transpose().real().array();
+  return from_lags(phases, lags);
 }
 
 void require_square_cells(const DiffractionPupil& pupil) {
   if (std::abs(pupil.pitch_x - pupil.pitch_y) > 1e-9 * pupil.pitch_x)
     throw ComputationError("an image of the PSF needs a pupil grid with square cells");
+}
+
+void require_plane(const DiffractionScene& scene, double dz) {
+  if (!scene.has_plane(dz)) throw ComputationError("the plane of the PSF lies behind the mirror");
 }
 
 // Integral of exp(2 pi i u m x) over each pixel's part of one period, |x| < 1/2u: pixels by lags m of a
@@ -143,12 +153,10 @@ Eigen::ArrayXXd diffraction_pixels(const DiffractionProblem& problem, const Eige
                                    double half_width, int pixels) {
   require_square_cells(problem.pupil);
   const DiffractionScene scene(problem, height, 1);
-  if (!scene.has_plane(dz)) throw ComputationError("the plane of the image lies behind the mirror");
+  require_plane(scene, dz);
   const ComplexMatrix lags = transfer_lags(scene, pupil_field(scene, dz));
   const double u = scene.per_period(dz);
-  const ComplexMatrix integral = pixel_integrals(half_width, pixels, u, lags.rows());
-  const ComplexMatrix half = integral * lags;  // X by lags along y
-  return (half * integral.transpose()).transpose().real().array() * (u * u / scene.total());
+  return from_lags(pixel_integrals(half_width, pixels, u, lags.rows()), lags) * (u * u / scene.total());
 }
 
 PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
@@ -156,7 +164,7 @@ PsfImage diffraction_psf(const DiffractionProblem& problem, const Eigen::ArrayXd
   const DiffractionPupil& pupil = problem.pupil;
   require_square_cells(pupil);
   const DiffractionScene scene(problem, height, 1);
-  if (!scene.has_plane(window.dz)) throw ComputationError("the plane of the PSF lies behind the mirror");
+  require_plane(scene, window.dz);
   const int cells = std::max(scene.rows(), scene.columns());
   const double field_of_view = 2 * scene.field_radius(window.dz);
   const double wanted = window.pitch > 0 ? window.pitch : 0.25 * field_of_view / cells;
@@ -207,7 +215,7 @@ TransferImage diffraction_transfer(const DiffractionProblem& problem, const Eige
                                    int most_lags) {
   require_square_cells(problem.pupil);
   const DiffractionScene scene(problem, height, 1);
-  if (!scene.has_plane(dz)) throw ComputationError("the plane of the PSF lies behind the mirror");
+  require_plane(scene, dz);
   const ComplexMatrix lags = transfer_lags(scene, pupil_field(scene, dz));
   const Eigen::Index n = lags.rows(), last = std::max(scene.rows(), scene.columns()) - 1;
   const Eigen::Index stride = std::max<Eigen::Index>(1, (last + most_lags - 1) / most_lags);
