@@ -269,6 +269,7 @@ struct PupilMoments::Known {
   struct Key {
     double dz, end;
     Fading::Levels fading;
+    // NOLINTNEXTLINE(modernize-use-nullptr): the 0 that such a comparison is compared with is no pointer
     auto operator<=>(const Key&) const = default;
   };
   // Of the usual work, by from where roughness blurs alone; of more, by all of its fading.
