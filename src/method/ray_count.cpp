@@ -12,7 +12,6 @@ namespace aberfit {
 namespace {
 
 constexpr std::int64_t kFirstRays = 16384, kFirstScreeningRays = 4096;
-constexpr std::int64_t kMostAutomaticRays = std::int64_t(1) << 20;
 
 }  // namespace
 

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "aberfit/method/ray_count.h"
+
 namespace aberfit {
 namespace {
 
@@ -60,6 +62,7 @@ class Search {
   Eigen::Index cells() const { return cells_; }
 
   std::vector<FrontierPoint> points;
+  std::string closeness;  // Frontier
 
  private:
   TermsSpec make(int order) const {
@@ -157,6 +160,9 @@ int stride_down(Search* search, int passed, int* failed) {
 int by_strides(Search* search, const OrderRange& range) {
   const Eigen::Index cells = search->cells();
   const bool very_many = cells >= kVeryManyCells;
+  if (very_many)
+    search->closeness =
+        fmt::format("on so many cells to within {:.0f} % of the order", 100 * closeness(cells));
   const int first = range.low + (very_many ? int(kStartOnVeryManyCells * (range.high - range.low)) : 0);
   int failed = very_many ? std::max(1, range.low - 1) : 1, passed = first;
   if (!search->passes(first))
@@ -182,11 +188,15 @@ std::string of_every_tolerance(const FrontierPoint& point) {
   return fmt::format("come within {:.3g} of every tolerance", point.met_within);
 }
 
+// Nearer to kMostAutomaticRays than to half of them: an annulus leaves some out.
+bool on_the_most_rays(const FrontierPoint& point) { return point.rays > kMostAutomaticRays / 4 * 3; }
+
 // A number of plane waves that passes, over one that does not, where a search ends: as by then the draw
-// decides, on many cells it is not worth half a minute more (g 1.4 on 306,720 cells: 128 and 152 fail, 181
-// and 256 pass).
-double few_enough(Eigen::Index cells) {
-  return cells >= kVeryManyCells ? 2 : cells >= kManyCells ? 1.5 : 1.2;
+// decides, on many cells or on the most rays it is not worth half a minute more (g 1.4 on 306,720 cells: 128
+// and 152 fail, 181 and 256 pass; g 40 by rays: 128, 181 and 215 are undecided, 256 pass).
+double few_enough(Eigen::Index cells, const FrontierPoint& passed) {
+  if (cells >= kVeryManyCells || on_the_most_rays(passed)) return 2;
+  return cells >= kManyCells ? 1.5 : 1.2;
 }
 
 // The same for numbers of plane waves: double until one passes, then halve the factor in between. More waves
@@ -206,8 +216,12 @@ int double_up(Search* search) {
       if (fruitless == kFruitlessDoublings) return 0;
       continue;
     }
+    const double few = few_enough(search->cells(), search->points.back());
+    if (few >= 2)
+      search->closeness = fmt::format("on so many {} to within a factor 2 of their number",
+                                      search->cells() > 0 ? "cells" : "rays");
     int fails = count / 2, passes = count;
-    while (count > first && passes > few_enough(search->cells()) * fails) {
+    while (count > first && passes > few * fails) {
       const int middle = int(std::lround(std::sqrt(double(fails) * passes)));
       (search->passes(middle) ? passes : fails) = middle;
     }
@@ -282,7 +296,7 @@ Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange
                               : by_strides(&search, range);
   std::vector<FrontierPoint>& points = search.points;
   if (found == 0) found = nearest(points);
-  if (search.cells() >= kVeryManyCells) frontier.closeness = closeness(search.cells());
+  frontier.closeness = search.closeness;
   std::stable_sort(points.begin(), points.end(),
                    [](const FrontierPoint& a, const FrontierPoint& b) { return a.terms < b.terms; });
   for (FrontierPoint& point : points) point.chosen = point.order == found;
@@ -312,10 +326,7 @@ std::string search_message(const Frontier& frontier, const OrderRange& range) {
                            "no set meets every tolerance and is equivalent; {} ({} terms) comes nearest; {} "
                            "fitted, {} left after a short fit",
                            set, chosen->terms, fitted, screened);
-  if (frontier.closeness > 0 && chosen->passes)
-    message += range.wide ? "; on so many cells to within a factor 2 of their number"
-                          : fmt::format("; on so many cells to within {:.0f} % of the order",
-                                        100 * frontier.closeness);
+  if (!frontier.closeness.empty() && chosen->passes) message += "; " + frontier.closeness;
   if (range.wide)
     message += fmt::format(
         "; plane waves, because the Zernikes need orders above {} for 99 % of the height variance",

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "aberfit/method/ray_count.h"
 #include "aberfit/method/term_search.h"
 #include "aberfit/study/read_study.h"
 
@@ -45,7 +46,8 @@ TEST(FewestTerms, MakesTermsAndPriorOnceForEachTrial) {
   EXPECT_EQ(found.result.fit.coefficients.size(), found.terms->prior.size());
 }
 
-// By rays 1.3 tolerances or margins, by waves 1.6, on many cells 1.1; and from nowhere there is no way on.
+// By rays 1.3 tolerances or margins unless there are the most, by waves 1.6, on many cells 1.1; and from
+// nowhere there is no way on.
 TEST(SecondLook, IsForWhatMissesByLittle) {
   const Study study = parse_study(kStudy, "study.json");
   TermSet none;
@@ -54,7 +56,7 @@ TEST(SecondLook, IsForWhatMissesByLittle) {
     Attempt attempt;
     attempt.bench = std::make_shared<const Workbench>(study, model, PupilOptions{PupilLayout::kPolar, 64, 1},
                                                       0.4 / 16, none, 1);
-    attempt.result.rays = cells;
+    attempt.result.rays = attempt.result.chosen.rays = cells;
     attempt.result.fit.status = status;
     attempt.mismatch = mismatch;
     return deserves_second_look(attempt);
@@ -62,6 +64,9 @@ TEST(SecondLook, IsForWhatMissesByLittle) {
   const FitStatus missed = FitStatus::kNotConverged;
   EXPECT_TRUE(deserves(FocusModel::kRays, 65536, 1.25, missed));
   EXPECT_FALSE(deserves(FocusModel::kRays, 65536, 1.35, missed));
+  EXPECT_TRUE(deserves(FocusModel::kRays, kMostAutomaticRays / 2, 1.05, missed));
+  EXPECT_FALSE(deserves(FocusModel::kRays, kMostAutomaticRays, 1.05, missed));
+  EXPECT_TRUE(deserves(FocusModel::kWaves, kManyCells + kMostAutomaticRays, 1.05, missed));
   EXPECT_TRUE(deserves(FocusModel::kWaves, 5000, 1.55, missed));
   EXPECT_TRUE(deserves(FocusModel::kWaves, 5000, 1.55, FitStatus::kCancelled));
   EXPECT_FALSE(deserves(FocusModel::kWaves, 5000, 1.65, missed));

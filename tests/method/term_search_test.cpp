@@ -316,6 +316,31 @@ TEST(TermSearch, EndsAmongPlaneWavesSoonerOnManyCells) {
       << frontier.message;
 }
 
+// 32, 64, 128 and 256 waves; where the one that passes takes the most rays - an annulus's are a few less -
+// that is near enough to 150.
+TEST(TermSearch, EndsAmongPlaneWavesSoonerOnTheMostRays) {
+  for (const Eigen::Index rays : {kMostAutomaticRays / 2, kMostAutomaticRays - 256}) {
+    const bool most = rays > kMostAutomaticRays / 2;
+    Trials trials;
+    for (int count = 150; count < 20000; ++count) trials.passing.insert(count);
+    TermTrials hooks = failing_by(trials.hooks(), [](int order) { return 300.0 / order; });
+    // What a set that fails has taken says nothing of the ones that pass.
+    hooks.confirm = [rays, confirm = hooks.confirm](const TermsSpec& asked) {
+      FrontierPoint point = confirm(asked);
+      point.rays = point.passes ? rays : kMostAutomaticRays;
+      return point;
+    };
+    const Frontier frontier = search({10, 100, true}, hooks);
+    EXPECT_EQ(chosen(frontier), most ? 256 : 152);
+    EXPECT_EQ(trials.confirmed,
+              most ? std::vector<int>({32, 64, 128, 256}) : std::vector<int>({32, 64, 128, 256, 181, 152}));
+    EXPECT_EQ(
+        frontier.message.find("on so many rays to within a factor 2 of their number") != std::string::npos,
+        most)
+        << frontier.message;
+  }
+}
+
 // A spot that no number of waves mends was followed up to 16,384 of them, hours.
 TEST(TermSearch, StopsDoublingPlaneWavesWhereMoreBringNothing) {
   Trials none;  // all of them 2 tolerances off

@@ -28,11 +28,10 @@ struct FrontierPoint {
 /// What the search tried, by ascending number of terms, and what came of it.
 struct Frontier {
   std::vector<FrontierPoint> points;
-  double seconds = 0;    ///< of the whole search
-  double margin = 0;     ///< of the verdicts, relative
-  double closeness = 0;  ///< on 100,000 cells and more: share of the order that it was found to (plane waves:
-                         ///< a factor 2); 0: as closely as on few
-  std::string message;   ///< one sentence: which terms were taken and why
+  double seconds = 0;     ///< of the whole search
+  double margin = 0;      ///< of the verdicts, relative
+  std::string closeness;  ///< how closely it looked, where sets are too dear for what is done on few cells
+  std::string message;    ///< one sentence: which terms were taken and why
 };
 
 /// How many rays the fit used, and why.

@@ -14,6 +14,9 @@ inline constexpr double kRayShareOfMargin = 0.5;
 /// An `undecided` verdict asks for more rays until the sampling error is below this share of the margin.
 inline constexpr double kDecidedShareOfMargin = 0.05;
 inline constexpr int kScreeningIterations = 12;
+/// Automatic fits take no more. On so many a set takes half a minute, and is judged on kMostFreshRays, as one
+/// on twice as many would be.
+inline constexpr std::int64_t kMostAutomaticRays = std::int64_t(1) << 20;
 
 /// Rays that an automatic fit of so many terms starts with: a power of two, at least 16384 and kRaysPerTerm.
 std::int64_t first_rays(Eigen::Index terms);

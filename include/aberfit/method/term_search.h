@@ -61,10 +61,11 @@ TermsSpec plane_waves(int count);
 /// halves what it stepped over, then goes down in the same way. On kManyCells it ends within 9 % of the order
 /// that it takes, which is above neighbours from 23 on; on 100,000 within 20 %, on 150,000 within half, and
 /// begins a quarter of the way through the expected orders and takes those below them to fail. Plane waves
-/// are found to a factor 1.2, on kManyCells 1.5, on 100,000 2, there from 64 on. Where none passes: the
-/// judged set with the smallest held-out mismatch, else the one nearest to its tolerances, not fitted in full
-/// if screened. `chosen` is marked in the result, which is sorted by terms. range: expected_orders; the climb
-/// ends a third beyond its high end. margin: of the verdicts, told in the result.
+/// are found to a factor 1.2, on kManyCells 1.5, on 100,000 2, there from 64 on; 2, too, where the first that
+/// passes takes kMostAutomaticRays. Where none passes: the judged set with the smallest held-out mismatch,
+/// else the one nearest to its tolerances, not fitted in full if screened. `chosen` is marked in the result,
+/// which is sorted by terms. range: expected_orders; the climb ends a third beyond its high end. margin: of
+/// the verdicts, told in the result.
 Frontier search_terms(CovarianceKind covariance, double margin, const OrderRange& range,
                       const TermTrials& trials);
 /// What came out, for people: a sentence without full stop.
