@@ -332,19 +332,17 @@ bool first_plane_waves_do(const Groundwork& ground, const TargetSets& targets) {
          });
 }
 
-constexpr int kFewestOfRays = 64;
-
 // Plane waves where a search ends: a tenth more than cycles across that terms stand for. By waves 108 of 95,
 // 91 of 92, 76 of 66, 38 of 52 and 43, 32 of 39 and 64, 256 of 125; by rays 64 of 48 and 77, 76 of 45, 181 of
 // 100 and 148, 304 of 305 and 1536, 609 of 1139, and of thirteen from 300 on 108 to 609, half of them 181 to
 // 304 (tests/stability).
 int typical_modes(const Groundwork& ground, const TargetSets& targets) {
   if (first_plane_waves_do(ground, targets)) return kFewestModes;
-  constexpr double kMostOfWaves = 256, kMostOfRays = 300, kPerCycle = 1.1;
+  constexpr double kMostOfWaves = 256, kFewestOfRays = 64, kMostOfRays = 300, kPerCycle = 1.1;
   const double cycles = kPerCycle * 2 * ground.radius * end_of_slopes(*ground.term_psd);
   return int(std::lround(ground.use.model == FocusModel::kWaves
                              ? std::clamp(cycles, double(kFewestModes), kMostOfWaves)
-                             : std::clamp(cycles, double(kFewestOfRays), kMostOfRays)));
+                             : std::clamp(cycles, kFewestOfRays, kMostOfRays)));
 }
 
 // The sets that search_terms fits where every look is a full fit, if all from `end` on pass and all below
@@ -412,9 +410,10 @@ bool asks_for_width_of_spot(const TargetSets& targets) {
 
 // Plane waves by rays: from few of them on, doubling to where they pass, then twice in between.
 std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground, const TargetSets& targets) {
+  constexpr int kFirstSetDoes = 128;  // modes of 116 cycles, between the 62 and the 220
   std::vector<Fits> fits;
   const int end = typical_modes(ground, targets);
-  if (task.trace.automatic_rays && end > kFewestOfRays && asks_for_width_of_spot(targets)) {
+  if (task.trace.automatic_rays && end > kFirstSetDoes && asks_for_width_of_spot(targets)) {
     for (int count = kFewestModes; count < 2 * end; count *= 2)
       add_fits_on_every_number_of_rays(task, terms_of(task, ground, plane_waves(count)), &fits);
     return fits;

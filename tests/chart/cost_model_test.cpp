@@ -303,7 +303,8 @@ TEST(CostModel, AWidthOfTheSpotTakesPlaneWavesToTheMostRays) {
            iterations(R"({"ee50": {}, "ee80": {}, "ee90": {}})");
   };
   EXPECT_GT(dearer(300, "{}"), 3);
-  EXPECT_LT(dearer(50, "{}"), 1.5);
+  EXPECT_GT(dearer(200, "{}"), 3);
+  EXPECT_LT(dearer(70, "{}"), 1.5);
   EXPECT_LT(dearer(300, R"({"rays": 65536})"), 1.5);
 }
 
