@@ -396,8 +396,9 @@ void add_near_miss(const Task& task, const TermSet& terms, double iterations, st
 }
 
 // Few waves follow the rays that a width of the spot is seen by: their sets meet it on half a million of them
-// and miss it by a percent on fresh ones, so that each goes on to the most, in three to twenty steps, and the
-// first that passes there is taken (four of tests/stability of 220 to 590 cycles; of 62 the first set does).
+// and miss it by a percent on fresh ones, so that each goes on to the most, mostly in three to twenty steps,
+// and the first that passes there is taken (four of tests/stability, with other
+// seeds among them, of 220 to 590 cycles; of 62 the first set does).
 void add_fits_on_every_number_of_rays(const Task& task, const TermSet& terms, std::vector<Fits>* fits) {
   for (std::int64_t rays = first_rays(terms.size()); rays <= kMostAutomaticRays; rays = more_rays(rays))
     fits->push_back({terms, of_rays(task, rays), 1, 1, kIterations});

@@ -256,6 +256,12 @@ std::string words_of(const std::string& table) {
   return text;
 }
 
+// A uniform band of so many cycles across a mirror of 0.4 m.
+std::string uniform(int cycles) {
+  return R"({"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": ")" +
+         std::to_string(cycles * 5 / 2) + R"( /m"})";
+}
+
 // Plane waves by rays: as many as cycles across the spectrum has, which need not end. With 256 for all of
 // them 4 s were predicted as 20, and 75 as 20, too.
 TEST(CostModel, ASearchOfPlaneWavesByRaysTakesLongerTheWiderTheBand) {
@@ -264,10 +270,6 @@ TEST(CostModel, ASearchOfPlaneWavesByRaysTakesLongerTheWiderTheBand) {
     const ordered_json result = check(parts);
     EXPECT_EQ(result.at("terms").at("automatic").at("family"), "fourier") << psd;
     return stage(result, "iterations");
-  };
-  const auto uniform = [](int cycles) {  // of a band below, on a mirror of 0.4 m
-    return R"({"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": ")" +
-           std::to_string(cycles * 5 / 2) + R"( /m"})";
   };
   EXPECT_GT(iterations(uniform(300)), 2.5 * iterations(uniform(90)));
   EXPECT_LT(iterations(uniform(3000)), 1.6 * iterations(uniform(360)));
@@ -286,13 +288,11 @@ TEST(CostModel, ASearchOfPlaneWavesByRaysTakesLongerTheWiderTheBand) {
 }
 
 // Sets of few plane waves follow the rays that a width of the spot is seen by, up to the most: 57 to 204 s of
-// four scenes of the random matrix and its other seeds, for which 5 to 30 were predicted. Of few cycles the
+// four scenes of the random matrix and its other seeds, for which 5 to 11 were predicted. Of few cycles the
 // first set does (2.7 s), and rays that a study names are as many as they are.
 TEST(CostModel, AWidthOfTheSpotTakesPlaneWavesToTheMostRays) {
   const auto dearer = [](int cycles, const char* trace) {
-    Parts parts{R"({"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": ")" +
-                    std::to_string(cycles * 5 / 2) + R"( /m"})",
-                "\"geometric\"", "\"auto\"", "null", trace};
+    Parts parts{uniform(cycles), "\"geometric\"", "\"auto\"", "null", trace};
     const auto iterations = [&](const char* statistics) {
       parts.statistics = statistics;
       const ordered_json result = check(parts);
