@@ -1,20 +1,17 @@
 // Which aberration terms match my roughness specification? The whole path of `aberfit fit` from a program:
-// a study as text, the fit by waves that this mirror needs, and the verdict on a grid it has not seen.
+// a study, the fit by waves that this mirror needs, and the verdict on a grid it has not seen.
 #include <fmt/format.h>
 
 #include "aberfit/aberfit.h"
 
 int main() {
-  const aberfit::Study study = aberfit::parse_study(R"({
-    "aberfit": 1,
-    "mirror": { "focal_length": "2.8 m" },
-    "aperture": { "shape": "circle", "diameter": "0.4 m" },
-    "light": { "wavelength": "632.8 nm" },
-    "roughness": { "psd": { "model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": "19.96 /m" } },
-    "terms": { "zernike": { "n_max": 28 } },
-    "equivalence": { "margin": "1 %" }
-  })",
-                                                    "my_spec.json");
+  // What is not said is what a study file would leave out.
+  aberfit::Study study;
+  study.mirror.focal_length = 2.8;                      // [m]
+  study.aperture = aberfit::CircleAperture{0.4};        // [m]
+  study.wavelength = 632.8e-9;                          // [m]
+  study.psd = aberfit::UniformPsd{100e-9, 2.5, 19.96};  // RMS [m] in a band [cycles/m]
+  study.terms.zernike = aberfit::ZernikeSpec{2, 28};    // n = 2 to 28
   const aberfit::ResultDocument result = aberfit::run_fit(study, {});
 
   fmt::print("{}: {}\n", aberfit::to_string(result.fit.status), result.fit.message);

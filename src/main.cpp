@@ -88,8 +88,15 @@ CLI::App* add_study_command(CLI::App* app, const char* name, const char* what, C
   return sub;
 }
 
+void add_force(CLI::App* sub, CommandLine* line) {
+  sub->add_flag(
+      "--force", line->force,
+      "Replace files of the folder that stand in the way of results and are not this command's own, "
+      "and say which");
+}
 void add_output(CLI::App* sub, CommandLine* line, const char* which_folder) {
   sub->add_option("-o,--output", line->output_directory, which_folder)->type_name("DIR");
+  add_force(sub, line);
   sub->add_flag("--no-plots", line->no_plots, "Draw no pictures");
 }
 void add_arrays(CLI::App* sub, CommandLine* line) {
@@ -104,8 +111,9 @@ void add_arrays(CLI::App* sub, CommandLine* line) {
 void add_arrays_and_folder(CLI::App* sub, CommandLine* line, const char* which_folder) {
   add_arrays(sub, line);
   sub->add_option("-o,--output", line->output_directory, which_folder)->type_name("DIR");
+  add_force(sub, line);
 }
-constexpr const char* kFolder = "Folder for the results (default: out/<name of the study>)";
+constexpr const char* kFolder = "Folder for the results (default: out/<name of the study>/<command>)";
 
 void add_coefficients(CLI::App* sub, CommandLine* line) {
   sub->add_option("--coefficients", line->coefficients_file,
@@ -142,7 +150,7 @@ CLI::App* add_chart_command(CLI::App* app, CommandLine* line) {
   CLI::App* sub = add_study_command(
       app, "chart",
       "Speed against accuracy on this scene: theories, models, whole fits, cuts, then the kernels", line);
-  add_output(sub, line, "Folder for the results (default: out/<name of the study>-chart)");
+  add_output(sub, line, kFolder);
   sub->add_option("--seconds", line->chart_seconds,
                   "About how long it may take, pictures left out (default: 60)")
       ->check(CLI::Range(0.1, 1e6))
@@ -156,10 +164,10 @@ CLI::App* add_check_command(CLI::App* app, CommandLine* line) {
       line);
   sub->add_option("--chart", line->chart_file,
                   "chart.json or its folder: the rates to predict with (default: that of out/<name of the "
-                  "study>-chart, where it is of the same study)")
+                  "study>/chart, where it is of the same study)")
       ->type_name("FILE");
   add_arrays_and_folder(sub, line,
-                        "Folder for the arrays and the result (default: out/<name of the study>-check)");
+                        "Folder for the arrays and the result (default: out/<name of the study>/check)");
   CLI::Option* table = sub->add_flag(
       "--paper-table", line->paper_table,
       "The paper's table of R = 2 sigma D/(1.22 lambda l_c), with kappa and both verdicts in each cell");
@@ -238,7 +246,7 @@ ExitCode run(int argc, char** argv) {
   CLI::App* trace = add_study_command(&app, "trace", "Focal statistics of a surface, nothing else", &line);
   add_coefficients(trace, &line);
   add_arrays_and_folder(trace, &line,
-                        "Folder for the arrays and the result (default: out/<name of the study>-trace)");
+                        "Folder for the arrays and the result (default: out/<name of the study>/trace)");
   CLI::App* psd = add_psd_command(&app, &line, &psd_texts);
   CLI::App* chart = add_chart_command(&app, &line);
   CLI::App* check = add_check_command(&app, &line);

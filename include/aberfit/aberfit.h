@@ -8,6 +8,7 @@
 
 // core: units, errors, warnings, random streams, threads, instruction sets.
 #include "aberfit/core/constants.h"
+#include "aberfit/core/content_hash.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/instruction_set.h"
 #include "aberfit/core/linear_algebra.h"

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <optional>
+#include <string_view>
 #include <thread>
 #include <unordered_map>
 
@@ -150,6 +151,23 @@ std::vector<CaseRecord> read_journals(const std::string& folder, std::size_t* da
     }
   }
   return records;
+}
+
+std::string foreign_journal(const std::string& folder) {
+  const std::string begin_of_record = R"({"id":)";
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with("worker-") || !name.ends_with(".jsonl")) continue;
+    const std::string text = file_bytes(entry.path().string()).value_or("");
+    const std::string_view same = std::string_view(text).substr(0, begin_of_record.size());
+    bool known = begin_of_record.starts_with(same);
+    for (std::size_t begin = 0, end; !known && (end = text.find('\n', begin)) != std::string::npos;
+         begin = end + 1)
+      known = record_of(text.substr(begin, end - begin)).has_value();
+    if (!known) return entry.path().string();
+  }
+  return "";
 }
 
 ShareLock::ShareLock(const std::string& folder, int share, int shares, double patience) {

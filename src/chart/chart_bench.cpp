@@ -195,7 +195,7 @@ std::vector<Target> in_light(std::vector<Target> targets) {
 
 PupilOptions pupil_of_at_most(const Task& task, std::int64_t most) {
   PupilOptions pupil = task.trace.pupil;
-  pupil.rays = std::min(pupil.rays, most);
+  pupil.rays = std::min(rays_of(pupil), most);
   return pupil;
 }
 

@@ -157,7 +157,7 @@ struct ModelRows {
   }
   void add_rays(const ChartClock& clock) {
     const PupilOptions& own = bench.task.trace.pupil;
-    const std::int64_t wanted = bench.task.trace.automatic_rays ? first_rays(bench.terms.size()) : own.rays;
+    const std::int64_t wanted = own.rays.value_or(first_rays(bench.terms.size()));
     bool taken = bench.ground.use.model != FocusModel::kRays;
     for (const std::int64_t rays : kRayCounts) {
       if (clock.left() < 0) break;
@@ -232,7 +232,7 @@ std::vector<int> orders_of(const ChartBench& bench) {
   const auto between = [&](double share) {
     return int(std::lround(range.low * std::pow(double(range.high) / range.low, share)));
   };
-  const bool named = !bench.task.terms.automatic && !bench.terms.zernike.empty();
+  const bool named = !bench.task.terms.automatic() && !bench.terms.zernike.empty();
   std::vector<int> orders = {named ? bench.terms.zernike.back().n : between(0.3)};
   for (const double share : {0.0, 0.6, 1.0})
     if (std::find(orders.begin(), orders.end(), between(share)) == orders.end())

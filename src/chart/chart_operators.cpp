@@ -170,15 +170,16 @@ struct OperatorPart {
   // in Zernike terms.
   void add_pupils(PupilLayout structured, Eigen::Index work, bool is_of_study) {
     const PupilOptions& own = bench.task.trace.pupil;
+    const PupilLayout of_study = layout_of(bench.task.aperture, own);
     // So many points that some twenty timings of about ten runs each fit; 1e9 term-points a second is slow.
     const auto affordable =
         std::int64_t(std::max(4096.0, 1e9 * seconds / (60.0 * double(std::max<Eigen::Index>(work, 1)))));
     for (const PupilLayout layout :
          {PupilLayout::kPolar, PupilLayout::kRandom, PupilLayout::kSobol, PupilLayout::kGrid}) {
-      if (layout != own.layout && layout != structured) continue;
+      if (layout != of_study && layout != structured) continue;
       const std::optional<PupilSample> pupil =
-          try_pupil(bench.task.aperture, {layout, std::min(own.rays, affordable), own.seed});
-      if (pupil) add(*pupil, is_of_study && layout == own.layout);
+          try_pupil(bench.task.aperture, {layout, std::min(rays_of(own), affordable), own.seed});
+      if (pupil) add(*pupil, is_of_study && layout == of_study);
     }
   }
 };

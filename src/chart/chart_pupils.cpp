@@ -62,11 +62,13 @@ RayBudget ray_budget(const ChartBench& bench, const std::vector<PupilLayout>& la
 }
 
 // Powers of kFactor up to the largest, and the study's own count where its layout can afford it.
-std::set<std::int64_t> ray_counts(PupilLayout layout, const PupilOptions& today, const RayBudget& budget) {
+std::set<std::int64_t> ray_counts(PupilLayout layout, const Task& task, const RayBudget& budget) {
+  const std::int64_t today = rays_of(task.trace.pupil);
   std::set<std::int64_t> counts;
   for (std::int64_t rays = kFewestRays; rays <= budget.largest; rays *= kFactor) counts.insert(rays);
-  if (layout == today.layout && double(today.rays) <= std::max(2.0 * budget.affordable, 1e5))
-    counts.insert(today.rays);
+  if (layout == layout_of(task.aperture, task.trace.pupil) &&
+      double(today) <= std::max(2.0 * budget.affordable, 1e5))
+    counts.insert(today);
   return counts;
 }
 
@@ -80,8 +82,8 @@ ChartRow measured_row(const ChartBench& bench, PupilLayout layout, std::int64_t 
   set_time(measure_time(budget, [&] { values = at.exact(); }), &row);
   set_errors(statistic_errors(values, truth, bench.statistics), reference, std::nan(""), &row);
   at.set_sizes(&row);
-  const PupilOptions today = bench.task.trace.pupil;
-  row.is_default = layout == today.layout && rays == today.rays;
+  const PupilOptions& today = bench.task.trace.pupil;
+  row.is_default = layout == layout_of(bench.task.aperture, today) && rays == rays_of(today);
   return row;
 }
 
@@ -111,7 +113,7 @@ ChartFamily chart_pupils(const ChartBench& bench, double seconds) {
   const std::string reference_name = fmt::format("{}, {} rays", name_of(finest), reference.pupil().size());
 
   for (const PupilLayout layout : layouts) {
-    const std::set<std::int64_t> counts = ray_counts(layout, task.trace.pupil, budget);
+    const std::set<std::int64_t> counts = ray_counts(layout, task, budget);
     const double share = 0.5 * seconds / double(layouts.size() * counts.size());
     for (const std::int64_t rays : counts) {
       bench.say(fmt::format("chart: {} pupil, {} rays", name_of(layout), rays));

@@ -14,7 +14,7 @@ namespace {
 std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& ground, TermSet terms,
                                           const TargetSets& targets) {
   if (ground.use.model != FocusModel::kWaves) return std::nullopt;
-  if (task.terms.automatic) terms.zernike.clear(), terms.fourier.clear();
+  if (task.terms.automatic()) terms.zernike.clear(), terms.fourier.clear();
   const std::vector<Target> all = all_targets(targets);
   try {
     const double across = 2 * ground.radius;
@@ -52,8 +52,8 @@ std::string remedy_of(const Task& task, const Groundwork& ground, const TargetSe
       obstacle_to_split(ground, targets).empty())
     return "`\"terms\": {\"band\": \"auto\"}`: frequencies that need no term, if there are any, become "
            "scatter";
-  if (!task.terms.automatic) return "`terms`: fewer of them, or leave it out and they are chosen";
-  if (!waves && !task.trace.automatic_rays) return "`trace.rays`: fewer, or leave it out";
+  if (!task.terms.automatic()) return "`terms`: fewer of them, or leave it out and they are chosen";
+  if (!waves && task.trace.pupil.rays) return "`trace.rays`: fewer, or leave it out";
   return "`equivalence.margin`: a larger one needs fewer terms and cells, and lets more of the band be "
          "scatter";
 }
@@ -78,7 +78,7 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
   const TermSet terms = make_terms(task, ground, task.terms, &captured);
   CheckReport report;
   report.warnings = scene_warnings(task, ground, terms, captured);
-  if (task.terms.automatic)  // not yet chosen
+  if (task.terms.automatic())  // not yet chosen
     std::erase_if(report.warnings, [](const Warning& warning) { return warning.code == "truncated-terms"; });
   report.warnings.insert(report.warnings.end(), targets.warnings.begin(), targets.warnings.end());
   report.mirror = characterise(task.mirror, task.aperture);
@@ -95,15 +95,15 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
     report.light_decides = ground.use.light_decides;
   }
   report.terms = {terms.size(), captured, {}};
-  if (task.terms.automatic && ground.psd && !ground.all_scatters())
+  if (task.terms.automatic() && ground.psd && !ground.all_scatters())
     report.terms.expected = expected_orders(ground);
   report.statistics = {targets.fitted.size(), targets.guides.size(), targets.held_out.size()};
   report.theory_error = ground.use.theory_error;
   report.cells = checked_cells(task, ground, terms, targets);
   report.fitted = targets.fitted;
   report.held_out = targets.held_out;
-  report.automatic_rays = task.trace.automatic_rays;
-  report.rays = task.trace.automatic_rays ? first_rays(terms.size()) : task.trace.pupil.rays;
+  report.automatic_rays = !task.trace.pupil.rays;
+  report.rays = task.trace.pupil.rays.value_or(first_rays(terms.size()));
   report.starts = task.fit.starts.value_or(1);
   report.threads = threads;
   report.shares = ground.shares;

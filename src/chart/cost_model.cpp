@@ -108,7 +108,7 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
   const Task& task = bench.task;
   const TargetSets& targets = bench.targets;
   FitRates rates;
-  rates.size = {double(task.trace.pupil.rays),
+  rates.size = {double(rays_of(task.trace.pupil)),
                 double(bench.terms.size()),
                 double(targets.fitted.size() + targets.guides.size()),
                 double(targets.fitted.size() + targets.held_out.size()),
@@ -290,7 +290,7 @@ PupilOptions of_rays(const Task& task, std::int64_t rays) {
 // rays.
 void add_fits(const Task& task, const Groundwork& ground, const TermSet& terms, double count, double passing,
               std::optional<double> iterations, std::vector<Fits>* fits) {
-  if (!task.trace.automatic_rays || ground.use.model == FocusModel::kWaves) {
+  if (task.trace.pupil.rays || ground.use.model == FocusModel::kWaves) {
     fits->push_back({terms, task.trace.pupil, count, passing, iterations});
     return;
   }
@@ -390,8 +390,7 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
 }
 
 void add_near_miss(const Task& task, const TermSet& terms, double iterations, std::vector<Fits>* fits) {
-  const std::int64_t rays =
-      task.trace.automatic_rays ? more_rays(first_rays(terms.size())) : task.trace.pupil.rays;
+  const std::int64_t rays = task.trace.pupil.rays.value_or(more_rays(first_rays(terms.size())));
   fits->push_back({terms, of_rays(task, rays), 1, 0, iterations});
 }
 
@@ -414,7 +413,7 @@ std::vector<Fits> plane_wave_fits(const Task& task, const Groundwork& ground, co
   constexpr int kFirstSetDoes = 128;  // modes of 116 cycles, between the 62 and the 220
   std::vector<Fits> fits;
   const int end = typical_modes(ground, targets);
-  if (task.trace.automatic_rays && end > kFirstSetDoes && asks_for_width_of_spot(targets)) {
+  if (!task.trace.pupil.rays && end > kFirstSetDoes && asks_for_width_of_spot(targets)) {
     for (int count = kFewestModes; count < 2 * end; count *= 2)
       add_fits_on_every_number_of_rays(task, terms_of(task, ground, plane_waves(count)), &fits);
     return fits;
@@ -491,7 +490,7 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
     add("scatter", work.scatter * speed);
     return p;
   }
-  p.search = task.terms.automatic && ground.psd;
+  p.search = task.terms.automatic() && ground.psd;
   p.iterations_known = r.iterations_known && rays && !p.search;
   const bool few = 2 * std::size_t(terms.size()) <= targets.fitted.size() + targets.guides.size();
   std::vector<Fits> screens, fits;
@@ -505,7 +504,7 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
                  : p.iterations_known ? r.iterations
                  : few                ? kFewTermsIterations
                        : fits.front().iterations.value_or(rays ? r.iterations : kWaveIterations);
-  p.more_rays = task.trace.automatic_rays && ground.use.model != FocusModel::kWaves;
+  p.more_rays = !task.trace.pupil.rays && ground.use.model != FocusModel::kWaves;
 
   const int most = std::max(1, task.fit.max_iterations);
   const double iterations = std::min(p.iterations, double(most));

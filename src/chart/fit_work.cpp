@@ -373,7 +373,7 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
   work.fresh =
       (waves ? judged_by_waves(task, ground, terms, judged,
                                judging_pitch(task, terms, all_targets(targets), ground.split.get()), pace)
-             : judged_by_rays(terms, judged, 4 * double(rays.rays))) /
+             : judged_by_rays(terms, judged, 4 * double(rays_of(rays)))) /
       threads;
   work.realisations = realisations(task, ground, terms, optics) / threads;
   work.judgement = judgement(task, ground, terms, targets, pace) / threads;

@@ -23,12 +23,33 @@ ArrayFormat array_format(const std::string& word) {
   return ArrayFormat(found - names.begin());
 }
 
-void choose_arrays_directory(const Study& study, const RunOptions& options, const std::string& suffix,
+std::vector<std::string> array_claims(ArrayFormat format) {
+  switch (format) {
+    case ArrayFormat::kNone:
+      return {};
+    case ArrayFormat::kNpz:
+      return {"arrays.npz"};
+    case ArrayFormat::kCsv:
+      return {"arrays/encircled_energy.csv", "arrays/ring_profile.csv", "arrays/psf_*",
+              "arrays/otf_surface_*", "arrays/mtf.csv"};
+    case ArrayFormat::kFits:
+      return {"psf.fits", "otf.fits"};
+  }
+  return {};
+}
+
+ResultClaim claim_of_arrays(const std::string& command, const RunOptions& options, ArrayFormat format) {
+  std::vector<std::string> files = array_claims(format);
+  files.insert(files.end(), {"summary.txt", "result.json"});
+  return claim_of(command, options, std::move(files));
+}
+
+void choose_arrays_directory(const Study& study, const RunOptions& options, const std::string& command,
                              CommandLine* line) {
   if (!line->output_directory.empty() && wanted_arrays(study, options) == ArrayFormat::kNone)
     throw InputError("command line", "", "--output \"" + line->output_directory + "\" and nothing to write",
                      "--output beside --arrays npz, csv or fits, or with `output.arrays` in the study");
-  choose_output_directory(line, suffix);
+  choose_output_directory(line, command);
 }
 
 std::unique_ptr<FocalLight> target_light(const Study& study, const Groundwork& ground,

@@ -7,6 +7,7 @@
 #include "aberfit/commands/run_options.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/report/focal_light.h"
+#include "aberfit/report/result_folder.h"
 #include "aberfit/study/study.h"
 
 namespace aberfit::internal {
@@ -16,9 +17,14 @@ ArrayFormat wanted_arrays(const Study& study, const RunOptions& options);
 /// Of its word, which has to be one of array_format_names.
 ArrayFormat array_format(const std::string& word);
 
-/// Sets the folder of a command that writes nothing but arrays; suffix: behind the name of the study. Throws
-/// InputError for a folder that nothing would be written to.
-void choose_arrays_directory(const Study& study, const RunOptions& options, const std::string& suffix,
+/// Names of a ResultClaim.
+std::vector<std::string> array_claims(ArrayFormat format);
+/// Those of a command that writes nothing but arrays and what it prints.
+ResultClaim claim_of_arrays(const std::string& command, const RunOptions& options, ArrayFormat format);
+
+/// Sets the folder of a command that writes nothing but arrays. Throws InputError for a folder that nothing
+/// would be written to.
+void choose_arrays_directory(const Study& study, const RunOptions& options, const std::string& command,
                              CommandLine* line);
 
 /// Light by the theory that the targets come from, by rays at the points of `pupil`; null without roughness.

@@ -23,12 +23,15 @@ nlohmann::ordered_json chart_json(const Chart& chart, const Study& study) {
 
 }  // namespace
 
-Chart run_chart(const Study& study, const RunOptions& options) {
+Chart run_chart(const Study& given, const RunOptions& options) {
+  const Study study = completed(given);
   if (study.map)
     throw InputError(study.path, "/target/map", "a study of a map",
                      "statistics as targets: a map is fitted by linear least squares, which is exact, and "
                      "`aberfit check` predicts its cost");
-  ResultFolder folder(options.output_directory);
+  ResultFolder folder(options.output_directory,
+                      claim_of("chart", options, {"chart.csv", "summary.txt", "chart.json"},
+                               options.plots && study.output.plots, {"chart_"}));
   Chart chart =
       with_fields_of(study, [&] { return make_chart(study, options.chart_seconds, context_of(options)); });
   chart.title = study.title;
@@ -46,8 +49,7 @@ Chart run_chart(const Study& study, const RunOptions& options) {
 
 ExitCode chart_command(CommandLine line) {
   const Study study = read_study(line.study_file, line.changes);
-  if (line.output_directory.empty()) line.output_directory = default_chart_directory(line.study_file);
-  choose_output_directory(&line);
+  choose_output_directory(&line, "chart");
   ProgressLine progress(!line.quiet);
   const Chart chart = run_chart(study, run_options(line, &progress));
   progress.clear();

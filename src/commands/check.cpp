@@ -74,7 +74,8 @@ RunOptions check_options(const CommandLine& line, const Study& study, ProgressLi
   options.measure_machine = true;
   if (line.paper_table) options.paper_table = paper_table(line);
   if (options.chart_file.empty()) {
-    options.chart_file = (std::filesystem::path(default_chart_directory(study.path)) / "chart.json").string();
+    options.chart_file =
+        (std::filesystem::path(default_output_directory(study.path, "chart")) / "chart.json").string();
     options.chart_optional = true;
   }
   return options;
@@ -100,9 +101,11 @@ void write_theory(const Study& study, const RunOptions& options, ArrayFormat for
 
 }  // namespace
 
-CheckReport run_check(const Study& study, const RunOptions& options) {
+CheckReport run_check(const Study& given, const RunOptions& options) {
+  const Study study = completed(given);
   const ArrayFormat format = wanted_arrays(study, options);
-  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory);
+  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory,
+                      claim_of_arrays("check", options, format));
   CheckReport report = with_fields_of(
       study, [&] { return make_check(study, rates_for(study, options), context_of(options).threads); });
   report.title = study.title;
@@ -112,9 +115,11 @@ CheckReport run_check(const Study& study, const RunOptions& options) {
   return report;
 }
 
-MapCheckReport run_map_check(const Study& study, const RunOptions& options) {
+MapCheckReport run_map_check(const Study& given, const RunOptions& options) {
+  const Study study = completed(given);
   const ArrayFormat format = wanted_arrays(study, options);
-  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory);
+  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory,
+                      claim_of_arrays("check", options, format));
   const LoadedMap loaded = load_map(study);
   const TermSet terms = map_terms(study, aperture_radius(study.aperture));
   MapCheckReport report = make_map_check(loaded.map, terms, context_of(options).threads);
@@ -133,7 +138,7 @@ ExitCode check_command(CommandLine line) {
   const Study study = read_study(line.study_file, line.changes);
   ProgressLine progress(!line.quiet);
   RunOptions options = check_options(line, study, &progress);
-  choose_arrays_directory(study, options, "-check", &line);
+  choose_arrays_directory(study, options, "check", &line);
   options.output_directory = line.output_directory;
   const auto show = [&](const auto& report) {
     progress.clear();

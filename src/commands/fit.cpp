@@ -15,6 +15,7 @@
 #include "interrupt.h"
 #include "output_directory.h"
 #include "terminal.h"
+#include "unused_parts.h"
 
 namespace aberfit {
 using namespace internal;
@@ -74,11 +75,12 @@ RunContext context_of(const RunOptions& options) {
   return {options.threads > 0 ? options.threads : available_threads(), options.progress, options.interrupted};
 }
 
-ResultDocument run_fit(const Study& study, const RunOptions& options) {
+ResultDocument run_fit(const Study& given, const RunOptions& options) {
+  const Study study = completed(given);
   return with_fields_of(study, [&] {
     require_analytic_normals(study);
     if (study.map) throw FieldError("target.map", "a map as target", "statistics; run_map_fit is for maps");
-    ResultFolder folder(options.output_directory);
+    ResultFolder folder(options.output_directory, claim_of_fit(study, options));
     const RunContext context = context_of(options);
     auto run = std::make_unique<Run>(study, requested_physics(study), context);
     Attempt attempt = fit_as_asked(run->of);
@@ -87,6 +89,8 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
       attempt = fit_by_waves(study, context, std::move(attempt), &run);
     if (context.stopped()) note_interruption(&attempt.result);
     ResultDocument result = document(study, std::move(attempt.result), context.threads);
+    const Warnings unused = unused_parts(study, "`aberfit solve`");
+    result.warnings.insert(result.warnings.end(), unused.begin(), unused.end());
     if (!folder.wanted() || result.fit.status == FitStatus::kFailed) return result;
     RunOptions there = options;
     there.output_directory = folder.path();
@@ -98,7 +102,7 @@ ResultDocument run_fit(const Study& study, const RunOptions& options) {
 
 ExitCode fit_command(CommandLine line) {
   const Study study = read_study(line.study_file, line.changes);
-  choose_output_directory(&line);
+  choose_output_directory(&line, "fit");
   ProgressLine progress(!line.quiet);
   const Interrupt interrupt;
   RunOptions options = run_options(line, &progress);

@@ -8,6 +8,7 @@
 #include "aberfit/report/scatter_table.h"
 #include "aberfit/study/read_study.h"
 #include "array_files.h"
+#include "output_directory.h"
 
 namespace aberfit {
 using namespace internal;
@@ -89,6 +90,18 @@ nlohmann::ordered_json resolved(const Study& study, const FitOutcome& outcome) {
 }
 
 namespace internal {
+
+ResultClaim claim_of_fit(const Study& study, const RunOptions& options) {
+  std::vector<std::string> files = array_claims(wanted_arrays(study, options));
+  for (const char* file :
+       {"coefficients.csv", "scatter.csv", "scatter_psd.csv", "summary.txt", "result.json"})
+    files.emplace_back(file);
+  for (const ExportFormat format : study.output.exports)
+    files.push_back("exports/" + export_file_name(format));
+  return claim_of("fit", options, std::move(files), options.plots && study.output.plots,
+                  {"ee_", "ring_through", "focal_images", "surface", "profile", "coefficients", "gradients",
+                   "frontier", "map_heights", "map_light"});
+}
 
 void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,
                const LightPath& focus, ResultDocument* result) {

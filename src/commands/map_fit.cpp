@@ -21,6 +21,7 @@
 #include "aberfit/theory/regime.h"
 #include "analytic_normals.h"
 #include "fit_files.h"
+#include "unused_parts.h"
 
 namespace aberfit {
 using namespace internal;
@@ -122,10 +123,9 @@ TermSet map_terms(const Study& study, double radius) {
     throw InputError(study.path, "/terms/fourier", "Fourier terms for a map", "zernike or spherical terms");
   TermSet terms;
   terms.radius = radius;
-  if (study.terms.zernike)
+  if (const std::optional<ZernikeSpec> zernikes = study.terms.zernikes())
     terms.zernike =
-        zernike_modes(study.terms.zernike->n_min, study.terms.zernike->n_max ? *study.terms.zernike->n_max
-                                                                             : default_order(study, radius));
+        zernike_modes(zernikes->n_min, zernikes->n_max ? *zernikes->n_max : default_order(study, radius));
   terms.spherical = study.terms.spherical;
   return terms;
 }
@@ -146,7 +146,9 @@ ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const Run
   result.radius = aperture_radius(study.aperture);
   result.terms = map_terms(study, result.radius);
   result.clear = loaded.clear;
-  result.warnings = coverage_warnings(map, result.radius);
+  result.warnings = unused_parts(study, "`aberfit solve`");
+  const Warnings coverage = coverage_warnings(map, result.radius);
+  result.warnings.insert(result.warnings.end(), coverage.begin(), coverage.end());
   result.warnings.insert(result.warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
   if (options.progress) options.progress("least squares");
   MapFitOptions how = study.map->fit;
@@ -286,9 +288,10 @@ ResultDocument judged_map(const Study& study, const LoadedMap& loaded, const Run
 
 }  // namespace
 
-ResultDocument run_map_fit(const Study& study, const RunOptions& options) {
+ResultDocument run_map_fit(const Study& given, const RunOptions& options) {
+  const Study study = completed(given);
   require_analytic_normals(study);
-  ResultFolder folder(options.output_directory);
+  ResultFolder folder(options.output_directory, claim_of_fit(study, options));
   RunOptions there = options;
   there.output_directory = folder.path();
   const RunContext context = context_of(options);

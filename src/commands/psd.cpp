@@ -56,6 +56,11 @@ MeasuredPsd measured_by(const CommandLine& line, std::string* title) {
   return read_measured(psd_options_block(line), kCommandLine, line.threads);
 }
 
+ResultClaim claim_of_psd(const RunOptions& options) {
+  return claim_of("psd", options, {"psd.csv", "bands.csv", "roughness.json", "summary.txt", "result.json"},
+                  options.plots, {"psd", "structure_function", "data"});
+}
+
 }  // namespace
 
 const MeasuredPsd& measured_psd_of(const Study& study) {
@@ -67,6 +72,7 @@ const MeasuredPsd& measured_psd_of(const Study& study) {
 }
 
 PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const RunOptions& options) {
+  ResultFolder results(options.output_directory, claim_of_psd(options));
   PsdReport report;
   report.title = title;
   report.files.push_back(measured.source.file);
@@ -93,7 +99,6 @@ PsdReport run_psd(const MeasuredPsd& measured, const std::string& title, const R
   report.warnings.insert(report.warnings.end(), measured.result.warnings.begin(),
                          measured.result.warnings.end());
   report.provenance = make_provenance(0, context_of(options).threads);
-  ResultFolder results(options.output_directory);
   if (results.wanted()) {
     const std::string folder = results.path() + "/";
     if (options.plots) write_psd_plots(report, folder, &report.warnings);
@@ -113,9 +118,11 @@ ExitCode psd_command(CommandLine line) {
   ProgressLine progress(!line.quiet);
   if (progress.shown()) progress.show("measuring");
   std::string title;
+  choose_output_directory(&line, "psd");
+  const RunOptions options = run_options(line, &progress);
+  ResultFolder::look(options.output_directory, claim_of_psd(options));  // before there is anything to lose
   const MeasuredPsd measured = measured_by(line, &title);
-  choose_output_directory(&line);
-  const PsdReport report = run_psd(measured, title, run_options(line, &progress));
+  const PsdReport report = run_psd(measured, title, options);
   progress.clear();
   print(line, psd_json(report, measured), summary_table(report, roughness_block(measured)));
   say_where(line);

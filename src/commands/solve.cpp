@@ -77,7 +77,8 @@ std::vector<SolveUnknown> internal::solve_unknowns(const Study& study) {
   return unknowns;
 }
 
-Specification run_solve(const Study& study, const RunOptions& options) {
+Specification run_solve(const Study& given, const RunOptions& options) {
+  const Study study = completed(given);
   require_block(study);
   if (study.solve->budgets.empty())
     throw InputError(study.path, "/solve/so_that", "nothing",
@@ -86,7 +87,9 @@ Specification run_solve(const Study& study, const RunOptions& options) {
     throw InputError(study.path, "/solve/for", "nothing",
                      "one or two numbers of the roughness; ceilings are for `aberfit solve` alone");
   const std::vector<SolveUnknown> unknowns = solve_unknowns(study);
-  ResultFolder folder(options.output_directory);
+  ResultFolder folder(options.output_directory,
+                      claim_of("solve", options, {"contour.csv", "summary.txt", "result.json"},
+                               options.plots && study.output.plots, {"contour"}));
   const RunContext context = context_of(options);
   if (options.progress) options.progress("solving");
   SolveOptions how;
@@ -114,12 +117,15 @@ Specification run_solve(const Study& study, const RunOptions& options) {
   return spec;
 }
 
-Ceilings run_ceilings(const Study& study, const RunOptions& options) {
+Ceilings run_ceilings(const Study& given, const RunOptions& options) {
+  const Study study = completed(given);
   require_block(study);
   if (!study.solve->ceilings)
     throw InputError(study.path, "/solve/ceilings", "nothing",
                      "an object, e.g. {} or {\"f_max\": \"1 /mm\"}");
-  ResultFolder folder(options.output_directory);
+  ResultFolder folder(options.output_directory,
+                      claim_of("solve", options, {"ceilings.csv", "summary.txt", "result.json"},
+                               options.plots && study.output.plots, {"ceilings"}));
   const RunContext context = context_of(options);
   if (options.progress) options.progress("ceilings");
   Ceilings ceilings = with_fields_of(
@@ -137,7 +143,7 @@ Ceilings run_ceilings(const Study& study, const RunOptions& options) {
 
 ExitCode solve_command(CommandLine line) {
   const Study study = read_study(line.study_file, line.changes);
-  choose_output_directory(&line);
+  choose_output_directory(&line, "solve");
   ProgressLine progress(!line.quiet);
   const RunOptions options = run_options(line, &progress);
   const auto show = [&](const auto& answer, bool found) {

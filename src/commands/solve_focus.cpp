@@ -10,6 +10,7 @@
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/psd_numbers.h"
 #include "aberfit/study/read_study.h"
+#include "output_directory.h"
 
 namespace aberfit {
 using namespace internal;
@@ -25,12 +26,15 @@ double in_the_plane(const std::optional<std::variant<std::string, double>>& exte
 
 }  // namespace
 
-PsdOfFocus run_psd_of_focus(const Study& study, const RunOptions& options) {
+PsdOfFocus run_psd_of_focus(const Study& given, const RunOptions& options) {
+  const Study study = completed(given);
   if (!study.solve || !study.solve->focus)
     throw InputError(study.path, "/solve/focus", "nothing",
                      "an object such as {\"file\": \"ee.csv\"}: a measured focus");
   const std::vector<SolveUnknown> unknowns = solve_unknowns(study);
-  ResultFolder folder(options.output_directory);
+  ResultFolder folder(options.output_directory,
+                      claim_of("solve", options, {"focus.csv", "summary.txt", "result.json"},
+                               options.plots && study.output.plots, {"focus"}));
   const RunContext context = context_of(options);
   MeasuredFocus focus = study.solve->focus->measured;
   focus.pixel = in_the_plane(study.solve->focus->pixel, study.mirror.focal_length);

@@ -12,11 +12,13 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
+#include "aberfit/report/result_folder.h"
 #include "aberfit/study/read_study.h"
 #include "case_work.h"
 #include "interrupt.h"
 #include "output_directory.h"
 #include "terminal.h"
+#include "unused_parts.h"
 
 namespace aberfit {
 using namespace internal;
@@ -117,25 +119,37 @@ nlohmann::ordered_json sweep_json(const SweepReport& report, const Study& study,
   return to_json(report, resolved_study(study), make_provenance(study.fit.seed, threads));
 }
 
+bool draws(const Study& study, const RunOptions& options) { return options.plots && study.output.plots; }
+
+ResultClaim claim_of_sweep(const Study& study, const RunOptions& options) {
+  return claim_of("sweep", options, {"cases.csv", "quantiles.csv", "summary.txt", "result.json"},
+                  draws(study, options), {"curve_", "map_", "contour_"});
+}
+
+// Records are only added to, and results only put where nothing else is: known before a case is run.
+void require_own_folder(const Sweep& sweep, const RunOptions& options) {
+  ResultFolder::look(options.output_directory, claim_of_sweep(sweep.cases.study(), options));
+  if (const std::string file = foreign_journal(sweep.folder); !file.empty())
+    throw InputError(file, "", "no records of a sweep", "another folder with --output");
+}
+
 SweepReport gather(Sweep* sweep, const RunOptions& options) {
   const GatherLock lock(sweep->folder);
   sweep->read_records(false);
   SweepReport report = gather_cases(sweep->cases, sweep->plan, sweep->known);
-  report.warnings.insert(report.warnings.end(), sweep->warnings.begin(), sweep->warnings.end());
   const Study& study = sweep->cases.study();
-  const std::string to = options.output_directory;
+  if (study.vary->run != CaseLevel::kSolve)
+    for (Warning& unused : unused_parts(study, "`\"run\": \"solve\"` in `vary`"))
+      sweep->warnings.push_back(std::move(unused));
+  report.warnings.insert(report.warnings.end(), sweep->warnings.begin(), sweep->warnings.end());
+  ResultFolder folder(options.output_directory, claim_of_sweep(study, options));
+  const std::string to = folder.path();
+  if (draws(study, options)) write_sweep_plots(report, to, &report.warnings);
   write_file(to + "/cases.csv", cases_csv(report));
   if (report.has_seeds) write_file(to + "/quantiles.csv", quantiles_csv(report));
-  const auto write_report = [&] {
-    write_file(to + "/summary.txt", summary_table(report));
-    write_file(to + "/result.json", sweep_json(report, study, context_of(options).threads).dump(2) + "\n");
-  };
-  // Numbers are there whatever becomes of the pictures, which may add a warning.
-  write_report();
-  if (!options.plots || !study.output.plots) return report;
-  const std::size_t before = report.warnings.size();
-  write_sweep_plots(report, to, &report.warnings);
-  if (report.warnings.size() > before) write_report();
+  write_file(to + "/summary.txt", summary_table(report));
+  write_file(to + "/result.json", sweep_json(report, study, context_of(options).threads).dump(2) + "\n");
+  folder.show();
   return report;
 }
 
@@ -144,6 +158,7 @@ SweepReport gather(Sweep* sweep, const RunOptions& options) {
 std::optional<SweepReport> run_sweep(const StudyCases& cases, const RunOptions& options,
                                      const SweepOptions& how) {
   Sweep sweep(cases, options.output_directory);
+  require_own_folder(sweep, options);
   Shard shard = read_shard(how.shard, environment_variable);
   if (how.gather_only) return gather(&sweep, options);
   check_pointers(cases, sweep.plan);
@@ -173,7 +188,7 @@ std::optional<SweepReport> run_sweep(const StudyCases& cases, const RunOptions& 
 
 ExitCode sweep_command(CommandLine line) {
   const StudyCases cases = StudyCases::read(line.study_file, line.changes);
-  choose_output_directory(&line);
+  choose_output_directory(&line, "sweep");
   ProgressLine progress(!line.quiet);
   const Interrupt interrupt;
   RunOptions options = run_options(line, &progress);

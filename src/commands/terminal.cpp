@@ -42,6 +42,12 @@ RunOptions run_options(const CommandLine& line, ProgressLine* progress) {
   options.threads = line.threads;
   options.plots = !line.no_plots;
   options.output_directory = line.output_directory;
+  options.force = line.force;
+  if (!line.quiet)
+    options.tell = [progress](const std::string& text) {
+      progress->clear();
+      fmt::print(stderr, "{}\n", text);
+    };
   if (!line.arrays.empty()) options.arrays = array_format(line.arrays);
   options.coefficients_file = line.coefficients_file;
   options.chart_file = line.chart_file;

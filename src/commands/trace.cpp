@@ -10,10 +10,12 @@
 namespace aberfit {
 using namespace internal;
 
-TraceReport run_trace(const Study& study, const RunOptions& options) {
+TraceReport run_trace(const Study& given, const RunOptions& options) {
+  const Study study = completed(given);
   const int threads = context_of(options).threads;
   const ArrayFormat format = wanted_arrays(study, options);
-  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory);
+  ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory,
+                      claim_of_arrays("trace", options, format));
   Warnings of_arrays;
   const auto look = [&](const TracedLight& light) {
     if (!folder.wanted()) return;
@@ -39,7 +41,7 @@ ExitCode trace_command(CommandLine line) {
   const Study study = read_study(line.study_file, line.changes);
   ProgressLine progress(!line.quiet);
   RunOptions options = run_options(line, &progress);
-  choose_arrays_directory(study, options, "-trace", &line);
+  choose_arrays_directory(study, options, "trace", &line);
   options.output_directory = line.output_directory;
   const TraceReport report = run_trace(study, options);
   progress.clear();

@@ -34,12 +34,16 @@ void check_pictures(const Study& study) {
 
 }  // namespace
 
-VerifyReport run_verify(const Study& study, const RunOptions& options) {
-  if (!study.roughness)
+VerifyReport run_verify(const Study& given, const RunOptions& options) {
+  const Study study = completed(given);
+  if (!study.psd)
     throw InputError(study.path, "/roughness", "nothing",
                      "a roughness block: verify compares with its Harvey-Shack prediction");
   check_pictures(study);  // before anything is computed
-  ResultFolder folder(options.output_directory);
+  std::vector<std::string> pictures = verify_picture_names();
+  pictures.emplace_back("frequency_");  // data of frequency_sampling
+  ResultFolder folder(options.output_directory, claim_of("verify", options, {"summary.txt", "result.json"},
+                                                         options.plots && study.output.plots, pictures));
   if (options.progress) options.progress("tracing and diffracting draws of the roughness");
   const int threads = context_of(options).threads;
   VerifyReport report = with_fields_of(
@@ -59,7 +63,7 @@ VerifyReport run_verify(const Study& study, const RunOptions& options) {
 
 ExitCode verify_command(CommandLine line) {
   const Study study = read_study(line.study_file, line.changes);
-  choose_output_directory(&line);
+  choose_output_directory(&line, "verify");
   ProgressLine progress(!line.quiet);
   const VerifyReport report = run_verify(study, run_options(line, &progress));
   progress.clear();

@@ -168,7 +168,6 @@ double enough_draws(const EquivalenceMetric& metric) {
 
 std::shared_ptr<const TermPlan> no_terms(const FitCase& of) {
   TermPlan plan;
-  plan.asked.automatic = true;
   plan.terms.radius = of.ground.radius;
   plan.prior = CoefficientPrior(0, {});
   return std::make_shared<const TermPlan>(std::move(plan));

@@ -332,7 +332,7 @@ FitOutcome outcome_of(const FitCase& of, const FitPlan& plan) {
   FitOutcome result;
   result.radius = of.ground.radius;
   result.terms = plan.terms->terms;
-  result.chosen = {plan.terms->asked, plan.pupil.rays, plan.starts};
+  result.chosen = {plan.terms->asked, rays_of(plan.pupil), plan.starts};
   result.chosen.terms.band.rule = BandRule::kAll;
   if (of.ground.split) result.chosen.terms.band = {BandRule::kCut, of.ground.split->cut()};
   result.confidence = of.task.equivalence.confidence;
@@ -421,9 +421,9 @@ Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always) {
     if (judge_always || attempt.met) judge_on_fresh_rays(of, &attempt);
     if (attempt.fresh.rays == 0) return attempt;
     RayChoice& choice = attempt.result.ray_choice.emplace(ray_choice(of, plan, attempt));
-    if (!plan.automatic_rays || explain_rays(plan.pupil.rays, attempt.result.verdict, &choice))
+    if (!plan.automatic_rays || explain_rays(rays_of(plan.pupil), attempt.result.verdict, &choice))
       return attempt;
-    plan.pupil.rays = more_rays(plan.pupil.rays);
+    plan.pupil.rays = more_rays(rays_of(plan.pupil));
     judged = std::move(attempt);
   }
 }

@@ -173,7 +173,8 @@ void split_at(const Task& task, double cut, bool automatic, const SplitLight& li
 
 BandRule rule_of(const Task& task, const BandSpec& band) {
   if (band.rule != BandRule::kDefault) return band.rule;
-  return task.terms.automatic && task.target.theory != Theory::kGeometric ? BandRule::kAuto : BandRule::kAll;
+  return task.terms.automatic() && task.target.theory != Theory::kGeometric ? BandRule::kAuto
+                                                                            : BandRule::kAll;
 }
 
 // Why rays cannot be split at a cut that was asked for, a clause; empty: they can.

@@ -317,7 +317,7 @@ Attempt fit_fewest_terms(const FitCase& of, const MakeTerms& make_terms) {
 
 Attempt fit_as_asked(const FitCase& of) {
   if (of.ground.all_scatters()) return judge_all_scatter(of);
-  if (of.task.terms.automatic && of.ground.psd) return fit_fewest_terms(of);
+  if (of.task.terms.automatic() && of.ground.psd) return fit_fewest_terms(of);
   of.context.say("prior");
   const auto terms = std::make_shared<const TermPlan>(plan_terms(of.task, of.ground, of.task.terms));
   Attempt attempt = fit_given_terms(of, make_plan(of.task, terms));

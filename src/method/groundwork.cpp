@@ -207,9 +207,9 @@ Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSe
         {"truncated-terms",
          fmt::format("the terms can carry {:.1f} % of the height variance of the specification{}{}",
                      100 * captured, ground.split ? " below the cut" : "",
-                     task.terms.automatic ? ""
-                     : task.terms.zernike ? "; raise n_max"
-                                          : "; name Zernikes, or leave `terms` out and they are chosen")});
+                     task.terms.automatic() ? ""
+                     : task.terms.zernike   ? "; raise n_max"
+                                            : "; name Zernikes, or leave `terms` out and they are chosen")});
   if (const int overlap = radial_overlap(terms); overlap > 0)
     warnings.push_back(
         {"m0-overlap",

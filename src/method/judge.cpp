@@ -74,7 +74,7 @@ LightJudgement judge_in_light(const FitCase& of, const TermSet& terms, const Eig
           fmt::format("the pupil would need {:.0f} cells across, more than {:.0f}", cells, kMostJudgedCells);
       return light;
     }
-    const FreshPupil pupil{FocusModel::kWaves, task.trace.pupil.rays, task.trace.pupil.seed, pitch};
+    const FreshPupil pupil{FocusModel::kWaves, rays_of(task.trace.pupil), task.trace.pupil.seed, pitch};
     const FreshStatistics fresh =
         statistics_with_error(lit_mirror(task, ground.split), pupil, terms, coefficients, judged.statistics(),
                               of.context.threads, warnings);

@@ -52,8 +52,8 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
   *captured = 0;
   if (ground.all_scatters()) return terms;
   double covered_to = 0;  // frequency up to which the Zernikes stand for the PSD
-  if (asked.zernike) {
-    const ZernikeSpec& spec = *asked.zernike;
+  if (const std::optional<ZernikeSpec> zernikes = asked.zernikes()) {
+    const ZernikeSpec& spec = *zernikes;
     int n_max = 0;
     if (spec.n_max) {
       n_max = *spec.n_max;
@@ -97,7 +97,7 @@ FitPlan make_plan(const Task& task, std::shared_ptr<const TermPlan> terms) {
   FitPlan plan;
   plan.terms = std::move(terms);
   plan.pupil = task.trace.pupil;
-  plan.automatic_rays = task.trace.automatic_rays;
+  plan.automatic_rays = !task.trace.pupil.rays;
   plan.starts = task.fit.starts.value_or(1);
   plan.most_iterations = task.fit.max_iterations;
   return plan;

@@ -40,7 +40,7 @@ void add_scene_quantities(const Groundwork& ground, const Task& task, Quantities
   q["scene.conic"] = task.mirror.conic;
   q["scene.aperture_diameter_m"] = 2 * ground.radius;
   q["scene.wavelength_m"] = task.wavelength;
-  q["scene.rays"] = double(task.trace.pupil.rays);
+  q["scene.rays"] = double(rays_of(task.trace.pupil));
   q["scene.f_min_per_m"] = ground.psd->f_min();
   q["scene.f_max_per_m"] = ground.psd->f_max();
   q["scene.airy_ee90_m"] = scene.airy_ee90;

@@ -217,28 +217,34 @@ std::string one_line(const std::string& title, std::size_t limit) {
 
 }  // namespace internal
 
+const std::string& export_file_name(ExportFormat format) {
+  static const std::vector<std::string> names = {
+      "grid_sag.DAT", "zernike_standard.txt", "surface.int", "zernike_fringe.int", "opd.fits", "surface.csv"};
+  return names[std::size_t(format)];
+}
+
 std::pair<std::string, std::string> export_file(ExportFormat format, const ExportInput& input) {
+  const std::string& name = export_file_name(format);
   switch (format) {
     case ExportFormat::kZemaxGridSag:
-      return {"grid_sag.DAT",
+      return {name,
               zemax_grid_sag_text(sample_surface(input),
                                   one_line(input.title, 80) + "; sag along +z, towards the incoming light")};
     case ExportFormat::kZernikeNoll:
-      return {"zernike_standard.txt", zernike_listing_text(input)};
+      return {name, zernike_listing_text(input)};
     case ExportFormat::kCodeVInt: {
       const HeightMap map = sample_heights(input);
       // The format has no lateral size, so the title carries it.
       const double side_mm = map.pitch_x * (input.grid_size - 1) * 1e3;
-      return {"surface.int",
-              codev_int_text(map, input.wavelength,
-                             fmt::format("{} (side {:.6g} mm)", one_line(input.title, 50), side_mm))};
+      return {name, codev_int_text(map, input.wavelength,
+                                   fmt::format("{} (side {:.6g} mm)", one_line(input.title, 50), side_mm))};
     }
     case ExportFormat::kCodeVZfr:
-      return {"zernike_fringe.int", codev_zfr_text(input)};
+      return {name, codev_zfr_text(input)};
     case ExportFormat::kFitsOpd:
-      return {"opd.fits", fits_opd_bytes(sample_heights(input))};
+      return {name, fits_opd_bytes(sample_heights(input))};
     case ExportFormat::kCsv:
-      return {"surface.csv", map_csv(sample_heights(input))};
+      return {name, map_csv(sample_heights(input))};
   }
   throw std::invalid_argument("export: an unknown format");
 }

@@ -2,17 +2,24 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
+#include <map>
 #include <set>
+#include <sstream>
+#include <system_error>
+#include <utility>
 
+#include "aberfit/core/content_hash.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/text.h"
 #include "aberfit/report/result.h"
 
 namespace aberfit {
@@ -20,8 +27,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The names of what a run has written, one a line, so that the next one knows what is not the user's.
+// Whose results are there: "command fit", then a hash and a name a line.
 constexpr const char* kManifest = ".aberfit-files";
+constexpr const char* kCommand = "command";
+constexpr const char* kResult = "result.json";
 
 std::set<std::string> files_below(const fs::path& folder) {
   std::set<std::string> files;
@@ -31,59 +40,178 @@ std::set<std::string> files_below(const fs::path& folder) {
   return files;
 }
 
-// Names that lead out of the folder are not what a run wrote.
-std::set<std::string> files_of_last_run(const fs::path& folder) {
-  std::set<std::string> files = {kManifest};
-  std::ifstream in(folder / kManifest);
-  for (std::string line; std::getline(in, line);) {
-    const fs::path name = fs::path(line).lexically_normal();
-    if (!name.empty() && name.is_relative() && *name.begin() != "..") files.insert(name.generic_string());
+bool is_plain(const fs::path& file) { return fs::is_regular_file(fs::symlink_status(file)); }
+
+std::string hash_of(const fs::path& file) { return content_hash(file_bytes(file.string()).value_or("")); }
+
+// What a run has left in its folder.
+struct LastRun {
+  std::string command;
+  std::multimap<std::string, std::string> hash_of_name;  // two while files of two runs take turns
+
+  static LastRun in(const fs::path& folder) {
+    LastRun run;
+    std::istringstream lines(file_bytes((folder / kManifest).string()).value_or(""));
+    for (std::string line; std::getline(lines, line);) {
+      const std::size_t blank = line.find(' ');
+      if (blank == std::string::npos) continue;
+      const std::string first = line.substr(0, blank), rest = line.substr(blank + 1);
+      if (first == kCommand) {
+        run.command = rest;
+        continue;
+      }
+      const fs::path name = fs::path(rest).lexically_normal();
+      // Names that lead out of the folder are not what a run wrote.
+      if (!name.empty() && name.is_relative() && *name.begin() != "..")
+        run.hash_of_name.emplace(name.generic_string(), first);
+    }
+    return run;
   }
+  // The files of `part` as those of `command`.
+  static LastRun to_be(const fs::path& part, const std::string& command) {
+    LastRun run{command, {}};
+    for (const std::string& file : files_below(part))
+      if (file != kManifest) run.hash_of_name.emplace(file, hash_of(part / file));
+    return run;
+  }
+  std::string text() const {
+    std::string lines = fmt::format("{} {}\n", kCommand, command);
+    for (const auto& [name, hash] : hash_of_name) lines += fmt::format("{} {}\n", hash, name);
+    return lines;
+  }
+  std::set<std::string> names() const {
+    std::set<std::string> all;
+    for (const auto& [name, hash] : hash_of_name) all.insert(name);
+    return all;
+  }
+  // Whether the file of that name is as this run has left it.
+  bool left(const fs::path& folder, const std::string& name) const {
+    const auto [begin, end] = hash_of_name.equal_range(name);
+    if (begin == end || !is_plain(folder / name)) return false;
+    const std::string hash = hash_of(folder / name);
+    return std::any_of(begin, end, [&](const auto& entry) { return entry.second == hash; });
+  }
+};
+
+// Files that a name of a claim stands for, or what stands where their folder should be.
+std::vector<std::string> files_of(const fs::path& folder, const std::string& name) {
+  const fs::path around = fs::path(name).parent_path();
+  const auto is_there = [&](const fs::path& place) { return fs::exists(fs::symlink_status(folder / place)); };
+  if (!around.empty() && is_there(around) && !fs::is_directory(folder / around))
+    return {around.generic_string()};
+  if (!name.ends_with('*'))
+    return is_there(name) ? std::vector<std::string>{name} : std::vector<std::string>{};
+  const std::string begin = fs::path(name.substr(0, name.size() - 1)).filename().string();
+  std::vector<std::string> files;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder / around, none))
+    if (entry.path().filename().string().starts_with(begin))
+      files.push_back((around / entry.path().filename()).generic_string());
   return files;
 }
+
+// What stands in the way of the files that `names` stand for and is not this command's.
+struct Obstacles {
+  std::set<std::string> of_other, of_nobody;  // of another command as it left them; of whoever
+  std::string other;
+  bool has_folder = false;
+
+  template <typename Names>
+  Obstacles(const fs::path& folder, const std::string& command, const Names& names) {
+    std::error_code error;
+    if (!fs::is_directory(folder, error)) return;
+    const LastRun last = LastRun::in(folder);
+    other = last.command;
+    for (const std::string& name : names)
+      for (const std::string& file : files_of(folder, name)) {
+        has_folder = has_folder || fs::is_directory(fs::symlink_status(folder / file));
+        const bool left = last.left(folder, file);
+        if (left && other == command) continue;
+        (left ? of_other : of_nobody).insert(file);
+      }
+  }
+  bool none() const { return of_other.empty() && of_nobody.empty(); }
+  std::string told() const {
+    std::vector<std::string> parts;
+    if (!of_other.empty())
+      parts.push_back(fmt::format("{} of `aberfit {}`", fmt::join(of_other, ", "), other));
+    if (!of_nobody.empty())
+      parts.push_back(
+          fmt::format("{}, which no run of this command has left there so", fmt::join(of_nobody, ", ")));
+    return fmt::format("{}", fmt::join(parts, "; "));
+  }
+};
+
+constexpr const char* kWaysOut = "another folder with --output, or --force, which replaces them";
 
 // Whether nothing but plain files of one file system is there, in no folders but those that the last run
 // made: then the folder can be made anew.
 bool can_be_made_anew(const fs::path& folder) {
   std::set<std::string> folders;
-  for (const std::string& file : files_of_last_run(folder))
+  for (const std::string& file : LastRun::in(folder).names())
     if (const fs::path name(file); name.has_parent_path()) folders.insert(name.begin()->string());
+  const auto all_plain = [](const fs::path& in) {
+    const fs::directory_iterator entries(in);
+    return std::all_of(begin(entries), end(entries),
+                       [](const auto& entry) { return is_plain(entry.path()); });
+  };
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    const bool plain = entry.is_regular_file() && !entry.is_symlink();
-    const bool ours =
-        entry.is_directory() && !entry.is_symlink() && folders.contains(entry.path().filename().string());
-    if (!plain && !ours) return false;
+    const bool ours = entry.is_directory() && !entry.is_symlink() &&
+                      folders.contains(entry.path().filename().string()) && all_plain(entry.path());
+    if (!is_plain(entry.path()) && !ours) return false;
   }
   return true;
 }
 
-// What no run wrote is in both places until the exchange: killed at any moment, nothing is lost.
-void keep_files_of_user(const fs::path& from, const fs::path& to) {
-  const std::set<std::string> runs = files_of_last_run(from);
+// What is not of this command's last run is in both places until the exchange: killed at any moment, nothing
+// is lost.
+void keep_files_of_others(const fs::path& from, const std::string& command, const fs::path& to) {
+  const LastRun last = LastRun::in(from);
   for (const std::string& file : files_below(from)) {
-    if (runs.contains(file) || fs::exists(fs::symlink_status(to / file))) continue;
+    if (file == kManifest || fs::exists(fs::symlink_status(to / file))) continue;
+    if (last.command == command && last.left(from, file)) continue;
     fs::create_directories((to / file).parent_path());
     fs::create_hard_link(from / file, to / file);
   }
-  fs::permissions(to, fs::status(from).permissions());
 }
 
 bool exchange(const fs::path& a, const fs::path& b) {
   return ::renameat2(AT_FDCWD, a.c_str(), AT_FDCWD, b.c_str(), RENAME_EXCHANGE) == 0;
 }
 
+// Onto nothing, unless it is to replace.
+void put_file(const fs::path& from, const fs::path& to, bool replace) {
+  if (to.has_parent_path()) {
+    const fs::path around = to.parent_path();
+    if (replace && fs::exists(fs::symlink_status(around)) && !fs::is_directory(around)) fs::remove(around);
+    fs::create_directories(around);
+  }
+  if (!replace) {
+    if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
+    // Not every file system knows how.
+    if (errno == EEXIST || fs::exists(fs::symlink_status(to)))
+      throw fs::filesystem_error("", to, std::make_error_code(std::errc::file_exists));
+  }
+  fs::rename(from, to);
+}
+
 // Where folders cannot change places (a mount point, the working folder of a shell, a folder that holds more
 // than results): file by file, and without a result.json as long as they are of two runs.
-void replace_files(const fs::path& from, const fs::path& to) {
-  constexpr const char* kResult = "result.json";
-  fs::remove(to / kResult);
-  for (const std::string& file : files_of_last_run(to)) fs::remove(to / file);
-  for (const std::string& file : files_below(from)) {
-    if (file == kResult) continue;
-    fs::create_directories((to / file).parent_path());
-    fs::rename(from / file, to / file);
-  }
-  if (fs::exists(from / kResult)) fs::rename(from / kResult, to / kResult);
+void replace_files(const fs::path& from, const LastRun& run, const fs::path& to, bool force) {
+  const LastRun last = LastRun::in(to);
+  LastRun both = run;
+  std::set<std::string> old;
+  if (last.command == run.command)
+    for (const auto& [name, hash] : last.hash_of_name)
+      if (last.left(to, name)) both.hash_of_name.emplace(name, hash), old.insert(name);
+  write_file((to / kManifest).string(), both.text());
+  if (force || old.contains(kResult)) fs::remove(to / kResult);
+  for (const std::string& file : old) fs::remove(to / file);
+  const std::set<std::string> files = run.names();
+  for (const std::string& file : files)
+    if (file != kResult) put_file(from / file, to / file, force);
+  if (files.contains(kResult)) put_file(from / kResult, to / kResult, force);
+  fs::rename(from / kManifest, to / kManifest);
 }
 
 bool holds_working_folder(const fs::path& folder) {
@@ -97,7 +225,15 @@ bool holds_working_folder(const fs::path& folder) {
 
 }  // namespace
 
-ResultFolder::ResultFolder(const std::string& folder) : named_(folder) {
+void ResultFolder::look(const std::string& folder, const ResultClaim& claim) {
+  if (folder.empty()) return;
+  const Obstacles found(folder, claim.command, claim.names);
+  if (!found.none() && (!claim.force || found.has_folder))
+    throw InputError(folder, "", found.told(), found.has_folder ? "another folder with --output" : kWaysOut);
+}
+
+ResultFolder::ResultFolder(const std::string& folder, ResultClaim claim)
+    : named_(folder), claim_(std::move(claim)) {
   if (folder.empty()) return;
   try {
     folder_ = fs::weakly_canonical(fs::absolute(folder)).lexically_normal();
@@ -112,6 +248,7 @@ ResultFolder::ResultFolder(const std::string& folder) : named_(folder) {
     part_ = beside, part_ += ".part";
     lock_ = beside, lock_ += ".lock";
     lock();
+    look(folder_.string(), claim_);
     fs::remove_all(part_);  // of a run that was killed
     fs::create_directory(part_);
     write_file((part_ / kManifest).string(), "");
@@ -147,27 +284,53 @@ void ResultFolder::lock() {
   }
 }
 
+// Where the next run does not clear it away.
+std::string ResultFolder::keep_aside() {
+  fs::path aside;
+  int k = 1;
+  do {
+    aside = folder_, aside += fmt::format("-{}", ++k);
+  } while (fs::exists(fs::symlink_status(aside)));
+  std::error_code error;
+  fs::rename(part_, aside, error);
+  if (error) aside = part_;
+  part_.clear();
+  return aside.string();
+}
+
+void ResultFolder::put_in_place() {
+  const LastRun run = LastRun::to_be(part_, claim_.command);
+  write_file((part_ / kManifest).string(), run.text());
+  if (!fs::exists(folder_)) return fs::rename(part_, folder_);
+  const Obstacles found(folder_, claim_.command, run.names());
+  if (!found.none() && (!claim_.force || found.has_folder))
+    throw InputError(
+        named_, "",
+        fmt::format("{}, which came there meanwhile; the results are in {}", found.told(), keep_aside()),
+        kWaysOut);
+  bool exchanged = false;
+  if (part_.parent_path() != folder_ && can_be_made_anew(folder_)) {
+    try {
+      keep_files_of_others(folder_, claim_.command, part_);
+      fs::permissions(part_, fs::status(folder_).permissions());
+      exchanged = exchange(part_, folder_);
+    } catch (const fs::filesystem_error&) {  // a file system without links
+    }
+    // What came between the look and the exchange.
+    if (exchanged) keep_files_of_others(part_, claim_.command, folder_);
+  }
+  if (!exchanged) replace_files(part_, run, folder_, claim_.force);
+  if (!found.none() && claim_.tell) claim_.tell(fmt::format("replaced in {}: {}", named_, found.told()));
+}
+
 void ResultFolder::show() {
   if (!wanted()) return;
   try {
-    std::string manifest;
-    for (const std::string& file : files_below(part_)) manifest += file + "\n";
-    write_file((part_ / kManifest).string(), manifest);
-    const bool inside = part_.parent_path() == folder_;
-    if (!fs::exists(folder_)) {
-      fs::rename(part_, folder_);
-    } else if (inside || !can_be_made_anew(folder_)) {
-      replace_files(part_, folder_);
-    } else {
-      keep_files_of_user(folder_, part_);
-      if (!exchange(part_, folder_)) replace_files(part_, folder_);
-    }
+    put_in_place();
     shown_ = true;
   } catch (const fs::filesystem_error& error) {
-    const std::string kept = part_.string();
-    part_.clear();
     refuse(named_, fmt::format("results that cannot be put there ({}); they are in {}",
-                               error.code().message(), kept));
+                               error.code().message(), keep_aside()));
   }
 }
 

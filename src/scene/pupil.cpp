@@ -68,34 +68,35 @@ class UnitPoints {
   Eigen::Array2Xd sobol_;
 };
 
-PupilSample scattered_pupil(const Aperture& aperture, const PupilOptions& options) {
+PupilSample scattered_pupil(const Aperture& aperture, PupilLayout layout, std::int64_t rays,
+                            std::uint64_t seed) {
   std::vector<double> x, y;
-  x.reserve(std::size_t(options.rays));
-  y.reserve(std::size_t(options.rays));
+  x.reserve(std::size_t(rays));
+  y.reserve(std::size_t(rays));
   if (const auto ring = ring_of(aperture)) {
     if (!(ring->outer > ring->inner)) no_room();
-    const UnitPoints points(options.layout, options.seed, options.rays);
+    const UnitPoints points(layout, seed, rays);
     const double a2 = ring->inner * ring->inner, b2 = ring->outer * ring->outer;
-    for (std::int64_t i = 0; i < options.rays; ++i) {
+    for (std::int64_t i = 0; i < rays; ++i) {
       const auto [u, v] = points(i);
       const double rho = std::sqrt(a2 + (b2 - a2) * u);
       x.push_back(rho * std::cos(kTwoPi * v));
       y.push_back(rho * std::sin(kTwoPi * v));
     }
-    return equal_weights(x, y, options.layout);
+    return equal_weights(x, y, layout);
   }
   // Rejection from the bounding box; the share that fits is at least the share of the area, so a few boxes'
   // worth is enough.
   const ApertureBox box = bounding_box(aperture);
   const double fill = aperture_area(aperture) / ((box.x1 - box.x0) * (box.y1 - box.y0));
   const double margin = aperture_margin(aperture);
-  const auto limit = std::int64_t(double(options.rays) / fill * 1.5) + 1024;
-  for (int round = 0; round < 6 && std::int64_t(x.size()) < options.rays; ++round) {
+  const auto limit = std::int64_t(double(rays) / fill * 1.5) + 1024;
+  for (int round = 0; round < 6 && std::int64_t(x.size()) < rays; ++round) {
     x.clear();
     y.clear();
     const std::int64_t tries = limit << (2 * round);  // a wide margin leaves little of the area
-    const UnitPoints points(options.layout, options.seed, tries);
-    for (std::int64_t i = 0; i < tries && std::int64_t(x.size()) < options.rays; ++i) {
+    const UnitPoints points(layout, seed, tries);
+    for (std::int64_t i = 0; i < tries && std::int64_t(x.size()) < rays; ++i) {
       const auto [u, v] = points(i);
       const double px = box.x0 + (box.x1 - box.x0) * u, py = box.y0 + (box.y1 - box.y0) * v;
       if (!aperture_contains(aperture, px, py, margin)) continue;
@@ -104,7 +105,7 @@ PupilSample scattered_pupil(const Aperture& aperture, const PupilOptions& option
     }
     if (x.empty()) no_room();
   }
-  return equal_weights(x, y, options.layout);
+  return equal_weights(x, y, layout);
 }
 
 PupilSample grid_of_pitch(const Aperture& aperture, double pitch) {
@@ -176,22 +177,28 @@ Eigen::Array2Xd scrambled_sobol(std::int64_t count, std::uint64_t seed) {
   return points;
 }
 
+PupilLayout usual_layout(const Aperture& aperture) {
+  return ring_of(aperture) ? PupilLayout::kPolar : PupilLayout::kSobol;
+}
+
 PupilSample make_pupil(const Aperture& aperture, const PupilOptions& options) {
-  switch (options.layout) {
+  const PupilLayout layout = layout_of(aperture, options);
+  const std::int64_t rays = rays_of(options);
+  switch (layout) {
     case PupilLayout::kPolar: {
       const auto ring = ring_of(aperture);
       if (!ring)
         throw ComputationError(
             "a polar pupil needs a circular or annular aperture; use sobol, grid or random");
-      return polar_pupil(*ring, options.rays);
+      return polar_pupil(*ring, rays);
     }
     case PupilLayout::kGrid:
-      return grid_pupil(aperture, options.rays);
+      return grid_pupil(aperture, rays);
     case PupilLayout::kRandom:
     case PupilLayout::kSobol:
       break;
   }
-  return scattered_pupil(aperture, options);
+  return scattered_pupil(aperture, layout, rays, options.seed);
 }
 
 }  // namespace aberfit

@@ -151,14 +151,14 @@ void describe_band(Visitor& t, BandSpec& band) {
 }
 
 void describe_terms(Visitor& v, TermsSpec& terms) {
-  const bool named = !terms.automatic && (terms.zernike || terms.fourier || !terms.spherical.empty());
+  const bool named = !terms.automatic();
   bool given = named || terms.band.rule == BandRule::kCut || terms.band.rule == BandRule::kAll;
   v.word_or_object(
       {"terms",
        "aberration terms to fit; auto: the fewest Zernikes with which the fit meets every tolerance "
        "and is equivalent"},
       given, "auto", [&](Visitor& t) {
-        bool zernike = named && terms.zernike;
+        bool zernike = terms.zernike.has_value();
         t.object({"zernike", "all Zernike modes n_min <= n <= n_max"}, &zernike, [&](Visitor& z) {
           if (!terms.zernike) terms.zernike.emplace();
           z.integer({"n_min", "lowest radial order"}, terms.zernike->n_min, 0, kLargestOrder);
@@ -191,28 +191,29 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
                     terms.band.rule != BandRule::kDefault,
                 "", "no terms", "at least one of zernike, fourier, spherical and band; or \"auto\"");
       });
-  if (!v.reading() || terms.zernike || terms.fourier || !terms.spherical.empty()) return;
-  terms.automatic = true;
-  terms.zernike.emplace();  // what everything but a fit uses
 }
 
-void describe_trace(Visitor& v, TraceSpec& trace) {
-  if (v.reading()) trace.automatic_rays = true;
+void describe_trace(Visitor& v, TraceSpec& trace, const Aperture& aperture) {
   v.object({"trace", "how the surface is propagated to the focus"}, nullptr, [&](Visitor& t) {
     t.removed_word("model", "convolved", kConvolvedRemoved, "\"auto\" or \"waves\"");
     t.choice_or_auto({"model",
                       "what turns the surface into statistics: rays, or waves (diffraction of the pupil on a "
                       "grid as fine as its light needs); auto: what the theory needs"},
                      trace.model, {FocusModel::kRays, FocusModel::kWaves});
+    PupilLayout layout = layout_of(aperture, trace.pupil);
     t.choice_of(
         {"pupil", "layout of the rays; absent: polar, or sobol where the aperture is no circle or annulus"},
-        trace.pupil.layout, {"polar", "random", "sobol", "grid"});
+        layout, {"polar", "random", "sobol", "grid"});
+    if (layout != usual_layout(aperture)) trace.pupil.layout = layout;
+    bool automatic_rays = !trace.pupil.rays;
+    std::int64_t rays = rays_of(trace.pupil);
     t.word_or_integer(
         {"rays",
          "wanted number of rays; auto: a fit takes as many as its sampling error asks for, everything "
          "else 65536",
          kOptional, "16384"},
-        trace.automatic_rays, "auto", trace.pupil.rays, 1, kMostRays);
+        automatic_rays, "auto", rays, 1, kMostRays);
+    if (t.reading() && !automatic_rays) trace.pupil.rays = rays;
     t.seed({"seed", "of random and Sobol pupils"}, trace.pupil.seed);
     bool differences = trace.central_difference_step.has_value();
     t.word_or_object(
@@ -272,15 +273,11 @@ void describe_study(Visitor& v, Study& study) {
   v.text({"title", "for people"}, study.title, true);
   describe_mirror(v, study.mirror);
   describe_aperture(v, study.aperture);
-  if (v.reading() && !study.mirror.zernike.empty() && study.mirror.zernike_radius == 0)
-    study.mirror.zernike_radius = aperture_radius(study.aperture);
   describe_light(v, study.wavelength);
   describe_roughness(v, study.roughness);
   describe_target(v, study.target, study.map, study.mirror.focal_length);
   describe_terms(v, study.terms);
-  // The polar layout exists for circles and annuli only, so it cannot be the default of other shapes.
-  if (v.reading() && study.aperture.index() > 1) study.trace.pupil.layout = PupilLayout::kSobol;
-  describe_trace(v, study.trace);
+  describe_trace(v, study.trace, study.aperture);
   describe_fit(v, study.fit);
   v.object({"equivalence", "two one-sided tests"}, nullptr, [&](Visitor& e) {
     e.quantity({"margin", "largest relative difference that counts as equivalent", kOptional, "\"1 %\""},

@@ -177,7 +177,7 @@ void describe_psd_block(Visitor& v, RoughnessModel& node) {
   v.kind({"model", "which PSD; the keys beside it belong to the model", kRequired}, node.model,
          {{"uniform", UniformPsd{}},
           {"k-correlation", KCorrelationPsd{}},
-          {"power-law", PowerLawPsd{.rms = {}, .amplitude = {}, .f_max = kUnbounded}},
+          {"power-law", PowerLawPsd{}},
           {"gaussian", GaussianPsd{}},
           {"table", PsdTableFile{}},
           {"measured", MeasuredPsd{}},

@@ -30,7 +30,7 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
     for (std::size_t i = 0; i < sum->parts.size(); ++i)
       load_roughness(study, sum->parts[i], fmt::format("{}/parts/{}", pointer, i));
   }
-  if (auto* measured = std::get_if<MeasuredPsd>(&node.model)) {
+  if (auto* measured = std::get_if<MeasuredPsd>(&node.model); measured && measured->data.empty()) {
     locate(study, measured->source.file, pointer + "/file");
     for (std::size_t i = 0; i < measured->further.size(); ++i)
       locate(study, measured->further[i].file, fmt::format("{}/further/{}/file", pointer, i));
@@ -38,7 +38,7 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
                 available_threads());
   }
   auto* table = std::get_if<PsdTableFile>(&node.model);
-  if (!table) return;
+  if (!table || !table->table.psd.frequency.empty()) return;
   PsdTableOptions options;
   const bool profile = table->kind == "1d";
   options.frequency_factor = unit_factor(table->frequency_unit, Dimension::kSpatialFrequency);
@@ -90,6 +90,11 @@ void load_profile(const Study& study, StatisticRequest& request, const std::stri
                      fmt::format("in \"{}\": {} rows", request.file, request.profile_dz.size()), allowed);
 }
 
+bool is_loaded(const FocusSpec& focus) {
+  const auto* curve = std::get_if<EncircledCurve>(&focus.measured.data);
+  return !curve || curve->radius.size() > 0;
+}
+
 // A curve's or an image's own errors name its file and line.
 void load_focus(FocusSpec* focus, const std::string& path) {
   if (focus->kind == "image" || (focus->kind == "auto" && is_focal_image(path)))
@@ -128,12 +133,8 @@ void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
 
 }  // namespace
 
-void load_files(Study& study, const Study* same_roughness) {
-  if (same_roughness) {
-    study.roughness = same_roughness->roughness;
-    study.psd = same_roughness->psd;
-    study.data_warnings = same_roughness->data_warnings;
-  } else if (study.roughness) {
+void load_files(Study& study) {
+  if (study.roughness && !study.psd) {
     load_roughness(study, *study.roughness, "/roughness/psd");
     study.psd = psd_model(*study.roughness);
     warn_of_data(*study.roughness, &study.data_warnings);
@@ -142,13 +143,14 @@ void load_files(Study& study, const Study* same_roughness) {
     for (std::size_t k = 0; k < study.solve->with->surfaces.size(); ++k)
       load_roughness(study, study.solve->with->surfaces[k].psd,
                      fmt::format("/solve/with/surfaces/{}/psd", k));
-  if (study.solve && study.solve->focus)
+  if (study.solve && study.solve->focus && !is_loaded(*study.solve->focus))
     load_focus(&*study.solve->focus, locate(study, study.solve->focus->file, "/solve/focus/file"));
   if (study.map) locate(study, study.map->source.file, "/target/map/file");
   const std::vector<std::string> keys = keys_of(study.target.statistics);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     StatisticRequest& request = study.target.statistics[i];
-    if (!request.file.empty()) load_profile(study, request, "/target/statistics/" + keys[i] + "/file");
+    if (!request.file.empty() && request.profile_dz.empty())
+      load_profile(study, request, "/target/statistics/" + keys[i] + "/file");
   }
 }
 

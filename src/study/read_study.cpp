@@ -1,10 +1,12 @@
 #include "aberfit/study/read_study.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/study/measured_psd.h"
@@ -49,6 +51,22 @@ struct ModelOfNode {
   }
 };
 
+// Whether all of it has a closed form: a table that came with no file cannot be told in a study.
+bool has_closed_form(const PsdModel& model) {
+  const auto* sum = std::get_if<SumPsd>(&model);
+  return sum ? std::all_of(sum->parts.begin(), sum->parts.end(), has_closed_form)
+             : !std::holds_alternative<TablePsd>(model);
+}
+
+// What follows from other members, without a look at any file.
+void fill_in(Study* study) {
+  Mirror& mirror = study->mirror;
+  if (!mirror.zernike.empty() && mirror.zernike_radius == 0)
+    mirror.zernike_radius = aperture_radius(study->aperture);
+  if (study->psd && !study->roughness && has_closed_form(*study->psd))
+    study->roughness = roughness_model(*study->psd);
+}
+
 }  // namespace
 
 Study internal::study_of_json(const nlohmann::ordered_json& json, const std::string& path,
@@ -58,8 +76,12 @@ Study internal::study_of_json(const nlohmann::ordered_json& json, const std::str
   study.changes = changes;
   try {
     read_object(json, study.path, [&](Visitor& v) { describe_study(v, study); });
-    load_files(study, same_roughness);
-    check_rules(study);
+    if (same_roughness) {
+      study.roughness = same_roughness->roughness;
+      study.psd = same_roughness->psd;
+      study.data_warnings = same_roughness->data_warnings;
+    }
+    study = completed(std::move(study));
   } catch (const InputError& error) {
     if (error.file() != path) throw;
     throw InputError(file_with_changes(path, changes, error.pointer()), error.pointer(), error.found(),
@@ -104,15 +126,23 @@ nlohmann::ordered_json psd_block(const RoughnessModel& roughness) {
 
 RoughnessModel roughness_model(const PsdModel& model) { return std::visit(NodeOfModel{}, model); }
 
+Study completed(Study study) {
+  if (study.path.empty()) study.path = "study";
+  load_files(study);
+  fill_in(&study);
+  check_rules(study);
+  return study;
+}
+
 nlohmann::ordered_json resolved_study(const Study& study) {
   Study copy = study;  // visitors take references that they may write to
+  fill_in(&copy);
   return write_object([&](Visitor& v) { describe_study(v, copy); });
 }
 
 nlohmann::ordered_json resolved_study(const Study& study, const ChosenByFit& chosen) {
   Study explicit_study = study;
   explicit_study.terms = chosen.terms;
-  explicit_study.trace.automatic_rays = false;
   explicit_study.trace.pupil.rays = chosen.rays;
   explicit_study.fit.starts = chosen.starts;
   explicit_study.fit.second_look = chosen.second_look;

@@ -6,10 +6,10 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "aberfit/core/content_hash.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
 #include "aberfit/study/read_study.h"
-#include "content_hash.h"
 #include "parse_json.h"
 #include "study_changes.h"
 #include "study_of_json.h"

@@ -13,6 +13,17 @@ namespace {
 
 constexpr double kSameLength = 1e-9;  // rounding of a length that was computed and written down
 
+// A file that leaves them out is not read this far; a program may have forgotten them.
+void check_required(const Study& study) {
+  const auto require = [&](double length, const char* pointer, const char* what) {
+    if (!(length > 0))
+      throw InputError(study.path, pointer, format_quantity(length, Dimension::kLength), what);
+  };
+  require(study.mirror.focal_length, "/mirror/focal_length", "a focal length above 0");
+  require(aperture_radius(study.aperture), "/aperture", "an aperture with an area");
+  require(study.wavelength, "/light/wavelength", "a wavelength above 0");
+}
+
 void check_aperture(const Study& study) {
   const double radius = aperture_radius(study.aperture), domain = sag_domain_radius(study.mirror);
   if (!study.mirror.zernike.empty() && study.mirror.zernike_radius < radius * (1 - kSameLength))
@@ -32,11 +43,10 @@ void check_aperture(const Study& study) {
                   format_quantity(domain, Dimension::kLength), study.mirror.conic));
 }
 
-void check_psd(const Study& study, const RoughnessModel& node, const std::string& pointer) {
-  if (const auto* sum = std::get_if<RoughnessSum>(&node.model))
+void check_psd(const Study& study, const PsdModel& model, const std::string& pointer) {
+  if (const auto* sum = std::get_if<SumPsd>(&model))
     for (std::size_t i = 0; i < sum->parts.size(); ++i)
       check_psd(study, sum->parts[i], fmt::format("{}/parts/{}", pointer, i));
-  const PsdModel model = psd_model(node);
   const std::string problem = psd_problem(model);
   if (!problem.empty()) throw InputError(study.path, pointer, problem, "a PSD with finite height variance");
   const PsdMoments moments = psd_moments(RadialPsd(model));
@@ -69,7 +79,7 @@ void check_without_roughness(const Study& study) {
   }
   if (study.fit.prior != PriorMode::kZeroMean) fail("/fit/prior", "\"near-start\"", "\"zero-mean\"");
   if (study.terms.fourier) fail("/terms/fourier", "plane waves", "zernike with n_max, or spherical");
-  if (study.terms.zernike && !study.terms.zernike->n_max)
+  if (const auto zernikes = study.terms.zernikes(); zernikes && !zernikes->n_max)
     fail("/terms/zernike/n_max", "nothing", "required: the highest radial order");
 }
 
@@ -95,16 +105,18 @@ void check_exports(const Study& study) {
 }  // namespace
 
 void check_rules(const Study& study) {
+  check_required(study);
   check_aperture(study);
   check_exports(study);
-  if (study.trace.pupil.layout == PupilLayout::kPolar && study.aperture.index() > 1)
+  if (study.trace.pupil.layout == PupilLayout::kPolar && usual_layout(study.aperture) != PupilLayout::kPolar)
     throw InputError(study.path, "/trace/pupil", "\"polar\"",
                      "\"random\", \"sobol\", \"grid\": the polar layout is for circles and annuli");
   if (study.solve && study.solve->with)
     for (std::size_t k = 0; k < study.solve->with->surfaces.size(); ++k)
-      check_psd(study, study.solve->with->surfaces[k].psd, fmt::format("/solve/with/surfaces/{}/psd", k));
-  if (study.roughness)
-    check_psd(study, *study.roughness, "/roughness/psd");
+      check_psd(study, psd_model(study.solve->with->surfaces[k].psd),
+                fmt::format("/solve/with/surfaces/{}/psd", k));
+  if (study.psd)
+    check_psd(study, *study.psd, "/roughness/psd");
   else if (!study.map && !(study.solve && study.solve->ceilings))  // which need none
     check_without_roughness(study);
 }

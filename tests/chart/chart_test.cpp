@@ -245,11 +245,11 @@ TEST_F(ChartRun, CheckPredictsFromTheChart) {
               rates["iterations"].get<double>() * rates["iteration_seconds"].get<double>(), 1e-9);
   EXPECT_NE(with["prediction"]["rates"].get<std::string>().find("this study"), std::string::npos);
 
-  // The file itself will do, and out/<study>-chart is found without being asked for.
+  // The file itself will do, and out/<study>/chart is found without being asked for.
   EXPECT_EQ(run_program(*folder_, "check study.json --chart chart/chart.json"), 0);
-  std::filesystem::create_directories(folder_->file("out"));
+  std::filesystem::create_directories(folder_->file("out/other"));
   folder_->write("other.json", std::string(kStudy));
-  std::filesystem::copy(folder_->file("chart"), folder_->file("out/other-chart"),
+  std::filesystem::copy(folder_->file("chart"), folder_->file("out/other/chart"),
                         std::filesystem::copy_options::recursive);
   ASSERT_EQ(run_program(*folder_, "check other.json --json"), 0);
   EXPECT_EQ(ordered_json::parse(read_file(folder_->file("stdout.txt")))["predicted_seconds"],
@@ -261,7 +261,7 @@ TEST_F(ChartRun, CheckPredictsFromTheChart) {
   ASSERT_EQ(run_program(*folder_, "check other.json --json"), 0);
   EXPECT_EQ(ordered_json::parse(read_file(folder_->file("stdout.txt")))["prediction"]["rates"]
                 .get<std::string>()
-                .find("out/other-chart"),
+                .find("out/other/chart"),
             std::string::npos);
   ASSERT_EQ(run_program(*folder_, "check other.json --json --chart chart"), 0);
   const ordered_json scaled = ordered_json::parse(read_file(folder_->file("stdout.txt")));

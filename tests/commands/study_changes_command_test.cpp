@@ -63,8 +63,8 @@ TEST_F(StudyChangesCommand, ADashIsStandardInput) {
   EXPECT_EQ(run("trace - --json --set /title=x < study.json"), 0) << err();
   EXPECT_EQ(out(), by_name);
   EXPECT_LE(run("verify - --no-plots < study.json"), 1) << err();
-  EXPECT_NE(err().find("results in out/study"), std::string::npos) << err();
-  EXPECT_TRUE(std::filesystem::exists(folder_.file("out/study/result.json")));
+  EXPECT_NE(err().find("results in out/study/verify"), std::string::npos) << err();
+  EXPECT_TRUE(std::filesystem::exists(folder_.file("out/study/verify/result.json")));
   EXPECT_EQ(run("psd - < study.json"), 2);
   EXPECT_NE(err().find("standard input: /roughness/psd: found no measurement"), std::string::npos) << err();
   EXPECT_EQ(run("trace - < /dev/null"), 2);

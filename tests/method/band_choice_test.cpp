@@ -125,7 +125,7 @@ TEST(BandChoice, FollowsWhatTheStudySays) {
   ASSERT_TRUE(named.ground.split);
   EXPECT_EQ(named.ground.split->cut(), 33);
   EXPECT_FALSE(named.ground.shares->automatic);
-  EXPECT_TRUE(parse_study(scene(25, 400, R"(, "terms": {"band": "33 /m"})"), "s").terms.automatic);
+  EXPECT_TRUE(parse_study(scene(25, 400, R"(, "terms": {"band": "33 /m"})"), "s").terms.automatic());
   // Above the band everything is terms; below it, nothing.
   EXPECT_FALSE(layout_of(scene(25, 400, R"(, "terms": {"band": "500 /m"})")).ground.split);
   EXPECT_FALSE(layout_of(scene(25, 400, R"(, "terms": {"band": "1 /m"})")).ground.split->has_low());

@@ -120,7 +120,7 @@ TEST(LightStatistics, DrawnMirrorsDifferAsTheCutHasIt) {
     study.mirror.focal_length = kFocal;
     study.aperture = CircleAperture{kDiameter};
     study.psd = psd;
-    study.terms.automatic = true;
+    study.terms = {};
     for (std::size_t k = 0; k < requests.size(); ++k) {
       study.target.statistics = {requests[k]};
       // Nothing is held out against a value, so it is the only one that is judged.

@@ -424,7 +424,7 @@ TEST(TermSearch, FitsKnowHowManyCellsTheyBeginOn) {
 
 TEST(TermSearch, EndsAtTheFewestOfAnExhaustiveSearch) {
   const Study asked = parse_study(small_study("\"auto\"", "8192"), "study.json");
-  ASSERT_TRUE(asked.terms.automatic);
+  ASSERT_TRUE(asked.terms.automatic());
   const ResultDocument found = run_fit(asked, {});
   ASSERT_TRUE(found.frontier.has_value());
   EXPECT_EQ(found.verdict, Verdict::kEquivalent);
@@ -459,7 +459,7 @@ TEST(TermSearch, ResolvesToAStudyThatGivesTheSameFit) {
     EXPECT_TRUE(written["trace"]["rays"].is_number_integer());
     looked_twice = looked_twice || written["fit"]["second_look"];
     const Study again = parse_study(written.dump(), "study.json");
-    EXPECT_FALSE(again.terms.automatic);
+    EXPECT_FALSE(again.terms.automatic());
     const ResultDocument same = run_fit(again, {});
     EXPECT_EQ(same.rays, found.rays);
     EXPECT_FALSE(same.frontier.has_value());

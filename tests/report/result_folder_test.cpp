@@ -12,6 +12,7 @@
 #include <set>
 #include <string>
 
+#include "aberfit/core/content_hash.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/random.h"
 #include "aberfit/report/result.h"
@@ -26,9 +27,13 @@ using test::ScratchFolder;
 
 constexpr int kFiles = 12;
 
+ResultClaim claim(const std::string& command = "fit", bool force = false) {
+  return {command, {"result.json", "file-*", "plots/file-*", "plots/old.png"}, force};
+}
+
 // A run whose files all hold its number: `kFiles` of its own in two folders, and a result.
-void run(const std::string& to, int number, const std::string& also = "") {
-  ResultFolder folder(to);
+void run(const std::string& to, int number, const std::string& also = "", const ResultClaim& by = claim()) {
+  ResultFolder folder(to, by);
   const std::string into = folder.path() + "/", text = std::to_string(number);
   for (int k = 0; k < kFiles; ++k)
     write_file(into + (k % 2 ? "plots/" : "") + "file-" + std::to_string(k), text);
@@ -87,7 +92,7 @@ TEST(ResultFolder, OfARunThatFailsIsWhatItWas) {
   const std::string out = scratch.file("out"), fresh = scratch.file("a/b/c");
   run(out, 1);
   for (const std::string& folder : {out, fresh}) {
-    ResultFolder second(folder);
+    ResultFolder second(folder, claim());
     write_file(second.path() + "/result.json", "2");
   }
   EXPECT_EQ(whole_run(out), 1);
@@ -98,9 +103,9 @@ TEST(ResultFolder, IsRefusedToASecondRunWhileTheFirstLasts) {
   ScratchFolder scratch;
   const std::string out = scratch.file("out");
   {
-    const ResultFolder first(out);
+    const ResultFolder first(out, claim());
     try {
-      const ResultFolder second(out);
+      const ResultFolder second(out, claim());
       FAIL();
     } catch (const InputError& error) {
       EXPECT_NE(std::string(error.what()).find("another run"), std::string::npos) << error.what();
@@ -168,7 +173,7 @@ TEST(ResultFolder, LeavesFoldersInItAlone) {
   ScratchFolder scratch;
   const std::string out = scratch.file("out");
   run(out, 1);
-  ResultFolder other(out + "/other");
+  ResultFolder other(out + "/other", {"solve", {"result.json", "more"}});
   write_file(other.path() + "/result.json", "3");
   run(out, 2);
   EXPECT_EQ(read_file(out + "/result.json"), "2");
@@ -184,11 +189,84 @@ TEST(ResultFolder, TakesNoNamesThatLeadOutOfIt) {
   const std::string out = scratch.file("out");
   run(out, 1);
   scratch.write("mine.txt", "mine");
-  scratch.write("out/.aberfit-files",
-                "../mine.txt\n" + scratch.file("mine.txt") + "\nplots/../../mine.txt\n");
+  const std::string hash = content_hash("mine") + " ";
+  scratch.write("out/.aberfit-files", read_file(out + "/.aberfit-files") + hash + "../mine.txt\n" + hash +
+                                          scratch.file("mine.txt") + "\n" + hash + "plots/../../mine.txt\n");
   fs::create_directories(out + "/folder");  // file by file
   run(out, 2);
   EXPECT_EQ(read_file(scratch.file("mine.txt")), "mine");
+}
+
+std::string refusal(const std::string& out, const ResultClaim& by) {
+  try {
+    const ResultFolder folder(out, by);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ResultFolder, IsRefusedWhereAnotherCommandOrPersonHasWrittenAndSaysWhat) {
+  ScratchFolder scratch;
+  const std::string out = scratch.file("out");
+  run(out, 1);
+  EXPECT_NE(refusal(out, claim("solve")).find("result.json of `aberfit fit`"), std::string::npos)
+      << refusal(out, claim("solve"));
+  EXPECT_NE(refusal(out, claim("solve")).find("--force"), std::string::npos);
+  EXPECT_EQ(refusal(out, {"solve", {"result", "plots/old*", "mine*"}}), "");  // nothing in the way
+  EXPECT_EQ(refusal(out, claim()), "");
+  scratch.write("out/file-4", "mine");  // changed since
+  EXPECT_NE(refusal(out, claim()).find("file-4, which no run"), std::string::npos) << refusal(out, claim());
+  fs::remove(out + "/file-4");
+  EXPECT_EQ(refusal(out, claim()), "");
+  scratch.write("out/plots/file-x", "mine");
+  EXPECT_NE(refusal(out, claim()).find("plots/file-x"), std::string::npos);
+  fs::remove_all(out + "/plots");
+  scratch.write("out/plots", "mine");  // where a folder has to be
+  EXPECT_NE(refusal(out, claim()).find("plots, which no run"), std::string::npos);
+  fs::remove(out + "/result.json");
+  fs::create_directories(out + "/result.json");
+  EXPECT_EQ(refusal(out, claim("fit", true)).find("--force"), std::string::npos);  // it does not help
+  EXPECT_NE(refusal(out, claim("fit", true)).find("result.json"), std::string::npos);
+}
+
+// What stands in the way goes, in words; what does not stays, whoever's it is.
+TEST(ResultFolder, ReplacesByForceWhatIsInTheWayAndNothingElse) {
+  for (const bool with_folder : {false, true}) {  // all at once, file by file
+    ScratchFolder scratch;
+    const std::string out = scratch.file("out");
+    run(out, 1, "plots/own.png");
+    scratch.write("out/file-4", "mine");
+    scratch.write("out/notes.txt", "mine");
+    if (with_folder) fs::create_directories(out + "/folder");
+    std::string told;
+    ResultClaim by = claim("solve", true);
+    by.tell = [&](const std::string& line) { told = line; };
+    run(out, 2, "", by);
+    EXPECT_EQ(read_file(out + "/result.json"), "2");
+    EXPECT_EQ(read_file(out + "/file-4"), "2");
+    EXPECT_EQ(read_file(out + "/notes.txt"), "mine");
+    EXPECT_EQ(read_file(out + "/plots/own.png"), "1");
+    EXPECT_NE(told.find("file-4, which no run"), std::string::npos) << told;
+    EXPECT_NE(told.find("of `aberfit fit`"), std::string::npos) << told;
+    told.clear();
+    run(out, 3, "", by);  // its own now
+    EXPECT_EQ(told, "");
+    EXPECT_EQ(read_file(out + "/result.json"), "3");
+  }
+}
+
+TEST(ResultFolder, KeepsItsResultsWhereSomethingComesInTheWayMeanwhile) {
+  ScratchFolder scratch;
+  const std::string out = scratch.file("out");
+  ResultFolder folder(out, {"fit", {"result.json"}});
+  write_file(folder.path() + "/result.json", "1");
+  scratch.write("mine.txt", "mine");
+  fs::create_directories(out);
+  fs::rename(scratch.file("mine.txt"), out + "/result.json");
+  EXPECT_THROW(folder.show(), InputError);
+  EXPECT_EQ(read_file(out + "/result.json"), "mine");
+  EXPECT_EQ(read_file(scratch.file("out-2/result.json")), "1");
 }
 
 }  // namespace

@@ -73,14 +73,14 @@ TEST(ReadStudy, FillsInTheDefaultsOfTheMinimalStudy) {
   EXPECT_EQ(study.target.theory, std::nullopt);
   EXPECT_EQ(study.target.convention, Convention::kPhysical);
   EXPECT_TRUE(study.target.statistics.empty());
-  ASSERT_TRUE(study.terms.zernike.has_value());  // their order is chosen when the study runs
-  EXPECT_EQ(study.terms.zernike->n_min, 2);
-  EXPECT_FALSE(study.terms.zernike->n_max.has_value());
-  EXPECT_FALSE(study.terms.fourier.has_value());
-  EXPECT_TRUE(study.terms.spherical.empty());
+  EXPECT_TRUE(study.terms.automatic());
+  ASSERT_TRUE(study.terms.zernikes().has_value());  // their order is chosen when the study runs
+  EXPECT_EQ(study.terms.zernikes()->n_min, 2);
+  EXPECT_FALSE(study.terms.zernikes()->n_max.has_value());
   EXPECT_EQ(study.terms.covariance, CovarianceKind::kFull);
-  EXPECT_EQ(study.trace.pupil.layout, PupilLayout::kPolar);
-  EXPECT_EQ(study.trace.pupil.rays, 65536);
+  EXPECT_EQ(layout_of(study.aperture, study.trace.pupil), PupilLayout::kPolar);
+  EXPECT_FALSE(study.trace.pupil.rays.has_value());
+  EXPECT_EQ(rays_of(study.trace.pupil), 65536);
   EXPECT_EQ(study.trace.pupil.seed, 1u);
   EXPECT_FALSE(study.trace.central_difference_step.has_value());
   EXPECT_EQ(study.trace.centre, Centre::kNominal);
@@ -350,9 +350,12 @@ TEST(ReadStudy, GivesKnownZernikesTheRadiusOfTheApertureAndTheHeightsOfTheSurfac
 
 TEST(ReadStudy, TakesSobolRaysWherePolarOnesDoNotExist) {
   const std::string rectangle = R"({"shape": "rectangle", "width": 0.3, "height": 0.2})";
-  EXPECT_EQ(parse(changed("/aperture", rectangle)).trace.pupil.layout, PupilLayout::kSobol);
+  const Study wide = parse(changed("/aperture", rectangle));
+  EXPECT_EQ(layout_of(wide.aperture, wide.trace.pupil), PupilLayout::kSobol);
+  EXPECT_EQ(resolved_study(wide)["trace"]["pupil"], "sobol");
   const std::string annulus = R"({"shape": "annulus", "diameter": 0.4, "inner_diameter": 0.1})";
-  EXPECT_EQ(parse(changed("/aperture", annulus)).trace.pupil.layout, PupilLayout::kPolar);
+  const Study ring = parse(changed("/aperture", annulus));
+  EXPECT_EQ(layout_of(ring.aperture, ring.trace.pupil), PupilLayout::kPolar);
 }
 
 TEST(ReadStudy, NeedsNoRoughnessWhereEveryTargetIsAValue) {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "../../src/study/content_hash.h"
+#include "aberfit/core/content_hash.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/study/read_study.h"
 #include "study/scratch_folder.h"
@@ -31,12 +31,12 @@ std::string id_at(const ordered_json& study, const CaseValues& values) {
 
 // The vectors of the algorithm's authors, and one of many bytes by Python's whole numbers.
 TEST(ContentHash, IsFnv1aOf128Bits) {
-  EXPECT_EQ(internal::content_hash(""), "6c62272e07bb014262b821756295c58d");
-  EXPECT_EQ(internal::content_hash("a"), "d228cb696f1a8caf78912b704e4a8964");
-  EXPECT_EQ(internal::content_hash("foobar"), "343e1662793c64bf6f0d3597ba446f18");
+  EXPECT_EQ(content_hash(""), "6c62272e07bb014262b821756295c58d");
+  EXPECT_EQ(content_hash("a"), "d228cb696f1a8caf78912b704e4a8964");
+  EXPECT_EQ(content_hash("foobar"), "343e1662793c64bf6f0d3597ba446f18");
   std::string bytes;
   for (int k = 0; k < 3 * 256; ++k) bytes += char(k % 256);
-  EXPECT_EQ(internal::content_hash(bytes), "ceced98447397784e46346c4dbaac68d");
+  EXPECT_EQ(content_hash(bytes), "ceced98447397784e46346c4dbaac68d");
 }
 
 TEST(StudyCases, AreReadAsTheFileWithTheirValuesWouldBe) {
@@ -69,7 +69,7 @@ TEST(StudyCases, HaveANameThatSaysWhatIsComputedAndNothingElse) {
   file["roughness"]["psd"]["rms"] = "30 nm";
   nlohmann::json sorted = resolved_study(parse_study(file.dump(), "s.json"));
   for (const char* block : {"title", "vary", "verify", "output", "solve"}) sorted.erase(block);
-  EXPECT_EQ(id, internal::content_hash("check\n" + sorted.dump()));
+  EXPECT_EQ(id, content_hash("check\n" + sorted.dump()));
 
   EXPECT_EQ(id_at(plain(), {{"/roughness/psd/rms", "3e-8"}}), id) << "another way to write it";
   ordered_json other = plain();

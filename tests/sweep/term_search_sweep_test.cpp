@@ -47,17 +47,15 @@ class TermSearchSweep : public testing::TestWithParam<const char*> {};
 TEST_P(TermSearchSweep, AutoEndsWithTheFewestTerms) {
   Study study = named(GetParam());
   auto begin = std::chrono::steady_clock::now();
-  run_fit(study.terms.automatic ? [&] {
+  run_fit(study.terms.automatic() ? [&] {
     Study captured = study;
-    captured.terms.automatic = false;  // Zernikes that carry 99 % of the height variance
+    captured.terms.zernike.emplace();  // Zernikes that carry 99 % of the height variance
     return captured;
   }() : study, {});
   const double given_seconds = seconds_since(begin);
 
   study.terms = {};
-  study.terms.automatic = true;
-  study.terms.zernike.emplace();
-  study.trace.automatic_rays = true;
+  study.trace.pupil.rays.reset();
   begin = std::chrono::steady_clock::now();
   const ResultDocument found = run_fit(study, {});
   const double auto_seconds = seconds_since(begin);

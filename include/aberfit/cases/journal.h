@@ -42,6 +42,10 @@ class CaseJournal {
 /// records.
 std::vector<CaseRecord> read_journals(const std::string& folder, std::size_t* damaged);
 
+/// The first journal of a folder that no sweep can have written - there is something in it, but no record nor
+/// the beginning of one -, which one that goes on there would add to; empty where there is none.
+std::string foreign_journal(const std::string& folder);
+
 /// Keeps others from the same work: one holder of a share of the cases, and no two ways of sharing them at a
 /// time. Ends with the process.
 class ShareLock {

@@ -18,7 +18,8 @@ enum class ExitCode {
 struct CommandLine {
   std::string study_file;            ///< "-": standard input
   std::vector<std::string> changes;  ///< of the study, "/json/pointer=value"
-  std::string output_directory;      ///< empty: out/<name of the study>
+  std::string output_directory;      ///< empty: out/<name of the study>/<command>
+  bool force = false;                ///< replace what stands in the way there
   std::string coefficients_file;     ///< verify, trace
   std::string arrays;                ///< fit, trace, check: one of array_format_names
   std::string chart_file;            ///< check

@@ -13,6 +13,8 @@ struct RunOptions {
   bool plots = true;                                 ///< drawn only when the study wants them too
   std::optional<ArrayFormat> arrays;                 ///< fit, trace, check; absent: as the study says
   std::string output_directory;                      ///< empty: nothing is written
+  bool force = false;                                ///< replace files there that stand in the way of results
+  std::function<void(const std::string&)> tell;      ///< hears in a line which; may be empty
   std::string coefficients_file;                     ///< trace, verify: surface to use instead of a draw
   std::function<void(const std::string&)> progress;  ///< one line of progress; called often
   /// Asked between the steps of a fit: true ends it with the best so far. Empty: never.

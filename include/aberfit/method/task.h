@@ -75,21 +75,21 @@ struct BandSpec {
   double cut = 0;  ///< kCut [cycles/m]
 };
 struct TermsSpec {
-  /// "auto", or no terms in the file: a fit takes the fewest Zernikes that do; `zernike` then holds the
-  /// default (99 %) for all that needs terms without a fit.
-  bool automatic = false;
   std::optional<ZernikeSpec> zernike;
   std::optional<FourierSpec> fourier;
   std::vector<int> spherical;  ///< even powers 4..12
   CovarianceKind covariance = CovarianceKind::kFull;
   BandSpec band;
+
+  /// No terms are named ("auto" in a file): a fit takes the fewest Zernikes that do.
+  bool automatic() const { return !zernike && !fourier && spherical.empty(); }
+  /// Those of whoever needs terms without a search for them: where none are named the default, 99 %.
+  std::optional<ZernikeSpec> zernikes() const { return automatic() ? ZernikeSpec{} : zernike; }
 };
 
 struct TraceSpec {
-  std::optional<FocusModel> model;  ///< of the surface; absent ("auto"): what the theory needs
-  PupilOptions pupil;               ///< JSON keys pupil, rays, seed sit side by side
-  bool automatic_rays = false;      ///< "auto", or no rays in the file: a fit finds how many it needs;
-                                    ///< `pupil.rays` then holds what everything else uses
+  std::optional<FocusModel> model;                ///< of the surface; absent ("auto"): what the theory needs
+  PupilOptions pupil;                             ///< JSON keys pupil, rays, seed sit side by side
   std::optional<double> central_difference_step;  ///< [m]; absent: analytic normals
   Centre centre = Centre::kNominal;
 };
@@ -121,8 +121,9 @@ struct EquivalenceSpec {
   std::optional<double> stray_light;
 };
 
-/// A mirror, its light and its roughness, and what is asked of them. Read, never changed: what a run decides
-/// is a plan of its own (plan.h).
+/// A mirror, its light and its roughness, and what is asked of them. The first four have no default; what the
+/// others are where nothing is said stands here and in the structs that they are made of, for programs and
+/// study files alike. Read, never changed: what a run decides is a plan of its own (plan.h).
 struct Task {
   Mirror mirror;
   Aperture aperture;

@@ -44,6 +44,8 @@ struct ExportInput {
 /// term.
 GridSag sample_surface(const ExportInput& input);
 
+/// The file of an export: "grid_sag.DAT", ...
+const std::string& export_file_name(ExportFormat format);
 /// File name and content of one export. Throws std::invalid_argument for a format that cannot hold the
 /// surface (a Zernike listing of Fourier terms, or of more than the 231 Zernike Standard terms of n <= 20).
 /// Spherical terms go into the listings exactly, as Zernikes of m = 0. The margin of the aperture is not

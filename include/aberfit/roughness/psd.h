@@ -26,7 +26,7 @@ struct KCorrelationPsd {
 /// is given.
 struct PowerLawPsd {
   std::optional<double> rms, amplitude;
-  double exponent = 0, f_min = 0, f_max = 0;
+  double exponent = 0, f_min = 0, f_max = std::numeric_limits<double>::infinity();
 };
 /// ACF sigma^2 exp(-(r/l)^2): S = pi l^2 sigma^2 exp(-(pi l f)^2), unlimited band.
 struct GaussianPsd {

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -18,10 +19,19 @@ enum class PupilLayout {
 };
 
 struct PupilOptions {
-  PupilLayout layout = PupilLayout::kPolar;
-  std::int64_t rays = 65536;  ///< wanted number; grid and polar come near it, random and sobol meet it
-  std::uint64_t seed = 1;     ///< random and sobol
+  std::optional<PupilLayout> layout;  ///< absent: that of usual_layout
+  /// Wanted number, grid and polar come near it, random and sobol meet it; absent: kUsualRays, and a fit
+  /// finds how many it needs.
+  std::optional<std::int64_t> rays;
+  std::uint64_t seed = 1;  ///< random and sobol
 };
+inline constexpr std::int64_t kUsualRays = 65536;
+/// kPolar for the shapes that have it, circle and annulus, kSobol for all others.
+PupilLayout usual_layout(const Aperture& aperture);
+inline PupilLayout layout_of(const Aperture& aperture, const PupilOptions& options) {
+  return options.layout ? *options.layout : usual_layout(aperture);
+}
+inline std::int64_t rays_of(const PupilOptions& options) { return options.rays.value_or(kUsualRays); }
 
 /// Regular structure of a pupil: what lets an operator share work between its points.
 /// Rings of equally many, equally spaced points: point ring * spokes + j lies at radius rho[ring] and angle 2

@@ -192,9 +192,10 @@ struct VarySpec {
   CaseLevel run = CaseLevel::kCheck;
 };
 
-/// A task, and what belongs to the file it is written in. Read-only once read_study has made it.
+/// A task, and what belongs to the file it is written in. A program that fills it needs mirror, aperture,
+/// wavelength and psd (or roughness); what it leaves alone is what a file would leave out.
 struct Study : Task {
-  std::string path;                  ///< file it was read from
+  std::string path;                  ///< file it was read from; empty: a program's
   std::vector<std::string> changes;  ///< put into it, "/json/pointer=value"
   std::string title;
   std::optional<RoughnessModel> roughness;  ///< as the file has it; `psd` is the model that it stands for
@@ -204,6 +205,14 @@ struct Study : Task {
   std::optional<SolveSpec> solve;
   std::optional<VarySpec> vary;
 };
+
+/// The study with what its other members and the files that it names say: tables, measurements and curves
+/// that are not there yet (relative paths start at the folder of `path`), `psd` of the roughness or, where
+/// that is absent, the roughness of `psd`, and the disc of the known Zernikes. Every command (commands/run.h)
+/// begins with it, so that a study filled by a program is what the same file would be; read_study has done
+/// it. Done again it changes nothing. Throws InputError for files that cannot be read and for what joins
+/// several members and cannot be meant.
+Study completed(Study study);
 
 /// The PSD model of a roughness node, tables included.
 PsdModel psd_model(const RoughnessModel& roughness);

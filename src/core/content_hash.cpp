@@ -1,10 +1,10 @@
-#include "content_hash.h"
+#include "aberfit/core/content_hash.h"
 
 #include <fmt/format.h>
 
 #include <cstdint>
 
-namespace aberfit::internal {
+namespace aberfit {
 
 // The prime is 2^88 + 0x13b: modulo 2^128 a product is a shift and a small product, of two halves of 64 bits.
 std::string content_hash(std::string_view bytes) {
@@ -19,4 +19,4 @@ std::string content_hash(std::string_view bytes) {
   return fmt::format("{:016x}{:016x}", high, low);
 }
 
-}  // namespace aberfit::internal
+}  // namespace aberfit

@@ -1,0 +1,23 @@
+#include "unused_parts.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <vector>
+
+namespace aberfit::internal {
+
+Warnings unused_parts(const Study& study, const std::string& remedy) {
+  if (!study.solve || !study.solve->with) return {};
+  const ContributorsSpec& with = *study.solve->with;
+  std::vector<std::string> parts;
+  if (with.atmosphere) parts.emplace_back("atmosphere");
+  if (with.jitter > 0) parts.emplace_back("jitter");
+  if (!with.surfaces.empty()) parts.emplace_back("surfaces");
+  if (parts.empty()) return {};
+  return {{"contributors-not-used",
+           fmt::format("solve.with ({}) is not used here: these are results of the mirror alone; {} has it",
+                       fmt::join(parts, ", "), remedy)}};
+}
+
+}  // namespace aberfit::internal
