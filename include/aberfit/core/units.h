@@ -22,7 +22,9 @@ class UnitError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// SI value of text such as "632.8 nm", "10 cycles/mm", "2.5 /m", "3.2 arcsec", "1 %".
+/// SI value of text such as "632.8 nm", "10 cycles/mm", "2.5 /m", "3.2 arcsec", "1 %". Lengths and angles
+/// may be written in full, in any case and number ("20 Angstroms", "0.6328 micron", "2 inches"); no-break
+/// spaces are blanks.
 /// Throws UnitError for a missing, unknown or wrong-dimension unit, for trailing text and for non-finite
 /// numbers.
 double parse_quantity(std::string_view text, Dimension dimension);
