@@ -226,24 +226,25 @@ TextLines::TextLines(const std::string& path) : path_(path) {
 }
 
 bool TextLines::fill() {
-  constexpr std::size_t kBlock = std::size_t(1) << 16;  // even: no character of UTF-16 is cut
+  constexpr std::size_t kBlock = std::size_t(1) << 16;
   const bool first = buffer_.empty();
   buffer_.resize(kBlock);
-  file_.read(buffer_.data(), std::streamsize(kBlock));
+  const auto read = [&](std::size_t from) {
+    file_.read(buffer_.data() + from, std::streamsize(buffer_.size() - from));
+    end_ = from + std::size_t(file_.gcount());
+    unread_ -= std::min(unread_, std::size_t(file_.gcount()));
+  };
   begin_ = 0;
-  end_ = std::size_t(file_.gcount());
-  unread_ -= std::min(unread_, end_);
-  if (file_.bad()) throw InputError(path_, "", "a file that cannot be read to its end", kTextAllowed);
-  if (first) {
-    const Utf16 encoding = utf16_of({buffer_.data(), end_});
-    utf16_ = encoding.found;
-    big_endian_ = encoding.big_endian;
-  }
-  if (utf16_) {
-    const std::string text = from_utf16({buffer_.data(), end_}, big_endian_);
+  read(0);
+  // UTF-16 is decoded as a whole: such files are saved by spreadsheets and are small.
+  if (first && utf16_of({buffer_.data(), end_}).found) {
+    buffer_.resize(end_ + unread_);
+    read(end_);
+    const std::string text = utf8_text({buffer_.data(), end_});
     buffer_.assign(text.begin(), text.end());
     end_ = buffer_.size();
   }
+  if (file_.bad()) throw InputError(path_, "", "a file that cannot be read to its end", kTextAllowed);
   return end_ > 0;
 }
 

@@ -41,8 +41,10 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
   if (!table) return;
   PsdTableOptions options;
   const bool profile = table->kind == "1d";
-  options.frequency_factor = unit_factor(table->frequency_unit, Dimension::kSpatialFrequency);
-  options.psd_factor = unit_factor(table->psd_unit, profile ? Dimension::kPsd1d : Dimension::kPsd2d);
+  if (!table->frequency_unit.empty())
+    options.frequency_factor = unit_factor(table->frequency_unit, Dimension::kSpatialFrequency);
+  if (!table->psd_unit.empty())
+    options.psd_factor = unit_factor(table->psd_unit, profile ? Dimension::kPsd1d : Dimension::kPsd2d);
   options.kind = profile ? PsdTableKind::k1dOneSided : PsdTableKind::k2dTwoSided;
   options.of = table->of == "wavefront" ? PsdTableOf::kWavefront : PsdTableOf::kSurface;
   options.height_factor = table->scale;
@@ -72,8 +74,14 @@ void load_profile(const Study& study, StatisticRequest& request, const std::stri
   request.profile_value.clear();
   bool header_seen = false;
   while (file.next(&line)) {
-    const std::vector<std::string_view> cells = words(line.substr(0, line.find('#')), " \t\r,;");
+    const std::string_view numbers = line.substr(0, line.find('#'));
+    const std::vector<std::string_view> cells = words(numbers, " \t\r,;\"");
     if (cells.empty()) continue;
+    if (const auto comma = decimal_comma(numbers))
+      throw InputError(study.path, pointer,
+                       fmt::format("in \"{}\", line {}: {}, a decimal comma", request.file, file.number(),
+                                   in_quotes(*comma)),
+                       kDecimalPoint);
     const std::optional<double> dz = parse_finite(cells[0]);
     const std::optional<double> share = cells.size() == 2 ? parse_finite(cells[1]) : std::nullopt;
     if (!dz && !header_seen && request.profile_dz.empty()) {

@@ -87,7 +87,6 @@ class TextLines {
   bool fill();
 
   std::string path_;
-  bool utf16_ = false, big_endian_ = false;
   std::ifstream file_;
   std::size_t unread_ = 0;  // bytes of the file that are not in the buffer yet
   std::vector<char> buffer_;
