@@ -47,6 +47,18 @@ MeasuredFormat format_of_magic(std::string_view head) {
   return kAuto;
 }
 
+// The text of the head as readers of lines see it.
+std::string plain_text(std::string_view head) {
+  const std::string text = utf8_text(head);
+  std::string plain;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+    plain += with_plain_blanks(std::string_view(text).substr(begin, end - begin));
+    begin = end;
+  }
+  return plain;
+}
+
 // Of the .txt, of the .dat beside a .txt, or of the path without suffix.
 bool is_dabam(const std::string& path, const std::optional<std::string>& head) {
   if (head && is_dabam_metadata(*head)) return true;
@@ -86,7 +98,6 @@ bool is_dftfringe(const std::string& path, const std::vector<std::string_view>& 
 // field goes.
 std::vector<std::string_view> lines_of(std::string_view head, bool cut) {
   constexpr std::size_t kLong = kHead / 4;
-  if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
   std::vector<std::string_view> lines = words(head, "\r\n");
   for (std::string_view& line : lines) line = trimmed(line);
   if (cut && !lines.empty() && head.find_last_of("\r\n") + 1 != head.size()) {
@@ -203,7 +214,7 @@ MeasuredFormat detect_format(const std::string& path) {
   if (!head)
     throw InputError(path, "", "a file that cannot be opened", "the name of a file that can be read");
   const bool cut = head->size() == kHead;
-  head = utf8_text(*head);
+  head = plain_text(*head);
   if (head->find('\0') != std::string::npos) return MeasuredFormat::kAuto;
   const std::vector<std::string_view> lines = lines_of(*head, cut);
   if (lines.empty()) return MeasuredFormat::kAuto;

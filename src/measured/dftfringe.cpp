@@ -14,8 +14,10 @@ namespace {
 // In samples from the left and from the top.
 struct FringeEllipse {
   double x = 0, y = 0, radius_x = 0, radius_y = 0;
-  bool holds(double column, double row) const {
-    const double u = (column - x) / radius_x, v = (row - y) / radius_y;
+  // A sample is a square of which some part has to be inside: programs count from its middle or its corner.
+  bool touches(double column, double row) const {
+    const double u = std::max(0.0, std::abs(column - x) - 0.5) / radius_x,
+                 v = std::max(0.0, std::abs(row - y) - 0.5) / radius_y;
     return u * u + v * v <= 1;
   }
 };
@@ -116,8 +118,8 @@ HeightMap read_dftfringe(const MeasuredSource& source) {
   for (Eigen::Index row = 0; row < rows; ++row)
     for (Eigen::Index column = 0; column < columns; ++column) {
       const double from_top = double(rows - 1 - row);
-      const bool in_mirror = (!notes.outside || notes.outside->holds(double(column), from_top)) &&
-                             !(notes.obstruction && notes.obstruction->holds(double(column), from_top));
+      const bool in_mirror = (!notes.outside || notes.outside->touches(double(column), from_top)) &&
+                             !(notes.obstruction && notes.obstruction->touches(double(column), from_top));
       double& height = map.height(row, column);
       // Points that the program left out are written as 0.
       height = in_mirror && height != 0 ? height * *wavelength * surface_per_height(true)

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <vector>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
@@ -19,23 +19,28 @@ double first_of_equal_steps(const TextTable& table, const ProfileColumns& column
   const auto written = [&](std::size_t row) { return table(row, columns.x) * columns.x_factor; };
   const auto off = [&](std::size_t row) { return written(row) - double(row) * step; };
   std::size_t lowest = 0, highest = 0;
-  double rounding = std::abs(step);
+  std::vector<double> gaps;
   bool twice = false;
-  double smallest = std::numeric_limits<double>::infinity();
   for (std::size_t row = 0; row < rows; ++row) {
     if (!std::isfinite(written(row)))
       fail_at_line(table.path, table.lines[row], "a row without position", "a number as position");
     if (off(row) < off(lowest)) lowest = row;
     if (off(row) > off(highest)) highest = row;
-    if (row == 0) continue;
-    const double gap = std::abs(written(row) - written(row - 1));
-    twice = twice || gap == 0;
-    if (gap > 0) smallest = std::min(smallest, gap);
+    const double gap = row == 0 ? 0 : std::abs(written(row) - written(row - 1));
+    twice = twice || (row > 0 && gap == 0);
+    if (gap > 0) gaps.push_back(gap);
   }
-  if (twice) rounding = std::max(rounding, smallest);
   const double middle = 0.5 * (off(lowest) + off(highest)), most = 0.5 * (off(highest) - off(lowest));
-  constexpr double kOfDoubles = 1 + 1e-9;
-  if (!(most <= 0.5 * rounding * kOfDoubles)) {
+  // Positions that are rounded to steps wider than those of the rows are there twice, and most others are one
+  // such step apart. Without these, half a step off is a row that is missing.
+  constexpr double kOfDoubles = 1e-9;
+  double allowed = 0.5 * std::abs(step) * (1 - kOfDoubles);
+  if (twice && !gaps.empty()) {
+    const auto median = gaps.begin() + std::ptrdiff_t(gaps.size() / 2);
+    std::nth_element(gaps.begin(), median, gaps.end());
+    allowed = 0.5 * std::max(std::abs(step), *median) * (1 + kOfDoubles);
+  }
+  if (!(most <= allowed)) {
     const std::size_t row = std::max(lowest, highest);
     fail_at_line(table.path, table.lines[row],
                  fmt::format("position {:.10g}, {} from where equal steps of {} lead", table(row, columns.x),

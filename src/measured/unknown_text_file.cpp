@@ -21,7 +21,8 @@ bool begins_with_number(std::string_view line) {
 void refuse_unknown_text(const MeasuredSource& source) {
   const std::optional<std::string> bytes = file_bytes(source.path, kHeadOfText);
   if (!bytes) return;
-  const std::string head = utf8_text(*bytes);
+  std::string head = utf8_text(*bytes);
+  if (head.starts_with("\xef\xbb\xbf")) head.erase(0, 3);
   if (head.find('\0') != std::string::npos) return;
   const std::string formats = "a file of format " + measured_format_list();
   if (trimmed(head).empty()) throw InputError(source.path, "", "an empty file", formats);
