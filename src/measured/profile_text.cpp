@@ -98,10 +98,10 @@ std::vector<Profile> read_profile_text(const MeasuredSource& source) {
     fail_at_line(table.path, table.lines.front(), "1 column",
                  "2 or more: position, value, further scan lines; or 1 of values in equal steps, with the "
                  "option 'pitch'; rows of a map that go over several lines need the option 'columns'");
-  if (table.rows() < 2) throw InputError(table.path, "", "1 row of numbers", "at least 2 rows of numbers");
   if (table.columns > kMostColumns)
     fail_at_line(table.path, table.lines.front(), fmt::format("{} columns", table.columns),
                  fmt::format("at most {} columns; a matrix of heights is read as a map", kMostColumns));
+  if (table.rows() < 2) throw InputError(table.path, "", "1 row of numbers", "at least 2 rows of numbers");
   const auto name = [&](std::size_t column) { return column_name(table, column); };
   ProfileColumns columns;
   columns.pitch = source.pitch.value_or(0);

@@ -180,7 +180,7 @@ HeightMap read_zygo_text(const MeasuredSource& source) {
                      rows = header.count(4, 4, "its height");
   // A point takes two bytes or more.
   require_map_size(source.path, "line 4", columns, rows);
-  if (std::uint64_t(columns) * std::uint64_t(rows) > lines.bytes_left())
+  if (std::uint64_t(columns) * std::uint64_t(rows) > lines.bytes_left() / 2)
     fail_at_line(source.path, 4, fmt::format("{} x {} points", columns, rows),
                  fmt::format("as many as {} bytes behind the header can hold", lines.bytes_left()));
   // The scale factor makes it a surface already.
