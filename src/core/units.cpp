@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/text.h"
@@ -281,7 +283,47 @@ std::string with_prefix(double value, std::span<const Prefix> ascending) {
   return fmt::format("{:.4g} {}", value / best->scale, best->name);
 }
 
+bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
+bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+
+// "nm2_mm2", "per_mm", "mm-1" with the signs that a unit has: "nm^2 mm^2", "/mm", "mm^-1".
+std::string with_signs(std::string_view text) {
+  std::string unit;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i], next = i + 1 < text.size() ? text[i + 1] : ' ';
+    if (text.substr(i).starts_with("\u00b7") || text.substr(i).starts_with("\u22c5")) {
+      unit += ' ';
+      i += text.substr(i).starts_with("\u00b7") ? 1 : 2;
+    } else if (text.substr(i).starts_with("per_") || text.substr(i).starts_with("per ")) {
+      unit += '/';
+      i += 3;
+    } else {
+      unit += c == '_' ? ' ' : c;
+      if (is_letter(c) && (is_digit(next) || (next == '-' && i + 2 < text.size() && is_digit(text[i + 2]))))
+        unit += '^';
+    }
+  }
+  return std::string(trimmed(unit));
+}
+
 }  // namespace
+
+std::string unit_of_column(std::string_view name, Dimension dimension) {
+  std::vector<std::string_view> candidates;
+  for (std::size_t open = name.find_first_of("[("); open != std::string_view::npos;
+       open = name.find_first_of("[(", open + 1))
+    if (const std::size_t close = name.rfind(name[open] == '[' ? ']' : ')');
+        close != std::string_view::npos && close > open)
+      candidates.push_back(name.substr(open + 1, close - open - 1));
+  candidates.push_back(name);
+  for (std::size_t sign = name.find_first_of("_/ "); sign != std::string_view::npos;
+       sign = name.find_first_of("_/ ", sign + 1))
+    candidates.push_back(name.substr(sign + 1));
+  for (const std::string_view candidate : candidates)
+    if (const std::string unit = with_signs(candidate); !unit.empty() && find_unit(unit, dimension))
+      return unit;
+  return {};
+}
 
 double parse_quantity(std::string_view text, Dimension dimension) {
   const std::string plain_text = with_plain_blanks(text);

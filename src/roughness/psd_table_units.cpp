@@ -1,15 +1,11 @@
 #include "psd_table_units.h"
 
-#include <cctype>
 #include <vector>
 
 #include "aberfit/core/text.h"
 
 namespace aberfit::internal {
 namespace {
-
-bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
-bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
 // Fields of a row of names: separators inside brackets separate nothing, and a unit in brackets belongs to
 // the name before it.
@@ -39,41 +35,9 @@ std::vector<std::string> header_fields(std::string_view row) {
   return fields;
 }
 
-// "nm2_mm2", "per_mm", "mm-1" with the signs that a unit has: "nm^2 mm^2", "/mm", "mm^-1".
-std::string with_signs(std::string_view text) {
-  std::string unit;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i], next = i + 1 < text.size() ? text[i + 1] : ' ';
-    if (text.substr(i).starts_with("\u00b7") || text.substr(i).starts_with("\u22c5")) {
-      unit += ' ';
-      i += text.substr(i).starts_with("\u00b7") ? 1 : 2;
-    } else if (text.substr(i).starts_with("per_") || text.substr(i).starts_with("per ")) {
-      unit += '/';
-      i += 3;
-    } else {
-      unit += c == '_' ? ' ' : c;
-      if (is_letter(c) && (is_digit(next) || (next == '-' && i + 2 < text.size() && is_digit(text[i + 2]))))
-        unit += '^';
-    }
-  }
-  return std::string(trimmed(unit));
-}
-
-// The unit in a name, where one of `dimensions` is.
 std::string unit_in(const std::string& name, const std::vector<Dimension>& dimensions) {
-  std::vector<std::string> candidates;
-  for (std::size_t open = name.find_first_of("[("); open != std::string::npos;
-       open = name.find_first_of("[(", open + 1))
-    if (const std::size_t close = name.rfind(name[open] == '[' ? ']' : ')');
-        close != std::string::npos && close > open)
-      candidates.push_back(name.substr(open + 1, close - open - 1));
-  candidates.push_back(name);
-  for (std::size_t sign = name.find_first_of("_/ "); sign != std::string::npos;
-       sign = name.find_first_of("_/ ", sign + 1))
-    candidates.push_back(name.substr(sign + 1));
-  for (const std::string& candidate : candidates)
-    for (const Dimension dimension : dimensions)
-      if (const std::string unit = with_signs(candidate); factor_of(unit, dimension)) return unit;
+  for (const Dimension dimension : dimensions)
+    if (const std::string unit = unit_of_column(name, dimension); !unit.empty()) return unit;
   return {};
 }
 

@@ -235,5 +235,20 @@ TEST(Units, SharesAreInPercentWithoutExponents) {
     EXPECT_EQ(format_percent(share), text);
 }
 
+TEST(UnitOfColumn, IsInBracketsOrBehindTheWord) {
+  struct Name {
+    const char* name;
+    Dimension dimension;
+    const char* unit;
+  };
+  for (const Name& c :
+       {Name{"dz (mm)", Dimension::kLength, "mm"}, Name{"dz_mm", Dimension::kLength, "mm"},
+        Name{"dz", Dimension::kLength, ""}, Name{"f_per_mm", Dimension::kSpatialFrequency, "/mm"},
+        Name{"f [mm-1]", Dimension::kSpatialFrequency, "mm^-1"}, Name{"psd_2d_m4", Dimension::kPsd2d, "m^4"},
+        Name{"psd_2d_m4", Dimension::kPsd1d, ""},
+        Name{"S (nm^2/(cycles/mm))", Dimension::kPsd1d, "nm^2/(cycles/mm)"}})
+    EXPECT_EQ(unit_of_column(c.name, c.dimension), c.unit) << c.name;
+}
+
 }  // namespace
 }  // namespace aberfit

@@ -311,6 +311,13 @@ TEST(ReadStudy, LoadsRingProfilesFromFiles) {
   const StatisticRequest& profile = find(study, "ring_profile");
   EXPECT_EQ(profile.profile_dz, (std::vector<double>{-1e-3, 0, 1e-3}));
   EXPECT_EQ(profile.profile_value, (std::vector<double>{0.4, 0.9, 0.4}));
+  for (const char* header : {"dz_mm,share\n", "dz (mm);share\n", "\"dz [mm]\",\"share\"\n"}) {
+    folder.write("profile.csv", header + std::string("-1 0.4\n0 0.9\n1 0.4\n"));
+    EXPECT_EQ(find(read_study(path), "ring_profile").profile_dz, (std::vector<double>{-1e-3, 0, 1e-3}))
+        << header;
+  }
+  folder.write("profile.csv", "-0,1;0,4\n0;0,9\n");
+  EXPECT_THROW(read_study(path), InputError);
 }
 
 TEST(ReadStudy, ReadsEveryAperture) {
@@ -387,7 +394,8 @@ TEST(ResolvedStudy, ReadsBackAsItself) {
       with_psd(R"({"model": "k-correlation", "rms": "20 nm", "B": "0.1 in", "exponent": 4.7})"),
       with_psd(R"({"model": "power-law", "amplitude": "3 nm^2 mm^2", "exponent": 5, "f_min": "1 /m"})"),
       with_psd(R"({"model": "gaussian", "rms": "5 nm", "correlation_length": "2 cm"})"),
-      with_psd(R"({"model": "table", "file": "psd.csv", "psd_unit": "m^4", "of": "wavefront", "scale": 0.3, "f_min": 2})"),
+      with_psd(
+          R"({"model": "table", "file": "psd.csv", "psd_unit": "m^4", "of": "wavefront", "scale": 0.3, "f_min": 2})"),
       with_psd(
           R"({"model": "sum", "parts": [{"model": "gaussian", "rms": "3 nm", "correlation_length": "2 cm"},
                   {"model": "table", "file": "psd.csv", "kind": "1d", "psd_unit": "m^3"}]})"),

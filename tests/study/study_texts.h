@@ -167,7 +167,7 @@ inline std::vector<MalformedStudy> malformed_studies() {
       {"PublishedIsObject", changed("/verify/published", "{}"), "/verify/published", "an array", true},
       // Units.
       {"NoUnit", changed("/light/wavelength", "\"632.8\""), "/light/wavelength", "has no unit", true},
-      {"UnknownUnit", changed("/light/wavelength", "\"632.8 nanometres\""), "/light/wavelength", "pm, nm, um",
+      {"UnknownUnit", changed("/light/wavelength", "\"632.8 furlongs\""), "/light/wavelength", "pm, nm, um",
        false},
       {"AngleForLength", changed("/mirror/focal_length", "\"2.8 arcsec\""), "/mirror/focal_length",
        "\"arcsec\"", false},

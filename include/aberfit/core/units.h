@@ -32,6 +32,10 @@ double parse_quantity(std::string_view text, Dimension dimension);
 /// Factor that takes a number in `unit` to SI (table column headers, psd_unit). Throws UnitError.
 double unit_factor(std::string_view unit, Dimension dimension);
 
+/// The unit of that dimension that the name of a column says, in a form that `unit_factor` takes: "mm" of
+/// "dz (mm)" or "dz_mm", "/mm" of "f_per_mm", "nm^2 mm^2" of "psd_nm2_mm2"; empty where there is none.
+std::string unit_of_column(std::string_view name, Dimension dimension);
+
 /// Human text with a sensible prefix, e.g. 1.2e-4 m -> "120 um". For tables and messages, not for files.
 std::string format_quantity(double value, Dimension dimension);
 /// A share in percent, two significant digits and no exponent above one: "0.12 %", "270 %", "1.3e-07 %".
