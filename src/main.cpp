@@ -40,7 +40,11 @@ constexpr std::array kPsdOptions = {
     PsdOption{"--x-unit", "x_unit", "UNIT", "unit of the positions, where the file does not say", true},
     PsdOption{"--value-unit", "value_unit", "UNIT",
               "unit of heights or slopes, where the file does not say; heights also in waves", true},
-    PsdOption{"--pitch", "pitch", "LENGTH", "maps: distance of neighbouring points, e.g. \"0.1 mm\"", true},
+    PsdOption{
+        "--pitch", "pitch", "LENGTH",
+        "distance of neighbouring points, e.g. \"0.1 mm\": of maps, and of profiles whose positions are "
+        "rounded or left out",
+        true},
     PsdOption{"--columns", "columns", "N", "text maps: samples of a row that goes over several lines", true},
     PsdOption{"--first-row", "first_row", "NAME", "text maps: top (default) or bottom", true},
     PsdOption{"--wavelength", "wavelength", "LENGTH", "of the instrument, for values in waves or radians",
@@ -223,9 +227,11 @@ void require_known_command(const CLI::App& app, int argc, char** argv) {
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
     names.push_back(command->get_name());
-  if (std::find(names.begin(), names.end(), argv[1]) == names.end())
-    throw aberfit::InputError("command line", "", fmt::format("the command \"{}\"", argv[1]),
-                              fmt::format("{}", fmt::join(names, ", ")));
+  if (std::find(names.begin(), names.end(), argv[1]) != names.end()) return;
+  const std::string for_file = aberfit::command_for(argv[1]);
+  throw aberfit::InputError("command line", "", fmt::format("the command \"{}\"", argv[1]),
+                            (for_file.empty() ? "" : fmt::format("`aberfit {}`, or another of ", for_file)) +
+                                fmt::format("{}", fmt::join(names, ", ")));
 }
 
 ExitCode run(int argc, char** argv) {
@@ -265,6 +271,9 @@ ExitCode run(int argc, char** argv) {
                                 : ExitCode::kBadInput;  // --help and --version come here, too
   }
   take_psd_options(psd_texts, &line);
+  for (const CLI::App* command : app.get_subcommands())
+    if (!line.study_file.empty()) aberfit::require_right_file(line.study_file, command->get_name());
+  for (const std::string& file : line.measured_files) aberfit::require_right_file(file, "psd");
   if (*fit) return aberfit::fit_command(line);
   if (*verify) return aberfit::verify_command(line);
   if (*trace) return aberfit::trace_command(line);

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -66,8 +68,11 @@ ResultClaim claim_of_psd(const RunOptions& options) {
 const MeasuredPsd& measured_psd_of(const Study& study) {
   const MeasuredPsd* measured = study.roughness ? find_measured(*study.roughness) : nullptr;
   if (!measured)
-    throw InputError(study.path, "/roughness/psd", "no measurement in the roughness",
-                     "a psd of model \"measured\"; or give `aberfit psd` the measured file itself");
+    throw InputError(
+        study.path, "/roughness/psd", "no measurement in the roughness",
+        fmt::format("a psd of model \"measured\"; or the measured file itself, `aberfit psd FILE`; "
+                    "`aberfit check {}` shows the roughness that the study has",
+                    study.path));
   return *measured;
 }
 

@@ -83,8 +83,12 @@ ordered_json psd_options_block(const CommandLine& line) {
   ordered_json source = ordered_json::object(), block;
   for (const auto& [key, text] : line.psd_of_file)
     source[key] = key == "aperture" ? aperture_object(text) : option_value(text);
+  // Many programs call the window of von Hann so.
+  const auto is_hann = [](const std::string& text) { return lower_case(text) == "hanning"; };
   for (const auto& [key, text] : line.psd_of_block)
-    block[key] = key == "bands" ? bands_of(text) : option_value(text);
+    block[key] = key == "bands"                     ? bands_of(text)
+                 : key == "window" && is_hann(text) ? ordered_json("hann")
+                                                    : option_value(text);
   for (const std::string& file : line.measured_files) {
     source["file"] = file;
     if (&file == &line.measured_files.front())

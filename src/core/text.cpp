@@ -11,7 +11,7 @@
 namespace aberfit {
 namespace {
 
-constexpr const char* kTextAllowed = "a text file (ASCII or UTF-8)";
+constexpr const char* kTextAllowed = "a text file (ASCII, UTF-8 or UTF-16)";
 constexpr std::size_t kLongestLine = std::size_t(1) << 24;
 
 // Every character from `first` to `last` moved by `shift`.
@@ -22,7 +22,127 @@ std::string shifted(std::string_view text, char first, char last, int shift) {
   return result;
 }
 
+unsigned byte_at(std::string_view text, std::size_t at) { return static_cast<unsigned char>(text[at]); }
+
+// Bytes of the UTF-8 character that begins at `at`; 0 where none does.
+std::size_t utf8_length(std::string_view text, std::size_t at) {
+  const unsigned first = byte_at(text, at);
+  if (first < 0x80) return 1;
+  const std::size_t length = first >= 0xf5   ? 0
+                             : first >= 0xf0 ? 4
+                             : first >= 0xe0 ? 3
+                             : first >= 0xc2 ? 2
+                                             : 0;
+  if (length == 0 || length > text.size() - at) return 0;
+  for (std::size_t i = 1; i < length; ++i)
+    if ((byte_at(text, at + i) & 0xc0) != 0x80) return 0;
+  return length;
+}
+
+// Of a code below 2^16; the halves of a surrogate pair become '?'.
+void append_utf8(unsigned code, std::string* text) {
+  if (code >= 0xd800 && code < 0xe000) code = '?';
+  if (code < 0x80) {
+    *text += char(code);
+  } else if (code < 0x800) {
+    *text += char(0xc0 | (code >> 6));
+    *text += char(0x80 | (code & 0x3f));
+  } else {
+    *text += char(0xe0 | (code >> 12));
+    *text += char(0x80 | ((code >> 6) & 0x3f));
+    *text += char(0x80 | (code & 0x3f));
+  }
+}
+
+struct Utf16 {
+  bool found = false, big_endian = false;
+};
+
+// Without a mark the first two characters tell, which are of ASCII in a table of numbers.
+Utf16 utf16_of(std::string_view bytes) {
+  if (bytes.starts_with("\xff\xfe")) return {true, false};
+  if (bytes.starts_with("\xfe\xff")) return {true, true};
+  if (bytes.size() < 4) return {};
+  const auto ascii = [&](std::size_t at) {
+    const unsigned c = byte_at(bytes, at);
+    return (c >= ' ' && c <= '~') || c == '\t' || c == '\r' || c == '\n';
+  };
+  if (ascii(0) && bytes[1] == 0 && ascii(2) && bytes[3] == 0) return {true, false};
+  if (bytes[0] == 0 && ascii(1) && bytes[2] == 0 && ascii(3)) return {true, true};
+  return {};
+}
+
+std::string from_utf16(std::string_view bytes, bool big_endian) {
+  std::string text;
+  text.reserve(bytes.size());
+  for (std::size_t i = 0; i + 1 < bytes.size(); i += 2)
+    append_utf8(byte_at(bytes, i + (big_endian ? 0 : 1)) * 256 + byte_at(bytes, i + (big_endian ? 1 : 0)),
+                &text);
+  return text;
+}
+
+// Digits, one comma, digits, with the sign, decimals and exponent that a number may have.
+bool has_decimal_comma(std::string_view word) {
+  const std::size_t comma = word.find(',');
+  if (comma == std::string_view::npos || word.find(',', comma + 1) != std::string_view::npos) return false;
+  std::string number(word);
+  number[comma] = '.';
+  const auto digit = [&](std::size_t at) { return at < word.size() && word[at] >= '0' && word[at] <= '9'; };
+  return comma > 0 && digit(comma - 1) && digit(comma + 1) && parse_finite(number).has_value();
+}
+
 }  // namespace
+
+std::string utf8_text(std::string_view bytes) {
+  const Utf16 encoding = utf16_of(bytes);
+  return encoding.found ? from_utf16(bytes, encoding.big_endian) : std::string(bytes);
+}
+
+std::string with_plain_blanks(std::string_view line) {
+  if (std::all_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; }))
+    return std::string(line);
+  bool valid = true;
+  for (std::size_t at = 0; at < line.size() && valid;) {
+    const std::size_t length = utf8_length(line, at);
+    valid = length > 0;
+    at += length;
+  }
+  std::string text;
+  for (std::size_t at = 0; at < line.size();) {
+    const std::size_t length = valid ? utf8_length(line, at) : 1;
+    const std::string_view character = line.substr(at, length);
+    at += length;
+    if (!valid && byte_at(character, 0) == 0xa0)
+      text += ' ';
+    else if (!valid)
+      append_utf8(byte_at(character, 0), &text);
+    else if (character == "\u00a0" || character == "\u202f" || character == "\u2007" ||
+             character == "\u2009" || character == "\ufeff")
+      text += ' ';
+    else
+      text += character;
+  }
+  return text;
+}
+
+std::optional<std::string> decimal_comma(std::string_view line) {
+  if (line.find(',') == std::string_view::npos) return std::nullopt;
+  // Between other separators one such cell is enough. Blanks stand beside commas that separate, too: there
+  // every word has to be such a number.
+  const bool separated = line.find_first_of(";\t\"") != std::string_view::npos;
+  const std::vector<std::string_view> cells = words(line, separated ? ";\t\"" : kBlanks);
+  if (!separated && cells.size() < 2) return std::nullopt;
+  std::optional<std::string> found;
+  for (const std::string_view cell : cells) {
+    const std::string_view word = trimmed(cell);
+    if (has_decimal_comma(word)) {
+      if (!found) found = word;
+    } else if (!separated && !parse_number<double>(word)) {
+      return std::nullopt;
+    }
+  }
+  return found;
+}
 
 std::string grouped(double whole) {
   const std::string digits = fmt::format("{:.0f}", whole);
@@ -61,8 +181,14 @@ std::string upper_case(std::string_view text) { return shifted(text, 'a', 'z', '
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::string shown = "'";
-  for (const char c : text.substr(0, kLongest)) shown += c >= ' ' && c <= '~' ? c : '?';
-  return shown + (text.size() > kLongest ? "...'" : "'");
+  std::size_t at = 0;
+  while (at < text.size() && at < kLongest) {
+    const std::size_t length = utf8_length(text, at);
+    const bool printable = length > 1 || (length == 1 && text[at] >= ' ' && text[at] <= '~');
+    shown += printable ? text.substr(at, length) : "?";
+    at += std::max<std::size_t>(1, length);
+  }
+  return shown + (at < text.size() ? "...'" : "'");
 }
 
 std::optional<std::string> file_bytes(const std::string& path, std::uintmax_t most) {
@@ -86,7 +212,7 @@ std::optional<double> parse_finite(std::string_view text) {
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-TextLines::TextLines(const std::string& path) : path_(path), buffer_(std::size_t(1) << 16) {
+TextLines::TextLines(const std::string& path) : path_(path) {
   std::error_code error;
   // A pipe could block and a folder opens without an error: only files.
   if (!std::filesystem::is_regular_file(path, error))
@@ -96,17 +222,28 @@ TextLines::TextLines(const std::string& path) : path_(path), buffer_(std::size_t
   if (!file_)
     throw InputError(path, "", "a file that cannot be opened", "the name of a file that can be read");
   if (!fill()) return;
-  const std::string_view head(buffer_.data(), end_);
-  if (head.starts_with("\xff\xfe") || head.starts_with("\xfe\xff"))
-    throw InputError(path, "", "UTF-16 text", kTextAllowed);
-  if (head.starts_with("\xef\xbb\xbf")) begin_ = 3;
+  if (std::string_view(buffer_.data(), end_).starts_with("\xef\xbb\xbf")) begin_ = 3;
 }
 
 bool TextLines::fill() {
-  file_.read(buffer_.data(), std::streamsize(buffer_.size()));
+  constexpr std::size_t kBlock = std::size_t(1) << 16;
+  const bool first = buffer_.empty();
+  buffer_.resize(kBlock);
+  const auto read = [&](std::size_t from) {
+    file_.read(buffer_.data() + from, std::streamsize(buffer_.size() - from));
+    end_ = from + std::size_t(file_.gcount());
+    unread_ -= std::min(unread_, std::size_t(file_.gcount()));
+  };
   begin_ = 0;
-  end_ = std::size_t(file_.gcount());
-  unread_ -= std::min(unread_, end_);
+  read(0);
+  // UTF-16 is decoded as a whole: such files are saved by spreadsheets and are small.
+  if (first && utf16_of({buffer_.data(), end_}).found) {
+    buffer_.resize(end_ + unread_);
+    read(end_);
+    const std::string text = utf8_text({buffer_.data(), end_});
+    buffer_.assign(text.begin(), text.end());
+    end_ = buffer_.size();
+  }
   if (file_.bad()) throw InputError(path_, "", "a file that cannot be read to its end", kTextAllowed);
   return end_ > 0;
 }
@@ -136,6 +273,8 @@ bool TextLines::next(std::string_view* line) {
     break;
   }
   ++number_;
+  if (std::any_of(line_.begin(), line_.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x80; }))
+    line_ = with_plain_blanks(line_);
   *line = line_;
   return true;
 }

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/text.h"
@@ -29,8 +31,41 @@ struct NamedUnit {
 };
 
 constexpr NamedUnit kLengths[] = {
-    {"pm", {1, -12}}, {"nm", {1, -9}}, {"um", {1, -6}}, {"\u00b5m", {1, -6}}, {"\u03bcm", {1, -6}},
-    {"mm", {1, -3}},  {"cm", {1, -2}}, {"m", {1, 0}},   {"km", {1, 3}},       {"in", {254, -4}}};
+    {"pm", {1, -12}},
+    {"nm", {1, -9}},
+    {"um", {1, -6}},
+    {"\u00b5m", {1, -6}},
+    {"\u03bcm", {1, -6}},
+    {"mm", {1, -3}},
+    {"cm", {1, -2}},
+    {"m", {1, 0}},
+    {"km", {1, 3}},
+    {"in", {254, -4}},
+    // The letter A with ring in one character, in two, and the sign of the unit.
+    {"\u00c5", {1, -10}},
+    {"A\u030a", {1, -10}},
+    {"\u212b", {1, -10}}};
+// Words, unlike symbols, are written in any case, singular or plural.
+constexpr NamedUnit kLengthWords[] = {{"angstrom", {1, -10}},
+                                      {"\u00e5ngstr\u00f6m", {1, -10}},
+                                      {"\u00c5ngstr\u00f6m", {1, -10}},
+                                      {"micron", {1, -6}},
+                                      {"inch", {254, -4}},
+                                      {"inche", {254, -4}},
+                                      {"meter", {1, 0}},
+                                      {"metre", {1, 0}},
+                                      {"picometer", {1, -12}},
+                                      {"nanometer", {1, -9}},
+                                      {"micrometer", {1, -6}},
+                                      {"millimeter", {1, -3}},
+                                      {"centimeter", {1, -2}},
+                                      {"kilometer", {1, 3}},
+                                      {"picometre", {1, -12}},
+                                      {"nanometre", {1, -9}},
+                                      {"micrometre", {1, -6}},
+                                      {"millimetre", {1, -3}},
+                                      {"centimetre", {1, -2}},
+                                      {"kilometre", {1, 3}}};
 constexpr double kDegree = kPi / 180.0;
 constexpr NamedUnit kAngles[] = {{"rad", {1, 0}},
                                  {"mrad", {1, -3}},
@@ -42,6 +77,13 @@ constexpr NamedUnit kAngles[] = {{"rad", {1, 0}},
                                  {"arcmin", {kDegree / 60, 0}},
                                  {"arcsec", {kDegree / 3600, 0}},
                                  {"mas", {kDegree / 3600, -3}}};
+constexpr NamedUnit kAngleWords[] = {{"radian", {1, 0}},
+                                     {"milliradian", {1, -3}},
+                                     {"microradian", {1, -6}},
+                                     {"nanoradian", {1, -9}},
+                                     {"degree", {kDegree, 0}},
+                                     {"arcminute", {kDegree / 60, 0}},
+                                     {"arcsecond", {kDegree / 3600, 0}}};
 constexpr NamedUnit kFractions[] = {{"%", {1, -2}}, {"ppm", {1, -6}}};
 // A cycle counts 1: these words carry no factor (and no 2 pi).
 constexpr std::string_view kCycles[] = {"cycles", "cycle", "cy", "lp", "1"};
@@ -50,6 +92,22 @@ std::optional<Unit> find(std::span<const NamedUnit> units, std::string_view name
   for (const NamedUnit& unit : units)
     if (unit.name == name) return unit.unit;
   return std::nullopt;
+}
+
+std::optional<Unit> find_word(std::span<const NamedUnit> words, std::string_view name) {
+  std::string word = lower_case(name);
+  if (word.ends_with('s')) word.pop_back();
+  return find(words, word);
+}
+
+std::optional<Unit> find_length(std::string_view name) {
+  const std::optional<Unit> symbol = find(kLengths, name);
+  return symbol ? symbol : find_word(kLengthWords, name);
+}
+
+std::optional<Unit> find_angle(std::string_view name) {
+  const std::optional<Unit> symbol = find(kAngles, name);
+  return symbol ? symbol : find_word(kAngleWords, name);
 }
 
 // number * 10^shift, rounded once: the shift goes into the decimal text. Digits as std::from_chars accepts
@@ -162,7 +220,7 @@ class UnitExpression {
     position_ = end;
     for (const std::string_view cycle : kCycles)
       if (word == cycle) return true;
-    const std::optional<Unit> length = find(kLengths, word);
+    const std::optional<Unit> length = find_length(word);
     if (!length) return false;
     *term = {*length, 1};
     return true;
@@ -175,9 +233,9 @@ class UnitExpression {
 std::optional<Unit> find_unit(std::string_view name, Dimension dimension) {
   switch (dimension) {
     case Dimension::kLength:
-      return find(kLengths, name);
+      return find_length(name);
     case Dimension::kAngle:
-      return find(kAngles, name);
+      return find_angle(name);
     case Dimension::kFraction:
       return find(kFractions, name);
     case Dimension::kSpatialFrequency:
@@ -200,7 +258,7 @@ constexpr const char* kDimensionNames[] = {"a length",
                                            "a 1-D power spectral density",
                                            "a 2-D power spectral density",
                                            "a number"};
-constexpr const char* kAllowedUnits[] = {"pm, nm, um, mm, cm, m, km, in",
+constexpr const char* kAllowedUnits[] = {"pm, nm, um, mm, cm, m, km, in, angstrom",
                                          "rad, mrad, urad, nrad, deg, arcmin, arcsec, mas",
                                          "/m, /mm, /um, cycles/m, cycles/mm, lp/mm (a cycle is 1, not 2 pi)",
                                          "%, ppm, or a plain number without quotes",
@@ -225,10 +283,51 @@ std::string with_prefix(double value, std::span<const Prefix> ascending) {
   return fmt::format("{:.4g} {}", value / best->scale, best->name);
 }
 
+bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; }
+bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+
+// "nm2_mm2", "per_mm", "mm-1" with the signs that a unit has: "nm^2 mm^2", "/mm", "mm^-1".
+std::string with_signs(std::string_view text) {
+  std::string unit;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i], next = i + 1 < text.size() ? text[i + 1] : ' ';
+    if (text.substr(i).starts_with("\u00b7") || text.substr(i).starts_with("\u22c5")) {
+      unit += ' ';
+      i += text.substr(i).starts_with("\u00b7") ? 1 : 2;
+    } else if (text.substr(i).starts_with("per_") || text.substr(i).starts_with("per ")) {
+      unit += '/';
+      i += 3;
+    } else {
+      unit += c == '_' ? ' ' : c;
+      if (is_letter(c) && (is_digit(next) || (next == '-' && i + 2 < text.size() && is_digit(text[i + 2]))))
+        unit += '^';
+    }
+  }
+  return std::string(trimmed(unit));
+}
+
 }  // namespace
 
+std::string unit_of_column(std::string_view name, Dimension dimension) {
+  std::vector<std::string_view> candidates;
+  for (std::size_t open = name.find_first_of("[("); open != std::string_view::npos;
+       open = name.find_first_of("[(", open + 1))
+    if (const std::size_t close = name.rfind(name[open] == '[' ? ']' : ')');
+        close != std::string_view::npos && close > open)
+      candidates.push_back(name.substr(open + 1, close - open - 1));
+  candidates.push_back(name);
+  for (std::size_t sign = name.find_first_of("_/ "); sign != std::string_view::npos;
+       sign = name.find_first_of("_/ ", sign + 1))
+    candidates.push_back(name.substr(sign + 1));
+  for (const std::string_view candidate : candidates)
+    if (const std::string unit = with_signs(candidate); !unit.empty() && find_unit(unit, dimension))
+      return unit;
+  return {};
+}
+
 double parse_quantity(std::string_view text, Dimension dimension) {
-  const std::string_view body = trimmed(text);
+  const std::string plain_text = with_plain_blanks(text);
+  const std::string_view body = trimmed(plain_text);
   const auto fail = [&](std::string_view problem) {
     throw UnitError(fmt::format("\"{}\" {}; expected {} such as {}", text, problem, dimension_name(dimension),
                                 allowed_units(dimension)));
@@ -252,7 +351,8 @@ double parse_quantity(std::string_view text, Dimension dimension) {
 }
 
 double unit_factor(std::string_view unit, Dimension dimension) {
-  const std::string_view name = trimmed(unit);
+  const std::string plain_text = with_plain_blanks(unit);
+  const std::string_view name = trimmed(plain_text);
   // A column of plain fractions or numbers has no unit, or "1".
   if ((dimension == Dimension::kFraction || dimension == Dimension::kNumber) && (name.empty() || name == "1"))
     return 1;

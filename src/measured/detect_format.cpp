@@ -1,12 +1,15 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string_view>
 #include <vector>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/measured/read_measurement.h"
+#include "instrument_text.h"
+#include "matrix_axes.h"
 #include "text_columns.h"
 
 namespace aberfit {
@@ -44,6 +47,18 @@ MeasuredFormat format_of_magic(std::string_view head) {
   return kAuto;
 }
 
+// The text of the head as readers of lines see it.
+std::string plain_text(std::string_view head) {
+  const std::string text = utf8_text(head);
+  std::string plain;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+    plain += with_plain_blanks(std::string_view(text).substr(begin, end - begin));
+    begin = end;
+  }
+  return plain;
+}
+
 // Of the .txt, of the .dat beside a .txt, or of the path without suffix.
 bool is_dabam(const std::string& path, const std::optional<std::string>& head) {
   if (head && is_dabam_metadata(*head)) return true;
@@ -55,12 +70,34 @@ bool is_dabam(const std::string& path, const std::optional<std::string>& head) {
   return metadata && is_dabam_metadata(*metadata);
 }
 
+// The text formats of instruments whose first line names them.
+MeasuredFormat format_of_title(std::string_view line) {
+  if (line.starts_with(kZygoXyzTitle) || line.starts_with(kZygoAsciiTitle)) return MeasuredFormat::kZygoText;
+  if (line.starts_with(kWykoTextTitle)) return MeasuredFormat::kWykoText;
+  return MeasuredFormat::kAuto;
+}
+
+// Columns, rows and numbers look like one column; what stands behind them does not.
+bool is_dftfringe(const std::string& path, const std::vector<std::string_view>& lines) {
+  if (lines.size() < 3) return false;
+  for (std::size_t i = 0; i < 2; ++i)
+    if (const auto size = parse_number<long>(lines[i]); !size || *size < 2) return false;
+  constexpr std::streamoff kTail = 1024;
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = file.tellg(), length = std::min(size, kTail);
+  std::string tail(std::size_t(std::max<std::streamoff>(length, 0)), '\0');
+  file.seekg(size - length);
+  if (!file.read(tail.data(), length)) return false;
+  for (const std::string_view line : words(tail, "\r\n"))
+    for (const char* key : {"outside ", "DIAM ", "Lambda "})
+      if (line.starts_with(key)) return true;
+  return false;
+}
+
 // Lines of the head. A last one that is cut off stays only when it is long, as a row of a matrix is; its last
 // field goes.
-std::vector<std::string_view> lines_of(std::string_view head) {
+std::vector<std::string_view> lines_of(std::string_view head, bool cut) {
   constexpr std::size_t kLong = kHead / 4;
-  const bool cut = head.size() == kHead;
-  if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
   std::vector<std::string_view> lines = words(head, "\r\n");
   for (std::string_view& line : lines) line = trimmed(line);
   if (cut && !lines.empty() && head.find_last_of("\r\n") + 1 != head.size()) {
@@ -117,22 +154,29 @@ bool is_zemax_grid_sag(const std::vector<std::string_view>& lines) {
 // profile.
 MeasuredFormat columns_format(const std::vector<std::string_view>& lines, bool cut) {
   std::size_t columns = 0, rows = 0;
-  bool map_key = false, profile_key = false, ascending = true, descending = true, names_seen = false;
+  bool map_key = false, profile_key = false, ascending = true, descending = true;
+  bool names_seen = false, units_seen = false;
+  std::vector<std::vector<double>> first_rows;  // enough of them to see axes
   bool same_second = true;
   double before = 0, second = 0;
   for (const std::string_view& whole : lines) {
     std::string_view line = whole;
     if (line.starts_with("#")) {
       const auto key = comment_key(line);
-      map_key = map_key || (key && (key->first == "pitch" || key->first == "layout"));
+      map_key =
+          map_key || (key && (key->first == "pitch" || key->first == "layout" || key->first == "width"));
       profile_key = profile_key || (key && key->first == "quantity");
       continue;
     }
     line = trimmed(line.substr(0, line.find('#')));
     if (line.empty()) continue;
     const auto numbers = numbers_of(line);
-    if (!numbers && rows == 0 && !names_seen) {
+    if (!numbers && rows == 0 && !names_seen && !decimal_comma(line)) {
       names_seen = true;
+      continue;
+    }
+    if (!numbers && rows == 0 && !units_seen && is_unit_row(line)) {
+      units_seen = true;
       continue;
     }
     // The row at the end of the head may be cut off.
@@ -149,34 +193,43 @@ MeasuredFormat columns_format(const std::vector<std::string_view>& lines, bool c
     }
     before = first;
     ++rows;
+    if (first_rows.size() < kLeastOnAxis + 1) first_rows.push_back(*numbers);
   }
-  if (rows == 0 || columns < 2) return MeasuredFormat::kAuto;
+  if (rows == 0) return MeasuredFormat::kAuto;
   if (map_key) return MeasuredFormat::kMapText;
+  if (columns == 1) return MeasuredFormat::kProfileText;  // whose reader says what is missing
   if (profile_key || columns == 2) return MeasuredFormat::kProfileText;
   if (columns == 3 && same_second) return MeasuredFormat::kMapText;
+  if (has_axes(first_rows)) return MeasuredFormat::kMapText;
   return rows > 1 && (ascending || descending) ? MeasuredFormat::kProfileText : MeasuredFormat::kMapText;
 }
 
 }  // namespace
 
 MeasuredFormat detect_format(const std::string& path) {
-  const std::optional<std::string> head = file_bytes(path, kHead);
+  std::optional<std::string> head = file_bytes(path, kHead);
   if (head)
     if (const MeasuredFormat format = format_of_magic(*head); format != MeasuredFormat::kAuto) return format;
   if (is_dabam(path, head)) return MeasuredFormat::kDabam;
   if (!head)
     throw InputError(path, "", "a file that cannot be opened", "the name of a file that can be read");
+  const bool cut = head->size() == kHead;
+  head = plain_text(*head);
   if (head->find('\0') != std::string::npos) return MeasuredFormat::kAuto;
-  const std::vector<std::string_view> lines = lines_of(*head);
+  const std::vector<std::string_view> lines = lines_of(*head, cut);
+  if (lines.empty()) return MeasuredFormat::kAuto;
+  if (const MeasuredFormat format = format_of_title(lines.front()); format != MeasuredFormat::kAuto)
+    return format;
+  if (is_dftfringe(path, lines)) return MeasuredFormat::kDftfringe;
   if (is_codev_int(lines)) return MeasuredFormat::kCodeVInt;
   if (is_zemax_grid_sag(lines)) return MeasuredFormat::kZemaxGridSag;
-  return columns_format(lines, head->size() == kHead);
+  return columns_format(lines, cut);
 }
 
 const std::vector<std::string>& measured_format_names() {
-  static const std::vector<std::string> names = {"auto", "dabam",     "profile", "map",
-                                                 "zygo", "codev-int", "fits",    "zemax-grid-sag",
-                                                 "datx", "opd",       "sdf",     "x3p"};
+  static const std::vector<std::string> names = {
+      "auto", "dabam", "profile", "map", "zygo",      "codev-int", "fits",     "zemax-grid-sag",
+      "datx", "opd",   "sdf",     "x3p", "zygo-text", "wyko-text", "dftfringe"};
   return names;
 }
 

@@ -8,6 +8,7 @@
 #include "aberfit/core/units.h"
 #include "aberfit/measured/read_measurement.h"
 #include "file_options.h"
+#include "matrix_axes.h"
 #include "text_columns.h"
 #include "text_columns_names.h"
 
@@ -52,6 +53,39 @@ double scaled(const TextTable& table, std::size_t row, std::size_t column, doubl
   return value;
 }
 
+// The unit of the heights that comments say; "value units" is Gwyddion's key.
+std::string unit_key(const TextTable& table) {
+  return key_value(table, "unit").value_or(key_value(table, "value units").value_or(""));
+}
+
+// Pitch of one axis [m] by the size of the whole map that Gwyddion writes, of `points` samples. The option
+// must agree with it as far as its digits go.
+double pitch_of_size(const MeasuredSource& source, const TextTable& table, const std::string& key,
+                     std::size_t points) {
+  const double pitch = *length_key(table, key) / double(points);
+  const std::string text = *key_value(table, key);
+  const std::string_view digits = std::string_view(text).substr(0, text.find_first_not_of("0123456789."));
+  const std::size_t point = digits.find('.');
+  const double last =
+      point == std::string_view::npos ? 1 : std::pow(10.0, -double(digits.size() - point - 1));
+  const double written = parse_finite(digits).value_or(1);
+  return *agreed_length(table.path, "pitch", source.pitch, pitch, std::max(kSamePitch, 0.5 * last / written));
+}
+
+void set_matrix_pitch(const MeasuredSource& source, const TextTable& table, HeightMap* map) {
+  if (table.keys.contains("width") && table.keys.contains("height")) {
+    map->pitch_x = pitch_of_size(source, table, "width", table.columns);
+    map->pitch_y = pitch_of_size(source, table, "height", table.rows());
+    return;
+  }
+  const std::optional<double> pitch =
+      agreed_length(table.path, "pitch", source.pitch, length_key(table, "pitch"), kSamePitch);
+  if (!pitch)
+    throw MissingFact("pitch", table.path, "", "a matrix of heights without pixel scale",
+                      "the option 'pitch', or a header line such as '# pitch = 0.1 mm'");
+  map->pitch_x = map->pitch_y = *pitch;
+}
+
 HeightMap matrix_map(const MeasuredSource& source, const TextTable& table) {
   if (source.x_factor)
     throw InputError(table.path, "option 'x_unit'", "a unit of positions",
@@ -60,14 +94,9 @@ HeightMap matrix_map(const MeasuredSource& source, const TextTable& table) {
   if (rows < 2 || columns < 2)
     throw InputError(table.path, "", fmt::format("{} rows and {} columns", rows, columns),
                      "a matrix of at least 2 x 2 heights, or columns x, y, height");
-  const std::optional<double> pitch =
-      agreed_length(table.path, "pitch", source.pitch, length_key(table, "pitch"), kSamePitch);
-  if (!pitch)
-    throw MissingFact("pitch", table.path, "", "a matrix of heights without pixel scale",
-                      "the option 'pitch', or a header line such as '# pitch = 0.1 mm'");
-  const double factor = value_factor_of(source, table, key_value(table, "unit").value_or(""));
   HeightMap map;
-  map.pitch_x = map.pitch_y = *pitch;
+  set_matrix_pitch(source, table, &map);
+  const double factor = value_factor_of(source, table, unit_key(table));
   map.height.resize(Eigen::Index(rows), Eigen::Index(columns));
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < columns; ++column)
@@ -86,6 +115,30 @@ struct Axis {
 // twentieth of a step off its node.
 constexpr double kSamePosition = 1e-6;
 constexpr double kOffNode = 0.05;
+
+// A matrix whose first row and column are positions.
+bool has_axes(const MeasuredSource& source, const TextTable& table) {
+  if (source.columns || lower_case(key_value(table, "layout").value_or("")) == "matrix") return false;
+  std::vector<std::vector<double>> rows(table.rows(), std::vector<double>(table.columns));
+  for (std::size_t row = 0; row < rows.size(); ++row)
+    for (std::size_t column = 0; column < table.columns; ++column) rows[row][column] = table(row, column);
+  return internal::has_axes(rows);
+}
+
+// The heights behind them, as points x, y, height.
+TextTable points_of_axes(const TextTable& table) {
+  TextTable points = table;
+  points.columns = 3;
+  points.values.clear(), points.lines.clear(), points.names.clear();
+  for (std::size_t row = 1; row < table.rows(); ++row)
+    for (std::size_t column = 1; column < table.columns; ++column) {
+      points.values.insert(points.values.end(), {table(0, column), table(row, 0), table(row, column)});
+      points.lines.push_back(table.lines[row]);
+    }
+  if (!points.keys.contains("label"))
+    points.keys["label"] = {"positions in the first row and column", table.lines.front()};
+  return points;
+}
 
 Axis axis_of(const TextTable& table, std::size_t column) {
   std::vector<double> positions(table.rows());
@@ -160,8 +213,7 @@ HeightMap point_map(const MeasuredSource& source, const TextTable& table) {
   const auto [word, named] = column_name(table, 2);
   if (quantity_of_word(word) == ProfileQuantity::kSlope)
     throw InputError(table.path, "column 3", in_quotes(word), "heights; slopes are read as profiles only");
-  const double factor =
-      value_factor_of(source, table, named.empty() ? key_value(table, "unit").value_or("") : named);
+  const double factor = value_factor_of(source, table, named.empty() ? unit_key(table) : named);
   const double x_factor = position_factor(source, table, 0, x),
                y_factor = position_factor(source, table, 1, y);
   HeightMap map;
@@ -196,15 +248,17 @@ HeightMap read_map_text(const MeasuredSource& source) {
   check_option(source, source.pitch, "pitch", true);
   TextRules rules;
   rules.row_length = std::size_t(source.columns.value_or(0));
-  const TextTable table = read_text_table(source.path, rules);
-  const bool points = !source.columns && holds_points(table);
+  TextTable table = read_text_table(source.path, rules);
+  const bool axes = has_axes(source, table);
+  if (axes) table = points_of_axes(table);
+  const bool points = axes || (!source.columns && holds_points(table));
   if (points && source.bottom_first)
     throw InputError(table.path, "option 'first_row'", "points x, y, height",
                      "no such option: the positions say where a row is");
   HeightMap map = points ? point_map(source, table) : matrix_map(source, table);
   if (!map.height.isFinite().any())
     throw InputError(table.path, "", "no height at all, only holes", "at least one number");
-  map.label = key_value(table, "label").value_or("");
+  map.label = key_value(table, "label").value_or(key_value(table, "channel").value_or(""));
   return map;
 }
 

@@ -66,10 +66,24 @@ double x_factor_of(const MeasuredSource& source, const TextTable& table, const C
   const std::string unit = name.unit.empty() ? key_value(table, "x_unit").value_or("") : name.unit;
   if (source.x_factor) return x_factor_beside(source, table, unit);
   const std::string pointer = column_pointer(0, name);
+  // The distance of the rows says the unit of their positions as well.
+  if (const double step = mean_step(table, {}); unit.empty() && source.pitch && step > 0)
+    return *source.pitch / step;
   if (unit.empty())
     throw MissingFact("x_unit", table.path, pointer, "positions without unit",
                       "the option 'x_unit', or a header row such as 'x_mm, height_nm'");
   return factor_or_fail(unit, Dimension::kLength, table, pointer);
+}
+
+// Values alone, in equal steps [m] from 0.
+void add_positions(double pitch, TextTable* table) {
+  std::vector<double> values;
+  for (std::size_t row = 0; row < table->rows(); ++row)
+    values.insert(values.end(), {double(row) * pitch, (*table)(row, 0)});
+  table->values = std::move(values);
+  table->columns = 2;
+  if (!table->names.empty()) table->names.insert(table->names.begin(), "x [m]");
+  table->keys.erase("x_unit");
 }
 
 }  // namespace
@@ -77,15 +91,20 @@ double x_factor_of(const MeasuredSource& source, const TextTable& table, const C
 std::vector<Profile> read_profile_text(const MeasuredSource& source) {
   check_option(source, source.x_factor, "x_unit", true);
   check_option(source, source.value_factor, "value_unit", false);
-  const TextTable table = read_text_table(source.path, {});
+  check_option(source, source.pitch, "pitch", true);
+  TextTable table = read_text_table(source.path, {});
+  if (table.columns < 2 && source.pitch && !source.x_factor) add_positions(*source.pitch, &table);
   if (table.columns < 2)
     fail_at_line(table.path, table.lines.front(), "1 column",
-                 "2 or more: position, value, further scan lines");
+                 "2 or more: position, value, further scan lines; or 1 of values in equal steps, with the "
+                 "option 'pitch'; rows of a map that go over several lines need the option 'columns'");
   if (table.columns > kMostColumns)
     fail_at_line(table.path, table.lines.front(), fmt::format("{} columns", table.columns),
                  fmt::format("at most {} columns; a matrix of heights is read as a map", kMostColumns));
+  if (table.rows() < 2) throw InputError(table.path, "", "1 row of numbers", "at least 2 rows of numbers");
   const auto name = [&](std::size_t column) { return column_name(table, column); };
   ProfileColumns columns;
+  columns.pitch = source.pitch.value_or(0);
   columns.x_factor = x_factor_of(source, table, name(0));
   const double halve = surface_per_height(is_wavefront(source, table).value_or(false));
   std::vector<Profile> profiles;

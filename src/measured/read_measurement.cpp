@@ -6,8 +6,11 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
+#include "unknown_text_file.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 Measurement chosen(std::vector<Profile> profiles, const MeasuredSource& source) {
@@ -83,7 +86,8 @@ void require_options_of(MeasuredFormat format, const MeasuredSource& source) {
   using enum MeasuredFormat;
   if (format == kMapText || format == kAuto) return;
   const bool text = format == kProfileText || format == kDabam;  // DABAM has a list of its own
-  const bool scaled = format == kZygo || format == kCodeVInt || format == kZemaxGridSag;
+  const bool scaled =
+      format == kZygo || format == kCodeVInt || format == kZemaxGridSag || format == kDftfringe;
   struct Option {
     bool refused;
     const char *name, *allowed;
@@ -124,7 +128,14 @@ Measurement read_as(const MeasuredSource& source, MeasuredFormat format) {
       return read_sdf(source);
     case MeasuredFormat::kX3p:
       return read_x3p(source);
+    case MeasuredFormat::kZygoText:
+      return read_zygo_text(source);
+    case MeasuredFormat::kWykoText:
+      return read_wyko_text(source);
+    case MeasuredFormat::kDftfringe:
+      return read_dftfringe(source);
     case MeasuredFormat::kAuto:
+      refuse_unknown_text(source);
       break;
   }
   throw InputError(source.path, "", "no format that is known here",

@@ -7,14 +7,17 @@
 #include <limits>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
+#include "aberfit/measured/read_measurement.h"
 
 namespace aberfit::internal {
 namespace {
 
-constexpr const char* kNumbersAllowed = "a text file of numbers in columns (ASCII or UTF-8)";
+constexpr const char* kNumbersAllowed = "a text file of numbers in columns (ASCII, UTF-8 or UTF-16)";
 
 // Names of a row that is no row of numbers: none of them may be a number.
 bool all_names(std::string_view line) {
+  if (decimal_comma(line)) return false;
   std::vector<std::string_view> fields;
   split(line, delimiter_of(line), &fields);
   bool name = false;
@@ -47,6 +50,68 @@ std::vector<std::string> names_for(const std::string& line, char delimiter, std:
   return {};
 }
 
+// `split` of a line with double quotes: what stands in them is one field, or part of one.
+void split_quoted(std::string_view line, char delimiter, std::vector<std::string_view>* fields) {
+  fields->clear();
+  const auto add = [&](std::string_view field) {
+    field = trimmed(field);
+    if (delimiter == ' ' && field.empty()) return;
+    if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
+      field = trimmed(field.substr(1, field.size() - 2));
+    fields->push_back(field);
+  };
+  std::size_t begin = 0;
+  bool inside = false;
+  for (std::size_t at = 0; at < line.size(); ++at) {
+    if (line[at] == '"') inside = !inside;
+    const bool blank = delimiter == ' ' && kBlanks.find(line[at]) != std::string_view::npos;
+    if (inside || !(blank || line[at] == delimiter)) continue;
+    add(line.substr(begin, at - begin));
+    begin = at + 1;
+  }
+  add(line.substr(begin));
+}
+
+// A unit of any column that a table may have, or nothing.
+std::string_view unit_alone(std::string_view field) {
+  std::string_view unit = trimmed(field);
+  if (unit.size() > 2 &&
+      ((unit.front() == '[' && unit.back() == ']') || (unit.front() == '(' && unit.back() == ')')))
+    unit = trimmed(unit.substr(1, unit.size() - 2));
+  if (is_waves(unit)) return unit;
+  for (const Dimension dimension : {Dimension::kLength, Dimension::kAngle, Dimension::kFraction}) {
+    try {
+      if (!unit.empty()) unit_factor(unit, dimension);
+      return unit;
+    } catch (const UnitError&) {
+    }
+  }
+  return {};
+}
+
+// "X;Z" above "[mm];[nm]" are the names "X [mm]" and "Z [nm]".
+void add_units(const std::vector<std::string>& units, std::vector<std::string>* names) {
+  if (units.empty()) return;
+  names->resize(units.size());
+  for (std::size_t i = 0; i < units.size(); ++i)
+    if (const std::string_view unit = unit_alone(units[i]); !unit.empty())
+      (*names)[i] += fmt::format(" [{}]", unit);
+}
+
+[[noreturn]] void refuse_cell(const TextLines& lines, std::string_view line, std::string_view field,
+                              const TextTable& table, bool names_seen) {
+  if (const auto comma = decimal_comma(line))
+    lines.fail(in_quotes(*comma) + ", a decimal comma", kDecimalPoint);
+  // A row of words is told as such: its first word alone says little.
+  const bool text = all_names(line);
+  lines.fail(in_quotes(text ? trimmed(line) : field),
+             std::string("a number a double can hold") +
+                 (!table.lines.empty() ? "; '#' begins a line that is no row of numbers"
+                  : names_seen ? "; of lines before the numbers one may have names and one below it units, "
+                                 "others begin with '#'"
+                               : ""));
+}
+
 void drop_last_column(TextTable* table) {
   const std::size_t rows = table->rows(), columns = table->columns;
   for (std::size_t row = 0; row < rows; ++row)
@@ -72,12 +137,32 @@ void wrap_rows(std::size_t length, TextTable* table) {
 }  // namespace
 
 char delimiter_of(std::string_view line) {
-  for (const char candidate : {';', '\t', ','})
-    if (line.find(candidate) != std::string_view::npos) return candidate;
+  const bool quotes = line.find('"') != std::string_view::npos;
+  for (const char candidate : {';', '\t', ','}) {
+    if (!quotes && line.find(candidate) != std::string_view::npos) return candidate;
+    bool inside = false;
+    for (std::size_t at = 0; quotes && at < line.size(); ++at) {
+      if (line[at] == '"') inside = !inside;
+      if (line[at] == candidate && !inside) return candidate;
+    }
+  }
   return ' ';
 }
 
+bool is_unit_row(std::string_view line) {
+  std::vector<std::string_view> fields;
+  split(line, delimiter_of(line), &fields);
+  bool any = false;
+  for (const std::string_view field : fields) {
+    if (field.empty()) continue;
+    if (parse_cell(field) || unit_alone(field).empty()) return false;
+    any = true;
+  }
+  return any;
+}
+
 void split(std::string_view line, char delimiter, std::vector<std::string_view>* fields) {
+  if (line.find('"') != std::string_view::npos) return split_quoted(line, delimiter, fields);
   if (delimiter == ' ') return find_words(line, kBlanks, fields);
   fields->clear();
   for (std::size_t begin = 0;;) {
@@ -98,7 +183,8 @@ std::optional<double> parse_cell(std::string_view text) {
 
 const std::vector<std::string>& known_text_keys() {
   static const std::vector<std::string> keys = {"of",       "pitch",      "unit",   "x_unit",
-                                                "quantity", "wavelength", "layout", "label"};
+                                                "quantity", "wavelength", "layout", "label",
+                                                "channel",  "width",      "height", "value units"};
   return keys;
 }
 
@@ -122,7 +208,7 @@ TextTable read_text_table(const std::string& path, const TextRules& rules) {
       throw InputError(path, "", fmt::format("the end of the file after {} lines", lines.number()),
                        fmt::format("rows of numbers after {} header lines", rules.skip_lines));
 
-  std::string name_row, last_comment;
+  std::string name_row, unit_row, last_comment;
   std::vector<std::string_view> fields;
   char delimiter = ' ';
   bool last_column_used = false;
@@ -144,6 +230,10 @@ TextTable read_text_table(const std::string& path, const TextRules& rules) {
         name_row = line;
         continue;
       }
+      if (!name_row.empty() && unit_row.empty() && is_unit_row(line)) {
+        unit_row = line;
+        continue;
+      }
       delimiter = rules.plain ? ' ' : delimiter_of(line);
     }
     split(line, delimiter, &fields);
@@ -153,7 +243,7 @@ TextTable read_text_table(const std::string& path, const TextRules& rules) {
       lines.fail(fmt::format("more than {} numbers", rules.most_numbers), "a smaller file");
     for (const std::string_view field : fields) {
       const std::optional<double> value = parse_cell(field);
-      if (!value) lines.fail(in_quotes(field), "a number a double can hold");
+      if (!value) refuse_cell(lines, line, field, table, !name_row.empty());
       if (std::isinf(*value)) lines.fail(in_quotes(field), "a finite number, or 'nan' or '--' for a hole");
       table.values.push_back(*value);
     }
@@ -174,6 +264,7 @@ TextTable read_text_table(const std::string& path, const TextRules& rules) {
   if (!last_column_used && table.columns > 1) drop_last_column(&table);
   if (name_row.empty()) name_row = last_comment;
   table.names = names_for(name_row, delimiter, table.columns);
+  if (!unit_row.empty()) add_units(names_for(unit_row, delimiter, table.columns), &table.names);
   return table;
 }
 

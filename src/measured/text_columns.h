@@ -10,9 +10,13 @@
 
 namespace aberfit::internal {
 
-/// ';', tab or ',' when the line holds one, in this order; else ' ', which stands for runs of blanks.
+/// ';', tab or ',' when the line holds one outside double quotes, in this order; else ' ', which stands for
+/// runs of blanks.
 char delimiter_of(std::string_view line);
+/// What stands between delimiters outside double quotes; a field in quotes comes without them.
 void split(std::string_view line, char delimiter, std::vector<std::string_view>* fields);
+/// True where every field that is not empty is a unit, in brackets or without, such as "[mm];[nm]".
+bool is_unit_row(std::string_view line);
 /// The number; NaN for a hole (empty, "nan", "--"); infinity for "inf"; nothing for any other text.
 std::optional<double> parse_cell(std::string_view text);
 
@@ -35,7 +39,8 @@ struct TextTable {
   double operator()(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
 };
 
-/// "of", "pitch", "unit", "x_unit", "quantity", "wavelength", "layout", "label".
+/// "of", "pitch", "unit", "x_unit", "quantity", "wavelength", "layout", "label", and what Gwyddion's text
+/// export says: "channel", "width", "height", "value units".
 const std::vector<std::string>& known_text_keys();
 /// Key and value of a comment line (with its '#'), if its key is known.
 std::optional<std::pair<std::string, std::string>> comment_key(std::string_view line);
@@ -47,8 +52,9 @@ struct TextRules {
   std::size_t most_numbers = std::size_t(1) << 26;  ///< of one file: a map of 8192 x 8192
 };
 
-/// Reads rows of numbers. '#' starts a comment. Before the first row one row of names may stand, or the last
-/// comment before it names as many columns as there are. Throws InputError with the line.
+/// Reads rows of numbers. '#' starts a comment. Before the first row one row of names may stand and one of
+/// units below it, or the last comment before it names as many columns as there are. Throws InputError with
+/// the line.
 TextTable read_text_table(const std::string& path, const TextRules& rules);
 
 }  // namespace aberfit::internal

@@ -2,11 +2,63 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
 
 namespace aberfit::internal {
+namespace {
+
+// Position of the first row [m], from which the others are equal steps. `step` is negative where they
+// descend.
+double first_of_equal_steps(const TextTable& table, const ProfileColumns& columns, double step) {
+  const std::size_t rows = table.rows();
+  const auto written = [&](std::size_t row) { return table(row, columns.x) * columns.x_factor; };
+  const auto off = [&](std::size_t row) { return written(row) - double(row) * step; };
+  std::size_t lowest = 0, highest = 0;
+  std::vector<double> gaps;
+  bool twice = false;
+  for (std::size_t row = 0; row < rows; ++row) {
+    if (!std::isfinite(written(row)))
+      fail_at_line(table.path, table.lines[row], "a row without position", "a number as position");
+    if (off(row) < off(lowest)) lowest = row;
+    if (off(row) > off(highest)) highest = row;
+    const double gap = row == 0 ? 0 : std::abs(written(row) - written(row - 1));
+    twice = twice || (row > 0 && gap == 0);
+    if (gap > 0) gaps.push_back(gap);
+  }
+  const double middle = 0.5 * (off(lowest) + off(highest)), most = 0.5 * (off(highest) - off(lowest));
+  // Positions that are rounded to steps wider than those of the rows are there twice, and most others are one
+  // such step apart. Without these, half a step off is a row that is missing.
+  constexpr double kOfDoubles = 1e-9;
+  double allowed = 0.5 * std::abs(step) * (1 - kOfDoubles);
+  if (twice && !gaps.empty()) {
+    const auto median = gaps.begin() + std::ptrdiff_t(gaps.size() / 2);
+    std::nth_element(gaps.begin(), median, gaps.end());
+    allowed = 0.5 * std::max(std::abs(step), *median) * (1 + kOfDoubles);
+  }
+  if (!(most <= allowed)) {
+    const std::size_t row = std::max(lowest, highest);
+    fail_at_line(table.path, table.lines[row],
+                 fmt::format("position {:.10g}, {} from where equal steps of {} lead", table(row, columns.x),
+                             format_quantity(most, Dimension::kLength),
+                             format_quantity(std::abs(step), Dimension::kLength)),
+                 fmt::format("the step of all rows as option 'pitch' (on average {}), or positions that "
+                             "are not rounded",
+                             format_quantity(mean_step(table, columns), Dimension::kLength)));
+  }
+  return middle;
+}
+
+}  // namespace
+
+double mean_step(const TextTable& table, const ProfileColumns& columns) {
+  const std::size_t last = table.rows() - 1;
+  return std::abs(table(last, columns.x) - table(0, columns.x)) * columns.x_factor / double(last);
+}
 
 Profile profile_of(const TextTable& table, const ProfileColumns& columns) {
   const std::size_t rows = table.rows();
@@ -17,9 +69,12 @@ Profile profile_of(const TextTable& table, const ProfileColumns& columns) {
   profile.x.resize(Eigen::Index(rows));
   profile.value.resize(Eigen::Index(rows));
   const bool descending = table(rows - 1, columns.x) < table(0, columns.x);
+  const double step = descending ? -columns.pitch : columns.pitch;
+  const double first = step == 0 ? 0 : first_of_equal_steps(table, columns, step);
   for (std::size_t row = 0; row < rows; ++row) {
     const double written = table(row, columns.x);
-    const double x = written * columns.x_factor, value = table(row, columns.value) * columns.value_factor;
+    const double x = step == 0 ? written * columns.x_factor : first + double(row) * step;
+    const double value = table(row, columns.value) * columns.value_factor;
     if (std::isnan(written))
       fail_at_line(table.path, table.lines[row], "a row without position", "a number as position");
     if (!std::isfinite(x) || std::isinf(value))
@@ -32,7 +87,9 @@ Profile profile_of(const TextTable& table, const ProfileColumns& columns) {
       const double before = profile.x[descending ? at + 1 : at - 1];
       if (x == before)
         fail_at_line(table.path, table.lines[row], fmt::format("position {:.10g} twice", written),
-                     "each position once");
+                     fmt::format("each position once; where positions are rounded, their step as option "
+                                 "'pitch' (on average {})",
+                                 format_quantity(mean_step(table, columns), Dimension::kLength)));
       if ((x < before) != descending)
         fail_at_line(table.path, table.lines[row],
                      fmt::format("position {:.10g} after {:.10g}", written, table(row - 1, columns.x)),

@@ -10,13 +10,56 @@
 #include "aberfit/core/text.h"
 #include "aberfit/roughness/psd_in_band.h"
 #include "aberfit/roughness/psd_integrals.h"
+#include "psd_table_units.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
 constexpr const char* kAllowed =
     "rows of two or more numbers (frequency, PSD), both positive, frequencies ascending; '#' comments; one "
     "header row";
+
+// The factor that a column has by its header or its option, which must not differ. `what`, `key`: of
+// messages.
+std::optional<double> agreed(const std::string& path, const std::string& unit, Dimension dimension,
+                             const std::optional<double>& given, const char* key) {
+  constexpr double kSame = 1e-6;
+  const std::optional<double> said = factor_of(unit, dimension);
+  if (said && given && !(std::abs(*given / *said - 1) <= kSame))
+    throw InputError(path, "",
+                     fmt::format("the unit {} in its header, another one as \"{}\"", in_quotes(unit), key),
+                     "one of them; leave the key out");
+  return said ? said : given;
+}
+
+// The options with the units that the header says.
+PsdTableOptions with_units(const std::string& path, const HeaderUnits& units, PsdTableOptions options) {
+  const bool profile = options.kind == PsdTableKind::k1dOneSided;
+  const Dimension dimension = profile ? Dimension::kPsd1d : Dimension::kPsd2d;
+  if (!units.psd.empty() && !factor_of(units.psd, dimension))
+    throw InputError(path, "", fmt::format("the unit {} in its header", in_quotes(units.psd)),
+                     fmt::format("\"kind\": \"{}\" for a PSD in that unit; a \"{}\" one has {}",
+                                 profile ? "2d" : "1d", profile ? "1d" : "2d", allowed_units(dimension)));
+  options.frequency_factor =
+      agreed(path, units.frequency, Dimension::kSpatialFrequency, options.frequency_factor, "frequency_unit");
+  options.psd_factor = agreed(path, units.psd, dimension, options.psd_factor, "psd_unit");
+  const bool frequency = options.frequency_factor.has_value(), psd = options.psd_factor.has_value();
+  if (!frequency || !psd)
+    throw InputError(
+        path, "",
+        fmt::format("no unit of {}", psd         ? "the frequencies"
+                                     : frequency ? "the PSD"
+                                                 : "the frequencies and of the PSD"),
+        fmt::format("{}{}{}, or a header row such as \"f [1/mm], PSD [{}]\"",
+                    frequency ? "" : "\"frequency_unit\": \"1/mm\"", frequency || psd ? "" : " and ",
+                    psd       ? ""
+                    : profile ? "\"psd_unit\": \"nm^2 mm\""
+                              : "\"psd_unit\": \"nm^2 mm^2\"",
+                    profile ? "nm^2 mm" : "nm^2 mm^2"));
+  return options;
+}
 
 }  // namespace
 
@@ -40,12 +83,12 @@ PsdTableResult psd_from_table(const std::vector<double>& frequency, const std::v
                        kAllowed);
   }
 
-  const double scale = options.psd_factor * options.height_factor * options.height_factor *
+  const double scale = options.psd_factor.value_or(1) * options.height_factor * options.height_factor *
                        (options.of == PsdTableOf::kWavefront ? 0.25 : 1.0);
   PsdTableResult result;
   TablePsd table;
   for (std::size_t i = 0; i < frequency.size(); ++i) {
-    table.frequency.push_back(frequency[i] * options.frequency_factor);
+    table.frequency.push_back(frequency[i] * options.frequency_factor.value_or(1));
     table.psd.push_back(psd[i] * scale);
   }
   if (options.kind == PsdTableKind::k1dOneSided) {
@@ -96,15 +139,34 @@ PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& op
   std::vector<double> frequency, psd;
   std::vector<int> lines;
   bool header_seen = false;
+  HeaderUnits units;
+  // Of a header row, of one of units below it, or of the last comment before the numbers.
+  const auto take_units = [&](std::string_view row) {
+    const HeaderUnits said = units_of_header(row);
+    if (!said.frequency.empty()) units.frequency = said.frequency;
+    if (!said.psd.empty()) units.psd = said.psd;
+    return !said.frequency.empty() || !said.psd.empty();
+  };
   std::string_view line;
   while (file.next(&line)) {
-    const std::vector<std::string_view> fields = words(line.substr(0, line.find('#')), ",; \t\r");
-    if (fields.empty()) continue;
+    const std::string_view numbers = line.substr(0, line.find('#'));
+    const std::vector<std::string_view> fields = words(numbers, ",; \t\r\"");
+    if (fields.empty()) {
+      if (lines.empty() && !header_seen) take_units(line.substr(std::min(numbers.size() + 1, line.size())));
+      continue;
+    }
+    if (const auto comma = decimal_comma(numbers))
+      throw InputError(path, "",
+                       fmt::format("line {}: {}, a decimal comma", file.number(), in_quotes(*comma)),
+                       kDecimalPoint);
     const std::optional<double> first = parse_number<double>(fields[0]);
     const std::optional<double> second = fields.size() > 1 ? parse_number<double>(fields[1]) : std::nullopt;
-    if (!first && !header_seen && lines.empty()) {
-      header_seen = true;
-      continue;
+    if (!first && lines.empty()) {
+      const bool has_units = take_units(numbers);
+      if (!header_seen || has_units) {
+        header_seen = true;
+        continue;
+      }
     }
     if (!first || !second)
       throw InputError(path, "", fmt::format("line {}: \"{}\"", file.number(), line.substr(0, 60)), kAllowed);
@@ -112,7 +174,11 @@ PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& op
     psd.push_back(*second);
     lines.push_back(int(file.number()));
   }
-  return psd_from_table(frequency, psd, options, path, lines);
+  if (lines.empty() && !header_seen && file.number() == 0)
+    throw InputError(path, "", "an empty file", kAllowed);
+  // What is wrong with the numbers comes first; the units decide only what they mean.
+  psd_from_table(frequency, psd, {.kind = PsdTableKind::k2dTwoSided}, path, lines);
+  return psd_from_table(frequency, psd, with_units(path, units, options), path, lines);
 }
 
 }  // namespace aberfit

@@ -108,8 +108,10 @@ void describe_source(Visitor& v, MeasuredFile& m) {
   const bool slopes = m.quantity == "slope";
   if (!m.value_unit.empty() && (slopes || !is_waves(m.value_unit)))
     check_unit(v, "value_unit", m.value_unit, slopes ? kAngle : kLength, slopes ? "" : ", waves");
-  v.quantity({"pitch", "maps: distance of neighbouring points [m], where the file does not say", kOptional,
-              "\"0.1 mm\""},
+  v.quantity({"pitch",
+              "distance of neighbouring points [m]: of maps where the file does not say, of profiles whose "
+              "positions are rounded or left out",
+              kOptional, "\"0.1 mm\""},
              m.pitch, kLength, Range::positive());
   v.integer({"columns", "text maps: samples of a row, where rows go over several lines", kOptional, "512"},
             m.columns, 2, 1000000);

@@ -139,13 +139,14 @@ void describe(Visitor& v, PsdTableFile& m) {
   v.word({"kind", "\"2d\": two-sided two-dimensional PSD; \"1d\": one-sided PSD of a profile"}, m.kind,
          {"2d", "1d"});
   const Dimension dimension = m.kind == "1d" ? kPsd1d : kPsd2d;
-  if (v.reading()) m.psd_unit = m.kind == "1d" ? "m^3" : "m^4";  // SI unless the file says otherwise
-  v.text({"frequency_unit", "unit of the frequency column", kOptional, "\"1/mm\""}, m.frequency_unit, false);
-  check_unit(v, "frequency_unit", m.frequency_unit, kFrequency);
-  v.text({"psd_unit", "unit of the PSD column; SI when absent: m^4 for 2d, m^3 for 1d", kOptional,
+  v.text({"frequency_unit", "unit of the frequency column, where the header of the file does not say",
+          kOptional, "\"1/mm\""},
+         m.frequency_unit, true);
+  if (!m.frequency_unit.empty()) check_unit(v, "frequency_unit", m.frequency_unit, kFrequency);
+  v.text({"psd_unit", "unit of the PSD column, where the header of the file does not say", kOptional,
           "\"nm^2 mm^2\""},
-         m.psd_unit, false);
-  check_unit(v, "psd_unit", m.psd_unit, dimension);
+         m.psd_unit, true);
+  if (!m.psd_unit.empty()) check_unit(v, "psd_unit", m.psd_unit, dimension);
   v.word({"of", "what was measured; heights of a wavefront are twice the surface's"}, m.of,
          {"surface", "wavefront"});
   v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale, kNumber,

@@ -89,7 +89,9 @@ void describe_profile(Visitor& v, StatisticRequest& s) {
   describe_ring(v, s);
   v.quantity({"tolerance", "how closely the fit is to meet it, absolute share of the light"}, s.tolerance,
              kFraction, Range{0, 1, true, false});
-  v.text({"file", "CSV table of dz [m] and share of the light, one pair a line; relative to the study file",
+  v.text({"file",
+          "CSV table of dz, in m unless its header says dz_mm or the like, and share of the light, one pair "
+          "a line; relative to the study file",
           kOptional, "\"ring_through.csv\""},
          s.file, true);
   // The resolved study names the file, not what was loaded from it.

@@ -41,8 +41,10 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
   if (!table || !table->table.psd.frequency.empty()) return;
   PsdTableOptions options;
   const bool profile = table->kind == "1d";
-  options.frequency_factor = unit_factor(table->frequency_unit, Dimension::kSpatialFrequency);
-  options.psd_factor = unit_factor(table->psd_unit, profile ? Dimension::kPsd1d : Dimension::kPsd2d);
+  if (!table->frequency_unit.empty())
+    options.frequency_factor = unit_factor(table->frequency_unit, Dimension::kSpatialFrequency);
+  if (!table->psd_unit.empty())
+    options.psd_factor = unit_factor(table->psd_unit, profile ? Dimension::kPsd1d : Dimension::kPsd2d);
   options.kind = profile ? PsdTableKind::k1dOneSided : PsdTableKind::k2dTwoSided;
   options.of = table->of == "wavefront" ? PsdTableOf::kWavefront : PsdTableOf::kSurface;
   options.height_factor = table->scale;
@@ -60,7 +62,9 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
 // '#' starts a comment; one row of names may stand before the numbers.
 void load_profile(const Study& study, StatisticRequest& request, const std::string& pointer) {
   const char* const allowed =
-      "two columns, dz [m] ascending and share of the light from 0 to 1; at least 2 rows";
+      "two columns, dz ascending, in m unless the header says \"dz_mm\" or the like, and share of the light "
+      "from "
+      "0 to 1; at least 2 rows";
   TextLines file(locate(study, request.file, pointer));
   std::string_view line;
   const auto fail = [&] {
@@ -71,18 +75,28 @@ void load_profile(const Study& study, StatisticRequest& request, const std::stri
   request.profile_dz.clear();
   request.profile_value.clear();
   bool header_seen = false;
+  double metres = 1;  // in one unit of dz
   while (file.next(&line)) {
-    const std::vector<std::string_view> cells = words(line.substr(0, line.find('#')), " \t\r,;");
+    const std::string_view numbers = line.substr(0, line.find('#'));
+    const std::vector<std::string_view> cells = words(numbers, " \t\r,;\"");
     if (cells.empty()) continue;
+    if (const auto comma = decimal_comma(numbers))
+      throw InputError(study.path, pointer,
+                       fmt::format("in \"{}\", line {}: {}, a decimal comma", request.file, file.number(),
+                                   in_quotes(*comma)),
+                       kDecimalPoint);
     const std::optional<double> dz = parse_finite(cells[0]);
     const std::optional<double> share = cells.size() == 2 ? parse_finite(cells[1]) : std::nullopt;
     if (!dz && !header_seen && request.profile_dz.empty()) {
       header_seen = true;
+      const std::string_view name = numbers.substr(0, numbers.find_first_of(",;\t"));
+      if (const std::string unit = unit_of_column(name, Dimension::kLength); !unit.empty())
+        metres = unit_factor(unit, Dimension::kLength);
       continue;
     }
     if (!dz || !share || !(*share >= 0 && *share <= 1)) fail();
-    if (!request.profile_dz.empty() && !(*dz > request.profile_dz.back())) fail();
-    request.profile_dz.push_back(*dz);
+    if (!request.profile_dz.empty() && !(*dz * metres > request.profile_dz.back())) fail();
+    request.profile_dz.push_back(*dz * metres);
     request.profile_value.push_back(*share);
   }
   if (request.profile_dz.size() < 2)

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/core/text.h"
 #include "aberfit/study/measured_psd.h"
 #include "describe.h"
 #include "load_files.h"
@@ -97,8 +98,9 @@ Study parse_study(const std::string& text, const std::string& path, const std::v
 }
 
 std::string internal::text_of_study(const std::string& path) {
+  // Some terminals write what is redirected to a file as UTF-16.
   const auto whole = [](std::istream& in) {
-    return std::string{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    return utf8_text(std::string{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()});
   };
   if (path == "-") return whole(std::cin);
   std::error_code error;

@@ -271,6 +271,27 @@ TEST(PsdCommand, PrintsALineThatAStudyTakes) {
   EXPECT_EQ(law.f_max, number(line["f_max_per_m"]));
 }
 
+TEST(PsdCommand, HanningIsTheWindowOfHann) {
+  const ScratchFolder folder;
+  folder.write("mirror.csv", profile_csv(kSteep, ProfileQuantity::kHeight, 5));
+  ASSERT_EQ(run_program(folder, "psd mirror.csv --no-plots -o hann --window hann"), 0);
+  const std::string hann = read_file(folder.file("hann/psd.csv"));
+  for (const std::string name : {"hanning", "Hanning", "HANNING"}) {
+    ASSERT_EQ(run_program(folder, "psd mirror.csv --no-plots -o " + name + " --window " + name), 0);
+    EXPECT_EQ(read_file(folder.file(name + "/psd.csv")), hann) << name;
+  }
+}
+
+TEST(PsdCommand, AFileInPlaceOfACommandOrStudyNamesThisCommand) {
+  const ScratchFolder folder;
+  folder.write("mirror.csv", profile_csv(kSteep, ProfileQuantity::kHeight, 5));
+  for (const char* arguments : {"mirror.csv", "fit mirror.csv", "check mirror.csv", "solve mirror.csv"}) {
+    EXPECT_EQ(run_program(folder, arguments), 2) << arguments;
+    EXPECT_NE(read_file(folder.file("stderr.txt")).find("`aberfit psd mirror.csv`"), std::string::npos)
+        << arguments;
+  }
+}
+
 TEST(PsdCommand, AsksOnceForAllThatAFileLeavesOpenInTheWordsOfItsUser) {
   const ScratchFolder folder;
   std::string rows;

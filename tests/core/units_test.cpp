@@ -73,6 +73,32 @@ TEST(ParseQuantity, DecimalUnitsGiveTheDoubleOfTheSiLiteral) {
   for (const Case& c : cases) EXPECT_EQ(parse_quantity(c.text, c.dimension), c.si) << c.text;
 }
 
+TEST(ParseQuantity, UnitsWrittenInFullAndAngstromsAreKnown) {
+  const std::vector<Case> cases = {{"20 \u00c5", Dimension::kLength, 20e-10},
+                                   {"20 \u212b", Dimension::kLength, 20e-10},
+                                   {"20 A\u030a", Dimension::kLength, 20e-10},
+                                   {"20 Angstrom", Dimension::kLength, 20e-10},
+                                   {"20 angstroms", Dimension::kLength, 20e-10},
+                                   {"20 \u00c5ngstr\u00f6m", Dimension::kLength, 20e-10},
+                                   {"0.6328 micron", Dimension::kLength, 0.6328e-6},
+                                   {"0.6328 Microns", Dimension::kLength, 0.6328e-6},
+                                   {"2 millimetres", Dimension::kLength, 2e-3},
+                                   {"633 Nanometers", Dimension::kLength, 633e-9},
+                                   {"3 microradians", Dimension::kAngle, 3e-6},
+                                   {"2.5 nm^2 micron", Dimension::kPsd1d, 2.5e-24},
+                                   {"2.5 \u00c5^2 mm^2", Dimension::kPsd2d, 2.5e-26},
+                                   {"10 cycles/millimeter", Dimension::kSpatialFrequency, 10e3},
+                                   {"632.8\u00a0nm", Dimension::kLength, 632.8e-9},
+                                   {"632.8\u202fnm", Dimension::kLength, 632.8e-9},
+                                   {"\u00a0632.8 nm\u00a0", Dimension::kLength, 632.8e-9}};
+  for (const Case& c : cases) EXPECT_EQ(parse_quantity(c.text, c.dimension), c.si) << c.text;
+  for (const char* inch : {"2 inch", "2 Inches", "2 in"})
+    EXPECT_NEAR(parse_quantity(inch, Dimension::kLength), 0.0508, 1e-17) << inch;
+  // Symbols keep their case, and words are whole.
+  for (const char* wrong : {"1 MM", "1 Nm", "1 A", "1 micro", "1 meterss", "1 inc", "1 ss"})
+    EXPECT_THROW(parse_quantity(wrong, Dimension::kLength), UnitError) << wrong;
+}
+
 TEST(ParseQuantity, OtherUnitsAreWithinTwoRoundings) {
   const double kTwoRoundings = 4e-16;
   const double arcsec = std::numbers::pi / 648000;
@@ -207,6 +233,21 @@ TEST(Units, SharesAreInPercentWithoutExponents) {
                                     {33, "3300 %"},
                                     {0, "0 %"}})
     EXPECT_EQ(format_percent(share), text);
+}
+
+TEST(UnitOfColumn, IsInBracketsOrBehindTheWord) {
+  struct Name {
+    const char* name;
+    Dimension dimension;
+    const char* unit;
+  };
+  for (const Name& c :
+       {Name{"dz (mm)", Dimension::kLength, "mm"}, Name{"dz_mm", Dimension::kLength, "mm"},
+        Name{"dz", Dimension::kLength, ""}, Name{"f_per_mm", Dimension::kSpatialFrequency, "/mm"},
+        Name{"f [mm-1]", Dimension::kSpatialFrequency, "mm^-1"}, Name{"psd_2d_m4", Dimension::kPsd2d, "m^4"},
+        Name{"psd_2d_m4", Dimension::kPsd1d, ""},
+        Name{"S (nm^2/(cycles/mm))", Dimension::kPsd1d, "nm^2/(cycles/mm)"}})
+    EXPECT_EQ(unit_of_column(c.name, c.dimension), c.unit) << c.name;
 }
 
 }  // namespace

@@ -102,12 +102,41 @@ std::vector<std::string> dabam_seeds() {
 std::vector<std::string> profile_seeds() {
   return {"# x [mm], height [nm]\n0, 1.5\n1, -2\n2, 0.25\n3, 1\n",
           "x_mm;slope_urad\n0;1\n0.5;nan\n1;2\n2;3\n", "0 1 2\r\n1 2 3\r\n2 3 4\r\n",
-          "1,5\t2,25\n2,5\t3\n3,5\t-1e-3\n"};
+          "1,5\t2,25\n2,5\t3\n3,5\t-1e-3\n", "X;Z\n[mm];[nm]\n\"0\";\"1\"\n0.1;2\n0.1;4\n"};
 }
 
 std::vector<std::string> map_seeds() {
-  return {"1 2 3 4\n5 nan 7 8\n9 10 11 12\n", "x,y,z\n0,0,1\n1,0,2\n0,1,3\n1,1,4\n", map_csv(small_map()),
-          "# unit nm\n1;2;3\n4;--;6\n7;8;9\n"};
+  return {"1 2 3 4\n5 nan 7 8\n9 10 11 12\n",
+          "x,y,z\n0,0,1\n1,0,2\n0,1,3\n1,1,4\n",
+          map_csv(small_map()),
+          "# unit nm\n1;2;3\n4;--;6\n7;8;9\n",
+          "# Width: 3 mm\n# Height: 2 mm\n# Value units: m\n1 2 3\n4 5 7\n",
+          "0 1 2 3 4\n1 5 2 9 4\n2 6 1 7 3\n3 4 8 1 2\n4 1 2 3 3\n"};
+}
+
+std::vector<std::string> zygo_text_seeds() {
+  const std::string header =
+      " - Format 2\n1 8 3 5 \"date\"\n0 0 2 1 1 255\n4 0 3 2\n\"a\"\n\"b\"\n\"c\"\n"
+      "0 0.5 6.328e-007 0 1 0 2.5e-04 1\n640 480 0 0 0 0 \"\"\n0 1 10 5 0 0 0.1 0 2 50\n"
+      "1 0 20 0 60 1 0 0 0\n0 \"\"\n1 0\n#\n";
+  return {"Zygo XYZ Data File" + header + "4 0 0.5\n5 0 No Data\n6 0 1\n4 1 2\n5 1 1e-3\n6 1 0\n#\n",
+          "Zygo ASCII Data File" + header + "12 13\n#\n5 -4 2147483640\n7 8 9\n#\n"};
+}
+
+std::vector<std::string> wyko_text_seeds() {
+  const std::string header =
+      "X Size\t2\nY Size\t3\nBlock Name\tType\tLength\tValue\nTitle\t5\t9\tflat\nWavelength\t7\t4\t632.8\n"
+      "Mult\t6\t2\t4\nAspect\t7\t4\t0.5\nPixel_size\t7\t4\t0.25\n";
+  return {"Wyko ASCII Data File Format 0\t0\t1\n" + header + "RAW_DATA\t3\t24\t\n1\tBad\t3\n4\t5\t6\n",
+          "Wyko ASCII Data File Format 0\t1\t1\n" + header +
+              "Intensity\t3\t24\t\n1 2 3\n4 5 6\nOPD\t3\t24\t\n1\t2\t3\n4\t5\t6\n"};
+}
+
+std::vector<std::string> dftfringe_seeds() {
+  return {
+      "3\n3\n0 0.5 0\n0.25 1 2\n0 -1 0\noutside ellipse 1 1 1.5 1.5\nobstruction 1 1 0.2\nDIAM 200\n"
+      "ROC 1600\nLambda 550\n",
+      "2\n2\n1\n2\n3\n4\nLambda 632.8\n"};
 }
 
 std::vector<std::string> zygo_seeds() {
@@ -170,6 +199,9 @@ std::vector<FuzzTarget> measured_targets() {
       of_format("codev", kCodeVInt, codev_seeds, 2048),
       of_format("fits", kFits, fits_seeds, 6000),
       of_format("grid-sag", kZemaxGridSag, sag_seeds, 4096),
+      of_format("zygo-text", kZygoText, zygo_text_seeds, 2048),
+      of_format("wyko-text", kWykoText, wyko_text_seeds, 2048),
+      of_format("dftfringe", kDftfringe, dftfringe_seeds, 1024),
       of_format("opd", kOpd, {"marker-counts.opd", "marker-float.opd"}, 2048),
       of_format("sdf", kSdf, {"marker-bcr.sdf", "marker-iso1.sdf", "marker-iso2.sdf", "marker-text.sdf"},
                 4096),

@@ -27,18 +27,21 @@ void require_table(const PsdTableResult& result) {
 
 void read_psd_tables(std::string_view bytes) {
   const std::string path = fuzz_folder().write("table.csv", bytes);
+  const PsdTableOptions by_header;
   PsdTableOptions plain;
+  plain.frequency_factor = 1, plain.psd_factor = 1;
   PsdTableOptions profile;
   profile.kind = PsdTableKind::k1dOneSided, profile.of = PsdTableOf::kWavefront;
   profile.frequency_factor = 1e3, profile.psd_factor = 1e-21, profile.height_factor = 2;
   profile.f_min = 100, profile.f_max = 5000;
-  for (const PsdTableOptions& options : {plain, profile})
+  for (const PsdTableOptions& options : {plain, profile, by_header})
     read_or_refuse([&] { require_table(read_psd_table(path, options)); });
 }
 
 std::vector<std::string> psd_table_seeds() {
   return {"f_per_mm,psd,n\n0.05,15306,12\n0.1,1657,16\n0.2,105,3\n1.5,1.25,1\n",
-          "# made\n1 1e-20\n10 1e-22\n2000 1e-27\n", "0.1;3e-5\n1;1e-6\n10;1e-9\n"};
+          "# made\n1 1e-20\n10 1e-22\n2000 1e-27\n", "0.1;3e-5\n1;1e-6\n10;1e-9\n",
+          "f (cycles/mm);S [nm^2/(cycles/mm)^2]\n1;2\n2;1\n"};
 }
 
 void read_coefficients(std::string_view bytes) {

@@ -62,7 +62,22 @@ TEST(DetectFormat, TellsEveryFormatByItsContent) {
       {long_rows, MeasuredFormat::kMapText},
       {long_profile, MeasuredFormat::kProfileText},
       {"some prose\nand more prose\n", MeasuredFormat::kAuto},
-      {"1\n2\n3\n", MeasuredFormat::kAuto},
+      {"1\n2\n3\n", MeasuredFormat::kProfileText},  // whose reader says what is missing
+      {"Zygo XYZ Data File - Format 1\n1 2\n", MeasuredFormat::kZygoText},
+      {"Zygo ASCII Data File - Format 2\r\n1 2\r\n", MeasuredFormat::kZygoText},
+      {"Wyko ASCII Data File Format 0\t0\t1\nX Size\t4\n", MeasuredFormat::kWykoText},
+      {"2\n2\n0.5\n0.25\n1\n2\noutside ellipse 1 1 1 1\nDIAM 200\n", MeasuredFormat::kDftfringe},
+      {"# Channel: Height\n# Width: 2 mm\n# Height: 2 mm\n# Value units: m\n0 1\n1 3\n",
+       MeasuredFormat::kMapText},
+      {"0 1 2 3 4\n1 5 2 9 4\n2 6 1 7 3\n3 4 8 1 2\n4 1 2 3 3\n", MeasuredFormat::kMapText},  // axes
+      {std::string("x\0,\0z\0\n\0"
+                   "0\0,\0"
+                   "1\0\n\0"
+                   "1\0,\0"
+                   "2\0\n\0",
+                   24),
+       MeasuredFormat::kProfileText},
+
       {"", MeasuredFormat::kAuto},
       {std::string("1 2\n2 3\0\n", 9), MeasuredFormat::kAuto},
   };

@@ -33,7 +33,10 @@ class TextFile {
   std::string path_;
 };
 
-std::string message_of(const std::string& text, const PsdTableOptions& options = {}) {
+// Of a table in SI units.
+std::string message_of(const std::string& text, PsdTableOptions options = {}) {
+  if (!options.frequency_factor) options.frequency_factor = 1;
+  if (!options.psd_factor) options.psd_factor = 1;
   const TextFile file(text);
   try {
     read_psd_table(file.path(), options);
@@ -87,6 +90,67 @@ TEST(PsdTableFile, RefusesWhatItCannotReadWithFileAndLine) {
             std::string::npos);
   EXPECT_NE(message_of("1 2\n2 1\n").find("no error"), std::string::npos);
   EXPECT_THROW(read_psd_table("/no/such/file.csv", {}), InputError);
+}
+
+TEST(PsdTableFile, TheHeaderSaysTheUnits) {
+  struct Case {
+    const char* header;
+    double frequency, psd;
+    PsdTableKind kind;
+  };
+  constexpr auto kMaps = PsdTableKind::k2dTwoSided, kProfiles = PsdTableKind::k1dOneSided;
+  const Case cases[] = {
+      {"f [1/mm], PSD [nm^2 mm^2]", 1e3, 1e-24, kMaps},
+      {"f_per_mm,psd_nm2_mm2,n", 1e3, 1e-24, kMaps},
+      {"frequency_per_m,psd_2d_m4", 1, 1, kMaps},
+      {"frequency_per_m,psd_m3", 1, 1, kProfiles},
+      {"# f (cycles/mm)  S2 (um^4)", 1e3, 1e-24, kMaps},
+      {"f;S\n[mm^-1];[nm^2/(cycles/mm)]", 1e3, 1e-21, kProfiles},
+      {"\"Spatial frequency (1/\u00b5m)\",\"PSD (nm\u00b2\u00b7\u00b5m)\"", 1e6, 1e-24, kProfiles},
+      {"f [cycles/mm]\tPSD [\u00c5^2 mm^2]", 1e3, 1e-26, kMaps}};
+  for (const Case& c : cases) {
+    const TextFile file(std::string(c.header) + "\n1 8\n2 4\n4 2\n8 1\n");
+    PsdTableOptions options;
+    options.kind = c.kind;
+    const PsdTableResult table = read_psd_table(file.path(), options);
+    options.frequency_factor = c.frequency, options.psd_factor = c.psd;
+    const PsdTableResult same = psd_from_table({1, 2, 4, 8}, {8, 4, 2, 1}, options, "test");
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_NEAR(table.psd.frequency[i] / same.psd.frequency[i], 1, 1e-14) << c.header;
+      EXPECT_NEAR(table.psd.psd[i] / same.psd.psd[i], 1, 1e-12) << c.header;
+    }
+  }
+}
+
+TEST(PsdTableFile, UnitsAreAskedForAndContradictionsRefused) {
+  const auto message = [](const std::string& header, const PsdTableOptions& options) {
+    const TextFile file(header + "1 8\n2 4\n");
+    try {
+      read_psd_table(file.path(), options);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  for (const char* header : {"", "f,S\n", "# measured today\n", "frequency,psd\n"})
+    EXPECT_NE(message(header, {}).find("no unit of the frequencies and of the PSD"), std::string::npos)
+        << header;
+  EXPECT_NE(message("", {.frequency_factor = 1e3}).find("no unit of the PSD"), std::string::npos);
+  EXPECT_NE(message("f_per_mm,S\n", {}).find("\"psd_unit\": \"nm^2 mm^2\""), std::string::npos);
+  EXPECT_NE(message("f_per_mm,psd_nm4\n", {.frequency_factor = 1}).find("\"frequency_unit\""),
+            std::string::npos);
+  EXPECT_NE(message("f_per_mm,psd_nm4\n", {.psd_factor = 1e-24}).find("\"psd_unit\""), std::string::npos);
+  EXPECT_EQ(message("f_per_mm,psd_nm4\n", {.frequency_factor = 1e3, .psd_factor = 1e-36}), "no error");
+  EXPECT_NE(message("f_per_mm,psd_nm3\n", {}).find("\"kind\": \"1d\""), std::string::npos);
+  EXPECT_NE(message("f_per_mm,psd_nm4\n", {.kind = PsdTableKind::k1dOneSided}).find("\"kind\": \"2d\""),
+            std::string::npos);
+}
+
+TEST(PsdTableFile, NamesADecimalCommaAndAnEmptyFile) {
+  EXPECT_NE(message_of("0,1;3,5e-5\n1;1e-6\n").find("line 1: '0,1', a decimal comma"), std::string::npos);
+  EXPECT_NE(message_of("f S\n0,1 3,5\n1,0 1,5\n").find("line 2: '0,1', a decimal comma"), std::string::npos);
+  EXPECT_NE(message_of("1\t2\n2\t1,5\n").find("line 2: '1,5', a decimal comma"), std::string::npos);
+  EXPECT_NE(message_of("").find("an empty file"), std::string::npos);
 }
 
 TEST(PsdTableFile, ScalesWavefrontsAndHeights) {

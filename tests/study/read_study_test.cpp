@@ -292,11 +292,11 @@ TEST(ReadStudy, LoadsTablesRelativeToTheStudyInTheirUnits) {
 
 TEST(ReadStudy, ReadsProfileTablesInProfileUnits) {
   const ScratchFolder folder;
-  folder.write("profile.csv", "1 1e-15\n10 1e-17\n100 1e-19\n1000 1e-21\n");
+  folder.write("profile.csv", "f_per_m psd_m3\n1 1e-15\n10 1e-17\n100 1e-19\n1000 1e-21\n");
   const std::string path =
       folder.write("study.json", with_psd(R"({"model": "table", "file": "profile.csv", "kind": "1d"})"));
   const auto file = std::get<PsdTableFile>(read_study(path).roughness.value().model);
-  EXPECT_EQ(file.psd_unit, "m^3");
+  EXPECT_EQ(file.psd_unit, "");  // as the header says
   // S2 = (A/4) f^-3 integrated over y with f^2 + y^2 is (A/2) f^-2: half of the one-sided S1 = A f^-2 of this
   // table. The table goes on as the same power law, so the conversion has no truncation error.
   EXPECT_NEAR(file.table.psd.psd[1] / (1e-15 / 4 * 1e-3), 1, 1e-9);
@@ -311,6 +311,13 @@ TEST(ReadStudy, LoadsRingProfilesFromFiles) {
   const StatisticRequest& profile = find(study, "ring_profile");
   EXPECT_EQ(profile.profile_dz, (std::vector<double>{-1e-3, 0, 1e-3}));
   EXPECT_EQ(profile.profile_value, (std::vector<double>{0.4, 0.9, 0.4}));
+  for (const char* header : {"dz_mm,share\n", "dz (mm);share\n", "\"dz [mm]\",\"share\"\n"}) {
+    folder.write("profile.csv", header + std::string("-1 0.4\n0 0.9\n1 0.4\n"));
+    EXPECT_EQ(find(read_study(path), "ring_profile").profile_dz, (std::vector<double>{-1e-3, 0, 1e-3}))
+        << header;
+  }
+  folder.write("profile.csv", "-0,1;0,4\n0;0,9\n");
+  EXPECT_THROW(read_study(path), InputError);
 }
 
 TEST(ReadStudy, ReadsEveryAperture) {
@@ -390,10 +397,11 @@ TEST(ResolvedStudy, ReadsBackAsItself) {
       with_psd(R"({"model": "k-correlation", "rms": "20 nm", "B": "0.1 in", "exponent": 4.7})"),
       with_psd(R"({"model": "power-law", "amplitude": "3 nm^2 mm^2", "exponent": 5, "f_min": "1 /m"})"),
       with_psd(R"({"model": "gaussian", "rms": "5 nm", "correlation_length": "2 cm"})"),
-      with_psd(R"({"model": "table", "file": "psd.csv", "of": "wavefront", "scale": 0.3, "f_min": 2})"),
+      with_psd(
+          R"({"model": "table", "file": "psd.csv", "psd_unit": "m^4", "of": "wavefront", "scale": 0.3, "f_min": 2})"),
       with_psd(
           R"({"model": "sum", "parts": [{"model": "gaussian", "rms": "3 nm", "correlation_length": "2 cm"},
-                  {"model": "table", "file": "psd.csv", "kind": "1d"}]})"),
+                  {"model": "table", "file": "psd.csv", "kind": "1d", "psd_unit": "m^3"}]})"),
       changed("/aperture",
               R"({"shape": "annulus", "diameter": 0.4, "inner_diameter": "1 in", "margin": "1 mm"})"),
       changed("/aperture", R"({"shape": "rectangle", "width": 0.3, "height": "0.2 m"})"),

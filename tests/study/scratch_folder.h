@@ -31,7 +31,7 @@ class ScratchFolder {
   /// Data files that the malformed studies name.
   void write_data() const {
     write("words.csv", "# two columns\nthese are\nno numbers at all\n");
-    write("psd.csv", "frequency,psd\n1,1e-18\n10,1e-19\n100,1e-21\n");
+    write("psd.csv", "frequency_per_m,psd\n1,1e-18\n10,1e-19\n100,1e-21\n");
   }
 
  private:

@@ -99,10 +99,10 @@ TEST(StudyCases, KnowAFileByItsContent) {
     EXPECT_FALSE(cases.base().empty());
     return cases.id(cases.at({{"/light/wavelength", "6e-7"}})) + cases.base();
   };
-  const std::string table = "1,1e-18\n10,1e-19\n100,1e-21\n";
+  const std::string table = "f_per_m,psd_m4\n1,1e-18\n10,1e-19\n100,1e-21\n";
   const std::string id = id_in(here, "a.csv", table);
   EXPECT_EQ(id_in(there, "b.csv", table), id);
-  EXPECT_NE(id_in(there, "b.csv", "1,2e-18\n10,1e-19\n100,1e-21\n"), id);
+  EXPECT_NE(id_in(there, "b.csv", "f_per_m,psd_m4\n1,2e-18\n10,1e-19\n100,1e-21\n"), id);
 }
 
 TEST(StudyCases, HaveABaseThatChangesWithAllTheyShare) {

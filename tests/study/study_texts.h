@@ -167,7 +167,7 @@ inline std::vector<MalformedStudy> malformed_studies() {
       {"PublishedIsObject", changed("/verify/published", "{}"), "/verify/published", "an array", true},
       // Units.
       {"NoUnit", changed("/light/wavelength", "\"632.8\""), "/light/wavelength", "has no unit", true},
-      {"UnknownUnit", changed("/light/wavelength", "\"632.8 nanometres\""), "/light/wavelength", "pm, nm, um",
+      {"UnknownUnit", changed("/light/wavelength", "\"632.8 furlongs\""), "/light/wavelength", "pm, nm, um",
        false},
       {"AngleForLength", changed("/mirror/focal_length", "\"2.8 arcsec\""), "/mirror/focal_length",
        "\"arcsec\"", false},
@@ -320,7 +320,7 @@ inline std::vector<MalformedStudy> malformed_studies() {
        "/roughness/psd/psd_unit", "nm^2 mm^2", false},
       {"TableOfWrongKind", with_psd(R"({"model": "table", "file": "words.csv", "kind": "3d"})"),
        "/roughness/psd/kind", "\"2d\", \"1d\"", true},
-      {"TableOutsideItsBand", with_psd(R"({"model": "table", "file": "psd.csv", "f_min": "1 /mm"})"),
+      {"TableOutsideItsBand", with_psd(R"({"model": "table", "file": "psd.csv", "psd_unit": "m^4", "f_min": "1 /mm"})"),
        "/roughness/psd/file", "band", false},
       // Statistics.
       {"EnergyOfEverything", changed("/target/statistics/ee100", "{}"), "/target/statistics/ee100",

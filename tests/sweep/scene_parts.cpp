@@ -33,7 +33,7 @@ std::string shouldered_table(const Band& band, double rms, Dice* dice) {
     const double f = band.low * std::pow(ratio, i), g = f * ratio;
     variance += std::numbers::pi * std::log(ratio) * (f * f * shape(f) + g * g * shape(g));
   }
-  std::string text;
+  std::string text = "f_per_m psd_m4\n";
   for (int i = 0; i < kPoints; ++i) {
     const double f = band.low * std::pow(ratio, i);
     text += fmt::format("{:.9e} {:.9e}\n", f, rms * rms / variance * shape(f));

@@ -50,4 +50,11 @@ ExitCode solve_command(CommandLine line);
 ExitCode sweep_command(CommandLine line);
 ExitCode schema_command();
 
+/// Throws InputError where the file is known to be of another kind than the command works with, and names the
+/// command that does: a measured file, coefficients, a table of a PSD, a result or an empty file in place of
+/// a study; for "psd", all of these but a measured file. Files that are not known are left to their readers.
+void require_right_file(const std::string& path, const std::string& command);
+/// The command and its arguments for a file that stands where a command should; empty where it is not known.
+std::string command_for(const std::string& path);
+
 }  // namespace aberfit

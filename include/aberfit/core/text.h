@@ -24,8 +24,23 @@ void find_words(std::string_view text, std::string_view separators, std::vector<
 /// Of ASCII; other characters stay.
 std::string lower_case(std::string_view text);
 std::string upper_case(std::string_view text);
-/// 'text' for a message: at most 40 characters, unprintable ones as '?'.
+/// 'text' for a message: at most 40 bytes of UTF-8, unprintable ones as '?'.
 std::string in_quotes(std::string_view text);
+
+/// Bytes of a file as UTF-8: UTF-16 is known by its byte order mark, or by the zero byte beside each of its
+/// first two characters. Other bytes stay; of characters beyond 16 bits '?' is left.
+std::string utf8_text(std::string_view bytes);
+/// A line of text as UTF-8 with ordinary blanks: bytes that are no UTF-8 are taken for Windows-1252, where
+/// instruments write their units, and no-break, thin and figure spaces become blanks.
+std::string with_plain_blanks(std::string_view line);
+
+/// The first number of a line that is written with a decimal comma, "0,1"; nothing where there is none. A
+/// comma counts as one where columns are separated by something else: by ';', tab, quotes, or blanks where
+/// every word of two or more has a single comma between digits.
+std::optional<std::string> decimal_comma(std::string_view line);
+/// What to do about it, for a message.
+inline constexpr const char* kDecimalPoint =
+    "numbers with a decimal point: write 0.1 for 0,1, as the export of the instrument or an editor can";
 
 /// A whole number that is not negative, its digits in groups of three: "307,200".
 std::string grouped(double whole);
@@ -53,9 +68,9 @@ std::optional<Number> parse_number(std::string_view text) {
 /// The same of a finite number.
 std::optional<double> parse_finite(std::string_view text);
 
-/// The lines of a text file one after the other. Lines end with LF, CR LF or CR; a UTF-8 byte order mark is
-/// skipped. Throws InputError for what is no regular file, for a line of more than 2^24 characters (before it
-/// is stored), and for UTF-16 and binary files (bytes that are zero).
+/// The lines of a text file one after the other, as `utf8_text` and `with_plain_blanks` make them. Lines end
+/// with LF, CR LF or CR; a byte order mark is skipped. Throws InputError for what is no regular file, for a
+/// line of more than 2^24 characters (before it is stored), and for binary files (bytes that are zero).
 class TextLines {
  public:
   explicit TextLines(const std::string& path);

@@ -22,13 +22,19 @@ class UnitError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// SI value of text such as "632.8 nm", "10 cycles/mm", "2.5 /m", "3.2 arcsec", "1 %".
+/// SI value of text such as "632.8 nm", "10 cycles/mm", "2.5 /m", "3.2 arcsec", "1 %". Lengths and angles
+/// may be written in full, in any case and number ("20 Angstroms", "0.6328 micron", "2 inches"); no-break
+/// spaces are blanks.
 /// Throws UnitError for a missing, unknown or wrong-dimension unit, for trailing text and for non-finite
 /// numbers.
 double parse_quantity(std::string_view text, Dimension dimension);
 
 /// Factor that takes a number in `unit` to SI (table column headers, psd_unit). Throws UnitError.
 double unit_factor(std::string_view unit, Dimension dimension);
+
+/// The unit of that dimension that the name of a column says, in a form that `unit_factor` takes: "mm" of
+/// "dz (mm)" or "dz_mm", "/mm" of "f_per_mm", "nm^2 mm^2" of "psd_nm2_mm2"; empty where there is none.
+std::string unit_of_column(std::string_view name, Dimension dimension);
 
 /// Human text with a sensible prefix, e.g. 1.2e-4 m -> "120 um". For tables and messages, not for files.
 std::string format_quantity(double value, Dimension dimension);

@@ -24,6 +24,9 @@ enum class MeasuredFormat {
   kOpd,           ///< Wyko / Veeco Vision .opd, binary
   kSdf,           ///< surface data file of ISO 25178-71, text or binary
   kX3p,           ///< ISO 25178-72, a zip archive
+  kZygoText,      ///< MetroPro text: "Zygo XYZ Data File", "Zygo ASCII Data File"
+  kWykoText,      ///< Wyko / Veeco / Bruker Vision text: "Wyko ASCII Data File Format"
+  kDftfringe,     ///< wavefront of DFTFringe, .wft
 };
 
 /// Thrown by readers for a file that leaves open what it means. fact: the option that says it, "quantity",
@@ -50,10 +53,10 @@ struct MeasuredSource {
   std::optional<double> x_factor;  ///< text: positions times this are [m]
   std::optional<double> value_factor;  ///< text, maps without a unit: values times this are [m] or [rad]
   bool value_in_waves = false;         ///< instead of value_factor: heights are in waves of `wavelength`
-  std::optional<double> pitch;         ///< maps: pixel scale [m]
-  std::optional<int> columns;          ///< text maps: samples of a row, which may go over several lines
-  bool bottom_first = false;           ///< text maps: the first row of the file has the lowest y
-  std::optional<double> wavelength;    ///< [m], for values in waves or radians
+  std::optional<double> pitch;  ///< maps: pixel scale [m]; profiles whose positions are rounded: their step
+  std::optional<int> columns;   ///< text maps: samples of a row, which may go over several lines
+  bool bottom_first = false;    ///< text maps: the first row of the file has the lowest y
+  std::optional<double> wavelength;  ///< [m], for values in waves or radians
 };
 
 /// True for "wave" and "waves" in any case: heights in units of a wavelength.
@@ -91,5 +94,8 @@ HeightMap read_datx(const MeasuredSource& source);
 HeightMap read_opd(const MeasuredSource& source);
 HeightMap read_sdf(const MeasuredSource& source);
 HeightMap read_x3p(const MeasuredSource& source);
+HeightMap read_zygo_text(const MeasuredSource& source);
+HeightMap read_wyko_text(const MeasuredSource& source);
+HeightMap read_dftfringe(const MeasuredSource& source);
 
 }  // namespace aberfit

@@ -16,8 +16,9 @@ enum class PsdTableOf { kSurface, kWavefront };  ///< a wavefront is twice the s
 
 /// What the columns of a PSD table mean and what of it is wanted.
 struct PsdTableOptions {
-  double frequency_factor = 1;  ///< column 1 times this is in cycles/m
-  double psd_factor = 1;        ///< column 2 times this is in m^4 (2-D) or m^3 (1-D)
+  /// Column 1 times this is in cycles/m, column 2 in m^4 (2-D) or m^3 (1-D). Absent: as the header of the
+  /// file says; 1 for columns already at hand.
+  std::optional<double> frequency_factor = std::nullopt, psd_factor = std::nullopt;
   PsdTableKind kind = PsdTableKind::k2dTwoSided;
   PsdTableOf of = PsdTableOf::kSurface;
   double height_factor = 1;                                          ///< heights are multiplied by this
@@ -35,9 +36,11 @@ struct PsdTableResult {
 };
 
 /// Reads a text file of two or more columns, f and PSD, separated by comma, semicolon, space or tab. '#'
-/// starts a comment; one header row of names is allowed before the first row of numbers; further columns are
+/// starts a comment; one header row of names and one of units are allowed before the first row of numbers, or
+/// the last comment before it: "f [1/mm], PSD [nm^2 mm^2]", "f_per_mm,psd_nm2_mm2". Further columns are
 /// ignored. Throws InputError, with the line, for anything else: numbers that are not numbers, not positive
-/// or not ascending, fewer than 2 rows, a band that misses the table.
+/// or not ascending, fewer than 2 rows, a band that misses the table; units that neither the header nor the
+/// options say, or that differ between them, or that are of the other kind.
 PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& options);
 
 /// The same for columns already at hand, in file units; `source` names them in errors, `lines` (may be empty)

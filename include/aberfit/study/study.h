@@ -27,13 +27,12 @@ namespace aberfit {
 
 /// `psd.model: "table"`: what the file says and how to read it. The table itself is loaded by read_study.
 struct PsdTableFile {
-  std::string file;         ///< as written in the study, relative to it
-  std::string kind = "2d";  ///< "2d": two-sided [m^4]; "1d": one-sided profile PSD [m^3]
-  std::string frequency_unit = "/m";
-  std::string psd_unit = "m^4";
-  std::string of = "surface";          ///< "wavefront": heights are half
-  double scale = 1;                    ///< height factor, to put a measured shape on another mirror
-  std::optional<double> f_min, f_max;  ///< band cut [cycles/m]
+  std::string file;                      ///< as written in the study, relative to it
+  std::string kind = "2d";               ///< "2d": two-sided [m^4]; "1d": one-sided profile PSD [m^3]
+  std::string frequency_unit, psd_unit;  ///< empty: as the header of the file says
+  std::string of = "surface";            ///< "wavefront": heights are half
+  double scale = 1;                      ///< height factor, to put a measured shape on another mirror
+  std::optional<double> f_min, f_max;    ///< band cut [cycles/m]
   PsdTableResult
       table;  ///< loaded: two-sided 2-D surface PSD with `of`, `scale` and the cut applied; what was left out
 };
@@ -46,7 +45,7 @@ struct MeasuredFile {
   std::string quantity;            ///< profile text: "height" or "slope"; empty: as the file says
   std::string of;                  ///< "surface" or "wavefront"; empty: as the file says
   std::string x_unit, value_unit;  ///< empty: as the file says; value_unit may be "waves"
-  std::optional<double> pitch;     ///< maps: pixel scale [m]
+  std::optional<double> pitch;     ///< maps: pixel scale [m]; profiles with rounded positions: their step
   std::optional<int> columns;      ///< text maps: samples of a row that goes over several lines
   std::string first_row = "top";   ///< text maps: "bottom" where the first row has the lowest y
   std::optional<double>
