@@ -57,6 +57,18 @@ std::optional<Warning> central_difference_warning(const Task& task, const PupilS
           format_percent(error / rms(field.slope_x, field.slope_y)))};
 }
 
+namespace {
+
+void require_a_value(const std::vector<Statistic>& statistics, const Eigen::VectorXd& values,
+                     const Warnings& warnings) {
+  if (statistics.empty() || values.array().isFinite().any()) return;
+  std::string why;
+  for (const Warning& warning : warnings) why += (why.empty() ? ": " : "; ") + warning.message;
+  throw ComputationError("no statistic of this surface has a value" + why);
+}
+
+}  // namespace
+
 }  // namespace internal
 
 TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads,
@@ -68,9 +80,12 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
   if (!by_rays && task.trace.central_difference_step)
     throw FieldError("trace.normals", "central differences with trace model \"" + to_string(model) + '"',
                      "\"analytic\" normals, or trace model \"rays\"");
-  const PupilSample pupil =
-      focus_pupil(task, model, task.trace.pupil,
-                  by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted, ground.split.get()));
+  // A surface from a file need not be as specified: its light may reach further.
+  const double reach =
+      by_rays || !given ? 0 : surface_reach(task, surface.terms, surface.coefficients, threads);
+  const PupilSample pupil = focus_pupil(
+      task, model, task.trace.pupil,
+      by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted, ground.split.get(), 1, reach));
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
   SurfaceField field = surface_field(task, pupil, surface, threads);
   const auto differences = central_difference_warning(task, pupil, surface, field, threads);
@@ -96,6 +111,7 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
   if (rays.lost > 0)
     report.warnings.push_back(
         {"lost-rays", fmt::format("{} of {} rays miss the focal region", rays.lost, rays.size())});
+  require_a_value(statistics, values, report.warnings);
   report.theory = targets.theory;
   report.model = model;
   report.reason = ground.use.reason;

@@ -41,6 +41,7 @@ Theory theory_of(const Task& task, Warnings* warnings) {
     throw FieldError("target.theory", "\"rays\", drawn deflections, whose statistics have a sampling error",
                      "\"auto\", \"ghs\"; \"geometric\" of mirrors of revolution");
   warnings->insert(warnings->end(), use.warnings.begin(), use.warnings.end());
+  if (auto shift = image_shift_warning(task)) warnings->push_back(std::move(*shift));
   return use.theory;
 }
 
