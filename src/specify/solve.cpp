@@ -12,6 +12,7 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/root.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/image_shift.h"
 #include "aberfit/method/physics_choice.h"
 #include "budget_values.h"
 

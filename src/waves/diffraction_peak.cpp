@@ -97,8 +97,9 @@ class Landscape {
     const auto places = [](int count) -> Eigen::ArrayXd {
       return Eigen::ArrayXd::LinSpaced(count, 0.0, double(count - 1)) - 0.5 * double(count - 1);
     };
-    AlignedArray pupil(FieldLayout{scene.rows(), scene.columns()}.size());
-    std::fill_n(pupil.data(), pupil.size(), 0.0);
+    const FieldLayout layout{scene.rows(), scene.columns()};
+    AlignedArray pupil(layout.size());
+    std::fill_n(pupil.data(), layout.size(), 0.0);
     sums_.value = ComplexMatrix::Zero(scene.columns(), scene.rows());
     for (Eigen::Index k = 0; k < scene.points(); ++k) {
       const auto at = std::size_t(k);
@@ -109,7 +110,7 @@ class Landscape {
     }
     sums_.row = places(scene.columns());
     sums_.column = places(scene.rows());
-    samples_ = focal_intensity(FieldLayout{scene.rows(), scene.columns()}, pupil.data(), n_, 1, 0, n_);
+    samples_ = focal_intensity(layout, pupil.data(), n_, 1, 0, n_);
     if (has_scatter_) scatter(grid);
   }
 
