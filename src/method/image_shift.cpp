@@ -78,12 +78,11 @@ std::optional<Warning> image_shift_warning(const Task& task) {
   if (effect.empty()) return std::nullopt;
   return Warning{
       "image-off-axis",
-      fmt::format(
-          "the known aberrations move the image: the centroid of its light is {} from the nominal "
-          "focus, which radii, rings and squares are about: {}; a telescope is pointed so that it is "
-          "not: add {} in `mirror.zernike` (heights of the surface), which centres the light, or take "
-          "its tilt off; `trace.centre` \"centroid\" is for rays alone",
-          format_quantity(shift, Dimension::kLength), effect, centring_tilt(task, centroid))};
+      fmt::format("the known aberrations move the image: the centroid of its light is {} from the nominal "
+                  "focus, which radii, rings and squares are about: {}; no key centres light (`trace.centre` "
+                  "\"centroid\" is for rays alone), but a tilt does, as a telescope is pointed: add {} in "
+                  "`mirror.zernike` (heights of the surface) and the centroid is the focus",
+                  format_quantity(shift, Dimension::kLength), effect, centring_tilt(task, centroid))};
 }
 
 }  // namespace aberfit

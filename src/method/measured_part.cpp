@@ -23,6 +23,9 @@ namespace {
 // What the terms leave of the map, over what they would leave of its specification, before it is worth a
 // word: a few hundred independent points know an RMS to some percent, a model of a PSD is off by more.
 constexpr double kNoticedRatio = 1.5;
+// Light of the terms further out than all but so much may leave the grid: the edges of a map bend few rays
+// far.
+constexpr double kBeyondReach = 1e-3;
 
 std::string frequency(double f) { return format_quantity(f, Dimension::kSpatialFrequency); }
 std::string length(double x) { return format_quantity(x, Dimension::kLength); }
@@ -119,8 +122,22 @@ void warn_of_band(const PartBand& band, const BandShares& shares, Warnings* warn
              ratio > 1 ? "rougher" : "smoother, or the map does not resolve it")});
 }
 
+// Radius [m] that holds all but kBeyondReach of the light of the terms, by rays.
 double reach_of(const FitCase& of, const FitOutcome& result) {
-  return surface_reach(of.task, result.terms, result.fit.coefficients, of.context.threads);
+  const std::optional<PupilSample> pupil = moment_pupil(of.task.aperture, result.terms);
+  if (!pupil) return 0;
+  SurfaceField field;
+  SurfaceOperator(result.terms, *pupil, focus_operator(FocusModel::kRays, of.context.threads))
+      .apply(result.fit.coefficients, &field);
+  const Eigen::ArrayXd slope = (field.slope_x.square() + field.slope_y.square()).sqrt();
+  std::vector<Eigen::Index> steepest(std::size_t(slope.size()));
+  std::iota(steepest.begin(), steepest.end(), Eigen::Index(0));
+  std::sort(steepest.begin(), steepest.end(),
+            [&](Eigen::Index a, Eigen::Index b) { return slope[a] > slope[b]; });
+  double beyond = 0;
+  for (const Eigen::Index at : steepest)
+    if ((beyond += pupil->weight[at]) > kBeyondReach) return 2 * of.task.mirror.focal_length * slope[at];
+  return 0;
 }
 
 void describe_part_surface(const FitCase& of, FitOutcome* result) {

@@ -5,15 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
-#include <optional>
 #include <utility>
-#include <vector>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
-#include "aberfit/forward/forward_model.h"
-#include "aberfit/forward/term_moments.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/term_search.h"
@@ -111,26 +106,6 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
             : what_asks_for(radius, planes) +
                   "; take smaller fractions, rings or planes, or `\"model\": \"rays\"` in `trace`"));
   return pitch;
-}
-
-double surface_reach(const Task& task, const TermSet& terms, const Eigen::VectorXd& coefficients,
-                     int threads) {
-  // Light of the terms further out than all but so much may leave the grid: the edges of a map bend few rays
-  // far.
-  constexpr double kBeyondReach = 1e-3;
-  const std::optional<PupilSample> pupil = moment_pupil(task.aperture, terms);
-  if (!pupil) return 0;
-  SurfaceField field;
-  SurfaceOperator(terms, *pupil, focus_operator(FocusModel::kRays, threads)).apply(coefficients, &field);
-  const Eigen::ArrayXd slope = (field.slope_x.square() + field.slope_y.square()).sqrt();
-  std::vector<Eigen::Index> steepest(std::size_t(slope.size()));
-  std::iota(steepest.begin(), steepest.end(), Eigen::Index(0));
-  std::sort(steepest.begin(), steepest.end(),
-            [&](Eigen::Index a, Eigen::Index b) { return slope[a] > slope[b]; });
-  double beyond = 0;
-  for (const Eigen::Index at : steepest)
-    if ((beyond += pupil->weight[at]) > kBeyondReach) return 2 * task.mirror.focal_length * slope[at];
-  return 0;
 }
 
 Eigen::Index first_cells(const Task& task, const Groundwork& ground, const TermSet& terms,

@@ -1,5 +1,6 @@
 #include "aberfit/waves/diffraction_peak.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <regex>
 
@@ -41,26 +42,31 @@ TEST(ImageShift, IsSaidWithTheTiltThatEndsIt) {
     const char *noll, *shape;
     int axis;
     double tilt, shift;  // advised, found [m]
+    bool coma = false;
   };
   const char* const kCircle = R"("shape": "circle", "diameter": "0.4 m")";
   const char* const kAnnulus = R"("shape": "annulus", "diameter": "0.4 m", "inner_diameter": "0.1 m")";
   const double per_height = 4 * 2.8 / 0.2;
-  for (const Case& one : std::vector<Case>{
-           {R"("2": "200 nm")", kCircle, 2, -200e-9, 200e-9 * per_height},
-           {R"("3": "-90 nm", "6": "30 nm")", kAnnulus, 3, 90e-9, 90e-9 * per_height},
-           {R"("8": "150 nm")", kCircle, 2, -150e-9 * std::sqrt(2.0), 150e-9 * std::sqrt(2.0) * per_height},
-           {R"("7": "80 nm", "11": "20 nm")", kCircle, 3, -80e-9 * std::sqrt(2.0),
-            80e-9 * std::sqrt(2.0) * per_height}}) {
+  for (const Case& one :
+       std::vector<Case>{{R"("2": "200 nm")", kCircle, 2, -200e-9, 200e-9 * per_height},
+                         {R"("3": "-90 nm", "6": "30 nm")", kAnnulus, 3, 90e-9, 90e-9 * per_height},
+                         {R"("8": "150 nm")", kCircle, 2, -150e-9 * std::sqrt(2.0),
+                          150e-9 * std::sqrt(2.0) * per_height, true},
+                         {R"("7": "80 nm", "11": "20 nm")", kCircle, 3, -80e-9 * std::sqrt(2.0),
+                          80e-9 * std::sqrt(2.0) * per_height, true}}) {
     SCOPED_TRACE(one.noll);
     Study study = study_of(one.noll, "", one.shape);
     const std::optional<Warning> said = image_shift_warning(study);
     ASSERT_TRUE(said.has_value());
     EXPECT_EQ(said->code, "image-off-axis");
-    EXPECT_NEAR(length_before(said->message, "from the nominal focus") / one.shift, 1, 2e-3) << said->message;
-    EXPECT_NEAR(length_before(said->message, fmt::format("to Noll {}", one.axis)) / one.tilt, 1, 2e-3)
+    EXPECT_NEAR(length_before(said->message, "from the nominal focus") / one.shift, 1, 5e-3) << said->message;
+    EXPECT_NEAR(length_before(said->message, fmt::format("to Noll {}", one.axis)) / one.tilt, 1, 5e-3)
         << said->message;
-    EXPECT_GT(length_before(said->message, "about the focus"),
-              1.01 * length_before(said->message, "about the centroid"))
+    // The core of coma lies at the focus, and its centroid in the tail; the core of a tilt is at the
+    // centroid.
+    const double about_focus = length_before(said->message, "about the focus"),
+                 about_centroid = length_before(said->message, "about the centroid");
+    EXPECT_GT(one.coma ? about_centroid : about_focus, 1.01 * (one.coma ? about_focus : about_centroid))
         << said->message;
     study.mirror.zernike.push_back({zernike_from_noll(one.axis), one.tilt});
     EXPECT_FALSE(image_shift_warning(study).has_value());

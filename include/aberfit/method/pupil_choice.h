@@ -39,11 +39,6 @@ double plane_reach(const Target& target);
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
                   const BandSplit* split, double coarsening = 1, double least_reach = 0);
 
-/// Radius [m] about the nominal focus that holds all but 1e-3 of the light of a surface, by its slopes: what
-/// wave_pitch takes as least_reach. 0 where the terms are too many for their moments.
-double surface_reach(const Task& task, const TermSet& terms, const Eigen::VectorXd& coefficients,
-                     int threads);
-
 /// Cells that a fit of these terms by waves begins on, about. Throws as wave_pitch.
 Eigen::Index first_cells(const Task& task, const Groundwork& ground, const TermSet& terms,
                          const TargetSets& targets);
