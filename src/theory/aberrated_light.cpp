@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <mutex>
 #include <utility>
 
 #include "aberfit/core/constants.h"
@@ -15,7 +16,7 @@
 namespace aberfit {
 namespace {
 
-constexpr int kLeastAcross = 256, kMostAcross = 2048;  // cells
+constexpr int kLeastAcross = 128, kMostAcross = 2048;  // cells
 // Phase between neighbouring cells [rad]. Light that turns by pi lands at the edge of the field of view; with
 // half of that all rays stay in its inner half.
 constexpr double kMostTurn = 0.5 * kPi;
@@ -26,8 +27,15 @@ class MeanOfParabola : public MeanScatter {
   MeanOfParabola(const RadialPsd& psd, const GhsPupil& parabola)
       : mean_(psd, parabola), focus_(mean_.at_plane(0)) {}
 
+  // A grid asks for the factor of this part and of the whole, which are one here, at the same shears: half of
+  // the work of a Strehl ratio.
   Eigen::ArrayXd transfer(const Eigen::ArrayXd& shear) const override {
-    return mean_.overlap_transfer(shear);
+    const std::lock_guard lock(mutex_);
+    if (shear.size() != shear_.size() || (shear != shear_).any()) {
+      factor_ = mean_.overlap_transfer(shear);
+      shear_ = shear;
+    }
+    return factor_;
   }
   Eigen::ArrayXd whole_transfer(const Eigen::ArrayXd& shear) const override { return transfer(shear); }
   double encircled_energy(double radius) const override { return focus_.encircled_energy(radius); }
@@ -43,6 +51,8 @@ class MeanOfParabola : public MeanScatter {
  private:
   GeneralisedHarveyShack mean_;
   MeanSpot focus_;
+  mutable std::mutex mutex_;
+  mutable Eigen::ArrayXd shear_, factor_;  // asked for last
 };
 
 }  // namespace

@@ -208,8 +208,16 @@ TEST(AberratedLight, OfEightPupilsIsThatOfATransformOfThePupil) {
     EXPECT_NEAR(truth.at(peak.x / kAiry, peak.y / kAiry) / strehl, 1, kError);
     const std::vector<double> radii{0.6, 1.1, 2.3, 4};
     const TransformedPupil::Measured measured = truth.measured(radii);
-    EXPECT_NEAR(light.centroid()[0] / kAiry, measured.x, kError);
-    EXPECT_NEAR(light.centroid()[1] / kAiry, measured.y, kError);
+    // At the lowest frequencies cells that are clear in part lie at the rim, where coma is steepest.
+    constexpr double kErrorOfTransform = 0.02;
+    EXPECT_NEAR(light.centroid()[0] / kAiry, measured.x, kErrorOfTransform);
+    EXPECT_NEAR(light.centroid()[1] / kAiry, measured.y, kErrorOfTransform);
+    // The mean slope of the wave over the disc: 2 of tilt, sqrt(8) of coma with its tilt, none of the others.
+    const double slope = index <= 3 ? 2 : index == 7 || index == 8 ? std::sqrt(8) : 0;
+    const std::size_t axis = index == 3 || index == 7 ? 1 : 0;
+    EXPECT_NEAR(light.centroid()[axis] / kAiry, -2 * waves * slope,
+                kError * std::max(1.0, 2 * waves * slope));
+    EXPECT_NEAR(light.centroid()[1 - axis] / kAiry, 0, kError);
     const DiffractionPupil cells = diffraction_pupil(CircleAperture{kDiameter}, kFocal, kDiameter / 256);
     Eigen::ArrayXd height(cells.sample.size());
     for (Eigen::Index k = 0; k < height.size(); ++k)
@@ -285,7 +293,7 @@ TEST(AberratedLight, StrehlRatioFollowsTheNumbersOfItsPsd) {
         return light(GeneralisedHarveyShack(RadialPsd(with_value(psd, numbers[k], p * factor)), pupil))[0];
       };
       const double expected = (at(1 + step) - at(1 - step)) / (2 * step * p);
-      for (const Eigen::Index row : {0, 1})
+      for (const Eigen::Index row : {Eigen::Index(0), Eigen::Index(1)})
         EXPECT_NEAR(jacobian.derivatives(row, Eigen::Index(k)), expected,
                     1e-3 * std::abs(expected) + 1e-9 / p)
             << index << " " << k << " " << row;
