@@ -12,7 +12,7 @@ int main() {
   for (const double wavelength : {632.8e-9, 1.55e-6, 10.6e-6}) {
     const aberfit::SceneNumbers scene = aberfit::scene_numbers(psd, mirror, aperture, wavelength);
     fmt::print("wavelength {:.1f} nm: rays are {}\n", 1e9 * wavelength,
-               scene.rays_are_valid ? "valid" : "not valid");
+               scene.kappa_rule_allows_rays ? "valid" : "not valid");
     fmt::print("  g {:.5f}, scattered share {:.5f}, kappa {:.5f}, R {:.3f}\n", scene.g, scene.tis,
                scene.kappa, scene.paper_ratio_r);
     fmt::print("  {}\n", scene.reason);

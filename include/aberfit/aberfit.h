@@ -82,10 +82,12 @@
 #include "aberfit/focus/statistic.h"
 
 // waves: light by diffraction.
+#include "aberfit/waves/diffraction_peak.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "aberfit/waves/transfer_image.h"
 
 // theory: Harvey-Shack, geometric and generalised; regimes; the split of a band.
+#include "aberfit/theory/aberrated_light.h"
 #include "aberfit/theory/abg_fit.h"
 #include "aberfit/theory/aperture_otf.h"
 #include "aberfit/theory/band_split.h"
@@ -127,6 +129,7 @@
 #include "aberfit/method/fresh_verdict.h"
 #include "aberfit/method/frontier.h"
 #include "aberfit/method/groundwork.h"
+#include "aberfit/method/image_shift.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/map_light.h"

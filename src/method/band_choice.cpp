@@ -52,7 +52,9 @@ void add_ring(const Target& target, const GeneralisedHarveyShack& mean, double a
   judged->add(target.statistic, radius, end, allowed * target.value * slope / std::sqrt(2.0));
 }
 
-// A Strehl ratio is the light in a disc so small that its edge lies within the core's top.
+// A Strehl ratio is the light in a disc so small that its edge lies within the core's top. Where aberrations
+// put the highest irradiance off the axis, it is taken to differ from mirror to mirror by the same part of
+// itself as the light on the axis, which is the safe side: less light differs by more of itself.
 void add_strehl(const Task& task, const Target& target, const GeneralisedHarveyShack& mean, double limit,
                 Judged* judged) {
   constexpr double kTop = 0.2;  // lambda f/D

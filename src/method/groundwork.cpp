@@ -9,6 +9,7 @@
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/image_shift.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/scene/zernike.h"
 #include "aberfit/theory/height_on_aperture.h"
@@ -141,8 +142,12 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   Groundwork ground;
   ground.focal_length = task.mirror.focal_length;
   ground.radius = aperture_radius(task.aperture);
+  const auto mind_shift = [&] {
+    if (auto shift = image_shift_warning(task)) ground.use.warnings.push_back(std::move(*shift));
+  };
   if (!task.psd) {
     ground.use = choose_physics(task, asked, nullptr);
+    mind_shift();
     ground.core_sigma = ground.focal_sigma = scale_of_values(task);
     return ground;
   }
@@ -158,6 +163,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
                         rms_height_on(task.aperture, *ground.psd));
   ground.core_sigma = ground.focal_sigma = ground.theory->focal_sigma();
   ground.use = choose_physics(task, asked, &*ground.psd);
+  mind_shift();
   mind_steep_slopes(task, asked, &ground);
   set_mean_spot(task, &ground);
   if (ground.has_no_core())

@@ -15,6 +15,7 @@
 #include "aberfit/spectrum/psd_model_fit.h"
 #include "aberfit/spectrum/surface_psd.h"
 #include "aberfit/trace/nominal_surface.h"
+#include "aberfit/waves/diffraction_peak.h"
 
 namespace aberfit {
 
@@ -28,8 +29,8 @@ constexpr double kOtherRms = 1.25;      // a few hundred independent points know
 constexpr double kSeenByLight = 0.01;   // of the light, scattered more or less
 constexpr double kCurveMargin = 1.2;    // over the largest ee90
 constexpr Eigen::Index kCurvePoints = 301;
-// Images, in wavelength f/D: their half width, the pitch of their samples and of those that find the peak.
-constexpr double kLeastHalf = 6, kMostHalf = 40, kImagePitch = 0.25, kPeakPitch = 1.0 / 16;
+// Images, in wavelength f/D: their half width and the pitch of their samples.
+constexpr double kLeastHalf = 6, kMostHalf = 40, kImagePitch = 0.25;
 constexpr double kLeastSamples = 80;  // to either side of an image
 
 std::string length_words(double x) { return format_quantity(x, Dimension::kLength); }
@@ -203,7 +204,10 @@ class MapLamp {
         airy_(task.wavelength * task.mirror.focal_length / (2 * aperture_radius(task.aperture))),
         square_(std::abs(of.pupil.pitch_x - of.pupil.pitch_y) <= 1e-9 * of.pupil.pitch_x),
         threads_(threads) {
-    if (square_) brightest_ = highest(Eigen::ArrayXd::Zero(of.departure.size()), 0);
+    if (!square_) return;
+    const PsfWindow middle{kImagePitch * airy_, kImagePitch * airy_, 0};
+    brightest_ =
+        diffraction_psf(problem_, Eigen::ArrayXd::Zero(of.departure.size()), middle).intensity.maxCoeff();
   }
 
   double field_radius() const {
@@ -232,23 +236,14 @@ class MapLamp {
     if (!lit->obstacle.empty()) return;
     const Eigen::ArrayXd height = error + of_.departure;
     lit->share = diffraction_encircled_energy(problem_, height, 0, radius);
+    lit->strehl = diffraction_peak(problem_, height).strehl;
     if (!square_) return;
     lit->psf =
         diffraction_psf(problem_, height, {half, std::min(kImagePitch * airy_, half / kLeastSamples), 0});
-    Eigen::Index row = 0, column = 0;
-    lit->psf.intensity.maxCoeff(&row, &column);
-    const auto away = [&](Eigen::Index k) { return std::abs(lit->psf.first + double(k) * lit->psf.pitch); };
-    lit->strehl = highest(height, std::max(away(row), away(column))) / brightest_;
     lit->psf.intensity /= brightest_;
   }
 
  private:
-  // Within a little more than `reach` of the axis [1/m^2].
-  double highest(const Eigen::ArrayXd& height, double reach) const {
-    return diffraction_psf(problem_, height, {reach + kImagePitch * airy_, kPeakPitch * airy_, 0})
-        .intensity.maxCoeff();
-  }
-
   const MapPupil& of_;
   DiffractionProblem problem_;
   double airy_ = 0;  // wavelength f/D [m]

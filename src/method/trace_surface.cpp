@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
@@ -12,6 +14,8 @@
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/theory/scattered_rays.h"
 #include "aberfit/trace/central_difference.h"
+#include "aberfit/trace/nominal_surface.h"
+#include "aberfit/waves/diffraction_psf.h"
 #include "task_surface.h"
 
 namespace aberfit {
@@ -57,6 +61,44 @@ std::optional<Warning> central_difference_warning(const Task& task, const PupilS
           format_percent(error / rms(field.slope_x, field.slope_y)))};
 }
 
+namespace {
+
+void require_a_value(const std::vector<Statistic>& statistics, const Eigen::VectorXd& values,
+                     const Warnings& warnings) {
+  if (statistics.empty() || values.array().isFinite().any()) return;
+  std::string why;
+  for (const Warning& warning : warnings) why += (why.empty() ? ": " : "; ") + warning.message;
+  throw ComputationError("no statistic of this surface has a value" + why);
+}
+
+// Pitch [m] of the grid for waves. A surface need not be as specified: where that grid is too coarse for its
+// slopes, one that evaluate_diffraction takes, in steps of half the cells; at most kMostCells a side.
+double traced_pitch(const Task& task, const Groundwork& ground, const std::vector<Target>& targets,
+                    const GivenSurface& surface, int threads) {
+  std::vector<double> planes{0};
+  for (const Target& target : targets)
+    if (const auto dz = plane_of_light(target.statistic)) planes.push_back(*dz);
+  const auto [nearest, farthest] = std::minmax_element(planes.begin(), planes.end());
+  const double most = 2 * ground.radius / kMostCells;
+  double pitch = wave_pitch(task, surface.terms, targets, ground.split.get());
+  for (; pitch / std::sqrt(2.0) > most; pitch /= std::sqrt(2.0)) {
+    const DiffractionPupil cells = diffraction_pupil(task.aperture, task.mirror.focal_length, pitch);
+    SurfaceField field;
+    SurfaceOperator(surface.terms, cells.sample, focus_operator(FocusModel::kWaves, threads))
+        .apply(surface.coefficients, &field);
+    const Eigen::ArrayXd known = departure_from_parabola(task.mirror, cells.sample);
+    if (known.size() > 0) field.height += known;
+    const DiffractionProblem problem{cells, task.mirror.focal_length, task.wavelength};
+    const auto aliased = [&](double dz) {
+      return check_diffraction(problem, field.height, dz).aliased_share;
+    };
+    if (!(std::max(aliased(*nearest), aliased(*farthest)) > kMostAliased)) break;
+  }
+  return pitch;
+}
+
+}  // namespace
+
 }  // namespace internal
 
 TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& given, int threads,
@@ -70,7 +112,7 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
                      "\"analytic\" normals, or trace model \"rays\"");
   const PupilSample pupil =
       focus_pupil(task, model, task.trace.pupil,
-                  by_rays ? 0 : wave_pitch(task, surface.terms, targets.fitted, ground.split.get()));
+                  by_rays ? 0 : traced_pitch(task, ground, targets.fitted, surface, threads));
   const RayBundle nominal = trace_nominal(task.mirror, pupil);
   SurfaceField field = surface_field(task, pupil, surface, threads);
   const auto differences = central_difference_warning(task, pupil, surface, field, threads);
@@ -96,6 +138,7 @@ TraceReport trace_surface(const Task& task, const std::optional<GivenSurface>& g
   if (rays.lost > 0)
     report.warnings.push_back(
         {"lost-rays", fmt::format("{} of {} rays miss the focal region", rays.lost, rays.size())});
+  require_a_value(statistics, values, report.warnings);
   report.theory = targets.theory;
   report.model = model;
   report.reason = ground.use.reason;

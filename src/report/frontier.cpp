@@ -42,7 +42,7 @@ Json to_json(const Frontier& frontier) {
     points.push_back({{"family", point.family},
                       {"order", point.order},
                       {"terms", point.terms},
-                      {"rays", point.rays},
+                      {"pupil_points", point.rays},
                       {"fitted_mismatch_tolerances", json_number(point.fitted_mismatch)},
                       {"held_out_mismatch", json_number(point.held_out_mismatch)},
                       {"seconds", json_number(point.seconds)},

@@ -87,7 +87,7 @@ Json fit_json(const ResultDocument& result) {
                {"rank", fit.rank},
                {"null_directions", fit.null_directions},
                {"terms", result.terms.size()},
-               {"rays", result.rays},
+               {"pupil_points", result.rays},
                {"operator", operator_json(fit.operator_choice)},
                {"equivalent_surface", surface_json(result.surface)},
                {"singular_values", json_numbers(fit.singular_values)}};
@@ -253,7 +253,7 @@ Json scene_json(const FitOutcome& result) {
                {"paper_ratio_r", json_number(scene.paper_ratio_r)},
                {"realisation_spread", json_number(scene.realisation_spread)},
                {"airy_ee90_m", json_number(scene.airy_ee90)},
-               {"rays_are_valid", scene.rays_are_valid},
+               {"kappa_rule_allows_rays", scene.kappa_rule_allows_rays},
                {"theory", result.theory},
                {"model", result.model},
                {"needed", result.needed},

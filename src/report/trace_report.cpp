@@ -13,7 +13,7 @@ Json to_json(const TraceReport& report, const Json& study) {
   json["theory"] = report.theory;
   json["model"] = to_string(report.model);
   json["reason"] = report.reason;
-  json["rays"] = report.rays;
+  json["pupil_points"] = report.rays;
   json["lost_rays"] = report.lost_rays;
   json["terms"] = report.terms;
   for (const TracedStatistic& traced : report.statistics) {

@@ -12,6 +12,7 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/root.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/image_shift.h"
 #include "aberfit/method/physics_choice.h"
 #include "budget_values.h"
 
@@ -41,6 +42,7 @@ Theory theory_of(const Task& task, Warnings* warnings) {
     throw FieldError("target.theory", "\"rays\", drawn deflections, whose statistics have a sampling error",
                      "\"auto\", \"ghs\"; \"geometric\" of mirrors of revolution");
   warnings->insert(warnings->end(), use.warnings.begin(), use.warnings.end());
+  if (auto shift = image_shift_warning(task)) warnings->push_back(std::move(*shift));
   return use.theory;
 }
 

@@ -55,6 +55,10 @@ GhsPupil GhsPupil::of_parabola() const {
   return {Mirror{mirror_.focal_length}, aperture_, wavelength_, options};
 }
 
+bool GhsPupil::has_uneven_light() const {
+  return moments_ && moments_->has_departure() && !moments_->is_round();
+}
+
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror,
                                                const Aperture& aperture, double wavelength,
                                                const GhsOptions& options)

@@ -6,6 +6,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/overloaded.h"
+#include "aberfit/theory/aberrated_light.h"
 #include "aberfit/theory/scatter_function.h"
 
 namespace aberfit {
@@ -26,6 +27,10 @@ LightProperties::LightProperties(std::vector<LightProperty> wanted, const GhsPup
   for (std::size_t k = 0; k < wanted_.size(); ++k) {
     const auto* air = std::get_if<PointSourceSensitivity>(&wanted_[k]);
     if (!air && !std::holds_alternative<StrehlRatio>(wanted_[k])) continue;
+    if (!air && pupil.has_uneven_light()) {
+      if (!aberrated_) aberrated_ = std::make_shared<const AberratedLight>(pupil);
+      continue;
+    }
     if (!parabola) {
       const RadialPsd smooth(GaussianPsd{kNoHeights * wavelength_, aperture_radius(pupil.aperture())});
       parabola = GeneralisedHarveyShack(smooth, pupil.of_parabola()).at_plane(0);
@@ -34,10 +39,18 @@ LightProperties::LightProperties(std::vector<LightProperty> wanted, const GhsPup
   }
 }
 
+// The transfer function of a mirror without aberrations is nowhere below zero, so that its light is highest
+// where all of it adds up: on the axis.
+double LightProperties::strehl(std::size_t k, const GeneralisedHarveyShack& mean) const {
+  if (aberrated_) return aberrated_->peak(mean.psd()).strehl;
+  const MeanSpot focus = mean.at_plane(0);
+  return focus.irradiance(mean.departs() ? focus.highest_radius() : 0) / perfect_[k];
+}
+
 double LightProperties::value(std::size_t k, const GeneralisedHarveyShack& mean) const {
   return std::visit(
       Overloaded{
-          [&](const StrehlRatio&) { return mean.at_plane(0).irradiance(0) / perfect_[k]; },
+          [&](const StrehlRatio&) { return strehl(k, mean); },
           [&](const TotalScatter&) { return mean.tis(); },
           [&](const ModulationTransfer& p) { return std::abs(mean.at_plane(0).transfer(p.frequency)); },
           [&](const EnsquaredSide& p) { return mean.at_plane(p.dz).ensquared_side(p.fraction); },

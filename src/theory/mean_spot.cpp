@@ -144,12 +144,31 @@ double MeanSpot::peak_radius() const {
     const double here = irradiance(k * step);
     if (here > top) top = here, at_top = k * step;
     if (here > 0.5 * top) continue;
-    if (at_top == 0) return 0;
-    const auto slope = [&](double r) { return irradiance_slope(r); };
-    const double before = at_top - step, behind = at_top + step, rise = slope(before), fall = slope(behind);
-    return rise > 0 && fall < 0 ? root_between(slope, before, behind, rise, fall) : at_top;
+    return summit_near(at_top, step);
   }
   return kNaN;
+}
+
+// Between two steps from the highest of those that were looked at.
+double MeanSpot::summit_near(double radius, double step) const {
+  if (radius == 0) return 0;
+  const auto slope = [&](double r) { return irradiance_slope(r); };
+  const double before = radius - step, behind = radius + step, rise = slope(before), fall = slope(behind);
+  return rise > 0 && fall < 0 ? root_between(slope, before, behind, rise, fall) : radius;
+}
+
+// Light whose transfer function ends at the cutoff falls from a maximum M no faster than M cos(pi x/(2 l))^2,
+// l = lambda N half of a period there (Duffin and Schaeffer 1938): a ring at r holds 2 pi r M l or more, less
+// of it further in. Where what is left beyond is less than that of the highest M, no ring is higher.
+double MeanSpot::highest_radius() const {
+  const double ring = kPi / v_per_radius_, step = 2 * ring / kStepsOfLight;
+  double top = irradiance(0), at_top = 0;
+  for (int k = 1; k < kMostSteps && k * step < focal_length_; ++k) {
+    const double r = k * step, here = irradiance(r);
+    if (here > top) top = here, at_top = r;
+    if (r > ring && 1 - encircled_energy(r - ring) < 2 * kPi * (r - ring) * ring * top) break;
+  }
+  return summit_near(at_top, step);
 }
 
 double MeanSpot::fwhm() const {

@@ -6,6 +6,7 @@
 #include "aberfit/core/constants.h"
 #include "aberfit/core/overloaded.h"
 #include "aberfit/core/parallel.h"
+#include "aberfit/theory/aberrated_light.h"
 #include "aberfit/theory/height_on_aperture.h"
 #include "aberfit/theory/scatter_function.h"
 #include "exact_transfer.h"
@@ -19,7 +20,7 @@ namespace {
 // Differences over the plane, of its distance from the focus: of eighth order, 576 kPlaneStep^8 and
 // 1e-11/kPlaneStep off.
 constexpr double kPlaneStep = 0.03;
-constexpr double kPatchStep = 1e-3;  // of ln p, for the scatter of a patch
+constexpr double kPatchStep = 1e-3;  // of ln p, for the scatter of a patch and the light of uneven pupils
 
 }  // namespace
 
@@ -92,7 +93,17 @@ class JacobianOfGhs {
   double of_radius(double radius, double dz) {
     return -change(dz).encircled_energy(radius) / ghs_.at_plane(dz).encircled_energy_slope(radius);
   }
-  double of_strehl(double value) { return value * change(0).irradiance(0) / ghs_.at_plane(0).irradiance(0); }
+  // At the highest irradiance a shift of it changes nothing to first order, so that it may stay where it is.
+  double of_strehl(double value) {
+    if (ghs_.pupil().has_uneven_light()) return of_uneven_strehl();
+    const MeanSpot focus = ghs_.at_plane(0);
+    const double radius = ghs_.departs() ? focus.highest_radius() : 0;
+    return value * change(0).irradiance(radius) / focus.irradiance(radius);
+  }
+  double of_uneven_strehl() const {
+    const AberratedLight light(ghs_.pupil());
+    return central_difference([&](const RadialPsd& psd) { return light.peak(psd).strehl; });
+  }
   double of_transfer(double frequency) {
     const double sign = ghs_.at_plane(0).transfer(frequency) < 0 ? -1 : 1;
     return sign * change(0).transfer(frequency);
@@ -136,9 +147,14 @@ class JacobianOfGhs {
     return -2 * (moved.irradiance(r) - 0.5 * moved.irradiance(spot.peak_radius())) / spot.irradiance_slope(r);
   }
   double of_patch(const PatchBsdf& patch) const {
+    return central_difference(
+        [&](const RadialPsd& psd) { return ScatterFunction(psd, ghs_.wavelength_).bsdf(patch.theta); });
+  }
+  // d value(psd)/d ln p.
+  template <typename Value>
+  double central_difference(const Value& value) const {
     const auto at = [&](double log) {
-      const RadialPsd psd(with_value(model_, parameter_, scale_ * std::exp(log)));
-      return ScatterFunction(psd, ghs_.wavelength_).bsdf(patch.theta);
+      return value(RadialPsd(with_value(model_, parameter_, scale_ * std::exp(log))));
     };
     return (at(kPatchStep) - at(-kPatchStep)) / (2 * kPatchStep);
   }

@@ -105,7 +105,7 @@ double airy_ee90(const Mirror& mirror, const Aperture& aperture, double waveleng
 }
 
 FocusModel regime(const SceneNumbers& numbers) {
-  return numbers.rays_are_valid ? FocusModel::kRays : FocusModel::kWaves;
+  return numbers.kappa_rule_allows_rays ? FocusModel::kRays : FocusModel::kWaves;
 }
 
 SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
@@ -137,7 +137,7 @@ SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Ape
     }
   }
   const double ray_ee90 = kGaussianEe90 * 2.0 * mirror.focal_length * n.rms_slope_per_axis;
-  n.rays_are_valid =
+  n.kappa_rule_allows_rays =
       n.kappa >= kKappaOfRays && std::isfinite(ray_ee90) && ray_ee90 >= kAiryRadiiForRays * n.airy_ee90;
   n.reason = explain(n, ray_ee90);
   return n;

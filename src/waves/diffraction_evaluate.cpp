@@ -11,6 +11,7 @@
 #include "aberfit/focus/circles_of_square.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "diffraction_line_spread.h"
+#include "diffraction_peak_place.h"
 #include "diffraction_plane.h"
 #include "diffraction_ring.h"
 #include "diffraction_workspace.h"
@@ -26,10 +27,17 @@ constexpr double kDark = 1e-10;
 // One statistic in the plane that it needs; NaN when it does not exist. The gradient is over the heights.
 class DiffractionEvaluator {
  public:
-  // wide: for wide circles, null where there are none.
-  DiffractionEvaluator(const DiffractionScene& scene, const Eigen::ArrayXd& height, DiffractionPlane* plane,
-                       DiffractionPlane* wide, RingMemory* rings, Eigen::ArrayXd* d_height)
-      : scene_(scene), height_(height), plane_(plane), wide_(wide), rings_(rings), d_height_(d_height) {}
+  // wide: for wide circles, null where there are none. grid: that of `plane`.
+  DiffractionEvaluator(const DiffractionScene& scene, const Eigen::ArrayXd& height,
+                       const DiffractionGrid& grid, DiffractionPlane* plane, DiffractionPlane* wide,
+                       RingMemory* rings, Eigen::ArrayXd* d_height)
+      : scene_(scene),
+        height_(height),
+        grid_(grid),
+        plane_(plane),
+        wide_(wide),
+        rings_(rings),
+        d_height_(d_height) {}
 
   double operator()(const EncircledEnergyRadius& s) const {
     if (!scene_.has_plane(s.dz) || !(s.fraction > 0)) return std::nan("");
@@ -106,13 +114,16 @@ class DiffractionEvaluator {
     if (d_height_) *d_height_ = weight * centred / (rms * weight.sum());
     return rms;
   }
+  // A tilt brings the highest point onto the axis, where the sum over lags has a value and a gradient. To
+  // first order that point may stay where it is: at the highest irradiance a shift of it changes nothing.
   double operator()(const StrehlRatio&) const {
-    const double perfect = scene_.perfect_irradiance(), to_period = 1 / scene_.per_period(0);
-    const Eigen::ArrayXd& values = plane_->otf().values();
-    if (d_height_)
-      *d_height_ = plane_->sum_gradient(Eigen::ArrayXd::Constant(values.size(), 1 / perfect)).over_heights();
-    const MeanScatter* scatter = scene_.problem().scatter.get();
-    return (values.sum() + (scatter ? scatter->irradiance() * to_period * to_period : 0)) / perfect;
+    const FocalPlace place = highest_place(scene_, grid_);
+    if (place.u == 0 && place.v == 0) return strehl_on_axis(scene_, plane_);
+    const DiffractionScene tilted(scene_.problem(), height_ + tilt_from(scene_, place), 1);
+    BorrowedBench bench(grid_);
+    DiffractionPlane plane(tilted, grid_, bench->buffers, bench->focused);
+    plane.focus(0);
+    return strehl_on_axis(tilted, &plane);
   }
   // Of the light within the field of view, and of what the cells cannot see as the mean spot has it.
   double operator()(const ModulationTransfer& s) const {
@@ -149,8 +160,17 @@ class DiffractionEvaluator {
  private:
   const Eigen::ArrayXd& per_height() const { return scene_.per_height(); }
 
+  double strehl_on_axis(const DiffractionScene& scene, DiffractionPlane* plane) const {
+    const Eigen::Index nodes = plane->otf().values().size();
+    if (d_height_)
+      *d_height_ =
+          plane->sum_gradient(Eigen::ArrayXd::Constant(nodes, 1 / scene.perfect_irradiance())).over_heights();
+    return axis_ratio(scene, *plane);
+  }
+
   const DiffractionScene& scene_;
   const Eigen::ArrayXd& height_;
+  const DiffractionGrid& grid_;
   DiffractionPlane *plane_, *wide_;
   RingMemory* rings_;
   Eigen::ArrayXd* d_height_;
@@ -237,8 +257,8 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
     }
     if (job.dz && scene.has_plane(*job.dz)) plane.focus(*job.dz, mean);
     for (const std::size_t k : job.statistics) {
-      const DiffractionEvaluator evaluate(scene, height, &plane, of_rings ? &*of_rings : nullptr,
-                                          workspace ? &pool.rings : nullptr,
+      const DiffractionEvaluator evaluate(scene, height, *tables.grid, &plane,
+                                          of_rings ? &*of_rings : nullptr, workspace ? &pool.rings : nullptr,
                                           d_height ? &(*d_height)[k] : nullptr);
       (*values)[Eigen::Index(k)] = std::visit(evaluate, statistics[k]);
       if (d_height && reduce && (*d_height)[k].size() > 0) (*d_height)[k] = reduce((*d_height)[k]);

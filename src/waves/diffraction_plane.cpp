@@ -201,9 +201,9 @@ void DiffractionGrid::set_scatter(const DiffractionScene& scene) {
   };
   const Eigen::ArrayXd nodes = shears(lags.nodes(), scene.finer_pitch() / LagTable::kNodesPerLag);
   factor = lags.at_lengths(scatter.transfer(nodes));
+  whole_ = lags.at_lengths(scatter.whole_transfer(nodes));
   along_x = scatter.transfer(shears(transform.lag_columns() + 1, problem.pupil.pitch_x));
   along_y = scatter.transfer(shears(transform.lag_rows() + 1, problem.pupil.pitch_y));
-  whole_ = lags.at_lengths(scatter.whole_transfer(nodes));
   if (!mean_of_) perfect = scene.nominal_base();
 }
 

@@ -139,7 +139,7 @@ TEST_P(MeasuredProfile, GivesAModelOfItsBinsAndTermsWithThatFocus) {
   if (result.shares) {
     EXPECT_GE(result.perfect->mismatch, 5);  // a margin that sees the roughness
   } else {
-    EXPECT_TRUE(result.scene.rays_are_valid) << result.scene.reason;
+    EXPECT_TRUE(result.scene.kappa_rule_allows_rays) << result.scene.reason;
   }
 }
 

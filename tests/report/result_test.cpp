@@ -32,7 +32,7 @@ TEST(ResultDocument, HasTheKeysOfFormatVersionOneInTheirOrder) {
        {"rms_height_m", "rms_slope_per_axis", "n_eff", "g", "kappa", "paper_ratio_r", "model", "reason"})
     EXPECT_TRUE(json["scene"].contains(key)) << key;
   for (const char* key : {"status", "message", "iterations", "evaluations", "seconds", "initial_cost",
-                          "final_cost", "rank", "terms", "rays", "equivalent_surface"})
+                          "final_cost", "rank", "terms", "pupil_points", "equivalent_surface"})
     EXPECT_TRUE(json["fit"].contains(key)) << key;
   for (const char* key :
        {"name", "held_out", "target", "model", "relative_difference", "interval", "margin", "verdict"})

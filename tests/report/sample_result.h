@@ -29,7 +29,7 @@ inline ResultDocument sample_result() {
   result.scene.paper_ratio_r = 3.61;
   result.scene.realisation_spread = 0.1066;
   result.scene.airy_ee90 = 8.42e-6;
-  result.scene.rays_are_valid = true;
+  result.scene.kappa_rule_allows_rays = true;
   result.scene.reason =
       "kappa is 0.85 or more and the spot is at least five times the diffraction-limited one";
   result.theory = "geometric";

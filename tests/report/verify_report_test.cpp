@@ -170,7 +170,7 @@ TEST(TraceReport, TableAndJsonSayTheSame) {
   EXPECT_EQ(json["kind"], "trace");
   EXPECT_EQ(json["model"], "waves");
   EXPECT_EQ(json["theory"], "ghs");
-  EXPECT_EQ(json["rays"], 4096);
+  EXPECT_EQ(json["pupil_points"], 4096);
   EXPECT_EQ(json["terms"], 42);
   for (const char* cell : {"6.6e-05", "6e-05", "10.00%"})
     EXPECT_NE(line_of(table, "ee90_radius_m").find(cell), std::string::npos) << cell << "\n" << table;

@@ -212,7 +212,7 @@ void note_result(const Ended& fit, const std::filesystem::path& folder, json* ro
   (*row)["outcome"] = result["equivalence"]["verdict"];
   (*row)["status"] = result["fit"]["status"];
   (*row)["terms"] = result["fit"]["terms"];
-  (*row)["cells"] = result["fit"]["rays"];
+  (*row)["cells"] = result["fit"]["pupil_points"];
   (*row)["model"] = result["scene"]["model"];
   (*row)["theory"] = result["scene"]["theory"];
   (*row)["warnings"] = codes(result["warnings"]);

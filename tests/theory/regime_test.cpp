@@ -36,11 +36,11 @@ TEST(SceneNumbers, MatchTheGoldenNumbersOfGaussianSurfaces) {
     EXPECT_NEAR(n.paper_ratio_r * n.correlation_length / l / std::stod(row.at("R_paper")), 1.0, kPrinted);
     EXPECT_NEAR(1 - n.tis, std::stod(row.at("core_fraction")), kPrinted);
     // PHYSICS 7, rule 1: where rays are declared valid, ee90 and ee50 of rays and GHS agree to 10 %.
-    if (n.rays_are_valid) {
+    if (n.kappa_rule_allows_rays) {
       EXPECT_LT(std::abs(std::stod(row.at("ee90_geo")) / std::stod(row.at("ee90_ghs")) - 1), 0.1);
       EXPECT_LT(std::abs(std::stod(row.at("ee50_geo")) / std::stod(row.at("ee50_ghs")) - 1), 0.1);
     }
-    EXPECT_EQ(n.rays_are_valid,
+    EXPECT_EQ(n.kappa_rule_allows_rays,
               std::stod(row.at("kappa")) >= 0.85);  // in this table the spot is then always 5 Airy discs
   }
   EXPECT_EQ(rows, 16);
@@ -57,7 +57,7 @@ TEST(SceneNumbers, MatchTheGoldenNumbersOfAKCorrelationSurface) {
     const SceneNumbers n = scene_numbers(RadialPsd(model), kParabola, kCircle, kLambda);
     EXPECT_NEAR(n.rms_slope_per_axis / std::stod(row.at("slope_axis")), 1.0, kPrinted);
     EXPECT_NEAR(n.kappa / std::stod(row.at("kappa")), 1.0, 1e-10) << "sigma " << sigma;
-    EXPECT_FALSE(n.rays_are_valid);  // kappa stays below 0.8 in this table
+    EXPECT_FALSE(n.kappa_rule_allows_rays);  // kappa stays below 0.8 in this table
     EXPECT_TRUE(has(n.reason, "wave optics")) << n.reason;
   }
   EXPECT_GT(rows, 4);
@@ -129,13 +129,13 @@ TEST(SceneNumbers, RoughButShallowSlopesNeedWaves) {
   // Long waves: kappa near 1, but a spot not much larger than the Airy disc.
   const SceneNumbers n = scene_numbers(RadialPsd(GaussianPsd{3e-7, 0.3}), kParabola, kCircle, kLambda);
   EXPECT_GE(n.kappa, kKappaOfRays);
-  EXPECT_FALSE(n.rays_are_valid);
+  EXPECT_FALSE(n.kappa_rule_allows_rays);
   EXPECT_TRUE(has(n.reason, "wave optics is needed")) << n.reason;
 }
 
 TEST(SceneNumbers, TheReasonIsOneSentenceWithTheNumbersInIt) {
   const SceneNumbers n = scene_numbers(RadialPsd(GaussianPsd{2e-7, 0.01}), kParabola, kCircle, kLambda);
-  EXPECT_TRUE(n.rays_are_valid);
+  EXPECT_TRUE(n.kappa_rule_allows_rays);
   EXPECT_TRUE(has(n.reason, "kappa = 0.969")) << n.reason;
   EXPECT_TRUE(has(n.reason, "339.9")) << n.reason;  // ee90_geo of the golden row [um]
   EXPECT_TRUE(has(n.reason, "geometric rays are the right model"));
@@ -149,7 +149,7 @@ TEST(SceneNumbers, InfiniteSlopeMeansNoRays) {
   EXPECT_TRUE(std::isinf(n.rms_slope_per_axis));
   EXPECT_NEAR(n.rms_height, 1e-7, 1e-17);
   EXPECT_EQ(n.kappa, 0.0);
-  EXPECT_FALSE(n.rays_are_valid);
+  EXPECT_FALSE(n.kappa_rule_allows_rays);
   EXPECT_TRUE(has(n.reason, "infinite")) << n.reason;
 }
 
@@ -160,6 +160,6 @@ TEST(SceneNumbers, InfiniteHeightMeansNoVerdictForRays) {
   model.f_max = 100;
   const SceneNumbers n = scene_numbers(RadialPsd(model), kParabola, kCircle, kLambda);
   EXPECT_TRUE(std::isinf(n.rms_height));
-  EXPECT_FALSE(n.rays_are_valid);
+  EXPECT_FALSE(n.kappa_rule_allows_rays);
   EXPECT_TRUE(has(n.reason, "low frequency")) << n.reason;
 }

@@ -37,8 +37,8 @@ struct RmsRadius {
   double dz = 0;  ///< [m]
 };
 struct RmsHeight {};  ///< RMS of the surface error over the pupil, mean removed [m]
-/// Of light alone: irradiance on the axis at z = f over that of the perfect parabola in the same aperture and
-/// light.
+/// Of light alone: highest irradiance in the plane z = f, wherever it is, over that of the perfect parabola
+/// in the same aperture and light, which is on the axis. Tilt does not change it.
 struct StrehlRatio {};
 /// Of light alone, at z = f: modulus of the transfer function at a frequency of the image, of its mean over
 /// direction; 1 at 0.

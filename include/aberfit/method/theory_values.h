@@ -12,8 +12,9 @@ namespace aberfit {
 
 /// What theory says of a specification, and nothing of a surface.
 struct TheoryValues {
-  std::string theory;    ///< "geometric", "rays", "ghs", or "given" where every statistic has a value
-  SceneNumbers numbers;  ///< all but `reason` and `rays_are_valid`, which say which model a surface needs
+  std::string theory;  ///< "geometric", "rays", "ghs", or "given" where every statistic has a value
+  SceneNumbers
+      numbers;  ///< all but `reason` and `kappa_rule_allows_rays`, which say which model a surface needs
   std::vector<std::pair<Statistic, double>> statistics;  ///< value in the statistic's unit
   Warnings warnings;                                     ///< of the data
 };

@@ -39,6 +39,10 @@ class MeanSpot {
   double irradiance(double radius) const;
   /// Its derivative over the radius [1/m^3].
   double irradiance_slope(double radius) const;
+  /// Radius [m] of the highest irradiance of all, of light that is the same in all directions: 0 but for
+  /// mirrors of revolution with aberrations of a wave or so. Rings as far out are looked at as there may be
+  /// light enough for a higher one.
+  double highest_radius() const;
   /// Share of the light in a square of `side` [m] about the axis, whose edge cuts circles at side/(2 cos(t)):
   ///   (4/pi) int_0^(pi/4) EE(side/(2 cos t)) dt,
   /// by Gauss-Legendre with twelve nodes and one for each 2 rad that v turns between the middle of an edge
@@ -70,6 +74,7 @@ class MeanSpot {
   };
   Share share(double v) const;
   double peak_radius() const;
+  double summit_near(double radius, double step) const;
   double search_step() const;
 
   std::shared_ptr<const internal::RadialTransform> transform_;
@@ -105,6 +110,11 @@ class GhsPupil {
   /// The same aperture and light with a parabola of that focal length; what has been computed is shared where
   /// it is one already.
   GhsPupil of_parabola() const;
+  /// Whether the light has aberrations and is not the same in all directions, of a mirror or an aperture that
+  /// is none of revolution: then its highest irradiance is not known from its mean over direction.
+  bool has_uneven_light() const;
+  /// What was added to the mirror; may be empty.
+  const std::function<double(double, double)>& departure() const { return options_.departure; }
 
  private:
   friend class GeneralisedHarveyShack;

@@ -1,11 +1,14 @@
 #pragma once
 #include <Eigen/Core>
+#include <memory>
 #include <variant>
 #include <vector>
 
 #include "aberfit/theory/generalised_harvey_shack.h"
 
 namespace aberfit {
+
+class AberratedLight;
 
 // Properties of the mean light in the focus that are no statistics of rays (PHYSICS 2, "Of light alone").
 
@@ -41,24 +44,28 @@ using LightProperty = std::variant<StrehlRatio, TotalScatter, ModulationTransfer
 /// Values of properties for many PSDs in one scene, with what they have of the perfect parabola.
 class LightProperties {
  public:
-  /// Without roughness the parabola is predicted once where a property needs it. Throws as
-  /// GeneralisedHarveyShack does.
+  /// Without roughness the parabola is predicted once where a property needs it. A Strehl ratio is that of
+  /// the highest irradiance: on the axis of a mirror without aberrations, on a ring of one of revolution,
+  /// else where AberratedLight finds it. Throws as GeneralisedHarveyShack and AberratedLight do.
   LightProperties(std::vector<LightProperty> wanted, const GhsPupil& pupil);
 
   const std::vector<LightProperty>& wanted() const { return wanted_; }
   /// In the order of `wanted` [m], [1/sr] or [1]; `mean` is of that pupil. Infinite where a share of the
   /// light does not lie within r = f, NaN where an irradiance does not fall to half within it. Microseconds
-  /// to a few milliseconds each, a PatchBsdf tenths of a second. Const use from many threads.
+  /// to a few milliseconds each, a PatchBsdf tenths of a second, and so a StrehlRatio off the axis. Const use
+  /// from many threads.
   Eigen::VectorXd operator()(const GeneralisedHarveyShack& mean) const;
 
  private:
   friend class JacobianOfGhs;
   double value(std::size_t k, const GeneralisedHarveyShack& mean) const;
   double r0_of(const PointSourceSensitivity& property) const;
+  double strehl(std::size_t k, const GeneralisedHarveyShack& mean) const;
 
   std::vector<LightProperty> wanted_;
   std::vector<double> perfect_;  // what a property is relative to
   double wavelength_ = 0;
+  std::shared_ptr<const AberratedLight> aberrated_;  // where a Strehl ratio needs it, else null
 };
 
 }  // namespace aberfit

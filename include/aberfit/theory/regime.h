@@ -24,8 +24,8 @@ struct SceneNumbers {
   double realisation_spread = 0;  ///< 0.65 / sqrt(n_eff): relative spread of ee90 between draws
   double airy_ee90 =
       0;  ///< of the perfect mirror by diffraction [m]; 1.900688 lambda f / D for a full circle
-  bool rays_are_valid = false;  ///< kappa >= kKappaOfRays and ray ee90 >= 5 Airy ee90
-  std::string reason;           ///< one sentence
+  bool kappa_rule_allows_rays = false;  ///< kappa >= kKappaOfRays and ray ee90 >= 5 Airy ee90
+  std::string reason;                   ///< one sentence
 };
 
 /// kappa from which the ray ee90 and ee50 are within 10 % of GHS (PHYSICS 7, tests/data/golden/ghs_ee.csv).
@@ -40,9 +40,9 @@ double airy_ee90(const Mirror& mirror, const Aperture& aperture, double waveleng
 
 /// Numbers of a roughness on a mirror, wavelength > 0 [m]. kappa = E(x1), E(x) = (4 pi/lambda)^2 (C(0) -
 /// C(x)), x1 = sqrt2 lambda/(4 pi slope). The ray ee90 compared is the paraxial one of convention
-/// `physical`, 2.146 * 2 f slope. Where the slope variance is infinite, kappa is 0, rays_are_valid is false
-/// and the reason says so. Where the height variance is, at low frequency, g is infinite, R and l_c are 0,
-/// and kappa comes from the structure function, NaN where that is infinite, too.
+/// `physical`, 2.146 * 2 f slope. Where the slope variance is infinite, kappa is 0, kappa_rule_allows_rays is
+/// false and the reason says so. Where the height variance is, at low frequency, g is infinite, R and l_c are
+/// 0, and kappa comes from the structure function, NaN where that is infinite, too.
 SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
                            double wavelength);
 

@@ -1,0 +1,88 @@
+#include "aberfit/method/image_shift.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <string>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
+#include "aberfit/scene/pupil.h"
+#include "aberfit/theory/aberrated_light.h"
+#include "aberfit/trace/ray_bundle.h"
+
+namespace aberfit {
+namespace {
+
+constexpr double kAiryEe50 = 0.5349;  // of a full circle [lambda f/D]
+constexpr double kNoHeights = 1e-9;   // of the wavelength: scatters 2e-16 of the light
+
+// Where the mirror without roughness has the centroid of its rays, which is that of its light.
+std::array<double, 2> centroid_of_rays(const Task& task) {
+  constexpr int kAcross = 64;
+  const PupilSample cells =
+      diffraction_pupil(task.aperture, task.mirror.focal_length, 2 * aperture_radius(task.aperture) / kAcross)
+          .sample;
+  const RayBundle rays = trace_nominal(task.mirror, cells);
+  const double all = rays.weight.sum();
+  return {(rays.weight * rays.x).sum() / all, (rays.weight * rays.y).sum() / all};
+}
+
+RadialPsd roughness_of(const Task& task) {
+  if (task.psd) return RadialPsd(*task.psd);
+  return RadialPsd(GaussianPsd{kNoHeights * task.wavelength, aperture_radius(task.aperture)});
+}
+
+// A clause; empty where the margin does not see the shift. Aberrations too steep for the cells are seen.
+std::string effect_on_radii(const Task& task) {
+  try {
+    const AberratedLight light(GhsPupil(task.mirror, task.aperture, task.wavelength));
+    const auto [about_focus, about_centroid] = light.half_light(roughness_of(task));
+    if (std::abs(about_focus / about_centroid - 1) <= task.equivalence.margin) return "";
+    if (std::isfinite(about_focus) && std::isfinite(about_centroid))
+      return fmt::format("ee50 is {} about the focus, {} about the centroid",
+                         format_quantity(about_focus, Dimension::kLength),
+                         format_quantity(about_centroid, Dimension::kLength));
+  } catch (const ComputationError&) {
+  }
+  return "they are about as large as that shift, whatever the spot is";
+}
+
+// Z_2 = 2 x/R and Z_3 = 2 y/R; a surface that tilts by X/(2f) turns the light by X.
+std::string centring_tilt(const Task& task, const std::array<double, 2>& centroid) {
+  const double radius =
+      task.mirror.zernike.empty() ? aperture_radius(task.aperture) : task.mirror.zernike_radius;
+  const double per_shift = radius / (4 * task.mirror.focal_length);
+  std::string text;
+  for (const int axis : {0, 1}) {
+    const double height = per_shift * centroid[std::size_t(axis)];
+    if (std::abs(height) < 1e-6 * per_shift * std::hypot(centroid[0], centroid[1])) continue;
+    text += fmt::format("{}{} to Noll {}", text.empty() ? "" : " and ",
+                        format_quantity(height, Dimension::kLength), 2 + axis);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::optional<Warning> image_shift_warning(const Task& task) {
+  if (is_parabola(task.mirror) || task.trace.centre == Centre::kCentroid) return std::nullopt;
+  const std::array<double, 2> centroid = centroid_of_rays(task);
+  const double shift = std::hypot(centroid[0], centroid[1]);
+  // Circles about a point at `shift` from the middle of a round spot are larger by less than
+  // (shift/radius)^2, and no spot is smaller than that of the perfect mirror.
+  const double smallest =
+      kAiryEe50 * task.wavelength * task.mirror.focal_length / (2 * aperture_radius(task.aperture));
+  if (!(std::pow(shift / smallest, 2) > task.equivalence.margin)) return std::nullopt;
+  const std::string effect = effect_on_radii(task);
+  if (effect.empty()) return std::nullopt;
+  return Warning{
+      "image-off-axis",
+      fmt::format("the known aberrations move the image: the centroid of its light is {} from the nominal "
+                  "focus, which radii, rings and squares are about: {}; no key centres light (`trace.centre` "
+                  "\"centroid\" is for rays alone), but a tilt does, as a telescope is pointed: add {} in "
+                  "`mirror.zernike` (heights of the surface) and the centroid is the focus",
+                  format_quantity(shift, Dimension::kLength), effect, centring_tilt(task, centroid))};
+}
+
+}  // namespace aberfit
