@@ -166,10 +166,11 @@ bool is_wavefront(const MeasuredSource& source, const MemoryFits& file) {
     throw InputError(source.path, "MAPTYPE", in_quotes(type),
                      "wavefront or mirror: amplitudes are no heights");
   if (!source.wavefront)
-    throw MissingFact("of", source.path, "option 'of'",
-                      type.empty() ? "nothing" : fmt::format("nothing, and MAPTYPE {}", in_quotes(type)),
-                      "wavefront (heights of a reflected wavefront) or surface; in the file MAPTYPE says it, "
-                      "'wavefront' or 'mirror'");
+    throw MissingFact(
+        "of", source.path, "option 'of'",
+        type.empty() ? "nothing" : fmt::format("nothing; MAPTYPE {} does not say it", in_quotes(type)),
+        "wavefront (heights of a reflected wavefront) or surface; in the file MAPTYPE says it, "
+        "'wavefront' or 'mirror'");
   return *source.wavefront;
 }
 
