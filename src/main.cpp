@@ -46,9 +46,11 @@ constexpr std::array kPsdOptions = {
         "rounded or left out",
         true},
     PsdOption{"--columns", "columns", "N", "text maps: samples of a row that goes over several lines", true},
-    PsdOption{"--first-row", "first_row", "NAME", "text maps: top (default) or bottom", true},
+    PsdOption{"--first-row", "first_row", "NAME", "text maps and .npy: top (default) or bottom", true},
     PsdOption{"--wavelength", "wavelength", "LENGTH", "of the instrument, for values in waves or radians",
               true},
+    PsdOption{"--hdu", "hdu", "NAME|N", "FITS: the image, by name or number (0 the primary)", true},
+    PsdOption{"--plane", "plane", "K", "FITS and NumPy: which plane of a cube, from 1", true},
     PsdOption{"--scale", "scale", "X", "factor on the heights", true},
     PsdOption{"--aperture", "aperture", "SHAPE",
               "clear aperture: circle:diameter=95%, annulus:outer=48mm,inner=30%, "

@@ -10,6 +10,7 @@
 #include "aberfit/measured/read_measurement.h"
 #include "instrument_text.h"
 #include "matrix_axes.h"
+#include "hdf5_file.h"
 #include "text_columns.h"
 
 namespace aberfit {
@@ -35,6 +36,8 @@ MeasuredFormat format_of_magic(std::string_view head) {
                                                                            {"\x88\x1b\x03\x70", kZygo},
                                                                            {"\x88\x1b\x03\x71", kZygo},
                                                                            {"SIMPLE  =", kFits},
+                                                                           {"\x1f\x8b", kFits},
+                                                                           {"\x93NUMPY", kNpy},
                                                                            {"\x89HDF\r\n\x1a\n", kDatx},
                                                                            {"PK\x03\x04", kX3p},
                                                                            {{"\x01\0Directory", 11}, kOpd},
@@ -209,7 +212,8 @@ MeasuredFormat columns_format(const std::vector<std::string_view>& lines, bool c
 MeasuredFormat detect_format(const std::string& path) {
   std::optional<std::string> head = file_bytes(path, kHead);
   if (head)
-    if (const MeasuredFormat format = format_of_magic(*head); format != MeasuredFormat::kAuto) return format;
+    if (const MeasuredFormat format = format_of_magic(*head); format != MeasuredFormat::kAuto)
+      return format == MeasuredFormat::kDatx && is_4d_hdf5(path) ? MeasuredFormat::kFourD : format;
   if (is_dabam(path, head)) return MeasuredFormat::kDabam;
   if (!head)
     throw InputError(path, "", "a file that cannot be opened", "the name of a file that can be read");
@@ -228,8 +232,8 @@ MeasuredFormat detect_format(const std::string& path) {
 
 const std::vector<std::string>& measured_format_names() {
   static const std::vector<std::string> names = {
-      "auto", "dabam", "profile", "map", "zygo",      "codev-int", "fits",     "zemax-grid-sag",
-      "datx", "opd",   "sdf",     "x3p", "zygo-text", "wyko-text", "dftfringe"};
+      "auto", "dabam", "profile", "map",       "zygo",      "codev-int", "fits", "zemax-grid-sag", "datx",
+      "opd",  "sdf",   "x3p",     "zygo-text", "wyko-text", "dftfringe", "4d",   "npy"};
   return names;
 }
 

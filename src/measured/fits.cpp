@@ -2,6 +2,7 @@
 #include <fitsio.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <memory>
@@ -14,6 +15,7 @@
 #include "aberfit/core/units.h"
 #include "fits_layout.h"
 #include "map_reading.h"
+#include "zip_archive.h"
 
 namespace aberfit {
 using namespace internal;
@@ -61,11 +63,18 @@ class MemoryFits {
       throw InputError(path_, key, fmt::format("{}", *value), "a positive number [m]");
     return value;
   }
-  /// Without its sign, as of an axis that runs to the left; nothing for 0.
-  std::optional<double> size(const char* key) const {
-    const std::optional<double> value = number(key);
-    if (!value || *value == 0 || !std::isfinite(*value)) return std::nullopt;
-    return std::abs(*value);
+  std::optional<double> number(const char* key) const {
+    double value = 0;
+    int status = 0;
+    fits_read_key(file_, TDOUBLE, key, &value, nullptr, &status);
+    if (absent(status)) return std::nullopt;
+    check(status, key);
+    return value;
+  }
+  void go_to(const FitsImage& image) const {
+    int status = 0;
+    fits_movabs_hdu(file_, image.hdu + 1, nullptr, &status);
+    check(status, fmt::format("hdu {}", image.hdu));
   }
 
   /// Where CFITSIO sees the data of the unit it is at must be inside what it has: it reads on without a look
@@ -94,15 +103,6 @@ class MemoryFits {
 
  private:
   static bool absent(int status) { return status == KEY_NO_EXIST || status == VALUE_UNDEFINED; }
-  std::optional<double> number(const char* key) const {
-    double value = 0;
-    int status = 0;
-    fits_read_key(file_, TDOUBLE, key, &value, nullptr, &status);
-    if (absent(status)) return std::nullopt;
-    check(status, key);
-    return value;
-  }
-
   const std::string& path_;
   void* buffer_;
   std::size_t size_;
@@ -111,15 +111,14 @@ class MemoryFits {
 
 enum class Unit { kMetre, kRadian, kWave };
 
-// [m] (or the unit itself) per unit of the file.
-std::pair<double, Unit> unit_of(const std::string& path, const char* key, std::string text) {
+// [m] (or the unit itself) per unit of the file; nothing for a unit that heights do not have.
+std::optional<std::pair<double, Unit>> unit_of(std::string text) {
   text = lower_case(text);
-  const std::string found = in_quotes(text);
   if (text.size() > 1 && text.ends_with('s')) text.pop_back();
-  if (const auto metres = metres_per_unit(text)) return {*metres, Unit::kMetre};
-  if (text == "rad" || text == "radian") return {1, Unit::kRadian};
-  if (text == "wave" || text == "wavelength") return {1, Unit::kWave};
-  throw InputError(path, key, found, "m, mm, um, micron, nm, pm, radian or wave, or option 'value_unit'");
+  if (const auto metres = metres_per_unit(text)) return std::pair(*metres, Unit::kMetre);
+  if (text == "rad" || text == "radian") return std::pair(1.0, Unit::kRadian);
+  if (text == "wave" || text == "wavelength") return std::pair(1.0, Unit::kWave);
+  return std::nullopt;
 }
 
 // What one unit of the image is in metres: of the wavefront, or of the surface where that is what was
@@ -131,12 +130,11 @@ double metres_per_value(const MeasuredSource& source, const MemoryFits& file) {
   for (const char* key : {"BUNIT", "Z_UNIT"}) {
     const std::optional<std::string> text = unit ? std::nullopt : file.text(key);
     if (!text || text->empty()) continue;
-    try {
-      unit = unit_of(source.path, key, *text);
-      name = *text;
-    } catch (const InputError&) {
-      if (!source.value_factor && !source.value_in_waves) throw;  // the option says it
-    }
+    name = *text;
+    unit = unit_of(name);
+    if (!unit && !source.value_factor && !source.value_in_waves)  // else the option says it
+      throw InputError(source.path, key, in_quotes(name),
+                       "m, mm, um, micron, nm, pm, radian or wave, or option 'value_unit'");
   }
   if (!unit && source.value_in_waves) unit = {1, Unit::kWave};
   if (!unit && !source.value_factor)
@@ -158,41 +156,73 @@ double metres_per_value(const MeasuredSource& source, const MemoryFits& file) {
   return factor * *source.wavelength;
 }
 
-// MAPTYPE is what PROPER's prop_writemap writes; elsewhere the option has to say it.
+// MAPTYPE is what PROPER's prop_writemap writes, and our own export. Other words, "measured", say nothing of
+// heights; there and elsewhere the option has to say it.
 bool is_wavefront(const MeasuredSource& source, const MemoryFits& file) {
-  if (const std::optional<std::string> type = file.text("MAPTYPE"); type && !type->empty()) {
-    const std::string word = lower_case(*type);
-    if (word == "wavefront") return agreed_wavefront(source.path, source.wavefront, true);
-    if (word == "mirror" || word == "surface") return agreed_wavefront(source.path, source.wavefront, false);
-    throw InputError(source.path, "MAPTYPE", in_quotes(*type),
-                     "wavefront or mirror: heights; a map of amplitudes has none");
-  }
+  const std::string type = file.text("MAPTYPE").value_or(""), word = lower_case(type);
+  if (word == "wavefront") return agreed_wavefront(source.path, source.wavefront, true);
+  if (word == "mirror" || word == "surface") return agreed_wavefront(source.path, source.wavefront, false);
+  if (word == "amplitude")
+    throw InputError(source.path, "MAPTYPE", in_quotes(type),
+                     "wavefront or mirror: amplitudes are no heights");
   if (!source.wavefront)
     throw MissingFact(
-        "of", source.path, "option 'of'", "nothing",
-        "wavefront (heights of a reflected wavefront) or surface; only the key MAPTYPE of PROPER "
-        "says it");
+        "of", source.path, "option 'of'",
+        type.empty() ? "nothing" : fmt::format("nothing; MAPTYPE {} does not say it", in_quotes(type)),
+        "wavefront (heights of a reflected wavefront) or surface; in the file MAPTYPE says it, "
+        "'wavefront' or 'mirror'");
   return *source.wavefront;
 }
 
-double pitch(const MeasuredSource& source, const MemoryFits& file) {
-  // POPPY's two and PROPER's; PIXSCALE is left alone, it is an angle as often as a length.
-  for (const char* key : {"PIXELSCL", "PUPLSCAL", "PIXSIZE"})
-    if (const auto value = file.positive(key))
-      return *agreed_length(source.path, "pitch", source.pitch, value, kSamePitch);
-  return source.pitch.value_or(0);
+// The length of a step along an axis in its own unit, negative where the axis runs backwards: the column of
+// the matrix CD, else CDELTn. Nothing where the file does not say it.
+std::optional<double> axis_step(const MemoryFits& file, int axis) {
+  const auto matrix = [&](int row) {
+    return file.number(fmt::format("CD{}_{}", row, axis).c_str()).value_or(0);
+  };
+  double step = std::copysign(std::hypot(matrix(1), matrix(2)), matrix(axis));
+  if (step == 0) step = file.number(fmt::format("CDELT{}", axis).c_str()).value_or(0);
+  return step != 0 && std::isfinite(step) ? std::optional(step) : std::nullopt;
 }
 
-// The first slice of the unit CFITSIO is at, NaN where it is blank. BSCALE, BZERO and BLANK are applied by
+bool axes_are_turned(const MemoryFits& file) {
+  for (const char* key : {"CD1_2", "CD2_1", "PC1_2", "PC2_1", "CROTA2"})
+    if (file.number(key).value_or(0) != 0) return true;
+  return false;
+}
+
+// The steps along x and y [m], with the signs of their directions; 0: the file does not say it.
+struct Steps {
+  double x = 0, y = 0;
+};
+Steps steps_of(const MemoryFits& file) {
+  // POPPY's two and PROPER's; PIXSCALE is left alone, it is an angle as often as a length.
+  for (const char* key : {"PIXELSCL", "PUPLSCAL", "PIXSIZE"})
+    if (const auto value = file.positive(key)) return {*value, *value};
+  // The standard's axes, where they are lengths along x and y.
+  if (axes_are_turned(file)) return {};
+  const auto metres = [&](int axis) {
+    const auto unit = metres_per_unit(file.text(fmt::format("CUNIT{}", axis).c_str()).value_or(""));
+    return unit ? *unit * axis_step(file, axis).value_or(0) : 0.0;
+  };
+  return {metres(1), metres(2)};
+}
+
+// A plane, from 0, of the unit CFITSIO is at, NaN where it is blank. BSCALE, BZERO and BLANK are applied by
 // CFITSIO.
-Grid pixels(const std::string& path, const MemoryFits& file, const FitsImage& image) {
+Grid pixels(const std::string& path, const MemoryFits& file, const FitsImage& image, std::int64_t plane) {
   int dimensions = 0, status = 0;
   fits_get_img_dim(file.get(), &dimensions, &status);
   file.check(status, "NAXIS");
   std::vector<LONGLONG> size(std::size_t(std::max(dimensions, 2)), 0), first(size.size(), 1);
   fits_get_img_sizell(file.get(), dimensions, size.data(), &status);
   file.check(status, "NAXISn");
-  if (size[0] != image.columns || size[1] != image.rows)
+  LONGLONG planes = 1;
+  for (std::size_t axis = 2; axis < size.size(); ++axis) {
+    first[axis] = 1 + plane / planes % std::max<LONGLONG>(size[axis], 1);
+    planes *= std::max<LONGLONG>(size[axis], 1);
+  }
+  if (size[0] != image.columns || size[1] != image.rows || planes != image.planes)
     throw InputError(path, "NAXISn",
                      fmt::format("{} x {} pixels in one reading of the header, {} x {} in another", size[0],
                                  size[1], image.columns, image.rows),
@@ -208,60 +238,148 @@ Grid pixels(const std::string& path, const MemoryFits& file, const FitsImage& im
   return values;
 }
 
+// What is read of a file.
+struct FitsChoice {
+  FitsImage image;
+  std::optional<FitsImage> mask;
+  std::int64_t plane = 0;  // from 0
+  Warnings warnings;       // what was chosen unasked
+};
+
 // The pixels, NaN where they are not finite or left out by a mask; CFITSIO is at that one afterwards.
-Grid valid_pixels(const std::string& path, const MemoryFits& file, const FitsImage& image) {
+Grid valid_pixels(const std::string& path, const MemoryFits& file, const FitsChoice& choice) {
   constexpr double kInvalid = std::numeric_limits<double>::quiet_NaN();
-  Grid values = pixels(path, file, image);
+  Grid values = pixels(path, file, choice.image, choice.plane);
   values = values.isFinite().select(values, kInvalid);
-  if (image.mask_hdu != 0) {
-    // As fits_opd_bytes writes it: 0 where there is no measurement.
-    int status = 0;
-    fits_movabs_hdu(file.get(), image.mask_hdu, nullptr, &status);
-    file.check(status, fmt::format("header {}", image.mask_hdu));
-    values = (pixels(path, file, image) != 0).select(values, kInvalid);
+  if (choice.mask) {
+    // As fits_opd_bytes writes it: 0 where there is no measurement. Of a cube, it may have as many planes.
+    file.go_to(*choice.mask);
+    const std::int64_t plane = choice.mask->planes == choice.image.planes ? choice.plane : 0;
+    values = (pixels(path, file, *choice.mask, plane) != 0).select(values, kInvalid);
   }
   return values;
 }
 
-// What `use(file, image)` makes of a file, with CFITSIO at its image.
-template <class Use>
-auto at_image(const std::string& path, const Use& use) {
+// Images that may be meant: those that are no mask of another.
+std::vector<FitsImage> candidates(const std::vector<FitsImage>& images) {
+  std::vector<FitsImage> found;
+  for (const FitsImage& image : images)
+    if (!image.is_mask() || std::none_of(images.begin(), images.end(), [&](const FitsImage& other) {
+          return !other.is_mask() && mask_of(other, images) == &image;
+        }))
+      found.push_back(image);
+  return found;
+}
+
+// The first image: of a file that is read for its pixels alone.
+FitsChoice first_image(const std::vector<FitsImage>& images) {
+  return {candidates(images).front(), std::nullopt, 0, {}};
+}
+
+// The image that the option names, by its number or its EXTNAME.
+FitsImage named_image(const MeasuredSource& source, const std::vector<FitsImage>& images) {
+  const auto number = parse_number<int>(*source.hdu);
+  std::vector<FitsImage> found;
+  for (const FitsImage& image : images)
+    if (number ? image.hdu == *number : lower_case(image.name) == lower_case(*source.hdu))
+      found.push_back(image);
+  if (found.size() == 1) return found.front();
+  throw InputError(source.path, "option 'hdu'",
+                   found.empty()
+                       ? in_quotes(*source.hdu)
+                       : fmt::format("{} images of the name {}", found.size(), in_quotes(*source.hdu)),
+                   "the name or the number of one of the images " + fits_image_list(images));
+}
+
+// The image of heights: the one that is named; the only one; the only one with a unit that heights have.
+FitsChoice chosen_image(const MeasuredSource& source, const std::vector<FitsImage>& images) {
+  FitsChoice choice;
+  const std::vector<FitsImage> all = candidates(images);
+  std::vector<FitsImage> with_unit;
+  for (const FitsImage& image : all)
+    if (unit_of(image.unit)) with_unit.push_back(image);
+  if (source.hdu)
+    choice.image = named_image(source, images);
+  else if (all.size() == 1)
+    choice.image = all.front();
+  else if (with_unit.size() == 1) {
+    choice.image = with_unit.front();
+    choice.warnings.push_back(
+        {"image-chosen",
+         fmt::format(
+             "of the images {} hdu {} is read, the only one whose unit is one of heights; option 'hdu' "
+             "names another",
+             fits_image_list(all), choice.image.hdu)});
+  } else
+    throw MissingFact("hdu", source.path, "", "images " + fits_image_list(all),
+                      "option 'hdu': the name or the number of one of them",
+                      fmt::format("{}", all.front().hdu));
+  const std::int64_t planes = choice.image.planes;
+  if (!source.plane && planes > 1)
+    throw MissingFact("plane", source.path, fmt::format("hdu {}", choice.image.hdu),
+                      fmt::format("a cube of {} planes", planes), "option 'plane', from 1 on");
+  choice.plane = source.plane.value_or(1) - 1;
+  if (choice.plane < 0 || choice.plane >= planes)
+    throw InputError(source.path, "option 'plane'", fmt::format("{}", choice.plane + 1),
+                     planes == 1 ? "1, the only plane" : fmt::format("a plane from 1 to {}", planes));
+  return choice;
+}
+
+// What `use(file, choice)` makes of a file, packed by gzip or not, with CFITSIO at the image that
+// `choose(images)` takes.
+template <class Choose, class Use>
+auto at_image(const std::string& path, const Choose& choose, const Use& use) {
   std::string bytes = read_map_bytes(path);
-  const FitsImage image = find_fits_image(path, bytes);
+  if (is_gzip(bytes)) {
+    bytes = unpacked_gzip(path, bytes);
+    if (!bytes.starts_with("SIMPLE  ="))
+      throw InputError(path, "", "a file compressed with gzip that is no FITS file inside",
+                       "a FITS file; others unpacked by gunzip");
+  }
+  const std::vector<FitsImage> images = find_fits_images(path, bytes);
+  FitsChoice choice = choose(images);
+  if (const FitsImage* mask = mask_of(choice.image, images)) choice.mask = *mask;
   // Only what was checked goes to CFITSIO, with the last block filled up, as it reads whole blocks.
   constexpr std::uint64_t kBlock = 2880;
-  bytes.resize(std::size_t((image.end + kBlock - 1) / kBlock * kBlock), '\0');
+  const std::uint64_t end = std::max(choice.image.end, choice.mask ? choice.mask->end : 0);
+  bytes.resize(std::size_t((end + kBlock - 1) / kBlock * kBlock), '\0');
   const MemoryFits file(path, &bytes);
-  int status = 0;
-  fits_movabs_hdu(file.get(), image.hdu, nullptr, &status);
-  file.check(status, fmt::format("header {}", image.hdu));
-  return use(file, image);
+  file.go_to(choice.image);
+  return use(file, choice);
 }
 
 }  // namespace
 
 Grid internal::fits_pixels(const std::string& path) {
-  return at_image(
-      path, [&](const MemoryFits& file, const FitsImage& image) { return valid_pixels(path, file, image); });
+  return at_image(path, first_image, [&](const MemoryFits& file, const FitsChoice& choice) {
+    return valid_pixels(path, file, choice);
+  });
 }
 
 HeightMap read_fits(const MeasuredSource& source) {
   require_sane_options(source);
-  return at_image(source.path, [&](const MemoryFits& file, const FitsImage& image) {
+  const auto choose = [&](const std::vector<FitsImage>& images) { return chosen_image(source, images); };
+  return at_image(source.path, choose, [&](const MemoryFits& file, const FitsChoice& choice) {
     const double halve = surface_per_height(is_wavefront(source, file));
     const double factor = halve * metres_per_value(source, file);
-    const double p = pitch(source, file);
-    // Row 0 of FITS is the lowest, as ours is.
-    HeightMap map = empty_map(image.rows, image.columns, p, p);
+    const Steps steps = steps_of(file);
+    // Row 0 of FITS is the lowest, as ours is, unless the axis says otherwise.
+    HeightMap map =
+        empty_map(choice.image.rows, choice.image.columns, agreed_pitch(source, std::abs(steps.x)),
+                  agreed_pitch(source, std::abs(steps.y)));
+    map.warnings = choice.warnings;
     if (const auto name = file.text("OBJECT")) map.label = *name;
-    map.height = factor * valid_pixels(source.path, file, image);
+    map.height = factor * valid_pixels(source.path, file, choice);
+    if (steps.x < 0) map.height = map.height.rowwise().reverse().eval();
+    if (steps.y < 0) map.height = map.height.colwise().reverse().eval();
     return map;
   });
 }
 
 namespace {
 
-// [m] or [rad] of a pixel: PIXELSCL of POPPY's images [arcsec], or the axis of the standard.
+// [m] or [rad] of a pixel: PIXELSCL of POPPY's images [arcsec], or the axis of the standard (CDELT1 or CD1_1
+// with CUNIT1).
 void read_pixel(const MemoryFits& file, FocalImage* image) {
   if (const auto scale = file.positive("PIXELSCL")) {
     image->pixel = *scale * unit_factor("arcsec", Dimension::kAngle);
@@ -269,14 +387,14 @@ void read_pixel(const MemoryFits& file, FocalImage* image) {
     return;
   }
   const std::optional<std::string> unit = file.text("CUNIT1");
-  const std::optional<double> step = unit ? file.size("CDELT1") : std::nullopt;
+  const std::optional<double> step = unit ? axis_step(file, 1) : std::nullopt;
   if (!step) return;
   if (const auto metres = metres_per_unit(*unit)) {
-    image->pixel = *metres * *step;
+    image->pixel = *metres * std::abs(*step);
     return;
   }
   try {
-    image->pixel = unit_factor(*unit, Dimension::kAngle) * *step;
+    image->pixel = unit_factor(*unit, Dimension::kAngle) * std::abs(*step);
     image->is_angle = true;
   } catch (const UnitError&) {  // of no length and no angle: the study has to say it
   }
@@ -285,10 +403,10 @@ void read_pixel(const MemoryFits& file, FocalImage* image) {
 }  // namespace
 
 FocalImage internal::read_fits_image(const std::string& path) {
-  return at_image(path, [&](const MemoryFits& file, const FitsImage& found) {
+  return at_image(path, first_image, [&](const MemoryFits& file, const FitsChoice& choice) {
     FocalImage image;
     read_pixel(file, &image);
-    image.light = valid_pixels(path, file, found);
+    image.light = valid_pixels(path, file, choice);
     return image;
   });
 }

@@ -20,12 +20,12 @@ class FitsHeader {
       : path_(path), hdu_(hdu) {
     for (std::uint64_t at = start;; at += kCard) {
       if (at + kCard > bytes.size())
-        throw InputError(path, fmt::format("header {}", hdu), "the end of the file before END",
+        throw InputError(path, fmt::format("hdu {}", hdu), "the end of the file before END",
                          "a header that is closed by END");
       const std::string_view card = bytes.substr(at, kCard);
       for (const char c : card)
         if (c < 0x20 || c == 0x7f)
-          throw InputError(path, fmt::format("header {}, byte {}", hdu, at), in_quotes(card),
+          throw InputError(path, fmt::format("hdu {}, byte {}", hdu, at), in_quotes(card),
                            "cards of 80 printable ASCII characters");
       // At the card's begin (standard 4.1.2.1), where CFITSIO looks for it: who finds another END finds other
       // data.
@@ -59,7 +59,7 @@ class FitsHeader {
   bool is_true(std::string_view key) const { return value(key) == "T"; }
   std::uint64_t data() const { return data_; }
   [[noreturn]] void fail(const std::string& key, const std::string& found, const std::string& allowed) const {
-    throw InputError(path_, fmt::format("header {}, {}", hdu_, key), found, allowed);
+    throw InputError(path_, fmt::format("hdu {}, {}", hdu_, key), found, allowed);
   }
 
  private:
@@ -113,18 +113,32 @@ Layout layout(const FitsHeader& header, bool primary, std::uint64_t file_bytes) 
   return found;
 }
 
+FitsImage image_of(const FitsHeader& header, int hdu, const Layout& found) {
+  if (found.axes[0] > kMostMapPoints / found.axes[1])
+    header.fail("NAXIS1", fmt::format("an image of {} x {} pixels", found.axes[0], found.axes[1]),
+                fmt::format("at most {} pixels", kMostMapPoints));
+  constexpr std::size_t kLongest = 68;  // of a text in a card
+  FitsImage image;
+  image.hdu = hdu;
+  image.name = one_line(header.value("EXTNAME").value_or(""), kLongest);
+  for (const char* key : {"BUNIT", "Z_UNIT"})
+    if (image.unit.empty()) image.unit = one_line(header.value(key).value_or(""), kLongest);
+  image.columns = found.axes[0], image.rows = found.axes[1];
+  for (std::size_t axis = 2; axis < found.axes.size(); ++axis) image.planes *= found.axes[axis];
+  image.end = header.data() + found.data_bytes;
+  return image;
+}
+
 }  // namespace
 
-FitsImage find_fits_image(const std::string& path, std::string_view bytes) {
-  if (bytes.starts_with("\x1f\x8b"))
-    throw InputError(path, "byte 0", "a file compressed with gzip", "a FITS file, unpacked by gunzip");
+std::vector<FitsImage> find_fits_images(const std::string& path, std::string_view bytes) {
   if (!bytes.starts_with("SIMPLE  ="))
     throw InputError(path, "byte 0", in_quotes(bytes.substr(0, 9)), "a FITS file, which begins with SIMPLE");
   std::string others;
-  FitsImage result;
+  std::vector<FitsImage> images;
   std::uint64_t start = 0;
-  for (int hdu = 1; start + kCard <= bytes.size(); ++hdu) {
-    const bool primary = hdu == 1;
+  for (int hdu = 0; start + kCard <= bytes.size(); ++hdu) {
+    const bool primary = hdu == 0;
     // What follows the last unit may be anything (standard 3.5).
     if (!primary && !bytes.substr(start).starts_with("XTENSION=")) break;
     const FitsHeader header(path, bytes, start, hdu);
@@ -132,19 +146,9 @@ FitsImage find_fits_image(const std::string& path, std::string_view bytes) {
       header.fail("SIMPLE", "a file that does not conform to the standard", "SIMPLE = T");
     const Layout found = layout(header, primary, bytes.size());
     const std::string kind(primary ? "IMAGE" : header.value("XTENSION").value_or(""));
-    const bool image = kind == "IMAGE" && found.axes.size() >= 2 &&
-                       std::find(found.axes.begin(), found.axes.end(), 0) == found.axes.end();
-    if (image && result.hdu == 0) {
-      if (found.axes[0] > kMostMapPoints / found.axes[1])
-        header.fail("NAXIS1", fmt::format("an image of {} x {} pixels", found.axes[0], found.axes[1]),
-                    fmt::format("at most {} pixels", kMostMapPoints));
-      result = {hdu, found.axes[0], found.axes[1], 0, header.data() + found.data_bytes};
-    } else if (image && header.value("EXTNAME") == "MASK" && found.axes[0] == result.columns &&
-               found.axes[1] == result.rows) {
-      result.mask_hdu = hdu;
-      result.end = header.data() + found.data_bytes;
-      return result;
-    }
+    if (kind == "IMAGE" && found.axes.size() >= 2 &&
+        std::find(found.axes.begin(), found.axes.end(), 0) == found.axes.end())
+      images.push_back(image_of(header, hdu, found));
     if (header.is_true("ZIMAGE"))
       others += " a tile-compressed image,";
     else if (kind != "IMAGE")
@@ -154,11 +158,32 @@ FitsImage find_fits_image(const std::string& path, std::string_view bytes) {
     start = header.data() + (found.data_bytes + kBlock - 1) / kBlock * kBlock;
     if (others.size() > 100) others = " many tables,";
   }
-  if (result.hdu != 0) return result;
+  if (!images.empty()) return images;
   throw InputError(
       path, "",
       others.empty() ? "a FITS file without image data" : "only" + others.substr(0, others.size() - 1),
       "a two-dimensional image (a compressed one unpacked by funpack)");
+}
+
+const FitsImage* mask_of(const FitsImage& image, const std::vector<FitsImage>& images) {
+  for (const FitsImage& other : images)
+    if (other.hdu != image.hdu && other.is_mask() && other.columns == image.columns &&
+        other.rows == image.rows)
+      return &other;
+  return nullptr;
+}
+
+std::string fits_image_list(const std::vector<FitsImage>& images) {
+  constexpr std::size_t kMostListed = 8;
+  std::string list;
+  for (std::size_t i = 0; i < std::min(images.size(), kMostListed); ++i) {
+    const FitsImage& image = images[i];
+    list += fmt::format("{}{}{} ({} x {}{}, {})", i > 0 ? ", " : "", image.hdu,
+                        image.name.empty() ? "" : " " + in_quotes(image.name), image.columns, image.rows,
+                        image.planes > 1 ? fmt::format(" x {}", image.planes) : "",
+                        image.unit.empty() ? "no unit" : image.unit);
+  }
+  return list + (images.size() > kMostListed ? fmt::format(" and {} more", images.size() - kMostListed) : "");
 }
 
 }  // namespace aberfit::internal

@@ -6,6 +6,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
+#include "foreign_formats.h"
 #include "unknown_text_file.h"
 
 namespace aberfit {
@@ -72,20 +73,24 @@ void require_sane(const std::string& path, const HeightMap& map) {
 }
 
 // Any value, to read on and see what else is missing.
-void suppose(const std::string& fact, MeasuredSource* source) {
+void suppose(const MissingFact& missing, MeasuredSource* source) {
+  const std::string& fact = missing.fact();
   if (fact == "quantity") source->quantity = ProfileQuantity::kHeight;
   if (fact == "of") source->wavefront = false;
   if (fact == "x_unit") source->x_factor = 1e-3;
   if (fact == "value_unit") source->value_factor = 1e-9;
   if (fact == "pitch") source->pitch = 1e-3;
   if (fact == "wavelength") source->wavelength = 500e-9;
+  if (fact == "hdu") source->hdu = missing.example();
+  if (fact == "plane") source->plane = 1;
 }
 
 // Options that a format has no use for would be ignored unsaid.
 void require_options_of(MeasuredFormat format, const MeasuredSource& source) {
   using enum MeasuredFormat;
-  if (format == kMapText || format == kAuto) return;
-  const bool text = format == kProfileText || format == kDabam;  // DABAM has a list of its own
+  if (format == kAuto) return;
+  const bool matrix = format == kMapText;
+  const bool text = matrix || format == kProfileText || format == kDabam;  // DABAM has a list of its own
   const bool scaled =
       format == kZygo || format == kCodeVInt || format == kZemaxGridSag || format == kDftfringe;
   struct Option {
@@ -93,8 +98,12 @@ void require_options_of(MeasuredFormat format, const MeasuredSource& source) {
     const char *name, *allowed;
   };
   for (const auto& [refused, name, allowed] :
-       {Option{source.columns.has_value(), "columns", "it is for matrices of text (format map)"},
-        Option{source.bottom_first, "first_row", "it is for matrices of text (format map)"},
+       {Option{!matrix && source.columns, "columns", "it is for matrices of text (format map)"},
+        Option{!matrix && source.bottom_first && format != kNpy, "first_row",
+               "it is for matrices of text and arrays (formats map and npy)"},
+        Option{source.hdu && format != kFits, "hdu", "it is for FITS files"},
+        Option{source.plane && format != kFits && format != kNpy, "plane",
+               "it is for cubes (formats fits and npy)"},
         Option{!text && source.x_factor, "x_unit", "it is for positions in text (formats profile and map)"},
         Option{scaled && (source.value_factor || source.value_in_waves), "value_unit",
                "such files say what their heights are"}})
@@ -134,7 +143,12 @@ Measurement read_as(const MeasuredSource& source, MeasuredFormat format) {
       return read_wyko_text(source);
     case MeasuredFormat::kDftfringe:
       return read_dftfringe(source);
+    case MeasuredFormat::kFourD:
+      return read_4d(source);
+    case MeasuredFormat::kNpy:
+      return read_npy(source);
     case MeasuredFormat::kAuto:
+      internal::refuse_foreign_format(source.path);
       refuse_unknown_text(source);
       break;
   }
@@ -165,7 +179,7 @@ Measurement read_measurement(const MeasuredSource& source) {
 std::vector<std::string> missing_facts(const MeasuredSource& source) {
   std::vector<std::string> facts;
   MeasuredSource supposed = source;
-  constexpr std::size_t kMost = 6;
+  constexpr std::size_t kMost = 8;
   try {
     while (facts.size() < kMost) {
       try {
@@ -175,7 +189,7 @@ std::vector<std::string> missing_facts(const MeasuredSource& source) {
         return facts;
       } catch (const MissingFact& missing) {
         facts.push_back(missing.fact());
-        suppose(missing.fact(), &supposed);
+        suppose(missing, &supposed);
       }
     }
   } catch (const InputError&) {

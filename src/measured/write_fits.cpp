@@ -116,6 +116,7 @@ std::string fits_opd_bytes(const HeightMap& map) {
   FitsWriter file;
   file.begin_image(DOUBLE_IMG, side, side);
   file.card({"BUNIT", std::string("meter"), "optical path difference, 2 x surface height"});
+  file.card({"MAPTYPE", std::string("wavefront"), "heights of the reflected wavefront"});
   file.card({"PIXELSCL", map.pitch_x, "[m] per pixel"});
   if (const std::string label = one_line(map.label, 68); !label.empty()) file.card({"OBJECT", label, ""});
   file.pixels(opd);

@@ -2,7 +2,6 @@
 // heights in a binary file, little-endian. As in the schema of openGPS; meaning of types and the mask of
 // valid points also as in Gwyddion (modules/file/opengps.c).
 #include <fmt/format.h>
-#include <zip.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,77 +10,15 @@
 #include <pugixml.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "map_reading.h"
+#include "zip_archive.h"
 
 namespace aberfit {
 using namespace internal;
 
 namespace {
-
-// A zip archive in memory.
-class X3pArchive {
- public:
-  X3pArchive(const std::string& path, const std::string& bytes) : path_(path), size_(bytes.size()) {
-    zip_error_t error;
-    zip_error_init(&error);
-    zip_source_t* const bytes_of = zip_source_buffer_create(bytes.data(), bytes.size(), 0, &error);
-    if (bytes_of != nullptr) archive_ = zip_open_from_source(bytes_of, ZIP_RDONLY, &error);
-    const std::string message = one_line(zip_error_strerror(&error), 200);
-    if (archive_ == nullptr && bytes_of != nullptr) zip_source_free(bytes_of);
-    zip_error_fini(&error);
-    if (archive_ == nullptr) throw InputError(path_, "", message, "an x3p file, a zip archive");
-  }
-  ~X3pArchive() { zip_discard(archive_); }
-  X3pArchive(const X3pArchive&) = delete;
-  X3pArchive& operator=(const X3pArchive&) = delete;
-
-  /// The content of a file of the archive, of at most `most` bytes; checked by its CRC.
-  std::string content(const std::string& name, std::uint64_t most) const {
-    zip_stat_t about;
-    zip_stat_init(&about);
-    if (zip_stat(archive_, name.c_str(), 0, &about) != 0)
-      throw InputError(path_, one_line(name, 80), "nothing", "a file of that name in the archive");
-    constexpr zip_uint64_t kWanted =
-        ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE | ZIP_STAT_COMP_METHOD | ZIP_STAT_ENCRYPTION_METHOD;
-    if ((about.valid & kWanted) != kWanted)
-      fail(name, "an incomplete entry", "size and method of the packed file");
-    if (about.encryption_method != ZIP_EM_NONE) fail(name, "encrypted content", "content without a password");
-    if (about.comp_method != ZIP_CM_STORE && about.comp_method != ZIP_CM_DEFLATE)
-      fail(name, fmt::format("compression method {}", about.comp_method), "0 (stored) or 8 (deflate)");
-    const std::uint64_t packed = std::min<std::uint64_t>(about.comp_size, size_);
-    if (about.size > most || about.size / kMostByDeflate > packed)
-      fail(name, fmt::format("{} bytes, packed in {}", about.size, packed),
-           fmt::format("at most {} bytes", most));
-    std::string bytes(std::size_t(about.size), '\0');
-    zip_file_t* const file = zip_fopen(archive_, name.c_str(), 0);
-    if (file == nullptr) fail(name, one_line(zip_strerror(archive_), 200), "content that can be unpacked");
-    std::size_t got = 0;
-    zip_int64_t read = 1;
-    while (read > 0 && got < bytes.size()) {
-      read = zip_fread(file, bytes.data() + got, bytes.size() - got);
-      if (read > 0) got += std::size_t(read);
-    }
-    // The CRC is looked at where the content ends.
-    char beyond = 0;
-    const zip_int64_t after = read < 0 ? read : zip_fread(file, &beyond, 1);
-    const std::string message = after < 0 ? one_line(zip_file_strerror(file), 200) : "another length";
-    zip_fclose(file);
-    if (after != 0 || got < bytes.size())
-      fail(name, fmt::format("{} after {} bytes", message, got), fmt::format("{} bytes", about.size));
-    return bytes;
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& name, const std::string& found,
-                         const std::string& allowed) const {
-    throw InputError(path_, one_line(name, 80), found, allowed);
-  }
-
-  const std::string& path_;
-  std::uint64_t size_;
-  zip_t* archive_ = nullptr;
-};
 
 // main.xml, by paths such as "Record1/Axes/CX/Increment" below the root; prefixes of name spaces are no part
 // of them.
@@ -173,14 +110,34 @@ double x3p_factor(const MeasuredSource& source, const X3pMain& main, const X3pTy
   return agreed_value_factor(source, *said, "CZ/Increment");
 }
 
+// The folder of main.xml in the archive, with a slash behind it: the top, or, where somebody packed the
+// folder and not what is in it, the only one that has such a file.
+std::string x3p_folder(const std::string& path, const std::vector<std::string>& names) {
+  constexpr std::string_view kMain = "main.xml";
+  std::vector<std::string> folders;
+  for (const std::string& name : names) {
+    if (name == kMain) return "";
+    if (name.ends_with("/" + std::string(kMain)))
+      folders.push_back(name.substr(0, name.size() - kMain.size()));
+  }
+  if (folders.empty()) refuse_other_zip(path, names);
+  if (folders.size() > 1)
+    throw InputError(path, "",
+                     fmt::format("several surfaces, {}main.xml and {}main.xml", one_line(folders[0], 80),
+                                 one_line(folders[1], 80)),
+                     "an archive of one surface");
+  return folders.front();
+}
+
 }  // namespace
 
 HeightMap read_x3p(const MeasuredSource& source) {
   require_sane_options(source);
   const std::string bytes = read_map_bytes(source.path);
-  const X3pArchive archive(source.path, bytes);
+  const ZipArchive archive(source.path, bytes, "an x3p file, a zip archive");
+  const std::string folder = x3p_folder(source.path, archive.names());
   constexpr std::uint64_t kMostXml = 1 << 24;
-  const X3pMain main(source.path, archive.content("main.xml", kMostXml));
+  const X3pMain main(source.path, archive.content(folder + "main.xml", kMostXml));
   main.require("Record1/FeatureType", "SUR", "a surface");
   for (const char* axis : {"CX", "CY"})
     main.require(fmt::format("Record1/Axes/{}/AxisType", axis), "I", "positions in equal steps");
@@ -199,7 +156,7 @@ HeightMap read_x3p(const MeasuredSource& source) {
   const auto linked = [&](const char* place, std::uint64_t length) {
     const std::string name = main.text(place);
     if (name.empty()) return std::string();
-    std::string content = archive.content(name, length);
+    std::string content = archive.content(folder + name, length);
     if (content.size() < length)
       throw InputError(source.path, one_line(name, 80), fmt::format("{} bytes", content.size()),
                        fmt::format("{} bytes, as {} x {} points have", length, columns, rows));

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "aberfit/core/text.h"
 #include "describe.h"
 
@@ -88,6 +90,23 @@ void describe_clear_part(Visitor& v, ClearPart& clear) {
             clear.erode, 0, 100000);
 }
 
+// The name of an image, or its number.
+void describe_hdu(Visitor& v, std::string& hdu) {
+  Visitor::WordOrQuantity held = hdu;
+  v.word_or_quantity({"hdu",
+                      "FITS: name (EXTNAME) or number of the image, 0 the primary, 1 the first extension; "
+                      "absent: the only one, or the only one with a unit of heights",
+                      kOptional, "\"OPD\""},
+                     held, R"(.*[^0-9].*)", kNumber, Range::non_negative());
+  if (const auto* number = std::get_if<double>(&held)) {
+    v.check(*number == std::floor(*number) && *number < 1e9, "hdu", fmt::format("{}", *number),
+            "a name or a whole number");
+    hdu = fmt::format("{:.0f}", *number);
+  } else {
+    hdu = std::get<std::string>(held);
+  }
+}
+
 void describe_source(Visitor& v, MeasuredFile& m) {
   v.text({"file", "measured profile or map; relative to the study file", kRequired, "\"m3.fits\""}, m.file,
          false);
@@ -115,11 +134,14 @@ void describe_source(Visitor& v, MeasuredFile& m) {
              m.pitch, kLength, Range::positive());
   v.integer({"columns", "text maps: samples of a row, where rows go over several lines", kOptional, "512"},
             m.columns, 2, 1000000);
-  v.word({"first_row", "text maps: where the first row of the file is on the surface"}, m.first_row,
+  v.word({"first_row", "text maps and NumPy: where the first row of the file is on the surface"}, m.first_row,
          {"top", "bottom"});
   v.quantity({"wavelength", "of the instrument [m], for values in waves or radians; absent: as the file says",
               kOptional, "\"632.8 nm\""},
              m.wavelength, kLength, Range{1e-12, 1e-2});
+  describe_hdu(v, m.hdu);
+  v.integer({"plane", "FITS and NumPy: which plane of a cube, from 1", kOptional, "1"}, m.plane, 1,
+            1000000000);
   v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale, kNumber,
              Range::positive());
   describe_clear_part(v, m.clear);

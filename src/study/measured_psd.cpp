@@ -32,6 +32,8 @@ MeasuredSource source_of(const MeasuredFile& file, const std::string& path) {
   source.columns = file.columns;
   source.bottom_first = file.first_row == "bottom";
   source.wavelength = file.wavelength;
+  if (!file.hdu.empty()) source.hdu = file.hdu;
+  source.plane = file.plane;
   return source;
 }
 
@@ -58,12 +60,16 @@ std::string as_given(const std::string& text, bool typed) {
 }
 
 // One message for everything that a file leaves open.
+// choices: what there is to choose from, where the first fact is a choice.
 [[noreturn]] void ask_for(const std::vector<std::string>& facts, bool typed, const std::string& where,
-                          const std::string& pointer, const std::string& file) {
+                          const std::string& pointer, const std::string& file,
+                          const std::string& choices = "") {
   struct Fact {
     const char *key, *what, *typed, *written;
   };
   static constexpr Fact kFacts[] = {
+      {"hdu", "which of its images is meant", "NAME|N", "\"OPD\" or 1"},
+      {"plane", "which plane of its cube is meant", "K (from 1)", "1"},
       {"quantity", "whether its values are heights or slopes", "height|slope", "\"height\" or \"slope\""},
       {"of", "whether it is of the surface or of a wavefront", "surface|wavefront",
        "\"surface\" or \"wavefront\""},
@@ -76,6 +82,7 @@ std::string as_given(const std::string& text, bool typed) {
   for (const Fact& fact : kFacts) {
     if (std::find(facts.begin(), facts.end(), fact.key) == facts.end()) continue;
     open += (open.empty() ? "" : "; ") + std::string(fact.what);
+    if (fact.key == facts.front() && !choices.empty()) open += " (" + choices + ")";
     allowed += (allowed.empty() ? "" : ", ") + option_name(fact.key, typed) + (typed ? " " : ": ") +
                (typed ? fact.typed : fact.written);
   }
@@ -169,9 +176,11 @@ Measurement load_measurement(const MeasuredFile& file, const std::string& folder
   try {
     data = read_measurement(source);
   } catch (const InputError& error) {
-    if (dynamic_cast<const MissingFact*>(&error) != nullptr)
-      if (const std::vector<std::string> facts = missing_facts(source); facts.size() > 1)
-        ask_for(facts, typed, where, pointer, file.file);
+    if (const auto* missing = dynamic_cast<const MissingFact*>(&error))
+      if (const std::vector<std::string> facts = missing_facts(source); facts.size() > 1) {
+        const bool choice = missing->fact() == "hdu" || missing->fact() == "plane";
+        ask_for(facts, typed, where, pointer, file.file, choice ? error.found() : "");
+      }
     throw InputError(where, pointer,
                      fmt::format("in \"{}\"{}{}: {}", file.file, error.pointer().empty() ? "" : ", ",
                                  as_given(error.pointer(), typed), as_given(error.found(), typed)),
@@ -179,6 +188,8 @@ Measurement load_measurement(const MeasuredFile& file, const std::string& folder
   }
   if (const auto* map = std::get_if<HeightMap>(&data); map && !(map->pitch_x > 0 && map->pitch_y > 0))
     ask_for({"pitch"}, typed, where, pointer, file.file);
+  if (auto* map = std::get_if<HeightMap>(&data))
+    for (Warning& warning : map->warnings) warning.message = as_given(warning.message, typed);
   if (auto* profile = std::get_if<Profile>(&data)) profile->value *= file.scale;
   if (auto* map = std::get_if<HeightMap>(&data)) map->height *= file.scale;
   if (file.clear.whole()) return data;
@@ -205,6 +216,9 @@ void measure_psd(MeasuredPsd& measured, const std::string& folder, const std::st
       const Warnings seen = screen(&measured.data.back(), measured.outliers, measured.estimator.detrend);
       bands.push_back(estimate(measured.data.back(), measured.estimator, threads));
       bands.back().warnings.insert(bands.back().warnings.begin(), seen.begin(), seen.end());
+      if (const auto* map = std::get_if<HeightMap>(&measured.data.back()))
+        bands.back().warnings.insert(bands.back().warnings.begin(), map->warnings.begin(),
+                                     map->warnings.end());
     } catch (const std::invalid_argument& error) {
       throw InputError(where, key, fmt::format("\"{}\": {}", file.file, error.what()),
                        "a measurement whose PSD can be estimated");

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
@@ -181,6 +182,93 @@ TEST(MapTarget, FitsAnInterferogramAndExportsTheSurface) {
   }
   for (const char* name : {"grid_sag.DAT", "surface.int", "zernike_fringe.int", "opd.fits", "surface.csv"})
     EXPECT_TRUE(fs::exists(folder.file(std::string("out/exports/") + name))) << name;
+  // The exported map says what it is: every point of the other export, without an option.
+  MeasuredSource exported;
+  exported.path = folder.file("out/exports/opd.fits");
+  const HeightMap opd = std::get<HeightMap>(read_measurement(exported));
+  std::istringstream points(read_file(folder.file("out/exports/surface.csv")));
+  Eigen::Index seen = 0;
+  for (std::string line; std::getline(points, line);) {
+    double x = 0, y = 0, h = 0;
+    if (std::sscanf(line.c_str(), "%lf,%lf,%lf", &x, &y, &h) != 3) continue;
+    const double found = opd.height(Eigen::Index(std::lround((y - opd.y0) / opd.pitch_y)),
+                                    Eigen::Index(std::lround((x - opd.x0) / opd.pitch_x)));
+    ASSERT_NEAR(found, h, 1e-9 * std::abs(h) + 1e-21) << line;
+    ++seen;
+  }
+  EXPECT_EQ(seen, valid_count(opd));
+  EXPECT_GT(seen, 1000);
+}
+
+// A FITS image of 48 x 48 integers that follow no shape.
+std::string fits_card(const std::string& key, const std::string& value) {
+  const std::string card = key + std::string(8 - key.size(), ' ') + "= " + value;
+  return card + std::string(80 - card.size(), ' ');
+}
+std::string fits_image(bool primary, const std::string& more, double scale) {
+  constexpr int kSide = 48;
+  std::string bytes = (primary ? fits_card("SIMPLE", "T") : fits_card("XTENSION", "'IMAGE   '")) +
+                      fits_card("BITPIX", "16") + fits_card("NAXIS", "2") +
+                      fits_card("NAXIS1", std::to_string(kSide)) +
+                      fits_card("NAXIS2", std::to_string(kSide)) +
+                      (primary ? "" : fits_card("PCOUNT", "0") + fits_card("GCOUNT", "1")) + more + "END";
+  bytes.resize((bytes.size() + 2879) / 2880 * 2880, ' ');
+  for (int row = 0; row < kSide; ++row)
+    for (int column = 0; column < kSide; ++column) {
+      const auto height = int(scale * std::sin(1.7 * row * row + 0.9 * column * column + row * column));
+      bytes += char(height >> 8), bytes += char(height);
+    }
+  bytes.resize((bytes.size() + 2879) / 2880 * 2880, '\0');
+  return bytes;
+}
+
+TEST(PsdCommand, ChoosesTheImageOfAFitsFileAndSaysSo) {
+  const ScratchFolder folder;
+  const std::string said = fits_card("BUNIT", "'nm'") + fits_card("CDELT1", "1.0") +
+                           fits_card("CUNIT1", "'mm'") + fits_card("CDELT2", "1.0") +
+                           fits_card("CUNIT2", "'mm'");
+  folder.write("one.fits",
+               fits_image(true, "", 100) + fits_image(false, fits_card("EXTNAME", "'OPD'") + said, 1000));
+  folder.write("two.fits", fits_image(true, said, 100) + fits_image(false, said, 1000));
+  const auto psd = [&](const std::string& options) {
+    run_program(folder, "psd " + options + " --of surface --json --no-plots --keep-lines");
+    return ordered_json::parse(read_file(folder.file("stdout.txt")));
+  };
+  const ordered_json chosen = psd("one.fits");
+  EXPECT_EQ(chosen["warnings"][0]["code"], "image-chosen");
+  const std::string message = chosen["warnings"][0]["message"];
+  EXPECT_NE(message.find("1 'OPD' (48 x 48, nm) hdu 1 is read"), std::string::npos) << message;
+  EXPECT_NE(message.find("--hdu"), std::string::npos) << message;
+  // Named, it is no surprise.
+  const ordered_json named = psd("one.fits --hdu opd");
+  for (const auto& warning : named["warnings"]) EXPECT_NE(warning["code"], "image-chosen");
+  EXPECT_EQ(named["request"]["hdu"], "opd");
+  EXPECT_EQ(named["estimate"]["rms_height_m"], chosen["estimate"]["rms_height_m"]);
+  // Two with units: asked, and each read by its number.
+  EXPECT_EQ(run_program(folder, "psd two.fits --of surface"), 2);
+  const std::string error = read_file(folder.file("stderr.txt"));
+  EXPECT_NE(error.find("images 0 (48 x 48, nm), 1 (48 x 48, nm)"), std::string::npos) << error;
+  EXPECT_NE(error.find("--hdu"), std::string::npos) << error;
+  const double first = psd("two.fits --hdu 0")["estimate"]["rms_height_m"],
+               second = psd("two.fits --hdu 1")["estimate"]["rms_height_m"];
+  EXPECT_NEAR(second / first, 10, 0.2);  // integers of up to 100 nm are rounded
+  // All that is open in one message, and the key of a study.
+  folder.write("open.fits", fits_image(true, "", 100) + fits_image(false, "", 100));
+  EXPECT_EQ(run_program(folder, "psd open.fits"), 2);
+  const std::string open = read_file(folder.file("stderr.txt"));
+  EXPECT_NE(open.find("which of its images is meant (images 0 (48 x 48, no unit)"), std::string::npos)
+      << open;
+  EXPECT_NE(open.find("--hdu NAME|N, --of surface|wavefront, --value-unit"), std::string::npos) << open;
+  const auto study_file = [](const std::string& hdu) {
+    return R"({"psd": {"model": "measured", "file": "two.fits", "of": "surface", "find_lines": false, "hdu": )" +
+           hdu + "}}";
+  };
+  folder.write("study.json", study_with(", \"roughness\": " + study_file("1")));
+  run_program(folder, "psd study.json --json --no-plots -o of_study");
+  EXPECT_EQ(ordered_json::parse(read_file(folder.file("stdout.txt")))["estimate"]["rms_height_m"], second);
+  folder.write("study.json", study_with(", \"roughness\": " + study_file("1.5")));
+  EXPECT_EQ(run_program(folder, "psd study.json"), 2);
+  EXPECT_NE(read_file(folder.file("stderr.txt")).find("/roughness/psd/hdu"), std::string::npos);
 }
 
 TEST(PsdTargets, AreMetBesideTheFocus) {

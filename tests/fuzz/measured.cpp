@@ -6,6 +6,7 @@
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/measured/write_map.h"
 #include "harness.h"
+#include "measured/packed_files.h"
 #include "measured/synthetic_files.h"
 #include "targets.h"
 
@@ -47,12 +48,16 @@ void read_file(const std::string& path, MeasuredFormat format, std::size_t most)
   const bool text = format == MeasuredFormat::kProfileText || format == MeasuredFormat::kMapText;
   if (text) source.x_factor = 1e-3;
   if (text || format == MeasuredFormat::kFits || format == MeasuredFormat::kDatx) source.value_factor = 1e-9;
+  if (format == MeasuredFormat::kNpy) source.value_factor = 1e-9;
+  if (format == MeasuredFormat::kFits) source.hdu = "0";
+  if (format == MeasuredFormat::kFits || format == MeasuredFormat::kNpy) source.plane = 1;
   if (format == MeasuredFormat::kMapText) source.columns = 4, source.bottom_first = true;
   read_or_refuse(read);
 }
 
 void read_one_file(MeasuredFormat format, std::string_view bytes) {
-  const bool packed = format == MeasuredFormat::kX3p || format == MeasuredFormat::kDatx;
+  const bool packed = format == MeasuredFormat::kX3p || format == MeasuredFormat::kDatx ||
+                      format == MeasuredFormat::kFourD || bytes.starts_with("\x1f\x8b");
   const std::size_t points_per_byte = packed ? kDeflate : format == MeasuredFormat::kMapText ? kSparse : 1;
   read_file(fuzz_folder().write("input", bytes), format, bytes.size() * points_per_byte);
 }
@@ -67,8 +72,8 @@ void read_dabam_pair(std::string_view bytes) {
 
 void read_mask_file(std::string_view bytes) {
   const std::string path = fuzz_folder().write("mask", bytes);
-  read_or_refuse(
-      [&] { require(std::size_t(read_mask(path).size()) <= bytes.size(), "a mask fits in its file"); });
+  const std::size_t most = bytes.size() * (bytes.starts_with("\x1f\x8b") ? kDeflate : 1);
+  read_or_refuse([&] { require(std::size_t(read_mask(path).size()) <= most, "a mask fits in its file"); });
 }
 
 HeightMap small_map() {
@@ -156,7 +161,33 @@ std::vector<std::string> fits_seeds() {
   const std::string image = fits_opd_bytes(small_map());
   std::string integers = image;  // 16 bits with scale and mark: other ways through the reader
   integers.replace(integers.find("-64"), 3, " 16");
-  return {image, integers};
+  std::string cube = image;  // of one plane
+  cube.replace(cube.find("NAXIS   =                    2"), 30, "NAXIS   =                    3");
+  cube.replace(cube.find("EXTEND  =                    T"), 30, "NAXIS3  =                    1");
+  return {image, integers, cube, gzip_of(image)};
+}
+
+std::vector<std::string> npy_seeds() {
+  std::vector<std::string> seeds;
+  for (const char* header : {"{'descr': '<f8', 'fortran_order': False, 'shape': (2, 3), }",
+                             "{'descr': '>i2', 'fortran_order': True, 'shape': (2, 2, 3), }",
+                             "{'descr': '|u1', 'fortran_order': False, 'shape': (3, 4), }"}) {
+    std::string text = header;
+    text += std::string(117 - text.size(), ' ') + "\n";
+    std::string numbers;
+    for (char i = 0; i < 48; ++i) numbers += i % 8 == 7 ? '?' : i;
+    seeds.push_back("\x93NUMPY\x01" + std::string(1, '\0') + little(text.size(), 2) + text + numbers);
+  }
+  return seeds;
+}
+
+// Members at the top, in a folder, and of another kind.
+std::vector<std::string> x3p_seeds() {
+  std::vector<std::string> seeds = {bytes_of_synthetic("marker-counts.x3p"),
+                                    bytes_of_synthetic("marker-double.x3p")};
+  seeds.push_back(zip_of({{"part/main.xml", "<ISO5436_2/>"}, {"__MACOSX/part/._main.xml", "a"}}));
+  seeds.push_back(zip_of({{"xl/workbook.xml", "<a/>"}}));
+  return seeds;
 }
 
 std::vector<std::string> sag_seeds() {
@@ -205,8 +236,12 @@ std::vector<FuzzTarget> measured_targets() {
       of_format("opd", kOpd, {"marker-counts.opd", "marker-float.opd"}, 2048),
       of_format("sdf", kSdf, {"marker-bcr.sdf", "marker-iso1.sdf", "marker-iso2.sdf", "marker-text.sdf"},
                 4096),
-      of_format("x3p", kX3p, {"marker-counts.x3p", "marker-double.x3p"}, 8192),
-      of_format("datx", kDatx, {"marker-fringes.datx", "marker-nm.datx", "link.datx", "outside.datx"}, 16384),
+      of_format("x3p", kX3p, x3p_seeds, 8192),
+      of_format("datx", kDatx,
+                {"marker-fringes.datx", "marker-nm.datx", "link.datx", "outside.datx", "other.h5"}, 16384),
+      of_format("4d", kFourD, {"marker-4d.h5", "marker-4d-packed.h5", "marker-4d-focus.h5", "other.h5"},
+                8192),
+      of_format("npy", kNpy, npy_seeds, 1024),
       {"mask", read_mask_file, mask_seeds, 6000}};
 }
 

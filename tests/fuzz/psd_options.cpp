@@ -33,9 +33,9 @@ std::string small_surface() {
 }
 
 bool of_file(std::string_view key) {
-  constexpr std::string_view kKeys[] = {"format",     "column", "quantity", "of",        "x_unit",
-                                        "value_unit", "pitch",  "columns",  "first_row", "wavelength",
-                                        "scale",      "mask",   "erode",    "aperture"};
+  constexpr std::string_view kKeys[] = {
+      "format",    "column",     "quantity", "of",   "x_unit", "value_unit", "pitch", "columns",
+      "first_row", "wavelength", "scale",    "mask", "erode",  "aperture",   "hdu",   "plane"};
   return std::find(std::begin(kKeys), std::end(kKeys), key) != std::end(kKeys);
 }
 

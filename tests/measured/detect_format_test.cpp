@@ -40,6 +40,8 @@ TEST(DetectFormat, TellsEveryFormatByItsContent) {
       {"aISO-1.0\nManufacID = x\n", MeasuredFormat::kSdf},
       {std::string("bBCR-1.0\0\0", 10), MeasuredFormat::kSdf},
       {"PK\x03\x04 rest", MeasuredFormat::kX3p},
+      {"\x1f\x8b\x08 rest", MeasuredFormat::kFits},
+      {"\x93NUMPY\x01 rest", MeasuredFormat::kNpy},
       {"! a remark\r\n! another\r\na title, 1 2 3\r\nGRD 2 2 SUR WVL 0.6328 SSZ 100\r\n1 2 3 4\r\n",
        MeasuredFormat::kCodeVInt},
       {"a title\nZFR 3 WFR WVL 0.5 SSZ 1\n0\n1\n2\n", MeasuredFormat::kCodeVInt},
@@ -138,6 +140,55 @@ TEST(DetectFormat, AnyDamageLeavesAnAnswer) {
 
 }  // namespace
 }  // namespace aberfit::test
+
+// Known by the first bytes or by the name: the message says what it is and which way leads here.
+TEST(ReadMeasurement, NamesFormatsThatAreKnownAndNotRead) {
+  const aberfit::test::Scratch scratch;
+  struct Case {
+    std::string name, bytes, found, allowed;
+  };
+  const std::string binary("\0\1\2\3", 4);
+  for (const Case& c :
+       {Case{"a.sur", "DIGITAL SURF" + binary, "a Digital Surf surface (.sur, MountainsMap), which",
+             "Gwyddion"},
+        {"a.bin", "DSCOMPRESSED" + binary, "a Digital Surf surface", "Gwyddion"},
+        {"a.PLU", binary, "a Sensofar surface (.plu) by its name", "saves text with a header"},
+        {"a.nms", binary, "a NanoFocus surface (.nms) by its name", "Gwyddion"},
+        {"a.gwy", "GWYP" + binary, "a Gwyddion file (.gwy)", "Gwyddion"},
+        {"a.al3d", "AliconaImaging" + binary, "an Alicona surface", "Gwyddion"},
+        {"a.mnt", binary, "a MountainsMap document", "Gwyddion"},
+        {"a.opdx", "VCA DATA\x01" + binary, "a Bruker or Dektak surface", "Gwyddion"},
+        {"a.vk4", "VK4_" + binary, "a Keyence surface", "Gwyddion"},
+        {"a.dat", std::string("II*\0", 4) + binary, "a TIFF picture", "not as grey levels"},
+        {"a.xls", "\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + binary, "an old Excel", "CSV"},
+        {"a.mat", "MATLAB 5.0 MAT-file" + binary, "a MATLAB file", "numpy.save"},
+        {"a.bmp", "BM" + binary, "a BMP picture", "not as grey levels"},
+        {"a.bin", "BM" + binary, "no format that is known here", "zygo"}}) {
+    aberfit::MeasuredSource source;
+    source.path = scratch.write(c.name, c.bytes);
+    const std::string message = aberfit::test::input_error([&] { aberfit::read_measurement(source); });
+    EXPECT_NE(message.find(c.found), std::string::npos) << message;
+    EXPECT_NE(message.find(c.allowed), std::string::npos) << message;
+  }
+  // A name alone decides nothing where the content is known.
+  aberfit::MeasuredSource source;
+  source.path = scratch.write("columns.sur", "x_mm,height_nm\n0,1\n1,2\n2,5\n");
+  EXPECT_TRUE(std::holds_alternative<aberfit::Profile>(aberfit::read_measurement(source)));
+}
+
+TEST(ReadMeasurement, RefusesOptionsThatAFormatHasNoUseFor) {
+  const aberfit::test::Scratch scratch;
+  aberfit::MeasuredSource source;
+  source.path = scratch.write("a.csv", "# pitch = 1 mm\n# of: surface\n# unit: nm\n0 1 2\n1 2 3\n");
+  source.plane = 1;
+  EXPECT_NE(aberfit::test::input_error([&] { aberfit::read_measurement(source); }).find("'plane'"),
+            std::string::npos);
+  source.plane.reset(), source.hdu = "0";
+  EXPECT_NE(aberfit::test::input_error([&] { aberfit::read_measurement(source); }).find("'hdu'"),
+            std::string::npos);
+  source.hdu.reset(), source.columns = 3, source.bottom_first = true;
+  EXPECT_EQ(std::get<aberfit::HeightMap>(aberfit::read_measurement(source)).height(0, 0), 0);
+}
 
 // Beyond what any mirror is lies a wrong unit or a damaged file.
 TEST(ReadMeasurement, RefusesSizesThatNoMirrorHas) {

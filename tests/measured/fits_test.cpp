@@ -14,6 +14,7 @@
 #include "aberfit/measured/write_map.h"
 #include "map_mutation.h"
 #include "map_samples.h"
+#include "packed_files.h"
 
 namespace aberfit {
 namespace {
@@ -203,6 +204,18 @@ TEST(Fits, MaptypeSaysWhetherItIsAWavefront) {
   EXPECT_EQ(refusal([&] { read_bytes(typed("wavefront"), surface); }).pointer(), "option 'of'");
 }
 
+// Whoever writes another word there says how the map came to be, not what its numbers are.
+TEST(Fits, AMaptypeOfOtherWordsLeavesItToTheOption) {
+  for (const char* type : {"measured", "synthetic", "Mirror map", "WFE", ""}) {
+    const std::string bytes = six(16, {{"BUNIT", "'nm'"}, {"MAPTYPE", "'" + std::string(type) + "'"}});
+    EXPECT_NEAR(read_bytes(bytes).height(1, 2), 6e-9, 1e-22) << type;
+    EXPECT_NEAR(read_bytes(bytes, [](MeasuredSource* s) { s->wavefront = true; }).height(1, 2), 3e-9, 1e-22);
+    const InputError error = refusal([&] { read_bytes(bytes, [](MeasuredSource*) {}); });
+    EXPECT_EQ(error.pointer(), "option 'of'") << type;
+    EXPECT_TRUE(contains(error.found(), type)) << error.found();
+  }
+}
+
 TEST(Fits, HeightsInWavesByTheOption) {
   const auto waves = [](MeasuredSource* s) {
     s->wavefront = false, s->value_in_waves = true, s->wavelength = 500e-9;
@@ -234,11 +247,68 @@ TEST(Fits, FindsThePixelScale) {
             "PIXELSCL");
 }
 
-TEST(Fits, TakesTheFirstSliceOfACubeAndTheFirstImageOfAFile) {
+// The standard's axes, their steps in a unit of their own.
+TEST(Fits, TakesThePitchFromTheAxesWhereTheyAreLengths) {
+  const auto with = [](Cards cards) {
+    cards.insert(cards.begin(), {"BUNIT", "'nm'"});
+    return read_bytes(six(16, cards));
+  };
+  const Cards millimetres = {{"CDELT1", "1.5"}, {"CUNIT1", "'mm'"}, {"CDELT2", "2.5"}, {"CUNIT2", "'mm'"}};
+  EXPECT_DOUBLE_EQ(with(millimetres).pitch_x, 1.5e-3);
+  EXPECT_DOUBLE_EQ(with(millimetres).pitch_y, 2.5e-3);
+  EXPECT_DOUBLE_EQ(with(millimetres).x(0), -1.5e-3);
+  const HeightMap matrix =
+      with({{"CD1_1", "20.0"}, {"CD2_2", "30.0"}, {"CUNIT1", "'um'"}, {"CUNIT2", "'micron'"}});
+  EXPECT_DOUBLE_EQ(matrix.pitch_x, 20e-6);
+  EXPECT_DOUBLE_EQ(matrix.pitch_y, 30e-6);
+  // An axis that runs to the left, or downwards.
+  const HeightMap left = with({{"CDELT1", "-1.0"}, {"CUNIT1", "'m'"}, {"CDELT2", "-1.0"}, {"CUNIT2", "'m'"}});
+  EXPECT_EQ(left.pitch_x, 1);
+  EXPECT_NEAR(left.height(0, 0), 6e-9, 1e-22);
+  EXPECT_NEAR(left.height(1, 2), 1e-9, 1e-22);
+  // On the sky, without a unit, turned: the file does not say it.
+  EXPECT_EQ(with({{"CDELT1", "-1.0"}, {"CUNIT1", "'deg'"}, {"CDELT2", "1.0"}, {"CUNIT2", "'deg'"}}).pitch_x,
+            0);
+  EXPECT_EQ(with({{"CDELT1", "1.0"}, {"CDELT2", "1.0"}}).pitch_x, 0);
+  EXPECT_EQ(with({{"CD1_1", "1.0"}, {"CD1_2", "0.5"}, {"CUNIT1", "'mm'"}}).pitch_x, 0);
+  // What POPPY and PROPER write comes first.
+  Cards both = millimetres;
+  both.push_back({"PIXSIZE", "0.004"});
+  EXPECT_EQ(with(both).pitch_y, 0.004);
+}
+
+TEST(Fits, AsksForThePlaneOfACube) {
   Cards cards = image_cards(8, 3, 2);
-  cards[2].second = "3";
-  cards.insert(cards.begin() + 5, {"NAXIS3", "2"});
-  EXPECT_NEAR(read_bytes(filled(header(cards) + "\1\2\3\4\5\6\7\7\7\7\7\7")).height(1, 2), 6e-9, 1e-22);
+  cards[2].second = "4";
+  cards.insert(cards.begin() + 5, {{"NAXIS3", "2"}, {"NAXIS4", "2"}});
+  std::string cube = header(cards);
+  for (char i = 0; i < 24; ++i) cube += char(i + 1);
+  const auto plane = [&](int k) {
+    return read_bytes(filled(cube), [k](MeasuredSource* s) { s->wavefront = false, s->plane = k; });
+  };
+  for (int k = 1; k <= 4; ++k) EXPECT_NEAR(plane(k).height(1, 2), 6 * k * 1e-9, 1e-22) << k;
+  const InputError error = refusal([&] { read_bytes(filled(cube)); });
+  EXPECT_TRUE(contains(error.found(), "4 planes")) << error.what();
+  EXPECT_TRUE(contains(error.allowed(), "option 'plane'")) << error.what();
+  for (const int k : {0, -1, 5}) EXPECT_EQ(refusal([&] { plane(k); }).pointer(), "option 'plane'");
+  // One plane leaves nothing to ask.
+  cards[5].second = "1", cards[6].second = "1";
+  EXPECT_NEAR(read_bytes(filled(header(cards) + "\1\2\3\4\5\6")).height(1, 2), 6e-9, 1e-22);
+}
+
+// An extension of bytes, `first` and the numbers that follow it.
+std::string image_extension(const std::string& name, char first, const Cards& more = {}) {
+  Cards cards = image_cards(8, 3, 2, more);
+  cards[0] = {"XTENSION", "'IMAGE   '"};
+  cards.insert(cards.begin() + 5, {{"PCOUNT", "0"}, {"GCOUNT", "1"}});
+  if (!name.empty()) cards.push_back({"EXTNAME", "'" + name + "'"});
+  std::string bytes = header(cards);
+  for (char i = 0; i < 6; ++i) bytes += char(first + i);
+  return filled(bytes);
+}
+const Cards kNanometres = {{"BUNIT", "'nm'"}};
+
+TEST(Fits, TakesTheOnlyImageWhateverElseIsInTheFile) {
   const std::string empty = header({{"SIMPLE", "T"}, {"BITPIX", "8"}, {"NAXIS", "0"}, {"EXTEND", "T"}});
   const std::string table = filled(header({{"XTENSION", "'BINTABLE'"},
                                            {"BITPIX", "8"},
@@ -250,13 +320,62 @@ TEST(Fits, TakesTheFirstSliceOfACubeAndTheFirstImageOfAFile) {
                                            {"TFIELDS", "1"},
                                            {"TFORM1", "'1J'"}}) +
                                    std::string(17, 'x'));
-  Cards extension = image_cards(8, 3, 2);
-  extension[0] = {"XTENSION", "'IMAGE   '"};
-  extension.insert(extension.begin() + 5, {{"PCOUNT", "0"}, {"GCOUNT", "1"}});
-  const std::string image = filled(header(extension) + "\1\2\3\4\5\6");
-  EXPECT_NEAR(read_bytes(empty + table + image).height(1, 2), 6e-9, 1e-22);
+  const HeightMap map = read_bytes(empty + table + image_extension("", 1, kNanometres));
+  EXPECT_NEAR(map.height(1, 2), 6e-9, 1e-22);
+  EXPECT_TRUE(map.warnings.empty());
   EXPECT_TRUE(contains(refusal([&] { read_bytes(empty + table); }).found(), "a table"));
   EXPECT_TRUE(contains(refusal([&] { read_bytes(empty); }).found(), "without image data"));
+}
+
+TEST(Fits, OfSeveralImagesTheOnlyOneWithAUnitOfHeightsIsReadAndSaysSo) {
+  struct Case {
+    std::string bytes;
+    double first;  // [nm]
+    const char* said;
+  };
+  const std::string none = six(8, {});
+  for (const Case& c :
+       {Case{none + image_extension("OPD", 11, kNanometres), 11, "hdu 1 is read"},
+        {six(8) + image_extension("WEIGHT", 11), 1, "hdu 0 is read"},
+        // Counts are no heights.
+        {six(8, {{"BUNIT", "'adu'"}}) + image_extension("", 11) + image_extension("M1", 21, kNanometres), 21,
+         "hdu 2 is read"}}) {
+    const HeightMap map = read_bytes(c.bytes);
+    EXPECT_NEAR(map.height(0, 0), c.first * 1e-9, 1e-21) << c.said;
+    ASSERT_EQ(map.warnings.size(), 1u);
+    EXPECT_EQ(map.warnings[0].code, "image-chosen");
+    EXPECT_TRUE(contains(map.warnings[0].message, c.said)) << map.warnings[0].message;
+  }
+  // A mask is none of them.
+  EXPECT_TRUE(read_bytes(six(8) + image_extension("MASK", 1)).warnings.empty());
+}
+
+TEST(Fits, OtherwiseAsksWhichImageAndTakesTheOneThatIsNamed) {
+  const std::string bytes = six(8) + image_extension("M1", 11, kNanometres) +
+                            image_extension("2", 21, {{"BUNIT", "'um'"}}) + image_extension("MASK", 0);
+  const auto named = [&](const std::string& hdu) {
+    return read_bytes(bytes, [&](MeasuredSource* s) { s->wavefront = false, s->hdu = hdu; });
+  };
+  EXPECT_NEAR(named("0").height(1, 2), 6e-9, 1e-21);
+  EXPECT_NEAR(named("1").height(1, 2), 16e-9, 1e-21);
+  EXPECT_NEAR(named("m1").height(1, 2), 16e-9, 1e-21);
+  EXPECT_NEAR(named("2").height(1, 2), 26e-6, 1e-18);
+  EXPECT_TRUE(std::isnan(named("M1").height(0, 0)));  // the mask is of all of that size
+  const InputError error = refusal([&] { read_bytes(bytes); });
+  EXPECT_EQ(error.found(), "images 0 (3 x 2, nm), 1 'M1' (3 x 2, nm), 2 '2' (3 x 2, um)");
+  EXPECT_TRUE(contains(error.allowed(), "option 'hdu'"));
+  for (const char* wrong : {"7", "-1", "M2", "1.0"})
+    EXPECT_TRUE(contains(refusal([&] { named(wrong); }).allowed(), "1 'M1' (3 x 2, nm)")) << wrong;
+  const std::string twice = six(8, {}) + image_extension("A", 1) + image_extension("A", 1);
+  EXPECT_TRUE(contains(refusal([&] {
+                         read_bytes(twice, [](MeasuredSource* s) { s->wavefront = false, s->hdu = "A"; });
+                       }).found(),
+                       "2 images of the name 'A'"));
+  // All that is open is asked for at once.
+  const ScratchFolder folder;
+  MeasuredSource source;
+  source.path = folder.write("a.fits", twice);
+  EXPECT_EQ(missing_facts(source), (std::vector<std::string>{"hdu", "of", "value_unit", "pitch"}));
 }
 
 TEST(Fits, OnlyAMaskOfTheSameSizeMakesPointsInvalid) {
@@ -280,12 +399,12 @@ TEST(Fits, ReadsAFileWhoseLastBlockIsNotFilled) {
   std::string bytes = header(image_cards(8, 3, 2)) + "\1\2\3\4\5\6";
   EXPECT_NEAR(read_bytes(bytes).height(1, 2), 6e-9, 1e-22);
   bytes.pop_back();
-  EXPECT_TRUE(contains(refusal([&] { read_bytes(bytes); }).pointer(), "header 1"));
+  EXPECT_TRUE(contains(refusal([&] { read_bytes(bytes); }).pointer(), "hdu 0"));
 }
 
 TEST(Fits, RefusesWhatItCannotReadAndSaysWhere) {
   const auto refused = [](const std::string& bytes) { return refusal([&] { read_bytes(bytes); }); };
-  EXPECT_TRUE(contains(refused("\x1f\x8b and so on").found(), "gzip"));
+  EXPECT_EQ(refused("\x1f\x8b and so on").pointer(), "byte 2");
   EXPECT_EQ(refused("").pointer(), "byte 0");
   EXPECT_EQ(refused("BITMAP").pointer(), "byte 0");
   EXPECT_TRUE(contains(refused(six(16).substr(0, 300)).found(), "before END"));
@@ -385,6 +504,78 @@ TEST(Fits, WritesWhatPoppyLoadsAndReadsItBack) {
           ASSERT_EQ(bytes[image.end + 2880 + std::size_t(r * side + c)], inside ? 1 : 0);
         }
     }
+}
+
+// It says that it is a wavefront, its unit and its pitch.
+TEST(Fits, WhatIsWrittenIsReadBackWithoutOptions) {
+  const ScratchFolder folder;
+  for (const auto& [rows, columns] : {std::pair{5, 9}, std::pair{12, 7}, std::pair{8, 8}}) {
+    const HeightMap map = test::marker_map(rows, columns, 1.25e-3);
+    MeasuredSource source;
+    source.path = folder.write("opd.fits", fits_opd_bytes(map));
+    EXPECT_TRUE(missing_facts(source).empty());
+    const HeightMap read = std::get<HeightMap>(read_measurement(source));
+    EXPECT_EQ(read.pitch_x, map.pitch_x);
+    EXPECT_EQ(read.label, map.label);
+    EXPECT_TRUE(read.warnings.empty());
+    const int side = std::max(rows, columns), row0 = (side - rows) / 2, column0 = (side - columns) / 2;
+    HeightMap inner = map;
+    inner.height = read.height.block(row0, column0, rows, columns);
+    test::expect_same_map(inner, map, 0);
+    EXPECT_EQ(valid_count(read), valid_count(map));
+    // Who says otherwise is told.
+    source.wavefront = false;
+    EXPECT_EQ(refusal([&] { read_measurement(source); }).pointer(), "option 'of'");
+  }
+}
+
+TEST(Fits, ReadsWhatGzipPacked) {
+  const ScratchFolder folder;
+  // By astropy, packed by Python's gzip with a name in its header: 3 x 2 integers of 16 bits, 1 to 6.
+  const std::string packed =
+      "1f8b08080000000002ff6d61702e6669747300edd1bd6e8330188561f727bd8e6f634b482a65cb00ad23592208"
+      "095722a3534062b01d193ae4ee4ba93205a7a251b6f38c1e5e1ddbb9d8650927dad008490bfab4a6b64eb7d459"
+      "da0a9953db29532a57d2a858c84c14e3bde5baef29e7d4894ad529ea4ec78afe904685c8c9b36fd5f7cc973e54"
+      "8e6c7d2e37ba326d634debef2d3dbd579a6ce8adbcfb26e385e4e9bbf73f268b3f522187f70b8cfe3d0ae806fd"
+      "e7f2247f4b2ef685f330fcc77d775126f719ffd9a71be7acbb71dff0780000000077c41ed8237b62cf6cc65e18"
+      "00000000005cf50d5abfd5f180160000";
+  std::string bytes;
+  for (std::size_t i = 0; i < packed.size(); i += 2)
+    bytes += char(std::stoi(packed.substr(i, 2), nullptr, 16));
+  for (const std::string& content :
+       {bytes, test::gzip_of(six(16, {{"BUNIT", "'nm'"}, {"PIXELSCL", "0.002"}})),
+        test::gzip_of(six(-64, {{"BUNIT", "'nm'"}, {"PIXSIZE", "0.002"}}), "a")}) {
+    MeasuredSource source;
+    source.path = folder.write("map.fits.gz", content);
+    EXPECT_EQ(detect_format(source.path), MeasuredFormat::kFits);
+    source.wavefront = false;
+    const HeightMap map = std::get<HeightMap>(read_measurement(source));
+    EXPECT_EQ(map.pitch_x, 0.002);
+    for (int i = 0; i < 6; ++i) EXPECT_NEAR(map.height(i / 3, i % 3), (i + 1) * 1e-9, 1e-22);
+    EXPECT_EQ(read_mask(source.path)(1, 2), 6);
+  }
+  const auto refused = [](const std::string& content) { return refusal([&] { read_bytes(content); }); };
+  EXPECT_TRUE(contains(refused(test::gzip_of("x,y\n1,2\n")).found(), "no FITS file inside"));
+  std::string spoilt = test::gzip_of(six(16));
+  spoilt[spoilt.size() - 20] ^= 1;
+  EXPECT_TRUE(contains(refused(spoilt).found(), "CRC"));
+  refused(bytes.substr(0, bytes.size() / 2));
+  // A few bytes that say to be four gigabytes.
+  EXPECT_TRUE(
+      contains(refused(bytes.substr(0, bytes.size() - 4) + "\xff\xff\xff\xf0").found(), "4043309055"));
+  const auto read = [](const std::string& path) {
+    MeasuredSource source;
+    source.path = path;
+    return read_fits(source);
+  };
+  EXPECT_GT(test::read_damaged(bytes, 40, "fits gzip", 300,
+                               [&](const std::string& path) {
+                                 HeightMap map = read(path);
+                                 map.height.resize(1, 1);  // unpacked, a map may be larger than its file
+                                 return map;
+                               })
+                .refused,
+            100);
 }
 
 TEST(Fits, WriterRefusesAMapWithoutOnePitch) {

@@ -3,7 +3,7 @@
 
     python3 tests/measured/write_instrument_files.py tests/data/synthetic
 
-Needs nothing but Python, and h5py for the .datx files (left out where it is missing); tests read what it wrote.
+Needs nothing but Python, and h5py for the .datx and .h5 files (left out where it is missing); tests read what it wrote.
 The surface is marker_map(9, 12, ...) of map_samples.h, so no flip and no transposition leaves it alone.
 """
 import ctypes
@@ -208,10 +208,43 @@ def write_datx():
         data.attrs["No Data"] = np.array([none])
 
 
+# ---- 4D .h5: in waves, the top row first, 1e10 for no data
+
+
+def write_4d():
+    import h5py
+    import numpy as np
+
+    def waves(none):
+        return np.array([none if h is None else h / WAVELENGTH for h in DOWNWARDS]).reshape(ROWS, COLUMNS)
+
+    def path(file):
+        return os.path.join(sys.argv[1], file)
+
+    with h5py.File(path("marker-4d.h5"), "w") as h5:
+        group = h5.create_group("measurement0/genraw")
+        group.attrs["wavelength"] = np.bytes_("632.8 nm")
+        group.attrs["xpix"] = np.bytes_("0.25 mm")
+        group.create_dataset("data", data=waves(3.4e38).astype(np.float32))
+    # Packed, by the newer layout of HDF5, texts of variable length, doubles, another mark of no data.
+    with h5py.File(path("marker-4d-packed.h5"), "w", libver="latest") as h5:
+        group = h5.create_group("measurement0/genraw")
+        group.attrs["wavelength"] = "0.6328 um"
+        group.create_dataset("data", data=waves(1e10), chunks=(4, 12), compression="gzip")
+    # Of the later program, which says neither wavelength nor pitch here.
+    with h5py.File(path("marker-4d-focus.h5"), "w") as h5:
+        h5.create_dataset("/Measurement/SurfaceInWaves/Data", data=waves(np.nan))
+    # HDF5 of somebody else.
+    with h5py.File(path("other.h5"), "w") as h5:
+        h5.create_dataset("entry/data", data=waves(0))
+        h5.create_group("notes")
+
+
 write_opd()
 write_sdf()
 write_x3p()
 try:
+    write_4d()
     write_datx()
 except ImportError as missing:
-    print(f"no .datx files: {missing}", file=sys.stderr)
+    print(f"no .datx and .h5 files: {missing}", file=sys.stderr)

@@ -11,6 +11,7 @@
 #include "aberfit/measured/read_measurement.h"
 #include "instrument_files.h"
 #include "map_mutation.h"
+#include "packed_files.h"
 #include "shared_data.h"
 
 namespace aberfit {
@@ -24,43 +25,10 @@ using test::refusal;
 using test::replaced;
 using test::ScratchFolder;
 using test::with_number;
+using test::zip_of;
 
 const std::string kDoubles = instrument_file("marker-double.x3p"),
                   kCounts = instrument_file("marker-counts.x3p");
-
-std::uint32_t crc32(const std::string& bytes) {
-  std::uint32_t crc = 0xffffffff;
-  for (const char c : bytes) {
-    crc ^= static_cast<unsigned char>(c);
-    for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ (crc & 1 ? 0xedb88320 : 0);
-  }
-  return ~crc;
-}
-
-std::string little(std::uint64_t value, int bytes) {
-  std::string text;
-  for (int i = 0; i < bytes; ++i, value >>= 8) text += char(value);
-  return text;
-}
-
-using Files = std::vector<std::pair<std::string, std::string>>;
-
-// A zip archive without compression. said_bytes: what the directory says of the length, where that is not the
-// truth.
-std::string zip_of(const Files& files, std::uint64_t method = 0, std::uint64_t said_bytes = 0,
-                   int flags = 0) {
-  std::string local, central;
-  for (const auto& [name, content] : files) {
-    const std::string entry = little(20, 2) + little(std::uint64_t(flags), 2) + little(method, 2) +
-                              little(0x2100, 4) + little(crc32(content), 4) + little(content.size(), 4) +
-                              little(said_bytes != 0 ? said_bytes : content.size(), 4) +
-                              little(name.size(), 2) + little(0, 2);
-    central += "PK\x01\x02" + little(20, 2) + entry + little(0, 10) + little(local.size(), 4) + name;
-    local += "PK\x03\x04" + entry + name + content;
-  }
-  return local + central + "PK\x05\x06" + little(0, 4) + little(files.size(), 2) + little(files.size(), 2) +
-         little(central.size(), 4) + little(local.size(), 4) + little(0, 2);
-}
 
 // 3 x 2 points of doubles, 1 nm to 6 nm.
 const std::string kMain =
@@ -174,7 +142,7 @@ TEST_F(X3p, RefusesWhatItCannotReadAndSaysWhere) {
   EXPECT_EQ(refused(replaced(kMain, ">3<", ">2<")).pointer(), "data.bin");  // too long
   EXPECT_TRUE(contains(refused(kMain.substr(0, 300)).pointer(), "main.xml, byte"));
   EXPECT_EQ(refused("<html/>").pointer(), "main.xml");
-  EXPECT_EQ(refused_bytes(zip_of({{"other.xml", kMain}})).pointer(), "main.xml");
+  EXPECT_TRUE(contains(refused_bytes(zip_of({{"other.xml", kMain}})).found(), "it holds other.xml"));
   EXPECT_EQ(refused_bytes("PK\x03\x04 and nothing more").pointer(), "");
   EXPECT_EQ(refused_bytes(zip_of({{"main.xml", kMain}}, 12)).pointer(), "main.xml");       // bzip2
   EXPECT_EQ(refused_bytes(zip_of({{"main.xml", kMain}}, 0, 0, 1)).pointer(), "main.xml");  // encrypted
@@ -183,6 +151,46 @@ TEST_F(X3p, RefusesWhatItCannotReadAndSaysWhere) {
   for (const std::size_t length : {std::size_t(0), std::size_t(3), archive.size() / 2, archive.size() - 1})
     refused_bytes(archive.substr(0, length));
   refusal([&] { read_x3p(map_source(folder_.file("missing.x3p"))); });
+}
+
+// Who packs a folder instead of its content gets one more level.
+TEST_F(X3p, ReadsAnArchiveWhoseMembersLieInOneFolder) {
+  const auto with = [&](const test::PackedFiles& files) {
+    return read_x3p(map_source(folder_.write("a.x3p", zip_of(files))));
+  };
+  const HeightMap flat = read(kMain);
+  for (const std::string& at : {std::string("part/"), std::string("two/levels/"), std::string("a b.x3p/")}) {
+    test::PackedFiles files = {{at + "main.xml", kMain}, {at + "data.bin", kValues}};
+    test::expect_same_map(with(files), flat, 0);
+    // What a Mac puts beside it.
+    files.insert(files.begin(), {"__MACOSX/" + at + "._main.xml", "junk"});
+    test::expect_same_map(with(files), flat, 0);
+  }
+  // The one at the top is meant, whatever else there is.
+  test::expect_same_map(with({{"old/main.xml", "junk"}, {"main.xml", kMain}, {"data.bin", kValues}}), flat,
+                        0);
+  EXPECT_TRUE(contains(refused_bytes(zip_of({{"a/main.xml", kMain}, {"b/main.xml", kMain}})).found(),
+                       "several surfaces, a/main.xml and b/main.xml"));
+  EXPECT_EQ(refused_bytes(zip_of({{"part/main.xml", kMain}})).pointer(), "part/data.bin");
+}
+
+TEST_F(X3p, NamesArchivesOfOtherKinds) {
+  struct Case {
+    const char *member, *found, *allowed;
+  };
+  for (const Case& c : {Case{"xl/workbook.xml", "it holds xl/workbook.xml, an Excel workbook", "as CSV"},
+                        {"word/document.xml", "a Word document", "as CSV"},
+                        {"META-INF/manifest.xml", "an OpenDocument file", "as CSV"},
+                        {"Index/Tables/DataList.iwa", "Apple Numbers", "as CSV"},
+                        {"arr_0.npy", "a NumPy archive (.npz)", "numpy.save"},
+                        {"LAYER_0.raw", "a Sensofar .plux", "Gwyddion"},
+                        {"map.csv", "it holds [Content_Types].xml, map.csv", "unpacked"}}) {
+    const InputError error = refused_bytes(zip_of({{"[Content_Types].xml", "<a/>"}, {c.member, "b"}}));
+    EXPECT_TRUE(contains(error.found(), "a zip archive that is no X3P")) << error.what();
+    EXPECT_TRUE(contains(error.found(), c.found)) << error.what();
+    EXPECT_TRUE(contains(error.allowed(), c.allowed)) << error.what();
+  }
+  EXPECT_TRUE(contains(refused_bytes(zip_of({})).what(), "zip"));
 }
 
 TEST_F(X3p, UnpacksNoMoreThanItsSizeAsksFor) {

@@ -14,6 +14,8 @@
 
 #include "../../src/report/npz.h"
 #include "aberfit/core/random.h"
+#include "aberfit/measured/clear_aperture.h"
+#include "aberfit/measured/focal_data.h"
 #include "fits_reader.h"
 #include "npz_reader.h"
 #include "study/scratch_folder.h"
@@ -445,6 +447,20 @@ TEST(FocusArrays, FitsHasTheKeysThatOtherProgramsLookFor) {
   expect_same(psf[0].values, arrays.surface->psf);
   expect_same(psf[1].values, arrays.theory->psf);
   EXPECT_EQ(psf[1].keys.at("EXTNAME"), "THEORY");
+}
+
+// By this program's own readers, as solve.focus takes an image; transfer functions are pixels alone.
+TEST(FocusArrays, FitsIsReadBackAsItWasWritten) {
+  const FocusArrays& arrays = both();
+  const test::ScratchFolder folder;
+  const FocalImage image =
+      read_focal_image(folder.write("psf.fits", content_of(ArrayFormat::kFits, "psf.fits")));
+  EXPECT_TRUE(image.is_angle);
+  const double pixel = arrays.pixel[1] - arrays.pixel[0];
+  EXPECT_NEAR(image.pixel * kFocalLength, pixel, 1e-14 * pixel);
+  EXPECT_TRUE((image.light == arrays.surface->psf).all());
+  const Grid otf = read_mask(folder.write("otf.fits", content_of(ArrayFormat::kFits, "otf.fits")));
+  EXPECT_TRUE((otf == arrays.surface->otf->value.abs()).all());
 }
 
 // Not the arrays that were written, but the light of the mirror: sum times area is what encircled energies of

@@ -148,6 +148,8 @@ TEST(StudySchema, KnowsEveryKeyThatTheReaderTakes) {
                           "column",
                           "columns",
                           "first_row",
+                          "hdu",
+                          "plane",
                           "bands",
                           "profile_psd",
                           "A",

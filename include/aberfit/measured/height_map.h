@@ -2,6 +2,8 @@
 #include <Eigen/Core>
 #include <string>
 
+#include "aberfit/core/warning.h"
+
 namespace aberfit {
 
 /// Rows by columns, row after row in memory.
@@ -13,6 +15,7 @@ struct HeightMap {
   double pitch_x = 0, pitch_y = 0;  ///< distance of columns and of rows [m]; 0: the file does not say
   double x0 = 0, y0 = 0;            ///< position of (row 0, column 0) [m]
   std::string label;                ///< what the file says it is; may be empty
+  Warnings warnings;                ///< what its reader chose where the file leaves a choice
 
   Eigen::Index rows() const { return height.rows(); }
   Eigen::Index columns() const { return height.cols(); }

@@ -27,19 +27,23 @@ enum class MeasuredFormat {
   kZygoText,      ///< MetroPro text: "Zygo XYZ Data File", "Zygo ASCII Data File"
   kWykoText,      ///< Wyko / Veeco / Bruker Vision text: "Wyko ASCII Data File Format"
   kDftfringe,     ///< wavefront of DFTFringe, .wft
+  kFourD,         ///< 4D Technology .h5, HDF5
+  kNpy,           ///< NumPy .npy
 };
 
 /// Thrown by readers for a file that leaves open what it means. fact: the option that says it, "quantity",
-/// "of", "x_unit", "value_unit", "pitch" or "wavelength".
+/// "of", "x_unit", "value_unit", "pitch", "wavelength", "hdu" or "plane". example: a value that would do,
+/// where the reader alone knows one (hdu).
 class MissingFact : public InputError {
  public:
   MissingFact(const char* fact, const std::string& file, const std::string& pointer, const std::string& found,
-              const std::string& allowed)
-      : InputError(file, pointer, found, allowed), fact_(fact) {}
+              const std::string& allowed, const std::string& example = "")
+      : InputError(file, pointer, found, allowed), fact_(fact), example_(example) {}
   const std::string& fact() const { return fact_; }
+  const std::string& example() const { return example_; }
 
  private:
-  std::string fact_;
+  std::string fact_, example_;
 };
 
 /// A measured file and everything about it that the file may not say itself. What is absent is taken from the
@@ -57,6 +61,8 @@ struct MeasuredSource {
   std::optional<int> columns;   ///< text maps: samples of a row, which may go over several lines
   bool bottom_first = false;    ///< text maps: the first row of the file has the lowest y
   std::optional<double> wavelength;  ///< [m], for values in waves or radians
+  std::optional<std::string> hdu;    ///< FITS: name (EXTNAME) or number of the image, 0 the primary
+  std::optional<int> plane;          ///< FITS, NumPy: which plane of a cube, from 1
 };
 
 /// True for "wave" and "waves" in any case: heights in units of a wavelength.
@@ -72,7 +78,8 @@ Measurement read_measurement(const MeasuredSource& source);
 /// without pitch is read; "pitch" is among them nevertheless.
 std::vector<std::string> missing_facts(const MeasuredSource& source);
 
-/// What a file looks like; kAuto when nothing fits. Reads at most a few kilobytes. Throws InputError when it
+/// What a file looks like; kAuto when nothing fits. Reads at most a few kilobytes, of HDF5 the names of what
+/// is at its top. Throws InputError when it
 /// cannot be opened.
 MeasuredFormat detect_format(const std::string& path);
 /// "auto", "dabam", "profile" and so on, in the order of MeasuredFormat.
@@ -97,5 +104,7 @@ HeightMap read_x3p(const MeasuredSource& source);
 HeightMap read_zygo_text(const MeasuredSource& source);
 HeightMap read_wyko_text(const MeasuredSource& source);
 HeightMap read_dftfringe(const MeasuredSource& source);
+HeightMap read_4d(const MeasuredSource& source);
+HeightMap read_npy(const MeasuredSource& source);
 
 }  // namespace aberfit

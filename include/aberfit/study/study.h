@@ -49,8 +49,10 @@ struct MeasuredFile {
   std::optional<int> columns;      ///< text maps: samples of a row that goes over several lines
   std::string first_row = "top";   ///< text maps: "bottom" where the first row has the lowest y
   std::optional<double>
-      wavelength;    ///< of the instrument [m], for values in waves or radians; absent: as the file says
-  double scale = 1;  ///< factor on the heights, to put a measured shape on another mirror
+      wavelength;   ///< of the instrument [m], for values in waves or radians; absent: as the file says
+  std::string hdu;  ///< FITS: name or number of the image, "0" the primary; empty: the only one
+  std::optional<int> plane;  ///< FITS, NumPy: which plane of a cube, from 1
+  double scale = 1;          ///< factor on the heights, to put a measured shape on another mirror
   ClearPart clear;
 };
 
