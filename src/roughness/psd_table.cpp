@@ -98,7 +98,7 @@ PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& op
   bool header_seen = false;
   std::string_view line;
   while (file.next(&line)) {
-    const std::vector<std::string_view> fields = words(line.substr(0, line.find('#')), ",; \t\r");
+    const std::vector<std::string_view> fields = words(before_comment(line), ",; \t\r");
     if (fields.empty()) continue;
     const std::optional<double> first = parse_number<double>(fields[0]);
     const std::optional<double> second = fields.size() > 1 ? parse_number<double>(fields[1]) : std::nullopt;
@@ -108,6 +108,9 @@ PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& op
     }
     if (!first || !second)
       throw InputError(path, "", fmt::format("line {}: \"{}\"", file.number(), line.substr(0, 60)), kAllowed);
+    for (std::size_t i = 0; i < 2; ++i)
+      if (!std::isfinite(i == 0 ? *first : *second))
+        throw InputError(path, "", fmt::format("line {}: {}", file.number(), in_quotes(fields[i])), kAllowed);
     frequency.push_back(*first);
     psd.push_back(*second);
     lines.push_back(int(file.number()));

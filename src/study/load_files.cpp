@@ -57,7 +57,7 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
   }
 }
 
-// '#' starts a comment; one row of names may stand before the numbers.
+// '#' after a blank starts a comment; one row of names may stand before the numbers.
 void load_profile(const Study& study, StatisticRequest& request, const std::string& pointer) {
   const char* const allowed =
       "two columns, dz [m] ascending and share of the light from 0 to 1; at least 2 rows";
@@ -72,7 +72,7 @@ void load_profile(const Study& study, StatisticRequest& request, const std::stri
   request.profile_value.clear();
   bool header_seen = false;
   while (file.next(&line)) {
-    const std::vector<std::string_view> cells = words(line.substr(0, line.find('#')), " \t\r,;");
+    const std::vector<std::string_view> cells = words(before_comment(line), " \t\r,;");
     if (cells.empty()) continue;
     const std::optional<double> dz = parse_finite(cells[0]);
     const std::optional<double> share = cells.size() == 2 ? parse_finite(cells[1]) : std::nullopt;
