@@ -46,6 +46,11 @@ constexpr std::array kPsdOptions = {
     PsdOption{"--wavelength", "wavelength", "LENGTH", "of the instrument, for values in waves or radians",
               true},
     PsdOption{"--scale", "scale", "X", "factor on the heights", true},
+    PsdOption{
+        "--invalid", "invalid", "X,...",
+        "values that mark a missing sample, in the unit of the file's values, e.g. 0 or 0,-9999; may be "
+        "repeated",
+        true},
     PsdOption{"--aperture", "aperture", "SHAPE",
               "clear aperture: circle:diameter=95%, annulus:outer=48mm,inner=30%, "
               "rectangle:width=90%,height=80%, profiles interval:length=90%; centre=x,y from the middle",
@@ -126,7 +131,10 @@ CLI::App* add_psd_command(CLI::App* app, CommandLine* line, std::map<std::string
     sub->add_option_function<std::string>(
            option.flag, [texts, &option](const std::string& value) { (*texts)[option.key] = value; },
            option.meaning ? option.meaning : aberfit::measured_format_list() + " (default: by content)")
-        ->type_name(option.type);
+        ->type_name(option.type)
+        // Lists that are given one after the other are one list; repeating another option is an error.
+        ->multi_option_policy(std::string_view(option.key) == "invalid" ? CLI::MultiOptionPolicy::Join
+                                                                        : CLI::MultiOptionPolicy::Throw);
   sub->add_flag("--keep-lines", line->keep_lines, "Leave periodic structure in the bins");
   return sub;
 }

@@ -255,6 +255,7 @@ HeightMap read_fits(const MeasuredSource& source) {
     HeightMap map = empty_map(image.rows, image.columns, p, p);
     if (const auto name = file.text("OBJECT")) map.label = *name;
     map.height = factor * valid_pixels(source.path, file, image);
+    map.file_unit = factor;
     return map;
   });
 }

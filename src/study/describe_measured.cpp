@@ -120,6 +120,12 @@ void describe_source(Visitor& v, MeasuredFile& m) {
              m.wavelength, kLength, Range{1e-12, 1e-2});
   v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale, kNumber,
              Range::positive());
+  v.quantities(
+      {"invalid",
+       "values that mark a missing sample, in the unit of the file's values (formats of instruments: "
+       "[m] of the surface); samples that have one are holes",
+       kOptional, "[0, -9999]"},
+      m.invalid, kNumber, Range::any(), false);
   describe_clear_part(v, m.clear);
 }
 

@@ -32,6 +32,7 @@ MeasuredSource source_of(const MeasuredFile& file, const std::string& path) {
   source.columns = file.columns;
   source.bottom_first = file.first_row == "bottom";
   source.wavelength = file.wavelength;
+  source.invalid = file.invalid;
   return source;
 }
 
@@ -179,6 +180,11 @@ Measurement load_measurement(const MeasuredFile& file, const std::string& folder
   }
   if (const auto* map = std::get_if<HeightMap>(&data); map && !(map->pitch_x > 0 && map->pitch_y > 0))
     ask_for({"pitch"}, typed, where, pointer, file.file);
+  std::optional<Eigen::Index> said;
+  if (!file.invalid.empty())
+    said = std::visit([](const auto& measured) { return measured.said_invalid; }, data);
+  clear->said_invalid = said;
+  std::visit([&](auto& measured) { measured.file_unit *= file.scale; }, data);
   if (auto* profile = std::get_if<Profile>(&data)) profile->value *= file.scale;
   if (auto* map = std::get_if<HeightMap>(&data)) map->height *= file.scale;
   if (file.clear.whole()) return data;
@@ -186,6 +192,7 @@ Measurement load_measurement(const MeasuredFile& file, const std::string& folder
   try {
     *clear = take_clear_part(&data, file.clear, (std::filesystem::path(folder) / file.clear.mask).string(),
                              source.bottom_first);
+    clear->said_invalid = said;
   } catch (const std::invalid_argument& error) {
     throw InputError(where, pointer.substr(0, pointer.rfind('/') + 1) + key,
                      fmt::format("of \"{}\": {}", file.file, error.what()), "a part of the measurement");

@@ -54,6 +54,10 @@ struct MeasuredSource {
   std::optional<int> columns;          ///< text maps: samples of a row, which may go over several lines
   bool bottom_first = false;           ///< text maps: the first row of the file has the lowest y
   std::optional<double> wavelength;    ///< [m], for values in waves or radians
+  /// Values that mark a missing sample, as the file has them: in its own unit for text and FITS, in metres of
+  /// the surface for formats of instruments, whose numbers are counts. A sample has one where it is equal to
+  /// within half a unit of the last place of a single-precision number.
+  std::vector<double> invalid;
 };
 
 /// True for "wave" and "waves" in any case: heights in units of a wavelength.

@@ -52,6 +52,7 @@ struct MeasuredFile {
   std::optional<double>
       wavelength;    ///< of the instrument [m], for values in waves or radians; absent: as the file says
   double scale = 1;  ///< factor on the heights, to put a measured shape on another mirror
+  std::vector<double> invalid;  ///< values of the file that mark a missing sample, see MeasuredSource
   ClearPart clear;
 };
 
