@@ -52,6 +52,11 @@ constexpr std::array kPsdOptions = {
     PsdOption{"--hdu", "hdu", "NAME|N", "FITS: the image, by name or number (0 the primary)", true},
     PsdOption{"--plane", "plane", "K", "FITS and NumPy: which plane of a cube, from 1", true},
     PsdOption{"--scale", "scale", "X", "factor on the heights", true},
+    PsdOption{
+        "--invalid", "invalid", "X,...",
+        "values that mark a missing sample, in the unit of the file's values, e.g. 0 or 0,-9999; may be "
+        "repeated",
+        true},
     PsdOption{"--aperture", "aperture", "SHAPE",
               "clear aperture: circle:diameter=95%, annulus:outer=48mm,inner=30%, "
               "rectangle:width=90%,height=80%, profiles interval:length=90%; centre=x,y from the middle",
@@ -140,7 +145,10 @@ CLI::App* add_psd_command(CLI::App* app, CommandLine* line, std::map<std::string
     sub->add_option_function<std::string>(
            option.flag, [texts, &option](const std::string& value) { (*texts)[option.key] = value; },
            option.meaning ? option.meaning : aberfit::measured_format_list() + " (default: by content)")
-        ->type_name(option.type);
+        ->type_name(option.type)
+        // Lists that are given one after the other are one list; repeating another option is an error.
+        ->multi_option_policy(std::string_view(option.key) == "invalid" ? CLI::MultiOptionPolicy::Join
+                                                                        : CLI::MultiOptionPolicy::Throw);
   sub->add_flag("--keep-lines", line->keep_lines, "Leave periodic structure in the bins");
   return sub;
 }

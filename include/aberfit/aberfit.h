@@ -36,6 +36,7 @@
 #include "aberfit/measured/focal_data.h"
 #include "aberfit/measured/height_map.h"
 #include "aberfit/measured/masking.h"
+#include "aberfit/measured/padding.h"
 #include "aberfit/measured/profile.h"
 #include "aberfit/measured/read_measurement.h"
 #include "aberfit/measured/write_fits.h"

@@ -125,7 +125,8 @@ MapCheckReport make_map_check(const HeightMap& map, const TermSet& terms, int th
   report.columns = map.columns();
   report.rows = map.rows();
   report.valid = valid_count(map);
-  report.pitch = map.pitch_x;
+  report.pitch_x = map.pitch_x;
+  report.pitch_y = map.pitch_y;
   report.terms = terms.size();
   report.seconds = predict_map_fit(double(report.valid), double(report.terms), threads);
   report.threads = threads;

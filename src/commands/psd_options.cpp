@@ -77,12 +77,22 @@ ordered_json bands_of(const std::string& text) {
   return bands;
 }
 
+// "0,-9999" as the list that a study has; repeated options are a list with lines between.
+ordered_json numbers_of(const std::string& text) {
+  ordered_json numbers = ordered_json::array();
+  for (const std::string_view number : words(text, ", \n"))
+    numbers.push_back(option_value(std::string(number)));
+  return numbers;
+}
+
 }  // namespace
 
 ordered_json psd_options_block(const CommandLine& line) {
   ordered_json source = ordered_json::object(), block;
   for (const auto& [key, text] : line.psd_of_file)
-    source[key] = key == "aperture" ? aperture_object(text) : option_value(text);
+    source[key] = key == "aperture"  ? aperture_object(text)
+                  : key == "invalid" ? numbers_of(text)
+                                     : option_value(text);
   // Many programs call the window of von Hann so.
   const auto is_hann = [](const std::string& text) { return lower_case(text) == "hanning"; };
   for (const auto& [key, text] : line.psd_of_block)

@@ -207,6 +207,22 @@ void fail_at_line(const std::string& path, long line, const std::string& found, 
   throw InputError(path, fmt::format("line {}", line), found, allowed);
 }
 
+std::string_view before_comment(std::string_view line) {
+  std::size_t hash = line.find('#');
+  while (hash != std::string_view::npos && hash > 0 && kBlanks.find(line[hash - 1]) == kBlanks.npos)
+    hash = line.find('#', hash + 1);
+  return line.substr(0, hash);
+}
+
+bool is_old_windows_nan(std::string_view text) {
+  const auto is_letter = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); };
+  const auto is_part = [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '+' || c == '-'; };
+  if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+  if (!text.starts_with("1.#")) return false;
+  text.remove_prefix(3);
+  return !text.empty() && is_letter(text.front()) && std::all_of(text.begin(), text.end(), is_part);
+}
+
 std::optional<double> parse_finite(std::string_view text) {
   const std::optional<double> value = parse_number<double>(text);
   return value && std::isfinite(*value) ? value : std::nullopt;

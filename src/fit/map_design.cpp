@@ -45,9 +45,10 @@ MatrixXd design_of(const TermSet& terms, const MapPoints& points, Index begin, I
   return design;
 }
 
-// R of [A | height] (Demmel, Grigori, Hoemmen & Langou 2012, TSQR): triangles of blocks, stacked and reduced.
-MatrixXd factor_of(const TermSet& terms, const MapPoints& points, int threads) {
-  const Index columns = terms.size() + 1, block_points = std::max(kBlockPoints, 4 * columns);
+// R of [A | further | height] (Demmel, Grigori, Hoemmen & Langou 2012, TSQR): triangles of blocks, stacked
+// and reduced.
+MatrixXd factor_of(const TermSet& terms, const TermSet& further, const MapPoints& points, int threads) {
+  const Index columns = terms.size() + further.size() + 1, block_points = std::max(kBlockPoints, 4 * columns);
   const Index blocks = (points.size() + block_points - 1) / block_points;
   MatrixXd factor = MatrixXd::Zero(columns, columns);
   for (Index wave = 0; wave < blocks; wave += kWaveBlocks) {
@@ -58,7 +59,8 @@ MatrixXd factor_of(const TermSet& terms, const MapPoints& points, int threads) {
       const Index begin = (wave + Index(b)) * block_points;
       const Index size = std::min(block_points, points.size() - begin);
       MatrixXd rows(size, columns);
-      rows.leftCols(columns - 1) = design_of(terms, points, begin, size);
+      rows.leftCols(terms.size()) = design_of(terms, points, begin, size);
+      rows.middleCols(terms.size(), further.size()) = design_of(further, points, begin, size);
       rows.col(columns - 1) = points.height.segment(begin, size) * points.root_weight.segment(begin, size);
       stack.middleRows((Index(b) + 1) * columns, columns) = qr_triangle(rows);
     });
@@ -99,12 +101,26 @@ void to_minimum_norm(const MatrixXd& null_space, const std::vector<bool>& free, 
   solution->root -= null_space * steps;
 }
 
+// Fills `beyond` and `leak` from R: its last column, in the rows of the further terms, is what the residual
+// holds along the columns of Q that are orthogonal to the first `count`. left: of R's first columns, scaled.
+void fill_beyond(const MatrixXd& factor, Index count, const MatrixXd& left, MapSolution* solution) {
+  constexpr double kTold = 1e-6;  // of a column: less of it beside the others is rounding of the basis
+  std::vector<Index> told;
+  for (Index k = count; k + 1 < factor.cols(); ++k)
+    if (std::abs(factor(k, k)) > kTold * factor.col(k).norm()) told.push_back(k);
+  solution->beyond = factor.rightCols(1)(told, 0);
+  const MatrixXd own = factor(told, told), shared = factor.topRows(count)(Eigen::all, told);
+  const MatrixXd per_component = own.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(shared);
+  solution->leak = solution->root * (left.transpose() * per_component);
+}
+
 }  // namespace
 
-MapSolution solve_by_qr(const TermSet& terms, const MapPoints& points, const std::vector<bool>& free,
-                        int threads) {
+MapSolution solve_by_qr(const TermSet& terms, const TermSet& further, const MapPoints& points,
+                        const std::vector<bool>& free, int threads) {
   const Index count = terms.size();
-  const MatrixXd factor = factor_of(terms, points, threads);
+  const MatrixXd factor = factor_of(terms, further, points, threads);
+  const VectorXd height = factor.rightCols(1).topRows(count);
   MapSolution solution;
   solution.column_norm = factor.leftCols(count).colwise().norm().transpose();
   const VectorXd inverse = inverse_scale(solution.column_norm);
@@ -116,23 +132,23 @@ MapSolution solve_by_qr(const TermSet& terms, const MapPoints& points, const std
   solution.condition_number = bounded_ratio(singular[0], singular[count - 1]);
   solution.root =
       inverse.asDiagonal() * svd.right.leftCols(rank) * singular.head(rank).cwiseInverse().asDiagonal();
-  solution.coefficients =
-      solution.root * (svd.left.leftCols(rank).transpose() * factor.topRightCorner(count, 1));
+  solution.coefficients = solution.root * (svd.left.leftCols(rank).transpose() * height);
+  fill_beyond(factor, count, svd.left.leftCols(rank), &solution);
   if (rank == count) return solution;
   // Where columns differ by many powers of ten the null space is rounding, and a step along it may lose the
   // fit: then the solution of least norm in scaled coefficients stands.
   MapSolution shorter = solution;
   to_minimum_norm(inverse.asDiagonal() * svd.right.rightCols(count - rank), free, &shorter);
   const auto misfit = [&](const MapSolution& s) {
-    return (factor.topLeftCorner(count, count).triangularView<Eigen::Upper>() * s.coefficients -
-            factor.topRightCorner(count, 1))
+    return (factor.topLeftCorner(count, count).triangularView<Eigen::Upper>() * s.coefficients - height)
         .norm();
   };
-  const double slack = 1e-9 * factor.col(count).norm();
+  const double slack = 1e-9 * factor.rightCols(1).norm();
   return misfit(shorter) <= misfit(solution) + slack ? shorter : solution;
 }
 
-MapSolution solve_by_conjugate_gradients(const TermSet& terms, const MapPoints& points, int threads) {
+MapSolution solve_by_conjugate_gradients(const TermSet& terms, const TermSet& further,
+                                         const MapPoints& points, int threads) {
   constexpr int kIterations = 5000;
   constexpr double kRelativeGradient = 1e-13;
   MapSolution solution;
@@ -173,6 +189,10 @@ MapSolution solve_by_conjugate_gradients(const TermSet& terms, const MapPoints& 
   }
   solution.converged = now <= kRelativeGradient * kRelativeGradient * first;
   solution.coefficients = inverse.cwiseProduct(scaled);
+  weights.height = residual * points.root_weight;
+  solution.beyond =
+      inverse_scale(column_norms(further, points, threads))
+          .cwiseProduct(SurfaceOperator(further, points.x, points.y, threads).apply_transpose(weights));
   if (diagonal.empty()) return solution;
   const VectorXd values =
       tridiagonal_eigenvalues(Eigen::Map<const VectorXd>(diagonal.data(), Index(diagonal.size())),

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/random.h"
 #include "aberfit/core/units.h"
 #include "aberfit/terms/surface_operator.h"
@@ -97,6 +98,25 @@ JointTerms join(const TermSet& terms, double largest_distance) {
   return joint;
 }
 
+// The Zernike modes next beyond the terms: the fewest whole orders with kModes of them, fewer where the
+// points are few. A plane wave of f cycles/m has orders up to 2 pi f radius on the disc.
+TermSet next_orders(const TermSet& terms, Index points) {
+  constexpr std::size_t kModes = 40;  // their mean square is known to 22 %, a standard deviation to 11 %
+  double order = 1;
+  for (const ZernikeMode& mode : terms.zernike) order = std::max(order, double(mode.n));
+  for (const FourierMode& mode : terms.fourier)
+    order = std::max(order, std::ceil(2 * kPi * std::hypot(mode.fx, mode.fy) * terms.radius));
+  for (const int power : terms.spherical) order = std::max(order, double(power));
+  TermSet next;
+  next.radius = terms.radius;
+  for (int n = int(order) + 1; next.zernike.size() < kModes; ++n) {
+    if (terms.size() + next.size() + n + 1 >= points) break;
+    const std::vector<ZernikeMode> modes = zernike_modes(n, n);
+    next.zernike.insert(next.zernike.end(), modes.begin(), modes.end());
+  }
+  return next;
+}
+
 double rms(const ArrayXd& values) { return values.size() > 0 ? std::sqrt(values.square().mean()) : 0.0; }
 
 // rho^p is a sum of the m = 0 Zernikes up to n = p; the piston is always in the fit.
@@ -145,7 +165,32 @@ void warn_of_unknown_terms(MapFitResult* result) {
            unknown, result->coefficient_std.size(), largest, result->rms_map, result->condition_number)});
 }
 
-// Standard deviations from the residuals and how far they are correlated.
+// What residuals hold beyond the terms: a density, and components that stand out of it. These are figure that
+// the terms leave, such as one aberration of the next order.
+struct Beyond {
+  double density = 0;  // mean square of the other components [m^2]
+  VectorXd figure;     // the components that stand out, 0 in the place of the others [m]
+};
+
+Beyond split_beyond(const VectorXd& components) {
+  constexpr double kStandsOut = 4;  // standard deviations: of 40 Gaussian components one in 400 maps
+  constexpr double kMedianOfSquares = 0.4549;  // of Gaussian numbers, over their variance
+  VectorXd squares = components.cwiseAbs2();
+  std::sort(squares.begin(), squares.end());
+  Beyond beyond;
+  beyond.density = squares[squares.size() / 2] / kMedianOfSquares;
+  const auto most = [&] { return kStandsOut * kStandsOut * beyond.density; };
+  for (Index kept = 0, before = -1; kept != before;) {
+    before = kept;
+    kept = std::upper_bound(squares.begin(), squares.end(), most()) - squares.begin();
+    if (kept > 0) beyond.density = squares.head(kept).mean();
+  }
+  beyond.figure = (components.array().square() > most()).select(components, 0.0);
+  return beyond;
+}
+
+// Standard deviations from what the residuals hold just beyond the terms (see fit_map); where there are too
+// few points to tell, from all that is left.
 void fill_uncertainty(const HeightMap& map, const ChosenPoints& points, const ArrayXd& residual,
                       const JointTerms& joint, const MapSolution& solution, int threads,
                       MapFitResult* result) {
@@ -163,15 +208,22 @@ void fill_uncertainty(const HeightMap& map, const ChosenPoints& points, const Ar
                      "their standard deviations are rough",
                      result->independent_points, result->rank)});
   }
-  const double variance = residual.square().sum() / left;  // s^2 times points / independent points
+  Beyond beyond{residual.square().sum() / left, {}};
+  if (solution.beyond.size() > 0) beyond = split_beyond(solution.beyond);
   const Index count = Index(joint.requested.size());
   if (solution.root.size() == 0) {
-    result->coefficient_std = std::sqrt(variance) * solution.column_norm(joint.requested).cwiseInverse();
+    result->coefficient_std =
+        std::sqrt(beyond.density) * solution.column_norm(joint.requested).cwiseInverse();
     return;
   }
   const Eigen::MatrixXd root = solution.root(joint.requested, Eigen::all);
   result->covariance = Eigen::MatrixXd::Zero(count, count);
-  result->covariance.selfadjointView<Eigen::Lower>().rankUpdate(root, variance);
+  result->covariance.selfadjointView<Eigen::Lower>().rankUpdate(root, beyond.density);
+  // Figure that the terms leave is in them where the points do not tell both apart: known in size, and as
+  // good as a standard deviation of it.
+  if (beyond.figure.size() > 0)
+    result->covariance.selfadjointView<Eigen::Lower>().rankUpdate(
+        VectorXd(solution.leak(joint.requested, Eigen::all) * beyond.figure));
   result->covariance.triangularView<Eigen::StrictlyUpper>() = result->covariance.transpose();
   result->coefficient_std = result->covariance.diagonal().cwiseSqrt();
 }
@@ -222,9 +274,10 @@ MapFitResult fit_map(const HeightMap& map, const TermSet& terms, const MapFitOpt
 
   const JointTerms joint = join(terms, points.largest_distance);
   const bool dense = joint.terms.size() <= kDenseTerms;
+  const TermSet next = next_orders(joint.terms, result.points);
   const MapSolution solution =
-      dense ? solve_by_qr(joint.terms, points.fitted, joint.added, options.threads)
-            : solve_by_conjugate_gradients(joint.terms, points.fitted, options.threads);
+      dense ? solve_by_qr(joint.terms, next, points.fitted, joint.added, options.threads)
+            : solve_by_conjugate_gradients(joint.terms, next, points.fitted, options.threads);
   if (!dense)
     result.warnings.push_back(
         {"iterative-solution",

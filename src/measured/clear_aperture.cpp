@@ -47,7 +47,9 @@ ApertureBox valid_box(const HeightMap& map) {
 }
 
 ClearRegion placed(Aperture aperture, double x, double y, const std::vector<double>& centre) {
-  ClearRegion region{std::move(aperture), x, y, 0};
+  ClearRegion region;
+  region.aperture = std::move(aperture);
+  region.x = x, region.y = y;
   if (!centre.empty()) region.x += centre[0];
   if (centre.size() > 1) region.y += centre[1];
   return region;
@@ -215,7 +217,7 @@ Grid read_mask(const std::string& path, bool bottom_first) {
   TextLines lines(path);
   std::vector<std::vector<double>> rows;
   for (std::string_view line; lines.next(&line);) {
-    const std::vector<std::string_view> cells = words(line.substr(0, line.find('#')), " \t\r,;");
+    const std::vector<std::string_view> cells = words(before_comment(line), " \t\r,;");
     if (cells.empty()) continue;
     rows.emplace_back();
     for (const std::string_view cell : cells) {

@@ -171,7 +171,7 @@ MeasuredFormat columns_format(const std::vector<std::string_view>& lines, bool c
       profile_key = profile_key || (key && key->first == "quantity");
       continue;
     }
-    line = trimmed(line.substr(0, line.find('#')));
+    line = trimmed(before_comment(line));
     if (line.empty()) continue;
     const auto numbers = numbers_of(line);
     if (!numbers && rows == 0 && !names_seen && !decimal_comma(line)) {

@@ -370,6 +370,7 @@ HeightMap read_fits(const MeasuredSource& source) {
     map.warnings = choice.warnings;
     if (const auto name = file.text("OBJECT")) map.label = *name;
     map.height = factor * valid_pixels(source.path, file, choice);
+    map.file_unit = factor;
     if (steps.x < 0) map.height = map.height.rowwise().reverse().eval();
     if (steps.y < 0) map.height = map.height.colwise().reverse().eval();
     return map;

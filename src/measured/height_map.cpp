@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "aberfit/core/random.h"
+#include "convex_rows.h"
 
 namespace aberfit {
 namespace {
@@ -103,6 +104,25 @@ Circle enclosing_circle(const HeightMap& map) {
   circle.x += map.x0;
   circle.y += map.y0;
   return circle;
+}
+
+std::vector<std::pair<double, double>> internal::convex_rows(const HeightMap& map) {
+  std::vector<std::pair<double, double>> rows(std::size_t(map.rows()), {1, 0});
+  const std::vector<Point> corners = hull_corners(map);
+  const auto widen = [&](Eigen::Index row, double column) {
+    auto& [first, last] = rows[std::size_t(row)];
+    if (first > last) first = last = column;
+    first = std::min(first, column), last = std::max(last, column);
+  };
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    Point low = corners[i], high = corners[(i + 1) % corners.size()];
+    if (low.y() > high.y()) std::swap(low, high);
+    widen(Eigen::Index(low.y()), low.x());
+    widen(Eigen::Index(high.y()), high.x());
+    for (auto row = Eigen::Index(low.y()) + 1; row < Eigen::Index(high.y()); ++row)
+      widen(row, low.x() + (double(row) - low.y()) / (high.y() - low.y()) * (high.x() - low.x()));
+  }
+  return rows;
 }
 
 void move_origin(HeightMap* map, double x, double y) {

@@ -97,6 +97,7 @@ HeightMap matrix_map(const MeasuredSource& source, const TextTable& table) {
   HeightMap map;
   set_matrix_pitch(source, table, &map);
   const double factor = value_factor_of(source, table, unit_key(table));
+  map.file_unit = factor;
   map.height.resize(Eigen::Index(rows), Eigen::Index(columns));
   for (std::size_t row = 0; row < rows; ++row)
     for (std::size_t column = 0; column < columns; ++column)
@@ -221,6 +222,7 @@ HeightMap point_map(const MeasuredSource& source, const TextTable& table) {
   map.y0 = y.first * y_factor;
   map.pitch_x = x.step * x_factor;
   map.pitch_y = y.step * y_factor;
+  map.file_unit = factor;
   if (!std::isfinite(map.x0 + map.y0 + map.pitch_x * x.nodes + map.pitch_y * y.nodes) ||
       !(map.pitch_x > 0 && map.pitch_y > 0))
     throw InputError(table.path, "", "positions beyond the range of a double in SI units",

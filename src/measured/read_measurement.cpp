@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
 #include "foreign_formats.h"
@@ -61,6 +63,18 @@ void require_sane(const std::string& path, const Profile& profile) {
       require_between(path, slope ? "slope" : "height", value, -most, most, slope ? "rad" : "m");
 }
 
+// The mark of missing points in a file that does not say so is often a number that no height has.
+void require_sane_height(const std::string& path, const HeightMap& map, double height) {
+  if (height >= -kHighest && height <= kHighest) return;
+  const Eigen::Index same = (map.height == height).count();
+  const std::string allowed = fmt::format("{:g} to {:g} m; a unit may be wrong", -kHighest, kHighest);
+  throw InputError(path, "height", fmt::format("{:.6g} m", height),
+                   same < 2 ? allowed
+                            : fmt::format("{}, or these {} points, all {:.9g} in the file, are no "
+                                          "measurement: option 'invalid' of this value makes them holes",
+                                          allowed, same, height / map.file_unit));
+}
+
 void require_sane(const std::string& path, const HeightMap& map) {
   // 0: the file does not say it.
   for (const double pitch : {map.pitch_x, map.pitch_y})
@@ -68,8 +82,30 @@ void require_sane(const std::string& path, const HeightMap& map) {
   for (const double x : {map.x(0), map.x(map.columns() - 1), map.y(0), map.y(map.rows() - 1)})
     require_between(path, "position", x, -kFarthest, kFarthest, "m");
   for (Eigen::Index i = 0; i < map.height.size(); ++i)
-    if (const double h = map.height.data()[i]; !std::isnan(h))
-      require_between(path, "height", h, -kHighest, kHighest, "m");
+    if (const double h = map.height.data()[i]; !std::isnan(h)) require_sane_height(path, map, h);
+}
+
+// Makes holes of the samples whose value is one of `invalid`, in units of the file.
+template <class Values>
+Eigen::Index take_out_said(const std::vector<double>& invalid, double file_unit, Values* values) {
+  constexpr double kHalfPlaceOfSingle = 0x1p-24;
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 0; i < values->size(); ++i) {
+    double& value = values->data()[i];
+    const bool said = std::any_of(invalid.begin(), invalid.end(), [&](double mark) {
+      const double marked = mark * file_unit;
+      return std::abs(value - marked) <= kHalfPlaceOfSingle * std::abs(marked);
+    });
+    if (said) value = kNaN, ++count;
+  }
+  return count;
+}
+
+void take_out_said(const std::vector<double>& invalid, Profile* profile) {
+  profile->said_invalid = take_out_said(invalid, profile->file_unit, &profile->value);
+}
+void take_out_said(const std::vector<double>& invalid, HeightMap* map) {
+  map->said_invalid = take_out_said(invalid, map->file_unit, &map->height);
 }
 
 // Any value, to read on and see what else is missing.
@@ -172,7 +208,12 @@ Measurement read_measurement(const MeasuredSource& source) {
     format = MeasuredFormat::kMapText;
   require_options_of(format, source);
   Measurement data = read_as(source, format);
-  std::visit([&](const auto& measured) { require_sane(source.path, measured); }, data);
+  std::visit(
+      [&](auto& measured) {
+        if (!source.invalid.empty()) take_out_said(source.invalid, &measured);
+        require_sane(source.path, measured);
+      },
+      data);
   return data;
 }
 

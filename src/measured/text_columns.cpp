@@ -213,16 +213,16 @@ TextTable read_text_table(const std::string& path, const TextRules& rules) {
   char delimiter = ' ';
   bool last_column_used = false;
   while (lines.next(&line)) {
-    if (const std::size_t hash = line.find('#'); hash != std::string_view::npos) {
-      if (trimmed(line.substr(0, hash)).empty()) {
+    if (const std::string_view content = before_comment(line); content.size() < line.size()) {
+      if (trimmed(content).empty()) {
         const auto key = rules.plain ? std::nullopt : comment_key(line);
         if (key && !table.keys.emplace(key->first, TextKey{key->second, lines.number()}).second)
           lines.fail(in_quotes(line),
                      fmt::format("'{}' said once, as in line {}", key->first, table.keys[key->first].line));
-        if (table.lines.empty() && !key) last_comment = line.substr(hash + 1);
+        if (table.lines.empty() && !key) last_comment = line.substr(content.size() + 1);
         continue;
       }
-      line = line.substr(0, hash);
+      line = content;
     }
     if (trimmed(line).empty()) continue;
     if (table.lines.empty()) {

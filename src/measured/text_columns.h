@@ -17,7 +17,8 @@ char delimiter_of(std::string_view line);
 void split(std::string_view line, char delimiter, std::vector<std::string_view>* fields);
 /// True where every field that is not empty is a unit, in brackets or without, such as "[mm];[nm]".
 bool is_unit_row(std::string_view line);
-/// The number; NaN for a hole (empty, "nan", "--"); infinity for "inf"; nothing for any other text.
+/// The number; NaN for a hole (empty, "nan", "--", is_old_windows_nan); infinity for "inf"; nothing for any
+/// other text.
 std::optional<double> parse_cell(std::string_view text);
 
 /// What a comment "# key = value" or "# key: value" says.
@@ -52,9 +53,9 @@ struct TextRules {
   std::size_t most_numbers = std::size_t(1) << 26;  ///< of one file: a map of 8192 x 8192
 };
 
-/// Reads rows of numbers. '#' starts a comment. Before the first row one row of names may stand and one of
-/// units below it, or the last comment before it names as many columns as there are. Throws InputError with
-/// the line.
+/// Reads rows of numbers. '#' starts a comment at the start of a line or after a blank. Before the first row
+/// one row of names may stand and one of units below it, or the last comment before it names as many columns
+/// as there are. Throws InputError with the line.
 TextTable read_text_table(const std::string& path, const TextRules& rules);
 
 }  // namespace aberfit::internal

@@ -66,6 +66,7 @@ Profile profile_of(const TextTable& table, const ProfileColumns& columns) {
     throw InputError(table.path, "", fmt::format("{} row of numbers", rows), "at least 2 rows of numbers");
   Profile profile;
   profile.quantity = columns.quantity;
+  profile.file_unit = columns.value_factor;
   profile.x.resize(Eigen::Index(rows));
   profile.value.resize(Eigen::Index(rows));
   const bool descending = table(rows - 1, columns.x) < table(0, columns.x);

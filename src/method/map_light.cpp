@@ -47,6 +47,8 @@ MapPanel panel_of(HeightMap map) {
   each([&](double h) { squares += std::pow(h - sum / count, 2); });
   panel.rms = std::sqrt(squares / count);
   panel.peak_to_valley = high - low;
+  const SurfaceRms slopes = surface_rms(panel.map, {DetrendShape::kNone});
+  panel.rms_slope_x = slopes.slope_x, panel.rms_slope_y = slopes.slope_y;
   return panel;
 }
 

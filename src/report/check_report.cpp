@@ -86,8 +86,12 @@ Json to_json(const CheckReport& report, const Json& study) {
 
 Json to_json(const MapCheckReport& report, const Json& study) {
   Json json = json_document("check", study);
-  json["map"] = {
-      {"columns", report.columns}, {"rows", report.rows}, {"valid", report.valid}, {"pitch_m", report.pitch}};
+  json["map"] = {{"columns", report.columns},
+                 {"rows", report.rows},
+                 {"valid", report.valid},
+                 {"pitch_m", report.pitch_x == report.pitch_y ? Json(report.pitch_x) : Json()},
+                 {"pitch_x_m", report.pitch_x},
+                 {"pitch_y_m", report.pitch_y}};
   json["terms"]["count"] = report.terms;
   if (report.shares) json["split"] = to_json(*report.shares, std::nullopt, std::nullopt);
   json["predicted_seconds"] = report.seconds;

@@ -202,7 +202,7 @@ std::string summary_table(const CheckReport& report) {
 std::string summary_table(const MapCheckReport& report) {
   std::string text = heading(report.title);
   text += row("map", fmt::format("{} x {} points, {} valid, pitch {}", report.columns, report.rows,
-                                 report.valid, metres_text(report.pitch)));
+                                 report.valid, pitches_text(report.pitch_x, report.pitch_y)));
   text += row("terms", fmt::format("{} by least squares", report.terms));
   if (report.shares) text += row("band", report.shares->reason);
   text +=

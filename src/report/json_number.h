@@ -27,8 +27,9 @@ inline Json json_document(const std::string& kind, const Json& study) {
 
 /// Null where the whole of a measurement is used.
 inline Json clear_json(const ClearRegion& clear) {
-  if (!clear.aperture && clear.taken_out == 0) return nullptr;
+  if (!clear.aperture && clear.taken_out == 0 && !clear.said_invalid) return nullptr;
   Json json = {{"aperture", nullptr}, {"centre_m", nullptr}, {"taken_out", clear.taken_out}};
+  if (clear.said_invalid) json["said_invalid"] = *clear.said_invalid;
   if (clear.aperture) json["aperture"] = clear.text(), json["centre_m"] = Json::array({clear.x, clear.y});
   return json;
 }

@@ -12,7 +12,10 @@ namespace aberfit::internal {
 namespace {
 
 Json panel_json(const MapPanel& panel) {
-  return {{"rms_m", json_number(panel.rms)}, {"peak_to_valley_m", json_number(panel.peak_to_valley)}};
+  return {{"rms_m", json_number(panel.rms)},
+          {"peak_to_valley_m", json_number(panel.peak_to_valley)},
+          {"rms_slope_x", json_number(panel.rms_slope_x)},
+          {"rms_slope_y", json_number(panel.rms_slope_y)}};
 }
 
 Json lit_json(const LitSurface& lit) {
@@ -60,10 +63,13 @@ Json map_json(const FitOutcome& outcome) {
                {"independent_points", json_number(map.independent_points)},
                {"condition_number", json_number(map.condition_number)},
                {"rank", map.rank}};
-  if (const auto& panels = outcome.map_panels)
+  if (const auto& panels = outcome.map_panels) {
+    json["pitch_x_m"] = json_number(panels->measured.map.pitch_x);
+    json["pitch_y_m"] = json_number(panels->measured.map.pitch_y);
     json["heights"] = {{"measured", panel_json(panels->measured)},
                        {"fitted", panel_json(panels->fitted)},
                        {"residual", panel_json(panels->residual)}};
+  }
   if (outcome.map_light) json["light"] = map_light_json(*outcome.map_light);
   return json;
 }

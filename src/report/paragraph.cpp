@@ -41,6 +41,10 @@ std::string warning_lines(const Warnings& warnings) {
 
 std::string clear_text(const ClearRegion& clear) {
   std::string text = clear.aperture ? "; clear aperture: " + clear.text() : "";
+  if (clear.said_invalid)
+    text += *clear.said_invalid == 0 ? "; no sample has a value of `invalid`"
+                                     : fmt::format("; {} with a value of `invalid` made holes",
+                                                   plural(*clear.said_invalid, "sample"));
   if (clear.taken_out > 0) text += fmt::format("; {} left out", plural(clear.taken_out, "sample"));
   return text;
 }
@@ -59,5 +63,10 @@ std::string four_digits(double value, Dimension dimension) {
 }
 
 std::string metres_text(double metres) { return format_quantity(metres, Dimension::kLength); }
+
+std::string pitches_text(double pitch_x, double pitch_y) {
+  const std::string x = metres_text(pitch_x), y = metres_text(pitch_y);
+  return x == y ? x + " along x and y" : x + " along x, " + y + " along y";
+}
 
 }  // namespace aberfit::internal

@@ -32,4 +32,7 @@ std::string four_digits(double value, Dimension dimension);
 /// A length in the unit that suits it.
 std::string metres_text(double metres);
 
+/// The pitches of a map: "1 mm along x and y", "1 mm along x, 0.25 mm along y".
+std::string pitches_text(double pitch_x, double pitch_y);
+
 }  // namespace aberfit::internal

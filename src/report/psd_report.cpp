@@ -204,6 +204,8 @@ Json to_json(const PsdReport& report, const Json& request, const Json& roughness
            {{"kind", of_profiles(report) ? "1d-one-sided" : "2d-two-sided"},
             {"rms_height_m", json_number(e.rms_height)},
             {"rms_slope", json_number(e.rms_slope)},
+            {"rms_slope_x", json_number(e.rms_slope_x)},
+            {"rms_slope_y", json_number(e.rms_slope_y)},
             {"rms_slope_as_slopes", json_number(e.rms_slope_as_slopes)},
             {"resolution_per_m", json_number(e.resolution)},
             {"nyquist_per_m", json_number(e.nyquist)},

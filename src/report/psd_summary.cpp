@@ -26,7 +26,8 @@ struct Described {
   }
   std::string operator()(const HeightMap& map) const {
     return fmt::format("map, {} x {} points ({} valid), pitch {}{}", map.columns(), map.rows(),
-                       valid_count(map), metres_text(map.pitch_x), map.label.empty() ? "" : "; " + map.label);
+                       valid_count(map), pitches_text(map.pitch_x, map.pitch_y),
+                       map.label.empty() ? "" : "; " + map.label);
   }
 };
 
@@ -42,11 +43,18 @@ std::string estimator_line(const PsdEstimate& e) {
 
 std::string slope_text(double value) { return format_quantity(value, Dimension::kAngle); }
 
+// Of a map: what its mean slope is the mean of.
+std::string slopes_of_axes(const PsdEstimate& e) {
+  if (!std::isfinite(e.rms_slope_x) || !std::isfinite(e.rms_slope_y)) return "";
+  return fmt::format(" per axis ({} along x, {} along y)", slope_text(e.rms_slope_x),
+                     slope_text(e.rms_slope_y));
+}
+
 // Of every valid sample, whatever its frequencies. Two conventions of a slope's RMS where they differ.
 std::string record_line(const PsdEstimate& e) {
   constexpr double kNoticed = 0.01;
-  std::string text = fmt::format("RMS height {}, RMS slope {} of the detrended surface",
-                                 metres_text(e.rms_height), slope_text(e.rms_slope));
+  std::string text = fmt::format("RMS height {}, RMS slope {}{} of the detrended surface",
+                                 metres_text(e.rms_height), slope_text(e.rms_slope), slopes_of_axes(e));
   if (std::abs(e.rms_slope_as_slopes / e.rms_slope - 1) > kNoticed)
     text += fmt::format(" ({} with the slopes themselves detrended)", slope_text(e.rms_slope_as_slopes));
   return paragraph("Record", text);

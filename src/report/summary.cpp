@@ -193,6 +193,14 @@ std::string map_lines(const ResultDocument& result) {
                          map.points, map.held_out_points, metres_text(map.rms_map), map.condition_number,
                          map.rank, result.terms.size(), map.independent_points) +
                  clear_text(result.clear));
+  if (const auto& panels = result.map_panels) {
+    const MapPanel& measured = panels->measured;
+    text += paragraph("", fmt::format("pitch {}; RMS slope {} per axis ({} along x, {} along y)",
+                                      pitches_text(measured.map.pitch_x, measured.map.pitch_y),
+                                      slope(std::sqrt(0.5 * (std::pow(measured.rms_slope_x, 2) +
+                                                             std::pow(measured.rms_slope_y, 2)))),
+                                      slope(measured.rms_slope_x), slope(measured.rms_slope_y)));
+  }
   if (!only_map(result))
     text += paragraph("", fmt::format("residual {} RMS, {} on the points kept back",
                                       metres_text(map.rms_residual), metres_text(map.rms_held_out)));

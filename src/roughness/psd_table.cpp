@@ -149,7 +149,7 @@ PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& op
   };
   std::string_view line;
   while (file.next(&line)) {
-    const std::string_view numbers = line.substr(0, line.find('#'));
+    const std::string_view numbers = before_comment(line);
     const std::vector<std::string_view> fields = words(numbers, ",; \t\r\"");
     if (fields.empty()) {
       if (lines.empty() && !header_seen) take_units(line.substr(std::min(numbers.size() + 1, line.size())));
@@ -170,6 +170,9 @@ PsdTableResult read_psd_table(const std::string& path, const PsdTableOptions& op
     }
     if (!first || !second)
       throw InputError(path, "", fmt::format("line {}: \"{}\"", file.number(), line.substr(0, 60)), kAllowed);
+    for (std::size_t i = 0; i < 2; ++i)
+      if (!std::isfinite(i == 0 ? *first : *second))
+        throw InputError(path, "", fmt::format("line {}: {}", file.number(), in_quotes(fields[i])), kAllowed);
     frequency.push_back(*first);
     psd.push_back(*second);
     lines.push_back(int(file.number()));

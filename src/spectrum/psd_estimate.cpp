@@ -67,7 +67,8 @@ double slope_rms(const Profile& profile, const Profile& heights, const Profile& 
   return rms_of_finite(profile.value(valid) - derivative_of(profile.x(valid), shape, true));
 }
 
-double slope_rms(const HeightMap& detrended) {
+// Along x and along y; NaN where no point has both its neighbours.
+std::pair<double, double> slopes_rms(const HeightMap& detrended) {
   double sum[2] = {0, 0}, count[2] = {0, 0};
   const Grid& z = detrended.height;
   const auto add = [&](int axis, double before, double here, double after, double pitch) {
@@ -79,8 +80,13 @@ double slope_rms(const HeightMap& detrended) {
       if (c > 0 && c + 1 < z.cols()) add(0, z(r, c - 1), z(r, c), z(r, c + 1), detrended.pitch_x);
       if (r > 0 && r + 1 < z.rows()) add(1, z(r - 1, c), z(r, c), z(r + 1, c), detrended.pitch_y);
     }
-  if (count[0] == 0 || count[1] == 0) return 0;
-  return std::sqrt(0.5 * (sum[0] / count[0] + sum[1] / count[1]));
+  return {std::sqrt(sum[0] / count[0]), std::sqrt(sum[1] / count[1])};
+}
+
+SurfaceRms map_rms(const HeightMap& detrended) {
+  const auto [x, y] = slopes_rms(detrended);
+  const bool both = std::isfinite(x) && std::isfinite(y);
+  return {rms(detrended), both ? std::sqrt(0.5 * (x * x + y * y)) : 0, x, y};
 }
 
 void check(const PsdEstimatorOptions& options) {
@@ -122,12 +128,14 @@ void warn_of_the_window(PsdEstimate* estimate) {
 
 SurfaceRms surface_rms(const Profile& profile, const DetrendOptions& options) {
   const Profile heights = heights_of(profile), detrended = detrend(heights, options);
-  return {rms(detrended), slope_rms(profile, heights, detrended)};
+  SurfaceRms result;
+  result.height = rms(detrended);
+  result.slope = slope_rms(profile, heights, detrended);
+  return result;
 }
 
 SurfaceRms surface_rms(const HeightMap& map, const DetrendOptions& options) {
-  const HeightMap detrended = detrend(map, options);
-  return {rms(detrended), slope_rms(detrended)};
+  return map_rms(detrend(map, options));
 }
 
 struct PsdEstimator::Plan {
@@ -340,8 +348,9 @@ PsdEstimate PsdEstimator::operator()(const HeightMap& map) const {
   std::vector<char> left_out;
   PsdEstimate result = plan.estimate(plan.ordinates(map, plan.options.detrend), &left_out);
   trust_from_the_shape(map, left_out, &result);
-  result.rms_height = rms(detrended);
-  result.rms_slope = slope_rms(detrended);
+  const SurfaceRms whole = map_rms(detrended);
+  result.rms_height = whole.height;
+  result.rms_slope = whole.slope, result.rms_slope_x = whole.slope_x, result.rms_slope_y = whole.slope_y;
   return result;
 }
 

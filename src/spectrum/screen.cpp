@@ -6,6 +6,7 @@
 #include "aberfit/core/constants.h"
 #include "aberfit/core/text.h"
 #include "aberfit/core/units.h"
+#include "aberfit/measured/padding.h"
 #include "aberfit/spectrum/outliers.h"
 #include "aberfit/spectrum/psd_estimate.h"
 
@@ -20,6 +21,40 @@ std::string with_and_without(const SurfaceRms& with, const SurfaceRms& without) 
   const auto angle = [](double value) { return format_quantity(value, Dimension::kAngle); };
   return fmt::format("the RMS slope is {} instead of {}, the RMS height {} instead of {}",
                      angle(without.slope), angle(with.slope), length(without.height), length(with.height));
+}
+
+// "1,929 of 5,184 points (37.2 %) have the height 0 m exactly (0 in the file), ..., in 4 blocks".
+std::string padding_words(const HeightMap& map, const Padding& one) {
+  const double valid = double(valid_count(map));
+  const std::string where =
+      one.outside == one.points ? "all of them outside the convex region of the others"
+      : one.outside == 0        ? "none of them outside the convex region of the others"
+                         : grouped(double(one.outside)) + " of them outside the convex region of the others";
+  return fmt::format(
+      "{} of {} points ({:.3g} %) have the height {} exactly ({:.9g} in the file), {}, in {} "
+      "{}",
+      grouped(double(one.points)), grouped(valid), 100 * double(one.points) / valid,
+      format_quantity(one.height, Dimension::kLength), one.height / map.file_unit, where,
+      grouped(double(one.blocks)), one.blocks == 1 ? "block" : "blocks");
+}
+
+// Nothing is taken out: only who made the file knows what a height in it is.
+void warn_of_padding(const HeightMap& map, const DetrendOptions& detrend, Warnings* warnings) {
+  const std::vector<Padding> padding = find_padding(map);
+  if (padding.empty()) return;
+  HeightMap rest = map;
+  take_out(&rest, padded_points(map, padding));
+  std::string text, values;
+  for (const Padding& one : padding) {
+    text += padding_words(map, one) + "; ";
+    values += (values.empty() ? "" : ",") + fmt::format("{:.9g}", one.height / map.file_unit);
+  }
+  warnings->push_back(
+      {"padding",
+       fmt::format("{}without them {}. If they are no measurement, `invalid: [{}]` (`--invalid {}`) "
+                   "makes them holes",
+                   text, with_and_without(surface_rms(map, detrend), surface_rms(rest, detrend)), values,
+                   values)});
 }
 
 template <class Measured>
@@ -73,6 +108,7 @@ std::string implausible(const HeightMap& map) {
 
 Warnings screen(Measurement* data, OutlierTreatment treatment, const DetrendOptions& detrend) {
   Warnings warnings;
+  if (const auto* map = std::get_if<HeightMap>(data)) warn_of_padding(*map, detrend, &warnings);
   std::visit(
       [&](auto& measured) {
         if (treatment != OutlierTreatment::kKeep) treat(&measured, treatment, detrend, &warnings);

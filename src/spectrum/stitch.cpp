@@ -87,8 +87,10 @@ PsdEstimate stitch(const std::vector<PsdEstimate>& bands) {
     result.lines.insert(result.lines.end(), band.lines.begin(), band.lines.end());
     result.warnings.insert(result.warnings.end(), band.warnings.begin(), band.warnings.end());
     result.rms_height = std::max(result.rms_height, band.rms_height);
-    if (band.rms_slope > result.rms_slope)
+    if (band.rms_slope > result.rms_slope) {
       result.rms_slope = band.rms_slope, result.rms_slope_as_slopes = band.rms_slope_as_slopes;
+      result.rms_slope_x = band.rms_slope_x, result.rms_slope_y = band.rms_slope_y;
+    }
     result.resolution = std::min(result.resolution, band.resolution);
     result.nyquist = std::max(result.nyquist, band.nyquist);
   }

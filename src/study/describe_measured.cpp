@@ -144,6 +144,12 @@ void describe_source(Visitor& v, MeasuredFile& m) {
             1000000000);
   v.quantity({"scale", "factor on the heights, to put a measured shape on another mirror"}, m.scale, kNumber,
              Range::positive());
+  v.quantities(
+      {"invalid",
+       "values that mark a missing sample, in the unit of the file's values (formats of instruments: "
+       "[m] of the surface); samples that have one are holes",
+       kOptional, "[0, -9999]"},
+      m.invalid, kNumber, Range::any(), false);
   describe_clear_part(v, m.clear);
 }
 

@@ -59,7 +59,7 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
   }
 }
 
-// '#' starts a comment; one row of names may stand before the numbers.
+// '#' after a blank starts a comment; one row of names may stand before the numbers.
 void load_profile(const Study& study, StatisticRequest& request, const std::string& pointer) {
   const char* const allowed =
       "two columns, dz ascending, in m unless the header says \"dz_mm\" or the like, and share of the light "
@@ -77,7 +77,7 @@ void load_profile(const Study& study, StatisticRequest& request, const std::stri
   bool header_seen = false;
   double metres = 1;  // in one unit of dz
   while (file.next(&line)) {
-    const std::string_view numbers = line.substr(0, line.find('#'));
+    const std::string_view numbers = before_comment(line);
     const std::vector<std::string_view> cells = words(numbers, " \t\r,;\"");
     if (cells.empty()) continue;
     if (const auto comma = decimal_comma(numbers))

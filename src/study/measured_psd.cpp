@@ -34,6 +34,7 @@ MeasuredSource source_of(const MeasuredFile& file, const std::string& path) {
   source.wavelength = file.wavelength;
   if (!file.hdu.empty()) source.hdu = file.hdu;
   source.plane = file.plane;
+  source.invalid = file.invalid;
   return source;
 }
 
@@ -190,6 +191,11 @@ Measurement load_measurement(const MeasuredFile& file, const std::string& folder
     ask_for({"pitch"}, typed, where, pointer, file.file);
   if (auto* map = std::get_if<HeightMap>(&data))
     for (Warning& warning : map->warnings) warning.message = as_given(warning.message, typed);
+  std::optional<Eigen::Index> said;
+  if (!file.invalid.empty())
+    said = std::visit([](const auto& measured) { return measured.said_invalid; }, data);
+  clear->said_invalid = said;
+  std::visit([&](auto& measured) { measured.file_unit *= file.scale; }, data);
   if (auto* profile = std::get_if<Profile>(&data)) profile->value *= file.scale;
   if (auto* map = std::get_if<HeightMap>(&data)) map->height *= file.scale;
   if (file.clear.whole()) return data;
@@ -197,6 +203,7 @@ Measurement load_measurement(const MeasuredFile& file, const std::string& folder
   try {
     *clear = take_clear_part(&data, file.clear, (std::filesystem::path(folder) / file.clear.mask).string(),
                              source.bottom_first);
+    clear->said_invalid = said;
   } catch (const std::invalid_argument& error) {
     throw InputError(where, pointer.substr(0, pointer.rfind('/') + 1) + key,
                      fmt::format("of \"{}\": {}", file.file, error.what()), "a part of the measurement");

@@ -231,16 +231,25 @@ TEST(MapCheckReport, SaysWhatIsFittedAndHowLongThatTakes) {
   report.columns = 64;
   report.rows = 32;
   report.valid = 1500;
-  report.pitch = 1e-4;
+  report.pitch_x = 1e-4;
+  report.pitch_y = 5e-5;
   report.terms = 25;
   report.seconds = 0.5;
   const std::string table = summary_table(report);
   EXPECT_EQ(table.find("a map\n\n"), 0u);
-  EXPECT_EQ(row(table, "map"), "64 x 32 points, 1500 valid, pitch 100 um");
+  EXPECT_EQ(row(table, "map"), "64 x 32 points, 1500 valid, pitch 100 um along x, 50 um along y");
   EXPECT_EQ(row(table, "terms"), "25 by least squares");
   EXPECT_EQ(row(table, "predicted time of `fit`"), "0.5 s on 1 thread (within a factor 3)");
   const ordered_json json = to_json(report, {});
-  EXPECT_EQ(json["map"], (ordered_json{{"columns", 64}, {"rows", 32}, {"valid", 1500}, {"pitch_m", 1e-4}}));
+  EXPECT_EQ(json["map"], (ordered_json{{"columns", 64},
+                                       {"rows", 32},
+                                       {"valid", 1500},
+                                       {"pitch_m", nullptr},
+                                       {"pitch_x_m", 1e-4},
+                                       {"pitch_y_m", 5e-5}}));
+  report.pitch_y = report.pitch_x;
+  EXPECT_EQ(row(summary_table(report), "map"), "64 x 32 points, 1500 valid, pitch 100 um along x and y");
+  EXPECT_EQ(to_json(report, {})["map"]["pitch_m"], 1e-4);
   EXPECT_EQ(json["terms"]["count"], 25);
   EXPECT_EQ(json["predicted_seconds"], 0.5);
 }

@@ -226,6 +226,8 @@ void expect_rms_of_a_plain_recomputation(const HeightMap& map) {
     }
   EXPECT_NEAR(estimate.rms_height / std::sqrt(mean_square(height)), 1, 1e-6);
   EXPECT_NEAR(estimate.rms_slope / std::sqrt((mean_square(across) + mean_square(down)) / 2), 1, 1e-6);
+  EXPECT_NEAR(estimate.rms_slope_x / std::sqrt(mean_square(across)), 1, 1e-6);
+  EXPECT_NEAR(estimate.rms_slope_y / std::sqrt(mean_square(down)), 1, 1e-6);
   ::testing::Test::RecordProperty("rms_height", std::to_string(estimate.rms_height * 1e9));
   ::testing::Test::RecordProperty(
       "height_error", std::to_string(1e12 * (estimate.rms_height / std::sqrt(mean_square(height)) - 1)));

@@ -71,7 +71,7 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads);
 struct MapCheckReport {
   std::string title;
   Eigen::Index columns = 0, rows = 0, valid = 0;  ///< points of the map
-  double pitch = 0;                               ///< [m]
+  double pitch_x = 0, pitch_y = 0;                ///< [m]
   Eigen::Index terms = 0;                         ///< fitted by least squares
   double seconds = 0;                             ///< predicted time of the fit [s]
   int threads = 1;                                ///< that the prediction is for

@@ -53,8 +53,17 @@ std::optional<std::string> file_bytes(const std::string& path,
 [[noreturn]] void fail_at_line(const std::string& path, long line, const std::string& found,
                                const std::string& allowed);
 
+/// The line without its comment, which begins at a '#' that is first in the line or stands behind a blank: a
+/// '#' inside a word ("1.#QNAN0", "x#1") belongs to the word.
+std::string_view before_comment(std::string_view line);
+
+/// True for what programs built with the C runtime of older Windows write for a double that is no number or
+/// no finite one: an optional sign, "1.#", then a letter and further letters and digits, such as "1.#QNAN0",
+/// "-1.#IND00", "1.#INF" and, cut to few digits, "1.#R".
+bool is_old_windows_nan(std::string_view text);
+
 /// The number that all of `text` is; nothing for other text and beyond the range of `Number`. One '+' may
-/// stand before it. For a double "inf" and "nan" are numbers.
+/// stand before it. For a double "inf" and "nan" are numbers, and is_old_windows_nan is "nan".
 template <class Number>
 std::optional<Number> parse_number(std::string_view text) {
   if (text.starts_with("+-")) return std::nullopt;
@@ -62,8 +71,10 @@ std::optional<Number> parse_number(std::string_view text) {
   Number value{};
   const char* const last = text.data() + text.size();
   const auto [end, error] = std::from_chars(text.data(), last, value);
-  if (error != std::errc{} || end != last) return std::nullopt;
-  return value;
+  if (error == std::errc{} && end == last) return value;
+  if constexpr (std::is_floating_point_v<Number>)
+    if (is_old_windows_nan(text)) return std::numeric_limits<Number>::quiet_NaN();
+  return std::nullopt;
 }
 /// The same of a finite number.
 std::optional<double> parse_finite(std::string_view text);

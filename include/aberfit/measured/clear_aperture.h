@@ -54,6 +54,9 @@ struct ClearRegion {
   std::optional<Aperture> aperture;
   double x = 0, y = 0;
   Eigen::Index taken_out = 0;  ///< samples that were valid
+  /// Samples that are holes since their value is one of those that were said to be invalid; where none was
+  /// said, empty.
+  std::optional<Eigen::Index> said_invalid;
 
   /// "circle of 48 mm about (0.1 mm, 0 m)"; empty without an aperture.
   std::string text() const;

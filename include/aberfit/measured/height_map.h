@@ -16,6 +16,8 @@ struct HeightMap {
   double x0 = 0, y0 = 0;            ///< position of (row 0, column 0) [m]
   std::string label;                ///< what the file says it is; may be empty
   Warnings warnings;                ///< what its reader chose where the file leaves a choice
+  double file_unit = 1;             ///< a value of 1 in the file is this height of the surface [m]
+  Eigen::Index said_invalid = 0;    ///< points that are holes because MeasuredSource::invalid has their value
 
   Eigen::Index rows() const { return height.rows(); }
   Eigen::Index columns() const { return height.cols(); }

@@ -15,7 +15,9 @@ struct Profile {
   Eigen::ArrayXd x;      ///< position [m], strictly ascending; the pitch may be uneven
   Eigen::ArrayXd value;  ///< height [m] or slope [rad], NaN where there is no valid measurement
   ProfileQuantity quantity = ProfileQuantity::kHeight;
-  std::string label;  ///< what the file says it is; may be empty
+  std::string label;     ///< what the file says it is; may be empty
+  double file_unit = 1;  ///< a value of 1 in the file is this height [m] or slope [rad] of the surface
+  Eigen::Index said_invalid = 0;  ///< samples that are holes because MeasuredSource::invalid has their value
 
   Eigen::Index size() const { return x.size(); }
 };

@@ -17,6 +17,7 @@ namespace aberfit {
 struct MapPanel {
   HeightMap map;
   double rms = 0, peak_to_valley = 0;
+  double rms_slope_x = 0, rms_slope_y = 0;  ///< as PsdEstimate::rms_slope_x, of these heights as they are
 };
 
 /// A fitted map beside its terms, at the points that have a value inside the aperture; NaN elsewhere. Piston

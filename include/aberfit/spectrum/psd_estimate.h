@@ -69,6 +69,9 @@ struct PsdEstimate {
   /// differences at points that are valid like both their neighbours; root of the mean of both axes' mean
   /// squares.
   double rms_slope = 0;
+  /// Maps: those root mean squares along x and along y; NaN for profiles.
+  double rms_slope_x = std::numeric_limits<double>::quiet_NaN();
+  double rms_slope_y = std::numeric_limits<double>::quiet_NaN();
   /// Slope data in the other convention, detrended as slopes: minus their own polynomial, one degree less
   /// than the heights'. NaN for heights.
   double rms_slope_as_slopes = std::numeric_limits<double>::quiet_NaN();
@@ -83,10 +86,12 @@ struct PsdEstimate {
   Warnings warnings;
 };
 
-/// `rms_height` and `rms_slope` as above, without a PSD.
+/// `rms_height` and the RMS slopes as above, without a PSD.
 struct SurfaceRms {
   double height = 0;  ///< [m]
-  double slope = 0;
+  double slope = 0;   ///< of a map per axis: root of the mean square of the next two
+  double slope_x = std::numeric_limits<double>::quiet_NaN();  ///< maps only
+  double slope_y = std::numeric_limits<double>::quiet_NaN();
 };
 SurfaceRms surface_rms(const Profile& profile, const DetrendOptions& detrend);
 SurfaceRms surface_rms(const HeightMap& map, const DetrendOptions& detrend);

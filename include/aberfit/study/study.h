@@ -51,8 +51,9 @@ struct MeasuredFile {
   std::optional<double>
       wavelength;   ///< of the instrument [m], for values in waves or radians; absent: as the file says
   std::string hdu;  ///< FITS: name or number of the image, "0" the primary; empty: the only one
-  std::optional<int> plane;  ///< FITS, NumPy: which plane of a cube, from 1
-  double scale = 1;          ///< factor on the heights, to put a measured shape on another mirror
+  std::optional<int> plane;     ///< FITS, NumPy: which plane of a cube, from 1
+  double scale = 1;             ///< factor on the heights, to put a measured shape on another mirror
+  std::vector<double> invalid;  ///< values of the file that mark a missing sample, see MeasuredSource
   ClearPart clear;
 };
 

@@ -1,0 +1,157 @@
+#include "aberfit/measured/padding.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "aberfit/core/constants.h"
+#include "convex_rows.h"
+
+namespace aberfit {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kManyPoints = 0.01;    // of the valid ones
+constexpr double kStandsOut = 2;        // times the points of a height beside it
+constexpr double kLeftByOneStep = 0.5;  // of the points beside it
+
+// A height of many points, and the heights next to it in the list of all.
+struct Level {
+  double height = 0, below = kNaN, above = kNaN;
+  Index points = 0, most_beside = 0;  // of it, and of either of those next to it
+};
+
+struct Levels {
+  std::vector<Level> frequent;
+  double step = kInfinity;  // the finest between two heights: that of the rounding, where they are rounded
+  Index heights = 0;        // how many there are
+};
+
+// `sorted`: all heights, ascending. Maps have 1e8 points, so only the frequent ones are kept.
+Levels levels_of(const std::vector<double>& sorted, double many) {
+  Levels levels;
+  Level before;
+  bool frequent_before = false;
+  for (std::size_t begin = 0; begin < sorted.size();) {
+    std::size_t end = begin;
+    while (end < sorted.size() && sorted[end] == sorted[begin]) ++end;
+    Level level{sorted[begin], before.points > 0 ? before.height : kNaN, kNaN, Index(end - begin),
+                before.points};
+    if (before.points > 0) levels.step = std::min(levels.step, level.height - before.height);
+    if (frequent_before) {
+      Level& last = levels.frequent.back();
+      last.above = level.height;
+      last.most_beside = std::max(last.most_beside, level.points);
+    }
+    frequent_before = double(level.points) > many;
+    if (frequent_before) levels.frequent.push_back(level);
+    ++levels.heights;
+    before = level;
+    begin = end;
+  }
+  return levels;
+}
+
+// The neighbours of a point along its row and column that lie on the grid.
+template <class Use>
+void each_neighbour(const Grid& height, Index row, Index column, const Use& use) {
+  if (row > 0) use(row - 1, column);
+  if (row + 1 < height.rows()) use(row + 1, column);
+  if (column > 0) use(row, column - 1);
+  if (column + 1 < height.cols()) use(row, column + 1);
+}
+
+// Whether a rounded surface would be left through this height: by one step, up or down.
+bool left_by_one_step(const Grid& height, const Level& level, double step) {
+  constexpr double kRounding = 1.5;  // steps differ by the rounding of their unit, and two are no step
+  Index beside = 0, one_step = 0;
+  for (Index row = 0; row < height.rows(); ++row)
+    for (Index column = 0; column < height.cols(); ++column) {
+      const double there = height(row, column);
+      if (!std::isfinite(there) || there == level.height) continue;
+      bool touches = false;
+      each_neighbour(height, row, column, [&](Index r, Index c) { touches |= height(r, c) == level.height; });
+      if (!touches) continue;
+      ++beside;
+      const bool next = there == level.below || there == level.above;
+      if (next && std::abs(there - level.height) <= kRounding * step) ++one_step;
+    }
+  return beside > 0 && double(one_step) >= kLeftByOneStep * double(beside);
+}
+
+// The most frequent height that is padding; none where there is none.
+std::optional<Level> most_frequent_padding(const Grid& height, const std::vector<double>& sorted,
+                                           double many) {
+  Levels levels = levels_of(sorted, many);
+  if (levels.heights < 2) return std::nullopt;
+  std::sort(levels.frequent.begin(), levels.frequent.end(),
+            [](const Level& a, const Level& b) { return a.points > b.points; });
+  for (const Level& level : levels.frequent)
+    if (double(level.points) > kStandsOut * double(level.most_beside) &&
+        !left_by_one_step(height, level, levels.step))
+      return level;
+  return std::nullopt;
+}
+
+// Parts of what is marked that hang together along rows and columns.
+Index blocks_of(const Mask& marked) {
+  Mask left = marked;
+  Index blocks = 0;
+  std::vector<std::pair<Index, Index>> stack;
+  for (Index row = 0; row < left.rows(); ++row)
+    for (Index column = 0; column < left.cols(); ++column) {
+      if (!left(row, column)) continue;
+      ++blocks;
+      left(row, column) = false;
+      stack.assign(1, {row, column});
+      while (!stack.empty()) {
+        const auto [r, c] = stack.back();
+        stack.pop_back();
+        for (const auto& [y, x] : {std::pair(r - 1, c), {r + 1, c}, {r, c - 1}, {r, c + 1}})
+          if (y >= 0 && x >= 0 && y < left.rows() && x < left.cols() && left(y, x))
+            left(y, x) = false, stack.emplace_back(y, x);
+      }
+    }
+  return blocks;
+}
+
+}  // namespace
+
+Mask padded_points(const HeightMap& map, const std::vector<Padding>& padding) {
+  Mask marked = Mask::Constant(map.rows(), map.columns(), false);
+  for (const Padding& one : padding) marked = marked || map.height == one.height;
+  return marked;
+}
+
+std::vector<Padding> find_padding(const HeightMap& map) {
+  std::vector<double> sorted;
+  for (const double h : map.height.reshaped())
+    if (std::isfinite(h)) sorted.push_back(h);
+  const double many = kManyPoints * double(sorted.size());
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<Padding> padding;
+  HeightMap rest = map;
+  // Two marks side by side in the list of heights, 0 and -9999, would hide each other.
+  while (const auto found = most_frequent_padding(rest.height, sorted, many)) {
+    padding.push_back({found->height, found->points, 0, 0});
+    rest.height = (rest.height == found->height).select(kNaN, rest.height);
+    const auto [begin, end] = std::equal_range(sorted.begin(), sorted.end(), found->height);
+    sorted.erase(begin, end);
+  }
+  if (padding.empty()) return padding;
+  const std::vector<std::pair<double, double>> hull = internal::convex_rows(rest);
+  for (Padding& one : padding) {
+    const Mask marked = map.height == one.height;
+    one.blocks = blocks_of(marked);
+    for (Index row = 0; row < marked.rows(); ++row)
+      for (Index column = 0; column < marked.cols(); ++column) {
+        const auto [first, last] = hull[std::size_t(row)];
+        if (marked(row, column) && !(double(column) >= first && double(column) <= last)) ++one.outside;
+      }
+  }
+  return padding;
+}
+
+}  // namespace aberfit
