@@ -1,11 +1,14 @@
 #include "aberfit/cases/gather.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/study/unusual.h"
 
 namespace aberfit {
 namespace {
@@ -77,6 +80,22 @@ std::vector<std::string> shown_of(const std::vector<std::string>& statistics) {
   return shown;
 }
 
+// What varies may leave the ordinary where the study itself does not; told once for all cases.
+void note_unusual_cases(const Study& study, SweepReport* report) {
+  const auto is_unusual = [](const SweepRow& row) {
+    return std::find(row.warnings.begin(), row.warnings.end(), kUnusual) != row.warnings.end();
+  };
+  const auto first = std::find_if(report->rows.begin(), report->rows.end(), is_unusual);
+  if (first == report->rows.end() || !unusual_numbers(study).empty()) return;
+  report->warnings.push_back(
+      {kUnusual,
+       fmt::format("{} of {} cases have a number that is out of the ordinary, the first is case {}; "
+                   "the column `warnings` of cases.csv names them, and `check` of a case says which "
+                   "number and what may be meant",
+                   std::count_if(report->rows.begin(), report->rows.end(), is_unusual), report->rows.size(),
+                   first->index)});
+}
+
 }  // namespace
 
 SweepReport gather_cases(const StudyCases& cases, const CasePlan& plan, const KnownCases& known) {
@@ -106,6 +125,7 @@ SweepReport gather_cases(const StudyCases& cases, const CasePlan& plan, const Kn
   }
   for (SweepRow& row : report.rows) row.values.resize(report.statistics.size(), std::nan(""));
   report.shown = shown_of(report.statistics);
+  note_unusual_cases(cases.study(), &report);
   return report;
 }
 

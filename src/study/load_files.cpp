@@ -132,12 +132,11 @@ void load_files(Study& study, const Study* same_roughness) {
   if (same_roughness) {
     study.roughness = same_roughness->roughness;
     study.psd = same_roughness->psd;
-    study.data_warnings = same_roughness->data_warnings;
   } else if (study.roughness) {
     load_roughness(study, *study.roughness, "/roughness/psd");
     study.psd = psd_model(*study.roughness);
-    warn_of_data(*study.roughness, &study.data_warnings);
   }
+  if (study.roughness) warn_of_data(*study.roughness, &study.data_warnings);
   if (study.solve && study.solve->with)
     for (std::size_t k = 0; k < study.solve->with->surfaces.size(); ++k)
       load_roughness(study, study.solve->with->surfaces[k].psd,

@@ -8,6 +8,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/study/measured_psd.h"
+#include "aberfit/study/unusual.h"
 #include "describe.h"
 #include "load_files.h"
 #include "parse_json.h"
@@ -60,6 +61,8 @@ Study internal::study_of_json(const nlohmann::ordered_json& json, const std::str
     read_object(json, study.path, [&](Visitor& v) { describe_study(v, study); });
     load_files(study, same_roughness);
     check_rules(study);
+    const Warnings unusual = unusual_warnings(study);
+    study.data_warnings.insert(study.data_warnings.end(), unusual.begin(), unusual.end());
   } catch (const InputError& error) {
     if (error.file() != path) throw;
     throw InputError(file_with_changes(path, changes, error.pointer()), error.pointer(), error.found(),

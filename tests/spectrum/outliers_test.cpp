@@ -234,7 +234,7 @@ TEST(Screen, WarnsWithTheEffectAndLeavesTheData) {
 TEST(Screen, WarnsOfValuesThatNoMirrorHas) {
   const auto warned = [](Measurement data) {
     const Warnings said = screen(&data, OutlierTreatment::kKeep, {});
-    return said.size() == 1 && said[0].code == "implausible-values";
+    return said.size() == 1 && said[0].code == "unusual";
   };
   auto profile = std::get<Profile>(surface(roughnesses()[5], 1, 15));
   const Profile flat = [&] {
