@@ -41,7 +41,6 @@ struct Law {
 // 5 um: a mirror of a projector's chip. 110 m: Green Bank, the largest dish for waves below 1 cm.
 // Mirrors reflect waves from 10 pm, of nuclear lines, to radio; 1 cm is where dishes as they are here end.
 // 10 wavelengths: the smallest dishes; of fewer there is no focus that scalar theory describes.
-// A slope of 0.1 beside the parabola: a sphere of f/0.5 has 0.08.
 // 1 mrad of motion: the coarsest tracking, that of solar dishes. r0 at 500 nm (lambda^(6/5)): 1 mm over a hot
 // road, 10 m at a wavelength where air hardly matters.
 std::vector<Law> scene_laws() {
@@ -62,11 +61,6 @@ std::vector<Law> scene_laws() {
            10,
            kInfinity,
            {Number::kWavelength, Number::kAcross}},
-          {"a slope of {:.3g} beside the parabola's at the rim",
-           [](const Scene& s) { return s.departure; },
-           0,
-           0.1,
-           {Number::kDeparture}},
           {"a motion of the image by {:.3g} rad",
            [](const Scene& s) { return s.jitter; },
            0,
@@ -77,6 +71,15 @@ std::vector<Law> scene_laws() {
            1e-3,
            10,
            {Number::kFried}}};
+}
+
+// Conic, even powers and known Zernikes: a sphere of f/0.5 has 0.08.
+std::vector<Law> shape_laws() {
+  return {{"a slope of {:.3g} beside the parabola's at the rim",
+           [](const Scene& s) { return s.departure; },
+           0,
+           0.1,
+           {Number::kDeparture}}};
 }
 
 // 2.5e-5 wavelengths scatter 1e-7 of the light, (4 pi rms/lambda)^2: less is lost in the scatter of air. 100
@@ -107,14 +110,16 @@ std::vector<Law> roughness_laws() {
            {Number::kBand, Number::kWavelength}}};
 }
 
-// A tenth of the focal length: where a slope of 0.05 sends a ray.
-std::vector<Law> place_laws() {
+// A length in the focus: a slope of 0.05 sends a ray a tenth of the focal length away. A plane beside the
+// focus: half-way to the mirror the light is as wide as half of it.
+std::vector<Law> place_laws(double farthest) {
   return {{"{:.3g} times the focal length",
-           [](const Scene& s) { return s.place / s.focal; },
+           [](const Scene& s) { return std::abs(s.place) / s.focal; },
            0,
-           0.1,
+           farthest,
            {Number::kPlace}}};
 }
+constexpr double kFarthestPlace = 0.1, kFarthestPlane = 0.5;
 
 bool is_broken(const Law& law, const Scene& scene) {
   constexpr double kRounding = 1e-9;
@@ -296,7 +301,8 @@ Place place_of_aperture(const Aperture& aperture) {
   return place;
 }
 
-// What adds most to the slope of the rim beside the parabola's, and the sum of all sizes.
+// What adds most to the slope of the rim beside the parabola's, and the sum of all sizes. Mirrors that are
+// taken to be of another size than the study has are meant to have their Zernikes on a disc as much larger.
 Place steepest_departure(const Mirror& mirror, double radius, double* slope) {
   Place steepest{Number::kDeparture, "a height of", "/mirror/conic", mirror.conic, Dimension::kNumber};
   const double curvature = 0.5 / mirror.focal_length;
@@ -421,6 +427,18 @@ std::vector<Place> places_in_focus(const Study& study) {
   return places;
 }
 
+// Planes that statistics are asked for in.
+std::vector<Place> planes_of(const Study& study) {
+  std::vector<Place> planes;
+  const std::vector<std::string> keys = internal::keys_of(study.target.statistics);
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    for (std::size_t k = 0; k < study.target.statistics[i].planes.size(); ++k)
+      planes.push_back({Number::kPlace, "a plane at",
+                        fmt::format("/target/statistics/{}/planes/{}", keys[i], k),
+                        study.target.statistics[i].planes[k]});
+  return planes;
+}
+
 }  // namespace
 
 std::vector<UnusualNumber> unusual_numbers(const Study& study) {
@@ -431,8 +449,7 @@ std::vector<UnusualNumber> unusual_numbers(const Study& study) {
   std::vector<Place> places = {
       place_of_aperture(study.aperture),
       {Number::kFocal, "a focal length of", "/mirror/focal_length", scene.focal},
-      {Number::kWavelength, "a wavelength of", "/light/wavelength", scene.wavelength},
-      steepest_departure(study.mirror, 0.5 * scene.across, &scene.departure)};
+      {Number::kWavelength, "a wavelength of", "/light/wavelength", scene.wavelength}};
   const auto* with = study.solve && study.solve->with ? &*study.solve->with : nullptr;
   if (with) {
     scene.jitter = with->jitter;
@@ -443,17 +460,24 @@ std::vector<UnusualNumber> unusual_numbers(const Study& study) {
     places.push_back({Number::kFried, "an r0 of", "/solve/with/atmosphere/r0", scene.fried});
   }
   explain(scene_laws(), {}, places, &scene, &unusual);
+  Mirror meant = study.mirror;
+  meant.focal_length = scene.focal;
+  meant.zernike_radius *= 0.5 * scene.across / aperture_radius(study.aperture);
+  const Place shape = steepest_departure(meant, 0.5 * scene.across, &scene.departure);
+  explain(shape_laws(), {}, {shape}, &scene, &unusual);
   if (study.roughness) look_at_roughness(*study.roughness, "/roughness/psd", {1, 1}, scene, places, &unusual);
   for (std::size_t k = 0; with && k < with->surfaces.size(); ++k) {
     const OtherSurfaceSpec& surface = with->surfaces[k];
     look_at_roughness(surface.psd, fmt::format("/solve/with/surfaces/{}/psd", k),
                       {surface.footprint, surface.is_wavefront ? 0.5 : 1.0}, scene, places, &unusual);
   }
-  for (const Place& place : places_in_focus(study)) {
+  const auto look_at_place = [&](const Place& place, double farthest) {
     Scene here = scene;
     here.place = place.dimension == Dimension::kAngle ? place.value * scene.focal : place.value;
-    explain(place_laws(), {}, {place}, &here, &unusual);
-  }
+    explain(place_laws(farthest), {}, {place}, &here, &unusual);
+  };
+  for (const Place& place : places_in_focus(study)) look_at_place(place, kFarthestPlace);
+  for (const Place& plane : planes_of(study)) look_at_place(plane, kFarthestPlane);
   return unusual;
 }
 

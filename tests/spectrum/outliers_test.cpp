@@ -259,5 +259,32 @@ TEST(Screen, WarnsOfValuesThatNoMirrorHas) {
   EXPECT_TRUE(warned(map));
 }
 
+// A pitch or a unit that makes what no instrument measures: from 0.1 um, a map's diagonal, to 50 m.
+TEST(Screen, WarnsOfLengthsThatNobodyMeasures) {
+  const auto said = [](Measurement data) {
+    const Warnings warnings = screen(&data, OutlierTreatment::kKeep, {});
+    return warnings.empty() ? "" : warnings[0].code + ": " + warnings[0].message;
+  };
+  auto map = std::get<HeightMap>(surface(roughnesses()[5], 4, 17));
+  const auto diagonal = [&](double length) {
+    const double across = std::hypot(double(map.columns()), double(map.rows()));
+    map.pitch_x = map.pitch_y = length / across;
+    HeightMap scaled = map;
+    scaled.height *= 1e-3 * length / (map.height.maxCoeff() - map.height.minCoeff());
+    return said(scaled);
+  };
+  EXPECT_EQ(diagonal(49.9), "");
+  EXPECT_EQ(diagonal(1.01e-7), "");
+  EXPECT_NE(diagonal(100).find("unusual: the map's diagonal is 100 m"), std::string::npos) << diagonal(100);
+  EXPECT_NE(diagonal(100).find("100 mm for example"), std::string::npos);
+  EXPECT_NE(diagonal(9e-8).find("the map's diagonal is 90 nm"), std::string::npos);
+  for (const int axes : {1, 2}) {  // heights and slopes
+    auto profile = std::get<Profile>(surface(roughnesses()[5], axes, 15));
+    EXPECT_EQ(said(profile), "");
+    profile.x *= 60 / (2999 * kPitch);
+    EXPECT_NE(said(profile).find("the record's length is 60 m"), std::string::npos) << said(profile);
+  }
+}
+
 }  // namespace
 }  // namespace aberfit
