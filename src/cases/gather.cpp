@@ -80,20 +80,18 @@ std::vector<std::string> shown_of(const std::vector<std::string>& statistics) {
   return shown;
 }
 
-// What varies may leave the ordinary where the study itself does not; told once for all cases.
-void note_unusual_cases(const Study& study, SweepReport* report) {
+// What the first case has that is unusual, told once for all. The study itself may be no case.
+void note_unusual_cases(const StudyCases& cases, const CasePlan& plan, SweepReport* report) {
   const auto is_unusual = [](const SweepRow& row) {
     return std::find(row.warnings.begin(), row.warnings.end(), kUnusual) != row.warnings.end();
   };
   const auto first = std::find_if(report->rows.begin(), report->rows.end(), is_unusual);
-  if (first == report->rows.end() || !unusual_numbers(study).empty()) return;
-  report->warnings.push_back(
-      {kUnusual,
-       fmt::format("{} of {} cases have a number that is out of the ordinary, the first is case {}; "
-                   "the column `warnings` of cases.csv names them, and `check` of a case says which "
-                   "number and what may be meant",
-                   std::count_if(report->rows.begin(), report->rows.end(), is_unusual), report->rows.size(),
-                   first->index)});
+  if (first == report->rows.end()) return;
+  const auto count = std::count_if(report->rows.begin(), report->rows.end(), is_unusual);
+  for (const Warning& warning : unusual_warnings(cases.at(plan.at(first->index))))
+    report->warnings.push_back(
+        {kUnusual, fmt::format("{} of {} cases have an unusual number. Case {}: {}", count,
+                               report->rows.size(), first->index, warning.message)});
 }
 
 }  // namespace
@@ -125,7 +123,7 @@ SweepReport gather_cases(const StudyCases& cases, const CasePlan& plan, const Kn
   }
   for (SweepRow& row : report.rows) row.values.resize(report.statistics.size(), std::nan(""));
   report.shown = shown_of(report.statistics);
-  note_unusual_cases(cases.study(), &report);
+  note_unusual_cases(cases, plan, &report);
   return report;
 }
 

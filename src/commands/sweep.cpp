@@ -123,7 +123,6 @@ SweepReport gather(Sweep* sweep, const RunOptions& options) {
   SweepReport report = gather_cases(sweep->cases, sweep->plan, sweep->known);
   const Study& study = sweep->cases.study();
   report.warnings.insert(report.warnings.end(), sweep->warnings.begin(), sweep->warnings.end());
-  report.warnings.insert(report.warnings.end(), study.data_warnings.begin(), study.data_warnings.end());
   const std::string to = options.output_directory;
   write_file(to + "/cases.csv", cases_csv(report));
   if (report.has_seeds) write_file(to + "/quantiles.csv", quantiles_csv(report));

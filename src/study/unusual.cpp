@@ -443,9 +443,10 @@ std::vector<Place> planes_of(const Study& study) {
 
 std::vector<UnusualNumber> unusual_numbers(const Study& study) {
   std::vector<UnusualNumber> unusual;
+  const auto given = [](double value) { return value > 0 ? value : kNaN; };  // of a study filled in by hand
   Scene scene;
-  scene.focal = study.mirror.focal_length, scene.wavelength = study.wavelength;
-  scene.across = 2 * aperture_radius(study.aperture);
+  scene.focal = given(study.mirror.focal_length), scene.wavelength = given(study.wavelength);
+  scene.across = given(2 * aperture_radius(study.aperture));
   std::vector<Place> places = {
       place_of_aperture(study.aperture),
       {Number::kFocal, "a focal length of", "/mirror/focal_length", scene.focal},

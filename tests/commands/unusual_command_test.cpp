@@ -83,17 +83,20 @@ TEST_F(UnusualNumbersOfAStudy, AreOneLineWhereSomethingCanBeComputed) {
 }
 
 TEST_F(UnusualNumbersOfAStudy, AreToldOnceOfASweep) {
-  EXPECT_EQ(run("sweep s.json -o all --set '/roughness/psd/f_max=20 /um' --set '/roughness/psd/rms=9 um'"), 0)
-      << err();
+  EXPECT_EQ(run("sweep s.json -o all --set /mirror/focal_length=1500"), 0) << err();
   EXPECT_EQ(count(out(), "unusual: "), 1u) << out();
+  EXPECT_NE(out().find("3 of 3 cases"), std::string::npos) << out();
   EXPECT_EQ(count(read_file(folder_.file("all/cases.csv")), "unusual"), 3u);
-  // The study is ordinary, one case is not.
+  const ordered_json result = ordered_json::parse(read_file(folder_.file("all/result.json")));
+  ASSERT_EQ(unusual_in(result).size(), 1u);
+  EXPECT_NE(unusual_in(result)[0].find("a focal length of 1.5 m"), std::string::npos);
+  // One case alone, of a study that is ordinary.
   EXPECT_EQ(
       run(R"(sweep s.json -o one --set '/vary={"over": {"/mirror/focal_length": ["1.5 m", "1.5 km"]}}')"), 0)
       << err();
-  EXPECT_EQ(count(out(), "unusual: "), 1u) << out();
-  EXPECT_NE(out().find("1 of 2 cases"), std::string::npos) << out();
-  EXPECT_EQ(run("sweep s.json -o none"), 0);
+  EXPECT_NE(out().find("1 of 2 cases have an unusual number. Case 1:"), std::string::npos) << out();
+  // What varies takes the place of the study's own value, which is no case.
+  EXPECT_EQ(run("sweep s.json -o none --set '/roughness/psd/rms=200 um'"), 0) << err();
   EXPECT_EQ(count(out(), "unusual"), 0u) << out();
 }
 
