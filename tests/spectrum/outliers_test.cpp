@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <vector>
@@ -15,11 +16,13 @@
 #include "aberfit/core/units.h"
 #include "aberfit/roughness/random_surface.h"
 #include "aberfit/spectrum/psd_estimate.h"
+#include "dabam_loader.h"
 
 namespace aberfit {
 namespace {
 
 using Eigen::Index;
+using test::DabamOnRealData, test::InstrumentsOnRealData, test::ZygoOnRealData, test::load_dabam;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kPitch = 1e-3;
 
@@ -284,6 +287,35 @@ TEST(Screen, WarnsOfLengthsThatNobodyMeasures) {
     profile.x *= 60 / (profile.x[profile.size() - 1] - profile.x[0]);
     EXPECT_NE(said(profile).find("the record's length is 60 m"), std::string::npos) << said(profile);
   }
+}
+
+// Mirrors for synchrotrons, an interferogram, and two maps of microscopes.
+TEST_F(DabamOnRealData, HasOrdinaryLengthsHeightsAndSlopes) {
+  int profiles = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(file(""))) {
+    const std::string stem = entry.path().stem().string();
+    if (entry.path().extension() != ".dat" || !stem.starts_with("dabam-")) continue;
+    Measurement data = load_dabam(stem.substr(6));
+    for (const Warning& warning : screen(&data, OutlierTreatment::kKeep, {}))
+      ADD_FAILURE() << stem << ": " << warning.message;
+    ++profiles;
+  }
+  EXPECT_GE(profiles, 14);
+}
+
+void expect_ordinary(const std::string& path) {
+  MeasuredSource source;
+  source.path = path;
+  source.wavefront = false;
+  Measurement data = read_measurement(source);
+  for (const Warning& warning : screen(&data, OutlierTreatment::kKeep, {}))
+    ADD_FAILURE() << path << ": " << warning.message;
+}
+
+TEST_F(ZygoOnRealData, HasAnOrdinarySize) { expect_ordinary(file("valid_zygo_dat_file.dat")); }
+
+TEST_F(InstrumentsOnRealData, HaveOrdinarySizes) {
+  for (const char* name : {"opd-1.opd", "sdf-1.sdf", "x3p-2.x3p"}) expect_ordinary(file(name));
 }
 
 }  // namespace
