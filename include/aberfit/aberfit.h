@@ -195,6 +195,7 @@
 #include "aberfit/study/read_study.h"
 #include "aberfit/study/study.h"
 #include "aberfit/study/study_cases.h"
+#include "aberfit/study/unusual.h"
 
 // cases: the studies that a `vary` block stands for, handed out, recorded, gathered.
 #include "aberfit/cases/case_plan.h"

@@ -1,11 +1,14 @@
 #include "aberfit/cases/gather.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <unordered_map>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/study/unusual.h"
 
 namespace aberfit {
 namespace {
@@ -77,6 +80,20 @@ std::vector<std::string> shown_of(const std::vector<std::string>& statistics) {
   return shown;
 }
 
+// What the first case has that is unusual, told once for all. The study itself may be no case.
+void note_unusual_cases(const StudyCases& cases, const CasePlan& plan, SweepReport* report) {
+  const auto is_unusual = [](const SweepRow& row) {
+    return std::find(row.warnings.begin(), row.warnings.end(), kUnusual) != row.warnings.end();
+  };
+  const auto first = std::find_if(report->rows.begin(), report->rows.end(), is_unusual);
+  if (first == report->rows.end()) return;
+  const auto count = std::count_if(report->rows.begin(), report->rows.end(), is_unusual);
+  for (const Warning& warning : unusual_warnings(cases.at(plan.at(first->index))))
+    report->warnings.push_back(
+        {kUnusual, fmt::format("{} of {} cases have an unusual number. Case {}: {}", count,
+                               report->rows.size(), first->index, warning.message)});
+}
+
 }  // namespace
 
 SweepReport gather_cases(const StudyCases& cases, const CasePlan& plan, const KnownCases& known) {
@@ -106,6 +123,7 @@ SweepReport gather_cases(const StudyCases& cases, const CasePlan& plan, const Kn
   }
   for (SweepRow& row : report.rows) row.values.resize(report.statistics.size(), std::nan(""));
   report.shown = shown_of(report.statistics);
+  note_unusual_cases(cases, plan, &report);
   return report;
 }
 

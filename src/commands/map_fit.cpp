@@ -113,9 +113,10 @@ LoadedMap load_map(const Study& study) {
   if (valid_count(*map) == 0)
     throw InputError(study.path, "/target/map", "no valid point inside the aperture",
                      "a map that covers the aperture");
-  loaded.warnings = map->warnings;
+  loaded.warnings = study.data_warnings;
   const Warnings seen = screen(&data, target.outliers, {});
-  loaded.warnings.insert(loaded.warnings.end(), seen.begin(), seen.end());
+  for (const Warnings* told : {&map->warnings, &seen})
+    loaded.warnings.insert(loaded.warnings.end(), told->begin(), told->end());
   loaded.map = std::move(*map);
   return loaded;
 }

@@ -107,6 +107,7 @@ Specification run_solve(const Study& given, const RunOptions& options) {
     return whole;
   });
   spec.title = study.title;
+  spec.warnings.insert(spec.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
   if (folder.wanted()) {
     const std::string to = folder.path();
     if (options.plots && study.output.plots) write_solve_plots(spec, to, &spec.warnings);
@@ -131,6 +132,7 @@ Ceilings run_ceilings(const Study& given, const RunOptions& options) {
   Ceilings ceilings = with_fields_of(
       study, [&] { return find_ceilings(study, *study.solve->ceilings, study.solve->budgets, context); });
   ceilings.title = study.title;
+  ceilings.warnings.insert(ceilings.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
   if (folder.wanted()) {
     const std::string to = folder.path();
     if (options.plots && study.output.plots) write_ceilings_plots(ceilings, to, &ceilings.warnings);

@@ -51,6 +51,7 @@ PsdOfFocus run_psd_of_focus(const Study& given, const RunOptions& options) {
                             focus, context);
   });
   result.title = study.title;
+  result.warnings.insert(result.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
   if (folder.wanted()) {
     const std::string to = folder.path();
     if (options.plots && study.output.plots) write_focus_plots(result, to, &result.warnings);

@@ -28,6 +28,7 @@ TraceReport run_trace(const Study& given, const RunOptions& options) {
   TraceReport report = with_fields_of(
       study, [&] { return trace_surface(study, given_surface(study, options), threads, look); });
   report.title = study.title;
+  report.warnings.insert(report.warnings.begin(), study.data_warnings.begin(), study.data_warnings.end());
   report.warnings.insert(report.warnings.end(), of_arrays.begin(), of_arrays.end());
   if (folder.wanted()) {
     write_file(folder.path() + "/summary.txt", summary_table(report));

@@ -13,8 +13,11 @@
 namespace aberfit {
 namespace {
 
-constexpr double kHighest = 0.01;  // of the length, a parabola taken off
-constexpr double kSteepest = 1;    // [rad]
+// Heights and slopes that no mirror has, and the lengths of what instruments measure: from the smallest scan
+// of a force microscope to a telescope of 39 m or a dish of 50 m for waves of a millimetre.
+constexpr double kHighest = 0.01;                  // of the length, a parabola taken off
+constexpr double kSteepest = 1;                    // [rad]
+constexpr double kShortest = 1e-7, kLongest = 50;  // [m]
 
 std::string with_and_without(const SurfaceRms& with, const SurfaceRms& without) {
   const auto length = [](double value) { return format_quantity(value, Dimension::kLength); };
@@ -83,25 +86,37 @@ double span(const Values& z) {
   return z.isFinite().select(z, -kInfinity).maxCoeff() - z.isFinite().select(z, kInfinity).minCoeff();
 }
 
-// What spans more of a length than a mirror's heights do; empty where nothing does.
-std::string too_high(double height, double length, const char* of) {
-  if (!(length > 0 && height > kHighest * length)) return "";
-  return fmt::format("heights without their parabola span {} of the {}", format_percent(height / length), of);
-}
-
-std::string implausible(const Profile& profile) {
-  if (profile.size() == 0) return "";
-  if (profile.quantity == ProfileQuantity::kSlope) {
-    const double most = profile.value.isFinite().select(profile.value.abs(), 0.0).maxCoeff();
-    return most > kSteepest ? fmt::format("slopes reach {}", format_quantity(most, Dimension::kAngle)) : "";
+// What of a length or of the heights is out of the ordinary; empty where nothing is.
+std::string unusual_extent(double height, double length, const char* of) {
+  const auto length_text = [](double value) { return format_quantity(value, Dimension::kLength); };
+  if (length > 0 && !(length >= kShortest && length <= kLongest)) {
+    const double factor = length > kLongest ? 1e-3 : 1e3, meant = length * factor;
+    const bool explains = meant >= kShortest && meant <= kLongest;
+    return fmt::format("the {} is {}; {} to {} is ordinary{}", of, length_text(length),
+                       length_text(kShortest), length_text(kLongest),
+                       explains ? fmt::format(", {} for example", length_text(meant)) : "");
   }
-  const Eigen::ArrayXd& x = profile.x;
-  return too_high(span(detrend(profile, {}).value), x[x.size() - 1] - x[0], "record's length");
+  if (!(length > 0 && height > kHighest * length)) return "";
+  return fmt::format("heights without their parabola span {} of the {}, {}; up to {} is ordinary",
+                     format_percent(height / length), of, length_text(length), format_percent(kHighest));
 }
 
-std::string implausible(const HeightMap& map) {
+std::string unusual(const Profile& profile) {
+  if (profile.size() == 0) return "";
+  const Eigen::ArrayXd& x = profile.x;
+  const double length = x[x.size() - 1] - x[0];
+  if (profile.quantity != ProfileQuantity::kSlope)
+    return unusual_extent(span(detrend(profile, {}).value), length, "record's length");
+  if (const std::string what = unusual_extent(0, length, "record's length"); !what.empty()) return what;
+  const double most = profile.value.isFinite().select(profile.value.abs(), 0.0).maxCoeff();
+  if (!(most > kSteepest)) return "";
+  return fmt::format("slopes reach {}; up to {} is ordinary", format_quantity(most, Dimension::kAngle),
+                     format_quantity(kSteepest, Dimension::kAngle));
+}
+
+std::string unusual(const HeightMap& map) {
   const double diagonal = std::hypot(map.pitch_x * double(map.columns()), map.pitch_y * double(map.rows()));
-  return too_high(span(detrend(map, {}).height), diagonal, "map's diagonal");
+  return unusual_extent(span(detrend(map, {}).height), diagonal, "map's diagonal");
 }
 
 }  // namespace
@@ -112,11 +127,9 @@ Warnings screen(Measurement* data, OutlierTreatment treatment, const DetrendOpti
   std::visit(
       [&](auto& measured) {
         if (treatment != OutlierTreatment::kKeep) treat(&measured, treatment, detrend, &warnings);
-        if (const std::string what = implausible(measured); !what.empty())
-          warnings.push_back({"implausible-values",
-                              what +
-                                  ": more than a mirror has; the unit of the values or of the positions is "
-                                  "probably another (`value_unit`, `x_unit`, `pitch`)"});
+        if (const std::string what = unusual(measured); !what.empty())
+          warnings.push_back({"unusual", what + ". Is a unit wrong, of the values or of the positions "
+                                                "(`value_unit`, `x_unit`, `pitch`)?"});
       },
       *data);
   return warnings;

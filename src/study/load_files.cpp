@@ -151,8 +151,8 @@ void load_files(Study& study) {
   if (study.roughness && !study.psd) {
     load_roughness(study, *study.roughness, "/roughness/psd");
     study.psd = psd_model(*study.roughness);
-    warn_of_data(*study.roughness, &study.data_warnings);
   }
+  if (study.roughness) warn_of_data(*study.roughness, &study.data_warnings);
   if (study.solve && study.solve->with)
     for (std::size_t k = 0; k < study.solve->with->surfaces.size(); ++k)
       load_roughness(study, study.solve->with->surfaces[k].psd,

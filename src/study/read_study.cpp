@@ -11,6 +11,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
 #include "aberfit/study/measured_psd.h"
+#include "aberfit/study/unusual.h"
 #include "describe.h"
 #include "load_files.h"
 #include "parse_json.h"
@@ -80,7 +81,6 @@ Study internal::study_of_json(const nlohmann::ordered_json& json, const std::str
     if (same_roughness) {
       study.roughness = same_roughness->roughness;
       study.psd = same_roughness->psd;
-      study.data_warnings = same_roughness->data_warnings;
     }
     study = completed(std::move(study));
   } catch (const InputError& error) {
@@ -130,9 +130,12 @@ RoughnessModel roughness_model(const PsdModel& model) { return std::visit(NodeOf
 
 Study completed(Study study) {
   if (study.path.empty()) study.path = "study";
+  study.data_warnings.clear();
   load_files(study);
   fill_in(&study);
   check_rules(study);
+  const Warnings unusual = unusual_warnings(study);
+  study.data_warnings.insert(study.data_warnings.end(), unusual.begin(), unusual.end());
   return study;
 }
 

@@ -87,7 +87,7 @@ TEST(OutliersOfAFile, OfAMapThatIsFittedAreToldByFitAndCheck) {
 }
 
 // Heights in metres of a file that meant nanometres.
-TEST(OutliersOfAFile, ValuesInAWrongUnitAreImplausible) {
+TEST(OutliersOfAFile, ValuesInAWrongUnitAreUnusual) {
   const ScratchFolder folder;
   std::string text = "x [mm],height [mm]\n";
   const Profile profile = random_profile(RadialPsd(KCorrelationPsd{20e-9, 0.012, 3}), 500, 1e-3, {.seed = 4});
@@ -95,8 +95,8 @@ TEST(OutliersOfAFile, ValuesInAWrongUnitAreImplausible) {
   folder.write("line.csv", text);
   EXPECT_EQ(run_program(folder, "psd line.csv --no-plots -o out"), 0);
   const ordered_json result = ordered_json::parse(read_file(folder.file("out/result.json")));
-  ASSERT_TRUE(warning(result, "implausible-values"));
-  EXPECT_NE(read_file(folder.file("stdout.txt")).find("implausible-values"), std::string::npos);
+  ASSERT_TRUE(warning(result, "unusual"));
+  EXPECT_NE(read_file(folder.file("stdout.txt")).find("unusual"), std::string::npos);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <vector>
@@ -15,11 +16,13 @@
 #include "aberfit/core/units.h"
 #include "aberfit/roughness/random_surface.h"
 #include "aberfit/spectrum/psd_estimate.h"
+#include "dabam_loader.h"
 
 namespace aberfit {
 namespace {
 
 using Eigen::Index;
+using test::DabamOnRealData, test::InstrumentsOnRealData, test::ZygoOnRealData, test::load_dabam;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kPitch = 1e-3;
 
@@ -234,7 +237,7 @@ TEST(Screen, WarnsWithTheEffectAndLeavesTheData) {
 TEST(Screen, WarnsOfValuesThatNoMirrorHas) {
   const auto warned = [](Measurement data) {
     const Warnings said = screen(&data, OutlierTreatment::kKeep, {});
-    return said.size() == 1 && said[0].code == "implausible-values";
+    return said.size() == 1 && said[0].code == "unusual";
   };
   auto profile = std::get<Profile>(surface(roughnesses()[5], 1, 15));
   const Profile flat = [&] {
@@ -257,6 +260,62 @@ TEST(Screen, WarnsOfValuesThatNoMirrorHas) {
   EXPECT_FALSE(warned(map));
   map.height *= 1e6;
   EXPECT_TRUE(warned(map));
+}
+
+// A pitch or a unit that makes what no instrument measures: from 0.1 um, a map's diagonal, to 50 m.
+TEST(Screen, WarnsOfLengthsThatNobodyMeasures) {
+  const auto said = [](Measurement data) {
+    const Warnings warnings = screen(&data, OutlierTreatment::kKeep, {});
+    return warnings.empty() ? "" : warnings[0].code + ": " + warnings[0].message;
+  };
+  auto map = std::get<HeightMap>(surface(roughnesses()[5], 4, 17));
+  const auto diagonal = [&](double length) {
+    const double across = std::hypot(double(map.columns()), double(map.rows()));
+    map.pitch_x = map.pitch_y = length / across;
+    HeightMap scaled = map;
+    scaled.height *= 1e-3 * length / (map.height.maxCoeff() - map.height.minCoeff());
+    return said(scaled);
+  };
+  EXPECT_EQ(diagonal(49.9), "");
+  EXPECT_EQ(diagonal(1.01e-7), "");
+  EXPECT_NE(diagonal(100).find("unusual: the map's diagonal is 100 m"), std::string::npos) << diagonal(100);
+  EXPECT_NE(diagonal(100).find("100 mm for example"), std::string::npos);
+  EXPECT_NE(diagonal(9e-8).find("the map's diagonal is 90 nm"), std::string::npos);
+  for (const int axes : {1, 2}) {  // heights and slopes
+    auto profile = std::get<Profile>(surface(roughnesses()[5], axes, 15));
+    EXPECT_EQ(said(profile), "");
+    profile.x *= 60 / (profile.x[profile.size() - 1] - profile.x[0]);
+    EXPECT_NE(said(profile).find("the record's length is 60 m"), std::string::npos) << said(profile);
+  }
+}
+
+// Mirrors for synchrotrons, an interferogram, and two maps of microscopes.
+TEST_F(DabamOnRealData, HasOrdinaryLengthsHeightsAndSlopes) {
+  int profiles = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(file(""))) {
+    const std::string stem = entry.path().stem().string();
+    if (entry.path().extension() != ".dat" || !stem.starts_with("dabam-")) continue;
+    Measurement data = load_dabam(stem.substr(6));
+    for (const Warning& warning : screen(&data, OutlierTreatment::kKeep, {}))
+      ADD_FAILURE() << stem << ": " << warning.message;
+    ++profiles;
+  }
+  EXPECT_GE(profiles, 14);
+}
+
+void expect_ordinary(const std::string& path) {
+  MeasuredSource source;
+  source.path = path;
+  source.wavefront = false;
+  Measurement data = read_measurement(source);
+  for (const Warning& warning : screen(&data, OutlierTreatment::kKeep, {}))
+    ADD_FAILURE() << path << ": " << warning.message;
+}
+
+TEST_F(ZygoOnRealData, HasAnOrdinarySize) { expect_ordinary(file("valid_zygo_dat_file.dat")); }
+
+TEST_F(InstrumentsOnRealData, HaveOrdinarySizes) {
+  for (const char* name : {"opd-1.opd", "sdf-1.sdf", "x3p-2.x3p"}) expect_ordinary(file(name));
 }
 
 }  // namespace

@@ -44,8 +44,9 @@ enum class OutlierTreatment {
 
 /// Treats the outliers of a measurement, and looks whether its size is that of a mirror. `detrend`: what is
 /// taken off for the RMS values that the warnings quote. Warnings: `outliers` or `outliers-rejected` with the
-/// number and the effect on RMS slope and height; `implausible-values` where heights without a parabola span
-/// more than 1 % of the record's length, or slopes exceed 1 rad.
+/// number and the effect on RMS slope and height; `unusual` where the record or a map's diagonal is shorter
+/// than 0.1 um or longer than 50 m, heights without a parabola span more than 1 % of it, or slopes exceed
+/// 1 rad.
 Warnings screen(Measurement* data, OutlierTreatment treatment, const DetrendOptions& detrend);
 
 }  // namespace aberfit

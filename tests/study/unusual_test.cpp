@@ -1,0 +1,286 @@
+// Numbers of a study that are legal and can hardly be meant: which are told, what is said to be meant, and
+// that studies of real mirrors hear nothing.
+#include "aberfit/study/unusual.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/study/field_errors.h"
+#include "aberfit/study/read_study.h"
+#include "shared_data.h"
+#include "study/study_texts.h"
+
+namespace aberfit {
+namespace {
+
+using test::kMinimalStudy;
+
+using Changes = std::vector<std::string>;
+
+Study study_with(const Changes& changes) { return parse_study(kMinimalStudy, "s.json", changes); }
+
+std::vector<UnusualNumber> unusual_with(const Changes& changes) {
+  return unusual_numbers(study_with(changes));
+}
+
+constexpr const char* kWith = R"(/solve={"for": ["/roughness/psd/rms"],
+  "so_that": {"ee80_diameter": "<= 20 um"}, "with": )";
+
+// One number wrong: told once, at its key, with the value that was meant.
+struct OneSlip {
+  Changes changes;
+  std::string pointer, value, meant;
+};
+
+TEST(UnusualNumbers, OfOneWrongNumberAreToldOnceWithWhatWasMeant) {
+  const OneSlip kSlips[] = {
+      // The mirror: millimetres taken for metres, metres for millimetres, swapped.
+      {{"/aperture/diameter=250"}, "/aperture/diameter", "250 m", "a diameter of 250 mm"},
+      {{"/mirror/focal_length=1500", "/aperture/diameter=0.25"},
+       "/mirror/focal_length",
+       "1.5 km",
+       "a focal length of 1.5 m"},
+      {{"/mirror/focal_length=1.5 mm"}, "/mirror/focal_length", "1.5 mm", "a focal length of 1.5 m"},
+      {{"/aperture/diameter=250 um"}, "/aperture/diameter", "250 um", "a diameter of 250 mm"},
+      {{"/mirror/focal_length=0.3", "/aperture/diameter=2.4"},
+       "/mirror/focal_length",
+       "300 mm",
+       "focal length and diameter swapped"},
+      {{R"(/aperture={"shape": "rectangle", "width": 300, "height": 200})"},
+       "/aperture/width",
+       "300 m",
+       "a width of 300 mm"},
+      {{R"(/aperture={"shape": "annulus", "diameter": 500, "inner_diameter": 100})"},
+       "/aperture/diameter",
+       "500 m",
+       "a diameter of 500 mm"},
+      {{R"(/mirror/zernike={"noll": {"5": "90 mm"}})"},
+       "/mirror/zernike/noll/5",
+       "90 mm",
+       "a height of 90 um"},
+      {{"/light/wavelength=3 pm"}, "/light/wavelength", "3 pm", "a wavelength of 3 nm"},
+      // Roughness: heights, and bands in /mm for /m and /m for /mm.
+      {{"/roughness/psd/rms=200 um", "/roughness/psd/f_max=10 /m"},
+       "/roughness/psd/rms",
+       "200 um",
+       "an RMS height of 200 nm"},
+      {{"/roughness/psd/rms=5 mm"}, "/roughness/psd/rms", "5 mm", "an RMS height of 5 um"},
+      {{"/roughness/psd/rms=1 pm"}, "/roughness/psd/rms", "1 pm", "an RMS height of 1 nm"},
+      {{"/roughness/psd/f_min=0.004 /m", "/roughness/psd/f_max=0.3 /m"},
+       "/roughness/psd/f_max",
+       "0.3 /m",
+       "a highest frequency of 300 /m"},
+      {{"/roughness/psd/f_min=5 /um", "/roughness/psd/f_max=40 /um"},
+       "/roughness/psd/f_max",
+       "40 /um",
+       "a highest frequency of 40 /mm"},
+      {{R"(/roughness/psd={"model": "gaussian", "rms": "20 nm", "correlation_length": 15})"},
+       "/roughness/psd/correlation_length",
+       "15 m",
+       "a length of 15 mm"},
+      {{R"(/roughness/psd={"model": "sum", "parts": [{"model": "uniform", "rms": "20 nm", "f_min": "3 /m",
+           "f_max": "30 /m"}, {"model": "uniform", "rms": "3 mm", "f_min": "30 /m", "f_max": "300 /m"}]})"},
+       "/roughness/psd/parts/1/rms",
+       "3 mm",
+       "an RMS height of 3 um"},
+      // Beside the mirror, and in its focus.
+      {{kWith + std::string(R"({"jitter": 0.3}})")},
+       "/solve/with/jitter",
+       "300 mrad",
+       "a jitter of 0.3 arcsec"},
+      {{kWith + std::string(R"({"atmosphere": {"r0": 200, "wavelength": "500 nm"}}})")},
+       "/solve/with/atmosphere/r0",
+       "200 m",
+       "an r0 of 200 mm"},
+      {{kWith + std::string(R"({"surfaces": [{"name": "flat", "psd": {"model": "uniform", "rms": "2 mm",
+          "f_min": "30 /m", "f_max": "300 /m"}}]}})")},
+       "/solve/with/surfaces/0/psd/rms",
+       "2 mm",
+       "an RMS height of 2 um"},
+      {{R"(/target/statistics={"ee80": {"value": 30}})"},
+       "/target/statistics/ee80/value",
+       "30 m",
+       "a length of 30 mm"},
+      {{R"(/target/statistics={"ee_within": {"radii": ["10 um", 15]}})"},
+       "/target/statistics/ee_within/radii/1",
+       "15 m",
+       "a length of 15 mm"},
+      {{R"(/target/statistics={"ee80": {"planes": [0, -3]}})"},
+       "/target/statistics/ee80/planes/1",
+       "-3 m",
+       "a plane at -3 mm"}};
+  for (const OneSlip& slip : kSlips) {
+    const std::vector<UnusualNumber> unusual = unusual_with(slip.changes);
+    ASSERT_EQ(unusual.size(), 1u) << slip.changes[0];
+    EXPECT_EQ(unusual[0].pointer, slip.pointer);
+    EXPECT_EQ(unusual[0].value, slip.value);
+    EXPECT_NE(unusual[0].meant.find(slip.meant), std::string::npos) << unusual[0].meant;
+  }
+}
+
+// The scene with both numbers wrong has two lines, each with its own remedy.
+TEST(UnusualNumbers, OfTwoWrongNumbersAreToldEach) {
+  const std::vector<UnusualNumber> unusual =
+      unusual_with({"/aperture/diameter=400", "/roughness/psd/rms=2 mm"});
+  ASSERT_EQ(unusual.size(), 2u);
+  EXPECT_EQ(unusual[0].pointer, "/aperture/diameter");
+  EXPECT_EQ(unusual[1].pointer, "/roughness/psd/rms");
+}
+
+// A long focus or a small mirror: 1.5 m and 0.25 mm, or 1.5 mm and 0.25 m for 1.5 m and 0.25 m. Both ways out
+// are named, since the numbers do not say which is meant.
+TEST(UnusualNumbers, NameBothWaysOutWhereTheyAreAsLikely) {
+  for (const Changes& changes : {Changes{"/mirror/focal_length=1.5", "/aperture/diameter=0.25 mm"},
+                                 Changes{"/mirror/focal_length=1.5 mm", "/aperture/diameter=0.25"}}) {
+    const std::vector<UnusualNumber> unusual = unusual_with(changes);
+    ASSERT_EQ(unusual.size(), 1u);
+    EXPECT_NE(unusual[0].meant.find("a diameter of 250 "), std::string::npos) << unusual[0].meant;
+    EXPECT_NE(unusual[0].meant.find("a focal length of 1.5 "), std::string::npos) << unusual[0].meant;
+  }
+}
+
+// The value that is said to be meant is one of which nothing more is said.
+TEST(UnusualNumbers, AreOrdinaryOnceTheSlipIsUndone) {
+  const std::pair<Changes, Changes> kPairs[] = {{{"/aperture/diameter=250"}, {"/aperture/diameter=250 mm"}},
+                                                {{"/roughness/psd/rms=5 mm"}, {"/roughness/psd/rms=5 um"}},
+                                                {{"/mirror/focal_length=0.3", "/aperture/diameter=2.4"},
+                                                 {"/mirror/focal_length=2.4", "/aperture/diameter=0.3"}}};
+  for (const auto& [wrong, right] : kPairs) {
+    EXPECT_EQ(unusual_with(wrong).size(), 1u);
+    EXPECT_TRUE(unusual_with(right).empty());
+  }
+}
+
+// Each range has its ends where FORMATS.md says.
+TEST(UnusualNumbers, BeginAtTheEndsOfTheRanges) {
+  const auto one = [](const std::string& change) { return unusual_with({change}).size(); };
+  // f = 2.8 m.
+  EXPECT_EQ(one("/aperture/diameter=11.19"), 0u);  // f/0.2502
+  EXPECT_EQ(one("/aperture/diameter=11.21"), 1u);
+  EXPECT_EQ(one("/mirror/focal_length=1999"), 0u);  // f/4998
+  EXPECT_EQ(one("/mirror/focal_length=2001"), 1u);
+  // lambda = 632.8 nm: 63.28 um is 100 of them, 15.82 pm 2.5e-5; uniform up to 39.92 /m the slope is far
+  // below 0.1.
+  EXPECT_EQ(one("/roughness/psd/rms=63.2 um"), 0u);
+  EXPECT_EQ(one("/roughness/psd/rms=63.3 um"), 1u);
+  EXPECT_EQ(one("/roughness/psd/rms=15.9 pm"), 0u);
+  EXPECT_EQ(one("/roughness/psd/rms=15.8 pm"), 1u);
+  // Of S = const from 0 to F the slope per axis is pi rms F: 0.1 at 318.3 /mm for 100 nm.
+  const std::string kBand =
+      R"(/roughness/psd={"model": "uniform", "rms": "100 nm", "f_min": "0.1 /m", "f_max": )";
+  EXPECT_EQ(one(kBand + "\"318.2 /mm\"}"), 0u);
+  EXPECT_EQ(one(kBand + "\"318.4 /mm\"}"), 1u);
+  EXPECT_EQ(one(kBand + "\"2.51 /m\"}"), 0u);  // 0.4 m across
+  EXPECT_EQ(one(kBand + "\"2.49 /m\"}"), 1u);
+  EXPECT_EQ(one(kWith + std::string(R"({"jitter": "0.99 mrad"}})")), 0u);
+  EXPECT_EQ(one(kWith + std::string(R"({"jitter": "1.01 mrad"}})")), 1u);
+}
+
+// What a run throws when numbers are as they should be leaves as it is; else the number is to blame.
+TEST(FailureOfAStudy, NamesTheNumberThatIsUnusual) {
+  const auto fail = [] { throw ComputationError("no light"); };
+  const Study ordinary = study_with({});
+  EXPECT_THROW(with_fields_of(ordinary, fail), ComputationError);
+  for (const auto& [change, pointer] : {std::pair{"/aperture/diameter=400", "/aperture/diameter"},
+                                        {"/mirror/focal_length=2.8 mm", "/mirror/focal_length"},
+                                        {"/roughness/psd/rms=2 mm", "/roughness/psd/rms"}}) {
+    const Study study = study_with({change});
+    try {
+      with_fields_of(study, fail);
+      FAIL();
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.pointer(), pointer);
+      EXPECT_NE(error.found().find("; a unit?"), std::string::npos) << error.found();
+      EXPECT_NE(error.found().find("no light"), std::string::npos) << error.found();
+    }
+    // Of a field of the scene the number is the cause, whatever the method has found; another has its own.
+    const auto field = [](const char* name) { return [name] { throw FieldError(name, "this", "that"); }; };
+    EXPECT_THROW(
+        try { with_fields_of(study, field("mirror.focal_length")); } catch (const InputError& error) {
+          EXPECT_EQ(error.pointer(), pointer);
+          throw;
+        },
+        InputError);
+    EXPECT_THROW(
+        try { with_fields_of(study, field("target.psd.method")); } catch (const InputError& error) {
+          EXPECT_EQ(error.pointer(), "/target/psd/method");
+          throw;
+        },
+        InputError);
+    EXPECT_THROW(with_fields_of(study, [] { throw Interrupted("stopped"); }), Interrupted);
+  }
+}
+
+TEST(UnusualWarnings, AreOfTheStudyThatIsReadOnceEach) {
+  EXPECT_TRUE(study_with({}).data_warnings.empty());
+  const Study study = study_with({"/mirror/focal_length=2800"});
+  ASSERT_EQ(study.data_warnings.size(), 1u);
+  EXPECT_EQ(study.data_warnings[0].code, "unusual");
+  EXPECT_EQ(
+      study.data_warnings[0].message,
+      "/mirror/focal_length is 2.8 km: an f-number of 7000; 0.25 to 5000 is ordinary. Is a focal length "
+      "of 2.8 m meant? Then it is 7.");
+}
+
+// Mirrors that are built, of which nothing is to be said: f [m], D [m], lambda [m], rms [m], band [/m].
+TEST(OrdinaryNumbers, AreThoseOfMirrorsThatAreBuilt) {
+  struct Built {
+    const char* what;
+    double focal, across, wavelength, rms, f_min, f_max;
+  };
+  for (const Built& mirror :
+       {Built{"dish for millimetre waves", 17.5, 50, 1e-3, 75e-6, 0.02, 20},
+        Built{"largest dish below a centimetre", 60, 100, 3e-3, 240e-6, 0.01, 10},
+        Built{"extremely large telescope", 34.2, 39.3, 1e-6, 30e-9, 0.03, 1e4},
+        Built{"cavity of a gravitational-wave detector", 970, 0.34, 1.064e-6, 0.3e-9, 3, 1e3},
+        Built{"projection optics for extreme ultraviolet", 1.5, 0.4, 13.5e-9, 0.1e-9, 10, 1e6},
+        Built{"X-rays near normal incidence", 2, 0.05, 4.5e-9, 0.2e-9, 20, 1e7},
+        Built{"mirror on a fibre", 50e-6, 20e-6, 780e-9, 0.3e-9, 1e5, 1e7},
+        Built{"scanner on a chip", 10e-3, 1e-3, 905e-9, 5e-9, 2e3, 1e6},
+        Built{"Cherenkov telescope", 16, 12, 350e-9, 7e-6, 0.1, 100},
+        Built{"searchlight", 0.3, 1.1, 550e-9, 2e-6, 1, 1e3}}) {
+    const std::vector<UnusualNumber> unusual =
+        unusual_with({fmt::format("/mirror/focal_length={}", mirror.focal),
+                      fmt::format("/aperture/diameter={}", mirror.across),
+                      fmt::format("/light/wavelength={}", mirror.wavelength),
+                      fmt::format("/roughness/psd/rms={}", mirror.rms),
+                      fmt::format("/roughness/psd/f_min={}", mirror.f_min),
+                      fmt::format("/roughness/psd/f_max={}", mirror.f_max)});
+    EXPECT_TRUE(unusual.empty()) << mirror.what << ": " << unusual[0].quantity;
+  }
+}
+
+// Every study below `folder` whose file has that name, whatever it asks for; an empty name is that of all.
+int count_ordinary(const std::filesystem::path& folder, const std::string& name) {
+  int studies = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() != ".json" || !(name.empty() || entry.path().filename() == name)) continue;
+    const Study study = read_study(entry.path().string());
+    for (const UnusualNumber& number : unusual_numbers(study))
+      ADD_FAILURE() << entry.path() << ": " << number.pointer << ", " << number.quantity;
+    for (const Warning& warning : study.data_warnings)
+      EXPECT_NE(warning.code, "unusual") << entry.path() << ": " << warning.message;
+    ++studies;
+  }
+  return studies;
+}
+
+TEST(OrdinaryNumbers, AreThoseOfTheReferenceStudies) {
+  EXPECT_GT(count_ordinary(std::filesystem::path(ABERFIT_SOURCE_DIR) / "fits", "study.json"), 10);
+}
+
+class ScenesOnRealData : public test::RealData {
+ protected:
+  ScenesOnRealData() : RealData("scenes") {}
+};
+
+TEST_F(ScenesOnRealData, HaveNothingUnusual) { EXPECT_GT(count_ordinary(file(""), ""), 20); }
+
+}  // namespace
+}  // namespace aberfit
