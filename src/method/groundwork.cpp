@@ -160,6 +160,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   ground.use = choose_physics(task, asked, &*ground.psd);
   mind_steep_slopes(task, asked, &ground);
   set_mean_spot(task, &ground);
+  if (ground.specified_spot) ground.numbers.tis = ground.specified_spot->tis();
   if (ground.has_no_core())
     ground.farthest_by_cells =
         farthest_plane(task.aperture, ground.focal_length, task.wavelength, kMostCellsByDefault);

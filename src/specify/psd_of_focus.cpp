@@ -177,24 +177,18 @@ class Problem {
 
 // Covariance of one mirror's light about the mean, of 1 in all.
 Eigen::MatrixXd spread_of_one_mirror(const Task& task, const GhsPupil& pupil, const FocalBins& bins,
-                                     double dz, int threads) {
+                                     double dz) {
   const RadialPsd psd(*task.psd);
   const GeneralisedHarveyShack mean(psd, pupil);
   std::vector<FocalDisc> discs;
   for (const double radius : bins.edges) discs.push_back({radius, dz});
-  const RealisationSpread spread({psd, pupil.mirror(), pupil.aperture(), pupil.wavelength(), mean}, discs,
-                                 threads);
-  const Eigen::ArrayXd sigma = spread.light(spread.lowest());
-  Eigen::MatrixXd edges(sigma.size(), sigma.size());
-  for (Eigen::Index k = 0; k < sigma.size(); ++k)
-    for (Eigen::Index l = 0; l < sigma.size(); ++l)
-      edges(k, l) =
-          sigma[k] * sigma[l] * std::exp(-std::abs(std::log(bins.edges[k] / bins.edges[l])) / kSpreadLength);
+  Eigen::MatrixXd edges =
+      RealisationSpread::covariance({psd, pupil.mirror(), pupil.aperture(), pupil.wavelength(), mean}, discs);
   if (!bins.are_rings) return edges;
   // What a circle has more than the one before; a pixel its part of a ring.
   for (Eigen::Index k = edges.rows() - 1; k > 0; --k) edges.row(k) -= edges.row(k - 1).eval();
   for (Eigen::Index k = edges.cols() - 1; k > 0; --k) edges.col(k) -= edges.col(k - 1).eval();
-  Eigen::ArrayXd pixels = Eigen::ArrayXd::Zero(sigma.size());
+  Eigen::ArrayXd pixels = Eigen::ArrayXd::Zero(edges.rows());
   for (Eigen::Index k = 0; k < bins.pixels.size(); ++k)
     pixels[bins.ring_of[std::size_t(k)]] += bins.pixels[k];
   Eigen::MatrixXd covariance(bins.pixels.size(), bins.pixels.size());
@@ -515,9 +509,9 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
       pass->model.at(logs, &mean, nullptr);
       light = total * mean.array() + pass->problem.background(fit.x) * pass->bins.pixels;
       if (focus.is_one_mirror)
-        pass->spread = total * total *
-                       spread_of_one_mirror(mirrors_at(values_at(unknowns, logs)), pupil, pass->bins,
-                                            focus.dz, context.threads);
+        pass->spread =
+            total * total *
+            spread_of_one_mirror(mirrors_at(values_at(unknowns, logs)), pupil, pass->bins, focus.dz);
     }
     pass->noise = noise_of(focus, pass->bins, light, &result.is_noise_known);
     if (!centred) pass->noise = (pass->noise.square() + (kUncentred * light).square()).sqrt();
