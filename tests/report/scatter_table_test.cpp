@@ -10,6 +10,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "aberfit/report/band_shares.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "aberfit/roughness/psd_table.h"
 
@@ -99,6 +100,32 @@ TEST(ScatterCsv, SaysWhatItIsOf) {
   EXPECT_EQ(alone.find("PSD:"), std::string::npos);
   EXPECT_NE(scatter_csv(export_of(UniformPsd{5e-8, 0, 1.5e6})).find("orders beyond 90 degrees"),
             std::string::npos);
+}
+
+// Two shoulders, a band that ends within the range of a steep law, a gap: no one knee and exponent follows.
+TEST(ScatterCsv, AModelThatDescribesNothingIsNotPrintedAsOne) {
+  const std::vector<PsdModel> models{
+      SumPsd{{KCorrelationPsd{10e-9, 1e-2, 6, 1, 1e6}, KCorrelationPsd{3e-10, 1e-5, 6, 1, 1e6}}},
+      SumPsd{{UniformPsd{20e-9, 100, 1e3}, UniformPsd{1e-9, 1e3, 2e5}}},
+      TablePsd{{1e2, 1e3, 1.1e3, 1e4, 1.1e4, 1e5}, {1e-16, 1e-17, 1e-21, 1e-22, 1e-18, 1e-20}}};
+  for (const PsdModel& model : models) {
+    const ScatterExport scatter = export_of(model);
+    const AbgFit& fit = scatter.abg[0];
+    ASSERT_TRUE(fit.found);
+    ASSERT_GT(fit.largest_error, kUsableAbg) << model.index();
+    EXPECT_FALSE(fit.describes());
+    const std::string text = scatter_csv(scatter);
+    EXPECT_NE(text.find("# No ABg model"), std::string::npos);
+    EXPECT_NE(text.find("use the table"), std::string::npos);
+    EXPECT_EQ(text.find("BSDF = A"), std::string::npos);
+    BandShares shares;
+    const nlohmann::ordered_json json =
+        to_json(shares, ScatterOfRest{scatter.table, {fit}, {}}, {})["scatter"]["abg"][0];
+    EXPECT_EQ(json["describes"], false);
+    for (const char* key : {"a_per_sr", "b", "g", "abg_tis"}) EXPECT_TRUE(json[key].is_null()) << key;
+    EXPECT_NEAR(json["largest_error"].get<double>(), fit.largest_error, 1e-9);
+  }
+  EXPECT_TRUE(export_of(KCorrelationPsd{1e-9, 1e-4, 2.5, 1, 1e6}).abg[0].describes());
 }
 
 TEST(ScatterCsv, ParametersAreThoseOfThePsd) {

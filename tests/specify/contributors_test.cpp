@@ -1,15 +1,20 @@
 // Several surfaces, air and motion: each against its own law.
 #include "aberfit/specify/contributors.h"
 
+#include <fftw3.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
+#include <cstdio>
 #include <numbers>
+#include <random>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/study/read_study.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
 
 namespace aberfit {
 namespace {
@@ -46,7 +51,19 @@ TEST(Contributors, TwoEqualSurfacesAreOneOfSqrtTwo) {
   EXPECT_TRUE(one.uses.empty());
 }
 
-// D'(x) = cos^2 D(footprint x): a beam of a third of the width sees a third of the shear.
+Eigen::ArrayXd mean_structure(const RadialPsd& psd, const Eigen::ArrayXd& shears, double incidence) {
+  constexpr int kDirections = 90;
+  const double cosine = std::cos(incidence);
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(shears.size());
+  for (int k = 0; k < kDirections; ++k) {
+    const double t = 0.5 * pi * (k + 0.5) / kDirections;
+    sum += structure_function(psd, shears * std::hypot(std::cos(t) / cosine, std::sin(t)));
+  }
+  return cosine * cosine * sum / kDirections;
+}
+
+// D'(x) = cos^2 D(footprint |(x cos t/cos, x sin t)|), in the mean over directions t: a beam of a third of
+// the width sees a third of the shear, and 1/cos more along the plane of incidence.
 TEST(Contributors, BeamOnAnotherSurface) {
   PowerLawPsd by_amplitude;
   by_amplitude.amplitude = 1e-20;
@@ -66,14 +83,113 @@ TEST(Contributors, BeamOnAnotherSurface) {
   for (const PsdModel& model : models) {
     const OtherSurface surface{"secondary", model, 0.3, 0.5, false};
     const Eigen::ArrayXd ours = structure_function(RadialPsd(in_pupil(surface)), kShears),
-                         law =
-                             std::pow(std::cos(0.5), 2) * structure_function(RadialPsd(model), 0.3 * kShears);
-    EXPECT_LT((ours / law - 1).abs().maxCoeff(), 1e-9) << model.index();
+                         law = mean_structure(RadialPsd(model), 0.3 * kShears, 0.5);
+    EXPECT_LT((ours / law - 1).abs().maxCoeff(), 1e-5) << model.index();
     OtherSurface wavefront = surface;
     wavefront.is_wavefront = true;
     EXPECT_LT((structure_function(RadialPsd(in_pupil(wavefront)), kShears) / ours - 0.25).abs().maxCoeff(),
               1e-9);
   }
+}
+
+// Light in circles of a flat pupil with a fold mirror at an angle, drawn: Gaussian heights of the fold's own
+// surface on a grid whose steps along the plane of incidence are 1/cos longer, a path of 2 h cos,
+// Fraunhofer's pattern summed exactly over discs. Radii [m] x mean over draws, less what the cells lose of a
+// sharp rim.
+Eigen::ArrayXd drawn_fold(const RadialPsd& psd, double incidence, const Eigen::ArrayXd& radii, int draws) {
+  constexpr int kCells = 64, kSide = 2 * kCells;
+  constexpr double kDiameter = 0.4, kPitch = kDiameter / kCells, kLambda = 632.8e-9;
+  const double cosine = std::cos(incidence), step = 1 / (kSide * kPitch);
+  std::vector<std::complex<double>> grid(kSide * kSide), heights(kSide * kSide);
+  const auto plan = [](std::vector<std::complex<double>>* values) {
+    auto* raw = reinterpret_cast<fftw_complex*>(values->data());
+    return fftw_plan_dft_2d(kSide, kSide, raw, raw, FFTW_FORWARD, FFTW_ESTIMATE);
+  };
+  fftw_plan of_grid = plan(&grid), of_heights = plan(&heights);
+  const auto signed_index = [](int i) { return i < kCells ? i : i - kSide; };
+  const double scale = kPitch / (kLambda * 2.8);
+  const auto light = [&](bool rough, bool second) {
+    std::fill(grid.begin(), grid.end(), 0);
+    double total = 0;
+    for (int i = 0; i < kCells; ++i)
+      for (int j = 0; j < kCells; ++j) {
+        if (std::hypot(i + 0.5 - kCells / 2, j + 0.5 - kCells / 2) > kCells / 2) continue;
+        const std::size_t k = std::size_t(i * kSide + j);
+        const double h = rough ? (second ? heights[k].imag() : heights[k].real()) : 0;
+        grid[k] = std::polar(1.0, -4 * pi / kLambda * cosine * h);
+        total += 1;
+      }
+    fftw_execute(of_grid);
+    for (auto& value : grid) value = std::norm(value);
+    fftw_execute(of_grid);
+    Eigen::ArrayXd result = Eigen::ArrayXd::Zero(radii.size());
+    for (int i = 0; i < kSide; ++i)
+      for (int j = 0; j < kSide; ++j) {
+        const double nu = scale * std::hypot(signed_index(i), signed_index(j));
+        const double lag = grid[std::size_t(i * kSide + j)].real() / (total * kSide * kSide);
+        if (std::abs(lag) < 1e-9) continue;
+        for (Eigen::Index r = 0; r < radii.size(); ++r)
+          result[r] += lag * scale * scale *
+                       (nu == 0 ? pi * radii[r] * radii[r] : radii[r] * ::j1(2 * pi * radii[r] * nu) / nu);
+      }
+    return result;
+  };
+  const Eigen::ArrayXd smooth = light(false, false);
+  Eigen::ArrayXd mean = Eigen::ArrayXd::Zero(radii.size());
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  for (int draw = 0; draw < draws; draw += 2) {
+    for (int i = 0; i < kSide; ++i)
+      for (int j = 0; j < kSide; ++j) {
+        // The PSD over the cell of the frequency, of which one side is shorter by the cosine.
+        double power = 0;
+        for (int a = 0; a < 4; ++a)
+          for (int b = 0; b < 4; ++b)
+            power += psd(std::hypot(cosine * step * (signed_index(i) + 0.25 * a - 0.375),
+                                    step * (signed_index(j) + 0.25 * b - 0.375))) /
+                     16;
+        const double x = normal(random), y = normal(random);
+        heights[std::size_t(i * kSide + j)] =
+            std::sqrt(power * cosine * step * step) * std::complex<double>(x, y);
+      }
+    fftw_execute(of_heights);
+    mean += (light(true, false) + light(true, true)) / draws;
+  }
+  fftw_destroy_plan(of_grid);
+  fftw_destroy_plan(of_heights);
+  return mean - smooth;
+}
+
+// Radius at which a curve reaches a share, log-linear.
+double radius_at(const Eigen::ArrayXd& radii, const Eigen::ArrayXd& light, double share) {
+  for (Eigen::Index k = 1; k < light.size(); ++k)
+    if (light[k] >= share)
+      return radii[k - 1] *
+             std::pow(radii[k] / radii[k - 1], (share - light[k - 1]) / (light[k] - light[k - 1]));
+  return std::nan("");
+}
+
+// At 45 and 60 degrees, of a knee, a uniform band and a power law: 1 % of light and of radii. Without the
+// longer footprint the light is off by 3 to 8 % and radii by 15 to 30 %.
+TEST(Contributors, AFoldIsItsDraws) {
+  const PsdModel models[] = {KCorrelationPsd{50e-9, 0.05, 3, 5, 60}, UniformPsd{45e-9, 5, 40},
+                             PowerLawPsd{60e-9, {}, 2.5, 5, 60}};
+  const Eigen::ArrayXd radii = Eigen::ArrayXd::LinSpaced(12, std::log(4e-6), std::log(120e-6)).exp();
+  for (const double degrees : {45.0, 60.0})
+    for (const PsdModel& model : models) {
+      const OtherSurface fold{"fold", model, 1, degrees * pi / 180, false};
+      const auto mean = [&](const PsdModel& psd) {
+        return Eigen::ArrayXd(radii.unaryExpr(
+            [spot = GeneralisedHarveyShack(RadialPsd(psd), {2.8, -1, {}}, CircleAperture{0.4}, 632.8e-9)
+                        .at_plane(0)](double radius) { return spot.encircled_energy(radius); }));
+      };
+      const Eigen::ArrayXd ours = mean(in_pupil(fold)), perfect = mean(UniformPsd{1e-14, 5, 40}),
+                           drawn = perfect + drawn_fold(RadialPsd(model), fold.incidence, radii, 60);
+      EXPECT_LT((ours - drawn).abs().maxCoeff(), 0.01) << degrees << " " << model.index();
+      for (const double share : {0.5, 0.8})
+        std::printf("%g degrees, PSD %zu: ee%g %.4f of the draws\n", degrees, model.index(), 100 * share,
+                    radius_at(radii, ours, share) / radius_at(radii, drawn, share));
+    }
 }
 
 // Fried's 6.88 (x/r0)^(5/3) of the phase 4 pi h/lambda.
