@@ -342,9 +342,8 @@ void describe_fit(const std::vector<SolveUnknown>& unknowns, const FocalBins& bi
   result->chi_squared = fit.sum_of_squares;
   result->degrees_of_freedom = int(bins.measured.size()) - int(problem.parameters());
   const double freedom = result->degrees_of_freedom;
-  // Of one mirror most of the deviations are its own, whose size is known.
-  const double deviations = student_quantile(
-      0.5 * (1 + result->confidence), result->is_noise_known || result->is_one_mirror ? kInfinity : freedom);
+  const double deviations =
+      student_quantile(0.5 * (1 + result->confidence), result->is_noise_known ? kInfinity : freedom);
   if (result->is_noise_known)
     result->goodness = boost::math::gamma_q(0.5 * freedom, 0.5 * fit.sum_of_squares);
   result->noise_factor = std::sqrt(fit.sum_of_squares / freedom);

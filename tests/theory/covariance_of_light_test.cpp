@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "aberfit/theory/realisation_spread.h"
-#include "drawn_mirrors.h"
+#include "theory/drawn_mirrors.h"
 
 namespace aberfit {
 namespace {
