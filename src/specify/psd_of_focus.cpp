@@ -35,6 +35,8 @@ constexpr double kLeastOfOneMirror = 1e-3, kLeastOfMean = 1e-4;
 // Chance of the residuals below which they have a form: one right curve in fifty is refused, and none is
 // taken whose fault moves it by three deviations.
 constexpr double kPoorForm = 0.02;
+constexpr double kUnseen =
+    1e-6;  // of a fault's square, that the unknowns leave: no fit would tell it from them
 
 // Light in circles or rings as a function of the unknowns' logarithms, of 1 in all.
 class MeanLight {
@@ -336,9 +338,24 @@ bool is_poor(const PsdOfFocus& result) {
   return result.goodness < (result.is_noise_known ? kPoorFocus : kPoorForm);
 }
 
+// What a mean's numbers lose by the faults that residuals of an unknown noise may hide: their deviations over
+// those of a measurement without faults, each as wide as with the worst of the faults fitted beside. One
+// mirror's own departures are larger, and are known.
+Eigen::ArrayXd widening(const Problem& problem, const ParameterFit& fit, const Eigen::MatrixXd& covariance,
+                        const std::vector<Departure>& departures) {
+  Eigen::ArrayXd most = Eigen::ArrayXd::Zero(covariance.rows());
+  for (std::size_t k = 0; k + 1 < departures.size(); ++k) {  // the last one names no fault
+    const Eigen::VectorXd column = problem.whitened_columns(departures[k].of_light);
+    const Eigen::VectorXd shift = fit.jacobian.colPivHouseholderQr().solve(column);
+    const double left = (column - fit.jacobian * shift).squaredNorm();
+    if (left > kUnseen * column.squaredNorm()) most = most.max(shift.array().square() / left);
+  }
+  return (1 + most / covariance.diagonal().array()).sqrt();
+}
+
 // How well the light is described, and the numbers with their intervals.
 void describe_fit(const std::vector<SolveUnknown>& unknowns, const FocalBins& bins, const Problem& problem,
-                  const ParameterFit& fit, PsdOfFocus* result) {
+                  const ParameterFit& fit, const std::vector<Departure>& departures, PsdOfFocus* result) {
   result->chi_squared = fit.sum_of_squares;
   result->degrees_of_freedom = int(bins.measured.size()) - int(problem.parameters());
   const double freedom = result->degrees_of_freedom;
@@ -350,6 +367,9 @@ void describe_fit(const std::vector<SolveUnknown>& unknowns, const FocalBins& bi
   result->total = problem.total(fit.x);
   result->background = problem.background(fit.x);
   const Eigen::MatrixXd covariance = parameter_covariance(fit.jacobian);
+  const Eigen::ArrayXd wider = result->is_noise_known || result->is_one_mirror
+                                   ? Eigen::ArrayXd::Ones(covariance.rows())
+                                   : widening(problem, fit, covariance, departures);
   const ParameterFitProblem to_solve = fit_problem(problem, unknowns);
   const auto count = Eigen::Index(unknowns.size());
   result->correlation.resize(count, count);
@@ -358,15 +378,14 @@ void describe_fit(const std::vector<SolveUnknown>& unknowns, const FocalBins& bi
       result->correlation(u, v) = covariance(u, v) / std::sqrt(covariance(u, u) * covariance(v, v));
     const SolveUnknown& unknown = unknowns[std::size_t(u)];
     // Of a model that does not describe the light a profile is none.
-    const double half = deviations * std::sqrt(covariance(u, u));
+    const double std = wider[u] * std::sqrt(covariance(u, u)), half = deviations * std;
     const ProfileInterval interval =
-        is_poor(*result)
-            ? ProfileInterval{fit.x[u] - half, fit.x[u] + half, true, true}
-            : profile_interval(to_solve, fit, int(u), deviations * deviations, &result->evaluations);
-    result->numbers.push_back({unknown, unknown.start * std::exp(fit.x[u]), std::sqrt(covariance(u, u)),
-                               unknown.start * std::exp(interval.lower),
-                               unknown.start * std::exp(interval.upper), interval.lower_found,
-                               interval.upper_found});
+        is_poor(*result) ? ProfileInterval{fit.x[u] - half, fit.x[u] + half, true, true}
+                         : profile_interval(to_solve, fit, int(u), std::pow(deviations * wider[u], 2),
+                                            &result->evaluations);
+    result->numbers.push_back(
+        {unknown, unknown.start * std::exp(fit.x[u]), std, unknown.start * std::exp(interval.lower),
+         unknown.start * std::exp(interval.upper), interval.lower_found, interval.upper_found});
   }
 }
 
@@ -604,13 +623,12 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
   result.dz = focus.dz;
   result.centre_x = geometry.centre().x, result.centre_y = geometry.centre().y;
   context.say("intervals");
-  const ResidualVerdict verdict =
-      verdict_of(residuals_of(*pass, focus, fit, result.is_noise_known ? pass->noise : shape),
-                 departures_of(*pass, focus, task_at(values_at(unknowns, logs_of(fit.x, unknowns.size()))),
-                               pupil, shape),
-                 kPoorForm);
+  const std::vector<Departure> departures = departures_of(
+      *pass, focus, task_at(values_at(unknowns, logs_of(fit.x, unknowns.size()))), pupil, shape);
+  const ResidualVerdict verdict = verdict_of(
+      residuals_of(*pass, focus, fit, result.is_noise_known ? pass->noise : shape), departures, kPoorForm);
   if (!result.is_noise_known) result.goodness = verdict.chance;
-  describe_fit(unknowns, pass->bins, pass->problem, fit, &result);
+  describe_fit(unknowns, pass->bins, pass->problem, fit, departures, &result);
   describe_light(pass->model, pass->bins, pass->noise, pass->spread, logs_of(fit.x, unknowns.size()),
                  &result);
   conclude(verdict.remedy, centred && fit.status == ParameterFitStatus::kConverged, &result);
