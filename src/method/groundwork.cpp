@@ -166,6 +166,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   mind_shift();
   mind_steep_slopes(task, asked, &ground);
   set_mean_spot(task, &ground);
+  if (ground.specified_spot) ground.numbers.tis = ground.specified_spot->tis();
   if (ground.has_no_core())
     ground.farthest_by_cells =
         farthest_plane(task.aperture, ground.focal_length, task.wavelength, kMostCellsByDefault);

@@ -83,7 +83,10 @@ TheoryValues theory_values(const Task& task, const std::function<GhsPupil(const 
   const bool in_light = theory == Theory::kGhs;  // then heights are the light's, too
   closed.rays.emplace(task.mirror, task.aperture, values.numbers.rms_slope_per_axis, task.target.convention,
                       in_light ? kNaN : rms_height_on(task.aperture, psd));
-  if (in_light) closed.light.emplace(psd, pupil_of(task));
+  if (in_light) {
+    closed.light.emplace(psd, pupil_of(task));
+    values.numbers.tis = closed.light->tis();
+  }
   const std::vector<Wanted> wanted = wanted_of(task, closed);
   std::vector<Statistic> statistics;
   for (const Wanted& one : wanted)

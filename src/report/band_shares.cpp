@@ -5,7 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/units.h"
+#include "aberfit/report/scatter_table.h"
 #include "json_number.h"
 #include "paragraph.h"
 
@@ -36,17 +38,20 @@ std::string residual_words(const BandShares& shares) {
 }
 
 Json abg_json(const AbgFit& fit) {
-  return {{"a_per_sr", json_number(fit.model.a)},
-          {"b", json_number(fit.model.b)},
-          {"g", json_number(fit.model.g)},
+  const auto of_model = [&](double value) { return json_number(fit.describes() ? value : kNaN); };
+  return {{"describes", fit.describes()},
+          {"a_per_sr", of_model(fit.model.a)},
+          {"b", of_model(fit.model.b)},
+          {"g", of_model(fit.model.g)},
           {"theta_min_rad", json_number(fit.theta_min)},
           {"theta_max_rad", json_number(fit.theta_max)},
           {"largest_error", json_number(fit.largest_error)},
           {"rms_error", json_number(fit.rms_error)},
-          {"tis", json_number(fit.tis)}};
+          {"abg_tis", of_model(fit.tis)}};
 }
 
 std::string abg_words(const AbgFit& fit) {
+  if (!fit.describes()) return no_abg(fit) + ".";
   return fmt::format(
       "ABg: A {:.4g} /sr, B {:.4g}, g {:.4g}{}; from {} to {} within {} (RMS {}), its own TIS {}.",
       fit.model.a, fit.model.b, fit.model.g, fit.at_least_b ? " (the least B)" : "",
@@ -58,7 +63,7 @@ std::string abg_words(const AbgFit& fit) {
 std::string abg_lines(const std::vector<AbgFit>& fits) {
   if (fits.empty()) return "";
   std::string text = abg_words(fits.back());
-  if (fits.size() > 1)
+  if (fits.size() > 1 && fits.back().describes())
     text += fmt::format(" With B above 1e-12, as OpticStudio takes it, {}: take the table there.",
                         format_percent(fits.front().largest_error));
   return paragraph("", text);
@@ -73,7 +78,7 @@ Json to_json(const BandShares& shares, const std::optional<ScatterOfRest>& of_re
   };
   Json scatter = part(shares.rest_rms, shares.rest_slope);
   scatter["scatter_rms_rad"] = json_number(shares.rest_scatter);
-  scatter["tis"] = json_number(shares.tis);
+  scatter["rest_tis"] = json_number(shares.tis);
   if (of_rest) {
     scatter["abg"] = Json::array();
     for (const AbgFit& fit : of_rest->abg) scatter["abg"].push_back(abg_json(fit));

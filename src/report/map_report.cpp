@@ -36,7 +36,7 @@ Json map_light_json(const MapLight& light) {
   json["residual_psd"] = {{"f_min_per_m", json_number(rest.f_min)},
                           {"f_max_per_m", json_number(rest.f_max)},
                           {"rms_height_m", json_number(rest.rms_height)},
-                          {"tis", json_number(rest.tis)}};
+                          {"residual_tis", json_number(rest.tis)}};
   if (!rest.obstacle.empty()) json["residual_psd"]["obstacle"] = rest.obstacle;
   return json;
 }

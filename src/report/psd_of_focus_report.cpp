@@ -123,8 +123,10 @@ std::string summary_table(const PsdOfFocus& result) {
       result.is_noise_known
           ? fmt::format("chi-squared {:.4g} at {} degrees of freedom: chance {:.2g}", result.chi_squared,
                         result.degrees_of_freedom, result.goodness)
-          : fmt::format("no noise was given; it is taken from the residuals, at {} degrees of freedom",
-                        result.degrees_of_freedom));
+          : fmt::format("no noise was given; it is taken from the residuals, up to {:.2g} at {} degrees of "
+                        "freedom: chance of their form {:.2g}",
+                        result.noise.size() > 0 ? result.noise.maxCoeff() : 0, result.degrees_of_freedom,
+                        result.goodness));
   text += fmt::format("Cost      {} evaluations, {:.2g} s\n", result.evaluations, result.seconds);
   return text + number_rows(result) + warning_lines(result.warnings);
 }

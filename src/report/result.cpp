@@ -262,7 +262,6 @@ Json scene_json(const FitOutcome& result) {
     json["ghs"] = {{"ee50_radius_m", json_number(errors->ghs.ee50)},
                    {"ee80_radius_m", json_number(errors->ghs.ee80)},
                    {"ee90_radius_m", json_number(errors->ghs.ee90)},
-                   {"tis", json_number(scene.tis)},
                    {"core_share", json_number(1 - scene.tis)}};
     json["model_error"] = {{"ray_ee50", json_number(errors->ray_ee50)},
                            {"ray_ee90", json_number(errors->ray_ee90)}};

@@ -7,6 +7,7 @@
 #include <functional>
 #include <iterator>
 
+#include "aberfit/core/units.h"
 #include "aberfit/roughness/k_correlation.h"
 
 namespace aberfit {
@@ -69,6 +70,7 @@ std::string use_lines(const ScatterExport& scatter) {
 }
 
 std::string abg_lines(const AbgFit& fit, double tis) {
+  if (!fit.describes()) return fmt::format("# {}\n", no_abg(fit));
   std::string text = fmt::format(
       "# ABg: BSDF = A / (B + |sin theta|^g), A = {:.9g} /sr, B = {:.9g}, g = {:.9g}; fitted from {:.6g} to "
       "{:.6g} rad, off by at most {:.3g} % and {:.3g} % RMS there\n"
@@ -138,6 +140,15 @@ void append_rows(const std::function<double(double)>& psd, double f_low, double 
 }
 
 }  // namespace
+
+std::string no_abg(const AbgFit& fit) {
+  return fmt::format(
+      "No ABg model{} describes this scatter: from {} to {} the nearest is off by {}, more than a factor of "
+      "{}; use the table",
+      fit.at_least_b ? fmt::format(" with B from {:.3g} on", fit.model.b) : "",
+      format_quantity(fit.theta_min, Dimension::kAngle), format_quantity(fit.theta_max, Dimension::kAngle),
+      format_percent(fit.largest_error), 1 + kUsableAbg);
+}
 
 std::string scatter_csv(const ScatterExport& scatter) {
   const ScatterTable& t = scatter.table;

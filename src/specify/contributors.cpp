@@ -1,5 +1,6 @@
 #include "aberfit/specify/contributors.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "aberfit/core/constants.h"
@@ -19,6 +20,9 @@ double kolmogorov_constant() {
          std::pow(4.8 * std::tgamma(1.2), 5.0 / 6);
 }
 constexpr double kFinestTurbulence = 1e4;  // over r0
+constexpr double kNormal = 1e-12;          // incidence: (1 - cos)/(1 + cos)
+constexpr double kOfDirections = 1e-6;     // error of the mean over directions of inclined beams
+constexpr int kFewest = 4, kMost = 64;     // directions in a quarter turn
 constexpr double kTilting = 100;           // correlation length of jitter, apertures
 
 // S'(f) = heights^2 S(f/frequencies)/frequencies^2: the variance, but for the heights, stays.
@@ -67,9 +71,24 @@ double across(const Task& task) { return 2 * aperture_radius(task.aperture); }
 
 }  // namespace
 
+// With c = cos(incidence), a beam of coordinates x (along the plane of incidence) and y meets the surface at
+// (x/c, y) and sees c h there, whose PSD is c^3 S(|(c f cos t, f sin t)|) in the direction t. Its mean over
+// directions is a sum of the surface's own PSD with frequencies scaled by 1/hypot(c cos t, sin t): midpoints
+// of a quarter turn, of which the error falls as ((1 - c)/(1 + c))^(2 directions).
 PsdModel in_pupil(const OtherSurface& surface) {
-  return std::visit(Scaled{std::cos(surface.incidence) * (surface.is_wavefront ? 0.5 : 1), surface.footprint},
-                    surface.psd);
+  const double cosine = std::cos(surface.incidence), halved = surface.is_wavefront ? 0.5 : 1;
+  const double base = (1 - cosine) / (1 + cosine);
+  if (base < kNormal) return std::visit(Scaled{cosine * halved, surface.footprint}, surface.psd);
+  const int count =
+      std::clamp(int(std::ceil(0.5 * std::log(kOfDirections) / std::log(base))), kFewest, kMost);
+  SumPsd sum;
+  for (int k = 0; k < count; ++k) {
+    const double t = 0.5 * kPi * (k + 0.5) / count;
+    const double stretch = 1 / std::hypot(cosine * std::cos(t), std::sin(t));
+    const double heights = halved * stretch * std::sqrt(std::pow(cosine, 3) / count);
+    sum.parts.push_back(std::visit(Scaled{heights, stretch * surface.footprint}, surface.psd));
+  }
+  return sum;
 }
 
 PsdModel in_pupil(const Atmosphere& atmosphere) {

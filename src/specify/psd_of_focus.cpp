@@ -20,6 +20,7 @@
 #include "aberfit/theory/realisation_spread.h"
 #include "exact_variable.h"
 #include "focal_bins.h"
+#include "focus_residuals.h"
 
 namespace aberfit {
 using namespace internal;
@@ -27,8 +28,15 @@ using namespace internal;
 namespace {
 
 constexpr double kFurthest = 1000, kFurthestNumber = 10;  // factors either way of the start
-constexpr double kNoiseOfOneMirror = 1e-3;  // of a share, where nothing is said: what a good camera reaches
-constexpr double kPoorFocus = 1e-3;         // goodness, as kNotDescribed of a PSD
+constexpr double kPoorFocus = 1e-3;                       // goodness, as kNotDescribed of a PSD
+// Where nobody says the noise, it is no smaller than this share: of one mirror what a good camera reaches and
+// the theory of its spread is worth, of a mean what curves with four digits say.
+constexpr double kLeastOfOneMirror = 1e-3, kLeastOfMean = 1e-4;
+// Chance of the residuals below which they have a form: one right curve in fifty is refused, and none is
+// taken whose fault moves it by three deviations.
+constexpr double kPoorForm = 0.02;
+constexpr double kUnseen =
+    1e-6;  // of a fault's square, that the unknowns leave: no fit would tell it from them
 
 // Light in circles or rings as a function of the unknowns' logarithms, of 1 in all.
 class MeanLight {
@@ -141,6 +149,7 @@ class Problem {
     return true;
   }
 
+  Eigen::MatrixXd plain(const Eigen::MatrixXd& white) const { return whitening_.matrixL() * white; }
   Eigen::MatrixXd whitened_columns(const Eigen::MatrixXd& columns) const {
     return whitening_.matrixL().solve(columns);
   }
@@ -177,24 +186,18 @@ class Problem {
 
 // Covariance of one mirror's light about the mean, of 1 in all.
 Eigen::MatrixXd spread_of_one_mirror(const Task& task, const GhsPupil& pupil, const FocalBins& bins,
-                                     double dz, int threads) {
+                                     double dz) {
   const RadialPsd psd(*task.psd);
   const GeneralisedHarveyShack mean(psd, pupil);
   std::vector<FocalDisc> discs;
   for (const double radius : bins.edges) discs.push_back({radius, dz});
-  const RealisationSpread spread({psd, pupil.mirror(), pupil.aperture(), pupil.wavelength(), mean}, discs,
-                                 threads);
-  const Eigen::ArrayXd sigma = spread.light(spread.lowest());
-  Eigen::MatrixXd edges(sigma.size(), sigma.size());
-  for (Eigen::Index k = 0; k < sigma.size(); ++k)
-    for (Eigen::Index l = 0; l < sigma.size(); ++l)
-      edges(k, l) =
-          sigma[k] * sigma[l] * std::exp(-std::abs(std::log(bins.edges[k] / bins.edges[l])) / kSpreadLength);
+  Eigen::MatrixXd edges =
+      RealisationSpread::covariance({psd, pupil.mirror(), pupil.aperture(), pupil.wavelength(), mean}, discs);
   if (!bins.are_rings) return edges;
   // What a circle has more than the one before; a pixel its part of a ring.
   for (Eigen::Index k = edges.rows() - 1; k > 0; --k) edges.row(k) -= edges.row(k - 1).eval();
   for (Eigen::Index k = edges.cols() - 1; k > 0; --k) edges.col(k) -= edges.col(k - 1).eval();
-  Eigen::ArrayXd pixels = Eigen::ArrayXd::Zero(sigma.size());
+  Eigen::ArrayXd pixels = Eigen::ArrayXd::Zero(edges.rows());
   for (Eigen::Index k = 0; k < bins.pixels.size(); ++k)
     pixels[bins.ring_of[std::size_t(k)]] += bins.pixels[k];
   Eigen::MatrixXd covariance(bins.pixels.size(), bins.pixels.size());
@@ -248,7 +251,8 @@ class FocalGeometry {
   PixelPlace centre_;
 };
 
-// Standard deviations of the data, without the mirror's own spread; `known`: whether they were given.
+// Standard deviations of the data, without the mirror's own spread; where `known` says that they were not
+// given, of a noise of level 1 [share, of the brightest pixel].
 Eigen::ArrayXd noise_of(const MeasuredFocus& focus, const FocalBins& bins, const Eigen::ArrayXd& light,
                         bool* known) {
   *known = true;
@@ -256,8 +260,8 @@ Eigen::ArrayXd noise_of(const MeasuredFocus& focus, const FocalBins& bins, const
     double pixel = focus.noise.value_or(noise_of_rim(*image));
     // Where nothing is at the rim, a share of the brightest pixel: no unit of the image decides.
     if (!(pixel > 0) && !focus.gain) {
-      *known = focus.is_one_mirror;
-      pixel = kNoiseOfOneMirror * (bins.measured / bins.pixels).abs().maxCoeff();
+      *known = false;
+      pixel = (bins.measured / bins.pixels).abs().maxCoeff();
     }
     Eigen::ArrayXd variance = pixel * pixel * bins.pixels;
     if (focus.gain) variance += light.max(0) / *focus.gain;
@@ -266,7 +270,6 @@ Eigen::ArrayXd noise_of(const MeasuredFocus& focus, const FocalBins& bins, const
   const auto& curve = std::get<EncircledCurve>(focus.data);
   if (focus.noise) return Eigen::ArrayXd::Constant(bins.radius.size(), *focus.noise);
   if (curve.noise.size() > 0) return curve.noise.head(bins.radius.size());
-  if (focus.is_one_mirror) return Eigen::ArrayXd::Constant(bins.radius.size(), kNoiseOfOneMirror);
   *known = false;
   return Eigen::ArrayXd::Ones(bins.radius.size());
 }
@@ -331,21 +334,42 @@ void require(const Task& own, const std::vector<SolveUnknown>& unknowns, const F
                      "more data than unknowns");
 }
 
+bool is_poor(const PsdOfFocus& result) {
+  return result.goodness < (result.is_noise_known ? kPoorFocus : kPoorForm);
+}
+
+// What a mean's numbers lose by the faults that residuals of an unknown noise may hide: their deviations over
+// those of a measurement without faults, each as wide as with the worst of the faults fitted beside. One
+// mirror's own departures are larger, and are known.
+Eigen::ArrayXd widening(const Problem& problem, const ParameterFit& fit, const Eigen::MatrixXd& covariance,
+                        const std::vector<Departure>& departures) {
+  Eigen::ArrayXd most = Eigen::ArrayXd::Zero(covariance.rows());
+  for (std::size_t k = 0; k + 1 < departures.size(); ++k) {  // the last one names no fault
+    const Eigen::VectorXd column = problem.whitened_columns(departures[k].of_light);
+    const Eigen::VectorXd shift = fit.jacobian.colPivHouseholderQr().solve(column);
+    const double left = (column - fit.jacobian * shift).squaredNorm();
+    if (left > kUnseen * column.squaredNorm()) most = most.max(shift.array().square() / left);
+  }
+  return (1 + most / covariance.diagonal().array()).sqrt();
+}
+
 // How well the light is described, and the numbers with their intervals.
 void describe_fit(const std::vector<SolveUnknown>& unknowns, const FocalBins& bins, const Problem& problem,
-                  const ParameterFit& fit, PsdOfFocus* result) {
+                  const ParameterFit& fit, const std::vector<Departure>& departures, PsdOfFocus* result) {
   result->chi_squared = fit.sum_of_squares;
   result->degrees_of_freedom = int(bins.measured.size()) - int(problem.parameters());
-  const double freedom = result->degrees_of_freedom, per_freedom = fit.sum_of_squares / freedom;
-  const double factor = result->is_noise_known ? 1 : per_freedom;
+  const double freedom = result->degrees_of_freedom;
   const double deviations =
       student_quantile(0.5 * (1 + result->confidence), result->is_noise_known ? kInfinity : freedom);
-  result->goodness =
-      result->is_noise_known ? boost::math::gamma_q(0.5 * freedom, 0.5 * fit.sum_of_squares) : kNaN;
-  result->noise_factor = std::sqrt(per_freedom);
+  if (result->is_noise_known)
+    result->goodness = boost::math::gamma_q(0.5 * freedom, 0.5 * fit.sum_of_squares);
+  result->noise_factor = std::sqrt(fit.sum_of_squares / freedom);
   result->total = problem.total(fit.x);
   result->background = problem.background(fit.x);
-  const Eigen::MatrixXd covariance = factor * parameter_covariance(fit.jacobian);
+  const Eigen::MatrixXd covariance = parameter_covariance(fit.jacobian);
+  const Eigen::ArrayXd wider = result->is_noise_known || result->is_one_mirror
+                                   ? Eigen::ArrayXd::Ones(covariance.rows())
+                                   : widening(problem, fit, covariance, departures);
   const ParameterFitProblem to_solve = fit_problem(problem, unknowns);
   const auto count = Eigen::Index(unknowns.size());
   result->correlation.resize(count, count);
@@ -354,15 +378,14 @@ void describe_fit(const std::vector<SolveUnknown>& unknowns, const FocalBins& bi
       result->correlation(u, v) = covariance(u, v) / std::sqrt(covariance(u, u) * covariance(v, v));
     const SolveUnknown& unknown = unknowns[std::size_t(u)];
     // Of a model that does not describe the light a profile is none.
-    const double half = deviations * std::sqrt(covariance(u, u));
+    const double std = wider[u] * std::sqrt(covariance(u, u)), half = deviations * std;
     const ProfileInterval interval =
-        result->goodness < kPoorFocus
-            ? ProfileInterval{fit.x[u] - half, fit.x[u] + half, true, true}
-            : profile_interval(to_solve, fit, int(u), deviations * deviations * factor, &result->evaluations);
-    result->numbers.push_back({unknown, unknown.start * std::exp(fit.x[u]), std::sqrt(covariance(u, u)),
-                               unknown.start * std::exp(interval.lower),
-                               unknown.start * std::exp(interval.upper), interval.lower_found,
-                               interval.upper_found});
+        is_poor(*result) ? ProfileInterval{fit.x[u] - half, fit.x[u] + half, true, true}
+                         : profile_interval(to_solve, fit, int(u), std::pow(deviations * wider[u], 2),
+                                            &result->evaluations);
+    result->numbers.push_back(
+        {unknown, unknown.start * std::exp(fit.x[u]), std, unknown.start * std::exp(interval.lower),
+         unknown.start * std::exp(interval.upper), interval.lower_found, interval.upper_found});
   }
 }
 
@@ -379,12 +402,12 @@ void describe_light(const MeanLight& model, const FocalBins& bins, const Eigen::
   result->radius = sorted(bins.radius);
   result->measured = sorted(bins.measured / per);
   result->fitted = sorted((result->total * light.array() + result->background * bins.pixels) / per);
-  result->noise = sorted(noise * (result->is_noise_known ? 1 : result->noise_factor) / per);
+  result->noise = sorted(noise / per);
   result->spread = sorted(spread.diagonal().array().max(0).sqrt() / per);
 }
 
 // What the result is worth, and what to do where it is little.
-void conclude(PsdOfFocus* result, bool converged) {
+void conclude(const std::string& remedy, bool converged, PsdOfFocus* result) {
   std::string open;
   for (const NumberOfFocus& number : result->numbers)
     if (!number.identified()) open += (open.empty() ? "" : ", ") + number.unknown.pointer;
@@ -396,23 +419,27 @@ void conclude(PsdOfFocus* result, bool converged) {
         open);
     result->warnings.push_back({"not-identified", result->message});
   }
-  if (result->goodness < kPoorFocus) {
-    const std::string poor = fmt::format(
+  if (is_poor(*result)) {
+    std::string poor = fmt::format(
         "the light departs from that of any such roughness by {:.2g} times its noise (chance {:.1e}): "
-        "another "
-        "model of the PSD, an aberration that is not in the study, {}",
-        std::sqrt(result->chi_squared / std::max(result->degrees_of_freedom, 1)), result->goodness,
+        "{}, {}",
+        std::sqrt(result->chi_squared / std::max(result->degrees_of_freedom, 1)), result->goodness, remedy,
         result->is_image
             ? "saturated or hot pixels, or a noise that is too small (shot noise counts with `gain` "
               "alone)"
             : "or a noise that is given too small");
+    if (!result->is_noise_known)
+      poor = fmt::format(
+          "the residuals have a form, up to {:.2g} {}, that noise does not have (chance {:.1e}): {}",
+          (result->measured - result->fitted).abs().maxCoeff(),
+          result->is_image ? "of a pixel" : "of the light", result->goodness, remedy);
     if (result->message.empty()) result->message = poor;
     result->warnings.push_back({"poor-fit", poor});
   }
-  result->status = !converged                      ? kNotConverged
-                   : !open.empty()                 ? kNotIdentified
-                   : result->goodness < kPoorFocus ? kNotDescribed
-                                                   : kFitted;
+  result->status = !converged         ? kNotConverged
+                   : !open.empty()    ? kNotIdentified
+                   : is_poor(*result) ? kNotDescribed
+                                      : kFitted;
   if (!converged)
     result->message =
         "no minimum, or no centre of the light to a twentieth of a pixel, was found within the iterations";
@@ -436,7 +463,7 @@ std::string to_string(PsdOfFocusStatus status) {
 
 namespace {
 
-constexpr int kMostPasses = 8;
+constexpr int kMostPasses = 8, kPassesOfNoise = 2;
 constexpr double kCentreFound = 0.001, kCentreNear = 0.05;  // pixels
 constexpr double kUncentred = 0.03;         // of the light of a datum: what a centre that is off leaves
 constexpr double kCentreDifference = 0.05;  // pixels
@@ -482,6 +509,53 @@ Eigen::Vector2d centre_step(const FocusPass& pass, const FocalGeometry& geometry
   return step.norm() > kCentreStep ? Eigen::Vector2d(step * (kCentreStep / step.norm())) : step;
 }
 
+FocusResiduals residuals_of(const FocusPass& pass, const MeasuredFocus& focus, const ParameterFit& fit,
+                            const Eigen::ArrayXd& shape) {
+  return {pass.problem.plain(fit.residuals), pass.problem.plain(fit.jacobian), pass.spread, shape,
+          focus.is_one_mirror ? kLeastOfOneMirror : kLeastOfMean};
+}
+
+// What a measurement may have other than it is said to, by what that adds to the fitted light.
+std::vector<Departure> departures_of(const FocusPass& pass, const MeasuredFocus& focus, const Task& task,
+                                     const GhsPupil& pupil, const Eigen::ArrayXd& shape) {
+  const GeneralisedHarveyShack mean(RadialPsd(*task.psd), pupil);
+  const Eigen::ArrayXd& r = pass.bins.nodes;
+  const auto light = [&](const std::function<double(double)>& energy) {
+    return Eigen::VectorXd(pass.bins.weights * r.unaryExpr(energy).matrix());
+  };
+  const MeanSpot spot = mean.at_plane(focus.dz);
+  std::vector<Departure> result;
+  if (!pass.bins.are_rings && focus.is_total_known)
+    result.push_back(
+        {"the shares are of another amount of light than all of it, as those of an image that "
+         "was cut off and normalised: `\"total\": \"free\"`",
+         light([&](double radius) { return spot.encircled_energy(radius); })});
+  const double f = task.mirror.focal_length, cone = f / (2 * aperture_radius(task.aperture));
+  const double depth = 2 * task.wavelength * cone * cone;  // a quarter of a wave at the rim
+  for (const double step : {depth, -depth}) {
+    if (step < 0 && focus.dz == 0 && is_parabola(task.mirror)) continue;  // the same light
+    const MeanSpot moved = mean.at_plane(focus.dz + step);
+    result.push_back(
+        {"the light was measured in another plane than the study's: `plane`, or a Zernike "
+         "defocus of the mirror",
+         light(
+             [&](double radius) { return moved.encircled_energy(radius) - spot.encircled_energy(radius); })});
+  }
+  // Of a circle moved sideways, to second order; of an image the fit moves it itself.
+  if (!pass.bins.are_rings)
+    result.push_back(
+        {"the circles are not about the centre of the light: take the centroid, or give the "
+         "image, whose centre is found",
+         light([&](double radius) { return radius * spot.irradiance_slope(radius); })});
+  result.push_back(
+      {"the radii have another scale, as of pixels or of a focal length that are not the study's, "
+       "or of diameters: `pixel`, the unit of the radii",
+       light([&](double radius) { return radius * spot.encircled_energy_slope(radius); })});
+  result.push_back({"another model of the PSD, or an aberration that is not in the study",
+                    shape.matrix().asDiagonal() * smooth_columns(shape.size())});
+  return result;
+}
+
 }  // namespace
 
 PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
@@ -499,6 +573,8 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
   FocalGeometry geometry(focus, own);
   std::optional<FocusPass> pass;
   ParameterFit fit;
+  Eigen::ArrayXd shape;  // of the noise
+  double level = focus.is_one_mirror ? kLeastOfOneMirror : 1;
   bool centred = std::holds_alternative<EncircledCurve>(focus.data);
   const bool noise_of_fit = focus.is_one_mirror || focus.gain;
   for (int number = 0; number < kMostPasses; ++number) {
@@ -515,11 +591,12 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
       pass->model.at(logs, &mean, nullptr);
       light = total * mean.array() + pass->problem.background(fit.x) * pass->bins.pixels;
       if (focus.is_one_mirror)
-        pass->spread = total * total *
-                       spread_of_one_mirror(mirrors_at(values_at(unknowns, logs)), pupil, pass->bins,
-                                            focus.dz, context.threads);
+        pass->spread =
+            total * total *
+            spread_of_one_mirror(mirrors_at(values_at(unknowns, logs)), pupil, pass->bins, focus.dz);
     }
-    pass->noise = noise_of(focus, pass->bins, light, &result.is_noise_known);
+    shape = noise_of(focus, pass->bins, light, &result.is_noise_known);
+    pass->noise = result.is_noise_known ? shape : (level * shape).eval();
     if (!centred) pass->noise = (pass->noise.square() + (kUncentred * light).square()).sqrt();
     Eigen::MatrixXd covariance = pass->spread;
     covariance.diagonal() += pass->noise.square().matrix();
@@ -535,7 +612,8 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
                                                                     pupil, fit.x, context.threads)
                                                       : Eigen::Vector2d(0, 0);
     const bool near = step.norm() < kCentreFound;
-    if (near && centred && (number >= 2 || !noise_of_fit)) break;
+    if (!result.is_noise_known) level = residuals_of(*pass, focus, fit, shape).level();
+    if (near && centred && number >= (noise_of_fit ? kPassesOfNoise : result.is_noise_known ? 0 : 1)) break;
     if (!near && number + 1 < kMostPasses) geometry.move_centre(step[0], step[1]);
     centred = centred || step.norm() < kCentreNear;
   }
@@ -545,10 +623,15 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
   result.dz = focus.dz;
   result.centre_x = geometry.centre().x, result.centre_y = geometry.centre().y;
   context.say("intervals");
-  describe_fit(unknowns, pass->bins, pass->problem, fit, &result);
+  const std::vector<Departure> departures = departures_of(
+      *pass, focus, task_at(values_at(unknowns, logs_of(fit.x, unknowns.size()))), pupil, shape);
+  const ResidualVerdict verdict = verdict_of(
+      residuals_of(*pass, focus, fit, result.is_noise_known ? pass->noise : shape), departures, kPoorForm);
+  if (!result.is_noise_known) result.goodness = verdict.chance;
+  describe_fit(unknowns, pass->bins, pass->problem, fit, departures, &result);
   describe_light(pass->model, pass->bins, pass->noise, pass->spread, logs_of(fit.x, unknowns.size()),
                  &result);
-  conclude(&result, centred && fit.status == ParameterFitStatus::kConverged);
+  conclude(verdict.remedy, centred && fit.status == ParameterFitStatus::kConverged, &result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return result;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "aberfit/core/constants.h"
 #include "aberfit/roughness/bessel.h"
@@ -197,31 +198,70 @@ Eigen::MatrixXd HeightAdjoint::autocorrelations(ComplexGrid responses) const {
   return bins / double(responses.size());
 }
 
+ComplexGrid HeightAdjoint::responses(double first, std::optional<double> second) const {
+  const ComplexGrid kernel = kernels(first, second.value_or(first));
+  ComplexGrid result(field_.size()), light(field_.size());
+  for (const int disc : {0, 1}) {
+    if (disc == 1 && !second) break;
+    for (std::size_t k = 0; k < light.size(); ++k)
+      light[k] = std::conj((disc == 0 ? kernel[k].real() : kernel[k].imag()) * transform_[k]);
+    grid_.transform()(light.data());
+    // E = sum_k conj(U_k) V_k, V the field times the kernel, here its conjugate; a height at k turns U_k by
+    // -4 pi q_k/lambda.
+    const double scale = 8 * kPi / (grid_.wavelength() * double(light.size()));
+    for (Eigen::Index k = 0; k < grid_.pupil().sample.size(); ++k) {
+      const std::size_t place = grid_.place(k);
+      const double response = scale * grid_.pupil().obliquity[k] * (field_[place] * light[place]).imag();
+      result[place] += disc == 0 ? Complex(response, 0) : Complex(0, response);
+    }
+  }
+  return result;
+}
+
 Eigen::ArrayXXd HeightAdjoint::power(const std::vector<double>& radius) const {
   Eigen::ArrayXXd result(grid_.bessel().cols(), Eigen::Index(radius.size()));
   for (std::size_t d = 0; d < radius.size(); d += 2) {
     const bool is_pair = d + 1 < radius.size();
-    const ComplexGrid kernel = kernels(radius[d], radius[is_pair ? d + 1 : d]);
-    ComplexGrid responses(field_.size()), light(field_.size());
-    for (const int disc : {0, 1}) {
-      if (disc == 1 && !is_pair) break;
-      for (std::size_t k = 0; k < light.size(); ++k)
-        light[k] = std::conj((disc == 0 ? kernel[k].real() : kernel[k].imag()) * transform_[k]);
-      grid_.transform()(light.data());
-      // E = sum_k conj(U_k) V_k, V the field times the kernel, here its conjugate; a height at k turns U_k by
-      // -4 pi q_k/lambda.
-      const double scale = 8 * kPi / (grid_.wavelength() * double(light.size()));
-      for (Eigen::Index k = 0; k < grid_.pupil().sample.size(); ++k) {
-        const std::size_t place = grid_.place(k);
-        const double response = scale * grid_.pupil().obliquity[k] * (field_[place] * light[place]).imag();
-        responses[place] += disc == 0 ? Complex(response, 0) : Complex(0, response);
-      }
-    }
+    ComplexGrid of_heights = responses(radius[d], is_pair ? std::optional(radius[d + 1]) : std::nullopt);
     // |transform|^2 averaged over direction is the transform of the autocorrelation averaged over direction.
-    const Eigen::MatrixXd power = grid_.bessel().transpose() * autocorrelations(std::move(responses));
+    const Eigen::MatrixXd power = grid_.bessel().transpose() * autocorrelations(std::move(of_heights));
     result.middleCols(Eigen::Index(d), is_pair ? 2 : 1) = power.leftCols(is_pair ? 2 : 1).array().max(0.0);
   }
   return result;
+}
+
+Eigen::MatrixXd HeightAdjoint::covariance(const std::vector<double>& radius, const RadialPsd& psd) const {
+  const auto discs = Eigen::Index(radius.size());
+  const int side = grid_.side(), half = side / 2;
+  const double step = 1 / (side * grid_.pitch());
+  // The frequencies of the upper half-plane that have heights: the lower half has their conjugates.
+  std::vector<std::pair<std::size_t, std::size_t>> places;  // f, -f
+  std::vector<double> weight;
+  for (int i = 0; i < side; ++i)
+    for (int j = 0; j < half; ++j) {
+      const double f = step * distance(i, j, side), s = i == 0 && j == 0 ? 0 : psd(f);
+      if (!(s > 0) || f * grid_.pitch() > kCarried) continue;
+      places.emplace_back(
+          std::size_t(i) * std::size_t(side) + std::size_t(j),
+          std::size_t((side - i) % side) * std::size_t(side) + std::size_t((side - j) % side));
+      weight.push_back((j == 0 ? 1 : 2) * s * step * step);
+    }
+  Eigen::MatrixXf answers(2 * Eigen::Index(places.size()), discs);  // real parts, imaginary parts
+  for (Eigen::Index d = 0; d < discs; d += 2) {
+    const bool is_pair = d + 1 < discs;
+    ComplexGrid both =
+        responses(radius[std::size_t(d)], is_pair ? std::optional(radius[std::size_t(d) + 1]) : std::nullopt);
+    grid_.transform()(both.data());
+    for (std::size_t p = 0; p < places.size(); ++p) {
+      const Complex here = both[places[p].first], there = std::conj(both[places[p].second]);
+      const Complex first = 0.5 * std::sqrt(weight[p]) * (here + there),
+                    second = Complex(0, -0.5) * std::sqrt(weight[p]) * (here - there);
+      const auto row = 2 * Eigen::Index(p);
+      answers(row, d) = float(first.real()), answers(row + 1, d) = float(first.imag());
+      if (is_pair) answers(row, d + 1) = float(second.real()), answers(row + 1, d + 1) = float(second.imag());
+    }
+  }
+  return (answers.transpose() * answers).cast<double>();
 }
 
 Eigen::ArrayXd HeightAdjoint::transfer_function() const {

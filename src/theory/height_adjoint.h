@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <complex>
+#include <optional>
 #include <vector>
 
 #include "aberfit/roughness/fourier_transform.h"
@@ -61,12 +62,16 @@ class HeightAdjoint {
   /// Mean over directions of |int dE/dh(P) exp(-2 pi i f.P) d2P|^2 [m^-2] at the frequencies of the grid,
   /// frequencies x discs. radius [m].
   Eigen::ArrayXXd power(const std::vector<double>& radius) const;
+  /// Covariance of the light in discs on account of heights of this PSD, to first order: discs x discs, of
+  /// the frequencies that the grid holds.
+  Eigen::MatrixXd covariance(const std::vector<double>& radius, const RadialPsd& psd) const;
   /// Transfer function without roughness at shears of 0, 1, 2, ... cells, averaged over direction.
   Eigen::ArrayXd transfer_function() const;
 
  private:
   // Two discs at a time: what is real of both is one complex transform.
   ComplexGrid kernels(double first, double second) const;
+  ComplexGrid responses(double first, std::optional<double> second) const;  // dE/dh, likewise
   Eigen::MatrixXd autocorrelations(ComplexGrid responses) const;
 
   const AdjointGrid& grid_;

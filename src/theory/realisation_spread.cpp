@@ -168,9 +168,12 @@ double resolved_cut(const RealisationSpread& spread, double cut) {
 }  // namespace
 
 struct RealisationSpread::Tables {
-  Tables(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, int threads);
+  // with_pairs: `pairs` too, of the discs' one plane.
+  Tables(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, int threads,
+         bool with_pairs = false);
   void evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, const Plane& plane,
-                const std::map<int, AdjointGrid>& grids, Eigen::ArrayXXd* integrand);
+                const std::map<int, AdjointGrid>& grids, Eigen::ArrayXXd* integrand, bool with_pairs);
+  Eigen::ArrayXd weights() const;  // of int d2f over all of the band
   FrequencyPanels::Place place(double cut) const {
     return panels.place(std::clamp(cut, panels.edges().front(), panels.edges().back()));
   }
@@ -183,10 +186,18 @@ struct RealisationSpread::Tables {
   std::optional<TailIntegrals> of_light;  // the integrands of var E(r), one per disc
   ScrambledLight scrambled;
   double height_variance, slope_variance;
+  Eigen::MatrixXd pairs;  // covariance of the discs
 };
 
+Eigen::ArrayXd RealisationSpread::Tables::weights() const {
+  Eigen::ArrayXd result(panels.frequency().size());
+  for (Eigen::Index p = 0; p < panels.panels(); ++p)
+    result.segment<FrequencyPanels::kNodes>(p * FrequencyPanels::kNodes) = panels.width(p) * panels.weights();
+  return kTwoPi * panels.frequency() * result;
+}
+
 RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
-                                  int threads)
+                                  int threads, bool with_pairs)
     : psd(checked(problem, discs)),
       phase_per_height(wave_number(problem)),
       area(aperture_area(problem.aperture)),
@@ -215,14 +226,14 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
   }
   Eigen::ArrayXXd integrand(f.size(), Eigen::Index(discs.size()));
   parallel_for(planes.size(), threads,
-               [&](std::size_t i) { evaluate(problem, discs, planes[i], grids, &integrand); });
+               [&](std::size_t i) { evaluate(problem, discs, planes[i], grids, &integrand, with_pairs); });
   of_light.emplace(panels, std::move(integrand));
 }
 
 // Writes to the columns of the plane's own discs alone.
 void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
                                          const Plane& plane, const std::map<int, AdjointGrid>& grids,
-                                         Eigen::ArrayXXd* integrand) {
+                                         Eigen::ArrayXXd* integrand, bool with_pairs) {
   const double focal_length = problem.mirror.focal_length, distance = focal_length + plane.dz;
   const double per_frequency = problem.wavelength * distance;  // shift of light
   const Eigen::ArrayXd& f = panels.frequency();
@@ -235,19 +246,29 @@ void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std
   const AdjointGrid& grid = grids.at(AdjointGrid::cells_for(problem, plane.dz));
   const HeightAdjoint adjoint(grid, plane.dz);
   const double square = phase_per_height * phase_per_height;
-  const Eigen::ArrayXXd moved = scrambled(f, adjoint.transfer_function(), grid.pitch(), distance, radius);
-  Eigen::ArrayXXd answered;
+  const Eigen::ArrayXd transfer = adjoint.transfer_function();
+  const Eigen::ArrayXXd moved = scrambled(f, transfer, grid.pitch(), distance, radius);
+  Eigen::ArrayXXd answered, moving(f.size(), Eigen::Index(radius.size()));  // S dE/dS: columns of discs
   if (!adjoint.is_flat()) answered = adjoint.power(radius);
   for (std::size_t d = 0; d < radius.size(); ++d) {
     const double inside = spot.encircled_energy(radius[d]);
-    Eigen::ArrayXd per_psd(f.size());
     for (Eigen::Index k = 0; k < f.size(); ++k)
-      per_psd[k] = square * (shifted(radius[d], per_frequency * f[k]) - inside);
+      moving(k, Eigen::Index(d)) = s[k] * square * (shifted(radius[d], per_frequency * f[k]) - inside);
     auto column = integrand->col(Eigen::Index(plane.discs[d]));
-    column = 2 / area * (s * per_psd).square() + s * moved.col(Eigen::Index(d));
+    column = 2 / area * moving.col(Eigen::Index(d)).square() + s * moved.col(Eigen::Index(d));
     if (!adjoint.is_flat()) column += s * answered.col(Eigen::Index(d));
     column *= kTwoPi * f;
   }
+  if (!with_pairs) return;
+  const Eigen::ArrayXd weight = weights();
+  pairs = 2 / area * moving.matrix().transpose() * weight.matrix().asDiagonal() * moving.matrix() +
+          scrambled.covariance(f, weight * s, transfer, grid.pitch(), distance, radius);
+  if (adjoint.is_flat()) return;
+  // The grid of heights has the correlation; its variance is better known by the panels.
+  Eigen::MatrixXd linear = adjoint.covariance(radius, psd);
+  const Eigen::ArrayXd variance = (answered.colwise() * (weight * s)).colwise().sum().transpose();
+  const Eigen::VectorXd scale = (variance / linear.diagonal().array().max(1e-300)).sqrt();
+  pairs += scale.asDiagonal() * linear * scale.asDiagonal();
 }
 
 RealisationSpread::RealisationSpread(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
@@ -264,6 +285,15 @@ const std::vector<double>& RealisationSpread::edges() const { return tables_->pa
 
 Eigen::ArrayXd RealisationSpread::light(double cut) const {
   return tables_->of_light->from(tables_->place(cut)).sqrt();
+}
+
+Eigen::MatrixXd RealisationSpread::covariance(const SpreadProblem& problem,
+                                              const std::vector<FocalDisc>& discs) {
+  for (const FocalDisc& disc : discs)
+    if (disc.dz != discs.front().dz)
+      throw std::invalid_argument("covariance of light: discs of more than one plane");
+  if (discs.empty()) return {};
+  return Tables(problem, discs, 1, true).pairs;
 }
 
 double RealisationSpread::rms_height(double cut) const {

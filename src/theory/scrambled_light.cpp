@@ -1,7 +1,6 @@
 #include "scrambled_light.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "aberfit/core/constants.h"
@@ -97,84 +96,130 @@ std::vector<ScrambledLight::Moved> ScrambledLight::moved(double f) const {
   return result;
 }
 
-double ScrambledLight::density(std::size_t j, const Eigen::VectorXd& unscattered,
-                               const Eigen::VectorXd& scattered, const Eigen::VectorXd& landing,
-                               double rim) const {
-  const double core = core_[Eigen::Index(j)];
-  // Probability of light that f moves to a point, and what there is at it.
-  struct Moment {
-    double change, unscattered, scattered;
-  };
-  std::array<Moment, kRadii * kAngles> moments;
+Eigen::ArrayXd ScrambledLight::smooth(const Eigen::ArrayXd& transfer, double pitch) const {
+  Eigen::ArrayXd result(shear_.size());
+  for (Eigen::Index i = 0; i < shear_.size(); ++i) {
+    const double place = shear_[i] / pitch;
+    const auto k = Eigen::Index(place);
+    result[i] =
+        k + 1 < transfer.size() ? transfer[k] + (place - double(k)) * (transfer[k + 1] - transfer[k]) : 0;
+  }
+  return result;
+}
+
+ScrambledLight::Light ScrambledLight::light(const Eigen::ArrayXd& transfer, double pitch) const {
+  const Eigen::ArrayXd smooth = this->smooth(transfer, pitch);
+  const double sharp = (smooth.square() * weight_).sum() / scene_.sharpness;
+  return {std::max(0.0, 1 - sharp) * (bessel_ * (smooth * weight_).matrix()).cwiseMax(0.0),
+          (bessel_ * ((smooth * weight_).matrix().asDiagonal() * below_)).cwiseMax(0.0)};
+}
+
+Eigen::MatrixXd ScrambledLight::landing(double rim) const {
+  Eigen::ArrayXd z = kTwoPi * rim * shear_, j0(shear_.size()), j1(shear_.size());
+  bessel_j0_j1(z.data(), int(z.size()), j0.data(), j1.data());
+  const Eigen::ArrayXd disc = rim * j1 / shear_;  // transform of the disc
+  return bessel_ * ((disc * weight_).matrix().asDiagonal() * above_);
+}
+
+// Values on the grid of radii at the points that f moves light from.
+double ScrambledLight::at(const Moved& point, const Eigen::Ref<const Eigen::VectorXd>& values) {
+  if (point.index < 0) return 0;
+  return values[point.index] + point.part * (values[point.index + 1] - values[point.index]);
+}
+
+Eigen::ArrayXd ScrambledLight::pairs(std::size_t j, const Light& light) const {
+  const auto column = Eigen::Index(j);
+  const double below = core_below_[column], scale = scene_.wave_number * scene_.wave_number / scene_.area;
+  const auto scattered = light.scattered.col(column);
+  Eigen::ArrayXd result(kRadii * kAngles);
+  const Moved* point = moved_[j].data();
+  for (int i = 0; i < kRadii; ++i)
+    for (int a = 0; a < kAngles; ++a, ++point) {
+      const double there = at(*point, scattered);
+      result[i * kAngles + a] = scale * ring_[i] / kAngles *
+                                (below * light.perfect[i] * kHalf * there +
+                                 scattered[i] * (kHalf * below * at(*point, light.perfect) + there));
+    }
+  return result;
+}
+
+Eigen::ArrayXd ScrambledLight::differences(std::size_t j, const Light& light,
+                                           const Eigen::Ref<const Eigen::VectorXd>& landing,
+                                           double rim) const {
+  const auto column = Eigen::Index(j);
+  const double core = core_[column];
+  Eigen::ArrayXd result(kRadii * kAngles);
   const Moved* point = moved_[j].data();
   double shift = 0;
   for (int i = 0; i < kRadii; ++i) {
     const double inside = landing[i] + (radius_[i] < rim ? core : 0);
     double mean = 0;
     for (int a = 0; a < kAngles; ++a, ++point) {
-      Moment& moment = moments[std::size_t(i * kAngles + a)];
-      moment = {inside, 0, 0};
-      if (point->index >= 0) {
-        const auto at = [&](const Eigen::VectorXd& values) {
-          return values[point->index] + point->part * (values[point->index + 1] - values[point->index]);
-        };
-        moment = {inside - at(landing) - (point->radius < rim ? core : 0), at(unscattered), at(scattered)};
-      }
-      mean += moment.change;
+      const double change =
+          point->index < 0 ? inside : inside - at(*point, landing) - (point->radius < rim ? core : 0);
+      result[i * kAngles + a] = std::abs(change);
+      mean += change;
     }
-    shift += ring_[i] * (unscattered[i] + scattered[i]) * mean / kAngles;
+    shift +=
+        ring_[i] * (core_below_[column] * light.perfect[i] + light.scattered(i, column)) * mean / kAngles;
   }
-  shift = std::abs(shift);
-  double sum = 0;
-  for (int i = 0; i < kRadii; ++i) {
-    double of_unscattered = 0, of_scattered = 0;
-    for (int a = 0; a < kAngles; ++a) {
-      const Moment& moment = moments[std::size_t(i * kAngles + a)];
-      const double difference = std::abs(moment.change) - shift, square = difference * difference;
-      of_unscattered += kHalf * moment.scattered * square;
-      of_scattered += (kHalf * moment.unscattered + moment.scattered) * square;
-    }
-    sum += ring_[i] * (unscattered[i] * of_unscattered + scattered[i] * of_scattered) / kAngles;
-  }
-  return scene_.wave_number * scene_.wave_number / scene_.area * sum;
+  return result - std::abs(shift);
+}
+
+std::optional<ScrambledLight::Among> ScrambledLight::among(double frequency) const {
+  const double first = std::log(frequency_[0]), step = std::log(frequency_[1]) - first;
+  const double place = std::max(0.0, (std::log(frequency) - first) / step);
+  if (place > kFrequencies) return std::nullopt;  // farther than light moves on the grid
+  const auto k = Eigen::Index(place);
+  const Eigen::Index low = std::min<Eigen::Index>(k, kFrequencies - 1);
+  return Among{low, std::min(low + 1, Eigen::Index(kFrequencies) - 1), place - double(k)};
 }
 
 Eigen::ArrayXXd ScrambledLight::operator()(const Eigen::ArrayXd& frequency, const Eigen::ArrayXd& transfer,
                                            double pitch, double distance,
                                            const std::vector<double>& radius) const {
-  Eigen::ArrayXd smooth(shear_.size());
-  for (Eigen::Index i = 0; i < shear_.size(); ++i) {
-    const double place = shear_[i] / pitch;
-    const auto k = Eigen::Index(place);
-    smooth[i] =
-        k + 1 < transfer.size() ? transfer[k] + (place - double(k)) * (transfer[k + 1] - transfer[k]) : 0;
-  }
-  const double sharp = (smooth.square() * weight_).sum() / scene_.sharpness;
-  const Eigen::VectorXd perfect =
-      std::max(0.0, 1 - sharp) * (bessel_ * (smooth * weight_).matrix()).cwiseMax(0.0);
-  const Eigen::MatrixXd scattered =
-      (bessel_ * ((smooth * weight_).matrix().asDiagonal() * below_)).cwiseMax(0.0);
+  const Light light = this->light(transfer, pitch);
+  Eigen::ArrayXXd known = Eigen::ArrayXXd::Zero(kFrequencies, Eigen::Index(radius.size()));
   Eigen::ArrayXXd result = Eigen::ArrayXXd::Zero(frequency.size(), Eigen::Index(radius.size()));
-  Eigen::ArrayXd z(shear_.size()), j0(shear_.size()), j1(shear_.size());
+  std::vector<Eigen::ArrayXd> pairs;
+  for (std::size_t j = 0; j < kFrequencies; ++j) pairs.push_back(this->pairs(j, light));
   for (std::size_t d = 0; d < radius.size(); ++d) {
     const double rim = radius[d] / (scene_.wavelength * distance);
-    z = kTwoPi * rim * shear_;
-    bessel_j0_j1(z.data(), int(z.size()), j0.data(), j1.data());
-    const Eigen::ArrayXd disc = rim * j1 / shear_;  // transform of the disc
-    const Eigen::MatrixXd landing = bessel_ * ((disc * weight_).matrix().asDiagonal() * above_);
-    Eigen::ArrayXd known(kFrequencies);
+    const Eigen::MatrixXd landing = this->landing(rim);
     for (std::size_t j = 0; j < kFrequencies; ++j)
-      known[Eigen::Index(j)] = density(j, core_below_[Eigen::Index(j)] * perfect,
-                                       scattered.col(Eigen::Index(j)), landing.col(Eigen::Index(j)), rim);
-    const double first = std::log(frequency_[0]), step = std::log(frequency_[1]) - first;
-    for (Eigen::Index i = 0; i < frequency.size(); ++i) {
-      const double place = std::max(0.0, (std::log(frequency[i]) - first) / step);
-      const auto k = Eigen::Index(place);
-      if (place > kFrequencies) continue;  // farther than light moves on the grid
-      const Eigen::Index a = std::min<Eigen::Index>(k, kFrequencies - 1),
-                         b = std::min(a + 1, Eigen::Index(kFrequencies) - 1);
-      result(i, Eigen::Index(d)) = known[a] + (place - double(k)) * (known[b] - known[a]);
+      known(Eigen::Index(j), Eigen::Index(d)) =
+          (pairs[j] * differences(j, light, landing.col(Eigen::Index(j)), rim).square()).sum();
+  }
+  for (Eigen::Index i = 0; i < frequency.size(); ++i)
+    if (const std::optional<Among> place = among(frequency[i]))
+      result.row(i) = known.row(place->low) + place->part * (known.row(place->high) - known.row(place->low));
+  return result;
+}
+
+Eigen::MatrixXd ScrambledLight::covariance(const Eigen::ArrayXd& frequency, const Eigen::ArrayXd& weight,
+                                           const Eigen::ArrayXd& transfer, double pitch, double distance,
+                                           const std::vector<double>& radius) const {
+  const Light light = this->light(transfer, pitch);
+  const auto discs = Eigen::Index(radius.size());
+  Eigen::ArrayXd of_known = Eigen::ArrayXd::Zero(kFrequencies);
+  for (Eigen::Index i = 0; i < frequency.size(); ++i)
+    if (const std::optional<Among> place = among(frequency[i])) {
+      of_known[place->low] += (1 - place->part) * weight[i];
+      of_known[place->high] += place->part * weight[i];
     }
+  std::vector<Eigen::MatrixXd> landings;
+  std::vector<double> rims;
+  for (const double r : radius) {
+    rims.push_back(r / (scene_.wavelength * distance));
+    landings.push_back(landing(rims.back()));
+  }
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(discs, discs), of_discs(kRadii * kAngles, discs);
+  for (std::size_t j = 0; j < kFrequencies; ++j) {
+    for (Eigen::Index d = 0; d < discs; ++d)
+      of_discs.col(d) =
+          differences(j, light, landings[std::size_t(d)].col(Eigen::Index(j)), rims[std::size_t(d)]);
+    const Eigen::VectorXd pairs = of_known[Eigen::Index(j)] * this->pairs(j, light);
+    result += of_discs.transpose() * pairs.asDiagonal() * of_discs;
   }
   return result;
 }

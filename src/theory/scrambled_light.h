@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "aberfit/roughness/psd.h"
@@ -41,6 +42,11 @@ class ScrambledLight {
   /// times pitch [m]; distance: F [m]; radius [m].
   Eigen::ArrayXXd operator()(const Eigen::ArrayXd& frequency, const Eigen::ArrayXd& transfer, double pitch,
                              double distance, const std::vector<double>& radius) const;
+  /// sum over frequencies of weight times M of pairs of discs, (|p - p'| - |e|)^2 replaced by the product of
+  /// the two discs' own differences: light that moves across both edges counts for both. discs x discs.
+  Eigen::MatrixXd covariance(const Eigen::ArrayXd& frequency, const Eigen::ArrayXd& weight,
+                             const Eigen::ArrayXd& transfer, double pitch, double distance,
+                             const std::vector<double>& radius) const;
 
  private:
   // Points q - f, seen from the points q on rings: where they lie on the grid of radii.
@@ -51,8 +57,27 @@ class ScrambledLight {
   void set_shears(double reach);
   void set_radii(double reach);
   std::vector<Moved> moved(double f) const;
-  double density(std::size_t j, const Eigen::VectorXd& unscattered, const Eigen::VectorXd& scattered,
-                 const Eigen::VectorXd& landing, double rim) const;
+  // The mean irradiance by what the frequencies below each of frequency_ leave and spread.
+  struct Light {
+    Eigen::VectorXd perfect;    // unscattered, without its core_below_
+    Eigen::MatrixXd scattered;  // radii x f
+  };
+  Light light(const Eigen::ArrayXd& transfer, double pitch) const;
+  Eigen::ArrayXd smooth(const Eigen::ArrayXd& transfer, double pitch) const;  // at the shears
+  Eigen::MatrixXd landing(
+      double rim) const;  // probability of light at a radius to land in the disc: radii x f
+  static double at(const Moved& point, const Eigen::Ref<const Eigen::VectorXd>& values);
+  // Of the points of frequency j and those that it moves to: k^2/area times the light of both.
+  Eigen::ArrayXd pairs(std::size_t j, const Light& light) const;
+  // |p - p'| - |e| there, of a disc.
+  Eigen::ArrayXd differences(std::size_t j, const Light& light,
+                             const Eigen::Ref<const Eigen::VectorXd>& landing, double rim) const;
+  // Where a frequency lies among frequency_.
+  struct Among {
+    Eigen::Index low = 0, high = 0;
+    double part = 0;
+  };
+  std::optional<Among> among(double frequency) const;
 
   Scene scene_;
   std::vector<double> frequency_;  // where M is computed, ascending

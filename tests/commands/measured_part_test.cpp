@@ -227,7 +227,7 @@ TEST(MeasuredPart, IsCheckedWithTheSameCut) {
                      fitted = to_json(run_map_fit(study, {}), {});
   for (const char* key : {"cut_per_m", "reason", "specified_terms", "spread_in_tolerances"})
     EXPECT_EQ(checked["split"][key], fitted["split"][key]) << key;
-  for (const char* key : {"rms_height_m", "rms_slope_per_axis", "tis"})
+  for (const char* key : {"rms_height_m", "rms_slope_per_axis", "rest_tis"})
     EXPECT_EQ(checked["split"]["scatter"][key], fitted["split"]["scatter"][key]) << key;
   EXPECT_NE(summary_table(run_map_check(study, {})).find("A measured part"), std::string::npos);
 }

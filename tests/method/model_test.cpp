@@ -217,8 +217,9 @@ TEST(Check, TellsTheHarveyShackSpotAndTheErrorsOfSimplerModels) {
   EXPECT_NEAR(scene["ghs"]["ee80_radius_m"].get<double>() / ghs.encircled_energy_radius(0.8, 0), 1, 1e-9);
   EXPECT_NEAR(scene["ghs"]["ee50_radius_m"].get<double>() / ghs.encircled_energy_radius(0.5, 0), 1, 1e-9);
   const double g = 4 * std::numbers::pi * 25.18e-9 / kLambda;
-  EXPECT_NEAR(scene["ghs"]["tis"].get<double>(), 1 - std::exp(-g * g), 1e-12);
-  EXPECT_NEAR(scene["ghs"]["core_share"].get<double>(), std::exp(-g * g), 1e-12);
+  EXPECT_DOUBLE_EQ(scene["tis"].get<double>(), ghs.tis());
+  EXPECT_NEAR(scene["tis"].get<double>(), 1 - std::exp(-g * g), 1e-3);  // of normal incidence
+  EXPECT_NEAR(scene["ghs"]["core_share"].get<double>(), 1 - ghs.tis(), 1e-12);
   const double slope = std::numbers::pi * 25.18e-9 * std::hypot(2.5, 19.96);
   // Aperture-exact rays: wider than 2 f slope sqrt(2 ln 10) by 1/(32 N^2).
   const double rays = scene["rays_ee90_radius_m"].get<double>();
@@ -228,6 +229,41 @@ TEST(Check, TellsTheHarveyShackSpotAndTheErrorsOfSimplerModels) {
   EXPECT_EQ(scene["model_error"].size(), 2u);
   EXPECT_NEAR(scene["paper_ratio_r"].get<double>(), 1.84, 0.01);  // a quarter of the R of 100 nm
   EXPECT_EQ(scene["paper_verdict"], "unclear");
+}
+
+// Every number of the name, wherever it stands.
+void collect_tis(const ordered_json& json, std::vector<double>* found) {
+  for (const auto& item : json.items()) {
+    if (json.is_object() && item.key() == "tis" && item.value().is_number())
+      found->push_back(item.value().get<double>());
+    if (item.value().is_structured()) collect_tis(item.value(), found);
+  }
+}
+
+// f/0.8, where the rim is met at 17 degrees; a sphere; a band above 1/wavelength; slow.
+TEST(Check, TisIsOneNumberOfOneResult) {
+  for (
+      const char* scene :
+      {R"("mirror": {"focal_length": "0.32 m"}, "roughness": {"psd": {"model": "k-correlation", "rms": "30 nm",
+            "B": "20 mm", "exponent": 3, "f_min": "5 /m", "f_max": "100 /m"}})",
+       R"("mirror": {"focal_length": "4 m", "conic": 0}, "roughness": {"psd": {"model": "uniform",
+            "rms": "12 nm", "f_min": "5 /m", "f_max": "50 /m"}})",
+       R"("mirror": {"focal_length": "0.6 m"}, "roughness": {"psd": {"model": "uniform", "rms": "40 nm",
+            "f_min": "1000 /m", "f_max": "4e6 /m"}})",
+       R"("mirror": {"focal_length": "20 m"}, "roughness": {"psd": {"model": "power-law", "rms": "9 nm",
+            "exponent": 2.2, "f_min": "5 /m", "f_max": "200 /m"}})"}) {
+    const Study study = parse_study(
+        R"({"aberfit": 1, "aperture": {"shape": "circle", "diameter": "0.4 m"},
+            "light": {"wavelength": "632.8 nm"}, "target": {"theory": "ghs", "statistics": {"ee80": {}}}, )" +
+            std::string(scene) + "}",
+        "study.json");
+    const ordered_json result = check(study);
+    std::vector<double> found;
+    collect_tis(result["scene"], &found);
+    ASSERT_GE(found.size(), 2u) << scene;
+    for (const double tis : found) EXPECT_EQ(tis, found[0]) << scene;
+    EXPECT_NEAR(result["scene"]["ghs"]["core_share"].get<double>(), 1 - found[0], 1e-15);
+  }
 }
 
 TEST(Check, PrintsThePapersTableWithBothVerdicts) {

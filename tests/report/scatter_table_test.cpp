@@ -7,9 +7,11 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
 
+#include "aberfit/report/band_shares.h"
 #include "aberfit/roughness/psd_integrals.h"
 #include "aberfit/roughness/psd_table.h"
 
@@ -69,7 +71,11 @@ TEST(ScatterCsv, ReadsBackToTheTable) {
 }
 
 TEST(ScatterCsv, SaysWhatItIsOf) {
-  ScatterExport scatter = export_of(KCorrelationPsd{11e-9, 0.3, 2.8, 6, 200});
+  const KCorrelationPsd long_waves{11e-9, 0.3, 2.8, 6, 200};
+  ScatterExport scatter = export_of(long_waves);
+  AbgOptions free;  // of the knee at 0.3 m
+  free.least_b = 1e-30;
+  scatter.abg = {fit_abg(ScatterFunction(RadialPsd(long_waves), kLambda), free)};
   const std::string text = scatter_csv(scatter);
   EXPECT_NE(text.find("# a mirror of two lines\n"), std::string::npos);
   EXPECT_DOUBLE_EQ(number_after(text, "wavelength_m = "), kLambda);
@@ -85,8 +91,10 @@ TEST(ScatterCsv, SaysWhatItIsOf) {
   // The fit goes on beyond 200 /m.
   ASSERT_GT(std::abs(fit.tis / scatter.table.tis - 1), 0.1);
   EXPECT_NE(text.find("the model goes on outside the range"), std::string::npos);
-  ASSERT_TRUE(fit.at_least_b);
-  EXPECT_NE(text.find("B rests on the least allowed value"), std::string::npos);
+  ASSERT_FALSE(fit.at_least_b);
+  const ScatterExport shorter = export_of(KCorrelationPsd{11e-9, 0.016, 2.8, 6, 200});
+  ASSERT_TRUE(shorter.abg[0].at_least_b && shorter.abg[0].describes());
+  EXPECT_NE(scatter_csv(shorter).find("B rests on the least allowed value"), std::string::npos);
   EXPECT_EQ(text.find("orders beyond 90 degrees"), std::string::npos);
 
   scatter.has_terms = false;
@@ -99,6 +107,32 @@ TEST(ScatterCsv, SaysWhatItIsOf) {
   EXPECT_EQ(alone.find("PSD:"), std::string::npos);
   EXPECT_NE(scatter_csv(export_of(UniformPsd{5e-8, 0, 1.5e6})).find("orders beyond 90 degrees"),
             std::string::npos);
+}
+
+// Two knees, two bands, two Gaussians, a knee at a smaller sine than B allows: no one knee and exponent does.
+TEST(ScatterCsv, AModelThatDescribesNothingIsNotPrintedAsOne) {
+  const std::vector<PsdModel> models{
+      SumPsd{{KCorrelationPsd{10e-9, 1e-2, 6, 1, 1e6}, KCorrelationPsd{3e-10, 1e-5, 6, 1, 1e6}}},
+      SumPsd{{UniformPsd{20e-9, 100, 1e3}, UniformPsd{1e-9, 1e3, 2e5}}},
+      SumPsd{{GaussianPsd{10e-9, 1e-2}, GaussianPsd{10e-9, 1e-4}}}, KCorrelationPsd{11e-9, 0.3, 2.8, 6, 200}};
+  for (const PsdModel& model : models) {
+    const ScatterExport scatter = export_of(model);
+    const AbgFit& fit = scatter.abg[0];
+    ASSERT_TRUE(fit.found);
+    ASSERT_GT(fit.largest_error, kUsableAbg) << model.index();
+    EXPECT_FALSE(fit.describes());
+    const std::string text = scatter_csv(scatter);
+    EXPECT_NE(text.find("# No ABg model"), std::string::npos);
+    EXPECT_NE(text.find("use the table"), std::string::npos);
+    EXPECT_EQ(text.find("BSDF = A"), std::string::npos);
+    BandShares shares;
+    const nlohmann::ordered_json json =
+        to_json(shares, ScatterOfRest{scatter.table, {fit}, {}}, {})["scatter"]["abg"][0];
+    EXPECT_EQ(json["describes"], false);
+    for (const char* key : {"a_per_sr", "b", "g", "abg_tis"}) EXPECT_TRUE(json[key].is_null()) << key;
+    EXPECT_NEAR(json["largest_error"].get<double>(), fit.largest_error, 1e-9);
+  }
+  EXPECT_TRUE(export_of(KCorrelationPsd{1e-9, 1e-4, 2.5, 1, 1e6}).abg[0].describes());
 }
 
 TEST(ScatterCsv, ParametersAreThoseOfThePsd) {

@@ -1,15 +1,21 @@
 // Several surfaces, air and motion: each against its own law.
 #include "aberfit/specify/contributors.h"
 
+#include <fftw3.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
+#include <cstdio>
 #include <numbers>
+#include <random>
+#include <vector>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/study/read_study.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
 
 namespace aberfit {
 namespace {
@@ -46,7 +52,19 @@ TEST(Contributors, TwoEqualSurfacesAreOneOfSqrtTwo) {
   EXPECT_TRUE(one.uses.empty());
 }
 
-// D'(x) = cos^2 D(footprint x): a beam of a third of the width sees a third of the shear.
+Eigen::ArrayXd mean_structure(const RadialPsd& psd, const Eigen::ArrayXd& shears, double incidence) {
+  constexpr int kDirections = 90;
+  const double cosine = std::cos(incidence);
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(shears.size());
+  for (int k = 0; k < kDirections; ++k) {
+    const double t = 0.5 * pi * (k + 0.5) / kDirections;
+    sum += structure_function(psd, shears * std::hypot(std::cos(t) / cosine, std::sin(t)));
+  }
+  return cosine * cosine * sum / kDirections;
+}
+
+// D'(x) = cos^2 D(footprint |(x cos t/cos, x sin t)|), in the mean over directions t: a beam of a third of
+// the width sees a third of the shear, and 1/cos more along the plane of incidence.
 TEST(Contributors, BeamOnAnotherSurface) {
   PowerLawPsd by_amplitude;
   by_amplitude.amplitude = 1e-20;
@@ -66,15 +84,127 @@ TEST(Contributors, BeamOnAnotherSurface) {
   for (const PsdModel& model : models) {
     const OtherSurface surface{"secondary", model, 0.3, 0.5, false};
     const Eigen::ArrayXd ours = structure_function(RadialPsd(in_pupil(surface)), kShears),
-                         law =
-                             std::pow(std::cos(0.5), 2) * structure_function(RadialPsd(model), 0.3 * kShears);
-    EXPECT_LT((ours / law - 1).abs().maxCoeff(), 1e-9) << model.index();
+                         law = mean_structure(RadialPsd(model), 0.3 * kShears, 0.5);
+    EXPECT_LT((ours / law - 1).abs().maxCoeff(), 1e-5) << model.index();
     OtherSurface wavefront = surface;
     wavefront.is_wavefront = true;
     EXPECT_LT((structure_function(RadialPsd(in_pupil(wavefront)), kShears) / ours - 0.25).abs().maxCoeff(),
               1e-9);
   }
 }
+
+// Light in circles of a flat pupil with a fold mirror at an angle, drawn: Gaussian heights of the fold's own
+// surface on a grid whose steps along the plane of incidence are 1/cos longer, a path of 2 h cos,
+// Fraunhofer's pattern summed exactly over discs.
+class DrawnFold {
+ public:
+  DrawnFold(const RadialPsd& psd, double incidence, const Eigen::ArrayXd& radii)
+      : cosine_(std::cos(incidence)), field_(kSide * kSide), heights_(field_), amplitude_(kSide * kSide) {
+    const double step = 1 / (kSide * kPitch), scale = kPitch / (kLambda * 2.8);
+    kernel_.resize(radii.size(), kSide * kSide);
+    for (int k = 0; k < kSide * kSide; ++k) {
+      const int i = signed_index(k / kSide), j = signed_index(k % kSide);
+      const double nu = scale * std::hypot(i, j);
+      for (Eigen::Index r = 0; r < radii.size(); ++r)
+        kernel_(r, k) = scale * scale *
+                        (k == 0 ? pi * radii[r] * radii[r] : radii[r] * ::j1(2 * pi * radii[r] * nu) / nu);
+      // The PSD over the cell of the frequency, of which one side is shorter by the cosine.
+      double power = 0;
+      for (const double a : {-0.375, -0.125, 0.125, 0.375})
+        for (const double b : {-0.375, -0.125, 0.125, 0.375})
+          power += psd(std::hypot(cosine_ * step * (i + a), step * (j + b))) / 16;
+      amplitude_[std::size_t(k)] = std::sqrt(power * cosine_ * step * step);
+    }
+  }
+  /// What roughness takes from the light in the circles, in the mean over draws.
+  Eigen::ArrayXd change(int draws) {
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> normal;
+    Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(kernel_.rows());
+    for (int draw = 0; draw < draws; draw += 2) {
+      for (std::size_t k = 0; k < heights_.size(); ++k) {
+        const double x = normal(random), y = normal(random);
+        heights_[k] = amplitude_[k] * std::complex<double>(x, y);
+      }
+      transform(&heights_);
+      sum += light([](const std::complex<double>& h) { return h.real(); });
+      sum += light([](const std::complex<double>& h) { return h.imag(); });
+    }
+    return sum / draws - light([](const std::complex<double>&) { return 0.0; });
+  }
+
+ private:
+  static constexpr int kCells = 64, kSide = 2 * kCells;
+  static constexpr double kPitch = 0.4 / kCells, kLambda = 632.8e-9;
+  static int signed_index(int i) { return i < kCells ? i : i - kSide; }
+  static void transform(std::vector<std::complex<double>>* values) {
+    auto* raw = reinterpret_cast<fftw_complex*>(values->data());
+    fftw_plan plan = fftw_plan_dft_2d(kSide, kSide, raw, raw, FFTW_FORWARD, FFTW_ESTIMATE);
+    fftw_execute(plan);
+    fftw_destroy_plan(plan);
+  }
+  template <typename Part>
+  Eigen::ArrayXd light(const Part& part) {
+    std::fill(field_.begin(), field_.end(), 0);
+    double total = 0;
+    for (int i = 0; i < kCells; ++i)
+      for (int j = 0; j < kCells; ++j) {
+        if (std::hypot(i + 0.5 - kCells / 2, j + 0.5 - kCells / 2) > kCells / 2) continue;
+        const auto k = std::size_t(i * kSide + j);
+        field_[k] = std::polar(1.0, -4 * pi / kLambda * cosine_ * part(heights_[k]));
+        total += 1;
+      }
+    transform(&field_);
+    for (auto& value : field_) value = std::norm(value);
+    transform(&field_);
+    Eigen::VectorXd lags(kSide * kSide);
+    for (Eigen::Index k = 0; k < lags.size(); ++k) lags[k] = field_[std::size_t(k)].real();
+    return (kernel_ * lags).array() / (total * kSide * kSide);
+  }
+
+  double cosine_;
+  std::vector<std::complex<double>> field_, heights_;
+  std::vector<double> amplitude_;
+  Eigen::MatrixXd kernel_;  // radii x lags
+};
+
+// Radius at which a curve reaches a share, log-linear.
+double radius_at(const Eigen::ArrayXd& radii, const Eigen::ArrayXd& light, double share) {
+  for (Eigen::Index k = 1; k < light.size(); ++k)
+    if (light[k] >= share)
+      return radii[k - 1] *
+             std::pow(radii[k] / radii[k - 1], (share - light[k - 1]) / (light[k] - light[k - 1]));
+  return std::nan("");
+}
+
+// At 45 and 60 degrees, of a knee, a uniform band and a power law.
+void expect_folds_as_drawn(int draws, double tolerance) {
+  const PsdModel models[] = {KCorrelationPsd{50e-9, 0.05, 3, 5, 35}, UniformPsd{45e-9, 5, 30},
+                             PowerLawPsd{60e-9, {}, 2.5, 5, 35}};
+  const Eigen::ArrayXd radii = Eigen::ArrayXd::LinSpaced(12, std::log(4e-6), std::log(120e-6)).exp();
+  for (const double degrees : {45.0, 60.0})
+    for (const PsdModel& model : models) {
+      const OtherSurface fold{"fold", model, 1, degrees * pi / 180, false};
+      const auto mean = [&](const RadialPsd& psd) {
+        return Eigen::ArrayXd(radii.unaryExpr(
+            [spot = GeneralisedHarveyShack(psd, {2.8, -1, {}}, CircleAperture{0.4}, 632.8e-9).at_plane(0)](
+                double radius) { return spot.encircled_energy(radius); }));
+      };
+      const Eigen::ArrayXd ours = mean(RadialPsd(in_pupil(fold))),
+                           perfect = mean(RadialPsd(UniformPsd{1e-14, 5, 40})),
+                           drawn = perfect + DrawnFold(RadialPsd(model), fold.incidence, radii).change(draws);
+      EXPECT_LT((ours - drawn).abs().maxCoeff(), 0.01) << degrees << " " << model.index();
+      EXPECT_NEAR(radius_at(radii, ours, 0.8) / radius_at(radii, drawn, 0.8), 1, tolerance)
+          << degrees << " " << model.index();
+      const double old = radius_at(radii, mean(RadialPsd(model).scaled(std::cos(fold.incidence))), 0.8);
+      std::printf("%g degrees, PSD %zu: ee80 %.4f of the draws, as if the footprint were round %.3f\n",
+                  degrees, model.index(), radius_at(radii, ours, 0.8) / radius_at(radii, drawn, 0.8),
+                  old / radius_at(radii, drawn, 0.8));
+    }
+}
+
+TEST(Contributors, AFoldIsItsDraws) { expect_folds_as_drawn(60, 0.03); }
+TEST(FullStatistics, AFoldIsAThousandDrawsOfIt) { expect_folds_as_drawn(1000, 0.01); }
 
 // Fried's 6.88 (x/r0)^(5/3) of the phase 4 pi h/lambda.
 TEST(Contributors, AtmosphereIsKolmogorovs) {

@@ -18,10 +18,14 @@ struct ScatterExport {
   bool has_terms = true;         ///< false where no terms go with it and the whole PSD is scatter
 };
 
+/// What takes the place of the numbers of an ABg fit that does not describe its function: the range, by how
+/// much the nearest model is off, and what to use. No full stop.
+std::string no_abg(const AbgFit& fit);
+
 /// scatter.csv: columns theta_rad,asf_per_sr,bsdf_per_sr,tis_within, after comment lines ('#') that say of
-/// what wavelength, band, RMS height, slope and TIS the table is, what its columns are, every ABg fit with
-/// its range and errors, the parameters of the PSD where it has some, and how it goes together with the
-/// terms. SI units and radians.
+/// what wavelength, band, RMS height, slope and TIS the table is, what its columns are, every ABg fit that
+/// describes it with its range and errors, the parameters of the PSD where it has some, and how it goes
+/// together with the terms. SI units and radians.
 std::string scatter_csv(const ScatterExport& scatter);
 
 /// The PSD of the rest as a table for any program: comment lines, the names frequency_per_m,psd_2d_m4, and

@@ -20,7 +20,8 @@ struct MeasuredFocus {
   double pixel = 0;  ///< side of the square pixels of an image, or that a curve was counted with; 0: none [m]
   double reach = 0;  ///< what is further from the centre is left out [m]; 0: nothing
   /// Standard deviation of a share [1], of a pixel [unit of the image]. Absent: as the curve's file says, of
-  /// an image from its rim; where neither does, of one mirror 0.001, else from the residuals.
+  /// an image from its rim; where neither does, from the residuals, of one mirror no less than 0.001 of the
+  /// light or of the brightest pixel, of a mean 0.0001.
   std::optional<double> noise;
   std::optional<double> gain;  ///< of an image: photoelectrons in its unit, which have shot noise
   bool is_total_known = true;  ///< of a curve: shares are of all of the light; else of an unknown part
@@ -62,7 +63,9 @@ struct PsdOfFocus {
   double noise_factor = 1;  ///< of what was taken for the noise: root of chi_squared over degrees of freedom
   double chi_squared = 0;
   int degrees_of_freedom = 0;
-  double goodness = 0;                ///< chance of a larger chi_squared; NaN where the noise was not known
+  /// Chance of a larger chi_squared; where the noise was not known, that noise would have as much of the
+  /// form that the residuals have.
+  double goodness = 0;
   double dz = 0;                      ///< [m]
   double centre_x = 0, centre_y = 0;  ///< of an image [pixels, from its lower left one]
   Eigen::ArrayXd radius;              ///< of a circle, or mean one of a ring's pixels [m]; ascending
@@ -79,24 +82,21 @@ struct PsdOfFocus {
 /// ring (pixels exactly, of light that is symmetric about its centre), over the logarithms of the unknowns,
 /// with exact derivatives (theory/psd_jacobian.h). Known aberrations are those of the task's mirror.
 ///
-/// Of one mirror, deviations from the mean light (`RealisationSpread`) count as noise whose correlation
-/// between radii falls as exp(-|ln(r/r')|/kSpreadLength); measured on draws, see `kSpreadLength`. They are
+/// Of one mirror, deviations from the mean light count as noise with the covariance that theory gives them
+/// (`RealisationSpread::covariance`). They are
 /// those of `mirrors_at`, the task without what is averaged over within an exposure (air, jitter): more than
 /// the blurred light has.
 /// A number is identified where the profile of the sum of squares rises to the confidence on both sides
-/// within a factor of 1000 of its start, of exponents 10. Warnings `not-identified`, `poor-fit` (goodness
-/// below 1e-3). Throws FieldError for data and starts that cannot be used, ComputationError where the start
-/// has no prediction.
+/// within a factor of 1000 of its start, of exponents 10. Warnings `not-identified`, `poor-fit`: goodness
+/// below 1e-3, or, of a noise that nobody knows, below 0.02. Then the likelihood is asked whether part of all
+/// light, another plane, another centre or another scale of the radii, or anything smooth along the curve
+/// would leave residuals of less form, and the message has the remedy of the one that does best. Throws
+/// FieldError for data and starts that cannot be used, ComputationError where the start has no prediction.
 PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
                             const std::vector<SolveUnknown>& unknowns, const MeasuredFocus& focus,
                             const RunContext& context);
 /// Of a task that stands still.
 PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
                             const MeasuredFocus& focus, const RunContext& context);
-
-/// Chosen on 100 drawn mirrors (annulus, k-correlation, g = 0.9; tests/specify/psd_of_focus_test.cpp):
-/// deviations of height and correlation are 1.12 and 1.00 of what is predicted, with 1 in its place 1.28 and
-/// 0.87.
-inline constexpr double kSpreadLength = 2;
 
 }  // namespace aberfit

@@ -24,6 +24,11 @@ struct AbgOptions {
   double least_b = 1.01e-12;
 };
 
+/// Error of an ABg model, at the angle where it is largest, up to which it may stand for the scatter
+/// function: a factor of two, which is what estimates of stray light leave as margin for each scatter model.
+/// A model beyond takes all of that margin by its form alone, where the table costs nothing.
+inline constexpr double kUsableAbg = 1;
+
 /// The ABg model nearest to a scatter function over a range of angles, and what it misses.
 struct AbgFit {
   bool found = false;                   ///< false where there is no light to fit
@@ -35,6 +40,9 @@ struct AbgFit {
   double light_in_range = 0;  ///< of the scatter function, share of all light between the two angles
   double model_in_range = 0;  ///< of the model between them
   bool at_least_b = false;    ///< b rests on `least_b`: the function may go on rising below b^(1/g)
+
+  /// Whether the model may stand for the function: found, and nowhere off by more than `kUsableAbg`.
+  bool describes() const { return found && largest_error <= kUsableAbg; }
 };
 
 /// Least squares of log BSDF over the log of the sine. An automatic range starts where a thousandth of the

@@ -69,6 +69,14 @@ class RealisationSpread {
   RealisationSpread(RealisationSpread&&) noexcept;
   RealisationSpread& operator=(RealisationSpread&&) noexcept;
 
+  /// Covariance over mirrors of the light in discs of one plane, of draws of the whole roughness: each of the
+  /// three terms with the answers of two discs in place of the square of one. It has no length of its own: a
+  /// frequency that carries light across both edges moves both shares alike, and a mirror has no more
+  /// independent departures than frequencies that move light. discs x discs; the roots of the diagonal are
+  /// `light` at `lowest`, to rounding. Throws as the constructor, and std::invalid_argument for discs of more
+  /// than one plane.
+  static Eigen::MatrixXd covariance(const SpreadProblem& problem, const std::vector<FocalDisc>& discs);
+
   /// Standard deviation of the light in each disc [1]. cut: [cycles/m]; below `lowest` that at `lowest`; 0
   /// from `highest` on.
   Eigen::ArrayXd light(double cut) const;

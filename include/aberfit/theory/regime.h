@@ -19,7 +19,10 @@ struct SceneNumbers {
   double g = 0;                   ///< 4 pi sigma / lambda, sigma = relevant_rms_height
   double kappa =
       0;  ///< how nearly quadratic the structure function is where it matters; >= 0.85: rays are right
-  double tis = 0;                 ///< total integrated scatter 1 - exp(-g^2)
+  /// Total integrated scatter, the share of the mirror's light that its roughness scatters: 1 - exp(-g^2) of
+  /// normal incidence; the steps of a method that predict the light put the mirror's own in its place, with
+  /// the incidence of every point of the aperture (`GeneralisedHarveyShack::tis`).
+  double tis = 0;
   double paper_ratio_r = 0;       ///< 2 sigma D / (1.22 lambda l_c): shown, decides nothing
   double realisation_spread = 0;  ///< 0.65 / sqrt(n_eff): relative spread of ee90 between draws
   double airy_ee90 =
