@@ -81,6 +81,41 @@ bool left_by_one_step(const Grid& height, const Level& level, double step) {
   return beside > 0 && double(one_step) >= kLeftByOneStep * double(beside);
 }
 
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Whether a surface crosses this height along lines, as that of an astigmatism crosses zero: the points have
+// no area, and their neighbours are as far from them as from the next ones.
+bool is_crossed(const Grid& height, double level) {
+  constexpr double kInside = 0.25, kContinuous = 2;
+  const auto at = [&](Index r, Index c) {
+    return r < 0 || c < 0 || r >= height.rows() || c >= height.cols() ? kNaN : height(r, c);
+  };
+  Index points = 0, inside = 0;
+  std::vector<double> to_level, onwards;
+  for (Index row = 0; row < height.rows(); ++row)
+    for (Index column = 0; column < height.cols(); ++column) {
+      if (height(row, column) != level) continue;
+      ++points;
+      bool alone = true;
+      for (const auto& [down, right] : {std::pair<Index, Index>(-1, 0), {1, 0}, {0, -1}, {0, 1}}) {
+        const double beside = at(row + down, column + right), next = at(row + 2 * down, column + 2 * right);
+        if (!std::isfinite(beside) || beside == level) continue;
+        alone = false;
+        if (!std::isfinite(next) || next == level) continue;
+        to_level.push_back(std::abs(beside - level));
+        onwards.push_back(std::abs(next - beside));
+      }
+      if (alone) ++inside;
+    }
+  return double(inside) < kInside * double(points) &&
+         median_of(std::move(to_level)) <= kContinuous * median_of(std::move(onwards));
+}
+
 // The most frequent height that is padding; none where there is none.
 std::optional<Level> most_frequent_padding(const Grid& height, const std::vector<double>& sorted,
                                            double many) {
@@ -90,7 +125,7 @@ std::optional<Level> most_frequent_padding(const Grid& height, const std::vector
             [](const Level& a, const Level& b) { return a.points > b.points; });
   for (const Level& level : levels.frequent)
     if (double(level.points) > kStandsOut * double(level.most_beside) &&
-        !left_by_one_step(height, level, levels.step))
+        !left_by_one_step(height, level, levels.step) && !is_crossed(height, level.height))
       return level;
   return std::nullopt;
 }

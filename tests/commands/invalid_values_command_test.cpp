@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "aberfit/core/text.h"
 #include "aberfit/roughness/random_surface.h"
 #include "study/run_program.h"
 #include "study/scratch_folder.h"
@@ -47,6 +48,14 @@ ordered_json psd(const ScratchFolder& folder, const std::string& words) {
   return ordered_json::parse(read_file(folder.file("out/result.json")));
 }
 
+// What was printed, its lines joined.
+std::string printed(const ScratchFolder& folder) {
+  std::string text;
+  for (const std::string_view word : words(read_file(folder.file("stdout.txt"))))
+    text += std::string(word) + ' ';
+  return text;
+}
+
 TEST(InvalidValues, MakeOfAPaddedMapTheOneWithHoles) {
   const ScratchFolder folder;
   folder.write("holes.txt", padded_map({"nan"}));
@@ -68,7 +77,7 @@ TEST(InvalidValues, MakeOfAPaddedMapTheOneWithHoles) {
     EXPECT_EQ(read["measurements"][0]["clear"]["aperture"], truth["measurements"][0]["clear"]["aperture"]);
     EXPECT_GT(read["measurements"][0]["clear"]["said_invalid"], 1000);
     EXPECT_FALSE(warning(read, "padding"));
-    const std::string text = read_file(folder.file("stdout.txt"));
+    const std::string text = printed(folder);
     EXPECT_NE(text.find("with a value of `invalid` made holes"), std::string::npos) << text;
   }
 }
@@ -100,8 +109,7 @@ TEST(InvalidValues, ThatNoSampleHasAreToldAsSuch) {
   const ScratchFolder folder;
   folder.write("map.txt", padded_map({"nan"}));
   EXPECT_EQ(psd(folder, "map.txt --invalid -32768")["measurements"][0]["clear"]["said_invalid"], 0);
-  EXPECT_NE(read_file(folder.file("stdout.txt")).find("no sample has a value of `invalid`"),
-            std::string::npos);
+  EXPECT_NE(printed(folder).find("no sample has a value of `invalid`"), std::string::npos);
   EXPECT_EQ(run_program(folder, "psd map.txt --invalid none --no-plots"), 2);
 }
 

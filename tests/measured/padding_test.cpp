@@ -122,6 +122,24 @@ TEST(Padding, RoundedHeightsAreNone) {
       }
 }
 
+// Exact zeros of surfaces that are computed: along axes, diagonals, a middle row.
+TEST(Padding, LinesThatASurfaceCrossesAreNone) {
+  const std::vector<std::function<double(double, double)>> surfaces = {
+      [](double x, double y) { return x * y; }, [](double x, double y) { return x * x - y * y; },
+      [](double x, double y) { return y * (3 * (x * x + y * y) - 2); },
+      [](double x, double y) { return std::sin(6 * x) * std::sin(6 * y); },
+      [](double, double y) { return y * y * y; }};
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    HeightMap map;
+    map.height.resize(65, 65);  // an odd number of points: one row and one column on the axes
+    map.pitch_x = map.pitch_y = 1.0 / 32;
+    map.x0 = map.y0 = -1;
+    for (Eigen::Index r = 0; r < 65; ++r)
+      for (Eigen::Index c = 0; c < 65; ++c) map.height(r, c) = 1e-7 * surfaces[i](map.x(c), map.y(r));
+    EXPECT_TRUE(find_padding(map).empty()) << i;
+  }
+}
+
 TEST(Padding, OfContinuousHeightsAConstantMapOrAnEmptyOneThereIsNone) {
   Draws draws(6);
   EXPECT_TRUE(find_padding(map_of([&](double, double) { return draws.normal(); })).empty());

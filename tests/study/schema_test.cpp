@@ -160,6 +160,7 @@ TEST(StudySchema, KnowsEveryKeyThatTheReaderTakes) {
                           "pitch",
                           "scale",
                           "mask",
+                          "invalid",
                           "erode",
                           "length",
                           "outliers",
@@ -285,7 +286,9 @@ TEST_F(SchemaValidator, AgreesWithTheReader) {
       {"annulus",
        test::changed("/aperture", R"({"shape": "annulus", "diameter": "4e-1 m", "inner_diameter": 0.1})")},
       {"clear aperture of a map",
-       test::changed("/target", R"({"map": {"file": "map.csv", "erode": 2, "outliers": "reject", "aperture":
+       test::changed(
+           "/target",
+           R"({"map": {"file": "map.csv", "invalid": [0, -9999], "erode": 2, "outliers": "reject", "aperture":
                                    {"shape": "annulus", "diameter": "95 %", "inner_diameter": 0.01, "centre": [0, "1 mm"]}}})")},
       {"polygon",
        test::changed("/aperture", R"({"shape": "polygon", "vertices": [[0, 0], ["1 m", 0], [0, 1]]})")},
