@@ -30,7 +30,7 @@ struct MapPanels {
 /// The light of one surface in the focus z = f, about the nominal focus. NaN: no such value.
 struct LitSurface {
   std::string obstacle;  ///< why it has no light, a clause; empty: it has
-  /// Highest irradiance over that of the same pupil without any height; NaN where cells are not square.
+  /// Highest irradiance over that of the same pupil without any height, as StrehlRatio of a surface.
   double strehl = kNaN;
   double ee50 = kNaN, ee80 = kNaN, ee90 = kNaN;  ///< radii [m]
   double spot_fwhm = kNaN;                       ///< of the line spread, mean of x and y [m]

@@ -15,7 +15,7 @@ namespace aberfit {
 /// in all of an overlap, some 1e-3 of the scattered light at f/2. Const use from many threads.
 class AberratedLight {
  public:
-  /// Cells: 256 across, and so many that the phase of the aberration turns by at most a quarter of a turn
+  /// Cells: 128 across, and so many that the phase of the aberration turns by at most a quarter of a turn
   /// between neighbours, at most 2048 a side. Throws ComputationError beyond that, and as
   /// GeneralisedHarveyShack does.
   explicit AberratedLight(const GhsPupil& pupil);
@@ -23,7 +23,7 @@ class AberratedLight {
   /// Highest irradiance, and that on the axis, with the mean scatter of `psd`.
   DiffractionPeak peak(const RadialPsd& psd) const;
   /// Centroid of the light in the focus [m]: scatter, which is isotropic, does not move it. That of the rays
-  /// of the mirror without roughness, which is that of its waves.
+  /// of the mirror without roughness and without GhsOptions::departure, which is that of its waves.
   std::array<double, 2> centroid() const { return centroid_; }
   /// Radius [m] that holds half of the light in the focus, about the nominal focus and about the centroid.
   struct HalfLight {
