@@ -29,6 +29,7 @@ FocusResiduals::FocusResiduals(const Eigen::VectorXd& residuals, const Eigen::Ma
   turn_ = axes.eigenvectors().transpose() * over.asDiagonal();
   own_ = axes.eigenvalues().array().max(0.0);
   values_ = turn_ * residuals;
+  (over.array() * residuals.array()).abs().maxCoeff(&farthest_);
   design_ = turn_ * design;
   least_ = std::log(least);
   most_ = std::max(least_, std::log(std::max(values_.cwiseAbs().maxCoeff(), 1e-300)) + 1) + 1;
@@ -67,9 +68,14 @@ double FocusResiduals::level() const {
   return std::exp(log_level);
 }
 
-double FocusResiduals::chance(const Eigen::MatrixXd& columns) const {
+double FocusResiduals::chance(const Eigen::MatrixXd& columns, std::optional<Eigen::Index> without) const {
   // In the metric of the noise alone, what the design does not have already.
-  Eigen::MatrixXd design = design_;
+  Eigen::MatrixXd plain = design_;
+  if (without) {
+    plain.conservativeResize(Eigen::NoChange, plain.cols() + 1);
+    plain.rightCols(1) = turn_.col(*without).normalized();
+  }
+  Eigen::MatrixXd design = plain;
   for (Eigen::Index c = 0; c < columns.cols(); ++c) {
     const Eigen::VectorXd column = turn_ * columns.col(c);
     const Eigen::VectorXd rest =
@@ -78,10 +84,10 @@ double FocusResiduals::chance(const Eigen::MatrixXd& columns) const {
     design.conservativeResize(Eigen::NoChange, design.cols() + 1);
     design.rightCols(1) = rest / rest.norm();
   }
-  const double more = double(design.cols() - design_.cols()), data = double(values_.size());
+  const double more = double(design.cols() - plain.cols()), data = double(values_.size());
   const double freedom = data - double(design.cols());
   if (!(more > 0 && freedom > 0)) return 1;
-  const double ratio = best(design_, &Fit::likelihood, nullptr) - best(design, &Fit::likelihood, nullptr);
+  const double ratio = best(plain, &Fit::likelihood, nullptr) - best(design, &Fit::likelihood, nullptr);
   return tail_of_f(freedom / more * std::expm1(std::max(0.0, ratio) / data), more, freedom);
 }
 
@@ -103,6 +109,12 @@ ResidualVerdict verdict_of(const FocusResiduals& residuals, const std::vector<De
     const bool names_none = &departure == &departures.back();
     if (chance < verdict.chance && !(names_none && verdict.chance < poor)) verdict.remedy = departure.remedy;
     verdict.chance = std::min(verdict.chance, chance);
+  }
+  if (verdict.chance < poor) {
+    double without = 1;
+    for (const Departure& departure : departures)
+      without = std::min(without, count * residuals.chance(departure.of_light, residuals.farthest()));
+    if (without >= poor) verdict.datum = residuals.farthest();
   }
   if (verdict.remedy.empty() && !departures.empty()) verdict.remedy = departures.back().remedy;
   return verdict;

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,7 +27,11 @@ class FocusResiduals {
 
   /// The chance that residuals of this noise alone would ask for columns more, as much as these do: the F
   /// distribution of the likelihood ratio, exact where C is zero. 1 where the columns say nothing new.
-  double chance(const Eigen::MatrixXd& columns) const;
+  /// without: a datum that is left out.
+  double chance(const Eigen::MatrixXd& columns, std::optional<Eigen::Index> without = {}) const;
+
+  /// The datum that lies farthest off, in the measure of the noise alone.
+  Eigen::Index farthest() const { return farthest_; }
 
  private:
   struct Fit {
@@ -40,6 +45,7 @@ class FocusResiduals {
   Eigen::ArrayXd own_;      // C there
   Eigen::VectorXd values_;  // residuals there
   Eigen::MatrixXd design_;
+  Eigen::Index farthest_ = 0;
   double least_, most_;  // log levels
 };
 
@@ -51,6 +57,8 @@ Eigen::MatrixXd smooth_columns(Eigen::Index data);
 struct ResidualVerdict {
   double chance = 1;   ///< of any of the departures so large, for the number of them that was looked at
   std::string remedy;  ///< of the one that the residuals point to
+  /// One datum without which none of the departures is asked for: no form, but a mistake.
+  std::optional<Eigen::Index> datum;
 };
 /// The last of the departures names no cause: it counts where the chance of none of the others is below
 /// `poor`.

@@ -13,6 +13,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
 #include "aberfit/fit/parameter_fit.h"
 #include "aberfit/method/physics_choice.h"
 #include "aberfit/method/tost.h"
@@ -625,8 +626,12 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
   context.say("intervals");
   const std::vector<Departure> departures = departures_of(
       *pass, focus, task_at(values_at(unknowns, logs_of(fit.x, unknowns.size()))), pupil, shape);
-  const ResidualVerdict verdict = verdict_of(
+  ResidualVerdict verdict = verdict_of(
       residuals_of(*pass, focus, fit, result.is_noise_known ? pass->noise : shape), departures, kPoorForm);
+  if (verdict.datum)
+    verdict.remedy =
+        fmt::format("the light at {} alone lies off the curve of the others: check or leave it out",
+                    format_quantity(pass->bins.radius[*verdict.datum], Dimension::kLength));
   if (!result.is_noise_known) result.goodness = verdict.chance;
   describe_fit(unknowns, pass->bins, pass->problem, fit, departures, &result);
   describe_light(pass->model, pass->bins, pass->noise, pass->spread, logs_of(fit.x, unknowns.size()),

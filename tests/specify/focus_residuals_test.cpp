@@ -82,5 +82,24 @@ TEST(FocusResiduals, ABowIsAFaultUnlessMirrorsHaveIt) {
   EXPECT_LT(verdict.chance, 1e-3);
 }
 
+// A mistake in one datum is no bow, though a bow takes part of it.
+TEST(FocusResiduals, OneDatumFarOffIsNamed) {
+  for (const Eigen::Index datum : {0, 9, 23}) {
+    std::mt19937_64 random(4);
+    Eigen::VectorXd values = noise(0.002, &random);
+    values[datum] += 0.03;
+    const FocusResiduals residuals(values, line(), Eigen::MatrixXd::Zero(kData, kData),
+                                   Eigen::ArrayXd::Ones(kData), 1e-4);
+    EXPECT_EQ(residuals.farthest(), datum);
+    Eigen::VectorXd bump = Eigen::VectorXd::Zero(kData);
+    for (Eigen::Index k = 0; k < kData; ++k) bump[k] = std::exp(-std::pow(double(k - datum), 2));
+    const internal::ResidualVerdict verdict =
+        verdict_of(residuals, {{"bump", bump}, {"smooth", internal::smooth_columns(kData)}}, 0.02);
+    EXPECT_LT(verdict.chance, 0.02) << datum;
+    ASSERT_TRUE(verdict.datum.has_value()) << datum;
+    EXPECT_EQ(*verdict.datum, datum);
+  }
+}
+
 }  // namespace
 }  // namespace aberfit

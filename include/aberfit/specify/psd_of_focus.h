@@ -35,8 +35,10 @@ struct MeasuredFocus {
 /// One number of the PSD.
 struct NumberOfFocus {
   SolveUnknown unknown;
-  double best = 0;              ///< at the minimum [its SI unit]
-  double log_std = 0;           ///< standard deviation of its logarithm, by derivatives at the minimum
+  double best = 0;  ///< at the minimum [its SI unit]
+  /// Standard deviation of its logarithm, by derivatives at the minimum; of a mean whose noise nobody knows
+  /// wide enough for the fault (total, plane, centre, scale) that its residuals hide best.
+  double log_std = 0;
   double lower = 0, upper = 0;  ///< profile likelihood interval; the end of the search where there is none
   bool lower_found = false, upper_found = false;
   bool identified() const { return lower_found && upper_found; }
