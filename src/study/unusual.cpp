@@ -21,6 +21,7 @@ struct Scene {
   double focal = kNaN, across = kNaN, wavelength = kNaN;           // [m]
   double departure = kNaN;                                         // slope that is not the parabola's
   double rms = kNaN, slope = kNaN, lowest = kNaN, highest = kNaN;  // of one roughness [m], [1], [/m]
+  double whole = kNaN;                                             // RMS of the sum that it is part of [m]
   double jitter = kNaN, fried = kNaN, fried_wavelength = kNaN, place = kNaN;  // [rad], [m], [m], [m]
 };
 
@@ -90,8 +91,13 @@ std::vector<Law> shape_laws() {
 std::vector<Law> roughness_laws() {
   return {{"an RMS height of {:.3g} wavelengths",
            [](const Scene& s) { return s.rms / s.wavelength; },
-           2.5e-5,
+           0,
            100,
+           {Number::kRms, Number::kWavelength}},
+          {"an RMS height of {:.3g} wavelengths",
+           [](const Scene& s) { return s.whole / s.wavelength; },
+           2.5e-5,
+           kInfinity,
            {Number::kRms, Number::kWavelength}},
           {"an RMS slope of {:.3g} per axis",
            [](const Scene& s) { return s.slope; },
@@ -149,7 +155,7 @@ Scene with(Scene scene, Number number, double factor) {
       scene.departure *= factor;
       break;
     case Number::kRms:
-      scene.rms *= factor, scene.slope *= factor;
+      scene.rms *= factor, scene.slope *= factor, scene.whole *= factor;
       break;
     case Number::kBand:
       scene.lowest *= factor, scene.highest *= factor, scene.slope *= factor;
@@ -367,13 +373,15 @@ struct KeysOfModel {
 // How a surface of the path counts: its beam over the pupil, and its heights over those of a mirror.
 struct InPath {
   double footprint, height;
+  double whole = 0;  // RMS height of the sum that a roughness is part of [m]
 };
 
 // scene: without roughness; of_scene: its numbers.
-void look_at_roughness(const RoughnessModel& node, const std::string& pointer, const InPath& path,
+void look_at_roughness(const RoughnessModel& node, const std::string& pointer, InPath path,
                        const Scene& scene, const std::vector<Place>& of_scene,
                        std::vector<UnusualNumber>* unusual) {
   if (const auto* sum = std::get_if<RoughnessSum>(&node.model)) {
+    if (path.whole == 0) path.whole = psd_moments(RadialPsd(psd_model(node))).rms_height();
     for (std::size_t i = 0; i < sum->parts.size(); ++i)
       look_at_roughness(sum->parts[i], fmt::format("{}/parts/{}", pointer, i), path, scene, of_scene,
                         unusual);
@@ -383,6 +391,7 @@ void look_at_roughness(const RoughnessModel& node, const std::string& pointer, c
   const PsdMoments moments = psd_moments(psd);
   Scene here = scene;
   here.rms = path.height * moments.rms_height();
+  here.whole = path.height * std::max(path.whole, moments.rms_height());
   here.slope = path.height * moments.rms_slope_per_axis();
   here.lowest = psd.f_min(), here.highest = psd.f_max(), here.across *= path.footprint;
   // exp(-(pi l f)^2) has fallen to 2 % where f = 2/(pi l).

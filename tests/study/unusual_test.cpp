@@ -182,6 +182,19 @@ TEST(UnusualNumbers, BeginAtTheEndsOfTheRanges) {
   EXPECT_EQ(one(kWith + std::string(R"({"jitter": "1.01 mrad"}})")), 1u);
 }
 
+// A part of a sum may be as smooth as it likes, the whole may not.
+TEST(UnusualNumbers, OfASmoothPartAreNone) {
+  const auto sum = [](const char* first) {
+    return unusual_with(
+               {std::string(R"(/roughness/psd={"model": "sum", "parts": [{"model": "uniform", "rms": ")") +
+                first + R"(", "f_min": "3 /m", "f_max": "30 /m"}, {"model": "uniform", "rms": "1 pm",
+                         "f_min": "30 /m", "f_max": "300 /m"}]})"})
+        .size();
+  };
+  EXPECT_EQ(sum("20 nm"), 0u);
+  EXPECT_EQ(sum("1 pm"), 2u);
+}
+
 // What a run throws when numbers are as they should be leaves as it is; else the number is to blame.
 TEST(FailureOfAStudy, NamesTheNumberThatIsUnusual) {
   const auto fail = [] { throw ComputationError("no light"); };
