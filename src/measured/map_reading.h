@@ -16,6 +16,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/text.h"
+#include "aberfit/core/units.h"
 #include "aberfit/measured/read_measurement.h"
 #include "file_options.h"
 
@@ -121,18 +122,14 @@ inline double agreed_pitch(const MeasuredSource& source, double said) {
       .value_or(0);
 }
 
-/// Metres in a unit of length that is written as a symbol or in full, "um", "micron", "NanoMeters".
+/// Metres in a unit of length, which instruments write in any case: "um", "MICRON", "NanoMeters", "Angstrom".
 inline std::optional<double> metres_per_unit(std::string_view unit) {
-  std::string name = lower_case(unit);
-  if (name.size() > 1 && name.ends_with('s')) name.pop_back();
-  static constexpr std::pair<std::string_view, double> kPrefixes[] = {
-      {"", 1}, {"milli", 1e-3}, {"micro", 1e-6}, {"nano", 1e-9}, {"pico", 1e-12}};
-  static constexpr std::pair<std::string_view, double> kSymbols[] = {
-      {"m", 1}, {"mm", 1e-3}, {"um", 1e-6}, {"micron", 1e-6}, {"nm", 1e-9}, {"pm", 1e-12}};
-  for (const auto& [symbol, factor] : kSymbols)
-    if (name == symbol) return factor;
-  for (const auto& [prefix, factor] : kPrefixes)
-    if (name == std::string(prefix) + "meter" || name == std::string(prefix) + "metre") return factor;
+  for (const std::string& name : {std::string(unit), lower_case(unit)}) {
+    try {
+      return unit_factor(name, Dimension::kLength);
+    } catch (const UnitError&) {
+    }
+  }
   return std::nullopt;
 }
 

@@ -142,10 +142,20 @@ TEST(Fits, OfAMaskIsReadWhateverItsHeaderSaysOfHeights) {
 }
 
 TEST(Fits, KnowsTheUnitsOfBunit) {
-  const std::map<std::string, double> units = {
-      {"m", 1},     {"meter", 1},        {"Meters", 1},       {"mm", 1e-3},
-      {"um", 1e-6}, {"micron", 1e-6},    {"MICRONS", 1e-6},   {"micrometers", 1e-6},
-      {"nm", 1e-9}, {"nanometer", 1e-9}, {"nanometers", 1e-9}};
+  const std::map<std::string, double> units = {{"m", 1},
+                                               {"meter", 1},
+                                               {"Meters", 1},
+                                               {"mm", 1e-3},
+                                               {"um", 1e-6},
+                                               {"micron", 1e-6},
+                                               {"MICRONS", 1e-6},
+                                               {"micrometers", 1e-6},
+                                               {"nm", 1e-9},
+                                               {"nanometer", 1e-9},
+                                               {"nanometers", 1e-9},
+                                               {"MM", 1e-3},
+                                               {"Angstrom", 1e-10},
+                                               {"angstroms", 1e-10}};
   for (const auto& [name, metres] : units)
     EXPECT_NEAR(read_bytes(six(16, {{"BUNIT", "'" + name + "'"}})).height(0, 1), 2 * metres, 1e-13 * metres)
         << name;
