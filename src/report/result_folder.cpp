@@ -205,9 +205,9 @@ void replace_files(const fs::path& from, const LastRun& run, const fs::path& to,
     for (const auto& [name, hash] : last.hash_of_name)
       if (last.left(to, name)) both.hash_of_name.emplace(name, hash), old.insert(name);
   write_file((to / kManifest).string(), both.text());
-  if (force || old.contains(kResult)) fs::remove(to / kResult);
-  for (const std::string& file : old) fs::remove(to / file);
   const std::set<std::string> files = run.names();
+  if (old.contains(kResult) || (force && files.contains(kResult))) fs::remove(to / kResult);
+  for (const std::string& file : old) fs::remove(to / file);
   for (const std::string& file : files)
     if (file != kResult) put_file(from / file, to / file, force);
   if (files.contains(kResult)) put_file(from / kResult, to / kResult, force);
