@@ -105,7 +105,7 @@ std::vector<std::string> files_of(const fs::path& folder, const std::string& nam
   std::vector<std::string> files;
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder / around, none))
-    if (entry.path().filename().string().starts_with(begin))
+    if (entry.path().filename().string().starts_with(begin) && !(entry.is_directory() && !entry.is_symlink()))
       files.push_back((around / entry.path().filename()).generic_string());
   return files;
 }
@@ -113,11 +113,11 @@ std::vector<std::string> files_of(const fs::path& folder, const std::string& nam
 // What stands in the way of the files that `names` stand for and is not this command's.
 struct Obstacles {
   std::set<std::string> of_other, of_nobody;  // of another command as it left them; of whoever
-  std::string other;
+  std::string own, other;
   bool has_folder = false;
 
   template <typename Names>
-  Obstacles(const fs::path& folder, const std::string& command, const Names& names) {
+  Obstacles(const fs::path& folder, const std::string& command, const Names& names) : own(command) {
     std::error_code error;
     if (!fs::is_directory(folder, error)) return;
     const LastRun last = LastRun::in(folder);
@@ -137,7 +137,7 @@ struct Obstacles {
       parts.push_back(fmt::format("{} of `aberfit {}`", fmt::join(of_other, ", "), other));
     if (!of_nobody.empty())
       parts.push_back(
-          fmt::format("{}, which no run of this command has left there so", fmt::join(of_nobody, ", ")));
+          fmt::format("{}, not written by `aberfit {}` or changed since", fmt::join(of_nobody, ", "), own));
     return fmt::format("{}", fmt::join(parts, "; "));
   }
 };
@@ -205,9 +205,9 @@ void replace_files(const fs::path& from, const LastRun& run, const fs::path& to,
     for (const auto& [name, hash] : last.hash_of_name)
       if (last.left(to, name)) both.hash_of_name.emplace(name, hash), old.insert(name);
   write_file((to / kManifest).string(), both.text());
-  if (force || old.contains(kResult)) fs::remove(to / kResult);
-  for (const std::string& file : old) fs::remove(to / file);
   const std::set<std::string> files = run.names();
+  if (old.contains(kResult) || (force && files.contains(kResult))) fs::remove(to / kResult);
+  for (const std::string& file : old) fs::remove(to / file);
   for (const std::string& file : files)
     if (file != kResult) put_file(from / file, to / file, force);
   if (files.contains(kResult)) put_file(from / kResult, to / kResult, force);

@@ -272,12 +272,13 @@ void describe_study(Visitor& v, Study& study) {
   v.integer({"aberfit", "version of the study format", kRequired, "1"}, version, 1, 1);
   v.text({"title", "for people"}, study.title, true);
   describe_mirror(v, study.mirror);
+  const Aperture before = study.aperture;  // which a schema does not read but goes through
   describe_aperture(v, study.aperture);
   describe_light(v, study.wavelength);
   describe_roughness(v, study.roughness);
   describe_target(v, study.target, study.map, study.mirror.focal_length);
   describe_terms(v, study.terms);
-  describe_trace(v, study.trace, study.aperture);
+  describe_trace(v, study.trace, v.reading() ? study.aperture : before);
   describe_fit(v, study.fit);
   v.object({"equivalence", "two one-sided tests"}, nullptr, [&](Visitor& e) {
     e.quantity({"margin", "largest relative difference that counts as equivalent", kOptional, "\"1 %\""},

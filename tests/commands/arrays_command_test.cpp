@@ -125,8 +125,8 @@ TEST_F(ArraysCommand, TraceAndCheckWriteOnlyWhereAsked) {
   }
   EXPECT_EQ(run("trace waves.json --arrays npz"), 0) << err();
   EXPECT_EQ(files_below(file("out")),
-            (std::set<std::string>{"waves-trace/arrays.npz", "waves-trace/result.json",
-                                   "waves-trace/summary.txt"}));
+            (std::set<std::string>{"waves/trace/arrays.npz", "waves/trace/result.json",
+                                   "waves/trace/summary.txt"}));
   EXPECT_NE(err().find("out/waves/trace"), std::string::npos) << err();
   const NpzReader traced(read_file(file("out/waves/trace/arrays.npz")));
   EXPECT_TRUE(traced.arrays().contains("ee_surface") && traced.arrays().contains("mtf_surface_x"));

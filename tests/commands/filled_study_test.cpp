@@ -66,12 +66,12 @@ StatisticRequest request(const std::string& name) {
 }
 
 // Nothing but the four that have no default: theory, statistics, terms, rays and verdict are those of a file.
-TEST_F(FilledStudy, OfASmoothCircleWithNothingElseSaid) {
+TEST_F(FilledStudy, OfACircleWithNothingElseSaid) {
   Study study = scene(2, CircleAperture{0.2}, 633e-9);
-  study.psd = UniformPsd{4e-9, 200, 2000};
+  study.psd = UniformPsd{20e-9, 10, 20};
   expect_same(study, R"({"aberfit": 1, "mirror": {"focal_length": 2},
     "aperture": {"shape": "circle", "diameter": 0.2}, "light": {"wavelength": 633e-9},
-    "roughness": {"psd": {"model": "uniform", "rms": 4e-9, "f_min": 200, "f_max": 2000}}})");
+    "roughness": {"psd": {"model": "uniform", "rms": 20e-9, "f_min": 10, "f_max": 20}}})");
 }
 
 TEST_F(FilledStudy, OfARoughCircleByTheGeometricTheory) {
@@ -165,12 +165,13 @@ TEST_F(FilledStudy, OfATableFile) {
 TEST_F(FilledStudy, IsTheOneOfAFileForOtherCommandsToo) {
   Study study = scene(2.5, RectangleAperture{0.3, 0.2}, 600e-9);
   study.psd = UniformPsd{100e-9, 4, 9};
-  study.terms.zernike = ZernikeSpec{};
+  study.target.theory = Theory::kGeometric;
+  study.terms.zernike = ZernikeSpec{2, 6};
   study.trace.pupil.rays = 4096;
   const Study read = parse_study(R"({"aberfit": 1, "mirror": {"focal_length": 2.5},
     "aperture": {"shape": "rectangle", "width": 0.3, "height": 0.2}, "light": {"wavelength": 600e-9},
     "roughness": {"psd": {"model": "uniform", "rms": 100e-9, "f_min": 4, "f_max": 9}},
-    "terms": {"zernike": {}}, "trace": {"rays": 4096}})",
+    "target": {"theory": "geometric"}, "terms": {"zernike": {"n_max": 6}}, "trace": {"rays": 4096}})",
                                  "study.json");
   EXPECT_EQ(resolved_study(study).dump(), resolved_study(read).dump());
   EXPECT_EQ(to_json(run_trace(study, {}), resolved_study(study)).dump(),
