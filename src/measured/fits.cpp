@@ -265,7 +265,7 @@ std::vector<FitsImage> candidates(const std::vector<FitsImage>& images) {
   std::vector<FitsImage> found;
   for (const FitsImage& image : images)
     if (!image.is_mask() || std::none_of(images.begin(), images.end(), [&](const FitsImage& other) {
-          return !other.is_mask() && mask_of(other, images) == &image;
+          return !other.is_mask() && other.columns == image.columns && other.rows == image.rows;
         }))
       found.push_back(image);
   return found;
