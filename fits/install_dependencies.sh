@@ -12,6 +12,7 @@ packages=(
   libopenmpi-dev openmpi-bin                                   # sweeps over several machines; optional
   libgtest-dev python3-jsonschema libbenchmark-dev             # tests and benchmarks
   clang-format                                                 # what CI checks
+  ccache                                                       # the preset dev
 )
 
 if [ "${1:-}" = --with-clang ]; then

@@ -8,6 +8,7 @@
 
 #include "aberfit/forward/forward_model.h"
 #include "aberfit/terms/modal_covariance.h"
+#include "short_form.h"
 
 namespace aberfit {
 namespace {
@@ -80,7 +81,7 @@ TEST(StatisticsWithError, OfRaysIsTheActualSamplingErrorAndFallsFasterThanThatOf
 
 // Scenes of every shape, slow and fast, smooth and rough: truth is the mean of two grids four times as fine
 // again, whose own errors are a tenth and less.
-TEST(StatisticsWithError, OfWavesBoundsTheActualErrorInNineteenCasesOfTwenty) {
+TEST_WITH_SHORT_FORM(StatisticsWithError, OfWavesBoundsTheActualErrorInNineteenCasesOfTwenty) {
   struct Scene {
     Aperture aperture;
     double focal_length, rms;
@@ -89,10 +90,13 @@ TEST(StatisticsWithError, OfWavesBoundsTheActualErrorInNineteenCasesOfTwenty) {
   const PolygonAperture polygon{{{-0.18, -0.1}, {0.17, -0.12}, {0.1, 0.17}, {-0.12, 0.15}}};
   int held = 0, cases = 0;
   std::vector<double> errors, bounds;
-  for (const Scene& scene :
-       {Scene{CircleAperture{0.4}, 2.8, 40e-9, 24}, Scene{CircleAperture{0.4}, 0.8, 20e-9, 16},
-        Scene{AnnulusAperture{0.4, 0.12}, 1.6, 60e-9, 24}, Scene{RectangleAperture{0.3, 0.2}, 1.2, 40e-9, 20},
-        Scene{polygon, 1.5, 50e-9, 20}, Scene{CircleAperture{0.4}, 2.8, 120e-9, 20}}) {
+  const std::vector<Scene> scenes{Scene{CircleAperture{0.4}, 2.8, 40e-9, 24},
+                                  Scene{CircleAperture{0.4}, 0.8, 20e-9, 16},
+                                  Scene{AnnulusAperture{0.4, 0.12}, 1.6, 60e-9, 24},
+                                  Scene{RectangleAperture{0.3, 0.2}, 1.2, 40e-9, 20},
+                                  Scene{polygon, 1.5, 50e-9, 20},
+                                  Scene{CircleAperture{0.4}, 2.8, 120e-9, 20}};
+  for (const Scene& scene : test::all_or_few(whole, scenes, {1, 4})) {
     const Mirror mirror{scene.focal_length, -1, {}};
     const LitMirror lit{mirror, scene.aperture, kWavelength, Centre::kNominal};
     TermSet terms;
@@ -108,7 +112,8 @@ TEST(StatisticsWithError, OfWavesBoundsTheActualErrorInNineteenCasesOfTwenty) {
         statistics.push_back(RingThrough{radius * unit, waves * 8 * unit * f_number});
     for (const double fraction : {0.2, 0.5, 0.8, 0.9})
       statistics.push_back(EncircledEnergyRadius{fraction, 0});
-    for (const std::uint64_t seed : {3, 4}) {  // not those that the bound was chosen with
+    for (const std::uint64_t seed : test::all_or_few(whole, std::vector<std::uint64_t>{3, 4},
+                                                     {0})) {  // not those that the bound was chosen with
       const Eigen::VectorXd coefficients = prior.colour(draw_white(prior.size(), seed));
       const auto on_grid = [&](double pitch) {
         return statistics_with_error(lit, {FocusModel::kWaves, 0, 1, pitch}, terms, coefficients, statistics,
@@ -139,14 +144,14 @@ TEST(StatisticsWithError, OfWavesBoundsTheActualErrorInNineteenCasesOfTwenty) {
 
 // The order that the bound stands on: halving the pitch takes a quarter of it or less, all statistics
 // together.
-TEST(StatisticsWithError, OfWavesFallsWithTheSquareOfThePitch) {
+TEST_WITH_SHORT_FORM(StatisticsWithError, OfWavesFallsWithTheSquareOfThePitch) {
   const Surface surface(40e-9, 24);
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.2, 0},    EncircledEnergyRadius{0.5, 0},
                                           EncircledEnergyRadius{0.8, 0},    EncircledEnergyRadius{0.9, 0},
                                           EncircledEnergyRadius{0.5, 2e-4}, RingFwhm{0.8, {}},
                                           RingThrough{1e-5, -1e-4}};
   const FreshStatistics truth = surface.seen({FocusModel::kWaves, 0, 1, kDiameter / 512}, statistics);
-  for (const int cells : {64, 96, 160, 256}) {
+  for (const int cells : test::all_or_few(whole, std::vector{64, 96, 160, 256}, {0, 2})) {
     const FreshStatistics fresh = surface.seen({FocusModel::kWaves, 0, 1, kDiameter / cells}, statistics);
     const Eigen::ArrayXd actual = fresh.value.array() / truth.value.array() - 1;
     const Eigen::ArrayXd stated = fresh.standard_error.array() / truth.value.array();

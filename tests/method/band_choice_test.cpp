@@ -12,6 +12,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/theory/realisation_spread.h"
+#include "short_form.h"
 
 namespace aberfit {
 namespace {
@@ -59,8 +60,8 @@ double spread_over_limit(const Study& study, const Layout& layout, double cut) {
 
 }  // namespace
 
-TEST(BandChoice, CutsWhereTheSpreadIsAThirdOfTheToleranceAndNoHigher) {
-  for (const double rms : {8.0, 25.0, 60.0}) {
+TEST_WITH_SHORT_FORM(BandChoice, CutsWhereTheSpreadIsAThirdOfTheToleranceAndNoHigher) {
+  for (const double rms : test::all_or_few(whole, std::vector{8.0, 25.0, 60.0}, {1})) {
     const Study study = parse_study(scene(rms), "study.json");
     const Layout layout = lay_out(study, 2);
     ASSERT_TRUE(layout.ground.split);
@@ -75,9 +76,9 @@ TEST(BandChoice, CutsWhereTheSpreadIsAThirdOfTheToleranceAndNoHigher) {
   }
 }
 
-TEST(BandChoice, ALargerMarginCutsLower) {
+TEST_WITH_SHORT_FORM(BandChoice, ALargerMarginCutsLower) {
   double before = 1e9;
-  for (const char* margin : {"0.5 %", "1 %", "2 %", "4 %"}) {
+  for (const char* margin : test::all_or_few(whole, std::vector{"0.5 %", "1 %", "2 %", "4 %"}, {1, 2})) {
     const Layout layout =
         layout_of(scene(25, 400, fmt::format(R"(, "equivalence": {{"margin": "{}"}})", margin)));
     ASSERT_TRUE(layout.ground.split) << margin;
@@ -86,9 +87,9 @@ TEST(BandChoice, ALargerMarginCutsLower) {
   }
 }
 
-TEST(BandChoice, MovesSmoothlyAlongASweep) {
+TEST_WITH_SHORT_FORM(BandChoice, MovesSmoothlyAlongASweep) {
   std::vector<double> cuts;
-  for (int k = 0; k < 9; ++k) {
+  for (int k = 0; k < (whole ? 9 : 4); ++k) {
     const Layout layout = layout_of(scene(20 * std::pow(1.03, k)));
     ASSERT_TRUE(layout.ground.split);
     cuts.push_back(std::log(layout.ground.split->cut()));

@@ -12,6 +12,7 @@
 #include "aberfit/method/groundwork.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/theory/light_property.h"
+#include "short_form.h"
 #include "theory/drawn_mirrors.h"
 
 namespace aberfit {
@@ -91,9 +92,9 @@ TEST(LightStatistics, TakeValues) {
 
 // The cut of the band knows how far mirrors that share the terms differ in these: 60 draws, by a code of the
 // tests.
-TEST(LightStatistics, DrawnMirrorsDifferAsTheCutHasIt) {
+TEST_WITH_SHORT_FORM(LightStatistics, DrawnMirrorsDifferAsTheCutHasIt) {
   constexpr double kFocal = 8, kDiameter = 0.4, kLambda = 632.8e-9, kCut = 6 / kDiameter;
-  constexpr int kDraws = 60;
+  const int draws = whole ? 60 : 40;
   const double cutoff = kDiameter / (kLambda * kFocal);
   const auto height = [&](double g) { return g * kLambda / (4 * std::numbers::pi); };
   const std::vector<std::pair<const char*, PsdModel>> scenes = {
@@ -102,7 +103,7 @@ TEST(LightStatistics, DrawnMirrorsDifferAsTheCutHasIt) {
       {"power law g 0.3", PowerLawPsd{height(0.3), {}, 2.5, 2.5, 60}},
       {"uniform g 1.5", UniformPsd{height(1.5), 2.5, 40}}};
   std::uint64_t seed = 71;
-  for (const auto& [name, psd] : scenes) {
+  for (const auto& [name, psd] : test::all_or_few(whole, scenes, {1})) {
     testing_draws::DrawnMirrors drawn({RadialPsd(psd), kFocal, kDiameter, 0, kLambda, 64}, {kCut});
     const std::vector<double> parts = {0.08, 0.2, 0.5};
     testing_draws::DrawnMirrors::Discs plane{0, {}, {}, true};
@@ -115,7 +116,7 @@ TEST(LightStatistics, DrawnMirrorsDifferAsTheCutHasIt) {
     }
     requests.push_back({});
     requests.back().name = "strehl";
-    const Eigen::ArrayXd measured = drawn.spread({plane}, kDraws, ++seed)[0].col(0);
+    const Eigen::ArrayXd measured = drawn.spread({plane}, draws, ++seed)[0].col(0);
     Study study = study_of(kBoth);
     study.mirror.focal_length = kFocal;
     study.aperture = CircleAperture{kDiameter};

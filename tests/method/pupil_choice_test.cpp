@@ -18,6 +18,7 @@
 #include "aberfit/method/term_search.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/terms/modal_covariance.h"
+#include "short_form.h"
 
 namespace aberfit {
 namespace {
@@ -210,10 +211,11 @@ Eigen::VectorXd departure_of_wide_circles(const Study& study, const Groundwork& 
 // Long lags of surfaces whose pattern has a core come back to short ones, and the scatter that takes the core
 // off smooths what they do: of mirrors whose terms keep a twohundredth to nine tenths of the light in their
 // core, wide circles are within two fifths of the noise that they are allowed.
-TEST(WideCircles, AreAsGoodWhereScatterTakesOffTheCore) {
+TEST_WITH_SHORT_FORM(WideCircles, AreAsGoodWhereScatterTakesOffTheCore) {
   const std::vector<double> grains = {43, 100, 200};
   for (const double rms : {136.0, 170.0, 260.0})  // g 2.7, of which 7e-4 are left, 3.4 and 5.2
     for (const double core : {0.005, 0.3, 0.9}) {
+      if (!whole && (core < 0.1 || (core < 0.5) != (rms < 150) || rms > 200)) continue;
       const Study study = rough_mirror(R"({"shape": "circle", "diameter": "0.4 m"})", rms, 120);
       const Groundwork ground = lay_groundwork(study);
       EXPECT_FALSE(has_core(study, ground, kWideShareOfFit));
@@ -230,19 +232,20 @@ TEST(WideCircles, AreAsGoodWhereScatterTakesOffTheCore) {
 
 // The transfer function of a square ends in a straight line and that of a thin annulus in a peak: their
 // longest lags must not come back to the shortest, where the scatter has taken nothing off.
-TEST(WideCircles, OfSquaresAndThinAnnuliAreAsGood) {
+TEST_WITH_SHORT_FORM(WideCircles, OfSquaresAndThinAnnuliAreAsGood) {
   const std::vector<double> grains = {60, 100, 200};
   struct Shape {
     const char* aperture;
     double f_max;
   };
-  for (const Shape& shape :
-       {Shape{R"({"shape": "rectangle", "width": "0.4 m", "height": "0.4 m"})", 60},
-        Shape{R"({"shape": "rectangle", "width": "0.4 m", "height": "0.4 m"})", 40},
-        Shape{R"({"shape": "annulus", "diameter": "0.4 m", "inner_diameter": "0.36 m"})", 40}}) {
+  const std::vector<Shape> shapes{
+      Shape{R"({"shape": "rectangle", "width": "0.4 m", "height": "0.4 m"})", 60},
+      Shape{R"({"shape": "rectangle", "width": "0.4 m", "height": "0.4 m"})", 40},
+      Shape{R"({"shape": "annulus", "diameter": "0.4 m", "inner_diameter": "0.36 m"})", 40}};
+  for (const Shape& shape : aberfit::test::all_or_few(whole, shapes, {1, 2})) {
     const Study study = rough_mirror(shape.aperture, 170, shape.f_max);
     const Groundwork ground = lay_groundwork(study);
-    for (const int cells : {256, 384}) {
+    for (const int cells : aberfit::test::all_or_few(whole, std::vector{256, 384}, {0})) {
       const Eigen::VectorXd off = departure_of_wide_circles(study, ground, 0.9, cells, grains);
       for (Eigen::Index k = 0; k < 3; ++k) {
         const double noise = kWideCircleNoise * std::pow(grains[std::size_t(k)], -1.5);

@@ -9,6 +9,7 @@
 #include "aberfit/method/attempt.h"
 #include "aberfit/study/read_study.h"
 #include "reference_scenes.h"
+#include "short_form.h"
 
 namespace aberfit {
 namespace {
@@ -25,9 +26,9 @@ ResultDocument fitted(int seed, std::optional<int> starts) {
 }
 
 // Of sixteen draws of these terms three meet what is fitted and miss between it.
-TEST(Starts, GoOnUntilOneIsEquivalent) {
+TEST_WITH_SHORT_FORM(Starts, GoOnUntilOneIsEquivalent) {
   int missed = 0;
-  for (const int seed : {2, 6}) {
+  for (const int seed : aberfit::test::all_or_few(whole, std::vector{2, 6}, {1})) {
     if (fitted(seed, 1).verdict == Verdict::kEquivalent) continue;
     ++missed;
     const ResultDocument more = fitted(seed, 6);
@@ -57,9 +58,9 @@ ResultDocument fitted_few_terms(int seed, std::optional<int> starts) {
 }
 
 // 25 Zernikes over seven modes: eleven of twenty seeds miss with three draws, by up to 2.3 tolerances (7).
-TEST(Starts, AreUpToSixteenOfFewTerms) {
+TEST_WITH_SHORT_FORM(Starts, AreUpToSixteenOfFewTerms) {
   int past_three = 0;
-  for (const int seed : {3, 7, 16}) {
+  for (const int seed : aberfit::test::all_or_few(whole, std::vector{3, 7, 16}, {1})) {
     const ResultDocument found = fitted_few_terms(seed, std::nullopt);
     EXPECT_EQ(found.verdict, Verdict::kEquivalent) << seed;
     EXPECT_EQ(found.fit.status, FitStatus::kConverged) << seed;

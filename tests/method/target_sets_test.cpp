@@ -19,6 +19,7 @@
 #include "aberfit/study/read_study.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "reference_scenes.h"
+#include "short_form.h"
 
 namespace aberfit {
 namespace {
@@ -297,10 +298,11 @@ TEST(DefaultPlanes, OfASpotWithoutACoreEndWhereTheCellsDo) {
 }
 
 // And no farther: a plane a tenth beyond the default ones does not ask for ten times the cells.
-TEST(DefaultPlanes, BeyondTheCellsAreThereWhereTheyAreNamed) {
+TEST_WITH_SHORT_FORM(DefaultPlanes, BeyondTheCellsAreThereWhereTheyAreNamed) {
   const Groundwork ground = made(fmt::format(fmt::runtime(kFastScene), "")).ground;
   const double unit = ground.plane_unit();
-  for (const double asked : {1.1 * ground.farthest_by_cells / unit, 1.8}) {
+  for (const double asked :
+       aberfit::test::all_or_few(whole, std::vector{1.1 * ground.farthest_by_cells / unit, 1.8}, {0})) {
     const Made named = made(fmt::format(
         fmt::runtime(kFastScene),
         fmt::format(R"(, "target": {{"statistics": {{"ee50": {{"planes": [0, {}]}}}}}})", asked * unit)));

@@ -14,6 +14,7 @@
 #include "aberfit/report/check_report.h"
 #include "aberfit/study/read_study.h"
 #include "reference_scenes.h"
+#include "short_form.h"
 #include "study/study_texts.h"
 
 namespace aberfit {
@@ -422,7 +423,8 @@ TEST(TermSearch, FitsKnowHowManyCellsTheyBeginOn) {
   EXPECT_NEAR(double(predicted), double(result.rays), 0.03 * double(result.rays));
 }
 
-TEST(TermSearch, EndsAtTheFewestOfAnExhaustiveSearch) {
+// Long: only with `ctest -C statistics -L statistics`.
+TEST(FullStatistics, TermSearchEndsAtTheFewestOfAnExhaustiveSearch) {
   const Study asked = parse_study(small_study("\"auto\"", "8192"), "study.json");
   ASSERT_TRUE(asked.terms.automatic());
   const ResultDocument found = run_fit(asked, {});
@@ -449,9 +451,10 @@ TEST(TermSearch, EndsAtTheFewestOfAnExhaustiveSearch) {
 
 // What passed where a search looked a second time has to pass there again: the resolved study of an annulus
 // went on from its draw instead, to another surface.
-TEST(TermSearch, ResolvesToAStudyThatGivesTheSameFit) {
+TEST_WITH_SHORT_FORM(TermSearch, ResolvesToAStudyThatGivesTheSameFit) {
   bool looked_twice = false;
-  for (const std::string& text : {small_study("\"auto\"", "\"auto\""), annulus_study().dump()}) {
+  const std::vector<std::string> texts{annulus_study().dump(), small_study("\"auto\"", "\"auto\"")};
+  for (const std::string& text : aberfit::test::all_or_few(whole, texts, {0})) {
     const Study asked = parse_study(text, "study.json");
     const ResultDocument found = run_fit(asked, {});
     const nlohmann::ordered_json written = resolved(asked, found);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "aberfit/roughness/k_correlation.h"
+#include "short_form.h"
 
 using namespace aberfit;
 using std::numbers::pi;
@@ -121,14 +122,14 @@ TEST(RandomSurface, PhaseOnlyDrawHasTheVarianceOfTheBandEveryTime) {
   }
 }
 
-TEST(RandomSurface, MeanVarianceIsThatOfTheBandForEveryShapeAndCutOut) {
+TEST_WITH_SHORT_FORM(RandomSurface, MeanVarianceIsThatOfTheBandForEveryShapeAndCutOut) {
   const double pitch = 0.002;
   for (const Size size : kSizes)
     for (const int oversize : {1, 2}) {
       const double shortest = double(std::min(size.rows, size.columns)) * pitch * oversize;
       const RadialPsd psd(PowerLawPsd{1e-7, {}, 2.5, 0.8 / shortest, 0.49 / pitch});
       Sample variance;
-      for (int seed = 0; seed < 1000; ++seed)
+      for (int seed = 0; seed < (whole ? 1000 : 200); ++seed)
         variance.add(mean_square(random_surface(psd, size.rows, size.columns, pitch,
                                                 {SpectrumDraw::kGaussian, std::uint64_t(seed), oversize, 1})
                                      .height));
@@ -137,19 +138,20 @@ TEST(RandomSurface, MeanVarianceIsThatOfTheBandForEveryShapeAndCutOut) {
     }
 }
 
-TEST(RandomSurface, ScalesHoldAPowerLawWiderThanOneGridAndItsStructureFunction) {
+TEST_WITH_SHORT_FORM(RandomSurface, ScalesHoldAPowerLawWiderThanOneGridAndItsStructureFunction) {
   const Eigen::Index n = 24;
   const double pitch = 1.0 / n;
   struct Case {
     int oversize, scales;
     double longest;  // of the largest grid, in map sizes
   };
-  for (const Case& c : std::vector<Case>{{2, 4, 16}, {3, 3, 27}, {4, 3, 64}, {1, 3, 4}}) {
+  for (const Case& c : aberfit::test::all_or_few(
+           whole, std::vector<Case>{{2, 4, 16}, {3, 3, 27}, {4, 3, 64}, {1, 3, 4}}, {0, 3})) {
     const RadialPsd psd(PowerLawPsd{1e-7, {}, 3.0, 0.8 / c.longest, 0.49 / pitch});
     Sample variance;
     std::vector<Sample> structure(3);
     const std::vector<Eigen::Index> lags = {1, 5, n - 1};
-    for (int seed = 0; seed < 1500; ++seed) {
+    for (int seed = 0; seed < (whole ? 1500 : 500); ++seed) {
       const Grid h = random_surface(psd, n, n, pitch,
                                     {SpectrumDraw::kGaussian, std::uint64_t(seed), c.oversize, c.scales})
                          .height;

@@ -10,6 +10,7 @@
 #include "aberfit/core/random.h"
 #include "aberfit/spectrum/psd_estimate.h"
 #include "dabam_loader.h"
+#include "short_form.h"
 
 using namespace aberfit;
 using std::numbers::pi;
@@ -88,18 +89,18 @@ void expect_response(const HeightMap& geometry, const std::vector<Grid>& all, do
 
 }  // namespace
 
-TEST(PsdEstimate2d, MeansOfRandomSurfacesAreAsToldWithAndWithoutHoles) {
-  const HeightMap whole = empty_map();
-  HeightMap holes = whole, block = whole;
+TEST_WITH_SHORT_FORM(PsdEstimate2d, MeansOfRandomSurfacesAreAsToldWithAndWithoutHoles) {
+  const HeightMap full = empty_map();
+  HeightMap holes = full, block = full;
   const RandomStream stream(1, "holes");
   for (Eigen::Index r = 1; r + 1 < kRows; ++r)
     for (Eigen::Index c = 1; c + 1 < kColumns; ++c)
       if (stream.uniform(std::uint64_t(r * kColumns + c)) < 0.1) holes.height(r, c) = kNaN;
   block.height.block(12, 20, 5, 6).setConstant(kNaN);
-  const double resolution = 1 / (kColumns * whole.pitch_x);  // the finer one of the two axes
-  for (const double exponent : {2., 3., 4.}) {
+  const double resolution = 1 / (kColumns * full.pitch_x);  // the finer one of the two axes
+  for (const double exponent : aberfit::test::all_or_few(whole, std::vector{2., 3., 4.}, {1})) {
     const std::vector<Grid> all = surfaces(exponent, resolution);
-    expect_response(whole, all, exponent, exponent < 3.5, "whole");
+    expect_response(full, all, exponent, exponent < 3.5, "whole");
     expect_response(holes, all, exponent, false, "holes");
     expect_response(block, all, exponent, false, "block");
   }

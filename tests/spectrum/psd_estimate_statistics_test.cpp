@@ -10,6 +10,7 @@
 #include "aberfit/roughness/k_correlation.h"
 #include "aberfit/roughness/random_surface.h"
 #include "aberfit/spectrum/psd_estimate.h"
+#include "short_form.h"
 
 using namespace aberfit;
 using std::numbers::pi;
@@ -128,8 +129,9 @@ TEST(PsdEstimateStatistics, IntervalsOfProfilesCoverTheirShare) {
   }
 }
 
-TEST(PsdEstimateStatistics, IntervalsOfMapsCoverTheirShare) {
-  constexpr int kSide = 48, kMaps = 500;
+TEST_WITH_SHORT_FORM(PsdEstimateStatistics, IntervalsOfMapsCoverTheirShare) {
+  constexpr int kSide = 48;
+  const int maps = whole ? 500 : 150;
   constexpr double kPitch = 1e-3;
   // White up to the corner of the Nyquist square, and red from the fourth ordinate on.
   const double top = 0.5 / kPitch;
@@ -141,7 +143,7 @@ TEST(PsdEstimateStatistics, IntervalsOfMapsCoverTheirShare) {
     const HeightMap geometry = random_surface(psd, kSide, kSide, kPitch, random);
     const PsdEstimator estimator(geometry, {}, 2);
     Coverage coverage;
-    for (int s = 0; s < kMaps; ++s) {
+    for (int s = 0; s < maps; ++s) {
       random.seed = std::uint64_t(s + 1);
       const PsdEstimate estimate = estimator(random_surface(psd, kSide, kSide, kPitch, random));
       coverage.add(
@@ -155,10 +157,10 @@ TEST(PsdEstimateStatistics, IntervalsOfMapsCoverTheirShare) {
 }
 
 // 4,000 samples: beyond the profiles of which every wave is sent.
-TEST(PsdEstimateStatistics, MeansOfLongProfilesAreAsToldBySelectedWaves) {
+TEST_WITH_SHORT_FORM(PsdEstimateStatistics, MeansOfLongProfilesAreAsToldBySelectedWaves) {
   constexpr Eigen::Index kSamples = 4000;
   constexpr double kPitch = 1e-3;
-  constexpr int kProfiles = 60;
+  const int profiles = whole ? 60 : 20;
   const RadialPsd psd{KCorrelationPsd{1e-9, 0.1 * kSamples * kPitch, 3, 0, 50 / kPitch}};
   Eigen::ArrayXd s1;
   for (const bool holes : {false, true}) {
@@ -175,7 +177,7 @@ TEST(PsdEstimateStatistics, MeansOfLongProfilesAreAsToldBySelectedWaves) {
     const Eigen::VectorXd expected = first.response * s1.matrix();
     std::vector<Ratio> bins(std::size_t(expected.size()));
     RandomSurfaceOptions random;
-    for (int s = 0; s < kProfiles; ++s) {
+    for (int s = 0; s < profiles; ++s) {
       random.seed = std::uint64_t(s + 1);
       Profile profile = random_profile(psd, kSamples, kPitch, random);
       profile.value += geometry.value - geometry.value;  // takes the holes over
@@ -185,7 +187,7 @@ TEST(PsdEstimateStatistics, MeansOfLongProfilesAreAsToldBySelectedWaves) {
     }
     double worst = 0;
     for (std::size_t b = 0; b < bins.size(); ++b) {
-      const double error = std::sqrt(bins[b].variance() / kProfiles);
+      const double error = std::sqrt(bins[b].variance() / profiles);
       EXPECT_LT(std::abs(bins[b].mean() - 1), kStandardErrors * error) << b << " holes " << holes;
       worst = std::max(worst, std::abs(bins[b].mean() - 1) / error);
     }

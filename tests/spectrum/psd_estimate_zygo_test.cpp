@@ -211,8 +211,7 @@ PsdEstimate estimate_without_lines(const HeightMap& map) {
 
 using PsdEstimateZygoOnRealData = test::ZygoOnRealData;
 
-void expect_rms_of_a_plain_recomputation(const HeightMap& map) {
-  const PsdEstimate estimate = estimate_without_lines(map);
+void expect_rms_of_a_plain_recomputation(const HeightMap& map, const PsdEstimate& estimate) {
   const Grid z = without_quadric(map.height);
   std::vector<double> height, across, down;
   for (Eigen::Index r = 0; r < z.rows(); ++r)
@@ -234,8 +233,7 @@ void expect_rms_of_a_plain_recomputation(const HeightMap& map) {
   ::testing::Test::RecordProperty("rms_slope", std::to_string(estimate.rms_slope * 1e6));
 }
 
-void expect_psd_slope_of_a_plain_recomputation(const HeightMap& map) {
-  const PsdEstimate estimate = estimate_without_lines(map);
+void expect_psd_slope_of_a_plain_recomputation(const HeightMap& map, const PsdEstimate& estimate) {
   int equals = 0;
   const Rectangle largest = largest_rectangle(outside_of(map.height), &equals);
   ASSERT_EQ(equals, 1);  // no choice between rectangles of equal area
@@ -257,21 +255,20 @@ void expect_psd_slope_of_a_plain_recomputation(const HeightMap& map) {
 
 }  // namespace
 
-TEST(PsdEstimateOfAPart, RmsValuesAreThoseOfAPlainRecomputation) {
-  expect_rms_of_a_plain_recomputation(made_map());
+// One estimate for both: it takes longer than all else here.
+void expect_a_plain_recomputation(const HeightMap& map) {
+  const PsdEstimate estimate = estimate_without_lines(map);
+  expect_rms_of_a_plain_recomputation(map, estimate);
+  expect_psd_slope_of_a_plain_recomputation(map, estimate);
 }
 
-TEST(PsdEstimateOfAPart, SlopeOfThePsdIsThatOfAPlainRecomputation) {
-  expect_psd_slope_of_a_plain_recomputation(made_map());
+TEST(PsdEstimateOfAPart, RmsValuesAndSlopeOfThePsdAreThoseOfAPlainRecomputation) {
+  expect_a_plain_recomputation(made_map());
 }
 
-TEST_F(PsdEstimateZygoOnRealData, RmsValuesAreThoseOfAPlainRecomputation) {
+TEST_F(PsdEstimateZygoOnRealData, RmsValuesAndSlopeOfThePsdAreThoseOfAPlainRecomputation) {
   EXPECT_EQ(valid_count(zygo_map()), 136359);  // README of the map
-  expect_rms_of_a_plain_recomputation(zygo_map());
-}
-
-TEST_F(PsdEstimateZygoOnRealData, SlopeOfThePsdIsThatOfAPlainRecomputation) {
-  expect_psd_slope_of_a_plain_recomputation(zygo_map());
+  expect_a_plain_recomputation(zygo_map());
 }
 
 // Another estimator altogether, that of the README of tests/data/psd-tables: a centred square, holes set to

@@ -24,7 +24,7 @@ using Eigen::Index;
 constexpr double kPi = std::numbers::pi;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-constexpr int kAllSurfaces = 500, kFewSurfaces = 100;
+constexpr int kAllSurfaces = 500, kFewSurfaces = 25;
 constexpr Index kRows = 120, kColumns = 128, kPoints = 2048;
 constexpr double kPitch = test::kLinePitch;  // [m]: 0.5 to 500 cycles/m
 // 120 cycles/m is no ordinate of the maps nor of the profiles.

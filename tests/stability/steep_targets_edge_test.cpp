@@ -9,6 +9,7 @@
 
 #include "aberfit/commands/run.h"
 #include "aberfit/study/read_study.h"
+#include "short_form.h"
 
 namespace aberfit::test {
 namespace {
@@ -28,9 +29,9 @@ ResultDocument fitted(double slope, const std::string& theory, const std::string
                  {});
 }
 
-TEST(StabilityEdge, SteepTargets) {
+TEST_WITH_SHORT_FORM(StabilityEdge, SteepTargets) {
   // Just before the edge, where the contradiction is as large as a tolerance, and beyond it.
-  for (const double slope : {0.0146, 0.02, 0.045}) {
+  for (const double slope : aberfit::test::all_or_few(whole, std::vector{0.0146, 0.02, 0.045}, {1})) {
     const ResultDocument result = fitted(slope, "auto");
     EXPECT_EQ(result.theory, slope > 0.015 ? "rays" : "ghs") << slope;
     EXPECT_EQ(result.fit.status, FitStatus::kConverged) << slope << ": " << result.fit.message;

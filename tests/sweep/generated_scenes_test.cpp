@@ -76,10 +76,8 @@ TEST_P(GeneratedScenes, AreTrueInLightWhereTheyAreEquivalent) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeded, GeneratedScenes, testing::Range(0, 30));
 
-// Two that take seconds.
-TEST(GeneratedScenesSmoke, AreEquivalentAndTrueInLight) {
-  for (const int k : {5, 11}) EXPECT_TRUE(run_scene(k).equivalent);
-}
+// One that takes seconds.
+TEST(GeneratedScenesSmoke, AreEquivalentAndTrueInLight) { EXPECT_TRUE(run_scene(5).equivalent); }
 
 }  // namespace
 }  // namespace aberfit

@@ -6,6 +6,7 @@
 #include "aberfit/forward/forward_model.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "lommel.h"
+#include "short_form.h"
 
 namespace aberfit {
 namespace {
@@ -37,11 +38,11 @@ Mirror with_zernikes(double defocus, double coma, double spherical) {
 
 // The peak of N(z) lies where the aberrations put it, not in the paraxial focus: half of what the ring holds
 // there made theory's width up to a quarter of it wrong.
-TEST(GhsRing, WidthIsBetweenTheHalvesOfThePeakWhereverItLies) {
+TEST_WITH_SHORT_FORM(GhsRing, WidthIsBetweenTheHalvesOfThePeakWhereverItLies) {
   const Aperture circle = CircleAperture{kDiameter}, annulus = AnnulusAperture{kDiameter, 0.08};
   // Light's path is 0.29 waves off at the rim.
   const Mirror conic{kFocal, -0.9};
-  for (const double share : {0.5, 0.8}) {
+  for (const double share : aberfit::test::all_or_few(whole, std::vector{0.5, 0.8}, {1})) {
     const RingFwhm ring{share, {}};
     for (const Aperture& aperture : {circle, annulus}) {
       SCOPED_TRACE(testing::Message() << share << " " << aperture.index());
@@ -109,7 +110,7 @@ TEST(GhsRing, ADeepFocusHasItsPeakNearerToTheMirror) {
 
 // Of an annulus the focus lies between two peaks where the ring is a dark one: half of what it holds there
 // made widths up to 0.6 % too large, at any depth.
-TEST(GhsRing, OfAnAnnulusThePeakIsTheHigherOfTwo) {
+TEST_WITH_SHORT_FORM(GhsRing, OfAnAnnulusThePeakIsTheHigherOfTwo) {
   constexpr double kAcross = 0.1, kGreen = 550e-9;
   const RadialPsd none(UniformPsd{1e-7 * kGreen, 100, 500});
   GhsOptions paraxial;
@@ -117,9 +118,10 @@ TEST(GhsRing, OfAnAnnulusThePeakIsTheHigherOfTwo) {
   struct Case {
     double inner, v;  // k a ring/f
   };
-  for (const double focal : {2.0, 50.0})
-    for (const Case of :
-         {Case{0.0, 6.2}, Case{0.3, 9.9}, Case{0.4, 13.3}, Case{0.5, 16.1}, Case{0.6, 19.6}}) {
+  const std::vector<Case> cases{Case{0.0, 6.2}, Case{0.3, 9.9}, Case{0.4, 13.3}, Case{0.5, 16.1},
+                                Case{0.6, 19.6}};
+  for (const double focal : aberfit::test::all_or_few(whole, std::vector{2.0, 50.0}, {0}))
+    for (const Case& of : aberfit::test::all_or_few(whole, cases, {2, 4})) {
       const double ring = of.v * kGreen * focal / (kPi * kAcross);
       const Aperture aperture = of.inner > 0 ? Aperture(AnnulusAperture{kAcross, of.inner * kAcross})
                                              : Aperture(CircleAperture{kAcross});

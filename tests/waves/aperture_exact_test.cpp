@@ -16,6 +16,7 @@
 #include "aberfit/terms/surface_operator.h"
 #include "aberfit/trace/ray_bundle.h"
 #include "aberfit/waves/diffraction_psf.h"
+#include "short_form.h"
 
 namespace aberfit {
 namespace {
@@ -184,7 +185,7 @@ double difference(const Eigen::VectorXd& waves, const Eigen::VectorXd& rays) {
   return (waves.array() / rays.array() - 1).mean();
 }
 
-TEST(ApertureExact, SmoothDrawsFocusLikeTheirExactRaysAndTheMoreSoTheSteeper) {
+TEST_WITH_SHORT_FORM(ApertureExact, SmoothDrawsFocusLikeTheirExactRaysAndTheMoreSoTheSteeper) {
   const double radius = 0.05;
   const std::vector<std::array<double, 2>> hexagon{
       {0.05, 0},  {0.025, 0.0433012701892219},   {-0.025, 0.0433012701892219},
@@ -193,9 +194,11 @@ TEST(ApertureExact, SmoothDrawsFocusLikeTheirExactRaysAndTheMoreSoTheSteeper) {
     double f_number;
     Aperture aperture;
   };
-  for (const Case& c : {Case{1.25, CircleAperture{2 * radius}}, Case{2.5, AnnulusAperture{2 * radius, 0.03}},
-                        Case{1.25, RectangleAperture{0.08, 0.06}}, Case{1.5, PolygonAperture{hexagon}},
-                        Case{7.0, CircleAperture{2 * radius}}}) {
+  const std::vector<Case> cases{Case{1.25, CircleAperture{2 * radius}},
+                                Case{2.5, AnnulusAperture{2 * radius, 0.03}},
+                                Case{1.25, RectangleAperture{0.08, 0.06}},
+                                Case{1.5, PolygonAperture{hexagon}}, Case{7.0, CircleAperture{2 * radius}}};
+  for (const Case& c : test::all_or_few(whole, cases, {0, 3})) {
     const double f = c.f_number * 2 * aperture_radius(c.aperture);
     Eigen::ArrayXd exact(2), paraxial(2);
     for (int k = 0; k < 2; ++k) {
@@ -251,16 +254,16 @@ double section_5_radius(double fraction, double f, double radius, bool exact) {
 
 // Draws of one roughness differ by several percent; the ratio of their radii in exact and in paraxial pupils
 // does not.
-TEST(ApertureExact, RoughDrawsSpreadByTheApertureExactIntegrals) {
+TEST_WITH_SHORT_FORM(ApertureExact, RoughDrawsSpreadByTheApertureExactIntegrals) {
   const double radius = 0.05;
-  for (const double f_number : {1.25, 2.5}) {
+  for (const double f_number : test::all_or_few(whole, std::vector{1.25, 2.5}, {0})) {
     const double f = f_number * 2 * radius;
     const std::vector<double> fractions{0.5, 0.8, 0.9};
     std::vector<Statistic> statistics;
     for (const double p : fractions) statistics.push_back(EncircledEnergyRadius{p, 0});
     Eigen::ArrayXd exact = Eigen::ArrayXd::Zero(3), paraxial = exact;
-    constexpr int kDraws = 12;
-    for (int seed = 1; seed <= kDraws; ++seed) {
+    const int draws = whole ? 12 : 4;
+    for (int seed = 1; seed <= draws; ++seed) {
       DrawBothWays draw(f, CircleAperture{2 * radius}, kWave, std::uint64_t(seed));
       draw.terms.zernike = zernike_modes(2, 24);
       const CoefficientPrior prior =

@@ -9,6 +9,7 @@
 
 #include "aberfit/core/random.h"
 #include "aberfit/waves/diffraction_psf.h"
+#include "short_form.h"
 
 namespace aberfit {
 namespace {
@@ -63,10 +64,10 @@ const std::vector<Scene>& scenes() {
 
 // Root mean square over draws and circles of the change, over the law; and the largest change. In focus, and
 // where defocus makes the spot three times as wide, and the noise less.
-TEST(WideCircles, DifferByTheNoiseOfTheirEdge) {
-  constexpr int kDraws = 6;
+TEST_WITH_SHORT_FORM(WideCircles, DifferByTheNoiseOfTheirEdge) {
+  const int draws = whole ? 6 : 2;
   constexpr double kNear = 0.02;  // of a radius: for r dE/dr
-  for (const Scene& s : scenes())
+  for (const Scene& s : test::all_or_few(whole, scenes(), {0, 2}))
     for (const double blur : {0.0, 4.0}) {  // of the rim, in standard deviations of the spot
       const double spot = spot_in_grains(s.g, s.cycles) * kWave * kFocal / kAcross,
                    dz = blur * spot * kFocal / (0.5 * kAcross);
@@ -77,7 +78,7 @@ TEST(WideCircles, DifferByTheNoiseOfTheirEdge) {
         for (const double beside : {1.0, 1 - kNear, 1 + kNear})
           circles.push_back(RingThrough{part * beside * std::hypot(1, 0.5 * blur) * spot, dz});
       double squares = 0, largest = 0;
-      for (int seed = 0; seed < kDraws; ++seed) {
+      for (int seed = 0; seed < draws; ++seed) {
         const Eigen::ArrayXd height = rough(pupil, s.g, s.cycles, std::uint64_t(seed));
         DiffractionProblem problem{pupil, kFocal, kWave};
         problem.aliased_limit = 1e-2;
@@ -91,7 +92,7 @@ TEST(WideCircles, DifferByTheNoiseOfTheirEdge) {
                                 (kWave * (kFocal + dz));
           const double law = kWideCircleNoise * std::max(curve, kFlattestCurve) * std::pow(grains, -1.5);
           const double off = std::abs(wide[k] - exact[k]) / law;
-          squares += 3 * off * off / (kDraws * double(circles.size()));
+          squares += 3 * off * off / (draws * double(circles.size()));
           largest = std::max(largest, off);
         }
       }
