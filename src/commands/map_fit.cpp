@@ -115,8 +115,8 @@ LoadedMap load_map(const Study& study) {
                      "a map that covers the aperture");
   loaded.warnings = study.data_warnings;
   const Warnings seen = screen(&data, target.outliers, {});
-  for (const Warnings* told : {&map->warnings, &seen})
-    loaded.warnings.insert(loaded.warnings.end(), told->begin(), told->end());
+  loaded.warnings.insert(loaded.warnings.end(), map->warnings.begin(), map->warnings.end());
+  loaded.warnings.insert(loaded.warnings.end(), seen.begin(), seen.end());
   loaded.map = std::move(*map);
   return loaded;
 }
