@@ -25,7 +25,19 @@ struct Scene {
   double jitter = kNaN, fried = kNaN, fried_wavelength = kNaN, place = kNaN;  // [rad], [m], [m], [m]
 };
 
-enum class Number { kFocal, kAcross, kSwap, kWavelength, kDeparture, kRms, kBand, kJitter, kFried, kPlace };
+enum class Number {
+  kFocal,
+  kAcross,
+  kSwap,
+  kBoth,
+  kWavelength,
+  kDeparture,
+  kRms,
+  kBand,
+  kJitter,
+  kFried,
+  kPlace
+};
 
 // A quantity, and the range that holds all that is built or measured.
 struct Law {
@@ -51,7 +63,11 @@ std::vector<Law> scene_laws() {
            5000,
            {Number::kAcross, Number::kFocal, Number::kSwap},
            7},
-          {"{:.4g} m across", [](const Scene& s) { return s.across; }, 5e-6, 110, {Number::kAcross}},
+          {"{:.4g} m across",
+           [](const Scene& s) { return s.across; },
+           5e-6,
+           110,
+           {Number::kAcross, Number::kBoth}},
           {"a wavelength of {:.3g} m",
            [](const Scene& s) { return s.wavelength; },
            1e-11,
@@ -148,6 +164,9 @@ Scene with(Scene scene, Number number, double factor) {
     case Number::kSwap:
       std::swap(scene.focal, scene.across);
       break;
+    case Number::kBoth:
+      scene.focal *= factor, scene.across *= factor;
+      break;
     case Number::kWavelength:
       scene.wavelength *= factor;
       break;
@@ -241,6 +260,7 @@ std::string range_text(const Law& law) {
 
 const Place& place_of(const std::vector<Place>& places, Number number) {
   if (number == Number::kSwap) number = Number::kFocal;
+  if (number == Number::kBoth) number = Number::kAcross;
   return *std::find_if(places.begin(), places.end(),
                        [&](const Place& place) { return place.number == number; });
 }
@@ -254,15 +274,17 @@ std::string meant_by(const std::vector<Slip>& found, const Law& law, const Scene
   if (found.empty()) return "Check the number and its unit.";
   std::string units, then;
   bool swapped = false;
-  for (const Slip& slip : found) {
-    const Place& place = place_of(places, slip.number);
+  const auto named = [](const Place& place, double factor) {
     const std::string value =
-        slip.factor == kArcsecond
-            ? fmt::format("{:.4g} arcsec", place.value)
-            : format_quantity(place.value * std::pow(slip.factor, place.power), place.dimension);
+        factor == kArcsecond ? fmt::format("{:.4g} arcsec", place.value)
+                             : format_quantity(place.value * std::pow(factor, place.power), place.dimension);
+    return fmt::format("{} {}", place.name, value);
+  };
+  for (const Slip& slip : found) {
+    std::string one = named(place_of(places, slip.number), slip.factor);
+    if (slip.number == Number::kBoth) one += " and " + named(place_of(places, Number::kFocal), slip.factor);
     swapped = swapped || slip.number == Number::kSwap;
-    if (slip.number != Number::kSwap)
-      units += fmt::format("{}{} {}", units.empty() ? "" : " or ", place.name, value);
+    if (slip.number != Number::kSwap) units += (units.empty() ? "" : " or ") + one;
     const std::string here = fmt::format("{:.3g}", law.value(with(scene, slip.number, slip.factor)));
     if (then.find(here) == std::string::npos) then += (then.empty() ? "" : " or ") + here;
   }

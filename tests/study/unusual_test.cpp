@@ -182,6 +182,22 @@ TEST(UnusualNumbers, BeginAtTheEndsOfTheRanges) {
   EXPECT_EQ(one(kWith + std::string(R"({"jitter": "1.01 mrad"}})")), 1u);
 }
 
+// Both lengths of a mirror in millimetres, or both in metres.
+TEST(UnusualNumbers, OfAMirrorInAnotherUnitAreTakenTogether) {
+  for (const auto& [changes, meant] :
+       {std::pair{Changes{"/mirror/focal_length=2800", "/aperture/diameter=400"},
+                  "a diameter of 400 mm and a focal length of 2.8 m"},
+        {Changes{"/mirror/focal_length=1200", "/aperture/diameter=150"},
+         "a diameter of 150 mm and a focal length of 1.2 m"},
+        {Changes{"/mirror/focal_length=15 um", "/aperture/diameter=3 um", "/roughness/psd/f_max=2000 /m"},
+         "a diameter of 3 mm and a focal length of 15 mm"}}) {
+    const std::vector<UnusualNumber> unusual = unusual_with(changes);
+    ASSERT_EQ(unusual.size(), 1u) << changes[0];
+    EXPECT_EQ(unusual[0].pointer, "/aperture/diameter");
+    EXPECT_NE(unusual[0].meant.find(meant), std::string::npos) << unusual[0].meant;
+  }
+}
+
 // A part of a sum may be as smooth as it likes, the whole may not.
 TEST(UnusualNumbers, OfASmoothPartAreNone) {
   const auto sum = [](const char* first) {
