@@ -137,7 +137,9 @@ TEST_WITH_SHORT_FORM(StatisticsWithError, OfWavesBoundsTheActualErrorInNineteenC
     return values[values.size() / 2];
   };
   EXPECT_GE(held, 0.95 * cases) << held << " of " << cases;
-  EXPECT_LE(median(bounds), 5 * median(errors));
+  if (whole) {  // of two scenes alone the medians say little
+    EXPECT_LE(median(bounds), 5 * median(errors));
+  }
   RecordProperty("held_in_permille", int(1000.0 * held / cases));
   RecordProperty("bound_over_median_error_in_percent", int(100 * median(bounds) / median(errors)));
 }
