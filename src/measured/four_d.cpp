@@ -70,6 +70,7 @@ HeightMap read_4d(const MeasuredSource& source) {
   const double pitch = agreed_pitch(source, length_attribute(file, attributes, "xpix").value_or(0));
   const Grid values = file.matrix(data, inner + "/" + place->data);
   HeightMap map = empty_map(values.rows(), values.cols(), pitch, pitch);
+  map.file_unit = factor;
   // Ten thousand million waves are kilometres: a mark of no data, as the largest float is.
   constexpr double kNoData = 1e10;
   for (Eigen::Index row = 0; row < values.rows(); ++row)

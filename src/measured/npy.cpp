@@ -143,6 +143,7 @@ HeightMap read_npy(const MeasuredSource& source) {
       given_value_factor(source, "", "heights without unit", "option 'value_unit': a .npy has no unit");
   const double pitch = agreed_pitch(source, 0);
   HeightMap map = empty_map(rows, columns, pitch, pitch);
+  map.file_unit = factor;
   for (std::int64_t row = 0; row < rows; ++row)
     for (std::int64_t column = 0; column < columns; ++column) {
       const std::int64_t index = header.fortran_order ? plane + planes * (row + rows * column)
