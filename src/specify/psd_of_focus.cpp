@@ -9,6 +9,7 @@
 #include <boost/math/special_functions/gamma.hpp>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "aberfit/core/constants.h"
@@ -355,15 +356,12 @@ Eigen::ArrayXd widening(const Problem& problem, const ParameterFit& fit, const E
 }
 
 // How well the light is described, and the numbers with their intervals.
-void describe_fit(const std::vector<SolveUnknown>& unknowns, const FocalBins& bins, const Problem& problem,
-                  const ParameterFit& fit, const std::vector<Departure>& departures, PsdOfFocus* result) {
+void describe_fit(const std::vector<SolveUnknown>& unknowns, const Problem& problem, const ParameterFit& fit,
+                  const std::vector<Departure>& departures, PsdOfFocus* result) {
   result->chi_squared = fit.sum_of_squares;
-  result->degrees_of_freedom = int(bins.measured.size()) - int(problem.parameters());
   const double freedom = result->degrees_of_freedom;
   const double deviations =
       student_quantile(0.5 * (1 + result->confidence), result->is_noise_known ? kInfinity : freedom);
-  if (result->is_noise_known)
-    result->goodness = boost::math::gamma_q(0.5 * freedom, 0.5 * fit.sum_of_squares);
   result->noise_factor = std::sqrt(fit.sum_of_squares / freedom);
   result->total = problem.total(fit.x);
   result->background = problem.background(fit.x);
@@ -557,6 +555,31 @@ std::vector<Departure> departures_of(const FocusPass& pass, const MeasuredFocus&
   return result;
 }
 
+// The verdict on the last pass, its numbers and light; what to do where the verdict is poor. task: as fitted;
+// shape: of the noise.
+std::string judge(const std::vector<SolveUnknown>& unknowns, const FocusPass& pass,
+                  const MeasuredFocus& focus, const Task& task, const GhsPupil& pupil,
+                  const ParameterFit& fit, const Eigen::ArrayXd& shape, PsdOfFocus* result) {
+  result->degrees_of_freedom = int(pass.bins.measured.size()) - int(pass.problem.parameters());
+  if (result->is_noise_known)
+    result->goodness = boost::math::gamma_q(0.5 * result->degrees_of_freedom, 0.5 * fit.sum_of_squares);
+  std::vector<Departure> departures;
+  if (!result->is_noise_known || is_poor(*result))
+    departures = departures_of(pass, focus, task, pupil, shape);
+  const ResidualVerdict verdict = verdict_of(
+      residuals_of(pass, focus, fit, result->is_noise_known ? pass.noise : shape), departures, kPoorForm);
+  if (!result->is_noise_known) result->goodness = verdict.chance;
+  const std::string remedy =
+      verdict.datum ? fmt::format(
+                          "the light at {} alone lies off the curve of the others: check or leave "
+                          "it out",
+                          format_quantity(pass.bins.radius[*verdict.datum], Dimension::kLength))
+                    : verdict.remedy;
+  describe_fit(unknowns, pass.problem, fit, departures, result);
+  describe_light(pass.model, pass.bins, pass.noise, pass.spread, logs_of(fit.x, unknowns.size()), result);
+  return remedy;
+}
+
 }  // namespace
 
 PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns,
@@ -624,19 +647,10 @@ PsdOfFocus fit_psd_to_focus(const TaskAt& task_at, const TaskAt& mirrors_at,
   result.dz = focus.dz;
   result.centre_x = geometry.centre().x, result.centre_y = geometry.centre().y;
   context.say("intervals");
-  const std::vector<Departure> departures = departures_of(
-      *pass, focus, task_at(values_at(unknowns, logs_of(fit.x, unknowns.size()))), pupil, shape);
-  ResidualVerdict verdict = verdict_of(
-      residuals_of(*pass, focus, fit, result.is_noise_known ? pass->noise : shape), departures, kPoorForm);
-  if (verdict.datum)
-    verdict.remedy =
-        fmt::format("the light at {} alone lies off the curve of the others: check or leave it out",
-                    format_quantity(pass->bins.radius[*verdict.datum], Dimension::kLength));
-  if (!result.is_noise_known) result.goodness = verdict.chance;
-  describe_fit(unknowns, pass->bins, pass->problem, fit, departures, &result);
-  describe_light(pass->model, pass->bins, pass->noise, pass->spread, logs_of(fit.x, unknowns.size()),
-                 &result);
-  conclude(verdict.remedy, centred && fit.status == ParameterFitStatus::kConverged, &result);
+  const std::string remedy =
+      judge(unknowns, *pass, focus, task_at(values_at(unknowns, logs_of(fit.x, unknowns.size()))), pupil, fit,
+            shape, &result);
+  conclude(remedy, centred && fit.status == ParameterFitStatus::kConverged, &result);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   return result;
 }
