@@ -12,9 +12,9 @@ fi
 cmake --build build/release --target aberfit_program
 name=$(basename "$(dirname "$study")")
 status=0
-build/release/aberfit fit "$study" -o "out/$name" || status=$?
-if compgen -G "out/$name/plots/*.png" >/dev/null; then
+build/release/aberfit fit "$study" -o "out/$name/fit" || status=$?
+if compgen -G "out/$name/fit/plots/*.png" >/dev/null; then
   echo; echo "Pictures:"
-  printf '  %s\n' "out/$name"/plots/*.png
+  printf '  %s\n' "out/$name"/fit/plots/*.png
 fi
 exit $status
