@@ -8,9 +8,9 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/measured/read_measurement.h"
+#include "hdf5_file.h"
 #include "instrument_text.h"
 #include "matrix_axes.h"
-#include "hdf5_file.h"
 #include "text_columns.h"
 
 namespace aberfit {
@@ -232,8 +232,9 @@ MeasuredFormat detect_format(const std::string& path) {
 
 const std::vector<std::string>& measured_format_names() {
   static const std::vector<std::string> names = {
-      "auto", "dabam", "profile", "map",       "zygo",      "codev-int", "fits", "zemax-grid-sag", "datx",
-      "opd",  "sdf",   "x3p",     "zygo-text", "wyko-text", "dftfringe", "4d",   "npy"};
+      "auto",      "dabam",          "profile",   "map", "zygo", "codev-int",
+      "fits",      "zemax-grid-sag", "datx",      "opd", "sdf",  "x3p",
+      "zygo-text", "wyko-text",      "dftfringe", "4d",  "npy"};
   return names;
 }
 

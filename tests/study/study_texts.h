@@ -320,7 +320,8 @@ inline std::vector<MalformedStudy> malformed_studies() {
        "/roughness/psd/psd_unit", "nm^2 mm^2", false},
       {"TableOfWrongKind", with_psd(R"({"model": "table", "file": "words.csv", "kind": "3d"})"),
        "/roughness/psd/kind", "\"2d\", \"1d\"", true},
-      {"TableOutsideItsBand", with_psd(R"({"model": "table", "file": "psd.csv", "psd_unit": "m^4", "f_min": "1 /mm"})"),
+      {"TableOutsideItsBand",
+       with_psd(R"({"model": "table", "file": "psd.csv", "psd_unit": "m^4", "f_min": "1 /mm"})"),
        "/roughness/psd/file", "band", false},
       // Statistics.
       {"EnergyOfEverything", changed("/target/statistics/ee100", "{}"), "/target/statistics/ee100",

@@ -63,9 +63,9 @@ struct MeasuredSource {
   std::optional<double> wavelength;  ///< [m], for values in waves or radians
   std::optional<std::string> hdu;    ///< FITS: name (EXTNAME) or number of the image, 0 the primary
   std::optional<int> plane;          ///< FITS, NumPy: which plane of a cube, from 1
-  /// Values that mark a missing sample, as the file has them: in its own unit for text, FITS, NumPy and 4D, in metres of
-  /// the surface for formats of instruments, whose numbers are counts. A sample has one where it is equal to
-  /// within half a unit of the last place of a single-precision number.
+  /// Values that mark a missing sample, as the file has them: in its own unit for text, FITS, NumPy and 4D,
+  /// in metres of the surface for formats of instruments, whose numbers are counts. A sample has one where it
+  /// is equal to within half a unit of the last place of a single-precision number.
   std::vector<double> invalid;
 };
 
