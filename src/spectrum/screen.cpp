@@ -50,7 +50,7 @@ void warn_of_padding(const HeightMap& map, const DetrendOptions& detrend, Warnin
   std::string text, values;
   for (const Padding& one : padding) {
     text += padding_words(map, one) + "; ";
-    values += (values.empty() ? "" : ",") + fmt::format("{:.9g}", one.height / map.file_unit);
+    values += fmt::format("{}{:.9g}", values.empty() ? "" : ",", one.height / map.file_unit);
   }
   warnings->push_back(
       {"padding",

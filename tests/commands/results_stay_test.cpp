@@ -110,8 +110,9 @@ TEST_F(ResultsStay, BesideThoseOfAnotherRunOfTheSameCommand) {
     const std::string folder = folder_of(name, "again/" + name);
     EXPECT_LE(run(command + " -o " + folder), 1) << err();
     for (const auto& [mine, bytes] : bytes_below(file(folder)))
-      if (mine.find("mine") != std::string::npos || mine == "notes.txt" || mine == "plots/compared.png")
+      if (mine.find("mine") != std::string::npos || mine == "notes.txt" || mine == "plots/compared.png") {
         EXPECT_TRUE(bytes == "mine" || bytes == "a folder") << mine;
+      }
     EXPECT_EQ(fs::read_symlink(file(folder + "/linked")), "notes.txt");
     EXPECT_TRUE(fs::exists(file(folder + "/plots/mine/study.json")));
   }
@@ -166,8 +167,9 @@ TEST_F(ResultsStay, ButForWhatIsForcedWhichIsSaid) {
       << err();
   const auto after = bytes_below(file(folder));
   for (const auto& [name, bytes] : before)
-    if (name != "result.json" && name != "summary.txt" && name != ".aberfit-files")
+    if (name != "result.json" && name != "summary.txt" && name != ".aberfit-files") {
       EXPECT_EQ(after.at(name), bytes) << name;
+    }
   EXPECT_EQ(ordered_json::parse(after.at("result.json"))["status"], "solved");
 }
 

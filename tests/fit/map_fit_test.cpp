@@ -396,7 +396,7 @@ void expect_hardly_a_move(const std::string& path, int seeds) {
     const TermSet terms = noll_terms(c.last, c.share * circle.radius);
     const Eigen::VectorXd reference = fit_map(whole, terms, options).coefficients.head(8);
     double worst = 0;
-    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    for (std::uint64_t seed = 1; seed <= std::uint64_t(seeds); ++seed) {
       const RandomStream stream(seed, "map-fit-holes");
       HeightMap holes = whole;
       for (Eigen::Index at = 0; at < holes.height.size(); ++at)

@@ -58,10 +58,12 @@ TEST(CovarianceOfLight, IsThatOfDraws) {
     const Eigen::MatrixXd drawn = light * light.transpose() / (kDraws - 1), ours = predicted(of, radii);
     for (Eigen::Index k = 0; k < 24; ++k) {
       EXPECT_NEAR(std::sqrt(ours(k, k) / drawn(k, k)), 1, 0.3) << of.name << " " << k;
-      if (k + 3 < 24)
+      if (k + 3 < 24) {
         EXPECT_NEAR(correlation(ours, k, k + 3), correlation(drawn, k, k + 3), 0.08) << of.name << " " << k;
-      if (k + 8 < 24)
+      }
+      if (k + 8 < 24) {
         EXPECT_NEAR(correlation(ours, k, k + 8), correlation(drawn, k, k + 8), 0.2) << of.name << " " << k;
+      }
     }
     std::printf("%s: three steps %.2f of %.2f drawn, eight %.2f of %.2f\n", of.name, correlation(ours, 6, 9),
                 correlation(drawn, 6, 9), correlation(ours, 6, 14), correlation(drawn, 6, 14));
