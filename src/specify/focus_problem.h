@@ -16,10 +16,10 @@ namespace aberfit::internal {
 
 /// Light in circles or rings [of 1 in all] as a function of the natural logarithms of the unknowns over their
 /// starts. Refers to its arguments, which must outlive it.
-class MeanLight {
+class FocusModelLight {
  public:
-  MeanLight(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns, const FocalBins& bins,
-            double dz, const GhsPupil& pupil, int threads)
+  FocusModelLight(const TaskAt& task_at, const std::vector<SolveUnknown>& unknowns, const FocalBins& bins,
+                  double dz, const GhsPupil& pupil, int threads)
       : task_at_(task_at), unknowns_(unknowns), bins_(bins), pupil_(pupil), threads_(threads) {
     for (std::size_t u = 0; u < unknowns.size(); ++u)
       variables_.push_back(exact_variable(task_at, unknowns, u));
@@ -81,16 +81,17 @@ inline std::vector<double> logs_of(const Eigen::VectorXd& x, std::size_t count) 
 }
 
 /// A point of the problem and how far the data are from it there.
-struct ProblemStart {
+struct FocusProblemStart {
   Eigen::VectorXd x;
   double sum_of_squares = 0;
 };
 
 /// The whole problem: logarithms of the unknowns, then the factor of all light and the background, where they
 /// are unknown. Whitened by the covariance of the data. Refers to its arguments, which must outlive it.
-class Problem {
+class FocusProblem {
  public:
-  Problem(const MeanLight& model, const FocalBins& bins, const MeasuredFocus& focus, std::size_t unknowns)
+  FocusProblem(const FocusModelLight& model, const FocalBins& bins, const MeasuredFocus& focus,
+               std::size_t unknowns)
       : model_(model), bins_(bins), unknowns_(unknowns) {
     has_total_ = bins.are_rings || !focus.is_total_known;
     has_background_ = bins.are_rings && focus.has_background;
@@ -135,7 +136,7 @@ class Problem {
   }
 
   /// x at these unknowns with the best of the others; nothing where there is no prediction.
-  std::optional<ProblemStart> start(const std::vector<double>& logs) const {
+  std::optional<FocusProblemStart> start(const std::vector<double>& logs) const {
     Eigen::VectorXd light;
     if (!model_.at(logs, &light, nullptr)) return std::nullopt;
     Eigen::VectorXd x = Eigen::VectorXd::Zero(Eigen::Index(parameters()));
@@ -148,7 +149,7 @@ class Problem {
       const Eigen::VectorXd wanted = whitening_.matrixL().solve(bins_.measured.matrix());
       x.tail(design.cols()) = white.colPivHouseholderQr().solve(wanted);
     }
-    return ProblemStart{x, whitened(x, light).squaredNorm()};
+    return FocusProblemStart{x, whitened(x, light).squaredNorm()};
   }
 
  private:
@@ -157,7 +158,7 @@ class Problem {
         (total(x) * light.array() + background(x) * bins_.pixels - bins_.measured).matrix());
   }
 
-  const MeanLight& model_;
+  const FocusModelLight& model_;
   const FocalBins& bins_;
   std::size_t unknowns_;
   bool has_total_ = false, has_background_ = false;

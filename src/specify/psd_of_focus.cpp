@@ -22,7 +22,7 @@
 #include "exact_variable.h"
 #include "focal_bins.h"
 #include "focus_problem.h"
-#include "focus_residuals.h"
+#include "unknown_noise.h"
 
 namespace aberfit {
 using namespace internal;
@@ -131,8 +131,8 @@ Eigen::ArrayXd noise_of(const MeasuredFocus& focus, const FocalBins& bins, const
 }
 
 // The best of a coarse net about the study's own values; nothing where none of it has a prediction.
-std::optional<Eigen::VectorXd> start_of(const Problem& problem, const std::vector<SolveUnknown>& unknowns,
-                                        int* evaluations) {
+std::optional<Eigen::VectorXd> start_of(const FocusProblem& problem,
+                                        const std::vector<SolveUnknown>& unknowns, int* evaluations) {
   std::vector<std::vector<double>> places = {std::vector<double>(unknowns.size(), 0.0)};
   int scaled = 0;
   for (std::size_t u = 0; u < unknowns.size() && scaled < 2; ++u) {
@@ -150,7 +150,7 @@ std::optional<Eigen::VectorXd> start_of(const Problem& problem, const std::vecto
   double least = kInfinity;
   for (const std::vector<double>& place : places) {
     ++*evaluations;
-    const std::optional<ProblemStart> start = problem.start(place);
+    const std::optional<FocusProblemStart> start = problem.start(place);
     if (!start || !(start->sum_of_squares < least)) continue;
     best = start->x;
     least = start->sum_of_squares;
@@ -158,7 +158,7 @@ std::optional<Eigen::VectorXd> start_of(const Problem& problem, const std::vecto
   return best;
 }
 
-ParameterFitProblem fit_problem(const Problem& problem, const std::vector<SolveUnknown>& unknowns) {
+ParameterFitProblem fit_problem(const FocusProblem& problem, const std::vector<SolveUnknown>& unknowns) {
   ParameterFitProblem fit;
   fit.residuals = [&problem](const Eigen::VectorXd& x, Eigen::VectorXd* residuals,
                              Eigen::MatrixXd* jacobian) { return problem.residuals(x, residuals, jacobian); };
@@ -197,8 +197,8 @@ bool is_poor(const PsdOfFocus& result) {
 // What a mean's numbers lose by the faults that residuals of an unknown noise may hide: their deviations over
 // those of a measurement without faults, each as wide as with the worst of the faults fitted beside. One
 // mirror's own departures are larger, and are known.
-Eigen::ArrayXd widening(const Problem& problem, const ParameterFit& fit, const Eigen::MatrixXd& covariance,
-                        const std::vector<Departure>& departures) {
+Eigen::ArrayXd widening(const FocusProblem& problem, const ParameterFit& fit,
+                        const Eigen::MatrixXd& covariance, const std::vector<Departure>& departures) {
   Eigen::ArrayXd most = Eigen::ArrayXd::Zero(covariance.rows());
   for (std::size_t k = 0; k + 1 < departures.size(); ++k) {  // the last one names no fault
     const Eigen::VectorXd column = problem.whitened_columns(departures[k].of_light);
@@ -210,8 +210,8 @@ Eigen::ArrayXd widening(const Problem& problem, const ParameterFit& fit, const E
 }
 
 // How well the light is described, and the numbers with their intervals.
-void describe_fit(const std::vector<SolveUnknown>& unknowns, const Problem& problem, const ParameterFit& fit,
-                  const std::vector<Departure>& departures, PsdOfFocus* result) {
+void describe_fit(const std::vector<SolveUnknown>& unknowns, const FocusProblem& problem,
+                  const ParameterFit& fit, const std::vector<Departure>& departures, PsdOfFocus* result) {
   result->chi_squared = fit.sum_of_squares;
   const double freedom = result->degrees_of_freedom;
   const double deviations =
@@ -242,7 +242,7 @@ void describe_fit(const std::vector<SolveUnknown>& unknowns, const Problem& prob
   }
 }
 
-void describe_light(const MeanLight& model, const FocalBins& bins, const Eigen::ArrayXd& noise,
+void describe_light(const FocusModelLight& model, const FocalBins& bins, const Eigen::ArrayXd& noise,
                     const Eigen::MatrixXd& spread, const std::vector<double>& logs, PsdOfFocus* result) {
   Eigen::VectorXd light;
   model.at(logs, &light, nullptr);
@@ -325,8 +325,8 @@ constexpr double kCentreStep = 0.5;         // pixels, at most
 // One fit with a covariance and a centre; the next one knows both better.
 struct FocusPass {
   FocalBins bins;
-  MeanLight model;
-  Problem problem;
+  FocusModelLight model;
+  FocusProblem problem;
   Eigen::ArrayXd noise;
   Eigen::MatrixXd spread;
 
@@ -350,7 +350,7 @@ Eigen::Vector2d centre_step(const FocusPass& pass, const FocalGeometry& geometry
     for (int way : {0, 1}) {
       const double step = way == 0 ? -kCentreDifference : kCentreDifference;
       const FocalBins moved = axis == 0 ? geometry.bins(step, 0) : geometry.bins(0, step);
-      if (!MeanLight(task_at, unknowns, moved, focus.dz, pupil, threads)
+      if (!FocusModelLight(task_at, unknowns, moved, focus.dz, pupil, threads)
                .at(logs, &light[std::size_t(way)], nullptr))
         return Eigen::Vector2d::Zero();
     }
@@ -362,8 +362,8 @@ Eigen::Vector2d centre_step(const FocusPass& pass, const FocalGeometry& geometry
   return step.norm() > kCentreStep ? Eigen::Vector2d(step * (kCentreStep / step.norm())) : step;
 }
 
-FocusResiduals residuals_of(const FocusPass& pass, const MeasuredFocus& focus, const ParameterFit& fit,
-                            const Eigen::ArrayXd& shape) {
+UnknownNoiseResiduals residuals_of(const FocusPass& pass, const MeasuredFocus& focus, const ParameterFit& fit,
+                                   const Eigen::ArrayXd& shape) {
   return {pass.problem.plain(fit.residuals), pass.problem.plain(fit.jacobian), pass.spread, shape,
           focus.is_one_mirror ? kLeastOfOneMirror : kLeastOfMean};
 }

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <optional>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/core/random.h"
@@ -34,16 +33,15 @@ struct Fit {
   ResultDocument result;
 
   Fit(double diameter_mm, const std::string& terms, const std::string& exports = "",
-      std::optional<int> order = {}) {
+      const std::string& more = "") {
     folder.write("map.csv", map_csv(round_map()));
     const std::string text = fmt::format(
         R"({{"aberfit": 1, "mirror": {{"focal_length": "1 m"}}, "light": {{"wavelength": "632.8 nm"}},
              "aperture": {{"shape": "circle", "diameter": "{} mm"}}, "trace": {{"rays": 1024}},
              "target": {{"map": {{"file": "map.csv", "origin": "file"}}}}, "terms": {{{}}},
-             "output": {{"plots": false, "export": [{}], "export_grid": 17}}}})",
-        diameter_mm, terms, exports);
-    Study study = parse_study(text, folder.write("study.json", text));
-    if (order) study.terms.zernike->n_max = order;
+             "output": {{"plots": false, "export": [{}], "export_grid": 17}}{}}})",
+        diameter_mm, terms, exports, more);
+    const Study study = parse_study(text, folder.write("study.json", text));
     RunOptions options;
     options.threads = 1;
     options.plots = false;
@@ -87,8 +85,12 @@ TEST(MapWarnings, ExportLeftOutWhereTheMapDoesNotDetermineTheTerms) {
 // Zernike Standard ends at n = 20. An order in the study file is refused when it is read; one that comes
 // later, as of a program or found by a fit, leaves the format out and writes the others.
 TEST(MapWarnings, ExportLeftOutWhereAFormatCannotHoldTheTerms) {
-  const std::string terms = R"("zernike": {})", formats = R"("zernike-noll", "csv")";
-  const Fit beyond(48.1, terms, formats, 21), within(48.1, terms, formats, 20);
+  // An order that a study names is refused at once; this one is found: that of 180 cycles a metre.
+  const std::string fine =
+      R"(, "roughness": {"psd": {"model": "uniform", "rms": "10 nm", "f_min": "50 /m", "f_max": "180 /m"}})";
+  const std::string formats = R"("zernike-noll", "csv")";
+  const Fit beyond(48.1, R"("zernike": {}, "band": "all")", formats, fine);
+  const Fit within(48.1, R"("zernike": {"n_max": 20})", formats);
   EXPECT_TRUE(has(beyond.messages("export-left-out"), "zernike-noll: "));
   EXPECT_FALSE(beyond.exported("zernike_standard.txt"));
   EXPECT_TRUE(beyond.exported("surface.csv"));

@@ -82,7 +82,7 @@ inline std::vector<MalformedStudy> malformed_studies() {
     "terms": { "spherical": ["c4"] }, "fit": { "prior": "zero-mean" } })";
   return {
       // Not JSON, or not quite.
-      {"EmptyFile", "", "", "line 1, column 1", false},
+      {"EmptyFile", "", "", "an empty file", false},
       {"CutOff", "{\n  \"aberfit\": 1,\n  \"mirror\": {", "", "line 3, column", false},
       {"TrailingComma", "{\n  \"aberfit\": 1,\n}", "", "line 3, column 1", false},
       {"Comment", "{\n  // mine\n  \"aberfit\": 1 }", "", "line 2, column 3", false},

@@ -1,5 +1,5 @@
 // The form of residuals: chances of noise alone, and what each fault does to them.
-#include "../../src/specify/focus_residuals.h"
+#include "../../src/specify/unknown_noise.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace aberfit {
 namespace {
 
-using internal::FocusResiduals;
+using internal::UnknownNoiseResiduals;
 
 constexpr Eigen::Index kData = 24;
 
@@ -34,19 +34,20 @@ Eigen::MatrixXd smooth_covariance(double size) {
   });
 }
 
-TEST(FocusResiduals, LevelOfEvenNoiseIsThatOfTheDegreesOfFreedom) {
+TEST(UnknownNoiseResiduals, LevelOfEvenNoiseIsThatOfTheDegreesOfFreedom) {
   std::mt19937_64 random(1);
   Eigen::VectorXd values = noise(0.003, &random);
   values -= line() * line().colPivHouseholderQr().solve(values);
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(kData, kData);
   const Eigen::ArrayXd even = Eigen::ArrayXd::Ones(kData);
-  EXPECT_NEAR(FocusResiduals(values, line(), none, even, 1e-4).level() / (values.norm() / std::sqrt(22.0)), 1,
-              1e-4);
-  EXPECT_NEAR(FocusResiduals(1e-5 * values, line(), none, even, 1e-4).level(), 1e-4, 1e-8);
+  EXPECT_NEAR(
+      UnknownNoiseResiduals(values, line(), none, even, 1e-4).level() / (values.norm() / std::sqrt(22.0)), 1,
+      1e-4);
+  EXPECT_NEAR(UnknownNoiseResiduals(1e-5 * values, line(), none, even, 1e-4).level(), 1e-4, 1e-8);
 }
 
 // Of noise alone chances are even between 0 and 1, with and without departures of the mirror's own.
-TEST(FocusResiduals, ChancesOfNoiseAloneAreEven) {
+TEST(UnknownNoiseResiduals, ChancesOfNoiseAloneAreEven) {
   for (const double size : {0.0, 0.01}) {
     const Eigen::MatrixXd own = smooth_covariance(size);
     const Eigen::MatrixXd root =
@@ -56,7 +57,7 @@ TEST(FocusResiduals, ChancesOfNoiseAloneAreEven) {
     constexpr int kTrials = 200;
     for (int trial = 0; trial < kTrials; ++trial) {
       const Eigen::VectorXd values = noise(0.002, &random) + root * noise(1, &random);
-      const FocusResiduals residuals(values, line(), own, Eigen::ArrayXd::Ones(kData), 1e-4);
+      const UnknownNoiseResiduals residuals(values, line(), own, Eigen::ArrayXd::Ones(kData), 1e-4);
       const double chance = residuals.chance(internal::smooth_columns(kData));
       below += chance < 0.5, far_below += chance < 0.02;
     }
@@ -66,16 +67,16 @@ TEST(FocusResiduals, ChancesOfNoiseAloneAreEven) {
 }
 
 // A bow of three deviations of the noise: of all curves of this theory, of one mirror no fault of it.
-TEST(FocusResiduals, ABowIsAFaultUnlessMirrorsHaveIt) {
+TEST(UnknownNoiseResiduals, ABowIsAFaultUnlessMirrorsHaveIt) {
   std::mt19937_64 random(3);
   const Eigen::VectorXd bow = line().col(1).array().square().matrix();
   const Eigen::VectorXd values = noise(0.002, &random) + 0.012 * bow;
   const Eigen::ArrayXd even = Eigen::ArrayXd::Ones(kData);
-  const FocusResiduals of_mean(values, line(), Eigen::MatrixXd::Zero(kData, kData), even, 1e-4);
+  const UnknownNoiseResiduals of_mean(values, line(), Eigen::MatrixXd::Zero(kData, kData), even, 1e-4);
   EXPECT_LT(of_mean.chance(bow), 1e-4);
   EXPECT_LT(of_mean.chance(internal::smooth_columns(kData)), 1e-2);
   EXPECT_EQ(of_mean.chance(2 * line().col(1)), 1);  // says nothing new
-  EXPECT_GT(FocusResiduals(values, line(), smooth_covariance(0.02), even, 1e-4).chance(bow), 0.02);
+  EXPECT_GT(UnknownNoiseResiduals(values, line(), smooth_covariance(0.02), even, 1e-4).chance(bow), 0.02);
   const internal::ResidualVerdict verdict = verdict_of(
       of_mean, {{"line", line().col(1)}, {"bow", bow}, {"smooth", internal::smooth_columns(kData)}}, 0.02);
   EXPECT_EQ(verdict.remedy, "bow");
@@ -83,13 +84,13 @@ TEST(FocusResiduals, ABowIsAFaultUnlessMirrorsHaveIt) {
 }
 
 // A mistake in one datum is no bow, though a bow takes part of it.
-TEST(FocusResiduals, OneDatumFarOffIsNamed) {
+TEST(UnknownNoiseResiduals, OneDatumFarOffIsNamed) {
   for (const Eigen::Index datum : {0, 9, 23}) {
     std::mt19937_64 random(4);
     Eigen::VectorXd values = noise(0.002, &random);
     values[datum] += 0.03;
-    const FocusResiduals residuals(values, line(), Eigen::MatrixXd::Zero(kData, kData),
-                                   Eigen::ArrayXd::Ones(kData), 1e-4);
+    const UnknownNoiseResiduals residuals(values, line(), Eigen::MatrixXd::Zero(kData, kData),
+                                          Eigen::ArrayXd::Ones(kData), 1e-4);
     EXPECT_EQ(residuals.farthest(), datum);
     Eigen::VectorXd bump = Eigen::VectorXd::Zero(kData);
     for (Eigen::Index k = 0; k < kData; ++k) bump[k] = std::exp(-std::pow(double(k - datum), 2));

@@ -14,12 +14,12 @@ struct Departure {
 
 /// Residuals of light whose noise nobody knows: its covariance is C + (level shape)^2, C one mirror's own
 /// departure from the mean, and the level is that of the largest likelihood. Linear in what is fitted beside.
-class FocusResiduals {
+class UnknownNoiseResiduals {
  public:
   /// residuals: model - measured; design: its derivatives over what was fitted, data x parameters;
   /// own: C; shape: of the noise [unit of the light]; least: level below which none is taken.
-  FocusResiduals(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& design, const Eigen::MatrixXd& own,
-                 const Eigen::ArrayXd& shape, double least);
+  UnknownNoiseResiduals(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& design,
+                        const Eigen::MatrixXd& own, const Eigen::ArrayXd& shape, double least);
 
   /// Level of the noise by restricted maximum likelihood: of an even noise alone the root of the sum of
   /// squares over the degrees of freedom.
@@ -62,7 +62,7 @@ struct ResidualVerdict {
 };
 /// The last of the departures names no cause: it counts where the chance of none of the others is below
 /// `poor`.
-ResidualVerdict verdict_of(const FocusResiduals& residuals, const std::vector<Departure>& departures,
+ResidualVerdict verdict_of(const UnknownNoiseResiduals& residuals, const std::vector<Departure>& departures,
                            double poor);
 
 }  // namespace aberfit::internal

@@ -1,4 +1,4 @@
-#include "focus_residuals.h"
+#include "unknown_noise.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -22,8 +22,9 @@ double tail_of_f(double ratio, double k, double n) {
 
 }  // namespace
 
-FocusResiduals::FocusResiduals(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& design,
-                               const Eigen::MatrixXd& own, const Eigen::ArrayXd& shape, double least) {
+UnknownNoiseResiduals::UnknownNoiseResiduals(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& design,
+                                             const Eigen::MatrixXd& own, const Eigen::ArrayXd& shape,
+                                             double least) {
   const Eigen::VectorXd over = shape.inverse().matrix();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(over.asDiagonal() * own * over.asDiagonal());
   turn_ = axes.eigenvectors().transpose() * over.asDiagonal();
@@ -35,7 +36,7 @@ FocusResiduals::FocusResiduals(const Eigen::VectorXd& residuals, const Eigen::Ma
   most_ = std::max(least_, std::log(std::max(values_.cwiseAbs().maxCoeff(), 1e-300)) + 1) + 1;
 }
 
-FocusResiduals::Fit FocusResiduals::at(double log_level, const Eigen::MatrixXd& design) const {
+UnknownNoiseResiduals::Fit UnknownNoiseResiduals::at(double log_level, const Eigen::MatrixXd& design) const {
   const Eigen::ArrayXd variance = own_ + std::exp(2 * log_level);
   const Eigen::MatrixXd weighted = variance.inverse().matrix().asDiagonal() * design;
   const Eigen::LDLT<Eigen::MatrixXd> normal(design.transpose() * weighted);
@@ -46,7 +47,7 @@ FocusResiduals::Fit FocusResiduals::at(double log_level, const Eigen::MatrixXd& 
   return fit;
 }
 
-double FocusResiduals::best(const Eigen::MatrixXd& design, double Fit::*of, double* log_level) const {
+double UnknownNoiseResiduals::best(const Eigen::MatrixXd& design, double Fit::*of, double* log_level) const {
   const double step = (most_ - least_) / kLevels;
   double place = least_, least = at(least_, design).*of;
   for (int k = 1; k <= kLevels; ++k)
@@ -62,13 +63,14 @@ double FocusResiduals::best(const Eigen::MatrixXd& design, double Fit::*of, doub
   return std::min(least, at(place, design).*of);
 }
 
-double FocusResiduals::level() const {
+double UnknownNoiseResiduals::level() const {
   double log_level = 0;
   best(design_, &Fit::restricted, &log_level);
   return std::exp(log_level);
 }
 
-double FocusResiduals::chance(const Eigen::MatrixXd& columns, std::optional<Eigen::Index> without) const {
+double UnknownNoiseResiduals::chance(const Eigen::MatrixXd& columns,
+                                     std::optional<Eigen::Index> without) const {
   // In the metric of the noise alone, what the design does not have already.
   Eigen::MatrixXd plain = design_;
   if (without) {
@@ -100,7 +102,7 @@ Eigen::MatrixXd smooth_columns(Eigen::Index data) {
   return columns;
 }
 
-ResidualVerdict verdict_of(const FocusResiduals& residuals, const std::vector<Departure>& departures,
+ResidualVerdict verdict_of(const UnknownNoiseResiduals& residuals, const std::vector<Departure>& departures,
                            double poor) {
   const double count = double(departures.size());
   ResidualVerdict verdict;
