@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/core/text.h"
 
 namespace aberfit::internal {
 namespace {
@@ -105,6 +106,8 @@ std::string child_pointer(const std::string& pointer, const std::string& key) {
 }
 
 Json parse_json(const std::string& text, const std::string& path) {
+  if (trimmed(text).empty())
+    throw InputError(path, "", "an empty file", "a study file (JSON), see `aberfit schema`");
   KeyCheck check(text, path);
   Json::sax_parse(text, &check);
   return Json::parse(text);

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "aberfit/commands/run.h"
+#include "aberfit/core/errors.h"
 #include "aberfit/core/random.h"
 #include "aberfit/measured/write_map.h"
 #include "aberfit/study/read_study.h"
@@ -32,15 +33,14 @@ struct Fit {
   ScratchFolder folder;
   ResultDocument result;
 
-  Fit(double diameter_mm, const std::string& terms, const std::string& exports = "",
-      const std::string& more = "") {
+  Fit(double diameter_mm, const std::string& terms, const std::string& exports = "") {
     folder.write("map.csv", map_csv(round_map()));
     const std::string text = fmt::format(
         R"({{"aberfit": 1, "mirror": {{"focal_length": "1 m"}}, "light": {{"wavelength": "632.8 nm"}},
              "aperture": {{"shape": "circle", "diameter": "{} mm"}}, "trace": {{"rays": 1024}},
              "target": {{"map": {{"file": "map.csv", "origin": "file"}}}}, "terms": {{{}}},
-             "output": {{"plots": false, "export": [{}], "export_grid": 17}}{}}})",
-        diameter_mm, terms, exports, more);
+             "output": {{"plots": false, "export": [{}], "export_grid": 17}}}})",
+        diameter_mm, terms, exports);
     const Study study = parse_study(text, folder.write("study.json", text));
     RunOptions options;
     options.threads = 1;
@@ -84,16 +84,11 @@ TEST(MapWarnings, ExportLeftOutWhereTheMapDoesNotDetermineTheTerms) {
 
 // Zernike Standard ends at n = 20. An order in the study file is refused when it is read; one that comes
 // later, as of a program or found by a fit, leaves the format out and writes the others.
-TEST(MapWarnings, ExportLeftOutWhereAFormatCannotHoldTheTerms) {
-  // An order that a study names is refused at once; this one is found: that of 180 cycles a metre.
-  const std::string fine =
-      R"(, "roughness": {"psd": {"model": "uniform", "rms": "10 nm", "f_min": "50 /m", "f_max": "180 /m"}})";
+// Before the fit, of a study that a program filled as of a file.
+TEST(MapWarnings, AFormatThatCannotHoldTheTermsIsRefused) {
   const std::string formats = R"("zernike-noll", "csv")";
-  const Fit beyond(48.1, R"("zernike": {}, "band": "all")", formats, fine);
+  EXPECT_THROW(Fit(48.1, R"("zernike": {"n_max": 21})", formats), InputError);
   const Fit within(48.1, R"("zernike": {"n_max": 20})", formats);
-  EXPECT_TRUE(has(beyond.messages("export-left-out"), "zernike-noll: "));
-  EXPECT_FALSE(beyond.exported("zernike_standard.txt"));
-  EXPECT_TRUE(beyond.exported("surface.csv"));
   EXPECT_TRUE(within.messages("export-left-out").empty());
   EXPECT_TRUE(within.exported("zernike_standard.txt"));
 }
