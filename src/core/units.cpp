@@ -319,9 +319,12 @@ std::string unit_of_column(std::string_view name, Dimension dimension) {
   for (std::size_t sign = name.find_first_of("_/ "); sign != std::string_view::npos;
        sign = name.find_first_of("_/ ", sign + 1))
     candidates.push_back(name.substr(sign + 1));
-  for (const std::string_view candidate : candidates)
-    if (const std::string unit = with_signs(candidate); !unit.empty() && find_unit(unit, dimension))
-      return unit;
+  for (const std::string_view candidate : candidates) {
+    std::string unit = with_signs(candidate);
+    // "PSD in um^3": the preposition, not inches.
+    if (unit.starts_with("in ")) unit = std::string(trimmed(std::string_view(unit).substr(3)));
+    if (!unit.empty() && find_unit(unit, dimension)) return unit;
+  }
   return {};
 }
 

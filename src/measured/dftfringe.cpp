@@ -115,6 +115,7 @@ HeightMap read_dftfringe(const MeasuredSource& source) {
     throw MissingFact("wavelength", source.path, "Lambda", "heights in waves and no wavelength",
                       "a line 'Lambda 550' behind the heights, or option 'wavelength'");
   agreed_wavefront(source.path, source.wavefront, true);
+  map.file_unit = *wavelength * surface_per_height(true);
   for (Eigen::Index row = 0; row < rows; ++row)
     for (Eigen::Index column = 0; column < columns; ++column) {
       const double from_top = double(rows - 1 - row);
@@ -122,8 +123,7 @@ HeightMap read_dftfringe(const MeasuredSource& source) {
                              !(notes.obstruction && notes.obstruction->touches(double(column), from_top));
       double& height = map.height(row, column);
       // Points that the program left out are written as 0.
-      height = in_mirror && height != 0 ? height * *wavelength * surface_per_height(true)
-                                        : std::numeric_limits<double>::quiet_NaN();
+      height = in_mirror && height != 0 ? height * map.file_unit : std::numeric_limits<double>::quiet_NaN();
     }
   return map;
 }

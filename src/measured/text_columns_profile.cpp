@@ -12,35 +12,50 @@
 namespace aberfit::internal {
 namespace {
 
+// How far each row may be from where equal steps lead. Positions that are rounded to steps wider than those
+// of the rows are there twice, and their neighbours are one such step away, which is wider for numbers with
+// more digits. Without these, half a step off is a row that is missing.
+template <typename Position>
+std::vector<double> rounding_of(const Position& written, std::size_t rows, double step, bool twice) {
+  constexpr double kOfDoubles = 1e-9;
+  std::vector<double> allowed(rows, 0.5 * std::abs(step) * (twice ? 1 + kOfDoubles : 1 - kOfDoubles));
+  const auto allow_gap = [&](std::size_t row, std::size_t other) {
+    const double gap = std::abs(written(row) - written(other));
+    allowed[row] = std::max(allowed[row], 0.5 * gap * (1 + kOfDoubles));
+  };
+  if (!twice) return allowed;
+  for (std::size_t row = 1, other = 0; row < rows; ++row) {
+    if (written(row) != written(row - 1)) other = row - 1;
+    allow_gap(row, other);
+  }
+  for (std::size_t row = rows - 1, other = rows - 1; row-- > 0;) {
+    if (written(row) != written(row + 1)) other = row + 1;
+    allow_gap(row, other);
+  }
+  return allowed;
+}
+
 // Position of the first row [m], from which the others are equal steps. `step` is negative where they
 // descend.
 double first_of_equal_steps(const TextTable& table, const ProfileColumns& columns, double step) {
   const std::size_t rows = table.rows();
   const auto written = [&](std::size_t row) { return table(row, columns.x) * columns.x_factor; };
   const auto off = [&](std::size_t row) { return written(row) - double(row) * step; };
-  std::size_t lowest = 0, highest = 0;
-  std::vector<double> gaps;
   bool twice = false;
   for (std::size_t row = 0; row < rows; ++row) {
     if (!std::isfinite(written(row)))
       fail_at_line(table.path, table.lines[row], "a row without position", "a number as position");
-    if (off(row) < off(lowest)) lowest = row;
-    if (off(row) > off(highest)) highest = row;
-    const double gap = row == 0 ? 0 : std::abs(written(row) - written(row - 1));
-    twice = twice || (row > 0 && gap == 0);
-    if (gap > 0) gaps.push_back(gap);
+    twice = twice || (row > 0 && written(row) == written(row - 1));
   }
-  const double middle = 0.5 * (off(lowest) + off(highest)), most = 0.5 * (off(highest) - off(lowest));
-  // Positions that are rounded to steps wider than those of the rows are there twice, and most others are one
-  // such step apart. Without these, half a step off is a row that is missing.
-  constexpr double kOfDoubles = 1e-9;
-  double allowed = 0.5 * std::abs(step) * (1 - kOfDoubles);
-  if (twice && !gaps.empty()) {
-    const auto median = gaps.begin() + std::ptrdiff_t(gaps.size() / 2);
-    std::nth_element(gaps.begin(), median, gaps.end());
-    allowed = 0.5 * std::max(std::abs(step), *median) * (1 + kOfDoubles);
+  const std::vector<double> allowed = rounding_of(written, rows, step, twice);
+  std::size_t lowest = 0, highest = 0;  // rows that bound the first position from above and from below
+  for (std::size_t row = 0; row < rows; ++row) {
+    if (off(row) + allowed[row] < off(lowest) + allowed[lowest]) lowest = row;
+    if (off(row) - allowed[row] > off(highest) - allowed[highest]) highest = row;
   }
-  if (!(most <= allowed)) {
+  const double above = off(lowest) + allowed[lowest], below = off(highest) - allowed[highest];
+  const double most = 0.5 * std::abs(off(highest) - off(lowest));
+  if (!(below <= above)) {
     const std::size_t row = std::max(lowest, highest);
     fail_at_line(table.path, table.lines[row],
                  fmt::format("position {:.10g}, {} from where equal steps of {} lead", table(row, columns.x),
@@ -50,7 +65,7 @@ double first_of_equal_steps(const TextTable& table, const ProfileColumns& column
                              "are not rounded",
                              format_quantity(mean_step(table, columns), Dimension::kLength)));
   }
-  return middle;
+  return 0.5 * (below + above);
 }
 
 }  // namespace

@@ -129,6 +129,7 @@ HeightMap read_wyko_text(const MeasuredSource& source) {
   const double pitch =
       agreed_pitch(source, header.number(source.path, "Pixel_size").value_or(0) * 1e-3);  // mm
   HeightMap map = empty_map(header.rows, header.columns, pitch, pitch * aspect);
+  map.file_unit = factor;
   if (const auto title = header.values.find("Title"); title != header.values.end())
     map.label = one_line(title->second, 80);
   // A line a column, each from its lowest point upwards, as in the binary file.

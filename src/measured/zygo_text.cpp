@@ -194,13 +194,15 @@ HeightMap read_zygo_text(const MeasuredSource& source) {
     // MetroPro writes micrometres; later programs let their user choose, who then says it.
     const double factor =
         source.value_in_waves ? header.wavelength(source) : source.value_factor.value_or(1e-6);
+    map.file_unit = factor;
     place_points(source.path, zygo_points(&lines, factor), header.number(4, 1, "the first column"),
                  header.number(4, 2, "the first row"), &map);
   } else {
     if (source.value_factor || source.value_in_waves)
       throw InputError(source.path, "option 'value_unit'", "counts of the phase",
                        "no such option: such files say what their heights are");
-    place_counts(source.path, zygo_blocks(&lines), zygo_count(header, source), &map);
+    map.file_unit = zygo_count(header, source);
+    place_counts(source.path, zygo_blocks(&lines), map.file_unit, &map);
   }
   return map;
 }

@@ -72,14 +72,15 @@ void require_a_value(const std::vector<Statistic>& statistics, const Eigen::Vect
 }
 
 // Pitch [m] of the grid for waves. A surface need not be as specified: where that grid is too coarse for its
-// slopes, one that evaluate_diffraction takes, in steps of half the cells; at most kMostCells a side.
+// slopes, one that evaluate_diffraction takes, in steps of half the cells; at most kMostCellsByDefault a
+// side, which a surface of light that can be seen does with.
 double traced_pitch(const Task& task, const Groundwork& ground, const std::vector<Target>& targets,
                     const GivenSurface& surface, int threads) {
   std::vector<double> planes{0};
   for (const Target& target : targets)
     if (const auto dz = plane_of_light(target.statistic)) planes.push_back(*dz);
   const auto [nearest, farthest] = std::minmax_element(planes.begin(), planes.end());
-  const double most = 2 * ground.radius / kMostCells;
+  const double most = 2 * ground.radius / kMostCellsByDefault;
   double pitch = wave_pitch(task, surface.terms, targets, ground.split.get());
   for (; pitch / std::sqrt(2.0) > most; pitch /= std::sqrt(2.0)) {
     const DiffractionPupil cells = diffraction_pupil(task.aperture, task.mirror.focal_length, pitch);

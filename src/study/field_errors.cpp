@@ -36,9 +36,13 @@ InputError input_error(const Study& study, const FieldError& error) {
                     error.allowed());
 }
 
+// What else is in the path of the light, and a mirror that is very smooth, keep nothing from being computed.
 void blame_unusual_number(const Study& study, const std::string& failure) {
-  const std::vector<UnusualNumber> unusual = unusual_numbers(study);
-  if (!unusual.empty()) throw error_of(study, unusual.front(), failure);
+  for (const UnusualNumber& number : unusual_numbers(study)) {
+    const bool of_path = number.pointer.starts_with("/solve/with");
+    const bool smooth = number.too_small && number.pointer.starts_with("/roughness");
+    if (!of_path && !smooth) throw error_of(study, number, failure);
+  }
 }
 
 }  // namespace aberfit

@@ -309,8 +309,8 @@ void explain(std::vector<Law> laws, const std::vector<Law>& others, const std::v
     const Place& place = place_of(places, found.empty() ? law->numbers.front() : found.front().number);
     if (place.dimension == Dimension::kNumber) found.clear();  // it has no unit
     unusual->push_back({place.pointer, format_quantity(place.value, place.dimension),
-                        quantity_text(*law, *scene), range_text(*law),
-                        meant_by(found, *law, *scene, places)});
+                        quantity_text(*law, *scene), range_text(*law), meant_by(found, *law, *scene, places),
+                        law->value(*scene) < law->low});
     if (!found.empty()) *scene = with(*scene, found.front().number, found.front().factor);
     laws.erase(law);
   }

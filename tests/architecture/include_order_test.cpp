@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <regex>
 #include <set>
 
 #include "source_rules.h"
@@ -85,6 +86,24 @@ TEST(Architecture, NoFunctionIsLongerThanEightyLines) {
     const std::vector<std::string> found = long_functions(file, contents(kRoot / file));
     EXPECT_TRUE(found.empty()) << joined(found);
   }
+}
+
+// Two classes of one name are one to the linker, which keeps the functions of either.
+TEST(Architecture, NoTwoHeadersDefineAClassOfOneName) {
+  static const std::regex definition(R"((?:^|\n)(?:struct|class) (\w+)\b(?!::)[^;{]*\{)");
+  std::map<std::string, std::string> header_of;
+  for (const fs::path& file : sources()) {
+    if (file.extension() != ".h") continue;
+    const std::string text = contents(kRoot / file);
+    const bool internal = text.find("namespace aberfit::internal {") != std::string::npos;
+    for (std::sregex_iterator it(text.begin(), text.end(), definition), end; it != end; ++it) {
+      const auto [known, is_new] =
+          header_of.try_emplace((internal ? "internal::" : "") + (*it)[1].str(), file.string());
+      EXPECT_TRUE(is_new || known->second == file.string())
+          << (*it)[1] << " in " << file.string() << " and in " << known->second;
+    }
+  }
+  EXPECT_GT(header_of.size(), 100u);
 }
 
 TEST(Architecture, NoRoomHoldsMoreThanItsShare) {

@@ -245,7 +245,9 @@ TEST(UnitOfColumn, IsInBracketsOrBehindTheWord) {
        {Name{"dz (mm)", Dimension::kLength, "mm"}, Name{"dz_mm", Dimension::kLength, "mm"},
         Name{"dz", Dimension::kLength, ""}, Name{"f_per_mm", Dimension::kSpatialFrequency, "/mm"},
         Name{"f [mm-1]", Dimension::kSpatialFrequency, "mm^-1"}, Name{"psd_2d_m4", Dimension::kPsd2d, "m^4"},
-        Name{"psd_2d_m4", Dimension::kPsd1d, ""},
+        Name{"psd_2d_m4", Dimension::kPsd1d, ""}, Name{"f in 1/m", Dimension::kSpatialFrequency, "1/m"},
+        Name{"PSD in um^3", Dimension::kPsd1d, "um^3"}, Name{"PSD in um^3", Dimension::kPsd2d, ""},
+        Name{"height in nm", Dimension::kLength, "nm"}, Name{"length (in)", Dimension::kLength, "in"},
         Name{"S (nm^2/(cycles/mm))", Dimension::kPsd1d, "nm^2/(cycles/mm)"}})
     EXPECT_EQ(unit_of_column(c.name, c.dimension), c.unit) << c.name;
 }

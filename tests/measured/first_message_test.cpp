@@ -165,6 +165,23 @@ TEST(RoundedPositions, APitchPutsThemInEqualSteps) {
             std::string::npos);
 }
 
+// Three digits are tenths of a millimetre up to 10 mm, and millimetres from 100 mm on.
+TEST(RoundedPositions, MayBeRoundedMoreWhereTheyAreLarger) {
+  const Scratch scratch;
+  for (const double step : {0.3, 0.21, 0.07}) {
+    std::string text = "x_mm,height_nm\n";
+    for (int i = 0; i * step < 210; ++i) text += fmt::format("{:.2e},{}\n", i * step, i % 7);
+    MeasuredSource source;
+    source.pitch = step * 1e-3;
+    const Profile profile = read_profile(scratch, text, source);
+    for (Eigen::Index i = 1; i < profile.size(); ++i)
+      ASSERT_NEAR(profile.x[i] - profile.x[i - 1], step * 1e-3, 1e-12);
+    EXPECT_NEAR(profile.x[0], 0, 0.5e-3);
+    source.pitch = step * 1.03e-3;
+    EXPECT_NE(input_error([&] { read(scratch, text, source); }).find("equal steps"), std::string::npos);
+  }
+}
+
 TEST(RoundedPositions, ALostRowIsNoRounding) {
   const Scratch scratch;
   std::string text = "x_mm,height_nm\n";

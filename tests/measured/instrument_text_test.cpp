@@ -97,6 +97,19 @@ TEST(ZygoText, XyzPointsComeBackInMicrometres) {
   expect_truth(read(scratch, zygo_xyz(0, 1e9), nanometres), 0.25e-3, 1e-17);
 }
 
+// Users mark missing points by values as the file has them.
+TEST(ZygoText, AMarkOfMissingPointsIsInTheUnitOfTheFile) {
+  const Scratch scratch;
+  std::string text = zygo_xyz();
+  for (std::size_t at = 0; (at = text.find("No Data", at)) != std::string::npos;)
+    text.replace(at, 7, "-9999.0");
+  MeasuredSource source;
+  source.invalid = {-9999};
+  expect_truth(read(scratch, text, source), 2.5e-4, 1e-15);
+  source.invalid = {-9998};
+  EXPECT_EQ(valid_count(read(scratch, text, source)), kRows * kColumns);
+}
+
 TEST(ZygoText, CountsOfBothFormatsComeBackWithAndWithoutIntensity) {
   const Scratch scratch;
   for (const int format : {1, 2})

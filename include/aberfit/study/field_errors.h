@@ -1,5 +1,4 @@
 #pragma once
-#include <exception>
 #include <string>
 
 #include "aberfit/core/errors.h"
@@ -10,12 +9,12 @@ namespace aberfit {
 /// What the method says of a field, with the file and the JSON pointer that it has in the study.
 InputError input_error(const Study& study, const FieldError& error);
 
-/// Throws the InputError of the first number of `study` that is unusual (study/unusual.h), as the likely
-/// reason of `failure`, in words; returns where every number is ordinary.
+/// Throws the InputError of the first number of `study` that is unusual (study/unusual.h) and may be the
+/// reason of `failure`, in words; returns where there is none.
 void blame_unusual_number(const Study& study, const std::string& failure);
 
 /// Runs `work` on what `study` asks for. A FieldError leaves as an InputError of the study's file, and so
-/// does any other failure of a study with a number that can hardly be meant: the number is what its author
+/// does a ComputationError of a study with a number that can hardly be meant: the number is what its author
 /// has to look at, not what became of it.
 template <typename Work>
 auto with_fields_of(const Study& study, const Work& work) {
@@ -27,7 +26,7 @@ auto with_fields_of(const Study& study, const Work& work) {
     throw;
   } catch (const Interrupted&) {
     throw;
-  } catch (const std::exception& error) {
+  } catch (const ComputationError& error) {
     blame_unusual_number(study, error.what());
     throw;
   }

@@ -19,6 +19,7 @@ struct UnusualNumber {
   /// Which slip would explain it, as a sentence: another unit, or focal length and diameter swapped; where
   /// none would, what to check.
   std::string meant;
+  bool too_small = false;  ///< the quantity is below that range
 };
 
 /// The numbers of `study` that can hardly be meant, one entry for each number that is probably wrong; none
