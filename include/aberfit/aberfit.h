@@ -126,6 +126,7 @@
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/conclude.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/fewest_terms.h"
 #include "aberfit/method/fresh_verdict.h"
 #include "aberfit/method/frontier.h"

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/groundwork.h"
 
 namespace aberfit {
@@ -45,6 +48,10 @@ CoefficientPrior make_term_prior(const Task& task, const Groundwork& ground, con
 }
 
 }  // namespace
+
+int order_to_carry(double radius, double frequency) {
+  return std::max(2, int(std::ceil(law::kOrderBeyondCut * kTwoPi * radius * frequency)));
+}
 
 TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& asked, double* captured) {
   TermSet terms;

@@ -22,6 +22,10 @@ struct TermPlan {
 /// Share of the height variance, piston and tilt left out, that a default order has to carry.
 inline constexpr double kCapturedHeight = 0.99;
 
+/// The order of the Zernikes that carry a band up to `frequency` [cycles/m] on a disc of `radius` [m]:
+/// law::kOrderBeyondCut times 2 pi R f, rounded up, at least 2.
+int order_to_carry(double radius, double frequency);
+
 /// The terms; absent orders and frequencies are chosen from the PSD. `captured` as in TermPlan. Throws
 /// FieldError for terms that cannot be had.
 TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& asked, double* captured);
