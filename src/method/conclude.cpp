@@ -13,7 +13,7 @@
 #include "aberfit/method/fresh_verdict.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
-#include "aberfit/method/term_search.h"
+#include "aberfit/method/band_use.h"
 #include "shared_conclusions.h"
 
 namespace aberfit {

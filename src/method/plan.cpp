@@ -13,8 +13,6 @@
 namespace aberfit {
 namespace {
 
-constexpr int kLargestDefaultOrder = 100;
-
 // Share of the height variance over the aperture that terms from n_min on can carry; piston moves no light.
 double movable_share(const Groundwork& ground, int n_min) {
   return 1.0 - captured_fraction(*ground.term_psd, ground.radius, 0, n_min >= 2 ? 1 : 0);
@@ -53,6 +51,20 @@ int order_to_carry(double radius, double frequency) {
   return std::max(2, int(std::ceil(law::kOrderBeyondCut * kTwoPi * radius * frequency)));
 }
 
+double band_end(const RadialPsd& band) {
+  if (std::isfinite(band.f_max())) return band.f_max();
+  constexpr double kLeft = 1e-4;
+  const double whole = psd_moments(band).height_variance;
+  const auto left = [&](double f) { return psd_moments(band.band(f, kInfinity)).height_variance / whole; };
+  double low = std::max(band.f_min(), 1e-6), high = 2 * low;
+  while (left(high) > kLeft) low = high, high *= 2;
+  while (high > 1.001 * low) {
+    const double middle = std::sqrt(low * high);
+    (left(middle) > kLeft ? low : high) = middle;
+  }
+  return high;
+}
+
 TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& asked, double* captured) {
   TermSet terms;
   terms.radius = ground.radius;
@@ -65,8 +77,7 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
     if (spec.n_max) {
       n_max = *spec.n_max;
     } else if (ground.term_psd) {
-      n_max = captured_order(*ground.term_psd, ground.radius, kCapturedHeight * movable_share(ground, 2),
-                             kLargestDefaultOrder);
+      n_max = std::min(order_to_carry(ground.radius, band_end(*ground.term_psd)), law::kLargestOrder);
     } else {
       throw FieldError("terms.zernike.n_max", "nothing", "an order: without roughness there is no default");
     }
@@ -105,7 +116,6 @@ FitPlan make_plan(const Task& task, std::shared_ptr<const TermPlan> terms) {
   plan.terms = std::move(terms);
   plan.pupil = task.trace.pupil;
   plan.automatic_rays = !task.trace.pupil.rays;
-  plan.starts = task.fit.starts.value_or(1);
   plan.most_iterations = task.fit.max_iterations;
   return plan;
 }

@@ -10,8 +10,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/judged_set.h"
-#include "aberfit/method/ray_count.h"
-#include "aberfit/method/term_search.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
@@ -163,34 +162,7 @@ bool rounding_is_small(const TargetSets& targets) {
 }  // namespace
 
 bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells) {
-  return model == FocusModel::kWaves && cells >= kManyCells && rounding_is_small(targets);
-}
-
-double met_within(const Task& task, FocusModel model, const TargetSets& targets, Eigen::Index cells,
-                  double wide_circles) {
-  constexpr double kLoosely = 2, kShareOfMargin = 0.2;
-  const auto is_little = [&](const Target& target) {
-    const Target aim = aim_of(target);
-    const double margin = margin_of(target, task.equivalence) * aim.relative_to();
-    return kLoosely * aim.tolerance <= kShareOfMargin * margin * (1 + 1e-9);  // equal in decimals
-  };
-  const bool loosely = model == FocusModel::kWaves && std::isfinite(wide_circles) &&
-                       cells >= kVeryManyCells &&
-                       std::all_of(targets.fitted.begin(), targets.fitted.end(), is_little);
-  return loosely ? kLoosely : 1;
-}
-
-bool begins_by_rays(const Task& task, const Groundwork& ground, const TargetSets& targets, Eigen::Index cells,
-                    double wide_circles) {
-  return ground.use.model == FocusModel::kWaves && cells >= kVeryManyCells && std::isfinite(wide_circles) &&
-         task.fit.start == FitStart::kDraw && !task.target.psd && ground.theory &&
-         !targets.held_out.empty() &&
-         std::all_of(targets.fitted.begin(), targets.fitted.end(),
-                     [](const Target& target) { return kind_of(target.statistic).in_rays; });
-}
-
-std::int64_t rays_that_lead(Eigen::Index terms) {
-  return std::max(std::int64_t(65536), screening_rays(terms));
+  return model == FocusModel::kWaves && cells >= law::kManyCells && rounding_is_small(targets);
 }
 
 bool judged_in_single_precision(double wide, const TargetSets& targets) {

@@ -6,22 +6,17 @@
 #include <bit>
 #include <cmath>
 
-#include "aberfit/method/term_search.h"
 
 namespace aberfit {
 namespace {
 
-constexpr std::int64_t kFirstRays = 16384, kFirstScreeningRays = 4096;
+constexpr std::int64_t kFirstRays = 16384;
 
 }  // namespace
 
 std::int64_t first_rays(Eigen::Index terms) {
   const auto needed = std::uint64_t(kRaysPerTerm * std::max<std::int64_t>(1, terms));
   return std::clamp(std::int64_t(std::bit_ceil(needed)), kFirstRays, kMostAutomaticRays);
-}
-
-std::int64_t screening_rays(Eigen::Index terms) {
-  return std::max(kFirstScreeningRays, kRaysPerTerm * std::int64_t(terms));
 }
 
 std::int64_t more_rays(std::int64_t rays) { return 2 * rays; }
@@ -40,16 +35,14 @@ bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice) {
   return (steady && !open) || !std::isfinite(choice->gap) || rays >= kMostAutomaticRays;
 }
 
-bool explain_cells(Eigen::Index cells, double share, bool met, RayChoice* choice) {
+bool explain_cells(Eigen::Index cells, double share, RayChoice* choice) {
   const bool steady = choice->gap <= choice->allowed;
-  const bool enough = steady || (met && cells >= kVeryManyCells);
   choice->reason = fmt::format(
       "{} cells: the finer grid that judges changes the fitted statistics by up to {:.2g} %, {} {:.2g} % "
-      "({:.0f} % of the margin){}",
-      cells, 100 * choice->gap, steady ? "below" : "above", 100 * choice->allowed, 100 * share,
-      enough && !steady ? "; all of them are met there, too" : "");
+      "({:.0f} % of the margin)",
+      cells, 100 * choice->gap, steady ? "below" : "above", 100 * choice->allowed, 100 * share);
   if (!std::isfinite(choice->gap)) choice->reason = kNoValueToCompare;
-  return enough;
+  return steady;
 }
 
 }  // namespace aberfit

@@ -13,23 +13,20 @@ using namespace internal;
 
 namespace {
 
-constexpr std::ptrdiff_t kRowsBefore = 6, kRowsAfter = 5;
-
 std::string set_name(const FrontierPoint& point) {
   return point.family == "fourier" ? fmt::format("{} waves", point.order)
                                    : fmt::format("n <= {}", point.order);
 }
 
 std::string row(const FrontierPoint& point) {
-  const std::string verdict = point.verdict ? to_string(*point.verdict) : "misses a tolerance";
+  const std::string verdict = point.verdict ? to_string(*point.verdict) : "not judged";
   const std::string held_out =
       std::isfinite(point.held_out_mismatch) ? fmt::format("{:.3f}", 100 * point.held_out_mismatch) : "-";
   return fmt::format(
       "  {:<14} {:>7} {:>9} {:>12} {:>14} {:>8.2f}  {}\n", set_name(point), point.terms, point.rays,
       std::isfinite(point.fitted_mismatch) ? fmt::format("{:.4g}", point.fitted_mismatch) : "-", held_out,
       point.seconds,
-      point.chosen     ? verdict + ", taken"
-      : point.screened ? "left after a short fit"
+      point.chosen   ? verdict + ", taken"
       : point.passes   ? verdict + ", passes"
                        : verdict);
 }
@@ -46,11 +43,11 @@ Json to_json(const Frontier& frontier) {
                       {"fitted_mismatch_tolerances", json_number(point.fitted_mismatch)},
                       {"held_out_mismatch", json_number(point.held_out_mismatch)},
                       {"seconds", json_number(point.seconds)},
-                      {"screened", point.screened},
                       {"verdict", point.verdict ? Json(to_string(*point.verdict)) : Json(nullptr)},
                       {"passes", point.passes},
                       {"chosen", point.chosen}});
   return {{"message", frontier.message},
+          {"fewest", frontier.fewest},
           {"seconds", json_number(frontier.seconds)},
           {"margin", json_number(frontier.margin)},
           {"points", points}};
@@ -75,15 +72,10 @@ Json to_json(const BandUse& band) {
 
 std::string frontier_lines(const Frontier& frontier, const std::string& points_name) {
   std::string out = paragraph("Terms", fmt::format("{}; {:.3g} s", frontier.message, frontier.seconds));
-  const auto& points = frontier.points;
-  const auto chosen =
-      std::find_if(points.begin(), points.end(), [](const FrontierPoint& p) { return p.chosen; });
-  const std::ptrdiff_t at = chosen - points.begin();
-  const std::ptrdiff_t first = std::max<std::ptrdiff_t>(0, at - kRowsBefore);
-  const std::ptrdiff_t last = std::min<std::ptrdiff_t>(std::ptrdiff_t(points.size()), at + kRowsAfter + 1);
+  if (frontier.points.size() == 1 && !frontier.fewest) return out;
   out += fmt::format("  {:<14} {:>7} {:>9} {:>12} {:>14} {:>8}\n", "set", "terms", points_name, "fit [tol.]",
                      "held out [%]", "time [s]");
-  for (std::ptrdiff_t i = first; i < last; ++i) out += row(points[std::size_t(i)]);
+  for (const FrontierPoint& point : frontier.points) out += row(point);
   return out;
 }
 

@@ -45,8 +45,7 @@ Picture frontier_picture(const PlotInput& input) {
       for (Eigen::ArrayXd& column : data) column = Eigen::ArrayXd::Constant(1, NAN);
     picture.add_columns(fmt::format("{}_{}.dat", name, suffix), header, data);
   };
-  kind("screened", [](const FrontierPoint& p) { return p.screened; });
-  kind("failed", [](const FrontierPoint& p) { return !p.screened && !p.passes; });
+  kind("failed", [](const FrontierPoint& p) { return !p.passes; });
   kind("passed", [](const FrontierPoint& p) { return p.passes; });
   kind("chosen", [](const FrontierPoint& p) { return p.chosen; });
   kind("all", [](const FrontierPoint&) { return true; });
@@ -68,9 +67,7 @@ Picture frontier_picture(const PlotInput& input) {
     }
   const auto points_of = [&](const char* column, int scale) {
     return fmt::format(
-        "'{0}_screened.dat' using 1:({3}*{4}) with points pointtype 6 pointsize 1.1 linecolor rgb '#999999' "
-        "title 'left after a short fit', \\\n"
-        "  '{0}_failed.dat' using 1:({3}*{4}) with points pointtype 2 pointsize 1.4 linecolor rgb '{1}' "
+        "'{0}_failed.dat' using 1:({3}*{4}) with points pointtype 2 pointsize 1.4 linecolor rgb '{1}' "
         "title 'fitted, does not pass', \\\n"
         "  '{0}_passed.dat' using 1:({3}*{4}) with points pointtype 7 pointsize 1.4 linecolor rgb '{2}' "
         "title 'passes', \\\n"
@@ -94,7 +91,7 @@ Picture frontier_picture(const PlotInput& input) {
       "  '{8}_all.dat' using 1:4 axes x1y2 with linespoints pointtype 1 pointsize 0.7 linecolor rgb '{6}' "
       "dashtype 3 linewidth 1 notitle, \\\n  {9}\n"
       "unset multiplot\n",
-      picture_title(input, "Fewest terms that do"), low, high, "#009E73", points_of("$2", 1),
+      picture_title(input, frontier.fewest ? "Fewest terms that do" : "Sets of terms that were tried"), low, high, "#009E73", points_of("$2", 1),
       130 * frontier.margin, kTimeColour, 100 * frontier.margin, name, points_of("$3", 100),
       fmt::join(placed, ", "));
   return picture;

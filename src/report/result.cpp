@@ -92,8 +92,6 @@ Json fit_json(const ResultDocument& result) {
                {"equivalent_surface", surface_json(result.surface)},
                {"singular_values", json_numbers(fit.singular_values)}};
   if (result.ray_choice) json["ray_choice"] = to_json(*result.ray_choice);
-  if (const auto& begun = result.begun_by_rays)
-    json["begun_by_rays"] = {{"fits", begun->fits}, {"mismatch_tolerances", json_number(begun->mismatch)}};
   if (result.frontier) json["frontier"] = to_json(*result.frontier);
   return json;
 }

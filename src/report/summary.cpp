@@ -122,7 +122,7 @@ std::string what_would_help_here(const ResultDocument& result, const Tally& tall
   if (!result.frontier && result.surface.captured_fraction > 0 &&
       result.surface.captured_fraction < kCarriesAll)
     return "More terms would help: leave `terms` out and they are chosen.";
-  // A search has been through larger sets of terms; no surface has more to give than its modes.
+  // The terms carry the roughness; no surface has more to give than its modes.
   const double modes = result.has_roughness ? result.scene.n_eff : 0;
   if (result.frontier && modes > 0 && modes < double(result.targets.size()))
     return fmt::format(
@@ -254,9 +254,6 @@ std::string fit_lines(const ResultDocument& result) {
     out += paragraph("Fit", fmt::format("{} after {}, {}, {:.3g} s: {}", to_string(fit.status),
                                         plural(fit.iterations, "iteration"),
                                         plural(fit.evaluations, "evaluation"), fit.seconds, fit.message));
-    if (const auto& begun = result.begun_by_rays)
-      out += paragraph("", fmt::format("begun where {} by rays had led, {:.3g} tolerances away in light",
-                                       plural(begun->fits, "fit"), begun->mismatch));
     out +=
         paragraph("", fmt::format("{}, {}, {}; {} of {} directions are set by the targets, {} unseen by them",
                                   plural(long(result.terms.size()), "term"), points,

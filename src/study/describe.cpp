@@ -153,18 +153,19 @@ void describe_band(Visitor& t, BandSpec& band) {
 void describe_terms(Visitor& v, TermsSpec& terms) {
   const bool named = !terms.automatic();
   bool given = named || terms.band.rule == BandRule::kCut || terms.band.rule == BandRule::kAll;
+  std::size_t rule = terms.fewest;
   v.word_or_object(
       {"terms",
-       "aberration terms to fit; auto: the fewest Zernikes with which the fit meets every tolerance "
-       "and is equivalent"},
-      given, "auto", [&](Visitor& t) {
+       "aberration terms to fit; auto: those that carry the roughness up to where one mirror stops to differ "
+       "from the mean; fewest: as few as are equivalent, whatever their PSD"},
+      given, {"auto", "fewest"}, rule, [&](Visitor& t) {
         bool zernike = terms.zernike.has_value();
         t.object({"zernike", "all Zernike modes n_min <= n <= n_max"}, &zernike, [&](Visitor& z) {
           if (!terms.zernike) terms.zernike.emplace();
           z.integer({"n_min", "lowest radial order"}, terms.zernike->n_min, 0, kLargestOrder);
           std::optional<int>& n_max = terms.zernike->n_max;
           z.integer(
-              {"n_max", "highest radial order; absent: the one that captures 99 % of the height variance",
+              {"n_max", "highest radial order; absent: the one that carries the band, 1.1 x 2 pi R f, at most 100",
                kOptional, "20"},
               n_max, 0, kLargestOrder);
           z.check(!n_max || *n_max >= terms.zernike->n_min, "n_max", fmt::format("{}", n_max.value_or(0)),
@@ -191,6 +192,7 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
                     terms.band.rule != BandRule::kDefault,
                 "", "no terms", "at least one of zernike, fourier, spherical and band; or \"auto\"");
       });
+  terms.fewest = rule == 1;
 }
 
 void describe_trace(Visitor& v, TraceSpec& trace, const Aperture& aperture) {
@@ -216,9 +218,10 @@ void describe_trace(Visitor& v, TraceSpec& trace, const Aperture& aperture) {
     if (t.reading() && !automatic_rays) trace.pupil.rays = rays;
     t.seed({"seed", "of random and Sobol pupils"}, trace.pupil.seed);
     bool differences = trace.central_difference_step.has_value();
+    std::size_t analytic = 0;
     t.word_or_object(
         {"normals", "surface normals: analytic, or by central differences with a step"}, differences,
-        "analytic", [&](Visitor& n) {
+        {"analytic"}, analytic, [&](Visitor& n) {
           n.object({"central_difference", "differences of the height", kRequired}, nullptr, [&](Visitor& c) {
             double step = trace.central_difference_step.value_or(0);
             c.quantity({"step", "step [m]", kRequired, "\"1 um\""}, step, kLength, Range::positive());
@@ -240,21 +243,8 @@ void describe_fit(Visitor& v, FitSpec& fit) {
          "near-start keeps the roughness character of the draw; zero-mean for few or low-order terms"},
         fit.prior, {"near-start", "zero-mean"});
     f.integer({"max_iterations", "largest number of iterations"}, fit.max_iterations, 1, 1000000);
-    bool automatic_starts = !fit.starts;
-    std::int64_t starts = fit.starts.value_or(1);
-    f.word_or_integer(
-        {"starts",
-         "tries from different draws until one passes, else the best is kept; auto: one, and two more where "
-         "it meets what is fitted and misses the rest by little; of up to 64 terms by waves fifteen, where "
-         "it misses anything by up to three tolerances",
-         kOptional, "3"},
-        automatic_starts, "auto", starts, 1, 10000);
-    if (f.reading() && !automatic_starts) fit.starts = int(starts);
-    f.boolean(
-        {"second_look",
-         "as a search for terms fits: given up early, and where that misses by little gone on with, by rays "
-         "on twice as many; the resolved study of a search has it where its set passed so"},
-        fit.second_look);
+    f.integer({"starts", "draws to begin with, in turn, until one is equivalent; else the nearest is kept"},
+              fit.starts, 1, 10000);
     f.quantity(
         {"spherical_rms",
          "prior RMS height of the spherical terms [m]; absent: by waves that of the roughness, else 1 um",

@@ -150,7 +150,6 @@ nlohmann::ordered_json resolved_study(const Study& study, const ChosenByFit& cho
   explicit_study.terms = chosen.terms;
   explicit_study.trace.pupil.rays = chosen.rays;
   explicit_study.fit.starts = chosen.starts;
-  explicit_study.fit.second_look = chosen.second_look;
   return resolved_study(explicit_study);
 }
 

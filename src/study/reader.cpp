@@ -291,15 +291,16 @@ class Reader : public Visitor {
     if (present) *present = json != nullptr;
     if (json) inside(*json, at(field)).read(body, field.note);
   }
-  void word_or_object(const Field& field, bool& is_object, const std::string& word,
+  void word_or_object(const Field& field, bool& is_object, const Names& words, std::size_t& word,
                       const Body& body) override {
     const Json* json = find(field);
     if (!json) return;
     is_object = json->is_object();
-    if (is_object)
-      inside(*json, at(field)).read(body);
-    else if (*json != word)
-      fail(at(field), *json, suggestion(*json, {word}, fmt::format("\"{}\" or an object", word)), field);
+    if (is_object) return inside(*json, at(field)).read(body);
+    word = std::size_t(std::find(words.begin(), words.end(), *json) - words.begin());
+    if (word == words.size())
+      fail(at(field), *json,
+           suggestion(*json, words, fmt::format("\"{}\" or an object", fmt::join(words, "\", \""))), field);
   }
   void word_or_integer(const Field& field, bool& is_word, const std::string& word, std::int64_t& value,
                        std::int64_t low, std::int64_t high) override {

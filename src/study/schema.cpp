@@ -166,8 +166,12 @@ class SchemaWriter : public Visitor {
   void object(const Field& field, bool*, const Body& body, const char* definition) override {
     add(field, named_object(body, definition));
   }
-  void word_or_object(const Field& field, bool&, const std::string& word, const Body& body) override {
-    add(field, word_or(word, object_schema(body, definitions_)));
+  void word_or_object(const Field& field, bool&, const Names& words, std::size_t& word,
+                      const Body& body) override {
+    Json allowed = Json::array();
+    for (const std::string& one : words) allowed.push_back(Json{{"const", one}});
+    allowed.push_back(object_schema(body, definitions_));
+    add(field, Json{{"oneOf", std::move(allowed)}, {"default", words.at(word)}});
   }
   void word_or_integer(const Field& field, bool&, const std::string& word, std::int64_t&, std::int64_t low,
                        std::int64_t high) override {

@@ -126,8 +126,8 @@ class Visitor {
   /// `definition` names it in the schema, which a description that contains itself needs.
   virtual void object(const Field& field, bool* present, const Body& body,
                       const char* definition = nullptr) = 0;
-  /// Either the word or an object.
-  virtual void word_or_object(const Field& field, bool& is_object, const std::string& word,
+  /// Either one of the words, words[word], or an object.
+  virtual void word_or_object(const Field& field, bool& is_object, const Names& words, std::size_t& word,
                               const Body& body) = 0;
   /// Either the word or an integer.
   virtual void word_or_integer(const Field& field, bool& is_word, const std::string& word,

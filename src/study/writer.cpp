@@ -63,9 +63,9 @@ class Writer : public Visitor {
   void object(const Field& field, bool* present, const Body& body, const char*) override {
     if (!present || *present) json[field.key] = write_object(body);
   }
-  void word_or_object(const Field& field, bool& is_object, const std::string& word,
+  void word_or_object(const Field& field, bool& is_object, const Names& words, std::size_t& word,
                       const Body& body) override {
-    json[field.key] = is_object ? write_object(body) : Json(word);
+    json[field.key] = is_object ? write_object(body) : Json(words.at(word));
   }
   void word_or_integer(const Field& field, bool& is_word, const std::string& word, std::int64_t& value,
                        std::int64_t, std::int64_t) override {

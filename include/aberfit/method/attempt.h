@@ -19,7 +19,6 @@ struct Workbench {
   SurfaceOperator surface;
   double wide_circles = std::numeric_limits<double>::infinity();  ///< as DiffractionProblem has it
   bool single_precision = false;                                  ///< likewise
-  double met_within = 1;  ///< of the targets' tolerances, before a fit ends
 
   Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
             const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split = {});
@@ -50,8 +49,6 @@ struct Attempt {
   Warnings fresh_warnings;        ///< of `fresh`
   double judging_coarsening = 1;  ///< of the grid for waves of `first_seen`, over the safe pitch
   double mismatch = HUGE_VAL;     ///< worst, in tolerances
-  double met_within = 1;          ///< of Workbench: in tolerances
-  bool met = false;               ///< every tolerance, to `met_within`
 };
 
 /// Says of a result what is known of its scene: models, targets, where the roughness is split, and warnings.
@@ -61,14 +58,11 @@ void describe_scene(const FitCase& of, double captured, FitOutcome* result);
 /// What is known of a result before the solve.
 FitOutcome outcome_of(const FitCase& of, const FitPlan& plan);
 
-/// Every tolerance met, to `met_within`, and what was judged is equivalent.
+/// Judged, and equivalent.
 bool is_equivalent(const Attempt& attempt);
-/// The worst that is known of an attempt: mismatches over what they may be, in tolerances, judged differences
-/// in margins; infinite where a judged statistic has no value.
+/// The worst judged difference in margins, infinite where a judged statistic has no value; of an attempt that
+/// was not judged the worst mismatch in tolerances.
 double distance_to_margin(const Attempt& attempt);
-/// Whether a is the one to keep: what meets the tolerances before what does not, then the smaller distance to
-/// the margin or, of those that do not, to the tolerances.
-bool nearer(const Attempt& a, const Attempt& b);
 
 /// Whether the solver got anywhere: a degenerate or failed try has no cost to compare.
 bool has_solution(const FitResult& fit);
@@ -76,10 +70,10 @@ bool has_solution(const FitResult& fit);
 /// One fit as planned, on the rays of the plan. Not judged.
 Attempt attempt_fit(const FitCase& of, const FitPlan& plan);
 
-/// One on the plan's rays, or on more and more until fresh ones say the same; judged on fresh rays. By
-/// waves on finer and finer grids, and from the plan's starts in turn until one is equivalent.
-/// Not judged where the run was asked to stop. judge_always: a search does not care what fresh rays say of a
-/// set that misses its tolerances.
-Attempt fit_on_enough_rays(const FitCase& of, FitPlan plan, bool judge_always);
+/// The fit of the plan's terms and start, judged, on a sample fine enough: by rays on those that are asked for,
+/// or on more and more until fresh ones say the same; by waves on finer and finer grids, each from where the
+/// one before ended, until the grid that judges says the same of what is fitted. Where the run was asked to
+/// stop, the last that was judged.
+Attempt fit_on_a_fine_enough_sample(const FitCase& of, FitPlan plan);
 
 }  // namespace aberfit

@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 
 /// The constants of the method, each with its unit, the law it belongs to, the plateau over which results do
 /// not change, and the program that showed it. Nothing else in the rooms `method` and `chart` decides by a
@@ -9,5 +10,31 @@ namespace aberfit::law {
 /// beyond the cut, so that the last bins below it keep their power. From 1.05 to 1.25 the surface has the
 /// specification's PSD within the scatter of draws; below 1 its last bins fall short (tests/method/law_test.cpp).
 inline constexpr double kOrderBeyondCut = 1.1;
+
+/// Highest order that the law takes: up to there the polar operator and the full covariance take seconds. Beyond
+/// it plane waves on the frequency grid are as good and faster.
+inline constexpr int kLargestOrder = 100;
+/// Most plane waves of the frequency grid that the law takes: 260 cycles across, some seconds an iteration.
+inline constexpr double kMostWaves = 1e5;
+/// Growth of the order where a set turns out too few, a third more terms, and how often.
+inline constexpr double kGrowth = 1.15;
+inline constexpr int kMostGrowths = 2;
+/// The fewest terms are found to within this factor of the order.
+inline constexpr double kFewestWithin = 1.1;
+
+/// A fit rests, and ends, where so many iterations have not brought the worst mismatch below this share of what
+/// it was.
+inline constexpr int kPatience = 12;
+inline constexpr double kWorthwhile = 0.9;
+/// Weight of the prior in a fit by waves, of its own standard deviations: targets pull, the prior chooses among
+/// the surfaces that meet them.
+inline constexpr double kWavePriorWeight = 0.1;
+/// Cells from which waves work in single precision: its rounding, 1e-7 of the light, is hundreds of times below
+/// any tolerance, and below this number it saves nothing.
+inline constexpr Eigen::Index kManyCells = 20000;
+/// What the gap between a fit's grid and the one that judges it may take of the margin.
+inline constexpr double kGridShareOfMargin = 0.15;
+/// The finest grid of a fit has this times the safe pitch.
+inline constexpr double kLeastCoarsening = 0.6;
 
 }  // namespace aberfit::law

@@ -9,29 +9,27 @@
 
 namespace aberfit {
 
-/// One term set that the search for the fewest terms looked at (`"terms": "auto"`).
+/// One of the sets of terms that a run tried, where it tried more than one or was asked for the fewest.
 struct FrontierPoint {
   std::string family = "zernike";  ///< or "fourier"
   int order = 0;                   ///< Zernike: n_max; Fourier: number of plane waves
   Eigen::Index terms = 0, rays = 0;
   double fitted_mismatch = 0;  ///< largest |S - T| / tolerance over the fitted statistics
-  double met_within = 1;       ///< what that may be
   double held_out_mismatch =
       NAN;  ///< largest judged difference of the held-out ones on fresh rays; NaN: not judged
   double seconds = 0;
-  bool screened = false;           ///< left after a short fit on few rays
   std::optional<Verdict> verdict;  ///< on fresh rays; nothing where it was not judged
-  bool passes = false;             ///< every tolerance met, to `met_within`, and `equivalent`
+  bool passes = false;             ///< `equivalent`
   bool chosen = false;
 };
 
-/// What the search tried, by ascending number of terms, and what came of it.
+/// The sets that were tried, by ascending number of terms, and what came of it.
 struct Frontier {
   std::vector<FrontierPoint> points;
-  double seconds = 0;     ///< of the whole search
-  double margin = 0;      ///< of the verdicts, relative
-  std::string closeness;  ///< how closely it looked, where sets are too dear for what is done on few cells
-  std::string message;    ///< one sentence: which terms were taken and why
+  bool fewest = false;  ///< the fewest were asked for; else the law's set, and what it grew to
+  double seconds = 0;   ///< of all of them
+  double margin = 0;    ///< of the verdicts, relative
+  std::string message;  ///< one sentence: which terms were taken and why
 };
 
 /// How many rays the fit used, and why.

@@ -89,12 +89,6 @@ struct ScatterOfRest {
   std::optional<PsdModel> rest;  ///< its PSD
 };
 
-/// Fits by rays that led from the draw to where the fit by waves began, on grids where that is cheaper.
-struct RayApproach {
-  int fits = 0;
-  double mismatch = 0;  ///< in light, where they led: the largest, in tolerances
-};
-
 /// What came of a task: the fit, the surface, the verdict on it. Statistic vectors run parallel to `targets`.
 struct FitOutcome {
   ChosenByFit chosen;     ///< where the task left terms and rays open
@@ -118,9 +112,8 @@ struct FitOutcome {
   Eigen::VectorXd start, fitted, validated;
   Eigen::VectorXd posterior_std;      ///< of `fitted`, by the linearised problem
   std::vector<SpectrumBin> spectrum;  ///< empty where no PSD bins were asked for
-  std::optional<Frontier> frontier;  ///< what the search for the fewest terms tried; absent: terms were given
+  std::optional<Frontier> frontier;  ///< the sets that were tried; absent: terms were given
   std::optional<RayChoice> ray_choice;
-  std::optional<RayApproach> begun_by_rays;  ///< absent where the fit began with its draw
   std::optional<BandUse> band;               ///< absent without roughness
   std::optional<BandShares> shares;          ///< absent where the roughness is not split
   std::optional<ScatterOfRest> scatter;      ///< likewise

@@ -55,22 +55,8 @@ bool has_core(const Task& task, const Groundwork& ground, double share);
 /// light has a core.
 double wide_circles(const Task& task, const Groundwork& ground, const TargetSets& targets, double share);
 /// Whether a fit or a draw by waves on so many cells works in single precision (DiffractionProblem): from
-/// kManyCells on, where no tolerance is below 1e-4 of its target, hundreds of times the rounding.
+/// law::kManyCells on, where no tolerance is below 1e-4 of its target, hundreds of times the rounding.
 bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells);
-/// Of its targets' tolerances, what a fit ends within: 1; by waves on kVeryManyCells, where a step takes ten
-/// seconds, and in light without a core (finite `wide_circles`), 2, as long as that is at most a fifth of the
-/// margin of every target. Between the targets, where verdicts look, fits are off by three times as much (0.2
-/// and 0.6 % of g 27 on 738,824 cells); with a core of g 1.4 a set that passes at 1 misses at 1.5.
-double met_within(const Task& task, FocusModel model, const TargetSets& targets, Eigen::Index cells,
-                  double wide_circles);
-/// Whether a fit by waves on so many cells begins where fits by rays have led, not at its draw: from
-/// kVeryManyCells on, where one look at the light with its derivatives takes seconds, and in light without a
-/// core (finite `wide_circles`), whose shares rays know to a few percent. Every fitted statistic has to exist
-/// in rays and to have its value from a theory.
-bool begins_by_rays(const Task& task, const Groundwork& ground, const TargetSets& targets, Eigen::Index cells,
-                    double wide_circles);
-/// Rays of those fits, with so many terms.
-std::int64_t rays_that_lead(Eigen::Index terms);
 /// Whether a verdict works in single precision, whose circles are wide from this angle on [rad]: a finite
 /// one, and the same tolerances.
 bool judged_in_single_precision(double wide, const TargetSets& targets);

@@ -13,15 +13,12 @@ inline constexpr std::int64_t kRaysPerTerm = 30;
 inline constexpr double kRayShareOfMargin = 0.5;
 /// An `undecided` verdict asks for more rays until the sampling error is below this share of the margin.
 inline constexpr double kDecidedShareOfMargin = 0.05;
-inline constexpr int kScreeningIterations = 12;
 /// Automatic fits take no more. On so many a set takes half a minute, and is judged on kMostFreshRays, as one
 /// on twice as many would be.
 inline constexpr std::int64_t kMostAutomaticRays = std::int64_t(1) << 20;
 
 /// Rays that an automatic fit of so many terms starts with: a power of two, at least 16384 and kRaysPerTerm.
 std::int64_t first_rays(Eigen::Index terms);
-/// Rays of a short fit that only tells how far the terms stay away.
-std::int64_t screening_rays(Eigen::Index terms);
 std::int64_t more_rays(std::int64_t rays);
 
 /// The reason of a RayChoice whose gap is infinite.
@@ -31,8 +28,7 @@ inline constexpr const char* kNoValueToCompare =
 /// has no value); fills `reason`.
 bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice);
 /// Whether so many cells are enough for a fit by waves; fills `reason`. share: of the margin, that `allowed`
-/// is; met: on the finer grid that judges, too, every target is within its tolerance, so that a fit there
-/// ends where it begins. That is taken for an answer on kVeryManyCells, where to see it takes minutes.
-bool explain_cells(Eigen::Index cells, double share, bool met, RayChoice* choice);
+/// is.
+bool explain_cells(Eigen::Index cells, double share, RayChoice* choice);
 
 }  // namespace aberfit

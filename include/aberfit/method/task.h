@@ -57,7 +57,7 @@ struct TargetSpec {
 
 struct ZernikeSpec {
   int n_min = 2;
-  std::optional<int> n_max;  ///< absent: the order that captures 99 % of the height variance
+  std::optional<int> n_max;  ///< absent: the order that carries the band (order_to_carry), at most 100
 };
 struct FourierSpec {
   int count = 400;
@@ -80,10 +80,11 @@ struct TermsSpec {
   std::vector<int> spherical;  ///< even powers 4..12
   CovarianceKind covariance = CovarianceKind::kFull;
   BandSpec band;
+  bool fewest = false;  ///< of automatic terms: the fewest that are equivalent, not those that carry the band
 
-  /// No terms are named ("auto" in a file): a fit takes the fewest Zernikes that do.
+  /// No terms are named ("auto" or "fewest" in a file): a fit takes those that carry the band.
   bool automatic() const { return !zernike && !fourier && spherical.empty(); }
-  /// Those of whoever needs terms without a search for them: where none are named the default, 99 %.
+  /// Those of whoever needs Zernikes: where none are named the default.
   std::optional<ZernikeSpec> zernikes() const { return automatic() ? ZernikeSpec{} : zernike; }
 };
 
@@ -100,13 +101,7 @@ struct FitSpec {
   std::uint64_t seed = 1;
   PriorMode prior = PriorMode::kNearStart;
   int max_iterations = 100;
-  /// Tries from different draws until one passes, else the best is kept; absent: one, and by waves two more
-  /// where it meets what is fitted and misses the rest by little.
-  std::optional<int> starts;
-  /// As in a search for terms: a fit that is given up where it gets nowhere, and where that misses by little
-  /// goes on from there, by rays on twice as many, by waves closer to what lies between the targets. Where
-  /// that does not pass either, or is not asked for, a fit to its end.
-  bool second_look = false;
+  int starts = 1;  ///< draws to begin with, in turn, until one is equivalent; else the nearest is kept
   /// Prior RMS height of the spherical terms [m]; absent: by waves, whose pattern a start of many waves does
   /// not have, that of the roughness, else 1 um.
   std::optional<double> spherical_rms;
