@@ -17,6 +17,7 @@
 #include "aberfit/method/spectrum_target.h"
 #include "aberfit/method/term_search.h"
 #include "fit_grids.h"
+#include "fit_progress.h"
 #include "light_guides.h"
 #include "ray_approach.h"
 #include "stall_watch.h"
@@ -73,13 +74,12 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, double met_within
   auto watch = std::make_shared<StallWatch>(plan.on_stall == OnStall::kEnd
                                                 ? StallWatch::patient(model, plan.most_iterations)
                                                 : StallWatch(model, plan.most_iterations, warm, met_within));
-  fit.progress = [&of, minds_stall, watch, tries, lowest](const FitProgress& p) {
+  fit.progress = [&of, minds_stall, watch, lowest,
+                  line =
+                      FitProgressLine(plan.terms->terms.size(), 1, 0, tries)](const FitProgress& p) mutable {
     *lowest = std::min(*lowest, p.worst_mismatch);
     if (of.context.stopped() || (minds_stall && watch->stalled(p))) return false;
-    if (!of.context.progress) return true;
-    of.context.say(fmt::format("fit{}: iteration {}, worst mismatch {:.3g} tolerances, {:.1f} s",
-                               tries > 0 ? fmt::format(" (start {})", tries + 1) : "", p.iteration,
-                               p.worst_mismatch, p.seconds));
+    of.context.say(line(p));
     return true;
   };
   return fit;

@@ -503,22 +503,5 @@ TEST(BandUse, SharesOfAUniformBandAreDifferencesOfPowers) {
               0.5 * std::sqrt(10 / (std::numbers::pi * 0.04)), kRounding * 10);
 }
 
-TEST(Check, SaysWhichOrdersItExpects) {
-  const Study study = parse_study(small_study("\"auto\"", "\"auto\""), "study.json");
-  const CheckReport report = run_check(study, {});
-  const nlohmann::ordered_json result = to_json(report, resolved_study(study));
-  const std::string table = summary_table(report);
-  EXPECT_EQ(result["study"]["terms"], "auto");
-  EXPECT_EQ(result["study"]["trace"]["rays"], "auto");
-  EXPECT_NE(table.find("chosen by the fit"), std::string::npos);
-  const int low = result["terms"]["automatic"]["n_low"], high = result["terms"]["automatic"]["n_high"];
-  EXPECT_LT(low, high);
-  const int found =
-      run_fit(parse_study(small_study("\"auto\"", "\"auto\""), "study.json"), {}).terms.zernike.back().n;
-  // Six seeds end at 15 to 19.
-  EXPECT_GE(found, low);
-  EXPECT_LE(found, 1.15 * high);
-}
-
 }  // namespace
 }  // namespace aberfit
