@@ -1,5 +1,6 @@
 #include "aberfit/chart/check.h"
 
+#include <chrono>
 #include <cmath>
 
 #include "aberfit/core/errors.h"
@@ -7,6 +8,7 @@
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
+#include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
 #include "aberfit/method/spectrum_target.h"
@@ -49,6 +51,32 @@ class FirstIteration {
   /// Gradients of all residuals over the points and over the terms.
   double bytes() const { return 8.0 * double(residuals()) * double(points() + plan_.terms.size()); }
 
+  /// A look at the draw on the points that the verdict takes first.
+  void judge(CheckedCost* cost) const {
+    const FocusModel model = of_.ground.use.model;
+    const double wide = wide_circles(of_.task, of_.ground, of_.targets, kWideShareOfVerdict);
+    const double fresh_pitch =
+        model == FocusModel::kWaves
+            ? judging_pitch(of_.task, plan_.terms, all_targets(of_.targets), of_.ground.split.get())
+            : 0;
+    // An iteration on as many points takes longer than the look.
+    const double more = fresh_pitch > 0 ? std::pow(bench_.pitch / fresh_pitch, 2) : 4;
+    if (more * *cost->iteration_seconds > kLong) return;
+    const FreshPupil pupil{model,
+                           4 * std::int64_t(points()),
+                           of_.task.trace.pupil.seed,
+                           fresh_pitch,
+                           wide,
+                           judged_in_single_precision(wide, of_.targets),
+                           false};
+    of_.context.say("check: the verdict");
+    const auto begin = std::chrono::steady_clock::now();
+    statistics_with_error(
+        lit_mirror(of_.task, of_.ground.split), pupil, plan_.terms, plan_.prior.colour(draw()),
+        JudgedSet(of_.targets.fitted, of_.targets.held_out).statistics(), of_.context.threads, nullptr);
+    cost->verdict_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
   FitStatus run(CheckedCost* cost) const {
     FitProblem problem{bench_.focus(of_.task), plan_.prior, aims_of(of_.targets.fitted),
                        aims_of(of_.targets.guides), of_.ground.focal_sigma};
@@ -64,20 +92,21 @@ class FirstIteration {
     how.progress = [&](const FitProgress& p) {
       if (p.iteration == 0) {
         begin = p.seconds;
-        cost->at_least = begin > kLongEvaluation;
+        cost->at_least = begin > kLong;
         if (cost->at_least) cost->iteration_seconds = begin;
         return !cost->at_least && !of_.context.stopped();
       }
       cost->iteration_seconds = p.seconds - begin;
       return false;
     };
-    return calibrate(problem, draw_white(plan_.prior.size(), of_.task.fit.seed), how).status;
+    return calibrate(problem, draw(), how).status;
   }
 
  private:
-  // [s] An evaluation that takes longer is not followed by another one.
-  static constexpr double kLongEvaluation = 30;
+  // [s] What takes longer is left out: a check should take seconds.
+  static constexpr double kLong = 10;
 
+  Eigen::VectorXd draw() const { return draw_white(plan_.prior.size(), of_.task.fit.seed); }
   PupilOptions rays() const {
     PupilOptions pupil = of_.task.trace.pupil;
     if (!pupil.rays) pupil.rays = first_rays(plan_.terms.size());
@@ -116,6 +145,7 @@ CheckedCost checked_cost(const FitCase& of, const TermsSpec& asked) {
       }
       of.context.say("check: one iteration");
       const FitStatus status = first.run(&cost);
+      if (cost.iteration_seconds && !cost.at_least) first.judge(&cost);
       if (!cost.iteration_seconds && (of.ground.use.model == FocusModel::kRays || coarsening < 1)) {
         cost.obstacle = status == FitStatus::kDegenerate
                             ? "the draw that the fit begins with has no value or derivative"

@@ -27,14 +27,17 @@ std::string FitProgressLine::operator()(const FitProgress& p) {
   if (p.solve != first_.solve) first_ = p;
   std::string line = fmt::format("fit: {}; iteration {}, {:.3g} tolerances off, {:.1f} s", set_, p.iteration,
                                  p.worst_mismatch, p.seconds);
-  if (p.iteration == 0) return line;
+  if (p.iteration == first_.iteration) return line;
   const double left = seconds_left(first_, p);
   if (p.iteration < law::kFewIterations && !std::isfinite(left)) {
     const double each = p.seconds / p.iteration;
     return line + fmt::format(", likely end at {:.2g} to {:.2g} s", law::kFewIterations * each,
                               law::kManyIterations * each);
   }
-  return std::isfinite(left) ? line + fmt::format(", likely end at {:.2g} s", p.seconds + left) : line;
+  // At this pace the rest takes more iterations than fits do.
+  const double each = (p.seconds - first_.seconds) / (p.iteration - first_.iteration);
+  if (!(left <= law::kManyIterations * each)) return line + ", no end in sight";
+  return line + fmt::format(", likely end at {:.2g} s", p.seconds + left);
 }
 
 }  // namespace aberfit::internal

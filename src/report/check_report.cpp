@@ -62,6 +62,7 @@ Json cost_json(const CheckedCost& cost, int threads) {
           {"at_least", cost.at_least},
           {"iterations", {law::kFewIterations, law::kManyIterations}},
           {"iterations_seconds", {seconds(law::kFewIterations), seconds(law::kManyIterations)}},
+          {"verdict_seconds", cost.verdict_seconds ? Json(*cost.verdict_seconds) : Json(nullptr)},
           {"obstacle", cost.obstacle.empty() ? Json(nullptr) : Json(cost.obstacle)}};
 }
 

@@ -154,10 +154,12 @@ std::string cost_rows(const CheckReport& report) {
   const double each = *cost.iteration_seconds;
   rows += row("one iteration", fmt::format("{}{} on {}, measured just now", more, time_text(each),
                                            plural(report.threads, "thread")));
-  return rows + row("time of `fit`", fmt::format("{} to {} iterations: {}{} to {}, then verdict and pictures",
-                                                 law::kFewIterations, law::kManyIterations, more,
-                                                 time_text(law::kFewIterations * each),
-                                                 time_text(law::kManyIterations * each)));
+  const std::string verdict =
+      cost.verdict_seconds ? ", and " + time_text(*cost.verdict_seconds) + " for the verdict" : "";
+  return rows +
+         row("time of `fit`", fmt::format("{} to {} iterations: {}{} to {}{}", law::kFewIterations,
+                                          law::kManyIterations, more, time_text(law::kFewIterations * each),
+                                          time_text(law::kManyIterations * each), verdict));
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ CheckReport hand_made() {
   report.statistics = {9, 2, 5};
   report.rays = 65536;
   report.threads = 2;
-  report.cost = CheckedCost{65536, 11, 2.5e8, 0.25, false, ""};
+  report.cost = CheckedCost{65536, 11, 2.5e8, 0.25, false, 1.5, ""};
   report.warnings = {{"some-code", "A sentence."}};
   return report;
 }
@@ -110,7 +110,7 @@ TEST(CheckReport, TableAndJsonSayTheSame) {
   EXPECT_EQ(row(table, "rays"), "65536");
   EXPECT_EQ(row(table, "memory of `fit`"), "250 MB: 11 residuals on 65536 rays");
   EXPECT_EQ(row(table, "one iteration"), "0.25 s on 2 threads, measured just now");
-  EXPECT_EQ(row(table, "time of `fit`"), "10 to 40 iterations: 2.5 s to 10 s, then verdict and pictures");
+  EXPECT_EQ(row(table, "time of `fit`"), "10 to 40 iterations: 2.5 s to 10 s, and 1.5 s for the verdict");
   EXPECT_EQ(json["cost"], (ordered_json{{"pupil_points", 65536},
                                         {"residuals", 11},
                                         {"bytes", 2.5e8},
@@ -119,6 +119,7 @@ TEST(CheckReport, TableAndJsonSayTheSame) {
                                         {"at_least", false},
                                         {"iterations", {10, 40}},
                                         {"iterations_seconds", {2.5, 10.0}},
+                                        {"verdict_seconds", 1.5},
                                         {"obstacle", nullptr}}));
   EXPECT_NE(table.find("\n  some-code: A sentence.\n"), std::string::npos) << table;
   EXPECT_EQ(json["warnings"][0]["code"], "some-code");
@@ -193,9 +194,9 @@ TEST(CheckReport, AnIterationThatWasNotMadeOrNotWaitedForSaysSo) {
   report.scene.reset();
   report.cost->iteration_seconds = 120;
   report.cost->at_least = true;
+  report.cost->verdict_seconds.reset();
   EXPECT_EQ(row(summary_table(report), "one iteration"), "more than 2 min on 2 threads, measured just now");
-  EXPECT_EQ(row(summary_table(report), "time of `fit`"),
-            "10 to 40 iterations: more than 20 min to 80 min, then verdict and pictures");
+  EXPECT_EQ(row(summary_table(report), "time of `fit`"), "10 to 40 iterations: more than 20 min to 80 min");
   EXPECT_EQ(to_json(report, {})["cost"]["at_least"], true);
   report.cost->iteration_seconds.reset();
   report.cost->obstacle = "the grid is too fine";

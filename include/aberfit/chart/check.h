@@ -39,7 +39,8 @@ struct CheckedCost {
   double bytes = 0;  ///< memory of the process at its highest; where no iteration was made, estimated
   std::optional<double> iteration_seconds;  ///< measured; absent: no iteration was made
   bool at_least = false;  ///< the first evaluation took so long that it was left at that: no less than this
-  std::string obstacle;   ///< why no iteration was made, a clause; empty where one was
+  std::optional<double> verdict_seconds;  ///< of one look on fresh points; absent: too long to make one
+  std::string obstacle;                   ///< why no iteration was made, a clause; empty where one was
 };
 
 /// The resolved numbers of a study's scene, the model it needs and why, and what a fit takes.
