@@ -96,8 +96,8 @@ class FirstIteration {
         if (cost->at_least) cost->iteration_seconds = begin;
         return !cost->at_least && !of_.context.stopped();
       }
-      cost->iteration_seconds = p.seconds - begin;
-      return false;
+      cost->iteration_seconds = (p.seconds - begin) / p.iteration;
+      return p.iteration < kMostIterations && p.seconds < kEnough && !of_.context.stopped();
     };
     return calibrate(problem, draw(), how).status;
   }
@@ -105,6 +105,9 @@ class FirstIteration {
  private:
   // [s] What takes longer is left out: a check should take seconds.
   static constexpr double kLong = 10;
+  // A step that is rejected takes a fraction of one that is not: a mean of a few, where they are quick [s].
+  static constexpr int kMostIterations = 5;
+  static constexpr double kEnough = 1;
 
   Eigen::VectorXd draw() const { return draw_white(plan_.prior.size(), of_.task.fit.seed); }
   PupilOptions rays() const {

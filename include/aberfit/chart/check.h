@@ -31,8 +31,8 @@ struct CheckedCells {
   double fit = 0, verdict = 0;
 };
 
-/// What a fit takes, as far as one iteration of it tells: from a draw, on the grid or the rays that the fit
-/// begins with, all derivatives included.
+/// What a fit takes, as far as its first iterations tell, one or the mean of up to five within a second: from
+/// a draw, on the grid or the rays that the fit begins with, all derivatives included.
 struct CheckedCost {
   Eigen::Index points = 0;     ///< cells of the grid, or rays
   Eigen::Index residuals = 0;  ///< statistics fitted, guides and PSD bins
