@@ -174,12 +174,8 @@ CLI::App* add_chart_command(CLI::App* app, CommandLine* line) {
 
 CLI::App* add_check_command(CLI::App* app, CommandLine* line) {
   CLI::App* sub = add_study_command(
-      app, "check", "The resolved study, the model it needs and why, and what a fit will take; runs nothing",
-      line);
-  sub->add_option("--chart", line->chart_file,
-                  "chart.json or its folder: the rates to predict with (default: that of out/<name of the "
-                  "study>/chart, where it is of the same study)")
-      ->type_name("FILE");
+      app, "check",
+      "The resolved study, the model it needs and why, and what a fit takes, by making one iteration", line);
   add_arrays_and_folder(sub, line,
                         "Folder for the arrays and the result (default: out/<name of the study>/check)");
   CLI::Option* table = sub->add_flag(
@@ -198,6 +194,10 @@ CLI::App* add_check_command(CLI::App* app, CommandLine* line) {
   return sub;
 }
 
+void add_time_limit(CLI::App* sub, CommandLine* line, const char* meaning) {
+  sub->add_option("--time-limit", line->time_limit, meaning)->type_name("TIME");
+}
+
 CLI::App* add_sweep_command(CLI::App* app, CommandLine* line) {
   CLI::App* sub = add_study_command(app, "sweep",
                                     "The studies that the `vary` block stands for, over threads, ranks "
@@ -210,6 +210,8 @@ CLI::App* add_sweep_command(CLI::App* app, CommandLine* line) {
          "Only these cases: i/n the i-th of n runs; array/n the one that the job array of SLURM, PBS or "
          "SGE says (default: what SLURM or SGE say)")
       ->type_name("I/N");
+  add_time_limit(sub, line,
+                 "After this time, e.g. \"2 h\", no further case is begun and fits end; exit code 4");
   sub->add_flag("--gather", line->gather_only, "Run nothing, only gather what is recorded so far");
   sub->add_flag("--retry", line->retry_failed, "Run cases that failed once more");
   return sub;
@@ -221,8 +223,8 @@ void add_common_options(CLI::App* app, CommandLine* line) {
   app->fallthrough();  // common options may stand after the command
   app->footer(
       "Exit codes: 0 done (and equivalent where judged); 1 ran but not converged, different or undecided; "
-      "2 bad input or usage; 3 the computation failed; 4 a fit or sweep stopped by a signal, with the best "
-      "so far.");
+      "2 bad input or usage; 3 the computation failed; 4 a fit or sweep stopped by a signal or by "
+      "--time-limit, with the best so far.");
   app->add_option("--threads", line->threads,
                   "Threads to use (default: all there are); results do not depend on it")
       ->check(CLI::Range(1, 65536))
@@ -255,6 +257,9 @@ ExitCode run(int argc, char** argv) {
   CLI::App* fit = add_study_command(&app, "fit", "Find the equivalent surface and judge it", &line);
   add_output(fit, &line, kFolder);
   add_arrays(fit, &line);
+  add_time_limit(fit, &line,
+                 "After this time, e.g. \"60 s\", \"5 min\" or \"2 h\", the fit ends with the best so far; "
+                 "judging it and writing the files take their time after the limit; exit code 4");
   CLI::App* verify = add_study_command(
       &app, "verify", "Harvey-Shack and aberration-term branches side by side, no fit", &line);
   add_output(verify, &line, kFolder);

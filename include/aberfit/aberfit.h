@@ -156,8 +156,6 @@
 // chart: speed against accuracy; predicted cost.
 #include "aberfit/chart/chart.h"
 #include "aberfit/chart/check.h"
-#include "aberfit/chart/cost_model.h"
-#include "aberfit/chart/fit_work.h"
 
 // specify: which roughness meets a budget.
 #include "aberfit/specify/budget.h"
@@ -174,7 +172,6 @@
 #include "aberfit/report/chart.h"
 #include "aberfit/report/check_report.h"
 #include "aberfit/report/exports.h"
-#include "aberfit/report/fit_rates.h"
 #include "aberfit/report/focal_light.h"
 #include "aberfit/report/frontier.h"
 #include "aberfit/report/plots.h"

@@ -6,7 +6,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/method/band_choice.h"
-#include "aberfit/method/fewest_terms.h"
+#include "aberfit/method/fit_as_asked.h"
 #include "aberfit/method/judged_set.h"
 #include "chart_families.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kEvenCuts = 4;       // cuts in equal ratios, in the middles of equal parts of the band
 constexpr double kSameCut = 1.05;  // ratio of two that are not worth a fit each
-constexpr double kForTheOwn = 3;   // times the family's seconds that the study's own cut may take
+constexpr double kDearer = 2;  // a fit of the next cut over the last one: its terms are up to twice as many
 
 // Why no cut is charted; empty where cuts are.
 std::string why_no_cut(const ChartBench& bench) {
@@ -27,7 +27,6 @@ std::string why_no_cut(const ChartBench& bench) {
 
 struct Cut {
   Layout layout;
-  double predicted = 0;  // time of the fit [s]
   bool is_default = false;
 };
 
@@ -49,23 +48,11 @@ double end_of_terms(const ChartBench& bench, const Layout& layout) {
   return layout.ground.all_scatters() ? 0 : layout.ground.split->cut();
 }
 
-// Infinite where no grid holds the light.
-double predicted_seconds(const ChartBench& bench, const Layout& layout, const FitRates& rates) {
-  try {
-    double captured = 0;
-    const TermSet terms = make_terms(bench.task, layout.ground, bench.task.terms, &captured);
-    return predict_fit(bench.task, layout.ground, terms, layout.targets, rates, bench.threads).seconds;
-  } catch (const ComputationError&) {
-    return HUGE_VAL;
-  }
-}
-
 // Laid out, from the bottom of the band to all of it; of two that are nearly the same the one that stands
 // first in bands_of.
 std::vector<Cut> cuts_of(const ChartBench& bench) {
   const std::vector<BandSpec> bands = bands_of(bench);
   std::vector<Layout> layouts = lay_out(bench.task, requested_physics(bench.task), bands, bench.threads);
-  const FitRates rates = machine_rates(bench.threads);
   const BandRule own = band_rule(bench.task);
   std::vector<Cut> cuts;
   for (std::size_t k = 0; k < bands.size(); ++k) {
@@ -79,8 +66,7 @@ std::vector<Cut> cuts_of(const ChartBench& bench) {
       near->is_default = near->is_default || is_default;
       continue;
     }
-    const double predicted = predicted_seconds(bench, layouts[k], rates);
-    cuts.push_back({std::move(layouts[k]), predicted, is_default});
+    cuts.push_back({std::move(layouts[k]), is_default});
   }
   std::sort(cuts.begin(), cuts.end(), [&](const Cut& a, const Cut& b) {
     return end_of_terms(bench, a.layout) < end_of_terms(bench, b.layout);
@@ -142,23 +128,17 @@ ChartRow fitted_row(const ChartBench& bench, const Cut& cut) {
   return row;
 }
 
-// The fits that there is time for: the one of fewest terms in any case, the study's own where it is not far
-// too long. Left out: names of the others.
+// The fits that there is time for: the one of fewest terms and the study's own in any case. Left out: names
+// of the others.
 std::vector<ChartRow> fitted_rows(const ChartBench& bench, const std::vector<Cut>& cuts,
                                   const ChartClock& clock, std::string* left_out) {
   std::vector<ChartRow> rows;
-  double pace = 1;  // measured over predicted time
   for (const Cut& cut : cuts) {
-    const double expected = pace * cut.predicted;
-    const bool in_time =
-        cut.is_default ? cut.predicted <= kForTheOwn * clock.budget() : expected <= clock.left();
-    if (!rows.empty() && !in_time) {
-      *left_out += fmt::format("{}{} ({})", left_out->empty() ? "" : ", ", setting_of(bench, cut),
-                               std::isfinite(expected) ? fmt::format("{:.2g} s", expected) : "no grid");
+    if (!rows.empty() && !cut.is_default && kDearer * rows.back().seconds > clock.left()) {
+      *left_out += (left_out->empty() ? "" : ", ") + setting_of(bench, cut);
       continue;
     }
     rows.push_back(fitted_row(bench, cut));
-    if (cut.predicted > 0) pace = std::max(1.0, rows.back().seconds / cut.predicted);
   }
   return rows;
 }

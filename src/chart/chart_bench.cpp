@@ -23,20 +23,17 @@ double quantile(const std::vector<double>& sorted, double p) {
 // The layout is the caller's: by rays, or as `fit` has it.
 ChartBench bench_of(const Task& task, const RunContext& context,
                     const std::function<Layout(const Task&, int threads)>& laid_out) {
-  ChartBench bench{task, {}, {}, {}, {}, {}, {}, 0, 0, 0, 0, 1, {}};
+  ChartBench bench{task, {}, {}, {}, {}, {}, {}, 0, 0, 1, {}};
   bench.threads = context.threads;
   bench.say = [context](const std::string& line) { context.say(line); };
   bench.say("targets");
-  const ChartClock clock(0);
   Layout layout = laid_out(task, bench.threads);
   bench.ground = std::move(layout.ground);
   bench.targets = std::move(layout.targets);
-  bench.targets_seconds = clock.elapsed();
   bench.say("prior");
   TermPlan plan = plan_terms(task, bench.ground, task.terms);
   bench.terms = std::move(plan.terms);
   bench.prior = std::move(plan.prior);
-  bench.prior_seconds = clock.elapsed() - bench.targets_seconds;
   bench.coefficients = bench.prior.colour(draw_white(bench.prior.size(), task.fit.seed));
   bench.tolerance = std::numeric_limits<double>::infinity();
   for (const Target& target : bench.targets.fitted) {

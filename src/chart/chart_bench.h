@@ -29,7 +29,6 @@ struct ChartBench {
   std::vector<Statistic> statistics;  ///< the fitted ones
   double tolerance = 0;               ///< smallest tolerance of a target, relative to its value
   double smoothing = 0;               ///< half-width of the fit's last kernel [m]
-  double targets_seconds = 0, prior_seconds = 0;
   int threads = 1;
   std::function<void(const std::string&)> say;
 

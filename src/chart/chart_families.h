@@ -1,7 +1,6 @@
 #pragma once
 #include <vector>
 
-#include "aberfit/chart/cost_model.h"
 #include "chart_bench.h"
 
 // The families of a chart, one function each; `seconds` is about how long it may take. Flags of the rows and
@@ -44,8 +43,5 @@ ChartFamily chart_modes(const ChartBench& bench, double seconds);
 
 /// Width of the smooth twins' kernel: smooth statistics against the exact ones on the same rays.
 ChartFamily chart_smoothing(const ChartBench& bench, double seconds);
-
-/// Measures the stages on the study itself in about `seconds`; long ones on fewer rays or iterations.
-FitRates measure_rates(const ChartBench& bench, double seconds);
 
 }  // namespace aberfit::internal

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "aberfit/chart/check.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/forward/statistics_with_error.h"
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
-#include "aberfit/method/term_search.h"
 #include "aberfit/theory/scattered_rays.h"
 #include "chart_families.h"
 
@@ -225,19 +225,25 @@ double worst_in_light(const FitCase& of, const Attempt& attempt) {
   return worst;
 }
 
-// Orders to chart, the most telling first: the study's own, or where searches end; then the ends of the range
-// that a search expects, and between.
+// Orders to chart: the one that a fit begins with, then lower and higher ones around it. Empty where a fit
+// begins with other terms than Zernikes.
 std::vector<int> orders_of(const ChartBench& bench) {
-  const OrderRange range = expected_orders(bench.ground);
-  const auto between = [&](double share) {
-    return int(std::lround(range.low * std::pow(double(range.high) / range.low, share)));
-  };
-  const bool named = !bench.task.terms.automatic() && !bench.terms.zernike.empty();
-  std::vector<int> orders = {named ? bench.terms.zernike.back().n : between(0.3)};
-  for (const double share : {0.0, 0.6, 1.0})
-    if (std::find(orders.begin(), orders.end(), between(share)) == orders.end())
-      orders.push_back(between(share));
+  const TermsSpec first = first_set(bench.task, bench.ground);
+  if (first.automatic() || !first.zernike) return {};
+  const int own = first.zernike->n_max.value_or(bench.terms.zernike.back().n);
+  std::vector<int> orders = {own};
+  for (const double factor : {0.5, 0.75, 1.25})
+    if (const int order = std::max(2, int(std::lround(factor * own)));
+        std::find(orders.begin(), orders.end(), order) == orders.end())
+      orders.push_back(order);
   return orders;
+}
+
+TermsSpec zernikes_to(int order, const TermsSpec& asked) {
+  TermsSpec terms;
+  terms.zernike = ZernikeSpec{asked.zernikes() ? asked.zernikes()->n_min : 2, order};
+  terms.covariance = asked.covariance;
+  return terms;
 }
 
 // The ways of one fit that are compared.
@@ -258,7 +264,7 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       family_of("fits", "Whole fits", "largest error in light of all encircled energies, held out or not",
                 "prior, fit and its start", bench.margin());
   if (!bench.ground.psd || !bench.ground.use.obstacle.empty() || bench.ground.all_scatters() ||
-      in_light(bench.targets.fitted).empty() || expected_orders(bench.ground).wide) {
+      in_light(bench.targets.fitted).empty() || orders_of(bench).empty()) {
     family.skipped =
         "Whole fits are charted of Zernikes to the encircled energies of a roughness that wave optics "
         "describes and that needs terms.";
@@ -284,7 +290,6 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
     const Groundwork ground = own ? bench.ground : lay_groundwork(task, {{}, way.model});
     const TargetSets targets = own ? bench.targets : make_targets(task, ground, bench.threads);
     const FitCase of{task, ground, targets, context};
-    const int first = expected_orders(ground).first;
     if (way.coarse_first) last = 0;
     for (const int order : orders) {
       // The study's own way is there however little time the other families have left.
@@ -296,9 +301,8 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       }
       bench.say(fmt::format("chart: fit of n <= {} by {}", order, way.method));
       const ChartClock fit_clock(0);
-      FitPlan plan = make_plan(task, std::make_shared<const TermPlan>(plan_terms(
-                                         task, ground, zernikes_up_to(order, task.terms.covariance, first))));
-      plan.on_stall = OnStall::kGiveUp;
+      FitPlan plan = make_plan(
+          task, std::make_shared<const TermPlan>(plan_terms(task, ground, zernikes_to(order, task.terms))));
       plan.pupil.rays = first_rays(plan.terms->terms.size());
       plan.automatic_rays = false;
       if (way.coarse_first) plan.coarsening = kFirstCoarsening;
@@ -312,8 +316,9 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
       row.reference = "targets of light";
       row.error_of_reference = 0;
       row.is_default = is_default;
-      row.note =
-          attempt.met ? "met its tolerances" : fmt::format("stays {:.2g} tolerances away", attempt.mismatch);
+      row.note = attempt.result.fit.status == FitStatus::kConverged
+                     ? "met its tolerances"
+                     : fmt::format("stays {:.2g} tolerances away", attempt.mismatch);
       try {
         if (attempt.result.fit.coefficients.allFinite())
           row.error = row.error_rms = worst_in_light(of, attempt);

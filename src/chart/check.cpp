@@ -1,20 +1,26 @@
 #include "aberfit/chart/check.h"
 
+#include <chrono>
+#include <cmath>
+
 #include "aberfit/core/errors.h"
+#include "aberfit/core/memory.h"
+#include "aberfit/fit/calibrate.h"
+#include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
+#include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
-#include "chart_bench.h"
+#include "aberfit/method/spectrum_target.h"
 
 namespace aberfit {
 namespace {
 
-// Of a search the terms are not known: their frequencies ask for finer grids than light does only where they
-// are many.
-std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& ground, TermSet terms,
+constexpr int kMostOrder = 100;  // beyond, the polar operator and the prior take minutes
+
+std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& ground, const TermSet& terms,
                                           const TargetSets& targets) {
   if (ground.use.model != FocusModel::kWaves) return std::nullopt;
-  if (task.terms.automatic()) terms.zernike.clear(), terms.fourier.clear();
   const std::vector<Target> all = all_targets(targets);
   try {
     const double across = 2 * ground.radius;
@@ -25,57 +31,156 @@ std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& gr
   }
 }
 
-// What the fit would take if all of the roughness were terms.
-CheckedWholeBand whole_band(const Task& task, Groundwork ground, const TargetSets& targets,
-                            const FitRates& rates, int threads) {
-  ground.split.reset();
-  ground.prior_psd = ground.term_psd = ground.psd;
-  CheckedWholeBand whole;
-  double captured = 0;
-  const TermSet terms = make_terms(task, ground, task.terms, &captured);
-  try {
-    whole.seconds = predict_fit(task, ground, terms, targets, rates, threads).seconds;
-  } catch (const ComputationError&) {  // no grid
+/// One fit, set up as `fit` does it.
+class FirstIteration {
+ public:
+  FirstIteration(const FitCase& of, const TermPlan& plan, double coarsening)
+      : of_(of),
+        plan_(plan),
+        bench_(of.task, of.ground.use.model, rays(), pitch(coarsening), plan.terms, of.context.threads,
+               of.ground.split),
+        spectrum_(make_spectrum_target(of.task, of.ground, plan.terms, plan.prior, of.context.threads)) {
+    bench_.wide_circles = wide_circles(of.task, of.ground, of.targets, kWideShareOfFit);
+    bench_.single_precision = in_single_precision(of.ground.use.model, of.targets, bench_.pupil.size());
   }
-  return whole;
-}
 
-constexpr double kLong = 60;  // s
+  Eigen::Index points() const { return bench_.pupil.size(); }
+  Eigen::Index residuals() const {
+    return Eigen::Index(of_.targets.fitted.size() + of_.targets.guides.size()) + spectrum_.value.size();
+  }
+  /// Gradients of all residuals over the points and over the terms.
+  double bytes() const { return 8.0 * double(residuals()) * double(points() + plan_.terms.size()); }
 
-// The key that shortens a long fit.
-std::string remedy_of(const Task& task, const Groundwork& ground, const TargetSets& targets,
-                      const CheckReport& report) {
-  if (!report.prediction || report.prediction->seconds <= kLong) return "";
-  const bool waves = ground.use.model == FocusModel::kWaves;
-  // What is automatic and found nothing to cut finds nothing when asked by name.
-  if (ground.psd && !ground.split && band_rule(task) != BandRule::kAuto &&
-      obstacle_to_split(ground, targets).empty())
-    return "`\"terms\": {\"band\": \"auto\"}`: frequencies that need no term, if there are any, become "
-           "scatter";
-  if (!task.terms.automatic()) return "`terms`: fewer of them, or leave it out and they are chosen";
-  if (!waves && task.trace.pupil.rays) return "`trace.rays`: fewer, or leave it out";
-  return "`equivalence.margin`: a larger one needs fewer terms and cells, and lets more of the band be "
-         "scatter";
-}
+  /// A look at the draw on the points that the verdict takes first.
+  void judge(CheckedCost* cost) const {
+    const FocusModel model = of_.ground.use.model;
+    const double wide = wide_circles(of_.task, of_.ground, of_.targets, kWideShareOfVerdict);
+    const double fresh_pitch =
+        model == FocusModel::kWaves
+            ? judging_pitch(of_.task, plan_.terms, all_targets(of_.targets), of_.ground.split.get())
+            : 0;
+    // An iteration on as many points takes longer than the look.
+    const double more = fresh_pitch > 0 ? std::pow(bench_.pitch / fresh_pitch, 2) : 4;
+    if (more * *cost->iteration_seconds > kLong) return;
+    const FreshPupil pupil{model,
+                           4 * std::int64_t(points()),
+                           of_.task.trace.pupil.seed,
+                           fresh_pitch,
+                           wide,
+                           judged_in_single_precision(wide, of_.targets),
+                           false};
+    of_.context.say("check: the verdict");
+    const auto begin = std::chrono::steady_clock::now();
+    statistics_with_error(
+        lit_mirror(of_.task, of_.ground.split), pupil, plan_.terms, plan_.prior.colour(draw()),
+        JudgedSet(of_.targets.fitted, of_.targets.held_out).statistics(), of_.context.threads, nullptr);
+    cost->verdict_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
 
-void predict(const Task& task, const Groundwork& ground, const TermSet& terms, const TargetSets& targets,
-             const FitRates& rates, CheckReport* report) {
-  report->rates = rates.source;
+  FitStatus run(CheckedCost* cost) const {
+    FitProblem problem{bench_.focus(of_.task), plan_.prior, aims_of(of_.targets.fitted),
+                       aims_of(of_.targets.guides), of_.ground.focal_sigma};
+    problem.spectrum = spectrum_.spectrum.get();
+    problem.spectrum_target = spectrum_.value;
+    problem.spectrum_tolerance = spectrum_.tolerance;
+    FitOptions how;
+    how.prior = of_.task.fit.prior;
+    how.bound = of_.task.fit.bound_sigmas;
+    how.threads = of_.context.threads;
+    how.stop_at = 0;  // whatever the draw meets, an iteration follows
+    double begin = 0;
+    how.progress = [&](const FitProgress& p) {
+      if (p.iteration == 0) {
+        begin = p.seconds;
+        cost->at_least = begin > kLong;
+        if (cost->at_least) cost->iteration_seconds = begin;
+        return !cost->at_least && !of_.context.stopped();
+      }
+      cost->iteration_seconds = (p.seconds - begin) / p.iteration;
+      return p.iteration < kMostIterations && p.seconds < kEnough && !of_.context.stopped();
+    };
+    return calibrate(problem, draw(), how).status;
+  }
+
+ private:
+  // [s] What takes longer is left out: a check should take seconds.
+  static constexpr double kLong = 10;
+  // A step that is rejected takes a fraction of one that is not: a mean of a few, where they are quick [s].
+  static constexpr int kMostIterations = 5;
+  static constexpr double kEnough = 1;
+
+  Eigen::VectorXd draw() const { return draw_white(plan_.prior.size(), of_.task.fit.seed); }
+  PupilOptions rays() const {
+    PupilOptions pupil = of_.task.trace.pupil;
+    if (!pupil.rays) pupil.rays = first_rays(plan_.terms.size());
+    return pupil;
+  }
+  double pitch(double coarsening) const {
+    return of_.ground.use.model == FocusModel::kWaves
+               ? wave_pitch(of_.task, plan_.terms, all_targets(of_.targets), of_.ground.split.get(),
+                            coarsening)
+               : 0;
+  }
+
+  const FitCase& of_;
+  const TermPlan& plan_;
+  Workbench bench_;
+  SpectrumTarget spectrum_;
+};
+
+// On the first grid where the draw has a pattern, as `fit` looks for it.
+CheckedCost checked_cost(const FitCase& of, const TermsSpec& asked) {
+  CheckedCost cost;
+  if (of.ground.all_scatters()) {
+    cost.obstacle = "no frequency needs a term: mirrors are drawn and judged, nothing is iterated";
+    return cost;
+  }
   try {
-    report->prediction = predict_fit(task, ground, terms, targets, rates, report->threads);
+    const TermPlan plan = plan_terms(of.task, of.ground, asked);
+    for (double coarsening = kFirstCoarsening; !cost.iteration_seconds; coarsening *= std::sqrt(0.5)) {
+      const FirstIteration first(of, plan, coarsening);
+      cost.points = first.points();
+      cost.residuals = first.residuals();
+      cost.bytes = first.bytes();
+      if (cost.bytes > machine_memory()) {
+        cost.obstacle = "one iteration needs more memory than the machine has";
+        return cost;
+      }
+      of.context.say("check: one iteration");
+      const FitStatus status = first.run(&cost);
+      if (cost.iteration_seconds && !cost.at_least) first.judge(&cost);
+      if (!cost.iteration_seconds && (of.ground.use.model == FocusModel::kRays || coarsening < 1)) {
+        cost.obstacle = status == FitStatus::kDegenerate
+                            ? "the draw that the fit begins with has no value or derivative"
+                            : "the first iteration failed";
+        return cost;
+      }
+    }
+    cost.bytes = peak_memory();
   } catch (const ComputationError& error) {  // a grid finer than there is: `fit` will say so, too
-    report->unpredicted = error.what();
+    cost.obstacle = error.what();
   }
+  return cost;
 }
 
 }  // namespace
 
-CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
-  const internal::ChartClock clock(0);
-  const auto [ground, targets] = lay_out(task, threads);
-  const double laying_out = clock.elapsed();
+TermsSpec first_set(const Task& task, const Groundwork& ground) {
+  if (!task.terms.automatic() || !ground.term_psd || ground.all_scatters()) return task.terms;
+  const double cut = ground.split ? ground.split->cut() : ground.term_psd->f_max();
+  if (!(zernike_cutoff(kMostOrder, ground.radius) > cut)) return task.terms;
+  const int order = order_to_carry(ground.radius, cut);
+  if (order > kMostOrder) return task.terms;
+  TermsSpec terms = task.terms;
+  terms.zernike = ZernikeSpec{2, order};
+  return terms;
+}
+
+CheckReport make_check(const Task& task, const RunContext& context, bool measure) {
+  const auto [ground, targets] = lay_out(task, context.threads);
+  const TermsSpec asked = first_set(task, ground);
   double captured = 0;
-  const TermSet terms = make_terms(task, ground, task.terms, &captured);
+  const TermSet terms = make_terms(task, ground, asked, &captured);
   CheckReport report;
   report.warnings = scene_warnings(task, ground, terms, captured);
   if (task.terms.automatic())  // not yet chosen
@@ -94,9 +199,8 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
         ground.use.choice->model != FocusModel::kRays && !ground.use.in_light(targets_are_given(task));
     report.light_decides = ground.use.light_decides;
   }
-  report.terms = {terms.size(), captured, {}};
-  if (task.terms.automatic() && ground.psd && !ground.all_scatters())
-    report.terms.expected = expected_orders(ground);
+  report.terms = {terms.size(), captured, task.terms.automatic() && ground.psd && !ground.all_scatters(),
+                  terms.zernike.empty() ? 0 : terms.zernike.back().n};
   report.statistics = {targets.fitted.size(), targets.guides.size(), targets.held_out.size()};
   report.theory_error = ground.use.theory_error;
   report.cells = checked_cells(task, ground, terms, targets);
@@ -104,23 +208,14 @@ CheckReport make_check(const Task& task, const FitRates& rates, int threads) {
   report.held_out = targets.held_out;
   report.automatic_rays = !task.trace.pupil.rays;
   report.rays = task.trace.pupil.rays.value_or(first_rays(terms.size()));
-  report.starts = task.fit.starts.value_or(1);
-  report.threads = threads;
+  report.starts = task.fit.starts;
+  report.threads = context.threads;
   report.shares = ground.shares;
-  predict(task, ground, terms, targets, rates, &report);
-  if (report.prediction && ground.mean_spot) {
-    // Done just now: measured.
-    auto& [stage, seconds] = report.prediction->stages.front();
-    report.prediction->seconds += laying_out - seconds;
-    stage = ground.split ? "targets and cut" : "targets";
-    seconds = laying_out;
-  }
-  if (ground.split) report.whole = whole_band(task, ground, targets, rates, threads);
-  report.remedy = remedy_of(task, ground, targets, report);
+  if (measure) report.cost = checked_cost({task, ground, targets, context}, asked);
   return report;
 }
 
-MapCheckReport make_map_check(const HeightMap& map, const TermSet& terms, int threads) {
+MapCheckReport make_map_check(const HeightMap& map, const TermSet& terms) {
   MapCheckReport report;
   report.columns = map.columns();
   report.rows = map.rows();
@@ -128,8 +223,6 @@ MapCheckReport make_map_check(const HeightMap& map, const TermSet& terms, int th
   report.pitch_x = map.pitch_x;
   report.pitch_y = map.pitch_y;
   report.terms = terms.size();
-  report.seconds = predict_map_fit(double(report.valid), double(report.terms), threads);
-  report.threads = threads;
   return report;
 }
 

@@ -13,9 +13,9 @@ using namespace internal;
 
 namespace {
 
-// Shares of the budget. The fit's own stages first: `check` needs them most.
-constexpr double kRates = 0.12, kTheories = 0.01, kModels = 0.1, kFits = 0.18, kBands = 0.18, kPupils = 0.1,
-                 kNormals = 0.06, kOperators = 0.07, kDerivatives = 0.08, kOrders = 0.04, kModes = 0.04,
+// Shares of the budget; they add up to one.
+constexpr double kTheories = 0.01, kModels = 0.12, kFits = 0.22, kBands = 0.22, kPupils = 0.11,
+                 kNormals = 0.07, kOperators = 0.07, kDerivatives = 0.08, kOrders = 0.04, kModes = 0.04,
                  kSmoothing = 0.02;
 
 }  // namespace
@@ -43,7 +43,6 @@ Chart make_chart(const Task& task, double budget, const RunContext& context) {
   chart.instruction_set = to_string(best_instruction_set());
   chart.threads = bench.threads;
   chart.budget_seconds = budget;
-  chart.rates = measure_rates(bench, kRates * budget);
   const auto append = [&chart](std::vector<ChartFamily> families) {
     for (ChartFamily& family : families) {
       for (ChartRow& row : family.rows) row.family = family.name;

@@ -1,13 +1,10 @@
 #include "aberfit/chart/check.h"
 
-#include <filesystem>
-
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/method/measured_part.h"
 #include "aberfit/report/check_report.h"
-#include "aberfit/report/fit_rates.h"
 #include "aberfit/report/result.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/field_errors.h"
@@ -21,23 +18,6 @@ namespace aberfit {
 using namespace internal;
 
 namespace {
-
-// The chart's rates where one is given, else those of this machine, or what came with the program.
-FitRates rates_for(const Study& study, const RunOptions& options) {
-  const auto own = [&] {
-    return options.measure_machine ? machine_rates(context_of(options).threads) : built_in_rates();
-  };
-  const bool there = !options.chart_file.empty() && std::filesystem::exists(options.chart_file);
-  if (options.chart_file.empty() || (options.chart_optional && !there)) return own();
-  bool same_study = false;
-  try {
-    const FitRates rates = read_rates(options.chart_file, resolved_study(study), &same_study);
-    return options.chart_optional && !same_study ? own() : rates;
-  } catch (const InputError&) {
-    if (!options.chart_optional) throw;  // nobody asked for this one
-    return own();
-  }
-}
 
 double positive_length(const std::string& option, const std::string& text) {
   double value = 0;
@@ -68,16 +48,10 @@ PaperTable paper_table(const CommandLine& line) {
   return table;
 }
 
-// Without --chart the chart that `aberfit chart` would have written serves, if it is there and of this study.
-RunOptions check_options(const CommandLine& line, const Study& study, ProgressLine* progress) {
+RunOptions check_options(const CommandLine& line, ProgressLine* progress) {
   RunOptions options = run_options(line, progress);
-  options.measure_machine = true;
+  options.measure_iteration = true;
   if (line.paper_table) options.paper_table = paper_table(line);
-  if (options.chart_file.empty()) {
-    options.chart_file =
-        (std::filesystem::path(default_output_directory(study.path, "chart")) / "chart.json").string();
-    options.chart_optional = true;
-  }
   return options;
 }
 
@@ -107,7 +81,7 @@ CheckReport run_check(const Study& given, const RunOptions& options) {
   ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory,
                       claim_of_arrays("check", options, format));
   CheckReport report = with_fields_of(
-      study, [&] { return make_check(study, rates_for(study, options), context_of(options).threads); });
+      study, [&] { return make_check(study, context_of(options), options.measure_iteration); });
   report.title = study.title;
   if (options.paper_table) report.paper_table = paper_cells(*options.paper_table, study.mirror.focal_length);
   if (folder.wanted())
@@ -122,7 +96,7 @@ MapCheckReport run_map_check(const Study& given, const RunOptions& options) {
                       claim_of_arrays("check", options, format));
   const LoadedMap loaded = load_map(study);
   const TermSet terms = map_terms(study, aperture_radius(study.aperture));
-  MapCheckReport report = make_map_check(loaded.map, terms, context_of(options).threads);
+  MapCheckReport report = make_map_check(loaded.map, terms);
   report.title = study.title;
   report.warnings = loaded.warnings;
   if (study.psd)
@@ -137,7 +111,7 @@ MapCheckReport run_map_check(const Study& given, const RunOptions& options) {
 ExitCode check_command(CommandLine line) {
   const Study study = read_study(line.study_file, line.changes);
   ProgressLine progress(!line.quiet);
-  RunOptions options = check_options(line, study, &progress);
+  RunOptions options = check_options(line, &progress);
   choose_arrays_directory(study, options, "check", &line);
   options.output_directory = line.output_directory;
   const auto show = [&](const auto& report) {

@@ -6,7 +6,7 @@
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/conclude.h"
-#include "aberfit/method/fewest_terms.h"
+#include "aberfit/method/fit_as_asked.h"
 #include "aberfit/report/result_folder.h"
 #include "aberfit/study/field_errors.h"
 #include "aberfit/study/read_study.h"
@@ -54,10 +54,12 @@ Attempt fit_by_waves(const Study& study, const RunContext& context, Attempt by_r
   }
 }
 
-void note_interruption(FitOutcome* result) {
+void note_interruption(const RunOptions& options, FitOutcome* result) {
   result->interrupted = true;
+  result->stopped_by = options.stopped_by ? options.stopped_by() : "a signal";
   result->warnings.push_back(
-      {"interrupted", "stopped by a signal: this is the best so far, not what the whole run would give"});
+      {"interrupted",
+       "stopped by " + result->stopped_by + ": this is the best so far, not what the whole run would give"});
 }
 
 ResultDocument document(const Study& study, FitOutcome outcome, int threads) {
@@ -87,7 +89,7 @@ ResultDocument run_fit(const Study& given, const RunOptions& options) {
     conclude(run->of, &attempt);
     if (rays_fell_short(run->of, attempt.result) && !context.stopped())
       attempt = fit_by_waves(study, context, std::move(attempt), &run);
-    if (context.stopped()) note_interruption(&attempt.result);
+    if (context.stopped()) note_interruption(options, &attempt.result);
     ResultDocument result = document(study, std::move(attempt.result), context.threads);
     const Warnings unused = unused_parts(study, "`aberfit solve`");
     result.warnings.insert(result.warnings.end(), unused.begin(), unused.end());
@@ -105,8 +107,10 @@ ExitCode fit_command(CommandLine line) {
   choose_output_directory(&line, "fit");
   ProgressLine progress(!line.quiet);
   const Interrupt interrupt;
+  const TimeLimit limit(line.time_limit);
   RunOptions options = run_options(line, &progress);
-  options.interrupted = [&interrupt] { return interrupt.asked(); };
+  options.interrupted = [&] { return interrupt.asked() || limit.over(); };
+  options.stopped_by = [&] { return interrupt.asked() ? "a signal" : limit.text(); };
   const ResultDocument result = study.map ? run_map_fit(study, options) : run_fit(study, options);
   progress.clear();
   print(line, line.json ? to_json(result, resolved(study, result)) : nlohmann::ordered_json(),

@@ -6,6 +6,9 @@
 #include <ctime>
 #include <utility>
 
+#include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
+
 namespace aberfit::internal {
 namespace {
 
@@ -47,5 +50,20 @@ Interrupt::~Interrupt() {
 }
 
 bool Interrupt::asked() const { return asked_to_end; }
+
+TimeLimit::TimeLimit(const std::string& text) : text_(text) {
+  if (text.empty()) return;
+  try {
+    limit_ = std::chrono::duration<double>(parse_quantity(text, Dimension::kTime));
+  } catch (const UnitError&) {  // said below
+  }
+  if (!(limit_.count() > 0))
+    throw InputError("command line", "", "--time-limit \"" + text + "\"",
+                     "a positive time with its unit (s, min, h), e.g. \"60 s\"");
+}
+
+bool TimeLimit::over() const {
+  return limit_.count() > 0 && std::chrono::steady_clock::now() - begin_ >= limit_;
+}
 
 }  // namespace aberfit::internal

@@ -1,4 +1,6 @@
 #pragma once
+#include <chrono>
+#include <string>
 
 namespace aberfit::internal {
 
@@ -16,6 +18,23 @@ class Interrupt {
  private:
   void (*before_int_)(int);
   void (*before_term_)(int);
+};
+
+/// The end that a command line sets to a run, counted from when it was made.
+class TimeLimit {
+ public:
+  /// A time with its unit, "60 s", "5 min" or "2 h"; empty: no limit. Throws InputError for what is none, and
+  /// for one that is not positive.
+  explicit TimeLimit(const std::string& text);
+
+  bool over() const;
+  /// For the reader: "--time-limit 60 s".
+  std::string text() const { return "--time-limit " + text_; }
+
+ private:
+  std::string text_;
+  std::chrono::duration<double> limit_{0};  // 0: none
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace aberfit::internal

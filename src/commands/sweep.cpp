@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <exception>
@@ -191,8 +192,14 @@ ExitCode sweep_command(CommandLine line) {
   choose_output_directory(&line, "sweep");
   ProgressLine progress(!line.quiet);
   const Interrupt interrupt;
+  const TimeLimit limit(line.time_limit);
+  std::atomic<bool> ended{false};  // before all cases were handed out
   RunOptions options = run_options(line, &progress);
-  options.interrupted = [&interrupt] { return interrupt.asked(); };
+  options.interrupted = [&] {
+    const bool end = interrupt.asked() || limit.over();
+    if (end) ended = true;
+    return end;
+  };
   const std::optional<SweepReport> report =
       run_sweep(cases, options, {line.shard, line.gather_only, line.retry_failed});
   progress.clear();
@@ -202,7 +209,7 @@ ExitCode sweep_command(CommandLine line) {
       line.json ? sweep_json(*report, cases.study(), context_of(options).threads) : nlohmann::ordered_json(),
       summary_table(*report));
   say_where(line);
-  if (interrupt.asked() && !report->is_complete()) return ExitCode::kInterrupted;
+  if (ended && !report->is_complete()) return ExitCode::kInterrupted;
   return report->failed() > 0 ? ExitCode::kNotMet : ExitCode::kDone;
 }
 

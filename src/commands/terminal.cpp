@@ -50,7 +50,6 @@ RunOptions run_options(const CommandLine& line, ProgressLine* progress) {
     };
   if (!line.arrays.empty()) options.arrays = array_format(line.arrays);
   options.coefficients_file = line.coefficients_file;
-  options.chart_file = line.chart_file;
   options.chart_seconds = line.chart_seconds;
   if (progress->shown()) options.progress = [progress](const std::string& text) { progress->show(text); };
   return options;

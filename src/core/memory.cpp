@@ -1,5 +1,8 @@
 #include "aberfit/core/memory.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -31,6 +34,18 @@ void* aligned_memory(std::size_t bytes) {
 #endif
   return memory;
 }
+
+double peak_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+#ifdef __APPLE__
+  return double(usage.ru_maxrss);
+#else
+  return 1024.0 * double(usage.ru_maxrss);
+#endif
+}
+
+double machine_memory() { return double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE)); }
 
 void keep_freed_memory() {
 #ifdef __GLIBC__

@@ -84,6 +84,7 @@ constexpr NamedUnit kAngleWords[] = {{"radian", {1, 0}},
                                      {"degree", {kDegree, 0}},
                                      {"arcminute", {kDegree / 60, 0}},
                                      {"arcsecond", {kDegree / 3600, 0}}};
+constexpr NamedUnit kTimes[] = {{"s", {1, 0}}, {"min", {60, 0}}, {"h", {3600, 0}}};
 constexpr NamedUnit kFractions[] = {{"%", {1, -2}}, {"ppm", {1, -6}}};
 // A cycle counts 1: these words carry no factor (and no 2 pi).
 constexpr std::string_view kCycles[] = {"cycles", "cycle", "cy", "lp", "1"};
@@ -244,6 +245,8 @@ std::optional<Unit> find_unit(std::string_view name, Dimension dimension) {
       return UnitExpression(name).of_length_power(3);
     case Dimension::kPsd2d:
       return UnitExpression(name).of_length_power(4);
+    case Dimension::kTime:
+      return find(kTimes, name);
     case Dimension::kNumber:
       break;
   }
@@ -257,14 +260,16 @@ constexpr const char* kDimensionNames[] = {"a length",
                                            "a fraction",
                                            "a 1-D power spectral density",
                                            "a 2-D power spectral density",
-                                           "a number"};
+                                           "a number",
+                                           "a time"};
 constexpr const char* kAllowedUnits[] = {"pm, nm, um, mm, cm, m, km, in, angstrom",
                                          "rad, mrad, urad, nrad, deg, arcmin, arcsec, mas",
                                          "/m, /mm, /um, cycles/m, cycles/mm, lp/mm (a cycle is 1, not 2 pi)",
                                          "%, ppm, or a plain number without quotes",
                                          "m^3, um^3, nm^3, nm^2 mm, um^2 mm, nm^2/(cycles/mm)",
                                          "m^4, mm^4, um^4, nm^4, nm^2 mm^2, um^2 mm^2, nm^2/(cycles/mm)^2",
-                                         "a plain number without unit"};
+                                         "a plain number without unit",
+                                         "s, min, h"};
 
 const char* dimension_name(Dimension dimension) { return kDimensionNames[std::size_t(dimension)]; }
 
@@ -383,7 +388,7 @@ std::string format_quantity(double value, Dimension dimension) {
   }
   // In the order of Dimension; PSDs in the units optical metrology plots them in.
   static constexpr Prefix kShownIn[] = {{" m", 1},           {" rad", 1},           {" /m", 1}, {" %", 1e-2},
-                                        {" nm^2 mm", 1e-21}, {" nm^2 mm^2", 1e-24}, {"", 1}};
+                                        {" nm^2 mm", 1e-21}, {" nm^2 mm^2", 1e-24}, {"", 1},    {" s", 1}};
   const Prefix& in = kShownIn[std::size_t(dimension)];
   return fmt::format("{:.4g}{}", value / in.scale, in.name);
 }

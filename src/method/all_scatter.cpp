@@ -205,7 +205,6 @@ Attempt judge_all_scatter(const FitCase& of) {
   result.rays = attempt.bench->pupil.size();
   result.fit.status = FitStatus::kConverged;
   result.fit.message = "nothing to fit: no frequency needs a term";
-  attempt.met = true;
   attempt.mismatch = 0;
   const JudgedSet fitted(of.targets.fitted, {});
   const Eigen::VectorXd own =

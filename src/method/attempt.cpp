@@ -17,6 +17,7 @@
 #include "aberfit/method/scene_facts.h"
 #include "aberfit/method/spectrum_target.h"
 #include "fit_grids.h"
+#include "fit_progress.h"
 #include "light_guides.h"
 
 namespace aberfit {
@@ -35,8 +36,9 @@ Eigen::VectorXd shown_std(const std::vector<Target>& targets, const Eigen::Vecto
   return shown;
 }
 
-// What the gap between the fit's grid and the one that judges may take of the margin. Errors grow as the square
-// of the pitch, so that a judging grid that is coarser than the safe one sees less of the gap to the truth.
+// What the gap between the fit's grid and the one that judges may take of the margin. Errors grow as the
+// square of the pitch, so that a judging grid that is coarser than the safe one sees less of the gap to the
+// truth.
 double allowed_gap(double of_fit, double of_judge) {  // pitches over the safe one
   if (of_judge <= 1) return law::kGridShareOfMargin;
   return law::kGridShareOfMargin * (of_fit * of_fit - of_judge * of_judge) /
@@ -74,11 +76,11 @@ FitOptions fit_options(const FitCase& of, const FitPlan& plan, double* lowest) {
     fit.guides_within = 1;
   }
   const auto watch = std::make_shared<RestWatch>();
-  fit.progress = [&of, &plan, watch, lowest](const FitProgress& p) {
+  fit.progress = [&of, watch, lowest,
+                  line = FitProgressLine(plan.terms->terms.size(), plan.set, plan.most_sets, plan.start)](
+                     const FitProgress& p) mutable {
     *lowest = std::min(*lowest, p.worst_mismatch);
-    of.context.say(fmt::format("fit{}: iteration {}, worst mismatch {:.3g} tolerances, {:.1f} s",
-                               plan.start > 0 ? fmt::format(" (start {})", plan.start + 1) : "", p.iteration,
-                               p.worst_mismatch, p.seconds));
+    of.context.say(line(p));
     return !of.context.stopped() && !watch->rests(p);
   };
   return fit;
@@ -247,8 +249,9 @@ Eigen::VectorXd Workbench::exact(const Task& task, const Eigen::VectorXd& coeffi
 }
 
 LightPath Workbench::focus(const Task& task) const {
-  return {task.mirror,       pupil,          surface, model,   task.wavelength, &task.aperture,
-          task.trace.centre, kMostAliasedBeforeAFiner, nullptr, scatter, wide_circles,    single_precision};
+  return {task.mirror,     pupil,          surface,           model,
+          task.wavelength, &task.aperture, task.trace.centre, kMostAliasedBeforeAFiner,
+          nullptr,         scatter,        wide_circles,      single_precision};
 }
 
 bool has_solution(const FitResult& fit) {

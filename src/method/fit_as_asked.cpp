@@ -32,14 +32,16 @@ FrontierPoint frontier_point(const Attempt& attempt, double seconds) {
   point.verdict = attempt.result.verdict;
   point.passes = is_equivalent(attempt);
   for (const EquivalenceMetric& metric : attempt.result.metrics)
-    if (metric.held_out) point.held_out_mismatch = std::fmax(point.held_out_mismatch, std::abs(metric.difference));
+    if (metric.held_out)
+      point.held_out_mismatch = std::fmax(point.held_out_mismatch, std::abs(metric.difference));
   return point;
 }
 
 // The sets of a run in the order they are fitted, and the one that is kept.
 class Sets {
  public:
-  explicit Sets(const FitCase& of) : of_(of) {}
+  // most: sets that are tried at most; 0: not known.
+  Sets(const FitCase& of, int most) : of_(of), most_(most) {}
 
   // Whether these terms are equivalent; from as many starts as the task says.
   bool pass(const TermsSpec& asked) {
@@ -47,6 +49,8 @@ class Sets {
     of_.context.say("prior");
     const auto terms = std::make_shared<const TermPlan>(plan_terms(of_.task, of_.ground, asked));
     FitPlan plan = make_plan(of_.task, terms);
+    plan.set = int(points_.size()) + 1;
+    plan.most_sets = most_;
     std::optional<Attempt> best;
     for (; plan.start < of_.task.fit.starts; ++plan.start) {
       Attempt attempt = fit_on_a_fine_enough_sample(of_, plan);
@@ -86,6 +90,7 @@ class Sets {
   }
 
   const FitCase& of_;
+  int most_;
   std::vector<FrontierPoint> points_;
   std::optional<Attempt> kept_;
   std::size_t kept_point_ = 0;
@@ -93,8 +98,9 @@ class Sets {
 
 std::string set_of(const Attempt& attempt) {
   const TermSet& terms = attempt.result.terms;
-  return terms.zernike.empty() ? fmt::format("{} terms: {} plane waves", terms.size(), terms.fourier.size())
-                               : fmt::format("{} terms: Zernikes to n = {}", terms.size(), terms.zernike.back().n);
+  return terms.zernike.empty()
+             ? fmt::format("{} terms: {} plane waves", terms.size(), terms.fourier.size())
+             : fmt::format("{} terms: Zernikes to n = {}", terms.size(), terms.zernike.back().n);
 }
 
 // More terms help where what was fitted or judged is off, not where a verdict is open.
@@ -103,7 +109,7 @@ bool asks_for_more(const Attempt& attempt) {
 }
 
 Attempt fit_by_law(const FitCase& of) {
-  Sets sets(of);
+  Sets sets(of, 1 + law::kMostGrowths);
   int tried = 0;
   double growth = 1;
   for (bool more = true; more && tried <= law::kMostGrowths; growth *= law::kGrowth) {
@@ -113,10 +119,11 @@ Attempt fit_by_law(const FitCase& of) {
   }
   const std::string carry = fmt::format("{}, as many as carry the band to its end", set_of(sets.kept()));
   if (tried == 1) return sets.finish(false, carry);
-  return sets.finish(false, fmt::format("{} and more; {} sets were tried, {}", carry, tried,
-                                        is_equivalent(sets.kept())
-                                            ? "the last of which is equivalent: its held-out statistics chose it"
-                                            : "none of which is equivalent, and this one is nearest"));
+  return sets.finish(false,
+                     fmt::format("{} and more; {} sets were tried, {}", carry, tried,
+                                 is_equivalent(sets.kept())
+                                     ? "the last of which is equivalent: its held-out statistics chose it"
+                                     : "none of which is equivalent, and this one is nearest"));
 }
 
 TermsSpec zernikes_to(const Task& task, int order) {
@@ -128,7 +135,7 @@ TermsSpec zernikes_to(const Task& task, int order) {
 
 Attempt fit_fewest(const FitCase& of) {
   const TermsSpec all = terms_by_law(of.task, of.ground);
-  Sets sets(of);
+  Sets sets(of, 0);
   bool passes = sets.pass(all);
   if (!passes && all.zernike && !of.context.stopped())
     passes = sets.pass(terms_by_law(of.task, of.ground, law::kGrowth));
@@ -143,10 +150,11 @@ Attempt fit_fewest(const FitCase& of) {
                                          "were not looked for",
                                          set));
   return sets.finish(
-      true, fmt::format("{}, the fewest of those tried that are equivalent, to {:.0f} % of the order: held-out "
-                        "statistics chose them, which are no longer held out, and they need not have the "
-                        "specification's PSD",
-                        set, 100 * (law::kFewestWithin - 1)));
+      true,
+      fmt::format("{}, the fewest of those tried that are equivalent, to {:.0f} % of the order: held-out "
+                  "statistics chose them, which are no longer held out, and they need not have the "
+                  "specification's PSD",
+                  set, 100 * (law::kFewestWithin - 1)));
 }
 
 }  // namespace
@@ -167,7 +175,7 @@ Attempt fit_as_asked(const FitCase& of) {
   if (of.ground.all_scatters()) return judge_all_scatter(of);
   if (of.task.terms.automatic() && of.ground.psd)
     return of.task.terms.fewest ? fit_fewest(of) : fit_by_law(of);
-  Sets sets(of);
+  Sets sets(of, 1);
   sets.pass(of.task.terms);
   Attempt attempt = sets.finish(false, "");
   attempt.result.frontier.reset();

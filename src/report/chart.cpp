@@ -5,7 +5,6 @@
 #include <iterator>
 
 #include "aberfit/core/units.h"
-#include "aberfit/report/fit_rates.h"
 #include "json_number.h"
 
 namespace aberfit {
@@ -92,7 +91,6 @@ Json to_json(const Chart& chart, const Json& study, const Provenance& provenance
           {"kind", "chart"},
           {"study", study},
           {"machine", {{"threads", chart.threads}, {"instruction_set", chart.instruction_set}}},
-          {"rates", to_json(chart.rates)},
           {"central_difference_law", law},
           {"families", families},
           {"rows", rows},

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "aberfit/method/constants.h"
 #include "aberfit/report/band_shares.h"
 #include "json_number.h"
 #include "paper_table.h"
@@ -25,9 +26,8 @@ Json checked_scene_json(const CheckReport& report) {
 
 Json checked_terms_json(const CheckedTerms& terms) {
   Json json = {{"count", terms.count}, {"captured_fraction", terms.captured}};
-  if (const auto& range = terms.expected)
-    json["automatic"] = {
-        {"family", range->wide ? "fourier" : "zernike"}, {"n_low", range->low}, {"n_high", range->high}};
+  json["automatic"] = terms.automatic;
+  json["n_max"] = terms.order > 0 ? Json(terms.order) : Json(nullptr);
   return json;
 }
 
@@ -50,14 +50,20 @@ Json targets_json(const CheckReport& report) {
   return json;
 }
 
-Json prediction_json(const CheckReport& report) {
-  const FitPrediction& p = *report.prediction;
-  Json costs;
-  for (const auto& [stage, seconds] : p.stages) costs[stage] = seconds;
-  return {{"rates", report.rates},
-          {"iterations", p.iterations},
-          {"iterations_known", p.iterations_known},
-          {"stages_seconds", costs}};
+Json cost_json(const CheckedCost& cost, int threads) {
+  const auto seconds = [&](int iterations) {
+    return cost.iteration_seconds ? Json(iterations * *cost.iteration_seconds) : Json(nullptr);
+  };
+  return {{"pupil_points", cost.points},
+          {"residuals", cost.residuals},
+          {"bytes", cost.bytes},
+          {"threads", threads},
+          {"iteration_seconds", seconds(1)},
+          {"at_least", cost.at_least},
+          {"iterations", {law::kFewIterations, law::kManyIterations}},
+          {"iterations_seconds", {seconds(law::kFewIterations), seconds(law::kManyIterations)}},
+          {"verdict_seconds", cost.verdict_seconds ? Json(*cost.verdict_seconds) : Json(nullptr)},
+          {"obstacle", cost.obstacle.empty() ? Json(nullptr) : Json(cost.obstacle)}};
 }
 
 }  // namespace
@@ -73,12 +79,7 @@ Json to_json(const CheckReport& report, const Json& study) {
   if (report.cells) json["cells_across"] = {{"fit", report.cells->fit}, {"verdict", report.cells->verdict}};
   json["terms"] = checked_terms_json(report.terms);
   if (report.shares) json["split"] = to_json(*report.shares, std::nullopt, std::nullopt);
-  if (report.whole)
-    json["whole_band"] = {
-        {"predicted_seconds", report.whole->seconds ? Json(*report.whole->seconds) : Json(nullptr)}};
-  if (!report.remedy.empty()) json["remedy"] = report.remedy;
-  json["predicted_seconds"] = report.prediction ? Json(report.prediction->seconds) : Json(nullptr);
-  if (report.prediction) json["prediction"] = prediction_json(report);
+  if (report.cost) json["cost"] = cost_json(*report.cost, report.threads);
   json["warnings"] = json_warnings(report.warnings);
   if (report.paper_table) json["paper_table"] = to_json(*report.paper_table);
   return json;
@@ -94,7 +95,6 @@ Json to_json(const MapCheckReport& report, const Json& study) {
                  {"pitch_y_m", report.pitch_y}};
   json["terms"]["count"] = report.terms;
   if (report.shares) json["split"] = to_json(*report.shares, std::nullopt, std::nullopt);
-  json["predicted_seconds"] = report.seconds;
   json["warnings"] = json_warnings(report.warnings);
   return json;
 }

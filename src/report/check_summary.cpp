@@ -6,6 +6,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/report/check_report.h"
 #include "paper_table.h"
 #include "paragraph.h"
@@ -21,22 +22,15 @@ std::string row(const std::string& label, const std::string& value) {
 }
 std::string heading(const std::string& title) { return title.empty() ? "" : title + "\n\n"; }
 
-std::string cost_text(double seconds) {
+// Two digits: a time that was measured once has no more.
+std::string time_text(double seconds) {
+  if (seconds < 0.1) return fmt::format("{:.2g} ms", 1000 * seconds);
   if (seconds < 99.5) return fmt::format("{:.2g} s", seconds);
-  return seconds < 5970 ? fmt::format("{:.2g} min", seconds / 60) : fmt::format("{:.0f} h", seconds / 3600);
+  return seconds < 5970 ? fmt::format("{:.2g} min", seconds / 60) : fmt::format("{:.2g} h", seconds / 3600);
 }
 
-// No more digits than a prediction has: "20 s", "15 s", "2 min".
-std::string rounded_text(double seconds) {
-  if (seconds < 0.1) return "less than 0.1 s";
-  const double unit = seconds < 99.5 ? 1 : seconds < 5970 ? 60 : 3600;
-  const double amount = seconds / unit;
-  const double digit = std::pow(10, std::floor(std::log10(amount)));
-  const double step = amount < 2 * digit ? 0.5 * digit : digit;  // one digit, and halves below two
-  return fmt::format("about {:.3g} {}", step * std::round(amount / step),
-                     unit == 1    ? "s"
-                     : unit == 60 ? "min"
-                                  : "h");
+std::string bytes_text(double bytes) {
+  return bytes < 1e9 ? fmt::format("{:.0f} MB", bytes / 1e6) : fmt::format("{:.1f} GB", bytes / 1e9);
 }
 
 std::string error_row(const char* label, double ee90_radius, double ee50_error, double ee90_error) {
@@ -99,14 +93,11 @@ std::string scene_rows(const CheckReport& report) {
   return text;
 }
 
-// What a search for the fewest terms is expected to end with.
-std::string expected_terms(const OrderRange& range) {
-  if (range.wide)
-    return fmt::format("chosen by the fit: the fewest plane waves that do (Zernikes need n > {})",
-                       kLargestSearchedOrder);
-  const auto count = [](int order) { return zernike_modes(2, order).size(); };
-  return fmt::format("chosen by the fit: the fewest that do; n_max {} to {} expected, {} to {} terms",
-                     range.low, range.high, count(range.low), count(range.high));
+std::string terms_text(const CheckedTerms& terms) {
+  std::string text = fmt::format("{}", terms.count);
+  if (terms.automatic && terms.order > 0)
+    text += fmt::format(", Zernikes to n = {} to begin with", terms.order);
+  return text + fmt::format(" ({:.2f} % of the height variance)", 100 * terms.captured);
 }
 
 // What the verdict leaves out whatever the surface, beside the margin that it is given with.
@@ -151,30 +142,24 @@ std::string rays_text(const CheckReport& report) {
 }
 
 std::string cost_rows(const CheckReport& report) {
-  if (!report.prediction)
-    return row("predicted time of `fit`", fmt::format("not known: {}", report.unpredicted));
-  const FitPrediction& p = *report.prediction;
-  std::string rows =
-      row("predicted time of `fit`",
-          fmt::format("{} on {}, pictures left out; {}", rounded_text(p.seconds),
-                      plural(report.threads, "thread"),
-                      p.search ? "searches vary by a factor of three" : "within a factor of two to three"));
-  rows += row("", "rates " + report.rates);
-  if (report.whole)
-    rows += row("  with `\"band\": \"all\"`",
-                report.whole->seconds ? rounded_text(*report.whole->seconds) : "no grid is fine enough");
-  if (!report.remedy.empty()) rows += row("  to bring it down", report.remedy);
-  for (const auto& [stage, cost] : p.stages) {
-    std::string text = cost_text(cost);
-    if (stage == "iterations")
-      text += fmt::format(
-          " for {:.0f}{}{}{}{}", p.iterations, p.iterations_known ? "" : ", a typical number",
-          p.search ? ", of each of a typical number of sets" : "",
-          p.more_rays ? "; twice the rays the second time" : "",
-          report.starts > 1 ? fmt::format("; as much for each further of {} starts", report.starts) : "");
-    rows += row("  " + stage, text);
-  }
-  return rows;
+  if (!report.cost) return "";
+  const CheckedCost& cost = *report.cost;
+  std::string rows;
+  if (cost.bytes > 0)
+    rows += row("memory of `fit`",
+                fmt::format("{}: {} residuals on {} {}", bytes_text(cost.bytes), cost.residuals, cost.points,
+                            report.model == FocusModel::kWaves ? "cells" : "rays"));
+  if (!cost.iteration_seconds) return rows + row("time of `fit`", "not measured: " + cost.obstacle);
+  const std::string more = cost.at_least ? "more than " : "";
+  const double each = *cost.iteration_seconds;
+  rows += row("one iteration", fmt::format("{}{} on {}, measured just now", more, time_text(each),
+                                           plural(report.threads, "thread")));
+  const std::string verdict =
+      cost.verdict_seconds ? ", and " + time_text(*cost.verdict_seconds) + " for the verdict" : "";
+  return rows +
+         row("time of `fit`", fmt::format("{} to {} iterations: {}{} to {}{}", law::kFewIterations,
+                                          law::kManyIterations, more, time_text(law::kFewIterations * each),
+                                          time_text(law::kManyIterations * each), verdict));
 }
 
 }  // namespace
@@ -188,9 +173,7 @@ std::string summary_table(const CheckReport& report) {
   text += report.scene ? scene_rows(report) + theory
                        : row("models", fmt::format("targets {}, surface {}: {}", report.theory,
                                                    to_string(report.model), report.reason));
-  text += row("terms", report.terms.expected ? expected_terms(*report.terms.expected)
-                                             : fmt::format("{} ({:.2f} % of the height variance)",
-                                                           report.terms.count, 100 * report.terms.captured));
+  text += row("terms", terms_text(report.terms));
   if (report.shares) text += row("band", report.shares->reason);
   text += row("statistics", statistics_text(report));
   text += row("rays", rays_text(report)) + cost_rows(report);
@@ -205,9 +188,6 @@ std::string summary_table(const MapCheckReport& report) {
                                  report.valid, pitches_text(report.pitch_x, report.pitch_y)));
   text += row("terms", fmt::format("{} by least squares", report.terms));
   if (report.shares) text += row("band", report.shares->reason);
-  text +=
-      row("predicted time of `fit`", fmt::format("{} on {} (within a factor 3)", cost_text(report.seconds),
-                                                 plural(report.threads, "thread")));
   return text + warning_lines(report.warnings);
 }
 

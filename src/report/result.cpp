@@ -79,6 +79,7 @@ Json fit_json(const ResultDocument& result) {
   Json json = {{"status", to_string(fit.status)},
                {"message", fit.message},
                {"interrupted", result.interrupted},
+               {"stopped_by", result.interrupted ? Json(result.stopped_by) : Json(nullptr)},
                {"iterations", fit.iterations},
                {"evaluations", fit.evaluations},
                {"seconds", json_number(fit.seconds)},

@@ -151,6 +151,10 @@ std::string what_would_help(const ResultDocument& result) {
 // Least-squares terms that nothing says what to make of.
 bool only_map(const ResultDocument& result) { return result.map && !result.has_roughness; }
 
+std::string stopped_by(const ResultDocument& result) {
+  return result.stopped_by.empty() ? "" : " (stopped by " + result.stopped_by + ")";
+}
+
 std::string headline(const ResultDocument& result) {
   if (only_map(result))
     return paragraph(
@@ -163,14 +167,14 @@ std::string headline(const ResultDocument& result) {
     if (result.fit.status == FitStatus::kNotRun) return paragraph("", "NOT JUDGED - nothing was fitted", 0);
     if (result.map && result.light)
       return paragraph("", "NOT JUDGED - light has no answer: " + result.light->obstacle, 0);
-    return paragraph(
-        "",
-        (result.interrupted ? "INTERRUPTED, " : "") + ("NOT JUDGED - fit: " + to_string(result.fit.status)),
-        0);
+    return paragraph("",
+                     (result.interrupted ? "INTERRUPTED" + stopped_by(result) + ", " : "") +
+                         ("NOT JUDGED - fit: " + to_string(result.fit.status)),
+                     0);
   }
   const std::vector<EquivalenceMetric>& deciding = decided_by(result);
   const Tally tally(deciding);
-  std::string text = (result.interrupted ? "INTERRUPTED, the best so far: " : "") +
+  std::string text = (result.interrupted ? "INTERRUPTED" + stopped_by(result) + ", the best so far: " : "") +
                      upper_case(to_string(result.verdict)) + " in " + theory_words(result);
   if (result.light && !result.light->decides && !result.light->metrics.empty())
     text += "; in light " + upper_case(to_string(result.light->verdict)) +

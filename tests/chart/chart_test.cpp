@@ -230,66 +230,11 @@ TEST_F(ChartRun, CutsNeedATransferFunction) {
   EXPECT_TRUE(rows("bands").empty());
 }
 
-TEST_F(ChartRun, CheckPredictsFromTheChart) {
-  ASSERT_EQ(run_program(*folder_, "check study.json --json --chart chart"), 0)
-      << read_file(folder_->file("stderr.txt"));
-  const ordered_json with = ordered_json::parse(read_file(folder_->file("stdout.txt")));
-  const ordered_json& stages = with["prediction"]["stages_seconds"];
-  double sum = 0;
-  for (const auto& [stage, seconds] : stages.items()) sum += seconds.get<double>();
-  EXPECT_NEAR(with["predicted_seconds"].get<double>(), sum, 1e-9 * sum);
-  const ordered_json& rates = chart_["rates"];
-  // The same study: stages are as measured.
-  EXPECT_NEAR(stages["zones"].get<double>(), rates["zones_seconds"].get<double>(), 1e-12);
-  EXPECT_NEAR(stages["iterations"].get<double>(),
-              rates["iterations"].get<double>() * rates["iteration_seconds"].get<double>(), 1e-9);
-  EXPECT_NE(with["prediction"]["rates"].get<std::string>().find("this study"), std::string::npos);
-
-  // The file itself will do, and out/<study>/chart is found without being asked for.
-  EXPECT_EQ(run_program(*folder_, "check study.json --chart chart/chart.json"), 0);
-  std::filesystem::create_directories(folder_->file("out/other"));
-  folder_->write("other.json", std::string(kStudy));
-  std::filesystem::copy(folder_->file("chart"), folder_->file("out/other/chart"),
-                        std::filesystem::copy_options::recursive);
-  ASSERT_EQ(run_program(*folder_, "check other.json --json"), 0);
-  EXPECT_EQ(ordered_json::parse(read_file(folder_->file("stdout.txt")))["predicted_seconds"],
-            with["predicted_seconds"]);
-  // Of another study it is passed over unless asked for.
-  std::string more = kStudy;
-  more.replace(more.find("8192"), 4, "65536");
-  folder_->write("other.json", more);
-  ASSERT_EQ(run_program(*folder_, "check other.json --json"), 0);
-  EXPECT_EQ(ordered_json::parse(read_file(folder_->file("stdout.txt")))["prediction"]["rates"]
-                .get<std::string>()
-                .find("out/other/chart"),
-            std::string::npos);
-  ASSERT_EQ(run_program(*folder_, "check other.json --json --chart chart"), 0);
-  const ordered_json scaled = ordered_json::parse(read_file(folder_->file("stdout.txt")));
-  EXPECT_NEAR(scaled["prediction"]["stages_seconds"]["fresh rays"].get<double>(),
-              8 * rates["fresh_seconds"].get<double>(), 1e-9);  // eight times the rays
-}
-
 TEST_F(ChartRun, BadUsageIsRefused) {
-  folder_->write("words.txt", "no JSON");
-  folder_->write("list.json", "[1, 2]");
   for (const char* arguments :
-       {"chart", "chart absent.json", "chart study.json --seconds 0", "chart study.json --seconds soon",
-        "check study.json --chart absent", "check study.json --chart words.txt",
-        "check study.json --chart list.json", "check study.json --chart study.json"})
+       {"chart", "chart absent.json", "chart study.json --seconds 0", "chart study.json --seconds soon"})
     EXPECT_EQ(run_program(*folder_, arguments), 2)
         << arguments << ": " << read_file(folder_->file("stderr.txt"));
-}
-
-TEST_F(ChartRun, EditedRatesAreRefusedByName) {
-  const ordered_json whole = chart_;
-  for (const auto& [pointer, value] : std::vector<std::pair<std::string, double>>{
-           {"/rates/size/threads", 0}, {"/rates/size/rays", -1}, {"/rates/fresh_seconds", -2}}) {
-    ordered_json edited = whole;
-    edited[ordered_json::json_pointer(pointer)] = value;
-    folder_->write("edited.json", edited.dump());
-    EXPECT_EQ(run_program(*folder_, "check study.json --chart edited.json"), 2) << pointer;
-    EXPECT_NE(read_file(folder_->file("stderr.txt")).find(pointer), std::string::npos) << pointer;
-  }
 }
 
 // A number in a note, behind this word.

@@ -298,6 +298,43 @@ TEST_F(ProgramRun, ASignalThatComesTwiceIsOneWish) {
   EXPECT_EQ(WEXITSTATUS(status), 4) << read_file(file("said.txt"));
 }
 
+// Named terms, so many that each iteration takes a tenth of a second and more.
+TEST_F(ProgramRun, ATimeLimitEndsAFitWithAJudgedResult) {
+  std::string text = kSeconds;
+  text.insert(text.rfind('}'), R"(, "terms": {"zernike": {"n_max": 30}}, "equivalence": {"margin": "0.1 %"},
+      "fit": {"max_iterations": 100000}, "trace": {"rays": 1000000, "model": "rays"})");
+  const std::string study = folder_.write("limited.json", text), out = file("limited");
+  const int status = std::system(fmt::format("{} fit {} -o {} --json --time-limit 0.5s > {} 2> {}",
+                                             ABERFIT_PROGRAM, study, out, file("said.json"), file("said.err"))
+                                     .c_str());
+  ASSERT_EQ(WEXITSTATUS(status), 4) << read_file(file("said.err"));
+  for (const std::string& from : {file("said.json"), out + "/result.json"}) {
+    const auto result = read_json(from);
+    EXPECT_TRUE(result["fit"]["interrupted"]);
+    EXPECT_EQ(result["fit"]["stopped_by"], "--time-limit 0.5s");
+    EXPECT_FALSE(result["equivalence"]["metrics"].empty());
+    EXPECT_FALSE(result["coefficients"].empty());
+  }
+  EXPECT_EQ(
+      read_file(out + "/summary.txt").find("INTERRUPTED (stopped by --time-limit 0.5s), the best so far: "),
+      0u)
+      << read_file(out + "/summary.txt");
+  EXPECT_TRUE(std::filesystem::exists(out + "/coefficients.csv"));
+}
+
+TEST_F(ProgramRun, ATimeLimitThatIsNoPositiveTimeIsRefused) {
+  const std::string study = folder_.write("seconds.json", kSeconds);
+  for (const char* limit : {"60", "'0 s'", "'-3 s'", "soon", "'5 m'", "'1e400 s'"}) {
+    const int status = std::system(fmt::format("{} fit {} -o {} --time-limit {} > {} 2>&1", ABERFIT_PROGRAM,
+                                               study, file("never"), limit, file("said.txt"))
+                                       .c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 2) << limit;
+    EXPECT_NE(read_file(file("said.txt")).find("a positive time with its unit"), std::string::npos)
+        << read_file(file("said.txt"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(file("never")));
+}
+
 // Asked to stop after so many looks.
 ResultDocument stopped_after(const std::string& text, int looks) {
   RunOptions options;

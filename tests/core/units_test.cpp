@@ -69,6 +69,10 @@ TEST(ParseQuantity, DecimalUnitsGiveTheDoubleOfTheSiLiteral) {
       {"2.5 nm^2/(cycles/mm)^2", Dimension::kPsd2d, 2.5e-24},
       {"2.5 nm\u00b2/(cycles/mm)\u00b2", Dimension::kPsd2d, 2.5e-24},
       {"42", Dimension::kNumber, 42},
+      {"0.5 s", Dimension::kTime, 0.5},
+      {"60s", Dimension::kTime, 60},
+      {"1.5 min", Dimension::kTime, 90},
+      {"2 h", Dimension::kTime, 7200},
   };
   for (const Case& c : cases) EXPECT_EQ(parse_quantity(c.text, c.dimension), c.si) << c.text;
 }
@@ -146,6 +150,8 @@ TEST(ParseQuantity, RefusesAndSaysWhatIsAllowed) {
       {"2 nm^4", Dimension::kPsd1d, "1-D"},
       {"2 nm^2/(cycles/mm", Dimension::kPsd1d, "1-D"},
       {"3 m", Dimension::kNumber, "none is allowed"},
+      {"60", Dimension::kTime, "s, min, h"},
+      {"60 m", Dimension::kTime, "s, min, h"},
       // Powers that no int holds, or no double.
       {"2 /mm^-2147483648", Dimension::kSpatialFrequency, "/mm"},
       {"2 mm^5", Dimension::kPsd2d, "2-D"},

@@ -1,4 +1,4 @@
-// Tables and results that the program reads: PSDs, coefficients, charts, CODE V listings, light of a focus,
+// Tables and results that the program reads: PSDs, coefficients, CODE V listings, light of a focus,
 // records of a sweep.
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -6,7 +6,6 @@
 #include "aberfit/cases/case_record.h"
 #include "aberfit/measured/focal_data.h"
 #include "aberfit/report/exports.h"
-#include "aberfit/report/fit_rates.h"
 #include "aberfit/report/result.h"
 #include "aberfit/roughness/psd_table.h"
 #include "harness.h"
@@ -64,19 +63,6 @@ std::vector<std::string> coefficient_seeds() {
   terms.fourier = {{2.5, 1}, {-3, 7}};
   terms.spherical = {4, 6};
   return {coefficients_csv(terms, Eigen::VectorXd::LinSpaced(terms.size(), -1e-9, 2e-9), {})};
-}
-
-void read_chart(std::string_view bytes) {
-  const std::string path = fuzz_folder().write("chart.json", bytes);
-  bool same = false;
-  read_or_refuse([&] { read_rates(path, nlohmann::ordered_json::object(), &same); });
-}
-
-std::vector<std::string> chart_seeds() {
-  nlohmann::ordered_json chart = {{"kind", "chart"}, {"study", nlohmann::ordered_json::object()}};
-  chart["rates"] = to_json(FitRates());
-  for (const char* size : {"rays", "terms", "fitted", "judged", "threads"}) chart["rates"]["size"][size] = 2;
-  return {chart.dump()};
 }
 
 void read_listing(std::string_view bytes) {
@@ -138,7 +124,6 @@ std::vector<std::string> case_record_seeds() {
 std::vector<FuzzTarget> table_targets() {
   return {{"psd-table", read_psd_tables, psd_table_seeds, 1024},
           {"coefficients", read_coefficients, coefficient_seeds, 4096},
-          {"chart", read_chart, chart_seeds, 2048},
           {"codev-zfr", read_listing, listing_seeds, 1024},
           {"focus", read_focus, focus_seeds, 2048},
           {"case-record", read_case_record, case_record_seeds, 2048}};

@@ -20,7 +20,7 @@ struct FuzzTarget {
 
 std::vector<FuzzTarget> unit_targets();      ///< quantities and units; expressions of a study
 std::vector<FuzzTarget> measured_targets();  ///< one a format of measured files, and masks
-std::vector<FuzzTarget> table_targets();     ///< PSD tables, coefficients, charts, light, sweeps
+std::vector<FuzzTarget> table_targets();     ///< PSD tables, coefficients, light, sweeps
 std::vector<FuzzTarget> study_targets();     ///< studies
 std::vector<FuzzTarget> psd_targets();       ///< options of `aberfit psd`
 

@@ -26,12 +26,11 @@ CheckReport hand_made() {
   report.theory = "geometric";
   report.reason = report.scene->reason;
   report.too_simple = true;
-  report.terms = {228, 0.985, {}};
+  report.terms = {228, 0.985};
   report.statistics = {9, 2, 5};
   report.rays = 65536;
   report.threads = 2;
-  report.rates = "of a fast machine";
-  report.prediction = FitPrediction{{{"targets", 1.0}, {"iterations", 20.0}}, 21, 10, false, false, false};
+  report.cost = CheckedCost{65536, 11, 2.5e8, 0.25, false, 1.5, ""};
   report.warnings = {{"some-code", "A sentence."}};
   return report;
 }
@@ -94,7 +93,9 @@ TEST(CheckReport, TableAndJsonSayTheSame) {
   EXPECT_EQ(of_named.find("will be on waves"), std::string::npos);
   EXPECT_NE(row(of_named, "models used").find("on theory `geometric`, with what light"), std::string::npos);
   EXPECT_EQ(row(table, "terms"), "228 (98.50 % of the height variance)");
-  EXPECT_EQ(json["terms"], (ordered_json{{"count", 228}, {"captured_fraction", 0.985}}));
+  EXPECT_EQ(
+      json["terms"],
+      (ordered_json{{"count", 228}, {"captured_fraction", 0.985}, {"automatic", false}, {"n_max", nullptr}}));
   EXPECT_EQ(row(table, "statistics"), "9 fitted, 2 guides, 5 held out; targets: geometric");
   CheckReport through = report;
   through.held_out.push_back({EncircledEnergyRadius{0.5, -2e-3}, 1e-4});
@@ -107,13 +108,19 @@ TEST(CheckReport, TableAndJsonSayTheSame) {
   through.fitted = {{RmsHeight{}, 2e-8}};
   EXPECT_EQ(row(summary_table(through), "statistics"), "9 fitted, 2 guides, 5 held out; targets: geometric");
   EXPECT_EQ(row(table, "rays"), "65536");
-  EXPECT_EQ(
-      row(table, "predicted time of `fit`"),
-      "about 20 s on 2 threads, pictures left out; within a factor of two to three rates of a fast machine");
-  EXPECT_EQ(row(table, "  iterations"), "20 s for 10, a typical number");
-  EXPECT_EQ(json["predicted_seconds"], 21);
-  EXPECT_EQ(json["prediction"]["rates"], "of a fast machine");
-  EXPECT_EQ(json["prediction"]["stages_seconds"]["iterations"], 20);
+  EXPECT_EQ(row(table, "memory of `fit`"), "250 MB: 11 residuals on 65536 rays");
+  EXPECT_EQ(row(table, "one iteration"), "0.25 s on 2 threads, measured just now");
+  EXPECT_EQ(row(table, "time of `fit`"), "10 to 40 iterations: 2.5 s to 10 s, and 1.5 s for the verdict");
+  EXPECT_EQ(json["cost"], (ordered_json{{"pupil_points", 65536},
+                                        {"residuals", 11},
+                                        {"bytes", 2.5e8},
+                                        {"threads", 2},
+                                        {"iteration_seconds", 0.25},
+                                        {"at_least", false},
+                                        {"iterations", {10, 40}},
+                                        {"iterations_seconds", {2.5, 10.0}},
+                                        {"verdict_seconds", 1.5},
+                                        {"obstacle", nullptr}}));
   EXPECT_NE(table.find("\n  some-code: A sentence.\n"), std::string::npos) << table;
   EXPECT_EQ(json["warnings"][0]["code"], "some-code");
   EXPECT_FALSE(json.contains("paper_table"));
@@ -169,43 +176,42 @@ TEST(CheckReport, SaysWhatTheWaveTheoryLeavesOutAndHowManyCellsThereAre) {
   EXPECT_TRUE(to_json(report, {})["theory_error"]["small_angle"].is_null());
 }
 
-TEST(CheckReport, ASearchNamesTheOrdersItExpects) {
+TEST(CheckReport, AutomaticTermsAreThoseThatAFitBeginsWith) {
   CheckReport report = hand_made();
-  report.terms.expected = OrderRange{4, 6, false};
+  report.terms = {1650, 0.9993, true, 57};
   report.automatic_rays = true;
-  report.rays = 16384;
-  report.starts = 3;
-  report.prediction->search = report.prediction->more_rays = true;
   const std::string table = summary_table(report);
-  // Terms of n = 2 to 4 and to 6: 15 - 3 and 28 - 3.
-  EXPECT_EQ(row(table, "terms"),
-            "chosen by the fit: the fewest that do; n_max 4 to 6 expected, 12 to 25 terms");
-  EXPECT_EQ(row(table, "rays"), "chosen by the fit: 16384 or more for so many terms");
-  EXPECT_EQ(row(table, "  iterations"),
-            "20 s for 10, a typical number, of each of a typical number of sets; twice the rays the second "
-            "time; as much for each further of 3 starts");
-  EXPECT_EQ(to_json(report, {})["terms"]["automatic"],
-            (ordered_json{{"family", "zernike"}, {"n_low", 4}, {"n_high", 6}}));
-  report.terms.expected->wide = true;
-  EXPECT_EQ(row(summary_table(report), "terms"),
-            "chosen by the fit: the fewest plane waves that do (Zernikes need n > 100)");
-  EXPECT_EQ(to_json(report, {})["terms"]["automatic"]["family"], "fourier");
+  EXPECT_EQ(row(table, "terms"), "1650, Zernikes to n = 57 to begin with (99.93 % of the height variance)");
+  EXPECT_EQ(row(table, "rays"), "chosen by the fit: 65536 or more for so many terms");
+  EXPECT_EQ(
+      to_json(report, {})["terms"],
+      (ordered_json{{"count", 1650}, {"captured_fraction", 0.9993}, {"automatic", true}, {"n_max", 57}}));
 }
 
-TEST(CheckReport, WhatCannotBePredictedIsNullAndSaysWhy) {
+TEST(CheckReport, AnIterationThatWasNotMadeOrNotWaitedForSaysSo) {
   CheckReport report = hand_made();
-  report.prediction.reset();
-  report.unpredicted = "the grid is too fine";
-  report.scene.reset();
   report.model = FocusModel::kWaves;
-  const ordered_json json = to_json(report, {});
-  EXPECT_TRUE(json["predicted_seconds"].is_null());
-  EXPECT_FALSE(json.contains("prediction"));
-  EXPECT_FALSE(json.contains("scene"));
+  report.scene.reset();
+  report.cost->iteration_seconds = 120;
+  report.cost->at_least = true;
+  report.cost->verdict_seconds.reset();
+  EXPECT_EQ(row(summary_table(report), "one iteration"), "more than 2 min on 2 threads, measured just now");
+  EXPECT_EQ(row(summary_table(report), "time of `fit`"), "10 to 40 iterations: more than 20 min to 80 min");
+  EXPECT_EQ(to_json(report, {})["cost"]["at_least"], true);
+  report.cost->iteration_seconds.reset();
+  report.cost->obstacle = "the grid is too fine";
+  report.cost->bytes = 4e12;
   const std::string table = summary_table(report);
-  EXPECT_EQ(row(table, "predicted time of `fit`"), "not known: the grid is too fine");
+  EXPECT_EQ(row(table, "memory of `fit`"), "4000.0 GB: 11 residuals on 65536 cells");
+  EXPECT_EQ(row(table, "time of `fit`"), "not measured: the grid is too fine");
   EXPECT_EQ(row(table, "models"), "targets geometric, surface waves: kappa is too small.");
-  EXPECT_EQ(row(table, "rays"), "none: waves, but no grid is fine enough");
+  const ordered_json json = to_json(report, {});
+  EXPECT_TRUE(json["cost"]["iteration_seconds"].is_null());
+  EXPECT_TRUE(json["cost"]["iterations_seconds"][1].is_null());
+  EXPECT_EQ(json["cost"]["obstacle"], "the grid is too fine");
+  EXPECT_FALSE(json.contains("scene"));
+  report.cost.reset();
+  EXPECT_FALSE(to_json(report, {}).contains("cost"));
 }
 
 TEST(CheckReport, ThePapersTableHasItsCells) {
@@ -225,7 +231,7 @@ TEST(CheckReport, ThePapersTableHasItsCells) {
   EXPECT_NE(summary_table(report).find("beyond 10 degrees in these"), std::string::npos);
 }
 
-TEST(MapCheckReport, SaysWhatIsFittedAndHowLongThatTakes) {
+TEST(MapCheckReport, SaysWhatIsFitted) {
   MapCheckReport report;
   report.title = "a map";
   report.columns = 64;
@@ -234,12 +240,10 @@ TEST(MapCheckReport, SaysWhatIsFittedAndHowLongThatTakes) {
   report.pitch_x = 1e-4;
   report.pitch_y = 5e-5;
   report.terms = 25;
-  report.seconds = 0.5;
   const std::string table = summary_table(report);
   EXPECT_EQ(table.find("a map\n\n"), 0u);
   EXPECT_EQ(row(table, "map"), "64 x 32 points, 1500 valid, pitch 100 um along x, 50 um along y");
   EXPECT_EQ(row(table, "terms"), "25 by least squares");
-  EXPECT_EQ(row(table, "predicted time of `fit`"), "0.5 s on 1 thread (within a factor 3)");
   const ordered_json json = to_json(report, {});
   EXPECT_EQ(json["map"], (ordered_json{{"columns", 64},
                                        {"rows", 32},
@@ -251,7 +255,6 @@ TEST(MapCheckReport, SaysWhatIsFittedAndHowLongThatTakes) {
   EXPECT_EQ(row(summary_table(report), "map"), "64 x 32 points, 1500 valid, pitch 100 um along x and y");
   EXPECT_EQ(to_json(report, {})["map"]["pitch_m"], 1e-4);
   EXPECT_EQ(json["terms"]["count"], 25);
-  EXPECT_EQ(json["predicted_seconds"], 0.5);
 }
 
 }  // namespace

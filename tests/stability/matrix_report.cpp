@@ -18,8 +18,6 @@ using nlohmann::json;
 
 // The promises.
 constexpr double kOfOpen = 0.98, kOfCarried = 0.95;
-constexpr double kWithinTwo = 0.90, kWithinFour = 0.99;
-constexpr double kNoticeable = 1;  // [s]; nobody minds a difference below
 constexpr double kCarried = 0.99;  // of the slope variance
 
 double number_of(const json& row, const char* key) {
@@ -46,19 +44,19 @@ std::map<std::pair<std::string, std::string>, Count> count_by_class(const std::v
   return counts;
 }
 
-constexpr const char* kOutcomes[] = {"equivalent", "undecided", "different", "not run", "refused"};
+constexpr const char* kOutcomes[] = {"equivalent", "undecided", "different", "refused"};
 
 std::string table_of(const std::vector<json>& rows) {
-  std::string text = fmt::format("{:<12}{:<16}{:>6}{:>12}{:>11}{:>11}{:>9}{:>9}{:>10}\n", "class", "", "rows",
-                                 "equivalent", "undecided", "different", "not run", "refused", "failures");
+  std::string text = fmt::format("{:<12}{:<16}{:>6}{:>12}{:>11}{:>11}{:>9}{:>10}\n", "class", "", "rows",
+                                 "equivalent", "undecided", "different", "refused", "failures");
   for (const auto& [of, count] : count_by_class(rows)) {
     const auto share = [&n = count](const char* outcome) {
       const auto at = n.outcomes.find(outcome);
       return at == n.outcomes.end() ? std::string("-") : fmt::format("{:.0f} %", 100.0 * at->second / n.rows);
     };
-    text += fmt::format("{:<12}{:<16}{:>6}{:>12}{:>11}{:>11}{:>9}{:>9}{:>10}\n", of.first, of.second,
-                        count.rows, share(kOutcomes[0]), share(kOutcomes[1]), share(kOutcomes[2]),
-                        share(kOutcomes[3]), share(kOutcomes[4]), count.failures);
+    text += fmt::format("{:<12}{:<16}{:>6}{:>12}{:>11}{:>11}{:>9}{:>10}\n", of.first, of.second, count.rows,
+                        share(kOutcomes[0]), share(kOutcomes[1]), share(kOutcomes[2]), share(kOutcomes[3]),
+                        count.failures);
   }
   return text;
 }
@@ -77,30 +75,13 @@ std::string promise(const std::vector<json>& rows, const char* what, double leas
                      what, all > 0 ? 100.0 * double(good) / double(all) : 100, 100 * least);
 }
 
-Which predicted_within(double factor) {
-  return [factor](const json& row) {
-    const double predicted = number_of(row, "predicted_s"), actual = number_of(row, "fit_s");
-    return std::abs(predicted - actual) < kNoticeable ||
-           (predicted <= factor * actual && actual <= factor * predicted);
-  };
-}
-
 std::string promises_of(const std::vector<json>& rows, bool* promised) {
-  // Of a time-out, and of what was refused on its way, it is known that it took longer, and no more.
-  const Which timed = [](const json& row) {
-    const double predicted = number_of(row, "predicted_s"), actual = number_of(row, "fit_s");
-    return std::isfinite(predicted) && std::isfinite(actual) &&
-           (!(is(row, "time-out") || is(row, "refused")) || 2 * predicted < actual);
-  };
   const Which equivalent = [](const json& row) { return is(row, "equivalent"); };
   const Which every = [](const json&) { return true; };
   std::string text;
   text += promise(
       rows, "rows are no failure", 1, every, [](const json& row) { return failure_of(row).empty(); },
       promised);
-  text += promise(rows, "fits within a factor 2 of their prediction", kWithinTwo, timed, predicted_within(2),
-                  promised);
-  text += promise(rows, "fits within a factor 4 of it", kWithinFour, timed, predicted_within(4), promised);
   text += promise(
       rows, "scenes whose terms can carry the band are equivalent", kOfCarried,
       [](const json& row) { return number_of(row, "carried") >= kCarried; }, equivalent, promised);
@@ -114,23 +95,15 @@ std::string promises_of(const std::vector<json>& rows, bool* promised) {
 }
 
 std::string times_of(const std::vector<json>& rows) {
-  std::vector<double> ratios;
-  double longest_check = 0;
+  double longest_check = 0, longest_fit = 0, all = 0;
   for (const json& row : rows) {
+    const double fit = number_of(row, "fit_s");
     longest_check = std::max(longest_check, number_of(row, "check_s"));
-    const double ratio = number_of(row, "predicted_s") / number_of(row, "fit_s");
-    if (std::isfinite(ratio) && number_of(row, "fit_s") > kNoticeable) ratios.push_back(ratio);
+    longest_fit = std::max(longest_fit, std::isfinite(fit) ? fit : 0);
+    all += std::isfinite(fit) ? fit : 0;
   }
-  std::sort(ratios.begin(), ratios.end());
-  const auto quantile = [&](double p) {
-    return ratios.empty() ? std::nan("") : ratios[std::size_t(p * double(ratios.size() - 1) + 0.5)];
-  };
-  return fmt::format(
-      "predicted over actual time of {} fits above {:g} s: least {:.2g}, 5 % {:.2g}, median {:.2g}, 95 % "
-      "{:.2g}, "
-      "most {:.2g}; the longest check took {:.1f} s\n",
-      ratios.size(), kNoticeable, quantile(0), quantile(0.05), quantile(0.5), quantile(0.95), quantile(1),
-      longest_check);
+  return fmt::format("processor time of all fits {:.0f} s, longest fit {:.1f} s, longest check {:.1f} s\n",
+                     all, longest_fit, longest_check);
 }
 
 std::string line_of(const json& row) {
@@ -140,8 +113,6 @@ std::string line_of(const json& row) {
     text += fmt::format(", {:.3g} margins in {}", mismatch, row.value("statistic", "nothing"));
   if (const double carried = number_of(row, "carried"); carried < kCarried)
     text += fmt::format(", carries {:.0f} % of the slopes", 100 * carried);
-  if (const double predicted = number_of(row, "predicted_s"); is(row, "not run"))
-    text += fmt::format(", predicted {:.0f} s", predicted);
   for (const json& code : row.value("warnings", json::array())) text += " [" + code.get<std::string>() + "]";
   if (row.contains("message")) text += "\n       " + row["message"].get<std::string>();
   const std::string failure = failure_of(row);

@@ -39,8 +39,6 @@ constexpr double kTargetsMayBeOff = 0.1;
 // A surface that is given the height of its specification has it within the spread of its draws; beyond this
 // nobody would take it for the same mirror.
 constexpr double kAbsurd = 2;
-// Predictions promise a factor two: what may end within the limit by that is let run.
-constexpr double kDoubt = 2;
 constexpr double kNearlyAll = 0.99;  // of the slope variance: the terms can carry the band
 
 std::string text_of(const std::filesystem::path& file) {
@@ -255,22 +253,11 @@ json run_row(std::uint64_t seed, int k, const std::filesystem::path& folder) {
   row["check_s"] = check.seconds;
   if (note_end("check", check, &row)) return row;
   const json report = json::parse(check.out);
-  row["predicted_s"] = report["predicted_seconds"];
-  if (report.contains("prediction")) row["stages_s"] = report["prediction"]["stages_seconds"];
-  if (report["terms"].contains("automatic")) row["expected"] = report["terms"]["automatic"];
+  if (report.contains("cost")) row["iteration_s"] = report["cost"]["iteration_seconds"];
+  row["checked_terms"] = report["terms"]["count"];
   row["warnings"] = codes(report["warnings"]);
-  const double predicted = number(report["predicted_seconds"]);
-  const auto too_long = [&] {
-    row["outcome"] = "not run";
-    row["message"] = report.value("remedy", "");
-    row["remedy"] = !row["message"].get<std::string>().empty();
-    return row;
-  };
-  if (predicted > kDoubt * kLongestFit) return too_long();
   const Ended fit =
       run({"fit", "study.json", "--quiet", "--no-plots", "--threads", "1", "-o", "out"}, folder);
-  // As it had been told.
-  if (predicted > kLongestFit && fit.violently == "time-out") return too_long();
   row["fit_s"] = fit.seconds;
   if (note_end("fit", fit, &row)) return row;
   try {

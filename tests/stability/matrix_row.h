@@ -13,17 +13,16 @@ inline constexpr double kLongestFit = test::kSanitized ? 1200 : 120;  ///< [s] o
 /// time limit, and lets tools of the tests' own judge what came. folder: an empty one, for all its files.
 /// The row says
 ///   seed, row, name, classes, open     which scene
-///   outcome                            equivalent, undecided, different; not run (predicted above the
-///                                      limit, and above it in fact or by more than a factor two);
-///                                      refused; crash, time-out (of processor time), hang (of the clock)
-///   predicted_s, check_s, fit_s        processor time, which other work on the machine does not lengthen
-///   exit, message                      of a refusal, a crash or a time-out, and of which command
-///   remedy                             whether the message says what to do
-///   mismatch, statistic                largest difference that the verdict was on, in margins
-///   rms_ratio, slope_ratio             of terms and scatter together, over the specification's
-///   carried                            share of the specification's slope variance that the terms can carry
-///   cells, terms, model, theory, status, warnings (codes), says (what it says of itself)
-///   second                             of whom the second opinion is, how many margins off, or why there is
+///   outcome                            equivalent, undecided, different; refused; crash, time-out (of
+///   processor time), hang (of the clock) iteration_s, checked_terms         what `check` says of one
+///   iteration [s], and of the terms check_s, fit_s                     processor time, which other work on
+///   the machine does not lengthen exit, message                      of a refusal, a crash or a time-out,
+///   and of which command remedy                             whether the message says what to do mismatch,
+///   statistic                largest difference that the verdict was on, in margins rms_ratio, slope_ratio
+///   of terms and scatter together, over the specification's carried                            share of the
+///   specification's slope variance that the terms can carry cells, terms, model, theory, status, warnings
+///   (codes), says (what it says of itself) second                             of whom the second opinion is,
+///   how many margins off, or why there is
 ///                                      none
 ///   second_of_targets                  the same on the targets, which need no fit
 /// with nothing where there is nothing to say.

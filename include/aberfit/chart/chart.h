@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "aberfit/chart/cost_model.h"
 #include "aberfit/core/warning.h"
 #include "aberfit/method/run_context.h"
 #include "aberfit/method/task.h"
@@ -60,7 +59,6 @@ struct Chart {
   std::string title;  ///< of the task, for people
   std::vector<ChartFamily> families;
   std::optional<StepLaw> step_law;
-  FitRates rates;               ///< measured times of the stages of a fit
   std::string instruction_set;  ///< of the kernels
   int threads = 1;
   double budget_seconds = 0;  ///< what was asked for

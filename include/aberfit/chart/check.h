@@ -3,20 +3,22 @@
 #include <optional>
 #include <string>
 
-#include "aberfit/chart/cost_model.h"
 #include "aberfit/measured/height_map.h"
+#include "aberfit/method/groundwork.h"
+#include "aberfit/method/run_context.h"
 #include "aberfit/method/scene_facts.h"
-#include "aberfit/method/term_search.h"
+#include "aberfit/method/task.h"
 #include "aberfit/scene/characterisation.h"
 #include "aberfit/theory/paper_table.h"
 
 namespace aberfit {
 
-/// The terms that a fit would take.
+/// The terms that a fit begins with.
 struct CheckedTerms {
-  Eigen::Index count = 0;  ///< named by the study; of a search: the default that all but a fit takes
-  double captured = 0;     ///< share of the specification's height variance; 0 without roughness
-  std::optional<OrderRange> expected;  ///< where a search is expected to end; absent: the study names them
+  Eigen::Index count = 0;
+  double captured = 0;     ///< share of the height variance of what they stand for; 0 without roughness
+  bool automatic = false;  ///< the study leaves them open
+  int order = 0;           ///< the highest n of the Zernikes among them; 0: there are none
 };
 
 /// How many statistics a fit would have.
@@ -29,12 +31,19 @@ struct CheckedCells {
   double fit = 0, verdict = 0;
 };
 
-/// The same fit with every frequency of the roughness as a term (`"band": "all"`).
-struct CheckedWholeBand {
-  std::optional<double> seconds;  ///< predicted; nothing where no grid is fine enough
+/// What a fit takes, as far as its first iterations tell, one or the mean of up to five within a second: from
+/// a draw, on the grid or the rays that the fit begins with, all derivatives included.
+struct CheckedCost {
+  Eigen::Index points = 0;     ///< cells of the grid, or rays
+  Eigen::Index residuals = 0;  ///< statistics fitted, guides and PSD bins
+  double bytes = 0;  ///< memory of the process at its highest; where no iteration was made, estimated
+  std::optional<double> iteration_seconds;  ///< measured; absent: no iteration was made
+  bool at_least = false;  ///< the first evaluation took so long that it was left at that: no less than this
+  std::optional<double> verdict_seconds;  ///< of one look on fresh points; absent: too long to make one
+  std::string obstacle;                   ///< why no iteration was made, a clause; empty where one was
 };
 
-/// The resolved numbers of a study's scene, the model it needs and why, and what a fit will take.
+/// The resolved numbers of a study's scene, the model it needs and why, and what a fit takes.
 struct CheckReport {
   std::string title;  ///< of the task, for people
   MirrorCharacterisation mirror;
@@ -51,33 +60,33 @@ struct CheckReport {
   std::int64_t rays = 0;                    ///< nothing for waves, whose grid the light decides
   std::optional<CheckedCells> cells;        ///< of waves; absent where no grid is fine enough
   std::optional<BandShares> shares;         ///< of a split roughness
-  std::optional<CheckedWholeBand> whole;    ///< what the split saves
-  std::string remedy;                       ///< what brings a prediction above a minute down; else empty
   std::optional<TheoryError> theory_error;  ///< of wave optics; absent without roughness or where it has none
   std::vector<Target> fitted, held_out;     ///< every statistic that the verdict is on
   int starts = 1;                           ///< of the fit
-  int threads = 1;                          ///< that the prediction is for
-  std::string rates;                        ///< where the rates of the prediction come from, a clause
-  std::optional<FitPrediction> prediction;
-  std::string unpredicted;  ///< why there is no prediction; empty where there is one
+  int threads = 1;                          ///< that the iteration was made with
+  std::optional<CheckedCost> cost;          ///< absent: not asked for
   Warnings warnings;
   std::optional<PaperCells> paper_table;
 };
 
-/// Everything but the paper's table. The study has statistics as targets, no map. Computes no fit.
-CheckReport make_check(const Task& task, const FitRates& rates, int threads);
+/// The terms that a fit begins with: those that the study names, else the Zernikes that carry the band up to
+/// the cut (order_to_carry), or the default ones where these are too many.
+TermsSpec first_set(const Task& task, const Groundwork& ground);
 
-/// The same of a study of a measured map: what is fitted, and what that takes.
+/// Everything but the paper's table. The study has statistics as targets, no map. measure: makes one
+/// iteration of the fit, which takes about as long as two evaluations, and none where it needs more memory
+/// than the machine has.
+CheckReport make_check(const Task& task, const RunContext& context, bool measure);
+
+/// The same of a study of a measured map: what is fitted.
 struct MapCheckReport {
   std::string title;
   Eigen::Index columns = 0, rows = 0, valid = 0;  ///< points of the map
   double pitch_x = 0, pitch_y = 0;                ///< [m]
   Eigen::Index terms = 0;                         ///< fitted by least squares
-  double seconds = 0;                             ///< predicted time of the fit [s]
-  int threads = 1;                                ///< that the prediction is for
   Warnings warnings;                              ///< of the map
   std::optional<BandShares> shares;               ///< beside a roughness: where the terms end, what scatters
 };
-MapCheckReport make_map_check(const HeightMap& map, const TermSet& terms, int threads);
+MapCheckReport make_map_check(const HeightMap& map, const TermSet& terms);
 
 }  // namespace aberfit

@@ -11,7 +11,7 @@ enum class ExitCode {
   kNotMet = 1,    ///< ran, but different or undecided; not converged where nothing is judged (psd, maps)
   kBadInput = 2,  ///< or bad usage
   kComputationFailed = 3,
-  kInterrupted = 4,  ///< by a signal: the best so far, if there was any; of a sweep the cases so far
+  kInterrupted = 4,  ///< by a signal or --time-limit: the best so far, if any; of a sweep the cases so far
 };
 
 /// What the command line says; texts as typed, empty where nothing was.
@@ -22,7 +22,6 @@ struct CommandLine {
   bool force = false;                ///< replace what stands in the way there
   std::string coefficients_file;     ///< verify, trace
   std::string arrays;                ///< fit, trace, check: one of array_format_names
-  std::string chart_file;            ///< check
   bool paper_table = false;          ///< check
   std::vector<std::string> table_sigma, table_length, table_diameter;
   std::string table_wavelength;
@@ -33,6 +32,7 @@ struct CommandLine {
   bool keep_lines = false;                         ///< psd
   std::string shard;                               ///< sweep: "2/8", "array/8"
   bool gather_only = false, retry_failed = false;  ///< sweep
+  std::string time_limit;                          ///< fit, sweep: "60 s"; empty: none
   int threads = 0;                                 ///< 0: all there are
   bool no_plots = false, json = false, quiet = false;
 };

@@ -65,9 +65,8 @@ struct SweepOptions {
 /// be meant.
 std::optional<SweepReport> run_sweep(const StudyCases& cases, const RunOptions& options,
                                      const SweepOptions& sweep);
-/// The resolved study, the numbers of its scene, the model it needs and why, predicted cost (with a chart of
-/// the same study within a factor 1.5, without within 3 for the studies of fits/). Computes no fit. Throws
-/// InputError for a chart_file that is no chart. The study has no map as target.
+/// The resolved study, the numbers of its scene, the model it needs and why, and what a fit takes: with
+/// options.measure_iteration, one iteration is made and timed. The study has no map as target.
 CheckReport run_check(const Study& study, const RunOptions& options);
 /// The same of a study of a map.
 MapCheckReport run_map_check(const Study& study, const RunOptions& options);

@@ -19,11 +19,11 @@ struct RunOptions {
   std::function<void(const std::string&)> progress;  ///< one line of progress; called often
   /// Asked between the steps of a fit: true ends it with the best so far. Empty: never.
   std::function<bool()> interrupted;
+  /// What asked to stop, in words, where `interrupted` said so. Empty: a signal.
+  std::function<std::string()> stopped_by;
   double chart_seconds = 60;              ///< chart: about how long it may take [s], > 0
-  std::string chart_file;                 ///< check: chart.json whose rates predict the cost
   std::optional<PaperTable> paper_table;  ///< check: the paper's table of R beside ours
-  bool measure_machine = false;  ///< check: without a chart, rates of this machine, measured in 0.2 s
-  bool chart_optional = false;   ///< check: a chart_file that is absent or of another study is passed over
+  bool measure_iteration = false;         ///< check: make one iteration of the fit and say what it took
 };
 
 }  // namespace aberfit

@@ -14,4 +14,8 @@ void* aligned_memory(std::size_t bytes);
 /// first: a library leaves the memory of its caller alone.
 void keep_freed_memory();
 
+/// The most memory that this process has held so far, and the memory of the machine [bytes].
+double peak_memory();
+double machine_memory();
+
 }  // namespace aberfit

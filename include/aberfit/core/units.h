@@ -14,6 +14,7 @@ enum class Dimension {
   kPsd1d,             ///< [m^3]
   kPsd2d,             ///< [m^4]
   kNumber,            ///< [1], a plain number; no unit string is allowed
+  kTime,              ///< [s]; of the command line, no study has one
 };
 
 /// Thrown by parse_quantity; what() names the text and the units that are allowed.

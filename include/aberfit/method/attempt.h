@@ -70,10 +70,10 @@ bool has_solution(const FitResult& fit);
 /// One fit as planned, on the rays of the plan. Not judged.
 Attempt attempt_fit(const FitCase& of, const FitPlan& plan);
 
-/// The fit of the plan's terms and start, judged, on a sample fine enough: by rays on those that are asked for,
-/// or on more and more until fresh ones say the same; by waves on finer and finer grids, each from where the
-/// one before ended, until the grid that judges says the same of what is fitted. Where the run was asked to
-/// stop, the last that was judged.
+/// The fit of the plan's terms and start, judged, on a sample fine enough: by rays on those that are asked
+/// for, or on more and more until fresh ones say the same; by waves on finer and finer grids, each from where
+/// the one before ended, until the grid that judges says the same of what is fitted. Where the run was asked
+/// to stop, the last that was judged.
 Attempt fit_on_a_fine_enough_sample(const FitCase& of, FitPlan plan);
 
 }  // namespace aberfit

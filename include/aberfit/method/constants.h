@@ -6,13 +6,14 @@
 /// number of its own.
 namespace aberfit::law {
 
-/// Order of the Zernikes over 2 pi R f_c, f_c the cut: their own last frequency, (n + 1)/(2 pi R), lies a tenth
-/// beyond the cut, so that the last bins below it keep their power. From 1.05 to 1.25 the surface has the
-/// specification's PSD within the scatter of draws; below 1 its last bins fall short (tests/method/law_test.cpp).
+/// Order of the Zernikes over 2 pi R f_c, f_c the cut: their own last frequency, (n + 1)/(2 pi R), lies a
+/// tenth beyond the cut, so that the last bins below it keep their power. From 1.05 to 1.25 the surface has
+/// the specification's PSD within the scatter of draws; below 1 its last bins fall short
+/// (tests/method/law_test.cpp).
 inline constexpr double kOrderBeyondCut = 1.1;
 
-/// Highest order that the law takes: up to there the polar operator and the full covariance take seconds. Beyond
-/// it plane waves on the frequency grid are as good and faster.
+/// Highest order that the law takes: up to there the polar operator and the full covariance take seconds.
+/// Beyond it plane waves on the frequency grid are as good and faster.
 inline constexpr int kLargestOrder = 100;
 /// Most plane waves of the frequency grid that the law takes: 260 cycles across, some seconds an iteration.
 inline constexpr double kMostWaves = 1e5;
@@ -22,19 +23,23 @@ inline constexpr int kMostGrowths = 2;
 /// The fewest terms are found to within this factor of the order.
 inline constexpr double kFewestWithin = 1.1;
 
-/// A fit rests, and ends, where so many iterations have not brought the worst mismatch below this share of what
-/// it was.
+/// A fit rests, and ends, where so many iterations have not brought the worst mismatch below this share of
+/// what it was.
 inline constexpr int kPatience = 12;
 inline constexpr double kWorthwhile = 0.9;
-/// Weight of the prior in a fit by waves, of its own standard deviations: targets pull, the prior chooses among
-/// the surfaces that meet them.
+/// Weight of the prior in a fit by waves, of its own standard deviations: targets pull, the prior chooses
+/// among the surfaces that meet them.
 inline constexpr double kWavePriorWeight = 0.1;
-/// Cells from which waves work in single precision: its rounding, 1e-7 of the light, is hundreds of times below
-/// any tolerance, and below this number it saves nothing.
+/// Cells from which waves work in single precision: its rounding, 1e-7 of the light, is hundreds of times
+/// below any tolerance, and below this number it saves nothing.
 inline constexpr Eigen::Index kManyCells = 20000;
 /// What the gap between a fit's grid and the one that judges it may take of the margin.
 inline constexpr double kGridShareOfMargin = 0.15;
 /// The finest grid of a fit has this times the safe pitch.
 inline constexpr double kLeastCoarsening = 0.6;
+
+/// Iterations of a fit, from few to many, that `check` and `fit` tell the time by where nothing else is
+/// known. A convention for the reader, which decides nothing.
+inline constexpr int kFewIterations = 10, kManyIterations = 40;
 
 }  // namespace aberfit::law

@@ -3,10 +3,10 @@
 
 namespace aberfit {
 
-/// The terms that carry the roughness of a task: Zernikes from tilt to growth times order_to_carry of the band
-/// that the terms stand for, or, where that order is above law::kLargestOrder, plane waves: the whole frequency
-/// grid of the aperture's box, or of a band with more than law::kMostWaves of them log-uniform rings. The
-/// ground has a roughness, and terms.
+/// The terms that carry the roughness of a task: Zernikes from tilt to growth times order_to_carry of the
+/// band that the terms stand for, or, where that order is above law::kLargestOrder, plane waves: the whole
+/// frequency grid of the aperture's box, or of a band with more than law::kMostWaves of them log-uniform
+/// rings. The ground has a roughness, and terms.
 TermsSpec terms_by_law(const Task& task, const Groundwork& ground, double growth = 1);
 
 /// The fit that the task asks for. Where it names terms, of those, from as many starts as it says until one

@@ -125,7 +125,8 @@ struct FitOutcome {
   std::vector<EquivalenceMetric> metrics;  ///< on the model of the fit
   std::optional<LightJudgement> light;     ///< absent where `metrics` are light's own, and without a fit
   std::optional<PerfectMirror> perfect;    ///< absent where the scene has no GHS
-  bool interrupted = false;                ///< by a signal: the best so far
+  bool interrupted = false;                ///< asked to stop: the best so far
+  std::string stopped_by;                  ///< what asked, in words; empty where nothing did
   Warnings warnings;
 };
 

@@ -23,8 +23,8 @@ struct TermPlan {
 /// The order of the Zernikes that carry a band up to `frequency` [cycles/m] on a disc of `radius` [m]:
 /// law::kOrderBeyondCut times 2 pi R f, rounded up, at least 2.
 int order_to_carry(double radius, double frequency);
-/// Where the terms of a band end [cycles/m]: its upper end, or the frequency above which a band without one has
-/// 1e-4 of its height variance.
+/// Where the terms of a band end [cycles/m]: its upper end, or the frequency above which a band without one
+/// has 1e-4 of its height variance.
 double band_end(const RadialPsd& band);
 
 /// The terms; absent orders and frequencies are chosen from the PSD. `captured` as in TermPlan. Throws
@@ -41,7 +41,8 @@ struct FitPlan {
   double coarsening = 1;        ///< of the grid that waves need (wave_pitch)
   int start = 0;                ///< which of the seeded draws it begins with
   int most_iterations = 100;
-  Eigen::VectorXd warm;  ///< white coordinates to start from instead of a draw
+  int set = 1, most_sets = 0;  ///< which set of terms this is, of at most how many (0: not known), for people
+  Eigen::VectorXd warm;        ///< white coordinates to start from instead of a draw
 };
 
 /// The fit of these terms, as the task asks for it, from its first draw.

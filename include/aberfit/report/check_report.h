@@ -7,10 +7,10 @@
 namespace aberfit {
 
 /// What `aberfit check --json` prints: mirror, scene with both verdicts (absent without roughness), terms,
-/// predicted seconds (null where they cannot be predicted) and their parts, warnings, the paper's table where
-/// asked for. study: the resolved study. SI numbers, unit in the key; what does not exist is null.
+/// the cost of one iteration (its seconds null where none was made), warnings, the paper's table where asked
+/// for. study: the resolved study. SI numbers, unit in the key; what does not exist is null.
 nlohmann::ordered_json to_json(const CheckReport& report, const nlohmann::ordered_json& study);
-/// The same of a map: its points, the number of terms, predicted seconds.
+/// The same of a map: its points and the number of terms.
 nlohmann::ordered_json to_json(const MapCheckReport& report, const nlohmann::ordered_json& study);
 
 /// The table people read on the terminal: a label and a value per line, warnings, the paper's table.

@@ -1,0 +1,67 @@
+// What people read while a fit goes on: the set, the distance, and when it is likely to end.
+#include "../../src/method/fit_progress.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace aberfit::internal {
+namespace {
+
+// A mismatch that falls by e in each iteration of 0.5 s.
+FitProgress falling(int iteration, double from) {
+  FitProgress p;
+  p.iteration = iteration;
+  p.worst_mismatch = from * std::exp(-iteration);
+  p.seconds = 0.5 * iteration;
+  return p;
+}
+
+TEST(FitProgressLine, EndsWhereAGeometricFallReachesTheTolerances) {
+  // From e^6 to 1 in six iterations, four of which are left after two.
+  EXPECT_NEAR(seconds_left(falling(0, std::exp(6.0)), falling(2, std::exp(6.0))), 2, 1e-12);
+  // What is within the tolerances has nothing left.
+  EXPECT_EQ(seconds_left(falling(0, std::exp(2.0)), falling(3, std::exp(2.0))), 0);
+  FitProgress rests = falling(0, 7);
+  rests.iteration = 3;
+  EXPECT_TRUE(std::isnan(seconds_left(falling(0, 7), rests)));
+}
+
+TEST(FitProgressLine, SaysSetIterationDistanceTimeAndEnd) {
+  FitProgressLine line(1650, 2, 3);
+  EXPECT_EQ(line(falling(0, std::exp(6.0))),
+            "fit: set 2 of 3 at most, 1650 terms; iteration 0, 403 tolerances off, 0.0 s");
+  EXPECT_EQ(
+      line(falling(2, std::exp(6.0))),
+      "fit: set 2 of 3 at most, 1650 terms; iteration 2, 54.6 tolerances off, 1.0 s, likely end at 3 s");
+}
+
+// Before a pace is known, 10 to 40 iterations; later, that there is none.
+TEST(FitProgressLine, WithoutAPaceSaysARangeOrThatNoEndIsInSight) {
+  FitProgressLine line(12);
+  line(falling(0, 5));
+  FitProgress p = falling(0, 5);
+  p.iteration = 1;
+  p.seconds = 0.5;
+  EXPECT_NE(line(p).find("likely end at 5 to 20 s"), std::string::npos) << line(p);
+  p.iteration = 20;
+  p.seconds = 10;
+  EXPECT_NE(line(p).find("no end in sight"), std::string::npos) << line(p);
+}
+
+// The mismatch of another smoothing begins anew.
+TEST(FitProgressLine, CountsThePaceOfOneSolve) {
+  FitProgressLine line(12);
+  line(falling(0, std::exp(6.0)));
+  FitProgress p = falling(4, std::exp(10.0));
+  p.solve = 1;
+  EXPECT_EQ(line(p).find("end"), std::string::npos) << line(p);
+  FitProgress next = p;  // from e^6 by e^2 in 0.5 s: two iterations are left
+  next.iteration = 5;
+  next.seconds += 0.5;
+  next.worst_mismatch = std::exp(4.0);
+  EXPECT_NE(line(next).find("likely end at 3.5 s"), std::string::npos) << line(next);
+}
+
+}  // namespace
+}  // namespace aberfit::internal
