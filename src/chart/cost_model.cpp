@@ -366,7 +366,8 @@ std::vector<Fits> strided_fits(const Task& task, const Groundwork& ground, const
                               : range.low + int(pass_from * orders);
   trials.confirm = [&](const TermsSpec& asked) {
     FrontierPoint point;
-    point.terms = point.order = asked.zernike ? *asked.zernike->n_max : asked.fourier->count;
+    point.terms = point.order =
+        asked.zernike ? *asked.zernike->n_max : asked.fourier->count.value_or(kUsualWaves);
     const TermSet& terms = sets.emplace(point.order, terms_of(task, ground, asked)).first->second;
     point.rays = first_cells(task, ground, terms, targets);
     point.passes = point.order >= end;

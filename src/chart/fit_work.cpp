@@ -285,7 +285,7 @@ constexpr double kBesideDrawn = 3;
 double draws(const Task& task, const Groundwork& ground, const TargetSets& targets, const WavePace& pace) {
   if (!ground.all_scatters()) return 0;
   const std::shared_ptr<const BandSplit> split = drawn_split(task, ground);
-  const TermSet waves = drawn_waves(task, ground, *split);
+  const TermSet waves = drawn_waves(ground, *split);
   const double wide = wide_circles(task, ground, targets, kWideShareOfVerdict);
   Optics optics = on_grid(task, waves, judging_pitch(task, waves, all_targets(targets), split.get()), pace);
   const bool single = in_single_precision(FocusModel::kWaves, targets, Eigen::Index(optics.points));

@@ -101,7 +101,7 @@ double since(Clock::time_point begin) { return std::chrono::duration<double>(Clo
 // Of the sets of a search, which differ in their order alone.
 bool same_terms(const TermsSpec& a, const TermsSpec& b) {
   const auto order = [](const TermsSpec& terms) {
-    return terms.zernike ? terms.zernike->n_max.value_or(0) : -terms.fourier->count;
+    return terms.zernike ? terms.zernike->n_max.value_or(0) : -terms.fourier->count.value_or(kUsualWaves);
   };
   return order(a) == order(b);
 }

@@ -485,8 +485,7 @@ TEST(CostModel, HeightIsPricedOnPointsOfItsOwn) {
   };
   const Priced light = priced(R"({"ee50": {"value": "4 um"}})"),
                both = priced(R"({"ee50": {"value": "4 um"}, "rms_height": {"value": "25 nm"}})");
-  const TermSet terms{
-      0.1, {}, fourier_modes(RadialPsd(UniformPsd{25e-9, 2.5, 19.96}), 900, FourierSampling::kGrid, 1), {}};
+  const TermSet terms{0.1, {}, fourier_modes(RadialPsd(UniformPsd{25e-9, 2.5, 19.96}), 900, 1), {}};
   const std::optional<PupilSample> points = moment_pupil(both.study.aperture, terms);
   ASSERT_TRUE(points);
   const SurfaceOperator surface(terms, *points, OperatorOptions{1, {}, {}});
