@@ -138,7 +138,7 @@ TEST(FourierLattice, VariancesSumToThatOfTheBand) {
 
 // Mean periodogram of draws in rings against S: exact for a lattice, but for the chi^2 of its coefficients.
 TEST(FourierLattice, DrawsHaveThePsd) {
-  const PowerLawPsd model{1e-16, 2.0, 10.0, 6, 60};
+  const PowerLawPsd model{1e-7, {}, 2.0, 6, 60};
   const RadialPsd psd(model);
   TermSet terms{kRadius, {}, fourier_lattice(psd, 2.5), {}, 2.5};
   const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
