@@ -53,6 +53,7 @@
 #include "aberfit/roughness/psd_integrals.h"
 #include "aberfit/roughness/psd_table.h"
 #include "aberfit/roughness/random_surface.h"
+#include "aberfit/roughness/spectrum_cells.h"
 
 // spectrum: from a measurement to its PSD and to a model of it.
 #include "aberfit/spectrum/detrend.h"

@@ -12,7 +12,6 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kBytesPerDenseEntry = 24, kMostDenseBytes = 1e9;
 constexpr Eigen::Index kTwinPoints = 48;
 constexpr double kRounding = 1e-9;  // what a statistic would still not notice
 constexpr int kWhatIfModes = 400;   // plane waves for studies that have none
@@ -78,9 +77,6 @@ SurfaceField random_weights(Eigen::Index size) {
 struct Method {
   std::string name;
   OperatorOptions options;
-  bool is_dense() const {
-    return options.zernike == ZernikeMethod::kDense || options.fourier == FourierMethod::kDense;
-  }
   bool is(const OperatorChoice& choice) const {
     return choice.zernike == options.zernike && choice.fourier == options.fourier;
   }
@@ -120,9 +116,6 @@ struct OperatorPart {
     Eigen::VectorXd adjoint_reference;
     double reference_error = 0;
     for (const Method& method : methods) {
-      if (method.is_dense() &&
-          kBytesPerDenseEntry * double(pupil.size()) * double(terms.size()) > kMostDenseBytes)
-        continue;
       bench.say(fmt::format("chart: operator {} on {} points", method.name, layout));
       const std::optional<SurfaceOperator> surface = try_operator(terms, pupil, method);
       if (!surface) continue;
@@ -199,28 +192,27 @@ std::vector<ChartFamily> chart_operators(const ChartBench& bench, double seconds
   const int threads = bench.threads;
   const TermSet zernike{bench.terms.radius, bench.terms.zernike, {}, {}};
   if (zernike.size() > 0) {
-    OperatorPart{bench,
-                 zernike,
-                 bench.coefficients.head(zernike.size()),
-                 {{"fused", {threads, ZernikeMethod::kFused, {}}},
-                  {"polar", {threads, ZernikeMethod::kPolar, {}}},
-                  {"dense", {threads, ZernikeMethod::kDense, {}}}},
-                 seconds,
-                 families[0],
-                 families[1]}
+    OperatorPart{
+        bench,
+        zernike,
+        bench.coefficients.head(zernike.size()),
+        {{"fused", {threads, ZernikeMethod::kFused, {}}}, {"polar", {threads, ZernikeMethod::kPolar, {}}}},
+        seconds,
+        families[0],
+        families[1]}
         .add_pupils(PupilLayout::kPolar, zernike.size(), true);
   } else {
     families[0].skipped = families[1].skipped = "The study has no Zernike terms.";
   }
 
-  TermSet fourier{bench.terms.radius, {}, bench.terms.fourier, {}};
+  TermSet fourier{bench.terms.radius, {}, bench.terms.fourier, {}, bench.terms.fourier_pitch};
   const bool is_of_study = !fourier.fourier.empty();
   Eigen::VectorXd amplitudes;
   if (is_of_study) {
     amplitudes = bench.coefficients.segment(bench.terms.fourier_begin(), fourier.size());
   } else if (bench.ground.prior_psd) {
     const RadialPsd& psd = *bench.ground.prior_psd;
-    fourier.fourier = fourier_modes(psd, kWhatIfModes, FourierSampling::kLog, bench.task.fit.seed);
+    fourier.fourier = fourier_modes(psd, kWhatIfModes, bench.task.fit.seed);
     const CoefficientPrior prior = make_prior(fourier, psd, CovarianceKind::kFull);
     amplitudes = prior.colour(draw_white(prior.size(), bench.task.fit.seed));
   }
@@ -229,12 +221,11 @@ std::vector<ChartFamily> chart_operators(const ChartBench& bench, double seconds
                  fourier,
                  amplitudes,
                  {{"phase sums", {threads, {}, FourierMethod::kPhaseSums}},
-                  {"grid", {threads, {}, FourierMethod::kGrid}},
-                  {"dense", {threads, {}, FourierMethod::kDense}}},
+                  {"lattice", {threads, {}, FourierMethod::kLattice}}},
                  seconds,
                  families[2],
                  families[3]}
-        .add_pupils(PupilLayout::kGrid, 4 * fourier.size(), is_of_study);
+        .add_pupils(PupilLayout::kPolar, 4 * fourier.size(), is_of_study);
   } else {
     families[2].skipped = families[3].skipped = "There is no roughness whose band would place plane waves.";
   }

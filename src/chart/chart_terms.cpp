@@ -229,18 +229,18 @@ ModeDraws draw_modes(const ChartBench& bench, const TermSet& terms, const Coeffi
 // Sets of plane waves over the whole band, by their number.
 struct WaveSets {
   const RadialPsd& psd;
-  FourierSampling sampling;
   double radius;
   std::uint64_t seed;
 
-  TermSet terms(int count) const { return {radius, {}, fourier_modes(psd, count, sampling, seed), {}}; }
+  TermSet terms(int count) const { return {radius, {}, fourier_modes(psd, count, seed), {}}; }
   CoefficientPrior prior(const TermSet& terms) const { return make_prior(terms, psd, CovarianceKind::kFull); }
 };
 
 // Number of plane waves of a study that has nothing else.
 std::optional<int> count_of_today(const ChartBench& bench) {
-  if (!bench.task.terms.fourier || !bench.terms.zernike.empty()) return std::nullopt;
-  return bench.task.terms.fourier->count;
+  if (!bench.task.terms.fourier || !bench.terms.zernike.empty() || bench.terms.fourier_pitch > 0)
+    return std::nullopt;
+  return bench.task.terms.fourier->count.value_or(kUsualWaves);
 }
 
 std::vector<int> counts_to_try(const std::optional<int>& today) {
@@ -306,8 +306,7 @@ ChartFamily chart_modes(const ChartBench& bench, double seconds) {
     return family;
   }
   const std::optional<int> today = count_of_today(bench);
-  const WaveSets sets{*bench.ground.prior_psd, today ? task.terms.fourier->sampling : FourierSampling::kLog,
-                      bench.ground.radius, task.fit.seed};
+  const WaveSets sets{*bench.ground.prior_psd, bench.ground.radius, task.fit.seed};
   std::vector<int> counts = counts_to_try(today);
   const PupilSample pupil = make_pupil(task.aperture, pupil_of_at_most(task, kModeRays));
   const PupilSample time_pupil = make_pupil(task.aperture, pupil_of_at_most(task, kModeTimeRays));

@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/random.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
@@ -25,7 +26,7 @@ Drawing drawing_of(const FitCase& of) {
   const Task& task = of.task;
   Drawing drawing;
   drawing.split = drawn_split(task, of.ground);
-  drawing.terms = drawn_waves(task, of.ground, *drawing.split);
+  drawing.terms = drawn_waves(of.ground, *drawing.split);
   drawing.prior = CoefficientPrior(
       drawing.terms.size(), make_prior(drawing.terms, drawing.split->low(), CovarianceKind::kFull).blocks());
   return drawing;
@@ -184,10 +185,14 @@ std::shared_ptr<const BandSplit> drawn_split(const Task& task, const Groundwork&
                                            ground.mean_spot);
 }
 
-TermSet drawn_waves(const Task& task, const Groundwork& ground, const BandSplit& split) {
+TermSet drawn_waves(const Groundwork& ground, const BandSplit& split) {
   TermSet waves;
   waves.radius = ground.radius;
-  waves.fourier = fourier_modes(split.low(), kDrawnWaves, FourierSampling::kGrid, task.fit.seed);
+  const double low = std::max(split.low().f_min(), 0.0), high = split.low().f_max();
+  // The grid of the aperture's box, and a coarser one of a band of very many waves.
+  waves.fourier_pitch =
+      std::max(1 / (2 * ground.radius), std::sqrt(0.5 * kPi * (high - low) * (high + low) / kDrawnWaves));
+  waves.fourier = fourier_lattice(split.low(), waves.fourier_pitch);
   return waves;
 }
 

@@ -95,8 +95,17 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
     if (!(low < ground.term_psd->f_max()))
       throw FieldError("terms.fourier", fmt::format("no band left above the Zernikes' {:.4g} /m", covered_to),
                        "a smaller n_max, or no Fourier terms");
-    terms.fourier = fourier_modes(ground.term_psd->band(low, ground.term_psd->f_max()), asked.fourier->count,
-                                  asked.fourier->sampling, task.fit.seed);
+    const RadialPsd band = ground.term_psd->band(low, ground.term_psd->f_max());
+    if (asked.fourier->sampling == FourierSampling::kGrid) {
+      terms.fourier_pitch = 1 / (2 * ground.radius);
+      try {
+        terms.fourier = fourier_lattice(band, terms.fourier_pitch);
+      } catch (const ComputationError& e) {
+        throw FieldError("terms.fourier.sampling", e.what(), "\"log\", or a terms.band that ends below");
+      }
+    } else {
+      terms.fourier = fourier_modes(band, asked.fourier->count.value_or(kUsualWaves), task.fit.seed);
+    }
     *captured = 1;
   }
   terms.spherical = asked.spherical;

@@ -13,8 +13,8 @@
 #include "aberfit/core/smooth_number.h"
 #include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/roughness/line_kernel.h"
+#include "aberfit/roughness/spectrum_cells.h"
 #include "profile_spectrum.h"
-#include "spectrum_cells.h"
 
 namespace aberfit {
 using namespace internal;

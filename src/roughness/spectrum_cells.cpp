@@ -1,11 +1,11 @@
-#include "spectrum_cells.h"
+#include "aberfit/roughness/spectrum_cells.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "aberfit/core/quadrature.h"
 
-namespace aberfit::internal {
+namespace aberfit {
 
 double integral_in_pieces(const std::function<double(double)>& g, double a, double b,
                           const std::vector<double>& cuts) {
@@ -50,4 +50,4 @@ std::vector<double> jumps(const RadialPsd& psd) {
   return found;
 }
 
-}  // namespace aberfit::internal
+}  // namespace aberfit

@@ -171,13 +171,20 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
           z.check(!n_max || *n_max >= terms.zernike->n_min, "n_max", fmt::format("{}", n_max.value_or(0)),
                   fmt::format("an integer from n_min = {} to {}", terms.zernike->n_min, kLargestOrder));
         });
-        t.optional_object({"fourier", "plane waves that sample the band of the PSD"}, terms.fourier,
-                          [](Visitor& f, FourierSpec& fourier) {
-                            f.integer({"count", "number of plane waves"}, fourier.count, 1, 1000000);
-                            f.choice_of(
-                                {"sampling", "log: log-uniform rings; grid: Cartesian frequency grid"},
-                                fourier.sampling, {"log", "grid"});
-                          });
+        t.optional_object(
+            {"fourier", "plane waves that sample the band of the PSD"}, terms.fourier,
+            [](Visitor& f, FourierSpec& fourier) {
+              f.integer(
+                  {"count", "number of plane waves on log-uniform rings; absent: 400", kOptional, "400"},
+                  fourier.count, 1, 1000000);
+              f.choice_of({"sampling",
+                           "log: so many on log-uniform rings; grid: every point of the frequency grid of "
+                           "pitch 1/diameter that lies in the band, each with the variance of its cell"},
+                          fourier.sampling, {"log", "grid"});
+              f.check(fourier.sampling == FourierSampling::kLog || !fourier.count, "count",
+                      fmt::format("{} waves of a grid", fourier.count.value_or(0)),
+                      "no count: band and aperture decide how many points the grid has; or sampling \"log\"");
+            });
         std::vector<std::size_t> powers;
         for (const int power : terms.spherical) powers.push_back(std::size_t(power / 2 - 2));
         t.choices({"spherical", "even powers of rho", kOptional, R"(["c4", "c6"])"}, powers,

@@ -146,7 +146,9 @@ CoefficientPrior make_prior(const TermSet& terms, const RadialPsd& psd, Covarian
   }
   if (!terms.zernike.empty()) append_zernike_blocks(terms, zernike_psd, kind, &blocks);
   if (!terms.fourier.empty()) {
-    const std::vector<double> variance = fourier_variances(fourier_psd, terms.fourier);
+    const std::vector<double> variance =
+        terms.fourier_pitch > 0 ? lattice_variances(fourier_psd, terms.fourier, terms.fourier_pitch)
+                                : fourier_variances(fourier_psd, terms.fourier);
     for (std::size_t k = 0; k < terms.fourier.size(); ++k)
       for (int part = 0; part < 2; ++part)
         blocks.push_back({{terms.fourier_begin() + 2 * Eigen::Index(k) + part},

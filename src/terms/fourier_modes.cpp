@@ -1,12 +1,17 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <utility>
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/random.h"
 #include "aberfit/core/root.h"
 #include "aberfit/roughness/psd_integrals.h"
+#include "aberfit/roughness/spectrum_cells.h"
 #include "aberfit/terms/modal_covariance.h"
 #include "fourier_shares.h"
 
@@ -58,42 +63,41 @@ std::vector<FourierMode> log_rings(const Edges& edges, int count, std::uint64_t 
   return modes;
 }
 
-// Points (i, j) df of the half plane with |f| in the band; df is the largest spacing that gives `count` of
-// them, and the outermost few that a tie of |f| brings too many are dropped.
-std::vector<FourierMode> grid(const Edges& edges, int count) {
-  const auto points = [&](double df) {
-    std::vector<FourierMode> modes;
-    const int reach = int(edges.high / df);
-    for (int j = 0; j <= reach; ++j)
-      for (int i = j == 0 ? 1 : -reach; i <= reach; ++i) {
-        const double f = std::hypot(i * df, j * df);
-        if (f >= edges.low && f <= edges.high) modes.push_back({i * df, j * df});
-      }
-    return modes;
-  };
-  const double area = 0.5 * pi * (edges.high - edges.low) * (edges.high + edges.low);
-  double enough = std::sqrt(area / count), too_wide = enough;
-  while (int(points(enough).size()) < count) enough *= 0.7;
-  while (int(points(too_wide).size()) >= count) too_wide *= 1.4;
-  for (int i = 0; i < 40; ++i) {
-    const double middle = 0.5 * (enough + too_wide);
-    (int(points(middle).size()) >= count ? enough : too_wide) = middle;
-  }
-  std::vector<FourierMode> modes = points(enough);
-  std::stable_sort(modes.begin(), modes.end(), [](const FourierMode& a, const FourierMode& b) {
-    return std::hypot(a.fx, a.fy) < std::hypot(b.fx, b.fy);
-  });
-  modes.resize(std::size_t(count));
-  return modes;
+// Whether the square of `pitch` about (i, j) pitch has part of the ring, edge or not.
+bool has_part(int i, int j, double pitch, const Edges& edges) {
+  const double x = std::abs(i), y = std::abs(j);
+  const double nearest = pitch * std::hypot(std::max(x - 0.5, 0.0), std::max(y - 0.5, 0.0)),
+               farthest = pitch * std::hypot(x + 0.5, y + 0.5);
+  return nearest < edges.high * (1 - kSameRing) && farthest > edges.low * (1 + kSameRing);
 }
 
 }  // namespace
 
-std::vector<FourierMode> fourier_modes(const RadialPsd& psd, int count, FourierSampling sampling,
-                                       std::uint64_t seed) {
+std::vector<FourierMode> fourier_modes(const RadialPsd& psd, int count, std::uint64_t seed) {
   assert(count > 0);
-  if (sampling == FourierSampling::kGrid) return grid(sampled_edges(psd, true), count);
   return log_rings(sampled_edges(psd, false), count, seed);
+}
+
+std::vector<FourierMode> fourier_lattice(const RadialPsd& psd, double pitch) {
+  assert(pitch > 0);
+  const RadialPsd beyond = psd.band(0.5 * pitch, psd.f_max());
+  if (!(beyond.f_max() > 0.5 * pitch)) return {};  // all of it in the cell of 0
+  const Edges edges = sampled_edges(beyond, true);
+  const double reach = edges.high / pitch + 0.5, count = 0.5 * pi * reach * reach;
+  if (count > kMostLatticeModes)
+    throw ComputationError(
+        fmt::format("the band up to {:.4g} /m takes {:.2g} plane waves on a grid of {:.4g} /m, more than the "
+                    "{:.2g} that are allowed",
+                    edges.high, count, pitch, kMostLatticeModes));
+  std::vector<FourierMode> modes;
+  const int most = int(reach);
+  for (int j = 0; j <= most; ++j)
+    for (int i = j == 0 ? 1 : -most; i <= most; ++i)
+      if (has_part(i, j, pitch, edges)) modes.push_back({i * pitch, j * pitch});
+  std::stable_sort(modes.begin(), modes.end(), [](const FourierMode& a, const FourierMode& b) {
+    return std::hypot(a.fx, a.fy) < std::hypot(b.fx, b.fy);
+  });
+  return modes;
 }
 
 namespace internal {
@@ -121,6 +125,29 @@ std::vector<double> fourier_variances(const RadialPsd& psd, const std::vector<Fo
     for (std::size_t k = begin; k < end; ++k) variance[order[k]] = share;
     lower = upper;
     begin = end;
+  }
+  return variance;
+}
+
+std::vector<double> lattice_variances(const RadialPsd& psd, const std::vector<FourierMode>& modes,
+                                      double pitch) {
+  std::map<std::pair<long, long>, double> known;  // S does not change where x and y change places or signs
+  std::vector<double> variance;
+  variance.reserve(modes.size());
+  for (const FourierMode& mode : modes) {
+    const long i = std::lround(std::abs(mode.fx) / pitch), j = std::lround(std::abs(mode.fy) / pitch);
+    const std::pair<long, long> place{std::min(i, j), std::max(i, j)};
+    const auto [found, is_new] = known.try_emplace(place, 0.0);
+    if (is_new) {
+      // Of a cell across the axis one half is integrated. A and B of one wave are the cells about f and -f.
+      const double across = place.first == 0 ? 2.0 : 1.0;
+      const double low = place.first == 0 ? 0.0 : double(place.first) - 0.5;
+      found->second =
+          2 * across *
+          rectangle_variance(psd, pitch * (double(place.second) - 0.5), pitch * (double(place.second) + 0.5),
+                             pitch * low, pitch * (double(place.first) + 0.5));
+    }
+    variance.push_back(found->second);
   }
   return variance;
 }

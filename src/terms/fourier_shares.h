@@ -12,4 +12,8 @@ namespace aberfit::internal {
 /// 0. Throws ComputationError when the height variance is infinite.
 std::vector<double> fourier_variances(const RadialPsd& psd, const std::vector<FourierMode>& modes);
 
+/// That of the cell of each mode of a lattice [m^2]: the integral of the PSD over the squares about f and -f.
+std::vector<double> lattice_variances(const RadialPsd& psd, const std::vector<FourierMode>& modes,
+                                      double pitch);
+
 }  // namespace aberfit::internal

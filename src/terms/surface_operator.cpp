@@ -1,9 +1,8 @@
 // Method. L is a sum of parts (term_operator.h), one per family of terms or several families together:
 //   pointwise_operator.h  any points: Zernike recurrences (kFused), Fourier phase sums, spherical powers
 //   zernike_polar.h       Zernike terms on rings (kPolar): radial sums, then transforms over the angle
-//   fourier_grid.h        Fourier terms on a Cartesian grid (kGrid): products of phase tables
-//   dense_operator.h      a stored basis (kDense)
-// operator_cost.h chooses. The pointwise part is always there: it answers where the rays asked for are few,
+//   fourier_lattice.h     Fourier terms on a lattice (kLattice): a nonuniform fast Fourier transform
+// The pointwise part is always there: it answers where the rays asked for are few,
 // and is what the others are tested against.
 //
 // Error of one Zernike mode against its factorial sum in 200 digits, relative to its largest value (gradient)
@@ -37,11 +36,9 @@
 // tests/benchmarks/run.sh operator). Transforms are most of it: twice that at 544 = 32 17 spokes and five
 // times at 536 = 8 67, primes that FFTW has no code for. Few rings and many terms (n = 137) pay for the
 // radial sums, in the adjoint for the sums over lanes after each 16 rings.
-//     kGrid, 1e9 mode-points/s: 6.8 forward and 7.0 adjoint from 400 modes on, 4.5 and 4.1 at 40 modes;
-//     kPhaseSums 1.7 and 1.6 (20,000 modes, 15,000 points); they differ by 2e-14 of the largest slope.
-//     kDense, 1e9 term-points/s: 6 and 3.8 while the basis is in the second-level cache (231 terms, 256
-//     points: half the time of phase sums forward, no gain over kFused), 1.2 at 1000 points, 0.5 at 15,000:
-//     memory-bound.
+//     kPhaseSums 1.7 and 1.6 1e9 mode-points/s (20,000 modes, 15,000 points).
+//     kLattice, milliseconds at 51,468 points: 10,080 coefficients 3.5 and 5.9, 150 weights of heights at
+//     once 220; 71,288 coefficients 13 and 15, 640.
 #include "aberfit/terms/surface_operator.h"
 
 #include <fmt/core.h>
@@ -54,8 +51,7 @@
 #include <vector>
 
 #include "aberfit/terms/operator_cost.h"
-#include "dense_operator.h"
-#include "fourier_grid.h"
+#include "fourier_lattice.h"
 #include "height_products.h"
 #include "pointwise_operator.h"
 #include "zernike_polar.h"
@@ -123,7 +119,7 @@ void check_structure(const PupilSample& pupil) {
 /// pupil's own.
 PointCoordinates coordinates_of(const PupilSample& pupil, const OperatorChoice& choice) {
   const bool all_structured = (!choice.zernike || *choice.zernike == ZernikeMethod::kPolar) &&
-                              (!choice.fourier || *choice.fourier == FourierMethod::kGrid);
+                              (!choice.fourier || *choice.fourier == FourierMethod::kLattice);
   if (all_structured) {
     if (const auto* rings = std::get_if<PolarRings>(&pupil.structure)) return PointCoordinates(*rings);
     if (const auto* grid = std::get_if<CartesianGrid>(&pupil.structure)) return PointCoordinates(*grid);
@@ -131,17 +127,24 @@ PointCoordinates coordinates_of(const PupilSample& pupil, const OperatorChoice& 
   return PointCoordinates(pupil.x, pupil.y);
 }
 
+/// Listed rays from which on rings are faster than recurrences at each ray: those cost as the rows (n, |m|),
+/// rings at any order what some fourteen rows do (the table above).
+Index polar_rays(const TermSet& terms, Index points) {
+  constexpr double kRowsOfRings = 14;
+  return Index(double(points) * kRowsOfRings / (kRowsOfRings + 0.5 * double(terms.zernike.size())));
+}
+
 }  // namespace
 
 std::string to_string(ZernikeMethod method) {
   // In the order of the enum.
-  static constexpr const char* kNames[] = {"fused", "polar", "dense"};
+  static constexpr const char* kNames[] = {"fused", "polar"};
   return kNames[std::size_t(method)];
 }
 
 std::string to_string(FourierMethod method) {
   // In the order of the enum.
-  static constexpr const char* kNames[] = {"phase-sums", "grid", "dense"};
+  static constexpr const char* kNames[] = {"phase-sums", "lattice"};
   return kNames[std::size_t(method)];
 }
 
@@ -159,65 +162,52 @@ struct SurfaceOperator::Plan {
   OperatorChoice choice;
   std::unique_ptr<PointwiseOperator> pointwise;
   std::vector<WholePart> whole;
-  std::unique_ptr<HeightProducts> heights;
+  const FourierLattice* lattice = nullptr;  // among the whole parts
+  std::unique_ptr<HeightProducts> heights;  // of all terms but those of the lattice
   mutable ScratchPool<SurfaceField> scattered;
 };
 
-SurfaceOperator::SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd y, int threads) {
-  check(terms, x, y);
-  auto plan = std::make_unique<Plan>();
-  plan->points = x.size();
-  plan->threads = threads;
-  if (!terms.zernike.empty()) plan->choice.zernike = ZernikeMethod::kFused;
-  if (!terms.fourier.empty()) plan->choice.fourier = FourierMethod::kPhaseSums;
-  plan->choice.reason = std::string("scattered points");
-  const Families all{!terms.zernike.empty(), !terms.fourier.empty(), !terms.spherical.empty()};
-  plan->pointwise = std::make_unique<PointwiseOperator>(terms, PointCoordinates(x, y), all);
-  PupilSample scattered;
-  scattered.x = std::move(x);
-  scattered.y = std::move(y);
-  plan->heights = std::make_unique<HeightProducts>(terms, scattered, false);
-  plan->terms = std::move(terms);
-  plan_ = std::move(plan);
+namespace {
+
+PupilSample scattered_points(Eigen::ArrayXd x, Eigen::ArrayXd y) {
+  PupilSample pupil;
+  pupil.x = std::move(x);
+  pupil.y = std::move(y);
+  return pupil;
 }
+
+}  // namespace
+
+SurfaceOperator::SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd y, int threads)
+    : SurfaceOperator(std::move(terms), scattered_points(std::move(x), std::move(y)), {threads, {}, {}}) {}
 
 SurfaceOperator::SurfaceOperator(TermSet terms, const PupilSample& pupil, const OperatorOptions& options) {
   check(terms, pupil.x, pupil.y);
   check_structure(pupil);
-  const PointLayout layout = point_layout(pupil);
   auto plan = std::make_unique<Plan>();
   plan->points = pupil.size();
   plan->threads = options.threads;
-  plan->choice = choose_operator(terms, layout, options);
+  plan->choice = choose_operator(terms, point_layout(pupil), options);
   const OperatorChoice& choice = plan->choice;
 
   PointCoordinates points = coordinates_of(pupil, choice);
   points.hold_at_rim = options.hold_at_rim;
-  Families pointwise{false, false, !terms.spherical.empty()};
-  if (choice.zernike) {
-    std::unique_ptr<TermOperator> part;
-    if (choice.zernike == ZernikeMethod::kPolar)
-      part = std::make_unique<ZernikePolar>(terms, std::get<PolarRings>(pupil.structure));
-    else if (choice.zernike == ZernikeMethod::kDense)
-      part = std::make_unique<DenseOperator>(terms, false, points, options.threads);
-    pointwise.zernike = part == nullptr;
-    if (part)
-      plan->whole.push_back(
-          {{true, false, false}, std::move(part), enough_rays(*choice.zernike, terms, layout)});
+  const bool polar = choice.zernike == ZernikeMethod::kPolar,
+             lattice = choice.fourier == FourierMethod::kLattice;
+  TermSet cell_by_cell = terms;
+  if (polar)
+    plan->whole.push_back({{true, false, false},
+                           std::make_unique<ZernikePolar>(terms, std::get<PolarRings>(pupil.structure)),
+                           polar_rays(terms, pupil.size())});
+  if (lattice) {
+    auto part = std::make_unique<FourierLattice>(terms, pupil.x, pupil.y);
+    plan->lattice = part.get();
+    plan->whole.push_back({{false, true, false}, std::move(part), plan->lattice->enough_rays()});
+    cell_by_cell.fourier.clear();
   }
-  if (choice.fourier) {
-    std::unique_ptr<TermOperator> part;
-    if (choice.fourier == FourierMethod::kGrid)
-      part = std::make_unique<FourierGrid>(terms, std::get<CartesianGrid>(pupil.structure));
-    else if (choice.fourier == FourierMethod::kDense)
-      part = std::make_unique<DenseOperator>(terms, true, points, options.threads);
-    pointwise.fourier = part == nullptr;
-    if (part)
-      plan->whole.push_back(
-          {{false, true, false}, std::move(part), enough_rays(*choice.fourier, terms, layout)});
-  }
+  const Families pointwise{choice.zernike && !polar, choice.fourier && !lattice, !terms.spherical.empty()};
   plan->pointwise = std::make_unique<PointwiseOperator>(terms, points, pointwise);
-  plan->heights = std::make_unique<HeightProducts>(terms, pupil, options.hold_at_rim);
+  plan->heights = std::make_unique<HeightProducts>(cell_by_cell, pupil, options.hold_at_rim);
   plan->terms = std::move(terms);
   plan_ = std::move(plan);
 }
@@ -279,7 +269,15 @@ void SurfaceOperator::apply_transpose(std::span<const std::uint32_t> rays, const
 }
 
 Eigen::MatrixXd SurfaceOperator::apply_transpose_heights(std::span<const Eigen::ArrayXd> weights) const {
-  return (*plan_->heights)(weights, plan_->threads);
+  if (!plan_->lattice) return (*plan_->heights)(weights, plan_->threads);
+  const Index begin = terms().fourier_begin(), end = terms().spherical_begin(), size = terms().size();
+  Eigen::MatrixXd result(size, Index(weights.size()));
+  plan_->lattice->heights(weights, plan_->threads, begin, &result);
+  if (begin + size - end == 0) return result;
+  const Eigen::MatrixXd others = (*plan_->heights)(weights, plan_->threads);
+  result.topRows(begin) = others.topRows(begin);
+  result.bottomRows(size - end) = others.bottomRows(size - end);
+  return result;
 }
 
 Eigen::VectorXd SurfaceOperator::apply_transpose(const SurfaceField& weights) const {

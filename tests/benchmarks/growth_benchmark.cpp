@@ -61,8 +61,7 @@ Scene mixed_scene(int count, std::int64_t rays) {
   TermSet terms = zernike_terms(n_max);
   const double cut = (n_max + 1) / (2 * std::numbers::pi * kRadius);
   const RadialPsd psd(UniformPsd{100e-9, 0.5, 2 * cut});
-  terms.fourier = fourier_modes(psd.band(cut, 2 * cut), (count - int(terms.zernike.size()) + 1) / 2,
-                                FourierSampling::kLog, 1);
+  terms.fourier = fourier_modes(psd.band(cut, 2 * cut), (count - int(terms.zernike.size()) + 1) / 2, 1);
   CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
   return Scene(std::move(terms), std::move(prior), circle_pupil(PupilLayout::kRandom, rays));
 }

@@ -214,15 +214,12 @@ void register_cases(bool smoke) {
                  allowed_error(n_max), samples);
     add_operator("Zernike", setting("polar"), "term-points", terms, PupilLayout::kPolar, rays,
                  {1, ZernikeMethod::kPolar, {}}, allowed_error(n_max), samples);
-    if (n_max <= 20)  // 360 MB
-      add_operator("Zernike", setting("dense"), "term-points", terms, PupilLayout::kRandom, rays,
-                   {1, ZernikeMethod::kDense, {}}, allowed_error(n_max), samples);
   }
   for (const int modes : {400, 20000}) {
     const auto terms = [modes] {
       TermSet set;
       set.radius = kRadius;
-      set.fourier = fourier_modes(RadialPsd(UniformPsd{100e-9, 2.5, 39.92}), modes, FourierSampling::kLog, 1);
+      set.fourier = fourier_modes(RadialPsd(UniformPsd{100e-9, 2.5, 39.92}), modes, 1);
       return set;
     };
     const auto setting = [&](const char* method) {
@@ -231,12 +228,16 @@ void register_cases(bool smoke) {
     const int samples = modes == 400 ? 512 : smoke ? 16 : 64;
     add_operator("Fourier", setting("any points"), "mode-points", terms, PupilLayout::kRandom, 15000, {},
                  kFourierAllowed, samples);
-    add_operator("Fourier", setting("grid"), "mode-points", terms, PupilLayout::kGrid, 15000,
-                 {1, {}, FourierMethod::kGrid}, kFourierAllowed, samples);
-    if (modes == 400)
-      add_operator("Fourier", setting("dense"), "mode-points", terms, PupilLayout::kRandom, 15000,
-                   {1, {}, FourierMethod::kDense}, kFourierAllowed, samples);
   }
+  const auto lattice = [] {
+    TermSet set;
+    set.radius = kRadius;
+    set.fourier_pitch = 1 / (2 * kRadius);
+    set.fourier = fourier_lattice(RadialPsd(UniformPsd{100e-9, 2.5, 56 / (2 * kRadius)}), set.fourier_pitch);
+    return set;
+  };
+  add_operator("Fourier", "56 cycles across, 65,536 points, lattice", "mode-points", lattice,
+               PupilLayout::kGrid, 65536, {1, {}, FourierMethod::kLattice}, 1e-10, 16);
   add_twins();
 }
 

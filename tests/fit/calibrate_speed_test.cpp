@@ -86,8 +86,7 @@ TEST(CalibrateSpeed, TenThousandTermsNeedNoSquareMatrix) {
   TermSet terms;
   terms.radius = 0.2;
   terms.zernike = zernike_modes(2, 60);
-  terms.fourier =
-      fourier_modes(psd.band(61 / (2 * EIGEN_PI * terms.radius), 200), 4056, FourierSampling::kLog, 1);
+  terms.fourier = fourier_modes(psd.band(61 / (2 * EIGEN_PI * terms.radius), 200), 4056, 1);
   ASSERT_EQ(terms.size(), 10000);
   const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
   const SurfaceOperator surface(terms, pupil, OperatorOptions{2, {}, {}});

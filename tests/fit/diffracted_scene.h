@@ -39,7 +39,10 @@ struct DiffractedScene {
   static TermSet terms_of(const RadialPsd& psd, int modes) {
     TermSet terms;
     terms.radius = 0.2;
-    terms.fourier = fourier_modes(psd, modes, FourierSampling::kGrid, 1);
+    // About so many: the area of half the ring over that of a cell.
+    terms.fourier_pitch =
+        std::sqrt(0.5 * std::numbers::pi * (std::pow(psd.f_max(), 2) - std::pow(psd.f_min(), 2)) / modes);
+    terms.fourier = fourier_lattice(psd, terms.fourier_pitch);
     return terms;
   }
 };

@@ -189,7 +189,8 @@ Eigen::VectorXd departure_of_wide_circles(const Study& study, const Groundwork& 
                                                        study.wavelength, ground.mean_spot);
   TermSet waves;
   waves.radius = ground.radius;
-  waves.fourier = fourier_modes(split->low(), 1200, FourierSampling::kGrid, 1);
+  waves.fourier_pitch = 1 / (2 * ground.radius);
+  waves.fourier = fourier_lattice(split->low(), waves.fourier_pitch);
   const CoefficientPrior prior(waves.size(), make_prior(waves, split->low(), CovarianceKind::kFull).blocks());
   std::vector<Statistic> circles;
   for (const double of : grains)

@@ -115,7 +115,7 @@ Part fit_like_draw() {
 Part waves() {
   Part part(CircleAperture{0.4, 0}, {});
   const RadialPsd psd(UniformPsd{100e-9, 2.5, 39.92});
-  part.terms.fourier = fourier_modes(psd, 200, FourierSampling::kLog, 1);
+  part.terms.fourier = fourier_modes(psd, 200, 1);
   const CoefficientPrior prior = make_prior(part.terms, psd, CovarianceKind::kFull);
   part.coefficients = prior.colour(draw_white(prior.size(), 2));
   return part;

@@ -153,9 +153,11 @@ json named_statistics(const Draw& draw, Dice* dice) {
 void ask_of_kind(const Draw& draw, json* study, Dice* dice) {
   const json order{{"n_max", int(std::lround(dice->log_uniform(6, 70)))}};
   if (draw.kind == "zernike") (*study)["terms"] = {{"zernike", order}};
-  if (draw.kind == "fourier")
-    (*study)["terms"]["fourier"] = {{"count", int(std::lround(dice->log_uniform(50, 1000)))},
-                                    {"sampling", dice->uniform(0, 1) < 0.5 ? "log" : "grid"}};
+  if (draw.kind == "fourier") {
+    const int count = int(std::lround(dice->log_uniform(50, 1000)));
+    (*study)["terms"]["fourier"] =
+        dice->uniform(0, 1) < 0.5 ? json{{"count", count}} : json{{"sampling", "grid"}};
+  }
   if (draw.kind == "spherical") {
     (*study)["terms"]["spherical"] = {"c4", "c6", "c8"};
     (*study)["terms"]["zernike"] = order;

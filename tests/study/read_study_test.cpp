@@ -128,7 +128,7 @@ TEST(ReadStudy, ReadsEveryBlock) {
   EXPECT_EQ(study.terms.zernike->n_min, 1);
   EXPECT_EQ(study.terms.zernike->n_max, 20);
   EXPECT_EQ(study.terms.fourier->count, 400);
-  EXPECT_EQ(study.terms.fourier->sampling, FourierSampling::kGrid);
+  EXPECT_EQ(study.terms.fourier->sampling, FourierSampling::kLog);
   EXPECT_EQ(study.terms.spherical, (std::vector<int>{4, 6}));
   EXPECT_EQ(study.terms.covariance, CovarianceKind::kDiagonal);
   EXPECT_EQ(study.trace.pupil.layout, PupilLayout::kSobol);

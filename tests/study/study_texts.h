@@ -29,7 +29,7 @@ inline const char* const kFullStudy = R"json({
       "ring_profile": { "ring": "76 um", "dz": ["-1 mm", 0, "1 mm"], "values": [0.4, "90 %", 0.4], "tolerance": "1 %" },
       "scatter_rms": { "value": "36 urad", "standard_error": "0.1 urad" }, "scatter_mean": {},
       "spot_fwhm": { "bandwidth": "5 um" }, "rms_radius": { "planes": ["2 mm"], "value": "60 um" }, "rms_height": {} } },
-  "terms": { "zernike": { "n_min": 1, "n_max": 20 }, "fourier": { "count": 400, "sampling": "grid" },
+  "terms": { "zernike": { "n_min": 1, "n_max": 20 }, "fourier": { "count": 400, "sampling": "log" },
     "spherical": ["c4", "c6"], "covariance": "diagonal" },
   "trace": { "pupil": "sobol", "rays": 1e4, "seed": 18446744073709551615,
     "normals": { "central_difference": { "step": "1 um" } }, "centre": "centroid" },
@@ -135,6 +135,8 @@ inline std::vector<MalformedStudy> malformed_studies() {
        true},
       {"ExportGridTooSmall", changed("/output", "{\"export_grid\": 2}"), "/output/export_grid", "from 5",
        true},
+      {"CountOfWavesOfAGrid", changed("/terms", R"({"fourier": {"sampling": "grid", "count": 100}})"),
+       "/terms/fourier/count", "no count: band and aperture decide", false},
       {"ZernikeListingOfFourierTerms",
        nlohmann::ordered_json::parse(changed("/output/export", "[\"zernike-noll\"]"))
            .patch(nlohmann::json::parse(R"([{"op": "add", "path": "/terms", "value": {"fourier": {}}}])"))

@@ -135,7 +135,7 @@ TEST(CoefficientPrior, AgreesWithRandomPhaseSurfacesProjectedOnTheTerms) {
 TEST(CoefficientPrior, WhitenUndoesColour) {
   const RadialPsd psd(KCorrelationPsd{1e-7, 0.05, 2.6, 0.1, kInf});
   TermSet terms = zernikes(2, 20);
-  terms.fourier = fourier_modes(psd.band(21 / (2 * pi * 0.2), kInf), 30, FourierSampling::kLog, 3);
+  terms.fourier = fourier_modes(psd.band(21 / (2 * pi * 0.2), kInf), 30, 3);
   const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
   const Eigen::VectorXd x = draw_white(prior.size(), 5);
   // The blocks' condition (correlations) is below 1e3 here, so 1e-10 leaves room for 1e3 eps sqrt(condition).
@@ -174,12 +174,13 @@ TEST(CoefficientPrior, SplitsThePsdBetweenZernikeAndFourierTerms) {
   TermSet terms = zernikes(0, 14);
   const double split = 15 / (2 * pi * 0.2);
   const RadialPsd low = psd.band(0, split), high = psd.band(split, kInf);
-  for (const FourierSampling sampling : {FourierSampling::kLog, FourierSampling::kGrid}) {
-    terms.fourier = fourier_modes(high, 200, sampling, 9);
+  for (const double pitch : {0.0, 2.5}) {
+    terms.fourier_pitch = pitch;
+    terms.fourier = pitch > 0 ? fourier_lattice(high, pitch) : fourier_modes(high, 200, 9);
     const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
     const double of_zernikes = variance_sum(prior, 0, terms.fourier_begin());
     const double of_waves = 0.5 * variance_sum(prior, terms.fourier_begin(), prior.size());
-    EXPECT_NEAR(of_waves / psd_moments(high).height_variance, 1, 1e-12);
+    EXPECT_NEAR(of_waves / psd_moments(high).height_variance, 1, pitch > 0 ? 1e-7 : 1e-12);
     EXPECT_NEAR(of_zernikes / psd_moments(low).height_variance, captured_fraction(low, 0.2, 0, 14), 1e-12);
   }
 }
@@ -211,20 +212,19 @@ TEST(DrawWhite, IsAPrefixOfLongerDrawsAndDiffersBetweenSeeds) {
 TEST(FourierModes, FillTheHalfPlaneOfTheBand) {
   const std::vector<PsdModel> models = {UniformPsd{1e-7, 2.5, 39.92}, UniformPsd{1e-7, 0, 40},
                                         KCorrelationPsd{1e-7, 0.02, 3, 0, kInf}, GaussianPsd{1e-7, 0.02}};
-  for (const PsdModel& model : models)
-    for (const FourierSampling sampling : {FourierSampling::kLog, FourierSampling::kGrid}) {
-      const RadialPsd psd(model);
-      const auto modes = fourier_modes(psd, 150, sampling, 1);
-      ASSERT_EQ(modes.size(), 150u);
-      for (const FourierMode& mode : modes) {
-        const double f = std::hypot(mode.fx, mode.fy);
-        EXPECT_TRUE(f >= psd.f_min() * (1 - 1e-12) && f <= psd.f_max() && f > 0);
-        EXPECT_TRUE(mode.fy > 0 || (mode.fy == 0 && mode.fx > 0));
-      }
-      TermSet terms{0.2, {}, modes, {}};
-      const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
-      EXPECT_NEAR(0.5 * variance_sum(prior, 0, prior.size()) / 1e-14, 1, 1e-12);
+  for (const PsdModel& model : models) {
+    const RadialPsd psd(model);
+    const auto modes = fourier_modes(psd, 150, 1);
+    ASSERT_EQ(modes.size(), 150u);
+    for (const FourierMode& mode : modes) {
+      const double f = std::hypot(mode.fx, mode.fy);
+      EXPECT_TRUE(f >= psd.f_min() * (1 - 1e-12) && f <= psd.f_max() && f > 0);
+      EXPECT_TRUE(mode.fy > 0 || (mode.fy == 0 && mode.fx > 0));
     }
+    TermSet terms{0.2, {}, modes, {}};
+    const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
+    EXPECT_NEAR(0.5 * variance_sum(prior, 0, prior.size()) / 1e-14, 1, 1e-12);
+  }
 }
 
 TEST(FourierModes, SurfaceVarianceOverADiscIsTheHeightVarianceOnAverage) {
@@ -234,7 +234,7 @@ TEST(FourierModes, SurfaceVarianceOverADiscIsTheHeightVarianceOnAverage) {
   const int seeds = 400, points = 10;
   double mean = 0;
   for (int seed = 0; seed < seeds; ++seed) {
-    const TermSet terms{0.2, {}, fourier_modes(psd, 60, FourierSampling::kLog, std::uint64_t(seed)), {}};
+    const TermSet terms{0.2, {}, fourier_modes(psd, 60, std::uint64_t(seed)), {}};
     const CoefficientPrior prior = make_prior(terms, psd, CovarianceKind::kFull);
     const Eigen::VectorXd c = prior.colour(draw_white(prior.size(), std::uint64_t(seed)));
     for (int p = 0; p < points; ++p) {
@@ -251,7 +251,7 @@ TEST(FourierModes, SurfaceVarianceOverADiscIsTheHeightVarianceOnAverage) {
 }
 
 TEST(FourierModes, DirectionsOfLogRingsAreIsotropic) {
-  const auto modes = fourier_modes(RadialPsd(UniformPsd{1e-7, 5, 40}), 987, FourierSampling::kLog, 2);
+  const auto modes = fourier_modes(RadialPsd(UniformPsd{1e-7, 5, 40}), 987, 2);
   double c = 0, s = 0;
   for (const FourierMode& mode : modes) {
     const double angle = 2 * std::atan2(mode.fy, mode.fx);

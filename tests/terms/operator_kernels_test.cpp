@@ -1,12 +1,9 @@
 // The kernels behind the methods, one instruction set against another: whole operators use the best one only.
 #include <gtest/gtest.h>
 
-#include <cstddef>
-#include <memory>
 #include <vector>
 
-#include "../../src/terms/dense_kernel.h"
-#include "../../src/terms/grid_kernel.h"
+#include "../../src/terms/lattice_kernel.h"
 #include "../../src/terms/polar_kernel.h"
 #include "operator_cases.h"
 
@@ -57,54 +54,26 @@ TEST(OperatorKernels, PolarGivesTheSameOnEveryInstructionSet) {
   });
 }
 
-TEST(OperatorKernels, GridGivesTheSameOnEveryInstructionSet) {
-  const FourierRows rows = fourier_rows(plane_waves(77));
-  const Eigen::ArrayXd amplitudes = normals(154, "amplitudes");
-  constexpr Eigen::Index kPlaces = kTileRows * kTileColumns;
-  const auto tile_of = [](const Eigen::ArrayXd& values) {
-    auto tile = std::make_unique<GridTile>();
-    tile->rows = 37, tile->columns = 41;
-    for (int i = 0; i < kTileColumns; ++i) tile->x[i] = i < 41 ? 0.01 * i - 0.2 : 0.0;
-    for (int j = 0; j < kTileRows; ++j) tile->y[j] = j < 37 ? 0.17 - 0.01 * j : 0.0;
-    for (int g = 0; g < kTileRows / kRowGroup; ++g)
-      tile->from[g] = g % 2 ? 16 : 0, tile->to[g] = g < 9 ? 48 : 32;
-    Eigen::Map<Eigen::ArrayXd>(tile->height[0], kPlaces) = values;
-    Eigen::Map<Eigen::ArrayXd>(tile->slope_x[0], kPlaces) = 0.01 * values.reverse();
-    Eigen::Map<Eigen::ArrayXd>(tile->slope_y[0], kPlaces) = -0.02 * values;
-    return tile;
-  };
+TEST(OperatorKernels, LatticeGivesTheSameOnEveryInstructionSet) {
+  constexpr int kSide = 40, kPoints = 30;
+  LatticeTable table{};
+  Eigen::Map<Eigen::ArrayXd>(table.x[0], sizeof table.x / 8) = normals(sizeof table.x / 8, "along x");
+  Eigen::Map<Eigen::ArrayXd>(table.y[0], sizeof table.y / 8) = normals(sizeof table.y / 8, "along y");
+  std::vector<LatticePlace> place;
+  for (int p = 0; p < kPoints; ++p) place.push_back({0.06 * p - 0.9, 0.8 - 0.05 * p, 41 * (p % 28) + p % 3});
+  const Eigen::ArrayXd values = normals(4 * kPoints, "values");
+  constexpr Eigen::Index kCells = 2 * kSide * kSide;
   expect_same([&](InstructionSet set) {
-    const auto tile = tile_of(Eigen::ArrayXd::Zero(kPlaces));
-    grid_forward(set, rows, amplitudes.data(), tile.get());
-    Eigen::ArrayXd wanted(3 * 37 * 16);  // columns 16 to 31, in every group of rows
-    for (int j = 0, at = 0; j < 37; ++j)
-      for (int i = 16; i < 32; ++i, at += 3)
-        wanted.segment(at, 3) << 100 * tile->height[j][i], tile->slope_x[j][i], tile->slope_y[j][i];
-    return wanted;
+    Eigen::ArrayXd grids = Eigen::ArrayXd::Zero(2 * kCells);
+    double* const grid[2] = {grids.data(), grids.data() + kCells};
+    lattice_spread(set, table, kPoints, place.data(), 2, values.data(), kSide, grid);
+    return grids;
   });
   expect_same([&](InstructionSet set) {
-    const auto tile = tile_of(normals(kPlaces, "weights"));
-    Eigen::ArrayXd sums = Eigen::ArrayXd::Zero(154);
-    grid_adjoint(set, rows, tile.get(), sums.data());
+    const Eigen::ArrayXd grids = normals(2 * kCells, "cells");
+    const double* const grid[2] = {grids.data(), grids.data() + kCells};
+    Eigen::ArrayXd sums(4 * kPoints);
+    lattice_gather(set, table, kPoints, place.data(), 2, grid, kSide, sums.data());
     return sums;
-  });
-}
-
-TEST(OperatorKernels, DenseGivesTheSameOnEveryInstructionSet) {
-  constexpr int kTerms = 23;
-  std::vector<CacheLine> memory(cache_lines(kTerms * kDenseValues));
-  double* basis = memory.front().lane;
-  Eigen::Map<Eigen::ArrayXd>(basis, kTerms * kDenseValues) = normals(kTerms * kDenseValues, "basis");
-  const Eigen::ArrayXd coefficients = normals(kTerms, "coefficients"),
-                       weights = normals(kDenseValues, "weights");
-  expect_same([&](InstructionSet set) {
-    Eigen::ArrayXd field(kDenseValues);
-    dense_forward(set, kTerms, basis, coefficients.data(), field.data());
-    return field;
-  });
-  expect_same([&](InstructionSet set) {
-    Eigen::ArrayXXd lanes = Eigen::ArrayXXd::Zero(8, kTerms);
-    dense_adjoint(set, kTerms, basis, weights.data(), lanes.data());
-    return Eigen::ArrayXd(lanes.colwise().sum().transpose());
   });
 }

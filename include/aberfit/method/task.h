@@ -59,10 +59,15 @@ struct ZernikeSpec {
   int n_min = 2;
   std::optional<int> n_max;  ///< absent: the order that carries the band (order_to_carry), at most 100
 };
+enum class FourierSampling {
+  kLog,   ///< `count` waves on log-uniform rings
+  kGrid,  ///< all of the frequency grid of pitch 1/(2R), R the aperture's radius, that the band has part in
+};
 struct FourierSpec {
-  int count = 400;
+  std::optional<int> count;  ///< kLog; absent: kUsualWaves
   FourierSampling sampling = FourierSampling::kLog;
 };
+inline constexpr int kUsualWaves = 400;
 /// Where the terms end and scatter begins (PHYSICS 10).
 enum class BandRule {
   kDefault,  ///< kAuto where terms are automatic and the theory is not geometric, else kAll

@@ -49,9 +49,9 @@ class CoefficientPrior {
 
 /// Prior of Zernike and Fourier terms that share a PSD. Zernikes: `zernike_covariance` per signed m. Fourier:
 /// independent, A and B of a mode with the variance of its share of the band, so that the surface has the
-/// PSD's height variance (see `fourier_modes`). With both kinds the PSD is split at the cut-off frequency of
-/// the Zernikes, (n_max + 1) / (2 pi R). Spherical terms have no PSD: blocks for them are appended by the
-/// caller with `spherical_prior_block`.
+/// PSD's height variance (see `fourier_modes`), and of a mode of a lattice with that of its cell. With both
+/// kinds the PSD is split at the cut-off frequency of the Zernikes, (n_max + 1) / (2 pi R). Spherical terms
+/// have no PSD: blocks for them are appended by the caller with `spherical_prior_block`.
 CoefficientPrior make_prior(const TermSet& terms, const RadialPsd& psd, CovarianceKind kind);
 
 /// Spherical terms: prior standard deviation `rms` [m] for the RMS height over the disc of each of a set of
@@ -68,11 +68,16 @@ double captured_fraction(const RadialPsd& psd, double radius, int n_min, int n_m
 /// Smallest n_max with captured_fraction >= fraction (n_min = 2), at most `limit`; `limit` when not reached.
 int captured_order(const RadialPsd& psd, double radius, double fraction, int limit);
 
-enum class FourierSampling { kLog, kGrid };
 /// `count` plane waves of the half plane that sample the PSD's band: log-uniform rings with golden-angle
-/// directions (stratified by seed), or a Cartesian frequency grid. The share of height variance each stands
-/// for is what make_prior gives it.
-std::vector<FourierMode> fourier_modes(const RadialPsd& psd, int count, FourierSampling sampling,
-                                       std::uint64_t seed);
+/// directions (stratified by seed). The share of height variance each stands for is what make_prior gives it.
+std::vector<FourierMode> fourier_modes(const RadialPsd& psd, int count, std::uint64_t seed);
+
+/// The plane waves of the half plane at all points (i, j) pitch [cycles/m] whose cells, squares of that
+/// pitch, have part of the band of the PSD: one of f and -f, by rising |f|; not 0, whose cell is not the
+/// waves'. Of a band without an upper end up to where 1e-4 of the height variance is left. With their pitch
+/// in TermSet::fourier_pitch make_prior gives each the variance of its cell, and a draw is periodic over
+/// 1/pitch and has the PSD of the band. Throws ComputationError for more than kMostLatticeModes.
+std::vector<FourierMode> fourier_lattice(const RadialPsd& psd, double pitch);
+inline constexpr double kMostLatticeModes = 1e6;
 
 }  // namespace aberfit

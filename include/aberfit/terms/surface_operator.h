@@ -29,18 +29,17 @@ struct SurfaceField {
 enum class ZernikeMethod {
   kFused,  ///< recurrences at every point, no stored matrix; any points
   kPolar,  ///< sums over the radial order per ring, then FFTs over the angle; points on PolarRings
-  kDense,  ///< stored basis matrix, 24 bytes per point and term; any points
 };
 /// Ways to compute the Fourier part of L.
 enum class FourierMethod {
   kPhaseSums,  ///< vectorised sine and cosine per mode and point; any points
-  kGrid,       ///< products of row and column phases; points on a CartesianGrid
-  kDense,      ///< stored basis matrix; any points
+  kLattice,    ///< nonuniform FFT to 1e-10; modes of a lattice (TermSet::fourier_pitch), any points
 };
 std::string to_string(ZernikeMethod method);
 std::string to_string(FourierMethod method);
 
-/// How L is to be computed. What is left open is chosen by the cost model (operator_cost.h).
+/// How L is to be computed. What is left open takes what the structure of points and terms allows: kPolar,
+/// kLattice.
 struct OperatorOptions {
   int threads = 1;
   std::optional<ZernikeMethod> zernike;
@@ -64,19 +63,19 @@ struct OperatorChoice {
 
 /// The linear map L from coefficients to heights and slopes at fixed points, and its adjoint. Each family of
 /// terms has its method (see surface_operator.cpp for the methods, their measured errors and speeds); none
-/// but kDense stores anything of the size points x terms. Immutable but for scratch memory, which is kept for
+/// stores anything of the size points x terms. Immutable but for scratch memory, which is kept for
 /// the next call, so one object may serve several threads; results do not depend on the thread count, to the
 /// last bit.
 class SurfaceOperator {
  public:
   /// x, y: point coordinates [m], in the disc of `terms.radius` or slightly outside (Zernikes grow as rho^n
   /// there). `threads`: how many threads apply and apply_transpose may use. Throws std::invalid_argument for
-  /// x and y of different length, an (n, m) that is no Zernike mode, an odd spherical power, or a radius that
-  /// is not positive where Zernike or spherical terms need one. Methods: kFused and kPhaseSums.
+  /// x and y of different length, an (n, m) that is no Zernike mode, an odd spherical power, a mode off its
+  /// lattice, or a radius that is not positive where Zernike or spherical terms need one. Methods: kFused,
+  /// and kLattice where there is one.
   SurfaceOperator(TermSet terms, Eigen::ArrayXd x, Eigen::ArrayXd y, int threads = 1);
   /// The same on the points of a pupil, whose structure faster methods use. Throws std::invalid_argument,
-  /// too, for a method that the structure does not allow, a structure that is not that of the points, and a
-  /// stored basis larger than kDenseBytesMax.
+  /// too, for a method that the structure does not allow, and a structure that is not that of the points.
   SurfaceOperator(TermSet terms, const PupilSample& pupil, const OperatorOptions& options);
   ~SurfaceOperator();
   SurfaceOperator(SurfaceOperator&&) noexcept;
@@ -99,9 +98,9 @@ class SurfaceOperator {
   Eigen::VectorXd apply_transpose(std::span<const std::uint32_t> rays, const SurfaceField& weights) const;
 
   /// L^T of weights of the heights alone, many at once: column k is that of weights[k], points() entries.
-  /// One product of matrices, of which L is made block by block, by recurrences and phase sums whatever the
-  /// methods of the other functions: 0.02 to 0.1 of the time of one apply_transpose each
-  /// (height_products.h).
+  /// Zernikes: one product of matrices, of which L is made block by block, by recurrences and phase sums
+  /// whatever the methods of the other functions: 0.02 to 0.1 of the time of one apply_transpose each
+  /// (height_products.h). Modes of a lattice: half a transform each (fourier_lattice.h).
   Eigen::MatrixXd apply_transpose_heights(std::span<const Eigen::ArrayXd> weights) const;
 
   /// The same as apply_transpose into memory that the caller keeps; result is resized to terms().size().

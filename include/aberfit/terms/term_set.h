@@ -21,6 +21,9 @@ struct TermSet {
   std::vector<ZernikeMode> zernike;
   std::vector<FourierMode> fourier;
   std::vector<int> spherical;  ///< even powers out of 4, 6, 8, 10, 12
+  /// Where all Fourier modes are points of a lattice, i pitch and j pitch, each standing for its cell: the
+  /// pitch [cycles/m], which fast transforms and the prior go by; else 0.
+  double fourier_pitch = 0;
 
   Eigen::Index size() const { return Eigen::Index(zernike.size() + 2 * fourier.size() + spherical.size()); }
   Eigen::Index fourier_begin() const { return Eigen::Index(zernike.size()); }

@@ -4,7 +4,7 @@
 
 #include "aberfit/roughness/psd.h"
 
-namespace aberfit::internal {
+namespace aberfit {
 
 /// int_a^b g df, cut at those of `cuts` (ascending) that lie inside; 24 Gauss-Legendre nodes a piece, in a
 /// variable that takes square-root ends (edges of a band, tangents of a circle) away.
@@ -19,4 +19,4 @@ double rectangle_variance(const RadialPsd& psd, double x0, double x1, double y0,
 /// Where S jumps: the breakpoints at which its values on the two sides differ by more than 1e-3.
 std::vector<double> jumps(const RadialPsd& psd);
 
-}  // namespace aberfit::internal
+}  // namespace aberfit
