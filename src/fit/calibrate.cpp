@@ -10,9 +10,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "calibrate_blocks.h"
-#include "calibrate_reduced.h"
+#include "calibration_residuals.h"
 #include "posterior.h"
+#include "span_residuals.h"
 
 namespace aberfit {
 using namespace internal;
@@ -51,68 +51,77 @@ class PriorResiduals : public ceres::CostFunction {
   double weight_;
 };
 
-// Largest residual of the targets and PSD bins, and of the guides behind the targets over `guides_within`
-// unless that is 0.
-double worst_mismatch(const FitProblem& problem, const CalibrationBlocks& blocks, double guides_within) {
-  const auto largest = [](const auto& residuals) {
-    return residuals.size() == 0 ? 0.0 : residuals.cwiseAbs().maxCoeff();
-  };
+// Largest residual of the targets and PSD bins, and of the guides between them over `guides_within` unless
+// that is 0.
+double worst_mismatch(const FitProblem& problem, const CalibrationResiduals& residuals,
+                      double guides_within) {
+  const Eigen::VectorXd& last = residuals.last().residuals;
+  const auto targets = Eigen::Index(problem.targets.size()), guides = Eigen::Index(problem.guides.size());
   double worst = 0;
-  if (blocks.focus) {
-    const Eigen::VectorXd& residuals = blocks.focus->last().residuals;
-    const auto targets = std::min<Eigen::Index>(residuals.size(), Eigen::Index(problem.targets.size()));
-    worst = largest(residuals.head(targets));
-    if (guides_within > 0)
-      worst = std::max(worst, largest(residuals.tail(residuals.size() - targets)) / guides_within);
+  for (Eigen::Index k = 0; k < last.size(); ++k) {
+    const bool guide = k >= targets && k < targets + guides;
+    if (!guide) worst = std::max(worst, std::abs(last[k]));
+    if (guide && guides_within > 0) worst = std::max(worst, std::abs(last[k]) / guides_within);
   }
-  if (blocks.spectrum) worst = std::max(worst, largest(blocks.spectrum->last().residuals));
   return worst;
 }
 
-// Ends a solve as soon as every statistic is within tolerance, reports progress, and hears a wish to cancel.
+// Counts iterations, reports progress, hears a wish to cancel, and ends a solve as soon as every statistic is
+// within tolerance.
 class Watch : public ceres::IterationCallback {
  public:
-  Watch(const FitProblem& problem, const CalibrationBlocks& blocks, const FitOptions& options, double stop_at,
-        int solve, int iterations_before, std::chrono::steady_clock::time_point begin)
+  // step_by_step: every call of the solver ends after the first step that it takes.
+  Watch(const FitProblem& problem, const CalibrationResiduals& residuals, const FitOptions& options,
+        double stop_at, int solve, int iterations_before, bool step_by_step,
+        std::chrono::steady_clock::time_point begin)
       : problem_(problem),
-        blocks_(blocks),
+        residuals_(residuals),
         options_(options),
         stop_at_(stop_at),
         solve_(solve),
-        iterations_before_(iterations_before),
+        iterations_(iterations_before),
+        step_by_step_(step_by_step),
         begin_(begin) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    const double mismatch = worst_mismatch(problem_, blocks_, options_.guides_within);
+    const bool first = summary.iteration == 0;
+    if (first && reported_) return ceres::SOLVER_CONTINUE;  // where the last call has ended
+    reported_ = true;
+    iterations_ += first ? 0 : 1;
+    ended_ = is_over(summary.cost);
+    const bool stepped = step_by_step_ && !first && summary.step_is_successful;
+    return ended_ || stepped ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+  int iterations() const { return iterations_; }
+  bool ended() const { return ended_; }
+  bool cancelled() const { return cancelled_; }
+
+ private:
+  bool is_over(double cost) {
+    const double mismatch = worst_mismatch(problem_, residuals_, options_.guides_within);
     if (options_.progress) {
       const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin_;
-      if (!options_.progress(
-              {iterations_before_ + summary.iteration, summary.cost, mismatch, elapsed.count(), solve_})) {
-        cancelled_ = true;  // where it has come to is kept
-        return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
-      }
+      cancelled_ = !options_.progress({iterations_, cost, mismatch, elapsed.count(), solve_});
     }
-    if (mismatch <= stop_at_) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    if (cancelled_ || mismatch <= stop_at_) return true;
     // All tolerances met but `stop_at` not in sight: the rest is creeping along the prior.
     if (mismatch < (1 - kWorthwhile) * best_) {
       best_ = mismatch;
       since_best_ = 0;
-    } else if (++since_best_ >= kPatience && mismatch <= 1) {
-      return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+      return false;
     }
-    return ceres::SOLVER_CONTINUE;
+    return ++since_best_ >= kPatience && mismatch <= 1;
   }
-  bool cancelled() const { return cancelled_; }
 
- private:
   const FitProblem& problem_;
-  const CalibrationBlocks& blocks_;
+  const CalibrationResiduals& residuals_;
   const FitOptions& options_;
   double stop_at_;
   int solve_;
-  int iterations_before_;
+  int iterations_;
+  bool step_by_step_;
   std::chrono::steady_clock::time_point begin_;
-  bool cancelled_ = false;
+  bool reported_ = false, ended_ = false, cancelled_ = false;
   static constexpr double kWorthwhile = 0.1;  // share by which the worst mismatch has to fall
   static constexpr int kPatience = 5;         // iterations in which it has to
   double best_ = std::numeric_limits<double>::infinity();
@@ -132,9 +141,15 @@ double first_radius(const FitProblem& problem) {
   return std::isfinite(tolerance) ? std::pow(tolerance / kDamped, 2) : 1;
 }
 
-ceres::Solver::Options solver_options(const FitProblem& problem, int iterations) {
+// The cost functions of a problem stay their owner's.
+ceres::Problem::Options borrowing() {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  return options;
+}
+
+ceres::Solver::Options solver_options(const FitProblem& problem) {
   ceres::Solver::Options options;
-  options.max_num_iterations = iterations;
   options.jacobi_scaling = false;  // the problem is whitened already
   options.function_tolerance = 1e-9;
   options.gradient_tolerance = 1e-14;
@@ -146,10 +161,10 @@ ceres::Solver::Options solver_options(const FitProblem& problem, int iterations)
   return options;
 }
 
-// All white coordinates as unknowns: few terms by rays, or bounds on them. Moves `white`.
-ceres::Solver::Summary solve_all(const CalibrationBlocks& residuals, const Eigen::VectorXd& centre,
-                                 const FitOptions& how, ceres::Solver::Options options,
-                                 Eigen::VectorXd* white) {
+// All white coordinates as unknowns, with bounds on them. Moves `white`.
+ceres::Solver::Summary solve_bounded(CalibrationResiduals* residuals, const Eigen::VectorXd& centre,
+                                     const FitOptions& how, ceres::Solver::Options options,
+                                     Eigen::VectorXd* white) {
   // Identity plus low rank: conjugate gradients end after about as many steps as there are statistics,
   // whatever the number of terms.
   options.linear_solver_type = ceres::CGNR;
@@ -157,46 +172,55 @@ ceres::Solver::Summary solve_all(const CalibrationBlocks& residuals, const Eigen
   options.max_linear_solver_iterations = 300;
   options.eta = 1e-3;  // a step costs far less than the Jacobian it uses: solve it well
 
-  ceres::Problem::Options ownership;
-  ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem ceres_problem(borrowing());
   std::vector<std::unique_ptr<PriorResiduals>> priors;
-  ceres::Problem ceres_problem(ownership);
   std::vector<double*> blocks;
   Eigen::Index at = 0;
-  for (const int size : white_block_sizes(centre.size())) {
+  for (const int size : residuals->parameter_block_sizes()) {
     blocks.push_back(white->data() + at);
     ceres_problem.AddParameterBlock(blocks.back(), size);
     priors.push_back(std::make_unique<PriorResiduals>(centre.segment(at, size), how.prior_weight));
     ceres_problem.AddResidualBlock(priors.back().get(), nullptr, blocks.back());
-    for (int i = 0; how.bound > 0 && i < size; ++i) {
+    for (int i = 0; i < size; ++i) {
       ceres_problem.SetParameterLowerBound(blocks.back(), i, -how.bound);
       ceres_problem.SetParameterUpperBound(blocks.back(), i, how.bound);
     }
     at += size;
   }
-  if (residuals.focus) ceres_problem.AddResidualBlock(residuals.focus.get(), nullptr, blocks);
-  if (residuals.spectrum) ceres_problem.AddResidualBlock(residuals.spectrum.get(), nullptr, blocks);
+  ceres_problem.AddResidualBlock(residuals, nullptr, blocks);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &ceres_problem, &summary);
   return summary;
 }
 
-// As many unknowns as residuals where there are more terms than that, and steps that bend. Moves `white`.
-ceres::Solver::Summary solve_reduced(const FitProblem& problem, const CalibrationBlocks& residuals,
-                                     const Eigen::VectorXd& centre, const FitOptions& how,
-                                     ceres::Solver::Options options, Eigen::VectorXd* white) {
+// Levenberg-Marquardt in the span of the residuals' gradients, which turns at every step: span the gradients
+// at the surface, let the solver damp until a step lowers the cost (there it evaluates and linearises, once
+// each; a second linearisation of the same surface is remembered), and go on from there with the damping that
+// this took, until `watch` or the solver's tolerances end it. Moves `white`.
+ceres::Solver::Summary solve_in_spans(const FitProblem& problem, const CalibrationResiduals& residuals,
+                                      const Eigen::VectorXd& centre, const FitOptions& how,
+                                      ceres::Solver::Options options, const Watch& watch,
+                                      Eigen::VectorXd* white) {
   options.linear_solver_type = ceres::DENSE_QR;
-  ceres::Problem::Options ownership;
-  ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem ceres_problem(ownership);
-  const bool accelerate = how.accelerate && smooth_by_itself(problem.light.model);
-  ReducedResiduals reduced(residuals, centre, how.prior_weight, accelerate, *white);
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(reduced.size());
-  ceres_problem.AddResidualBlock(&reduced, nullptr, y.data());
+  bool bends = false;
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &ceres_problem, &summary);
-  *white = reduced.white();
-  return summary;
+  summary.message = "a statistic has no derivative at the start";
+  Eigen::VectorXd here(residuals.num_residuals());
+  if (!residuals.evaluate(*white, true, here.data())) return summary;
+  for (;;) {
+    SpanResiduals small(residuals, centre, how.prior_weight, 1 / options.initial_trust_region_radius, bends);
+    Eigen::VectorXd y = small.start();
+    ceres::Problem ceres_problem(borrowing());
+    ceres_problem.AddResidualBlock(&small, nullptr, y.data());
+    options.max_num_iterations = std::max(0, how.max_iterations - watch.iterations());
+    ceres::Solve(options, &ceres_problem, &summary);
+    *white = residuals.last().white;
+    if (watch.ended() || summary.termination_type != ceres::USER_SUCCESS) return summary;
+    options.initial_trust_region_radius = summary.iterations.back().trust_region_radius;
+    // Most steps from the start are refused, for whole radii that are off and not for a bend: they are
+    // straight.
+    bends = how.accelerate && smooth_by_itself(problem.light.model);
+  }
 }
 
 // Tolerances beyond which the solver's own convergence is no solution: prior and targets that pull against
@@ -209,25 +233,24 @@ struct Solve {
 };
 
 // One solve from result->white, which it moves, to `stop_at` of the tolerances.
-Solve solve_once(const FitProblem& problem, const CalibrationBlocks& residuals, const Eigen::VectorXd& centre,
+Solve solve_once(const FitProblem& problem, CalibrationResiduals& residuals, const Eigen::VectorXd& centre,
                  const FitOptions& options, double stop_at, int number,
                  std::chrono::steady_clock::time_point begin, FitResult* result) {
-  Watch watch(problem, residuals, options, stop_at, number, result->iterations, begin);
-  ceres::Solver::Options ceres_options =
-      solver_options(problem, std::max(0, options.max_iterations - result->iterations));
+  const bool bounded = options.bound > 0;
+  Watch watch(problem, residuals, options, stop_at, number, result->iterations, !bounded, begin);
+  ceres::Solver::Options ceres_options = solver_options(problem);
+  ceres_options.max_num_iterations = std::max(0, options.max_iterations - result->iterations);
   ceres_options.callbacks.push_back(&watch);
-  const bool reduce = options.bound <= 0 &&
-                      (centre.size() > residuals.residuals() + 1 || smooth_by_itself(problem.light.model));
   const ceres::Solver::Summary summary =
-      reduce ? solve_reduced(problem, residuals, centre, options, ceres_options, &result->white)
-             : solve_all(residuals, centre, options, ceres_options, &result->white);
+      bounded ? solve_bounded(&residuals, centre, options, ceres_options, &result->white)
+              : solve_in_spans(problem, residuals, centre, options, ceres_options, watch, &result->white);
 
-  result->iterations += std::max(0, int(summary.iterations.size()) - 1);
+  result->iterations = watch.iterations();
   result->evaluations = residuals.evaluations();
   result->final_cost = summary.final_cost;
   result->out_of_iterations = summary.termination_type == ceres::NO_CONVERGENCE;
   if (watch.cancelled()) return {FitStatus::kCancelled, "cancelled"};
-  if (!summary.IsSolutionUsable() || !residuals.complete())
+  if (!summary.IsSolutionUsable() || residuals.last().white.size() == 0)
     return {FitStatus::kFailed, "the solver failed: " + summary.message};
   const double mismatch = worst_mismatch(problem, residuals, 0);
   if (mismatch <= std::max(1.0, options.stop_at))
@@ -261,27 +284,29 @@ struct StartCost {
   double value = 0;
   std::string trouble;
 };
-StartCost start_cost(const FitProblem& problem, const CalibrationBlocks& blocks,
+StartCost start_cost(const FitProblem& problem, const CalibrationResiduals& residuals,
                      const Eigen::VectorXd& start) {
   StartCost cost;
-  if (blocks.empty()) cost.trouble = "there is nothing to fit: neither targets nor guides nor PSD bins";
+  const FocusResiduals* focus = residuals.focus();
+  const SpectrumResiduals* spectrum = residuals.spectrum();
+  if (!focus && !spectrum) cost.trouble = "there is nothing to fit: neither targets nor guides nor PSD bins";
   WhiteResiduals::Linearisation here;
-  if (blocks.focus) {
+  if (focus) {
     // The spot of a diffracting perfect mirror exists, but a pattern is at its best there: to first order
     // nothing changes.
     const bool perfect = smooth_by_itself(problem.light.model) && start.isZero(0);
-    if (!blocks.focus->linearise(start, perfect, &here))
-      cost.trouble = fmt::format("at the start, {}{}", blocks.focus->forward().trouble(),
+    if (!focus->linearise(start, perfect, &here))
+      cost.trouble = fmt::format("at the start, {}{}", focus->forward().trouble(),
                                  start.isZero(0) ? ": start from a draw instead of the perfect mirror" : "");
     else if (perfect && here.jacobian.cwiseAbs().maxCoeff() < kStationary)
       cost.trouble =
           "no statistic changes to first order about the perfect mirror: start from a draw instead";
     else
-      cost.trouble = blocks.focus->forward().unreachable(problem.targets);
+      cost.trouble = focus->forward().unreachable(problem.targets);
     if (cost.trouble.empty()) cost.value += 0.5 * here.residuals.squaredNorm();
   }
-  if (blocks.spectrum && cost.trouble.empty()) {
-    if (blocks.spectrum->linearise(start, true, &here))
+  if (spectrum && cost.trouble.empty()) {
+    if (spectrum->linearise(start, true, &here))
       cost.value += 0.5 * here.residuals.squaredNorm();
     else
       cost.trouble =
@@ -329,7 +354,9 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
   const Eigen::VectorXd centre =
       options.prior == PriorMode::kNearStart ? start : Eigen::VectorXd::Zero(start.size()).eval();
 
-  CalibrationBlocks residuals(problem, options.smoothing.front() * problem.focal_sigma, options.threads);
+  // What smooths by itself needs no coarse kernel first.
+  const std::size_t first = smooth_by_itself(problem.light.model) ? options.smoothing.size() - 1 : 0;
+  CalibrationResiduals residuals(problem, options.smoothing[first] * problem.focal_sigma, options.threads);
   const StartCost cost = start_cost(problem, residuals, start);
   if (!cost.trouble.empty()) {
     result.status = FitStatus::kDegenerate;
@@ -339,27 +366,22 @@ FitResult calibrate(const FitProblem& problem, const Eigen::VectorXd& start, con
   result.initial_cost =
       cost.value + (options.prior == PriorMode::kNearStart ? 0.0 : 0.5 * start.squaredNorm());
 
-  // What smooths by itself needs no coarse kernel first.
-  const std::size_t first = smooth_by_itself(problem.light.model) ? options.smoothing.size() - 1 : 0;
   for (std::size_t i = first; i < options.smoothing.size(); ++i) {
     const bool coarse = i + 1 < options.smoothing.size();
-    if (residuals.focus) residuals.focus->set_width(options.smoothing[i] * problem.focal_sigma);
+    if (i > first) residuals.set_width(options.smoothing[i] * problem.focal_sigma);
     const double stop_at = coarse ? std::max(options.stop_at, kCoarseStop) : options.stop_at;
     const Solve solve = solve_once(problem, residuals, centre, options, stop_at, int(i), begin, &result);
     result.status = solve.status;
     result.message = solve.message;
     if (solve.status == FitStatus::kFailed || solve.status == FitStatus::kCancelled) break;
-    if (!residuals.focus) break;  // the spectrum knows no smoothing
+    if (!residuals.focus()) break;  // the spectrum knows no smoothing
   }
   result.coefficients = problem.prior.colour(result.white);
-  if (residuals.focus)
-    result.smooth_statistics = residuals.focus->last().values.head(
-        std::min<Eigen::Index>(residuals.focus->last().values.size(), Eigen::Index(problem.targets.size())));
-  if (residuals.spectrum) result.spectrum = residuals.spectrum->last().values;
-  if (residuals.complete()) {
-    Jacobian jacobian(residuals.residuals(), start.size());
-    residuals.copy_jacobian(&jacobian);
-    fill_posterior(problem, jacobian, &result);
+  const WhiteResiduals::Linearisation& last = residuals.last();
+  if (last.values.size() > 0) {
+    result.smooth_statistics = last.values.head(Eigen::Index(problem.targets.size()));
+    if (problem.spectrum) result.spectrum = last.values.tail(problem.spectrum->bins());
+    fill_posterior(problem, last.jacobian, &result);
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;

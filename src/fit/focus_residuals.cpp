@@ -55,13 +55,20 @@ WhiteResiduals::WhiteResiduals(int residuals, Eigen::Index terms) {
 }
 
 bool WhiteResiduals::evaluate(const Eigen::VectorXd& white, bool with_jacobian, double* residuals) const {
+  if (last_.white.size() == white.size() && last_.white == white) {
+    Eigen::Map<Eigen::VectorXd>(residuals, last_.residuals.size()) = last_.residuals;
+    return true;
+  }
   if (seen_.size() != white.size() || seen_ != white) {
     seen_ = white;
     ++evaluations_;
   }
   if (!linearise(white, with_jacobian, &here_)) return false;
   Eigen::Map<Eigen::VectorXd>(residuals, here_.residuals.size()) = here_.residuals;
-  if (with_jacobian) std::swap(here_, last_);
+  if (with_jacobian) {
+    here_.white = white;
+    std::swap(here_, last_);
+  }
   return true;
 }
 

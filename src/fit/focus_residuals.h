@@ -50,22 +50,25 @@ class WhiteResiduals : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
   struct Linearisation {
+    Eigen::VectorXd white;   ///< the point
     Eigen::VectorXd values;  ///< what is compared with the targets: smooth statistics, PSD bins [m^4]
     Eigen::VectorXd residuals;
     Jacobian jacobian;  ///< of the residuals
   };
-  /// Residuals at `white` into `residuals`; with the Jacobian the point is remembered. False where they do
-  /// not exist.
+  /// Residuals at `white` into `residuals`; with the Jacobian the point is remembered, and costs nothing when
+  /// asked for again. False where they do not exist.
   bool evaluate(const Eigen::VectorXd& white, bool with_jacobian, double* residuals) const;
   const Linearisation& last() const { return last_; }
   int evaluations() const { return evaluations_; }  ///< number of points, each counted once
 
-  /// Values and residuals at `white` and, when asked for, the residuals' Jacobian. False where they do not
-  /// exist.
+  /// Values and residuals at `white` and, when asked for, the residuals' Jacobian, without a memory. False
+  /// where they do not exist.
   virtual bool linearise(const Eigen::VectorXd& white, bool with_jacobian, Linearisation* result) const = 0;
 
  protected:
   WhiteResiduals(int residuals, Eigen::Index terms);
+  /// The residuals are others from now on: the remembered point has to be evaluated anew.
+  void forget() { last_.white.resize(0); }
 
  private:
   mutable Linearisation here_, last_;  // exchanged, so that neither's memory is lost

@@ -97,11 +97,11 @@ struct FitResult {
 };
 
 /// Solves for the coefficients with Ceres and exact derivatives through L, the trace and the smooth
-/// statistics, at a cost near linear in rays and terms. The problem is whitened, identity plus low rank: with
-/// more terms than residuals the trust region works in the span of the Jacobian's rows, where all its steps
-/// lie, otherwise and with bounds on all coefficients by conjugate gradients. Solves but the last one stop at
-/// three tolerances. start: white coordinates. Residuals: (S_k - T_k) / tolerance_k, log(S_b / T_b) /
-/// tolerance_b, and xi - xi0 (or xi). kDegenerate where a statistic or a log PSD bin has no value or
+/// statistics, at a cost near linear in rays and terms. The problem is whitened, identity plus low rank: the
+/// trust region works in the span of the Jacobian's rows, where all its steps lie, and which is made anew at
+/// every surface that a step leads to; with bounds on all coefficients by conjugate gradients. Solves but the
+/// last one stop at three tolerances. start: white coordinates. Residuals: (S_k - T_k) / tolerance_k, log(S_b
+/// / T_b) / tolerance_b, and xi - xi0 (or xi). kDegenerate where a statistic or a log PSD bin has no value or
 /// derivative at the start, and unless kRays where an EE radius lies below that of the perfect mirror's
 /// pattern (by more than 2 % and its tolerance), outside the field of view of the pupil grid, or nothing
 /// changes to first order (zero coefficients). Diffraction smooths by itself: unless kRays one solve, with
