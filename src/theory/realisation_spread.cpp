@@ -29,8 +29,6 @@ constexpr double kLongest = 0.05;      // cycles across the aperture
 constexpr double kCore = 2;            // of lambda f/diameter: scale of the table of encircled energy
 constexpr double kPartOfFocus = 0.95;  // where tables of encircled energy end at most, of the focal length
 
-constexpr int kSharpnessNodes = 64;
-
 // Light of a mean spot in discs away from its axis, from a table of its encircled energy.
 class ShiftedDisc {
  public:
@@ -116,16 +114,6 @@ double wave_number(const SpreadProblem& problem) {
   return 4 * kPi / problem.wavelength * std::sqrt(square);
 }
 
-// int |OTF|^2 d2x of the perfect aperture [m^2].
-double focal_sharpness(const Aperture& aperture) {
-  const ApertureOtf otf(aperture);
-  const Quadrature rule = gauss_legendre(kSharpnessNodes, 0, otf.cutoff());
-  double sum = 0;
-  for (int i = 0; i < kSharpnessNodes; ++i)
-    sum += rule.weights[i] * kTwoPi * rule.nodes[i] * std::pow(otf(rule.nodes[i]), 2);
-  return sum;
-}
-
 // Radius of the largest disc over lambda F [cycles/m].
 double largest(const SpreadProblem& problem, const std::vector<FocalDisc>& discs) {
   double result = 0;
@@ -205,10 +193,8 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
       panels(psd, std::max(psd.f_min(), std::min(kLongest / diameter, 0.5 * psd.f_max())),
              std::min(psd.f_max(), 1 / problem.wavelength), 1 / diameter),
       s(panels.frequency().unaryExpr([this](double f) { return psd(f); })),
-      scrambled(psd,
-                {phase_per_height, problem.wavelength, diameter, area, focal_sharpness(problem.aperture),
-                 largest(problem, discs)},
-                panels.edges().front(), panels.edges().back()),
+      scrambled(psd, {phase_per_height, problem.wavelength, diameter, area, largest(problem, discs)},
+                ApertureOtf(problem.aperture), panels.edges().front(), panels.edges().back()),
       height_variance(radial_moment(problem.psd, 0)),
       slope_variance(kTwoPi * kTwoPi * radial_moment(problem.psd, 2)) {
   const Eigen::ArrayXd& f = panels.frequency();

@@ -39,7 +39,7 @@ struct SpreadProblem {
 /// focus of a parabola. Last (PHYSICS 10): the periodogram of a draw differs from S, which moves the whole
 /// spot. M: pairs of different frequencies, the lower of which spreads light that the higher moves across the
 /// edge of the disc, for each f
-///   M = (k^2/area) int [I I' - I_c I_c' - (I_c I_h' + I_h I_c')/2] (|p - p'| - |e|)^2 d2q,
+///   M = (k^2/area) int [K I_h I_h' + (I_c I_h' + I_h I_c')/2] (|p - p'| - |e|)^2 d2q,
 /// see ScrambledLight in src/theory. M takes the place of the formula for speckle that PHYSICS 10 has for a g
 /// of the rest above 1: it needs no such threshold, conserves light, and holds where the whole roughness is
 /// strong and the rest weak, for which the two other terms are up to ten times too small.
