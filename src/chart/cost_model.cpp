@@ -537,7 +537,6 @@ FitPrediction predict_fit(const Task& task, const Groundwork& ground, const Term
   add("start and result", ends);
   add("fresh rays", fresh);
   if (last.judgement > 0) add("needed model", last.judgement * speed);
-  if (last.realisations > 0) add("realisations", last.realisations * rate(&FitWork::iteration));
   if (last.scatter > 0) add("scatter", last.scatter * speed);
   add("zones", last.zones * rate(&FitWork::zones));
   return p;

@@ -49,7 +49,6 @@ constexpr double kPriorTerms = 432, kPrior = 5e-4;
 // of tests/stability: 1 to 6, of 5 to 16).
 constexpr double kFitsByRays = 4, kStepsByRays = 12;
 constexpr double kScatterFunction = 0.25;               // with its ABg fits, one thread
-constexpr int kRealisations = 32;                       // judge.cpp
 constexpr double kZonePoint = 3e-9, kDrawnTerm = 6e-8;  // per draw
 
 /// Statistics, and the planes they are looked at in; those of wide circles count as the share of their work.
@@ -254,13 +253,6 @@ double judgement(const Task& task, const Groundwork& ground, const TermSet& term
   }
 }
 
-// As realisation_of (judge.cpp) decides.
-double realisations(const Task& task, const Groundwork& ground, const TermSet& terms, const Optics& optics) {
-  const double share = ground.psd ? ground.numbers.realisation_spread / task.equivalence.margin : 0;
-  if (!(share >= 0.5) || (share > 2 && optics.model == FocusModel::kRays) || !terms.fourier.empty()) return 0;
-  return kRealisations * values(optics, {1, 1, 0, 1});
-}
-
 // How many draws make an interval as narrow as all_scatter.cpp asks for, where what is judged spreads by so
 // many margins: Student's t of kScatterDraws over a quarter, squared.
 double number_of_draws(double spread, double most) {
@@ -375,7 +367,6 @@ FitWork fit_work(const Task& task, const Groundwork& ground, const TermSet& term
                                judging_pitch(task, terms, all_targets(targets), ground.split.get()), pace)
              : judged_by_rays(terms, judged, 4 * double(rays_of(rays)))) /
       threads;
-  work.realisations = realisations(task, ground, terms, optics) / threads;
   work.judgement = judgement(task, ground, terms, targets, pace) / threads;
   work.zones = (waves ? pace.terms : 1) * zones(task, terms) / threads;
   work.draws = draws(task, ground, targets, pace) / threads;

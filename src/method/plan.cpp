@@ -9,11 +9,10 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/method/constants.h"
 #include "aberfit/method/groundwork.h"
+#include "aberfit/roughness/psd_integrals.h"
 
 namespace aberfit {
 namespace {
-
-constexpr int kLargestDefaultOrder = 100;
 
 // Share of the height variance over the aperture that terms from n_min on can carry; piston moves no light.
 double movable_share(const Groundwork& ground, int n_min) {
@@ -53,6 +52,17 @@ int order_to_carry(double radius, double frequency) {
   return std::max(2, int(std::ceil(law::kOrderBeyondCut * kTwoPi * radius * frequency)));
 }
 
+int order_of_band(const RadialPsd& psd, double radius) {
+  const double variance = (1 - law::kSlopeBeyondTerms) * radial_moment(psd, 2);
+  int low = 1, high = 1 << 20;  // the answer lies above low and is not above high
+  while (high - low > 1) {
+    const int middle = (low + high) / 2;
+    const double end = middle / (law::kOrderBeyondCut * kTwoPi * radius);
+    (radial_moment(psd, 2, 0, end) < variance ? low : high) = middle;
+  }
+  return high;
+}
+
 TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& asked, double* captured) {
   TermSet terms;
   terms.radius = ground.radius;
@@ -65,8 +75,7 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
     if (spec.n_max) {
       n_max = *spec.n_max;
     } else if (ground.term_psd) {
-      n_max = captured_order(*ground.term_psd, ground.radius, kCapturedHeight * movable_share(ground, 2),
-                             kLargestDefaultOrder);
+      n_max = std::min(order_of_band(*ground.term_psd, ground.radius), kLargestDefaultOrder);
     } else {
       throw FieldError("terms.zernike.n_max", "nothing", "an order: without roughness there is no default");
     }

@@ -10,10 +10,10 @@ namespace aberfit {
 /// `threads` AVX-512 cores.
 struct FitWork {
   double targets = 0, prior = 0;
-  double iteration = 0;                    ///< one: values, and one pull-back through L^T per statistic
-  double ends = 0;                         ///< the start, its statistics and those of the result
-  double fresh = 0;                        ///< the verdict on fresh rays, or on a finer grid
-  double realisations = 0, judgement = 0;  ///< 0 where `fit` leaves them out
+  double iteration = 0;  ///< one: values, and one pull-back through L^T per statistic
+  double ends = 0;       ///< the start, its statistics and those of the result
+  double fresh = 0;      ///< the verdict on fresh rays, or on a finer grid
+  double judgement = 0;  ///< 0 where `fit` leaves it out
   double zones = 0;
   double draws = 0;    ///< that judge a roughness without terms (all_scatter.h)
   double scatter = 0;  ///< the scatter function of the rest of a split, and its fits

@@ -19,12 +19,19 @@ struct TermPlan {
   double captured = 0;  ///< share of the height variance that they can carry, piston and tilt left out
 };
 
-/// Share of the height variance, piston and tilt left out, that a default order has to carry.
+/// Share of the height variance, piston and tilt left out, below which terms are said to be truncated.
 inline constexpr double kCapturedHeight = 0.99;
 
 /// The order of the Zernikes that carry a band up to `frequency` [cycles/m] on a disc of `radius` [m]:
 /// law::kOrderBeyondCut times 2 pi R f, rounded up, at least 2.
 int order_to_carry(double radius, double frequency);
+
+/// The order that carries a whole roughness: order_to_carry where all but law::kSlopeBeyondTerms of its slope
+/// variance lies below, which is f_max of a band, and the end of a Gaussian PSD, which has no other.
+int order_of_band(const RadialPsd& psd, double radius);
+
+/// The largest order that is chosen by default: 5,148 terms, whose prior takes seconds.
+inline constexpr int kLargestDefaultOrder = 100;
 
 /// The terms; absent orders and frequencies are chosen from the PSD. `captured` as in TermPlan. Throws
 /// FieldError for terms that cannot be had.
