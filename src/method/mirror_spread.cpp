@@ -39,8 +39,11 @@ class Judging {
 
  private:
   void add(const Target& target, double radius, double dz, double unit) {
-    if (!(radius > 0 && std::isfinite(radius) && unit > 0)) return;
-    judged_.discs.push_back({radius, dz});
+    add(target, FocalDisc{radius, dz}, unit);
+  }
+  void add(const Target& target, const FocalDisc& disc, double unit) {
+    if (!(disc.radius > 0 && std::isfinite(disc.radius) && unit > 0)) return;
+    judged_.discs.push_back(disc);
     judged_.names.push_back(statistic_name(target.statistic));
     judged_.units.push_back(unit);
     judged_.margins.push_back(margin_of(target, task_.equivalence));
@@ -55,7 +58,8 @@ class Judging {
   }
 
   // The ring holds N(z); its width ends where N is half of its peak. To first order a change of N there moves
-  // the end by as much over the slope; the flatter end counts.
+  // the end by as much over the slope. Of a mirror that departs from its parabola the flatter end counts, and
+  // both ends are taken as independent.
   void add_ring(const Target& target, const RingFwhm& ring) {
     const double radius =
         ring.ring_radius ? *ring.ring_radius : mean_.encircled_energy_radius(ring.ring_fraction, 0);
@@ -70,7 +74,9 @@ class Judging {
       if (here < slope) slope = here, end = plane;
       if (!mean_.departs()) break;  // one end is as the other
     }
-    if (std::isfinite(slope)) add(target, radius, end, target.value * slope / std::sqrt(2.0));
+    if (!std::isfinite(slope)) return;
+    const bool alike = !mean_.departs();
+    add(target, FocalDisc{radius, end, alike}, target.value * slope / (alike ? 2.0 : std::sqrt(2.0)));
   }
 
   // A Strehl ratio is the light in a disc so small that its edge lies within the core's top. Where
