@@ -194,7 +194,7 @@ CheckReport make_check(const Task& task, const RunContext& context, bool measure
   if (ground.psd) {
     report.scene = scene_facts(ground, targets.theory);
     report.scene->mean_light = specified_light(ground);
-    report.scene->realisation = Realisation{ground.numbers.realisation_spread, std::nan(""), 0};
+    report.scene->spread = mirror_spread(task, ground, targets, threads);
     report.too_simple =
         ground.use.choice->model != FocusModel::kRays && !ground.use.in_light(targets_are_given(task));
     report.light_decides = ground.use.light_decides;

@@ -10,97 +10,21 @@
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
-#include "aberfit/method/judged_set.h"
-#include "aberfit/theory/realisation_spread.h"
+#include "judged_light.h"
 
 namespace aberfit {
+using namespace internal;
+
 namespace {
 
-// The light that is judged - a mirror's own RMS height and slope are not its focus - and how far mirrors may
-// differ in it: a share of the verdict's tolerances.
-struct Judged {
-  std::vector<FocalDisc> discs;
-  std::vector<std::string> names;
-  std::vector<double> limits;
-
-  void add(const Statistic& statistic, double radius, double dz, double limit) {
-    discs.push_back({radius, dz});
-    names.push_back(statistic_name(statistic));
-    limits.push_back(limit);
-  }
-  Eigen::Map<const Eigen::ArrayXd> limit() const { return {limits.data(), Eigen::Index(limits.size())}; }
-};
-
-// The ring holds N(z); its width ends where N is half of its peak. To first order a change of N there moves
-// the end by as much over the slope; the flatter end counts.
-void add_ring(const Target& target, const GeneralisedHarveyShack& mean, double allowed, Judged* judged) {
-  const auto& ring = std::get<RingFwhm>(target.statistic);
-  const double radius =
-      ring.ring_radius ? *ring.ring_radius : mean.encircled_energy_radius(ring.ring_fraction, 0);
-  if (!std::isfinite(radius)) return;
-  const GeneralisedHarveyShack::RingPlanes planes = mean.ring_planes(radius);
-  const double step = 0.02 * target.value;
-  double end = planes.upper, slope = HUGE_VAL;
-  for (const double plane : {planes.upper, planes.lower}) {
-    const double here =
-        std::abs(mean.encircled_energy(radius, plane + step) - mean.encircled_energy(radius, plane - step)) /
-        (2 * step);
-    if (here < slope) slope = here, end = plane;
-    if (!mean.departs()) break;  // one end is as the other
-  }
-  if (!(slope > 0) || !std::isfinite(slope)) return;
-  judged->add(target.statistic, radius, end, allowed * target.value * slope / std::sqrt(2.0));
-}
-
-// A Strehl ratio is the light in a disc so small that its edge lies within the core's top. Where aberrations
-// put the highest irradiance off the axis, it is taken to differ from mirror to mirror by the same part of
-// itself as the light on the axis, which is the safe side: less light differs by more of itself.
-void add_strehl(const Task& task, const Target& target, const GeneralisedHarveyShack& mean, double limit,
-                Judged* judged) {
-  constexpr double kTop = 0.2;  // lambda f/D
-  const double radius =
-      kTop * task.wavelength * task.mirror.focal_length / (2 * aperture_radius(task.aperture));
-  judged->add(target.statistic, radius, 0, limit * mean.encircled_energy(radius, 0) / target.value);
-}
-
-// By parts, MTF(nu) = int E(r) 2 pi nu J1(2 pi nu r) dr. What moves light moves E over radii about as one:
-// the first lobe of J1, whose top lies at 1.84, counts, 1 - J0(3.83) = 1.40.
-// Against 60 draws of four PSDs 1.05 to 1.99 times what is measured at 0.08 to 0.5 of the cutoff (Strehl
-// ratios 0.85 to 1.04), tests/method/light_statistics_test.cpp.
-void add_transfer(const Target& target, double limit, Judged* judged) {
-  constexpr double kTopOfJ1 = 1.8412, kFirstLobe = 1.4028;
-  const double frequency = std::get<ModulationTransfer>(target.statistic).frequency;
-  judged->add(target.statistic, kTopOfJ1 / (kTwoPi * frequency), 0, limit / kFirstLobe);
-}
-
-Judged judged_of(const Task& task, const GeneralisedHarveyShack& mean, const TargetSets& targets) {
-  Judged judged;
-  for (const std::vector<Target>* set : {&targets.fitted, &targets.held_out})
-    for (const Target& target : *set) {
-      const Target aim = aim_of(target);
-      const double allowed = kSpreadShareOfMargin * margin_of(target, task.equivalence);
-      if (const auto* share = std::get_if<RingThrough>(&aim.statistic))
-        judged.add(target.statistic, share->ring_radius, share->dz, allowed * aim.relative_to());
-      else if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic))
-        judged.add(target.statistic, square->side / std::sqrt(kPi), square->dz, allowed * aim.relative_to());
-      else if (std::holds_alternative<RingFwhm>(target.statistic))
-        add_ring(target, mean, allowed, &judged);
-      else if (std::holds_alternative<StrehlRatio>(target.statistic))
-        add_strehl(task, target, mean, allowed * aim.relative_to(), &judged);
-      else if (std::holds_alternative<ModulationTransfer>(target.statistic))
-        add_transfer(target, allowed * aim.relative_to(), &judged);
-    }
-  return judged;
-}
-
 // Largest spread over its tolerance, and whose.
-void describe_spread(const RealisationSpread& spread, const Judged& judged, double cut, BandShares* shares) {
+void describe_spread(const LightOfMirrors& light, double cut, BandShares* shares) {
   Eigen::Index worst = 0;
-  if (judged.discs.empty()) return;
-  shares->spread = kSpreadShareOfMargin * (spread.light(cut) / judged.limit()).maxCoeff(&worst);
-  shares->spread_of = judged.names[std::size_t(worst)];
-  shares->height_spread = spread.rms_height(cut);
-  shares->slope_spread = spread.rms_slope(cut);
+  if (light.judged.discs.empty()) return;
+  shares->spread = (light.spread.light(cut) / light.judged.tolerance()).maxCoeff(&worst);
+  shares->spread_of = light.judged.names[std::size_t(worst)];
+  shares->height_spread = light.spread.rms_height(cut);
+  shares->slope_spread = light.spread.rms_slope(cut);
 }
 
 BandShares shares_of(const BandSplit& split, bool automatic) {
@@ -140,37 +64,16 @@ bool only_rays(const PhysicsChoice& use) {
   return use.model == FocusModel::kRays && use.theory != Theory::kGhs;
 }
 
-// The light of all mirrors, and how those that share a cut differ in what is judged of it. Theories of rays
-// do without the latter.
-struct SplitLight {
-  std::shared_ptr<const GeneralisedHarveyShack> mean;
-  Judged judged;
-  std::optional<RealisationSpread> spread;
-};
-
-SplitLight light_of(const Task& task, const Layout& layout, int threads) {
-  const Groundwork& ground = layout.ground;
-  std::shared_ptr<const GeneralisedHarveyShack> mean = ground.specified_spot;
-  if (!mean)
-    mean = std::make_shared<const GeneralisedHarveyShack>(*ground.psd, task.mirror, task.aperture,
-                                                          task.wavelength);
-  if (only_rays(ground.use)) return {std::move(mean), {}, std::nullopt};
-  Judged judged = judged_of(task, *mean, layout.targets);
-  RealisationSpread spread({*ground.psd, task.mirror, task.aperture, task.wavelength, *mean}, judged.discs,
-                           threads);
-  return {std::move(mean), std::move(judged), std::move(spread)};
-}
-
-void split_at(const Task& task, double cut, bool automatic, const SplitLight& light, Layout* layout) {
+void split_at(const Task& task, double cut, bool automatic, const LightOfMirrors& light, Layout* layout) {
   Groundwork& ground = layout->ground;
   ground.split = std::make_shared<const BandSplit>(*ground.psd, cut, task.mirror, task.aperture,
                                                    task.wavelength, light.mean);
   ground.prior_psd = ground.term_psd = ground.split->low();
   ground.shares = shares_of(*ground.split, automatic);
-  if (light.spread)
-    describe_spread(*light.spread, light.judged, cut, &*ground.shares);
-  else
+  if (only_rays(ground.use))
     ground.shares->spread = ground.shares->height_spread = ground.shares->slope_spread = kNaN;
+  else
+    describe_spread(light, cut, &*ground.shares);
 }
 
 BandRule rule_of(const Task& task, const BandSpec& band) {
@@ -206,11 +109,11 @@ bool can_cut(const Task& task, const BandSpec& band, const Layout& layout) {
   return obstacle.empty();
 }
 
-void split_band(const Task& task, const BandSpec& band, const SplitLight& light, Layout* layout) {
+void split_band(const Task& task, const BandSpec& band, const LightOfMirrors& light, Layout* layout) {
   const Groundwork& ground = layout->ground;
   double cut = band.cut;
   if (band.rule == BandRule::kAuto) {
-    const SmallestCut smallest = smallest_cut(*light.spread, light.judged.limit());
+    const SmallestCut smallest = smallest_cut(light.spread, kSpreadShareOfMargin * light.judged.tolerance());
     cut = smallest.whole_band ? ground.psd->f_min() : smallest.frequency;
   }
   if (!(cut < ground.psd->f_max())) return;
@@ -243,11 +146,12 @@ std::vector<Layout> lay_out(const Task& task, const PhysicsRequest& asked, const
   Layout whole{lay_groundwork(task, asked), {}};
   whole.targets = make_targets(task, whole.ground, threads);
   std::vector<Layout> layouts(bands.size(), whole);
-  std::optional<SplitLight> light;
+  std::optional<LightOfMirrors> light;
   for (std::size_t k = 0; k < bands.size(); ++k) {
     const BandSpec band{rule_of(task, bands[k]), bands[k].cut};
     if (!can_cut(task, band, whole)) continue;
-    if (!light) light.emplace(light_of(task, whole, threads));
+    if (!light) light.emplace(light_of_mirrors(task, whole.ground, whole.targets, threads));
+    layouts[k].ground.spread = light->of_whole_band(task, whole.targets);
     split_band(task, band, *light, &layouts[k]);
   }
   return layouts;
@@ -258,7 +162,9 @@ Layout lay_out_at(const Task& task, double cut, int threads) {
   Groundwork& ground = layout.ground;
   layout.targets = make_targets(task, ground, threads);
   if (!(cut < ground.psd->f_max())) return layout;
-  split_at(task, std::max(cut, ground.psd->f_min()), false, light_of(task, layout, threads), &layout);
+  const LightOfMirrors light = light_of_mirrors(task, ground, layout.targets, threads);
+  ground.spread = light.of_whole_band(task, layout.targets);
+  split_at(task, std::max(cut, ground.psd->f_min()), false, light, &layout);
   return layout;
 }
 

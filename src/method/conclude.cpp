@@ -127,7 +127,7 @@ void ask_light(const FitCase& of, Attempt* attempt) {
 
 void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome* result) {
   Warnings& warnings = result->warnings;
-  warn_of_realisations(of, "the calibrated surface, not for any one real mirror", result);
+  warn_of_spread("the calibrated surface, not for any one real mirror", result);
   if (result->fit.status == FitStatus::kNotConverged)
     warnings.push_back({"not-converged",
                         "the fit ended before every target was met, which is no verdict on its "
@@ -157,16 +157,13 @@ void conclude(const FitCase& of, Attempt* attempt) {
   FitOutcome& result = attempt->result;
   if (of.ground.psd) result.mean_light = specified_light(of.ground);
   ask_light(of, attempt);
+  tell_spread(of, &result);
   const Warnings& of_points = attempt->fresh.rays > 0 ? attempt->fresh_warnings : attempt->own_warnings;
   result.warnings.insert(result.warnings.end(), of_points.begin(), of_points.end());
   // Who was asked to stop says what the surface is and no more.
   if (!of.context.stopped()) ask_perfect_mirror(of, &result);
   tell_scatter_of_rest(of, &result);
   if (attempt->result.terms.size() == 0) return warn_of_result(of, attempt->fresh, &result);
-  if (of.ground.psd) {
-    of.context.say("realisations");
-    result.realisation = realisation_of(of, *attempt);
-  }
   of.context.say("zones");
   describe_surface(of, attempt);
   if (of.ground.psd) result.band = band_use(of.task, of.ground, result.terms, result.rays);

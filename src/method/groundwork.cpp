@@ -194,7 +194,6 @@ int radial_overlap(const TermSet& terms) {
 }
 
 Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSet& terms, double captured) {
-  constexpr double kToldShare = 0.985;  // of the height variance: what lacks more is told
   Warnings warnings = task.data_warnings;
   warnings.insert(warnings.end(), ground.use.warnings.begin(), ground.use.warnings.end());
   if (ground.use.choice && ground.use.choice->model != FocusModel::kRays &&
@@ -210,7 +209,7 @@ Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSe
                         "independent coefficients pile slope up at the rim: such a surface is not stationary "
                         "and differs from a "
                         "Harvey-Shack target by tens of percent; use covariance `full`"});
-  if (ground.psd && !ground.all_scatters() && !task.terms.automatic() && captured < kToldShare)
+  if (ground.psd && !ground.all_scatters() && !task.terms.automatic() && captured < kCapturedHeight - 5e-3)
     warnings.push_back(
         {"truncated-terms",
          fmt::format("the terms can carry {:.1f} % of the height variance of the specification{}{}",

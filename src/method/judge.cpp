@@ -7,17 +7,10 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/method/judged_set.h"
-#include "aberfit/method/prior_draws.h"
 #include "aberfit/method/pupil_choice.h"
 
 namespace aberfit {
 namespace {
-
-constexpr int kRealisationDraws = 32;  // a spread known to 13 %
-// Draws of fewer terms differ by more than mirrors do: those of a search for one ee90 (n = 7 of a band that
-// asks for 16) by 17 %, mirrors by 7.5 %. Plane waves have the whole height in a few frequencies: eight of a
-// roughness whose mirrors differ by 2.1 % do by 37 %, two hundred by 9 %.
-constexpr double kCarriesTheRoughness = 0.9;
 
 // Of light: targets and margins from GHS instead of the theory that was fitted to.
 std::vector<Target> targets_of_light(const GeneralisedHarveyShack& light, std::vector<Target> targets,
@@ -116,19 +109,6 @@ std::optional<PerfectMirror> judge_perfect_mirror(const FitCase& of) {
     }
   }
   return result;
-}
-
-Realisation realisation_of(const FitCase& of, const Attempt& attempt) {
-  Realisation realisation{of.ground.numbers.realisation_spread, std::nan(""), 0};
-  const LightPath focus = attempt.bench->focus(of.task);
-  const double share = realisation.predicted / of.task.equivalence.margin;
-  if (!(share >= 0.5) || (share > 2 && focus.model == FocusModel::kRays)) return realisation;
-  if (attempt.terms->captured < kCarriesTheRoughness || !attempt.terms->terms.fourier.empty())
-    return realisation;
-  realisation.measured =
-      measured_spread(focus, attempt.terms->prior, of.task.fit.seed, kRealisationDraws, of.context);
-  if (std::isfinite(realisation.measured)) realisation.draws = kRealisationDraws;
-  return realisation;
 }
 
 }  // namespace aberfit

@@ -208,8 +208,8 @@ void judge_part(const FitCase& of, const PartBand& band, FitOutcome* result) {
   describe_part_surface(of, result);
   result->shares->map_residual = result->map->rms_residual;
   warn_of_band(band, *result->shares, &result->warnings);
-  result->realisation = Realisation{of.ground.numbers.realisation_spread, std::nan(""), 0};
-  warn_of_realisations(of, "this part, not for any other of the same specification", result);
+  tell_spread(of, result);
+  warn_of_spread("this part, not for any other of the same specification", result);
   ask_perfect_mirror(of, result);
   tell_scatter_of_rest(of, result);
   if (result->fit.status != FitStatus::kConverged) return;
@@ -219,6 +219,7 @@ void judge_part(const FitCase& of, const PartBand& band, FitOutcome* result) {
   result->rays = focus_pupil(of.task, FocusModel::kWaves, {}, part_pitch(of, *result)).size();
   result->verdict = light.verdict;
   result->metrics = light.metrics;
+  result->spread.tell(&result->metrics);
   if (light.metrics.empty()) {
     result->light = light;  // and why there is no answer
     return;

@@ -9,6 +9,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/method/constants.h"
 #include "aberfit/method/groundwork.h"
+#include "aberfit/roughness/psd_integrals.h"
 
 namespace aberfit {
 namespace {
@@ -53,14 +54,12 @@ int order_to_carry(double radius, double frequency) {
 
 double band_end(const RadialPsd& band) {
   if (std::isfinite(band.f_max())) return band.f_max();
-  constexpr double kLeft = 1e-4;
-  const double whole = psd_moments(band).height_variance;
-  const auto left = [&](double f) { return psd_moments(band.band(f, kInfinity)).height_variance / whole; };
-  double low = std::max(band.f_min(), 1e-6), high = 2 * low;
-  while (left(high) > kLeft) low = high, high *= 2;
+  const double variance = (1 - law::kSlopeBeyondTerms) * radial_moment(band, 2);
+  double low = std::max(band.f_min(), 1e-9), high = 2 * low;
+  while (radial_moment(band, 2, 0, high) < variance) low = high, high *= 2;
   while (high > 1.001 * low) {
     const double middle = std::sqrt(low * high);
-    (left(middle) > kLeft ? low : high) = middle;
+    (radial_moment(band, 2, 0, middle) < variance ? low : high) = middle;
   }
   return high;
 }

@@ -8,14 +8,6 @@
 namespace aberfit::internal {
 namespace {
 
-std::string spread_source(const Groundwork& ground, const Realisation& realisation) {
-  std::string text = fmt::format("0.65/sqrt(N_eff), N_eff = {:.0f}", ground.numbers.n_eff);
-  if (realisation.draws > 0)
-    text = fmt::format("{:.1f} % by {}, {:.1f} % over {} draws", 100 * realisation.predicted, text,
-                       100 * realisation.measured, realisation.draws);
-  return text;
-}
-
 // B that OpticStudio takes is too large for the knee of a mirror metres across.
 constexpr double kPoorAbg = 0.1, kFreeB = 1e-30;
 
@@ -32,13 +24,20 @@ void ask_perfect_mirror(const FitCase& of, FitOutcome* result) {
                      100 * of.task.equivalence.margin)});
 }
 
-void warn_of_realisations(const FitCase& of, const std::string& holds_for, FitOutcome* result) {
-  if (!result->realisation || !(result->realisation->spread() > of.task.equivalence.margin)) return;
+void tell_spread(const FitCase& of, FitOutcome* result) {
+  result->spread = mirror_spread(of.task, of.ground, of.targets, of.context.threads);
+  result->spread.tell(&result->metrics);
+  if (result->light) result->spread.tell(&result->light->metrics);
+}
+
+void warn_of_spread(const std::string& holds_for, FitOutcome* result) {
+  const StatisticSpread* worst = result->spread.worst();
+  if (!worst || !(worst->tolerances > 1)) return;
   result->warnings.push_back(
       {"realisation-spread",
-       fmt::format("draws of this roughness differ by {:.1f} % in ee90 ({}): the verdict holds for {}",
-                   100 * result->realisation->spread(), spread_source(of.ground, *result->realisation),
-                   holds_for)});
+       fmt::format("mirrors of this specification differ by {}, one standard deviation, the most of all that "
+                   "is judged: the verdict holds for {}",
+                   spread_words(*worst), holds_for)});
 }
 
 void tell_scatter_of_rest(const FitCase& of, FitOutcome* result) {

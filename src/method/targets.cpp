@@ -346,10 +346,10 @@ void warn_of_near_planes(const Groundwork& ground, double reach, TargetSets* set
       {"near-planes",
        fmt::format(
            "default statistics of a spot without a core are of planes within {} of the focus{}; farther out "
-           "nothing holds the surface, and mirrors of this roughness differ by {} in ee90: name planes in "
-           "`target.statistics` to have them, beside all else that is wanted",
-           format_quantity(reach, Dimension::kLength), why_no_farther(ground),
-           format_percent(ground.numbers.realisation_spread))});
+           "nothing holds the surface: name planes in `target.statistics` to have them, beside all else that "
+           "is "
+           "wanted",
+           format_quantity(reach, Dimension::kLength), why_no_farther(ground))});
 }
 
 // Of the default set. where: what is wrong with the planes where the light of a ring falls to half, a clause.

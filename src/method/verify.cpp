@@ -5,8 +5,13 @@
 #include <cassert>
 #include <cmath>
 
+#include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/core/units.h"
 #include "aberfit/focus/counted_ring_width.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/plan.h"
+#include "aberfit/roughness/psd_integrals.h"
 #include "aberfit/theory/ray_perturbation.h"
 #include "task_surface.h"
 #include "verify_branches.h"
@@ -133,15 +138,64 @@ void add_statistic_quantities(const VerifyReport& report, Quantities* quantities
   }
 }
 
-Warnings verify_warnings(const Groundwork& ground, const VerifyReport& report) {
+// How far mirrors differ in what is compared, in light.
+MirrorSpread spread_of_branches(const Task& task, const Groundwork& ground,
+                                const std::vector<Statistic>& statistics, int threads) {
+  if (!ground.use.obstacle.empty()) return {};
+  try {
+    const GeneralisedHarveyShack light(*ground.prior_psd, task.mirror, task.aperture, task.wavelength);
+    TargetSets targets;
+    Eigen::VectorXd slopes;
+    const Eigen::VectorXd values = light.predict(statistics, threads, &slopes);
+    for (std::size_t k = 0; k < statistics.size(); ++k) {
+      Target target{statistics[k], values[Eigen::Index(k)]};
+      if (std::holds_alternative<EncircledEnergyRadius>(target.statistic))
+        target.curve_slope = slopes[Eigen::Index(k)];
+      if (std::isfinite(target.value)) targets.fitted.push_back(target);
+    }
+    return mirror_spread(task, ground, targets, threads);
+  } catch (const ComputationError&) {  // compare_in_light says why there is no light
+    return {};
+  }
+}
+
+// Of the worst statistic; without light that of the RMS slope, which rays turn by: its square is the mean of
+// N_eff independent ones.
+double spread_in_margins(const SceneFacts& scene, const EquivalenceSpec& test) {
+  if (const StatisticSpread* worst = scene.spread.worst()) return worst->tolerances;
+  return scene.numbers.n_eff > 0 ? std::sqrt(0.5 / scene.numbers.n_eff) / test.margin : kNaN;
+}
+
+// Surfaces whose terms end before the roughness does are of another one, however many are drawn.
+std::optional<Warning> warn_of_missing_terms(const Groundwork& ground, const TermPlan& plan) {
+  if (plan.terms.zernike.empty() || !plan.terms.fourier.empty()) return std::nullopt;
+  const int order = plan.terms.zernike.back().n,
+            needed = order_to_carry(ground.radius, band_end(*ground.term_psd));
+  if (order + 1 >= needed) return std::nullopt;  // `needed` is rounded up
+  const double end = order / (law::kOrderBeyondCut * kTwoPi * ground.radius);
+  const double slopes = radial_moment(*ground.term_psd, 2, end) / radial_moment(*ground.term_psd, 2);
+  return Warning{
+      "truncated-terms",
+      fmt::format(
+          "the band that is compared asks for Zernikes to n = {}, the terms end at {}: beyond {} they "
+          "leave out {} of the slope variance, which no number of draws makes up for; {}",
+          needed, order, format_quantity(end, Dimension::kSpatialFrequency), format_percent(slopes),
+          needed <= law::kLargestOrder ? "name no `n_max`, and they carry it"
+                                       : "a larger `n_max` takes minutes; a lower f_max, or `fit`, "
+                                         "where the rest is scatter")};
+}
+
+Warnings verify_warnings(const Groundwork& ground, const TermPlan& plan, const VerifyReport& report) {
   Warnings warnings;
+  const std::optional<Warning> missing = warn_of_missing_terms(ground, plan);
+  if (missing) warnings.push_back(*missing);
   if (report.rays_decide && ground.use.choice->model != FocusModel::kRays)
     warnings.push_back({"rays-not-valid", ground.use.reason +
                                               " The verdict here is one of rays: their "
                                               "agreement says nothing of the focus in light."});
   if (!report.light_obstacle.empty())
     warnings.push_back({"no-light", "light is not shown: " + report.light_obstacle});
-  if (report.draws > 0 && report.verdict == Verdict::kUndecided)
+  if (report.draws > 0 && !missing && report.verdict == Verdict::kUndecided)
     warnings.push_back(
         {"few-draws", fmt::format("the means of {} draws do not decide at this margin; more of "
                                   "them do (`draws` in `verify`), or a wider margin",
@@ -192,12 +246,12 @@ VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optio
   report.margin = task.equivalence.margin;
   report.scene = scene_facts(ground, to_string(Theory::kRays));
   report.scene.model = to_string(FocusModel::kRays);
-  report.scene.realisation = Realisation{ground.numbers.realisation_spread, std::nan(""), 0};
+  report.scene.spread = spread_of_branches(task, ground, statistics, threads);
   // The closed form has the part of the mirror that is of revolution: nothing to show for another one.
   for (const Statistic& statistic : statistics)
     report.theory.push_back(is_rotationally_symmetric(task.mirror) ? (*ground.theory)(statistic)
                                                                    : std::nan(""));
-  const int law = ensemble_draws(ground.numbers.realisation_spread, task.equivalence.margin);
+  const int law = ensemble_draws(spread_in_margins(report.scene, task.equivalence));
   const int asked = (aside.draws.value_or(law) + kEnsembleGroups - 1) / kEnsembleGroups * kEnsembleGroups;
   report.draws = given ? 0 : asked;
   const Ensemble ensemble{task, surface.terms, plan.prior, report.draws};
@@ -221,7 +275,7 @@ VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optio
         add_published_phase(task, *aside.published_phase, pupil, nominal, threads, &quantities);
   if (aside.independent_terms) add_independent_terms(task, *aside.independent_terms, threads, &quantities);
   report.shown = std::move(shown);
-  report.warnings = verify_warnings(ground, report);
+  report.warnings = verify_warnings(ground, plan, report);
   if (const auto differences = central_difference_warning(task, pupil, surface, terms.field, threads))
     report.warnings.push_back(*differences);
   return report;

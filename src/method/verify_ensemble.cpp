@@ -277,10 +277,10 @@ void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
 
 }  // namespace internal
 
-int ensemble_draws(double spread, double margin) {
-  constexpr double kPrecision = 8;  // standard errors of ee90 in a margin; those of ee20 are twice as large
+int ensemble_draws(double spread) {
+  constexpr double kPrecision = 4.6;     // standard errors in a margin
   constexpr int kLeast = 2, kMost = 36;  // groups
-  const double wanted = std::pow(kPrecision * spread / margin, 2) / kEnsembleGroups;
+  const double wanted = std::pow(kPrecision * spread, 2) / kEnsembleGroups;
   // Not a number where the spread is none: then as many as there may be.
   const double groups = wanted <= kMost ? std::max(double(kLeast), std::ceil(wanted)) : kMost;
   return int(groups) * kEnsembleGroups;

@@ -61,6 +61,13 @@ std::string light_rows(const SpecifiedLight& light) {
   return text;
 }
 
+// How far mirrors differ: in the worst statistic, and in those of the focus that have a short name.
+std::string spread_rows(const MirrorSpread& spread) {
+  const StatisticSpread* worst = spread.worst();
+  if (!worst) return "";
+  return row("single mirrors differ by", spread_words(*worst) + ", one standard deviation, at most");
+}
+
 // R, kappa and GHS of the specification, with both verdicts side by side.
 std::string scene_rows(const CheckReport& report) {
   const SceneFacts& scene = *report.scene;
@@ -69,8 +76,8 @@ std::string scene_rows(const CheckReport& report) {
   std::string text = row("RMS height", metres_text(n.rms_height));
   text += row("RMS slope per axis", format_quantity(n.rms_slope_per_axis, Dimension::kAngle));
   text += row("spot scale sigma_f", metres_text(report.focal_sigma));
-  text += row("slope-carrying modes N_eff",
-              fmt::format("{:.0f}: ee90 of draws spreads by {:.1f} %", n.n_eff, 100 * n.realisation_spread));
+  text += row("slope-carrying modes N_eff", fmt::format("{:.0f}", n.n_eff));
+  text += spread_rows(scene.spread);
   text += row("g = 4 pi sigma/lambda", fmt::format("{:.3g}, TIS {:.3g}", n.g, n.tis));
   text += row("kappa (rays from 0.85 up)", fmt::format("{:.3g}", n.kappa));
   text += row("Airy ee90", metres_text(n.airy_ee90));

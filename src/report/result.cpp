@@ -36,6 +36,10 @@ Json metrics_json(const std::vector<EquivalenceMetric>& metrics) {
          {"margin", json_number(metric.margin)},
          {"verdict", to_string(metric.verdict)}});
     if (metric.model_error > 0) json.back()["model_error"] = json_number(metric.model_error);
+    if (metric.spread > 0) {
+      json.back()["spread"] = json_number(metric.spread);
+      json.back()["difference_in_spreads"] = json_number(metric.difference / metric.spread);
+    }
     if (std::isnan(metric.tolerance_share)) continue;
     json.back()["share_difference"] = json_number(metric.share_difference);
     json.back()["tolerance_share"] = json_number(metric.tolerance_share);
@@ -239,6 +243,19 @@ Json mean_light_json(const SpecifiedLight& light) {
   return json;
 }
 
+namespace {
+
+Json spread_json(const MirrorSpread& spread) {
+  Json json = Json::array();
+  for (const StatisticSpread& one : spread.statistics)
+    json.push_back({{"name", one.name},
+                    {"relative", json_number(one.relative)},
+                    {"tolerances", json_number(one.tolerances)}});
+  return json;
+}
+
+}  // namespace
+
 Json scene_json(const FitOutcome& result) {
   if (!result.has_roughness) return nullptr;
   const SceneNumbers& scene = result.scene;
@@ -250,7 +267,6 @@ Json scene_json(const FitOutcome& result) {
                {"kappa", json_number(scene.kappa)},
                {"tis", json_number(scene.tis)},
                {"paper_ratio_r", json_number(scene.paper_ratio_r)},
-               {"realisation_spread", json_number(scene.realisation_spread)},
                {"airy_ee90_m", json_number(scene.airy_ee90)},
                {"kappa_rule_allows_rays", scene.kappa_rule_allows_rays},
                {"theory", result.theory},
@@ -266,11 +282,8 @@ Json scene_json(const FitOutcome& result) {
                            {"ray_ee90", json_number(errors->ray_ee90)}};
   }
   if (!result.mean_light.values.empty()) json["mean_light"] = mean_light_json(result.mean_light);
-  if (const auto& realisation = result.realisation)
-    json["realisation"] = {
-        {"predicted", json_number(realisation->predicted)},
-        {"measured", realisation->draws > 0 ? json_number(realisation->measured) : Json(nullptr)},
-        {"draws", realisation->draws}};
+  if (const StatisticSpread* worst = result.spread.worst())
+    json["spread"] = {{"worst", worst->name}, {"statistics", spread_json(result.spread)}};
   if (result.band) json["band"] = to_json(*result.band);
   return json;
 }

@@ -15,7 +15,7 @@ inline Json scene_json(const SceneFacts& facts) {
   result.model_reason = facts.reason;
   result.errors = facts.errors;
   result.mean_light = facts.mean_light;
-  result.realisation = facts.realisation;
+  result.spread = facts.spread;
   return scene_json(result);
 }
 

@@ -69,12 +69,16 @@ bool is_at_focus(const std::string& name) {
   return plane == std::string::npos || name.compare(plane, 6, "@ring=") == 0 || name.starts_with("mtf@");
 }
 
-// "ee35 -4 %".
-std::string worst_words(const std::vector<EquivalenceMetric>& metrics) {
+// "ee35 -4 %"; in_spreads: also over what single mirrors differ by.
+std::string worst_words(const std::vector<EquivalenceMetric>& metrics, bool in_spreads = false) {
   const EquivalenceMetric* worst = worst_of(metrics);
   if (!worst) return "-";
   if (!std::isfinite(worst->difference)) return name_without_unit(worst->name) + " has no value";
-  return fmt::format("{} {:+.2g} %", name_without_unit(worst->name), 100 * worst->difference);
+  const std::string text =
+      fmt::format("{} {:+.2g} %", name_without_unit(worst->name), 100 * worst->difference);
+  if (!in_spreads || !(worst->spread > 0)) return text;
+  return text + fmt::format(" ({:.2g} of the spread of mirrors of this specification)",
+                            std::abs(worst->difference / worst->spread));
 }
 
 // How many of the metrics are what.
@@ -155,6 +159,11 @@ std::string stopped_by(const ResultDocument& result) {
   return result.stopped_by.empty() ? "" : " (stopped by " + result.stopped_by + ")";
 }
 
+// A measured part that is not the mean of its specification may well be one of its mirrors.
+bool part_differs(const ResultDocument& result) {
+  return result.map && result.verdict == Verdict::kDifferent;
+}
+
 std::string headline(const ResultDocument& result) {
   if (only_map(result))
     return paragraph(
@@ -174,8 +183,11 @@ std::string headline(const ResultDocument& result) {
   }
   const std::vector<EquivalenceMetric>& deciding = decided_by(result);
   const Tally tally(deciding);
-  std::string text = (result.interrupted ? "INTERRUPTED" + stopped_by(result) + ", the best so far: " : "") +
-                     upper_case(to_string(result.verdict)) + " in " + theory_words(result);
+  std::string text =
+      (result.interrupted ? "INTERRUPTED" + stopped_by(result) + ", the best so far: " : "") +
+      upper_case(to_string(result.verdict)) +
+      (part_differs(result) ? " from the mean, " + worst_words(deciding, true) + ", in " : " in ") +
+      theory_words(result);
   if (result.light && !result.light->decides && !result.light->metrics.empty())
     text += "; in light " + upper_case(to_string(result.light->verdict)) +
             (result.light->verdict == Verdict::kEquivalent ? ""
@@ -232,12 +244,9 @@ std::string scene_lines(const ResultDocument& result) {
                         "{} % (ee90)",
                         metres_text(errors->ghs.ee50), metres_text(errors->ghs.ee80),
                         metres_text(errors->ghs.ee90), percent(errors->ray_ee50), percent(errors->ray_ee90)));
-  if (const auto& realisation = result.realisation; realisation && realisation->draws > 0)
-    text += paragraph(
-        "",
-        fmt::format(
-            "draws of this roughness spread by {:.2g} % in ee90 (predicted {:.2g} %, measured over {} draws)",
-            100 * realisation->measured, 100 * realisation->predicted, realisation->draws));
+  if (const StatisticSpread* worst = result.spread.worst())
+    text += paragraph("", "single mirrors of this specification differ by " + spread_words(*worst) +
+                              ", one standard deviation, at most");
   return text;
 }
 
@@ -350,7 +359,8 @@ Section worst_section(const std::string& title, std::size_t count, const std::ve
   return section;
 }
 
-std::string table_row(const Line& line, std::size_t name_width) {
+// with_spreads: how many spreads of single mirrors the difference is.
+std::string table_row(const Line& line, std::size_t name_width, bool with_spreads) {
   std::string difference = "-", interval = "-", verdict = "-";
   if (const EquivalenceMetric* metric = line.metric) {
     difference = percent(metric->difference);
@@ -360,9 +370,15 @@ std::string table_row(const Line& line, std::size_t name_width) {
   } else if (std::isfinite(line.target) && line.target != 0 && std::isfinite(line.fresh)) {
     difference = percent(line.fresh / line.target - 1);
   }
-  return fmt::format("  {:<{}} {:>10} {:>10} {:>10} {:>9}  {:>18}  {}\n", name_without_unit(line.name),
+  std::string spreads;
+  if (with_spreads)
+    spreads =
+        fmt::format(" {:>9}", line.metric && line.metric->spread > 0
+                                  ? fmt::format("{:+.2f}", line.metric->difference / line.metric->spread)
+                                  : "-");
+  return fmt::format("  {:<{}} {:>10} {:>10} {:>10} {:>9}{}  {:>18}  {}\n", name_without_unit(line.name),
                      name_width, quantity(line.target, line.name), quantity(line.fitted, line.name),
-                     quantity(line.fresh, line.name), difference, interval, verdict);
+                     quantity(line.fresh, line.name), difference, spreads, interval, verdict);
 }
 
 std::string statistics_table(const ResultDocument& result, bool all) {
@@ -385,19 +401,20 @@ std::string statistics_table(const ResultDocument& result, bool all) {
                 worst_section("Held out, judged but not fitted", kWorstHeldOut, lines, held_out)};
   }
 
+  const bool with_spreads = result.map && !only_map(result);
   std::size_t width = 20;
   for (const Section& section : sections)
     for (const Line& line : section.lines) width = std::max(width, name_without_unit(line.name).size());
   const double confidence = result.confidence;
   const std::string interval =
       confidence > 0 ? fmt::format("{:.3g} % interval [%]", 100 * (2 * confidence - 1)) : "interval [%]";
-  std::string out =
-      fmt::format("\n  {:<{}} {:>10} {:>10} {:>10} {:>9}  {:>18}  {}\n", "", width, "target", "fitted",
-                  by_waves(result) ? "fresh grid" : "fresh rays", "diff. [%]", interval, "verdict");
+  std::string out = fmt::format("\n  {:<{}} {:>10} {:>10} {:>10} {:>9}{}  {:>18}  {}\n", "", width, "target",
+                                "fitted", by_waves(result) ? "fresh grid" : "fresh rays", "diff. [%]",
+                                with_spreads ? fmt::format(" {:>9}", "spreads") : "", interval, "verdict");
   for (const Section& section : sections) {
     if (section.lines.empty()) continue;
     out += section.title + "\n";
-    for (const Line& line : section.lines) out += table_row(line, width);
+    for (const Line& line : section.lines) out += table_row(line, width, with_spreads);
   }
   return out;
 }
@@ -443,6 +460,9 @@ std::string footnotes(const ResultDocument& result) {
                                                    "{}, whichever is larger",
                                                    kFlattestCurve)
                                      : ""));
+  if (result.map && result.spread.worst())
+    out +=
+        paragraph("spreads", "diff. over the standard deviation of it among mirrors of this specification");
   if (result.perfect)
     out += paragraph(
         "Perfect",

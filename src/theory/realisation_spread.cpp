@@ -25,11 +25,10 @@ using namespace internal;
 
 namespace {
 
-constexpr double kLongest = 0.05;      // cycles across the aperture
-constexpr double kCore = 2;            // of lambda f/diameter: scale of the table of encircled energy
-constexpr double kPartOfFocus = 0.95;  // where tables of encircled energy end at most, of the focal length
-
-constexpr int kSharpnessNodes = 64;
+constexpr double kLongest = 0.05;       // cycles across the aperture
+constexpr double kCore = 2;             // of lambda f/diameter: scale of the table of encircled energy
+constexpr double kBetweenPlanes = 0.5;  // correlation of pairs in the focus and at the end of a width
+constexpr double kPartOfFocus = 0.95;   // where tables of encircled energy end at most, of the focal length
 
 // Light of a mean spot in discs away from its axis, from a table of its encircled energy.
 class ShiftedDisc {
@@ -106,6 +105,14 @@ std::vector<Plane> planes_of(const std::vector<FocalDisc>& discs) {
   return planes;
 }
 
+// Behind the discs the light in the focus, of each that is the end of a width.
+std::vector<FocalDisc> with_focus(const std::vector<FocalDisc>& discs) {
+  std::vector<FocalDisc> result = discs;
+  for (const FocalDisc& disc : discs)
+    if (disc.is_end_of_width) result.push_back({disc.radius, 0});
+  return result;
+}
+
 // Phase per height [1/m]: in the mean square over the aperture, of obliquity 1/(1 + t^2).
 double wave_number(const SpreadProblem& problem) {
   double square = 0;
@@ -114,16 +121,6 @@ double wave_number(const SpreadProblem& problem) {
     square += node.weight * std::pow(1 + t * t, -2);
   }
   return 4 * kPi / problem.wavelength * std::sqrt(square);
-}
-
-// int |OTF|^2 d2x of the perfect aperture [m^2].
-double focal_sharpness(const Aperture& aperture) {
-  const ApertureOtf otf(aperture);
-  const Quadrature rule = gauss_legendre(kSharpnessNodes, 0, otf.cutoff());
-  double sum = 0;
-  for (int i = 0; i < kSharpnessNodes; ++i)
-    sum += rule.weights[i] * kTwoPi * rule.nodes[i] * std::pow(otf(rule.nodes[i]), 2);
-  return sum;
 }
 
 // Radius of the largest disc over lambda F [cycles/m].
@@ -171,8 +168,15 @@ struct RealisationSpread::Tables {
   // with_pairs: `pairs` too, of the discs' one plane.
   Tables(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, int threads,
          bool with_pairs = false);
+  // By the three terms of var E(r): nodes x discs.
+  struct Terms {
+    Eigen::ArrayXXd linear;  // of S
+    Eigen::ArrayXXd moving;  // S dE/dS
+    Eigen::ArrayXXd moved;   // M
+  };
   void evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs, const Plane& plane,
-                const std::map<int, AdjointGrid>& grids, Eigen::ArrayXXd* integrand, bool with_pairs);
+                const std::map<int, AdjointGrid>& grids, Terms* terms, bool with_pairs);
+  Eigen::ArrayXXd integrand(const std::vector<FocalDisc>& discs, const Terms& terms) const;
   Eigen::ArrayXd weights() const;  // of int d2f over all of the band
   FrequencyPanels::Place place(double cut) const {
     return panels.place(std::clamp(cut, panels.edges().front(), panels.edges().back()));
@@ -205,10 +209,8 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
       panels(psd, std::max(psd.f_min(), std::min(kLongest / diameter, 0.5 * psd.f_max())),
              std::min(psd.f_max(), 1 / problem.wavelength), 1 / diameter),
       s(panels.frequency().unaryExpr([this](double f) { return psd(f); })),
-      scrambled(psd,
-                {phase_per_height, problem.wavelength, diameter, area, focal_sharpness(problem.aperture),
-                 largest(problem, discs)},
-                panels.edges().front(), panels.edges().back()),
+      scrambled(psd, {phase_per_height, problem.wavelength, diameter, area, largest(problem, discs)},
+                ApertureOtf(problem.aperture), panels.edges().front(), panels.edges().back()),
       height_variance(radial_moment(problem.psd, 0)),
       slope_variance(kTwoPi * kTwoPi * radial_moment(problem.psd, 2)) {
   const Eigen::ArrayXd& f = panels.frequency();
@@ -217,23 +219,43 @@ RealisationSpread::Tables::Tables(const SpreadProblem& problem, const std::vecto
   moments.col(1) = kTwoPi * f * ((kTwoPi * f).square() * s).square();
   of_psd.emplace(panels, std::move(moments));
 
-  const std::vector<Plane> planes = planes_of(discs);
+  const std::vector<FocalDisc> all = with_focus(discs);
+  const std::vector<Plane> planes = planes_of(all);
   std::map<int, AdjointGrid> grids;
   for (const Plane& plane : planes) {
     const int cells = AdjointGrid::cells_for(problem, plane.dz);
     const auto [grid, is_new] = grids.try_emplace(cells, problem, cells);
     if (is_new) grid->second.set_frequencies(f);
   }
-  Eigen::ArrayXXd integrand(f.size(), Eigen::Index(discs.size()));
+  const Eigen::ArrayXXd none = Eigen::ArrayXXd::Zero(f.size(), Eigen::Index(all.size()));
+  Terms terms{none, none, none};
   parallel_for(planes.size(), threads,
-               [&](std::size_t i) { evaluate(problem, discs, planes[i], grids, &integrand, with_pairs); });
-  of_light.emplace(panels, std::move(integrand));
+               [&](std::size_t i) { evaluate(problem, all, planes[i], grids, &terms, with_pairs); });
+  of_light.emplace(panels, integrand(discs, terms));
+}
+
+// Of the discs that are asked for; behind them stand those of `with_focus`.
+Eigen::ArrayXXd RealisationSpread::Tables::integrand(const std::vector<FocalDisc>& discs,
+                                                     const Terms& terms) const {
+  Eigen::ArrayXXd result(s.size(), Eigen::Index(discs.size()));
+  Eigen::Index focus = result.cols();
+  for (Eigen::Index d = 0; d < result.cols(); ++d) {
+    Eigen::ArrayXd moving = terms.moving.col(d), others = terms.linear.col(d) + terms.moved.col(d);
+    if (discs[std::size_t(d)].is_end_of_width) {
+      const auto here = terms.moved.col(d), there = terms.moved.col(focus);
+      moving -= 0.5 * terms.moving.col(focus);
+      others = here + 0.25 * there - kBetweenPlanes * (here * there).sqrt();
+      ++focus;
+    }
+    result.col(d) = kTwoPi * panels.frequency() * (2 / area * moving.square() + s * others);
+  }
+  return result;
 }
 
 // Writes to the columns of the plane's own discs alone.
 void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std::vector<FocalDisc>& discs,
                                          const Plane& plane, const std::map<int, AdjointGrid>& grids,
-                                         Eigen::ArrayXXd* integrand, bool with_pairs) {
+                                         Terms* terms, bool with_pairs) {
   const double focal_length = problem.mirror.focal_length, distance = focal_length + plane.dz;
   const double per_frequency = problem.wavelength * distance;  // shift of light
   const Eigen::ArrayXd& f = panels.frequency();
@@ -254,10 +276,10 @@ void RealisationSpread::Tables::evaluate(const SpreadProblem& problem, const std
     const double inside = spot.encircled_energy(radius[d]);
     for (Eigen::Index k = 0; k < f.size(); ++k)
       moving(k, Eigen::Index(d)) = s[k] * square * (shifted(radius[d], per_frequency * f[k]) - inside);
-    auto column = integrand->col(Eigen::Index(plane.discs[d]));
-    column = 2 / area * moving.col(Eigen::Index(d)).square() + s * moved.col(Eigen::Index(d));
-    if (!adjoint.is_flat()) column += s * answered.col(Eigen::Index(d));
-    column *= kTwoPi * f;
+    const auto column = Eigen::Index(plane.discs[d]);
+    terms->moving.col(column) = moving.col(Eigen::Index(d));
+    terms->moved.col(column) = moved.col(Eigen::Index(d));
+    if (!adjoint.is_flat()) terms->linear.col(column) = answered.col(Eigen::Index(d));
   }
   if (!with_pairs) return;
   const Eigen::ArrayXd weight = weights();

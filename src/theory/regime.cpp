@@ -133,7 +133,6 @@ SceneNumbers scene_numbers(const RadialPsd& psd, const Mirror& mirror, const Ape
       n.n_eff = effective_modes(moments, aperture_area(aperture));
       const double x1 = std::numbers::sqrt2 * wavelength / (4.0 * std::numbers::pi * n.rms_slope_per_axis);
       n.kappa = internal::surface_exponent(band.psd, wavelength, Eigen::ArrayXd::Constant(1, x1))[0];
-      if (n.n_eff > 0) n.realisation_spread = 0.65 / std::sqrt(n.n_eff);
     }
   }
   const double ray_ee90 = kGaussianEe90 * 2.0 * mirror.focal_length * n.rms_slope_per_axis;

@@ -20,7 +20,8 @@ constexpr double kReach = 2.5, kBeyond = 10;  // radii of the largest disc, cycl
 
 }  // namespace
 
-ScrambledLight::ScrambledLight(const RadialPsd& psd, const Scene& scene, double low, double high)
+ScrambledLight::ScrambledLight(const RadialPsd& psd, const Scene& scene, const ApertureOtf& perfect,
+                               double low, double high)
     : scene_(scene) {
   const double reach =
       std::min(kReach * scene.largest + kBeyond / scene.diameter, kMostCycles / scene.diameter);
@@ -29,6 +30,7 @@ ScrambledLight::ScrambledLight(const RadialPsd& psd, const Scene& scene, double 
     frequency_.push_back(low * std::pow(top / low, (j + 0.5) / kFrequencies));
   set_shears(reach);
   set_radii(reach);
+  focal_ = shear_.unaryExpr([&](double x) { return perfect(x); });
   const double square = scene.wave_number * scene.wave_number;
   const Eigen::ArrayXd all = square * structure_function(psd, shear_);
   below_.resize(shear_.size(), kFrequencies);
@@ -109,9 +111,23 @@ Eigen::ArrayXd ScrambledLight::smooth(const Eigen::ArrayXd& transfer, double pit
 
 ScrambledLight::Light ScrambledLight::light(const Eigen::ArrayXd& transfer, double pitch) const {
   const Eigen::ArrayXd smooth = this->smooth(transfer, pitch);
-  const double sharp = (smooth.square() * weight_).sum() / scene_.sharpness;
+  const double sharp = (smooth.square() * weight_).sum() / (focal_.square() * weight_).sum();
   return {std::max(0.0, 1 - sharp) * (bessel_ * (smooth * weight_).matrix()).cwiseMax(0.0),
-          (bessel_ * ((smooth * weight_).matrix().asDiagonal() * below_)).cwiseMax(0.0)};
+          (bessel_ * ((smooth * weight_).matrix().asDiagonal() * below_)).cwiseMax(0.0), patches(smooth)};
+}
+
+Eigen::ArrayXd ScrambledLight::patches(const Eigen::ArrayXd& smooth) const {
+  Eigen::ArrayXd result(kFrequencies);
+  Eigen::ArrayXd z(shear_.size()), j0(shear_.size()), j1(shear_.size());
+  for (int j = 0; j < kFrequencies; ++j) {
+    z = kTwoPi * frequency_[std::size_t(j)] * shear_;
+    bessel_j0_j1(z.data(), int(z.size()), j0.data(), j1.data());
+    const Eigen::ArrayXd own = below_.col(j).array().square() * weight_ * j0;
+    const double local = (own * focal_.square()).sum(), all = (own * smooth.square()).sum();
+    const double whole = (below_.col(j).array().square() * weight_ * smooth.square()).sum();
+    result[j] = all > 1e-6 * whole ? std::max(0.0, local) / all : 1;
+  }
+  return result;
 }
 
 Eigen::MatrixXd ScrambledLight::landing(double rim) const {
@@ -136,9 +152,10 @@ Eigen::ArrayXd ScrambledLight::pairs(std::size_t j, const Light& light) const {
   for (int i = 0; i < kRadii; ++i)
     for (int a = 0; a < kAngles; ++a, ++point) {
       const double there = at(*point, scattered);
-      result[i * kAngles + a] = scale * ring_[i] / kAngles *
-                                (below * light.perfect[i] * kHalf * there +
-                                 scattered[i] * (kHalf * below * at(*point, light.perfect) + there));
+      result[i * kAngles + a] =
+          scale * ring_[i] / kAngles *
+          (below * light.perfect[i] * kHalf * there +
+           scattered[i] * (kHalf * below * at(*point, light.perfect) + light.patch[column] * there));
     }
   return result;
 }

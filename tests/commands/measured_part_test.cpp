@@ -210,7 +210,17 @@ TEST(MeasuredPart, IsJudgedAndTheExitCodeSaysSo) {
   const ordered_json twice = ordered_json::parse(read_file(part.folder.file("stdout.txt")));
   EXPECT_EQ(twice["equivalence"]["verdict"], "different");
   const std::string summary = read_file(part.folder.file("twice/summary.txt"));
-  EXPECT_TRUE(summary.starts_with("DIFFERENT in light")) << summary;
+  EXPECT_TRUE(summary.starts_with("DIFFERENT from the mean, ")) << summary;
+  // Twice the height is no mirror of this specification: beyond what those differ by.
+  EXPECT_NE(summary.substr(0, summary.find("Worst: ")).find("spread of"), std::string::npos) << summary;
+  double most = 0;
+  for (const auto& metric : twice["equivalence"]["metrics"]) {
+    if (!metric.contains("spread")) continue;
+    most = std::max(most, std::abs(metric["difference_in_spreads"].get<double>()));
+    EXPECT_NEAR(metric["difference_in_spreads"].get<double>() * metric["spread"].get<double>(),
+                metric["difference"].get<double>(), 1e-12);
+  }
+  EXPECT_GT(most, 3);
   EXPECT_NE(summary.find("Worst: "), std::string::npos);
   // What the terms leave of it is twice its specification, too.
   EXPECT_NE(summary.find("[rest-not-as-specified]"), std::string::npos);

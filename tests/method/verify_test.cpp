@@ -9,20 +9,16 @@ namespace aberfit {
 namespace {
 
 TEST(EnsembleDraws, MakeTheMeanAsSureAsTheMarginNeeds) {
-  // Standard error spread/sqrt(draws) of at most an eighth of the margin, in whole groups.
-  for (const double spread : {0.01, 0.03, 0.05})
-    for (const double margin : {0.01, 0.02}) {
-      const int draws = ensemble_draws(spread, margin);
-      EXPECT_EQ(draws % kEnsembleGroups, 0);
-      if (draws > 2 * kEnsembleGroups && draws < 36 * kEnsembleGroups) {
-        EXPECT_LE(spread / std::sqrt(double(draws)), margin / 8 * (1 + 1e-12));
-        EXPECT_GT(spread / std::sqrt(double(draws - kEnsembleGroups)), margin / 8 * (1 - 1e-12));
-      }
-    }
-  EXPECT_EQ(ensemble_draws(0.03, 0.01), 576);
-  EXPECT_EQ(ensemble_draws(1e-6, 0.01), 2 * kEnsembleGroups);
-  EXPECT_EQ(ensemble_draws(0.5, 0.01), 36 * kEnsembleGroups);
-  EXPECT_EQ(ensemble_draws(NAN, 0.01), 36 * kEnsembleGroups);
+  // 4.6 standard errors spread/sqrt(draws) in the margin, in whole groups.
+  for (const double spread : {1.3, 2.0, 3.0, 5.0}) {
+    const int draws = ensemble_draws(spread);
+    EXPECT_EQ(draws % kEnsembleGroups, 0);
+    EXPECT_LE(4.6 * spread / std::sqrt(double(draws)), 1 + 1e-12);
+    EXPECT_GT(4.6 * spread / std::sqrt(double(draws - kEnsembleGroups)), 1 - 1e-12);
+  }
+  EXPECT_EQ(ensemble_draws(1e-6), 2 * kEnsembleGroups);
+  EXPECT_EQ(ensemble_draws(50), 36 * kEnsembleGroups);
+  EXPECT_EQ(ensemble_draws(NAN), 36 * kEnsembleGroups);
 }
 
 TEST(ShareMetric, IsTheRadiusWhereTheCurveIsSteep) {

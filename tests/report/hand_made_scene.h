@@ -10,7 +10,6 @@ inline SceneFacts scene_of_waves() {
   facts.numbers.rms_height = 25e-9;
   facts.numbers.rms_slope_per_axis = 1.5e-6;
   facts.numbers.n_eff = 41;
-  facts.numbers.realisation_spread = 0.1;
   facts.numbers.g = 0.5;
   facts.numbers.kappa = 0.3;
   facts.numbers.tis = 0.22;
@@ -26,7 +25,7 @@ inline SceneFacts scene_of_waves() {
   errors.ray_ee50 = 2.5;
   errors.ray_ee90 = -0.1;
   facts.errors = errors;
-  facts.realisation = Realisation{0.1, 0, 0};
+  facts.spread.statistics = {{"ee90_radius_m", 0.1, 10}};
   return facts;
 }
 

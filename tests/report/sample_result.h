@@ -27,7 +27,7 @@ inline ResultDocument sample_result() {
   result.scene.kappa = 0.91;
   result.scene.tis = 0.9806;
   result.scene.paper_ratio_r = 3.61;
-  result.scene.realisation_spread = 0.1066;
+  result.spread.statistics = {{"ee50_radius_m", 0.1066, 10.66}, {"scatter_rms_rad", 0.08, 8}};
   result.scene.airy_ee90 = 8.42e-6;
   result.scene.kappa_rule_allows_rays = true;
   result.scene.reason =

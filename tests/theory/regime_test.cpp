@@ -70,7 +70,6 @@ TEST(SceneNumbers, ModeCountAndSpreadFollowTheirClosedForms) {
   // int u^2 exp(-2 a u) du = sigma^4 a^2/pi * 2/(2a)^3 = sigma^4/(4 pi a).
   const double a = std::pow(std::numbers::pi * l, 2), area = std::numbers::pi * 0.04;
   EXPECT_NEAR(n.n_eff / (area * (1 / (a * a)) / (1 / (4 * std::numbers::pi * a))), 1.0, 1e-10);
-  EXPECT_DOUBLE_EQ(n.realisation_spread, 0.65 / std::sqrt(n.n_eff));
   EXPECT_NEAR(n.airy_ee90 / (1.90068797783024669 * kLambda * 7), 1, 1e-14);  // 25-digit root, over pi
 }
 

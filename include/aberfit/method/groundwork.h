@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "aberfit/method/frontier.h"
+#include "aberfit/method/mirror_spread.h"
 #include "aberfit/method/physics_choice.h"
 #include "aberfit/method/task.h"
 #include "aberfit/theory/band_split.h"
@@ -27,6 +28,7 @@ struct Groundwork {
   std::shared_ptr<const BandSplit> split;
   bool all_scatters() const { return split && !split->has_low(); }  ///< no frequency needs a term
   std::optional<BandShares> shares;                                 ///< of the split
+  std::optional<MirrorSpread> spread;  ///< of the targets that it was laid out with, where that was asked
   std::optional<RadialPsd> term_psd;   ///< what the terms stand for: `psd`, or its low part
   std::optional<RadialPsd> prior_psd;  ///< of the equivalent surface: heights halved in convention `paper`
   double prior_height_factor = 1;

@@ -23,10 +23,4 @@ inline constexpr double kMostJudgedCells = 1024;
 /// focus. Nothing where the scene has no GHS.
 std::optional<PerfectMirror> judge_perfect_mirror(const FitCase& of);
 
-/// The predicted spread of ee90 between draws, and, where it is within a factor 2 of the margin (or above
-/// half of it and the model is not that of the prediction), the one of 32 draws through the attempt's bench;
-/// only of terms that carry 0.9 of the height variance that is the terms' (TermPlan::captured, which plane
-/// waves have by their weights).
-Realisation realisation_of(const FitCase& of, const Attempt& attempt);
-
 }  // namespace aberfit

@@ -9,6 +9,7 @@
 #include "aberfit/fit/map_fit.h"
 #include "aberfit/method/frontier.h"
 #include "aberfit/method/map_light.h"
+#include "aberfit/method/mirror_spread.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/method/specified_light.h"
 #include "aberfit/method/tost.h"
@@ -54,15 +55,6 @@ struct SpectrumBin {
   double tolerance = 0;           ///< of log PSD
 };
 
-/// Spread of ee90 between realisations of one specification, standard deviation over mean.
-struct Realisation {
-  double predicted = 0;  ///< 0.65 / sqrt(n_eff), a law of rays
-  double measured = 0;   ///< over seeded draws of the terms, through the model of the fit; NaN: not measured
-  int draws = 0;         ///< that were measured; 0: none
-  /// What to reckon with: the law holds for rays and many modes, so what was measured goes first.
-  double spread() const { return draws > 0 ? measured : predicted; }
-};
-
 /// Light's answer: the fitted surface by diffraction against generalised Harvey-Shack, or against given
 /// values.
 struct LightJudgement {
@@ -102,7 +94,7 @@ struct FitOutcome {
   std::string model_reason;           ///< why it is needed, one sentence
   std::optional<ModelErrors> errors;  ///< of rays against GHS; absent without roughness
   SpecifiedLight mean_light;          ///< of the specification; empty without roughness and before `conclude`
-  std::optional<Realisation> realisation;
+  MirrorSpread spread;                ///< of the specification; empty before `conclude`
   std::vector<Target> targets;
   FitResult fit;
   TermSet terms;

@@ -20,11 +20,14 @@ struct TermPlan {
   double captured = 0;  ///< share of the height variance that they can carry, piston and tilt left out
 };
 
+/// Share of the height variance, piston and tilt left out, below which terms are said to be truncated.
+inline constexpr double kCapturedHeight = 0.99;
+
 /// The order of the Zernikes that carry a band up to `frequency` [cycles/m] on a disc of `radius` [m]:
 /// law::kOrderBeyondCut times 2 pi R f, rounded up, at least 2.
 int order_to_carry(double radius, double frequency);
 /// Where the terms of a band end [cycles/m]: its upper end, or the frequency above which a band without one
-/// has 1e-4 of its height variance.
+/// has law::kSlopeBeyondTerms of its slope variance.
 double band_end(const RadialPsd& band);
 
 /// The terms; absent orders and frequencies are chosen from the PSD. `captured` as in TermPlan. Throws

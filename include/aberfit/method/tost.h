@@ -29,6 +29,8 @@ struct EquivalenceMetric {
   double model_error = 0;         ///< bound of what the model itself is off by; `interval` includes it
   double share_difference = NAN;  ///< in light: share inside the target's radius, less the fraction
   double tolerance_share = NAN;   ///< in light: what that may be, margin * max(r dE/dr, kFlattestCurve)
+  double spread =
+      NAN;  ///< of mirrors of the specification: standard deviation of `difference`; NaN: not known
   Verdict verdict = Verdict::kUndecided;
 };
 

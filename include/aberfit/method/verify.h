@@ -80,13 +80,14 @@ struct VerifyRays {
   std::vector<FourierMode> published_modes;  ///< of the published phase; empty: not asked for
 };
 
-/// Draws of an ensemble: as many as make the standard error of the mean ee90 an eighth of `margin`, so that a
-/// test at 95 % of a dozen statistics, some of which scatter twice as much, says `equivalent` of equal means;
-/// `spread`: relative scatter of ee90 between draws. A multiple of kEnsembleGroups from 2 to 36 times that:
-/// low-frequency roughness scatters so much that no number of draws to be waited for will do, and the verdict
-/// is then undecided.
+/// Draws of an ensemble: as many as put 4.6 standard errors of the worst statistic's mean into its margin, so
+/// that equal means are `equivalent` in a dozen statistics at once: 1.75 for the interval (Student's t, 95 %,
+/// 15 degrees of freedom), 2.87 for the difference (normal, 5 % over 12, two-sided). spread: of single
+/// mirrors in the worst statistic, one standard deviation over the margin. A multiple of kEnsembleGroups from
+/// 2 to 36 times that: low-frequency roughness scatters so much that no number of draws to be waited for will
+/// do, and the verdict is then undecided.
 inline constexpr int kEnsembleGroups = 16;
-int ensemble_draws(double spread, double margin);
+int ensemble_draws(double spread);
 
 /// Harvey-Shack and aberration-term branch of one roughness side by side, by rays and in light.
 struct VerifyReport {

@@ -41,7 +41,7 @@ struct ResultDocument : FitOutcome {
 /// [m^(1-2n)]. Two targets of one name (rings of different radius, say) get "#2", "#3", ... appended to the
 /// later ones.
 nlohmann::ordered_json to_json(const ResultDocument& result, const nlohmann::ordered_json& study);
-/// `scene` of a result: numbers, models, GHS prediction, model errors, realisation scatter.
+/// `scene` of a result: numbers, models, GHS prediction, model errors, spread of mirrors.
 nlohmann::ordered_json scene_json(const FitOutcome& result);
 
 /// Zernike, Fourier and spherical coefficients, one per row, in the order of `terms`, after a commented

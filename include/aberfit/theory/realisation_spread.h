@@ -15,6 +15,10 @@ namespace aberfit {
 struct FocalDisc {
   double radius = 0;  ///< [m]
   double dz = 0;      ///< [m]
+  /// Instead of its light: the mean of that at dz and -dz, less half of that in the focus. What it gains,
+  /// over half the slope of the light over dz, is what the width of N(z), the light of a fixed ring, gains
+  /// where dz is its end. Of a mirror whose light without roughness is the same on both sides of the focus.
+  bool is_end_of_width = false;
 };
 
 /// A rough mirror whose realisations are to be compared with their mean.
@@ -39,10 +43,15 @@ struct SpreadProblem {
 /// focus of a parabola. Last (PHYSICS 10): the periodogram of a draw differs from S, which moves the whole
 /// spot. M: pairs of different frequencies, the lower of which spreads light that the higher moves across the
 /// edge of the disc, for each f
-///   M = (k^2/area) int [I I' - I_c I_c' - (I_c I_h' + I_h I_c')/2] (|p - p'| - |e|)^2 d2q,
+///   M = (k^2/area) int [K I_h I_h' + (I_c I_h' + I_h I_c')/2] (|p - p'| - |e|)^2 d2q,
 /// see ScrambledLight in src/theory. M takes the place of the formula for speckle that PHYSICS 10 has for a g
 /// of the rest above 1: it needs no such threshold, conserves light, and holds where the whole roughness is
 /// strong and the rest weak, for which the two other terms are up to ten times too small.
+///
+/// The light that interferes with the wave of a symmetric mirror is odd in dz: it moves N(z) along the axis
+/// and takes no part in its width (drawn: 0.0553 of a ring's light in power-law scenes, odd to 0.0551). The
+/// periodogram moves both planes alike; pairs at the end of the width and in the focus are taken as
+/// correlated by a half, rho = 1/2: 20 drawn widths, of which those without a core have 0.13 to 0.66.
 ///
 /// Measured against 60 draws (aperture 128 cells across; Gaussian, k-correlation, power law and uniform PSDs;
 /// g = 0.1, 0.3, 1, 2, 5; circle and annulus; in focus and two waves out of it; cuts of 1.2 to 35 cycles

@@ -23,8 +23,7 @@ struct SceneNumbers {
   /// normal incidence; the steps of a method that predict the light put the mirror's own in its place, with
   /// the incidence of every point of the aperture (`GeneralisedHarveyShack::tis`).
   double tis = 0;
-  double paper_ratio_r = 0;       ///< 2 sigma D / (1.22 lambda l_c): shown, decides nothing
-  double realisation_spread = 0;  ///< 0.65 / sqrt(n_eff): relative spread of ee90 between draws
+  double paper_ratio_r = 0;  ///< 2 sigma D / (1.22 lambda l_c): shown, decides nothing
   double airy_ee90 =
       0;  ///< of the perfect mirror by diffraction [m]; 1.900688 lambda f / D for a full circle
   bool kappa_rule_allows_rays = false;  ///< kappa >= kKappaOfRays and ray ee90 >= 5 Airy ee90

@@ -1,0 +1,177 @@
+#include "aberfit/method/mirror_spread.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/method/judged_set.h"
+#include "judged_light.h"
+
+namespace aberfit {
+namespace internal {
+namespace {
+
+// Adds one statistic after the other.
+class Judging {
+ public:
+  Judging(const Task& task, const GeneralisedHarveyShack& mean) : task_(task), mean_(mean) {}
+
+  // A mirror's own RMS height and slope are not its focus and have no disc.
+  void add(const Target& target) {
+    const Target aim = aim_of(target);
+    const double relative_to = aim.relative_to();
+    if (const auto* share = std::get_if<RingThrough>(&aim.statistic))
+      add(target, share->ring_radius, share->dz, relative_to);
+    else if (const auto* energy = std::get_if<EncircledEnergyRadius>(&aim.statistic))
+      add_radius(target, *energy, relative_to);
+    else if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic))
+      add(target, square->side / std::sqrt(kPi), square->dz, relative_to);
+    else if (const auto* ring = std::get_if<RingFwhm>(&target.statistic))
+      add_ring(target, *ring);
+    else if (std::holds_alternative<StrehlRatio>(target.statistic))
+      add_strehl(target, relative_to);
+    else if (const auto* transfer = std::get_if<ModulationTransfer>(&target.statistic))
+      add_transfer(target, transfer->frequency, relative_to);
+  }
+  JudgedLight take() { return std::move(judged_); }
+
+ private:
+  void add(const Target& target, double radius, double dz, double unit) {
+    add(target, FocalDisc{radius, dz}, unit);
+  }
+  void add(const Target& target, const FocalDisc& disc, double unit) {
+    if (!(disc.radius > 0 && std::isfinite(disc.radius) && unit > 0)) return;
+    judged_.discs.push_back(disc);
+    judged_.names.push_back(statistic_name(target.statistic));
+    judged_.units.push_back(unit);
+    judged_.margins.push_back(margin_of(target, task_.equivalence));
+  }
+
+  // Of a theory of rays, whose curve of light is not known: where light is taken to be as steep as that of
+  // the mean, a radius differs by the light in it over the slope.
+  void add_radius(const Target& target, const EncircledEnergyRadius& energy, double relative_to) {
+    if (!(target.value > 0)) return;
+    const double slope = mean_.at_plane(energy.dz).encircled_energy_slope(target.value);
+    add(target, target.value, energy.dz, relative_to * slope);
+  }
+
+  // The ring holds N(z); its width ends where N is half of its peak. To first order a change of N there moves
+  // the end by as much over the slope. Of a mirror that departs from its parabola the flatter end counts, and
+  // both ends are taken as independent.
+  void add_ring(const Target& target, const RingFwhm& ring) {
+    const double radius =
+        ring.ring_radius ? *ring.ring_radius : mean_.encircled_energy_radius(ring.ring_fraction, 0);
+    if (!std::isfinite(radius)) return;
+    const GeneralisedHarveyShack::RingPlanes planes = mean_.ring_planes(radius);
+    const double step = 0.02 * target.value;
+    double end = planes.upper, slope = HUGE_VAL;
+    for (const double plane : {planes.upper, planes.lower}) {
+      const double here = std::abs(mean_.encircled_energy(radius, plane + step) -
+                                   mean_.encircled_energy(radius, plane - step)) /
+                          (2 * step);
+      if (here < slope) slope = here, end = plane;
+      if (!mean_.departs()) break;  // one end is as the other
+    }
+    if (!std::isfinite(slope)) return;
+    const bool alike = !mean_.departs();
+    add(target, FocalDisc{radius, end, alike}, target.value * slope / (alike ? 2.0 : std::sqrt(2.0)));
+  }
+
+  // A Strehl ratio is the light in a disc so small that its edge lies within the core's top. Where
+  // aberrations put the highest irradiance off the axis, it is taken to differ from mirror to mirror by the
+  // same part of itself as the light on the axis, which is the safe side: less light differs by more of
+  // itself.
+  void add_strehl(const Target& target, double relative_to) {
+    constexpr double kTop = 0.2;  // lambda f/D
+    const double radius =
+        kTop * task_.wavelength * task_.mirror.focal_length / (2 * aperture_radius(task_.aperture));
+    add(target, radius, 0, relative_to * mean_.encircled_energy(radius, 0) / target.value);
+  }
+
+  // By parts, MTF(nu) = int E(r) 2 pi nu J1(2 pi nu r) dr. What moves light moves E over radii about as one:
+  // the first lobe of J1, whose top lies at 1.84, counts, 1 - J0(3.83) = 1.40.
+  // Against 60 draws of four PSDs 1.05 to 1.99 times what is measured at 0.08 to 0.5 of the cutoff (Strehl
+  // ratios 0.85 to 1.04), tests/method/light_statistics_test.cpp.
+  void add_transfer(const Target& target, double frequency, double relative_to) {
+    constexpr double kTopOfJ1 = 1.8412, kFirstLobe = 1.4028;
+    add(target, kTopOfJ1 / (kTwoPi * frequency), 0, relative_to / kFirstLobe);
+  }
+
+  const Task& task_;
+  const GeneralisedHarveyShack& mean_;
+  JudgedLight judged_;
+};
+
+JudgedLight judged_light(const Task& task, const GeneralisedHarveyShack& mean, const TargetSets& targets) {
+  Judging judging(task, mean);
+  for (const std::vector<Target>* set : {&targets.fitted, &targets.held_out})
+    for (const Target& target : *set) judging.add(target);
+  return judging.take();
+}
+
+}  // namespace
+
+LightOfMirrors light_of_mirrors(const Task& task, const Groundwork& ground, const TargetSets& targets,
+                                int threads) {
+  const RadialPsd psd = ground.psd->scaled(ground.prior_height_factor);
+  std::shared_ptr<const GeneralisedHarveyShack> mean = ground.specified_spot;
+  if (!mean)
+    mean = std::make_shared<const GeneralisedHarveyShack>(psd, task.mirror, task.aperture, task.wavelength);
+  JudgedLight judged = judged_light(task, *mean, targets);
+  RealisationSpread spread({psd, task.mirror, task.aperture, task.wavelength, *mean}, judged.discs, threads);
+  return {std::move(mean), std::move(judged), std::move(spread)};
+}
+
+MirrorSpread LightOfMirrors::of_whole_band(const Task& task, const TargetSets& targets) const {
+  MirrorSpread result;
+  const Eigen::ArrayXd relative = spread.light(spread.lowest()) / judged.unit();
+  for (std::size_t k = 0; k < judged.names.size(); ++k)
+    result.statistics.push_back(
+        {judged.names[k], relative[Eigen::Index(k)], relative[Eigen::Index(k)] / judged.margins[k]});
+  for (const std::vector<Target>* set : {&targets.fitted, &targets.held_out})
+    for (const Target& target : *set) {
+      if (!kind_of(target.statistic).is_moment || !(target.relative_to() > 0)) continue;
+      const double own = std::holds_alternative<RmsHeight>(target.statistic)
+                             ? spread.rms_height(spread.lowest())
+                             : spread.rms_slope(spread.lowest());
+      const double sigma = own * std::abs(target.value) / target.relative_to();
+      result.statistics.push_back(
+          {statistic_name(target.statistic), sigma, sigma / margin_of(target, task.equivalence)});
+    }
+  return result;
+}
+
+}  // namespace internal
+
+std::string spread_words(const StatisticSpread& spread) {
+  return fmt::format("{:.2g} % in {} ({:.2g} tolerances)", 100 * spread.relative,
+                     name_without_unit(spread.name), spread.tolerances);
+}
+
+const StatisticSpread* MirrorSpread::worst() const {
+  const auto it = std::max_element(
+      statistics.begin(), statistics.end(),
+      [](const StatisticSpread& a, const StatisticSpread& b) { return a.tolerances < b.tolerances; });
+  return it == statistics.end() ? nullptr : &*it;
+}
+
+void MirrorSpread::tell(std::vector<EquivalenceMetric>* metrics) const {
+  for (EquivalenceMetric& metric : *metrics)
+    for (const StatisticSpread& one : statistics)
+      if (one.name == metric.name) metric.spread = one.relative;
+}
+
+MirrorSpread mirror_spread(const Task& task, const Groundwork& ground, const TargetSets& targets,
+                           int threads) {
+  if (ground.spread) return *ground.spread;
+  if (!ground.psd || !ground.use.obstacle.empty()) return {};
+  try {
+    return internal::light_of_mirrors(task, ground, targets, threads).of_whole_band(task, targets);
+  } catch (const ComputationError&) {  // a plane of rays that light cannot follow to
+    return {};
+  }
+}
+
+}  // namespace aberfit
