@@ -148,20 +148,6 @@ FitRates measure_rates(const ChartBench& bench, double seconds) {
                             bench.terms, bench.coefficients, judged.statistics(), bench.threads, nullptr);
   rates.measured.fresh =
       fresh_clock.elapsed() * 4 * rates.size.rays / double(std::max<Eigen::Index>(1, fresh.rays));
-
-  if (rates.size.zone_points > 0) {
-    bench.say("chart: zones");
-    SurfaceField field;
-    const ChartClock one_clock(0);
-    at.surface().apply(bench.coefficients, &field);
-    rates.measured.zones =
-        double(kZoneDraws) * one_clock.elapsed() * rates.size.zone_points / double(at.pupil().size());
-    if (rates.measured.zones < 0.25 * seconds) {
-      const ChartClock zone_clock(0);
-      zone_slopes(task, bench.terms, bench.prior, bench.coefficients, bench.threads);
-      rates.measured.zones = zone_clock.elapsed();
-    }
-  }
   return rates;
 }
 

@@ -9,6 +9,7 @@
 #include "aberfit/forward/height_block_side.h"
 #include "aberfit/forward/term_moments.h"
 #include "aberfit/method/all_scatter.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/prior_draws.h"
 #include "aberfit/method/pupil_choice.h"
@@ -311,8 +312,8 @@ double zones(const Task& task, const TermSet& terms) {
     layout.rings = std::max<Eigen::Index>(1, Eigen::Index(std::sqrt(points / 2) / 2));
     layout.spokes = 8 * std::max<Eigen::Index>(1, layout.points / (8 * layout.rings));
   }
-  return double(kZoneDraws) * (choose_operator(terms, layout).forward_seconds + points * kZonePoint +
-                               double(terms.size()) * kDrawnTerm);
+  return double(law::kCharacterDraws) * (choose_operator(terms, layout).forward_seconds +
+                                         points * kZonePoint + double(terms.size()) * kDrawnTerm);
 }
 
 double theory(const Task& task, const Groundwork& ground, const TargetSets& targets) {
