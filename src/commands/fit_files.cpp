@@ -100,7 +100,7 @@ ResultClaim claim_of_fit(const Study& study, const RunOptions& options) {
     files.push_back("exports/" + export_file_name(format));
   return claim_of("fit", options, std::move(files), options.plots && study.output.plots,
                   {"ee_", "ring_through", "focal_images", "surface", "profile", "coefficients", "gradients",
-                   "frontier", "map_heights", "map_light"});
+                   "frontier", "character", "map_heights", "map_light"});
 }
 
 void write_fit(const Study& study, const Groundwork& ground, const RunOptions& options,

@@ -12,7 +12,6 @@
 #include "aberfit/forward/term_moments.h"
 #include "aberfit/method/fresh_verdict.h"
 #include "aberfit/method/judge.h"
-#include "aberfit/method/prior_draws.h"
 #include "aberfit/method/band_use.h"
 #include "shared_conclusions.h"
 
@@ -75,10 +74,6 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
     surface.needed = to_string(regime(own));
     warn_of_surface_regime(ground, own, &result.warnings);
   }
-  if ((!result.terms.zernike.empty() || !result.terms.fourier.empty()) && surface.rms_slope_per_axis > 0 &&
-      !of.context.stopped())
-    surface.zones =
-        zone_slopes(task, result.terms, attempt->terms->prior, result.fit.coefficients, of.context.threads);
 }
 
 // Of geometric rays against light over all planes, where choose_model stopped at the first.
@@ -136,14 +131,6 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
   if (fresh.lost > 0)
     warnings.push_back(
         {"lost-rays", fmt::format("{} of {} fresh rays miss the focal region", fresh.lost, fresh.rays)});
-  for (const ZoneSlope& zone : result->surface.zones) {
-    if (zone.inside() || zone.more_even()) continue;
-    warnings.push_back(
-        {"zone-slope",
-         fmt::format("slope RMS in the zone {:.2f}-{:.2f} R is {:.3f} of the overall one; draws "
-                     "of the prior give {:.3f}-{:.3f}",
-                     zone.rho_min, zone.rho_max, zone.ratio, zone.draws_low, zone.draws_high)});
-  }
   if (of.ground.use.model != FocusModel::kWaves && result->rays < 30 * result->terms.size() &&
       result->targets.size() > 10)
     warnings.push_back(
@@ -164,8 +151,12 @@ void conclude(const FitCase& of, Attempt* attempt) {
   if (!of.context.stopped()) ask_perfect_mirror(of, &result);
   tell_scatter_of_rest(of, &result);
   if (attempt->result.terms.size() == 0) return warn_of_result(of, attempt->fresh, &result);
-  of.context.say("zones");
   describe_surface(of, attempt);
+  if (of.ground.psd && !(result.terms.zernike.empty() && result.terms.fourier.empty()) &&
+      result.surface.rms_slope_per_axis > 0 && !of.context.stopped()) {
+    of.context.say("character");
+    result.character = character_of(of.task, of.ground, result.terms, result.fit.coefficients, of.context);
+  }
   if (of.ground.psd) result.band = band_use(of.task, of.ground, result.terms, result.rays);
   warn_of_result(of, attempt->fresh, &result);
 }

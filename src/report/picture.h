@@ -39,6 +39,7 @@ Picture surface_picture(const PlotInput& input, const SurfaceField& grid);
 Picture profile_picture(const PlotInput& input, const SurfaceField& grid);
 Picture coefficients_picture(const PlotInput& input);
 Picture frontier_picture(const PlotInput& input);
+Picture character_picture(const PlotInput& input);
 Picture map_heights_picture(const PlotInput& input);
 Picture map_light_picture(const PlotInput& input);
 

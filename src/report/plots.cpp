@@ -30,7 +30,10 @@ std::vector<Picture> all_pictures(const PlotInput& input) {
     pictures.push_back(coefficients_picture(input));
   }
   pictures.push_back(gradients_picture(input));
-  if (input.result.frontier && input.result.frontier->points.size() > 1) pictures.push_back(frontier_picture(input));
+  if (input.result.frontier && input.result.frontier->points.size() > 1)
+    pictures.push_back(frontier_picture(input));
+  if (input.result.character && !input.result.character->zones.empty())
+    pictures.push_back(character_picture(input));
   if (input.result.map_panels) pictures.push_back(map_heights_picture(input));
   if (input.result.map_light) pictures.push_back(map_light_picture(input));
   return pictures;

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "aberfit/report/band_shares.h"
+#include "aberfit/report/character.h"
 #include "aberfit/report/frontier.h"
 #include "aberfit/scene/zernike.h"
 #include "json_number.h"
@@ -54,21 +55,13 @@ Json targets_json(const ResultDocument& result, const std::vector<std::string>& 
 }
 
 Json surface_json(const EquivalentSurface& surface) {
-  Json zones = Json::array();
-  for (const ZoneSlope& zone : surface.zones)
-    zones.push_back({{"rho_min", json_number(zone.rho_min)},
-                     {"rho_max", json_number(zone.rho_max)},
-                     {"slope_ratio", json_number(zone.ratio)},
-                     {"draws_low", json_number(zone.draws_low)},
-                     {"draws_high", json_number(zone.draws_high)}});
   return {{"rms_height_m", json_number(surface.rms_height)},
           {"rms_slope_per_axis", json_number(surface.rms_slope_per_axis)},
           {"g", json_number(surface.g)},
           {"kappa", json_number(surface.kappa)},
           {"needed", surface.needed},
           {"prior_height_factor", json_number(surface.prior_height_factor)},
-          {"captured_fraction", json_number(surface.captured_fraction)},
-          {"zones", zones}};
+          {"captured_fraction", json_number(surface.captured_fraction)}};
 }
 
 // How heights and slopes were computed from the coefficients; a family of terms that is absent has no method.
@@ -302,6 +295,7 @@ Json to_json(const ResultDocument& result, const Json& study) {
     json["map"] = map_json(result);
     json["map"]["clear"] = clear_json(result.clear);
   }
+  if (result.character) json["character"] = to_json(*result.character);
   json["equivalence"] = equivalence_json(result);
   json["warnings"] = json_warnings(result.warnings);
   json["provenance"] = to_json(result.provenance);

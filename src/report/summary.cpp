@@ -8,6 +8,7 @@
 #include "aberfit/core/text.h"
 #include "aberfit/core/units.h"
 #include "aberfit/report/band_shares.h"
+#include "aberfit/report/character.h"
 #include "aberfit/report/frontier.h"
 #include "aberfit/report/result.h"
 #include "map_report.h"
@@ -192,6 +193,7 @@ std::string headline(const ResultDocument& result) {
     text += "; in light " + upper_case(to_string(result.light->verdict)) +
             (result.light->verdict == Verdict::kEquivalent ? ""
                                                            : " (" + worst_words(result.light->metrics) + ")");
+  if (result.character) text += "; " + character_words(*result.character, result.verdict);
   text += " - " + tally.words();
   if (const double confidence = result.confidence; confidence > 0)
     text += fmt::format(", {:.4g} % confidence", 100 * confidence);
@@ -483,21 +485,6 @@ std::string spectrum_table(const ResultDocument& result) {
   return out;
 }
 
-std::string zone_table(const ResultDocument& result) {
-  if (result.surface.zones.empty()) return "";
-  std::string out = "\nRMS slope by zone, as a share of the whole aperture's, beside draws of the prior\n";
-  out += fmt::format("  {:<20} {:>10}  {:>21}\n", "zone rho/R", "fitted", "99 % of draws");
-  for (const ZoneSlope& zone : result.surface.zones) {
-    out += fmt::format("  {:<20} {:>10.3f}  {:>21}  {}\n",
-                       fmt::format("{:.3f} .. {:.3f}", zone.rho_min, zone.rho_max), zone.ratio,
-                       fmt::format("{:.3f} .. {:.3f}", zone.draws_low, zone.draws_high),
-                       zone.inside()      ? "inside"
-                       : zone.more_even() ? "more even"
-                                          : "OUTSIDE");
-  }
-  return out;
-}
-
 }  // namespace
 
 std::string summary_table(const ResultDocument& result, bool all) {
@@ -505,7 +492,8 @@ std::string summary_table(const ResultDocument& result, bool all) {
   out += std::string(kColumns, '-') + "\n";
   if (!result.title.empty()) out += paragraph("Study", result.title);
   out += scene_lines(result) + fit_lines(result) + statistics_table(result, all) + map_light_table(result) +
-         light_table(result, all) + footnotes(result) + spectrum_table(result) + zone_table(result);
+         light_table(result, all) + footnotes(result) + spectrum_table(result) +
+         (result.character ? character_table(*result.character) : "");
   if (!result.warnings.empty()) out += "\n";
   for (const Warning& warning : result.warnings)
     out += paragraph("WARNING", "[" + warning.code + "] " + warning.message);

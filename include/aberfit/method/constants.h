@@ -47,4 +47,13 @@ inline constexpr int kFewIterations = 10, kManyIterations = 40;
 /// tail falls as exp(-(pi l f)^2), it moves by a quarter from 1e-2 to 1e-4 (tests/method/plan_test.cpp).
 inline constexpr double kSlopeBeyondTerms = 1e-3;
 
+/// Random surfaces of the roughness that a surface is compared with, and how many of one more draw lie inside
+/// the band that they make. Student's t allows for their number: 99 % needs t = 2.74 with 32 of them, 3.2 with
+/// 12 and 2.63 with 100, so that more make bands 4 % narrower at most (tests/method/character_test.cpp).
+inline constexpr int kCharacterDraws = 32;
+inline constexpr double kCharacterConfidence = 0.99;
+/// Random surfaces whose light at other wavelengths is computed: the root of their mean square is known to
+/// 30 %, and each costs a transform a wavelength.
+inline constexpr int kOtherLightDraws = 6;
+
 }  // namespace aberfit::law

@@ -7,6 +7,7 @@
 
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/fit/map_fit.h"
+#include "aberfit/method/character.h"
 #include "aberfit/method/frontier.h"
 #include "aberfit/method/map_light.h"
 #include "aberfit/method/mirror_spread.h"
@@ -21,21 +22,6 @@
 
 namespace aberfit {
 
-/// Slope RMS of one aperture zone over the overall slope RMS, beside the same ratio over draws of the prior.
-struct ZoneSlope {
-  double rho_min = 0, rho_max = 0;       ///< edges as fractions of the aperture radius
-  double ratio = 0;                      ///< of the fitted surface
-  double draws_low = 0, draws_high = 0;  ///< 0.5 % and 99.5 % quantiles over draws
-
-  bool inside() const { return ratio >= draws_low && ratio <= draws_high; }
-  /// Outside, but nearer to 1, the ratio of the roughness itself, than draws are: few Zernikes leave most
-  /// slopes at the edge, and a fit may do better.
-  bool more_even() const {
-    const double nearest = ratio < draws_low ? draws_low : draws_high;
-    return !inside() && std::abs(ratio - 1) < std::abs(nearest - 1);
-  }
-};
-
 /// The fitted surface by the numbers of a scene (its own, not the specification's).
 struct EquivalentSurface {
   double rms_height = 0;  ///< [m]
@@ -43,7 +29,6 @@ struct EquivalentSurface {
   double g = 0, kappa = 0;
   std::string needed;              ///< "rays" or "waves": by its own height; empty without PSD
   double prior_height_factor = 1;  ///< 0.5 when the prior was scaled for convention `paper`
-  std::vector<ZoneSlope> zones;
   double captured_fraction =
       0;  ///< share of the specification's height variance that the term set can carry; 0 without PSD
 };
@@ -119,6 +104,9 @@ struct FitOutcome {
   std::optional<PerfectMirror> perfect;    ///< absent where the scene has no GHS
   bool interrupted = false;                ///< asked to stop: the best so far
   std::string stopped_by;                  ///< what asked, in words; empty where nothing did
+  /// Of the surface beside the roughness its terms stand for; absent without one, and where the run was
+  /// asked to stop.
+  std::optional<Character> character;
   Warnings warnings;
 };
 

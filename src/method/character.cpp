@@ -1,0 +1,194 @@
+#include "aberfit/method/character.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "aberfit/core/errors.h"
+#include "aberfit/core/parallel.h"
+#include "aberfit/core/random.h"
+#include "aberfit/forward/forward_model.h"
+#include "aberfit/method/constants.h"
+#include "aberfit/method/pupil_choice.h"
+#include "aberfit/method/tost.h"
+#include "other_light.h"
+#include "surface_look.h"
+
+namespace aberfit {
+using namespace internal;
+
+namespace {
+
+constexpr double kLeastCycles = 1.5;  // across: below, a window of the aperture tells no frequencies apart
+constexpr double kBinsPerOctave = 4;  // a window as wide as the aperture resolves no more at 1.5 cycles
+constexpr Eigen::Index kMostBins = 12;
+constexpr double kCellsOfSlopes = 6;  // differences of neighbours keep 0.95 of the steepest slopes
+constexpr double kMostCellsOfImage = 512;
+
+// Up to where the terms have the roughness: the cut, or where there is none a tenth below their own last
+// frequency.
+double last_frequency(const Groundwork& ground, const TermSet& terms) {
+  double last = 0;
+  for (const FourierMode& mode : terms.fourier) last = std::max(last, std::hypot(mode.fx, mode.fy));
+  if (!terms.zernike.empty())
+    last = std::max(last, zernike_cutoff(terms.zernike.back().n, terms.radius) / law::kOrderBeyondCut);
+  return ground.split ? ground.prior_psd->f_max() : std::min(last, ground.prior_psd->f_max());
+}
+
+// From `low` to `high` [cycles/m]; empty where there is nothing between them.
+Eigen::ArrayXd bin_edges(double low, double high) {
+  if (!(high > low)) return {};
+  const auto bins =
+      std::clamp<Eigen::Index>(Eigen::Index(kBinsPerOctave * std::log2(high / low)), 1, kMostBins);
+  return Eigen::ArrayXd::LinSpaced(bins + 1, std::log(low), std::log(high)).exp();
+}
+
+// Where one more draw of `draws` lies, by the cube roots; of several such properties at once, all of them.
+BesideDraws beside(double value, const std::vector<double>& draws, Eigen::Index of_several) {
+  BesideDraws result;
+  result.value = value;
+  const auto count = double(draws.size());
+  double sum = 0, roots = 0, squares = 0;
+  for (const double draw : draws) sum += draw, roots += std::cbrt(draw);
+  for (const double draw : draws) squares += std::pow(std::cbrt(draw) - roots / count, 2);
+  const double left_out = (1 - law::kCharacterConfidence) / double(of_several);
+  const double reach =
+      student_quantile(1 - 0.5 * left_out, count - 1) * std::sqrt(squares / (count - 1) * (1 + 1 / count));
+  result.mean = sum / count;
+  result.low = std::pow(std::max(0.0, roots / count - reach), 3);
+  result.high = std::pow(roots / count + reach, 3);
+  return result;
+}
+
+using Property = std::function<double(const LookedAt&)>;
+
+BesideDraws beside(const LookedAt& surface, const std::vector<LookedAt>& draws, Eigen::Index of_several,
+                   const Property& property) {
+  std::vector<double> values;
+  for (const LookedAt& draw : draws) values.push_back(property(draw));
+  return beside(property(surface), values, of_several);
+}
+
+// No draw is too round: the logarithm is a length in the plane of the two anisotropies, its square a gamma
+// variate, and the band has one end.
+BesideDraws beside_in_roundness(const LookedAt& surface, const std::vector<LookedAt>& draws) {
+  BesideDraws squares = beside(surface, draws, 1, [](const LookedAt& looked) {
+    return std::pow(std::log(looked.length_over_width), 2);
+  });
+  BesideDraws result{surface.length_over_width, 0, 1, std::exp(std::sqrt(squares.high))};
+  for (const LookedAt& draw : draws) result.mean += draw.length_over_width / double(draws.size());
+  return result;
+}
+
+// Mean of S over a ring of frequencies.
+double mean_over(const RadialPsd& psd, double low, double high) {
+  return psd_moments(psd.band(low, high)).height_variance / (std::acos(-1) * (high * high - low * low));
+}
+
+// Pitch of a grid that holds the image [m], by the light of the specification; 0, with a word why, where
+// there is none.
+double pitch_of_image(const Task& task, const Groundwork& ground, const TermSet& terms,
+                      std::string* obstacle) {
+  if (!ground.specified_spot) {
+    *obstacle = "the scene has no mean light";
+    return 0;
+  }
+  try {
+    const double ee90 = ground.specified_spot->at_plane(0).encircled_energy_radius(0.9);
+    const double pitch =
+        wave_pitch(task, terms, {Target{EncircledEnergyRadius{0.9, 0}, ee90}}, ground.split.get(), 2);
+    const double cells = 2 * ground.radius / pitch;
+    if (cells <= kMostCellsOfImage) return pitch;
+    *obstacle =
+        fmt::format("it would need a grid of {:.0f} cells across, more than {:.0f}", cells, kMostCellsOfImage);
+  } catch (const ComputationError& error) {
+    *obstacle = error.what();
+  }
+  return 0;
+}
+
+void compare(const LookedAt& surface, const std::vector<LookedAt>& draws, const RadialPsd& psd,
+             const Eigen::ArrayXd& edges, Character* character) {
+  for (Eigen::Index b = 0; b + 1 < edges.size(); ++b) {
+    CharacterBin bin{edges[b], edges[b + 1], mean_over(psd, edges[b], edges[b + 1]), {}};
+    bin.ratio = beside(surface, draws, edges.size() - 1, [b](const LookedAt& l) { return l.psd[b]; });
+    const double mean = bin.ratio.mean;
+    bin.ratio = {bin.ratio.value / mean, 1, bin.ratio.low / mean, bin.ratio.high / mean};
+    character->psd.push_back(bin);
+  }
+  const Eigen::Index zones = surface.zones.isFinite().count();
+  for (int z = 0; z < kSlopeZones; ++z) {
+    if (!std::isfinite(surface.zones[z])) continue;
+    character->zones.push_back(
+        {double(z) / kSlopeZones, double(z + 1) / kSlopeZones,
+         beside(surface, draws, zones, [z](const LookedAt& l) { return l.zones[z]; })});
+  }
+  character->slope_x_over_y = beside(surface, draws, 1, [](const LookedAt& l) { return l.slope_x_over_y; });
+  if (!character->light_obstacle.empty()) return;
+  character->length_over_width = beside_in_roundness(surface, draws);
+  character->bright_share = beside(surface, draws, 1, [](const LookedAt& l) { return l.bright_share; });
+}
+
+}  // namespace
+
+double CharacterBin::middle() const { return std::sqrt(low * high); }
+
+std::string Character::fault() const {
+  std::string worst;
+  double farthest = 0;
+  const auto ask = [&](const BesideDraws& one, const std::string& clause) {
+    if (one.inside()) return;
+    const double beyond = std::abs(std::log(one.value / (one.value < one.low ? one.low : one.high)));
+    if (beyond <= farthest) return;
+    farthest = beyond;
+    worst = clause;
+  };
+  for (const CharacterBin& bin : psd)
+    ask(bin.ratio, fmt::format("PSD {:.2g} times at {:.3g} /m", bin.ratio.value, bin.middle()));
+  for (const ZoneSlope& zone : zones)
+    ask(zone.ratio,
+        fmt::format("slope {:.2f} of the mean one at {:.2f}-{:.2f} R, draws {:.2f}-{:.2f}", zone.ratio.value,
+                    zone.rho_min, zone.rho_max, zone.ratio.low, zone.ratio.high));
+  ask(slope_x_over_y, fmt::format("slope along x {:.2f} of that along y", slope_x_over_y.value));
+  if (length_over_width)
+    ask(*length_over_width, fmt::format("image {:.2f} times longer than wide", length_over_width->value));
+  if (bright_share)
+    ask(*bright_share, fmt::format("{:.2g} % of the light beyond ee35 in 1 % of its area, draws {:.2g} %",
+                                   100 * bright_share->value, 100 * bright_share->mean));
+  return worst;
+}
+
+Character character_of(const Task& task, const Groundwork& ground, const TermSet& terms,
+                       const Eigen::VectorXd& coefficients, const RunContext& context) {
+  Character character;
+  character.draws = law::kCharacterDraws;
+  character.f_low = 0.5 * kLeastCycles / ground.radius;
+  character.f_high =
+      std::min(last_frequency(ground, terms), 0.5 * kMostCellsOfImage / (kCellsOfSlopes * ground.radius));
+  const RadialPsd psd = ground.prior_psd->band(0, character.f_high);
+  const Eigen::ArrayXd edges = bin_edges(std::max(character.f_low, psd.f_min()), character.f_high);
+  const double for_image = pitch_of_image(task, ground, terms, &character.light_obstacle);
+  const double for_slopes = 1 / (kCellsOfSlopes * character.f_high);
+  const SurfaceLook look(task, edges, for_image > 0 ? std::min(for_image, for_slopes) : for_slopes,
+                         for_image > 0);
+
+  const RandomStream seeds(task.fit.seed, "character-draws");
+  std::vector<LookedAt> draws(law::kCharacterDraws);
+  std::vector<HeightMap> kept(law::kOtherLightDraws);
+  parallel_for(draws.size(), context.threads, [&](std::size_t d) {
+    HeightMap map = look.draw(psd, seeds.bits(d));
+    draws[d] = look(look.at_points(map));
+    if (d < kept.size()) kept[d] = std::move(map);
+  });
+  SurfaceField field;
+  SurfaceOperator(terms, look.points(), focus_operator(FocusModel::kWaves, context.threads))
+      .apply(coefficients, &field);
+  compare(look(field.height), draws, psd, edges, &character);
+  if (ground.specified_spot && !context.stopped())
+    character.others = other_light(task, ground, terms, coefficients, kept, context);
+  return character;
+}
+
+}  // namespace aberfit
