@@ -8,6 +8,7 @@
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
+#include "aberfit/method/fit_as_asked.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
@@ -15,8 +16,6 @@
 
 namespace aberfit {
 namespace {
-
-constexpr int kMostOrder = 100;  // beyond, the polar operator and the prior take minutes
 
 std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& ground, const TermSet& terms,
                                           const TargetSets& targets) {
@@ -167,13 +166,7 @@ CheckedCost checked_cost(const FitCase& of, const TermsSpec& asked) {
 
 TermsSpec first_set(const Task& task, const Groundwork& ground) {
   if (!task.terms.automatic() || !ground.term_psd || ground.all_scatters()) return task.terms;
-  const double cut = ground.split ? ground.split->cut() : ground.term_psd->f_max();
-  if (!(zernike_cutoff(kMostOrder, ground.radius) > cut)) return task.terms;
-  const int order = order_to_carry(ground.radius, cut);
-  if (order > kMostOrder) return task.terms;
-  TermsSpec terms = task.terms;
-  terms.zernike = ZernikeSpec{2, order};
-  return terms;
+  return terms_by_law(task, ground);
 }
 
 CheckReport make_check(const Task& task, const RunContext& context, bool measure) {
@@ -183,8 +176,6 @@ CheckReport make_check(const Task& task, const RunContext& context, bool measure
   const TermSet terms = make_terms(task, ground, asked, &captured);
   CheckReport report;
   report.warnings = scene_warnings(task, ground, terms, captured);
-  if (task.terms.automatic())  // not yet chosen
-    std::erase_if(report.warnings, [](const Warning& warning) { return warning.code == "truncated-terms"; });
   report.warnings.insert(report.warnings.end(), targets.warnings.begin(), targets.warnings.end());
   report.mirror = characterise(task.mirror, task.aperture);
   report.focal_sigma = ground.focal_sigma;
@@ -194,7 +185,7 @@ CheckReport make_check(const Task& task, const RunContext& context, bool measure
   if (ground.psd) {
     report.scene = scene_facts(ground, targets.theory);
     report.scene->mean_light = specified_light(ground);
-    report.scene->spread = mirror_spread(task, ground, targets, threads);
+    report.scene->spread = mirror_spread(task, ground, targets, context.threads);
     report.too_simple =
         ground.use.choice->model != FocusModel::kRays && !ground.use.in_light(targets_are_given(task));
     report.light_decides = ground.use.light_decides;
