@@ -47,7 +47,7 @@ const std::map<std::string, std::set<std::string>>& libraries() {
       {"CLI/", {kProgram}},
       // The operating system: memory, processes and files of gnuplot and the reports, the terminal of the
       // program.
-      {"unistd.h", {"report", "cases", "commands"}},
+      {"unistd.h", {"core", "report", "cases", "commands"}},
       {"fcntl.h", {"report", "cases"}},
       {"poll.h", {"report"}},
       {"sys/", {"core", "report", "cases"}},
