@@ -110,9 +110,8 @@ TEST(CostModel, MeasuresTheMachineInAThirdOfASecond) {
     const Study study = study_of(parts);
     FitRates twice = rates;
     twice.waves *= 2;
-    for (double FitWork::*stage :
-         {&FitWork::targets, &FitWork::prior, &FitWork::iteration, &FitWork::ends, &FitWork::fresh,
-          &FitWork::realisations, &FitWork::judgement, &FitWork::zones})
+    for (double FitWork::*stage : {&FitWork::targets, &FitWork::prior, &FitWork::iteration, &FitWork::ends,
+                                   &FitWork::fresh, &FitWork::judgement, &FitWork::zones})
       twice.measured.*stage *= 2;
     // The first stage has just been done: it is measured, not predicted.
     const auto predicted = [&](const FitRates& by) {
