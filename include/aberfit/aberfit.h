@@ -139,6 +139,7 @@
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/map_light.h"
 #include "aberfit/method/measured_part.h"
+#include "aberfit/method/mirror_spread.h"
 #include "aberfit/method/outcome.h"
 #include "aberfit/method/physics_choice.h"
 #include "aberfit/method/plan.h"

@@ -185,7 +185,9 @@ TEST(MirrorSpread, OfACoreIsNotThatOfItsRays) {
   EXPECT_NEAR(spread.worst()->tolerances, spread.worst()->relative / study.equivalence.margin, 1e-12);
   for (const StatisticSpread& one : spread.statistics) {
     EXPECT_LE(one.tolerances, spread.worst()->tolerances) << one.name;
-    if (one.name == "scatter_rms_rad") EXPECT_NEAR(one.relative / of_rays, 1, 0.02);
+    if (one.name == "scatter_rms_rad") {
+      EXPECT_NEAR(one.relative / of_rays, 1, 0.02);
+    }
   }
 }
 
