@@ -32,7 +32,7 @@ std::string curves(const std::string& file, const std::string& middle) {
 // Left, the PSD over that of the specification; right, slopes by zone; both in the band of draws.
 Picture character_picture(const PlotInput& input) {
   const Character& character = *input.result.character;
-  Picture picture{"character", script_head("character", 1200, 600), {}};
+  Picture picture{"character", script_head("character", 1200, 720), {}};
   const std::vector<std::string> header = {
       "value of the surface, mean of draws, and the band that holds 99 % of draws",
       "columns: low edge, high edge, value, mean, band low, band high"};

@@ -504,7 +504,9 @@ TEST_F(Plots, MissingGnuplotIsAWarningThatSaysWhatToDo) {
   std::ofstream(folder / "plots" / "surface.png") << "of an earlier run";
   const Path no_gnuplot("/nonexistent:");
   Warnings found;
-  EXPECT_TRUE(PlotScene(CircleAperture{0.4, 0}, 2000).write(folder.string(), &found).empty());
+  PlotScene all(CircleAperture{0.4, 0}, 2000);
+  all.result.character = sample_character();
+  EXPECT_TRUE(all.write(folder.string(), &found).empty());
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].code, "no-gnuplot");
   for (const char* word : {"not on PATH", "install gnuplot", "gnuplot *.gp"})

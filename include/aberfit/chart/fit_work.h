@@ -46,7 +46,7 @@ double wave_seconds(int across, int statistics);
 /// The same for L^T of so many height weights with so many Zernikes at so many points.
 double product_seconds(Eigen::Index points, Eigen::Index terms, int weights);
 
-/// Points of the pupil that zone_slopes (prior_draws.h) takes; 0 for spherical terms, which it leaves out.
+/// Points of the pupil that slopes of zones are reckoned with; 0 for spherical terms, which it leaves out.
 double zone_points(const TermSet& terms);
 
 }  // namespace aberfit

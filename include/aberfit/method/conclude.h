@@ -4,8 +4,8 @@
 namespace aberfit {
 
 /// What is said of a fit once it is done: the verdict by the physics that the scene needs, the scatter
-/// between realisations, the surface by its own numbers and zones, the band it stands for, and the warnings
-/// that follow from all of it.
+/// between realisations, the surface by its own numbers and its character, the band it stands for, and the
+/// warnings that follow from all of it.
 void conclude(const FitCase& of, Attempt* attempt);
 
 }  // namespace aberfit
