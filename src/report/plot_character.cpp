@@ -32,21 +32,22 @@ std::string curves(const std::string& file, const std::string& middle) {
 // Left, the PSD over that of the specification; right, slopes by zone; both in the band of draws.
 Picture character_picture(const PlotInput& input) {
   const Character& character = *input.result.character;
-  Picture picture{"character", script_head("character", 1200, 600), {}};
+  Picture picture{"character", script_head("character", 1200, 720), {}};
   const std::vector<std::string> header = {
       "value of the surface, mean of draws, and the band that holds 99 % of draws",
       "columns: low edge, high edge, value, mean, band low, band high"};
   const bool has_psd = !character.psd.empty();
   if (has_psd) {
     auto psd = header;
-    psd.insert(psd.begin(), "PSD over the mean of draws of the specification; edges in cycles/m");
+    psd.insert(psd.begin(), "PSD over the mean of draws of the specification; edges f_per_m [cycles/m]");
     picture.add_columns("character_psd.dat", psd,
                         columns(
                             character.psd, [](const CharacterBin& b) { return b.low; },
                             [](const CharacterBin& b) { return b.high; }));
   }
   auto zones = header;
-  zones.insert(zones.begin(), "RMS slope of zones over that of the aperture; edges in aperture radii");
+  zones.insert(zones.begin(),
+               "RMS slope of zones as a share of that of the aperture; edges in aperture radii");
   picture.add_columns("character_zones.dat", zones,
                       columns(
                           character.zones, [](const ZoneSlope& z) { return z.rho_min; },

@@ -48,7 +48,8 @@ void print(const char* name, const ResultDocument& result) {
   std::printf("%s: %s, worst fit %.3f %% fresh %.3f %% held out %.3f %%, RMS height %.3f nm, %.2f s, zones",
               name, to_string(result.verdict).c_str(), 100 * worst.fit, 100 * worst.fresh,
               100 * worst.held_out, 1e9 * result.surface.rms_height, result.fit.seconds);
-  for (const ZoneSlope& zone : result.surface.zones) std::printf(" %.3f", zone.ratio);
+  if (result.character)
+    for (const ZoneSlope& zone : result.character->zones) std::printf(" %.3f", zone.ratio.value);
   std::printf("\n");
 }
 
@@ -67,11 +68,9 @@ TEST_WITH_SHORT_FORM(PaperPhysical, MeetsItsBoundsForFiveSeeds) {
     EXPECT_LE(worst.fresh, 0.0035) << seed;  // 0.33 % on the third seed, 0.12 to 0.20 % on the rest
     EXPECT_LE(worst.held_out, 0.01) << seed;
     EXPECT_NEAR(result.surface.rms_height / 100e-9, 1.0, 0.01) << seed;
-    ASSERT_EQ(result.surface.zones.size(), 4u);
-    for (const ZoneSlope& zone : result.surface.zones) {
-      EXPECT_GE(zone.ratio, zone.draws_low) << seed;
-      EXPECT_LE(zone.ratio, zone.draws_high) << seed;
-    }
+    ASSERT_TRUE(result.character);
+    ASSERT_EQ(result.character->zones.size(), 4u);
+    for (const ZoneSlope& zone : result.character->zones) EXPECT_TRUE(zone.ratio.inside()) << seed;
     EXPECT_EQ(result.verdict, Verdict::kEquivalent) << seed;
   }
 }
@@ -113,9 +112,10 @@ TEST(PaperPhysical, IsTheSameToTheLastBitForAnyThreadCountAndRun) {
     ASSERT_EQ(a.metrics.size(), other->metrics.size());
     for (std::size_t k = 0; k < a.metrics.size(); ++k)
       EXPECT_EQ(a.metrics[k].interval[0], other->metrics[k].interval[0]);
-    for (std::size_t z = 0; z < a.surface.zones.size(); ++z) {
-      EXPECT_EQ(a.surface.zones[z].ratio, other->surface.zones[z].ratio);
-      EXPECT_EQ(a.surface.zones[z].draws_low, other->surface.zones[z].draws_low);
+    ASSERT_TRUE(a.character && other->character);
+    for (std::size_t z = 0; z < a.character->zones.size(); ++z) {
+      EXPECT_EQ(a.character->zones[z].ratio.value, other->character->zones[z].ratio.value);
+      EXPECT_EQ(a.character->zones[z].ratio.low, other->character->zones[z].ratio.low);
     }
   }
 }

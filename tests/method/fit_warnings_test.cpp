@@ -143,47 +143,6 @@ TEST(FitWarnings, AbsurdSurfaceAboveThreeTimesTheHeightItsTermsStandFor) {
   EXPECT_TRUE(messages(fitted.concluded(with_height(2.9)), "absurd-surface").empty());
 }
 
-// The slopes of cos 4 phi rise as rho^3, steeper than any draw of twelve equal terms; those of astigmatism
-// and defocus rise as rho.
-TEST(FitWarnings, ZoneSlopeWhereOneTermPilesTheSlopesUpAtTheRim) {
-  const Fitted fitted(scene(with_values(1)));
-  const std::vector<ZernikeMode>& modes = fitted.terms->terms.zernike;
-  const auto at = std::find(modes.begin(), modes.end(), ZernikeMode{4, 4}) - modes.begin();
-  ASSERT_LT(at, Eigen::Index(modes.size()));
-  const FitOutcome piled = fitted.concluded([&](Attempt* a) { a->result.fit.coefficients[at] = 1e-6; });
-  ASSERT_EQ(piled.surface.zones.size(), 4u);
-  // Closed form: mean of rho^6 over the ring a..b against the disc's 1/4, (b^8 - a^8) / (b^2 - a^2).
-  EXPECT_NEAR(piled.surface.zones[3].ratio, std::sqrt((1 - std::pow(0.75, 8)) / (1 - 0.75 * 0.75)), 2e-2);
-  std::size_t outside = 0;
-  for (const ZoneSlope& zone : piled.surface.zones) {
-    const bool told = !zone.inside() && !zone.more_even();
-    outside += told;
-    EXPECT_EQ(says(messages(piled, "zone-slope"),
-                   fmt::format("zone {:.2f}-{:.2f} R is {:.3f} ", zone.rho_min, zone.rho_max, zone.ratio)),
-              told)
-        << zone.rho_min;
-  }
-  EXPECT_GE(outside, 2u);
-  EXPECT_EQ(messages(piled, "zone-slope").size(), outside);
-}
-
-TEST(FitWarnings, ZoneSlopeIsSilentAboutADrawAndAboutEvenSlopes) {
-  const Fitted fitted(scene(with_values(1)));
-  const Eigen::Index size = fitted.terms->terms.size();
-  const FitOutcome drawn = fitted.concluded(
-      [&](Attempt* a) { a->result.fit.coefficients = fitted.terms->prior.colour(draw_white(size, 1)); });
-  ASSERT_EQ(drawn.surface.zones.size(), 4u);
-  EXPECT_TRUE(messages(drawn, "zone-slope").empty());
-
-  // Coma keeps more of its slope in the middle than draws do, which is nearer to the roughness itself.
-  const std::vector<ZernikeMode>& modes = fitted.terms->terms.zernike;
-  const auto at = std::find(modes.begin(), modes.end(), ZernikeMode{3, 1}) - modes.begin();
-  const FitOutcome coma = fitted.concluded([&](Attempt* a) { a->result.fit.coefficients[at] = 1e-6; });
-  ASSERT_FALSE(coma.surface.zones.at(0).inside());
-  ASSERT_TRUE(coma.surface.zones.at(0).more_even());
-  EXPECT_FALSE(says(messages(coma, "zone-slope"), "zone 0.00-0.25 R"));
-}
-
 // The specification is one for rays; a fiftieth of its heights, 0.8 rad of phase, is not.
 TEST(FitWarnings, SurfaceRegimeWhereTheFittedSurfaceCallsForAnotherModel) {
   const Fitted fitted(scene(std::string(kSteep) + R"(, "equivalence": {"margin": "90 %"})"));

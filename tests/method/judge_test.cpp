@@ -245,8 +245,9 @@ TEST(Conclusions, OfARunThatWasAskedToStopAreTheVerdictAlone) {
   };
   const ResultDocument whole = run(false), stopped = run(true);
   EXPECT_FALSE(stopped.metrics.empty());
-  EXPECT_EQ(whole.surface.zones.size(), 4u);
-  EXPECT_TRUE(stopped.surface.zones.empty());
+  ASSERT_TRUE(whole.character);
+  EXPECT_EQ(whole.character->zones.size(), 4u);
+  EXPECT_FALSE(stopped.character);
   EXPECT_GT(stopped.surface.rms_height, 0);
   EXPECT_TRUE(whole.perfect.has_value());
   EXPECT_FALSE(stopped.perfect.has_value());

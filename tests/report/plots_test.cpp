@@ -66,7 +66,7 @@ class Path {
 };
 
 const std::vector<std::string> kNames = {"ee_curves", "ring_through", "focal_images", "surface",
-                                         "profile",   "coefficients", "gradients"};
+                                         "profile",   "coefficients", "gradients",    "character"};
 
 // Surface error of the scene, written anew from the definitions: Zernikes by their explicit low-order
 // polynomials would be long, so the truth scene of the maps has waves and spherical terms only.
@@ -110,6 +110,7 @@ class Plots : public ::testing::Test {
     root() = fs::path(::testing::TempDir()) / ("aberfit plots' \"$HOME\" " + std::to_string(::getpid()));
     fs::remove_all(root());
     scene() = new PlotScene();
+    scene()->result.character = sample_character();
     scene()->result.title = "It's a `touch executed` @test, 50 % {a}_b^c \"quoted\" \\n $0";
     drawn() = scene()->write((root() / "run").string(), &warnings());
   }
@@ -389,9 +390,9 @@ TEST_F(Plots, EveryDataFileSaysWhatItHoldsAndInWhichUnit) {
     const std::string text = content(entry.path());
     EXPECT_TRUE(text.starts_with("# ")) << entry.path();
     const std::string header = text.substr(0, text.find("\n", text.find("\n# ") + 1));
-    EXPECT_TRUE(std::regex_search(header, std::regex("_m|\\[m\\]| m |rad\\]|_rad|share"))) << header;
+    EXPECT_TRUE(std::regex_search(header, std::regex("_m|\\[m\\]| m |rad\\]|_rad|share|/m\\]"))) << header;
   }
-  EXPECT_EQ(files, 2 + 1 + 9 + 1 + 1 + 4 + 2);
+  EXPECT_EQ(files, 2 + 1 + 9 + 1 + 1 + 4 + 2 + 2);
 }
 
 TEST_F(Plots, ScriptsNameOnlyFilesBesideThem) {
@@ -503,7 +504,9 @@ TEST_F(Plots, MissingGnuplotIsAWarningThatSaysWhatToDo) {
   std::ofstream(folder / "plots" / "surface.png") << "of an earlier run";
   const Path no_gnuplot("/nonexistent:");
   Warnings found;
-  EXPECT_TRUE(PlotScene(CircleAperture{0.4, 0}, 2000).write(folder.string(), &found).empty());
+  PlotScene all(CircleAperture{0.4, 0}, 2000);
+  all.result.character = sample_character();
+  EXPECT_TRUE(all.write(folder.string(), &found).empty());
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].code, "no-gnuplot");
   for (const char* word : {"not on PATH", "install gnuplot", "gnuplot *.gp"})

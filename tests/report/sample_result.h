@@ -13,6 +13,19 @@ inline nlohmann::ordered_json sample_study() {
           {"equivalence", {{"margin", 0.01}, {"confidence", 0.95}}}};
 }
 
+/// One bin and one zone of it are outside.
+inline Character sample_character() {
+  Character character;
+  character.draws = 32;
+  character.psd = {{3, 6, 2e-17, {0.9, 1, 0.4, 2.1}}, {6, 12, 1e-17, {3.1, 1, 0.6, 1.6}}};
+  character.zones = {{0.0, 0.5, {0.97, 1, 0.81, 1.18}}, {0.5, 1.0, {1.25, 1, 0.93, 1.06}}};
+  character.slope_x_over_y = {1.02, 1, 0.9, 1.1};
+  character.length_over_width = {1.05, 1.08, 1, 1.2};
+  character.bright_share = {0.07, 0.06, 0.05, 0.08};
+  character.others = {{1.5e-6, 1.5, 1, "", 1.8, 0.65, 7.2}, {1e-6, 1, 0.6, "it has no grid", 0, 0, 0}};
+  return character;
+}
+
 /// A finished fit as the method would hand it over, with every kind of term and verdict in it.
 inline ResultDocument sample_result() {
   ResultDocument result;
@@ -75,7 +88,6 @@ inline ResultDocument sample_result() {
   result.surface.g = 1.984;
   result.surface.kappa = 0.9;
   result.surface.captured_fraction = 0.9917;
-  result.surface.zones = {{0.0, 0.5, 0.97, 0.81, 1.18}, {0.5, 1.0, 1.25, 0.93, 1.06}};
   for (const Eigen::Index k : {0, 1, 2, 3, 6, 7})
     result.metrics.push_back(tost(statistic_name(result.targets[std::size_t(k)].statistic), false, value[k],
                                   0.0, result.validated[k], 1e-3 * value[k], 0.01, 0.95));

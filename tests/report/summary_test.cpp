@@ -190,26 +190,28 @@ TEST(SummaryTable, ListsTheWorstOfWhatItLeavesOutUnlessAllIsAsked) {
   }
 }
 
-TEST(SummaryTable, MarksZonesOutsideTheSpreadOfDraws) {
-  const std::string text = summary_table(sample_result(), false);
-  EXPECT_NE(line_with(text, "0.000 .. 0.500").find("inside"), std::string::npos);
-  EXPECT_NE(line_with(text, "0.500 .. 1.000").find("OUTSIDE"), std::string::npos);
-}
-
-TEST(ZoneSlope, IsMoreEvenThanDrawsOnlyOnTheSideOfOne) {
-  const ZoneSlope edge{0.75, 1, 1.02, 1.22, 1.37}, middle{0.5, 0.75, 1.1, 0.51, 0.85};
-  EXPECT_TRUE(edge.more_even() && middle.more_even());
-  EXPECT_FALSE((ZoneSlope{0, 0.25, 0.6, 0.29, 0.9}).more_even());    // inside
-  EXPECT_FALSE((ZoneSlope{0, 0.25, 1.2, 0.29, 0.9}).more_even());    // too far beyond one
-  EXPECT_FALSE((ZoneSlope{0, 0.25, 0.1, 0.29, 0.9}).more_even());    // away from one
-  EXPECT_FALSE((ZoneSlope{0, 0.25, 1.04, 0.97, 1.03}).more_even());  // outside an interval about one
+TEST(SummaryTable, MarksWhatLiesOutsideTheSpreadOfDraws) {
+  ResultDocument result = sample_result();
+  result.character = sample_character();
+  std::string text = summary_table(result, false);
+  EXPECT_NE(line_with(text, "0.00 .. 0.50 R").find("inside"), std::string::npos);
+  EXPECT_NE(line_with(text, "0.50 .. 1.00 R").find("OUTSIDE"), std::string::npos);
+  EXPECT_NE(line_with(text, "6 .. 12 /m").find("OUTSIDE"), std::string::npos);
+  EXPECT_NE(line_with(text, "1.5 wavelengths").find("ee65"), std::string::npos);
+  EXPECT_NE(line_with(text, "stop of 60 %").find("it has no grid"), std::string::npos);
+  // The verdict's line names the worst of them.
+  EXPECT_NE(text.find("not of this roughness: PSD 3.1 times at 8.49 /m"), std::string::npos);
+  result.character->psd.pop_back();
+  result.character->zones.pop_back();
+  text = summary_table(result, false);
+  EXPECT_NE(text.find("PSD and shape those of draws"), std::string::npos);
 }
 
 TEST(SummaryTable, EndsWithTheWarningsAndTheirCodes) {
   const std::string text = summary_table(sample_result(), false);
   const std::size_t warning = text.find("WARNING   [realisation-spread] Draws of this");
   ASSERT_NE(warning, std::string::npos);
-  EXPECT_GT(warning, text.find("zone rho/R"));
+  EXPECT_GT(warning, text.find("Held out, judged but not fitted"));
   const std::vector<std::string> tail = lines(text.substr(warning));
   ASSERT_GE(tail.size(), 2u);
   EXPECT_TRUE(tail[1].starts_with(std::string(10, ' '))) << tail[1];
