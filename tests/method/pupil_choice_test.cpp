@@ -13,9 +13,9 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/fresh_verdict.h"
 #include "aberfit/method/judged_set.h"
-#include "aberfit/method/term_search.h"
 #include "aberfit/study/read_study.h"
 #include "aberfit/terms/modal_covariance.h"
 #include "short_form.h"
@@ -123,28 +123,6 @@ TEST(JudgingGrid, GivesWayWhereACoarserOneHasNoPatternAndTheSafeOneKeepsItsValue
   EXPECT_NEAR(double(safe.attempt.fresh.rays), safe.safe_cells, 0.02 * safe.safe_cells);
   EXPECT_TRUE(safe.attempt.fresh.value.allFinite());
   EXPECT_TRUE(safe.attempt.fresh.standard_error.hasNaN());
-}
-
-// A second look at a surface that has all that it asks for ends where it begins; the verdict on it is known.
-TEST(JudgingGrid, IsNotAskedAgainAboutWhatItHasSeen) {
-  const Study study = study_of("40 nm", R"({"theory": "ghs", "statistics": {"ee50": {}, "ee80": {}}})");
-  const Layout layout = lay_out(study, 1);
-  const RunContext context{2};
-  const FitCase of{study, layout.ground, layout.targets, context};
-  const TermsSpec terms = zernikes_up_to(16, CovarianceKind::kFull);
-  FitPlan plan = make_plan(study, std::make_shared<const TermPlan>(plan_terms(study, layout.ground, terms)));
-  const Attempt first = fit_on_enough_rays(of, plan, false);
-  ASSERT_EQ(first.bench->model, FocusModel::kWaves);
-  ASSERT_TRUE(first.met);
-  EXPECT_GT(first.fresh.rays, 0);
-  plan.warm = first.result.fit.white;
-  const Attempt again = fit_on_enough_rays(of, plan, false);
-  EXPECT_EQ(again.result.fit.iterations, 0);
-  EXPECT_GT(again.fresh.rays, 0);
-  plan.seen = plan.warm;
-  const Attempt seen = fit_on_enough_rays(of, plan, false);
-  EXPECT_TRUE(seen.result.fit.white == first.result.fit.white);
-  EXPECT_EQ(seen.fresh.rays, 0);
 }
 
 // Uniform roughness of g = 4: the core has exp(-16) of the light; of g = 2 a fiftieth.
@@ -305,27 +283,10 @@ TEST(SinglePrecision, IsForFitsOnManyCells) {
     EXPECT_FALSE(judged_in_single_precision(HUGE_VAL, targets));
     return in_single_precision(model, targets, cells);
   };
-  EXPECT_TRUE(fits(FocusModel::kWaves, kManyCells, 1.01e-4));
-  EXPECT_FALSE(fits(FocusModel::kWaves, kManyCells - 1, 1.01e-4));
-  EXPECT_FALSE(fits(FocusModel::kWaves, kManyCells, 0.99e-4));
-  EXPECT_FALSE(fits(FocusModel::kRays, kManyCells, 1.01e-4));
-}
-
-// Within two tolerances where a step takes ten seconds and two of them are a fifth of the margin.
-TEST(MetWithin, IsLooserOnVeryManyCellsWhereTolerancesAreSmall) {
-  const auto within = [](FocusModel model, Eigen::Index cells, double tolerance, const char* margin = "1 %",
-                         double wide = 0.01) {
-    TargetSets targets;
-    targets.fitted = {{EncircledEnergyRadius{0.8, 0}, 2e-5, 0, tolerance * 2e-5},
-                      {ScatterRms{}, 1e-5, 0, 1e-3 * 1e-5}};
-    return met_within(study_of("100 nm", "{}", margin), model, targets, cells, wide);
-  };
-  EXPECT_EQ(within(FocusModel::kWaves, kVeryManyCells, 1e-3), 2);
-  EXPECT_EQ(within(FocusModel::kWaves, kVeryManyCells, 1e-3, "1 %", HUGE_VAL), 1);
-  EXPECT_EQ(within(FocusModel::kWaves, kVeryManyCells - 1, 1e-3), 1);
-  EXPECT_EQ(within(FocusModel::kWaves, kVeryManyCells, 1.1e-3), 1);
-  EXPECT_EQ(within(FocusModel::kWaves, kVeryManyCells, 1e-3, "0.9 %"), 1);
-  EXPECT_EQ(within(FocusModel::kRays, kVeryManyCells, 1e-3), 1);
+  EXPECT_TRUE(fits(FocusModel::kWaves, law::kManyCells, 1.01e-4));
+  EXPECT_FALSE(fits(FocusModel::kWaves, law::kManyCells - 1, 1.01e-4));
+  EXPECT_FALSE(fits(FocusModel::kWaves, law::kManyCells, 0.99e-4));
+  EXPECT_FALSE(fits(FocusModel::kRays, law::kManyCells, 1.01e-4));
 }
 
 TEST(WavePitch, SaysWhatAsksForAGridThatNoMemoryHolds) {

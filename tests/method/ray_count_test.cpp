@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "aberfit/commands/run.h"
-#include "aberfit/method/term_search.h"
 #include "aberfit/study/read_study.h"
 #include "reference_scenes.h"
 
@@ -61,27 +60,21 @@ TEST(AutomaticRays, StayUntilFreshRaysSayTheSame) {
   EXPECT_NEAR(choice.gap, gap, 0.25 * gap);
 }
 
-TEST(AutomaticCells, AreEnoughWhereTheJudgingGridSaysTheSameOrIsMetOnVeryMany) {
+TEST(AutomaticCells, AreEnoughWhereTheJudgingGridSaysTheSame) {
   RayChoice choice;
   choice.allowed = 0.001;
-  const auto enough = [&](double gap, Eigen::Index cells, bool met) {
+  const auto enough = [&](double gap, Eigen::Index cells) {
     choice.gap = gap;
-    return explain_cells(cells, 0.1, met, &choice);
+    return explain_cells(cells, 0.1, &choice);
   };
-  EXPECT_TRUE(enough(0.0009, 3000, false));
+  EXPECT_TRUE(enough(0.0009, 3000));
   EXPECT_NE(choice.reason.find("3000 cells"), std::string::npos) << choice.reason;
   EXPECT_NE(choice.reason.find("up to 0.09 %, below 0.1 % (10 % of the margin)"), std::string::npos)
       << choice.reason;
-  EXPECT_FALSE(enough(0.0011, 3000, true));
-  EXPECT_FALSE(enough(0.0011, kVeryManyCells - 1, true));
-  EXPECT_FALSE(enough(0.0011, kVeryManyCells, false));
+  EXPECT_FALSE(enough(0.0011, 3000));
   EXPECT_NE(choice.reason.find("above 0.1 %"), std::string::npos) << choice.reason;
   EXPECT_EQ(choice.reason.find("tolerances"), std::string::npos) << choice.reason;
-  EXPECT_TRUE(enough(0.0011, kVeryManyCells, true));
-  EXPECT_NE(choice.reason.find("above 0.1 % (10 % of the margin); all of them are met there, too"),
-            std::string::npos)
-      << choice.reason;
-  EXPECT_FALSE(enough(HUGE_VAL, 3000, false));
+  EXPECT_FALSE(enough(HUGE_VAL, 3000));
   EXPECT_EQ(choice.reason, kNoValueToCompare);
 }
 

@@ -171,7 +171,7 @@ TEST(LightGuides, HoldAFitOfManyTermsAsClosely) {
   internal::hold_closer(of.sets.fitted.size(), terms->terms.size(), &guides);
   ASSERT_LT(guides.back().tolerance, 0.8 * of.sets.guides.back().tolerance) << "not many terms";
   const Attempt attempt = attempt_fit(fit_case, make_plan(of.study, terms));
-  ASSERT_TRUE(attempt.met) << attempt.result.fit.message;
+  ASSERT_TRUE(attempt.result.fit.status == FitStatus::kConverged) << attempt.result.fit.message;
   const Eigen::VectorXd values =
       attempt.bench->exact(of.study, attempt.result.fit.coefficients, statistics_of(guides), 2, nullptr);
   for (std::size_t k = 0; k < guides.size(); ++k)

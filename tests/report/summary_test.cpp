@@ -56,18 +56,6 @@ TEST(SummaryTable, SaysHowWellRaysOrCellsKnowTheSurfaceWhereTheProgramChoseThem)
   EXPECT_EQ(line_with(summary_table(result, false), "Cells"), "");
 }
 
-TEST(SummaryTable, SaysWhereAFitByWavesBegan) {
-  ResultDocument result = sample_result();
-  const auto json = [&] { return to_json(result, sample_study())["fit"]; };
-  EXPECT_EQ(line_with(summary_table(result, false), "by rays had led"), "");
-  EXPECT_FALSE(json().contains("begun_by_rays"));
-  result.begun_by_rays = RayApproach{3, 1.234};
-  EXPECT_EQ(line_with(summary_table(result, false), "by rays had led"),
-            "          begun where 3 fits by rays had led, 1.23 tolerances away in light");
-  EXPECT_EQ(json()["begun_by_rays"]["fits"], 3);
-  EXPECT_EQ(json()["begun_by_rays"]["mismatch_tolerances"], 1.234);
-}
-
 // Headline, table and JSON of one result say the same thing, whoever decides.
 TEST(SummaryTable, SaysWhatLightSaysBesideAVerdictInRays) {
   ResultDocument result = sample_result();
@@ -113,7 +101,7 @@ TEST(SummaryTable, SaysWhatWouldHelpWhereItIsNotEquivalent) {
   result.fit.out_of_iterations = true;
   EXPECT_NE(summary_table(result, false).find("fit.max_iterations"), std::string::npos);
   EXPECT_NE(summary_table(result, false).find("or more terms"), std::string::npos);
-  // After a search, larger sets of terms have been tried; with fewer modes than statistics none can do.
+  // Terms by the law carry the roughness; with fewer modes than statistics none can do.
   result.frontier = Frontier{};
   result.has_roughness = true;
   result.scene.n_eff = 1000;

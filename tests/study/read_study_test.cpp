@@ -141,7 +141,6 @@ TEST(ReadStudy, ReadsEveryBlock) {
   EXPECT_EQ(study.fit.prior, PriorMode::kZeroMean);
   EXPECT_EQ(study.fit.max_iterations, 50);
   EXPECT_EQ(study.fit.starts, 3);
-  EXPECT_TRUE(study.fit.second_look);
   EXPECT_EQ(study.fit.spherical_rms, 2e-6);
   EXPECT_EQ(study.fit.bound_sigmas, 4);
   EXPECT_EQ(study.equivalence.confidence, 0.9);
@@ -440,7 +439,7 @@ TEST(ResolvedStudy, HoldsEveryDefaultInSiUnits) {
     "target": {"theory": "auto", "convention": "physical", "statistics": {}},
     "terms": "auto",
     "trace": {"model": "auto", "pupil": "polar", "rays": "auto", "seed": 1, "normals": "analytic", "centre": "nominal"},
-    "fit": {"start": "draw", "seed": 1, "prior": "near-start", "max_iterations": 100, "starts": "auto", "second_look": false,
+    "fit": {"start": "draw", "seed": 1, "prior": "near-start", "max_iterations": 100, "starts": 1,
             "bound_sigmas": 0.0},
     "equivalence": {"margin": 0.01, "confidence": 0.95},
     "output": {"plots": true, "export": [], "export_grid": 257, "arrays": "none"},

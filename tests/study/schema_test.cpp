@@ -134,7 +134,6 @@ TEST(StudySchema, KnowsEveryKeyThatTheReaderTakes) {
                           "prior",
                           "max_iterations",
                           "starts",
-                          "second_look",
                           "spherical_rms",
                           "bound_sigmas",
                           "equivalence",

@@ -33,7 +33,7 @@ inline const char* const kFullStudy = R"json({
     "spherical": ["c4", "c6"], "covariance": "diagonal" },
   "trace": { "pupil": "sobol", "rays": 1e4, "seed": 18446744073709551615,
     "normals": { "central_difference": { "step": "1 um" } }, "centre": "centroid" },
-  "fit": { "start": "zero", "seed": 7, "prior": "zero-mean", "max_iterations": 50, "starts": 3, "second_look": true, "spherical_rms": "2 um",
+  "fit": { "start": "zero", "seed": 7, "prior": "zero-mean", "max_iterations": 50, "starts": 3, "spherical_rms": "2 um",
     "bound_sigmas": 4 },
   "equivalence": { "margin": "1 %", "confidence": 0.9 },
   "output": { "plots": false, "arrays": "npz" },
