@@ -278,7 +278,7 @@ void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
 }  // namespace internal
 
 int ensemble_draws(double spread) {
-  constexpr double kPrecision = 4.6;     // standard errors in a margin
+  constexpr double kPrecision = 6.9;     // predicted standard errors in a margin
   constexpr int kLeast = 2, kMost = 36;  // groups
   const double wanted = std::pow(kPrecision * spread, 2) / kEnsembleGroups;
   // Not a number where the spread is none: then as many as there may be.

@@ -113,7 +113,7 @@ TEST_F(ProgramRun, FitWritesThreeFilesAndReturnsItsVerdict) {
       EXPECT_EQ(out().find("EQUIVALENT"), std::string::npos) << out();
     }
     const std::string summary = read_file(file(results + "/summary.txt"));
-    const std::size_t at = summary.find("scatter_rms");
+    const std::size_t at = summary.find("scatter_rms  ");
     ASSERT_NE(at, std::string::npos);
     EXPECT_NE(summary.substr(at, 60).find(" urad"), std::string::npos) << summary.substr(at, 60);
     EXPECT_NE(err().find("results in " + results), std::string::npos) << err();
@@ -355,36 +355,6 @@ TEST(Interruption, KeepsTheBestSoFarJudgedAndMarked) {
     EXPECT_TRUE(std::any_of(result.warnings.begin(), result.warnings.end(),
                             [](const Warning& w) { return w.code == "interrupted"; }));
   }
-  EXPECT_THROW(stopped_after(kSeconds, 0), Interrupted);
-}
-
-// No set passes a margin of 0.02 %. The nearest, which has met its targets, is fitted once more; stopped on
-// the way, it is what it was.
-TEST(Interruption, OfTheLastFitOfASearchKeepsWhatTheSearchHadFound) {
-  const std::string text = R"({"aberfit": 1, "mirror": {"focal_length": 2.8},
-      "aperture": {"shape": "circle", "diameter": 0.4}, "light": {"wavelength": "632.8 nm"},
-      "roughness": {"psd": {"model": "uniform", "rms": "25 nm", "f_min": 2.5, "f_max": 7.5}},
-      "target": {"statistics": {"ee50": {}, "ee80": {}, "ee90": {}}}, "equivalence": {"margin": "0.02 %"}})";
-  int looks = 0;
-  RunOptions counting;
-  counting.interrupted = [&] { return ++looks < 0; };
-  const ResultDocument whole = run_fit(parse_study(text, "study.json"), counting);
-  EXPECT_NE(whole.verdict, Verdict::kEquivalent);
-  int in_the_last_fit = 0;
-  for (int percent = 30; percent <= 44; percent += 2) {
-    const ResultDocument result = stopped_after(text, percent * looks / 100);
-    EXPECT_TRUE(result.interrupted);
-    if (!result.frontier) continue;  // stopped before the search had ended
-    ++in_the_last_fit;
-    const auto& points = result.frontier->points;
-    const auto chosen =
-        std::find_if(points.begin(), points.end(), [](const FrontierPoint& point) { return point.chosen; });
-    ASSERT_NE(chosen, points.end());
-    EXPECT_EQ(chosen->terms, result.terms.size());
-    EXPECT_LE(chosen->fitted_mismatch, 1);
-    EXPECT_FALSE(result.metrics.empty());
-  }
-  EXPECT_GE(in_the_last_fit, 2);
 }
 
 TEST(Interruption, EndsTheRunOfAMap) {

@@ -60,7 +60,7 @@ TEST(WaveForward, GradientsOfTheWholeChainMatchDifferences) {
                                                                          : unit;
     const FitProblem problem = scene.problem({{statistic, 0, 0, size}}, FocusModel::kWaves);
     const FocusResiduals residual(problem, unit, 1);
-    EXPECT_LT(gradient_error(residual, draw_white(scene.prior.size(), 2), kStep), kPrecision)
+    EXPECT_LT(gradient_error(residual, draw_white(scene.prior.size(), 2), 0.3 * kStep), kPrecision)
         << statistic_name(statistic);
   }
 }
@@ -171,13 +171,13 @@ TEST(Calibrate, GoesOnForItsGuidesWhereItIsToldTo) {
     FitOptions options;
     options.stop_at = 1;
     options.guides_within = within;
-    const FitResult fit = calibrate(problem, draw_white(scene.prior.size(), 3), options);
+    const FitResult fit = calibrate(problem, draw_white(scene.prior.size(), 5), options);
     EXPECT_EQ(fit.status, FitStatus::kConverged) << fit.message;
     const Eigen::VectorXd values =
         focus_statistics(scene.path(FocusModel::kWaves), fit.coefficients, statistics, 1, nullptr);
     return std::abs(values[1] - guide.value) / guide.tolerance;
   };
-  EXPECT_GT(guide_after(0), 2);
+  ASSERT_GT(guide_after(0), 2) << "nothing tested";
   EXPECT_LE(guide_after(1), 1 + 1e-6);
   EXPECT_LE(guide_after(0.1), 0.1 + 1e-6);
 }

@@ -78,7 +78,7 @@ TEST(Judgement, RaysThatMeetLightAreJudgedInLight) {
   EXPECT_EQ(result.verdict, result.light->verdict);
   EXPECT_EQ(result.verdict, Verdict::kEquivalent);
   EXPECT_EQ(to_json(result, {})["equivalence"]["light"]["decides"], true);
-  EXPECT_EQ(summary_table(result, false).find("EQUIVALENT in light - all"), 0u);
+  EXPECT_EQ(summary_table(result, false).find("EQUIVALENT in light; "), 0u);
 }
 
 // 3,600 cells across: rays decide, with their difference to wave optics in every interval.
@@ -201,32 +201,6 @@ TEST(Judgement, WavesFitASmoothSurfaceToItsHarveyShackSpot) {
     if (metric.held_out) continue;
     EXPECT_EQ(metric.verdict, Verdict::kEquivalent) << metric.name;
   }
-}
-
-// A finer grid for a fit that comes near its targets; terms that cannot carry the roughness are as far off on
-// any (256 tolerances by 10 Zernikes, 254 on the finer grid).
-TEST(Judgement, OnlyFitsNearTheirTargetsGoOnToAFinerGrid) {
-  const auto fit = [](const char* rms, int order) {
-    return run_fit(
-        parse_study(
-            text_of(fmt::format(R"({{"model": "uniform", "rms": "{} nm", "f_min": 0.25, "f_max": 3}})", rms),
-                    "{}", "{}", R"({"shape": "circle", "diameter": "0.8 m"})",
-                    fmt::format(R"(, "terms": {{"zernike": {{"n_max": {}}}}},
-                                    "equivalence": {{"margin": "0.2 %"}})",
-                                order)),
-            "study.json"),
-        {});
-  };
-  const ResultDocument far = fit("100", 3), near = fit("40", 8);
-  for (const ResultDocument* result : {&far, &near}) {
-    ASSERT_EQ(result->model, "waves");
-    ASSERT_TRUE(result->ray_choice.has_value());
-    EXPECT_NE(result->fit.status, FitStatus::kConverged) << result->fit.message;
-  }
-  EXPECT_EQ(far.verdict, Verdict::kDifferent);
-  EXPECT_GT(far.ray_choice->gap, far.ray_choice->allowed);
-  EXPECT_LE(near.ray_choice->gap, near.ray_choice->allowed);
-  EXPECT_GT(near.rays, far.rays);
 }
 
 // Seconds a grid on large ones: who was asked to stop gets the surface and its verdict alone.

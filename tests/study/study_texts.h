@@ -241,7 +241,7 @@ inline std::vector<MalformedStudy> malformed_studies() {
       {"SphericalTwice", changed("/terms/spherical", R"(["c4", "c4"])"), "/terms/spherical/1", "at most once",
        true},
       {"SphericalC5", changed("/terms/spherical", R"(["c5"])"), "/terms/spherical/0", "\"c4\"", true},
-      {"OtherWordForTerms", changed("/terms", "\"all\""), "/terms", "\"auto\" or an object", true},
+      {"OtherWordForTerms", changed("/terms", "\"all\""), "/terms", "\"auto\", \"fewest\" or an object", true},
       {"OtherWordForRays", changed("/trace", R"({"rays": "many"})"), "/trace/rays", "\"auto\" or an integer",
        true},
       {"ConfidenceOne", changed("/equivalence/confidence", "1"), "/equivalence/confidence", "below 100 %",

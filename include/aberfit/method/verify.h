@@ -80,7 +80,8 @@ struct VerifyRays {
   std::vector<FourierMode> published_modes;  ///< of the published phase; empty: not asked for
 };
 
-/// Draws of an ensemble: as many as put 4.6 standard errors of the worst statistic's mean into its margin, so
+/// Draws of an ensemble: as many as put 4.6 standard errors, with a spread that is
+/// known to a factor 1.5 6.9 predicted ones, of the worst statistic's mean into its margin, so
 /// that equal means are `equivalent` in a dozen statistics at once: 1.75 for the interval (Student's t, 95 %,
 /// 15 degrees of freedom), 2.87 for the difference (normal, 5 % over 12, two-sided). spread: of single
 /// mirrors in the worst statistic, one standard deviation over the margin. A multiple of kEnsembleGroups from
