@@ -162,8 +162,8 @@ void take_psd_options(const std::map<std::string, std::string>& texts, CommandLi
 
 CLI::App* add_chart_command(CLI::App* app, CommandLine* line) {
   CLI::App* sub = add_study_command(
-      app, "chart",
-      "Speed against accuracy on this scene: theories, models, whole fits, cuts, then the kernels", line);
+      app, "chart", "Speed against accuracy on this scene: theories, models, whole fits, cuts of the band",
+      line);
   add_output(sub, line, kFolder);
   sub->add_option("--seconds", line->chart_seconds,
                   "About how long it may take, pictures left out (default: 60)")

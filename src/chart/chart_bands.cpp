@@ -8,14 +8,10 @@
 #include "aberfit/method/band_choice.h"
 #include "aberfit/method/fit_as_asked.h"
 #include "aberfit/method/judged_set.h"
-#include "chart_families.h"
+#include "chart_bench.h"
 
 namespace aberfit::internal {
 namespace {
-
-constexpr int kEvenCuts = 4;       // cuts in equal ratios, in the middles of equal parts of the band
-constexpr double kSameCut = 1.05;  // ratio of two that are not worth a fit each
-constexpr double kDearer = 2;  // a fit of the next cut over the last one: its terms are up to twice as many
 
 // Why no cut is charted; empty where cuts are.
 std::string why_no_cut(const ChartBench& bench) {
@@ -37,8 +33,9 @@ std::vector<BandSpec> bands_of(const ChartBench& bench) {
   // Below a cycle across a frequency tilts the mirror; above 1/lambda it does not scatter.
   const double low = std::max(bench.ground.psd->f_min(), 0.5 / bench.ground.radius),
                high = std::min(bench.ground.psd->f_max(), 1 / bench.task.wavelength);
-  for (int k = 0; k < kEvenCuts && low < high; ++k)
-    bands.push_back({BandRule::kCut, low * std::pow(high / low, (k + 0.5) / kEvenCuts)});
+  // In the middles of four equal parts of the band on a logarithmic axis: more would be left out for time.
+  for (double part = 0.125; part < 1 && low < high; part += 0.25)
+    bands.push_back({BandRule::kCut, low * std::pow(high / low, part)});
   return bands;
 }
 
@@ -59,7 +56,8 @@ std::vector<Cut> cuts_of(const ChartBench& bench) {
     const double end = end_of_terms(bench, layouts[k]);
     const auto near = std::find_if(cuts.begin(), cuts.end(), [&](const Cut& cut) {
       const double other = end_of_terms(bench, cut.layout);
-      return end <= kSameCut * other && other <= kSameCut * end;
+      // A twentieth apart, two cuts tell the same and are not worth a fit each.
+      return end <= 1.05 * other && other <= 1.05 * end;
     });
     const bool is_default = own == BandRule::kCut ? k == 2 : bands[k].rule == own;
     if (near != cuts.end()) {
@@ -92,12 +90,13 @@ void judge_row(const ChartBench& bench, const Layout& layout, const Attempt& att
     errors.push_back(std::abs(metric.difference) * margin / metric.margin);
     known_to = std::max(known_to, metric.standard_error * margin / metric.margin);
   }
-  const double light = worst_and_rms(errors).worst;
+  set_errors(errors, "targets of light", known_to, row);
+  const double light = row->error;
   const std::optional<BandShares>& shares = layout.ground.shares;
   const double spread = shares ? shares->spread * margin : 0;
   errors.push_back(spread);
-  set_errors(worst_and_rms(errors),
-             spread > light ? "mean of mirrors that share the terms" : "targets of light", known_to, row);
+  set_errors(errors, spread > light ? "mean of mirrors that share the terms" : "targets of light", known_to,
+             row);
   row->note =
       fmt::format("light {:.3g} %, spread {:.3g} %{}; TIS of the rest {:.2g} %", 100 * light, 100 * spread,
                   spread > 0 ? fmt::format(" ({})", shares->spread_of) : "", shares ? 100 * shares->tis : 0);
@@ -134,7 +133,8 @@ std::vector<ChartRow> fitted_rows(const ChartBench& bench, const std::vector<Cut
                                   const ChartClock& clock, std::string* left_out) {
   std::vector<ChartRow> rows;
   for (const Cut& cut : cuts) {
-    if (!rows.empty() && !cut.is_default && kDearer * rows.back().seconds > clock.left()) {
+    // The next fit takes up to twice as long as the last one: its terms are up to twice as many.
+    if (!rows.empty() && !cut.is_default && 2 * rows.back().seconds > clock.left()) {
       *left_out += (left_out->empty() ? "" : ", ") + setting_of(bench, cut);
       continue;
     }

@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "aberfit/chart/chart.h"
-#include "aberfit/focus/evaluate.h"
 #include "aberfit/method/groundwork.h"
-#include "aberfit/method/plan.h"
 #include "aberfit/method/run_context.h"
 
+// The families of a chart, one function each, and what they share. Flags of the rows and the name of their
+// family are left to make_chart.
 namespace aberfit::internal {
 
 /// What the errors of a family are held against.
@@ -18,17 +18,17 @@ struct ErrorLimit {
   std::string name;
 };
 
-/// What every family of a chart is measured on: the study with the surface its fit would start from.
+/// What every family of a chart is measured on: the study as `fit` lays it out, with the surface its fit
+/// would start from. Where the band is split the terms stand for the part below the cut alone; where all of
+/// it scatters there are none.
 struct ChartBench {
+  ChartBench(const Task& task, const RunContext& context);
+
   const Task& task;
   Groundwork ground;
   TargetSets targets;
   TermSet terms;
-  CoefficientPrior prior;
-  Eigen::VectorXd coefficients;       ///< a seeded draw of the prior [m]
-  std::vector<Statistic> statistics;  ///< the fitted ones
-  double tolerance = 0;               ///< smallest tolerance of a target, relative to its value
-  double smoothing = 0;               ///< half-width of the fit's last kernel [m]
+  Eigen::VectorXd coefficients;  ///< a seeded draw of the prior [m]
   int threads = 1;
   std::function<void(const std::string&)> say;
 
@@ -36,52 +36,19 @@ struct ChartBench {
   ErrorLimit third_of_margin() const {
     return {kModelShareOfMargin * task.equivalence.margin, "a third of the margin"};
   }
-  ErrorLimit least_tolerance() const { return {tolerance, "tolerance of the targets"}; }
 };
-/// All of the roughness by rays, whatever the scene needs.
-ChartBench bench_of_rays(const Task& task, Theory theory, const RunContext& context);
-/// As `fit` lays it out: its physics, and where the band is split the terms stand for the part below the cut
-/// alone. Where all of it scatters there are no terms.
-ChartBench bench_of_fit(const Task& task, const RunContext& context);
 
-/// L, O and S on one pupil; memory is reused from call to call.
-class ChartTrace {
- public:
-  ChartTrace(const ChartBench& bench, const TermSet& terms, PupilSample pupil, int threads);
-  /// Of the bench's terms on its threads.
-  ChartTrace(const ChartBench& bench, const PupilOptions& pupil);
-
-  const PupilSample& pupil() const { return pupil_; }
-  const SurfaceOperator& surface() const { return surface_; }
-  const RayBundle& nominal() const { return nominal_; }
-  const RayBundle& rays() const { return rays_; }
-  const SurfaceField& field() const { return field_; }
-  const std::vector<StatisticGradient>& gradients() const { return gradients_; }
-
-  /// Exact statistics of the surface with these coefficients [m].
-  Eigen::VectorXd exact(const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics);
-  /// The bench's statistics of its surface.
-  Eigen::VectorXd exact() { return exact(bench_.coefficients, bench_.statistics); }
-  /// Exact statistics of a surface error at the pupil points, however it was come by.
-  Eigen::VectorXd exact_of(const SurfaceField& field, const std::vector<Statistic>& statistics);
-  /// Smooth statistics, and by one adjoint pass per statistic their Jacobian (statistics x terms) where
-  /// wanted. False where one does not exist.
-  bool smooth(const Eigen::VectorXd& coefficients, const std::vector<Statistic>& statistics, double width,
-              Eigen::VectorXd* values, Eigen::MatrixXd* jacobian);
-
-  /// How many rays, terms and statistics of the bench there are.
-  void set_sizes(ChartRow* row) const;
-
- private:
-  const ChartBench& bench_;
-  int threads_;
-  PupilSample pupil_;
-  SurfaceOperator surface_;
-  RayBundle nominal_, rays_;
-  SurfaceField field_;
-  FocusWorkspace workspace_;
-  std::vector<StatisticGradient> gradients_;
-};
+/// Theories of the mean spot in focus, in light, against the aperture-exact one; its own error is what it
+/// leaves out. seconds, here and below: about how long the family may take.
+ChartFamily chart_theories(const ChartBench& bench, double seconds);
+/// Rays by number and waves by grid, of one surface: encircled energies in light against a finer grid.
+ChartFamily chart_models(const ChartBench& bench, double seconds);
+/// Fits of growing orders by rays, by waves that begin on a coarse grid, and by waves on the safe grid alone:
+/// what light says of the surfaces against their targets. Of terms and scatter no fit goes by rays.
+ChartFamily chart_fits(const ChartBench& bench, double seconds);
+/// Whole fits by where the roughness is split between terms and scatter: what light says of the mean, and how
+/// far mirrors that share the terms differ.
+ChartFamily chart_bands(const ChartBench& bench, double seconds);
 
 /// Seconds since it was made, against seconds it may take.
 class ChartClock {
@@ -91,7 +58,6 @@ class ChartClock {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   }
   double left() const { return budget_ - elapsed(); }
-  double budget() const { return budget_; }
 
  private:
   double budget_;
@@ -115,29 +81,12 @@ ChartRow row_of(const std::string& method, const std::string& parameter, double 
                 const std::string& unit = "1");
 void set_time(const ChartTime& time, ChartRow* row);
 
-/// Largest and root mean square of errors; both NaN where one of them is no number or there are none.
-struct StatisticErrors {
-  double worst = std::nan(""), rms = worst;
-};
-void set_errors(const StatisticErrors& errors, const std::string& reference, double error_of_reference,
+/// The largest of these errors and their root mean square, into a row; both are NaN where one of them is no
+/// number or there are none.
+void set_errors(const std::vector<double>& errors, const std::string& reference, double error_of_reference,
                 ChartRow* row);
-StatisticErrors worst_and_rms(const std::vector<double>& errors);
-/// How far values are off a reference, each relative to the reference (RingThrough: share of the light).
-/// Statistics without a reference do not count; one without a value makes both NaN.
-StatisticErrors statistic_errors(const Eigen::VectorXd& values, const Eigen::VectorXd& reference,
-                                 const std::vector<Statistic>& statistics);
-/// What a statistic's error is relative to.
-double statistic_scale(const Statistic& statistic, double reference);
 
 /// Targets of encircled energy.
 std::vector<Target> in_light(std::vector<Target> targets);
-
-/// The study's pupil, with no more than `most` rays.
-PupilOptions pupil_of_at_most(const Task& task, std::int64_t most);
-/// Nothing where the layout does not exist for the shape.
-std::optional<PupilSample> try_pupil(const Aperture& aperture, const PupilOptions& options);
-std::string name_of(PupilLayout layout);
-/// Mean of the square of the slope [rad^2].
-double mean_square_slope(const PupilSample& pupil, const SurfaceField& field);
 
 }  // namespace aberfit::internal

@@ -11,16 +11,10 @@
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
-#include "aberfit/theory/scattered_rays.h"
-#include "chart_families.h"
+#include "chart_bench.h"
 
 namespace aberfit::internal {
 namespace {
-
-// Grids for waves, pitches over the safe one; the reference lies below them.
-constexpr double kPitches[] = {4, 2.83, 2, 1.41, 1};
-constexpr double kReferencePitch = 0.73;
-constexpr std::int64_t kRayCounts[] = {4096, 16384, 65536, 262144};
 
 // The surface's statistics on a grid for waves.
 Eigen::VectorXd by_waves(const Task& task, const Groundwork& ground, const TermSet& terms,
@@ -43,12 +37,12 @@ std::string why_no_surface(const ChartBench& bench) {
 }
 
 // Largest |share - reference| / max(r dE/dr, 0.35) of encircled energies (PHYSICS 7).
-StatisticErrors light_errors(const Eigen::VectorXd& values, const Eigen::VectorXd& reference,
-                             const std::vector<Target>& aims) {
+std::vector<double> light_errors(const Eigen::VectorXd& values, const Eigen::VectorXd& reference,
+                                 const std::vector<Target>& aims) {
   std::vector<double> errors;
   for (Eigen::Index k = 0; k < values.size(); ++k)
     errors.push_back(std::abs(values[k] - reference[k]) / aims[std::size_t(k)].relative_to());
-  return worst_and_rms(errors);
+  return errors;
 }
 
 }  // namespace
@@ -128,13 +122,6 @@ struct ModelRows {
     return by_waves(bench.task, bench.ground, bench.terms, bench.coefficients, statistics, pitch,
                     bench.threads);
   }
-  // The scatter of a split turns every ray by a slope of its own.
-  Eigen::VectorXd by_rays(ChartTrace* at) const {
-    SurfaceField field;
-    at->surface().apply(bench.coefficients, &field);
-    if (bench.ground.split) add_scatter(*bench.ground.split, at->pupil(), kScatterSeed, &field);
-    return at->exact_of(field, statistics);
-  }
   ChartRow& add(const char* method, const char* parameter, double value,
                 const std::function<Eigen::VectorXd()>& run) {
     bench.say(fmt::format("chart: {} with {:.0f} {}", method, value, parameter));
@@ -147,7 +134,8 @@ struct ModelRows {
     return rows.back();
   }
   void add_waves(double pitch, const ChartClock& clock) {
-    for (const double coarser : kPitches) {
+    // Pitches over the safe one, each grid with twice as many cells as the one before.
+    for (const double coarser : {4.0, 2.83, 2.0, 1.41, 1.0}) {
       if (waves > 0 && 3 * rows.back().seconds > clock.left()) break;
       ChartRow& row = add("waves", "cells across", std::round(cells_across(coarser * pitch)),
                           [&] { return on_grid(coarser * pitch); });
@@ -155,29 +143,37 @@ struct ModelRows {
       ++waves;
     }
   }
+  // From too few for any statistic to enough for a tenth of a percent; four times as many take four times as
+  // long and, as the root of their number, halve the error at least.
   void add_rays(const ChartClock& clock) {
     const PupilOptions& own = bench.task.trace.pupil;
-    const std::int64_t wanted = own.rays.value_or(first_rays(bench.terms.size()));
+    const std::int64_t wanted = own.rays.value_or(first_rays(bench.terms.size())), most = 262144;
     bool taken = bench.ground.use.model != FocusModel::kRays;
-    for (const std::int64_t rays : kRayCounts) {
-      if (clock.left() < 0) break;
-      ChartTrace at(bench, {own.layout, rays, own.seed});
-      ChartRow& row = add("rays", "rays", double(rays), [&] { return by_rays(&at); });
-      row.rays = at.pupil().size();
+    for (std::int64_t rays = 4096; rays <= most; rays *= 4) {
+      if (rays > 4096 && 4 * rows.back().seconds > clock.left()) break;
+      const Workbench at(bench.task, FocusModel::kRays, {own.layout, rays, own.seed}, 0, bench.terms,
+                         bench.threads, bench.ground.split);
+      ChartRow& row = add("rays", "rays", double(rays), [&] {
+        return at.exact(bench.task, bench.coefficients, statistics, bench.threads, nullptr);
+      });
+      row.rays = at.pupil.size();
       // The study's number, or the next that is charted.
-      row.is_default = !taken && (rays >= wanted || rays == *std::rbegin(kRayCounts));
+      row.is_default = !taken && (rays >= wanted || rays == most);
       taken = taken || row.is_default;
     }
   }
-  void compare(double reference_pitch) {
+  // With a grid of twice the cells of the safe one. The error is of second order in the pitch, so there it is
+  // half of the safe grid's, and as large as what the two differ by; less than that where a coarser one was
+  // last.
+  void compare(double safe_pitch) {
     bench.say("chart: waves, reference");
-    const Eigen::VectorXd truth = on_grid(reference_pitch);
-    const std::string reference = fmt::format("waves, {:.0f} cells across", cells_across(reference_pitch));
-    // An error of second order in the pitch.
-    const double doubt =
-        kReferencePitch * kReferencePitch * light_errors(values[waves - 1], truth, aims).worst;
+    const double pitch = std::sqrt(0.5) * safe_pitch;
+    const Eigen::VectorXd truth = on_grid(pitch);
+    const std::string reference = fmt::format("waves, {:.0f} cells across", cells_across(pitch));
     for (std::size_t k = 0; k < rows.size(); ++k)
-      set_errors(light_errors(values[k], truth, aims), reference, doubt, &rows[k]);
+      set_errors(light_errors(values[k], truth, aims), reference, 0, &rows[k]);
+    const double doubt = rows[waves - 1].error;
+    for (ChartRow& row : rows) row.error_of_reference = doubt;
   }
 };
 
@@ -197,7 +193,7 @@ ChartFamily chart_models(const ChartBench& bench, double seconds) {
     const double pitch = wave_pitch(bench.task, bench.terms, seen, bench.ground.split.get());
     models.add_waves(pitch, clock);
     models.add_rays(clock);
-    models.compare(kReferencePitch * pitch);
+    models.compare(pitch);
   } catch (const ComputationError& error) {
     family.skipped = fmt::format("No grid holds the light: {}.", error.what());
     return family;
@@ -246,17 +242,6 @@ TermsSpec zernikes_to(int order, const TermsSpec& asked) {
   return terms;
 }
 
-// The ways of one fit that are compared.
-struct FitWay {
-  const char* method;
-  FocusModel model;
-  bool coarse_first;
-  double dearer;  // than what was timed last: another order, or the safe grid instead of a coarse one
-};
-constexpr FitWay kFitWays[] = {{"rays", FocusModel::kRays, false, 2},
-                               {"waves, coarse grid first", FocusModel::kWaves, true, 2},
-                               {"waves, safe grid alone", FocusModel::kWaves, false, 10}};
-
 }  // namespace
 
 ChartFamily chart_fits(const ChartBench& bench, double seconds) {
@@ -281,7 +266,15 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
   std::string skipped;
   double last = 0;
   const Task of_rays = seen_by_rays(bench.task);
-  for (const FitWay& way : kFitWays) {
+  struct FitWay {
+    const char* method;
+    FocusModel model;
+    bool coarse_first;
+    double dearer;  // than what was timed last: another order, or the safe grid instead of a coarse one
+  };
+  for (const FitWay& way : {FitWay{"rays", FocusModel::kRays, false, 2},
+                            FitWay{"waves, coarse grid first", FocusModel::kWaves, true, 2},
+                            FitWay{"waves, safe grid alone", FocusModel::kWaves, false, 10}}) {
     const bool by_rays = way.model == FocusModel::kRays;
     if (by_rays && split) continue;  // no fit goes that way
     const Task& task = by_rays ? of_rays : bench.task;

@@ -82,16 +82,10 @@ Json to_json(const Chart& chart, const Json& study, const Provenance& provenance
                         {"skipped", family.skipped.empty() ? Json(nullptr) : Json(family.skipped)}});
     for (const ChartRow& row : family.rows) rows.push_back(row_json(row));
   }
-  Json law = nullptr;
-  if (chart.step_law)
-    law = {{"truncation_per_m2", json_number(chart.step_law->truncation)},
-           {"roundoff_m", json_number(chart.step_law->roundoff)},
-           {"best_step_m", json_number(chart.step_law->best_step())}};
   return {{"aberfit", 1},
           {"kind", "chart"},
           {"study", study},
           {"machine", {{"threads", chart.threads}, {"instruction_set", chart.instruction_set}}},
-          {"central_difference_law", law},
           {"families", families},
           {"rows", rows},
           {"budget_seconds", json_number(chart.budget_seconds)},

@@ -70,16 +70,9 @@ std::string family_text(const ChartFamily& family) {
 
 std::string setting_text(const ChartRow& row) {
   if (!std::isfinite(row.value)) return row.method;
-  std::string value;
-  if (row.unit == "m")
-    value = metres_text(row.value);
-  else if (row.value == std::floor(row.value) && row.value >= 1)
-    value = grouped(row.value);
-  else
-    value = fmt::format("{:.3g}", row.value);
-  const bool named = row.unit != "m" && row.unit != "1";
-  return fmt::format("{}, {} {}{}{}", row.method, row.parameter, value, named ? " " : "",
-                     named ? row.unit : "");
+  const std::string value =
+      row.value == std::floor(row.value) ? grouped(row.value) : fmt::format("{:.3g}", row.value);
+  return fmt::format("{}, {} {}{}", row.method, row.parameter, value, row.unit == "1" ? "" : " " + row.unit);
 }
 
 std::string summary_table(const Chart& chart) {
@@ -87,10 +80,6 @@ std::string summary_table(const Chart& chart) {
   text += fmt::format("{}, kernels for {}; {:.1f} s of {:.3g} s\n", plural(chart.threads, "thread"),
                       chart.instruction_set, chart.seconds, chart.budget_seconds);
   for (const ChartFamily& family : chart.families) text += family_text(family);
-  if (chart.step_law)
-    text +=
-        fmt::format("\nCentral differences: the law of truncation and rounding has its best step at {}.\n",
-                    metres_text(chart.step_law->best_step()));
   for (const Warning& warning : chart.warnings)
     text += fmt::format("\n{}", paragraph("WARNING", fmt::format("[{}] {}", warning.code, warning.message)));
   return text;

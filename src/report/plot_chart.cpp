@@ -30,31 +30,23 @@ std::string thousands(double count) {
   return fmt::format("{:g}", count);
 }
 
-std::string two_digits(double length) {
-  const double unit = std::pow(10.0, std::floor(std::log10(length)) - 1);
-  return display(unit * std::round(length / unit), Dimension::kLength);
-}
-
 std::string short_label(const ChartRow& row) {
   if (!std::isfinite(row.value)) return row.method;
-  if (row.unit == "m") return two_digits(row.value);
-  if (row.parameter == "points") return "";  // the series says it all
   if (row.parameter == "rays") return thousands(row.value);
   if (row.unit == "/m") return fmt::format("{:.3g} /m", row.value);
-  if (row.value < 1e-3) return fmt::format("{:.0e}", row.value);
   return fmt::format("{:g}", row.value);
 }
 
-// `set xtics` at the powers of ten (the axis holds one) with the prefix in the label, and small ones between.
-// gnuplot's own prefixes know no micro sign.
-std::string decade_tics(double low, double high, const std::string& unit) {
+// `set xtics` of seconds at the powers of ten (the axis holds one) with the prefix in the label, and small
+// ones between. gnuplot's own prefixes know no micro sign.
+std::string decade_tics(double low, double high) {
   static const char* const kPrefixes[] = {"p", "n", "µ", "m", "", "k", "M"};
   std::string tics;
   const int first = int(std::ceil(std::log10(low) - 1e-9)), last = int(std::floor(std::log10(high) + 1e-9));
   for (int e = first; e <= last; ++e) {
     const int group = std::clamp((e + 300) / 3 - 100, -4, 2);
-    tics += fmt::format("{}'{:g} {}{}' 1e{}", tics.empty() ? "" : ", ", std::pow(10.0, e - 3 * group),
-                        kPrefixes[group + 4], unit, e);
+    tics += fmt::format("{}'{:g} {}s' 1e{}", tics.empty() ? "" : ", ", std::pow(10.0, e - 3 * group),
+                        kPrefixes[group + 4], e);
     for (int k = 2; k < 10; ++k) tics += fmt::format(", '' {}e{} 1", k, e);
   }
   for (int k = 2; k < 10; ++k) tics += fmt::format("{}'' {}e{} 1", tics.empty() ? "" : ", ", k, first - 1);
@@ -119,7 +111,7 @@ class FamilyPicture {
         "set xlabel {} noenhanced\nset ylabel {} noenhanced offset 0.5,0\n"
         "set grid xtics ytics\n{}{}plot {}\n",
         kLeft, kRight, kLow, kHigh, picture_title(family_.title, study_title), x_.low, x_.high, y_.low,
-        y_.high, decade_tics(x_.low, x_.high, "s"), gnuplot_text("time of " + family_.timed),
+        y_.high, decade_tics(x_.low, x_.high), gnuplot_text("time of " + family_.timed),
         gnuplot_text(family_.error_of + (has_zero_ ? " (0 at the lower edge)" : "")), tolerance_mark(),
         labels(), plots.substr(0, plots.size() - std::string(", \\\n").size()));
     picture.data.emplace_back(name + ".dat", data_);
@@ -223,7 +215,6 @@ class FamilyPicture {
     std::string text;
     for (const ChartRow* row : rows) {
       const std::string label = short_label(*row);
-      if (label.empty()) continue;
       const auto place = places_.put(pixel_x(row->seconds), pixel_y(shown_error(*row)),
                                      rank(row) == 0 ? 2.4 * kMark : kMark + 2, label);
       if (!place) continue;
@@ -246,51 +237,6 @@ class FamilyPicture {
   LabelPlaces places_{kWidth * (kRight - kLeft), kHeight*(kHigh - kLow)};
 };
 
-// Slope error against step, with the law of truncation and rounding.
-Picture step_picture(const Chart& chart, const ChartFamily& slopes) {
-  const std::string name = "chart_normals_step";
-  Picture picture{name, script_head(name, kWidth, 800), {}};
-  std::vector<double> step, error;
-  for (const ChartRow& row : slopes.rows)
-    if (std::isfinite(row.value) && row.error > 0) {
-      step.push_back(row.value);
-      error.push_back(row.error);
-    }
-  if (step.empty()) return {};
-  picture.add_columns(name + ".dat", {"Central differences: step [m], RMS slope error over RMS slope"},
-                      {array_of(step), array_of(error)});
-  const auto [lowest, highest] = std::minmax_element(error.begin(), error.end());
-  double low = *lowest / 5;
-  std::string law, lines;
-  if (chart.step_law) {
-    const double best = chart.step_law->best_step();
-    low = std::min(low, (*chart.step_law)(best) / 5);
-    law = fmt::format(
-        "t = {:.9g}\nr = {:.9g}\n"
-        "set arrow from first {:.9g}, graph 0 to first {:.9g}, graph 1 nohead linecolor rgb '{}' dashtype 2\n"
-        "set label {} noenhanced at first {:.9g}, graph 0.95 left offset 1,0\n",
-        chart.step_law->truncation, chart.step_law->roundoff, best, best, kIdealColour,
-        gnuplot_text("best step by the law: " + two_digits(best)), best);
-    lines = fmt::format(
-        "t*x**2 with lines linecolor rgb '{0}' linewidth 2 dashtype 1 title 'truncation, 0.0932 "
-        "(2πf_{{max}}d)^2 for a flat PSD', \\\n"
-        "  r/x with lines linecolor rgb '#009E73' linewidth 2 dashtype 1 title 'rounding of the sag, as "
-        "1/d', \\\n  ",
-        kFittedColour);
-  }
-  const double least = 0.5 * *std::min_element(step.begin(), step.end()),
-               most = 2 * *std::max_element(step.begin(), step.end());
-  picture.script += fmt::format(
-      "set termoption enhanced\nset title {} noenhanced\nset logscale xy\nset samples 400\n"
-      "set xrange [{:.9g}:{:.9g}]\nset yrange [{:.9g}:{:.9g}]\n"
-      "{}set format y '10^{{%L}}'\nset grid xtics ytics\nset key spacing 1.15\n"
-      "set xlabel 'step d of the central difference'\nset ylabel {} noenhanced\n{}"
-      "plot {}'{}.dat' using 1:2 with points pointtype 7 pointsize 1.4 linecolor rgb '{}' title 'measured'\n",
-      picture_title("Normals by central differences", chart.title), least, most, low, 5 * *highest,
-      decade_tics(least, most, "m"), gnuplot_text(slopes.error_of), law, lines, name, kTargetColour);
-  return picture;
-}
-
 }  // namespace
 
 std::vector<std::string> write_chart_plots(const Chart& chart, const std::string& directory,
@@ -299,9 +245,6 @@ std::vector<std::string> write_chart_plots(const Chart& chart, const std::string
   for (const ChartFamily& family : chart.families) {
     FamilyPicture maker(family);
     if (!maker.empty()) pictures.push_back(maker.picture(chart.title));
-    if (family.name != "normals-slope") continue;
-    if (Picture steps = step_picture(chart, family); !steps.name.empty())
-      pictures.push_back(std::move(steps));
   }
   return draw_pictures(pictures, directory, warnings);
 }

@@ -44,21 +44,4 @@ double captured_fraction(const RadialPsd& psd, double radius, int n_min, int n_m
   return sum / total;
 }
 
-int captured_order(const RadialPsd& psd, double radius, double fraction, int limit) {
-  constexpr int kFirst = 2;
-  const double total = finite_height_variance(psd);
-  // Doubling spares low orders the cost of the limit; each round starts afresh because the nodes depend on
-  // the top order.
-  for (int top = std::min(limit, 32);; top = std::min(limit, 2 * top)) {
-    if (top < kFirst) return limit;
-    const Eigen::ArrayXd variances = zernike_variances(psd, radius, kFirst, top);
-    double sum = 0;
-    for (int n = kFirst; n <= top; ++n) {
-      sum += (n + 1) * variances[n - kFirst];
-      if (sum >= fraction * total) return n;
-    }
-    if (top == limit) return limit;
-  }
-}
-
 }  // namespace aberfit

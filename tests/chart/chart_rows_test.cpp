@@ -1,7 +1,6 @@
-// Which rows of a chart are flagged, and the law of central differences.
+// Which rows of a chart are flagged.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string>
 
 #include "chart/hand_made_rows.h"
@@ -57,15 +56,6 @@ TEST(ChartFrontier, ClaimsNoToleranceThatIsMissedOrThatTheReferenceCannotTell) {
   vague.error_of_reference = 0.1;
   EXPECT_EQ(cheapest(family({vague, row("b", 2, 0.01)}, 0.05)), "b");
   EXPECT_EQ(frontier(family({vague, row("b", 2, 0.01)}, 0.05)), "a");
-}
-
-TEST(StepLaw, HasItsBestStepWhereTruncationAndRoundingBalance) {
-  // PHYSICS 8: uniform PSD to 1000 /m, s = 6.3e-6: best step (2.6e-15 / f_max^2)^(1/3).
-  const double f_max = 1000, u = 2 * 3.14159265358979 * f_max;
-  const StepLaw law{0.0932 * u * u, 1.2e-19 / 6.3e-6};
-  const double best = std::cbrt(2.6e-15 / (f_max * f_max));
-  EXPECT_NEAR(law.best_step(), best, 0.01 * best);  // two printed digits
-  for (const double away : {0.8, 1.25}) EXPECT_GT(law(away * law.best_step()), law(law.best_step()));
 }
 
 }  // namespace

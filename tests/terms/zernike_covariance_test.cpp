@@ -175,14 +175,3 @@ TEST(CapturedFraction, IsTheSumOfTheCovarianceDiagonals) {
   EXPECT_EQ(captured_fraction(psd, 0.2, 2, 1), 0);
   EXPECT_THROW(captured_fraction(kolmogorov(), 0.5, 2, 8), ComputationError);
 }
-
-TEST(CapturedOrder, IsTheFirstOrderThatReachesTheFraction) {
-  for (const double f_max : {19.96, 39.92}) {
-    const RadialPsd psd(UniformPsd{1e-7, 2.5, f_max});
-    const int order = captured_order(psd, 0.2, 0.99, 300);
-    EXPECT_GE(captured_fraction(psd, 0.2, 2, order), 0.99);
-    EXPECT_LT(captured_fraction(psd, 0.2, 2, order - 1), 0.99);
-    RecordProperty(f_max < 30 ? "order_19_96" : "order_39_92", order);
-  }
-  EXPECT_EQ(captured_order(RadialPsd(UniformPsd{1e-7, 2.5, 19.96}), 0.2, 0.99, 10), 10);
-}

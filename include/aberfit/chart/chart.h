@@ -1,7 +1,6 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +13,8 @@ namespace aberfit {
 /// One method with one setting: what it misses and what it takes.
 struct ChartRow {
   std::string family;                ///< name of the ChartFamily it belongs to
-  std::string method;                ///< "polar", "central difference", "adjoint", ...
-  std::string parameter, unit;       ///< what is varied, and its SI unit (or "1")
+  std::string method;                ///< "rays", "waves", "terms and scatter", ...
+  std::string parameter, unit;       ///< what is varied, and its SI unit: "1", or "/m" of f_c
   double value = std::nan("");       ///< of the parameter; NaN: the method has none
   std::int64_t rays = 0, terms = 0;  ///< sizes it was measured with
   std::int64_t statistics = 0;
@@ -45,20 +44,10 @@ struct ChartFamily {
   std::string skipped;  ///< why there are no rows, one sentence; empty where there are some
 };
 
-/// What central differences of step d [m] do to the slopes, PHYSICS 8: RMS error over the RMS slope is
-/// `truncation` d^2 + `roundoff` / d.
-struct StepLaw {
-  double truncation = 0;  ///< [1/m^2]: 0.0932 (2 pi f_max)^2 for a uniform PSD
-  double roundoff = 0;    ///< [m]: 1.2e-19 m over the RMS slope per axis, for a rim of 3.57 mm
-  double best_step() const { return std::cbrt(roundoff / (2 * truncation)); }
-  double operator()(double step) const { return truncation * step * step + roundoff / step; }
-};
-
 /// Speed against accuracy on one scene.
 struct Chart {
   std::string title;  ///< of the task, for people
   std::vector<ChartFamily> families;
-  std::optional<StepLaw> step_law;
   std::string instruction_set;  ///< of the kernels
   int threads = 1;
   double budget_seconds = 0;  ///< what was asked for
@@ -72,10 +61,10 @@ struct Chart {
 /// never flagged.
 void mark_rows(ChartFamily* family);
 
-/// Every method and setting on the study's own scene: its error against a reference and its time. Which
-/// settings are measured, on how many rays and against how fine a reference depends on the budget [s], about
-/// what it may take, and on the machine; every row says it. The study has statistics as targets, no map.
-/// Throws ComputationError where the surface that all is measured on is flat.
+/// Theories, rays and waves of one surface, whole fits and cuts of the band, on the study's own scene: each
+/// with its error in light and its time. What is measured, and against how fine a reference, depends on the
+/// budget [s], about what it may take, and on the machine; every row says it. A family that the scene does
+/// not have says why. The study has statistics as targets, no map.
 Chart make_chart(const Task& task, double budget, const RunContext& context);
 
 }  // namespace aberfit

@@ -20,12 +20,11 @@ nlohmann::ordered_json to_json(const Chart& chart, const nlohmann::ordered_json&
 /// one that meets the tolerance, and what the first costs more.
 std::string summary_table(const Chart& chart);
 
-/// "65,536 rays polar", "1 um central difference": a row by its setting.
+/// "rays, rays 65,536", "terms and scatter, f_c 12.5 /m": a row by its setting.
 std::string setting_text(const ChartRow& row);
 
 /// Pictures below `directory`/plots: one per family, error against time with the frontier, today's setting
-/// and the cheapest within tolerance marked; chart_normals_step, slope error against step with the law beside
-/// it. As write_plots.
+/// and the cheapest within tolerance marked. As write_plots.
 std::vector<std::string> write_chart_plots(const Chart& chart, const std::string& directory,
                                            Warnings* warnings);
 

@@ -65,8 +65,6 @@ Eigen::VectorXd draw_white(Eigen::Index size, std::uint64_t seed);
 /// Share of the PSD's height variance over the disc that Zernikes n_min..n_max carry, sum of variances /
 /// height variance of the band.
 double captured_fraction(const RadialPsd& psd, double radius, int n_min, int n_max);
-/// Smallest n_max with captured_fraction >= fraction (n_min = 2), at most `limit`; `limit` when not reached.
-int captured_order(const RadialPsd& psd, double radius, double fraction, int limit);
 
 /// `count` plane waves of the half plane that sample the PSD's band: log-uniform rings with golden-angle
 /// directions (stratified by seed). The share of height variance each stands for is what make_prior gives it.
