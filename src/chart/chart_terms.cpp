@@ -8,6 +8,7 @@
 
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
+#include "aberfit/method/constants.h"
 #include "chart_families.h"
 
 namespace aberfit::internal {
@@ -240,7 +241,7 @@ struct WaveSets {
 std::optional<int> count_of_today(const ChartBench& bench) {
   if (!bench.task.terms.fourier || !bench.terms.zernike.empty() || bench.terms.fourier_pitch > 0)
     return std::nullopt;
-  return bench.task.terms.fourier->count.value_or(kUsualWaves);
+  return bench.task.terms.fourier->count.value_or(law::kUsualWaves);
 }
 
 std::vector<int> counts_to_try(const std::optional<int>& today) {

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "aberfit/method/constants.h"
+
 namespace aberfit {
 namespace {
 
@@ -12,13 +14,13 @@ TEST(EnsembleDraws, MakeTheMeanAsSureAsTheMarginNeeds) {
   // 4.6 standard errors spread/sqrt(draws) in the margin, in whole groups.
   for (const double spread : {1.3, 2.0, 3.0, 5.0}) {
     const int draws = ensemble_draws(spread);
-    EXPECT_EQ(draws % kEnsembleGroups, 0);
+    EXPECT_EQ(draws % law::kGroups, 0);
     EXPECT_LE(4.6 * spread / std::sqrt(double(draws)), 1 + 1e-12);
-    EXPECT_GT(4.6 * spread / std::sqrt(double(draws - kEnsembleGroups)), 1 - 1e-12);
+    EXPECT_GT(4.6 * spread / std::sqrt(double(draws - law::kGroups)), 1 - 1e-12);
   }
-  EXPECT_EQ(ensemble_draws(1e-6), 2 * kEnsembleGroups);
-  EXPECT_EQ(ensemble_draws(50), 36 * kEnsembleGroups);
-  EXPECT_EQ(ensemble_draws(NAN), 36 * kEnsembleGroups);
+  EXPECT_EQ(ensemble_draws(1e-6), 2 * law::kGroups);
+  EXPECT_EQ(ensemble_draws(50), law::kMostGroupDraws * law::kGroups);
+  EXPECT_EQ(ensemble_draws(NAN), law::kMostGroupDraws * law::kGroups);
 }
 
 TEST(ShareMetric, IsTheRadiusWhereTheCurveIsSteep) {
