@@ -6,6 +6,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/method/band_choice.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/fit_as_asked.h"
 #include "aberfit/method/judged_set.h"
 #include "chart_bench.h"
@@ -161,7 +162,7 @@ ChartFamily chart_bands(const ChartBench& bench, double seconds) {
       "mean miss, held out or not, and one standard deviation of what mirrors that share the terms differ by "
       "in "
       "the light that is judged. The automatic cut keeps the second below {:.0f} % of the margin.",
-      100 * kSpreadShareOfMargin);
+      100 * law::kShareOfMargin);
   if (!left_out.empty()) family.remark += " Left out for time: " + left_out + ".";
   return family;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "aberfit/chart/chart.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/method/run_context.h"
 
@@ -34,7 +35,7 @@ struct ChartBench {
 
   ErrorLimit margin() const { return {task.equivalence.margin, "margin of equivalence"}; }
   ErrorLimit third_of_margin() const {
-    return {kModelShareOfMargin * task.equivalence.margin, "a third of the margin"};
+    return {law::kShareOfMargin * task.equivalence.margin, "a third of the margin"};
   }
 };
 

@@ -8,6 +8,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/forward/statistics_with_error.h"
 #include "aberfit/method/attempt.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/method/ray_count.h"
@@ -298,7 +299,7 @@ ChartFamily chart_fits(const ChartBench& bench, double seconds) {
           task, std::make_shared<const TermPlan>(plan_terms(task, ground, zernikes_to(order, task.terms))));
       plan.pupil.rays = first_rays(plan.terms->terms.size());
       plan.automatic_rays = false;
-      if (way.coarse_first) plan.coarsening = kFirstCoarsening;
+      if (way.coarse_first) plan.coarsening = law::kFirstCoarsening;
       Attempt attempt = attempt_fit(of, plan);
       last = fit_clock.elapsed();
       ChartRow row = row_of(way.method, "n_max", order);

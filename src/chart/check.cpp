@@ -8,6 +8,7 @@
 #include "aberfit/fit/calibrate.h"
 #include "aberfit/method/attempt.h"
 #include "aberfit/method/band_choice.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/fit_as_asked.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
@@ -23,8 +24,8 @@ std::optional<CheckedCells> checked_cells(const Task& task, const Groundwork& gr
   const std::vector<Target> all = all_targets(targets);
   try {
     const double across = 2 * ground.radius;
-    return CheckedCells{across / wave_pitch(task, terms, all, ground.split.get(), kFirstCoarsening),
-                        across / judging_pitch(task, terms, all, ground.split.get())};
+    return CheckedCells{across / wave_pitch(task, terms, all, ground.split.get(), law::kFirstCoarsening),
+                        across / wave_pitch(task, terms, all, ground.split.get())};
   } catch (const ComputationError&) {
     return std::nullopt;
   }
@@ -39,7 +40,7 @@ class FirstIteration {
         bench_(of.task, of.ground.use.model, rays(), pitch(coarsening), plan.terms, of.context.threads,
                of.ground.split),
         spectrum_(make_spectrum_target(of.task, of.ground, plan.terms, plan.prior, of.context.threads)) {
-    bench_.wide_circles = wide_circles(of.task, of.ground, of.targets, kWideShareOfFit);
+    bench_.wide_circles = wide_circles(of.task, of.ground, of.targets);
     bench_.single_precision = in_single_precision(of.ground.use.model, of.targets, bench_.pupil.size());
   }
 
@@ -53,10 +54,10 @@ class FirstIteration {
   /// A look at the draw on the points that the verdict takes first.
   void judge(CheckedCost* cost) const {
     const FocusModel model = of_.ground.use.model;
-    const double wide = wide_circles(of_.task, of_.ground, of_.targets, kWideShareOfVerdict);
+    const double wide = wide_circles(of_.task, of_.ground, of_.targets);
     const double fresh_pitch =
         model == FocusModel::kWaves
-            ? judging_pitch(of_.task, plan_.terms, all_targets(of_.targets), of_.ground.split.get())
+            ? wave_pitch(of_.task, plan_.terms, all_targets(of_.targets), of_.ground.split.get())
             : 0;
     // An iteration on as many points takes longer than the look.
     const double more = fresh_pitch > 0 ? std::pow(bench_.pitch / fresh_pitch, 2) : 4;
@@ -136,7 +137,7 @@ CheckedCost checked_cost(const FitCase& of, const TermsSpec& asked) {
   }
   try {
     const TermPlan plan = plan_terms(of.task, of.ground, asked);
-    for (double coarsening = kFirstCoarsening; !cost.iteration_seconds; coarsening *= std::sqrt(0.5)) {
+    for (double coarsening = law::kFirstCoarsening; !cost.iteration_seconds; coarsening *= std::sqrt(0.5)) {
       const FirstIteration first(of, plan, coarsening);
       cost.points = first.points();
       cost.residuals = first.residuals();

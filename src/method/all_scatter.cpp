@@ -9,6 +9,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/random.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 
@@ -36,12 +37,10 @@ Drawing drawing_of(const FitCase& of) {
 class DrawnMirrors {
  public:
   DrawnMirrors(const FitCase& of, const std::vector<Statistic>& statistics)
-      : of_(of),
-        statistics_(statistics),
-        drawing_(drawing_of(of)),
-        coarsening_(first_judging_coarsening(of.task, pitch(1))),
-        bench_(bench(coarsening_)) {
-    follow();
+      : of_(of), statistics_(statistics), drawing_(drawing_of(of)), bench_(bench()) {
+    // From one draw to the next, half of their time: drawn mirrors whose light differs by less than their
+    // tolerances have their rings next to each other's.
+    if (of.ground.shares && of.ground.shares->spread < 1) workspace_.follow_rings();
   }
 
   // The mean of the first `count`; of what needs no light, of the first `surfaces`.
@@ -57,44 +56,13 @@ class DrawnMirrors {
   }
 
  private:
-  double pitch(double coarsening) const {
-    return wave_pitch(of_.task, drawing_.terms, all_targets(of_.targets), drawing_.split.get(), coarsening);
-  }
-  std::unique_ptr<const Workbench> bench(double coarsening) const {
-    auto made = std::make_unique<Workbench>(of_.task, FocusModel::kWaves, PupilOptions{}, pitch(coarsening),
+  std::unique_ptr<const Workbench> bench() const {
+    const double pitch = wave_pitch(of_.task, drawing_.terms, all_targets(of_.targets), drawing_.split.get());
+    auto made = std::make_unique<Workbench>(of_.task, FocusModel::kWaves, PupilOptions{}, pitch,
                                             drawing_.terms, of_.context.threads, drawing_.split);
-    made->wide_circles = wide_circles(of_.task, of_.ground, of_.targets, kWideShareOfVerdict);
+    made->wide_circles = wide_circles(of_.task, of_.ground, of_.targets);
     made->single_precision = in_single_precision(FocusModel::kWaves, of_.targets, made->pupil.size());
     return made;
-  }
-
-  // From one draw to the next, half of their time: drawn mirrors whose light differs by less than their
-  // tolerances have their rings next to each other's.
-  void follow() {
-    if (of_.ground.shares && of_.ground.shares->spread < 1) workspace_.follow_rings();
-  }
-
-  // A grid coarser than the safe one serves where one half as fine again says the same of the first mirror:
-  // of an error as the square of the pitch, two thirds and more of what is left to the safe grid.
-  void check_grid(const Eigen::VectorXd& first) {
-    constexpr double kShareOfMargin = 0.1, kFiner = 1.41421356237;
-    if (coarsening_ <= 1) return;
-    const JudgedSet judged(of_.targets.fitted, of_.targets.held_out);
-    const Eigen::VectorXd there =
-        focus_statistics(bench(std::max(1.0, coarsening_ / kFiner))->focus(of_.task), coefficients(0),
-                         statistics_, of_.context.threads, nullptr);
-    const Eigen::VectorXd gap = (judged.judged(there) - judged.judged(first)).cwiseAbs();
-    for (Eigen::Index k = 0; k < gap.size(); ++k) {
-      const Target& target = judged.targets()[std::size_t(k)];
-      const double most =
-          kShareOfMargin * margin_of(target, of_.task.equivalence) * aim_of(target).relative_to();
-      if (gap[k] <= most) continue;
-      coarsening_ = 1;
-      bench_ = bench(1);
-      workspace_ = DiffractionWorkspace();
-      follow();
-      return;
-    }
   }
 
   Eigen::VectorXd coefficients(int d) const {
@@ -136,35 +104,27 @@ class DrawnMirrors {
     values_.conservativeResize(Eigen::Index(statistics_.size()), std::max(count, d));
     for (; d < count; ++d) {
       of_.context.say(fmt::format("draw {} of {}", d + 1, count));
-      const auto draw = [&]() -> Eigen::VectorXd {
-        LightPath path = bench_->focus(of_.task);
-        path.workspace = &workspace_;
-        return focus_statistics(path, coefficients(d), statistics_, of_.context.threads,
-                                d == 0 ? warnings : nullptr);
-      };
-      values_.col(d) = draw();
-      if (d > 0 || coarsening_ <= 1) continue;
-      check_grid(values_.col(0));
-      if (coarsening_ <= 1) values_.col(0) = draw();
+      LightPath path = bench_->focus(of_.task);
+      path.workspace = &workspace_;
+      values_.col(d) = focus_statistics(path, coefficients(d), statistics_, of_.context.threads,
+                                        d == 0 ? warnings : nullptr);
     }
   }
 
   const FitCase& of_;
   const std::vector<Statistic>& statistics_;
   Drawing drawing_;
-  double coarsening_;  // of the grid, over the safe pitch
   std::unique_ptr<const Workbench> bench_;
   DiffractionWorkspace workspace_;
   Eigen::MatrixXd values_;
 };
 
-// As many as make every interval as narrow as a quarter of its margin either way. Decided by the spread of
+// As many as make half of every interval as narrow as its share of the margin. Decided by the spread of
 // the first ones alone, not by where their mean is (Stein 1945): looking again while a verdict is undecided
 // would make a 5 % error one of 11 %.
 double enough_draws(const EquivalenceMetric& metric) {
-  constexpr double kNarrow = 0.25;
   const double half = 0.5 * (metric.interval[1] - metric.interval[0]) / metric.margin;
-  return std::isfinite(half) ? kScatterDraws * half * half / (kNarrow * kNarrow) : 0;
+  return std::isfinite(half) ? law::kGroups * std::pow(half / law::kShareOfMargin, 2) : 0;
 }
 
 std::shared_ptr<const TermPlan> no_terms(const FitCase& of) {
@@ -180,7 +140,7 @@ std::shared_ptr<const BandSplit> drawn_split(const Task& task, const Groundwork&
   const RadialPsd& psd = *ground.psd;
   const double low = std::max(psd.f_min(), std::isfinite(psd.f_max()) ? 1e-3 * psd.f_max() : 0.0);
   const double cut =
-      std::clamp(kDrawnCycles / (2 * ground.radius), std::min(2 * low, psd.f_max()), psd.f_max());
+      std::clamp(law::kDrawnCycles / (2 * ground.radius), std::min(2 * low, psd.f_max()), psd.f_max());
   return std::make_shared<const BandSplit>(psd, cut, task.mirror, task.aperture, task.wavelength,
                                            ground.mean_spot);
 }
@@ -189,9 +149,10 @@ TermSet drawn_waves(const Groundwork& ground, const BandSplit& split) {
   TermSet waves;
   waves.radius = ground.radius;
   const double low = std::max(split.low().f_min(), 0.0), high = split.low().f_max();
-  // The grid of the aperture's box, and a coarser one of a band of very many waves.
+  // The grid of the aperture's box, and a coarser one of a band that has more waves than that has to
+  // kDrawnCycles.
   waves.fourier_pitch =
-      std::max(1 / (2 * ground.radius), std::sqrt(0.5 * kPi * (high - low) * (high + low) / kDrawnWaves));
+      std::max(1 / (2 * ground.radius), std::sqrt((high - low) * (high + low)) / law::kDrawnCycles);
   waves.fourier = fourier_lattice(split.low(), waves.fourier_pitch);
   return waves;
 }
@@ -205,7 +166,7 @@ Attempt judge_all_scatter(const FitCase& of) {
   const TermSet& none = attempt.terms->terms;
   attempt.bench = std::make_shared<const Workbench>(
       of.task, FocusModel::kWaves, PupilOptions{},
-      judging_pitch(of.task, none, all_targets(of.targets), of.ground.split.get()), none, threads,
+      wave_pitch(of.task, none, all_targets(of.targets), of.ground.split.get()), none, threads,
       of.ground.split);
   result.rays = attempt.bench->pupil.size();
   result.fit.status = FitStatus::kConverged;
@@ -220,17 +181,17 @@ Attempt judge_all_scatter(const FitCase& of) {
   DrawnMirrors drawn(of, judged.statistics());
   const auto judge = [&](double draws, double surfaces) {
     attempt.fresh =
-        drawn.mean(int(std::ceil(std::min(draws, double(kMostScatterDraws)))),
-                   int(std::ceil(std::min(surfaces, double(kMostDrawnSurfaces)))), &result.warnings);
+        drawn.mean(int(std::ceil(std::min(draws, double(law::kMostDraws)))),
+                   int(std::ceil(std::min(surfaces, double(law::kMostSurfaces)))), &result.warnings);
     result.metrics = judged.judge(attempt.fresh, of.task.equivalence);
   };
-  judge(kScatterDraws, kScatterDraws);
-  double draws = kScatterDraws, surfaces = kScatterDraws;
+  judge(law::kGroups, law::kGroups);
+  double draws = law::kGroups, surfaces = law::kGroups;
   for (std::size_t k = 0; k < result.metrics.size(); ++k) {
     double& most = kind_of(judged.targets()[k].statistic).is_moment ? surfaces : draws;
     most = std::max(most, enough_draws(result.metrics[k]));
   }
-  if (std::max(draws, surfaces) > kScatterDraws) judge(draws, surfaces);
+  if (std::max(draws, surfaces) > law::kGroups) judge(draws, surfaces);
   result.verdict = overall(result.metrics);
   result.validated = attempt.fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   return attempt;

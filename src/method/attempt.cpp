@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <optional>
 
 #include "aberfit/core/constants.h"
@@ -18,7 +19,6 @@
 #include "aberfit/method/spectrum_target.h"
 #include "fit_grids.h"
 #include "fit_progress.h"
-#include "light_guides.h"
 
 namespace aberfit {
 using namespace internal;
@@ -120,7 +120,7 @@ double worst_mismatch(const FitProblem& problem, const FitResult& fit) {
 RayChoice ray_choice(const FitCase& of, const FitPlan& plan, const Attempt& attempt) {
   RayChoice choice;
   choice.automatic = plan.automatic_rays;
-  choice.allowed = kRayShareOfMargin * of.task.equivalence.margin;
+  choice.allowed = law::kRayShareOfMargin * of.task.equivalence.margin;
   choice.gap = choice.sampling_error = 0;
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   const Eigen::VectorXd fresh = judged.judged(attempt.first_seen),
@@ -143,8 +143,6 @@ FitProblem problem_of(const FitCase& of, const Workbench& bench, const Coefficie
   problem.spectrum = spectrum.spectrum.get();
   problem.spectrum_target = spectrum.value;
   problem.spectrum_tolerance = spectrum.tolerance;
-  if (bench.model == FocusModel::kWaves)
-    hold_closer(problem.targets.size() + std::size_t(spectrum.value.size()), prior.size(), &problem.guides);
   return problem;
 }
 
@@ -166,7 +164,7 @@ FitPlan on_a_finer_sample(const FitCase& of, FitPlan plan, const Attempt& attemp
     plan.pupil.rays = more_rays(rays_of(plan.pupil));
     return plan;
   }
-  plan.coarsening /= kNextGrid;
+  plan.coarsening /= std::numbers::sqrt2;
   if (has_solution(attempt.result.fit)) plan.warm = attempt.result.fit.white;
   return plan;
 }
@@ -268,7 +266,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   const auto made = std::make_shared<Workbench>(of.task, of.ground.use.model, plan.pupil,
                                                 grid_pitch(of, result.terms, plan.coarsening), result.terms,
                                                 threads, of.ground.split);
-  made->wide_circles = wide_circles(of.task, of.ground, of.targets, kWideShareOfFit);
+  made->wide_circles = wide_circles(of.task, of.ground, of.targets);
   made->single_precision = in_single_precision(of.ground.use.model, of.targets, made->pupil.size());
   attempt.bench = made;
   const Workbench& bench = *attempt.bench;
@@ -303,7 +301,7 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
 
 Attempt fit_on_a_fine_enough_sample(const FitCase& of, FitPlan plan) {
   if (of.ground.use.model == FocusModel::kWaves)
-    plan.coarsening = kFirstCoarsening;
+    plan.coarsening = law::kFirstCoarsening;
   else if (plan.automatic_rays)
     plan.pupil.rays = first_rays(plan.terms->terms.size());
   std::optional<Attempt> judged;  // on a coarser sample

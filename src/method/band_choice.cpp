@@ -10,6 +10,7 @@
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/constants.h"
 #include "judged_light.h"
 
 namespace aberfit {
@@ -113,7 +114,7 @@ void split_band(const Task& task, const BandSpec& band, const LightOfMirrors& li
   const Groundwork& ground = layout->ground;
   double cut = band.cut;
   if (band.rule == BandRule::kAuto) {
-    const SmallestCut smallest = smallest_cut(light.spread, kSpreadShareOfMargin * light.judged.tolerance());
+    const SmallestCut smallest = smallest_cut(light.spread, law::kShareOfMargin * light.judged.tolerance());
     cut = smallest.whole_band ? ground.psd->f_min() : smallest.frequency;
   }
   if (!(cut < ground.psd->f_max())) return;

@@ -21,12 +21,6 @@ using namespace internal;
 
 namespace {
 
-constexpr double kLeastCycles = 1.5;  // across: below, a window of the aperture tells no frequencies apart
-constexpr double kBinsPerOctave = 4;  // a window as wide as the aperture resolves no more at 1.5 cycles
-constexpr Eigen::Index kMostBins = 12;
-constexpr double kCellsOfSlopes = 6;  // differences of neighbours keep 0.95 of the steepest slopes
-constexpr double kMostCellsOfImage = 512;
-
 // Up to where the terms have the roughness: the cut, or where there is none a tenth below their own last
 // frequency.
 double last_frequency(const Groundwork& ground, const TermSet& terms) {
@@ -40,8 +34,7 @@ double last_frequency(const Groundwork& ground, const TermSet& terms) {
 // From `low` to `high` [cycles/m]; empty where there is nothing between them.
 Eigen::ArrayXd bin_edges(double low, double high) {
   if (!(high > low)) return {};
-  const auto bins =
-      std::clamp<Eigen::Index>(Eigen::Index(kBinsPerOctave * std::log2(high / low)), 1, kMostBins);
+  const auto bins = std::max(Eigen::Index(1), Eigen::Index(law::kBinsPerOctave * std::log2(high / low)));
   return Eigen::ArrayXd::LinSpaced(bins + 1, std::log(low), std::log(high)).exp();
 }
 
@@ -100,9 +93,9 @@ double pitch_of_image(const Task& task, const Groundwork& ground, const TermSet&
     const double pitch =
         wave_pitch(task, terms, {Target{EncircledEnergyRadius{0.9, 0}, ee90}}, ground.split.get(), 2);
     const double cells = 2 * ground.radius / pitch;
-    if (cells <= kMostCellsOfImage) return pitch;
+    if (cells <= law::kMostCells / 2) return pitch;
     *obstacle =
-        fmt::format("it would need a grid of {:.0f} cells across, more than {:.0f}", cells, kMostCellsOfImage);
+        fmt::format("it would need a grid of {:.0f} cells across, more than {}", cells, law::kMostCells / 2);
   } catch (const ComputationError& error) {
     *obstacle = error.what();
   }
@@ -119,10 +112,10 @@ void compare(const LookedAt& surface, const std::vector<LookedAt>& draws, const 
     character->psd.push_back(bin);
   }
   const Eigen::Index zones = surface.zones.isFinite().count();
-  for (int z = 0; z < kSlopeZones; ++z) {
+  for (int z = 0; z < law::kSlopeZones; ++z) {
     if (!std::isfinite(surface.zones[z])) continue;
     character->zones.push_back(
-        {double(z) / kSlopeZones, double(z + 1) / kSlopeZones,
+        {double(z) / law::kSlopeZones, double(z + 1) / law::kSlopeZones,
          beside(surface, draws, zones, [z](const LookedAt& l) { return l.zones[z]; })});
   }
   character->slope_x_over_y = beside(surface, draws, 1, [](const LookedAt& l) { return l.slope_x_over_y; });
@@ -164,13 +157,15 @@ Character character_of(const Task& task, const Groundwork& ground, const TermSet
                        const Eigen::VectorXd& coefficients, const RunContext& context) {
   Character character;
   character.draws = law::kCharacterDraws;
-  character.f_low = 0.5 * kLeastCycles / ground.radius;
+  character.f_low = 0.5 * law::kLeastCycles / ground.radius;
+  // Differences of neighbours take twice the cells of waves: they keep 0.95 of the steepest slopes.
+  const double cells_per_cycle = 2 * law::kCellsPerCycle;
   character.f_high =
-      std::min(last_frequency(ground, terms), 0.5 * kMostCellsOfImage / (kCellsOfSlopes * ground.radius));
+      std::min(last_frequency(ground, terms), 0.25 * law::kMostCells / (cells_per_cycle * ground.radius));
   const RadialPsd psd = ground.prior_psd->band(0, character.f_high);
   const Eigen::ArrayXd edges = bin_edges(std::max(character.f_low, psd.f_min()), character.f_high);
   const double for_image = pitch_of_image(task, ground, terms, &character.light_obstacle);
-  const double for_slopes = 1 / (kCellsOfSlopes * character.f_high);
+  const double for_slopes = 1 / (cells_per_cycle * character.f_high);
   const SurfaceLook look(task, edges, for_image > 0 ? std::min(for_image, for_slopes) : for_slopes,
                          for_image > 0);
 

@@ -10,9 +10,10 @@
 #include "aberfit/core/units.h"
 #include "aberfit/forward/statistics_with_error.h"
 #include "aberfit/forward/term_moments.h"
+#include "aberfit/method/band_use.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/fresh_verdict.h"
 #include "aberfit/method/judge.h"
-#include "aberfit/method/band_use.h"
 #include "shared_conclusions.h"
 
 namespace aberfit {
@@ -35,8 +36,7 @@ void warn_of_surface_regime(const Groundwork& ground, const SceneNumbers& surfac
 // A focus can be met by a surface that no roughness of the specification makes: its height in frequencies
 // that the statistics do not see, or one lump of it.
 void warn_of_absurd_height(double rms_height, double specified, Warnings* warnings) {
-  constexpr double kTimes = 3;  // one draw in 10^4 even of two modes
-  if (rms_height <= kTimes * specified) return;
+  if (rms_height <= law::kAbsurdRatio * specified) return;
   warnings->push_back(
       {"absurd-surface",
        fmt::format(
@@ -131,7 +131,7 @@ void warn_of_result(const FitCase& of, const FreshStatistics& fresh, FitOutcome*
   if (fresh.lost > 0)
     warnings.push_back(
         {"lost-rays", fmt::format("{} of {} fresh rays miss the focal region", fresh.lost, fresh.rays)});
-  if (of.ground.use.model != FocusModel::kWaves && result->rays < 30 * result->terms.size() &&
+  if (of.ground.use.model != FocusModel::kWaves && result->rays < law::kRaysPerTerm * result->terms.size() &&
       result->targets.size() > 10)
     warnings.push_back(
         {"few-rays", fmt::format("{} rays for {} terms: the terms can follow single rays; use more rays",

@@ -3,9 +3,6 @@
 
 namespace aberfit::internal {
 
-/// Grids for waves follow each other finer by a root of 2.
-inline constexpr double kNextGrid = 1.41421356237;
-
 /// Pitch of a grid as fine as the light of everything that is asked of it needs, times `coarsening` [m]; 0 by
 /// rays. Throws ComputationError as wave_pitch does.
 double grid_pitch(const FitCase& of, const TermSet& terms, double coarsening);

@@ -14,9 +14,6 @@ using namespace internal;
 
 namespace {
 
-// Times the safe pitch: what is no coarser is the safe grid; a look between the two would say nothing new.
-constexpr double kAsFineAsTheSafe = 1.1;
-
 // What of a JudgedSet was looked at, at these places, goes into what is known of it.
 void take_over(const FreshStatistics& part, const std::vector<Eigen::Index>& places, FreshStatistics* fresh) {
   FreshStatistics all = part;
@@ -52,40 +49,12 @@ void add_noise_of_wide_circles(const FitCase& of, const JudgedSet& judged,
   judged.add_to_judged(noise, &fresh->standard_error);
 }
 
-// How closely waves look; rays look once.
-struct Look {
-  double coarsening = 1;   // of the grid, over the safe one
-  double wide = HUGE_VAL;  // angle from which on circles are wide [rad]
-
-  bool is_closest() const { return coarsening <= 1 && !std::isfinite(wide); }
-  Look closer() const {
-    if (coarsening <= 1) return {};
-    const double next = coarsening / kNextGrid;
-    return {next < kAsFineAsTheSafe ? 1 : next, wide};
-  }
-};
-
-Look first_look(const FitCase& of, const Attempt& attempt) {
-  if (attempt.bench->model != FocusModel::kWaves) return {};
-  const double safe = grid_pitch(of, attempt.result.terms, 1);
-  // Who was asked to stop has the surface judged where it is: coarser grids still tell the error.
-  const double finer = attempt.bench->pitch / ((of.context.stopped() ? 1 : kNextGrid) * safe);
-  return {std::max(1.0, std::min(first_judging_coarsening(of.task, safe), finer)),
-          wide_circles(of.task, of.ground, of.targets, kWideShareOfVerdict)};
-}
-
-// Looks at these targets of `judged` and brings what is known of the attempt up to date. False where the look
-// was given up, with no values at all.
-bool look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::size_t>& open,
-             const Look& look, bool may_give_up, std::int64_t rays, Attempt* attempt) {
+// Looks at these targets of `judged` and brings what is known of the attempt up to date.
+void look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::size_t>& open, double wide,
+             std::int64_t rays, Attempt* attempt) {
   const FitOutcome& result = attempt->result;
-  const FreshPupil pupil{attempt->bench->model,
-                         rays,
-                         of.task.trace.pupil.seed,
-                         grid_pitch(of, result.terms, look.coarsening),
-                         look.wide,
-                         judged_in_single_precision(look.wide, of.targets),
-                         may_give_up};
+  const FreshPupil pupil{attempt->bench->model,           rays, of.task.trace.pupil.seed,
+                         grid_pitch(of, result.terms, 1), wide, judged_in_single_precision(wide, of.targets)};
   const std::vector<Eigen::Index> places = judged.places_of(open);
   std::vector<Statistic> asked;
   for (const Eigen::Index at : places) asked.push_back(judged.statistics()[std::size_t(at)]);
@@ -94,16 +63,7 @@ bool look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::
       statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
                             result.fit.coefficients, asked, of.context.threads, &attempt->fresh_warnings);
   take_over(part, places, &attempt->fresh);
-  add_noise_of_wide_circles(of, judged, open, look.wide, &attempt->fresh);
-  const bool answers = !may_give_up || part.value.array().isFinite().any();
-  Eigen::VectorXd& first = attempt->first_seen;
-  if (first.size() > 0) {
-    first = first.array().isNaN().select(attempt->fresh.value, first);
-  } else if (answers) {
-    first = attempt->fresh.value;
-    attempt->judging_coarsening = look.coarsening;
-  }
-  return answers;
+  add_noise_of_wide_circles(of, judged, open, wide, &attempt->fresh);
 }
 
 }  // namespace
@@ -113,22 +73,21 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   FitOutcome& result = attempt->result;
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
   if (rays == 0) rays = 4 * result.rays;
-  Look look = first_look(of, *attempt);
   const auto size = Eigen::Index(judged.statistics().size());
-  attempt->first_seen = {};
   attempt->fresh.value = attempt->fresh.standard_error = Eigen::VectorXd::Constant(size, std::nan(""));
   std::vector<std::size_t> open(judged.targets().size());
   std::iota(open.begin(), open.end(), std::size_t(0));
-  // On coarse grids first; what their error leaves open goes to the safe one, and last without wide circles.
-  for (;;) {
-    const bool last = look.is_closest() || of.context.stopped();
-    const bool answers = look_at(of, judged, open, look, !last, rays, attempt);
-    result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
-    const bool decided = attempt->fresh.value.allFinite() && attempt->fresh.standard_error.allFinite() &&
-                         overall(result.metrics) != Verdict::kUndecided;
-    if (decided || last || (answers && of.context.stopped())) break;
+  // On the safe grid; what the noise of wide circles leaves open is looked at without them.
+  const double wide = wide_circles(of.task, of.ground, of.targets);
+  look_at(of, judged, open, wide, rays, attempt);
+  attempt->first_seen = attempt->fresh.value;
+  result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
+  const bool decided = attempt->fresh.value.allFinite() && attempt->fresh.standard_error.allFinite() &&
+                       overall(result.metrics) != Verdict::kUndecided;
+  if (!decided && std::isfinite(wide) && !of.context.stopped()) {
     open = judged.open_targets(attempt->fresh, result.metrics);
-    look = look.closer();
+    look_at(of, judged, open, HUGE_VAL, rays, attempt);
+    result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
   }
   result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   result.verdict = overall(result.metrics);

@@ -9,6 +9,7 @@
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/image_shift.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/scene/zernike.h"
@@ -52,7 +53,6 @@ void set_mean_spot(const Task& task, Groundwork* ground) {
 // (plane_unit). Where diffraction alone is that deep, or slopes are as steep as to leave their first order,
 // there is no focus to speak of.
 void check_depth(const Task& task, Groundwork* ground) {
-  constexpr double kFarthest = 0.9, kLeastFresnelNumber = 2, kSteepest = 0.05;
   if (!task.target.statistics.empty()) return;
   const double units = ground->default_planes();
   const double f = ground->focal_length, depth = f * ground->core_sigma / ground->radius;
@@ -60,15 +60,15 @@ void check_depth(const Task& task, Groundwork* ground) {
   const std::string found = fmt::format("the spot of {} is so deep that they would lie up to {} from it",
                                         format_quantity(ground->core_sigma, Dimension::kLength),
                                         format_quantity(units * depth, Dimension::kLength));
-  const bool behind = units * depth > kFarthest * f;
-  if (behind && slope > kSteepest)
+  const bool behind = units * depth > f;
+  if (behind && law::kSecondOrder * slope * slope > task.equivalence.margin)
     throw FieldError("roughness.psd", "a focus without planes beside it: " + found,
                      fmt::format("an RMS slope far below {:.3g} per axis: less height or a lower f_max; or "
                                  "named statistics in the focus alone",
                                  slope));
   const double fresnel = ground->radius * ground->radius / (task.wavelength * f);
   const bool rough = 2 * f * slope > ground->numbers.airy_ee90 / kGaussianEe90;
-  if (behind && !(rough && fresnel > kLeastFresnelNumber))
+  if (behind && !(rough && fresnel > 1))
     throw FieldError(
         "mirror.focal_length", "a focus without planes beside it: " + found,
         fmt::format("a Fresnel number R^2/(lambda f) well above 1, here {:.2g}: a larger aperture, a shorter "
@@ -97,9 +97,8 @@ double closest_tolerance(const Task& task) {
 // left to the program takes its targets from rays as steep as the specification's: in a scene for which rays
 // will do, and where there is no wave theory.
 void mind_steep_slopes(const Task& task, const PhysicsRequest& asked, Groundwork* ground) {
-  constexpr double kSecondOrder = 4.6;
   PhysicsChoice& use = ground->use;
-  const double slope = ground->numbers.rms_slope_per_axis, error = kSecondOrder * slope * slope,
+  const double slope = ground->numbers.rms_slope_per_axis, error = law::kSecondOrder * slope * slope,
                margin = task.equivalence.margin;
   if (use.model != FocusModel::kRays || use.theory == Theory::kRays ||
       task.target.convention == Convention::kPaper)
@@ -112,7 +111,7 @@ void mind_steep_slopes(const Task& task, const PhysicsRequest& asked, Groundwork
         " Targets are those of rays with drawn slopes: at an RMS slope of {:.2g} the closed forms, of first "
         "order in it, have radii {} too small.",
         slope, format_percent(error));
-  } else if (use.theory == Theory::kGeometric && error > kModelShareOfMargin * margin) {
+  } else if (use.theory == Theory::kGeometric && error > law::kShareOfMargin * margin) {
     use.warnings.push_back(
         {"steep-slopes",
          fmt::format(
@@ -124,9 +123,9 @@ void mind_steep_slopes(const Task& task, const PhysicsRequest& asked, Groundwork
 
 }  // namespace
 
-bool Groundwork::has_no_core() const {
-  constexpr double kCore = 0.01;  // too little to show in the innermost fitted fraction, 20 %
-  return use.model == FocusModel::kWaves && mean_spot && mean_spot->surface_transfer(radius) < kCore;
+bool Groundwork::has_core() const {
+  return use.model != FocusModel::kWaves || !mean_spot ||
+         !(mean_spot->surface_transfer(half_side) < law::kUnseenLight);
 }
 
 // Without a core a spot is as wide as its scatter, which every plane shows. Two units from the focus the mean
@@ -134,7 +133,7 @@ bool Groundwork::has_no_core() const {
 // out are asked for by name: by waves they take two to seven times as long, since the cone of light turns
 // from cell to cell, and roughness of few modes has no room for them (12 to 29 modes: 66 statistics and 53 to
 // 86 guides for 88 to 117 terms came out different by 1.3 to 2.4 margins after minutes, tests/stability).
-double Groundwork::default_planes() const { return has_no_core() ? 2 : 5; }
+double Groundwork::default_planes() const { return has_core() ? 5 : 2; }
 
 Groundwork lay_groundwork(const Task& task) { return lay_groundwork(task, requested_physics(task)); }
 
@@ -142,6 +141,8 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   Groundwork ground;
   ground.focal_length = task.mirror.focal_length;
   ground.radius = aperture_radius(task.aperture);
+  const ApertureBox box = bounding_box(task.aperture);
+  ground.half_side = 0.5 * std::min(box.x1 - box.x0, box.y1 - box.y0);
   const auto mind_shift = [&] {
     if (auto shift = image_shift_warning(task)) ground.use.warnings.push_back(std::move(*shift));
   };
@@ -167,9 +168,9 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   mind_steep_slopes(task, asked, &ground);
   set_mean_spot(task, &ground);
   if (ground.specified_spot) ground.numbers.tis = ground.specified_spot->tis();
-  if (ground.has_no_core())
+  if (!ground.has_core())
     ground.farthest_by_cells =
-        farthest_plane(task.aperture, ground.focal_length, task.wavelength, kMostCellsByDefault);
+        farthest_plane(task.aperture, ground.focal_length, task.wavelength, law::kMostCells);
   check_depth(task, &ground);
   return ground;
 }
@@ -209,7 +210,8 @@ Warnings scene_warnings(const Task& task, const Groundwork& ground, const TermSe
                         "independent coefficients pile slope up at the rim: such a surface is not stationary "
                         "and differs from a "
                         "Harvey-Shack target by tens of percent; use covariance `full`"});
-  if (ground.psd && !ground.all_scatters() && !task.terms.automatic() && captured < kCapturedHeight - 5e-3)
+  if (ground.psd && !ground.all_scatters() && !task.terms.automatic() &&
+      1 - captured > task.equivalence.margin)
     warnings.push_back(
         {"truncated-terms",
          fmt::format("the terms can carry {:.1f} % of the height variance of the specification{}{}",

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <string>
 
+#include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/scene/pupil.h"
 #include "aberfit/theory/aberrated_light.h"
 #include "aberfit/trace/ray_bundle.h"
@@ -14,15 +16,11 @@
 namespace aberfit {
 namespace {
 
-constexpr double kAiryEe50 = 0.5349;  // of a full circle [lambda f/D]
-constexpr double kNoHeights = 1e-9;   // of the wavelength: scatters 2e-16 of the light
-
 // Where the mirror without roughness has the centroid of its rays, which is that of its light.
 std::array<double, 2> centroid_of_rays(const Task& task) {
-  constexpr int kAcross = 64;
-  const PupilSample cells =
-      diffraction_pupil(task.aperture, task.mirror.focal_length, 2 * aperture_radius(task.aperture) / kAcross)
-          .sample;
+  const PupilSample cells = diffraction_pupil(task.aperture, task.mirror.focal_length,
+                                              2 * aperture_radius(task.aperture) / law::kLeastCells)
+                                .sample;
   const RayBundle rays = trace_nominal(task.mirror, cells);
   const double all = rays.weight.sum();
   return {(rays.weight * rays.x).sum() / all, (rays.weight * rays.y).sum() / all};
@@ -30,7 +28,7 @@ std::array<double, 2> centroid_of_rays(const Task& task) {
 
 RadialPsd roughness_of(const Task& task) {
   if (task.psd) return RadialPsd(*task.psd);
-  return RadialPsd(GaussianPsd{kNoHeights * task.wavelength, aperture_radius(task.aperture)});
+  return RadialPsd(GaussianPsd{law::kSmoothG / (4 * kPi) * task.wavelength, aperture_radius(task.aperture)});
 }
 
 // A clause; empty where the margin does not see the shift. Aberrations too steep for the cells are seen.
@@ -70,9 +68,10 @@ std::optional<Warning> image_shift_warning(const Task& task) {
   const std::array<double, 2> centroid = centroid_of_rays(task);
   const double shift = std::hypot(centroid[0], centroid[1]);
   // Circles about a point at `shift` from the middle of a round spot are larger by less than
-  // (shift/radius)^2, and no spot is smaller than that of the perfect mirror.
+  // (shift/radius)^2, and no spot is smaller than that of the perfect mirror, 0.5349 lambda f/D of a full
+  // circle.
   const double smallest =
-      kAiryEe50 * task.wavelength * task.mirror.focal_length / (2 * aperture_radius(task.aperture));
+      0.5349 * task.wavelength * task.mirror.focal_length / (2 * aperture_radius(task.aperture));
   if (!(std::pow(shift / smallest, 2) > task.equivalence.margin)) return std::nullopt;
   const std::string effect = effect_on_radii(task);
   if (effect.empty()) return std::nullopt;

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 
@@ -31,9 +32,6 @@ std::vector<Target> seen_by_waves(std::vector<Target> targets) {
   std::erase_if(targets, [](const Target& target) { return !kind_of(target.statistic).in_waves; });
   return targets;
 }
-
-// Roughness so small that no digit of the pattern knows of it.
-constexpr double kNoRoughness = 1e-6;
 
 }  // namespace
 
@@ -61,10 +59,10 @@ LightJudgement judge_in_light(const FitCase& of, const TermSet& terms, const Eig
   try {
     const double pitch = wave_pitch(task, terms, judged.targets(), ground.split.get(), 1, least_reach);
     const double cells = 2 * ground.radius / pitch;
-    if (cells > kMostJudgedCells) {
+    if (cells > law::kMostCells) {
       light.no_grid = true;
       light.obstacle =
-          fmt::format("the pupil would need {:.0f} cells across, more than {:.0f}", cells, kMostJudgedCells);
+          fmt::format("the pupil would need {:.0f} cells across, more than {}", cells, law::kMostCells);
       return light;
     }
     const FreshPupil pupil{FocusModel::kWaves, rays_of(task.trace.pupil), task.trace.pupil.seed, pitch};
@@ -94,7 +92,7 @@ std::optional<PerfectMirror> judge_perfect_mirror(const FitCase& of) {
     return plane_of_light(target.statistic).value_or(0) == 0;
   });
   const std::vector<Target> in_focus(seen.begin(), beside), elsewhere(beside, seen.end());
-  const double smooth = kNoRoughness / std::max(kNoRoughness, ground.numbers.g);
+  const double smooth = law::kSmoothG / std::max(law::kSmoothG, ground.numbers.g);
   const GeneralisedHarveyShack perfect(ground.psd->scaled(smooth), of.task.mirror, of.task.aperture,
                                        of.task.wavelength);
   PerfectMirror result;

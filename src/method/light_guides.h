@@ -9,14 +9,9 @@ namespace aberfit::internal {
 /// Shares of light inside rings, between the fitted planes and fractions, that tie the light of a diffracted
 /// spot there. Without them a fit leaves speckle: grains of wavelength f-numbers across and 8 wavelength
 /// f-numbers^2 deep, by whose number the energy between two fitted radii is free to vary (fits of the
-/// README's study were 1-3 % off there). planes: fitted ones, dz [m]. tolerance: relative to max(r dE/dr,
-/// kFlattestCurve). The ground has a mean spot.
+/// README's study were 1-3 % off there). planes: fitted ones, dz [m]. Tolerances are
+/// law::kGuideTolerance of max(r dE/dr, kFlattestCurve). The ground has a mean spot.
 std::vector<Target> light_guides(const Task& task, const Groundwork& ground,
-                                 const std::vector<double>& planes, double tolerance, int threads);
-
-/// Multiplies the tolerances of the light's guides by 2 residuals / terms, held between a third and one: many
-/// more terms than residuals have the freedom to keep what lies between the targets as well. targets: how
-/// many there are beside the guides, PSD bins among them; together these are the residuals.
-void hold_closer(std::size_t targets, Eigen::Index terms, std::vector<Target>* guides);
+                                 const std::vector<double>& planes, int threads);
 
 }  // namespace aberfit::internal

@@ -10,6 +10,7 @@
 
 #include "aberfit/core/units.h"
 #include "aberfit/forward/forward_model.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/spectrum/psd_estimate.h"
 #include "aberfit/spectrum/psd_model_fit.h"
@@ -20,18 +21,6 @@
 namespace aberfit {
 
 namespace {
-
-constexpr double kCellRounding = 1e-9;  // in cells
-constexpr double kMuchFilled = 0.05;    // of the aperture
-constexpr double kNoResidual = 1e-6;    // g: no digit of the pattern knows of it
-constexpr double kBesideStep = 1e-9;    // of a PSD that is level in each bin
-constexpr double kOtherRms = 1.25;      // a few hundred independent points know an RMS to some percent
-constexpr double kSeenByLight = 0.01;   // of the light, scattered more or less
-constexpr double kCurveMargin = 1.2;    // over the largest ee90
-constexpr Eigen::Index kCurvePoints = 301;
-// Images, in wavelength f/D: their half width and the pitch of their samples.
-constexpr double kLeastHalf = 6, kMostHalf = 40, kImagePitch = 0.25;
-constexpr double kLeastSamples = 80;  // to either side of an image
 
 std::string length_words(double x) { return format_quantity(x, Dimension::kLength); }
 
@@ -54,8 +43,8 @@ MapPanel panel_of(HeightMap map) {
 
 // First cell of an axis, and how many, so that they cover [low, high].
 std::pair<Eigen::Index, Eigen::Index> covering(double first, double pitch, double low, double high) {
-  const auto begin = Eigen::Index(std::floor((low - first) / pitch + 0.5 + kCellRounding));
-  const auto last = Eigen::Index(std::ceil((high - first) / pitch - 0.5 - kCellRounding));
+  const auto begin = Eigen::Index(std::floor((low - first) / pitch + 0.5 + 1e-9));
+  const auto last = Eigen::Index(std::ceil((high - first) / pitch - 0.5 - 1e-9));
   return {begin, std::max<Eigen::Index>(1, last - begin + 1)};
 }
 
@@ -139,8 +128,8 @@ TablePsd residual_table(const HeightMap& residual, const TermSet& terms, int thr
   const Eigen::Index bins = surface.psd.size();
   add(std::min(surface.low[0], zernike_cutoff(highest_degree(terms), terms.radius)), surface.psd[0]);
   for (Eigen::Index b = 0; b < bins; ++b) {
-    add(surface.low[b] * (1 + kBesideStep), surface.psd[b]);
-    add(surface.high[b] * (1 - kBesideStep), surface.psd[b]);
+    add(surface.low[b] * (1 + 1e-9), surface.psd[b]);
+    add(surface.high[b] * (1 - 1e-9), surface.psd[b]);
   }
   add(1 / std::sqrt(kPi * residual.pitch_x * residual.pitch_y), surface.psd[bins - 1]);
   return table;
@@ -149,7 +138,7 @@ TablePsd residual_table(const HeightMap& residual, const TermSet& terms, int thr
 // Null, with a word why, where there is no PSD or it scatters nothing.
 std::shared_ptr<const ResidualScatter> scatter_of(const Task& task, const MapPanel& residual,
                                                   const TermSet& terms, int threads, ResidualPsd* rest) {
-  if (4 * kPi * residual.rms / task.wavelength < kNoResidual) return nullptr;
+  if (4 * kPi * residual.rms / task.wavelength < law::kSmoothG) return nullptr;
   try {
     const RadialPsd psd{PsdModel(residual_table(residual.map, terms, threads))};
     auto scatter = std::make_shared<const ResidualScatter>(psd, task.wavelength);
@@ -207,7 +196,7 @@ class MapLamp {
         square_(std::abs(of.pupil.pitch_x - of.pupil.pitch_y) <= 1e-9 * of.pupil.pitch_x),
         threads_(threads) {
     if (!square_) return;
-    const PsfWindow middle{kImagePitch * airy_, kImagePitch * airy_, 0};
+    const PsfWindow middle{0.25 * airy_, 0.25 * airy_, 0};
     brightest_ =
         diffraction_psf(problem_, Eigen::ArrayXd::Zero(of.departure.size()), middle).intensity.maxCoeff();
   }
@@ -240,8 +229,7 @@ class MapLamp {
     lit->share = diffraction_encircled_energy(problem_, height, 0, radius);
     lit->strehl = diffraction_peak(problem_, height).strehl;
     if (!square_) return;
-    lit->psf =
-        diffraction_psf(problem_, height, {half, std::min(kImagePitch * airy_, half / kLeastSamples), 0});
+    lit->psf = diffraction_psf(problem_, height, {half, half / 160, 0});
     lit->psf.intensity /= brightest_;
   }
 
@@ -264,7 +252,7 @@ double largest_ee90(const MapLight& light, double otherwise) {
 }
 
 void warn_of_map_light(const Task& task, const MapPanel& residual, MapLight* light) {
-  if (light->filled_share > kMuchFilled)
+  if (light->filled_share > law::kNoteworthy)
     light->warnings.push_back(
         {"map-filled",
          fmt::format("{} of the aperture has no measured height: there the light of the map is that of the "
@@ -275,7 +263,7 @@ void warn_of_map_light(const Task& task, const MapPanel& residual, MapLight* lig
   if (!(rest.rms_height > 0)) return;
   const double ratio = rest.rms_height / residual.rms;
   const double left = 1 - std::exp(-std::pow(4 * kPi * residual.rms / task.wavelength, 2));
-  if (std::max(ratio, 1 / ratio) > kOtherRms && std::abs(left - rest.tis) > kSeenByLight)
+  if (std::max(ratio, 1 / ratio) > law::kNoticedRatio && std::abs(left - rest.tis) > task.equivalence.margin)
     light->warnings.push_back(
         {"residual-psd-rms",
          fmt::format("the terms leave {} RMS of the map, the PSD of that holds {}: it is not even over the "
@@ -335,9 +323,10 @@ MapLight map_light(const Task& task, const MapPanels& panels, const TermSet& ter
     light.terms_and_rest = scatter ? rough.numbers(of.terms) : light.terms;
 
   const double field = lamp.field_radius(), ee90 = largest_ee90(light, field);
-  light.radius = Eigen::ArrayXd::LinSpaced(kCurvePoints, 0.0, std::min(kCurveMargin * ee90, field));
-  const double half = std::min(
-      std::clamp(kCurveMargin * ee90, kLeastHalf * lamp.airy(), kMostHalf * lamp.airy()), 0.9 * field);
+  // A picture shows a fifth more than the light of every column, from 6 to 40 wavelength f/D to either side:
+  // in 321 samples, which are a quarter of a grain apart there.
+  light.radius = Eigen::ArrayXd::LinSpaced(301, 0.0, std::min(1.2 * ee90, field));
+  const double half = std::min(std::clamp(1.2 * ee90, 6 * lamp.airy(), 40 * lamp.airy()), 0.9 * field);
   lamp.draw(of.measured, light.radius, half, &light.measured);
   lamp.draw(of.terms, light.radius, half, &light.terms);
   lamp.draw(none, light.radius, half, &light.perfect);

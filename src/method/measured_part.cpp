@@ -10,6 +10,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
 #include "aberfit/forward/term_moments.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
@@ -19,13 +20,6 @@ namespace aberfit {
 using namespace internal;
 
 namespace {
-
-// What the terms leave of the map, over what they would leave of its specification, before it is worth a
-// word: a few hundred independent points know an RMS to some percent, a model of a PSD is off by more.
-constexpr double kNoticedRatio = 1.5;
-// Light of the terms further out than all but so much may leave the grid: the edges of a map bend few rays
-// far.
-constexpr double kBeyondReach = 1e-3;
 
 std::string frequency(double f) { return format_quantity(f, Dimension::kSpatialFrequency); }
 std::string length(double x) { return format_quantity(x, Dimension::kLength); }
@@ -103,8 +97,7 @@ std::string part_reason(const RadialPsd& psd, const TermSet& terms, const PartBa
 }
 
 void warn_of_band(const PartBand& band, const BandShares& shares, Warnings* warnings) {
-  constexpr double kSame = 0.15;  // an order up or down at n = 6
-  if (band.named && std::abs(band.cut / band.terms - 1) > kSame)
+  if (band.named && std::abs(band.cut / band.terms - 1) > law::kGrowth - 1)
     warnings->push_back(
         {"cut-off-the-terms",
          fmt::format("the terms end at {}, the cut is at {}: what lies between {}; leave `terms.band` "
@@ -112,7 +105,7 @@ void warn_of_band(const PartBand& band, const BandShares& shares, Warnings* warn
                      frequency(band.terms), frequency(band.cut),
                      band.cut < band.terms ? "counts twice" : "is in neither terms nor scatter")});
   const double ratio = shares.map_residual / shares.specified_residual;
-  if (ratio > kNoticedRatio || ratio < 1 / kNoticedRatio)
+  if (ratio > law::kNoticedRatio || ratio < 1 / law::kNoticedRatio)
     warnings->push_back(
         {"rest-not-as-specified",
          fmt::format(
@@ -122,7 +115,7 @@ void warn_of_band(const PartBand& band, const BandShares& shares, Warnings* warn
              ratio > 1 ? "rougher" : "smoother, or the map does not resolve it")});
 }
 
-// Radius [m] that holds all but kBeyondReach of the light of the terms, by rays.
+// Radius [m] that holds all but law::kUnseenLight of the light of the terms, by rays.
 double reach_of(const FitCase& of, const FitOutcome& result) {
   const std::optional<PupilSample> pupil = moment_pupil(of.task.aperture, result.terms);
   if (!pupil) return 0;
@@ -136,7 +129,7 @@ double reach_of(const FitCase& of, const FitOutcome& result) {
             [&](Eigen::Index a, Eigen::Index b) { return slope[a] > slope[b]; });
   double beyond = 0;
   for (const Eigen::Index at : steepest)
-    if ((beyond += pupil->weight[at]) > kBeyondReach) return 2 * of.task.mirror.focal_length * slope[at];
+    if ((beyond += pupil->weight[at]) > law::kUnseenLight) return 2 * of.task.mirror.focal_length * slope[at];
   return 0;
 }
 
@@ -194,7 +187,7 @@ Layout lay_out_part(const Task& task, const TermSet& terms, const PartBand& band
 
 double part_pitch(const FitCase& of, const FitOutcome& result) {
   const JudgedSet judged(of.targets.fitted, of.targets.held_out);
-  const double finest = 2 * of.ground.radius / kMostJudgedCells;
+  const double finest = 2 * of.ground.radius / law::kMostCells;
   try {
     return std::max(finest, wave_pitch(of.task, result.terms, judged.targets(), of.ground.split.get(), 1,
                                        reach_of(of, result)));

@@ -79,14 +79,13 @@ class Judging {
     add(target, FocalDisc{radius, end, alike}, target.value * slope / (alike ? 2.0 : std::sqrt(2.0)));
   }
 
-  // A Strehl ratio is the light in a disc so small that its edge lies within the core's top. Where
-  // aberrations put the highest irradiance off the axis, it is taken to differ from mirror to mirror by the
-  // same part of itself as the light on the axis, which is the safe side: less light differs by more of
+  // A Strehl ratio is the light in a disc so small, 0.2 lambda f/D, that its edge lies within the core's top.
+  // Where aberrations put the highest irradiance off the axis, it is taken to differ from mirror to mirror by
+  // the same part of itself as the light on the axis, which is the safe side: less light differs by more of
   // itself.
   void add_strehl(const Target& target, double relative_to) {
-    constexpr double kTop = 0.2;  // lambda f/D
     const double radius =
-        kTop * task_.wavelength * task_.mirror.focal_length / (2 * aperture_radius(task_.aperture));
+        0.2 * task_.wavelength * task_.mirror.focal_length / (2 * aperture_radius(task_.aperture));
     add(target, radius, 0, relative_to * mean_.encircled_energy(radius, 0) / target.value);
   }
 
@@ -95,8 +94,7 @@ class Judging {
   // Against 60 draws of four PSDs 1.05 to 1.99 times what is measured at 0.08 to 0.5 of the cutoff (Strehl
   // ratios 0.85 to 1.04), tests/method/light_statistics_test.cpp.
   void add_transfer(const Target& target, double frequency, double relative_to) {
-    constexpr double kTopOfJ1 = 1.8412, kFirstLobe = 1.4028;
-    add(target, kTopOfJ1 / (kTwoPi * frequency), 0, relative_to / kFirstLobe);
+    add(target, 1.8412 / (kTwoPi * frequency), 0, relative_to / 1.4028);
   }
 
   const Task& task_;

@@ -19,13 +19,9 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kSharesOfLight[] = {0.35, 0.5, 0.65, 0.8, 0.9};
-constexpr double kMostCellsOfLight = 512;  // a second of transforms for all of it
-
 struct LightWanted {
   double wavelength_ratio, stop;
 };
-constexpr LightWanted kWanted[] = {{0.7, 1}, {1.5, 1}, {3, 1}, {1, 0.6}};
 
 // The same behind a concentric stop; the hole of an annulus stays.
 Aperture stopped(const Aperture& aperture, double stop) {
@@ -63,7 +59,8 @@ Scene scene_of(const Task& task, const Groundwork& ground, const TermSet& terms,
   if (ground.split)
     scene.split = std::make_shared<const BandSplit>(psd, ground.split->cut(), at.mirror, at.aperture,
                                                     at.wavelength, whole);
-  for (const double share : kSharesOfLight) scene.targets.push_back({EncircledEnergyRadius{share, 0}});
+  for (const double share : {0.35, 0.5, 0.65, 0.8, 0.9})
+    scene.targets.push_back({EncircledEnergyRadius{share, 0}});
   Eigen::VectorXd slopes;
   const Eigen::VectorXd radii = whole->predict(statistics_of(scene.targets), threads, &slopes);
   for (std::size_t k = 0; k < scene.targets.size(); ++k) {
@@ -71,9 +68,9 @@ Scene scene_of(const Task& task, const Groundwork& ground, const TermSet& terms,
     scene.targets[k].curve_slope = slopes[Eigen::Index(k)];
   }
   scene.pitch = wave_pitch(at, terms, scene.targets, scene.split.get(), 2);
-  if (const double cells = 2 * aperture_radius(at.aperture) / scene.pitch; !(cells <= kMostCellsOfLight))
-    throw ComputationError(fmt::format("it would need a grid of {:.0f} cells across, more than {:.0f}", cells,
-                                       kMostCellsOfLight));
+  if (const double cells = 2 * aperture_radius(at.aperture) / scene.pitch; !(cells <= law::kMostCells / 2))
+    throw ComputationError(
+        fmt::format("it would need a grid of {:.0f} cells across, more than {}", cells, law::kMostCells / 2));
   return scene;
 }
 
@@ -118,7 +115,8 @@ Worst worst_in(const Scene& scene, const DiffractionProblem& problem, const Eige
   for (std::size_t k = 0; k < aims.size(); ++k) {
     const double margin = margin_of(scene.targets[k], scene.task.equivalence) * aims[k].relative_to();
     const double off = std::abs(values[Eigen::Index(k)] - aims[k].value) / margin;
-    if (!(off <= worst.tolerances)) worst = {off, kSharesOfLight[k]};
+    if (!(off <= worst.tolerances))
+      worst = {off, std::get<EncircledEnergyRadius>(scene.targets[k].statistic).fraction};
   }
   return worst;
 }
@@ -165,7 +163,7 @@ std::vector<OtherLight> other_light(const Task& task, const Groundwork& ground, 
                                     const Eigen::VectorXd& coefficients, const std::vector<HeightMap>& draws,
                                     const RunContext& context) {
   std::vector<OtherLight> all;
-  for (const LightWanted& wanted : kWanted)
+  for (const LightWanted& wanted : {LightWanted{0.7, 1}, {1.5, 1}, {3, 1}, {1, 0.6}})
     all.push_back({task.wavelength * wanted.wavelength_ratio, wanted.wavelength_ratio, wanted.stop});
   for (const double stop : {1.0, 0.6}) {
     std::vector<Scene> scenes;
@@ -173,7 +171,7 @@ std::vector<OtherLight> other_light(const Task& task, const Groundwork& ground, 
     for (std::size_t k = 0; k < all.size(); ++k) {
       if (all[k].stop != stop || context.stopped()) continue;
       try {
-        scenes.push_back(scene_of(task, ground, terms, kWanted[k], context.threads));
+        scenes.push_back(scene_of(task, ground, terms, {all[k].wavelength_ratio, stop}, context.threads));
         found.push_back(&all[k]);
       } catch (const ComputationError& error) {
         all[k].obstacle = error.what();

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/theory_values.h"
 
 namespace aberfit {
@@ -98,7 +99,7 @@ PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, cons
   const bool paper = task.target.convention == Convention::kPaper;
   if (psd) {
     use.choice = choose_model(*psd, task.mirror, task.aperture, task.wavelength,
-                              kModelShareOfMargin * task.equivalence.margin);
+                              law::kShareOfMargin * task.equivalence.margin);
     use.reason = use.choice->reason;
   }
   if (asked.theory) {

@@ -20,11 +20,10 @@ double movable_share(const Groundwork& ground, int n_min) {
 }
 
 double spherical_rms(const Task& task, const Groundwork& ground) {
-  constexpr double kOtherwise = 1e-6;
   if (task.fit.spherical_rms) return *task.fit.spherical_rms;
   return ground.use.model == FocusModel::kWaves && ground.term_psd
              ? psd_moments(*ground.term_psd).rms_height()
-             : kOtherwise;
+             : law::kUnspecifiedRms;
 }
 
 CoefficientPrior make_term_prior(const Task& task, const Groundwork& ground, const TermSet& terms,
@@ -103,7 +102,7 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
         throw FieldError("terms.fourier.sampling", e.what(), "\"log\", or a terms.band that ends below");
       }
     } else {
-      terms.fourier = fourier_modes(band, asked.fourier->count.value_or(kUsualWaves), task.fit.seed);
+      terms.fourier = fourier_modes(band, asked.fourier->count.value_or(law::kUsualWaves), task.fit.seed);
     }
     *captured = 1;
   }

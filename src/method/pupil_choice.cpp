@@ -9,21 +9,13 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
-#include "aberfit/method/judged_set.h"
 #include "aberfit/method/constants.h"
+#include "aberfit/method/judged_set.h"
 #include "aberfit/waves/diffraction_psf.h"
 
 namespace aberfit {
-namespace {
-
-constexpr double kReach = 1.5;          // of the largest EE radius (diffraction_sampling)
-constexpr int kLeastCells = 128;        // across: Airy radii to 3e-5
-constexpr double kCellsPerCycle = 3.0;  // a phase screen sampled twice a cycle folds its own side orders
-
-}  // namespace
-
 double plane_reach(const Target& target) {
-  if (std::holds_alternative<RingFwhm>(target.statistic)) return 0.5 * kReach * target.value;
+  if (std::holds_alternative<RingFwhm>(target.statistic)) return 0.5 * law::kReach * target.value;
   return std::abs(plane_of_light(target.statistic).value_or(0));
 }
 
@@ -50,7 +42,7 @@ double pitch_for_light(const Task& task, double radius, const PlanesSeen& planes
   for (const double dz : {planes.nearest, planes.farthest})
     if (f + dz > 0)  // a ring is not looked for behind the mirror
       pitch = std::min(pitch, diffraction_sampling(task.aperture, f, task.wavelength, radius * (f + dz) / f,
-                                                   dz, kLeastCells)
+                                                   dz, law::kLeastCells)
                                   .pitch);
   return pitch;
 }
@@ -72,18 +64,18 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   PlanesSeen planes;
   for (const Target& target : targets) {
     if (const auto* ee = std::get_if<EncircledEnergyRadius>(&target.statistic)) {
-      if (ee->dz == 0) radius = std::max(radius, kReach * target.value);
+      if (ee->dz == 0) radius = std::max(radius, law::kReach * target.value);
     } else if (const auto* ring = std::get_if<RingThrough>(&target.statistic)) {
-      radius = std::max(radius, kReach * ring->ring_radius);
+      radius = std::max(radius, law::kReach * ring->ring_radius);
     } else if (const auto* square = std::get_if<EnsquaredThrough>(&target.statistic)) {
-      radius = std::max(radius, kReach * square->side / std::numbers::sqrt2);
+      radius = std::max(radius, law::kReach * square->side / std::numbers::sqrt2);
     } else if (split && !kind_of(target.statistic).in_rays) {
-      radius = std::max(radius, kReach * split->low_reach());  // of all the light that terms move
+      radius = std::max(radius, law::kReach * split->low_reach());  // of all the light that terms move
     }
     planes.add(target);
   }
-  if (split) radius = std::min(radius, kReach * split->low_reach());
-  radius = std::max(radius, kReach * least_reach);
+  if (split) radius = std::min(radius, law::kReach * split->low_reach());
+  radius = std::max(radius, law::kReach * least_reach);
   const double for_light = coarsening * pitch_for_light(task, radius, planes);
   double highest = 0;  // of the terms [cycles/m]
   for (const FourierMode& mode : terms.fourier) highest = std::max(highest, std::hypot(mode.fx, mode.fy));
@@ -94,7 +86,7 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   // At the rim a cell of the wave pupil is longer on the mirror than its pitch: by dr/dP, at most.
   const double t = aperture_radius(task.aperture) / (2 * task.mirror.focal_length);
   const double longer = (1 + t * t) * (1 + t * t) / (1 - t * t);
-  const double for_terms = highest > 0 ? 1 / (kCellsPerCycle * highest * longer) : HUGE_VAL;
+  const double for_terms = highest > 0 ? 1 / (law::kCellsPerCycle * highest * longer) : HUGE_VAL;
   const double pitch = std::min(for_light, for_terms);
   const double cells = 2 * aperture_radius(task.aperture) / pitch;
   if (!(cells <= kMostCells))
@@ -107,55 +99,26 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   return pitch;
 }
 
-Eigen::Index first_cells(const Task& task, const Groundwork& ground, const TermSet& terms,
-                         const TargetSets& targets) {
-  const double pitch = wave_pitch(task, terms, all_targets(targets), ground.split.get(), kFirstCoarsening);
-  return Eigen::Index(aperture_area(task.aperture) / (pitch * pitch));
-}
-
-double first_judging_coarsening(const Task& task, double safe_pitch) {
-  // A judgement takes 150 focused planes of the safe grid: on two thousand cells a minute of one thread.
-  constexpr double kCheapCells = 640, kCoarsest = 2;
-  return std::clamp(2 * aperture_radius(task.aperture) / safe_pitch / kCheapCells, 1.0, kCoarsest);
-}
-
-double judging_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
-                     const BandSplit* split) {
-  return wave_pitch(task, terms, targets, split,
-                    first_judging_coarsening(task, wave_pitch(task, terms, targets, split)));
-}
-
 double grains_of(const Task& task, double angle) {
   const ApertureBox box = bounding_box(task.aperture);
   return angle * std::min(box.x1 - box.x0, box.y1 - box.y0) / task.wavelength;
 }
 
-bool has_core(const Task& task, const Groundwork& ground, double share) {
-  // Three hundredths of a core come back as light: at most a thirtieth of what the noise may take of a margin
-  // of 1 %.
-  constexpr double kGonePerShare = 1e-2;
-  if (!ground.mean_spot) return true;
-  // Of the whole roughness, however it is split: where the terms' own light has a core and the scatter takes
-  // it off, what comes back from lags beyond half the width is smoothed by the scatter, to two fifths of
-  // the noise of the grains and less (tests/method, from half a percent to nine tenths of the terms' light).
-  return !(ground.mean_spot->surface_transfer(0.5 * grains_of(task, task.wavelength)) <
-           kGonePerShare * share);
-}
-
-double wide_circles(const Task& task, const Groundwork& ground, const TargetSets& targets, double share) {
-  if (ground.use.model != FocusModel::kWaves || has_core(task, ground, share)) return HUGE_VAL;
+double wide_circles(const Task& task, const Groundwork& ground, const TargetSets& targets) {
+  if (ground.use.model != FocusModel::kWaves || ground.has_core()) return HUGE_VAL;
   double margin = task.equivalence.margin;
   for (const std::vector<Target>* some : {&targets.fitted, &targets.held_out})
     for (const Target& target : *some) margin = std::min(margin, margin_of(target, task.equivalence));
-  return std::pow(kWideCircleNoise / (share * margin), 2.0 / 3) / grains_of(task, 1);
+  return std::pow(kWideCircleNoise / (law::kWideShareOfMargin * margin), 2.0 / 3) / grains_of(task, 1);
 }
 
 namespace {
 
 bool rounding_is_small(const TargetSets& targets) {
-  constexpr double kClosest = 1e-4;
+  // Single precision rounds by 1e-7 of the light; a thousand such steps are below any tolerance.
+  constexpr double closest = 1e3 * 1e-7;
   return std::all_of(targets.fitted.begin(), targets.fitted.end(), [](const Target& target) {
-    return target.tolerance >= kClosest * std::abs(target.value);
+    return target.tolerance >= closest * std::abs(target.value);
   });
 }
 

@@ -6,33 +6,28 @@
 #include <bit>
 #include <cmath>
 
+#include "aberfit/method/constants.h"
 
 namespace aberfit {
-namespace {
-
-constexpr std::int64_t kFirstRays = 16384;
-
-}  // namespace
 
 std::int64_t first_rays(Eigen::Index terms) {
-  const auto needed = std::uint64_t(kRaysPerTerm * std::max<std::int64_t>(1, terms));
-  return std::clamp(std::int64_t(std::bit_ceil(needed)), kFirstRays, kMostAutomaticRays);
+  const auto needed = std::uint64_t(law::kRaysPerTerm * std::max<std::int64_t>(1, terms));
+  return std::clamp(std::int64_t(std::bit_ceil(needed)), law::kFewestRays, law::kMostRays);
 }
 
 std::int64_t more_rays(std::int64_t rays) { return 2 * rays; }
 
 bool explain_rays(std::int64_t rays, Verdict verdict, RayChoice* choice) {
   const bool steady = choice->gap <= choice->allowed && choice->sampling_error <= choice->allowed;
-  const double margin = choice->allowed / kRayShareOfMargin;
-  const bool open = verdict == Verdict::kUndecided && choice->sampling_error > kDecidedShareOfMargin * margin;
+  const bool open = verdict == Verdict::kUndecided;
   choice->reason = fmt::format(
       "{} rays: fresh rays change the fitted statistics by up to {:.2g} % and have a standard error of up to "
       "{:.2g} %, {} {:.2g} % ({:.0f} % of the margin)",
       rays, 100 * choice->gap, 100 * choice->sampling_error, steady ? "both below" : "not both below",
-      100 * choice->allowed, 100 * kRayShareOfMargin);
+      100 * choice->allowed, 100 * law::kRayShareOfMargin);
   if (!std::isfinite(choice->gap)) choice->reason = kNoValueToCompare;
   if (steady && open) choice->reason += "; the verdict is open and more rays could decide it";
-  return (steady && !open) || !std::isfinite(choice->gap) || rays >= kMostAutomaticRays;
+  return (steady && !open) || !std::isfinite(choice->gap) || rays >= law::kMostRays;
 }
 
 bool explain_cells(Eigen::Index cells, double share, RayChoice* choice) {

@@ -2,16 +2,12 @@
 
 #include <fmt/format.h>
 
+#include "aberfit/method/constants.h"
 #include "aberfit/method/judge.h"
 #include "aberfit/roughness/psd_in_band.h"
 
 namespace aberfit::internal {
-namespace {
-
-// B that OpticStudio takes is too large for the knee of a mirror metres across.
-constexpr double kPoorAbg = 0.1, kFreeB = 1e-30;
-
-}  // namespace
+namespace {}  // namespace
 
 void ask_perfect_mirror(const FitCase& of, FitOutcome* result) {
   result->perfect = judge_perfect_mirror(of);
@@ -51,9 +47,11 @@ void tell_scatter_of_rest(const FitCase& of, FitOutcome* result) {
   const AbgFit common = fit_abg(function);
   if (!common.found) return;
   scatter.abg.push_back(common);
-  if (!common.at_least_b || common.largest_error < kPoorAbg) return;
+  if (!common.at_least_b || common.largest_error < law::kNoteworthy) return;
+  // B that OpticStudio takes is too large for the knee of a mirror metres across: here as good as none bounds
+  // it.
   AbgOptions free;
-  free.least_b = kFreeB;
+  free.least_b = 1e-30;
   scatter.abg.push_back(fit_abg(function, free));
 }
 

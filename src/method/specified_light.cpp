@@ -7,12 +7,10 @@
 namespace aberfit {
 namespace {
 
-constexpr double kShares[] = {0.5, 0.8, 0.9};
-
 // By a function of the share that gives a radius.
 template <class Radius>
 void add_diameters(const Radius& radius, SpecifiedLight* light) {
-  for (const double share : kShares)
+  for (const double share : {0.5, 0.8, 0.9})
     light->values.push_back({fmt::format("ee{:g}_diameter", 100 * share), 2 * radius(share), true});
   light->values.push_back({"hew", light->values.front().value, true});
 }

@@ -8,11 +8,10 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/constants.h"
 
 namespace aberfit {
 namespace {
-
-constexpr int kGrid = 128;  // points per side where the surface goes through the estimator
 
 // Some bins of another spectrum.
 class SelectedBins : public SurfaceSpectrum {
@@ -89,7 +88,8 @@ SpectrumTarget make_spectrum_target(const Task& task, const Groundwork& ground, 
     options.bins_per_decade = asked.bins_per_decade;
     options.find_lines = false;
     Eigen::ArrayXd low, high;
-    std::unique_ptr<SurfaceSpectrum> all = estimated_spectrum(terms, options, kGrid, threads, &low, &high);
+    std::unique_ptr<SurfaceSpectrum> all =
+        estimated_spectrum(terms, options, law::kLeastCells, threads, &low, &high);
     std::vector<Eigen::Index> inside;
     for (Eigen::Index b = 0; b < low.size(); ++b)
       if (low[b] >= f_min && high[b] <= f_max) inside.push_back(b);

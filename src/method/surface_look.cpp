@@ -34,8 +34,7 @@ Eigen::ArrayXd window_on(const PupilSample& sample, const Aperture& aperture) {
 
 // The share of `light` in the brightest hundredth of its pixels, a part of a pixel by its part.
 double share_of_brightest(std::vector<double>* light) {
-  constexpr double kHundredth = 0.01;
-  const double wanted = kHundredth * double(light->size());
+  const double wanted = 0.01 * double(light->size());
   const auto whole = std::size_t(wanted);
   if (light->empty()) return std::nan("");
   std::nth_element(light->begin(), light->begin() + std::ptrdiff_t(whole), light->end(), std::greater<>());
@@ -80,7 +79,7 @@ void SurfaceLook::find_steps(const Aperture& aperture) {
       if (next < 0) continue;
       const double rho =
           std::hypot(sample.x[k] + sample.x[next], sample.y[k] + sample.y[next]) / (2 * radius);
-      steps_.push_back({k, next, std::min(kSlopeZones - 1, int(rho * kSlopeZones)), along_x});
+      steps_.push_back({k, next, std::min(law::kSlopeZones - 1, int(rho * law::kSlopeZones)), along_x});
     }
   }
 }
@@ -111,9 +110,9 @@ HeightMap SurfaceLook::draw(const RadialPsd& psd, std::uint64_t seed) const {
   RandomSurfaceOptions options;
   options.seed = seed;
   HeightMap map =
-      random_surface(psd, cells.y.size() + 2 * kMapMargin, cells.x.size() + 2 * kMapMargin, pitch_, options);
-  map.x0 = cells.x[0] - double(kMapMargin) * pitch_;
-  map.y0 = cells.y[0] - double(kMapMargin) * pitch_;
+      random_surface(psd, cells.y.size() + 2 * map_margin, cells.x.size() + 2 * map_margin, pitch_, options);
+  map.x0 = cells.x[0] - double(map_margin) * pitch_;
+  map.y0 = cells.y[0] - double(map_margin) * pitch_;
   return map;
 }
 
@@ -121,7 +120,7 @@ Eigen::ArrayXd SurfaceLook::at_points(const HeightMap& map) const {
   const CartesianGrid& cells = cells_of(pupil_);
   Eigen::ArrayXd height(pupil_.sample.size());
   for (Eigen::Index k = 0; k < height.size(); ++k)
-    height[k] = map.height(cells.row[std::size_t(k)] + kMapMargin, cells.column[std::size_t(k)] + kMapMargin);
+    height[k] = map.height(cells.row[std::size_t(k)] + map_margin, cells.column[std::size_t(k)] + map_margin);
   return height;
 }
 
@@ -149,18 +148,18 @@ void SurfaceLook::level(Eigen::ArrayXd* height) const {
 }
 
 void SurfaceLook::look_at_slopes(const Eigen::ArrayXd& height, LookedAt* looked) const {
-  double sum[kSlopeZones][2] = {}, count[kSlopeZones][2] = {};
+  double sum[law::kSlopeZones][2] = {}, count[law::kSlopeZones][2] = {};
   for (const Step& step : steps_) {
     sum[step.zone][step.along_x] += std::pow((height[step.to] - height[step.from]) / pitch_, 2);
     count[step.zone][step.along_x] += 1;
   }
   double all[2] = {}, cells[2] = {};
-  for (int zone = 0; zone < kSlopeZones; ++zone)
+  for (int zone = 0; zone < law::kSlopeZones; ++zone)
     for (const int axis : {0, 1}) all[axis] += sum[zone][axis], cells[axis] += count[zone][axis];
   const double mean = all[0] / cells[0] + all[1] / cells[1];
   looked->slope_x_over_y = std::sqrt(all[1] / cells[1] / (all[0] / cells[0]));
-  looked->zones = Eigen::ArrayXd::Constant(kSlopeZones, std::nan(""));
-  for (int zone = 0; zone < kSlopeZones; ++zone)
+  looked->zones = Eigen::ArrayXd::Constant(law::kSlopeZones, std::nan(""));
+  for (int zone = 0; zone < law::kSlopeZones; ++zone)
     if (count[zone][0] > 0 && count[zone][1] > 0)
       looked->zones[zone] = std::sqrt((sum[zone][0] / count[zone][0] + sum[zone][1] / count[zone][1]) / mean);
 }

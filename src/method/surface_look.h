@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "aberfit/measured/height_map.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/task.h"
 #include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/roughness/psd.h"
@@ -10,16 +11,10 @@
 
 namespace aberfit::internal {
 
-/// Points that a random surface reaches beyond the outermost cells, for who interpolates it.
-inline constexpr Eigen::Index kMapMargin = 4;
-
-/// Zones of equal width that slopes are compared in.
-inline constexpr int kSlopeZones = 4;
-
 /// What is looked at of a surface; NaN where a zone has no cells or no image was asked for.
 struct LookedAt {
   Eigen::ArrayXd psd;    ///< per bin [m^4]
-  Eigen::ArrayXd zones;  ///< kSlopeZones: RMS slope over that of the aperture
+  Eigen::ArrayXd zones;  ///< law::kSlopeZones: RMS slope over that of the aperture
   double slope_x_over_y = 0;
   double length_over_width = 0, bright_share = 0;
 };
@@ -33,7 +28,7 @@ class SurfaceLook {
   SurfaceLook(const Task& task, Eigen::ArrayXd edges, double pitch, bool with_image);
 
   const PupilSample& points() const { return pupil_.sample; }
-  /// A random surface of `psd` over the aperture and kMapMargin points beyond.
+  /// A random surface of `psd` over the aperture and map_margin points beyond, for who interpolates it.
   HeightMap draw(const RadialPsd& psd, std::uint64_t seed) const;
   /// Heights of such a map at `points`.
   Eigen::ArrayXd at_points(const HeightMap& map) const;
@@ -41,6 +36,7 @@ class SurfaceLook {
   LookedAt operator()(Eigen::ArrayXd height) const;
 
  private:
+  static constexpr Eigen::Index map_margin = 4;
   struct Step {
     Eigen::Index from, to;  // neighbours
     int zone;

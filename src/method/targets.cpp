@@ -10,6 +10,7 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/theory/ray_perturbation.h"
@@ -23,23 +24,15 @@ using namespace internal;
 
 namespace {
 
-// The default statistics: fractions and planes in units of f sigma_f / R.
-constexpr double kFractions[] = {0.20, 0.35, 0.50, 0.65, 0.80, 0.90, 0.95};
-constexpr double kPlanes[] = {0, -1, 1, -2, 2, -3.5, 3.5, -5, 5};
-// Between them, with a wider tolerance: guides of the fit. Without guides EE radii halfway between the fitted
-// fractions and planes stay up to 1.4 % off (worst of 91 over ten seeds of fits/paper-physical), with them
-// 0.7 %.
-constexpr double kGuideFractions[] = {0.275, 0.425, 0.575, 0.725, 0.85};
-constexpr double kGuidePlanes[] = {0, -0.5, 0.5, -1.5, 1.5, -2.75, 2.75, -4.25, 4.25};
-constexpr double kGuideTolerance = 3e-3;
-// Of all that guides a fit by waves, whatever the theory, which goes on until each is met. With 3e-3, in a
-// sum of squares with the targets, the README's study took 28 iterations for 10; with 3e-3 for the mean angle
-// alone, few of whose modes carry the slope, a power law of g 2.8 took 2,208 terms in two minutes, with this
-// 322 in one.
-constexpr double kLightGuideTolerance = 9e-3;
-// Held out from both: other fractions, planes in between, other rings, the mean angle.
-constexpr double kHeldOutFractions[] = {0.25, 0.30, 0.40, 0.60, 0.70, 0.75, 0.875, 0.925};
-constexpr double kHeldOutPlanes[] = {0, -0.25, 0.25, -0.75, 0.75, -1.75, 1.75, -3.1, 3.1, -4.6, 4.6};
+// Between the fitted fractions and planes, with a wider tolerance, guides of the fit. Without guides EE radii
+// halfway between the fitted ones stay up to 1.4 % off (worst of 91 over ten seeds of fits/paper-physical).
+template <std::size_t n>
+std::vector<double> middles_of(const double (&fitted)[n]) {
+  std::vector<double> sorted(fitted, fitted + n), middles;
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t k = 0; k + 1 < n; ++k) middles.push_back(0.5 * (sorted[k] + sorted[k + 1]));
+  return middles;
+}
 
 // Planes on both sides of the focus at multiples of a unit [m], as far out as they are looked at [m].
 struct Planes {
@@ -58,26 +51,10 @@ struct Planes {
   }
 };
 
-// A wide band scatters some light so far that the ring of a fraction lies in the halo. It fades as far out of
-// focus, where terms have no say in it, while the theory and the grid have to follow the whole cone of light.
-// A ring takes 46 in a 0.4 m mirror with 3,000 cycles across, 3 to 21 in the studies of fits/.
-constexpr double kHalo = 60;  // core_sigma
-
-bool in_halo(const Groundwork& ground, double fraction) {
-  return ground.mean_spot &&
-         ground.mean_spot->encircled_energy_radius(fraction, 0) > kHalo * ground.core_sigma;
-}
-
-// The light through a ring falls to half some depths of focus out, where a deep focus has no planes.
-bool has_ring(const Groundwork& ground, double fraction) {
-  return !ground.is_deep() && !in_halo(ground, fraction);
-}
-
 // Where few modes carry the roughness, the mean light of such mirrors is no mirror's of their mean height:
 // light is not linear in the height's square (Jensen), and one surface of few modes has no room for both.
-constexpr double kFewModes = 10;
 bool has_few_modes(const Groundwork& ground) {
-  return ground.numbers.n_eff > 0 && ground.numbers.n_eff < kFewModes;
+  return ground.numbers.n_eff > 0 && ground.numbers.n_eff < law::kFewModes;
 }
 
 // Of default statistics moments of the surface are left out, asked ones are kept and minded.
@@ -122,17 +99,17 @@ Planes planes_around(const std::vector<Wanted>& wanted, const Groundwork& ground
     return planes;
   }
   Planes planes{ground.plane_unit()};
-  planes.reach = std::abs(planes.at(kPlanes[std::size(kPlanes) - 1]));
-  for (const double units : kPlanes)
+  planes.reach = std::abs(planes.at(law::kFittedPlanes[std::size(law::kFittedPlanes) - 1]));
+  for (const double units : law::kFittedPlanes)
     if (const double dz = std::abs(planes.at(units)); dz >= asked) planes.reach = std::min(planes.reach, dz);
   return planes;
 }
 
 std::vector<Wanted> default_statistics(const Groundwork& ground) {
   std::vector<Wanted> wanted;
-  for (const double dz : default_planes(ground).within_reach(kPlanes))
-    for (const double fraction : kFractions) wanted.push_back({EncircledEnergyRadius{fraction, dz}});
-  if (has_ring(ground, RingFwhm{}.ring_fraction)) wanted.push_back({RingFwhm{}});
+  for (const double dz : default_planes(ground).within_reach(law::kFittedPlanes))
+    for (const double fraction : law::kFittedShares) wanted.push_back({EncircledEnergyRadius{fraction, dz}});
+  if (!ground.is_deep()) wanted.push_back({RingFwhm{}});
   if (has_few_modes(ground)) return wanted;
   wanted.push_back({ScatterRms{}});
   wanted.push_back({RmsHeight{}});
@@ -176,9 +153,11 @@ std::vector<Statistic> guide_statistics(const Groundwork& ground, const Planes& 
     if (!has_few_modes(ground)) guides.push_back(ScatterMean{});
     return guides;
   }
-  for (const double units : kGuidePlanes)
-    for (const double fraction : kGuideFractions)
-      guides.push_back(EncircledEnergyRadius{fraction, planes.at(units)});
+  std::vector<double> between = middles_of(law::kFittedPlanes), shares = middles_of(law::kFittedShares);
+  between.push_back(0);
+  shares.pop_back();  // beyond 90 % of the light rings hold too many rays to vary
+  for (const double units : between)
+    for (const double share : shares) guides.push_back(EncircledEnergyRadius{share, planes.at(units)});
   return guides;
 }
 
@@ -186,10 +165,10 @@ std::vector<Statistic> guide_statistics(const Groundwork& ground, const Planes& 
 std::vector<Statistic> held_out_statistics(const Groundwork& ground, const Planes& planes,
                                            const std::vector<Statistic>& known) {
   std::vector<Statistic> held_out;
-  for (const double dz : planes.within_reach(kHeldOutPlanes))
-    for (const double fraction : kHeldOutFractions) held_out.push_back(EncircledEnergyRadius{fraction, dz});
+  for (const double dz : planes.within_reach(law::kHeldOutPlanes))
+    for (const double fraction : law::kHeldOutShares) held_out.push_back(EncircledEnergyRadius{fraction, dz});
   for (const double fraction : {0.5, 0.8})
-    if (has_ring(ground, fraction)) held_out.push_back(RingFwhm{fraction, {}});
+    if (!ground.is_deep()) held_out.push_back(RingFwhm{fraction, {}});
   if (ground.use.model != FocusModel::kWaves && !has_few_modes(ground)) held_out.push_back(ScatterMean{});
   std::erase_if(held_out, [&](const Statistic& candidate) {
     return std::any_of(known.begin(), known.end(), [&](const Statistic& statistic) {
@@ -221,12 +200,11 @@ Eigen::VectorXd geometric_curve_slopes(const GeometricHarveyShack& theory,
 // Theory `rays`: Harvey-Shack by perturbed rays, in independent batches that give the standard error.
 Predicted predict_by_rays(const Task& task, const Groundwork& ground,
                           const std::vector<Statistic>& statistics, int threads) {
-  constexpr int kBatches = 16;
-  constexpr std::int64_t kRaysPerBatch = 131072;
-  Eigen::MatrixXd values(Eigen::Index(statistics.size()), kBatches);
-  parallel_for(kBatches, threads, [&](std::size_t b) {
+  constexpr std::int64_t rays_of_group = 2 * law::kMostRays / law::kGroups;
+  Eigen::MatrixXd values(Eigen::Index(statistics.size()), law::kGroups);
+  parallel_for(law::kGroups, threads, [&](std::size_t b) {
     const std::uint64_t seed = RandomStream(task.trace.pupil.seed, "harvey-shack-target").bits(b);
-    const PupilSample pupil = make_pupil(task.aperture, {PupilLayout::kSobol, kRaysPerBatch, seed});
+    const PupilSample pupil = make_pupil(task.aperture, {PupilLayout::kSobol, rays_of_group, seed});
     const RayBundle nominal = trace_nominal(task.mirror, pupil);
     const RayBundle rays =
         trace_perturbed(task.mirror, pupil, ground.numbers.rms_slope_per_axis, task.target.convention, seed);
@@ -238,7 +216,7 @@ Predicted predict_by_rays(const Task& task, const Groundwork& ground,
   Predicted predicted;
   predicted.value = values.rowwise().mean();
   predicted.standard_error = standard_error_of_mean(values);
-  predicted.degrees_of_freedom = kBatches - 1;
+  predicted.degrees_of_freedom = law::kGroups - 1;
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     if (!std::holds_alternative<RmsHeight>(statistics[k])) continue;
     predicted.value[Eigen::Index(k)] = (*ground.theory)(statistics[k]);
@@ -310,7 +288,6 @@ std::optional<double> curve_slope_of(const Statistic& statistic, const Predicted
 // the rings.
 void warn_of_sharp_values(const Task& task, const Groundwork& ground, const std::vector<Wanted>& wanted,
                           TargetSets* sets) {
-  constexpr double kFree = 0.95;
   if (!ground.use.light_decides) return;
   std::optional<GeneralisedHarveyShack> perfect;
   std::vector<std::string> sharp;
@@ -319,11 +296,12 @@ void warn_of_sharp_values(const Task& task, const Groundwork& ground, const std:
     if (!ee || !one.value) continue;
     if (!perfect) {
       const double highest = 1 / ground.radius;  // of a roughness that is none
-      perfect.emplace(RadialPsd(UniformPsd{1e-6 * task.wavelength, 0.5 * highest, highest}),
-                      Mirror{.focal_length = task.mirror.focal_length}, task.aperture, task.wavelength);
+      perfect.emplace(
+          RadialPsd(UniformPsd{law::kSmoothG / (4 * kPi) * task.wavelength, 0.5 * highest, highest}),
+          Mirror{.focal_length = task.mirror.focal_length}, task.aperture, task.wavelength);
     }
     const double least = perfect->encircled_energy_radius(ee->fraction, 0);
-    if (*one.value < kFree * least)
+    if (*one.value < (1 - law::kNoteworthy) * least)
       sharp.push_back(fmt::format("{} of {} (the perfect mirror: {})", statistic_name(one.statistic),
                                   format_quantity(*one.value, Dimension::kLength),
                                   format_quantity(least, Dimension::kLength)));
@@ -337,7 +315,7 @@ void warn_of_sharp_values(const Task& task, const Groundwork& ground, const std:
 // Why planes by default end where they do, as a clause; empty where a warning of its own says it.
 std::string why_no_farther(const Groundwork& ground) {
   if (ground.default_unit() < ground.plane_unit())
-    return fmt::format(", beyond which light by waves takes more than {} cells across", kMostCellsByDefault);
+    return fmt::format(", beyond which light by waves takes more than {} cells across", law::kMostCells);
   return ground.is_deep() ? "" : ", where the cone of light becomes as wide as the scatter";
 }
 
@@ -352,68 +330,32 @@ void warn_of_near_planes(const Groundwork& ground, double reach, TargetSets* set
            format_quantity(reach, Dimension::kLength), why_no_farther(ground))});
 }
 
-// Of the default set. where: what is wrong with the planes where the light of a ring falls to half, a clause.
-template <class Which, class Where>
-void leave_out_fitted(const Which& which, const Where& where, TargetSets* sets) {
+// Rings that are not asked for by name: those whose light falls to half beyond the planes that are looked at
+// of a spot without a core, or where light by waves takes too many cells across to see the cone of light
+// turn.
+void leave_out_rings(const Task& task, const Groundwork& ground, double reach, bool default_set,
+                     TargetSets* sets) {
+  if (ground.use.model != FocusModel::kWaves) return;
+  const double by_cells =
+      farthest_plane(task.aperture, ground.focal_length, task.wavelength, law::kMostCells);
+  const auto far_out = [&](const Target& target) {
+    return std::holds_alternative<RingFwhm>(target.statistic) &&
+           (0.5 * target.value > by_cells || (!ground.has_core() && 0.5 * target.value > reach));
+  };
+  std::erase_if(sets->held_out, far_out);
+  if (!default_set) return;
   for (const Target& target : sets->fitted)
-    if (which(target))
+    if (far_out(target))
       sets->warnings.push_back(
           {"target-missing",
-           fmt::format("the light of {} falls to half {} out of focus, {}", statistic_name(target.statistic),
-                       format_quantity(0.5 * target.value, Dimension::kLength), where(target))});
-  std::erase_if(sets->fitted, which);
-}
-
-// Rings whose light falls to half beyond the planes that are looked at.
-void leave_out_rings_beyond(const Groundwork& ground, double reach, bool default_set, TargetSets* sets) {
-  const auto beyond = [reach](const Target& target) {
-    return std::holds_alternative<RingFwhm>(target.statistic) && 0.5 * target.value > reach;
-  };
-  std::erase_if(sets->held_out, beyond);
-  if (default_set)
-    leave_out_fitted(
-        beyond,
-        [&ground](const Target& target) {
-          const std::string where = "beyond the planes of a spot without a core";
-          if (0.5 * target.value > ground.farthest_by_cells)
-            return fmt::format(
-                "{}, where light by waves takes more than {} cells across: left out of the "
-                "default statistics",
-                where, kMostCellsByDefault);
-          return where +
-                 ": left out of the default statistics; name it in `target.statistics` to have it, "
-                 "beside all else that is wanted";
-        },
-        sets);
-}
-
-// Rings of the default set that ask for a grid much finer than everything else: of a spot without a core the
-// light through a ring falls to half so far out of focus that thousands of cells see the cone of light turn,
-// minutes for one number.
-void leave_out_rings_far_out(const Task& task, const Groundwork& ground, TargetSets* sets) {
-  constexpr double kMostCells = 1024, kTimesFiner = 2;
-  if (ground.use.model != FocusModel::kWaves) return;
-  const auto is_ring = [](const Target& t) { return std::holds_alternative<RingFwhm>(t.statistic); };
-  // Towards the mirror, where the field of view is smaller.
-  const auto cells = [&](double reach) {
-    const double f = task.mirror.focal_length;
-    return reach < f
-               ? 2 * ground.radius / diffraction_sampling(task.aperture, f, task.wavelength, 0, -reach).pitch
-               : HUGE_VAL;
-  };
-  double reach = 0;  // of everything else
-  for (const Target& target : all_targets(*sets))
-    if (!is_ring(target)) reach = std::max(reach, plane_reach(target));
-  const double finest = std::max(kMostCells, kTimesFiner * cells(reach));
-  const auto far_out = [&](const Target& t) { return is_ring(t) && cells(plane_reach(t)) > finest; };
-  leave_out_fitted(
-      far_out,
-      [&](const Target& target) {
-        return fmt::format("where it takes a grid of {:.0f} cells across: left out of the default statistics",
-                           cells(plane_reach(target)));
-      },
-      sets);
-  std::erase_if(sets->held_out, far_out);
+           fmt::format(
+               "the light of {} falls to half {} out of focus, {}: left out of the default statistics",
+               statistic_name(target.statistic), format_quantity(0.5 * target.value, Dimension::kLength),
+               0.5 * target.value > by_cells
+                   ? fmt::format("where light by waves takes more than {} cells across", law::kMostCells)
+                   : "beyond the planes of a spot without a core; name it in `target.statistics` to "
+                     "have it, beside all else that is wanted")});
+  std::erase_if(sets->fitted, far_out);
 }
 
 }  // namespace
@@ -481,7 +423,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
       target.tolerance = wanted[k].tolerance * (of_share ? 1.0 : std::abs(target.value));
       sets.fitted.push_back(target);
     } else if (k < wanted.size() + guides.size()) {
-      target.tolerance = (waves ? kLightGuideTolerance : kGuideTolerance) * std::abs(target.value);
+      target.tolerance = law::kGuideTolerance * std::abs(target.value);
       sets.guides.push_back(target);
     } else {
       sets.held_out.push_back(target);
@@ -489,26 +431,18 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
   }
   if (!any_given && waves && ground.mean_spot) {
     const std::vector<Target> between =
-        light_guides(task, ground, planes.within_reach(kPlanes), kLightGuideTolerance, threads);
+        light_guides(task, ground, planes.within_reach(law::kFittedPlanes), threads);
     sets.guides.insert(sets.guides.end(), between.begin(), between.end());
   }
   if (sets.fitted.empty()) refuse_without_focus(without_value.front(), ground);
-  if (default_set && ground.has_no_core()) warn_of_near_planes(ground, planes.reach, &sets);
-  if (ground.has_no_core()) leave_out_rings_beyond(ground, planes.reach, default_set, &sets);
-  if (default_set) leave_out_rings_far_out(task, ground, &sets);
+  if (default_set && !ground.has_core()) warn_of_near_planes(ground, planes.reach, &sets);
+  leave_out_rings(task, ground, planes.reach, default_set, &sets);
   if (!without_value.empty())
     sets.warnings.push_back({"target-missing", fmt::format("the theory has no value for {}: left out of the "
                                                            "default statistics",
                                                            fmt::join(without_value, ", "))});
   warn_of_few_modes(ground, default_set, &sets);
   warn_of_sharp_values(task, ground, wanted, &sets);
-  if (default_set && in_halo(ground, RingFwhm{}.ring_fraction))
-    sets.warnings.push_back(
-        {"target-missing",
-         fmt::format(
-             "the ring of {} is one of scattered light, which fades far out of focus: left out of the "
-             "default statistics",
-             statistic_name(RingFwhm{}))});
   return sets;
 }
 

@@ -10,6 +10,7 @@
 #include "aberfit/core/units.h"
 #include "aberfit/forward/forward_model.h"
 #include "aberfit/method/band_choice.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/plan.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/theory/scattered_rays.h"
@@ -72,7 +73,7 @@ void require_a_value(const std::vector<Statistic>& statistics, const Eigen::Vect
 }
 
 // Pitch [m] of the grid for waves. A surface need not be as specified: where that grid is too coarse for its
-// slopes, one that evaluate_diffraction takes, in steps of half the cells; at most kMostCellsByDefault a
+// slopes, one that evaluate_diffraction takes, in steps of half the cells; at most law::kMostCells a
 // side, which a surface of light that can be seen does with.
 double traced_pitch(const Task& task, const Groundwork& ground, const std::vector<Target>& targets,
                     const GivenSurface& surface, int threads) {
@@ -80,7 +81,7 @@ double traced_pitch(const Task& task, const Groundwork& ground, const std::vecto
   for (const Target& target : targets)
     if (const auto dz = plane_of_light(target.statistic)) planes.push_back(*dz);
   const auto [nearest, farthest] = std::minmax_element(planes.begin(), planes.end());
-  const double most = 2 * ground.radius / kMostCellsByDefault;
+  const double most = 2 * ground.radius / law::kMostCells;
   double pitch = wave_pitch(task, surface.terms, targets, ground.split.get());
   for (; pitch / std::sqrt(2.0) > most; pitch /= std::sqrt(2.0)) {
     const DiffractionPupil cells = diffraction_pupil(task.aperture, task.mirror.focal_length, pitch);

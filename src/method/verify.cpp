@@ -252,7 +252,7 @@ VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optio
     report.theory.push_back(is_rotationally_symmetric(task.mirror) ? (*ground.theory)(statistic)
                                                                    : std::nan(""));
   const int law = ensemble_draws(spread_in_margins(report.scene, task.equivalence));
-  const int asked = (aside.draws.value_or(law) + kEnsembleGroups - 1) / kEnsembleGroups * kEnsembleGroups;
+  const int asked = (aside.draws.value_or(law) + law::kGroups - 1) / law::kGroups * law::kGroups;
   report.draws = given ? 0 : asked;
   const Ensemble ensemble{task, surface.terms, plan.prior, report.draws};
   if (given)

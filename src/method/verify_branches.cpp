@@ -11,9 +11,6 @@
 namespace aberfit::internal {
 namespace {
 
-constexpr double kPaperPitch = 1e-4;  // the paper samples N(z) every 0.1 mm
-constexpr double kPaperReach = 2e-2;
-
 double weighted_rms(const Eigen::ArrayXd& values, const Eigen::ArrayXd& weight) {
   return std::sqrt((weight * values.square()).sum() / weight.sum());
 }
@@ -47,7 +44,8 @@ void add_paper_quantities(const std::string& branch, const Task& task, const Gro
   q[branch + ".phase_gradient_rms_rad_per_m"] = scale * std::hypot(deflection_x, deflection_y);
   const FocusInput focus{b.rays, nominal, b.field.height, task.trace.centre};
   const double ring = evaluate_exact(focus, {EncircledEnergyRadius{}}, 1)[0];
-  q[branch + ".ring_fwhm_counted_m"] = counted_ring_width(b.rays, ring, kPaperPitch, kPaperReach);
+  // The paper samples N(z) every 0.1 mm, as far as 20 mm.
+  q[branch + ".ring_fwhm_counted_m"] = counted_ring_width(b.rays, ring, 1e-4, 2e-2);
   q[branch + ".ring_fwhm_over_ee90_f_over_r"] =
       evaluate_exact(focus, {RingFwhm{}}, 1)[0] / (ring * task.mirror.focal_length / ground.radius);
 }

@@ -8,6 +8,7 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/random.h"
 #include "aberfit/forward/forward_model.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/theory/ray_perturbation.h"
 #include "task_surface.h"
@@ -16,13 +17,6 @@ namespace aberfit {
 using namespace internal;
 
 namespace {
-
-// Points of one draw. Draws share the pupil of their group, so that kEnsembleGroups times as many points see
-// the aperture; what one draw misses between its points is noise that the mean over draws averages.
-constexpr std::int64_t kRaysPerDraw = 4096;
-
-// A cell of a draw costs half a microsecond on one thread (1600 terms, five planes): half a minute for all.
-constexpr double kMostWaveCells = 6e7;
 
 // Rays of many draws one behind the other, with the directions of their nominal rays.
 struct Gathered {
@@ -49,22 +43,24 @@ Eigen::VectorXd statistics_of(const Gathered& light, Centre centre, const std::v
   return evaluate_exact({light.rays, light.nominal, kNoHeight, centre}, statistics, threads);
 }
 
+// Draws share the pupil of their group, so that law::kGroups times as many points see the aperture; what one
+// draw misses between its points is noise that the mean over draws averages.
 // Mean over all and its standard error from groups that are each evaluated alone. `light` fills the rays of
 // a group from the given place on.
 template <typename Light>
 EnsembleMean mean_of_groups(const Task& task, int draws, const std::vector<Statistic>& statistics,
                             int threads, const Light& light) {
-  const int per_group = draws / kEnsembleGroups;
-  const Eigen::Index group_rays = Eigen::Index(per_group) * kRaysPerDraw;
-  Gathered all(group_rays * kEnsembleGroups);
-  Eigen::MatrixXd values(Eigen::Index(statistics.size()), kEnsembleGroups);
-  parallel_for(kEnsembleGroups, threads, [&](std::size_t g) {
+  const int per_group = draws / law::kGroups;
+  const Eigen::Index group_rays = Eigen::Index(per_group) * law::kRaysOfDraw;
+  Gathered all(group_rays * law::kGroups);
+  Eigen::MatrixXd values(Eigen::Index(statistics.size()), law::kGroups);
+  parallel_for(law::kGroups, threads, [&](std::size_t g) {
     const std::uint64_t seed = RandomStream(task.trace.pupil.seed, "ensemble-pupils").bits(g);
-    const PupilSample pupil = make_pupil(task.aperture, {PupilLayout::kSobol, kRaysPerDraw, seed});
+    const PupilSample pupil = make_pupil(task.aperture, {PupilLayout::kSobol, law::kRaysOfDraw, seed});
     Gathered group(group_rays);
     light(g, per_group, pupil, trace_nominal(task.mirror, pupil), &group);
     values.col(Eigen::Index(g)) = statistics_of(group, task.trace.centre, statistics, 1);
-    all.put(Eigen::Index(g) * group_rays, group.rays, group.nominal, 1.0 / kEnsembleGroups);
+    all.put(Eigen::Index(g) * group_rays, group.rays, group.nominal, 1.0 / law::kGroups);
   });
   EnsembleMean mean;
   mean.value = statistics_of(all, task.trace.centre, statistics, threads);
@@ -136,7 +132,7 @@ LightPlan plan_light(const GeneralisedHarveyShack& ghs, const std::vector<Statis
 // Quantile of Student's t over the normal one: what a standard error from groups is widened by before a test
 // that takes it for known.
 double student_widening(double confidence) {
-  return student_quantile(confidence, kEnsembleGroups - 1) / student_quantile(confidence, kInfinity);
+  return student_quantile(confidence, law::kGroups - 1) / student_quantile(confidence, kInfinity);
 }
 
 // The metric from the mean shares and what groups of draws gave.
@@ -182,9 +178,9 @@ WaveShares shares_of_draws(const Ensemble& ensemble, const LightPlan& plan, doub
   const LightPath path{task.mirror,     pupil,          surface,          FocusModel::kWaves,
                        task.wavelength, &task.aperture, task.trace.centre};
   WaveShares shares;
-  shares.groups = Eigen::MatrixXd::Zero(Eigen::Index(plan.shares.size()), kEnsembleGroups);
-  const int per_group = draws / kEnsembleGroups;
-  parallel_for(kEnsembleGroups, threads, [&](std::size_t g) {
+  shares.groups = Eigen::MatrixXd::Zero(Eigen::Index(plan.shares.size()), law::kGroups);
+  const int per_group = draws / law::kGroups;
+  parallel_for(law::kGroups, threads, [&](std::size_t g) {
     const auto model = make_forward_model(path, plan.shares, 1);
     for (int d = 0; d < per_group; ++d) {
       model->move_to(drawn(ensemble, g * std::uint64_t(per_group) + std::uint64_t(d)));
@@ -223,7 +219,7 @@ EnsembleMean ensemble_by_rays(const Ensemble& ensemble, const std::vector<Statis
             field = surface_field(task, pupil, {ensemble.terms, c}, 1);
           else
             surface.apply(c, &field);
-          group->put(d * kRaysPerDraw, trace(task.mirror, pupil, field), nominal, 1.0 / count);
+          group->put(d * law::kRaysOfDraw, trace(task.mirror, pupil, field), nominal, 1.0 / count);
         }
       });
 }
@@ -236,7 +232,7 @@ EnsembleMean ensemble_of_perturbed_rays(const Task& task, double slope, int draw
         const RandomStream seeds(task.trace.pupil.seed, "ensemble-perturbed-rays");
         for (int d = 0; d < count; ++d) {
           const std::uint64_t seed = seeds.bits(g * std::uint64_t(count) + std::uint64_t(d));
-          group->put(d * kRaysPerDraw,
+          group->put(d * law::kRaysOfDraw,
                      trace_perturbed(task.mirror, pupil, slope, task.target.convention, seed), nominal,
                      1.0 / count);
         }
@@ -261,8 +257,9 @@ void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
       shares.mean = {fresh.value, fresh.standard_error};
     } else {
       const double cells = std::pow(2 * ground.radius / pitch, 2);
-      const int most = int(kMostWaveCells / cells) / kEnsembleGroups * kEnsembleGroups;
-      report->light_draws = std::clamp(ensemble.draws, kEnsembleGroups, std::max(most, kEnsembleGroups));
+      const int most =
+          int(law::kMostDraws * std::pow(law::kMostCells, 2) / cells) / law::kGroups * law::kGroups;
+      report->light_draws = std::clamp(ensemble.draws, law::kGroups, std::max(most, law::kGroups));
       shares = shares_of_draws(ensemble, plan, pitch, report->light_draws, threads);
     }
     for (const LightRow& row : plan.rows)
@@ -278,24 +275,24 @@ void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
 }  // namespace internal
 
 int ensemble_draws(double spread) {
-  constexpr double kPrecision = 6.9;     // predicted standard errors in a margin
-  constexpr int kLeast = 2, kMost = 36;  // groups
-  const double wanted = std::pow(kPrecision * spread, 2) / kEnsembleGroups;
+  // Standard errors in a margin, times what the predicted spread is known to.
+  const double wanted = std::pow(1.5 * (1.75 + 2.87) * spread, 2) / law::kGroups;
   // Not a number where the spread is none: then as many as there may be.
-  const double groups = wanted <= kMost ? std::max(double(kLeast), std::ceil(wanted)) : kMost;
-  return int(groups) * kEnsembleGroups;
+  const double groups =
+      wanted <= law::kMostGroupDraws ? std::max(2.0, std::ceil(wanted)) : law::kMostGroupDraws;
+  return int(groups) * law::kGroups;
 }
 
 EquivalenceMetric share_metric(const std::string& name, double fraction, double radius, double slope,
                                double share, double error, double margin, double confidence) {
-  constexpr double kFirstOrder = 0.25;  // of the radius: further off the slope says nothing of where it is
   // Differences in units in which `margin` is the tolerance; a test of 1 + difference against 1.
   const double unit = std::max(radius * slope, kFlattestCurve);
   EquivalenceMetric metric =
       tost(name, false, 1, 0, 1 + (fraction - share) / unit, error / unit, margin, confidence);
   metric.target = radius;
   const double shift = (fraction - share) / slope;
-  metric.model = std::abs(shift) <= kFirstOrder * radius ? radius + shift : std::nan("");
+  // Further off than a third of the radius the slope says nothing of where it is.
+  metric.model = std::abs(shift) <= radius / 3 ? radius + shift : std::nan("");
   return metric;
 }
 

@@ -12,7 +12,7 @@ struct EnsembleMean {
   Eigen::VectorXd value, standard_error;
 };
 
-/// Where the draws of an ensemble come from: `draws` (a multiple of kEnsembleGroups) surfaces of `prior`.
+/// Where the draws of an ensemble come from: `draws` (a multiple of law::kGroups) surfaces of `prior`.
 struct Ensemble {
   const Task& task;
   const TermSet& terms;
@@ -34,7 +34,7 @@ void compare_in_light(const Ensemble& ensemble, const Groundwork& ground,
                       const std::optional<GivenSurface>& given, const std::vector<Statistic>& statistics,
                       int threads, VerifyReport* report);
 
-/// TOST of means whose standard errors come from kEnsembleGroups groups, with Student's t.
+/// TOST of means whose standard errors come from law::kGroups groups, with Student's t.
 EquivalenceMetric tost_of_groups(const std::string& name, double target, double target_error, double model,
                                  double model_error, const EquivalenceSpec& test);
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "aberfit/commands/run.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/study/read_study.h"
 
 namespace aberfit {
@@ -38,12 +39,12 @@ TEST(AllScatter, DrawsMoreMirrorsWhereTheySpreadTooFarToTell) {
     ASSERT_EQ(result->terms.size(), 0);
     EXPECT_EQ(result->verdict, Verdict::kEquivalent);
   }
-  EXPECT_EQ(steady.metrics.front().degrees_of_freedom, kScatterDraws - 1);
-  EXPECT_LE(widest(steady), 0.25);
+  EXPECT_EQ(steady.metrics.front().degrees_of_freedom, law::kGroups - 1);
+  EXPECT_LE(widest(steady), law::kShareOfMargin);
   const double draws = wide.metrics.front().degrees_of_freedom + 1;
-  EXPECT_GT(draws, kScatterDraws);
-  EXPECT_LE(draws, kMostScatterDraws);
-  EXPECT_TRUE(draws == kMostScatterDraws || widest(wide) < 0.3);
+  EXPECT_GT(draws, law::kGroups);
+  EXPECT_LE(draws, law::kMostDraws);
+  EXPECT_TRUE(draws == law::kMostDraws || widest(wide) < 0.4);
 }
 
 // Few low frequencies carry the height: 64 mirrors know it to 0.8 % (90 %), and verdicts with a margin of
@@ -61,9 +62,9 @@ TEST(AllScatter, DrawsSurfacesAloneUntilTheirHeightIsKnown) {
       std::find_if(result.metrics.begin(), result.metrics.end(),
                    [](const EquivalenceMetric& metric) { return metric.name == "rms_height_m"; });
   ASSERT_NE(height, result.metrics.end());
-  EXPECT_LT(0.5 * (height->interval[1] - height->interval[0]) / height->margin, 0.3);
+  EXPECT_LT(0.5 * (height->interval[1] - height->interval[0]) / height->margin, 0.4);
   // Of so many mirrors with light the height's interval would be wider than that.
-  EXPECT_LE(result.metrics.front().degrees_of_freedom, kMostScatterDraws - 1);
+  EXPECT_LE(result.metrics.front().degrees_of_freedom, law::kMostDraws - 1);
   EXPECT_EQ(result.verdict, Verdict::kEquivalent);
 }
 
@@ -80,7 +81,7 @@ TEST(AllScatter, DrawsNoSurfacesWhereLightAloneIsJudged) {
                   "study.json"),
       options);
   ASSERT_EQ(result.terms.size(), 0);
-  EXPECT_EQ(result.metrics.front().degrees_of_freedom, kMostScatterDraws - 1);
+  EXPECT_EQ(result.metrics.front().degrees_of_freedom, law::kMostDraws - 1);
   EXPECT_EQ(said.find("heights and slopes"), std::string::npos);
 }
 

@@ -6,9 +6,6 @@
 
 namespace aberfit {
 
-/// What mirrors that share the terms may differ by, one standard deviation, over the margin of the verdict.
-inline constexpr double kSpreadShareOfMargin = 1.0 / 3;
-
 /// The rule of a task's band, the default resolved.
 BandRule band_rule(const Task& task);
 

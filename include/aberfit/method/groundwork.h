@@ -15,12 +15,6 @@
 
 namespace aberfit {
 
-/// Cells across that default statistics of a spot without a core may ask waves for on account of their
-/// planes. Fits begin on a third as many a side and are judged on half or all of them: a minute and 2 GB of
-/// one thread where light takes no more of its own. Planes that want 15,000 and 33,000 (tests/stability) took
-/// 24 GB or had no grid at all; with 4,096 the first of these took 16 GB.
-inline constexpr int kMostCellsByDefault = 2048;
-
 /// What every command derives from a task before it does its own work.
 struct Groundwork {
   std::optional<RadialPsd> psd;  ///< of the specification
@@ -45,15 +39,17 @@ struct Groundwork {
   double core_sigma = 0;
   double focal_length = 0;                                             ///< [m]
   bool is_deep() const { return core_sigma > kDeepestUnit * radius; }  ///< deeper than its planes can show
-  /// By waves, whether less than a hundredth is left of the roughness' mean transfer function between points
-  /// a radius apart: what roughness slower than the aperture does takes nothing from a core.
-  bool has_no_core() const;
+  double half_side = 0;  ///< half the smaller side of the aperture's box [m]
+  /// Whether the mean pattern has a core: the roughness' mean transfer function between points half a side
+  /// apart is not gone (law::kUnseenLight), or there is no such pattern. What roughness slower than the
+  /// aperture does takes nothing from a core.
+  bool has_core() const;
   /// How far out planes are looked at by default [default_unit].
   double default_planes() const;
   /// Natural unit of dz [m]: a depth of focus, at most a tenth of the focal length.
   double plane_unit() const { return std::min(core_sigma / radius, kDeepestUnit) * focal_length; }
   /// Of a spot without a core: how far from the focus [m] planes by default may lie, so that waves need no
-  /// more than kMostCellsByDefault cells across for them.
+  /// more than law::kMostCells cells across for them.
   double farthest_by_cells = std::numeric_limits<double>::infinity();
   /// Unit of the planes by default [m]: `plane_unit`, or so little that they lie within `farthest_by_cells`.
   double default_unit() const { return std::min(plane_unit(), farthest_by_cells / default_planes()); }

@@ -9,13 +9,9 @@ namespace aberfit {
 /// as its light needs, against GHS (of half the heights in convention `paper`) or the given values.
 /// Statistics: the fitted ones that exist for waves; the held-out ones too where light decides. Nothing
 /// without a theory of light (`obstacle` then says why) or where the grid would be larger than
-/// kMostJudgedCells. least_reach: as wave_pitch has it, of a surface that may be rougher than specified.
+/// law::kMostCells. least_reach: as wave_pitch has it, of a surface that may be rougher than specified.
 LightJudgement judge_in_light(const FitCase& of, const TermSet& terms, const Eigen::VectorXd& coefficients,
                               Warnings* warnings, double least_reach = 0);
-
-/// Cells across the aperture at most for light's answer: 8e5 cells, some ten seconds for the default
-/// statistics.
-inline constexpr double kMostJudgedCells = 1024;
 
 /// What the perfect mirror would have come to against the targets, in light: the encircled energies
 /// of the fitted and held-out targets by GHS without roughness. Those beside the focus are asked only where

@@ -39,7 +39,7 @@ Layout lay_out_part(const Task& task, const TermSet& terms, const PartBand& band
 /// Undecided where the points of the map do not determine the terms.
 void judge_part(const FitCase& of, const PartBand& band, FitOutcome* result);
 
-/// Pitch [m] of the grid that the part is judged on, and where that would be too fine, of kMostJudgedCells.
+/// Pitch [m] of the grid that the part is judged on, and where that would be too fine, of law::kMostCells.
 double part_pitch(const FitCase& of, const FitOutcome& result);
 
 }  // namespace aberfit

@@ -29,9 +29,6 @@ struct PhysicsChoice {
   bool in_light(bool targets_are_given) const;
 };
 
-/// What the error of rays against light may take of the margin of the verdict before waves are used.
-inline constexpr double kModelShareOfMargin = 1.0 / 3;
-
 /// Theory and model that somebody asks for; absent: what the scene needs.
 struct PhysicsRequest {
   std::optional<Theory> theory;
@@ -41,7 +38,7 @@ struct PhysicsRequest {
 PhysicsRequest requested_physics(const Task& task);
 
 /// The models of a task. psd: of the specification, null without. `auto`: targets by generalised
-/// Harvey-Shack, the surface by rays where their error against light is below kModelShareOfMargin of the
+/// Harvey-Shack, the surface by rays where their error against light is below law::kShareOfMargin of the
 /// margin, else by waves. Convention `paper` is a rule for rays - no wave of any surface turns by its slope
 /// alone - so with it `auto` stays geometric, as it does, with a warning `theory-fallback`, where there is no
 /// wave theory of the task: statistics about the centroid, or too much of the light scattered

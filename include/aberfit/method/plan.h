@@ -20,9 +20,6 @@ struct TermPlan {
   double captured = 0;  ///< share of the height variance that they can carry, piston and tilt left out
 };
 
-/// Share of the height variance, piston and tilt left out, below which terms are said to be truncated.
-inline constexpr double kCapturedHeight = 0.99;
-
 /// The order of the Zernikes that carry a band up to `frequency` [cycles/m] on a disc of `radius` [m]:
 /// law::kOrderBeyondCut times 2 pi R f, rounded up, at least 2.
 int order_to_carry(double radius, double frequency);

@@ -13,17 +13,6 @@
 
 namespace aberfit {
 
-/// A fit by waves starts on a grid that is coarser than the safe one by this factor.
-inline constexpr double kFirstCoarsening = 2.83;
-
-/// Of the grid that judges first, over the safe pitch: 1 up to 640 cells across the safe grid, from twice as
-/// many on 2, where the light of every target still lies inside the field of view. The bound of the error
-/// that is judged along tells whether that is fine enough.
-double first_judging_coarsening(const Task& task, double safe_pitch);
-/// Pitch of that grid, from that of wave_pitch.
-double judging_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
-                     const BandSplit* split);
-
 /// How far out of focus the farthest plane lies that a grid has to show for this statistic [m]; rings are
 /// looked for beyond the half of their light.
 double plane_reach(const Target& target);
@@ -39,21 +28,10 @@ double plane_reach(const Target& target);
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
                   const BandSplit* split, double coarsening = 1, double least_reach = 0);
 
-/// Cells that a fit of these terms by waves begins on, about. Throws as wave_pitch.
-Eigen::Index first_cells(const Task& task, const Groundwork& ground, const TermSet& terms,
-                         const TargetSets& targets);
-
-/// What the noise of wide circles may take of the margin, as a standard deviation: while a fit goes on, and
-/// where it is judged, with twice the noise in its error.
-inline constexpr double kWideShareOfFit = 0.07, kWideShareOfVerdict = 0.02;
-/// Whether the mean pattern has a core that counts beside such a share: the transfer function of the
-/// roughness, of terms and scatter together, is not gone at half of its width (2e-4 for a verdict, 7e-4
-/// for a fit), or there is no theory of the light.
-bool has_core(const Task& task, const Groundwork& ground, double share);
 /// From which radius over f + dz on [rad] circles may be taken as wide (DiffractionProblem::wide_circles) so
-/// that the noise is at most `share` of the smallest margin of a target. Infinite by rays, and where the
-/// light has a core.
-double wide_circles(const Task& task, const Groundwork& ground, const TargetSets& targets, double share);
+/// that the noise is at most law::kWideShareOfMargin of the smallest margin of a target. Infinite by rays,
+/// and where the light has a core: the noise of one that counts is not that of grains.
+double wide_circles(const Task& task, const Groundwork& ground, const TargetSets& targets);
 /// Whether a fit or a draw by waves on so many cells works in single precision (DiffractionProblem): from
 /// law::kManyCells on, where no tolerance is below 1e-4 of its target, hundreds of times the rounding.
 bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells);

@@ -64,10 +64,9 @@ enum class FourierSampling {
   kGrid,  ///< all of the frequency grid of pitch 1/(2R), R the aperture's radius, that the band has part in
 };
 struct FourierSpec {
-  std::optional<int> count;  ///< kLog; absent: kUsualWaves
+  std::optional<int> count;  ///< kLog; absent: law::kUsualWaves
   FourierSampling sampling = FourierSampling::kLog;
 };
-inline constexpr int kUsualWaves = 400;
 /// Where the terms end and scatter begins (PHYSICS 10).
 enum class BandRule {
   kDefault,  ///< kAuto where terms are automatic and the theory is not geometric, else kAll

@@ -33,7 +33,7 @@ struct IndependentTerms {
 
 /// What a verify run computes beside its two branches.
 struct VerifyAside {
-  /// Surfaces drawn for the ensemble means, rounded up to a multiple of kEnsembleGroups; absent: as many as
+  /// Surfaces drawn for the ensemble means, rounded up to a multiple of law::kGroups; absent: as many as
   /// the margin needs, see ensemble_draws.
   std::optional<int> draws;
   std::optional<PhaseSynthesis> published_phase;
@@ -84,10 +84,9 @@ struct VerifyRays {
 /// known to a factor 1.5 6.9 predicted ones, of the worst statistic's mean into its margin, so
 /// that equal means are `equivalent` in a dozen statistics at once: 1.75 for the interval (Student's t, 95 %,
 /// 15 degrees of freedom), 2.87 for the difference (normal, 5 % over 12, two-sided). spread: of single
-/// mirrors in the worst statistic, one standard deviation over the margin. A multiple of kEnsembleGroups from
-/// 2 to 36 times that: low-frequency roughness scatters so much that no number of draws to be waited for will
-/// do, and the verdict is then undecided.
-inline constexpr int kEnsembleGroups = 16;
+/// mirrors in the worst statistic, one standard deviation over the margin. A multiple of law::kGroups from
+/// twice to law::kMostGroupDraws times that: low-frequency roughness scatters so much that no number of draws
+/// to be waited for will do, and the verdict is then undecided.
 int ensemble_draws(double spread);
 
 /// Harvey-Shack and aberration-term branch of one roughness side by side, by rays and in light.
@@ -129,7 +128,7 @@ EquivalenceMetric share_metric(const std::string& name, double fraction, double 
 /// the term surface. A roughness is an ensemble and one draw of it scatters, so what is compared is the
 /// *mean light* of `draws` surfaces of the task's prior: the statistic of all their rays together, the mean
 /// of their shares of light - not the mean of their radii, which theory does not predict. Standard error
-/// from kEnsembleGroups groups of draws, Student's t with one degree less; the verdict is TOST on the means.
+/// from law::kGroups groups of draws, Student's t with one degree less; the verdict is TOST on the means.
 /// A given surface is judged on its own statistics instead. `published` stays empty: its formulas belong to
 /// the task.
 VerifyReport verify(const Task& task, const VerifyAside& aside, const std::optional<GivenSurface>& given,
