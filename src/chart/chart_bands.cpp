@@ -133,13 +133,16 @@ ChartRow fitted_row(const ChartBench& bench, const Cut& cut) {
 std::vector<ChartRow> fitted_rows(const ChartBench& bench, const std::vector<Cut>& cuts,
                                   const ChartClock& clock, std::string* left_out) {
   std::vector<ChartRow> rows;
+  double last = 0;  // where the terms of the last fit ended
   for (const Cut& cut : cuts) {
-    // The next fit takes up to twice as long as the last one: its terms are up to twice as many.
-    if (!rows.empty() && !cut.is_default && 2 * rows.back().seconds > clock.left()) {
+    // Terms up to a frequency grow with its square, and the time of a fit with them at most.
+    const double end = end_of_terms(bench, cut.layout), more = last > 0 ? std::pow(end / last, 2) : 1;
+    if (!rows.empty() && !cut.is_default && more * rows.back().seconds > clock.left()) {
       *left_out += (left_out->empty() ? "" : ", ") + setting_of(bench, cut);
       continue;
     }
     rows.push_back(fitted_row(bench, cut));
+    last = end;
   }
   return rows;
 }

@@ -33,6 +33,7 @@ std::string why_not_in_light(const ChartBench& bench) {
 
 // The same of terms.
 std::string why_no_surface(const ChartBench& bench) {
+  if (!bench.ground.psd) return "No roughness is given: there is no rough surface to compare.";
   return bench.ground.all_scatters() ? "No frequency needs a term: there is no surface to compare."
                                      : why_not_in_light(bench);
 }
@@ -243,24 +244,26 @@ TermsSpec zernikes_to(int order, const TermsSpec& asked) {
   return terms;
 }
 
+// Why no fit is charted; empty where fits are.
+std::string why_no_fit(const ChartBench& bench) {
+  if (!bench.ground.psd || !bench.ground.use.obstacle.empty() || bench.ground.all_scatters() ||
+      in_light(bench.targets.fitted).empty() || orders_of(bench).empty())
+    return "Whole fits are charted of Zernikes to the encircled energies of a roughness that wave optics "
+           "describes and that needs terms.";
+  return bench.ground.split && bench.ground.use.model == FocusModel::kRays
+             ? "Rays with a scatter of their own are not charted."
+             : "";
+}
+
 }  // namespace
 
 ChartFamily chart_fits(const ChartBench& bench, double seconds) {
   ChartFamily family =
       family_of("fits", "Whole fits", "largest error in light of all encircled energies, held out or not",
                 "prior, fit and its start", bench.margin());
-  if (!bench.ground.psd || !bench.ground.use.obstacle.empty() || bench.ground.all_scatters() ||
-      in_light(bench.targets.fitted).empty() || orders_of(bench).empty()) {
-    family.skipped =
-        "Whole fits are charted of Zernikes to the encircled energies of a roughness that wave optics "
-        "describes and that needs terms.";
-    return family;
-  }
+  family.skipped = why_no_fit(bench);
+  if (!family.skipped.empty()) return family;
   const bool split = bench.ground.split != nullptr;
-  if (split && bench.ground.use.model == FocusModel::kRays) {
-    family.skipped = "Rays with a scatter of their own are not charted.";
-    return family;
-  }
   const ChartClock clock(seconds);
   const RunContext context{bench.threads, bench.say};
   const std::vector<int> orders = orders_of(bench);

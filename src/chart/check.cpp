@@ -97,7 +97,8 @@ class FirstIteration {
         return !cost->at_least && !of_.context.stopped();
       }
       cost->iteration_seconds = (p.seconds - begin) / p.iteration;
-      return p.iteration < kMostIterations && p.seconds < kEnough && !of_.context.stopped();
+      // A step that is rejected takes a fraction of one that is not: a mean of a few, where they are quick.
+      return p.iteration < 5 && p.seconds < 1 && !of_.context.stopped();
     };
     return calibrate(problem, draw(), how).status;
   }
@@ -105,9 +106,6 @@ class FirstIteration {
  private:
   // [s] What takes longer is left out: a check should take seconds.
   static constexpr double kLong = 10;
-  // A step that is rejected takes a fraction of one that is not: a mean of a few, where they are quick [s].
-  static constexpr int kMostIterations = 5;
-  static constexpr double kEnough = 1;
 
   Eigen::VectorXd draw() const { return draw_white(plan_.prior.size(), of_.task.fit.seed); }
   PupilOptions rays() const {

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "aberfit/trace/central_difference.h"
 #include "benchmark_case.h"
 #include "benchmark_scene.h"
 #include "zernike_twin.h"
@@ -68,6 +69,22 @@ void register_cases(bool smoke) {
       return [=](benchmark::State& state) {
         time_alone(state, [&] { work->apply(), work->reflect_all(); });
         report_error(state, clearance, 1);  // in units of 1e-15 m + 1e-13 of the position
+        report_rate(state, "rays", double(kRays));
+      };
+    });
+    add_case("Normals by central differences of 1 um/" + setting, [=]() -> Timed {
+      const auto work = std::make_shared<Work>(kRays, threads);
+      const auto differences = std::make_shared<SurfaceField>();
+      const auto run = [=] {
+        *differences = central_difference_field(work->mirror, work->pupil, work->surface.terms(),
+                                                work->coefficients, 1e-6, threads);
+      };
+      run();
+      const double error =
+          (differences->slope_x - work->field.slope_x).square().mean() / work->field.slope_x.square().mean();
+      return [=](benchmark::State& state) {
+        time_alone(state, run);
+        report_error(state, std::sqrt(error), 1e-6);  // truncation and rounding, PHYSICS 8
         report_rate(state, "rays", double(kRays));
       };
     });

@@ -2,6 +2,7 @@
 // time is judged.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -152,7 +153,11 @@ TEST_F(ChartRun, FinerGridsMissLessAndRaysMissWhatDiffractionAdds) {
   const std::vector<ordered_json> waves = rows("models", "waves"), rays = rows("models", "rays");
   ASSERT_GE(waves.size(), 3u);
   ASSERT_GE(rays.size(), 2u);
-  EXPECT_LT(waves.back()["error"], waves.front()["error"]);
+  // The coarsest grid that holds the light at all comes first among those with an error.
+  const auto coarsest = std::find_if(waves.begin(), waves.end(),
+                                     [](const ordered_json& row) { return row["error"].is_number(); });
+  ASSERT_LT(coarsest, std::prev(waves.end()));
+  EXPECT_LT(waves.back()["error"], (*coarsest)["error"]);
   EXPECT_GT(least_error(rays), least_error(waves));
 }
 
