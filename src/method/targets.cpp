@@ -51,6 +51,16 @@ struct Planes {
   }
 };
 
+bool in_halo(const Groundwork& ground, double fraction) {
+  return ground.mean_spot &&
+         ground.mean_spot->encircled_energy_radius(fraction, 0) > law::kHalo * ground.core_sigma;
+}
+
+// The light through a ring falls to half some depths of focus out, where a deep focus has no planes.
+bool has_ring(const Groundwork& ground, double fraction) {
+  return !ground.is_deep() && !in_halo(ground, fraction);
+}
+
 // Where few modes carry the roughness, the mean light of such mirrors is no mirror's of their mean height:
 // light is not linear in the height's square (Jensen), and one surface of few modes has no room for both.
 bool has_few_modes(const Groundwork& ground) {
@@ -109,7 +119,7 @@ std::vector<Wanted> default_statistics(const Groundwork& ground) {
   std::vector<Wanted> wanted;
   for (const double dz : default_planes(ground).within_reach(law::kFittedPlanes))
     for (const double fraction : law::kFittedShares) wanted.push_back({EncircledEnergyRadius{fraction, dz}});
-  if (!ground.is_deep()) wanted.push_back({RingFwhm{}});
+  if (has_ring(ground, RingFwhm{}.ring_fraction)) wanted.push_back({RingFwhm{}});
   if (has_few_modes(ground)) return wanted;
   wanted.push_back({ScatterRms{}});
   wanted.push_back({RmsHeight{}});
@@ -168,7 +178,7 @@ std::vector<Statistic> held_out_statistics(const Groundwork& ground, const Plane
   for (const double dz : planes.within_reach(law::kHeldOutPlanes))
     for (const double fraction : law::kHeldOutShares) held_out.push_back(EncircledEnergyRadius{fraction, dz});
   for (const double fraction : {0.5, 0.8})
-    if (!ground.is_deep()) held_out.push_back(RingFwhm{fraction, {}});
+    if (has_ring(ground, fraction)) held_out.push_back(RingFwhm{fraction, {}});
   if (ground.use.model != FocusModel::kWaves && !has_few_modes(ground)) held_out.push_back(ScatterMean{});
   std::erase_if(held_out, [&](const Statistic& candidate) {
     return std::any_of(known.begin(), known.end(), [&](const Statistic& statistic) {
@@ -340,7 +350,7 @@ void leave_out_rings(const Task& task, const Groundwork& ground, double reach, b
       farthest_plane(task.aperture, ground.focal_length, task.wavelength, law::kMostCells);
   const auto far_out = [&](const Target& target) {
     return std::holds_alternative<RingFwhm>(target.statistic) &&
-           (0.5 * target.value > by_cells || (!ground.has_core() && 0.5 * target.value > reach));
+           (plane_reach(target) > by_cells || (!ground.has_core() && 0.5 * target.value > reach));
   };
   std::erase_if(sets->held_out, far_out);
   if (!default_set) return;
@@ -351,7 +361,7 @@ void leave_out_rings(const Task& task, const Groundwork& ground, double reach, b
            fmt::format(
                "the light of {} falls to half {} out of focus, {}: left out of the default statistics",
                statistic_name(target.statistic), format_quantity(0.5 * target.value, Dimension::kLength),
-               0.5 * target.value > by_cells
+               plane_reach(target) > by_cells
                    ? fmt::format("where light by waves takes more than {} cells across", law::kMostCells)
                    : "beyond the planes of a spot without a core; name it in `target.statistics` to "
                      "have it, beside all else that is wanted")});
@@ -443,6 +453,13 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
                                                            fmt::join(without_value, ", "))});
   warn_of_few_modes(ground, default_set, &sets);
   warn_of_sharp_values(task, ground, wanted, &sets);
+  if (default_set && in_halo(ground, RingFwhm{}.ring_fraction))
+    sets.warnings.push_back(
+        {"target-missing",
+         fmt::format(
+             "the ring of {} is one of scattered light, which fades far out of focus: left out of the "
+             "default statistics",
+             statistic_name(RingFwhm{}))});
   return sets;
 }
 
