@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <vector>
 
+#include "aberfit/method/constants.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "fit_grids.h"
@@ -49,12 +51,36 @@ void add_noise_of_wide_circles(const FitCase& of, const JudgedSet& judged,
   judged.add_to_judged(noise, &fresh->standard_error);
 }
 
+// How closely waves look; rays look once.
+struct Look {
+  double coarsening = 1;   // of the grid, over the safe pitch
+  double wide = HUGE_VAL;  // angle from which on circles are wide [rad]
+
+  bool is_closest() const { return coarsening <= 1 && !std::isfinite(wide); }
+  Look closer() const { return coarsening > 1 ? Look{1, wide} : Look{}; }
+};
+
+// On a grid of law::kCellsOfALook across where the safe one has more, up to twice as coarse, but finer than
+// the fit's.
+Look first_look(const FitCase& of, const Attempt& attempt) {
+  if (attempt.bench->model != FocusModel::kWaves) return {};
+  const double safe = grid_pitch(of, attempt.result.terms, 1);
+  const double affordable = 2 * of.ground.radius / (law::kCellsOfALook * safe);
+  const double finer = attempt.bench->pitch / (std::numbers::sqrt2 * safe);
+  return {std::max(1.0, std::min({affordable, finer, 2.0})), wide_circles(of.task, of.ground, of.targets)};
+}
+
 // Looks at these targets of `judged` and brings what is known of the attempt up to date.
-void look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::size_t>& open, double wide,
-             std::int64_t rays, Attempt* attempt) {
+void look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::size_t>& open,
+             const Look& look, std::int64_t rays, Attempt* attempt) {
   const FitOutcome& result = attempt->result;
-  const FreshPupil pupil{attempt->bench->model,           rays, of.task.trace.pupil.seed,
-                         grid_pitch(of, result.terms, 1), wide, judged_in_single_precision(wide, of.targets)};
+  const FreshPupil pupil{attempt->bench->model,
+                         rays,
+                         of.task.trace.pupil.seed,
+                         grid_pitch(of, result.terms, look.coarsening),
+                         look.wide,
+                         judged_in_single_precision(look.wide, of.targets),
+                         look.coarsening > 1};
   const std::vector<Eigen::Index> places = judged.places_of(open);
   std::vector<Statistic> asked;
   for (const Eigen::Index at : places) asked.push_back(judged.statistics()[std::size_t(at)]);
@@ -63,7 +89,14 @@ void look_at(const FitCase& of, const JudgedSet& judged, const std::vector<std::
       statistics_with_error(lit_mirror(of.task, of.ground.split), pupil, result.terms,
                             result.fit.coefficients, asked, of.context.threads, &attempt->fresh_warnings);
   take_over(part, places, &attempt->fresh);
-  add_noise_of_wide_circles(of, judged, open, wide, &attempt->fresh);
+  add_noise_of_wide_circles(of, judged, open, look.wide, &attempt->fresh);
+  Eigen::VectorXd& first = attempt->first_seen;
+  if (first.size() > 0) {
+    first = first.array().isNaN().select(attempt->fresh.value, first);
+  } else if (part.value.array().isFinite().any()) {
+    first = attempt->fresh.value;
+    attempt->judging_coarsening = look.coarsening;
+  }
 }
 
 }  // namespace
@@ -77,18 +110,18 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   attempt->fresh.value = attempt->fresh.standard_error = Eigen::VectorXd::Constant(size, std::nan(""));
   std::vector<std::size_t> open(judged.targets().size());
   std::iota(open.begin(), open.end(), std::size_t(0));
-  // On the safe grid; what the noise of wide circles leaves open is looked at without them.
-  const double wide = wide_circles(of.task, of.ground, of.targets);
-  look_at(of, judged, open, wide, rays, attempt);
-  attempt->first_seen = attempt->fresh.value;
-  result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
-  const bool decided = attempt->fresh.value.allFinite() && attempt->fresh.standard_error.allFinite() &&
-                       overall(result.metrics) != Verdict::kUndecided;
-  if (!decided && std::isfinite(wide) && !of.context.stopped()) {
-    open = judged.open_targets(attempt->fresh, result.metrics);
-    look_at(of, judged, open, HUGE_VAL, rays, attempt);
+  attempt->first_seen = {};
+  // What the error of a coarse grid leaves open goes to the safe one, and what the noise of wide circles
+  // leaves open is looked at without them.
+  for (Look look = first_look(of, *attempt);; look = look.closer()) {
+    look_at(of, judged, open, look, rays, attempt);
     result.metrics = judged.judge(attempt->fresh, of.task.equivalence);
+    const bool decided = attempt->fresh.value.allFinite() && attempt->fresh.standard_error.allFinite() &&
+                         overall(result.metrics) != Verdict::kUndecided;
+    if (decided || look.is_closest() || (of.context.stopped() && attempt->first_seen.size() > 0)) break;
+    open = judged.open_targets(attempt->fresh, result.metrics);
   }
+  if (attempt->first_seen.size() == 0) attempt->first_seen = attempt->fresh.value;
   result.validated = attempt->fresh.value.head(Eigen::Index(of.targets.fitted.size()));
   result.verdict = overall(result.metrics);
 }

@@ -27,8 +27,8 @@ std::string row(const FrontierPoint& point) {
       std::isfinite(point.fitted_mismatch) ? fmt::format("{:.4g}", point.fitted_mismatch) : "-", held_out,
       point.seconds,
       point.chosen   ? verdict + ", taken"
-      : point.passes   ? verdict + ", passes"
-                       : verdict);
+      : point.passes ? verdict + ", passes"
+                     : verdict);
 }
 
 }  // namespace

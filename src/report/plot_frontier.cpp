@@ -91,9 +91,9 @@ Picture frontier_picture(const PlotInput& input) {
       "  '{8}_all.dat' using 1:4 axes x1y2 with linespoints pointtype 1 pointsize 0.7 linecolor rgb '{6}' "
       "dashtype 3 linewidth 1 notitle, \\\n  {9}\n"
       "unset multiplot\n",
-      picture_title(input, frontier.fewest ? "Fewest terms that do" : "Sets of terms that were tried"), low, high, "#009E73", points_of("$2", 1),
-      130 * frontier.margin, kTimeColour, 100 * frontier.margin, name, points_of("$3", 100),
-      fmt::join(placed, ", "));
+      picture_title(input, frontier.fewest ? "Fewest terms that do" : "Sets of terms that were tried"), low,
+      high, "#009E73", points_of("$2", 1), 130 * frontier.margin, kTimeColour, 100 * frontier.margin, name,
+      points_of("$3", 100), fmt::join(placed, ", "));
   return picture;
 }
 

@@ -165,7 +165,8 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
           z.integer({"n_min", "lowest radial order"}, terms.zernike->n_min, 0, kLargestOrder);
           std::optional<int>& n_max = terms.zernike->n_max;
           z.integer(
-              {"n_max", "highest radial order; absent: the one that carries the band, 1.1 x 2 pi R f, at most 100",
+              {"n_max",
+               "highest radial order; absent: the one that carries the band, 1.1 x 2 pi R f, at most 100",
                kOptional, "20"},
               n_max, 0, kLargestOrder);
           z.check(!n_max || *n_max >= terms.zernike->n_min, "n_max", fmt::format("{}", n_max.value_or(0)),

@@ -89,11 +89,11 @@ struct FitOutcome {
   Eigen::VectorXd start, fitted, validated;
   Eigen::VectorXd posterior_std;      ///< of `fitted`, by the linearised problem
   std::vector<SpectrumBin> spectrum;  ///< empty where no PSD bins were asked for
-  std::optional<Frontier> frontier;  ///< the sets that were tried; absent: terms were given
+  std::optional<Frontier> frontier;   ///< the sets that were tried; absent: terms were given
   std::optional<RayChoice> ray_choice;
-  std::optional<BandUse> band;               ///< absent without roughness
-  std::optional<BandShares> shares;          ///< absent where the roughness is not split
-  std::optional<ScatterOfRest> scatter;      ///< likewise
+  std::optional<BandUse> band;           ///< absent without roughness
+  std::optional<BandShares> shares;      ///< absent where the roughness is not split
+  std::optional<ScatterOfRest> scatter;  ///< likewise
   std::optional<MapFitResult> map;      ///< least-squares fit of a measured map; without roughness statistics
                                         ///< then have no target
   std::optional<MapPanels> map_panels;  ///< measured, fitted and left, where a map was fitted

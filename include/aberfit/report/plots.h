@@ -30,13 +30,14 @@ struct PlotInput {
 
 /// Writes data files, gnuplot scripts and - when gnuplot is there - PNG pictures below `directory`/plots, and
 /// returns the paths of the PNGs: ee_curves, ring_through, focal_images, surface, profile, coefficients,
-/// gradients, frontier, character, map_heights, map_light. The first three are left out for the terms of a map without
-/// roughness whose statistics are those of waves (rays would draw a spot that light does not make), the next
-/// three need coefficients, frontier a search for terms, character a fit of a specification's roughness, the last two a fitted map. Files of these pictures
-/// that an earlier run left there and this one does not draw are removed. Data files are text in SI units
-/// with a commented header; scripts name them without folder, so `gnuplot ee_curves.gp` in that folder draws
-/// again. A missing or failing gnuplot is a warning (code `no-gnuplot`); data and scripts stay usable. Throws
-/// InputError when a file cannot be written.
+/// gradients, frontier, character, map_heights, map_light. The first three are left out for the terms of a
+/// map without roughness whose statistics are those of waves (rays would draw a spot that light does not
+/// make), the next three need coefficients, frontier a search for terms, character a fit of a specification's
+/// roughness, the last two a fitted map. Files of these pictures that an earlier run left there and this one
+/// does not draw are removed. Data files are text in SI units with a commented header; scripts name them
+/// without folder, so `gnuplot ee_curves.gp` in that folder draws again. A missing or failing gnuplot is a
+/// warning (code `no-gnuplot`); data and scripts stay usable. Throws InputError when a file cannot be
+/// written.
 std::vector<std::string> write_plots(const PlotInput& input, const std::string& directory,
                                      Warnings* warnings);
 
