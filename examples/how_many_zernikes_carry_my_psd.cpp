@@ -2,6 +2,7 @@
 // over the aperture; piston and tilt (n = 0, 1) move no light out of the focus and are counted apart.
 #include <fmt/format.h>
 
+#include "aberfit/method/plan.h"
 #include "aberfit/terms/modal_covariance.h"
 
 int main() {
@@ -14,6 +15,6 @@ int main() {
     fmt::print("n_max {}: {:4} terms carry {:.4f} %\n", n_max, aberfit::zernike_modes(2, n_max).size(),
                100 * aberfit::captured_fraction(psd, radius, 2, n_max));
 
-  const int enough = aberfit::captured_order(psd, radius, 0.99 * (1 - lost), 100);
-  fmt::print("99 % of the rest takes n_max {}: {} terms\n", enough, aberfit::zernike_modes(2, enough).size());
+  const int enough = aberfit::order_to_carry(radius, psd.f_max());
+  fmt::print("the whole band takes n_max {}: {} terms\n", enough, aberfit::zernike_modes(1, enough).size());
 }

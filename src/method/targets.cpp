@@ -433,7 +433,9 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
       target.tolerance = wanted[k].tolerance * (of_share ? 1.0 : std::abs(target.value));
       sets.fitted.push_back(target);
     } else if (k < wanted.size() + guides.size()) {
-      target.tolerance = law::kGuideTolerance * std::abs(target.value);
+      // What lies between rays' targets moves ray by ray: closer, by what an approximation may take.
+      const double closer = waves ? 1 : law::kShareOfMargin;
+      target.tolerance = closer * law::kGuideTolerance * std::abs(target.value);
       sets.guides.push_back(target);
     } else {
       sets.held_out.push_back(target);

@@ -169,7 +169,9 @@ TEST(WideCircles, EnterTheErrorOfAVerdict) {
   const FreshStatistics grids = statistics_with_error(
       lit_mirror(study, nullptr),
       {FocusModel::kWaves, 0, 1,
-       wave_pitch(study, attempt.result.terms, all_targets(layout.targets), nullptr), wide, true},
+       wave_pitch(study, attempt.result.terms, all_targets(layout.targets), nullptr,
+                  attempt.judging_coarsening),
+       wide, true},
       attempt.result.terms, attempt.result.fit.coefficients, judged.statistics(), 2, nullptr);
   const Eigen::VectorXd more = judged.judged(attempt.fresh.standard_error - grids.standard_error);
   const double scale = aim_of(layout.targets.fitted[0]).relative_to();
