@@ -164,7 +164,10 @@ std::vector<OtherLight> other_light(const Task& task, const Groundwork& ground, 
                                     const RunContext& context) {
   std::vector<OtherLight> all;
   for (const LightWanted& wanted : {LightWanted{0.7, 1}, {1.5, 1}, {3, 1}, {1, 0.6}})
-    all.push_back({task.wavelength * wanted.wavelength_ratio, wanted.wavelength_ratio, wanted.stop});
+    all.push_back({.wavelength = task.wavelength * wanted.wavelength_ratio,
+                   .wavelength_ratio = wanted.wavelength_ratio,
+                   .stop = wanted.stop,
+                   .obstacle = {}});
   for (const double stop : {1.0, 0.6}) {
     std::vector<Scene> scenes;
     std::vector<OtherLight*> found;

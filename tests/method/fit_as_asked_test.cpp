@@ -76,7 +76,9 @@ TEST(Fewest, AreEquivalentAndNoMoreThanTheLawsAndATenthLowerIsNot) {
   for (const FrontierPoint& point : found.frontier->points) {
     if (point.passes && (passed == 0 || point.order < passed)) passed = point.order;
     if (!point.passes) failed = std::max(failed, point.order);
-    if (point.chosen) EXPECT_EQ(point.order, found.terms.zernike.back().n);
+    if (point.chosen) {
+      EXPECT_EQ(point.order, found.terms.zernike.back().n);
+    }
   }
   EXPECT_EQ(found.terms.zernike.back().n, passed);
   EXPECT_LT(passed, *law_of(study_to(19.96)).zernike->n_max);
