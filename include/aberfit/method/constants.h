@@ -11,14 +11,14 @@ namespace aberfit::law {
 // How many terms.
 
 /// Order of the Zernikes over 2 pi R f_c, f_c the cut: their own last frequency, (n + 1)/(2 pi R), lies a
-/// tenth beyond the cut, so that the last bins below it keep their power. From 1.05 to 1.25 the surface has
-/// the specification's PSD within the scatter of draws; below 1 its last bins fall short
-/// (tests/method/law_test.cpp).
+/// tenth beyond the cut, so that the last bins below it keep their power. From 1.02 to 1.24, with named
+/// orders, surfaces have the specification's PSD within the scatter of draws; below 1 their last bins fall
+/// short. No program of the project repeats that measurement yet.
 inline constexpr double kOrderBeyondCut = 1.1;
 /// Highest order that the law takes: up to there the polar operator and the full covariance take seconds.
 /// Beyond it plane waves on the frequency grid are as good and faster.
 inline constexpr int kLargestOrder = 100;
-/// Most plane waves of the frequency grid that the law takes: 260 cycles across, some seconds an iteration.
+/// Most plane waves of the frequency grid that the law takes: 252 cycles across.
 inline constexpr double kMostWaves = 1e5;
 /// Growth of the order where a set turns out too few, a third more terms, and how often. A cut that is named
 /// may lie as far from the end of the terms before a warning tells of it.
@@ -126,8 +126,9 @@ inline constexpr int kFewIterations = 10, kManyIterations = 40;
 // Random surfaces.
 
 /// Random surfaces of the roughness that a surface is compared with, and how many of one more draw lie inside
-/// the band that they make. Student's t allows for their number: 99 % needs t = 2.74 with 32 of them, 3.2
-/// with 12 and 2.63 with 100, so that more make bands 4 % narrower at most (tests/method/character_test.cpp).
+/// the band that they make. Student's t allows for their number: 99 % needs t = 2.74 with 32 of them, 3.11
+/// with 12 and 2.63 with 100. With the mean's own error, sqrt(1 + 1/n), bands are 8 % wider than those of
+/// endlessly many. Derived, not measured.
 inline constexpr int kCharacterDraws = 32;
 inline constexpr double kCharacterConfidence = 0.99;
 /// Random surfaces whose light at other wavelengths is computed: the root of their mean square is known to
