@@ -20,10 +20,13 @@ namespace {
 
 // Largest spread over its tolerance, and whose.
 void describe_spread(const LightOfMirrors& light, double cut, BandShares* shares) {
-  Eigen::Index worst = 0;
   if (light.judged.discs.empty()) return;
-  shares->spread = (light.spread.light(cut) / light.judged.tolerance()).maxCoeff(&worst);
-  shares->spread_of = light.judged.names[std::size_t(worst)];
+  const Eigen::ArrayXd differ = light.spread.light(cut);
+  shares->spread = 0;
+  for (const JudgedLight::Member& one : light.judged.members)
+    if (const double spread = differ[Eigen::Index(one.disc)] / (one.unit * one.margin);
+        !(spread <= shares->spread))
+      shares->spread = spread, shares->spread_of = one.name;
   shares->height_spread = light.spread.rms_height(cut);
   shares->slope_spread = light.spread.rms_slope(cut);
 }
@@ -114,7 +117,7 @@ void split_band(const Task& task, const BandSpec& band, const LightOfMirrors& li
   const Groundwork& ground = layout->ground;
   double cut = band.cut;
   if (band.rule == BandRule::kAuto) {
-    const SmallestCut smallest = smallest_cut(light.spread, law::kShareOfMargin * light.judged.tolerance());
+    const SmallestCut smallest = smallest_cut(light.spread, law::kShareOfMargin * light.judged.limits());
     cut = smallest.whole_band ? ground.psd->f_min() : smallest.frequency;
   }
   if (!(cut < ground.psd->f_max())) return;

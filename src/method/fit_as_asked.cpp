@@ -65,6 +65,7 @@ class Sets {
   }
 
   const Attempt& kept() const { return *kept_; }
+  Attempt take() { return std::move(*kept_); }
   // message: which set was taken and why.
   Attempt finish(bool fewest, std::string message) {
     Frontier frontier;
@@ -77,7 +78,7 @@ class Sets {
     std::stable_sort(frontier.points.begin(), frontier.points.end(),
                      [](const FrontierPoint& a, const FrontierPoint& b) { return a.terms < b.terms; });
     kept_->result.frontier = std::move(frontier);
-    return std::move(*kept_);
+    return take();
   }
 
  private:
@@ -117,13 +118,16 @@ Attempt fit_by_law(const FitCase& of) {
     ++tried;
     more = !sets.pass(terms) && asks_for_more(sets.kept()) && terms.zernike && !of.context.stopped();
   }
-  const std::string carry = fmt::format("{}, as many as carry the band to its end", set_of(sets.kept()));
-  if (tried == 1) return sets.finish(false, carry);
-  return sets.finish(false,
-                     fmt::format("{} and more; {} sets were tried, {}", carry, tried,
-                                 is_equivalent(sets.kept())
-                                     ? "the last of which is equivalent: its held-out statistics chose it"
-                                     : "none of which is equivalent, and this one is nearest"));
+  const std::string set = set_of(sets.kept());
+  if (tried == 1) return sets.finish(false, set + ", as many as carry the band to its end");
+  if (is_equivalent(sets.kept()))
+    return sets.finish(false,
+                       fmt::format("{}, the last of {} sets that carry the band to its end and beyond, "
+                                   "which is equivalent: its held-out statistics chose it",
+                                   set, tried));
+  return sets.finish(false, fmt::format("{}, the nearest of {} sets that carry the band to its end and "
+                                        "beyond, none of which is equivalent",
+                                        set, tried));
 }
 
 TermsSpec zernikes_to(const Task& task, int order) {
@@ -177,9 +181,7 @@ Attempt fit_as_asked(const FitCase& of) {
     return of.task.terms.fewest ? fit_fewest(of) : fit_by_law(of);
   Sets sets(of, 1);
   sets.pass(of.task.terms);
-  Attempt attempt = sets.finish(false, "");
-  attempt.result.frontier.reset();
-  return attempt;
+  return sets.take();
 }
 
 }  // namespace aberfit

@@ -1,5 +1,7 @@
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,17 +13,21 @@ namespace aberfit::internal {
 
 /// The light that is judged, each statistic by a disc about the axis whose light moves it to first order.
 struct JudgedLight {
+  struct Member {
+    std::string name;
+    double unit;       ///< light in the disc that a relative difference of 1 is worth
+    double margin;     ///< that it is judged by, relative
+    std::size_t disc;  ///< several may share one
+  };
   std::vector<FocalDisc> discs;
-  std::vector<std::string> names;
-  std::vector<double> units;    ///< light in the disc that a relative difference of 1 is worth
-  std::vector<double> margins;  ///< that each is judged by, relative
+  std::vector<Member> members;
 
-  Eigen::ArrayXd unit() const {
-    return Eigen::Map<const Eigen::ArrayXd>(units.data(), Eigen::Index(units.size()));
-  }
-  /// Light that the margin is worth.
-  Eigen::ArrayXd tolerance() const {
-    return unit() * Eigen::Map<const Eigen::ArrayXd>(margins.data(), Eigen::Index(margins.size()));
+  /// Light that the closest margin of each disc is worth.
+  Eigen::ArrayXd limits() const {
+    Eigen::ArrayXd limit = Eigen::ArrayXd::Constant(Eigen::Index(discs.size()), HUGE_VAL);
+    for (const Member& one : members)
+      limit[Eigen::Index(one.disc)] = std::min(limit[Eigen::Index(one.disc)], one.unit * one.margin);
+    return limit;
   }
 };
 

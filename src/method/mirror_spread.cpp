@@ -43,10 +43,24 @@ class Judging {
   }
   void add(const Target& target, const FocalDisc& disc, double unit) {
     if (!(disc.radius > 0 && std::isfinite(disc.radius) && unit > 0)) return;
+    judged_.members.push_back(
+        {statistic_name(target.statistic), unit, margin_of(target, task_.equivalence), place_of(disc)});
+  }
+
+  // Without aberrations one side of the focus is as the other, but for its size: a disc there stands for this
+  // one where they differ by less than a spread, known to a factor of 1.5, could tell.
+  std::size_t place_of(const FocalDisc& disc) {
+    constexpr double kAlike = 0.02;
+    const double f = task_.mirror.focal_length, dz = -disc.dz / (1 + 2 * disc.dz / f),
+                 radius = disc.radius * (f + dz) / (f + disc.dz);
+    const auto alike = [](double a, double b) { return std::abs(a - b) <= kAlike * std::abs(b); };
+    for (std::size_t k = 0; k < judged_.discs.size() && !mean_.departs() && !disc.is_end_of_width; ++k) {
+      const FocalDisc& other = judged_.discs[k];
+      if (disc.dz != 0 && !other.is_end_of_width && alike(other.dz, dz) && alike(other.radius, radius))
+        return k;
+    }
     judged_.discs.push_back(disc);
-    judged_.names.push_back(statistic_name(target.statistic));
-    judged_.units.push_back(unit);
-    judged_.margins.push_back(margin_of(target, task_.equivalence));
+    return judged_.discs.size() - 1;
   }
 
   // Of a theory of rays, whose curve of light is not known: where light is taken to be as steep as that of
@@ -124,10 +138,11 @@ LightOfMirrors light_of_mirrors(const Task& task, const Groundwork& ground, cons
 
 MirrorSpread LightOfMirrors::of_whole_band(const Task& task, const TargetSets& targets) const {
   MirrorSpread result;
-  const Eigen::ArrayXd relative = spread.light(spread.lowest()) / judged.unit();
-  for (std::size_t k = 0; k < judged.names.size(); ++k)
-    result.statistics.push_back(
-        {judged.names[k], relative[Eigen::Index(k)], relative[Eigen::Index(k)] / judged.margins[k]});
+  const Eigen::ArrayXd light = spread.light(spread.lowest());
+  for (const JudgedLight::Member& one : judged.members) {
+    const double relative = light[Eigen::Index(one.disc)] / one.unit;
+    result.statistics.push_back({one.name, relative, relative / one.margin});
+  }
   for (const std::vector<Target>* set : {&targets.fitted, &targets.held_out})
     for (const Target& target : *set) {
       if (!kind_of(target.statistic).is_moment || !(target.relative_to() > 0)) continue;

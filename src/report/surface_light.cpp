@@ -27,37 +27,16 @@ class WaveLight : public FocalLight {
       if (radii[k] == 0) share[k] = 0;
     return share;
   }
-  // Planes that the cells do not see leave the others their light. Of more planes than have mean spots of
-  // their own beyond the cells: what those change, from one in ten on.
+  // Planes that the cells do not see leave the others their light.
   Eigen::ArrayXd ring_through(double radius, const Eigen::ArrayXd& planes) const override {
-    constexpr Eigen::Index kApart = 10;
     const bool seen_anywhere = path_.scatter || radius <= 0.5 * field_of_view(planes.maxCoeff());
     if (!seen_anywhere) return Eigen::ArrayXd::Constant(planes.size(), std::nan(""));
     Eigen::ArrayXd share = through(radius, planes);
     const std::vector<Eigen::Index> seen = seen_of(share, radius, planes);
     if (seen.empty()) return share;
-    if (Eigen::Index(seen.size()) < planes.size()) {
-      share.setConstant(std::nan(""));
-      share(seen) = ring_through(radius, planes(seen));
-      return share;
-    }
-    const Eigen::Index last = planes.size() - 1;
-    if (!path_.scatter || planes.size() <= Eigen::Index(kMostPlanesOfTheirOwn)) return share;
-    std::vector<Eigen::Index> at;
-    for (Eigen::Index k = 0; k < last; k += kApart) at.push_back(k);
-    at.push_back(last);
-    const Eigen::ArrayXd change = through(radius, planes(at)) - share(at);
-    for (std::size_t i = 0; i + 1 < at.size(); ++i) {
-      const double from = planes[at[i]], to = planes[at[i + 1]];
-      const Eigen::Index whole = Eigen::Index(i);
-      for (Eigen::Index k = at[i] + (i > 0); k <= at[i + 1]; ++k) {
-        // A halo widens with the square of the defocus; across the focus the change is next to nothing.
-        const double part = from * to < 0
-                                ? (planes[k] - from) / (to - from)
-                                : (planes[k] - from) * (planes[k] + from) / ((to - from) * (to + from));
-        share[k] += change[whole] + part * (change[whole + 1] - change[whole]);
-      }
-    }
+    if (Eigen::Index(seen.size()) == planes.size()) return share;
+    share.setConstant(std::nan(""));
+    share(seen) = ring_through(radius, planes(seen));
     return share;
   }
   Eigen::ArrayXXd image(double dz, double half_width, int pixels) const override {
