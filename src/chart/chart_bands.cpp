@@ -100,7 +100,8 @@ void judge_row(const ChartBench& bench, const Layout& layout, const Attempt& att
              row);
   row->note =
       fmt::format("light {:.3g} %, spread {:.3g} %{}; TIS of the rest {:.2g} %", 100 * light, 100 * spread,
-                  spread > 0 ? fmt::format(" ({})", shares->spread_of) : "", shares ? 100 * shares->tis : 0);
+                  spread > 0 ? fmt::format(" ({})", name_without_unit(shares->spread_of)) : "",
+                  shares ? 100 * shares->tis : 0);
 }
 
 ChartRow fitted_row(const ChartBench& bench, const Cut& cut) {

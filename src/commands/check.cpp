@@ -3,6 +3,7 @@
 #include "aberfit/commands/run.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
+#include "aberfit/method/map_terms.h"
 #include "aberfit/method/measured_part.h"
 #include "aberfit/report/check_report.h"
 #include "aberfit/report/result.h"
@@ -95,7 +96,7 @@ MapCheckReport run_map_check(const Study& given, const RunOptions& options) {
   ResultFolder folder(format == ArrayFormat::kNone ? "" : options.output_directory,
                       claim_of_arrays("check", options, format));
   const LoadedMap loaded = load_map(study);
-  const TermSet terms = map_terms(study, aperture_radius(study.aperture));
+  const TermSet terms = with_fields_of(study, [&] { return map_terms(study); });
   MapCheckReport report = make_map_check(loaded.map, terms);
   report.title = study.title;
   report.warnings = loaded.warnings;

@@ -11,7 +11,5 @@ struct LoadedMap {
   Warnings warnings;
 };
 LoadedMap load_map(const Study& study);
-/// The terms that are fitted to it.
-TermSet map_terms(const Study& study, double radius);
 
 }  // namespace aberfit::internal

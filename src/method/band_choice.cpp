@@ -52,7 +52,7 @@ std::string reason_of(const Groundwork& ground, const BandShares& shares) {
           ? "by rays it is not known how far mirrors that share the terms differ"
           : fmt::format("mirrors that share {} differ by {:.2g} of a tolerance ({}, one standard deviation)",
                         shares.cut > 0 ? "the terms" : "nothing but this specification", shares.spread,
-                        shares.spread_of.empty() ? "nothing is judged" : shares.spread_of);
+                        shares.spread_of.empty() ? "nothing is judged" : name_without_unit(shares.spread_of));
   const std::string scatter = fmt::format(
       "{} to {} {} scatter (RMS {}, TIS {})", frequency(std::max(shares.cut, ground.psd->f_min())),
       frequency(ground.psd->f_max()), shares.cut > 0 ? "are" : "are all",

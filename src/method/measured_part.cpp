@@ -93,7 +93,7 @@ std::string part_reason(const RadialPsd& psd, const TermSet& terms, const PartBa
                     "the terms differ by {:.2g} of a tolerance ({}, one standard deviation).",
                     frequency(std::max(band.cut, psd.f_min())), frequency(psd.f_max()),
                     length(shares.rest_rms), format_percent(shares.tis), shares.spread,
-                    shares.spread_of.empty() ? "nothing is judged" : shares.spread_of);
+                    shares.spread_of.empty() ? "nothing is judged" : name_without_unit(shares.spread_of));
 }
 
 void warn_of_band(const PartBand& band, const BandShares& shares, Warnings* warnings) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "aberfit/core/errors.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/judged_set.h"
 #include "judged_light.h"
 
@@ -48,19 +49,21 @@ class Judging {
   }
 
   // Without aberrations one side of the focus is as the other, but for its size: a disc there stands for this
-  // one where they differ by less than a spread, known to a factor of 1.5, could tell.
+  // one where they differ by less than is worth a word: spreads are known to a factor of 1.5.
   std::size_t place_of(const FocalDisc& disc) {
-    constexpr double kAlike = 0.02;
     const double f = task_.mirror.focal_length, dz = -disc.dz / (1 + 2 * disc.dz / f),
                  radius = disc.radius * (f + dz) / (f + disc.dz);
-    const auto alike = [](double a, double b) { return std::abs(a - b) <= kAlike * std::abs(b); };
-    for (std::size_t k = 0; k < judged_.discs.size() && !mean_.departs() && !disc.is_end_of_width; ++k) {
+    const auto apart = [](double a, double b) { return std::abs(a - b) / std::abs(b); };
+    double nearest = law::kNoteworthy;
+    std::size_t place = judged_.discs.size();
+    for (std::size_t k = 0; k < judged_.discs.size() && disc.dz != 0 && !mean_.departs(); ++k) {
       const FocalDisc& other = judged_.discs[k];
-      if (disc.dz != 0 && !other.is_end_of_width && alike(other.dz, dz) && alike(other.radius, radius))
-        return k;
+      if (other.is_end_of_width || disc.is_end_of_width) continue;
+      const double differ = std::max(apart(other.dz, dz), apart(other.radius, radius));
+      if (differ < nearest) nearest = differ, place = k;
     }
-    judged_.discs.push_back(disc);
-    return judged_.discs.size() - 1;
+    if (place == judged_.discs.size()) judged_.discs.push_back(disc);
+    return place;
   }
 
   // Of a theory of rays, whose curve of light is not known: where light is taken to be as steep as that of

@@ -56,9 +56,10 @@ Picture character_picture(const PlotInput& input) {
                                 picture_title(input, "The surface beside draws of its roughness"));
   if (has_psd)
     picture.script += fmt::format(
-        "set logscale xy\nset xlabel 'spatial frequency [cycles/m]'\n"
+        "set logscale xy\nset xrange [{:.6g}:{:.6g}]\nset xlabel 'spatial frequency [cycles/m]'\n"
         "set ylabel 'PSD over that of the specification'\nset format '%g'\nset xtics {}\n"
         "set yrange [*<0.3:3<*]\nset ytics (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)\nplot {}",
+        character.psd.front().low, character.psd.back().high,
         log_tics(character.psd.front().low, character.psd.back().high),
         curves("character_psd.dat", "sqrt($1*$2)"));
   picture.script +=

@@ -11,6 +11,7 @@
 #include "aberfit/method/constants.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/study/read_study.h"
+#include "aberfit/terms/surface_spectrum.h"
 
 namespace aberfit {
 namespace {
@@ -44,6 +45,42 @@ TEST(DefaultOrder, EndsWhereTheSlopesOfAGaussianDo) {
   EXPECT_GT(order_to_carry(0.2, band_end(*ground.psd)), law::kLargestOrder);
   double captured = 0;
   EXPECT_EQ(make_terms(study, ground, study.terms, &captured).zernike.back().n, law::kLargestOrder);
+}
+
+// Mean PSD of the terms' draws in the last bin below the cut, over the disc, exact: coefficients have the
+// covariance L L^T, and the PSD is quadratic in them.
+double last_bin_of(const Study& study, const Groundwork& ground, int order) {
+  TermsSpec asked;
+  asked.zernike.emplace(ZernikeSpec{1, order});
+  const TermPlan plan = plan_terms(study, ground, asked);
+  const double cut = ground.term_psd->f_max();
+  const auto spectrum =
+      zernike_spectrum(plan.terms, Eigen::ArrayXd::Constant(1, cut * std::pow(2, -1 / law::kBinsPerOctave)),
+                       Eigen::ArrayXd::Constant(1, cut));
+  double sum = 0;
+  Eigen::VectorXd value;
+  for (Eigen::Index i = 0; i < plan.prior.size(); ++i) {
+    spectrum->evaluate(plan.prior.colour(Eigen::VectorXd::Unit(plan.prior.size(), i)), &value, nullptr);
+    sum += value[0];
+  }
+  return sum;
+}
+
+// The plateau of law::kOrderBeyondCut: what a roughness has below its cut, and orders twice as far carry.
+TEST(DefaultOrder, HasTheLastBinBelowTheCut) {
+  for (const char* psd : {R"({"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": 20})",
+                          R"({"model": "k-correlation", "rms": "100 nm", "correlation_length": "0.1 m",
+                              "slope": 2.5, "f_min": 1, "f_max": 15})"}) {
+    const Study study = study_of(psd);
+    const Groundwork ground = lay_groundwork(study);
+    const double reach = 2 * std::numbers::pi * 0.2 * ground.term_psd->f_max();
+    const auto share = [&](double beyond) {
+      return last_bin_of(study, ground, int(std::ceil(beyond * reach))) /
+             last_bin_of(study, ground, int(std::ceil(2 * reach)));
+    };
+    for (const double beyond : {0.7, 0.9, 1.0, 1.05, 1.1, 1.15, 1.25})
+      std::printf("%s %g %.4f\n", psd, beyond, share(beyond));
+  }
 }
 
 }  // namespace
