@@ -11,6 +11,7 @@
 #include "aberfit/core/overloaded.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/forward/forward_model.h"
+#include "aberfit/method/constants.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/pupil_choice.h"
 #include "aberfit/trace/nominal_surface.h"

@@ -13,6 +13,7 @@
 #include <numbers>
 #include <vector>
 
+#include "../../src/fit/independent_points.h"
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/random.h"
 #include "aberfit/roughness/random_surface.h"
@@ -204,6 +205,10 @@ TEST(MapFit, FitsPistonAndTiltAlongAndDropsThem) {
   EXPECT_EQ(fit.rank, terms.size());
   // The added plane is 50 times the terms.
   EXPECT_LE((fit.coefficients - truth).cwiseAbs().maxCoeff(), 1e-12 * 5e-6 * fit.condition_number);
+  const double rounding = 1e-12 * 5e-6 * fit.condition_number;
+  EXPECT_NEAR(fit.mount.height, 3e-6, rounding);
+  EXPECT_NEAR(fit.mount.slope_x, 2e-6, rounding);
+  EXPECT_NEAR(fit.mount.slope_y, -5e-6, rounding);
 }
 
 TEST(MapFit, FitsPlaneWavesWithoutARadius) {
@@ -438,6 +443,22 @@ TEST(MapFit, GivesHolesToTheirNeighbours) {
   EXPECT_NEAR(piston, 1e-9 * (1 + 1.0 / 8) / 81, 1e-13);
   options.weighting = MapWeighting::kPoints;
   EXPECT_NEAR(fit_map(map, terms, options).coefficients[0], 1e-9 / 80, 1e-13);
+}
+
+// The sum of products over all lags is the square of the sum: n equal residuals in a block are n neighbours
+// of each other, whatever the block's form.
+TEST(CorrelatedNeighbours, OfABlockOfEqualResidualsAreItsPoints) {
+  struct Block {
+    int rows, columns;
+    double pitch_x, pitch_y;
+  };
+  for (const Block& b :
+       {Block{1, 1, 1, 1}, Block{3, 3, 1, 1}, Block{1, 5, 1, 1}, Block{4, 2, 2e-3, 1.5e-3}}) {
+    Grid residual = Grid::Zero(30, 34);
+    residual.block(11, 9, b.rows, b.columns) = 3e-9;
+    EXPECT_NEAR(internal::correlated_neighbours(residual, b.pitch_x, b.pitch_y, 1), b.rows * b.columns, 1e-12)
+        << b.rows << " x " << b.columns;
+  }
 }
 
 TEST(MapFit, StandardDeviationsCoverCorrelatedNoise) {

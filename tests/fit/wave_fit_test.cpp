@@ -158,6 +158,26 @@ TEST(Calibrate, MeetsTheMeanOfWavesAtHalfAWaveOfPhase) {
 }
 
 // A target so loose that the fit could end long before its guide is near.
+// Of the start, whose statistics are known without the fit: the largest residual of a target in tolerances,
+// and of a guide in the wanted share of its own.
+TEST(Calibrate, CountsGuidesByTheShareOfTheirToleranceThatIsWanted) {
+  const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 24, 32);
+  const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, RingThrough{8e-6, 2e-4}};
+  const Eigen::VectorXd start = draw_white(scene.prior.size(), 5);
+  const Eigen::VectorXd at_start =
+      focus_statistics(scene.path(FocusModel::kWaves), scene.prior.colour(start), statistics, 1, nullptr);
+  FitProblem problem = scene.problem({{statistics[0], at_start[0] + 3e-8, 0, 1e-8}}, FocusModel::kWaves);
+  problem.guides = {{statistics[1], at_start[1] - 2e-4, 0, 1e-4}};
+  for (const auto& [within, mismatch] : {std::pair{0.0, 3.0}, {1.0, 3.0}, {0.5, 4.0}, {0.25, 8.0}}) {
+    double first = 0;
+    FitOptions options;
+    options.guides_within = within;
+    options.progress = [&](const FitProgress& progress) { return first = progress.worst_mismatch, false; };
+    calibrate(problem, start, options);
+    EXPECT_NEAR(first, mismatch, 1e-5 * mismatch) << within;
+  }
+}
+
 TEST(Calibrate, GoesOnForItsGuidesWhereItIsToldTo) {
   const DiffractedScene scene(RadialPsd(UniformPsd{1, 4, 16}), 0.8, 60, 48);
   const std::vector<Statistic> statistics{EncircledEnergyRadius{0.5, 0}, RingThrough{8e-6, 2e-4}};

@@ -16,8 +16,15 @@ names=("$@")
 [ ${#names[@]} -gt 0 ] || mapfile -t names < <(cd "$here" && ls ./*.patch | sed 's|.*/||; s|[.]patch$||')
 
 mkdir -p "$folder/source"
-# The copy is what git knows of, so that nothing built is copied.
-(cd "$root" && git ls-files -z | xargs -0 tar cf -) | tar xf - -C "$folder/source" || exit 2
+# The copy is what git knows of, so that nothing built is copied. Only files that differ get a new time: a
+# source that the last fault was taken out of is newer than its object, and compiled again.
+fresh=$(mktemp -d "$folder/fresh.XXXXXX") || exit 2
+(cd "$root" && git ls-files -z | xargs -0 tar cf -) | tar xf - -C "$fresh" || exit 2
+(cd "$fresh" && find . -type f -print0) | while IFS= read -r -d '' file; do
+  cmp -s "$fresh/$file" "$folder/source/$file" && continue
+  mkdir -p "$folder/source/$(dirname "$file")" && cp "$fresh/$file" "$folder/source/$file" || exit 2
+done || exit 2
+rm -rf "$fresh"
 launcher=()
 command -v ccache >/dev/null && launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 # One object per source: a fault compiles one of them.

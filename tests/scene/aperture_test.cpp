@@ -134,6 +134,20 @@ TEST(RadialQuadrature, ResolvesASmoothStepInRho) {
   EXPECT_NEAR(mean / (side * side), 1.0, 1e-11);
 }
 
+TEST(ApertureContains, LeavesOutTheHoleOfAnAnnulus) {
+  const Aperture annulus = AnnulusAperture{0.4, 0.1};
+  for (const double rho : {0.0, 0.02, 0.0499}) {
+    EXPECT_FALSE(aperture_contains(annulus, rho, 0, 0)) << rho;
+    EXPECT_FALSE(aperture_holds(annulus, -0.6 * rho, 0.8 * rho)) << rho;
+  }
+  for (const double rho : {0.0501, 0.1, 0.1999}) {
+    EXPECT_TRUE(aperture_contains(annulus, rho, 0, 0)) << rho;
+    EXPECT_TRUE(aperture_holds(annulus, -0.6 * rho, 0.8 * rho)) << rho;
+  }
+  EXPECT_FALSE(aperture_contains(annulus, 0.0501, 0, 0.001));  // nearer to the hole than the margin
+  EXPECT_TRUE(aperture_contains(annulus, 0.0511, 0, 0.001));
+}
+
 TEST(ApertureContains, AgreesWithBruteForceForEveryShape) {
   // Brute force: a point is in with margin m when the point and 720 points on the circle of radius m about it
   // are in.

@@ -227,6 +227,19 @@ TEST(FourierModes, FillTheHalfPlaneOfTheBand) {
   }
 }
 
+TEST(FourierModes, RingsMeetHalfwayInTheLogarithmOfTheirFrequency) {
+  // Level from 5 to 80 /m: the variance of a ring is its share of the area, edges at sqrt(10 40) = 20 /m and
+  // sqrt(40 62.5) = 50 /m. Two waves of one frequency share their ring.
+  const RadialPsd psd(UniformPsd{1e-7, 5, 80});
+  const TermSet terms{0.2, {}, {{0, 40}, {62.5, 0}, {6, 8}, {24, 32}}, {}};
+  const Eigen::VectorXd variance =
+      covariance_of(make_prior(terms, psd, CovarianceKind::kFull)).diagonal() / 1e-14;
+  const double whole = 80 * 80 - 5 * 5, middle = (50 * 50 - 20 * 20) / whole / 2;
+  const double expected[] = {middle, (80 * 80 - 50 * 50) / whole, (20 * 20 - 5 * 5) / whole, middle};
+  for (Eigen::Index k = 0; k < 4; ++k)
+    for (const Eigen::Index part : {0, 1}) EXPECT_NEAR(variance[2 * k + part], expected[k], 1e-12) << k;
+}
+
 TEST(FourierModes, SurfaceVarianceOverADiscIsTheHeightVarianceOnAverage) {
   // Mean over points and seeds of h^2. h^2 of one seed and point has variance 2 sigma^4; points 2 m apart
   // count as independent.

@@ -129,6 +129,22 @@ TEST(NominalSurface, TellsWhichMirrorsAreParabolasAndWhichAreOfRevolution) {
   EXPECT_TRUE(departure_from_parabola(mirror_with({}), pupils()[0]).size() == 0);
 }
 
+// At f/0.6 the first term of the series is off by a tenth. The sag of a sphere is that of its circle.
+TEST(NominalSurface, DepartureOfAFastSphereIsThatOfItsCircle) {
+  using Real = long double;
+  Mirror sphere;
+  sphere.focal_length = 0.25;
+  sphere.conic = 0;
+  const PupilSample pupil = make_pupil(CircleAperture{2 * kRadius}, {PupilLayout::kRandom, 200, 1});
+  const Eigen::ArrayXd departure = departure_from_parabola(sphere, pupil);
+  ASSERT_EQ(departure.size(), pupil.size());
+  for (Eigen::Index i = 0; i < pupil.size(); ++i) {
+    const Real x = pupil.x[i], y = pupil.y[i], rho2 = x * x + y * y;
+    const Real circle = 0.5L - std::sqrt(0.25L - rho2);       // radius of curvature 0.5 m
+    EXPECT_NEAR(departure[i], double(circle - rho2), 1e-16);  // rho^2/(4 f) with 4 f = 1 m
+  }
+}
+
 // Z4 is a parabola: it makes of the mirror another one, 1/(4f') = 1/(4f) + 2 sqrt(3) a/R^2, moved by -sqrt(3)
 // a. Every ray meets the axis in its focus.
 TEST(NominalSurface, KnownDefocusMovesTheFocusToThatOfTheOtherParabola) {
