@@ -66,20 +66,21 @@ double last_bin_of(const Study& study, const Groundwork& ground, int order) {
   return sum;
 }
 
-// The plateau of law::kOrderBeyondCut: what a roughness has below its cut, and orders twice as far carry.
-TEST(DefaultOrder, HasTheLastBinBelowTheCut) {
-  for (const char* psd : {R"({"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": 20})",
+// The plateau of law::kOrderBeyondCut, beside an order twice as far: from a twentieth beyond the cut on terms
+// have all that the roughness has there, a tenth before it they lack some of it.
+TEST(DefaultOrder, HasAllOfTheLastBinBelowTheCut) {
+  for (const char* psd : {R"({"model": "uniform", "rms": "100 nm", "f_min": "2.5 /m", "f_max": 12})",
                           R"({"model": "k-correlation", "rms": "100 nm", "correlation_length": "0.1 m",
-                              "slope": 2.5, "f_min": 1, "f_max": 15})"}) {
+                              "exponent": 2.5, "f_min": 1, "f_max": 12})"}) {
     const Study study = study_of(psd);
     const Groundwork ground = lay_groundwork(study);
-    const double reach = 2 * std::numbers::pi * 0.2 * ground.term_psd->f_max();
+    const double reach = 2 * std::numbers::pi * 0.2 * ground.term_psd->f_max(),
+                 all = last_bin_of(study, ground, int(std::ceil(2 * reach)));
     const auto share = [&](double beyond) {
-      return last_bin_of(study, ground, int(std::ceil(beyond * reach))) /
-             last_bin_of(study, ground, int(std::ceil(2 * reach)));
+      return last_bin_of(study, ground, int(std::ceil(beyond * reach))) / all;
     };
-    for (const double beyond : {0.7, 0.9, 1.0, 1.05, 1.1, 1.15, 1.25})
-      std::printf("%s %g %.4f\n", psd, beyond, share(beyond));
+    EXPECT_LT(share(0.9), 0.96) << psd;
+    for (const double beyond : {1.05, law::kOrderBeyondCut, 1.25}) EXPECT_NEAR(share(beyond), 1, 4e-3) << psd;
   }
 }
 
