@@ -52,8 +52,9 @@ double correlated_neighbours(const Grid& residual, double pitch_x, double pitch_
   const int last =
       int(0.5 * std::min(pitch_x * double(residual.cols()), pitch_y * double(residual.rows())) / unit);
   double total = 1;
-  for (int ring = 1; ring <= last; ++ring) {
+  for (int ring = 0; ring <= last; ++ring) {
     const std::vector<Lag> lags = lags_of(ring, unit, pitch_x, pitch_y);
+    if (lags.empty()) continue;  // ring 0, but for pitches of which one is twice the other and more
     const std::size_t looked_at = std::min(lags.size(), kDirections);
     std::vector<double> products(looked_at);
     parallel_for(looked_at, threads, [&](std::size_t i) {

@@ -452,8 +452,8 @@ TEST(CorrelatedNeighbours, OfABlockOfEqualResidualsAreItsPoints) {
     int rows, columns;
     double pitch_x, pitch_y;
   };
-  for (const Block& b :
-       {Block{1, 1, 1, 1}, Block{3, 3, 1, 1}, Block{1, 5, 1, 1}, Block{4, 2, 2e-3, 1.5e-3}}) {
+  for (const Block& b : {Block{1, 1, 1, 1}, Block{3, 3, 1, 1}, Block{1, 5, 1, 1}, Block{4, 2, 2e-3, 1.5e-3},
+                         Block{2, 5, 1, 4}}) {
     Grid residual = Grid::Zero(30, 34);
     residual.block(11, 9, b.rows, b.columns) = 3e-9;
     EXPECT_NEAR(internal::correlated_neighbours(residual, b.pitch_x, b.pitch_y, 1), b.rows * b.columns, 1e-12)
