@@ -61,7 +61,8 @@ void end_if_asked(const RunContext& context) {
 
 // Least squares of the map: everything but the light of what came.
 ResultDocument fitted_map(const Study& study, const LoadedMap& loaded, const RunContext& context) {
-  ResultDocument result{fit_map_terms(study, loaded.map, study.map->fit, context)};
+  ResultDocument result;
+  static_cast<FitOutcome&>(result) = fit_map_terms(study, loaded.map, study.map->fit, context);
   result.title = study.title;
   result.clear = loaded.clear;
   const Warnings unused = unused_parts(study, "`aberfit solve`");
