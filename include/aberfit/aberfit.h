@@ -138,6 +138,7 @@
 #include "aberfit/method/judge.h"
 #include "aberfit/method/judged_set.h"
 #include "aberfit/method/map_light.h"
+#include "aberfit/method/map_terms.h"
 #include "aberfit/method/measured_part.h"
 #include "aberfit/method/mirror_spread.h"
 #include "aberfit/method/outcome.h"
