@@ -51,7 +51,7 @@ std::vector<Target> guides_in(const MeanSpot& spot, const Grain& grain, double d
     guide.statistic = RingThrough{radius, dz};
     guide.value = spot.encircled_energy(radius);
     guide.scale = std::max(radius * spot.encircled_energy_slope(radius), kFlattestCurve);
-    guide.tolerance = law::kGuideTolerance * guide.scale;
+    guide.tolerance = law::kGuideShareOfMargin * grain.margin * guide.scale;
     guides.push_back(guide);
   }
   return guides;

@@ -435,7 +435,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
     } else if (k < wanted.size() + guides.size()) {
       // What lies between rays' targets moves ray by ray: closer, by what an approximation may take.
       const double closer = waves ? 1 : law::kShareOfMargin;
-      target.tolerance = closer * law::kGuideTolerance * std::abs(target.value);
+      target.tolerance = closer * law::kGuideShareOfMargin * task.equivalence.margin * std::abs(target.value);
       sets.guides.push_back(target);
     } else {
       sets.held_out.push_back(target);

@@ -18,7 +18,7 @@ struct FitProblem {
   std::vector<Target> targets;
   /// Statistics between the targets that only guide: they pull with their own, wider tolerance, but are not
   /// asked to meet it. Without them the EE curve is free to wander between the fitted fractions and planes by
-  /// what realisations differ (see `kGuideTolerance` in method/constants.h).
+  /// what realisations differ (see `kGuideShareOfMargin` in method/constants.h).
   std::vector<Target> guides;
   double focal_sigma = 0;  ///< scale of the focal spot [m]; smoothing widths are multiples of it
   /// PSD bins of the surface as targets beside the statistics; null: none. Residuals: log(S_b(c) / T_b) /
