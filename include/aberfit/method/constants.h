@@ -43,7 +43,7 @@ inline constexpr double kFittedPlanes[] = {0, -1, 1, -2, 2, -3.5, 3.5, -5, 5};
 inline constexpr double kHeldOutShares[] = {0.25, 0.30, 0.40, 0.60, 0.70, 0.75, 0.875, 0.925};
 inline constexpr double kHeldOutPlanes[] = {0, -0.25, 0.25, -0.75, 0.75, -1.75, 1.75, -3.1, 3.1, -4.6, 4.6};
 /// Tolerance of what guides a fit by waves between its targets, as a share of the margin (by rays a third of
-/// it): less than all of it, so that what lies between two guides is met as well.
+/// it, of the usual margin): less than all of it, so that what lies between two guides is met as well.
 inline constexpr double kGuideShareOfMargin = 0.9;
 /// Guides of light lie so far apart that the grains of the pattern keep the light between two rings steady to
 /// this many margins; and planes so far that the cone of light widens by this many such steps.
