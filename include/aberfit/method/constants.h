@@ -12,8 +12,8 @@ namespace aberfit::law {
 
 /// Order of the Zernikes over 2 pi R f_c, f_c the cut: their own last frequency, (n + 1)/(2 pi R), lies a
 /// tenth beyond the cut, so that the last bins below it keep their power: from 1.05 on the last quarter of an
-/// octave has 0.999 of it and more, at 0.75 less than 0.7 (tests/method/plan_test.cpp). What truncation leaves
-/// is too little to be given to the scatter.
+/// octave has 0.999 of it and more, at 0.75 less than 0.7 (tests/method/plan_test.cpp). What truncation
+/// leaves is too little to be given to the scatter.
 inline constexpr double kOrderBeyondCut = 1.1;
 /// Highest order that the law takes: up to there the polar operator and the full covariance take seconds.
 /// Beyond it plane waves on the frequency grid are as good and faster.
