@@ -43,8 +43,8 @@ Outcome run_scene(int k) {
   if (outcome.equivalent) {
     std::optional<double> cut;
     if (result.shares) cut = result.shares->cut;
-    const SecondOpinion light =
-        SecondOpinions(study).of_waves(result.terms, result.fit.coefficients, cut, {.narrow_field = true});
+    const SecondOpinion light = SecondOpinions(study).of_waves(result.terms, result.fit.coefficients, cut,
+                                                               {.seconds = 7200, .narrow_field = true});
     worst = light.worst;
     EXPECT_TRUE(worst <= 1.0) << "equivalent, but not in light: " << light.statistic << light.obstacle;
   }
