@@ -18,18 +18,14 @@
 namespace aberfit {
 namespace {
 
-// Order of the Zernikes where a study names none: 231 terms, as many as OpticStudio's Zernike surfaces take.
-constexpr int kMapOrder = 20;
-
 // Terms of a disc cannot be told apart on a small part of it: rho^20 at half the radius is 1e-6.
 void check_reach(const Task& task, const HeightMap& map) {
-  constexpr double kMostCells = 6.4e7;  // of the square around the aperture, in light
   const double across = 2 * aperture_radius(task.aperture),
                cells = (across / map.pitch_x) * (across / map.pitch_y);
-  if (cells > kMostCells)
+  if (cells > law::kMostMapCells)
     throw FieldError("aperture",
                      fmt::format("{:.3g} points of this map across the square of the aperture", cells),
-                     fmt::format("at most {:.3g}: a smaller aperture, or a coarser map", kMostCells));
+                     fmt::format("at most {:.3g}: a smaller aperture, or a coarser map", law::kMostMapCells));
   const double reach = enclosing_circle(map).radius, radius = aperture_radius(task.aperture);
   if (reach >= 0.5 * radius) return;
   throw FieldError(
@@ -66,7 +62,7 @@ std::vector<Target> untargeted() {
 
 // Without a named order the terms of a part end where its scatter begins.
 int default_order(const Task& task, double radius) {
-  if (!task.psd || task.terms.band.rule != BandRule::kCut) return kMapOrder;
+  if (!task.psd || task.terms.band.rule != BandRule::kCut) return law::kMapOrder;
   const RadialPsd psd(*task.psd);
   const int order = degree_below(psd, task.terms.band.cut, radius, law::kLargestOrder);
   if (order <= law::kLargestOrder) return order;
