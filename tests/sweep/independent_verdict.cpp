@@ -68,6 +68,12 @@ std::vector<double> radii_of(const std::vector<std::pair<double, Target>>& wante
   return radii;
 }
 
+double largest_radius(const std::vector<std::pair<double, Target>>& wanted) {
+  double largest = 0;
+  for (const auto& [fraction, target] : wanted) largest = std::max(largest, target.value);
+  return largest;
+}
+
 // Points of a lattice over the aperture's box, by the plastic number (Roberts 2018), shifted.
 std::vector<std::array<double, 2>> points_in(const Aperture& aperture, int count, int shift) {
   const ApertureBox box = bounding_box(aperture);
@@ -236,12 +242,16 @@ SecondOpinions::SecondOpinions(const Study& study)
 SecondOpinion SecondOpinions::of_waves(const TermSet& terms, const Eigen::VectorXd& coefficients,
                                        std::optional<double> cut, const OpinionLimits& limits) const {
   SecondOpinion opinion;
-  const Planes planes = planes_of(sets_, limits.most_planes);
+  Planes planes = planes_of(sets_, limits.most_planes);
+  if (limits.narrow_field) {
+    // A circle that the largest grid has no room for holds light that came back in, over and over.
+    const double room = limits.largest_grid * airy_unit(study_) / limits.field;
+    std::erase_if(planes, [&](const auto& plane) { return largest_radius(plane.second) > room; });
+  }
   double largest = 0;
-  for (const auto& [dz, wanted] : planes)
-    for (const auto& [fraction, target] : wanted) largest = std::max(largest, target.value);
+  for (const auto& [dz, wanted] : planes) largest = std::max(largest, largest_radius(wanted));
   if (planes.empty()) {
-    opinion.obstacle = "no encircled energy is asked for";
+    opinion.obstacle = "no encircled energy is asked for, or none that the largest grid has room for";
     return opinion;
   }
   double needed = enough_cells(study_, ground_, limits.field * largest, largest, cut, limits);

@@ -18,7 +18,7 @@ struct OpinionLimits {
   int most_planes = 1000;   ///< in focus and the farthest ones go first
   int most_rings = 3;       ///< the narrowest ones go first; by waves, with as many seconds again
   /// Where the largest grid is too small for the field of view, it is taken all the same: what little light
-  /// lies outside comes back in elsewhere.
+  /// lies outside comes back in elsewhere. Planes whose circles do not fit are left out.
   bool narrow_field = false;
   /// Field of view of encircled energies, in largest radii. All of a rough mirror's light as the mean of its
   /// scatter wants four: with three, 1.6e-3 of an annulus of g 27 was elsewhere (640 cells; below 5e-4 with
