@@ -433,7 +433,7 @@ TargetSets make_targets(const Task& task, const Groundwork& ground, int threads)
       target.tolerance = wanted[k].tolerance * (of_share ? 1.0 : std::abs(target.value));
       sets.fitted.push_back(target);
     } else if (k < wanted.size() + guides.size()) {
-      // What lies between rays' targets moves ray by ray, so its guides are held closer, at any margin.
+      // By rays the curve moves ray by ray between its targets, so its guides are held closer, at any margin.
       const double margin = waves ? task.equivalence.margin : law::kShareOfMargin * EquivalenceSpec{}.margin;
       target.tolerance = law::kGuideShareOfMargin * margin * std::abs(target.value);
       sets.guides.push_back(target);
