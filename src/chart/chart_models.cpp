@@ -81,22 +81,16 @@ ChartFamily chart_theories(const ChartBench& bench, double seconds) {
     set_time(time, &row);
     family.rows.push_back(row);
   };
-  const auto waves = [&](bool paraxial) {
-    GhsOptions options;
-    options.paraxial = paraxial;
-    const GeneralisedHarveyShack theory(psd, task.mirror, task.aperture, task.wavelength, options);
+  const auto waves = [&] {
+    const GeneralisedHarveyShack theory(psd, task.mirror, task.aperture, task.wavelength);
     return [spot = theory.at_plane(0)](double r) { return spot.encircled_energy(r); };
   };
   const bool light = bench.ground.use.theory == Theory::kGhs;
-  add("aperture-exact", light, [&] { return waves(false); });
+  add("aperture-exact", light, waves);
   // What the scalar theory of small angles itself leaves out is its error, not zero.
   const TheoryError& own = *bench.ground.use.theory_error;
   set_errors({std::max(own.small_angle, own.beyond_ten_degrees)}, "its own neglect of large angles", 0,
              &family.rows.back());
-  try {
-    add("paraxial", false, [&] { return waves(true); });
-  } catch (const ComputationError&) {  // of parabolas on simple apertures alone
-  }
   const SceneNumbers& numbers = bench.ground.numbers;
   if (is_rotationally_symmetric(task.mirror) && std::isfinite(numbers.rms_slope_per_axis))
     add("geometric", !light, [&] {

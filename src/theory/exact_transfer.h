@@ -4,23 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "pupil_overlap.h"
+#include "pupil_moments.h"
 #include "surface_transfer.h"
 
 namespace aberfit::internal {
-
-/// A function of the shear as polynomials on panels, ascending and without gaps.
-struct PanelFunction {
-  std::vector<TransferPanel> panels;
-  std::vector<PanelArray> legendre;  ///< coefficients of each panel
-
-  void set_coefficients();
-  /// The panel that x lies in, or the last one.
-  std::size_t panel_at(double x) const;
-  double at(double x, std::size_t panel) const;
-  /// x inside the panel.
-  PanelArray at(const PanelArray& x, std::size_t panel) const;
-};
 
 /// E(x) = (4 pi/lambda)^2 (C(0) - C(x)) as polynomials on panels, good to 1e-12 exp(E) wherever exp(-E) is
 /// not gone.
@@ -63,60 +50,6 @@ class ExponentChange {
   double uneven_ = 0;
 };
 
-/// The change of a surface's transfer function with a number of its PSD: of the exact form dE/dp, of the
-/// paraxial one the change of exp(-E) itself, on panels of x / cutoff.
-struct SurfaceChange {
-  std::optional<ExponentChange> exact;
-  std::vector<TransferPanel> paraxial;
-};
-
-/// What the transfer function takes from mirror, aperture and wavelength, whatever the roughness: moments of
-/// the pupil's autocorrelation, plane by plane, as they are asked for. Safe from many threads; everything is
-/// a function of its arguments, whether it was there before or not.
-class PupilMoments {
- public:
-  PupilMoments(PupilField field, int halvings);
-  ~PupilMoments();
-
-  const PupilField& field() const { return field_; }
-  double cutoff() const { return 2 * field_.outer(); }
-  bool is_round() const { return field_.is_round() && field_.corners().empty(); }
-  bool has_departure() const { return field_.has_departure(); }
-  int order() const { return order_; }
-  /// Of (i, j): distance on the mirror over a small shear; of i: q^2.
-  const std::vector<double>& stretch() const { return stretch_; }
-  const std::vector<double>& share() const { return share_; }
-  /// What a shear x [m] makes of them: distances grow by 1 + bend x^2, q1 q2 = q^2 exp(-fall x^2) and
-  /// (q1 - q2)^2 / 2 = apart x^2, of (i, j) [1/m^2].
-  const std::vector<double>& bend() const { return bend_; }
-  const std::vector<double>& fall() const { return fall_; }
-  const std::vector<double>& apart() const { return apart_; }
-  double least_stretch() const;
-  double most_stretch() const;  ///< of any shear
-  /// Of the whole aperture.
-  const Eigen::ArrayXd& whole() const { return whole_; }
-  /// Over [0, end'] of shear / cutoff, end' the next power of 2^(1/4) from `end` on, at most 1: roughness of
-  /// many amplitudes shares what one has asked for, where it takes the usual work. `fading` is of shares of
-  /// the cutoff, rounded as `end` is. Remembers the first hundred.
-  std::shared_ptr<const MomentPanels> panels(double dz, double end, Fading::Levels fading) const;
-  /// At one shear x [m].
-  Eigen::ArrayXd at(double x, double dz) const;
-
- private:
-  MomentPanels make(double dz, double end, const Fading& fading) const;
-  bool is_far(const PupilOverlap& overlap, double turn, double dz, double end, double blurred) const;
-  MomentAccuracy accuracy(double dz) const;
-  MomentPanels far_moments(double dz, double end) const;
-
-  PupilField field_;
-  int order_ = 1, halvings_ = 0;
-  std::vector<double> stretch_, share_, bend_, fall_, apart_;
-  std::unique_ptr<PupilOverlap> focus_overlap_;
-  Eigen::ArrayXd whole_;
-  struct Known;
-  std::unique_ptr<Known> known_;
-};
-
 /// The optical transfer function of a rough mirror in its aperture-exact form (PHYSICS 6),
 ///   OTF(x) = int A(P + x/2) A*(P - x/2) H d2P / int |A|^2 d2P,
 ///   H = exp(-(4 pi/lambda)^2 (q1 q2 (C(0) - C(dr)) + (q1 - q2)^2 V / 2)),
@@ -124,7 +57,7 @@ class PupilMoments {
 /// mirror. At the midpoint x -> 0 makes it dr = (x/q) sqrt(1 + (p . x/|x|)^2/c^2); the pair's own values are
 /// that to the second order in x/f, q1 q2 and dr by their mean square from the axis, p^2 + x^2/4, and all by
 /// (p . x)^2. So H depends on x, on |p|^2 and on the part of p along x alone. It is interpolated in these two
-/// over the aperture by Chebyshev polynomials, whose moments `PupilOverlap` holds. V is the height
+/// over the aperture by Chebyshev polynomials, whose moments `PupilMoments` holds. V is the height
 /// variance of waves up to ten times as long as the aperture, less 2 f^2 times the slope variance of longer
 /// ones, which tilt the mirror, and lift it, which moves no light. Against all pairs of
 /// points within 3e-5 of the light from f/1.5 on, 1.2e-4 at f/1, 4e-4 at f/0.75 and 1.3e-3 at f/0.5

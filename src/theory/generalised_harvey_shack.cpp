@@ -30,7 +30,6 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr double kNegligibleCore = 1e-16;
 constexpr std::size_t kMostPlanes = 100;
 
 }  // namespace
@@ -43,9 +42,8 @@ struct GeneralisedHarveyShack::Planes {
 GhsPupil::GhsPupil(const Mirror& mirror, const Aperture& aperture, double wavelength,
                    const GhsOptions& options)
     : mirror_(mirror), aperture_(aperture), wavelength_(wavelength), options_(options) {
-  if (!options.paraxial)
-    moments_ = std::make_shared<const PupilMoments>(
-        PupilField(mirror, aperture, wavelength, options.departure), options.halvings);
+  moments_ = std::make_shared<const PupilMoments>(PupilField(mirror, aperture, wavelength, options.departure),
+                                                  options.halvings);
 }
 
 GhsPupil GhsPupil::of_parabola() const {
@@ -55,9 +53,7 @@ GhsPupil GhsPupil::of_parabola() const {
   return {Mirror{mirror_.focal_length}, aperture_, wavelength_, options};
 }
 
-bool GhsPupil::has_uneven_light() const {
-  return moments_ && moments_->has_departure() && !moments_->is_round();
-}
+bool GhsPupil::has_uneven_light() const { return moments_->has_departure() && !moments_->is_round(); }
 
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror,
                                                const Aperture& aperture, double wavelength,
@@ -83,38 +79,14 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const GhsPu
     throw ComputationError(
         "the structure function of this PSD is infinite, so there is no generalised Harvey-Shack prediction: "
         "give the PSD a lowest frequency");
-  const GhsOptions& options = pupil.options_;
-  if (options.paraxial) {
-    set_paraxial(options);
-    return;
-  }
   exact_ = std::make_unique<const ExactTransfer>(
       pupil.moments_, [this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_,
       of_uneven_paths([this](double power, double a, double b) { return radial_moment(psd_, power, a, b); }),
-      transfer_options(psd_, wavelength_, pupil.moments_->cutoff(), options.halvings));
+      transfer_options(psd_, wavelength_, pupil.moments_->cutoff(), pupil.options_.halvings));
   core_ = exact_->core_share();
 }
 
-void GeneralisedHarveyShack::set_paraxial(const GhsOptions& options) {
-  if (options.departure || !is_parabola(mirror_))
-    throw ComputationError(
-        "the paraxial form of generalised Harvey-Shack needs a parabola (conic -1) without spherical terms "
-        "and "
-        "known Zernikes: its transfer function holds no aberration but defocus");
-  if (std::holds_alternative<PolygonAperture>(aperture_))
-    throw ComputationError(
-        "the paraxial form of generalised Harvey-Shack knows circles, annuli and rectangles, not polygons");
-  otf_.emplace(aperture_);
-  core_ = std::exp(-g_ * g_);
-  SurfaceTransferOptions transfer = transfer_options(psd_, wavelength_, otf_->cutoff(), options.halvings);
-  transfer.breakpoints.insert(transfer.breakpoints.end(), otf_->breakpoints().begin(),
-                              otf_->breakpoints().end());
-  surface_transfer_ = std::make_unique<const SurfaceTransfer>(
-      internal::surface_transfer([this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_, transfer));
-  scattered_ = std::make_shared<const RadialTransform>(transfer_panels(0, 0));
-}
-
-double GeneralisedHarveyShack::cutoff() const { return exact_ ? exact_->cutoff() : otf_->cutoff(); }
+double GeneralisedHarveyShack::cutoff() const { return exact_->cutoff(); }
 
 GeneralisedHarveyShack::~GeneralisedHarveyShack() = default;
 GeneralisedHarveyShack::GeneralisedHarveyShack(GeneralisedHarveyShack&&) noexcept = default;
@@ -122,10 +94,6 @@ GeneralisedHarveyShack& GeneralisedHarveyShack::operator=(GeneralisedHarveyShack
 
 Eigen::ArrayXd GeneralisedHarveyShack::exponent(const Eigen::ArrayXd& x) const {
   return surface_exponent(psd_, wavelength_, x);
-}
-
-double GeneralisedHarveyShack::curvature(double dz) const {
-  return 2 * pi * dz / (wavelength_ * mirror_.focal_length * (mirror_.focal_length + dz));
 }
 
 MeanSpot GeneralisedHarveyShack::at_plane(double dz) const {
@@ -154,32 +122,8 @@ MeanSpot GeneralisedHarveyShack::empty_plane(double dz) const {
 
 MeanSpot GeneralisedHarveyShack::make_plane(double dz) const {
   MeanSpot spot = empty_plane(dz);
-  if (exact_) {
-    spot.transform_ = std::make_shared<const RadialTransform>(exact_->panels(dz, false));
-    return spot;
-  }
-  if (dz == 0 && (otf_->is_circle() || core_ < kNegligibleCore)) {
-    spot.transform_ = scattered_;
-    spot.airy_share_ = otf_->is_circle() ? core_ : 0;
-    return spot;
-  }
-  spot.transform_ = std::make_shared<const RadialTransform>(
-      transfer_panels(core_ < kNegligibleCore ? 0 : core_, curvature(dz)));
+  spot.transform_ = std::make_shared<const RadialTransform>(exact_->panels(dz, false));
   return spot;
-}
-
-std::vector<TransferPanel> GeneralisedHarveyShack::transfer_panels(double core, double curvature) const {
-  const double x = otf_->cutoff();
-  std::vector<double> edges = otf_->breakpoints();
-  for (double& edge : edges) edge /= x;
-  double end = 1;
-  if (core == 0) {
-    end = 0;  // the OTF is not needed where the surface has no transfer left
-    for (const TransferPanel& panel : surface_transfer_->panels)
-      if ((panel.value != 0).any()) end = std::max(end, panel.b);
-  }
-  return product(surface_transfer_->panels, core,
-                 resolved_otf([&](double s) { return (*otf_)(s * x, curvature); }, edges, end));
 }
 
 PsdDerivative GeneralisedHarveyShack::scattering(const PsdDerivative& derivative) const {
@@ -204,43 +148,29 @@ double GeneralisedHarveyShack::of_uneven_paths(
 }
 
 double GeneralisedHarveyShack::core_change(const PsdDerivative& derivative, double scale) const {
-  return -limit_change(derivative, scale) * (exact_ ? exact_->core_slope() : core_);
+  return -limit_change(derivative, scale) * exact_->core_slope();
 }
 
-SurfaceChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative, double scale) const {
+ExponentChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative, double scale) const {
   const PsdDerivative inside = scattering(derivative);
-  const auto change = [&](const Eigen::ArrayXd& x) -> Eigen::ArrayXd {
-    return scale * exponent_change(psd_, inside, wavelength_, x);
-  };
-  const double proportion = inside.proportion();
-  if (exact_ && proportion != 0) return {exact_->change_of(scale * proportion), {}};
-  if (exact_) {
-    const double uneven =
-        of_uneven_paths([&](double power, double a, double b) { return scale * inside.moment(power, a, b); });
-    return {exact_->change_of(change, uneven), {}};
-  }
-  return {{},
-          transfer_change([this](const Eigen::ArrayXd& x) { return exponent(x); }, change, *surface_transfer_,
-                          cutoff())};
+  if (const double proportion = inside.proportion(); proportion != 0)
+    return exact_->change_of(scale * proportion);
+  const double uneven =
+      of_uneven_paths([&](double power, double a, double b) { return scale * inside.moment(power, a, b); });
+  return exact_->change_of(
+      [&](const Eigen::ArrayXd& x) -> Eigen::ArrayXd {
+        return scale * exponent_change(psd_, inside, wavelength_, x);
+      },
+      uneven);
 }
 
-std::vector<TransferPanel> GeneralisedHarveyShack::change_panels(const SurfaceChange& change,
-                                                                 double dz) const {
-  if (exact_) return exact_->change_panels(dz, *change.exact);
-  const double x = otf_->cutoff();
-  std::vector<double> edges = otf_->breakpoints();
-  for (double& edge : edges) edge /= x;
-  return product(change.paraxial, 0,
-                 resolved_otf([&](double s) { return (*otf_)(s * x, curvature(dz)); }, edges, 1));
-}
-
-MeanSpot GeneralisedHarveyShack::change_at_plane(const SurfaceChange& change, double dz) const {
+MeanSpot GeneralisedHarveyShack::change_at_plane(const ExponentChange& change, double dz) const {
   MeanSpot spot = empty_plane(dz);
-  spot.transform_ = std::make_shared<const RadialTransform>(change_panels(change, dz));
+  spot.transform_ = std::make_shared<const RadialTransform>(exact_->change_panels(dz, change));
   return spot;
 }
 
-bool GeneralisedHarveyShack::departs() const { return exact_ && exact_->has_departure(); }
+bool GeneralisedHarveyShack::departs() const { return exact_->has_departure(); }
 
 GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ring_radius) const {
   if (!(ring_radius > 0)) return {kNaN, kNaN, kNaN};
@@ -250,7 +180,7 @@ GeneralisedHarveyShack::RingPlanes GeneralisedHarveyShack::ring_planes(double ri
   const double step = 0.5 * f / aperture_radius(aperture_) * ring_radius;
   // Planes of a pupil without symmetry are known to 1e-6, of more than the usual work to 2e-5, and cost up to
   // seconds; aberrations make them dear.
-  const bool round = !exact_ || exact_->is_round();
+  const bool round = exact_->is_round();
   const double accuracy = departs() ? 1e-5 : round ? 1e-9 : 1e-6;
   const double gain = !departs() && round ? 1e-11 : accuracy;  // derivatives see where the peak is
   return ring_halves([&](double dz) { return encircled_energy(ring_radius, dz); },
@@ -262,20 +192,12 @@ double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
   return planes.upper - planes.lower;
 }
 
-RadialTransform GeneralisedHarveyShack::line_spread(double bandwidth, const SurfaceChange* change) const {
-  const double x = cutoff(), nu = x / (wavelength_ * mirror_.focal_length);
+RadialTransform GeneralisedHarveyShack::line_spread(double bandwidth, const ExponentChange* change) const {
+  const double nu = cutoff() / (wavelength_ * mirror_.focal_length);
   const auto gaussian = [&](double s) { return std::exp(-2 * std::pow(pi * nu * bandwidth * s, 2)); };
   std::vector<TransferPanel> panels;
-  if (exact_) {
-    for (const TransferPanel& panel : change ? change_panels(*change, 0) : exact_->panels(0, false))
-      append_product(panel, gaussian, &panels);
-  } else {
-    for (TransferPanel panel : change ? change->paraxial : surface_transfer_->panels) {
-      if (!change) panel.value += core_;
-      append_product(
-          panel, [&](double s) { return (*otf_)(s * x) * gaussian(s); }, &panels);
-    }
-  }
+  for (const TransferPanel& panel : change ? exact_->change_panels(0, *change) : exact_->panels(0, false))
+    append_product(panel, gaussian, &panels);
   return RadialTransform(std::move(panels));
 }
 
@@ -301,31 +223,24 @@ double GeneralisedHarveyShack::scatter_mean() const {
   return GeometricHarveyShack(mirror_, aperture_, slope_, Convention::kPhysical, rms_height_).scatter_mean();
 }
 
-double GeneralisedHarveyShack::tis() const { return exact_ ? 1 - core_ : -std::expm1(-g_ * g_); }
+double GeneralisedHarveyShack::tis() const { return 1 - core_; }
 
 double GeneralisedHarveyShack::angle_spread(double theta) const {
   const double scale = 2 * pi * cutoff() / wavelength_, v = scale * std::abs(std::sin(theta));
-  const std::shared_ptr<const RadialTransform> scattered =
-      exact_ ? std::make_shared<const RadialTransform>(exact_->panels(0, true)) : scattered_;
-  const double integral = v > 0 ? scattered->disc(v).derivative / v : scattered->first_moment();
+  const RadialTransform scattered(exact_->panels(0, true));
+  const double integral = v > 0 ? scattered.disc(v).derivative / v : scattered.first_moment();
   return scale * scale / (2 * pi) * integral;
 }
 
-double GeneralisedHarveyShack::surface_transfer(double x) const {
-  return exact_ ? exact_->mean_surface_transfer(x) : std::exp(-exponent(Eigen::ArrayXd::Constant(1, x))[0]);
-}
+double GeneralisedHarveyShack::surface_transfer(double x) const { return exact_->mean_surface_transfer(x); }
 
 Eigen::ArrayXd GeneralisedHarveyShack::overlap_transfer(const Eigen::ArrayXd& x) const {
-  return exact_ ? exact_->mean_over_overlap(x) : Eigen::ArrayXd((-exponent(x)).exp());
+  return exact_->mean_over_overlap(x);
 }
 
-double GeneralisedHarveyShack::transfer(double x, double dz) const {
-  return exact_ ? exact_->at(x, dz) : surface_transfer(x) * (*otf_)(x, curvature(dz));
-}
+double GeneralisedHarveyShack::transfer(double x, double dz) const { return exact_->at(x, dz); }
 
-double GeneralisedHarveyShack::unresolved() const {
-  return exact_ ? exact_->unresolved() : surface_transfer_->unresolved;
-}
+double GeneralisedHarveyShack::unresolved() const { return exact_->unresolved(); }
 
 double GeneralisedHarveyShack::operator()(const Statistic& statistic) const {
   return std::visit(

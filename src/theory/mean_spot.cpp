@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <boost/math/special_functions/bessel.hpp>
 #include <cmath>
 #include <numbers>
 
@@ -20,20 +19,11 @@ constexpr int kMostSteps = 200'000;
 // Of the phase through Kolmogorov turbulence, 2 (24/5 Gamma(6/5))^(5/6), over (x/r0)^(5/3).
 constexpr double kStructureOfAir = 6.883877182;
 
-// A circle's transfer function at shear/cutoff s.
-double circle_transfer(double s) { return s < 1 ? 2 / kPi * (std::acos(s) - s * std::sqrt(1 - s * s)) : 0; }
-
 }  // namespace
 
 MeanSpot::Share MeanSpot::share(double v) const {
   const RadialTransform::Disc disc = transform_->disc(v);
-  Share share{disc.share, disc.derivative};
-  if (airy_share_ > 0 && v > 0) {
-    const double z = 0.5 * v, j0 = boost::math::cyl_bessel_j(0, z), j1 = boost::math::cyl_bessel_j(1, z);
-    share.value += airy_share_ * (1 - j0 * j0 - j1 * j1);
-    share.derivative += airy_share_ * j1 * j1 / z;
-  }
-  return share;
+  return {disc.share, disc.derivative};
 }
 
 double MeanSpot::encircled_energy(double radius) const { return share(radius * v_per_radius_).value; }
@@ -84,7 +74,7 @@ double MeanSpot::encircled_energy_radius(double fraction) const {
 double MeanSpot::irradiance(double radius) const {
   const double v = radius * v_per_radius_, per_area = v_per_radius_ * v_per_radius_ / (2 * kPi);
   // Of the closed core J1(z)^2/z over v, z = v/2, at 0.
-  if (v == 0) return per_area * (transform_->first_moment() + airy_share_ / 8);
+  if (v == 0) return per_area * (transform_->first_moment());
   return per_area * share(v).derivative / v;
 }
 
@@ -94,12 +84,7 @@ double MeanSpot::irradiance_slope(double radius) const {
   if (v == 0) return 0;
   std::vector<TransferPanel> panels = transform_->panels();
   for (TransferPanel& panel : panels) panel.value *= panel.nodes().square();
-  double slope = -RadialTransform(std::move(panels)).disc(v).share / v;
-  if (airy_share_ > 0) {
-    const double z = 0.5 * v, j0 = boost::math::cyl_bessel_j(0, z), j1 = boost::math::cyl_bessel_j(1, z);
-    slope += airy_share_ * 2 * j1 * (j0 - 4 * j1 / v) / (v * v);
-  }
-  return per_area * slope * v_per_radius_;
+  return -per_area * v_per_radius_ * RadialTransform(std::move(panels)).disc(v).share / v;
 }
 
 double MeanSpot::ensquared_energy(double side) const {
@@ -181,7 +166,7 @@ double MeanSpot::fwhm() const {
 
 double MeanSpot::transfer(double nu) const {
   const double s = 2 * kPi * nu / v_per_radius_;
-  return s < 1 ? transform_->at(s) + airy_share_ * circle_transfer(s) : 0;
+  return s < 1 ? transform_->at(s) : 0;
 }
 
 double MeanSpot::seen_through_air(const MeanSpot& other, double r0) const {
@@ -198,8 +183,6 @@ double MeanSpot::seen_through_air(const MeanSpot& other, double r0) const {
     const TransferPanel span{a, b};
     const PanelArray s = span.nodes();
     PanelArray one = transform_->on(a, b), two = other.transform_->on(a, b);
-    if (airy_share_ > 0) one += airy_share_ * s.unaryExpr(&circle_transfer);
-    if (other.airy_share_ > 0) two += other.airy_share_ * s.unaryExpr(&circle_transfer);
     const PanelArray seen = (-kStructureOfAir * (s / air).pow(5.0 / 3)).exp();
     sum += (b - a) * (panel_rule().weight * one * two * seen * s).sum();
   };

@@ -84,4 +84,45 @@ PanelArray restricted(const TransferPanel& panel, double a, double b) {
   return c[0] + t * here - 0.5 * above;
 }
 
+void PanelFunction::set_coefficients() {
+  for (const TransferPanel& panel : panels)
+    legendre.push_back((panel_rule().legendre * panel.value.matrix()).array());
+}
+
+std::size_t PanelFunction::panel_at(double x) const {
+  const auto panel = std::lower_bound(panels.begin(), panels.end(), x,
+                                      [](const TransferPanel& one, double place) { return one.b < place; });
+  return panel == panels.end() ? panels.size() - 1 : std::size_t(panel - panels.begin());
+}
+
+double PanelFunction::at(double x, std::size_t panel) const {
+  const TransferPanel& here = panels[panel];
+  const PanelArray& c = legendre[panel];
+  const double t = std::clamp((2 * x - here.a - here.b) / (here.b - here.a), -1.0, 1.0);
+  double sum = c[0] + c[1] * t, before = 1, last = t;
+  for (int l = 1; l + 1 < kPanelNodes; ++l) {
+    const double next = ((2 * l + 1) * t * last - l * before) / (l + 1);
+    before = last;
+    last = next;
+    sum += c[l + 1] * next;
+  }
+  return sum;
+}
+
+PanelArray PanelFunction::at(const PanelArray& x, std::size_t panel) const {
+  const TransferPanel& here = panels[panel];
+  const PanelArray& c = legendre[panel];
+  const PanelArray t = (2 * x - here.a - here.b) / (here.b - here.a);
+  PanelArray before = PanelArray::Ones(), last = t;
+  PanelArray result = c[0] + c[1] * t;
+  for (int l = 1; l + 1 < kPanelNodes; ++l) {
+    const double back = l / (l + 1.0);
+    const PanelArray next = (1 + back) * t * last - back * before;
+    before = last;
+    last = next;
+    result += c[l + 1] * next;
+  }
+  return result;
+}
+
 }  // namespace aberfit::internal

@@ -25,6 +25,19 @@ struct TransferPanel {
 
   PanelArray nodes() const { return 0.5 * (a + b) + 0.5 * (b - a) * panel_rule().t; }
 };
+/// A function of the shear as polynomials on panels, ascending and without gaps.
+struct PanelFunction {
+  std::vector<TransferPanel> panels;
+  std::vector<PanelArray> legendre;  ///< coefficients of each panel
+
+  void set_coefficients();
+  /// The panel that x lies in, or the last one.
+  std::size_t panel_at(double x) const;
+  double at(double x, std::size_t panel) const;
+  /// x inside the panel.
+  PanelArray at(const PanelArray& x, std::size_t panel) const;
+};
+
 /// Halves panels until nothing is missing, in ascending order. values: of the function at many places at a
 /// time, panel after panel. missing: what a panel with its values lacks, 0 for one that is done; it may
 /// change the values. Where there are `most` panels, they stay as they are; returns the largest of what they

@@ -77,7 +77,7 @@ class JacobianOfGhs {
   }
 
  private:
-  const SurfaceChange& surface() {
+  const ExponentChange& surface() {
     if (!surface_) surface_ = ghs_.change_of(derivative_, scale_);
     return *surface_;
   }
@@ -164,7 +164,7 @@ class JacobianOfGhs {
   const PsdVariable& parameter_;
   PsdDerivative derivative_;
   double scale_;
-  std::optional<SurfaceChange> surface_;
+  std::optional<ExponentChange> surface_;
   std::map<double, MeanSpot> planes_;
 };
 

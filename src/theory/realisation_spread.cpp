@@ -117,7 +117,7 @@ std::vector<FocalDisc> with_focus(const std::vector<FocalDisc>& discs) {
 double wave_number(const SpreadProblem& problem) {
   double square = 0;
   for (const RadialNode& node : radial_quadrature(problem.aperture, 16)) {
-    const double t = problem.mean.is_paraxial() ? 0 : 0.5 * node.rho / problem.mirror.focal_length;
+    const double t = 0.5 * node.rho / problem.mirror.focal_length;
     square += node.weight * std::pow(1 + t * t, -2);
   }
   return 4 * kPi / problem.wavelength * std::sqrt(square);

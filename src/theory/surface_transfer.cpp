@@ -195,66 +195,6 @@ SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen:
   return result;
 }
 
-std::vector<TransferPanel> transfer_change(const LagFunction& exponent, const LagFunction& change,
-                                           const SurfaceTransfer& transfer, double cutoff) {
-  std::vector<TransferPanel> pending, panels;
-  for (const TransferPanel& panel : transfer.panels) pending.push_back({panel.a, panel.b});
-  const auto missing = [&](TransferPanel* panel) {
-    if (!panel->value.isFinite().all())
-      throw ComputationError("the structure function of this PSD has no finite derivative");
-    return panel->b - panel->a > kNarrowest && !resolved(*panel) ? unresolved(*panel) : 0;
-  };
-  refine(
-      std::move(pending), kMaxPanels,
-      [&](const Eigen::ArrayXd& s) -> Eigen::ArrayXd {
-        const Eigen::ArrayXd x = cutoff * s, decay = (-exponent(x)).exp();
-        return (decay > kVanished).select(-change(x) * decay, 0.0);
-      },
-      missing, &panels);
-  return panels;
-}
-
-std::vector<TransferPanel> resolved_otf(const std::function<double(double)>& otf,
-                                        const std::vector<double>& breakpoints, double end) {
-  const auto panel_on = [&](TransferPanel* panel) {
-    panel->value = at_nodes(otf, *panel);
-    return true;
-  };
-  std::vector<TransferPanel> panels;
-  double a = 0;
-  for (double b : breakpoints) {
-    b = std::min(b, end);
-    if (b > a) append_halved(panel_on, a, b, 0, &panels);
-    a = std::max(a, b);
-  }
-  return panels;
-}
-
-std::vector<TransferPanel> product(const std::vector<TransferPanel>& transfer, double constant,
-                                   const std::vector<TransferPanel>& otf) {
-  const auto multiply = [&](const TransferPanel& one, const TransferPanel& two, TransferPanel* part) {
-    const PanelArray first = restricted(one, part->a, part->b) + constant;
-    if (first.abs().maxCoeff() < kVanished) return false;
-    part->value = first * restricted(two, part->a, part->b);
-    return true;
-  };
-  std::vector<TransferPanel> result;
-  std::size_t j = 0;
-  for (const TransferPanel& panel : transfer) {
-    if ((panel.value + constant).abs().maxCoeff() < kVanished) continue;
-    while (j > 0 && otf[j].a > panel.a) --j;
-    while (j < otf.size() && otf[j].b <= panel.a) ++j;
-    for (; j < otf.size() && otf[j].a < panel.b; ++j) {
-      const double a = std::max(panel.a, otf[j].a), b = std::min(panel.b, otf[j].b);
-      if (b > a)
-        append_halved([&](TransferPanel* part) { return multiply(panel, otf[j], part); }, a, b, 0, &result);
-      if (otf[j].b > panel.b) break;
-    }
-    if (j == otf.size()) break;
-  }
-  return result;
-}
-
 void append_product(const TransferPanel& panel, const std::function<double(double)>& otf,
                     std::vector<TransferPanel>* product) {
   const auto panel_on = [&](TransferPanel* part) {

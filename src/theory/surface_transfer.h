@@ -59,17 +59,6 @@ std::vector<double> transfer_edges(const std::function<Eigen::ArrayXd(const Eige
 SurfaceTransfer surface_transfer(const std::function<Eigen::ArrayXd(const Eigen::ArrayXd&)>& exponent,
                                  double limit, const SurfaceTransferOptions& options);
 
-/// The change of `transfer` where E changes by `change`: -change exp(-E), resolved on its panels or finer.
-std::vector<TransferPanel> transfer_change(const LagFunction& exponent, const LagFunction& change,
-                                           const SurfaceTransfer& transfer, double cutoff);
-
-/// Panels that resolve otf over [0, end], cut at the ascending breakpoints.
-std::vector<TransferPanel> resolved_otf(const std::function<double(double)>& otf,
-                                        const std::vector<double>& breakpoints, double end);
-/// (transfer + constant) * otf on their common refinement, halved until resolved. Both ascending.
-std::vector<TransferPanel> product(const std::vector<TransferPanel>& transfer, double constant,
-                                   const std::vector<TransferPanel>& otf);
-
 /// Appends panel * otf(s), halved until resolved; parts where the panel vanishes are left out.
 void append_product(const TransferPanel& panel, const std::function<double(double)>& otf,
                     std::vector<TransferPanel>* product);

@@ -96,14 +96,13 @@ TEST_WITH_SHORT_FORM(GhsEnsemble, MeanOfTwoHundredDiffractionPatternsAgrees) {
                                    {3.0, fractal},  {5.0, gaussian}};
   const std::vector<double> cover = circle_cover();
   const GeneralisedHarveyShack smooth(RadialPsd(GaussianPsd{1e-16, 0.04}), kParabola,
-                                      CircleAperture{kDiameter}, kLambda, {.paraxial = true});
+                                      CircleAperture{kDiameter}, kLambda);
   Transform transform;
   std::uint64_t seed = 0;
   double worst = 0;
   for (const Case& one : aberfit::test::all_or_few(whole, cases, {2, 7})) {
     const RadialPsd psd = one.psd.scaled(one.g * kLambda / (4 * pi));
-    const GeneralisedHarveyShack waves(psd, kParabola, CircleAperture{kDiameter}, kLambda,
-                                       {.paraxial = true});
+    const GeneralisedHarveyShack waves(psd, kParabola, CircleAperture{kDiameter}, kLambda);
     const MeanSpot spot = waves.at_plane(0), perfect = smooth.at_plane(0);
     std::vector<double> radii;
     std::vector<std::vector<double>> weights;

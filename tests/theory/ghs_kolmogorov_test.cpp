@@ -90,13 +90,13 @@ double share(const std::vector<Turbulence::Node>& nodes, double radius_over_wave
   return k * sum;
 }
 
-constexpr double kLambda = 1e-6, kFocal = 1e9, kDiameter = 1e6;  // metres; the paraxial form knows no scale
+constexpr double kLambda = 1e-6, kFocal = 1e9, kDiameter = 1e6;  // metres; 1/(32 N^2) = 3e-8
 constexpr double kAgreed = 1e-6;                                 // of the light; worst seen is recorded
 
 GeneralisedHarveyShack model(const Turbulence& one, double D, double focal, double lambda) {
   const double amplitude = kPhase * std::pow(one.r0, -5.0 / 3) * std::pow(lambda / (4 * pi), 2);
   return GeneralisedHarveyShack(RadialPsd(PowerLawPsd{{}, amplitude, 11.0 / 3, one.f_min, one.f_max}),
-                                Mirror{focal, -1, {}}, CircleAperture{D}, lambda, {.paraxial = true});
+                                Mirror{focal, -1, {}}, CircleAperture{D}, lambda);
 }
 
 }  // namespace
@@ -141,8 +141,8 @@ TEST(GhsKolmogorov, OfAWideApertureHasTheRadiiOfAnInfiniteOne) {
 }
 
 TEST(GhsKolmogorov, OfATwelveMetreDishMeetsItsIntegralWithItsOwnBand) {
-  // 12 m f/1.4, 400 nm, S = A f^(-11/3) from one cycle across the aperture.
-  const double amplitude = 2.3015423192539257e-13, lambda = 400e-9, D = 12, focal = 16.8;
+  // 12 m f/1400, where direction is place, 400 nm, S = A f^(-11/3) from one cycle across the aperture.
+  const double amplitude = 2.3015423192539257e-13, lambda = 400e-9, D = 12, focal = 16800;
   const double r0 = std::pow(kPhase / (amplitude * std::pow(4 * pi / lambda, 2)), 0.6);
   for (const double f_max : {3e4, 1e5, 1e6}) {
     const Turbulence one{r0, 1 / 12.0, f_max};

@@ -37,9 +37,8 @@ void expect_an_answer(const RadialPsd& psd, const Mirror& mirror, const Aperture
 }  // namespace
 
 TEST_WITH_SHORT_FORM(GhsLimits, MillimetreMirrorsAndCentimetreWavesEnd) {
-  for (const bool paraxial : {false, true}) {
-    if (paraxial && !whole) continue;
-    const GhsOptions options{.paraxial = paraxial};
+  {
+    const GhsOptions options;
     expect_an_answer(RadialPsd(UniformPsd{10e-6, 60, 300}), Mirror{0.112, -1, {}}, CircleAperture{0.016},
                      1e-2, options);
     expect_an_answer(RadialPsd(UniformPsd{0.25e-12, 1e6, 4.8e6}), Mirror{7e-6, -1, {}}, CircleAperture{1e-6},
@@ -91,26 +90,5 @@ TEST(GhsLimits, TheMeanOverTheApertureInterpolatesAnOrderFurtherAsTheMirrorGetsF
         sum += amplitude(c1) * amplitude(c2) * std::cos(phase) * std::exp(exponent);
       }
     EXPECT_NEAR(waves.transfer(x, dz), sum / all, 1e-4) << x;  // cells at the rim
-  }
-}
-
-TEST(GhsLimits, OfASlowRectangleIsTheParaxialForm) {
-  // f/80: 1/(32 N^2) = 5e-6. The mean over azimuth has a closed form in the paraxial one; a polygon's by
-  // quadrature errs by 1e-3 of the light a hundred waves out of focus.
-  const Mirror mirror{28.8, -1, {}};
-  const RadialPsd psd(GaussianPsd{0.5 * kLambda / (4 * pi), 0.05});
-  for (const Aperture& aperture :
-       {Aperture(RectangleAperture{0.3, 0.2}),
-        Aperture(PolygonAperture{{{-0.15, -0.1}, {0.15, -0.1}, {0.15, 0.1}, {-0.15, 0.1}}})}) {
-    const GeneralisedHarveyShack exact(psd, mirror, aperture, kLambda);
-    const GeneralisedHarveyShack paraxial(psd, mirror, RectangleAperture{0.3, 0.2}, kLambda,
-                                          {.paraxial = true});
-    const double wave = 2 * kLambda * 80 * 80 * 4;  // of dz, half a wave at the corner or so
-    for (const auto& [dz, allowed] :
-         {std::pair{0.0, 2e-5}, {wave, 5e-5}, {20 * wave, 3e-4}, {150 * wave, 1e-3}}) {
-      const MeanSpot one = exact.at_plane(dz), other = paraxial.at_plane(dz);
-      for (const double p : {0.2, 0.5, 0.8, 0.9})
-        EXPECT_NEAR(one.encircled_energy(other.encircled_energy_radius(p)), p, allowed) << dz << " " << p;
-    }
   }
 }

@@ -113,19 +113,17 @@ TEST(GhsRing, ADeepFocusHasItsPeakNearerToTheMirror) {
 TEST_WITH_SHORT_FORM(GhsRing, OfAnAnnulusThePeakIsTheHigherOfTwo) {
   constexpr double kAcross = 0.1, kGreen = 550e-9;
   const RadialPsd none(UniformPsd{1e-7 * kGreen, 100, 500});
-  GhsOptions paraxial;
-  paraxial.paraxial = true;
   struct Case {
     double inner, v;  // k a ring/f
   };
   const std::vector<Case> cases{Case{0.0, 6.2}, Case{0.3, 9.9}, Case{0.4, 13.3}, Case{0.5, 16.1},
                                 Case{0.6, 19.6}};
-  for (const double focal : aberfit::test::all_or_few(whole, std::vector{2.0, 50.0}, {0}))
+  for (const double focal : aberfit::test::all_or_few(whole, std::vector{20.0, 200.0}, {0}))
     for (const Case& of : aberfit::test::all_or_few(whole, cases, {2, 4})) {
       const double ring = of.v * kGreen * focal / (kPi * kAcross);
       const Aperture aperture = of.inner > 0 ? Aperture(AnnulusAperture{kAcross, of.inner * kAcross})
                                              : Aperture(CircleAperture{kAcross});
-      const GeneralisedHarveyShack light(none, Mirror{focal}, aperture, kGreen, paraxial);
+      const GeneralisedHarveyShack light(none, Mirror{focal}, aperture, kGreen);
       const double width = light.ring_fwhm(ring);
       EXPECT_NEAR(width / ByLommel(0.5 * kAcross, focal, kGreen, ring, of.inner).width(width), 1, 2e-6)
           << of.inner << " f " << focal;
@@ -136,9 +134,7 @@ TEST_WITH_SHORT_FORM(GhsRing, OfAnAnnulusThePeakIsTheHigherOfTwo) {
 TEST(GhsRing, ThePeakOfADeepFocusMovesWithTheRing) {
   constexpr double kLength = 0.15, kInfrared = 4.75e-6, kAcross = 3e-3;
   const RadialPsd none(UniformPsd{1e-6 * kInfrared, 1000, 5000});
-  GhsOptions paraxial;
-  paraxial.paraxial = true;
-  const GeneralisedHarveyShack light(none, Mirror{kLength}, CircleAperture{kAcross}, kInfrared, paraxial);
+  const GeneralisedHarveyShack light(none, Mirror{kLength}, CircleAperture{kAcross}, kInfrared);
   double last = 0;
   for (double v = 1.3; v < 1.7; v *= 1.002) {
     const GeneralisedHarveyShack::RingPlanes planes =

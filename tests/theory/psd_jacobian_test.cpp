@@ -25,9 +25,10 @@ using Wide = long double;  // 64 bits: differences of sixth order by 1e-3 keep 1
 // Of d ln(statistic)/d ln(number), beside a floor for those near zero.
 constexpr double kAgreed = 1e-8, kNothing = 1e-2;
 
-const Scene kScene{5, 0.1, 500e-9};
-constexpr double kOut = 6e-3;  // 0.6 waves of defocus
-constexpr double kRing = 30e-6, kBandwidth = 5e-6;
+// So slow that the paraxial truth is that of the aperture to 1/(32 N^2) = 1.4e-10.
+const Scene kScene{1500, 0.1, 500e-9};
+constexpr double kOut = 540;  // 0.4 waves of defocus
+constexpr double kRing = 9e-3, kBandwidth = 1.5e-3;
 
 // In light, in planes, across planes, of the surface.
 const std::vector<Statistic> kStatistics{EncircledEnergyRadius{0.5, 0},
@@ -39,10 +40,13 @@ const std::vector<Statistic> kStatistics{EncircledEnergyRadius{0.5, 0},
                                          ScatterRms{},
                                          ScatterMean{},
                                          StrehlRatio{},
-                                         ModulationTransfer{1.2e4},  // 0.3 of the cutoff
+                                         ModulationTransfer{40},  // 0.3 of the cutoff
                                          EnsquaredThrough{kRing, 0},
                                          EnsquaredThrough{kRing, kOut}};
-const std::vector<Statistic> kRings{RingFwhm{0.5, kRing}, RingFwhm{0.5, {}}};
+// Of rings, whose truth has its peak in the focus, where that of light is not quite: 3e-7.
+const Scene kShallow{150, 0.1, 500e-9};
+constexpr double kAgreedOfRings = 1e-6;
+const std::vector<Statistic> kRings{RingFwhm{0.5, 0.1 * kRing}, RingFwhm{0.5, {}}};
 
 // near: the value in double, where a search starts.
 template <class Real>
@@ -54,8 +58,9 @@ Real value_in(const Paraxial<Real>& truth, const Statistic& statistic, double ne
   if (const auto* spot = std::get_if<SpotFwhm>(&statistic))
     return truth.spot_fwhm(Real(spot->bandwidth), Real(near));
   if (const auto* width = std::get_if<RingFwhm>(&statistic)) {
-    const Real ring = width->ring_radius ? Real(*width->ring_radius)
-                                         : truth.radius(Real(width->ring_fraction), Real(0), Real(kRing));
+    const Real ring = width->ring_radius
+                          ? Real(*width->ring_radius)
+                          : truth.radius(Real(width->ring_fraction), Real(0), Real(0.1 * kRing));
     return truth.half_plane(ring, Real(0.5 * near)) - truth.half_plane(ring, Real(-0.5 * near));
   }
   if (const auto* square = std::get_if<EnsquaredThrough>(&statistic))
@@ -84,16 +89,16 @@ struct Family {
 };
 
 template <class Real>
-double worst_of(const Family<Real>& family, const std::vector<Statistic>& statistics, double* worst_value) {
-  const GhsPupil pupil(Mirror{kScene.focal_length, -1, {}}, CircleAperture{kScene.diameter},
-                       kScene.wavelength, {.paraxial = true});
+double worst_of(const Family<Real>& family, const std::vector<Statistic>& statistics, const Scene& scene,
+                double* worst_value) {
+  const GhsPupil pupil(Mirror{scene.focal_length, -1, {}}, CircleAperture{scene.diameter}, scene.wavelength);
   const std::vector<PsdVariable> variables = psd_variables(family.model);
   const PsdJacobian found = psd_jacobian(family.model, variables, statistics, pupil);
   const Eigen::MatrixXd logarithmic = found.logarithmic();
   double worst = 0;
   const std::vector<Real> none(variables.size(), Real(1));
   const std::vector<Real> here =
-      values_in(Paraxial<Real>(kScene, family.roughness(none)), statistics, found.values);
+      values_in(Paraxial<Real>(scene, family.roughness(none)), statistics, found.values);
   for (std::size_t i = 0; i < statistics.size(); ++i)
     if (kind_of(statistics[i]).dimension != Dimension::kAngle)
       *worst_value = std::max(*worst_value, std::abs(found.values[Eigen::Index(i)] / double(here[i]) - 1));
@@ -103,7 +108,7 @@ double worst_of(const Family<Real>& family, const std::vector<Statistic>& statis
     for (const int side : {-3, -2, -1, 1, 2, 3}) {
       std::vector<Real> factors = none;
       factors[k] = exp(side * step);
-      sides.push_back(values_in(Paraxial<Real>(kScene, family.roughness(factors)), statistics, found.values));
+      sides.push_back(values_in(Paraxial<Real>(scene, family.roughness(factors)), statistics, found.values));
     }
     for (std::size_t i = 0; i < statistics.size(); ++i) {
       const Real difference =
@@ -111,8 +116,9 @@ double worst_of(const Family<Real>& family, const std::vector<Statistic>& statis
       const double expected = double(difference / (60 * step) / here[i]);
       const double is = logarithmic(Eigen::Index(i), Eigen::Index(k));
       const double off = std::abs(is - expected) / std::max(std::abs(expected), kNothing);
-      EXPECT_LE(off, kAgreed) << pointer_of(variables[k]) << " of " << statistic_name(statistics[i]) << ": "
-                              << is << ", expected " << expected;
+      EXPECT_LE(off, std::holds_alternative<RingFwhm>(statistics[i]) ? kAgreedOfRings : kAgreed)
+          << pointer_of(variables[k]) << " of " << statistic_name(statistics[i]) << ": " << is
+          << ", expected " << expected;
       worst = std::max(worst, off);
     }
   }
@@ -120,10 +126,11 @@ double worst_of(const Family<Real>& family, const std::vector<Statistic>& statis
 }
 
 template <class Real>
-void expect_agreement(const Family<Real>& family, const std::vector<Statistic>& statistics = kStatistics) {
+void expect_agreement(const Family<Real>& family, const std::vector<Statistic>& statistics = kStatistics,
+                      const Scene& scene = kScene) {
   double worst_value = 0;
-  const double worst = worst_of(family, statistics, &worst_value);
-  EXPECT_LE(worst_value, 1e-9);
+  const double worst = worst_of(family, statistics, scene, &worst_value);
+  EXPECT_LE(worst_value, 1e-9 + 1 / (16 * std::pow(scene.focal_length / scene.diameter, 2)));
   testing::Test::RecordProperty("worst_derivative_in_1e_12", std::to_string(worst * 1e12));
   testing::Test::RecordProperty("worst_value_in_1e_12", std::to_string(worst_value * 1e12));
 }
@@ -173,7 +180,7 @@ TEST(PsdJacobian, OfRingsThroughTheFocusMeetsDifferencesInMoreDigits) {
                             return with_rms<Wide>([](const Wide&) { return Wide(1); }, 30e-9L * by[0],
                                                   9 * by[1], 30 * by[2]);
                           }},
-                         kRings);
+                         kRings, kShallow);
 }
 
 TEST(PsdJacobian, OfPowerLawsMeetsDifferencesInMoreDigits) {
@@ -248,7 +255,7 @@ TEST_WITH_SHORT_FORM(PsdJacobian, OfAUniformBandMeetsDifferencesInFiftyDigits) {
             2 * pi<Fifty>() * pi<Fifty>() * s * s * (a * a + b * b)};
   };
   const GhsPupil pupil(Mirror{kScene.focal_length, -1, {}}, CircleAperture{kScene.diameter},
-                       kScene.wavelength, {.paraxial = true});
+                       kScene.wavelength);
   const PsdModel model = UniformPsd{35e-9, 12, 30};
   const std::vector<PsdVariable> variables = psd_variables(model);
   const PsdJacobian found =
@@ -303,9 +310,9 @@ TEST(PsdJacobian, OfAnAnnulusAndOfARectangleMeetsDifferencesInMoreDigits) {
                                           RmsHeight{}};
   double worst = 0;
   for (const Case& one : cases) {
-    const GhsPupil pupil(Mirror{kScene.focal_length, -1, {}}, one.aperture, kScene.wavelength,
-                         {.paraxial = true});
+    const GhsPupil pupil(Mirror{kScene.focal_length, -1, {}}, one.aperture, kScene.wavelength);
     const PsdJacobian found = psd_jacobian(model, variables, statistics, pupil);
+    const bool by_light = std::holds_alternative<RectangleAperture>(one.aperture);
     const Eigen::MatrixXd logarithmic = found.logarithmic();
     const auto logs = [&](std::size_t k, Wide factor) {
       std::vector<Wide> by(variables.size(), 1);
@@ -323,7 +330,7 @@ TEST(PsdJacobian, OfAnAnnulusAndOfARectangleMeetsDifferencesInMoreDigits) {
     };
     const std::vector<Wide> here = logs(0, 1);
     for (std::size_t i = 0; i < here.size(); ++i)
-      EXPECT_NEAR(found.values[Eigen::Index(i)] / double(std::exp(here[i])), 1, 1e-9) << i;
+      EXPECT_NEAR(found.values[Eigen::Index(i)] / double(std::exp(here[i])), 1, by_light ? 2e-5 : 1e-9) << i;
     for (std::size_t k = 0; k < variables.size(); ++k) {
       const Wide step = 1e-3L;
       std::vector<std::vector<Wide>> at;
@@ -333,8 +340,9 @@ TEST(PsdJacobian, OfAnAnnulusAndOfARectangleMeetsDifferencesInMoreDigits) {
             (45 * (at[3][i] - at[2][i]) - 9 * (at[4][i] - at[1][i]) + at[5][i] - at[0][i]) / (60 * step));
         const double is = logarithmic(Eigen::Index(i), Eigen::Index(k));
         const double off = std::abs(is - expected) / std::max(std::abs(expected), kNothing);
-        EXPECT_LE(off, kAgreed) << pointer_of(variables[k]) << " of " << statistic_name(statistics[i]) << ": "
-                                << is << ", expected " << expected;
+        EXPECT_LE(off, by_light ? 2e-6 : kAgreed)
+            << pointer_of(variables[k]) << " of " << statistic_name(statistics[i]) << ": " << is
+            << ", expected " << expected;
         worst = std::max(worst, off);
       }
     }
@@ -512,7 +520,7 @@ TEST(PsdJacobian, OfKolmogorovRoughnessFollowsTheFriedParameter) {
   const double amplitude =
       0.02289558710855518 * std::pow(r0, -5.0 / 3) * std::pow(wavelength / (4 * std::numbers::pi), 2);
   const PsdModel model = PowerLawPsd{{}, amplitude, 11.0 / 3, 0, 1e3 / r0};
-  const GhsPupil pupil(Mirror{1e9, -1, {}}, CircleAperture{diameter}, wavelength, {.paraxial = true});
+  const GhsPupil pupil(Mirror{1e9, -1, {}}, CircleAperture{diameter}, wavelength);
   const std::vector<Statistic> radii{EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.8, 0}};
   const std::vector<PsdVariable> variables{{PsdVariable::Kind::kAmplitude, {}, 0},
                                            {PsdVariable::Kind::kExponent, {}, 0}};
@@ -534,8 +542,8 @@ TEST(PsdJacobian, OfKolmogorovRoughnessFollowsTheFriedParameter) {
 // Roughness of so short a correlation length that its light misses the focus: Strehl exp(-g^2).
 TEST(PsdJacobian, OfShortRoughnessTheStrehlRatioIsTheSpecularShare) {
   const double wavelength = 500e-9, rms = 25e-9, g = 4 * std::numbers::pi * rms / wavelength;
-  const GhsPupil pupil(Mirror{5, -1, {}}, CircleAperture{0.1}, wavelength, {.paraxial = true});
-  const double middle = 0.01 * wavelength * 5 / 0.1;  // of the Airy pattern
+  const GhsPupil pupil(Mirror{5000, -1, {}}, CircleAperture{0.1}, wavelength);
+  const double middle = 0.01 * wavelength * 5000 / 0.1;  // of the Airy pattern
   const std::vector<Statistic> share{RingThrough{middle, 0, false}};
   const PsdModel model = GaussianPsd{rms, 10e-6};
   const PsdJacobian found = psd_jacobian(model, psd_variables(model), share, pupil);

@@ -1,5 +1,5 @@
-// What an overlap of the pupil with itself is summed up from: kernels against formulas in long double, half
-// an overlap against the whole, means over the direction against a grid that has every direction.
+// What an overlap of the pupil with itself is summed up from: kernels against formulas in long double, means
+// over the direction against a grid that has every direction.
 #include "../../src/theory/pupil_overlap.h"
 
 #include <gtest/gtest.h>
@@ -10,6 +10,7 @@
 #include <random>
 #include <vector>
 
+#include "../../src/theory/pupil_kernel.h"
 #include "aberfit/roughness/bessel.h"
 #include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
@@ -92,50 +93,21 @@ TEST(PupilKernel, MomentsAreSumsOfProductsOfChebyshevPolynomials) {
 struct Pupil {
   const char* name;
   Aperture aperture;
-  bool is_symmetric;
 };
 const std::vector<Pupil> kPupils = {
-    {"rectangle", RectangleAperture{0.32, 0.18}, true},
-    {"square", RectangleAperture{0.24, 0.24}, true},
-    {"hexagon", test::regular_polygon(6, 0.19, 0.3), true},
-    {"pentagon", test::regular_polygon(5, 0.2, 0.3), false},
-    {"triangle", test::regular_polygon(3, 0.2, 0.3), false},
-    {"quarter", PolygonAperture{{{0, 0}, {0.141, 0}, {0.141, 0.141}, {0, 0.141}}}, false}};
+    {"rectangle", RectangleAperture{0.32, 0.18}},
+    {"square", RectangleAperture{0.24, 0.24}},
+    {"hexagon", test::regular_polygon(6, 0.19, 0.3)},
+    {"pentagon", test::regular_polygon(5, 0.2, 0.3)},
+    {"triangle", test::regular_polygon(3, 0.2, 0.3)},
+    {"quarter", PolygonAperture{{{0, 0}, {0.141, 0}, {0.141, 0.141}, {0, 0.141}}}}};
 
 constexpr double kFocal = 2, kWavelength = 2e-6;
 const Mirror kSphere{kFocal, 0, {}};  // three waves at 0.2 m
 
-TEST(PupilOverlap, KnowsWhichPolygonsAreTheSameTurnedByHalfATurn) {
-  for (const Pupil& one : kPupils)
-    EXPECT_EQ(PupilField(kSphere, one.aperture, kWavelength, {}).is_point_symmetric(), one.is_symmetric)
-        << one.name;
-  const Aperture circle = CircleAperture{0.4, 0};
-  EXPECT_FALSE(PupilField(kSphere, circle, kWavelength, {}).is_point_symmetric());  // no polygon
-}
-
 double sag_of_sphere(double rho) {
   const double radius = 2 * kFocal;
   return rho * rho / (radius + std::sqrt(radius * radius - rho * rho));
-}
-
-// A wave that is not quite round, by 1e-8 rad, has all of its overlap and more directions looked at.
-TEST(PupilOverlap, IsTheSameByHalfOfASymmetricOneAsByAllOfIt) {
-  const auto nearly_nothing = [](double x, double y) { return 1e-8 * kWavelength / (4 * pi) * x * y / 0.01; };
-  for (const Pupil& one : kPupils) {
-    const PupilField round(kSphere, one.aperture, kWavelength, {}),
-        bent(kSphere, one.aperture, kWavelength, nearly_nothing);
-    ASSERT_TRUE(round.is_round());
-    ASSERT_FALSE(bent.is_round());
-    for (const double dz : {0.0, -1e-3})
-      for (const int order : {1, 3}) {
-        const PupilOverlap by_half(round, dz, order), by_all(bent, dz, order);
-        for (const double part : {0.0, 0.05, 0.3, 0.55}) {
-          const double x = part * by_half.cutoff();
-          EXPECT_LT((by_half(x) - by_all(x)).abs().maxCoeff(), 6e-5)
-              << one.name << ' ' << dz << ' ' << order << ' ' << part;
-        }
-      }
-  }
 }
 
 // The transfer function of a smooth mirror on a grid of shears, each with its own direction, by transforms of
@@ -197,9 +169,8 @@ class OnAGrid {
   std::vector<std::complex<double>> transfer_;
 };
 
-// The grid itself errs by up to 2.6e-4, half as much as with cells twice as large. With 24 directions, which
-// are enough in the focus of a parabola, hexagon, pentagon and triangle are 2e-3 off five waves out of focus.
-TEST_WITH_SHORT_FORM(PupilOverlap, OfPolygonsHasTheDirectionsThatItsWaveAsksFor) {
+// The grid itself errs by up to 2.6e-4, half as much as with cells twice as large.
+TEST_WITH_SHORT_FORM(PupilLight, OfPolygonsIsThatOfAPlainGrid) {
   const RadialPsd smooth(GaussianPsd{1e-12, 0.01});
   for (const Pupil& one : aberfit::test::all_or_few(whole, kPupils, {2}))
     for (const double dz : {0.0, 8e-3}) {

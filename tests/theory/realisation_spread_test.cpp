@@ -49,7 +49,7 @@ struct Case {
 double worst_factor(const Case& scene, int cells, int draws, std::uint64_t seed, double sampling) {
   const RadialPsd psd(scene.psd);
   const Aperture aperture = scene.aperture();
-  const GeneralisedHarveyShack mean(psd, kParabola, aperture, kLambda, {.paraxial = true});
+  const GeneralisedHarveyShack mean(psd, kParabola, aperture, kLambda);
   const std::vector<double> cuts{3 / kDiameter, 6 / kDiameter, 12 / kDiameter};
   std::vector<DrawnMirrors::Discs> planes;
   std::vector<FocalDisc> discs;
@@ -137,7 +137,7 @@ std::vector<Case> twelve_scenes() {
 double worst_of_promise(const Case& scene, int cells, int draws, std::uint64_t seed) {
   const RadialPsd psd(scene.psd);
   const Aperture aperture = scene.aperture();
-  const GeneralisedHarveyShack mean(psd, kParabola, aperture, kLambda, {.paraxial = true});
+  const GeneralisedHarveyShack mean(psd, kParabola, aperture, kLambda);
   std::vector<DrawnMirrors::Discs> planes;
   std::vector<FocalDisc> discs;
   std::vector<double> promise;

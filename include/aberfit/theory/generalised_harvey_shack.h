@@ -7,8 +7,8 @@
 
 #include "aberfit/focus/statistic.h"
 #include "aberfit/roughness/psd.h"
+#include "aberfit/scene/aperture.h"
 #include "aberfit/scene/mirror.h"
-#include "aberfit/theory/aperture_otf.h"
 
 namespace aberfit {
 
@@ -18,8 +18,7 @@ namespace internal {
 class ExactTransfer;
 class PupilMoments;
 class RadialTransform;
-struct SurfaceChange;
-struct SurfaceTransfer;
+class ExponentChange;
 struct TransferPanel;
 }  // namespace internal
 
@@ -78,7 +77,6 @@ class MeanSpot {
   double search_step() const;
 
   std::shared_ptr<const internal::RadialTransform> transform_;
-  double airy_share_ = 0;    // light in a perfect circle's focal pattern, which has a closed form
   double v_per_radius_ = 0;  // v = 2 pi nu_cutoff r [1/m]
   double focal_length_ = 0;
   double cutoff_ = 0;  // shear where the transfer function ends [m]
@@ -87,9 +85,6 @@ class MeanSpot {
 
 struct GhsOptions {
   int halvings = 0;  ///< further halvings of every quadrature panel: checks convergence
-  /// The textbook form, in which the pupil coordinate is the position on the mirror: EE radii err by 1/(32
-  /// N^2), N the f-number. Of parabolas alone.
-  bool paraxial = false;
   /// Height [m] at x, y [m] on top of the mirror's own surface; with the mirror's own departure from the
   /// parabola it is the aberration whose spot the roughness spreads. May be empty.
   std::function<double(double, double)> departure = {};
@@ -122,7 +117,7 @@ class GhsPupil {
   Aperture aperture_;
   double wavelength_ = 0;
   GhsOptions options_;
-  std::shared_ptr<const internal::PupilMoments> moments_;  // null in the paraxial form
+  std::shared_ptr<const internal::PupilMoments> moments_;
 };
 
 /// Generalised Harvey-Shack prediction of the ensemble-mean spot of a rough mirror (PHYSICS 6; Krywonos,
@@ -138,15 +133,11 @@ class GhsPupil {
 /// scatter and are cut off. Where the height variance diverges towards f = 0 (power laws) the structure
 /// function takes the place of the autocorrelation, and no specular core is left. Error of encircled
 /// energies: below 1e-9 of circles and annuli with rotational symmetry (interpolation of H over the aperture:
-/// 2e-6 of it; H of pairs of points: 3e-5 from f/1.5 on, 1.2e-4 at f/1, 1.3e-3 at f/0.5), of all others some
-/// 1e-5 in focus and 2e-4 ten waves out of it (hexagon, against more directions of the mean over azimuth),
-/// beside the error of the theory itself, see `theory_error`. Aberrations whose phase turns by more than 240
-/// waves across the overlap are refused. Where f_max x exceeds 100 cycles within the aperture the band edge
-/// is softened by 1 %: at such shears the autocorrelation is that of S cos^4(pi f / (2 f_max)). Const use
-/// from many threads.
-///
-/// `paraxial`: OTF = OTF_aperture(x; dz) exp(-g^2 (1 - C(x)/sigma^2)), g = 4 pi sigma/lambda, P = r; the
-/// specular core exp(-g^2) is split off, in the focus of a circle in closed form.
+/// 2e-6 of it; H of pairs of points: 3e-5 from f/1.5 on, 1.2e-4 at f/1, 1.3e-3 at f/0.5), below 1e-4 of all
+/// others, beside the error of the theory itself, see `theory_error`. Phases whose steepest slope is more
+/// than 640 waves over the aperture (4000 of round ones) are refused. Where f_max x exceeds 100 cycles within
+/// the aperture the band edge is softened by 1 %: at such shears the autocorrelation is that of S cos^4(pi f
+/// / (2 f_max)). Const use from many threads.
 class GeneralisedHarveyShack {
  public:
   /// wavelength > 0 [m]. Throws ComputationError where the structure function is infinite (PSDs as steep as
@@ -161,16 +152,10 @@ class GeneralisedHarveyShack {
   GeneralisedHarveyShack& operator=(GeneralisedHarveyShack&&) noexcept;
 
   /// The spot in the plane z = f + dz. Wave aberration of the defocus: dz (1 - cos theta)/(1 + dz/f), and the
-  /// spot grows by 1 + dz/f; paraxial dz rho^2/(2 f (f + dz)) (Fresnel; Goodman, Introduction to Fourier
-  /// Optics, 5.2.2). Prefer it to the shortcuts below for more than one value in a plane; it costs
-  /// milliseconds, more for a far defocus with much specular light, tenths of a second for a pupil without
-  /// symmetry. Where the phase of the defocus turns by more than 1500 rad over the overlap that the roughness
-  /// lets through, where a polygon or rectangle loses less than 1e-4 by it, and where the integral would take
-  /// too long and less than 1e-3 is lost, light goes where its rays do, with diffraction at the rim as of a
-  /// parabolic phase: encircled energies within 1.35 (D/2f)^2 phase^-0.6, the phase in rad from axis to rim
-  /// (7e-4 at f/2.5), and much closer where roughness blurs the rim's fringes; of polygons within 3e-5 at
-  /// best. Throws ComputationError where dz is not finite or f + dz is not above zero, as does all that asks
-  /// for such a plane, and where nothing of this holds.
+  /// spot grows by 1 + dz/f. Prefer it to the shortcuts below for more than one value in a plane; it costs
+  /// milliseconds, tenths of a second for a pupil without symmetry and far out of focus. Throws
+  /// ComputationError where dz is not finite or f + dz is not above zero, as does all that asks for such a
+  /// plane, and where the phase is too steep.
   MeanSpot at_plane(double dz) const;  ///< remembers the first hundred planes
   double encircled_energy(double radius, double dz) const { return at_plane(dz).encircled_energy(radius); }
   double encircled_energy_radius(double fraction, double dz) const {
@@ -209,7 +194,6 @@ class GeneralisedHarveyShack {
   double cut_share() const { return cut_share_; }
   double core_share() const { return core_; }  ///< specular light: exp(-g^2), averaged over the aperture
   double tis() const;                          ///< total integrated scatter 1 - core_share
-  bool is_paraxial() const { return exact_ == nullptr; }
   /// Angle-spread function: scattered light (without the specular core) per unit of direction-cosine area at
   /// angle theta [rad] from the specular direction, in the focus [1/sr]; times cos(theta) it is per solid
   /// angle. Its integral 2 pi int ASF sin d(sin) is `tis`. Direction cosines keep it shift-invariant beyond
@@ -219,8 +203,7 @@ class GeneralisedHarveyShack {
   /// exp(-E) at pupil shear x >= 0 [m], averaged over the aperture, and the transfer function in a plane.
   double surface_transfer(double x) const;
   /// The same at many x, ascending, averaged over the part of the aperture that overlaps its copy: of a
-  /// mirror without aberrations the transfer function in the focus over that without roughness. Paraxial: as
-  /// above.
+  /// mirror without aberrations the transfer function in the focus over that without roughness.
   Eigen::ArrayXd overlap_transfer(const Eigen::ArrayXd& x) const;
   double transfer(double x, double dz) const;
   /// Largest part of the transfer function that the panels could not resolve; 0 as a rule.
@@ -241,7 +224,7 @@ class GeneralisedHarveyShack {
   MeanSpot make_plane(double dz) const;
   MeanSpot empty_plane(double dz) const;
   /// What E, and with it every transfer function, changes by with p, times `scale`.
-  internal::SurfaceChange change_of(const PsdDerivative& derivative, double scale) const;
+  internal::ExponentChange change_of(const PsdDerivative& derivative, double scale) const;
   /// What E at great shears changes by.
   double limit_change(const PsdDerivative& derivative, double scale) const;
   /// What (q1 - q2)^2/2 is multiplied by, of a PSD or a change of one. moment: 2 pi int_a^b f^(power + 1) S
@@ -251,28 +234,22 @@ class GeneralisedHarveyShack {
   double core_change(const PsdDerivative& derivative, double scale) const;
   /// Of what scatters: the edge at 1/lambda stays where it is.
   PsdDerivative scattering(const PsdDerivative& derivative) const;
-  std::vector<internal::TransferPanel> change_panels(const internal::SurfaceChange& change, double dz) const;
+  std::vector<internal::TransferPanel> change_panels(const internal::ExponentChange& change, double dz) const;
   /// Its encircled energies are the changes of those of at_plane(dz).
-  MeanSpot change_at_plane(const internal::SurfaceChange& change, double dz) const;
+  MeanSpot change_at_plane(const internal::ExponentChange& change, double dz) const;
   /// The focal transfer function of a line spread smoothed by a Gaussian of standard deviation `bandwidth`.
-  internal::RadialTransform line_spread(double bandwidth, const internal::SurfaceChange* change) const;
-  double curvature(double dz) const;
+  internal::RadialTransform line_spread(double bandwidth, const internal::ExponentChange* change) const;
   double cutoff() const;
-  void set_paraxial(const GhsOptions& options);
-  std::vector<internal::TransferPanel> transfer_panels(double core, double curvature) const;
 
   GhsPupil pupil_;
   RadialPsd whole_, psd_;  // psd_: of the frequencies that scatter
   Mirror mirror_;
   Aperture aperture_;
-  std::optional<ApertureOtf> otf_;  // of the paraxial form
   double wavelength_ = 0;
   double rms_height_ = 0, slope_ = 0, g_ = 0, core_ = 0, cut_share_ = 0;
-  std::unique_ptr<const internal::ExactTransfer> exact_;  // null in the paraxial form, which has the next two
-  std::unique_ptr<const internal::SurfaceTransfer> surface_transfer_;
+  std::unique_ptr<const internal::ExactTransfer> exact_;
   struct Planes;
   std::unique_ptr<Planes> planes_;
-  std::shared_ptr<const internal::RadialTransform> scattered_;  // in the focus, without the core
 };
 
 }  // namespace aberfit

@@ -1,0 +1,65 @@
+#pragma once
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "moment_basis.h"
+#include "moment_panels.h"
+#include "pupil_field.h"
+
+namespace aberfit::internal {
+
+class LightMoments;
+class PupilCells;
+struct FocalGrid;
+
+/// What the transfer function takes from mirror, aperture and wavelength, whatever the roughness: moments of
+/// the pupil's autocorrelation, plane by plane, as they are asked for. Round pupils have them by quadrature
+/// of the overlap (PupilOverlap), all others, and round ones far out of focus, by their light (LightMoments).
+/// Safe from many threads; everything is a function of its arguments, whether it was there before or not.
+class PupilMoments {
+ public:
+  PupilMoments(PupilField field, int halvings);
+  ~PupilMoments();
+
+  const PupilField& field() const { return field_; }
+  double cutoff() const { return 2 * field_.outer(); }
+  bool is_round() const { return field_.is_round(); }
+  bool has_departure() const { return field_.has_departure(); }
+  int order() const { return basis_.order; }
+  /// Of (i, j): distance on the mirror over a small shear; of i: q^2.
+  const std::vector<double>& stretch() const { return stretch_; }
+  const std::vector<double>& share() const { return share_; }
+  /// What a shear x [m] makes of them: distances grow by 1 + bend x^2, q1 q2 = q^2 exp(-fall x^2) and
+  /// (q1 - q2)^2 / 2 = apart x^2, of (i, j) [1/m^2].
+  const std::vector<double>& bend() const { return bend_; }
+  const std::vector<double>& fall() const { return fall_; }
+  const std::vector<double>& apart() const { return apart_; }
+  double least_stretch() const;
+  double most_stretch() const;  ///< of any shear
+  /// Of the whole aperture.
+  const Eigen::ArrayXd& whole() const { return whole_; }
+  /// Over [0, end'] of shear / cutoff, end' the next power of 2^(1/4) from `end` on, at most 1: roughness of
+  /// many amplitudes shares what one has asked for. Remembers the first hundred. Throws ComputationError
+  /// where the phase turns too often for any way.
+  std::shared_ptr<const MomentPanels> panels(double dz, double end) const;
+  /// At one shear x [m].
+  Eigen::ArrayXd at(double x, double dz) const;
+
+ private:
+  MomentPanels make(double dz, double end) const;
+  bool by_overlap(double dz, double end) const;
+  LightMoments by_light(double dz, double end) const;
+  const PupilCells& cells_for(double dz) const;
+
+  PupilField field_;
+  int halvings_ = 0;
+  MomentBasis basis_;
+  int degree_ = 0;  // of polynomials in a and b together, of moments by light
+  std::vector<double> stretch_, share_, bend_, fall_, apart_;
+  Eigen::ArrayXd whole_;
+  struct Known;
+  std::unique_ptr<Known> known_;
+};
+
+}  // namespace aberfit::internal

@@ -1,0 +1,358 @@
+// The autocorrelation of a pupil by its light on cells and rings: against the overlap of round pupils by
+// quadrature, against closed forms, and against a sum over all pairs of points of the pupil.
+#include "../../src/theory/pupil_light.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <vector>
+
+#include "../../src/theory/pupil_moments.h"
+#include "../../src/theory/pupil_overlap.h"
+#include "aberfit/core/errors.h"
+#include "aberfit/core/quadrature.h"
+#include "aberfit/roughness/bessel.h"
+#include "aberfit/roughness/psd_integrals.h"
+#include "aberfit/theory/generalised_harvey_shack.h"
+#include "regular_polygon.h"
+#include "short_form.h"
+
+namespace aberfit::internal {
+namespace {
+
+using std::numbers::pi;
+
+constexpr double kLambda = 633e-9, kDiameter = 0.4;
+constexpr int kCells = 256;
+
+const Aperture kCircle = CircleAperture{kDiameter}, kAnnulus = AnnulusAperture{kDiameter, 0.15},
+               kRectangle = RectangleAperture{0.32, 0.24};
+const Aperture kHexagon =
+    PolygonAperture{{{0.2, 0}, {0.1, 0.173}, {-0.1, 0.17}, {-0.19, 0.02}, {-0.1, -0.17}, {0.1, -0.16}}};
+
+PupilField field_of(const Aperture& aperture, double f_number, double conic = -1) {
+  return PupilField(Mirror{f_number * kDiameter, conic, {}}, aperture, kLambda, {});
+}
+// Of so many waves from axis to rim [m].
+double plane_of(double waves, double f_number) { return 8 * f_number * f_number * kLambda * waves; }
+
+LightMoments by_cells(const PupilField& field, double dz, const MomentBasis& basis, int degree) {
+  const PupilCells cells(field, kCells);
+  const FocalGrid grid(FocalGrid::samples_for(cells, 2 * field.outer()));
+  return {PupilLight::of_cells(cells, grid, degree, dz), basis};
+}
+
+// Largest difference of any moment beyond thirty cells; below, of their sum.
+struct Difference {
+  double near = 0, beyond = 0;
+};
+Difference difference_of(const LightMoments& light, const PupilOverlap& overlap, double outer) {
+  Difference most;
+  const double far = 30 * 2 * outer / kCells;
+  for (double x = 1e-3 * outer; x < 2 * outer; x *= 1.17) {
+    const Eigen::ArrayXd off = light(Eigen::ArrayXd::Constant(1, x)).row(0).transpose() - overlap(x);
+    most.near = std::max(most.near, std::abs(off.sum()));
+    if (x > far) most.beyond = std::max(most.beyond, off.abs().maxCoeff());
+  }
+  return most;
+}
+
+TEST(PupilLight, OfCellsHasEveryMomentOfARoundOverlap) {
+  const MomentBasis basis(3);
+  for (const Aperture& aperture : {kCircle, kAnnulus})
+    for (const double f_number : {1.5, 5.0})
+      for (const double waves : {0.0, 3.0}) {
+        const PupilField field = field_of(aperture, f_number);
+        const double dz = plane_of(waves, f_number);
+        const PupilOverlap overlap(field, dz, basis);
+        // All polynomials up to the fourth degree in all are those of this basis.
+        const LightMoments light = by_cells(field, dz, basis, 4);
+        const Difference off = difference_of(light, overlap, field.outer());
+        EXPECT_LT(off.near, 2e-4) << f_number << ' ' << waves;
+        EXPECT_LT(off.beyond, 1e-4) << f_number << ' ' << waves;
+        EXPECT_LT((light.whole() - overlap(0)).abs().maxCoeff(), 1e-6);
+      }
+}
+
+TEST(PupilLight, OfRingsHasEveryMomentOfARoundOverlap) {
+  const MomentBasis basis(3);
+  for (const Aperture& aperture : {kCircle, kAnnulus})
+    for (const auto& [waves, conic] : {std::pair{40.0, -1.0}, {0.0, 30.0}}) {
+      const PupilField field = field_of(aperture, 5, conic);
+      const double dz = plane_of(waves, 5);
+      const PupilOverlap overlap(field, dz, basis);
+      const LightMoments light(PupilLight::of_rings(field, 4, dz), basis);
+      const Difference off = difference_of(light, overlap, field.outer());
+      EXPECT_LT(std::max(off.near, off.beyond), 2e-4) << waves;
+      EXPECT_LT((light.whole() - overlap(0)).abs().maxCoeff(), 1e-9);
+    }
+}
+
+// A rectangle so slow that direction is place, far out of focus: over a shear (x, y) its transfer function is
+// the product of two of slits, (L - |x|)/L sin(t)/t, t = k dz x (L - |x|)/(2 f (f + dz)).
+TEST(PupilLight, OfARectangleIsTheProductOfTwoSlits) {
+  constexpr double kSlow = 1000;
+  const double f = kSlow * kDiameter;
+  const GeneralisedHarveyShack smooth(RadialPsd(GaussianPsd{1e-14, 0.01}), Mirror{f, -1, {}}, kRectangle,
+                                      kLambda);
+  for (const double waves : {0.0, 0.7, 12.0, 60.0}) {
+    const double dz = plane_of(waves, kSlow), turn = 2 * pi / kLambda * dz / (f * (f + dz));
+    const auto slit = [&](double x, double length) {
+      const double left = std::max(0.0, length - std::abs(x)), t = 0.5 * turn * x * left;
+      return left / length * (std::abs(t) < 1e-6 ? 1 : std::sin(t) / t);
+    };
+    const MeanSpot spot = smooth.at_plane(dz);
+    constexpr int kDirections = 1500, kShears = 6000;
+    for (const double fraction : {0.2, 0.5, 0.8, 0.9}) {
+      const double radius = spot.encircled_energy_radius(fraction),
+                   u = 2 * pi * radius / (kLambda * (f + dz));
+      double sum = 0;
+      for (int i = 0; i < kShears; ++i) {
+        const double x = kDiameter * (i + 0.5) / kShears;
+        double mean = 0;
+        for (int k = 0; k < kDirections; ++k) {
+          const double angle = 0.5 * pi * (k + 0.5) / kDirections;
+          mean += slit(x * std::cos(angle), 0.32) * slit(x * std::sin(angle), 0.24) / kDirections;
+        }
+        const double z = u * x;
+        double j0 = 0, j1 = 0;
+        bessel_j0_j1(&z, 1, &j0, &j1);
+        sum += u * mean * j1 * kDiameter / kShears;
+      }
+      EXPECT_NEAR(sum, fraction, 1e-4) << waves << ' ' << fraction;
+    }
+  }
+}
+
+// Points of Gauss-Legendre on an aperture, of triangles about the axis or of rings, and their areas [m^2].
+struct AreaPoint {
+  double x, y, area;
+};
+std::vector<AreaPoint> points_on(const Aperture& aperture, int across) {
+  std::vector<AreaPoint> points;
+  const Quadrature outwards = gauss_legendre(across, 0, 1), along = gauss_legendre((2 * across) / 3, 0, 1);
+  if (const auto* circle = std::get_if<CircleAperture>(&aperture)) {
+    const double rim = 0.5 * circle->diameter;
+    const int turns = 3 * across;
+    for (Eigen::Index i = 0; i < outwards.nodes.size(); ++i)
+      for (int k = 0; k < turns; ++k) {
+        const double r = rim * outwards.nodes[i], angle = 2 * pi * (k + 0.5 * double(i % 2)) / turns;
+        points.push_back(
+            {r * std::cos(angle), r * std::sin(angle), 2 * pi / turns * r * rim * outwards.weights[i]});
+      }
+    return points;
+  }
+  const std::vector<std::array<double, 2>> corners = aperture_corners(aperture);
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const auto &a = corners[k], &b = corners[(k + 1) % corners.size()];
+    const double twice = a[0] * b[1] - a[1] * b[0];
+    for (Eigen::Index i = 0; i < outwards.nodes.size(); ++i)
+      for (Eigen::Index j = 0; j < along.nodes.size(); ++j) {
+        const double out = outwards.nodes[i], t = along.nodes[j];
+        points.push_back({out * ((1 - t) * a[0] + t * b[0]), out * ((1 - t) * a[1] + t * b[1]),
+                          twice * out * outwards.weights[i] * along.weights[j]});
+      }
+  }
+  return points;
+}
+
+// E(r) of a rough mirror as the sum over all pairs of points of its pupil, with all that tells two pairs at
+// one shear apart: amplitudes, phases, and the coherence H of their two places on the mirror (PHYSICS 6).
+class AllPairs {
+ public:
+  AllPairs(const Mirror& mirror, const Aperture& aperture, const RadialPsd& psd, double dz,
+           const std::function<double(double, double)>& departure, int across,
+           const std::vector<double>& radii) {
+    const double f = mirror.focal_length, rim = aperture_radius(aperture);
+    struct Point {
+      double x, y, q, amplitude, phase;
+    };
+    std::vector<Point> points;
+    double light = 0;
+    for (const AreaPoint& place : points_on(aperture, across)) {
+      const double t2 = (place.x * place.x + place.y * place.y) / (4 * f * f), q = 1 / (1 + t2),
+                   c = (1 - t2) / (1 + t2);
+      const double height = departure ? departure(place.x, place.y) : 0;
+      const double phase = 2 * pi / kLambda * ((1 + c) * height + dz * (1 - c) / (1 + dz / f));
+      // Even light on the mirror has the amplitude 1/(q sqrt(c)) over P.
+      points.push_back({q * place.x, q * place.y, q, place.area * q * std::sqrt(c), phase});
+      light += place.area;
+    }
+    // Structure function over the distances that there are.
+    const double g2 = std::pow(4 * pi / kLambda, 2), variance = std::pow(psd_moments(psd).rms_height(), 2);
+    constexpr int kSteps = 4000;
+    const double reach = 1.3 * 2 * rim;
+    const Eigen::ArrayXd less =
+        structure_function(psd, Eigen::ArrayXd::LinSpaced(kSteps + 1, 0.0, reach)) * g2;
+    energies_.assign(radii.size(), 0);
+    std::vector<double> shear, weight, z, j0, j1;
+    for (std::size_t m = 0; m < points.size(); ++m) {
+      shear.clear();
+      weight.clear();
+      for (std::size_t n = 0; n < m; ++n) {
+        const Point &one = points[m], &two = points[n];
+        const double on_mirror = std::hypot(one.x / one.q - two.x / two.q, one.y / one.q - two.y / two.q);
+        const double place = on_mirror / reach * kSteps;
+        const auto k = Eigen::Index(place);
+        const double e = less[k] + (place - double(k)) * (less[k + 1] - less[k]);
+        const double h = std::exp(-one.q * two.q * e - 0.5 * std::pow(one.q - two.q, 2) * g2 * variance);
+        shear.push_back(std::max(1e-9, std::hypot(one.x - two.x, one.y - two.y)));
+        weight.push_back(2 * one.amplitude * two.amplitude * std::cos(one.phase - two.phase) * h);
+      }
+      for (std::vector<double>* all : {&z, &j0, &j1}) all->resize(shear.size());
+      for (std::size_t r = 0; r < radii.size(); ++r) {
+        const double u = 2 * pi * radii[r] / (kLambda * (f + dz));
+        for (std::size_t k = 0; k < z.size(); ++k) z[k] = u * shear[k];
+        bessel_j0_j1(z.data(), int(z.size()), j0.data(), j1.data());
+        for (std::size_t k = 0; k < z.size(); ++k) energies_[r] += weight[k] * u * j1[k] / shear[k];
+        energies_[r] += 0.5 * u * u * points[m].amplitude * points[m].amplitude;
+        if (m + 1 == points.size()) energies_[r] /= 2 * pi * light;
+      }
+    }
+  }
+  const std::vector<double>& energies() const { return energies_; }
+
+ private:
+  std::vector<double> energies_;
+};
+
+struct PairCase {
+  const char* name;
+  Aperture aperture;
+  double f_number, waves, coma;  // of defocus; amplitude of the Zernike, in waves of height
+};
+
+TEST_WITH_SHORT_FORM(PupilLight, IsTheSumOverAllPairsOfPoints) {
+  const std::vector<PairCase> cases{{"hexagon", kHexagon, 2, 0, 0},     {"hexagon", kHexagon, 2, 0.8, 0},
+                                    {"rectangle", kRectangle, 2, 0, 0}, {"rectangle", kRectangle, 7, 1, 0},
+                                    {"hexagon", kHexagon, 1.5, 0, 0},   {"circle", kCircle, 3, 0, 0.15},
+                                    {"hexagon", kHexagon, 3, 0.5, 0.15}};
+  for (const PairCase& one : test::all_or_few(whole, cases, {1, 5})) {
+    const Mirror mirror{one.f_number * kDiameter, -1, {}};
+    const RadialPsd psd(GaussianPsd{60e-9, 0.12});
+    std::function<double(double, double)> departure;
+    if (one.coma != 0)
+      departure = [&](double x, double y) {
+        const double r2 = (x * x + y * y) / (0.04 * kDiameter * kDiameter * 6.25);
+        return one.coma * kLambda * std::sqrt(8.0) * (3 * r2 - 2) * x / 0.2;
+      };
+    const double dz = plane_of(one.waves, one.f_number);
+    const GeneralisedHarveyShack light(psd, mirror, one.aperture, kLambda, {.departure = departure});
+    const MeanSpot spot = light.at_plane(dz);
+    const std::vector<double> fractions{0.2, 0.5, 0.8};
+    std::vector<double> radii;
+    for (const double fraction : fractions) radii.push_back(spot.encircled_energy_radius(fraction));
+    const AllPairs few(mirror, one.aperture, psd, dz, departure, 24, radii),
+        more(mirror, one.aperture, psd, dz, departure, 30, radii);
+    for (std::size_t k = 0; k < radii.size(); ++k) {
+      EXPECT_NEAR(few.energies()[k], more.energies()[k], 1e-5) << one.name;
+      EXPECT_NEAR(more.energies()[k], fractions[k], 1e-4)
+          << one.name << " f/" << one.f_number << ' ' << one.waves << ' ' << one.coma;
+    }
+  }
+}
+
+// All of the light of a smooth mirror, far out of focus: E against the rays of the cone alone, from which
+// fringes at the rim differ by less than they are wide.
+TEST(PupilLight, FarOutOfFocusIsThatOfTheRays) {
+  const RadialPsd smooth(GaussianPsd{1e-13, 0.02});
+  for (const auto& [aperture, phase] :
+       {std::pair{kRectangle, 400.0}, {kHexagon, 800.0}, {kCircle, 5000.0}, {kAnnulus, 5000.0}}) {
+    const double f = 8 * kDiameter, dz = plane_of(phase / (2 * pi), 8);
+    const MeanSpot spot = GeneralisedHarveyShack(smooth, Mirror{f, -1, {}}, aperture, kLambda).at_plane(dz);
+    const std::vector<RadialNode> rays = radial_quadrature(aperture, 4000);
+    for (const double part : {0.45, 0.7, 0.95}) {
+      double inside = 0;
+      for (const RadialNode& ray : rays) {
+        const double t = ray.rho / (2 * f);
+        // tan of the ray's angle, times the distance from the focus.
+        if (2 * t / (1 - t * t) * dz < part * dz / 16) inside += ray.weight;
+      }
+      EXPECT_NEAR(spot.encircled_energy(part * dz / 16), inside, 0.3 / std::sqrt(phase) * part)
+          << phase << ' ' << part;
+    }
+  }
+}
+
+// Both sides of the turn from which a round pupil goes by its light: E at fixed shares of the geometric blur.
+TEST(PupilMoments, GoOverFromTheOverlapToTheLightWithoutAStep) {
+  const Mirror mirror{1.2, -1, {}};  // f/3
+  const GeneralisedHarveyShack smooth(RadialPsd(GaussianPsd{1e-12, 0.01}), mirror, kCircle, kLambda);
+  const PupilField field = field_of(kCircle, 3);
+  const MomentBasis basis(1);
+  double low = 1e-3, high = 1e-1;
+  for (int k = 0; k < 40; ++k) {
+    const double middle = 0.5 * (low + high);
+    (PupilOverlap(field, middle, basis).turn(2 * field.outer()) < 1500 ? low : high) = middle;
+  }
+  const double step = 1e-9;
+  const MeanSpot one = smooth.at_plane(low - step), other = smooth.at_plane(high + step);
+  for (const double part : {0.1, 0.3, 0.6, 0.8, 1.2}) {
+    const double radius = part * low / 6;
+    EXPECT_NEAR(one.encircled_energy(radius), other.encircled_energy(radius), 3e-5) << part;
+  }
+}
+
+TEST(PupilMoments, RefuseAPhaseThatNoGridHolds) {
+  for (const auto& [aperture, waves] : {std::pair{kHexagon, 1000.0}, {kCircle, 5000.0}}) {
+    const GeneralisedHarveyShack light(RadialPsd(GaussianPsd{1e-12, 0.01}), Mirror{3.2, -1, {}}, aperture,
+                                       kLambda);
+    EXPECT_THROW(light.at_plane(plane_of(waves, 8)), ComputationError);
+  }
+}
+
+// A core of 1e-7 of the light is most of what there is on the axis of a rough mirror: out of focus and of a
+// mirror with aberrations it is as it is in the focus of a perfect one.
+TEST(ExactTransfer, KeepsAWeakCoreOfAnyMirror) {
+  constexpr double kHeight = 4, kLength = 2e-5;
+  const RadialPsd psd(GaussianPsd{kHeight * kLambda / (4 * pi), kLength});
+  for (const Aperture& aperture : {Aperture(CircleAperture{0.1}), Aperture(RectangleAperture{0.08, 0.06})}) {
+    const GeneralisedHarveyShack perfect(psd, Mirror{1, -1, {}}, aperture, kLambda),
+        conic(psd, Mirror{1, -0.9999, {}}, aperture, kLambda);
+    const double axis = perfect.at_plane(0).irradiance(0);
+    EXPECT_NEAR(perfect.at_plane(1e-7).irradiance(0) / axis, 1, 1e-3);
+    EXPECT_NEAR(conic.at_plane(0).irradiance(0) / axis, 1, 1e-3);
+    // The core's own share of it is not small.
+    const double core = std::exp(-kHeight * kHeight) * aperture_area(aperture) / std::pow(kLambda, 2);
+    EXPECT_GT(core, 0.2 * axis);
+  }
+}
+
+// A mirror far from its parabola: with hundreds of waves its whole overlap is out of reach, but where the
+// roughness leaves 2e-5 of the light its mean spot takes short shears alone. Against Simpson's rule over
+// these.
+TEST(ExactTransfer, TakesShortShearsOfManyWaves) {
+  constexpr double kHeight = 3.28, kLength = 2e-4, kFocalLength = 8;  // g; m
+  const double sigma = kHeight * kLambda / (4 * pi), dz = 0.01;
+  const Mirror mirror{kFocalLength, 2000, {}};
+  const PupilField field(mirror, kCircle, kLambda, {});
+  const MomentBasis basis(1);
+  const PupilOverlap overlap(field, dz, basis);
+  ASSERT_GT(overlap.turn(kDiameter), 1500);
+  const GeneralisedHarveyShack light(RadialPsd(GaussianPsd{sigma, kLength}), mirror, kCircle, kLambda);
+  const MeanSpot spot = light.at_plane(dz);
+  constexpr int kShears = 401;
+  const double end = 3.2 * kLength, step = end / (kShears - 1);
+  Eigen::ArrayXd seen(kShears);
+  for (int k = 0; k < kShears; ++k)  // f/20: all heights count
+    seen[k] =
+        overlap(k * step).sum() * std::exp(kHeight * kHeight * std::expm1(-std::pow(k * step / kLength, 2)));
+  for (const double fraction : {0.2, 0.5, 0.8, 0.95}) {
+    const double radius = spot.encircled_energy_radius(fraction);
+    const double u = 2 * pi * radius / (kLambda * (kFocalLength + dz));
+    double sum = 0;
+    for (int k = 0; k < kShears; ++k) {
+      const double weight = k == 0 || k + 1 == kShears ? 1 : k % 2 == 1 ? 4 : 2, z = u * k * step;
+      double j0 = 0, j1 = 0;
+      bessel_j0_j1(&z, 1, &j0, &j1);
+      sum += weight * seen[k] * j1;
+    }
+    EXPECT_NEAR(u * sum * step / 3, fraction, 2e-4) << fraction;
+  }
+}
+
+}  // namespace
+}  // namespace aberfit::internal
