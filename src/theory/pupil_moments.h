@@ -50,7 +50,7 @@ class PupilMoments {
   MomentPanels make(double dz, double end) const;
   bool by_overlap(double dz, double end) const;
   LightMoments by_light(double dz, double end) const;
-  const PupilCells& cells_for(double dz) const;
+  const PupilCells& cells_for(double dz, double end) const;
 
   PupilField field_;
   int halvings_ = 0;
