@@ -22,13 +22,13 @@ namespace {
 constexpr double kInterpolation = 2e-6, kInterpolationByLight = 2e-5;
 constexpr double kOverlapMissed = 1e-11;   // what panels of an overlap may miss
 constexpr double kRoundingOfDisc = 1e-14;  // of a sum over the points of a disc, over its area
-// Turn of the phase [rad] across an overlap up to which its integral takes tenths of a second; and, beyond,
-// its part of all that the phase rises up to which it takes less than a Hankel transform.
-constexpr double kMostTurn = 1500, kSmallPart = 0.25;
+// Turn of the phase [rad] across an overlap up to which its integral takes tenths of a second.
+constexpr double kMostTurn = 1500;
 // Cells across a pupil: for its edges, and for each wave of the phase's steepest slope, over the diameter.
 constexpr int kFewestPupilCells = 256;
 constexpr double kCellsPerWave = 3;
-constexpr double kMostBytes = 2e9;  // of the transforms of one plane
+constexpr double kStepOfCells = 1.19;  // from one number to the next, which planes share
+constexpr double kMostBytes = 2e9;     // of the transforms of one plane
 // Waves of the steepest slope over the diameter of a round pupil, at most: a second of its Hankel transform.
 constexpr double kMostWavesOfRings = 4000;
 constexpr std::size_t kMostKnown = 100;  // planes of a pupil
@@ -151,8 +151,7 @@ Eigen::ArrayXd PupilMoments::at(double x, double dz) const {
 
 bool PupilMoments::by_overlap(double dz, double end) const {
   if (!is_round()) return false;
-  const double turn = PupilOverlap(field_, dz, basis_).turn(end);
-  return turn <= std::max(kMostTurn, kSmallPart * field_.steepest(dz) * cutoff());
+  return PupilOverlap(field_, dz, basis_).turn(end) <= kMostTurn;
 }
 
 const PupilCells& PupilMoments::cells_for(double dz, double end) const {
@@ -165,11 +164,11 @@ const PupilCells& PupilMoments::cells_for(double dz, double end) const {
   const double waves = of(kFewestPupilCells).steepest(dz);
   // Cells and the longest shear, as samples a side of the field and its products with powers of u.
   const double samples = std::sqrt(kMostBytes / (sizeof(std::complex<double>) * (2 * degree_ + 1)));
-  const double most =
-      (samples / (std::numbers::sqrt2 * (1 + end / cutoff())) - kFewestPupilCells) / kCellsPerWave;
+  const double most = (samples / (kStepOfCells * (1 + end / cutoff())) - kFewestPupilCells) / kCellsPerWave;
   if (waves > most) refuse(waves, most, dz);
   int number = kFewestPupilCells;
-  while (number < kFewestPupilCells + kCellsPerWave * waves) number = 2 * int(number / std::numbers::sqrt2);
+  while (number < kFewestPupilCells + kCellsPerWave * waves)
+    number = 2 * int(std::ceil(0.5 * kStepOfCells * number));
   return of(number);
 }
 
