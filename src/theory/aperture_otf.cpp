@@ -40,7 +40,7 @@ double longest_distance(const std::vector<std::array<double, 2>>& points) {
 
 PanelFunction transfer_of_light(const Aperture& aperture, double cutoff) {
   const PupilCells cells(aperture, kCells);
-  const FocalGrid grid(FocalGrid::samples_for(cells, cutoff));
+  const FocalGrid grid(FocalGrid::samples_for(cells, cutoff), FocalGrid::taper_for(cells, 0));
   const MomentBasis basis(1);
   const LightMoments moments(PupilLight::of_cells(cells, grid, 0, 0), basis);
   const int count = std::max(1, int(std::ceil(cutoff / moments.resolved())));

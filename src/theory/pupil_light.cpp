@@ -8,6 +8,7 @@
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/smooth_number.h"
 #include "aberfit/roughness/bessel.h"
+#include "log_hankel.h"
 
 namespace aberfit::internal {
 namespace {
@@ -15,21 +16,30 @@ namespace {
 using std::numbers::pi;
 
 // The taper, in parts of the field of view: light nearer to its edge is mixed with what lies beyond and comes
-// back in from the other side.
-constexpr double kTaper = 0.5, kTaperEnd = 0.7;
+// back in from the other side, and knows the cells from an edge the less. Wide where the light of the slopes
+// is; elsewhere narrow, as what edges send beyond is known (transfer_beyond).
+constexpr double kNarrowTaper = 0.25, kWideTaper = 0.5, kTaperWidth = 0.2;
+// Where it begins, over the steepest slope.
+constexpr double kTaperPerSlope = 4;
+constexpr double kTapers = 8;  // different ones, which planes share
 // The same of rings: beyond the cone of light, in steps of its diffraction.
-constexpr double kBeyondCone = 1.15, kStepsBeyondCone = 24, kTaperOfRings = 1.3;
-// Light beyond the taper, evenly in the logarithm of its distance.
-constexpr double kTailStep = 1.02, kTailEnd = 600;
-// Shear times the distance where the taper begins, beyond which what is beyond has no transfer.
-constexpr double kShort = 0.75;
+constexpr double kBeyondCone = 1.5, kStepsBeyondCone = 60, kTaperOfRings = 1.3;
+// Shear times the distance where the taper begins, beyond which what is beyond has no transfer: 1e-6.
+constexpr double kShort = 6;
+constexpr int kNodesBeyond = 64;  // on 11 cycles at most
 // The same beyond which the light tells b: of its power j at j times as much.
 constexpr double kSeenApart = 2;
 // Cycles of the outermost light that the 24 nodes of a panel resolve.
-constexpr double kCyclesOfLightPanel = 3.5;
-// Nodes of rings: of Gauss-Legendre in the pupil for each turn of the phase, and in the focal plane.
-constexpr double kNodesPerTurn = 3, kNodesPerStep = 5;
-constexpr Eigen::Index kTogether = 256;  // rings of the focal plane at a time
+constexpr double kCyclesOfLightPanel = 4;
+// Shortest radius, distance and shear of rings, over the outer radius, one over the longest shear, and one
+// over the longest distance: what lies nearer is a millionth.
+constexpr double kNear = 1e-3;
+constexpr double kTurnOfRings = 1;     // of J0 from one ring to the next, at the rim and the end [rad]
+constexpr Eigen::Index kTogether = 8;  // shears of a polynomial
+// Ends of the trapezoid rule, to the sixth order.
+constexpr double kGregory[] = {95 / 288.0, 317 / 240.0, 23 / 30.0, 793 / 720.0, 157 / 160.0};
+
+constexpr std::size_t kBundle = 2 * kLines;
 
 double taper(double distance, double edge, double end) {
   if (distance >= end) return 0;
@@ -50,6 +60,46 @@ Eigen::MatrixXd shifted_chebyshev(int degree) {
     for (int i = 0; i <= p; ++i)
       c(p, i) = -2 * c(p - 1, i) - c(p - 2, i) + (i > 0 ? 4 * c(p - 1, i - 1) : 0.0);
   return c;
+}
+
+// Of the basis' nodes, from those of a^i b^j.
+Eigen::ArrayXd at_nodes(const Eigen::MatrixXd& monomials, const MomentBasis& basis) {
+  const int degree = int(monomials.rows()) - 1, most = std::min(degree, basis.order - 1);
+  const Eigen::MatrixXd to_chebyshev = shifted_chebyshev(degree);
+  const Eigen::MatrixXd of_degree = to_chebyshev * monomials * to_chebyshev.transpose();
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(basis.order, basis.order);
+  for (int p = 0; p <= most; ++p)
+    for (int q = 0; q <= std::min(most, degree - p); ++q) all(p, q) = of_degree(p, q);
+  return basis.at_nodes(all);
+}
+
+// Weights of kTogether values in their polynomial at `place`, 0 at the first.
+Eigen::Array<double, 1, Eigen::Dynamic> lagrange(double place) {
+  Eigen::Array<double, 1, Eigen::Dynamic> weight = Eigen::Array<double, 1, kTogether>::Ones();
+  for (Eigen::Index i = 0; i < kTogether; ++i)
+    for (Eigen::Index j = 0; j < kTogether; ++j)
+      if (j != i) weight[i] *= (place - double(j)) / double(i - j);
+  return weight;
+}
+
+// Transfer at shears x [m] of what a taper from `edge` to `end` takes of light that falls with the cube of
+// the distance: 1 at none. Beyond `end`, where all is taken, the integral of J0(2 pi x d)/d^2 has a closed
+// form but for that of J0, which is 1 less what is missing of it.
+Eigen::ArrayXd transfer_beyond(const Eigen::ArrayXd& x, double edge, double end) {
+  constexpr int n = kNodesBeyond;
+  const Quadrature across = gauss_legendre(n, edge, end), inside = gauss_legendre(n, 0, end);
+  const Eigen::ArrayXd taken =
+      across.weights * across.nodes.unaryExpr([&](double d) { return (1 - taper(d, edge, end)) / (d * d); });
+  Eigen::ArrayXd z(2 * n + 1), j0(z.size()), j1(z.size()), result = Eigen::ArrayXd::Zero(x.size());
+  for (Eigen::Index k = 0; k < x.size() && x[k] * edge < kShort; ++k) {
+    const double turn = 2 * pi * x[k];
+    z << turn * across.nodes, turn * inside.nodes, turn * end;
+    bessel_j0_j1(z.data(), int(z.size()), j0.data(), j1.data());
+    const double of_j0 = turn * (inside.weights * j0.segment(n, n)).sum();
+    result[k] = ((taken * j0.head(n)).sum() + j0[2 * n] / end - turn * (1 - of_j0 + j1[2 * n])) /
+                (taken.sum() + 1 / end);
+  }
+  return result;
 }
 
 // Of squares of shares `weight`: b is a times the square of a cosine.
@@ -87,7 +137,6 @@ PupilCells::PupilCells(const Aperture& aperture, int cells)
 
 PupilCells::PupilCells(const Aperture& aperture, double focal_length, double outer, int cells)
     : pupil_(diffraction_pupil(aperture, focal_length, 2 * outer / cells)),
-      side_(int(std::max(grid().x.size(), grid().y.size()))),
       focal_length_(focal_length),
       outer_(outer),
       square_(pupil_.amplitude.size()) {
@@ -95,8 +144,8 @@ PupilCells::PupilCells(const Aperture& aperture, double focal_length, double out
     square_[k] = (std::pow(grid().x[column(k)], 2) + std::pow(grid().y[row(k)], 2)) / (outer_ * outer_);
 }
 
-Eigen::ArrayXd PupilCells::area() const {
-  return pupil_.amplitude * (pupil_.sample.weight / pupil_.cover).sqrt();
+Eigen::MatrixXd PupilCells::mean(int degree) const {
+  return mean_of_aperture(square_, pupil_.amplitude * (pupil_.sample.weight / pupil_.cover).sqrt(), degree);
 }
 
 const CartesianGrid& PupilCells::grid() const {
@@ -116,7 +165,7 @@ double PupilCells::steepest(double dz) const {
     Eigen::Index row = -2;
     double phase = 0;
   };
-  std::vector<Above> above(std::size_t(grid().x.size()));
+  std::vector<Above> above(grid().x.size());
   for (Eigen::Index k = 0; k < all.size(); ++k) {
     if (k > 0 && row(k) == row(k - 1) && column(k) == column(k - 1) + 1)
       most = std::max(most, std::abs(all[k] - all[k - 1]));
@@ -124,178 +173,278 @@ double PupilCells::steepest(double dz) const {
     if (one.row == row(k) - 1) most = std::max(most, std::abs(all[k] - one.phase));
     one = {row(k), all[k]};
   }
-  return most / (2 * pi) * 2 * outer_ / pitch();
+  return most / (2 * pi * pitch());
 }
 
-FocalGrid::FocalGrid(int samples)
-    : side(samples),
-      transform(samples, samples),
-      rings(samples / 2 + 1, samples / 2 + 1, 1, 1, 0.5 * kTaperEnd * samples) {}
+FocalGrid::FocalGrid(int samples, double taper)
+    : side_(samples),
+      taper_(taper),
+      rings_(samples / 2 + 1, samples / 2 + 1, 1, 1, 0.5 * taper_end() * samples),
+      plan_(samples),
+      no_shift_(line_phases<double>(samples, 0, 1)) {
+  for (int row = 0; row < side_; ++row)
+    if (rings_.columns_within(std::min(row, side_ - row)) > 0) kept_.push_back(row);
+}
 
 int FocalGrid::samples_for(const PupilCells& cells, double end) {
-  int samples = cells.side() + int(std::ceil(end / cells.pitch())) + 1;
+  int samples = int(std::max(cells.columns(), cells.rows())) + int(std::ceil(end / cells.pitch())) + 1;
   do samples = int(smooth_from(samples + 1));
   while (samples % 2 != 0);
   return samples;
 }
 
+struct FocalGrid::Workspace {
+  std::vector<double> bundles, line, work;
+  std::vector<std::vector<double>> half_way;  // of each field, transformed along columns
+  std::vector<Eigen::ArrayXd> field;          // eight rows of each
+  Eigen::ArrayXXd both, other, values;
+};
+
+FocalGrid::~FocalGrid() = default;
+
+double FocalGrid::taper_end() const { return taper_ + kTaperWidth; }
+
+double FocalGrid::taper_for(const PupilCells& cells, double steepest) {
+  const double wanted = std::ceil(kTapers * kTaperPerSlope * 2 * cells.pitch() * steepest) / kTapers;
+  return std::clamp(wanted, kNarrowTaper, kWideTaper);
+}
+
+std::unique_ptr<FocalGrid::Workspace> FocalGrid::workspace() const {
+  const std::lock_guard lock(mutex_);
+  if (idle_.empty()) return std::make_unique<Workspace>();
+  std::unique_ptr<Workspace> one = std::move(idle_.back());
+  idle_.pop_back();
+  return one;
+}
+
+// Of a field in bundles of columns the transform along columns, at the rows that are kept: row by row.
+void FocalGrid::columns_out(const PupilCells& cells, Workspace* work, std::vector<double>* kept) const {
+  const LineKernels<double>& kernels = line_kernels<double>(best_instruction_set());
+  const std::size_t rows = std::size_t(cells.rows()), blocks = work->bundles.size() / (rows * kBundle);
+  kept->resize(kept_.size() * blocks * kBundle);
+  for (std::size_t block = 0; block < blocks; ++block) {
+    kernels.columns_out(plan_.steps(), no_shift_.data(), 1, work->bundles.data() + block * rows * kBundle,
+                        kBundle, int(rows), work->line.data(), kBundle, work->work.data());
+    for (std::size_t k = 0; k < kept_.size(); ++k)
+      std::copy_n(work->line.data() + std::size_t(kept_[k]) * kBundle, kBundle,
+                  kept->data() + (k * blocks + block) * kBundle);
+  }
+}
+
+Eigen::ArrayXXd FocalGrid::ring_sums(const PupilCells& cells, int powers_of_square,
+                                     const Eigen::ArrayXd& phase,
+                                     const std::vector<std::vector<double>>& products) const {
+  const LineKernels<double>& kernels = line_kernels<double>(best_instruction_set());
+  std::unique_ptr<Workspace> space = workspace();
+  auto& [bundles, line, work, half_way, field, both, other, values] = *space;
+  const Eigen::Index n = phase.size();
+  const std::size_t rows = std::size_t(cells.rows()),
+                    blocks = (std::size_t(cells.columns()) + kLines - 1) / kLines;
+  bundles.assign(blocks * rows * kBundle, 0.0);
+  line.resize(std::size_t(side_) * kBundle);
+  work.resize(kBundle * (3 * std::size_t(side_) + 24));
+  half_way.resize(std::size_t(powers_of_square) + 1);
+  Eigen::ArrayXd sine(n), cosine(n);
+  sin_cos(phase.data(), int(n), sine.data(), cosine.data());
+  sine *= cells.pupil().amplitude;
+  cosine *= cells.pupil().amplitude;
+  for (std::vector<double>& one : half_way) {
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const auto column = std::size_t(cells.column(k));
+      double* const at =
+          bundles.data() + (column / kLines * rows + std::size_t(cells.row(k))) * kBundle + column % kLines;
+      at[0] = cosine[k];
+      at[kLines] = sine[k];
+    }
+    columns_out(cells, space.get(), &one);
+    sine *= cells.square();
+    cosine *= cells.square();
+  }
+
+  const auto count = Eigen::Index(products.size());
+  Eigen::ArrayXXd sums = Eigen::ArrayXXd::Zero(count, rings_.lengths());
+  const Eigen::Index most = rings_.columns_within(0);
+  field.resize(half_way.size());
+  for (Eigen::ArrayXd& one : field) one.resize(Eigen::Index(side_) * kBundle);
+  both.resize(kLines, most);
+  other.resize(kLines, most);
+  values.resize(count, kLines * most);
+  for (std::size_t first = 0; first < kept_.size(); first += kLines) {
+    const double* lines[kLines] = {};
+    for (std::size_t i = 0; i < field.size(); ++i) {
+      for (std::size_t l = 0; l < kLines && first + l < kept_.size(); ++l)
+        lines[l] = half_way[i].data() + (first + l) * blocks * kBundle;
+      kernels.rows_out(plan_.steps(), 1, no_shift_.data(), lines, int(cells.columns()), field[i].data(),
+                       work.data());
+    }
+    // Samples c and -c, of eight rows side by side.
+    using Samples = Eigen::Map<const Eigen::ArrayXXd, 0, Eigen::OuterStride<kBundle>>;
+    const auto at = [&](std::size_t i, Eigen::Index from, Eigen::Index part) {
+      return Samples(field[i].data() + from * kBundle + part, kLines, most, Eigen::OuterStride<kBundle>());
+    };
+    for (Eigen::Index p = 0; p < count; ++p) {
+      const std::vector<double>& powers = products[std::size_t(p)];
+      both.setZero();
+      other.setZero();
+      for (std::size_t k = 0; 2 * k < powers.size(); ++k) {
+        const std::size_t last = powers.size() - 1 - k;
+        const double weight = last == k ? powers[k] : powers[k] + powers[last];
+        if (weight == 0) continue;
+        both += weight * (at(last, 0, 0) * at(k, 0, 0) + at(last, 0, kLines) * at(k, 0, kLines));
+        const Eigen::Index from = side_ - most;
+        other += weight * (at(last, from, 0) * at(k, from, 0) + at(last, from, kLines) * at(k, from, kLines));
+      }
+      for (Eigen::Index c = 1; c < most; ++c) both.col(c) += other.col(most - c);
+      values.row(p) = both.reshaped().transpose();
+    }
+    for (std::size_t l = 0; l < kLines && first + l < kept_.size(); ++l) {
+      const int from_axis = std::min(kept_[first + l], side_ - kept_[first + l]);
+      const std::uint32_t* const ring = rings_.length_of(from_axis);
+      for (Eigen::Index c = 0; c < rings_.columns_within(from_axis); ++c)
+        sums.col(ring[c]) += values.col(c * kLines + Eigen::Index(l));
+    }
+  }
+  const std::lock_guard lock(mutex_);
+  idle_.push_back(std::move(space));
+  return sums;
+}
+
+std::shared_ptr<const Eigen::MatrixXd> FocalGrid::bessel(const Eigen::ArrayXd& x,
+                                                         const Eigen::ArrayXd& distance) const {
+  const auto same = [](const Eigen::ArrayXd& one, const Eigen::ArrayXd& two) {
+    return one.size() == two.size() && (one == two).all();
+  };
+  {
+    const std::lock_guard lock(mutex_);
+    if (last_bessel_ && same(x, last_x_) && same(distance, last_distance_)) return last_bessel_;
+  }
+  Eigen::ArrayXd z(distance.size()), unused(distance.size());
+  Eigen::MatrixXd all(distance.size(), x.size());
+  for (Eigen::Index k = 0; k < x.size(); ++k) {
+    z = 2 * pi * x[k] * distance;
+    bessel_j0_j1(z.data(), int(z.size()), all.col(k).data(), unused.data());
+  }
+  const std::lock_guard lock(mutex_);
+  last_x_ = x;
+  last_distance_ = distance;
+  return last_bessel_ = std::make_shared<const Eigen::MatrixXd>(std::move(all));
+}
+
 std::vector<PupilLight::Product> PupilLight::products(int degree) {
   std::vector<Product> all;
   for (int i = 0; i <= degree; ++i)
-    for (int j = 0; i + j <= degree; ++j) {
-      std::vector<double> powers{1};
-      const auto times = [&](double scale, double sign) {
-        powers.push_back(0);
-        for (std::size_t k = powers.size(); k-- > 0;)
-          powers[k] = scale * (powers[k] + (k > 0 ? sign * powers[k - 1] : 0.0));
-      };
-      for (int k = 0; k < i; ++k) times(0.5, 1);
-      for (int k = 0; k < 2 * j; ++k) times(1, -1);
-      all.push_back({i, j, std::move(powers)});
-    }
+    for (int j = 0; i + j <= degree; ++j) all.push_back({i, j});
   return all;
+}
+
+std::vector<double> PupilLight::of_powers(const Product& product) {
+  std::vector<double> powers{1};
+  const auto times = [&](double scale, double sign) {
+    powers.push_back(0);
+    for (std::size_t k = powers.size(); k-- > 0;)
+      powers[k] = scale * (powers[k] + (k > 0 ? sign * powers[k - 1] : 0.0));
+  };
+  for (int k = 0; k < product.i; ++k) times(0.5, 1);
+  for (int k = 0; k < 2 * product.j; ++k) times(1, -1);
+  return powers;
 }
 
 PupilLight PupilLight::of_cells(const PupilCells& cells, const FocalGrid& grid, int degree, double dz) {
   const DiffractionPupil& pupil = cells.pupil();
-  const Eigen::Index n = pupil.amplitude.size(), side = grid.side;
-  const Eigen::ArrayXd phase = cells.phase(dz);
-  Eigen::ArrayXd sine(n), cosine(n), amplitude = pupil.amplitude;
-  sin_cos(phase.data(), int(n), sine.data(), cosine.data());
-  std::vector<Eigen::ArrayXcd> field;
-  for (int i = 0; i <= 2 * degree; ++i, amplitude *= cells.square()) {
-    field.emplace_back(Eigen::ArrayXcd::Zero(side * side));
-    for (Eigen::Index k = 0; k < n; ++k)
-      field.back()[cells.row(k) * side + cells.column(k)] = {amplitude[k] * cosine[k],
-                                                             amplitude[k] * sine[k]};
-    grid.transform(field.back().data());
-  }
+  std::vector<std::vector<double>> all;
+  for (const Product& product : products(degree)) all.push_back(of_powers(product));
+  const Eigen::ArrayXXd sums = grid.ring_sums(cells, 2 * degree, cells.phase(dz), all);
 
-  const std::vector<Product> all = products(degree);
-  const auto count = Eigen::Index(all.size());
-  Eigen::ArrayXXd sums = Eigen::ArrayXXd::Zero(grid.rings.lengths(), count);
-  Eigen::ArrayXd line(side);
-  for (Eigen::Index row = 0; row < side; ++row) {
-    const int from_axis = int(std::min(row, side - row));
-    const Eigen::Index within = grid.rings.columns_within(from_axis);
-    if (within == 0) continue;
-    const std::uint32_t* const ring = grid.rings.length_of(from_axis);
-    for (Eigen::Index l = 0; l < count; ++l) {
-      const std::vector<double>& powers = all[std::size_t(l)].of_powers;
-      // The first columns, and those as far on the other side of the axis.
-      for (const Eigen::Index first : {Eigen::Index(0), side - within}) {
-        auto part = line.segment(first, within);
-        part.setZero();
-        for (std::size_t k = 0; k < powers.size(); ++k) {
-          const auto one = field[powers.size() - 1 - k].segment(row * side + first, within),
-                     two = field[k].segment(row * side + first, within);
-          part += powers[k] * (one.real() * two.real() + one.imag() * two.imag());
-        }
-      }
-      double* const sum = sums.col(l).data();
-      sum[ring[0]] += line[0];
-      for (Eigen::Index c = 1; c < within; ++c) sum[ring[c]] += line[c] + line[side - c];
-    }
-  }
-
-  PupilLight result{
-      degree, cells.outer(), {}, {}, 0, 0, mean_of_aperture(cells.square(), cells.area(), degree)};
-  result.edge = 0.5 * kTaper / cells.pitch();
-  result.end = 0.5 * kTaperEnd / cells.pitch();
-  const Eigen::Index nodes = grid.rings.nodes();
-  const double step = 1 / (LagTable::kNodesPerLag * double(side) * cells.pitch());
-  result.distance = step * Eigen::ArrayXd::LinSpaced(nodes, 0.0, double(nodes - 1));
-  const Eigen::ArrayXd left =
-      result.distance.unaryExpr([&](double d) { return taper(d, result.edge, result.end); });
-  result.light.resize(nodes, count);
-  for (Eigen::Index l = 0; l < count; ++l)
-    result.light.col(l) =
-        left * grid.rings.to_nodes(sums.col(l)) / (double(side) * double(side) * pupil.total);
+  PupilLight result;
+  result.degree = degree;
+  result.outer = cells.outer();
+  result.mean = cells.mean(degree);
+  result.edge = 0.5 * grid.taper() / cells.pitch();
+  result.end = 0.5 * grid.taper_end() / cells.pitch();
+  const Eigen::Index nodes = grid.rings().nodes();
+  const double side = grid.side(), step = 1 / (LagTable::kNodesPerLag * side * cells.pitch());
+  const Eigen::ArrayXd distance = step * Eigen::ArrayXd::LinSpaced(nodes, 0.0, double(nodes - 1));
+  const Eigen::ArrayXd left = distance.unaryExpr([&](double d) { return taper(d, result.edge, result.end); });
+  Eigen::MatrixXd light(nodes, sums.rows());
+  for (Eigen::Index l = 0; l < sums.rows(); ++l)
+    light.col(l) = left * grid.rings().to_nodes(sums.row(l).transpose()) / (side * side * pupil.total);
+  result.within = light.colwise().sum().transpose().array();
+  result.sums = [light, distance, &grid](const Eigen::ArrayXd& x) -> Eigen::ArrayXXd {
+    const std::shared_ptr<const Eigen::MatrixXd> bessel = grid.bessel(x, distance);
+    Eigen::ArrayXXd at(x.size(), light.cols());
+    for (Eigen::Index k = 0; k < x.size(); ++k) at.row(k) = bessel->col(k).transpose().lazyProduct(light);
+    return at;
+  };
   return result;
 }
 
 PupilLight PupilLight::of_rings(const PupilField& field, int degree, double dz) {
-  const double inner = field.inner(), outer = field.outer();
-  const double steepest = field.steepest(dz) / (2 * pi);  // [cycles/m]
-  PupilLight result{degree, outer, {}, {}, 0, 0, {}};
-  result.edge = kBeyondCone * steepest + kStepsBeyondCone / (2 * outer);
+  const double inner = field.inner(), outer = field.outer(), longest = 2 * outer;
+  PupilLight result;
+  result.degree = degree;
+  result.outer = outer;
+  result.edge = kBeyondCone * field.steepest(dz) / (2 * pi) + kStepsBeyondCone / longest;
   result.end = kTaperOfRings * result.edge;
-  const double turns = (outer - inner) * (steepest + result.end);
-  const Quadrature pupil = gauss_legendre(32 + int(kNodesPerTurn * turns), inner, outer);
-  const Eigen::Index n = pupil.nodes.size();
-  const Eigen::ArrayXd square = (pupil.nodes / outer).square();
-  Eigen::ArrayXd amplitude(n), phase(n), sine(n), cosine(n);
-  field.along_radius(dz, pupil.nodes, &amplitude, &phase);
+  const LogHankel to_focus(std::max(inner, kNear * outer), outer, kNear / longest, result.end, kTurnOfRings);
+  const Eigen::ArrayXd r = to_focus.x(), square = (r / outer).square(), distance = to_focus.y();
+  const Eigen::Index n = r.size(), lights = distance.size();
+  Eigen::ArrayXd amplitude(n), phase(n), sine(n), cosine(n), rule = Eigen::ArrayXd::Ones(n);
+  field.along_radius(dz, r, &amplitude, &phase);
   sin_cos(phase.data(), int(n), sine.data(), cosine.data());
-  const Eigen::ArrayXd ring = 2 * pi * pupil.nodes * pupil.weights;
-  const double total = (ring * amplitude.square()).sum();
-  result.mean = mean_of_aperture(square, ring * amplitude.square(), degree);
-  Eigen::MatrixXd fields(n, 2 * (2 * degree + 1));
-  Eigen::ArrayXd weight = ring * amplitude;
+  for (std::size_t k = 0; k < std::size(kGregory); ++k)
+    rule[Eigen::Index(k)] = rule[n - 1 - Eigen::Index(k)] = kGregory[k];
+  const Eigen::ArrayXd ring = 2 * pi * to_focus.step() * rule * r.square() * amplitude.square();
+  const double total = ring.sum();
+  result.mean = mean_of_aperture(square, ring, degree);
+  std::vector<Eigen::ArrayXcd> field_of;
+  Eigen::ArrayXd weight = rule * r * amplitude;
   for (int i = 0; i <= 2 * degree; ++i, weight *= square) {
-    fields.col(2 * i) = weight * cosine;
-    fields.col(2 * i + 1) = weight * sine;
+    field_of.emplace_back(weight * cosine + std::complex<double>(0, 1) * (weight * sine));
+    to_focus(&field_of.back());
   }
 
+  const LogHankel to_shear(distance[0], result.end, kNear / result.end, longest,
+                           2 * pi * result.end * longest * to_focus.step());
+  const Eigen::ArrayXd x = to_shear.y();
   const std::vector<Product> all = products(degree);
-  const int panels = 1 + int(result.end * 2 * outer * kNodesPerStep / 24);
-  const Quadrature unit = gauss_legendre(24, 0.0, result.end / panels);
-  result.distance.resize(24 * panels);
-  result.light.resize(24 * panels, Eigen::Index(all.size()));
-  for (int p = 0; p < panels; ++p) result.distance.segment(24 * p, 24) = result.end * p / panels + unit.nodes;
-  Eigen::MatrixXd bessel;
-  Eigen::ArrayXd z(n), unused(n);
-  for (Eigen::Index first = 0; first < result.distance.size(); first += kTogether) {
-    const Eigen::Index rows = std::min(kTogether, result.distance.size() - first);
-    bessel.resize(n, rows);
-    for (Eigen::Index k = 0; k < rows; ++k) {
-      z = 2 * pi * result.distance[first + k] * pupil.nodes;
-      bessel_j0_j1(z.data(), int(n), bessel.col(k).data(), unused.data());
+  const Eigen::ArrayXd left =
+      distance.unaryExpr([&](double d) { return taper(d, result.edge, result.end) / total; });
+  Eigen::ArrayXXd sums(x.size(), Eigen::Index(all.size()));
+  result.within.resize(sums.cols());
+  for (std::size_t l = 0; l < all.size(); ++l) {
+    const std::vector<double> powers = of_powers(all[l]);
+    Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(lights);
+    for (std::size_t k = 0; k < powers.size(); ++k) {
+      const Eigen::ArrayXcd &one = field_of[powers.size() - 1 - k], &two = field_of[k];
+      sum += powers[k] * (one.real() * two.real() + one.imag() * two.imag());
     }
-    const Eigen::MatrixXd focal = bessel.transpose() * fields;
-    for (Eigen::Index k = 0; k < rows; ++k) {
-      const double d = result.distance[first + k];
-      const double area =
-          2 * pi * d * unit.weights[(first + k) % 24] * taper(d, result.edge, result.end) / total;
-      for (std::size_t l = 0; l < all.size(); ++l) {
-        double sum = 0;
-        const std::vector<double>& powers = all[l].of_powers;
-        for (std::size_t i = 0; i < powers.size(); ++i) {
-          const auto one = Eigen::Index(2 * (powers.size() - 1 - i)), two = Eigen::Index(2 * i);
-          sum += powers[i] * (focal(k, one) * focal(k, two) + focal(k, one + 1) * focal(k, two + 1));
-        }
-        result.light(first + k, Eigen::Index(l)) = area * sum;
-      }
-    }
+    sum *= left;
+    result.within[Eigen::Index(l)] = 2 * pi * to_focus.step() * sum.sum();
+    Eigen::ArrayXcd light = (sum / distance).cast<std::complex<double>>();
+    to_shear(&light);
+    sums.col(Eigen::Index(l)) = light.real() / x;
   }
+  result.sums = [sums, from = std::log(x[0]), step = to_shear.step()](const Eigen::ArrayXd& shears) {
+    Eigen::ArrayXXd at(shears.size(), sums.cols());
+    for (Eigen::Index k = 0; k < shears.size(); ++k) {
+      const double place = std::max(0.0, (std::log(std::max(shears[k], 1e-300)) - from) / step);
+      const Eigen::Index first =
+          std::clamp<Eigen::Index>(Eigen::Index(place) - kTogether / 2 + 1, 0, sums.rows() - kTogether);
+      at.row(k) = lagrange(place - double(first)).matrix() * sums.middleRows(first, kTogether).matrix();
+    }
+    return at;
+  };
   return result;
 }
 
 LightMoments::LightMoments(PupilLight light, const MomentBasis& basis)
-    : light_(std::move(light)),
-      basis_(basis),
-      products_(PupilLight::products(light_.degree)),
-      shifted_(shifted_chebyshev(light_.degree)),
-      missing_(1 - light_.light.col(0).sum()) {
-  const auto steps = Eigen::Index(std::log(kTailEnd) / std::log(kTailStep));
-  tail_ =
-      light_.edge * (std::log(kTailStep) * Eigen::ArrayXd::LinSpaced(steps, 0.0, double(steps - 1))).exp();
-  share_ = tail_.unaryExpr([this](double d) { return (1 - taper(d, light_.edge, light_.end)) / d; });
-  share_ /= share_.sum();
-}
+    : light_(std::move(light)), basis_(basis), products_(PupilLight::products(light_.degree)) {}
 
 double LightMoments::resolved() const { return kCyclesOfLightPanel / light_.end; }
 
-Eigen::MatrixXd LightMoments::chebyshev(const Eigen::MatrixXd& monomials) const {
-  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(basis_.order, basis_.order);
-  const Eigen::MatrixXd of_degree = shifted_ * monomials * shifted_.transpose();
-  const int most = std::min(light_.degree, basis_.order - 1);
-  for (int p = 0; p <= most; ++p)
-    for (int q = 0; q <= std::min(most, light_.degree - p); ++q) all(p, q) = of_degree(p, q);
-  return all;
+Eigen::ArrayXd LightMoments::whole(const Eigen::MatrixXd& mean, const MomentBasis& basis) {
+  return at_nodes(mean, basis);
 }
-
-Eigen::ArrayXd LightMoments::whole() const { return basis_.at_nodes(chebyshev(light_.mean)); }
 
 // From sums over the light of the products to those of a^i b^j.
 Eigen::MatrixXd LightMoments::monomials(const Eigen::ArrayXd& sums, double shear2) const {
@@ -311,18 +460,15 @@ Eigen::MatrixXd LightMoments::monomials(const Eigen::ArrayXd& sums, double shear
 }
 
 Eigen::ArrayXXd LightMoments::operator()(const Eigen::ArrayXd& x) const {
-  const Eigen::Index n = light_.distance.size();
   Eigen::ArrayXXd result(x.size(), basis_.order * basis_.order);
-  Eigen::ArrayXd z(std::max(n, tail_.size())), j0(z.size()), j1(z.size());
+  const Eigen::ArrayXXd of_light = light_.sums(x);
+  const Eigen::ArrayXd beyond = transfer_beyond(x, light_.edge, light_.end);
   for (Eigen::Index k = 0; k < x.size(); ++k) {
-    z.head(n) = 2 * pi * x[k] * light_.distance;
-    bessel_j0_j1(z.data(), int(n), j0.data(), j1.data());
-    Eigen::ArrayXd sums = light_.light.matrix().transpose() * j0.head(n).matrix();
-    if (x[k] * light_.edge < kShort) {
-      z.head(tail_.size()) = 2 * pi * x[k] * tail_;
-      bessel_j0_j1(z.data(), int(tail_.size()), j0.data(), j1.data());
-      sums[0] += missing_ * (share_ * j0.head(tail_.size())).sum();
-    }
+    Eigen::ArrayXd sums = of_light.row(k).transpose();
+    for (std::size_t l = 0; l < products_.size(); ++l)
+      if (products_[l].j == 0)
+        sums[Eigen::Index(l)] +=
+            beyond[k] * (light_.mean(products_[l].i, 0) - light_.within[Eigen::Index(l)]);
     Eigen::MatrixXd all = monomials(sums, std::pow(x[k] / light_.outer, 2));
     // Of two points that are close b is a small difference over a small shear: there it has its mean over the
     // aperture.
@@ -331,7 +477,7 @@ Eigen::ArrayXXd LightMoments::operator()(const Eigen::ArrayXd& x) const {
       for (int i = 0; i + j <= light_.degree; ++i)
         all(i, j) = (known > 0 ? known * all(i, j) : 0.0) + (1 - known) * sums[0] * light_.mean(i, j);
     }
-    result.row(k) = basis_.at_nodes(chebyshev(all)).transpose();
+    result.row(k) = at_nodes(all, basis_).transpose();
   }
   return result;
 }

@@ -1,9 +1,12 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <mutex>
 #include <vector>
 
 #include "../waves/diffraction_lags.h"
-#include "aberfit/roughness/fourier_transform.h"
+#include "aberfit/roughness/line_kernel.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "moment_basis.h"
 #include "pupil_field.h"
@@ -20,17 +23,18 @@ class PupilCells {
 
   const DiffractionPupil& pupil() const { return pupil_; }
   double pitch() const { return pupil_.pitch_x; }  ///< of P [m]
-  int side() const { return side_; }               ///< columns or rows, whichever are more
+  Eigen::Index columns() const { return Eigen::Index(grid().x.size()); }
+  Eigen::Index rows() const { return Eigen::Index(grid().y.size()); }
   Eigen::Index column(Eigen::Index cell) const { return grid().column[std::size_t(cell)]; }
   Eigen::Index row(Eigen::Index cell) const { return grid().row[std::size_t(cell)]; }
   /// (|P| / outer)^2 of each cell.
   const Eigen::ArrayXd& square() const { return square_; }
   double outer() const { return outer_; }  ///< [m]
-  /// Parts of the mirror that the cells stand for, in any unit.
-  Eigen::ArrayXd area() const;
+  /// Means of a^i b^j over the mirror, i + j <= degree.
+  Eigen::MatrixXd mean(int degree) const;
   /// Phase of each cell in the plane f + dz [rad].
   Eigen::ArrayXd phase(double dz) const;
-  /// Largest slope of that phase between neighbours, in waves over the aperture's diameter.
+  /// Largest slope of that phase between neighbours [cycles/m].
   double steepest(double dz) const;
 
  private:
@@ -38,21 +42,51 @@ class PupilCells {
   const CartesianGrid& grid() const;
 
   DiffractionPupil pupil_;
-  int side_ = 0;
   double focal_length_ = 0, wavelength_ = 1, outer_ = 0;
   Eigen::ArrayXd square_, path_, departure_;  // 1 - c; phase of the mirror itself [rad]
 };
 
 /// What is made once for all pupils of a size: the transform to the focal plane, and how far its samples lie
-/// from the axis.
-struct FocalGrid {
-  explicit FocalGrid(int samples);
+/// from the axis. Safe from many threads.
+class FocalGrid {
+ public:
+  /// Light is tapered from `taper` of the field of view on.
+  FocalGrid(int samples, double taper);
+  ~FocalGrid();
   /// Samples a side, even, whose light has the pupil's autocorrelation at shears up to `end` [m].
   static int samples_for(const PupilCells& cells, double end);
+  /// What leaves the light of a phase with such a steepest slope [cycles/m].
+  static double taper_for(const PupilCells& cells, double steepest);
 
-  int side;
-  FourierTransform transform;
-  LagTable rings;  ///< of samples, as far as the taper goes
+  double taper() const { return taper_; }
+  double taper_end() const;
+  int side() const { return side_; }
+  const LagTable& rings() const { return rings_; }  ///< of samples, as far as the taper goes
+  /// J0(2 pi distance x), x the columns. One that is asked for again is remembered.
+  std::shared_ptr<const Eigen::MatrixXd> bessel(const Eigen::ArrayXd& x,
+                                                const Eigen::ArrayXd& distance) const;
+  /// Of each product p sum_k p[k] Re F_(last - k) F_k* over the samples of each ring: products x rings. F_i
+  /// is of the field of the cells with the phase [rad], times the i-th power of their square, up to
+  /// `powers_of_square`.
+  Eigen::ArrayXXd ring_sums(const PupilCells& cells, int powers_of_square, const Eigen::ArrayXd& phase,
+                            const std::vector<std::vector<double>>& products) const;
+
+ private:
+  /// Of one call; kept from one to the next, as fresh memory takes as long as the transforms.
+  struct Workspace;
+  std::unique_ptr<Workspace> workspace() const;
+  void columns_out(const PupilCells& cells, Workspace* work, std::vector<double>* kept) const;
+
+  int side_;
+  double taper_;
+  LagTable rings_;
+  std::vector<int> kept_;  // rows of samples within the taper
+  LinePlan<double> plan_;
+  std::vector<double> no_shift_;
+  mutable std::mutex mutex_;
+  mutable std::vector<std::unique_ptr<Workspace>> idle_;
+  mutable Eigen::ArrayXd last_x_, last_distance_;
+  mutable std::shared_ptr<const Eigen::MatrixXd> last_bessel_;
 };
 
 /// The light of a pupil over its distance from the axis, split by where in the pupil it comes from. Of two
@@ -65,20 +99,23 @@ struct PupilLight {
   /// ((u + v)/2)^i (u - v)^(2j).
   struct Product {
     int i, j;
-    std::vector<double> of_powers;  ///< k: of u^(i + 2j - k) v^k
   };
   static std::vector<Product> products(int degree);
+  /// Of a product: number k times u^(i + 2j - k) v^k.
+  static std::vector<double> of_powers(const Product& product);
 
   int degree = 0;
   double outer = 0;          ///< [m]
-  Eigen::ArrayXd distance;   ///< of the nodes, over lambda times the focal length [cycles/m]
-  Eigen::ArrayXXd light;     ///< nodes x products, tapered; all light 1
-  double edge = 0, end = 0;  ///< between them the taper falls from 1 to 0 [cycles/m]
+  double edge = 0, end = 0;  ///< distances between which a taper falls from 1 to 0 [cycles/m]
   Eigen::MatrixXd mean;      ///< of a^i b^j over the aperture
+  Eigen::ArrayXd within;     ///< of each product, summed over what the taper leaves
+  /// At shears x [m], ascending: rows of the products' sums over the light that the taper leaves, of
+  /// J0(2 pi distance x); all light 1.
+  std::function<Eigen::ArrayXXd(const Eigen::ArrayXd& x)> sums;
 
-  /// The same in all directions: of any field.
+  /// The same in all directions: of any field. `grid` must outlive it.
   static PupilLight of_cells(const PupilCells& cells, const FocalGrid& grid, int degree, double dz);
-  /// Of a round field, by its Hankel transform: far out of focus, where cells would be too many.
+  /// Of a round field, by Hankel transforms: far out of focus, where cells would be too many.
   static PupilLight of_rings(const PupilField& field, int degree, double dz);
 };
 
@@ -91,23 +128,19 @@ struct PupilLight {
 class LightMoments {
  public:
   LightMoments(PupilLight light, const MomentBasis& basis);
-  /// At shears x [m]: rows of moments at the basis' nodes, i major.
+  /// At shears x [m], ascending: rows of moments at the basis' nodes, i major.
   Eigen::ArrayXXd operator()(const Eigen::ArrayXd& x) const;
-  /// Of the whole aperture.
-  Eigen::ArrayXd whole() const;
+  /// Of the whole aperture, from means of a^i b^j.
+  static Eigen::ArrayXd whole(const Eigen::MatrixXd& mean, const MomentBasis& basis);
   /// Shear that panels of kPanelNodes resolve [m].
   double resolved() const;
 
  private:
-  Eigen::MatrixXd chebyshev(const Eigen::MatrixXd& monomials) const;
   Eigen::MatrixXd monomials(const Eigen::ArrayXd& sums, double shear2) const;
 
   PupilLight light_;
   const MomentBasis& basis_;
   std::vector<PupilLight::Product> products_;
-  Eigen::MatrixXd shifted_;      // (p, i): of t^i in T_p(2t - 1)
-  double missing_ = 0;           // share of the light beyond the taper
-  Eigen::ArrayXd tail_, share_;  // distances beyond it [cycles/m], and shares of what is missing
 };
 
 }  // namespace aberfit::internal

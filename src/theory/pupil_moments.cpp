@@ -26,11 +26,11 @@ constexpr double kRoundingOfDisc = 1e-14;  // of a sum over the points of a disc
 constexpr double kMostTurn = 1500;
 // Cells across a pupil: for its edges, and for each wave of the phase's steepest slope, over the diameter.
 constexpr int kFewestPupilCells = 256;
-constexpr double kCellsPerWave = 3;
+constexpr double kCellsPerWave = 4;
 constexpr double kStepOfCells = 1.19;  // from one number to the next, which planes share
 constexpr double kMostBytes = 2e9;     // of the transforms of one plane
 // Waves of the steepest slope over the diameter of a round pupil, at most: a second of its Hankel transform.
-constexpr double kMostWavesOfRings = 4000;
+constexpr double kMostWavesOfRings = 20000;
 constexpr std::size_t kMostKnown = 100;  // planes of a pupil
 constexpr double kEndsPerOctave = 4;
 
@@ -92,7 +92,7 @@ struct PupilMoments::Known {
   std::map<std::pair<double, double>, std::shared_ptr<const MomentPanels>> panels;  // by dz and end
   std::mutex grids;
   std::map<int, std::unique_ptr<const PupilCells>> cells;
-  std::map<int, std::unique_ptr<const FocalGrid>> focal;
+  std::map<std::pair<int, double>, std::unique_ptr<const FocalGrid>> focal;  // by samples and taper
 };
 
 PupilMoments::PupilMoments(PupilField field, int halvings)
@@ -117,7 +117,8 @@ PupilMoments::PupilMoments(PupilField field, int halvings)
       fall_.push_back(-std::log(apart.q1 * apart.q2 / (q * q)) * per_f2 / (far * far));
     }
   }
-  whole_ = is_round() ? PupilOverlap(field_, 0, basis_)(0) : by_light(0, cutoff()).whole();
+  whole_ = is_round() ? PupilOverlap(field_, 0, basis_)(0)
+                      : LightMoments::whole(cells_for(0, cutoff()).mean(degree_), basis_);
 }
 
 PupilMoments::~PupilMoments() = default;
@@ -161,14 +162,14 @@ const PupilCells& PupilMoments::cells_for(double dz, double end) const {
     if (!cells) cells = std::make_unique<const PupilCells>(field_, number);
     return *cells;
   };
-  const double waves = of(kFewestPupilCells).steepest(dz);
+  const double waves = of(kFewestPupilCells).steepest(dz) * cutoff();
   // Cells and the longest shear, as samples a side of the field and its products with powers of u.
   const double samples = std::sqrt(kMostBytes / (sizeof(std::complex<double>) * (2 * degree_ + 1)));
   const double most = (samples / (kStepOfCells * (1 + end / cutoff())) - kFewestPupilCells) / kCellsPerWave;
   if (waves > most) refuse(waves, most, dz);
   int number = kFewestPupilCells;
-  while (number < kFewestPupilCells + kCellsPerWave * waves)
-    number = 2 * int(std::ceil(0.5 * kStepOfCells * number));
+  do number = 2 * int(std::ceil(0.5 * kStepOfCells * number));
+  while (number < kFewestPupilCells + kCellsPerWave * waves);
   return of(number);
 }
 
@@ -180,11 +181,12 @@ LightMoments PupilMoments::by_light(double dz, double end) const {
   }
   const PupilCells& cells = cells_for(dz, end);
   const int samples = FocalGrid::samples_for(cells, end);
+  const double taper = FocalGrid::taper_for(cells, cells.steepest(dz));
   const FocalGrid* grid = nullptr;
   {
     const std::lock_guard lock(known_->grids);
-    std::unique_ptr<const FocalGrid>& one = known_->focal[samples];
-    if (!one) one = std::make_unique<const FocalGrid>(samples);
+    std::unique_ptr<const FocalGrid>& one = known_->focal[{samples, taper}];
+    if (!one) one = std::make_unique<const FocalGrid>(samples, taper);
     grid = one.get();
   }
   return {PupilLight::of_cells(cells, *grid, degree_, dz), basis_};
@@ -208,11 +210,13 @@ MomentPanels PupilMoments::make(double dz, double end) const {
   const LightMoments moments = by_light(dz, end * cutoff());
   const int count = (1 << halvings_) * std::max(1, int(std::ceil(end * cutoff() / moments.resolved())));
   MomentPanels made;
+  Eigen::ArrayXd x(kPanelNodes * count);
   for (int k = 0; k < count; ++k) {
-    MomentPanel panel{end * k / count, end * (k + 1) / count, {}};
-    panel.value = moments(cutoff() * TransferPanel{panel.a, panel.b}.nodes());
-    made.push_back(std::move(panel));
+    made.push_back({end * k / count, end * (k + 1) / count, {}});
+    x.segment(kPanelNodes * k, kPanelNodes) = cutoff() * TransferPanel{made.back().a, made.back().b}.nodes();
   }
+  const Eigen::ArrayXXd all = moments(x);
+  for (int k = 0; k < count; ++k) made[std::size_t(k)].value = all.middleRows(kPanelNodes * k, kPanelNodes);
   return made;
 }
 

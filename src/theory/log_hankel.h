@@ -1,0 +1,39 @@
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+#include <memory>
+
+#include "aberfit/roughness/fourier_transform.h"
+
+namespace aberfit::internal {
+
+/// Hankel transform of order 0 between points that lie evenly in the logarithm, where it is a convolution
+/// (A. Talman, J. Comput. Phys. 29 (1978) 35; A. Hamilton, MNRAS 312 (2000) 257):
+///   y_m = y F(y), y F(y) = 2 pi int x f(x) J0(2 pi x y) y dx, from values x_k f(x_k).
+/// 2 pi x y is small enough everywhere that a step of the logarithm turns J0 by less than 2.
+class LogHankel {
+ public:
+  /// Points of x from `low` to `high`, both of them points, and of y from about `low_y` to `high_y`; `turn`:
+  /// of J0 over the last step, where x = high and y = high_y, at most [rad].
+  LogHankel(double low, double high, double low_y, double high_y, double turn);
+
+  double step() const { return step_; }  ///< of ln x and ln y
+  Eigen::Index size() const { return kernel_.size(); }
+  /// Points that end in `high` and `high_y`; what lies beyond in size() is room for what J0 carries around.
+  Eigen::Index count_x() const { return count_x_; }
+  Eigen::Index count_y() const { return count_y_; }
+  Eigen::ArrayXd x() const { return points(high_, count_x_); }
+  Eigen::ArrayXd y() const { return points(high_y_, count_y_); }
+  /// In place: x f(x) at count_x() points, then y F(y) at count_y().
+  void operator()(Eigen::ArrayXcd* values) const;
+
+ private:
+  Eigen::ArrayXd points(double high, Eigen::Index count) const;
+
+  double high_, high_y_, step_ = 0;
+  Eigen::Index count_x_ = 0, count_y_ = 0;
+  Eigen::ArrayXcd kernel_;  // of each frequency
+  std::unique_ptr<FourierTransform> transform_;
+};
+
+}  // namespace aberfit::internal
