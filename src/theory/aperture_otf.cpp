@@ -15,7 +15,9 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr int kCells = 256;
+// As of PupilMoments.
+constexpr int kFewestCells = 256, kMostCells = 4096;
+constexpr double kCellsPerSlenderness = 16;
 
 // Area that two discs have in common.
 double lens(double one, double two, double distance) {
@@ -39,7 +41,10 @@ double longest_distance(const std::vector<std::array<double, 2>>& points) {
 }
 
 PanelFunction transfer_of_light(const Aperture& aperture, double cutoff) {
-  const PupilCells cells(aperture, kCells);
+  const double slender = kCellsPerSlenderness * slenderness(aperture);
+  if (slender > kMostCells)
+    throw ComputationError("the aperture is too slender for its light; check the aperture, its smaller side");
+  const PupilCells cells(aperture, std::max(kFewestCells, int(slender)));
   const FocalGrid grid(FocalGrid::samples_for(cells, cutoff), FocalGrid::taper_for(cells, 0));
   const MomentBasis basis(1);
   const LightMoments moments(PupilLight::of_cells(cells, grid, 0, 0), basis);

@@ -30,7 +30,7 @@ constexpr int kNodesBeyond = 64;  // on 11 cycles at most
 // The same beyond which the light tells b: of its power j at j times as much.
 constexpr double kSeenApart = 2;
 // Cycles of the outermost light that the 24 nodes of a panel resolve.
-constexpr double kCyclesOfLightPanel = 4;
+constexpr double kCyclesOfLightPanel = 3.5;
 // Shortest radius, distance and shear of rings, over the outer radius, one over the longest shear, and one
 // over the longest distance: what lies nearer is a millionth.
 constexpr double kNear = 1e-3;
@@ -118,6 +118,19 @@ Eigen::MatrixXd mean_of_aperture(const Eigen::ArrayXd& square, Eigen::ArrayXd we
 
 }  // namespace
 
+double slenderness(const Aperture& aperture) {
+  double edges = 0;
+  for (const Outline& outline : aperture_outlines(aperture))
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      const auto &a = outline[i], &b = outline[(i + 1) % outline.size()];
+      edges += std::hypot(b[0] - a[0], b[1] - a[1]);
+    }
+  if (const auto* circle = std::get_if<CircleAperture>(&aperture)) edges = pi * circle->diameter;
+  if (const auto* annulus = std::get_if<AnnulusAperture>(&aperture))
+    edges = pi * (annulus->diameter + annulus->inner_diameter);
+  return edges * 2 * aperture_radius(aperture) / aperture_area(aperture);
+}
+
 PupilCells::PupilCells(const PupilField& field, int cells)
     : PupilCells(field.aperture(), field.focal_length(), field.outer(), cells) {
   wavelength_ = field.wavelength();
@@ -176,29 +189,27 @@ double PupilCells::steepest(double dz) const {
   return most / (2 * pi * pitch());
 }
 
-FocalGrid::FocalGrid(int samples, double taper)
-    : side_(samples),
+FocalGrid::FocalGrid(const Samples& samples, double taper)
+    : samples_(samples),
       taper_(taper),
-      rings_(samples / 2 + 1, samples / 2 + 1, 1, 1, 0.5 * taper_end() * samples),
-      plan_(samples),
-      no_shift_(line_phases<double>(samples, 0, 1)) {
-  for (int row = 0; row < side_; ++row)
-    if (rings_.columns_within(std::min(row, side_ - row)) > 0) kept_.push_back(row);
+      rings_(samples.y / 2 + 1, samples.x / 2 + 1, double(finest()) / samples.x, double(finest()) / samples.y,
+             0.5 * taper_end() * finest()),
+      along_x_(samples.x),
+      along_y_(samples.y),
+      no_shift_(line_phases<double>(finest(), 0, 1)) {
+  for (int row = 0; row < samples_.y; ++row)
+    if (rings_.columns_within(std::min(row, samples_.y - row)) > 0) kept_.push_back(row);
 }
 
-int FocalGrid::samples_for(const PupilCells& cells, double end) {
-  int samples = int(std::max(cells.columns(), cells.rows())) + int(std::ceil(end / cells.pitch())) + 1;
-  do samples = int(smooth_from(samples + 1));
-  while (samples % 2 != 0);
-  return samples;
+FocalGrid::Samples FocalGrid::samples_for(const PupilCells& cells, double end) {
+  const auto along = [&](Eigen::Index side) {
+    int samples = int(side) + std::min(int(side), int(std::ceil(end / cells.pitch()))) + 1;
+    do samples = int(smooth_from(samples + 1));
+    while (samples % 2 != 0);
+    return samples;
+  };
+  return {along(cells.columns()), along(cells.rows())};
 }
-
-struct FocalGrid::Workspace {
-  std::vector<double> bundles, line, work;
-  std::vector<std::vector<double>> half_way;  // of each field, transformed along columns
-  std::vector<Eigen::ArrayXd> field;          // eight rows of each
-  Eigen::ArrayXXd both, other, values;
-};
 
 FocalGrid::~FocalGrid() = default;
 
@@ -223,7 +234,7 @@ void FocalGrid::columns_out(const PupilCells& cells, Workspace* work, std::vecto
   const std::size_t rows = std::size_t(cells.rows()), blocks = work->bundles.size() / (rows * kBundle);
   kept->resize(kept_.size() * blocks * kBundle);
   for (std::size_t block = 0; block < blocks; ++block) {
-    kernels.columns_out(plan_.steps(), no_shift_.data(), 1, work->bundles.data() + block * rows * kBundle,
+    kernels.columns_out(along_y_.steps(), no_shift_.data(), 1, work->bundles.data() + block * rows * kBundle,
                         kBundle, int(rows), work->line.data(), kBundle, work->work.data());
     for (std::size_t k = 0; k < kept_.size(); ++k)
       std::copy_n(work->line.data() + std::size_t(kept_[k]) * kBundle, kBundle,
@@ -241,8 +252,8 @@ Eigen::ArrayXXd FocalGrid::ring_sums(const PupilCells& cells, int powers_of_squa
   const std::size_t rows = std::size_t(cells.rows()),
                     blocks = (std::size_t(cells.columns()) + kLines - 1) / kLines;
   bundles.assign(blocks * rows * kBundle, 0.0);
-  line.resize(std::size_t(side_) * kBundle);
-  work.resize(kBundle * (3 * std::size_t(side_) + 24));
+  line.resize(std::size_t(samples_.y) * kBundle);
+  work.resize(kBundle * (3 * std::size_t(finest()) + 24));
   half_way.resize(std::size_t(powers_of_square) + 1);
   Eigen::ArrayXd sine(n), cosine(n);
   sin_cos(phase.data(), int(n), sine.data(), cosine.data());
@@ -265,7 +276,7 @@ Eigen::ArrayXXd FocalGrid::ring_sums(const PupilCells& cells, int powers_of_squa
   Eigen::ArrayXXd sums = Eigen::ArrayXXd::Zero(count, rings_.lengths());
   const Eigen::Index most = rings_.columns_within(0);
   field.resize(half_way.size());
-  for (Eigen::ArrayXd& one : field) one.resize(Eigen::Index(side_) * kBundle);
+  for (Eigen::ArrayXd& one : field) one.resize(Eigen::Index(samples_.x) * kBundle);
   both.resize(kLines, most);
   other.resize(kLines, most);
   values.resize(count, kLines * most);
@@ -274,7 +285,7 @@ Eigen::ArrayXXd FocalGrid::ring_sums(const PupilCells& cells, int powers_of_squa
     for (std::size_t i = 0; i < field.size(); ++i) {
       for (std::size_t l = 0; l < kLines && first + l < kept_.size(); ++l)
         lines[l] = half_way[i].data() + (first + l) * blocks * kBundle;
-      kernels.rows_out(plan_.steps(), 1, no_shift_.data(), lines, int(cells.columns()), field[i].data(),
+      kernels.rows_out(along_x_.steps(), 1, no_shift_.data(), lines, int(cells.columns()), field[i].data(),
                        work.data());
     }
     // Samples c and -c, of eight rows side by side.
@@ -291,14 +302,14 @@ Eigen::ArrayXXd FocalGrid::ring_sums(const PupilCells& cells, int powers_of_squa
         const double weight = last == k ? powers[k] : powers[k] + powers[last];
         if (weight == 0) continue;
         both += weight * (at(last, 0, 0) * at(k, 0, 0) + at(last, 0, kLines) * at(k, 0, kLines));
-        const Eigen::Index from = side_ - most;
+        const Eigen::Index from = samples_.x - most;
         other += weight * (at(last, from, 0) * at(k, from, 0) + at(last, from, kLines) * at(k, from, kLines));
       }
       for (Eigen::Index c = 1; c < most; ++c) both.col(c) += other.col(most - c);
       values.row(p) = both.reshaped().transpose();
     }
     for (std::size_t l = 0; l < kLines && first + l < kept_.size(); ++l) {
-      const int from_axis = std::min(kept_[first + l], side_ - kept_[first + l]);
+      const int from_axis = std::min(kept_[first + l], samples_.y - kept_[first + l]);
       const std::uint32_t* const ring = rings_.length_of(from_axis);
       for (Eigen::Index c = 0; c < rings_.columns_within(from_axis); ++c)
         sums.col(ring[c]) += values.col(c * kLines + Eigen::Index(l));
@@ -362,12 +373,12 @@ PupilLight PupilLight::of_cells(const PupilCells& cells, const FocalGrid& grid, 
   result.edge = 0.5 * grid.taper() / cells.pitch();
   result.end = 0.5 * grid.taper_end() / cells.pitch();
   const Eigen::Index nodes = grid.rings().nodes();
-  const double side = grid.side(), step = 1 / (LagTable::kNodesPerLag * side * cells.pitch());
+  const double step = 1 / (LagTable::kNodesPerLag * grid.finest() * cells.pitch());
   const Eigen::ArrayXd distance = step * Eigen::ArrayXd::LinSpaced(nodes, 0.0, double(nodes - 1));
   const Eigen::ArrayXd left = distance.unaryExpr([&](double d) { return taper(d, result.edge, result.end); });
   Eigen::MatrixXd light(nodes, sums.rows());
   for (Eigen::Index l = 0; l < sums.rows(); ++l)
-    light.col(l) = left * grid.rings().to_nodes(sums.row(l).transpose()) / (side * side * pupil.total);
+    light.col(l) = left * grid.rings().to_nodes(sums.row(l).transpose()) / (grid.count() * pupil.total);
   result.within = light.colwise().sum().transpose().array();
   result.sums = [light, distance, &grid](const Eigen::ArrayXd& x) -> Eigen::ArrayXXd {
     const std::shared_ptr<const Eigen::MatrixXd> bessel = grid.bessel(x, distance);

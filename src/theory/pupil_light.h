@@ -1,17 +1,22 @@
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
+#include <compare>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <vector>
 
-#include "../waves/diffraction_lags.h"
 #include "aberfit/roughness/line_kernel.h"
 #include "aberfit/waves/diffraction_psf.h"
+#include "aberfit/waves/lag_table.h"
 #include "moment_basis.h"
 #include "pupil_field.h"
 
 namespace aberfit::internal {
+
+/// Length of the edges of an aperture times its largest diameter over its area: 4 of a circle.
+double slenderness(const Aperture& aperture);
 
 /// The field of a pupil on cells, in any plane.
 class PupilCells {
@@ -50,18 +55,24 @@ class PupilCells {
 /// from the axis. Safe from many threads.
 class FocalGrid {
  public:
+  /// Samples along x and y, even.
+  struct Samples {
+    int x, y;
+    auto operator<=>(const Samples&) const = default;
+  };
   /// Light is tapered from `taper` of the field of view on.
-  FocalGrid(int samples, double taper);
+  FocalGrid(const Samples& samples, double taper);
   ~FocalGrid();
-  /// Samples a side, even, whose light has the pupil's autocorrelation at shears up to `end` [m].
-  static int samples_for(const PupilCells& cells, double end);
+  /// Those whose light has the pupil's autocorrelation at shears up to `end` [m].
+  static Samples samples_for(const PupilCells& cells, double end);
   /// What leaves the light of a phase with such a steepest slope [cycles/m].
   static double taper_for(const PupilCells& cells, double steepest);
 
   double taper() const { return taper_; }
   double taper_end() const;
-  int side() const { return side_; }
-  const LagTable& rings() const { return rings_; }  ///< of samples, as far as the taper goes
+  double count() const { return double(samples_.x) * samples_.y; }
+  int finest() const { return std::max(samples_.x, samples_.y); }  ///< of its steps rings are told in
+  const LagTable& rings() const { return rings_; }                 ///< of samples, as far as the taper goes
   /// J0(2 pi distance x), x the columns. One that is asked for again is remembered.
   std::shared_ptr<const Eigen::MatrixXd> bessel(const Eigen::ArrayXd& x,
                                                 const Eigen::ArrayXd& distance) const;
@@ -77,11 +88,11 @@ class FocalGrid {
   std::unique_ptr<Workspace> workspace() const;
   void columns_out(const PupilCells& cells, Workspace* work, std::vector<double>* kept) const;
 
-  int side_;
+  Samples samples_;
   double taper_;
   LagTable rings_;
   std::vector<int> kept_;  // rows of samples within the taper
-  LinePlan<double> plan_;
+  LinePlan<double> along_x_, along_y_;
   std::vector<double> no_shift_;
   mutable std::mutex mutex_;
   mutable std::vector<std::unique_ptr<Workspace>> idle_;

@@ -29,6 +29,9 @@ constexpr int kFewestPupilCells = 256;
 constexpr double kCellsPerWave = 4;
 constexpr double kStepOfCells = 1.19;  // from one number to the next, which planes share
 constexpr double kMostBytes = 2e9;     // of the transforms of one plane
+constexpr double kKeptOfTransform = 0.35;
+// For an aperture whose edges are long: a fiftieth of its light is beyond the taper of so many.
+constexpr double kCellsPerSlenderness = 16;
 // Waves of the steepest slope over the diameter of a round pupil, at most: a second of its Hankel transform.
 constexpr double kMostWavesOfRings = 20000;
 constexpr std::size_t kMostKnown = 100;  // planes of a pupil
@@ -85,6 +88,13 @@ struct PairOfAngles {
       most, dz == 0 ? "" : "ask for planes nearer to the focus, "));
 }
 
+[[noreturn]] void refuse_slender(const Aperture& aperture) {
+  throw ComputationError(fmt::format(
+      "the aperture has {:.0f} times the edge that a circle of its size and area would have, too slender for "
+      "the mean spot in light; check the aperture, its smaller side",
+      slenderness(aperture) / 4));
+}
+
 }  // namespace
 
 struct PupilMoments::Known {
@@ -92,7 +102,8 @@ struct PupilMoments::Known {
   std::map<std::pair<double, double>, std::shared_ptr<const MomentPanels>> panels;  // by dz and end
   std::mutex grids;
   std::map<int, std::unique_ptr<const PupilCells>> cells;
-  std::map<std::pair<int, double>, std::unique_ptr<const FocalGrid>> focal;  // by samples and taper
+  std::map<std::pair<FocalGrid::Samples, double>, std::unique_ptr<const FocalGrid>>
+      focal;  // by samples and taper
 };
 
 PupilMoments::PupilMoments(PupilField field, int halvings)
@@ -162,14 +173,20 @@ const PupilCells& PupilMoments::cells_for(double dz, double end) const {
     if (!cells) cells = std::make_unique<const PupilCells>(field_, number);
     return *cells;
   };
-  const double waves = of(kFewestPupilCells).steepest(dz) * cutoff();
-  // Cells and the longest shear, as samples a side of the field and its products with powers of u.
-  const double samples = std::sqrt(kMostBytes / (sizeof(std::complex<double>) * (2 * degree_ + 1)));
-  const double most = (samples / (kStepOfCells * (1 + end / cutoff())) - kFewestPupilCells) / kCellsPerWave;
-  if (waves > most) refuse(waves, most, dz);
-  int number = kFewestPupilCells;
+  // As many as the transforms of the field and its products with powers of u have room for.
+  const ApertureBox box = bounding_box(field_.aperture());
+  const double filled =
+      (box.x1 - box.x0) * (box.y1 - box.y0) / std::pow(2 * aperture_radius(field_.aperture()), 2);
+  const double per_cell = kKeptOfTransform * sizeof(std::complex<double>) * (2 * degree_ + 1) * filled;
+  const double most = std::sqrt(kMostBytes / per_cell) / (kStepOfCells * (1 + end / cutoff()));
+  const double slender = kCellsPerSlenderness * slenderness(field_.aperture());
+  if (slender > most) refuse_slender(field_.aperture());
+  const int fewest = std::max(kFewestPupilCells, 2 * int(0.5 * slender));
+  const double waves = of(fewest).steepest(dz) * cutoff(), most_waves = (most - fewest) / kCellsPerWave;
+  if (waves > most_waves) refuse(waves, most_waves, dz);
+  int number = fewest;
   do number = 2 * int(std::ceil(0.5 * kStepOfCells * number));
-  while (number < kFewestPupilCells + kCellsPerWave * waves);
+  while (number < fewest + kCellsPerWave * waves);
   return of(number);
 }
 
@@ -180,7 +197,7 @@ LightMoments PupilMoments::by_light(double dz, double end) const {
     return {PupilLight::of_rings(field_, degree_, dz), basis_};
   }
   const PupilCells& cells = cells_for(dz, end);
-  const int samples = FocalGrid::samples_for(cells, end);
+  const FocalGrid::Samples samples = FocalGrid::samples_for(cells, end);
   const double taper = FocalGrid::taper_for(cells, cells.steepest(dz));
   const FocalGrid* grid = nullptr;
   {

@@ -6,7 +6,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/roughness/bessel.h"
-#include "diffraction_lags.h"
+#include "aberfit/waves/lag_table.h"
 
 namespace aberfit::internal {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "aberfit/waves/diffraction_psf.h"
-#include "diffraction_lags.h"
+#include "aberfit/waves/lag_table.h"
 #include "diffraction_otf.h"
 #include "diffraction_transform.h"
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace aberfit::internal {
+namespace aberfit {
 
 /// Lags (column, row), both at least 0, of a pupil grid by their lengths, counted in the smaller pitch. Many
 /// share one: of square cells a quarter of the lags have a length of their own. Each length is shared out to
@@ -41,4 +41,4 @@ class LagTable {
   std::vector<double> weights_;      // ten per length
 };
 
-}  // namespace aberfit::internal
+}  // namespace aberfit

@@ -1,10 +1,10 @@
-#include "diffraction_lags.h"
+#include "aberfit/waves/lag_table.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-namespace aberfit::internal {
+namespace aberfit {
 namespace {
 
 // Lagrange's weights of ten equidistant nodes 0 .. 9 at t.
@@ -87,4 +87,4 @@ Eigen::ArrayXd LagTable::at_lengths(const Eigen::ArrayXd& g) const {
   return values;
 }
 
-}  // namespace aberfit::internal
+}  // namespace aberfit
