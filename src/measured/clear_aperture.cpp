@@ -151,7 +151,8 @@ std::string ClearRegion::text() const {
                                                                    length(r.height))
                                                      : "interval of " + length(r.width);
                                },
-                               [](const PolygonAperture&) { return std::string("polygon"); }},
+                               [](const PolygonAperture&) { return std::string("polygon"); },
+                               [](const SegmentedAperture&) { return std::string("segments"); }},
                     *aperture) +
          (std::holds_alternative<RectangleAperture>(*aperture) &&
                   std::get<RectangleAperture>(*aperture).height == 0
@@ -171,11 +172,11 @@ std::vector<std::vector<std::array<double, 2>>> ClearRegion::outlines() const {
   if (const auto* round = std::get_if<CircleAperture>(&*aperture)) circle(round->diameter);
   if (const auto* ring = std::get_if<AnnulusAperture>(&*aperture))
     circle(ring->diameter), circle(ring->inner_diameter);
-  std::vector<std::array<double, 2>> corners = aperture_corners(*aperture);
-  if (corners.empty()) return lines;
-  corners.push_back(corners.front());
-  for (auto& [cx, cy] : corners) cx += x, cy += y;
-  lines.push_back(std::move(corners));
+  for (Outline corners : aperture_outlines(*aperture)) {
+    corners.push_back(corners.front());
+    for (auto& [cx, cy] : corners) cx += x, cy += y;
+    lines.push_back(std::move(corners));
+  }
   return lines;
 }
 

@@ -33,6 +33,11 @@ Aperture stopped(const Aperture& aperture, double stop) {
                  [&](PolygonAperture a) -> Aperture {
                    for (auto& corner : a.vertices) corner[0] *= stop, corner[1] *= stop;
                    return a;
+                 },
+                 [&](SegmentedAperture a) -> Aperture {
+                   for (Outline& outline : a.outlines)
+                     for (auto& corner : outline) corner[0] *= stop, corner[1] *= stop;
+                   return a;
                  }},
       aperture);
 }

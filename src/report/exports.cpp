@@ -43,20 +43,8 @@ struct Square {
 };
 
 Square bounding_square(const Aperture& aperture) {
-  if (const auto* rectangle = std::get_if<RectangleAperture>(&aperture))
-    return {0, 0, std::max(rectangle->width, rectangle->height)};
-  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture)) {
-    const auto& v = polygon->vertices;
-    const auto span = [&](std::size_t axis) {
-      const auto [low, high] = std::minmax_element(
-          v.begin(), v.end(), [axis](const auto& a, const auto& b) { return a[axis] < b[axis]; });
-      return std::pair((*low)[axis], (*high)[axis]);
-    };
-    const auto [x_low, x_high] = span(0);
-    const auto [y_low, y_high] = span(1);
-    return {0.5 * (x_low + x_high), 0.5 * (y_low + y_high), std::max(x_high - x_low, y_high - y_low)};
-  }
-  return {0, 0, 2 * aperture_radius(aperture)};
+  const ApertureBox box = bounding_box(aperture);
+  return {0.5 * (box.x0 + box.x1), 0.5 * (box.y0 + box.y1), std::max(box.x1 - box.x0, box.y1 - box.y0)};
 }
 
 using Mask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -20,6 +20,12 @@ double signed_area(const std::vector<Point>& v) {
   return 0.5 * twice;
 }
 
+double signed_area(const std::vector<Outline>& outlines) {
+  double sum = 0;
+  for (const Outline& outline : outlines) sum += signed_area(outline);
+  return sum;
+}
+
 double distance_to_segment(const Point& p, const Point& a, const Point& b) {
   const double ex = b[0] - a[0], ey = b[1] - a[1], length2 = ex * ex + ey * ey;
   double t = length2 > 0 ? ((p[0] - a[0]) * ex + (p[1] - a[1]) * ey) / length2 : 0.0;
@@ -27,15 +33,18 @@ double distance_to_segment(const Point& p, const Point& a, const Point& b) {
   return std::hypot(p[0] - a[0] - t * ex, p[1] - a[1] - t * ey);
 }
 
-bool polygon_contains(const std::vector<Point>& v, double x, double y, double margin) {
-  bool inside = false;
-  for (std::size_t i = 0; i < v.size(); ++i) {  // even-odd rule
-    const Point &a = v[i], &b = v[(i + 1) % v.size()];
-    if ((a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])) inside = !inside;
-  }
-  if (!inside || margin <= 0) return inside;
-  for (std::size_t i = 0; i < v.size(); ++i)
-    if (distance_to_segment({x, y}, v[i], v[(i + 1) % v.size()]) < margin) return false;
+bool is_inside(const std::vector<Outline>& outlines, double x, double y, double margin) {
+  int turns = 0;
+  for (const Outline& v : outlines)
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      const Point &a = v[i], &b = v[(i + 1) % v.size()];
+      if ((a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
+        turns += b[1] > a[1] ? 1 : -1;
+    }
+  if (turns == 0 || margin <= 0) return turns != 0;
+  for (const Outline& v : outlines)
+    for (std::size_t i = 0; i < v.size(); ++i)
+      if (distance_to_segment({x, y}, v[i], v[(i + 1) % v.size()]) < margin) return false;
   return true;
 }
 
@@ -55,9 +64,7 @@ struct HalfEdge {
   }
 };
 
-std::vector<HalfEdge> half_edges(const std::vector<Point>& v) {
-  std::vector<HalfEdge> result;
-  const double sense = signed_area(v) < 0 ? -1.0 : 1.0;
+void add_half_edges(const Outline& v, double sense, std::vector<HalfEdge>* result) {
   for (std::size_t i = 0; i < v.size(); ++i) {
     const Point &a = v[i], &b = v[(i + 1) % v.size()];
     const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
@@ -67,18 +74,19 @@ std::vector<HalfEdge> half_edges(const std::vector<Point>& v) {
     if (distance == 0) continue;  // the edge points at the axis: no triangle
     const double side = distance < 0 ? -sense : sense;
     const double from = a[0] * unit[0] + a[1] * unit[1], to = b[0] * unit[0] + b[1] * unit[1];
-    result.push_back({std::abs(distance), std::abs(to), to < 0 ? -side : side});
-    result.push_back({std::abs(distance), std::abs(from), from < 0 ? side : -side});
+    result->push_back({std::abs(distance), std::abs(to), to < 0 ? -side : side});
+    result->push_back({std::abs(distance), std::abs(from), from < 0 ? side : -side});
   }
-  return result;
 }
 
 // Density of rho^2 over a polygon is half the angle of the circle rho inside it. It has a square root's
 // branch point where the circle touches an edge and a kink where it passes a corner. So: Gauss-Legendre
 // between those radii, in the root of rho^2 from the branch point, on pieces not longer than a few times the
 // distance to the next branch point below.
-std::vector<RadialNode> polygon_nodes(const std::vector<Point>& vertices, int n) {
-  const std::vector<HalfEdge> edges = half_edges(vertices);
+std::vector<RadialNode> nodes_inside(const std::vector<Outline>& outlines, int n) {
+  const double area = signed_area(outlines);
+  std::vector<HalfEdge> edges;
+  for (const Outline& outline : outlines) add_half_edges(outline, area < 0 ? -1.0 : 1.0, &edges);
   std::vector<double> breaks{0.0}, branches{0.0};
   double largest = 0;
   for (const HalfEdge& e : edges) {
@@ -97,7 +105,6 @@ std::vector<RadialNode> polygon_nodes(const std::vector<Point>& vertices, int n)
   merge(breaks);
   merge(branches);
 
-  const double area = std::abs(signed_area(vertices));
   const Quadrature unit = gauss_legendre(n, 0.0, 1.0);
   std::vector<RadialNode> nodes;
   for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
@@ -116,7 +123,7 @@ std::vector<RadialNode> polygon_nodes(const std::vector<Point>& vertices, int n)
         for (const HalfEdge& e : edges) angle += e.angle(rho2);
         if (angle < 1e-13) continue;  // the circle runs outside; rounding of the signed sum
         const double width = (high - low) * unit.weights[k] * (at_branch ? 2.0 * t : 1.0);
-        nodes.push_back({std::sqrt(rho2), 0.5 * angle * width / area});
+        nodes.push_back({std::sqrt(rho2), 0.5 * angle * width / std::abs(area)});
       }
       low = high;
     }
@@ -132,10 +139,51 @@ std::vector<RadialNode> ring_nodes(double inner, double outer, int n) {
   return nodes;
 }
 
-double largest_distance(const std::vector<Point>& v) {
+double largest_distance(const std::vector<Outline>& outlines) {
   double radius = 0;
-  for (const Point& p : v) radius = std::max(radius, std::hypot(p[0], p[1]));
+  for (const Outline& outline : outlines)
+    for (const Point& p : outline) radius = std::max(radius, std::hypot(p[0], p[1]));
   return radius;
+}
+
+constexpr int kChords = 1440;
+
+Outline circle_outline(double diameter) {
+  Outline outline;
+  for (int k = 0; k < kChords; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kChords;
+    outline.push_back({0.5 * diameter * std::cos(angle), 0.5 * diameter * std::sin(angle)});
+  }
+  return outline;
+}
+
+// All outlines of any shape, counter-clockwise around what is clear.
+std::vector<Outline> straightened(const Aperture& aperture) {
+  if (const auto* circle = std::get_if<CircleAperture>(&aperture)) return {circle_outline(circle->diameter)};
+  if (const auto* annulus = std::get_if<AnnulusAperture>(&aperture)) {
+    std::vector<Outline> both{circle_outline(annulus->diameter), circle_outline(annulus->inner_diameter)};
+    std::reverse(both[1].begin(), both[1].end());
+    return both;
+  }
+  std::vector<Outline> outlines = aperture_outlines(aperture);
+  if (signed_area(outlines) < 0)
+    for (Outline& outline : outlines) std::reverse(outline.begin(), outline.end());
+  return outlines;
+}
+
+// What of an outline lies where distance . p <= limit (Sutherland and Hodgman 1974).
+Outline clipped(const Outline& outline, const Point& normal, double limit) {
+  Outline result;
+  const auto beyond = [&](const Point& p) { return normal[0] * p[0] + normal[1] * p[1] - limit; };
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Point &a = outline[i], &b = outline[(i + 1) % outline.size()];
+    const double at_a = beyond(a), at_b = beyond(b);
+    if (at_a <= 0) result.push_back(a);
+    if ((at_a <= 0) == (at_b <= 0)) continue;
+    const double part = at_a / (at_a - at_b);
+    result.push_back({a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])});
+  }
+  return result;
 }
 
 }  // namespace
@@ -144,7 +192,8 @@ double aperture_radius(const Aperture& aperture) {
   return std::visit(Overloaded{[](const CircleAperture& a) { return 0.5 * a.diameter; },
                                [](const AnnulusAperture& a) { return 0.5 * a.diameter; },
                                [](const RectangleAperture& a) { return 0.5 * std::hypot(a.width, a.height); },
-                               [](const PolygonAperture& a) { return largest_distance(a.vertices); }},
+                               [](const PolygonAperture& a) { return largest_distance({a.vertices}); },
+                               [](const SegmentedAperture& a) { return largest_distance(a.outlines); }},
                     aperture);
 }
 
@@ -156,26 +205,65 @@ double aperture_area(const Aperture& aperture) {
                                         (a.diameter + a.inner_diameter);
                                },
                                [](const RectangleAperture& a) { return a.width * a.height; },
-                               [](const PolygonAperture& a) { return std::abs(signed_area(a.vertices)); }},
+                               [](const PolygonAperture& a) { return std::abs(signed_area(a.vertices)); },
+                               [](const SegmentedAperture& a) { return std::abs(signed_area(a.outlines)); }},
                     aperture);
 }
 
 ApertureBox bounding_box(const Aperture& aperture) {
-  const std::vector<Point> corners = aperture_corners(aperture);
+  const std::vector<Outline> outlines = aperture_outlines(aperture);
   const double radius = aperture_radius(aperture);
-  if (corners.empty()) return {-radius, radius, -radius, radius};
+  if (outlines.empty()) return {-radius, radius, -radius, radius};
   ApertureBox box{HUGE_VAL, -HUGE_VAL, HUGE_VAL, -HUGE_VAL};
-  for (const auto& [x, y] : corners)
-    box = {std::min(box.x0, x), std::max(box.x1, x), std::min(box.y0, y), std::max(box.y1, y)};
+  for (const Outline& outline : outlines)
+    for (const auto& [x, y] : outline)
+      box = {std::min(box.x0, x), std::max(box.x1, x), std::min(box.y0, y), std::max(box.y1, y)};
   return box;
 }
 
-std::vector<Point> aperture_corners(const Aperture& aperture) {
-  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture)) return polygon->vertices;
+std::vector<Outline> aperture_outlines(const Aperture& aperture) {
+  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture)) return {polygon->vertices};
+  if (const auto* segmented = std::get_if<SegmentedAperture>(&aperture)) return segmented->outlines;
   const auto* rectangle = std::get_if<RectangleAperture>(&aperture);
   if (!rectangle) return {};
   const double x = 0.5 * rectangle->width, y = 0.5 * rectangle->height;
-  return {{x, -y}, {x, y}, {-x, y}, {-x, -y}};
+  return {{{x, -y}, {x, y}, {-x, y}, {-x, -y}}};
+}
+
+// The outlines of what the vane covers, taken the other way round: of holes and of what other vanes cover,
+// too, so that nothing is taken off twice.
+SegmentedAperture obstructed(const Aperture& aperture, const std::vector<Vane>& vanes) {
+  SegmentedAperture result{straightened(aperture), aperture_margin(aperture)};
+  for (const Vane& vane : vanes) {
+    const double c = std::cos(vane.angle), s = std::sin(vane.angle), half = 0.5 * vane.width;
+    std::vector<Outline> covered;
+    for (const Outline& outline : result.outlines) {
+      Outline part = clipped(outline, {-c, -s}, 0);
+      part = clipped(part, {-s, c}, vane.offset + half);
+      part = clipped(part, {s, -c}, half - vane.offset);
+      std::reverse(part.begin(), part.end());
+      if (part.size() > 2) covered.push_back(std::move(part));
+    }
+    result.outlines.insert(result.outlines.end(), covered.begin(), covered.end());
+  }
+  return result;
+}
+
+SegmentedAperture hexagonal_segments(int rings, double flat_to_flat, double gap, bool centre, double angle) {
+  SegmentedAperture result;
+  const double pitch = flat_to_flat + gap, corner = flat_to_flat / std::numbers::sqrt3;
+  for (int q = -rings; q <= rings; ++q)
+    for (int r = std::max(-rings, -q - rings); r <= std::min(rings, rings - q); ++r) {
+      if (q == 0 && r == 0 && !centre) continue;
+      const double x = 0.5 * std::numbers::sqrt3 * pitch * q, y = pitch * (r + 0.5 * q);
+      Outline& outline = result.outlines.emplace_back();
+      for (int k = 0; k < 6; ++k) {
+        const double turn = angle + k * std::numbers::pi / 3;
+        outline.push_back({x * std::cos(angle) - y * std::sin(angle) + corner * std::cos(turn),
+                           x * std::sin(angle) + y * std::cos(angle) + corner * std::sin(turn)});
+      }
+    }
+  return result;
 }
 
 bool aperture_contains(const Aperture& aperture, double x, double y, double margin) {
@@ -189,7 +277,8 @@ bool aperture_contains(const Aperture& aperture, double x, double y, double marg
                  [&](const RectangleAperture& a) {
                    return std::abs(x) <= 0.5 * a.width - margin && std::abs(y) <= 0.5 * a.height - margin;
                  },
-                 [&](const PolygonAperture& a) { return polygon_contains(a.vertices, x, y, margin); }},
+                 [&](const PolygonAperture& a) { return is_inside({a.vertices}, x, y, margin); },
+                 [&](const SegmentedAperture& a) { return is_inside(a.outlines, x, y, margin); }},
       aperture);
 }
 
@@ -207,7 +296,7 @@ std::vector<RadialNode> radial_quadrature(const Aperture& aperture, int n) {
                                [&](const AnnulusAperture& a) {
                                  return ring_nodes(0.5 * a.inner_diameter, 0.5 * a.diameter, n);
                                },
-                               [&](const auto&) { return polygon_nodes(aperture_corners(aperture), n); }},
+                               [&](const auto&) { return nodes_inside(aperture_outlines(aperture), n); }},
                     aperture);
 }
 

@@ -15,20 +15,21 @@ namespace {
 using Point = std::array<double, 2>;
 
 // Distance from `from` along (cos, sin) to the outermost edge; none where the ray meets no edge.
-std::optional<double> rim_distance(const Aperture& aperture, const std::vector<Point>& corners,
+std::optional<double> rim_distance(const Aperture& aperture, const std::vector<Outline>& outlines,
                                    const Point& from, double cosine, double sine) {
-  if (corners.empty()) return aperture_radius(aperture);
+  if (outlines.empty()) return aperture_radius(aperture);
   constexpr double kCorner = 1e-12;  // of an edge: a ray through a corner is not to slip between two
   std::optional<double> distance;
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Point &a = corners[i], &b = corners[(i + 1) % corners.size()];
-    const double ex = b[0] - a[0], ey = b[1] - a[1], ax = a[0] - from[0], ay = a[1] - from[1];
-    const double across = cosine * ey - sine * ex;
-    if (across == 0) continue;  // along the ray: its ends belong to other edges, too
-    const double along = (ax * ey - ay * ex) / across, part = (ax * sine - ay * cosine) / across;
-    if (along > 0 && part >= -kCorner && part <= 1 + kCorner)
-      distance = std::max(distance.value_or(0), along);
-  }
+  for (const Outline& corners : outlines)
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Point &a = corners[i], &b = corners[(i + 1) % corners.size()];
+      const double ex = b[0] - a[0], ey = b[1] - a[1], ax = a[0] - from[0], ay = a[1] - from[1];
+      const double across = cosine * ey - sine * ex;
+      if (across == 0) continue;  // along the ray: its ends belong to other edges, too
+      const double along = (ax * ey - ay * ex) / across, part = (ax * sine - ay * cosine) / across;
+      if (along > 0 && part >= -kCorner && part <= 1 + kCorner)
+        distance = std::max(distance.value_or(0), along);
+    }
   return distance;
 }
 
@@ -40,18 +41,16 @@ MirrorCharacterisation characterise(const Mirror& mirror, const Aperture& apertu
     return Eigen::Vector3d(x, y, base_surface(mirror, x, y).height);
   };
   MirrorCharacterisation result;
-  // Every shape but the polygon is centred on the axis.
-  const auto* polygon = std::get_if<PolygonAperture>(&aperture);
-  const Point centre = polygon ? internal::polygon_area(polygon->vertices).centroid : Point{0, 0};
+  const std::vector<Outline> outlines = aperture_outlines(aperture);
+  const Point centre = internal::area_of(outlines).centroid;
   result.vertex = on_mirror(0.0, 0.0);
   result.centroid = on_mirror(centre[0], centre[1]);
   result.rim.resize(3, directions);
-  const std::vector<Point> corners = aperture_corners(aperture);
   Eigen::Index points = 0;
   for (int i = 0; i < directions; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / directions;
     const double cosine = std::cos(angle), sine = std::sin(angle);
-    if (const auto distance = rim_distance(aperture, corners, centre, cosine, sine))
+    if (const auto distance = rim_distance(aperture, outlines, centre, cosine, sine))
       result.rim.col(points++) = on_mirror(centre[0] + *distance * cosine, centre[1] + *distance * sine);
   }
   result.rim.conservativeResize(3, points);

@@ -2,7 +2,7 @@
 
 namespace aberfit::internal {
 
-PolygonArea polygon_area(const std::vector<std::array<double, 2>>& vertices) {
+PolygonArea polygon_area(const Outline& vertices) {
   PolygonArea area;
   double x = 0, y = 0;
   const auto& origin = vertices.front();
@@ -16,6 +16,20 @@ PolygonArea polygon_area(const std::vector<std::array<double, 2>>& vertices) {
   }
   area.centroid = {origin[0] + x / (3 * area.twice_area), origin[1] + y / (3 * area.twice_area)};
   return area;
+}
+
+PolygonArea area_of(const std::vector<Outline>& outlines) {
+  PolygonArea all;
+  double x = 0, y = 0;
+  for (const Outline& outline : outlines) {
+    const PolygonArea one = polygon_area(outline);
+    if (one.twice_area == 0) continue;
+    all.twice_area += one.twice_area;
+    x += one.twice_area * one.centroid[0];
+    y += one.twice_area * one.centroid[1];
+  }
+  if (all.twice_area != 0) all.centroid = {x / all.twice_area, y / all.twice_area};
+  return all;
 }
 
 }  // namespace aberfit::internal

@@ -45,28 +45,37 @@ PupilSample tensor_product(double width, double height, int degree) {
   return pupil;
 }
 
-PupilSample fan(const std::vector<std::array<double, 2>>& vertices, int degree) {
-  const auto [twice_area, centre] = polygon_area(vertices);
+Eigen::Index edges_of(const std::vector<Outline>& outlines) {
+  std::size_t edges = 0;
+  for (const Outline& outline : outlines) edges += outline.size();
+  return Eigen::Index(edges);
+}
+
+// Triangles from the centroid of each outline to its edges, with the sign of their areas.
+PupilSample fan(const std::vector<Outline>& outlines, int degree) {
+  const double twice_area = area_of(outlines).twice_area;
   // The square's u runs from the centre to the edge and brings a factor u, hence one degree more.
   const Quadrature outwards = gauss_legendre((degree + 1) / 2 + 1, 0, 1),
                    along = gauss_legendre(degree / 2 + 1, 0, 1);
-  const Eigen::Index per_edge = outwards.nodes.size() * along.nodes.size();
   PupilSample pupil;
   pupil.layout = PupilLayout::kGrid;
   for (Eigen::ArrayXd* array : {&pupil.x, &pupil.y, &pupil.weight})
-    array->resize(per_edge * Eigen::Index(vertices.size()));
+    array->resize(outwards.nodes.size() * along.nodes.size() * edges_of(outlines));
   Eigen::Index k = 0;
-  for (std::size_t e = 0; e < vertices.size(); ++e) {
-    const auto &a = vertices[e], &b = vertices[(e + 1) % vertices.size()];
-    const double ax = a[0] - centre[0], ay = a[1] - centre[1], bx = b[0] - centre[0], by = b[1] - centre[1];
-    const double share = (ax * by - ay * bx) / twice_area;
-    for (Eigen::Index i = 0; i < outwards.nodes.size(); ++i)
-      for (Eigen::Index j = 0; j < along.nodes.size(); ++j, ++k) {
-        const double u = outwards.nodes[i], v = along.nodes[j];
-        pupil.x[k] = centre[0] + u * (ax + v * (bx - ax));
-        pupil.y[k] = centre[1] + u * (ay + v * (by - ay));
-        pupil.weight[k] = 2 * share * u * outwards.weights[i] * along.weights[j];
-      }
+  for (const Outline& vertices : outlines) {
+    const auto centre = polygon_area(vertices).centroid;
+    for (std::size_t e = 0; e < vertices.size(); ++e) {
+      const auto &a = vertices[e], &b = vertices[(e + 1) % vertices.size()];
+      const double ax = a[0] - centre[0], ay = a[1] - centre[1], bx = b[0] - centre[0], by = b[1] - centre[1];
+      const double share = (ax * by - ay * bx) / twice_area;
+      for (Eigen::Index i = 0; i < outwards.nodes.size(); ++i)
+        for (Eigen::Index j = 0; j < along.nodes.size(); ++j, ++k) {
+          const double u = outwards.nodes[i], v = along.nodes[j];
+          pupil.x[k] = centre[0] + u * (ax + v * (bx - ax));
+          pupil.y[k] = centre[1] + u * (ay + v * (by - ay));
+          pupil.weight[k] = 2 * share * u * outwards.weights[i] * along.weights[j];
+        }
+    }
   }
   return pupil;
 }
@@ -81,15 +90,15 @@ PupilSample quadrature_pupil(const Aperture& aperture, int degree) {
                    return rings_between(a.inner_diameter / 2, a.diameter / 2, degree);
                  },
                  [&](const RectangleAperture& a) { return tensor_product(a.width, a.height, degree); },
-                 [&](const PolygonAperture& a) { return fan(a.vertices, degree); }},
+                 [&](const auto&) { return fan(aperture_outlines(aperture), degree); }},
       aperture);
 }
 
 double quadrature_points(const Aperture& aperture, int degree) {
   const double along = degree / 2 + 1.0;
   if (std::holds_alternative<RectangleAperture>(aperture)) return along * along;
-  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture))
-    return double(polygon->vertices.size()) * along * along;
+  if (const Eigen::Index edges = edges_of(aperture_outlines(aperture)); edges > 0)
+    return double(edges) * along * along;
   return (degree / 4 + 1.0) * (degree + 1.0);
 }
 
@@ -105,7 +114,7 @@ std::optional<Aperture> without_margin(const Aperture& aperture) {
                  [](const RectangleAperture& a) -> std::optional<Aperture> {
                    return RectangleAperture{a.width - 2 * a.margin, a.height - 2 * a.margin, 0};
                  },
-                 [](const PolygonAperture&) -> std::optional<Aperture> { return std::nullopt; }},
+                 [](const auto&) -> std::optional<Aperture> { return std::nullopt; }},
       aperture);
 }
 

@@ -73,6 +73,8 @@ void describe_margin(Visitor& v, double& margin, double limit) {
           "less than " + format_quantity(limit, kLength));
 }
 
+constexpr double kLeastClear = 1e-6;  // of the area, of what obstructions leave
+
 void describe_diameter(Visitor& v, double& diameter) {
   v.quantity({"diameter", "outer diameter [m]", kRequired, "\"0.4 m\""}, diameter, kLength,
              Range::positive());
@@ -107,16 +109,83 @@ void describe(Visitor& v, PolygonAperture& a) {
   describe_margin(v, a.margin, std::numeric_limits<double>::infinity());
 }
 
-void describe_aperture(Visitor& v, Aperture& aperture) {
+struct Hexagons {
+  int rings = 1;
+  double flat_to_flat = 0, gap = 0, angle = 0;
+  bool centre = false;
+};
+
+void describe(Visitor& v, Hexagons& h) {
+  v.integer({"rings", "rings of hexagons about the axis", kRequired, "3"}, h.rings, 1, 30);
+  v.quantity({"flat_to_flat", "size of a hexagon [m]", kRequired, "\"1.3 m\""}, h.flat_to_flat, kLength,
+             Range::positive());
+  v.quantity({"gap", "between the edges of two hexagons [m]", kOptional, "\"3 mm\""}, h.gap, kLength,
+             Range::non_negative());
+  v.boolean({"centre", "whether there is one on the axis"}, h.centre);
+  v.quantity({"angle", "of a corner from the x axis [rad]", kOptional, "\"30 deg\""}, h.angle, kAngle,
+             Range::any());
+}
+
+void describe(Visitor& v, SegmentedAperture& a) {
+  std::optional<Hexagons> hexagons;
+  v.optional_object({"hexagons", "hexagons in rings; instead of polygons"}, hexagons, describe);
+  std::vector<Outline> polygons = v.reading() ? std::vector<Outline>{} : a.outlines;
+  v.list(
+      {"polygons", "one outline for each segment; instead of hexagons"}, polygons.size(), 0,
+      [&](std::size_t count) { polygons.resize(count); },
+      [&](Visitor& one, std::size_t i) {
+        one.points({"vertices", "corners [x, y] in order [m], either sense; edges must not cross", kRequired},
+                   polygons[i], 3);
+        const std::string problem = one.reading() ? polygon_problem(polygons[i]) : "";
+        one.check(problem.empty(), "vertices", problem, "a polygon with an area whose edges do not cross");
+      });
+  describe_margin(v, a.margin, std::numeric_limits<double>::infinity());
+  if (!v.reading()) return;
+  v.check(hexagons.has_value() == polygons.empty(), hexagons ? "polygons" : "hexagons",
+          hexagons ? "polygons beside hexagons" : "neither hexagons nor polygons",
+          "one of hexagons and polygons");
+  a.outlines = one_way_round(polygons);
+  if (hexagons)
+    a.outlines = hexagonal_segments(hexagons->rings, hexagons->flat_to_flat, hexagons->gap, hexagons->centre,
+                                    hexagons->angle)
+                     .outlines;
+  else
+    v.check(!overlap(a.outlines), "polygons", "polygons that overlap", "segments side by side");
+}
+
+void describe(Visitor& v, Vane& vane) {
+  v.quantity({"width", "of the strip [m]", kRequired, "\"25 mm\""}, vane.width, kLength, Range::positive());
+  v.quantity({"angle", "where it goes from the axis, from x to y [rad]", kRequired, "\"45 deg\""}, vane.angle,
+             kAngle, Range::any());
+  v.quantity({"offset", "of its middle line from the axis, to the left [m]", kOptional, "\"10 mm\""},
+             vane.offset, kLength, Range::any());
+}
+
+// A schema goes through all shapes: only what is read is kept.
+void describe_aperture(Visitor& v, Study& study) {
+  Aperture shape = study.spiders.empty() ? study.aperture : study.unobstructed;
+  std::vector<Vane> spiders = study.spiders;
   v.object({"aperture", "clear aperture, centred on the axis unless a polygon says otherwise", kRequired},
            nullptr, [&](Visitor& a) {
-             a.kind({"shape", "outline; the keys beside it belong to the shape", kRequired}, aperture,
+             a.kind({"shape", "outline; the keys beside it belong to the shape", kRequired}, shape,
                     {{"circle", CircleAperture{}},
                      {"annulus", AnnulusAperture{}},
                      {"rectangle", RectangleAperture{}},
-                     {"polygon", PolygonAperture{}}});
-             std::visit([&](auto& shape) { describe(a, shape); }, aperture);
+                     {"polygon", PolygonAperture{}},
+                     {"segments", SegmentedAperture{}}});
+             std::visit([&](auto& held) { describe(a, held); }, shape);
+             a.list(
+                 {"spiders", "vanes from the axis outwards, which cover a part of any shape"}, spiders.size(),
+                 0, [&](std::size_t count) { spiders.resize(count); },
+                 [&](Visitor& vane, std::size_t k) { describe(vane, spiders[k]); });
            });
+  if (!v.reading()) return;
+  study.spiders = spiders;
+  study.unobstructed = study.aperture = shape;
+  if (spiders.empty() || aperture_area(shape) == 0) return;
+  study.aperture = obstructed(shape, spiders);
+  v.check(aperture_area(study.aperture) > kLeastClear * aperture_area(shape), "aperture",
+          "spiders that cover the aperture", "vanes that leave a part of it clear");
 }
 
 void describe_light(Visitor& v, double& wavelength) {
@@ -270,13 +339,12 @@ void describe_study(Visitor& v, Study& study) {
   v.integer({"aberfit", "version of the study format", kRequired, "1"}, version, 1, 1);
   v.text({"title", "for people"}, study.title, true);
   describe_mirror(v, study.mirror);
-  const Aperture before = study.aperture;  // which a schema does not read but goes through
-  describe_aperture(v, study.aperture);
+  describe_aperture(v, study);
   describe_light(v, study.wavelength);
   describe_roughness(v, study.roughness);
   describe_target(v, study.target, study.map, study.mirror.focal_length);
   describe_terms(v, study.terms);
-  describe_trace(v, study.trace, v.reading() ? study.aperture : before);
+  describe_trace(v, study.trace, study.aperture);
   describe_fit(v, study.fit);
   v.object({"equivalence", "two one-sided tests"}, nullptr, [&](Visitor& e) {
     e.quantity({"margin", "largest relative difference that counts as equivalent", kOptional, "\"1 %\""},

@@ -34,7 +34,7 @@ void check_aperture(const Study& study) {
                     "disc Zernikes grow without bound",
                     format_quantity(radius, Dimension::kLength)));
   if (radius < domain) return;
-  static const char* const kSizes[] = {"diameter", "diameter", "", "vertices"};
+  static const char* const kSizes[] = {"diameter", "diameter", "", "vertices", ""};
   const std::string key = kSizes[study.aperture.index()];
   throw InputError(
       study.path, key.empty() ? "/aperture" : "/aperture/" + key,

@@ -326,6 +326,8 @@ Place place_of_aperture(const Aperture& aperture) {
   }
   if (std::holds_alternative<PolygonAperture>(aperture))
     place.name = "a size of", place.pointer = "/aperture/vertices";
+  if (std::holds_alternative<SegmentedAperture>(aperture))
+    place.name = "a size of", place.pointer = "/aperture";
   return place;
 }
 

@@ -33,8 +33,14 @@ double lens(double one, double two, double distance) {
   return segment(one, u) + segment(two, distance - u);
 }
 
-double longest_distance(const std::vector<std::array<double, 2>>& points) {
+// The largest of all distances between two corners, of few; the diameter about the axis, of many.
+double longest_distance(const Aperture& aperture) {
+  constexpr std::size_t kMany = 2000;
+  std::vector<std::array<double, 2>> points;
+  for (const Outline& outline : aperture_outlines(aperture))
+    points.insert(points.end(), outline.begin(), outline.end());
   double longest = 0;
+  if (points.size() > kMany) return 2 * aperture_radius(aperture);
   for (const auto& one : points)
     for (const auto& two : points) longest = std::max(longest, std::hypot(one[0] - two[0], one[1] - two[1]));
   return longest;
@@ -74,7 +80,7 @@ ApertureOtf::ApertureOtf(const Aperture& aperture) {
     height_ = rectangle->height;
     breakpoints_ = {width_, height_, std::hypot(width_, height_)};
   } else {
-    breakpoints_ = {longest_distance(aperture_corners(aperture))};
+    breakpoints_ = {longest_distance(aperture)};
   }
   std::sort(breakpoints_.begin(), breakpoints_.end());
   breakpoints_.erase(std::unique(breakpoints_.begin(), breakpoints_.end()), breakpoints_.end());

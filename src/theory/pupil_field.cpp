@@ -45,7 +45,7 @@ PupilField::PupilField(const Mirror& mirror, const Aperture& aperture, double wa
     const double rho = 0.5 * annulus->inner_diameter;
     inner_ = rho * conjugate(rho, focal_length_);
   }
-  is_round_ = aperture_corners(aperture).empty();
+  is_round_ = aperture_outlines(aperture).empty();
   if (!is_parabola_) {
     for (const double part : {0.31, 0.77, 1.0})
       for (const double angle : {0.4, 1.3, 2.9, 4.4}) {

@@ -80,7 +80,9 @@ struct CommonPart {
                      std::max(cell.y0, -0.5 * a.height), std::min(cell.y1, 0.5 * a.height)};
     return common.x1 > common.x0 && common.y1 > common.y0 ? box_moments(common) : AreaMoments{};
   }
-  AreaMoments operator()(const PolygonAperture&) const { return {}; }  // rasterised instead
+  // Rasterised instead.
+  AreaMoments operator()(const PolygonAperture&) const { return {}; }
+  AreaMoments operator()(const SegmentedAperture&) const { return {}; }
 };
 
 // Shares below this are rounding errors of the areas.
@@ -92,15 +94,15 @@ ClearPart clear_part(double share, double x, double y) {
   return {share, x, y};
 }
 
-PolygonAperture bent(const std::vector<Point>& corners, double focal_length, double chord) {
-  PolygonAperture result;
+Outline bent(const Outline& corners, double focal_length, double chord) {
+  Outline result;
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Point &a = corners[i], &b = corners[(i + 1) % corners.size()];
     const int chords = std::max(1, int(std::ceil(std::hypot(b[0] - a[0], b[1] - a[1]) / chord)));
     for (int k = 0; k < chords; ++k) {
       const double t = double(k) / chords, x = a[0] + t * (b[0] - a[0]), y = a[1] + t * (b[1] - a[1]);
       const double shrink = 1 / (1 + (x * x + y * y) / (4 * focal_length * focal_length));
-      result.vertices.push_back({x * shrink, y * shrink});
+      result.push_back({x * shrink, y * shrink});
     }
   }
   return result;
@@ -120,17 +122,17 @@ Aperture in_directions(const Aperture& aperture, double focal_length, double cho
   if (const auto* annulus = std::get_if<AnnulusAperture>(&aperture))
     return AnnulusAperture{2 * direction_of(0.5 * annulus->diameter, focal_length),
                            2 * direction_of(0.5 * annulus->inner_diameter, focal_length), 0};
-  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture))
-    return bent(polygon->vertices, focal_length, chord);
-  const auto& rectangle = std::get<RectangleAperture>(aperture);
-  const double x = 0.5 * rectangle.width, y = 0.5 * rectangle.height;
-  return bent({{-x, -y}, {x, -y}, {x, y}, {-x, y}}, focal_length, chord);
+  SegmentedAperture result;
+  for (const Outline& outline : aperture_outlines(aperture))
+    result.outlines.push_back(bent(outline, focal_length, chord));
+  return result;
 }
 
 ApertureCells::ApertureCells(const Aperture& aperture, const Eigen::ArrayXd& x, const Eigen::ArrayXd& y,
                              double pitch_x, double pitch_y)
     : aperture_(aperture), x_(x), y_(y), pitch_x_(pitch_x), pitch_y_(pitch_y) {
-  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture)) rasterise(*polygon);
+  if (const auto* polygon = std::get_if<PolygonAperture>(&aperture)) rasterise({polygon->vertices});
+  if (const auto* segmented = std::get_if<SegmentedAperture>(&aperture)) rasterise(segmented->outlines);
 }
 
 ClearPart ApertureCells::operator()(Eigen::Index column, Eigen::Index row) const {
@@ -147,18 +149,19 @@ ClearPart ApertureCells::operator()(Eigen::Index column, Eigen::Index row) const
 
 // Green's theorem: a cell's area inside is the sum over the edges, each taken with its sense, of what lies to
 // their right.
-void ApertureCells::rasterise(const PolygonAperture& polygon) {
+void ApertureCells::rasterise(const std::vector<Outline>& outlines) {
   const Eigen::Index columns = x_.size(), rows = y_.size();
   raster_.assign(std::size_t(columns * rows), {});
   carried_.assign(std::size_t((columns + 1) * rows), {});
   double twice = 0;
   const double left = x_[0] - 0.5 * pitch_x_, low = y_[0] - 0.5 * pitch_y_;
-  for (std::size_t i = 0; i < polygon.vertices.size(); ++i) {
-    const Point &a = polygon.vertices[i], &b = polygon.vertices[(i + 1) % polygon.vertices.size()];
-    twice += (a[0] - left) * (b[1] - low) - (b[0] - left) * (a[1] - low);
-    add_edge((a[0] - left) / pitch_x_, (a[1] - low) / pitch_y_, (b[0] - left) / pitch_x_,
-             (b[1] - low) / pitch_y_);
-  }
+  for (const Outline& outline : outlines)
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      const Point &a = outline[i], &b = outline[(i + 1) % outline.size()];
+      twice += (a[0] - left) * (b[1] - low) - (b[0] - left) * (a[1] - low);
+      add_edge((a[0] - left) / pitch_x_, (a[1] - low) / pitch_y_, (b[0] - left) / pitch_x_,
+               (b[1] - low) / pitch_y_);
+    }
   const double sign = twice > 0 ? -1 : 1;
   for (Eigen::Index row = 0; row < rows; ++row) {
     Moments whole;

@@ -37,14 +37,14 @@ class ApertureCells {
       y += sign * m.y;
     }
   };
-  void rasterise(const PolygonAperture& polygon);
+  void rasterise(const std::vector<Outline>& outlines);
   void add_edge(double u0, double v0, double u1, double v1);
   void add_in_row(Eigen::Index row, double u0, double v0, double u1, double v1);
 
   const Aperture& aperture_;
   const Eigen::ArrayXd &x_, &y_;
   double pitch_x_, pitch_y_;
-  std::vector<Moments> raster_;  // polygons only: row after row
+  std::vector<Moments> raster_;  // of outlines only: row after row
   std::vector<Moments> carried_;
 };
 

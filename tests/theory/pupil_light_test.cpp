@@ -156,7 +156,7 @@ std::vector<AreaPoint> points_on(const Aperture& aperture, int across) {
       }
     return points;
   }
-  const std::vector<std::array<double, 2>> corners = aperture_corners(aperture);
+  const Outline corners = aperture_outlines(aperture).front();
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const auto &a = corners[k], &b = corners[(k + 1) % corners.size()];
     const double twice = a[0] * b[1] - a[1] * b[0];

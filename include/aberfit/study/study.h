@@ -200,6 +200,8 @@ struct Study : Task {
   std::string path;                  ///< file it was read from; empty: a program's
   std::vector<std::string> changes;  ///< put into it, "/json/pointer=value"
   std::string title;
+  std::vector<Vane> spiders;  ///< of the file; `aperture` is what they leave of
+  Aperture unobstructed;
   std::optional<RoughnessModel> roughness;  ///< as the file has it; `psd` is the model that it stands for
   std::optional<MapTarget> map;             ///< target.map: instead of statistics
   OutputSpec output;
