@@ -55,11 +55,11 @@ struct HalfEdge {
   double distance;  // of the edge's line from the axis
   double along;     // from the foot to the end, >= 0
   double sign;      // of the area it adds
+  double whole = std::atan2(along, distance);
 
   double angle(double rho2) const {
     if (rho2 >= distance * distance + along * along) return 0.0;
     const double beyond2 = rho2 - distance * distance;
-    const double whole = std::atan2(along, distance);
     return sign * (beyond2 > 0 ? whole - std::atan2(std::sqrt(beyond2), distance) : whole);
   }
 };

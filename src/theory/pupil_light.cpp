@@ -211,6 +211,13 @@ FocalGrid::Samples FocalGrid::samples_for(const PupilCells& cells, double end) {
   return {along(cells.columns()), along(cells.rows())};
 }
 
+struct FocalGrid::Workspace {
+  std::vector<double> bundles, line, work;
+  std::vector<std::vector<double>> half_way;  // of each field, transformed along columns
+  std::vector<Eigen::ArrayXd> field;          // eight rows of each
+  Eigen::ArrayXXd both, other, values;
+};
+
 FocalGrid::~FocalGrid() = default;
 
 double FocalGrid::taper_end() const { return taper_ + kTaperWidth; }
@@ -289,9 +296,9 @@ Eigen::ArrayXXd FocalGrid::ring_sums(const PupilCells& cells, int powers_of_squa
                        work.data());
     }
     // Samples c and -c, of eight rows side by side.
-    using Samples = Eigen::Map<const Eigen::ArrayXXd, 0, Eigen::OuterStride<kBundle>>;
+    using Rows = Eigen::Map<const Eigen::ArrayXXd, 0, Eigen::OuterStride<kBundle>>;
     const auto at = [&](std::size_t i, Eigen::Index from, Eigen::Index part) {
-      return Samples(field[i].data() + from * kBundle + part, kLines, most, Eigen::OuterStride<kBundle>());
+      return Rows(field[i].data() + from * kBundle + part, kLines, most, Eigen::OuterStride<kBundle>());
     };
     for (Eigen::Index p = 0; p < count; ++p) {
       const std::vector<double>& powers = products[std::size_t(p)];

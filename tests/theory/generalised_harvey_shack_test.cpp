@@ -242,10 +242,10 @@ TEST(GeneralisedHarveyShack, TheAngleSpreadHoldsTheScatteredLightAndFollowsThePs
 
 TEST(GeneralisedHarveyShack, TooManyWavesOfAberrationSayWhatToDo) {
   const RadialPsd roughness(GaussianPsd{1e-10, 0.01});
-  // A thousand waves in the focus; ten of a hundredfold wavelength, and 5,000 of defocus.
+  // Eleven thousand waves in the focus; eleven of a thousandfold wavelength, and 10,000 of defocus.
   for (const auto& [sphere, wavelength, dz, where] :
-       {std::tuple{Mirror{1.4, 0, {}}, 1e-9, 0.0, " waves in the focus, too many"},
-        {Mirror{1.4, 0, {}}, 1e-7, 0.2, " waves in the plane 200 mm from the focus, too many"}}) {
+       {std::tuple{Mirror{1.4, 0, {}}, 1e-10, 0.0, " waves in the focus, too many"},
+        {Mirror{1.4, 0, {}}, 1e-7, 0.4, " waves in the plane 400 mm from the focus, too many"}}) {
     try {
       const GeneralisedHarveyShack light(roughness, sphere, CircleAperture{0.2}, wavelength);
       light.encircled_energy_radius(0.5, dz);
