@@ -96,14 +96,18 @@ std::vector<RadialNode> nodes_inside(const std::vector<Outline>& outlines, int n
     breaks.push_back(foot2 + e.along * e.along);
     largest = std::max(largest, breaks.back());
   }
-  // Radii that rounding alone tells apart, e.g. of a regular polygon, are one.
+  // Radii that rounding alone tells apart, e.g. of a regular polygon, are one; so are the feet and corners of
+  // the chords of a circle.
+  constexpr std::size_t kMany = 600;
+  const double apart = edges.size() > kMany ? 1e-5 : 1e-13;
   const auto merge = [&](std::vector<double>& list) {
     std::sort(list.begin(), list.end());
-    const auto same = [&](double a, double b) { return b - a < 1e-13 * largest; };
+    const auto same = [&](double a, double b) { return b - a < apart * largest; };
     list.erase(std::unique(list.begin(), list.end(), same), list.end());
   };
   merge(breaks);
   merge(branches);
+  if (breaks.back() < largest) breaks.push_back(largest);
 
   const Quadrature unit = gauss_legendre(n, 0.0, 1.0);
   std::vector<RadialNode> nodes;

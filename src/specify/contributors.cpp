@@ -6,6 +6,7 @@
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
+#include "aberfit/roughness/k_correlation.h"
 #include "aberfit/scene/aperture.h"
 #include "budget_values.h"
 
@@ -97,6 +98,10 @@ PsdModel in_pupil(const Atmosphere& atmosphere) {
                   std::pow(atmosphere.r0, -5.0 / 3);
   law.exponent = 11.0 / 3;
   law.f_max = kFinestTurbulence / atmosphere.r0;
+  if (atmosphere.outer_scale > 0)
+    return k_correlation_model({*law.amplitude * std::pow(atmosphere.outer_scale, law.exponent),
+                                atmosphere.outer_scale, law.exponent},
+                               0, law.f_max);
   return law;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "clear_of.h"
 #include "polygon.h"
 
 namespace aberfit::internal {
@@ -72,8 +73,6 @@ void describe_margin(Visitor& v, double& margin, double limit) {
   v.check(margin < limit, "margin", format_quantity(margin, kLength),
           "less than " + format_quantity(limit, kLength));
 }
-
-constexpr double kLeastClear = 1e-6;  // of the area, of what obstructions leave
 
 void describe_diameter(Visitor& v, double& diameter) {
   v.quantity({"diameter", "outer diameter [m]", kRequired, "\"0.4 m\""}, diameter, kLength,
@@ -161,30 +160,44 @@ void describe(Visitor& v, Vane& vane) {
              vane.offset, kLength, Range::any());
 }
 
+void describe(Visitor& v, MaskFile& mask) {
+  v.text({"file",
+          "FITS, NumPy or text image, relative to the study; row 0 at the lowest y; from 0 to 1 the clear "
+          "share of each pixel, clear where it is above one half, the middle on the axis",
+          kRequired, "\"pupil.fits\""},
+         mask.file, false);
+  v.quantity({"pitch", "of its pixels [m]", kRequired, "\"5 mm\""}, mask.pitch, kLength, Range::positive());
+  describe_margin(v, mask.margin, std::numeric_limits<double>::infinity());
+}
+
 // A schema goes through all shapes: only what is read is kept.
 void describe_aperture(Visitor& v, Study& study) {
-  Aperture shape = study.spiders.empty() ? study.aperture : study.unobstructed;
-  std::vector<Vane> spiders = study.spiders;
+  ApertureSpec spec;
+  if (study.obstructed)
+    spec = *study.obstructed;
+  else
+    std::visit([&](const auto& shape) { spec.shape = shape; }, study.aperture);
   v.object({"aperture", "clear aperture, centred on the axis unless a polygon says otherwise", kRequired},
            nullptr, [&](Visitor& a) {
-             a.kind({"shape", "outline; the keys beside it belong to the shape", kRequired}, shape,
+             a.kind({"shape", "outline; the keys beside it belong to the shape", kRequired}, spec.shape,
                     {{"circle", CircleAperture{}},
                      {"annulus", AnnulusAperture{}},
                      {"rectangle", RectangleAperture{}},
                      {"polygon", PolygonAperture{}},
-                     {"segments", SegmentedAperture{}}});
-             std::visit([&](auto& held) { describe(a, held); }, shape);
+                     {"segments", SegmentedAperture{}},
+                     {"mask", MaskFile{}}});
+             std::visit([&](auto& held) { describe(a, held); }, spec.shape);
              a.list(
-                 {"spiders", "vanes from the axis outwards, which cover a part of any shape"}, spiders.size(),
-                 0, [&](std::size_t count) { spiders.resize(count); },
-                 [&](Visitor& vane, std::size_t k) { describe(vane, spiders[k]); });
+                 {"spiders", "vanes from the axis outwards, which cover a part of any shape"},
+                 spec.spiders.size(), 0, [&](std::size_t count) { spec.spiders.resize(count); },
+                 [&](Visitor& vane, std::size_t k) { describe(vane, spec.spiders[k]); });
            });
   if (!v.reading()) return;
-  study.spiders = spiders;
-  study.unobstructed = study.aperture = shape;
-  if (spiders.empty() || aperture_area(shape) == 0) return;
-  study.aperture = obstructed(shape, spiders);
-  v.check(aperture_area(study.aperture) > kLeastClear * aperture_area(shape), "aperture",
+  study.obstructed.reset();
+  const bool is_file = std::holds_alternative<MaskFile>(spec.shape);
+  if (is_file || !spec.spiders.empty()) study.obstructed = spec;
+  study.aperture = is_file ? SegmentedAperture{} : clear_of(spec, {});
+  v.check(is_file || spec.spiders.empty() || leaves_something(spec, {}), "aperture",
           "spiders that cover the aperture", "vanes that leave a part of it clear");
 }
 

@@ -58,13 +58,30 @@ void describe_correlation(Visitor& v, double& correlation) {
 }
 
 void describe(Visitor& v, KCorrelationPsd& m) {
-  describe_rms(v, m.rms);
+  std::optional<double> rms, amplitude;
+  if (!v.reading()) rms = m.rms;
+  v.quantity({"rms", "RMS surface height inside the band [m]; this or amplitude", kOptional, "\"20 nm\""},
+             rms, kLength, kRoughnessHeight);
+  v.quantity(
+      {"amplitude",
+       "two-sided 2-D PSD [m^4] of the power law far above the knee, amplitude f^-exponent, at 1 cycle/m: "
+       "von Karman's law has B = L0, its outer scale; instead of rms",
+       kOptional, "\"1 nm^2 mm^2\""},
+      amplitude, kPsd2d, Range::positive());
+  v.check(rms.has_value() != amplitude.has_value(), rms ? "amplitude" : "rms",
+          rms ? "an amplitude beside rms" : "neither rms nor amplitude", "exactly one of rms and amplitude");
   describe_correlation(v, m.correlation);
   v.quantity({"exponent", "2-D exponent c of (1 + (B f)^2)^(-c/2)", kRequired, "3.5"}, m.exponent, kNumber,
              Range{0, 20, true, false});
   describe_f_min(v, m.f_min, kOptional);
   describe_unbounded_f_max(v, m.f_max);
   require_band(v, m.f_min, m.f_max);
+  if (rms) m.rms = *rms;
+  if (!amplitude) return;
+  v.check(m.exponent > 2 || std::isfinite(m.f_max), "f_max", "no end of a PSD that falls as slowly",
+          "an end, or an exponent above 2");
+  m = k_correlation_model({*amplitude * std::pow(m.correlation, m.exponent), m.correlation, m.exponent},
+                          m.f_min, m.f_max);
 }
 
 // What a drawing says of profiles: A/f^B.

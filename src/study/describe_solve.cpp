@@ -22,6 +22,9 @@ void describe_atmosphere(Visitor& v, Atmosphere& air) {
              Range::positive());
   v.quantity({"wavelength", "that r0 belongs to [m]", kRequired, "\"500 nm\""}, air.wavelength, kLength,
              Range::positive());
+  v.quantity_or({"outer_scale", "L0 of von Karman's spectrum (f^2 + 1/L0^2)^(-11/6) [m]; absent: none",
+                 kOptional, "\"25 m\""},
+                air.outer_scale, 0, kLength, Range::positive());
 }
 
 void describe_other(Visitor& v, OtherSurfaceSpec& surface) {
@@ -44,8 +47,8 @@ void describe_contributors(Visitor& v, ContributorsSpec& with) {
       {"surfaces", "further mirrors of the path"}, with.surfaces.size(), 0,
       [&](std::size_t count) { with.surfaces.resize(count); },
       [&](Visitor& surface, std::size_t k) { describe_other(surface, with.surfaces[k]); });
-  v.optional_object({"atmosphere", "Kolmogorov turbulence, long exposure"}, with.atmosphere,
-                    describe_atmosphere);
+  v.optional_object({"atmosphere", "turbulence, long exposure: Kolmogorov's, or von Karman's"},
+                    with.atmosphere, describe_atmosphere);
   v.quantity({"jitter", "RMS motion of the image per axis, on the sky [rad]", kOptional, "\"0.05 arcsec\""},
              with.jitter, kAngle, Range::non_negative());
 }

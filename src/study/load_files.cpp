@@ -9,7 +9,9 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/text.h"
+#include "aberfit/measured/clear_aperture.h"
 #include "aberfit/study/measured_psd.h"
+#include "clear_of.h"
 #include "statistic_key.h"
 
 namespace aberfit::internal {
@@ -56,6 +58,23 @@ void load_roughness(const Study& study, RoughnessModel& node, const std::string&
   } catch (const InputError& error) {
     throw InputError(study.path, pointer + "/file", fmt::format("in \"{}\": {}", table->file, error.found()),
                      error.allowed());
+  }
+}
+
+void load_mask(Study* study) {
+  const ApertureSpec& spec = *study->obstructed;
+  const auto* mask = std::get_if<MaskFile>(&spec.shape);
+  if (!mask || aperture_area(study->aperture) > 0) return;
+  const std::string path = locate(*study, mask->file, "/aperture/file");
+  try {
+    const SegmentedAperture outlines = mask_outlines(read_mask(path), mask->pitch);
+    if (!leaves_something(spec, outlines))
+      throw InputError(study->path, "/aperture/spiders", "vanes that cover the aperture",
+                       "vanes that leave a part of it clear");
+    study->aperture = clear_of(spec, outlines);
+  } catch (const ComputationError& error) {
+    throw InputError(study->path, "/aperture/file", fmt::format("in \"{}\": {}", mask->file, error.what()),
+                     "an image from 0, opaque, to 1, clear, that is grey at edges alone");
   }
 }
 
@@ -148,6 +167,7 @@ void warn_of_data(const RoughnessModel& node, Warnings* warnings) {
 }  // namespace
 
 void load_files(Study& study) {
+  if (study.obstructed) load_mask(&study);
   if (study.roughness && !study.psd) {
     load_roughness(study, *study.roughness, "/roughness/psd");
     study.psd = psd_model(*study.roughness);

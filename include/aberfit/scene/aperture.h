@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <array>
 #include <variant>
 #include <vector>
@@ -52,6 +53,10 @@ struct Vane {
 };
 /// What vanes leave of an aperture. Circles are taken by 1,440 chords, which is 3e-6 of their area less.
 SegmentedAperture obstructed(const Aperture& aperture, const std::vector<Vane>& vanes);
+/// The outlines of a mask: where its share, 0 to 1 (NaN: 0) in pixels of `pitch` [m], is one half between two
+/// pixels, so that an edge keeps its place to a part of a pixel. Rows along y, columns along x, the middle on
+/// the axis. Throws ComputationError where nothing is clear, or more than edges are grey.
+SegmentedAperture mask_outlines(const Eigen::ArrayXXd& share, double pitch);
 /// Hexagons in rings about the axis, with corners on the x axis where `angle` [rad] is 0: segments of
 /// `flat_to_flat` [m] with gaps of `gap` [m] between their edges, with or without the one on the axis.
 SegmentedAperture hexagonal_segments(int rings, double flat_to_flat, double gap, bool centre, double angle);

@@ -22,10 +22,11 @@ struct OtherSurface {
 };
 
 /// Long exposure through turbulence: phase structure function 6.88 (x/r0)^(5/3) at `wavelength`, the path
-/// the same at all wavelengths (Kolmogorov; Fried 1966). Without inner or outer scale.
+/// the same at all wavelengths (Kolmogorov; Fried 1966), without inner scale.
 struct Atmosphere {
-  double r0 = 0;          ///< [m], > 0
-  double wavelength = 0;  ///< that r0 belongs to [m]
+  double r0 = 0;           ///< [m], > 0
+  double wavelength = 0;   ///< that r0 belongs to [m]
+  double outer_scale = 0;  ///< L0 of von Karman's spectrum (f^2 + 1/L0^2)^(-11/6) [m]; 0: none
 };
 
 struct Contributors {
@@ -44,7 +45,8 @@ struct Contributors {
 /// the mean of exp(-D) over directions is taken for exp of the mean, which makes circles of 50 to 90 % of the
 /// light too large by up to 0.25 % at 4 pi sigma cos(incidence)/lambda = 0.7 and 60 degrees, 1 % at 1.
 PsdModel in_pupil(const OtherSurface& surface);
-/// S = (lambda/4 pi)^2 0.02290 r0^(-5/3) f^(-11/3), up to 1e4/r0.
+/// S = (lambda/4 pi)^2 0.02290 r0^(-5/3) (f^2 + 1/L0^2)^(-11/6), up to 1e4/r0; without L0 its height variance
+/// is infinite.
 PsdModel in_pupil(const Atmosphere& atmosphere);
 /// Motion of `jitter` [rad] as a surface so long that it only tilts the pupil, `across` [m] wide: error of
 /// its exponent 5e-5 of it at most.

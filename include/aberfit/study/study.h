@@ -194,14 +194,29 @@ struct VarySpec {
   CaseLevel run = CaseLevel::kCheck;
 };
 
+/// A mask whose outlines are the aperture.
+struct MaskFile {
+  std::string file;
+  double pitch = 0;  ///< of its pixels [m]
+  double margin = 0;
+};
+/// An aperture before its file is read and its spiders are taken off.
+struct ApertureSpec {
+  std::variant<CircleAperture, AnnulusAperture, RectangleAperture, PolygonAperture, SegmentedAperture,
+               MaskFile>
+      shape;
+  std::vector<Vane> spiders;
+};
+
 /// A task, and what belongs to the file it is written in. A program that fills it needs mirror, aperture,
 /// wavelength and psd (or roughness); what it leaves alone is what a file would leave out.
 struct Study : Task {
   std::string path;                  ///< file it was read from; empty: a program's
   std::vector<std::string> changes;  ///< put into it, "/json/pointer=value"
   std::string title;
-  std::vector<Vane> spiders;  ///< of the file; `aperture` is what they leave of
-  Aperture unobstructed;
+  /// As the file has it, where `aperture` is not the same: the file of a mask, or what spiders cover a part
+  /// of.
+  std::optional<ApertureSpec> obstructed;
   std::optional<RoughnessModel> roughness;  ///< as the file has it; `psd` is the model that it stands for
   std::optional<MapTarget> map;             ///< target.map: instead of statistics
   OutputSpec output;
