@@ -5,12 +5,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "aberfit/core/errors.h"
 #include "aberfit/core/random.h"
 
 using namespace aberfit;
 
 namespace {
 
+constexpr double kHalfTurn = std::numbers::pi;
 using Vertices = std::vector<std::array<double, 2>>;
 
 const Vertices kArrow{{0.3, 0.0}, {-0.1, 0.25}, {0.02, 0.0}, {-0.1, -0.25}};  // not convex
@@ -65,6 +67,106 @@ double mean_rho_power(const Aperture& aperture, int n, int half_power) {
 constexpr double kRounding = 1e-13;
 // What the header promises for 16 points a piece; largest seen below 5e-14.
 constexpr double kSixteenPoints = 1e-12;
+
+// Vanes that cross take nothing off twice, and none reaches beyond the axis.
+TEST(Obstructed, AreaIsThatOfWhatIsLeft) {
+  const std::vector<Vane> cross{
+      {0.02, 0, 0}, {0.02, kHalfTurn / 2, 0}, {0.02, kHalfTurn, 0}, {0.02, -kHalfTurn / 2, 0}};
+  // Of a square: strips of 1 x 0.02 that share the square in the middle.
+  const Aperture square = RectangleAperture{1, 1};
+  EXPECT_NEAR(aperture_area(obstructed(square, cross)), 1 - 2 * 0.02 + 0.02 * 0.02, 1e-14);
+  EXPECT_NEAR(aperture_area(obstructed(square, {cross[0]})), 1 - 0.5 * 0.02, 1e-14);
+  EXPECT_NEAR(aperture_area(obstructed(square, {{0.02, 0, 0.3}})), 1 - 0.5 * 0.02, 1e-14);
+  // Of an annulus: each strip between two arcs, y sqrt(r^2 - y^2) + r^2 asin(y/r) of each.
+  const auto strip = [](double r) { return 0.01 * std::sqrt(r * r - 1e-4) + r * r * std::asin(0.01 / r); };
+  const Aperture ring = AnnulusAperture{1, 0.3};
+  EXPECT_NEAR(aperture_area(obstructed(ring, cross)) / (aperture_area(ring) - 4 * (strip(0.5) - strip(0.15))),
+              1, 5e-6);
+}
+
+TEST(Obstructed, HoldsWhatNoVaneCovers) {
+  const std::vector<Vane> vanes{{0.02, 0.4, 0}, {0.05, 2.0, 0.1}, {0.03, 2.0, 0}};
+  const Aperture ring = AnnulusAperture{1, 0.3}, left = obstructed(ring, vanes);
+  const RandomStream random(3, "obstructed");
+  int held = 0;
+  double weight = 0, second = 0;
+  for (std::uint64_t k = 0; k < 20000; ++k) {
+    const auto [u, v] = random.uniform_pair(k);
+    const double x = u - 0.5, y = v - 0.5;
+    bool clear = aperture_contains(ring, x, y, 0);
+    for (const Vane& vane : vanes) {
+      const double along = x * std::cos(vane.angle) + y * std::sin(vane.angle),
+                   left_of = y * std::cos(vane.angle) - x * std::sin(vane.angle);
+      if (along > 0 && std::abs(left_of - vane.offset) < 0.5 * vane.width) clear = false;
+    }
+    EXPECT_EQ(aperture_contains(left, x, y, 0), clear) << x << ' ' << y;
+    if (!clear) continue;
+    ++held;
+    second += x * x + y * y;
+  }
+  EXPECT_NEAR(held / 20000.0 / aperture_area(left), 1, 0.02);
+  double of_nodes = 0;
+  for (const RadialNode& node : radial_quadrature(left, 16))
+    weight += node.weight, of_nodes += node.weight * node.rho * node.rho;
+  EXPECT_NEAR(weight, 1, 1e-5);
+  EXPECT_NEAR(of_nodes / (second / held), 1, 0.01);
+}
+
+// 3 n (n + 1) hexagons of area sqrt(3)/2 w^2 that do not touch; the farthest corner of the outermost in line
+// with the axis.
+TEST(HexagonalSegments, LieInRings) {
+  for (const int rings : {1, 2, 3})
+    for (const double angle : {0.0, 0.3}) {
+      const SegmentedAperture segments = hexagonal_segments(rings, 1.3, 0.01, false, angle);
+      const double count = 3.0 * rings * (rings + 1);
+      EXPECT_EQ(double(segments.outlines.size()), count);
+      EXPECT_NEAR(aperture_area(segments), count * 0.5 * std::sqrt(3.0) * 1.3 * 1.3, 1e-12);
+      EXPECT_FALSE(aperture_contains(segments, 0, 0, 0));
+      // Middles of neighbours along a side are a pitch apart; the gap between them is not clear.
+      const double side = angle + kHalfTurn / 6;
+      EXPECT_TRUE(aperture_contains(segments, 1.31 * std::cos(side), 1.31 * std::sin(side), 0.649));
+      EXPECT_FALSE(aperture_contains(segments, 1.31 * std::cos(side), 1.31 * std::sin(side), 0.651));
+    }
+  EXPECT_EQ(hexagonal_segments(2, 1, 0, true, 0).outlines.size(), 19u);
+  EXPECT_NEAR(aperture_radius(hexagonal_segments(1, 1, 0, true, 0)), std::sqrt(7.0 / 3), 1e-12);
+}
+
+// A grey edge keeps its place to a part of a pixel; a hole is a hole; what is grey inside is refused.
+TEST(MaskOutlines, AreThoseOfTheShapeThatThePixelsShow) {
+  const Eigen::Index side = 200;
+  const double pitch = 0.01;
+  const Aperture ring = AnnulusAperture{1.7, 0.6};
+  Eigen::ArrayXXd share(side, side);
+  constexpr int kFine = 8;
+  for (Eigen::Index row = 0; row < side; ++row)
+    for (Eigen::Index column = 0; column < side; ++column) {
+      int inside = 0;
+      for (int k = 0; k < kFine * kFine; ++k) {
+        const double x = pitch * (double(column) - 0.5 * side + (k % kFine + 0.5) / kFine),
+                     y = pitch * (double(row) - 0.5 * side + (k / kFine + 0.5) / kFine);
+        inside += aperture_contains(ring, x - 0.02, y, 0);
+      }
+      share(row, column) = inside / double(kFine * kFine);
+    }
+  const SegmentedAperture outlines = mask_outlines(share, pitch);
+  EXPECT_EQ(outlines.outlines.size(), 2u);
+  EXPECT_NEAR(aperture_area(outlines) / aperture_area(ring), 1, 1e-3);
+  const ApertureBox box = bounding_box(outlines);
+  EXPECT_NEAR(box.x0, 0.02 - 0.85, 0.1 * pitch);
+  EXPECT_NEAR(box.x1, 0.02 + 0.85, 0.1 * pitch);
+  EXPECT_NEAR(box.y1, 0.85, 0.1 * pitch);
+  EXPECT_FALSE(aperture_contains(outlines, 0.02, 0, 0));
+  EXPECT_TRUE(aperture_contains(outlines, 0.02, 0.5, 0.1));
+  EXPECT_THROW(mask_outlines(0.6 * share, pitch), ComputationError);
+  EXPECT_THROW(mask_outlines(0.3 * share, pitch), ComputationError);
+  // Pixels that are clear or not: the edge is theirs, corners are cut by an eighth of a pixel.
+  Eigen::ArrayXXd block = Eigen::ArrayXXd::Zero(64, 64);
+  block.block(10, 12, 40, 30) = 1;
+  const SegmentedAperture edges = mask_outlines(block, 1);
+  EXPECT_NEAR(bounding_box(edges).x0, -20, 1e-12);
+  EXPECT_NEAR(bounding_box(edges).x1, 10, 1e-12);
+  EXPECT_NEAR(aperture_area(edges), 40 * 30 - 0.5, 1e-9);
+}
 
 }  // namespace
 
