@@ -203,7 +203,7 @@ FocalGrid::FocalGrid(const Samples& samples, double taper)
 
 FocalGrid::Samples FocalGrid::samples_for(const PupilCells& cells, double end) {
   const auto along = [&](Eigen::Index side) {
-    int samples = int(side) + std::min(int(side), int(std::ceil(end / cells.pitch()))) + 1;
+    int samples = int(side) + int(std::ceil(end / cells.pitch())) + 1;
     do samples = int(smooth_from(samples + 1));
     while (samples % 2 != 0);
     return samples;

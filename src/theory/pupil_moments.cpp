@@ -175,10 +175,10 @@ const PupilCells& PupilMoments::cells_for(double dz, double end) const {
   };
   // As many as the transforms of the field and its products with powers of u have room for.
   const ApertureBox box = bounding_box(field_.aperture());
-  const double filled =
-      (box.x1 - box.x0) * (box.y1 - box.y0) / std::pow(2 * aperture_radius(field_.aperture()), 2);
-  const double per_cell = kKeptOfTransform * sizeof(std::complex<double>) * (2 * degree_ + 1) * filled;
-  const double most = std::sqrt(kMostBytes / per_cell) / (kStepOfCells * (1 + end / cutoff()));
+  const double across = 2 * aperture_radius(field_.aperture()), shear = end / cutoff();
+  const double samples = ((box.x1 - box.x0) / across + shear) * ((box.y1 - box.y0) / across + shear);
+  const double bytes = kKeptOfTransform * sizeof(std::complex<double>) * (2 * degree_ + 1) * samples;
+  const double most = std::sqrt(kMostBytes / bytes) / kStepOfCells;
   const double slender = kCellsPerSlenderness * slenderness(field_.aperture());
   if (slender > most) refuse_slender(field_.aperture());
   const int fewest = std::max(kFewestPupilCells, 2 * int(0.5 * slender));
