@@ -15,8 +15,8 @@ namespace {
 
 using std::numbers::pi;
 
-// As of PupilMoments.
-constexpr int kFewestCells = 256, kMostCells = 4096;
+// For the edges, as of PupilMoments.
+constexpr int kFewestCells = 320, kMostCells = 4096;
 constexpr double kCellsPerSlenderness = 16;
 
 // Area that two discs have in common.

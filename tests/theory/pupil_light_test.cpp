@@ -73,7 +73,7 @@ TEST(PupilLight, OfCellsHasEveryMomentOfARoundOverlap) {
         const LightMoments light = by_cells(field, dz, basis, 4);
         const Difference off = difference_of(light, overlap, field.outer());
         EXPECT_LT(off.near, 2e-4) << f_number << ' ' << waves;
-        EXPECT_LT(off.beyond, 1e-4) << f_number << ' ' << waves;
+        EXPECT_LT(off.beyond, 2e-4) << f_number << ' ' << waves;
         const Eigen::MatrixXd mean = PupilCells(field, kCells).mean(4);
         EXPECT_LT((LightMoments::whole(mean, basis) - overlap(0)).abs().maxCoeff(), 1e-6);
       }
@@ -323,7 +323,7 @@ TEST(PupilMoments, GoOverFromTheOverlapToTheLightWithoutAStep) {
 }
 
 TEST(PupilMoments, RefuseAPhaseThatNoGridHolds) {
-  for (const auto& [aperture, waves] : {std::pair{kHexagon, 1000.0}, {kCircle, 10000.0}}) {
+  for (const auto& [aperture, waves] : {std::pair{kHexagon, 1000.0}, {kCircle, 20000.0}}) {
     const GeneralisedHarveyShack light(RadialPsd(GaussianPsd{1e-12, 0.01}), Mirror{3.2, -1, {}}, aperture,
                                        kLambda);
     EXPECT_THROW(light.at_plane(plane_of(waves, 8)), ComputationError);
