@@ -58,6 +58,10 @@ class MeanOfParabola : public MeanScatter {
 }  // namespace
 
 AberratedLight::AberratedLight(const GhsPupil& pupil) : parabola_(pupil.of_parabola()) {
+  if (pupil.light().is_band())
+    throw ComputationError(
+        "where a band of light is brightest behind aberrations that are not of revolution is not known; ask "
+        "for light of one wavelength, or leave strehl and its like out");
   const Mirror& mirror = pupil.mirror();
   const double across = 2 * aperture_radius(pupil.aperture());
   for (int count = kLeastAcross;; count *= 2) {

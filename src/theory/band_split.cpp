@@ -22,20 +22,23 @@ Mirror perfect(const Mirror& mirror) {
 }  // namespace
 
 BandSplit::BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, const Aperture& aperture,
-                     double wavelength, std::shared_ptr<const GeneralisedHarveyShack> whole)
+                     const Light& light, std::shared_ptr<const GeneralisedHarveyShack> whole)
     : cut_(cut),
       low_(psd.band(0, cut)),
       rest_(psd.band(cut, kInfinity)),
       focus_(whole->at_plane(0)),
       memory_(std::make_unique<Memory>()),
       whole_(std::move(whole)) {
+  for (std::size_t k = 0; k < whole_->lines().size(); ++k)
+    lines_.push_back(std::make_shared<const BandSplit>(psd, cut, mirror, aperture,
+                                                       light.lines()[k].wavelength, whole_->lines()[k]));
   if (cut > psd.f_min()) {
-    low_light_.emplace(low_, perfect(mirror), aperture, wavelength);
+    low_light_.emplace(low_, perfect(mirror), aperture, light);
     low_reach_ = std::max(low_light_->at_plane(0).encircled_energy_radius(kReachOfLow),
-                          wavelength * mirror.focal_length * low_.f_max());
+                          light.longest() * mirror.focal_length * low_.f_max());
   }
   if (!(cut < psd.f_max())) return;
-  rest_light_.emplace(rest_, perfect(mirror), aperture, wavelength);
+  rest_light_.emplace(rest_, perfect(mirror), aperture, light);
   const PsdMoments moments = psd_moments(rest_);
   rest_height_ = moments.rms_height();
   rest_slope_ = moments.rms_slope_per_axis();

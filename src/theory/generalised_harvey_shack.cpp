@@ -31,6 +31,7 @@ namespace {
 using std::numbers::pi;
 
 constexpr std::size_t kMostPlanes = 100;
+constexpr double kSameEdge = 1e-12;  // of panels of two wavelengths
 
 }  // namespace
 
@@ -39,26 +40,28 @@ struct GeneralisedHarveyShack::Planes {
   std::map<double, MeanSpot> spots;
 };
 
-GhsPupil::GhsPupil(const Mirror& mirror, const Aperture& aperture, double wavelength,
+GhsPupil::GhsPupil(const Mirror& mirror, const Aperture& aperture, const Light& light,
                    const GhsOptions& options)
-    : mirror_(mirror), aperture_(aperture), wavelength_(wavelength), options_(options) {
-  moments_ = std::make_shared<const PupilMoments>(PupilField(mirror, aperture, wavelength, options.departure),
-                                                  options.halvings);
+    : mirror_(mirror), aperture_(aperture), light_(light), wavelength_(light), options_(options) {
+  moments_ = std::make_shared<const PupilMoments>(
+      PupilField(mirror, aperture, wavelength_, options.departure), options.halvings);
+  if (!light.is_band()) return;
+  for (const LightLine& line : light.lines()) lines_.emplace_back(mirror, aperture, line.wavelength, options);
 }
 
 GhsPupil GhsPupil::of_parabola() const {
   if (is_parabola(mirror_) && !options_.departure) return *this;
   GhsOptions options = options_;
   options.departure = {};
-  return {Mirror{mirror_.focal_length}, aperture_, wavelength_, options};
+  return {Mirror{mirror_.focal_length}, aperture_, light_, options};
 }
 
 bool GhsPupil::has_uneven_light() const { return moments_->has_departure() && !moments_->is_round(); }
 
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror,
-                                               const Aperture& aperture, double wavelength,
+                                               const Aperture& aperture, const Light& light,
                                                const GhsOptions& options)
-    : GeneralisedHarveyShack(psd, GhsPupil(mirror, aperture, wavelength, options)) {}
+    : GeneralisedHarveyShack(psd, GhsPupil(mirror, aperture, light, options)) {}
 
 GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const GhsPupil& pupil)
     : pupil_(pupil),
@@ -84,9 +87,21 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const GhsPu
       of_uneven_paths([this](double power, double a, double b) { return radial_moment(psd_, power, a, b); }),
       transfer_options(psd_, wavelength_, pupil.moments_->cutoff(), pupil.options_.halvings));
   core_ = exact_->core_share();
+  if (pupil.lines_.empty()) return;
+  core_ = 0;
+  for (std::size_t k = 0; k < pupil.lines_.size(); ++k) {
+    lines_.push_back(std::make_shared<const GeneralisedHarveyShack>(psd, pupil.lines_[k]));
+    core_ += share(k) * lines_.back()->core_;
+  }
 }
 
+double GeneralisedHarveyShack::share(std::size_t line) const { return pupil_.light_.lines()[line].share; }
+
 double GeneralisedHarveyShack::cutoff() const { return exact_->cutoff(); }
+
+double GeneralisedHarveyShack::highest_frequency() const {
+  return cutoff() / (pupil_.light_.shortest() * mirror_.focal_length);
+}
 
 GeneralisedHarveyShack::~GeneralisedHarveyShack() = default;
 GeneralisedHarveyShack::GeneralisedHarveyShack(GeneralisedHarveyShack&&) noexcept = default;
@@ -113,14 +128,45 @@ MeanSpot GeneralisedHarveyShack::empty_plane(double dz) const {
   MeanSpot spot;
   const double f = mirror_.focal_length, radius = aperture_radius(aperture_);
   spot.focal_length_ = f;
-  spot.cutoff_ = cutoff();
-  spot.v_per_radius_ = 2 * pi * cutoff() / (wavelength_ * (f + dz));
+  const double shortest = pupil_.light_.shortest();
+  spot.cutoff_ = cutoff() * wavelength_ / shortest;  // of the mean wavelength
+  spot.v_per_radius_ = 2 * pi * cutoff() / (shortest * (f + dz));
   spot.guess_ =
       std::hypot(wavelength_ * f / radius, dz * radius / f, std::isfinite(slope_) ? 2 * f * slope_ : 0.0);
   return spot;
 }
 
+MeanSpot GeneralisedHarveyShack::sum_of_lines(
+    double dz, const std::function<MeanSpot(std::size_t line)>& spot_of) const {
+  struct Part {
+    MeanSpot spot;
+    double stretch, share;  // from its own s to that of the shortest wavelength
+  };
+  std::vector<Part> parts;
+  std::vector<double> edges;
+  for (std::size_t k = 0; k < lines_.size(); ++k) {
+    const double stretch = pupil_.light_.shortest() / lines_[k]->wavelength_;
+    parts.push_back({spot_of(k), stretch, share(k)});
+    for (const TransferPanel& panel : parts.back().spot.transform_->panels())
+      edges.insert(edges.end(), {stretch * panel.a, stretch * panel.b});
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<TransferPanel> panels;
+  for (std::size_t k = 0; k + 1 < edges.size(); ++k) {
+    TransferPanel panel{edges[k], edges[k + 1]};
+    if (!(panel.b - panel.a > kSameEdge * panel.b)) continue;
+    for (const Part& part : parts)
+      panel.value += part.share * part.spot.transform_->on(panel.a / part.stretch, panel.b / part.stretch);
+    if (panel.value.abs().maxCoeff() > 0) panels.push_back(panel);
+  }
+  MeanSpot sum = empty_plane(dz);
+  sum.transform_ = std::make_shared<const RadialTransform>(std::move(panels));
+  return sum;
+}
+
 MeanSpot GeneralisedHarveyShack::make_plane(double dz) const {
+  if (!lines_.empty())
+    return sum_of_lines(dz, [&](std::size_t line) { return lines_[line]->at_plane(dz); });
   MeanSpot spot = empty_plane(dz);
   spot.transform_ = std::make_shared<const RadialTransform>(exact_->panels(dz, false));
   return spot;
@@ -148,10 +194,21 @@ double GeneralisedHarveyShack::of_uneven_paths(
 }
 
 double GeneralisedHarveyShack::core_change(const PsdDerivative& derivative, double scale) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < lines_.size(); ++k) sum += share(k) * lines_[k]->core_change(derivative, scale);
+  if (!lines_.empty()) return sum;
   return -limit_change(derivative, scale) * exact_->core_slope();
 }
 
-ExponentChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative, double scale) const {
+GeneralisedHarveyShack::SurfaceChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative,
+                                                                        double scale) const {
+  SurfaceChange change;
+  for (const auto& line : lines_) change.push_back(line->change_of_line(derivative, scale));
+  if (lines_.empty()) change.push_back(change_of_line(derivative, scale));
+  return change;
+}
+
+ExponentChange GeneralisedHarveyShack::change_of_line(const PsdDerivative& derivative, double scale) const {
   const PsdDerivative inside = scattering(derivative);
   if (const double proportion = inside.proportion(); proportion != 0)
     return exact_->change_of(scale * proportion);
@@ -164,9 +221,12 @@ ExponentChange GeneralisedHarveyShack::change_of(const PsdDerivative& derivative
       uneven);
 }
 
-MeanSpot GeneralisedHarveyShack::change_at_plane(const ExponentChange& change, double dz) const {
+MeanSpot GeneralisedHarveyShack::change_at_plane(const SurfaceChange& change, double dz) const {
+  if (!lines_.empty())
+    return sum_of_lines(
+        dz, [&](std::size_t line) { return lines_[line]->change_at_plane({change[line]}, dz); });
   MeanSpot spot = empty_plane(dz);
-  spot.transform_ = std::make_shared<const RadialTransform>(exact_->change_panels(dz, change));
+  spot.transform_ = std::make_shared<const RadialTransform>(exact_->change_panels(dz, change.front()));
   return spot;
 }
 
@@ -192,17 +252,18 @@ double GeneralisedHarveyShack::ring_fwhm(double ring_radius) const {
   return planes.upper - planes.lower;
 }
 
-RadialTransform GeneralisedHarveyShack::line_spread(double bandwidth, const ExponentChange* change) const {
-  const double nu = cutoff() / (wavelength_ * mirror_.focal_length);
+RadialTransform GeneralisedHarveyShack::line_spread(double bandwidth, const SurfaceChange* change) const {
+  const double nu = highest_frequency();
   const auto gaussian = [&](double s) { return std::exp(-2 * std::pow(pi * nu * bandwidth * s, 2)); };
   std::vector<TransferPanel> panels;
-  for (const TransferPanel& panel : change ? exact_->change_panels(0, *change) : exact_->panels(0, false))
+  const MeanSpot focus = change ? change_at_plane(*change, 0) : at_plane(0);
+  for (const TransferPanel& panel : focus.transform_->panels())
     append_product(panel, gaussian, &panels);
   return RadialTransform(std::move(panels));
 }
 
 double GeneralisedHarveyShack::spot_fwhm(double bandwidth) const {
-  const double nu = cutoff() / (wavelength_ * mirror_.focal_length);
+  const double nu = highest_frequency();
   const RadialTransform transform = line_spread(bandwidth, nullptr);
   const double top = transform.cosine(0);
   const auto excess = [&](double w) { return transform.cosine(w) - 0.5 * top; };
@@ -226,6 +287,9 @@ double GeneralisedHarveyShack::scatter_mean() const {
 double GeneralisedHarveyShack::tis() const { return 1 - core_; }
 
 double GeneralisedHarveyShack::angle_spread(double theta) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < lines_.size(); ++k) sum += share(k) * lines_[k]->angle_spread(theta);
+  if (!lines_.empty()) return sum;
   const double scale = 2 * pi * cutoff() / wavelength_, v = scale * std::abs(std::sin(theta));
   const RadialTransform scattered(exact_->panels(0, true));
   const double integral = v > 0 ? scattered.disc(v).derivative / v : scattered.first_moment();
@@ -238,9 +302,18 @@ Eigen::ArrayXd GeneralisedHarveyShack::overlap_transfer(const Eigen::ArrayXd& x)
   return exact_->mean_over_overlap(x);
 }
 
-double GeneralisedHarveyShack::transfer(double x, double dz) const { return exact_->at(x, dz); }
+double GeneralisedHarveyShack::transfer(double x, double dz) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < lines_.size(); ++k)
+    sum += share(k) * lines_[k]->transfer(x * lines_[k]->wavelength_ / wavelength_, dz);
+  return lines_.empty() ? exact_->at(x, dz) : sum;
+}
 
-double GeneralisedHarveyShack::unresolved() const { return exact_->unresolved(); }
+double GeneralisedHarveyShack::unresolved() const {
+  double most = exact_->unresolved();
+  for (const auto& line : lines_) most = std::max(most, line->unresolved());
+  return most;
+}
 
 double GeneralisedHarveyShack::operator()(const Statistic& statistic) const {
   return std::visit(

@@ -77,9 +77,9 @@ class JacobianOfGhs {
   }
 
  private:
-  const ExponentChange& surface() {
-    if (!surface_) surface_ = ghs_.change_of(derivative_, scale_);
-    return *surface_;
+  const GeneralisedHarveyShack::SurfaceChange& surface() {
+    if (surface_.empty()) surface_ = ghs_.change_of(derivative_, scale_);
+    return surface_;
   }
   const MeanSpot& change(double dz) {
     const auto known = planes_.find(dz);
@@ -109,7 +109,7 @@ class JacobianOfGhs {
     return sign * change(0).transfer(frequency);
   }
   double of_spot(double bandwidth, double width) {
-    const double nu = ghs_.cutoff() / (ghs_.wavelength_ * ghs_.mirror_.focal_length), w = width * kPi * nu;
+    const double nu = ghs_.highest_frequency(), w = width * kPi * nu;
     const RadialTransform moved = ghs_.line_spread(bandwidth, &surface());
     const double slope = ghs_.line_spread(bandwidth, nullptr).cosine_slope(w);
     return -(moved.cosine(w) - 0.5 * moved.cosine(0)) / (slope * kPi * nu);
@@ -164,7 +164,7 @@ class JacobianOfGhs {
   const PsdVariable& parameter_;
   PsdDerivative derivative_;
   double scale_;
-  std::optional<ExponentChange> surface_;
+  GeneralisedHarveyShack::SurfaceChange surface_;
   std::map<double, MeanSpot> planes_;
 };
 

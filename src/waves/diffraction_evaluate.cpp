@@ -6,10 +6,12 @@
 #include <vector>
 
 #include "aberfit/core/constants.h"
+#include "aberfit/core/errors.h"
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/units.h"
 #include "aberfit/focus/circles_of_square.h"
 #include "aberfit/waves/diffraction_psf.h"
+#include "diffraction_band.h"
 #include "diffraction_line_spread.h"
 #include "diffraction_peak_place.h"
 #include "diffraction_plane.h"
@@ -211,6 +213,11 @@ bool is_wide(const DiffractionScene& scene, const Job& job, const std::vector<St
 
 }  // namespace
 
+std::shared_ptr<const MeanScatter> MeanScatter::of_line(std::size_t) const {
+  throw ComputationError(
+      "what this surface scatters is known at one wavelength; ask for light of one wavelength");
+}
+
 bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                           const std::vector<Statistic>& statistics, int threads,
                           DiffractionWorkspace* workspace, Eigen::VectorXd* values,
@@ -218,6 +225,8 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
   values->setConstant(Eigen::Index(statistics.size()), std::nan(""));
   if (d_height) d_height->assign(statistics.size(), {});
   if (!height.allFinite()) return false;
+  if (problem.wavelength.is_band())
+    return evaluate_band(problem, height, statistics, threads, workspace, values, d_height, reduce);
   const DiffractionScene scene(problem, height, threads);
   std::vector<Job> jobs = jobs_of(statistics);
   double low = 0, high = 0;

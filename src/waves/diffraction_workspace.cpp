@@ -32,7 +32,7 @@ DiffractionWorkspace& DiffractionWorkspace::operator=(DiffractionWorkspace&&) no
 
 bool DiffractionWorkspace::Buffers::Surface::is(const DiffractionScene& scene) const {
   const DiffractionProblem& problem = scene.problem();
-  return focal_length == problem.focal_length && wavelength == problem.wavelength &&
+  return focal_length == problem.focal_length && wavelength == double(problem.wavelength) &&
          pitch_x == problem.pupil.pitch_x && pitch_y == problem.pupil.pitch_y && total == scene.total() &&
          wide_circles == problem.wide_circles && same(base, scene.base()) && same(versine, scene.versine()) &&
          same(grid.x, scene.grid().x) && same(grid.y, scene.grid().y) && grid.row == scene.grid().row &&

@@ -55,6 +55,7 @@ class RingMemory {
 /// Tables of one pupil grid, for all circles and for those that are many grains wide, and what is known of
 /// the surface that was looked at last: gradients are wanted where values just were.
 struct DiffractionWorkspace::Buffers {
+  std::vector<DiffractionWorkspace> lines;  // of a band, one for each wavelength
   internal::RingMemory rings;
 
   /// padding: that of the problem, or kWidePadding.

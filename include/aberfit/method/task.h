@@ -10,6 +10,7 @@
 #include "aberfit/focus/evaluate.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/scene/aperture.h"
+#include "aberfit/scene/light.h"
 #include "aberfit/scene/mirror.h"
 #include "aberfit/scene/pupil.h"
 #include "aberfit/terms/modal_covariance.h"
@@ -126,7 +127,7 @@ struct EquivalenceSpec {
 struct Task {
   Mirror mirror;
   Aperture aperture;
-  double wavelength = 0;        ///< [m]
+  Light wavelength = {};        ///< [m]; of a band its mean where a number is wanted
   std::optional<PsdModel> psd;  ///< of the roughness; absent where the study has none
   Warnings data_warnings;       ///< what reading and measuring the roughness ran into
   TargetSpec target;

@@ -4,6 +4,7 @@
 #include <mutex>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "aberfit/roughness/psd.h"
 #include "aberfit/scene/aperture.h"
@@ -22,9 +23,9 @@ namespace aberfit {
 class BandSplit : public MeanScatter {
  public:
   /// cut [cycles/m] inside the band of `psd`, or at one of its ends: then one part is empty. `whole`: of the
-  /// same psd, mirror, aperture and wavelength [m].
+  /// same psd, mirror, aperture and light.
   BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, const Aperture& aperture,
-            double wavelength, std::shared_ptr<const GeneralisedHarveyShack> whole);
+            const Light& light, std::shared_ptr<const GeneralisedHarveyShack> whole);
 
   double cut() const { return cut_; }              ///< [cycles/m]
   const RadialPsd& low() const { return low_; }    ///< what the terms stand for
@@ -48,6 +49,7 @@ class BandSplit : public MeanScatter {
   double rms_height() const override { return rest_height_; }
   double rms_slope_per_axis() const override { return rest_slope_; }
   double scatter_rms() const override { return rest_angle_; }
+  std::shared_ptr<const MeanScatter> of_line(std::size_t k) const override { return lines_[k]; }
 
  private:
   double cut_ = 0;
@@ -62,6 +64,7 @@ class BandSplit : public MeanScatter {
   };
   std::unique_ptr<Memory> memory_;
   std::shared_ptr<const GeneralisedHarveyShack> whole_;
+  std::vector<std::shared_ptr<const BandSplit>> lines_;  // of a band
 };
 
 }  // namespace aberfit

@@ -8,6 +8,7 @@
 #include "aberfit/focus/statistic.h"
 #include "aberfit/roughness/psd.h"
 #include "aberfit/scene/aperture.h"
+#include "aberfit/scene/light.h"
 #include "aberfit/scene/mirror.h"
 
 namespace aberfit {
@@ -96,12 +97,13 @@ struct GhsOptions {
 /// many threads.
 class GhsPupil {
  public:
-  /// wavelength > 0 [m]. Throws as GeneralisedHarveyShack does of mirrors and apertures.
-  GhsPupil(const Mirror& mirror, const Aperture& aperture, double wavelength, const GhsOptions& options = {});
+  /// Throws as GeneralisedHarveyShack does of mirrors and apertures.
+  GhsPupil(const Mirror& mirror, const Aperture& aperture, const Light& light, const GhsOptions& options = {});
 
   const Mirror& mirror() const { return mirror_; }
   const Aperture& aperture() const { return aperture_; }
-  double wavelength() const { return wavelength_; }
+  double wavelength() const { return wavelength_; }  ///< mean [m]
+  const Light& light() const { return light_; }
   /// The same aperture and light with a parabola of that focal length; what has been computed is shared where
   /// it is one already.
   GhsPupil of_parabola() const;
@@ -115,9 +117,11 @@ class GhsPupil {
   friend class GeneralisedHarveyShack;
   Mirror mirror_;
   Aperture aperture_;
+  Light light_;
   double wavelength_ = 0;
   GhsOptions options_;
   std::shared_ptr<const internal::PupilMoments> moments_;
+  std::vector<GhsPupil> lines_;  // of a band: one for each wavelength
 };
 
 /// Generalised Harvey-Shack prediction of the ensemble-mean spot of a rough mirror (PHYSICS 6; Krywonos,
@@ -140,11 +144,13 @@ class GhsPupil {
 /// autocorrelation is that of S cos^4(pi f / (2 f_max)). Const use from many threads.
 class GeneralisedHarveyShack {
  public:
-  /// wavelength > 0 [m]. Throws ComputationError where the structure function is infinite (PSDs as steep as
+  /// Of a band all light is the sum of its lines' by their shares; what is no property of light in the focal
+  /// plane (g, cut_share, surface_transfer, overlap_transfer) is of the mean wavelength. Throws
+  /// ComputationError where the structure function is infinite (PSDs as steep as
   /// f^-4 at f = 0), where the aperture reaches 45 degrees on the mirror or the mirror has no sag; in the
   /// paraxial form for mirrors that are not parabolas.
   GeneralisedHarveyShack(const RadialPsd& psd, const Mirror& mirror, const Aperture& aperture,
-                         double wavelength, const GhsOptions& options = {});
+                         const Light& light, const GhsOptions& options = {});
   /// The same of a scene that other PSDs have been predicted of; prefer it for more than one.
   GeneralisedHarveyShack(const RadialPsd& psd, const GhsPupil& pupil);
   ~GeneralisedHarveyShack();
@@ -186,6 +192,8 @@ class GeneralisedHarveyShack {
 
   const RadialPsd& psd() const { return whole_; }
   const GhsPupil& pupil() const { return pupil_; }
+  /// The same at each wavelength of a band; empty for one wavelength.
+  const std::vector<std::shared_ptr<const GeneralisedHarveyShack>>& lines() const { return lines_; }
   double rms_height() const { return rms_height_; }  ///< of the whole PSD [m]
   double g() const {
     return g_;
@@ -223,8 +231,10 @@ class GeneralisedHarveyShack {
   Eigen::ArrayXd exponent(const Eigen::ArrayXd& x) const;
   MeanSpot make_plane(double dz) const;
   MeanSpot empty_plane(double dz) const;
-  /// What E, and with it every transfer function, changes by with p, times `scale`.
-  internal::ExponentChange change_of(const PsdDerivative& derivative, double scale) const;
+  /// What E, and with it every transfer function, changes by with p, times `scale`: of each line of a band.
+  using SurfaceChange = std::vector<internal::ExponentChange>;
+  SurfaceChange change_of(const PsdDerivative& derivative, double scale) const;
+  internal::ExponentChange change_of_line(const PsdDerivative& derivative, double scale) const;
   /// What E at great shears changes by.
   double limit_change(const PsdDerivative& derivative, double scale) const;
   /// What (q1 - q2)^2/2 is multiplied by, of a PSD or a change of one. moment: 2 pi int_a^b f^(power + 1) S
@@ -234,12 +244,15 @@ class GeneralisedHarveyShack {
   double core_change(const PsdDerivative& derivative, double scale) const;
   /// Of what scatters: the edge at 1/lambda stays where it is.
   PsdDerivative scattering(const PsdDerivative& derivative) const;
-  std::vector<internal::TransferPanel> change_panels(const internal::ExponentChange& change, double dz) const;
   /// Its encircled energies are the changes of those of at_plane(dz).
-  MeanSpot change_at_plane(const internal::ExponentChange& change, double dz) const;
+  MeanSpot change_at_plane(const SurfaceChange& change, double dz) const;
   /// The focal transfer function of a line spread smoothed by a Gaussian of standard deviation `bandwidth`.
-  internal::RadialTransform line_spread(double bandwidth, const internal::ExponentChange* change) const;
+  internal::RadialTransform line_spread(double bandwidth, const SurfaceChange* change) const;
   double cutoff() const;
+  double share(std::size_t line) const;
+  double highest_frequency() const;  ///< of the image in the focus [cycles/m]
+  /// The sum of the lines' transfer functions by their shares, over that of the shortest one's cutoff.
+  MeanSpot sum_of_lines(double dz, const std::function<MeanSpot(std::size_t line)>& spot) const;
 
   GhsPupil pupil_;
   RadialPsd whole_, psd_;  // psd_: of the frequencies that scatter
@@ -248,6 +261,7 @@ class GeneralisedHarveyShack {
   double wavelength_ = 0;
   double rms_height_ = 0, slope_ = 0, g_ = 0, core_ = 0, cut_share_ = 0;
   std::unique_ptr<const internal::ExactTransfer> exact_;
+  std::vector<std::shared_ptr<const GeneralisedHarveyShack>> lines_;  // of a band
   struct Planes;
   std::unique_ptr<Planes> planes_;
 };

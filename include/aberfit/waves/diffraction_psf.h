@@ -12,6 +12,7 @@
 #include "aberfit/focus/statistic.h"
 #include "aberfit/measured/height_map.h"
 #include "aberfit/scene/aperture.h"
+#include "aberfit/scene/light.h"
 #include "aberfit/scene/pupil.h"
 
 namespace aberfit {
@@ -107,6 +108,8 @@ class MeanScatter {
   virtual double rms_height() const = 0;
   virtual double rms_slope_per_axis() const = 0;
   virtual double scatter_rms() const = 0;
+  /// The same at the k-th wavelength of a band. Throws ComputationError where it is known at one alone.
+  virtual std::shared_ptr<const MeanScatter> of_line(std::size_t k) const;
 };
 
 /// See DiffractionProblem::aliased_limit.
@@ -133,7 +136,7 @@ inline constexpr double kWideCircleNoise = 0.2;
 struct DiffractionProblem {
   const DiffractionPupil& pupil;
   double focal_length = 0;  ///< [m], > 0
-  double wavelength = 0;    ///< [m], > 0
+  Light wavelength = {};    ///< [m], > 0; of a band: evaluate_diffraction alone, all else is of its mean
   /// Transform length over pupil length, at least 2; raised to the next size that transforms fast. More than
   /// 2 changes nothing but rounding.
   double padding = 2;
