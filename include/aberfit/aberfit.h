@@ -86,6 +86,7 @@
 // waves: light by diffraction.
 #include "aberfit/waves/diffraction_peak.h"
 #include "aberfit/waves/diffraction_psf.h"
+#include "aberfit/waves/lag_table.h"
 #include "aberfit/waves/transfer_image.h"
 
 // theory: Harvey-Shack, geometric and generalised; regimes; the split of a band.

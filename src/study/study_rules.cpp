@@ -50,6 +50,12 @@ void check_psd(const Study& study, const PsdModel& model, const std::string& poi
   const std::string problem = psd_problem(model);
   if (!problem.empty()) throw InputError(study.path, pointer, problem, "a PSD with finite height variance");
   const PsdMoments moments = psd_moments(RadialPsd(model));
+  // Light alone, which budgets are about, takes its structure function.
+  if (!std::isfinite(moments.height_variance) && !study.solve)
+    throw InputError(
+        study.path, pointer, "a PSD whose height variance is infinite",
+        "a band, or an exponent, that keeps it finite: an f_min of a tenth of a cycle across, or a "
+        "k-correlation whose B is the outer scale; only budgets (`solve`) do without");
   if (!std::isfinite(moments.slope_variance))
     throw InputError(study.path, pointer, "a PSD whose slope variance is infinite",
                      "f_max, or a 2-D exponent above 4: rays need a finite RMS slope");

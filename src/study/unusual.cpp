@@ -414,6 +414,7 @@ void look_at_roughness(const RoughnessModel& node, const std::string& pointer, I
   const RadialPsd psd(psd_model(node));
   const PsdMoments moments = psd_moments(psd);
   Scene here = scene;
+  if (!std::isfinite(moments.height_variance)) return;  // of all heights it has
   here.rms = path.height * moments.rms_height();
   here.whole = path.height * std::max(path.whole, moments.rms_height());
   here.slope = path.height * moments.rms_slope_per_axis();

@@ -45,10 +45,8 @@ Quadrature line(int smooth, double turn) {
 
 }  // namespace
 
-void PupilOverlap::Points::add(double along, double across, double area) {
-  u.push_back(along);
-  v.push_back(across);
-  weight.push_back(area);
+void PupilOverlap::Points::resize(std::size_t count) {
+  for (std::vector<double>* one : {&u, &v, &weight}) one->resize(count);
 }
 
 PupilOverlap::PupilOverlap(const PupilField& field, double dz, const MomentBasis& basis)
@@ -73,9 +71,10 @@ std::vector<PupilOverlap::Arc> PupilOverlap::arcs(double shear) const {
   return all;
 }
 
-PupilOverlap::Points PupilOverlap::points(const std::vector<Arc>& arcs, const Turn& turn) const {
+void PupilOverlap::set_points(const std::vector<Arc>& arcs, const Turn& turn, Points* points) const {
   const Quadrature along = line(kRound, turn.along), across = line(kAcross, turn.across);
-  Points all;
+  points->resize(arcs.size() * std::size_t(along.nodes.size() * across.nodes.size()));
+  std::size_t k = 0;
   for (const Arc& arc : arcs) {
     const double start = std::acos(std::clamp((arc.u2 - arc.centre) / arc.radius, -1.0, 1.0));
     const double end = std::acos(std::clamp((arc.u1 - arc.centre) / arc.radius, -1.0, 1.0));
@@ -83,11 +82,13 @@ PupilOverlap::Points PupilOverlap::points(const std::vector<Arc>& arcs, const Tu
       const double angle = start + (end - start) * along.nodes[i], height = arc.radius * std::sin(angle);
       const double u = arc.centre + arc.radius * std::cos(angle);
       const double weight = arc.sign * (end - start) * along.weights[i] * height * height;
-      for (Eigen::Index j = 0; j < across.nodes.size(); ++j)
-        all.add(u, height * across.nodes[j], weight * across.weights[j]);
+      for (Eigen::Index j = 0; j < across.nodes.size(); ++j, ++k) {
+        points->u[k] = u;
+        points->v[k] = height * across.nodes[j];
+        points->weight[k] = weight * across.weights[j];
+      }
     }
   }
-  return all;
 }
 
 void PupilOverlap::set_pairs(const Points& points, double x, Pairs* pairs) const {
@@ -106,11 +107,13 @@ void PupilOverlap::set_pairs(const Points& points, double x, Pairs* pairs) const
 // By a few points, three at each u.
 PupilOverlap::Turn PupilOverlap::turn_of(const std::vector<Arc>& arcs, double x) const {
   const Arc& rim = arcs.front();
-  Points probes;
+  thread_local Points probes;
+  probes.resize(15);
+  std::size_t at = 0;
   for (const double part : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     const double u = part * rim.u2,
                  height = std::sqrt(std::max(0.0, rim.radius * rim.radius - std::pow(u - rim.centre, 2)));
-    for (const double up : {0.0, 0.5, 0.9}) probes.add(u, up * height, 0);
+    for (const double up : {0.0, 0.5, 0.9}) probes.u[at] = u, probes.v[at++] = up * height;
   }
   thread_local Pairs pairs;
   set_pairs(probes, x, &pairs);
@@ -129,7 +132,8 @@ Eigen::ArrayXd PupilOverlap::operator()(double x) const {
   if (x >= 2 * field_.outer()) return Eigen::ArrayXd::Zero(order * order);
   const std::vector<Arc> lens = arcs(x);
   const bool waves = x > 0 && (dz_ != 0 || field_.has_departure());
-  Points all = points(lens, waves ? turn_of(lens, x) : Turn{});
+  thread_local Points all;
+  set_points(lens, waves ? turn_of(lens, x) : Turn{}, &all);
   const std::size_t n = all.u.size();
   thread_local Pairs pairs;
   set_pairs(all, x, &pairs);

@@ -28,7 +28,7 @@ class PupilOverlap {
   /// shear, and their weights [m^2].
   struct Points {
     std::vector<double> u, v, weight;
-    void add(double along, double across, double area);
+    void resize(std::size_t count);
   };
   /// What the two pupil points of each have: places, product of amplitudes, difference of phases.
   struct Pairs {
@@ -44,7 +44,7 @@ class PupilOverlap {
   };
   std::vector<Arc> arcs(double shear) const;
   Turn turn_of(const std::vector<Arc>& arcs, double x) const;
-  Points points(const std::vector<Arc>& arcs, const Turn& turn) const;
+  void set_points(const std::vector<Arc>& arcs, const Turn& turn, Points* points) const;
   void set_pairs(const Points& points, double x, Pairs* pairs) const;
 
   const PupilField& field_;

@@ -433,7 +433,7 @@ TEST(ResolvedStudy, HoldsEveryDefaultInSiUnits) {
   const nlohmann::ordered_json expected = nlohmann::ordered_json::parse(R"({
     "aberfit": 1,
     "mirror": {"focal_length": 2.8, "conic": -1.0, "spherical": {"c4": 0.0, "c6": 0.0, "c8": 0.0, "c10": 0.0, "c12": 0.0}},
-    "aperture": {"shape": "circle", "diameter": 0.4, "margin": 0.0},
+    "aperture": {"shape": "circle", "diameter": 0.4, "margin": 0.0, "spiders": []},
     "light": {"wavelength": 6.328e-7},
     "roughness": {"psd": {"model": "uniform", "rms": 1e-7, "f_min": 2.5, "f_max": 39.92}},
     "target": {"theory": "auto", "convention": "physical", "statistics": {}},
@@ -446,6 +446,75 @@ TEST(ResolvedStudy, HoldsEveryDefaultInSiUnits) {
     "verify": {"published": []}
   })");
   EXPECT_EQ(resolved.dump(1), expected.dump(1));
+}
+
+const char* const kVanes =
+    R"("spiders": [{"width": "10 mm", "angle": "45 deg"}, {"width": "10 mm", "angle": "3 rad"}])";
+
+Study with_aperture(const std::string& aperture) { return parse(changed("/aperture", aperture)); }
+std::string refusal_of(const std::string& aperture) {
+  try {
+    with_aperture(aperture);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "nothing refused";
+}
+
+// The resolved study has the shape before the spiders, which reads as the same.
+TEST(ReadStudy, SegmentsAndSpidersAreWhatIsClear) {
+  const std::string hexagons =
+      R"({"shape": "segments", "hexagons": {"rings": 1, "flat_to_flat": "0.1 m", "gap": "2 mm"})";
+  const Study segments = with_aperture(hexagons + "}");
+  EXPECT_NEAR(aperture_area(segments.aperture), 6 * 0.5 * std::sqrt(3.0) * 0.01, 1e-15);
+  const Study covered = with_aperture(hexagons + ", " + kVanes + "}");
+  EXPECT_LT(aperture_area(covered.aperture), aperture_area(segments.aperture));
+  const Study ring = with_aperture(
+      R"({"shape": "annulus", "diameter": "0.4 m", "inner_diameter": "0.1 m", )" + std::string(kVanes) + "}");
+  EXPECT_NEAR(aperture_area(ring.aperture) / (0.25 * std::numbers::pi * 0.15 - 2 * 0.01 * 0.15), 1, 1e-3);
+  for (const Study& study : {segments, covered, ring}) {
+    const nlohmann::ordered_json resolved = resolved_study(study);
+    const Study again = parse_study(resolved.dump(), "study.json");
+    EXPECT_TRUE(again.aperture == study.aperture);
+    EXPECT_EQ(resolved_study(again), resolved);
+  }
+  const std::string triangle = R"({"vertices": [["0 m", "0 m"], ["0.1 m", "0 m"], ["0 m", "0.1 m"]]})",
+                    inside = R"({"vertices": [["10 mm", "10 mm"], ["10 mm", "20 mm"], ["20 mm", "10 mm"]]})",
+                    beside = R"({"vertices": [["0.1 m", "0.1 m"], ["0.1 m", "0 m"], ["0 m", "0.1 m"]]})";
+  const auto polygons = [](const std::string& list) {
+    return R"({"shape": "segments", "polygons": [)" + list + "]}";
+  };
+  EXPECT_NEAR(aperture_area(with_aperture(polygons(triangle + ", " + beside)).aperture), 0.01, 1e-15);
+  EXPECT_NE(refusal_of(polygons(triangle + ", " + inside)).find("segments side by side"), std::string::npos);
+  EXPECT_NE(refusal_of(R"({"shape": "segments"})").find("neither hexagons nor polygons"), std::string::npos);
+  EXPECT_NE(refusal_of(R"({"shape": "circle", "diameter": "0.4 m", "spiders": [)"
+                       R"({"width": "1 m", "angle": 0}, {"width": "1 m", "angle": "180 deg"}]})")
+                .find("vanes that leave a part of it clear"),
+            std::string::npos);
+}
+
+TEST(ReadStudy, AMaskIsItsOutline) {
+  const ScratchFolder folder;
+  std::string rows;
+  for (int row = 0; row < 40; ++row) {
+    for (int column = 0; column < 40; ++column)
+      rows += std::hypot(row - 19.5, column - 19.5) < 18 && std::hypot(row - 19.5, column - 19.5) > 5 ? "1 "
+                                                                                                      : "0 ";
+    rows += "\n";
+  }
+  folder.write("pupil.txt", rows);
+  const auto read = [&](const std::string& more) {
+    return read_study(
+        folder.write("study.json", changed("/aperture", R"({"shape": "mask", "file": "pupil.txt", )"
+                                                        R"("pitch": "10 mm")" +
+                                                            more + "}")));
+  };
+  const Study mask = read("");
+  EXPECT_NEAR(aperture_area(mask.aperture) / (std::numbers::pi * (0.18 * 0.18 - 0.05 * 0.05)), 1, 0.02);
+  EXPECT_LT(aperture_area(read(std::string(", ") + kVanes).aperture), 0.99 * aperture_area(mask.aperture));
+  EXPECT_TRUE(completed(mask).aperture == mask.aperture);
+  folder.write("pupil.txt", "0.2 0.3\n0.1 0.2\n");
+  EXPECT_THROW(read(""), InputError);
 }
 
 }  // namespace
