@@ -26,6 +26,7 @@
 // scene: mirror, aperture, pupil points, Zernike modes.
 #include "aberfit/scene/aperture.h"
 #include "aberfit/scene/characterisation.h"
+#include "aberfit/scene/light.h"
 #include "aberfit/scene/mirror.h"
 #include "aberfit/scene/pupil.h"
 #include "aberfit/scene/quadrature_pupil.h"

@@ -63,7 +63,7 @@ class PupilOfCases {
  private:
   static bool is_of(const GhsPupil& pupil, const Task& task) {
     return pupil.mirror() == task.mirror && pupil.aperture() == task.aperture &&
-           pupil.wavelength() == task.wavelength;
+           pupil.light() == task.wavelength;
   }
   std::shared_ptr<const GhsPupil> last() {
     const std::lock_guard lock(mutex_);

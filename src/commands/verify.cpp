@@ -39,6 +39,9 @@ VerifyReport run_verify(const Study& given, const RunOptions& options) {
   if (!study.psd)
     throw InputError(study.path, "/roughness", "nothing",
                      "a roughness block: verify compares with its Harvey-Shack prediction");
+  if (study.wavelength.is_band())
+    throw InputError(study.path, "/light", "a band of light",
+                     "one wavelength: verify holds each kind of light against its theory");
   check_pictures(study);  // before anything is computed
   std::vector<std::string> pictures = verify_picture_names();
   pictures.emplace_back("frequency_");  // data of frequency_sampling

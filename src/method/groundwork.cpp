@@ -141,6 +141,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   Groundwork ground;
   ground.focal_length = task.mirror.focal_length;
   ground.radius = aperture_radius(task.aperture);
+  ground.is_band = task.wavelength.is_band();
   const ApertureBox box = bounding_box(task.aperture);
   ground.half_side = 0.5 * std::min(box.x1 - box.x0, box.y1 - box.y0);
   const auto mind_shift = [&] {

@@ -41,8 +41,8 @@ double pitch_for_light(const Task& task, double radius, const PlanesSeen& planes
   double pitch = HUGE_VAL;
   for (const double dz : {planes.nearest, planes.farthest})
     if (f + dz > 0)  // a ring is not looked for behind the mirror
-      pitch = std::min(pitch, diffraction_sampling(task.aperture, f, task.wavelength, radius * (f + dz) / f,
-                                                   dz, law::kLeastCells)
+      pitch = std::min(pitch, diffraction_sampling(task.aperture, f, task.wavelength.shortest(),
+                                                   radius * (f + dz) / f, dz, law::kLeastCells)
                                   .pitch);
   return pitch;
 }

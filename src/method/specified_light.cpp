@@ -43,6 +43,13 @@ SpecifiedLight specified_light(const Groundwork& ground) {
     const MeanSpot focus = ground.specified_spot->at_plane(0);
     add_diameters([&](double share) { return focus.encircled_energy_radius(share); }, &light);
     add_light(*ground.specified_spot, &light);
+    const GeneralisedHarveyShack& mean = *ground.specified_spot;
+    for (std::size_t k = 0; k < mean.lines().size(); ++k) {
+      const LightLine& line = mean.pupil().light().lines()[k];
+      const MeanSpot spot = mean.lines()[k]->at_plane(0);
+      light.lines.push_back({line.wavelength, line.share, 2 * spot.encircled_energy_radius(0.5),
+                             2 * spot.encircled_energy_radius(0.8)});
+    }
   } else if (ground.use.theory == Theory::kGeometric && ground.theory) {
     light.theory = to_string(Theory::kGeometric);
     add_diameters([&](double share) { return ground.theory->encircled_energy_radius(share, 0); }, &light);

@@ -58,7 +58,7 @@ bool in_halo(const Groundwork& ground, double fraction) {
 
 // The light through a ring falls to half some depths of focus out, where a deep focus has no planes.
 bool has_ring(const Groundwork& ground, double fraction) {
-  return !ground.is_deep() && !in_halo(ground, fraction);
+  return !ground.is_deep() && !ground.is_band && !in_halo(ground, fraction);
 }
 
 // Where few modes carry the roughness, the mean light of such mirrors is no mirror's of their mean height:

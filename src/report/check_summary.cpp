@@ -58,7 +58,16 @@ std::string light_rows(const SpecifiedLight& light) {
   std::string text;
   if (!widths.empty()) text += row("mean light across", widths) + row("  on the sky [arcsec]", sky);
   if (!shares.empty()) text += row("  its shares", shares);
-  return text;
+  if (light.lines.empty()) return text;
+  const auto line = [](const SpecifiedLight::Line& one) {
+    return fmt::format("{} ee50 {}, ee80 {}", metres_text(one.wavelength), metres_text(one.ee50_diameter),
+                       metres_text(one.ee80_diameter));
+  };
+  const auto [shortest, longest] =
+      std::minmax_element(light.lines.begin(), light.lines.end(),
+                          [](const auto& a, const auto& b) { return a.wavelength < b.wavelength; });
+  return text + row("  its lines",
+                    fmt::format("{}, from {} to {}", light.lines.size(), line(*shortest), line(*longest)));
 }
 
 // How far mirrors differ: in the worst statistic, and in those of the focus that have a short name.

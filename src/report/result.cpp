@@ -233,6 +233,11 @@ Json mean_light_json(const SpecifiedLight& light) {
     json[one.key + "_m"] = json_number(one.value);
     json[one.key + "_rad"] = json_number(one.value / light.focal_length);
   }
+  for (const SpecifiedLight::Line& line : light.lines)
+    json["lines"].push_back({{"wavelength_m", line.wavelength},
+                             {"share", line.share},
+                             {"ee50_diameter_m", json_number(line.ee50_diameter)},
+                             {"ee80_diameter_m", json_number(line.ee80_diameter)}});
   return json;
 }
 

@@ -201,12 +201,56 @@ void describe_aperture(Visitor& v, Study& study) {
           "spiders that cover the aperture", "vanes that leave a part of it clear");
 }
 
-void describe_light(Visitor& v, double& wavelength) {
-  v.object({"light", "collimated light along the axis", kRequired}, nullptr, [&](Visitor& l) {
-    // A wavelength in nanometres written as a plain number would pass any looser check.
-    l.quantity({"wavelength", "wavelength [m]", kRequired, "\"632.8 nm\""}, wavelength, kLength,
-               Range{1e-12, 1e-2});
-  });
+// A wavelength in nanometres written as a plain number would pass any looser check.
+const Range kWavelengths{1e-12, 1e-2};
+
+struct Band {
+  std::optional<double> from, to;
+  std::optional<int> count;
+  std::vector<LightLine> lines;
+};
+
+void describe(Visitor& v, Band& band) {
+  v.quantity({"from", "shortest wavelength [m]", kOptional, "\"500 nm\""}, band.from, kLength, kWavelengths);
+  v.quantity({"to", "longest wavelength [m]", kOptional, "\"600 nm\""}, band.to, kLength, kWavelengths);
+  v.integer({"count", "lines of equal share, in the middles of as many parts; absent: 5", kOptional, "5"},
+            band.count, 2, 100);
+  v.list(
+      {"lines", "wavelengths and their shares, instead of from, to and count"}, band.lines.size(), 0,
+      [&](std::size_t count) {
+        band.lines.resize(count, {0, 1});
+      },
+      [&](Visitor& line, std::size_t k) {
+        line.quantity({"wavelength", "[m]", kRequired, "\"550 nm\""}, band.lines[k].wavelength, kLength,
+                      kWavelengths);
+        line.quantity({"share", "of all light; shares are those of their sum"}, band.lines[k].share, kNumber,
+                      Range::positive());
+      });
+  const bool by_ends = band.from && band.to;
+  v.check(by_ends == band.lines.empty(), by_ends ? "lines" : "from",
+          by_ends ? "lines beside from and to" : "neither from and to nor lines", "from and to, or lines");
+  v.check(!by_ends || *band.from < *band.to, "to", by_ends ? format_quantity(*band.to, kLength) : "",
+          "a wavelength above from");
+}
+
+void describe_light(Visitor& v, Light& light) {
+  v.object({"light", "collimated light along the axis, of one wavelength or of a band", kRequired}, nullptr,
+           [&](Visitor& l) {
+             std::optional<double> wavelength;
+             std::optional<Band> band;
+             if (!l.reading() && light.is_band()) band = Band{{}, {}, {}, light.lines()};
+             if (!l.reading() && !light.is_band()) wavelength = double(light);
+             l.quantity({"wavelength", "wavelength [m]; this or band", kOptional, "\"632.8 nm\""}, wavelength,
+                        kLength, kWavelengths);
+             l.optional_object({"band", "a filter: energies of its lines add"}, band, describe);
+             if (!l.reading()) return;
+             l.check(wavelength.has_value() != band.has_value(), wavelength ? "band" : "wavelength",
+                     wavelength ? "a band beside wavelength" : "nothing", "a wavelength, or a band");
+             if (wavelength) light = *wavelength;
+             if (band && band->from && band->to)
+               light = band_of_light(*band->from, *band->to, band->count.value_or(5));
+             if (band && !band->lines.empty()) light = Light(band->lines);
+           });
 }
 
 void describe_band(Visitor& t, BandSpec& band) {

@@ -105,12 +105,24 @@ void check_exports(const Study& study) {
   }
 }
 
+// Where a ring or a line spread is widest differs from wavelength to wavelength.
+void check_band(const Study& study) {
+  const std::vector<std::string> keys = keys_of(study.target.statistics);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const std::string& name = study.target.statistics[i].name;
+    if (study.wavelength.is_band() && (name == "ring_fwhm" || name == "spot_fwhm" || name == "ring_profile"))
+      throw InputError(study.path, "/target/statistics/" + keys[i], "\"" + name + "\" in a band of light",
+                       "encircled energies, which add; or light of one wavelength");
+  }
+}
+
 }  // namespace
 
 void check_rules(const Study& study) {
   check_required(study);
   check_aperture(study);
   check_exports(study);
+  check_band(study);
   if (study.trace.pupil.layout == PupilLayout::kPolar && usual_layout(study.aperture) != PupilLayout::kPolar)
     throw InputError(study.path, "/trace/pupil", "\"polar\"",
                      "\"random\", \"sobol\", \"grid\": the polar layout is for circles and annuli");

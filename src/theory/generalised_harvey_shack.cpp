@@ -31,7 +31,7 @@ namespace {
 using std::numbers::pi;
 
 constexpr std::size_t kMostPlanes = 100;
-constexpr double kSameEdge = 1e-12;  // of panels of two wavelengths
+constexpr double kSameFrequency = 1e-12;  // of panels of two wavelengths
 
 }  // namespace
 
@@ -154,7 +154,7 @@ MeanSpot GeneralisedHarveyShack::sum_of_lines(
   std::vector<TransferPanel> panels;
   for (std::size_t k = 0; k + 1 < edges.size(); ++k) {
     TransferPanel panel{edges[k], edges[k + 1]};
-    if (!(panel.b - panel.a > kSameEdge * panel.b)) continue;
+    if (!(panel.b - panel.a > kSameFrequency * panel.b)) continue;
     for (const Part& part : parts)
       panel.value += part.share * part.spot.transform_->on(panel.a / part.stretch, panel.b / part.stretch);
     if (panel.value.abs().maxCoeff() > 0) panels.push_back(panel);

@@ -61,8 +61,7 @@ class Lines {
   }
   double sum(const Statistic& statistic, const Eigen::VectorXd& of_lines) const {
     double sum = 0;
-    for (std::size_t k = 0; k < shares_.size(); ++k)
-      sum += weights(statistic)[k] * of_lines[Eigen::Index(k)];
+    for (std::size_t k = 0; k < shares_.size(); ++k) sum += weights(statistic)[k] * of_lines[Eigen::Index(k)];
     return sum;
   }
   /// Shares of the light inside radii, one each for the statistics.
@@ -94,8 +93,8 @@ class Lines {
 
 // Radii that hold the shares of the sum of all lines: between the least and the largest of the lines' own, by
 // the regula falsi in Illinois' form, all at a time.
-Eigen::VectorXd radii_of_sum(const std::vector<EncircledEnergyRadius>& circles, const Eigen::MatrixXd& of_lines,
-                             Lines* lines) {
+Eigen::VectorXd radii_of_sum(const std::vector<EncircledEnergyRadius>& circles,
+                             const Eigen::MatrixXd& of_lines, Lines* lines) {
   Eigen::VectorXd low = of_lines.rowwise().minCoeff(), high = of_lines.rowwise().maxCoeff();
   if (!of_lines.allFinite()) return Eigen::VectorXd::Constant(low.size(), std::nan(""));
   Eigen::VectorXd fraction(low.size());
@@ -155,17 +154,16 @@ bool evaluate_band(const DiffractionProblem& problem, const Eigen::ArrayXd& heig
     if (d_height) (*d_height)[place_of_sum[j]] = std::move(gradients[j]);
   }
   if (!circles.empty()) {
-    const Eigen::MatrixXd of_lines =
-        lines.values(std::vector<Statistic>(circles.begin(), circles.end()));
+    const Eigen::MatrixXd of_lines = lines.values(std::vector<Statistic>(circles.begin(), circles.end()));
     const Eigen::VectorXd radius = radii_of_sum(circles, of_lines, &lines);
     for (std::size_t j = 0; j < circles.size(); ++j)
       (*values)[Eigen::Index(place_of_circle[j])] = radius[Eigen::Index(j)];
     if (d_height && radius.allFinite()) {
-      const Eigen::VectorXd slope = ((lines.inside(circles, (1 + kStep) * radius) -
-                                      lines.inside(circles, (1 - kStep) * radius))
-                                         .array() /
-                                     (2 * kStep * radius.array()))
-                                        .matrix();
+      const Eigen::VectorXd slope =
+          ((lines.inside(circles, (1 + kStep) * radius) - lines.inside(circles, (1 - kStep) * radius))
+               .array() /
+           (2 * kStep * radius.array()))
+              .matrix();
       lines.inside(circles, radius, &gradients);
       for (std::size_t j = 0; j < circles.size(); ++j)
         (*d_height)[place_of_circle[j]] = -gradients[j] / slope[Eigen::Index(j)];

@@ -152,6 +152,17 @@ ComplexMatrix pixel_integrals(double half_width, int pixels, double u, Eigen::In
 Eigen::ArrayXXd diffraction_pixels(const DiffractionProblem& problem, const Eigen::ArrayXd& height, double dz,
                                    double half_width, int pixels) {
   require_square_cells(problem.pupil);
+  if (problem.wavelength.is_band()) {
+    Eigen::ArrayXXd sum = Eigen::ArrayXXd::Zero(pixels, pixels);
+    for (const LightLine& line : problem.wavelength.lines()) {
+      DiffractionProblem one = problem;
+      one.wavelength = line.wavelength;
+      one.scatter =
+          problem.scatter ? problem.scatter->of_line(&line - problem.wavelength.lines().data()) : nullptr;
+      sum += line.share * diffraction_pixels(one, height, dz, half_width, pixels);
+    }
+    return sum;
+  }
   const DiffractionScene scene(problem, height, 1);
   require_plane(scene, dz);
   const ComplexMatrix lags = transfer_lags(scene, pupil_field(scene, dz));

@@ -65,7 +65,7 @@ TEST(ReadStudy, FillsInTheDefaultsOfTheMinimalStudy) {
   EXPECT_EQ(study.mirror.spherical, (std::array<double, 5>{}));
   EXPECT_EQ(std::get<CircleAperture>(study.aperture).diameter, 0.4);
   EXPECT_EQ(std::get<CircleAperture>(study.aperture).margin, 0);
-  EXPECT_EQ(study.wavelength, 632.8e-9);
+  EXPECT_EQ(double(study.wavelength), 632.8e-9);
   const auto& psd = std::get<UniformPsd>(study.roughness.value().model);
   EXPECT_EQ(psd.rms, 100e-9);
   EXPECT_EQ(psd.f_min, 2.5);
@@ -515,6 +515,36 @@ TEST(ReadStudy, AMaskIsItsOutline) {
   EXPECT_TRUE(completed(mask).aperture == mask.aperture);
   folder.write("pupil.txt", "0.2 0.3\n0.1 0.2\n");
   EXPECT_THROW(read(""), InputError);
+}
+
+// Resolved a band is its lines, which read as the same.
+TEST(ReadStudy, LightMayBeABand) {
+  const auto with_light = [](const std::string& light) { return parse(changed("/light", light)); };
+  const Study filter = with_light(R"({"band": {"from": "500 nm", "to": "600 nm", "count": 4}})");
+  ASSERT_EQ(filter.wavelength.lines().size(), 4u);
+  EXPECT_NEAR(filter.wavelength.shortest(), 512.5e-9, 1e-20);
+  const Study lines =
+      with_light(R"({"band": {"lines": [{"wavelength": "500 nm"}, {"wavelength": "600 nm", "share": 3}]}})");
+  EXPECT_NEAR(lines.wavelength, 575e-9, 1e-20);
+  for (const Study& study : {filter, lines})
+    EXPECT_TRUE(parse_study(resolved_study(study).dump(), "study.json").wavelength == study.wavelength);
+  for (const auto& [light, fragment] :
+       {std::pair{R"({"band": {"from": "500 nm"}})", "from and to, or lines"},
+        {R"({"band": {"from": "600 nm", "to": "500 nm"}})", "a wavelength above from"},
+        {R"({"wavelength": "500 nm", "band": {"from": "500 nm", "to": "600 nm"}})",
+         "a wavelength, or a band"},
+        {"{}", "a wavelength, or a band"}}) {
+    try {
+      with_light(light);
+      ADD_FAILURE() << light;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(fragment), std::string::npos) << error.what();
+    }
+  }
+  EXPECT_THROW(
+      parse(changed("/light", R"({"band": {"from": "500 nm", "to": "600 nm"}}, "target": {"statistics": )"
+                              R"({"ring_fwhm": {}}})")),
+      InputError);
 }
 
 }  // namespace

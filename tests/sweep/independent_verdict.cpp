@@ -158,8 +158,8 @@ double seconds_of(double cells_across, const IndependentSurface& surface, double
 
 std::unique_ptr<IndependentWaves> waves_of(const Study& study, const Groundwork& ground,
                                            const IndependentSurface& surface, std::optional<double> cut,
-                                           int cells) {
-  auto waves = std::make_unique<IndependentWaves>(study.mirror.focal_length, study.aperture, study.wavelength,
+                                           int cells, double wavelength) {
+  auto waves = std::make_unique<IndependentWaves>(study.mirror.focal_length, study.aperture, wavelength,
                                                   surface, cells);
   if (cut) {
     const RadialPsd& psd = *ground.psd;
@@ -224,7 +224,7 @@ struct RingsOfSurface {
       seconds -= seconds_of(cells, surface, kPlanesOfRing);
       if (!(cells <= limits.largest_grid && seconds > 0) || opinion->rings == limits.most_rings) return;
       ++opinion->rings;
-      const auto waves = waves_of(study, ground, surface, cut, int(cells));
+      const auto waves = waves_of(study, ground, surface, cut, int(cells), study.wavelength);
       const auto width = independent_width(
           [&](double dz) { return waves->shares(dz, {ring.radius}).front(); }, ring.target.value);
       const double off =
@@ -261,13 +261,27 @@ SecondOpinion SecondOpinions::of_waves(const TermSet& terms, const Eigen::Vector
     opinion.obstacle = fmt::format("{:.0f} cells across are too many", needed);
     return opinion;
   }
-  const auto waves = waves_of(study_, ground_, surface, cut, int(needed));
+  // Energies of the wavelengths of a band add.
+  std::vector<std::vector<double>> shares;
+  std::unique_ptr<IndependentWaves> waves;
+  for (const LightLine& line : study_.wavelength.lines()) {
+    waves = waves_of(study_, ground_, surface, cut, int(needed), line.wavelength);
+    std::size_t at = 0;
+    for (const auto& [dz, wanted] : planes) {
+      if (at == shares.size()) shares.emplace_back(wanted.size(), 0.0);
+      const std::vector<double> of_line = waves->shares(dz, radii_of(wanted));
+      for (std::size_t k = 0; k < of_line.size(); ++k) shares[at][k] += line.share * of_line[k];
+      ++at;
+    }
+  }
+  std::size_t at = 0;
   for (const auto& [dz, wanted] : planes) {
     const double error = error_of_waves(study_, ground_, cut, dz == 0);
-    const std::vector<double> shares = waves->shares(dz, radii_of(wanted));
     for (std::size_t k = 0; k < wanted.size(); ++k)
-      judge_light(study_, wanted[k].second, std::abs(shares[k] - wanted[k].first) - error, &opinion);
+      judge_light(study_, wanted[k].second, std::abs(shares[at][k] - wanted[k].first) - error, &opinion);
+    ++at;
   }
+  if (study_.wavelength.is_band()) return opinion;
   const RingsOfSurface rings{study_, ground_, sets_, surface, cut, limits};
   rings.judge_by(waves.get(), 0.5 * needed * airy_unit(study_), &opinion);
   return opinion;

@@ -27,6 +27,7 @@ struct Groundwork {
   std::optional<RadialPsd> prior_psd;  ///< of the equivalent surface: heights halved in convention `paper`
   double prior_height_factor = 1;
   SceneNumbers numbers;
+  bool is_band = false;    ///< of several wavelengths, in which rings have no width
   double radius = 0;       ///< aperture radius [m]
   double focal_sigma = 0;  ///< scale of the focal spot [m]: of a Gaussian with the theory's ee90
   std::optional<GeometricHarveyShack> theory;

@@ -10,8 +10,8 @@ struct LightLine {
   bool operator==(const LightLine&) const = default;
 };
 
-/// Collimated light of one wavelength, or of a few whose energies add. Where a number is wanted it is the mean
-/// wavelength, weighted by shares.
+/// Collimated light of one wavelength, or of a few whose energies add. Where a number is wanted it is the
+/// mean wavelength, weighted by shares.
 class Light {
  public:
   Light() = default;

@@ -1,0 +1,47 @@
+// Pupils and light that telescopes have: segments, spiders, a filter. What the program says of each is
+// checked by a wave code of the tests' own.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include "aberfit/commands/run.h"
+#include "aberfit/study/read_study.h"
+#include "independent_verdict.h"
+
+namespace aberfit {
+namespace {
+
+// Roughness to 200 cycles across.
+const char* const kHexagons = R"({"aberfit": 1, "mirror": {"focal_length": "17.5 m"},
+  "aperture": {"shape": "segments", "hexagons": {"rings": 3, "flat_to_flat": "1.35 m", "gap": "4 mm"}},
+  "light": {"wavelength": "2 um"},
+  "roughness": {"psd": {"model": "k-correlation", "rms": "60 nm", "B": "3 m", "exponent": 3,
+                        "f_min": "0.1 /m", "f_max": "20 /m"}}})";
+const char* const kSpider = R"({"aberfit": 1, "mirror": {"focal_length": "2.4 m"},
+  "aperture": {"shape": "annulus", "diameter": "1 m", "inner_diameter": "0.3 m", "spiders": [
+    {"width": "15 mm", "angle": "45 deg"}, {"width": "15 mm", "angle": "135 deg"},
+    {"width": "15 mm", "angle": "225 deg"}, {"width": "15 mm", "angle": "315 deg"}]},
+  "light": {"band": {"from": "500 nm", "to": "600 nm", "count": 5}},
+  "roughness": {"psd": {"model": "k-correlation", "rms": "20 nm", "B": "0.3 m", "exponent": 3,
+                        "f_min": "1 /m", "f_max": "100 /m"}}})";
+
+void expect_true_in_light(const char* text) {
+  const Study study = parse_study(text, "telescope.json");
+  const auto begin = std::chrono::steady_clock::now();
+  const ResultDocument result = run_fit(study, {});
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+  ASSERT_EQ(result.verdict, Verdict::kEquivalent);
+  ASSERT_TRUE(result.shares);
+  const SecondOpinion light = SecondOpinions(study).of_waves(
+      result.terms, result.fit.coefficients, result.shares->cut, {.seconds = 7200, .narrow_field = true});
+  std::printf("%d terms, %.1f s, worst in light %.2f (%s)\n", int(result.terms.size()), seconds.count(),
+              light.worst, light.statistic.c_str());
+  EXPECT_LE(light.worst, 1.0) << light.statistic << light.obstacle;
+}
+
+TEST(Telescopes, OfSegmentsIsTrueInLight) { expect_true_in_light(kHexagons); }
+TEST(Telescopes, WithASpiderInAFilterIsTrueInLight) { expect_true_in_light(kSpider); }
+
+}  // namespace
+}  // namespace aberfit
