@@ -165,8 +165,7 @@ MeanSpot GeneralisedHarveyShack::sum_of_lines(
 }
 
 MeanSpot GeneralisedHarveyShack::make_plane(double dz) const {
-  if (!lines_.empty())
-    return sum_of_lines(dz, [&](std::size_t line) { return lines_[line]->at_plane(dz); });
+  if (!lines_.empty()) return sum_of_lines(dz, [&](std::size_t line) { return lines_[line]->at_plane(dz); });
   MeanSpot spot = empty_plane(dz);
   spot.transform_ = std::make_shared<const RadialTransform>(exact_->panels(dz, false));
   return spot;
@@ -223,8 +222,8 @@ ExponentChange GeneralisedHarveyShack::change_of_line(const PsdDerivative& deriv
 
 MeanSpot GeneralisedHarveyShack::change_at_plane(const SurfaceChange& change, double dz) const {
   if (!lines_.empty())
-    return sum_of_lines(
-        dz, [&](std::size_t line) { return lines_[line]->change_at_plane({change[line]}, dz); });
+    return sum_of_lines(dz,
+                        [&](std::size_t line) { return lines_[line]->change_at_plane({change[line]}, dz); });
   MeanSpot spot = empty_plane(dz);
   spot.transform_ = std::make_shared<const RadialTransform>(exact_->change_panels(dz, change.front()));
   return spot;
@@ -257,8 +256,7 @@ RadialTransform GeneralisedHarveyShack::line_spread(double bandwidth, const Surf
   const auto gaussian = [&](double s) { return std::exp(-2 * std::pow(pi * nu * bandwidth * s, 2)); };
   std::vector<TransferPanel> panels;
   const MeanSpot focus = change ? change_at_plane(*change, 0) : at_plane(0);
-  for (const TransferPanel& panel : focus.transform_->panels())
-    append_product(panel, gaussian, &panels);
+  for (const TransferPanel& panel : focus.transform_->panels()) append_product(panel, gaussian, &panels);
   return RadialTransform(std::move(panels));
 }
 

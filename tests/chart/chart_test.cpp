@@ -161,9 +161,6 @@ TEST_F(ChartRun, FinerGridsMissLessAndRaysMissWhatDiffractionAdds) {
   EXPECT_GT(least_error(rays), least_error(waves));
 }
 
-TEST_F(ChartRun, GeometricTheoryMissesMoreThanTheParaxialOneOfLight) {
-}
-
 TEST_F(ChartRun, CutsNeedATransferFunction) {
   int found = 0;
   for (const ordered_json& family : chart_["families"])

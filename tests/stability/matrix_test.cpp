@@ -58,8 +58,8 @@ TEST(RandomScenes, ReachTheEndsOfTheirRangesAndEveryClass) {
     const Study study = study_of(scene, folder);
     for (const auto& [of, value] : scene.classes) seen[of].insert(value);
     open += scene.all_open;
-    shortest = std::min(shortest, study.wavelength);
-    longest = std::max(longest, study.wavelength);
+    shortest = std::min(shortest, double(study.wavelength));
+    longest = std::max(longest, double(study.wavelength));
     if (scene.classes.at("aperture") != "circle") continue;
     const double across = 2 * aperture_radius(study.aperture), f_number = study.mirror.focal_length / across;
     smallest = std::min(smallest, across);

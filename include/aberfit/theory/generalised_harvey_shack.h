@@ -98,7 +98,8 @@ struct GhsOptions {
 class GhsPupil {
  public:
   /// Throws as GeneralisedHarveyShack does of mirrors and apertures.
-  GhsPupil(const Mirror& mirror, const Aperture& aperture, const Light& light, const GhsOptions& options = {});
+  GhsPupil(const Mirror& mirror, const Aperture& aperture, const Light& light,
+           const GhsOptions& options = {});
 
   const Mirror& mirror() const { return mirror_; }
   const Aperture& aperture() const { return aperture_; }
