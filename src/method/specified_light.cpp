@@ -15,8 +15,9 @@ void add_diameters(const Radius& radius, SpecifiedLight* light) {
   light->values.push_back({"hew", light->values.front().value, true});
 }
 
-// Strehl ratio and PSSN are relative to the parabola.
+// Strehl ratio and PSSN are relative to the parabola; where a band is brightest is not known of uneven light.
 bool parabola_is_cheap(const GhsPupil& pupil) {
+  if (pupil.light().is_band() && pupil.has_uneven_light()) return false;
   return is_parabola(pupil.mirror()) || std::holds_alternative<CircleAperture>(pupil.aperture()) ||
          std::holds_alternative<AnnulusAperture>(pupil.aperture());
 }

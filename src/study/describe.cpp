@@ -239,7 +239,7 @@ void describe_light(Visitor& v, Light& light) {
              std::optional<double> wavelength;
              std::optional<Band> band;
              if (!l.reading() && light.is_band()) band = Band{{}, {}, {}, light.lines()};
-             if (!l.reading() && !light.is_band()) wavelength = double(light);
+             if (!l.reading() && !light.is_band() && light > 0) wavelength = double(light);
              l.quantity({"wavelength", "wavelength [m]; this or band", kOptional, "\"632.8 nm\""}, wavelength,
                         kLength, kWavelengths);
              l.optional_object({"band", "a filter: energies of its lines add"}, band, describe);

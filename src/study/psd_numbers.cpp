@@ -50,7 +50,8 @@ struct StudyFamily::Text {
 
 StudyFamily::StudyFamily(const Study& study, const std::vector<std::string>& pointers) {
   Text text{study.path, resolved_study(study), {}};
-  for (const char* unused : {"verify", "solve", "vary", "output"}) text.study.erase(unused);
+  for (const char* unused : {"verify", "vary", "output"}) text.study.erase(unused);
+  if (text.study.contains("solve")) text.study["solve"] = Json::object();  // that it is for budgets
   for (const std::string& pointer : pointers) {
     text.pointers.emplace_back(pointer);
     const Json::json_pointer &number = text.pointers.back(), around = number.parent_pointer();

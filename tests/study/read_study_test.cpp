@@ -541,10 +541,10 @@ TEST(ReadStudy, LightMayBeABand) {
       EXPECT_NE(std::string(error.what()).find(fragment), std::string::npos) << error.what();
     }
   }
-  EXPECT_THROW(
-      parse(changed("/light", R"({"band": {"from": "500 nm", "to": "600 nm"}}, "target": {"statistics": )"
-                              R"({"ring_fwhm": {}}})")),
-      InputError);
+  nlohmann::json with_ring =
+      nlohmann::json::parse(changed("/light", R"({"band": {"from": "500 nm", "to": "600 nm"}})"));
+  with_ring["target"]["statistics"] = {{"ring_fwhm", nlohmann::json::object()}};
+  EXPECT_THROW(parse(with_ring.dump()), InputError);
 }
 
 }  // namespace
