@@ -51,7 +51,13 @@ struct StudyFamily::Text {
 StudyFamily::StudyFamily(const Study& study, const std::vector<std::string>& pointers) {
   Text text{study.path, resolved_study(study), {}};
   for (const char* unused : {"verify", "vary", "output"}) text.study.erase(unused);
-  if (text.study.contains("solve")) text.study["solve"] = Json::object();  // that it is for budgets
+  // That it is for budgets, which need no height variance, stays; what would be read from files goes.
+  if (text.study.contains("solve")) {
+    if (text.study["solve"].contains("so_that"))
+      text.study["solve"].erase("with");
+    else
+      text.study.erase("solve");
+  }
   for (const std::string& pointer : pointers) {
     text.pointers.emplace_back(pointer);
     const Json::json_pointer &number = text.pointers.back(), around = number.parent_pointer();

@@ -1,6 +1,7 @@
 // `aberfit solve` from the outside: exit codes, files, what is printed.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -50,6 +51,27 @@ TEST_F(SolveCommand, WritesWhatItPrints) {
   std::istringstream lines(summary);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
   EXPECT_FALSE(std::filesystem::exists(folder_.file("result/contour.csv")));
+}
+
+// S = A f^-3 from f = 0 on has no height variance, but a focus: half of the light within sqrt3 g, g = 32 pi^3
+// A/lambda and what the aperture adds, 2 lambda/(pi^2 D). It has no end at which rays had a slope: 1e6 /m.
+TEST_F(SolveCommand, TakesARoughnessWithoutALowEnd) {
+  const std::string law =
+      R"(solve study.json --json --quiet --set /target/theory=ghs --set '/roughness/psd={"model": )"
+      R"("power-law", "amplitude": "1e-14 m^4", "exponent": 3, "f_min": 0, "f_max": "1e6 /m"}' )"
+      R"(--set '/solve={"for": ["/roughness/psd/amplitude"], "so_that": )";
+  EXPECT_EQ(run(law + R"({"ee50_diameter": "<= 8 arcsec"}}')"), 0) << err();
+  const ordered_json printed = ordered_json::parse(out());
+  constexpr double kPi = 3.141592653589793, kWave = 500e-9, kDiameter = 0.2, kRadius = 4 / 206264.80624709636;
+  const double g = kRadius / std::sqrt(3.0) - 2 * kWave / (kPi * kPi * kDiameter);
+  EXPECT_NEAR(double(printed["solutions"][0]["at"]["/roughness/psd/amplitude"]) /
+                  (g * kWave / (32 * std::pow(kPi, 3))),
+              1, 2e-3)
+      << printed["solutions"];
+  EXPECT_EQ(
+      run("check study.json --set '/roughness/psd={\"model\": \"power-law\", \"amplitude\": \"1e-14 m^4\", "
+          "\"exponent\": 3, \"f_min\": 0, \"f_max\": \"1e6 /m\"}' --set /solve=null"),
+      2);
 }
 
 TEST_F(SolveCommand, ReturnsOneWhereThereIsNoSolutionOrNoBound) {
