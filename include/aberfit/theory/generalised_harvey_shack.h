@@ -140,7 +140,7 @@ class GhsPupil {
 /// energies: below 1e-9 of circles and annuli with rotational symmetry (interpolation of H over the aperture:
 /// 2e-6 of it; H of pairs of points: 3e-5 from f/1.5 on, 1.2e-4 at f/1, 1.3e-3 at f/0.5), below 1e-4 of all
 /// others, beside the error of the theory itself, see `theory_error`. Phases whose slope takes more
-/// than 2 GB of cells, some 600 waves over the aperture, are refused (4000 of round pupils). Where f_max x
+/// than 2 GB of cells, some 1000 waves over the aperture, are refused (20,000 of round pupils). Where f_max x
 /// exceeds 100 cycles within the aperture the band edge is softened by 1 %: at such shears the
 /// autocorrelation is that of S cos^4(pi f / (2 f_max)). Const use from many threads.
 class GeneralisedHarveyShack {
