@@ -162,7 +162,8 @@ void describe(Visitor& v, Vane& vane) {
 
 void describe(Visitor& v, MaskFile& mask) {
   v.text({"file",
-          "FITS, NumPy or text image, relative to the study; row 0 at the lowest y; from 0 to 1 the clear "
+          "FITS (row 0 at the lowest y) or text image (first line the top row), relative to the study; from "
+          "0 to 1 the clear "
           "share of each pixel, clear where it is above one half, the middle on the axis",
           kRequired, "\"pupil.fits\""},
          mask.file, false);
