@@ -38,11 +38,8 @@ std::optional<PupilSample> moment_pupil(const Aperture& aperture, const TermSet&
 }
 
 std::optional<PupilSample> mean_angle_pupil(const Aperture& aperture, const TermSet& terms) {
-  // A polygon has as many times the points of a circle as it has edges.
-  std::size_t edges = 0;
-  if (!std::holds_alternative<RectangleAperture>(aperture))
-    for (const Outline& outline : aperture_outlines(aperture)) edges += outline.size();
-  const double per_circle = edges > 0 ? double(edges) : 1.0;
+  // A polygon has as many times the points of a circle, which has one of degree 0, as it has edges.
+  const double per_circle = quadrature_points(aperture, 0);
   const int degree = degree_of_moments(aperture, terms);
   for (int finer = int(std::lround(3 / std::sqrt(per_circle))); finer > 1; --finer)
     if (quadrature_points(aperture, finer * degree) <= kMostMomentPoints)

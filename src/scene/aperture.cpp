@@ -6,6 +6,7 @@
 
 #include "aberfit/core/overloaded.h"
 #include "aberfit/core/quadrature.h"
+#include "polygon.h"
 
 namespace aberfit {
 namespace {
@@ -14,16 +15,8 @@ using Point = std::array<double, 2>;
 
 double cross(const Point& a, const Point& b) { return a[0] * b[1] - a[1] * b[0]; }
 
-double signed_area(const std::vector<Point>& v) {
-  double twice = 0;
-  for (std::size_t i = 0; i < v.size(); ++i) twice += cross(v[i], v[(i + 1) % v.size()]);
-  return 0.5 * twice;
-}
-
 double signed_area(const std::vector<Outline>& outlines) {
-  double sum = 0;
-  for (const Outline& outline : outlines) sum += signed_area(outline);
-  return sum;
+  return 0.5 * internal::area_of(outlines).twice_area;
 }
 
 double distance_to_segment(const Point& p, const Point& a, const Point& b) {
@@ -175,7 +168,7 @@ std::vector<Outline> straightened(const Aperture& aperture) {
   return outlines;
 }
 
-// What of an outline lies where distance . p <= limit (Sutherland and Hodgman 1974).
+// The part of an outline where normal . p <= limit (Sutherland and Hodgman 1974).
 Outline clipped(const Outline& outline, const Point& normal, double limit) {
   Outline result;
   const auto beyond = [&](const Point& p) { return normal[0] * p[0] + normal[1] * p[1] - limit; };
@@ -209,7 +202,7 @@ double aperture_area(const Aperture& aperture) {
                                         (a.diameter + a.inner_diameter);
                                },
                                [](const RectangleAperture& a) { return a.width * a.height; },
-                               [](const PolygonAperture& a) { return std::abs(signed_area(a.vertices)); },
+                               [](const PolygonAperture& a) { return std::abs(signed_area({a.vertices})); },
                                [](const SegmentedAperture& a) { return std::abs(signed_area(a.outlines)); }},
                     aperture);
 }
@@ -268,6 +261,12 @@ SegmentedAperture hexagonal_segments(int rings, double flat_to_flat, double gap,
       }
     }
   return result;
+}
+
+std::vector<Outline> counter_clockwise(std::vector<Outline> outlines) {
+  for (Outline& outline : outlines)
+    if (internal::polygon_area(outline).twice_area < 0) std::reverse(outline.begin(), outline.end());
+  return outlines;
 }
 
 bool aperture_contains(const Aperture& aperture, double x, double y, double margin) {

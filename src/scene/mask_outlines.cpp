@@ -59,7 +59,7 @@ class Outliner {
     }
   }
 
-  // Where the share is one half between the two pixels, from the middle of the mask [m].
+  // The place between the two pixels where the share is one half, from the middle of the mask [m].
   std::array<double, 2> place(const Crossing& at, double pitch) const {
     const double here = share_(at.row, at.column),
                  there = share_(at.row + (at.along_row ? 0 : 1), at.column + (at.along_row ? 1 : 0));

@@ -4,6 +4,7 @@ namespace aberfit::internal {
 
 PolygonArea polygon_area(const Outline& vertices) {
   PolygonArea area;
+  if (vertices.empty()) return area;
   double x = 0, y = 0;
   const auto& origin = vertices.front();
   for (std::size_t i = 0; i < vertices.size(); ++i) {

@@ -17,14 +17,13 @@ Aperture unobstructed(const ApertureSpec& spec, const SegmentedAperture& of_mask
 
 }  // namespace
 
-Aperture clear_of(const ApertureSpec& spec, const SegmentedAperture& of_mask) {
+std::optional<Aperture> clear_of(const ApertureSpec& spec, const SegmentedAperture& of_mask) {
+  constexpr double kLeastClear = 1e-6;  // of the area
   const Aperture shape = unobstructed(spec, of_mask);
-  return spec.spiders.empty() ? shape : Aperture(obstructed(shape, spec.spiders));
-}
-
-bool leaves_something(const ApertureSpec& spec, const SegmentedAperture& of_mask) {
-  constexpr double kLeastClear = 1e-6;
-  return aperture_area(clear_of(spec, of_mask)) > kLeastClear * aperture_area(unobstructed(spec, of_mask));
+  if (spec.spiders.empty()) return shape;
+  const Aperture left = obstructed(shape, spec.spiders);
+  if (!(aperture_area(left) > kLeastClear * aperture_area(shape))) return std::nullopt;
+  return left;
 }
 
 }  // namespace aberfit::internal

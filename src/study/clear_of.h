@@ -1,11 +1,12 @@
 #pragma once
+#include <optional>
+
 #include "aberfit/study/study.h"
 
 namespace aberfit::internal {
 
-/// What the spiders of a description leave of its shape; of a mask, of its outlines.
-Aperture clear_of(const ApertureSpec& spec, const SegmentedAperture& of_mask);
-/// Whether that is more than a millionth.
-bool leaves_something(const ApertureSpec& spec, const SegmentedAperture& of_mask);
+/// The shape of a description less what its spiders cover; for a mask the shape is `of_mask`, its outlines.
+/// Nothing where they leave a millionth or less.
+std::optional<Aperture> clear_of(const ApertureSpec& spec, const SegmentedAperture& of_mask);
 
 }  // namespace aberfit::internal

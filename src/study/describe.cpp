@@ -99,12 +99,16 @@ void describe(Visitor& v, RectangleAperture& a) {
   describe_margin(v, a.margin, std::min(a.width, a.height) / 2);
 }
 
-void describe(Visitor& v, PolygonAperture& a) {
-  v.points({"vertices", "corners [x, y] in order [m], either sense; edges must not cross", kRequired,
-            R"([["-0.1 m", "-0.1 m"], ["0.1 m", "-0.1 m"], ["0 m", "0.15 m"]])"},
-           a.vertices, 3);
-  const std::string problem = v.reading() ? polygon_problem(a.vertices) : "";
+void describe_vertices(Visitor& v, Outline& vertices, const char* example) {
+  v.points(
+      {"vertices", "corners [x, y] in order [m], either sense; edges must not cross", kRequired, example},
+      vertices, 3);
+  const std::string problem = v.reading() ? polygon_problem(vertices) : "";
   v.check(problem.empty(), "vertices", problem, "a polygon with an area whose edges do not cross");
+}
+
+void describe(Visitor& v, PolygonAperture& a) {
+  describe_vertices(v, a.vertices, R"([["-0.1 m", "-0.1 m"], ["0.1 m", "-0.1 m"], ["0 m", "0.15 m"]])");
   describe_margin(v, a.margin, std::numeric_limits<double>::infinity());
 }
 
@@ -132,18 +136,13 @@ void describe(Visitor& v, SegmentedAperture& a) {
   v.list(
       {"polygons", "one outline for each segment; instead of hexagons"}, polygons.size(), 0,
       [&](std::size_t count) { polygons.resize(count); },
-      [&](Visitor& one, std::size_t i) {
-        one.points({"vertices", "corners [x, y] in order [m], either sense; edges must not cross", kRequired},
-                   polygons[i], 3);
-        const std::string problem = one.reading() ? polygon_problem(polygons[i]) : "";
-        one.check(problem.empty(), "vertices", problem, "a polygon with an area whose edges do not cross");
-      });
+      [&](Visitor& one, std::size_t i) { describe_vertices(one, polygons[i], nullptr); });
   describe_margin(v, a.margin, std::numeric_limits<double>::infinity());
   if (!v.reading()) return;
   v.check(hexagons.has_value() == polygons.empty(), hexagons ? "polygons" : "hexagons",
           hexagons ? "polygons beside hexagons" : "neither hexagons nor polygons",
           "one of hexagons and polygons");
-  a.outlines = one_way_round(polygons);
+  a.outlines = counter_clockwise(polygons);
   if (hexagons)
     a.outlines = hexagonal_segments(hexagons->rings, hexagons->flat_to_flat, hexagons->gap, hexagons->centre,
                                     hexagons->angle)
@@ -197,9 +196,10 @@ void describe_aperture(Visitor& v, Study& study) {
   study.obstructed.reset();
   const bool is_file = std::holds_alternative<MaskFile>(spec.shape);
   if (is_file || !spec.spiders.empty()) study.obstructed = spec;
-  study.aperture = is_file ? SegmentedAperture{} : clear_of(spec, {});
-  v.check(is_file || spec.spiders.empty() || leaves_something(spec, {}), "aperture",
-          "spiders that cover the aperture", "vanes that leave a part of it clear");
+  const std::optional<Aperture> clear = is_file ? SegmentedAperture{} : clear_of(spec, {});
+  v.check(clear.has_value(), "aperture", "spiders that cover the aperture",
+          "vanes that leave a part of it clear");
+  study.aperture = clear.value_or(SegmentedAperture{});
 }
 
 // A wavelength in nanometres written as a plain number would pass any looser check.

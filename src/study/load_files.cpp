@@ -68,10 +68,11 @@ void load_mask(Study* study) {
   const std::string path = locate(*study, mask->file, "/aperture/file");
   try {
     const SegmentedAperture outlines = mask_outlines(read_mask(path), mask->pitch);
-    if (!leaves_something(spec, outlines))
+    const std::optional<Aperture> clear = clear_of(spec, outlines);
+    if (!clear)
       throw InputError(study->path, "/aperture/spiders", "vanes that cover the aperture",
                        "vanes that leave a part of it clear");
-    study->aperture = clear_of(spec, outlines);
+    study->aperture = *clear;
   } catch (const ComputationError& error) {
     throw InputError(study->path, "/aperture/file", fmt::format("in \"{}\": {}", mask->file, error.what()),
                      "an image from 0, opaque, to 1, clear, that is grey at edges alone");

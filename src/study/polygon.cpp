@@ -50,18 +50,6 @@ std::string polygon_problem(const std::vector<std::array<double, 2>>& vertices) 
   return area == 0 ? "no area" : "";
 }
 
-std::vector<Outline> one_way_round(std::vector<Outline> outlines) {
-  for (Outline& outline : outlines) {
-    double twice_area = 0;
-    for (std::size_t i = 0; i < outline.size(); ++i) {
-      const auto &a = outline[i], &b = outline[(i + 1) % outline.size()];
-      twice_area += a[0] * b[1] - a[1] * b[0];
-    }
-    if (twice_area < 0) std::reverse(outline.begin(), outline.end());
-  }
-  return outlines;
-}
-
 bool overlap(const std::vector<Outline>& outlines) {
   constexpr double kTouching = 1e-9;  // of the size of the other
   for (const Outline& one : outlines)

@@ -11,8 +11,6 @@ namespace aberfit::internal {
 /// Empty when it is simple. vertices: at least 3, [m]. O(n^2).
 std::string polygon_problem(const std::vector<std::array<double, 2>>& vertices);
 
-/// The same outlines, all counter-clockwise.
-std::vector<Outline> one_way_round(std::vector<Outline> outlines);
 /// Whether a corner or the middle of an edge of one outline lies inside another, edges not included.
 bool overlap(const std::vector<Outline>& outlines);
 

@@ -15,9 +15,7 @@ namespace {
 
 using std::numbers::pi;
 
-// For the edges, as of PupilMoments.
 constexpr int kFewestCells = 320, kMostCells = 4096;
-constexpr double kCellsPerSlenderness = 16;
 
 // Area that two discs have in common.
 double lens(double one, double two, double distance) {
@@ -47,7 +45,7 @@ double longest_distance(const Aperture& aperture) {
 }
 
 PanelFunction transfer_of_light(const Aperture& aperture, double cutoff) {
-  const double slender = kCellsPerSlenderness * slenderness(aperture);
+  const double slender = cells_for_edges(aperture);
   if (slender > kMostCells)
     throw ComputationError("the aperture is too slender for its light; check the aperture, its smaller side");
   const PupilCells cells(aperture, std::max(kFewestCells, int(slender)));

@@ -12,13 +12,6 @@ namespace {
 
 constexpr double kReachOfLow = 0.95;
 
-// Whose overlap has no phase.
-Mirror perfect(const Mirror& mirror) {
-  Mirror parabola;
-  parabola.focal_length = mirror.focal_length;
-  return parabola;
-}
-
 }  // namespace
 
 BandSplit::BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, const Aperture& aperture,
@@ -32,13 +25,14 @@ BandSplit::BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, con
   for (std::size_t k = 0; k < whole_->lines().size(); ++k)
     lines_.push_back(std::make_shared<const BandSplit>(psd, cut, mirror, aperture,
                                                        light.lines()[k].wavelength, whole_->lines()[k]));
+  const GhsPupil parabola = whole_->pupil().of_parabola();  // its overlap has no phase
   if (cut > psd.f_min()) {
-    low_light_.emplace(low_, perfect(mirror), aperture, light);
+    low_light_.emplace(low_, parabola);
     low_reach_ = std::max(low_light_->at_plane(0).encircled_energy_radius(kReachOfLow),
                           light.longest() * mirror.focal_length * low_.f_max());
   }
   if (!(cut < psd.f_max())) return;
-  rest_light_.emplace(rest_, perfect(mirror), aperture, light);
+  rest_light_.emplace(rest_, parabola);
   const PsdMoments moments = psd_moments(rest_);
   rest_height_ = moments.rms_height();
   rest_slope_ = moments.rms_slope_per_axis();

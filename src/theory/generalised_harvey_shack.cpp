@@ -86,13 +86,17 @@ GeneralisedHarveyShack::GeneralisedHarveyShack(const RadialPsd& psd, const GhsPu
       pupil.moments_, [this](const Eigen::ArrayXd& x) { return exponent(x); }, g_ * g_,
       of_uneven_paths([this](double power, double a, double b) { return radial_moment(psd_, power, a, b); }),
       transfer_options(psd_, wavelength_, pupil.moments_->cutoff(), pupil.options_.halvings));
-  core_ = exact_->core_share();
-  if (pupil.lines_.empty()) return;
-  core_ = 0;
-  for (std::size_t k = 0; k < pupil.lines_.size(); ++k) {
-    lines_.push_back(std::make_shared<const GeneralisedHarveyShack>(psd, pupil.lines_[k]));
-    core_ += share(k) * lines_.back()->core_;
-  }
+  for (const GhsPupil& line : pupil.lines_)
+    lines_.push_back(std::make_shared<const GeneralisedHarveyShack>(psd, line));
+  core_ = is_band() ? mean_of_lines([](const GeneralisedHarveyShack& line) { return line.core_; })
+                    : exact_->core_share();
+}
+
+double GeneralisedHarveyShack::mean_of_lines(
+    const std::function<double(const GeneralisedHarveyShack& line)>& of) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < lines_.size(); ++k) sum += share(k) * of(*lines_[k]);
+  return sum;
 }
 
 double GeneralisedHarveyShack::share(std::size_t line) const { return pupil_.light_.lines()[line].share; }
@@ -165,7 +169,7 @@ MeanSpot GeneralisedHarveyShack::sum_of_lines(
 }
 
 MeanSpot GeneralisedHarveyShack::make_plane(double dz) const {
-  if (!lines_.empty()) return sum_of_lines(dz, [&](std::size_t line) { return lines_[line]->at_plane(dz); });
+  if (is_band()) return sum_of_lines(dz, [&](std::size_t line) { return lines_[line]->at_plane(dz); });
   MeanSpot spot = empty_plane(dz);
   spot.transform_ = std::make_shared<const RadialTransform>(exact_->panels(dz, false));
   return spot;
@@ -193,9 +197,9 @@ double GeneralisedHarveyShack::of_uneven_paths(
 }
 
 double GeneralisedHarveyShack::core_change(const PsdDerivative& derivative, double scale) const {
-  double sum = 0;
-  for (std::size_t k = 0; k < lines_.size(); ++k) sum += share(k) * lines_[k]->core_change(derivative, scale);
-  if (!lines_.empty()) return sum;
+  if (is_band())
+    return mean_of_lines(
+        [&](const GeneralisedHarveyShack& line) { return line.core_change(derivative, scale); });
   return -limit_change(derivative, scale) * exact_->core_slope();
 }
 
@@ -203,7 +207,7 @@ GeneralisedHarveyShack::SurfaceChange GeneralisedHarveyShack::change_of(const Ps
                                                                         double scale) const {
   SurfaceChange change;
   for (const auto& line : lines_) change.push_back(line->change_of_line(derivative, scale));
-  if (lines_.empty()) change.push_back(change_of_line(derivative, scale));
+  if (!is_band()) change.push_back(change_of_line(derivative, scale));
   return change;
 }
 
@@ -221,7 +225,7 @@ ExponentChange GeneralisedHarveyShack::change_of_line(const PsdDerivative& deriv
 }
 
 MeanSpot GeneralisedHarveyShack::change_at_plane(const SurfaceChange& change, double dz) const {
-  if (!lines_.empty())
+  if (is_band())
     return sum_of_lines(dz,
                         [&](std::size_t line) { return lines_[line]->change_at_plane({change[line]}, dz); });
   MeanSpot spot = empty_plane(dz);
@@ -285,9 +289,8 @@ double GeneralisedHarveyShack::scatter_mean() const {
 double GeneralisedHarveyShack::tis() const { return 1 - core_; }
 
 double GeneralisedHarveyShack::angle_spread(double theta) const {
-  double sum = 0;
-  for (std::size_t k = 0; k < lines_.size(); ++k) sum += share(k) * lines_[k]->angle_spread(theta);
-  if (!lines_.empty()) return sum;
+  if (is_band())
+    return mean_of_lines([&](const GeneralisedHarveyShack& line) { return line.angle_spread(theta); });
   const double scale = 2 * pi * cutoff() / wavelength_, v = scale * std::abs(std::sin(theta));
   const RadialTransform scattered(exact_->panels(0, true));
   const double integral = v > 0 ? scattered.disc(v).derivative / v : scattered.first_moment();
@@ -301,10 +304,10 @@ Eigen::ArrayXd GeneralisedHarveyShack::overlap_transfer(const Eigen::ArrayXd& x)
 }
 
 double GeneralisedHarveyShack::transfer(double x, double dz) const {
-  double sum = 0;
-  for (std::size_t k = 0; k < lines_.size(); ++k)
-    sum += share(k) * lines_[k]->transfer(x * lines_[k]->wavelength_ / wavelength_, dz);
-  return lines_.empty() ? exact_->at(x, dz) : sum;
+  if (!is_band()) return exact_->at(x, dz);
+  return mean_of_lines([&](const GeneralisedHarveyShack& line) {
+    return line.transfer(x * line.wavelength_ / wavelength_, dz);
+  });
 }
 
 double GeneralisedHarveyShack::unresolved() const {

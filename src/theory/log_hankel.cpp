@@ -55,8 +55,8 @@ Eigen::ArrayXd LogHankel::points(double high, Eigen::Index count) const {
 }
 
 void LogHankel::operator()(Eigen::ArrayXcd* values) const {
-  values->conservativeResize(size());
-  values->tail(size() - count_x_).setZero();
+  values->conservativeResize(kernel_.size());
+  values->tail(kernel_.size() - count_x_).setZero();
   (*transform_)(values->data());
   *values *= kernel_;
   (*transform_)(values->data());

@@ -18,13 +18,9 @@ class LogHankel {
   LogHankel(double low, double high, double low_y, double high_y, double turn);
 
   double step() const { return step_; }  ///< of ln x and ln y
-  Eigen::Index size() const { return kernel_.size(); }
-  /// Points that end in `high` and `high_y`; what lies beyond in size() is room for what J0 carries around.
-  Eigen::Index count_x() const { return count_x_; }
-  Eigen::Index count_y() const { return count_y_; }
   Eigen::ArrayXd x() const { return points(high_, count_x_); }
   Eigen::ArrayXd y() const { return points(high_y_, count_y_); }
-  /// In place: x f(x) at count_x() points, then y F(y) at count_y().
+  /// Takes x f(x) at x() and leaves y F(y) at y().
   void operator()(Eigen::ArrayXcd* values) const;
 
  private:
@@ -32,7 +28,7 @@ class LogHankel {
 
   double high_, high_y_, step_ = 0;
   Eigen::Index count_x_ = 0, count_y_ = 0;
-  Eigen::ArrayXcd kernel_;  // of each frequency
+  Eigen::ArrayXcd kernel_;  // of each frequency; longer than x and y by room for what J0 carries around
   std::unique_ptr<FourierTransform> transform_;
 };
 

@@ -19,7 +19,7 @@ using std::numbers::pi;
 // back in from the other side, and knows the cells from an edge the less. Wide where the light of the slopes
 // is; elsewhere narrow, as what edges send beyond is known (transfer_beyond).
 constexpr double kNarrowTaper = 0.25, kWideTaper = 0.5, kTaperWidth = 0.2;
-// Where it begins, over the steepest slope.
+// The distance at which it begins is so many times the steepest slope.
 constexpr double kTaperPerSlope = 4;
 constexpr double kTapers = 8;  // different ones, which planes share
 // The same of rings: beyond the cone of light, in steps of its diffraction.
@@ -39,6 +39,7 @@ constexpr Eigen::Index kTogether = 8;  // shears of a polynomial
 // Ends of the trapezoid rule, to the sixth order.
 constexpr double kGregory[] = {95 / 288.0, 317 / 240.0, 23 / 30.0, 793 / 720.0, 157 / 160.0};
 
+constexpr double kCellsPerSlenderness = 16;
 constexpr std::size_t kBundle = 2 * kLines;
 
 double taper(double distance, double edge, double end) {
@@ -62,7 +63,7 @@ Eigen::MatrixXd shifted_chebyshev(int degree) {
   return c;
 }
 
-// Of the basis' nodes, from those of a^i b^j.
+// Moments at the basis' nodes, from moments of a^i b^j.
 Eigen::ArrayXd at_nodes(const Eigen::MatrixXd& monomials, const MomentBasis& basis) {
   const int degree = int(monomials.rows()) - 1, most = std::min(degree, basis.order - 1);
   const Eigen::MatrixXd to_chebyshev = shifted_chebyshev(degree);
@@ -102,7 +103,7 @@ Eigen::ArrayXd transfer_beyond(const Eigen::ArrayXd& x, double edge, double end)
   return result;
 }
 
-// Of squares of shares `weight`: b is a times the square of a cosine.
+// Means of a^i b^j over points with that square and weight: b is a times the square of a cosine.
 Eigen::MatrixXd mean_of_aperture(const Eigen::ArrayXd& square, Eigen::ArrayXd weight, int degree) {
   weight /= weight.sum();
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(degree + 1, degree + 1);
@@ -130,6 +131,8 @@ double slenderness(const Aperture& aperture) {
     edges = pi * (annulus->diameter + annulus->inner_diameter);
   return edges * 2 * aperture_radius(aperture) / aperture_area(aperture);
 }
+
+double cells_for_edges(const Aperture& aperture) { return kCellsPerSlenderness * slenderness(aperture); }
 
 PupilCells::PupilCells(const PupilField& field, int cells)
     : PupilCells(field.aperture(), field.focal_length(), field.outer(), cells) {

@@ -17,6 +17,9 @@ namespace aberfit::internal {
 
 /// Length of the edges of an aperture times its largest diameter over its area: 4 of a circle.
 double slenderness(const Aperture& aperture);
+/// Cells across an aperture for its edges, however long: a fiftieth of its light is beyond the taper of so
+/// many.
+double cells_for_edges(const Aperture& aperture);
 
 /// The field of a pupil on cells, in any plane.
 class PupilCells {

@@ -30,8 +30,6 @@ constexpr double kCellsPerWave = 4;
 constexpr double kStepOfCells = 1.19;  // from one number to the next, which planes share
 constexpr double kMostBytes = 2e9;     // of the transforms of one plane
 constexpr double kKeptOfTransform = 0.35;
-// For an aperture whose edges are long: a fiftieth of its light is beyond the taper of so many.
-constexpr double kCellsPerSlenderness = 16;
 // Waves of the steepest slope over the diameter of a round pupil, at most: a second of its Hankel transform.
 constexpr double kMostWavesOfRings = 20000;
 constexpr std::size_t kMostKnown = 100;  // planes of a pupil
@@ -179,7 +177,7 @@ const PupilCells& PupilMoments::cells_for(double dz, double end) const {
   const double samples = ((box.x1 - box.x0) / across + shear) * ((box.y1 - box.y0) / across + shear);
   const double bytes = kKeptOfTransform * sizeof(std::complex<double>) * (2 * degree_ + 1) * samples;
   const double most = std::sqrt(kMostBytes / bytes) / kStepOfCells;
-  const double slender = kCellsPerSlenderness * slenderness(field_.aperture());
+  const double slender = cells_for_edges(field_.aperture());
   if (slender > most) refuse_slender(field_.aperture());
   const int fewest = std::max(kFewestPupilCells, 2 * int(0.5 * slender));
   const double waves = of(fewest).steepest(dz) * cutoff(), most_waves = (most - fewest) / kCellsPerWave;

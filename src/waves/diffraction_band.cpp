@@ -28,9 +28,7 @@ class Lines {
     if (spaces.size() < lines.size()) spaces.resize(lines.size());
     double perfect = 0;
     for (std::size_t k = 0; k < lines.size(); ++k) {
-      problems_.push_back(problem);
-      problems_.back().wavelength = lines[k].wavelength;
-      if (problem.scatter) problems_.back().scatter = problem.scatter->of_line(k);
+      problems_.push_back(at_line(problem, k));
       spaces_.push_back(&spaces[k]);
       shares_.push_back(lines[k].share);
       irradiance_.push_back(lines[k].share / std::pow(lines[k].wavelength, 2));
@@ -127,6 +125,13 @@ Eigen::VectorXd radii_of_sum(const std::vector<EncircledEnergyRadius>& circles,
 }
 
 }  // namespace
+
+DiffractionProblem at_line(const DiffractionProblem& problem, std::size_t k) {
+  DiffractionProblem one = problem;
+  one.wavelength = problem.wavelength.lines()[k].wavelength;
+  if (problem.scatter) one.scatter = problem.scatter->of_line(k);
+  return one;
+}
 
 bool evaluate_band(const DiffractionProblem& problem, const Eigen::ArrayXd& height,
                    const std::vector<Statistic>& statistics, int threads, DiffractionWorkspace* workspace,

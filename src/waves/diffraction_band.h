@@ -3,6 +3,9 @@
 
 namespace aberfit::internal {
 
+/// The same at the k-th wavelength of its band.
+DiffractionProblem at_line(const DiffractionProblem& problem, std::size_t k);
+
 /// evaluate_diffraction in a band of light: energies of its lines add. Circles, squares and transfer
 /// functions are sums by the lines' shares; a radius holds its share of the sum; a Strehl ratio is the mean
 /// of the lines', weighted by the perfect mirror's irradiance, share/wavelength^2, each where its own is

@@ -10,6 +10,7 @@
 #include "aberfit/roughness/fourier_transform.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "aberfit/waves/transfer_image.h"
+#include "diffraction_band.h"
 #include "diffraction_plane.h"
 
 namespace aberfit {
@@ -154,13 +155,9 @@ Eigen::ArrayXXd diffraction_pixels(const DiffractionProblem& problem, const Eige
   require_square_cells(problem.pupil);
   if (problem.wavelength.is_band()) {
     Eigen::ArrayXXd sum = Eigen::ArrayXXd::Zero(pixels, pixels);
-    for (const LightLine& line : problem.wavelength.lines()) {
-      DiffractionProblem one = problem;
-      one.wavelength = line.wavelength;
-      one.scatter =
-          problem.scatter ? problem.scatter->of_line(&line - problem.wavelength.lines().data()) : nullptr;
-      sum += line.share * diffraction_pixels(one, height, dz, half_width, pixels);
-    }
+    const std::vector<LightLine>& lines = problem.wavelength.lines();
+    for (std::size_t k = 0; k < lines.size(); ++k)
+      sum += lines[k].share * diffraction_pixels(at_line(problem, k), height, dz, half_width, pixels);
     return sum;
   }
   const DiffractionScene scene(problem, height, 1);

@@ -21,7 +21,7 @@ struct SpecifiedLight {
   /// the diameters and hew. Milliseconds; Strehl ratio and PSSN are left out, for a budget to ask for, where
   /// the perfect parabola costs tenths of a second: of a pupil without symmetry on another mirror.
   std::vector<SpecifiedValue> values;
-  /// Of a band: what each wavelength has by itself.
+  /// The light of each wavelength of a band by itself; empty for one wavelength.
   struct Line {
     double wavelength = 0, share = 0;             // [m], of all light
     double ee50_diameter = 0, ee80_diameter = 0;  // [m]

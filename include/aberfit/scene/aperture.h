@@ -51,7 +51,8 @@ struct Vane {
   double offset = 0;  ///< of its middle line from the axis, to the left [m]
   bool operator==(const Vane&) const = default;
 };
-/// What vanes leave of an aperture. Circles are taken by 1,440 chords, which is 3e-6 of their area less.
+/// The aperture less what the vanes cover. Circles are taken by 1,440 chords, which is 3e-6 of their area
+/// less.
 SegmentedAperture obstructed(const Aperture& aperture, const std::vector<Vane>& vanes);
 /// The outlines of a mask: where its share, 0 to 1 (NaN: 0) in pixels of `pitch` [m], is one half between two
 /// pixels, so that an edge keeps its place to a part of a pixel. Rows along y, columns along x, the middle on
@@ -71,8 +72,10 @@ struct ApertureBox {
   double x0, x1, y0, y1;
 };
 ApertureBox bounding_box(const Aperture& aperture);
-/// Of what has corners: one of a rectangle or a polygon; none of what is round.
+/// The outlines of a shape with corners: one of a rectangle or a polygon, none of what is round.
 std::vector<Outline> aperture_outlines(const Aperture& aperture);
+/// The same outlines, each counter-clockwise.
+std::vector<Outline> counter_clockwise(std::vector<Outline> outlines);
 /// Whether (x, y) is inside and at least `margin` away from every edge.
 bool aperture_contains(const Aperture& aperture, double x, double y, double margin);
 /// Whether a sample at (x, y) is of the mirror. One on a rim, where rounding would decide, is taken 1e-9 of

@@ -214,8 +214,8 @@ struct Study : Task {
   std::string path;                  ///< file it was read from; empty: a program's
   std::vector<std::string> changes;  ///< put into it, "/json/pointer=value"
   std::string title;
-  /// As the file has it, where `aperture` is not the same: the file of a mask, or what spiders cover a part
-  /// of.
+  /// The description in the file, where `aperture` is made from it: the file of a mask, or a shape and
+  /// spiders that cover a part of it.
   std::optional<ApertureSpec> obstructed;
   std::optional<RoughnessModel> roughness;  ///< as the file has it; `psd` is the model that it stands for
   std::optional<MapTarget> map;             ///< target.map: instead of statistics

@@ -250,7 +250,9 @@ class GeneralisedHarveyShack {
   /// The focal transfer function of a line spread smoothed by a Gaussian of standard deviation `bandwidth`.
   internal::RadialTransform line_spread(double bandwidth, const SurfaceChange* change) const;
   double cutoff() const;
+  bool is_band() const { return !lines_.empty(); }
   double share(std::size_t line) const;
+  double mean_of_lines(const std::function<double(const GeneralisedHarveyShack& line)>& of) const;
   double highest_frequency() const;  ///< of the image in the focus [cycles/m]
   /// The sum of the lines' transfer functions by their shares, over that of the shortest one's cutoff.
   MeanSpot sum_of_lines(double dz, const std::function<MeanSpot(std::size_t line)>& spot) const;
