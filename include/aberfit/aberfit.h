@@ -30,6 +30,7 @@
 #include "aberfit/scene/mirror.h"
 #include "aberfit/scene/pupil.h"
 #include "aberfit/scene/quadrature_pupil.h"
+#include "aberfit/scene/segments.h"
 #include "aberfit/scene/zernike.h"
 
 // measured: profiles and maps from files.

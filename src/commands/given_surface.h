@@ -1,9 +1,11 @@
 #pragma once
+#include <memory>
 #include <optional>
 
 #include "aberfit/commands/run_options.h"
 #include "aberfit/method/trace_surface.h"
 #include "aberfit/report/result.h"
+#include "aberfit/scene/segments.h"
 
 namespace aberfit::internal {
 
@@ -13,6 +15,8 @@ inline std::optional<GivenSurface> given_surface(const Study& study, const RunOp
   if (options.coefficients_file.empty()) return std::nullopt;
   GivenSurface surface;
   surface.terms.radius = aperture_radius(study.aperture);
+  if (has_segment_errors(study.aperture))
+    surface.terms.segments = std::make_shared<const Segments>(std::get<SegmentedAperture>(study.aperture));
   surface.coefficients = read_coefficients_csv(options.coefficients_file, &surface.terms);
   return surface;
 }

@@ -111,9 +111,15 @@ int HeightBlocks::side(const TermSet& terms, const PupilSample& cells) {
   return odd && side % 2 == 0 ? side - 1 : side;
 }
 
-HeightBlocks::HeightBlocks(const TermSet& terms, const PupilSample& cells, int side,
+HeightBlocks::HeightBlocks(const TermSet& all, const PupilSample& cells, int side,
                            const OperatorOptions& options)
-    : place_(std::size_t(cells.size())), terms_(terms.size()) {
+    : place_(std::size_t(cells.size())), terms_(all.size()) {
+  const TermSet terms = all.without_segments();
+  if (all.of_a_segment() > 0) {
+    TermSet steps;
+    steps.segments = all.segments;
+    of_segments_ = std::make_unique<const SurfaceOperator>(std::move(steps), cells, options);
+  }
   const Cells at = cells_of(cells);
   const Line columns(at.grid.x, side), rows(at.grid.y, side);
   const double rim =
@@ -156,7 +162,11 @@ HeightBlocks::HeightBlocks(const TermSet& terms, const PupilSample& cells, int s
 Eigen::ArrayXd HeightBlocks::sums(const Eigen::ArrayXd& weights) const {
   Eigen::ArrayXd result = Eigen::ArrayXd::Zero(blocks_ + at_rim_);
   for (std::size_t k = 0; k < place_.size(); ++k) result[place_[k]] += weights[Eigen::Index(k)];
-  return result;
+  if (!of_segments_) return result;
+  const Eigen::VectorXd of_segments = of_segments_->apply_transpose_heights(std::span(&weights, 1));
+  Eigen::ArrayXd both(result.size() + of_segments.size());
+  both << result, of_segments.array();
+  return both;
 }
 
 Eigen::MatrixXd HeightBlocks::products(std::span<const Eigen::ArrayXd> sums) const {
@@ -165,10 +175,15 @@ Eigen::MatrixXd HeightBlocks::products(std::span<const Eigen::ArrayXd> sums) con
     if (!surface) return;
     std::vector<Eigen::ArrayXd> part;
     for (const Eigen::ArrayXd& sum : sums) part.push_back(sum.segment(first, size));
-    result += surface->apply_transpose_heights(part);
+    result.topRows(surface->terms().size()) += surface->apply_transpose_heights(part);
   };
   add(of_blocks_.get(), 0, blocks_);
   add(of_cells_.get(), blocks_, at_rim_);
+  if (of_segments_)
+    for (std::size_t k = 0; k < sums.size(); ++k) {
+      const Eigen::Index count = of_segments_->terms().size();
+      result.col(Eigen::Index(k)).tail(count) = sums[k].tail(count);
+    }
   return result;
 }
 

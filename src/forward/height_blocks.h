@@ -22,7 +22,7 @@ class HeightBlocks {
   /// cells: points of a CartesianGrid or a DirectionGrid, else std::invalid_argument.
   HeightBlocks(const TermSet& terms, const PupilSample& cells, int side, const OperatorOptions& options);
 
-  /// Of weights of cells, one for each block and each cell at the rim.
+  /// Of weights of cells, one for each block, each cell at the rim and each term of a segment.
   Eigen::ArrayXd sums(const Eigen::ArrayXd& weights) const;
   /// terms x weights, of `sums` of each.
   Eigen::MatrixXd products(std::span<const Eigen::ArrayXd> sums) const;
@@ -31,6 +31,7 @@ class HeightBlocks {
   std::vector<std::uint32_t> place_;  // of each cell in the sums: blocks, then cells
   Eigen::Index blocks_ = 0, at_rim_ = 0, terms_ = 0;
   std::unique_ptr<const SurfaceOperator> of_blocks_, of_cells_;  // null without any
+  std::unique_ptr<const SurfaceOperator> of_segments_;           // of all cells; null without any
 };
 
 }  // namespace aberfit::internal

@@ -20,7 +20,7 @@ double with_scatter(const MeanScatter* scatter, const Statistic& moment, double 
 MomentRays::MomentRays(const Mirror& mirror, PupilSample pupil, const TermSet& terms,
                        const OperatorOptions& how, const std::vector<Statistic>& moments)
     : pupil_(std::move(pupil)),
-      surface_(terms, pupil_, how),
+      surface_(terms.without_segments(), pupil_, how),
       rays_({mirror, pupil_, surface_}, moments, how.threads) {}
 
 std::unique_ptr<MomentRays> make_moment_rays(const Mirror& mirror, const Aperture& aperture,

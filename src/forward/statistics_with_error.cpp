@@ -76,7 +76,7 @@ void set_moments(const LitMirror& lit, const TermSet& terms, const Eigen::Vector
   const std::unique_ptr<MomentRays> moments =
       make_moment_rays(lit.mirror, *clear, terms, split.geometric, threads);
   if (!moments) return;
-  moments->rays().move_to(coefficients);
+  moments->move_to(coefficients);
   const Eigen::VectorXd values = moments->rays().exact(nullptr);
   for (std::size_t j = 0; j < split.geometric.size(); ++j) {
     const auto at = Eigen::Index(split.geometric_place[j]);

@@ -52,7 +52,8 @@ std::optional<TermMoments> term_moments(const Aperture& aperture, const TermSet&
   const std::optional<PupilSample> pupil = moment_pupil(aperture, terms);
   if (!pupil) return std::nullopt;
   SurfaceField field;
-  SurfaceOperator(terms, *pupil, {threads, {}, {}}).apply(coefficients, &field);
+  const TermSet rough = terms.without_segments();
+  SurfaceOperator(rough, *pupil, {threads, {}, {}}).apply(coefficients.head(rough.size()), &field);
   return moments_of(field, pupil->weight);
 }
 

@@ -118,7 +118,7 @@ WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& st
 }
 
 void WaveForward::move_to(const Eigen::VectorXd& coefficients) {
-  if (moments_) moments_->rays().move_to(coefficients);
+  if (moments_) moments_->move_to(coefficients);
   coefficients_ = coefficients;
   known_ = false;
 }
@@ -166,7 +166,9 @@ bool WaveForward::gradients(const GradientSink& sink) {
     const auto chained = [&](std::size_t j, const Eigen::VectorXd& gradient) {
       const double own = of_terms[Eigen::Index(j)],
                    sum = with_scatter(path_.scatter.get(), split_.geometric[j], own);
-      sink(split_.geometric_place[j], path_.scatter ? Eigen::VectorXd(own / sum * gradient) : gradient);
+      Eigen::VectorXd all = Eigen::VectorXd::Zero(coefficients_.size());
+      all.head(gradient.size()) = path_.scatter ? own / sum * gradient : gradient;
+      sink(split_.geometric_place[j], all);
     };
     if (!moments_->rays().gradients(chained)) return false;
   }

@@ -153,8 +153,10 @@ std::string Character::fault() const {
   return worst;
 }
 
-Character character_of(const Task& task, const Groundwork& ground, const TermSet& terms,
+// Of the roughness alone: what segments stand apart has no PSD. Other light is that of all terms.
+Character character_of(const Task& task, const Groundwork& ground, const TermSet& all,
                        const Eigen::VectorXd& coefficients, const RunContext& context) {
+  const TermSet terms = all.without_segments();
   Character character;
   character.draws = law::kCharacterDraws;
   character.f_low = 0.5 * law::kLeastCycles / ground.radius;
@@ -179,10 +181,10 @@ Character character_of(const Task& task, const Groundwork& ground, const TermSet
   });
   SurfaceField field;
   SurfaceOperator(terms, look.points(), focus_operator(FocusModel::kWaves, context.threads))
-      .apply(coefficients, &field);
+      .apply(coefficients.head(terms.size()), &field);
   compare(look(field.height), draws, psd, edges, &character);
   if (ground.specified_spot && !context.stopped())
-    character.others = other_light(task, ground, terms, coefficients, kept, context);
+    character.others = other_light(task, ground, all, coefficients, kept, context);
   return character;
 }
 

@@ -56,14 +56,15 @@ void describe_surface(const FitCase& of, Attempt* attempt) {
   surface.captured_fraction = attempt->terms->captured;
   std::optional<TermMoments> exact =
       term_moments(task.aperture, result.terms, result.fit.coefficients, of.context.threads);
+  Eigen::VectorXd smooth = result.fit.coefficients;
+  smooth.tail(smooth.size() - result.terms.segments_begin()).setZero();
   const TermMoments moments =
-      exact ? *exact
-            : moments_of(attempt->bench->field(result.fit.coefficients), attempt->bench->pupil.weight);
+      exact ? *exact : moments_of(attempt->bench->field(smooth), attempt->bench->pupil.weight);
   surface.rms_height = moments.rms_height;
   surface.rms_slope_per_axis = moments.rms_slope_per_axis;
   surface.g = 4 * kPi * surface.rms_height / task.wavelength;
   surface.kappa = std::nan("");  // unknown without a spectrum
-  if (ground.psd) {
+  if (ground.term_psd) {
     // Same shape of spectrum, the fitted surface's own height.
     const double specified = psd_moments(*ground.term_psd).rms_height(),
                  factor = surface.rms_height / specified;

@@ -12,6 +12,7 @@
 #include "aberfit/method/constants.h"
 #include "aberfit/method/image_shift.h"
 #include "aberfit/method/plan.h"
+#include "aberfit/scene/segments.h"
 #include "aberfit/scene/zernike.h"
 #include "aberfit/theory/height_on_aperture.h"
 #include "aberfit/waves/diffraction_psf.h"
@@ -142,6 +143,7 @@ Groundwork lay_groundwork(const Task& task, const PhysicsRequest& asked) {
   ground.focal_length = task.mirror.focal_length;
   ground.radius = aperture_radius(task.aperture);
   ground.is_band = task.wavelength.is_band();
+  ground.segments_err = has_segment_errors(task.aperture);
   const ApertureBox box = bounding_box(task.aperture);
   ground.half_side = 0.5 * std::min(box.x1 - box.x0, box.y1 - box.y0);
   const auto mind_shift = [&] {

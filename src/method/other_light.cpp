@@ -54,6 +54,8 @@ Scene scene_of(const Task& task, const Groundwork& ground, const TermSet& terms,
                int threads) {
   Scene scene{task, nullptr, {}, 0};
   scene.task.wavelength *= wanted.wavelength_ratio;
+  if (wanted.stop < 1 && has_segment_errors(task.aperture))
+    throw ComputationError("a smaller stop would have other segments");
   if (wanted.stop < 1) scene.task.aperture = stopped(task.aperture, wanted.stop);
   const Task& at = scene.task;
   if (const auto* annulus = std::get_if<AnnulusAperture>(&at.aperture);
@@ -127,6 +129,16 @@ Worst worst_in(const Scene& scene, const DiffractionProblem& problem, const Eige
   return worst;
 }
 
+// Heights of one draw of the errors of segments.
+Eigen::ArrayXd drawn_segments(const TermSet& all, const PupilSample& at, std::uint64_t seed) {
+  TermSet terms;
+  terms.segments = all.segments;
+  const CoefficientPrior prior(terms.size(), segment_prior_blocks(terms));
+  SurfaceField field;
+  SurfaceOperator(terms, at, {}).apply(prior.colour(draw_white(terms.size(), seed)), &field);
+  return field.height;
+}
+
 // The lights of one aperture share its grid: cells and heights do not depend on the wavelength.
 void look_behind(const std::vector<Scene>& scenes, const TermSet& terms, const Eigen::VectorXd& coefficients,
                  const std::vector<HeightMap>& draws, int threads, const std::vector<OtherLight*>& found) {
@@ -136,6 +148,7 @@ void look_behind(const std::vector<Scene>& scenes, const TermSet& terms, const E
   const DiffractionPupil pupil = diffraction_pupil(task.aperture, task.mirror.focal_length, pitch);
   Eigen::ArrayXd departure = departure_from_parabola(task.mirror, pupil.sample);
   if (departure.size() == 0) departure = Eigen::ArrayXd::Zero(pupil.sample.size());
+  const RandomStream seeds(task.fit.seed, "segment-draws");
   std::vector<std::vector<Worst>> worst(draws.size() + 1);
   parallel_for(worst.size(), threads, [&](std::size_t k) {
     Eigen::ArrayXd height;
@@ -145,6 +158,7 @@ void look_behind(const std::vector<Scene>& scenes, const TermSet& terms, const E
       height = field.height;
     } else {
       height = interpolated(draws[k], pupil.sample);
+      if (terms.of_a_segment() > 0) height += drawn_segments(terms, pupil.sample, seeds.bits(k));
     }
     height += departure;
     for (const Scene& scene : scenes) {

@@ -10,6 +10,7 @@
 #include "aberfit/method/constants.h"
 #include "aberfit/method/groundwork.h"
 #include "aberfit/roughness/psd_integrals.h"
+#include "aberfit/scene/segments.h"
 
 namespace aberfit {
 namespace {
@@ -32,6 +33,7 @@ CoefficientPrior make_term_prior(const Task& task, const Groundwork& ground, con
   if (ground.prior_psd) {
     TermSet rough = terms;
     rough.spherical.clear();
+    rough.segments.reset();
     if (rough.size() > 0) blocks = make_prior(rough, *ground.prior_psd, covariance).blocks();
   } else if (!terms.zernike.empty()) {
     // No PSD: every Zernike gets the stated RMS.
@@ -42,6 +44,7 @@ CoefficientPrior make_term_prior(const Task& task, const Groundwork& ground, con
     blocks.push_back(std::move(block));
   }
   if (!terms.spherical.empty()) blocks.push_back(spherical_prior_block(terms, spherical_rms(task, ground)));
+  for (CoefficientPrior::Block& block : segment_prior_blocks(terms)) blocks.push_back(std::move(block));
   return CoefficientPrior(terms.size(), std::move(blocks));
 }
 
@@ -67,7 +70,9 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
   TermSet terms;
   terms.radius = ground.radius;
   *captured = 0;
-  if (ground.all_scatters()) return terms;
+  if (has_segment_errors(task.aperture))
+    terms.segments = std::make_shared<const Segments>(std::get<SegmentedAperture>(task.aperture));
+  if (ground.split && !ground.split->has_low()) return terms;
   double covered_to = 0;  // frequency up to which the Zernikes stand for the PSD
   if (const std::optional<ZernikeSpec> zernikes = asked.zernikes()) {
     const ZernikeSpec& spec = *zernikes;

@@ -8,6 +8,7 @@
 #include "aberfit/core/linear_algebra.h"
 #include "aberfit/core/smooth_number.h"
 #include "aberfit/roughness/random_surface.h"
+#include "aberfit/scene/segments.h"
 #include "aberfit/trace/nominal_surface.h"
 
 namespace aberfit::internal {
@@ -49,7 +50,7 @@ double share_of_brightest(std::vector<double>* light) {
 }  // namespace
 
 SurfaceLook::SurfaceLook(const Task& task, Eigen::ArrayXd edges, double pitch, bool with_image)
-    : pupil_(diffraction_pupil(task.aperture, kParaxial, pitch)),
+    : pupil_(diffraction_pupil(without_segment_errors(task.aperture), kParaxial, pitch)),
       pitch_(pitch),
       phase_per_height_(4 * kPi / task.wavelength),
       with_image_(with_image),

@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -29,7 +31,9 @@ constexpr std::string_view kFileHeader =
     "Noll's index counts from 1.\n"
     "# cos, sin: amplitudes of cos and sin of 2 pi (fx x + fy y), frequencies in cycles per metre.\n"
     "# spherical: value_m (rho / radius_m)^n, the height at the rim. std_m: standard deviation, empty where "
-    "unknown.\n";
+    "unknown.\n"
+    "# piston, slope_x, slope_y: of segment n of the aperture, from 1; slopes times the radius of the segment, "
+    "about the centre of its area.\n";
 
 // Fewest digits that read back to the same double.
 std::string shortest(double value) { return fmt::format("{}", value); }
@@ -38,12 +42,16 @@ std::string deviation(const Eigen::VectorXd& std, Eigen::Index i) {
   return i < std.size() && std::isfinite(std[i]) ? shortest(std[i]) : "";
 }
 
+constexpr std::array<std::string_view, 3> kSegmentErrors{"piston", "slope_x", "slope_y"};
+
 // One row of the file, not yet looked up in a set.
 struct Row {
-  enum class Kind { kZernike, kCos, kSin, kSpherical } kind = Kind::kZernike;
+  enum class Kind { kZernike, kCos, kSin, kSpherical, kSegment } kind = Kind::kZernike;
   ZernikeMode mode;  // zernike
   FourierMode wave;  // cos, sin
   int power = 0;     // spherical
+  int segment = 0;   // from 1
+  std::size_t error = 0;  // in kSegmentErrors
   double value = 0;  // [m]
   int line = 0;
 };
@@ -80,7 +88,12 @@ Row row_of(const internal::ListingLines& file) {
     row.power = file.integer(cell[1], "n");
     if (row.power < 4 || row.power > 12 || row.power % 2 != 0) file.fail(cell[1], "n of 4, 6, 8, 10 or 12");
   } else {
-    file.fail(cell[0], "zernike, cos, sin or spherical");
+    const auto error = std::find(kSegmentErrors.begin(), kSegmentErrors.end(), cell[0]);
+    if (error == kSegmentErrors.end())
+      file.fail(cell[0], "zernike, cos, sin, spherical, piston, slope_x or slope_y");
+    row.kind = Row::Kind::kSegment;
+    row.error = std::size_t(error - kSegmentErrors.begin());
+    row.segment = file.integer(cell[1], "n");
   }
   row.value = file.number(cell[6], "value_m");
   if (!cell[7].empty()) file.number(cell[7], "std_m");
@@ -113,6 +126,11 @@ std::vector<Row> read_rows(const std::string& path, double* radius) {
   return rows;
 }
 
+// Of the k-th term of a segment.
+std::size_t error_of(const TermSet& terms, Eigen::Index k) {
+  return std::size_t(k) + (terms.segments->piston() > 0 ? 0 : 1);
+}
+
 // Where each term of a set stands in the coefficient vector.
 class Places {
  public:
@@ -124,11 +142,15 @@ class Places {
                        Wave{terms.fourier[i].fy, terms.fourier_begin() + 2 * Eigen::Index(i)});
     for (std::size_t i = 0; i < terms.spherical.size(); ++i)
       spherical_[terms.spherical[i]] = terms.spherical_begin() + Eigen::Index(i);
+    for (Eigen::Index k = 0; k < terms.size() - terms.segments_begin(); ++k)
+      segments_[{int(k / terms.of_a_segment()) + 1, error_of(terms, k % terms.of_a_segment())}] =
+          terms.segments_begin() + k;
   }
 
   std::optional<Eigen::Index> of(const Row& row) const {
     if (row.kind == Row::Kind::kZernike) return lookup(zernike_, std::pair(row.mode.n, row.mode.m));
     if (row.kind == Row::Kind::kSpherical) return lookup(spherical_, row.power);
+    if (row.kind == Row::Kind::kSegment) return lookup(segments_, std::pair(row.segment, row.error));
     const auto cosine = wave(row.wave);
     return cosine && row.kind == Row::Kind::kSin ? std::optional(*cosine + 1) : cosine;
   }
@@ -155,6 +177,7 @@ class Places {
   std::map<std::pair<int, int>, Eigen::Index> zernike_;
   std::multimap<double, Wave> fourier_;  // by fx
   std::map<int, Eigen::Index> spherical_;
+  std::map<std::pair<int, std::size_t>, Eigen::Index> segments_;
 };
 
 // The terms of a file in its own order, each once. A sine without its cosine brings the wave all the same.
@@ -169,7 +192,7 @@ TermSet terms_of(const std::vector<Row>& rows, double radius) {
       if (modes.emplace(row.mode.n, row.mode.m).second) terms.zernike.push_back(row.mode);
     } else if (row.kind == Row::Kind::kSpherical) {
       if (powers.insert(row.power).second) terms.spherical.push_back(row.power);
-    } else if (waves.emplace(row.wave.fx, row.wave.fy).second) {
+    } else if (row.kind != Row::Kind::kSegment && waves.emplace(row.wave.fx, row.wave.fy).second) {
       terms.fourier.push_back(row.wave);
     }
   }
@@ -179,6 +202,8 @@ TermSet terms_of(const std::vector<Row>& rows, double radius) {
 std::string describe(const Row& row) {
   if (row.kind == Row::Kind::kZernike) return fmt::format("zernike n = {}, m = {}", row.mode.n, row.mode.m);
   if (row.kind == Row::Kind::kSpherical) return fmt::format("spherical n = {}", row.power);
+  if (row.kind == Row::Kind::kSegment)
+    return fmt::format("{} of segment {}", kSegmentErrors[row.error], row.segment);
   return fmt::format("{} wave fx = {} /m, fy = {} /m", row.kind == Row::Kind::kCos ? "cosine" : "sine",
                      row.wave.fx, row.wave.fy);
 }
@@ -202,6 +227,9 @@ std::string coefficients_csv(const TermSet& terms, const Eigen::VectorXd& coeffi
     for (const char* kind : {"cos", "sin"})
       text += fmt::format("{},,,,{},{},{}\n", kind, shortest(mode.fx), shortest(mode.fy), value());
   for (const int power : terms.spherical) text += fmt::format("spherical,{},,,,,{}\n", power, value());
+  for (Eigen::Index k = 0; k < terms.size() - terms.segments_begin(); ++k)
+    text += fmt::format("{},{},,,,,{}\n", kSegmentErrors[error_of(terms, k % terms.of_a_segment())],
+                        k / terms.of_a_segment() + 1, value());
   return text;
 }
 
@@ -211,8 +239,10 @@ Eigen::VectorXd read_coefficients_csv(const std::string& path, TermSet* terms) {
   const auto fail = [&](const Row& row, const std::string& allowed) {
     throw InputError(path, "line " + std::to_string(row.line), describe(row), allowed);
   };
-  if (terms->size() == 0) {
+  if (terms->segments_begin() == 0) {
+    const std::shared_ptr<const Segments> segments = terms->segments;
     *terms = terms_of(rows, radius);
+    terms->segments = segments;
   } else if (std::abs(radius - terms->radius) > 1e-12 * radius &&
              (!terms->zernike.empty() || !terms->spherical.empty())) {
     throw InputError(path, "", fmt::format("radius_m = {}", radius),
@@ -224,7 +254,9 @@ Eigen::VectorXd read_coefficients_csv(const std::string& path, TermSet* terms) {
   std::vector<int> line_of(std::size_t(terms->size()), 0);
   for (const Row& row : rows) {
     const std::optional<Eigen::Index> place = places.of(row);
-    if (!place) fail(row, "terms of the study's set");
+    if (!place) fail(row, row.kind == Row::Kind::kSegment
+                             ? "segments of the study's aperture, with its `piston` and `tip_tilt`"
+                             : "terms of the study's set");
     int& line = line_of[std::size_t(*place)];
     if (line != 0) fail(row, "each term once; this one stands on line " + std::to_string(line) + " already");
     line = row.line;

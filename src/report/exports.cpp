@@ -176,6 +176,10 @@ std::vector<ZernikeCoefficient> as_zernikes(const ExportInput& input, const std:
     throw std::invalid_argument(format +
                                 ": Fourier terms are no finite sum of Zernikes; export zemax-grid-sag, "
                                 "codev-int, fits-opd or csv instead");
+  if (input.terms.of_a_segment() > 0)
+    throw std::invalid_argument(format +
+                                ": segments that stand apart are no sum of Zernikes; export zemax-grid-sag, "
+                                "codev-int, fits-opd or csv instead");
   if (!(input.terms.radius > 0))
     throw std::invalid_argument(format + ": the terms have no normalization radius");
   std::vector<ZernikeCoefficient> result;

@@ -94,6 +94,26 @@ Json fit_json(const ResultDocument& result) {
   return json;
 }
 
+// Errors of each segment of the aperture.
+template <typename Value, typename Spread>
+Json segments_json(const TermSet& terms, const Value& value, const Spread& spread) {
+  Json list = Json::array();
+  Eigen::Index k = terms.segments_begin();
+  for (const Segments::Segment& segment : terms.segments->all()) {
+    Json one = {{"x_m", json_number(segment.centre[0])}, {"y_m", json_number(segment.centre[1])},
+                {"radius_m", json_number(segment.radius)}};
+    const auto add = [&](const char* name) {
+      one[fmt::format("{}_m", name)] = value(k);
+      one[fmt::format("{}_std_m", name)] = spread(k++);
+    };
+    if (terms.segments->piston() > 0) add("piston");
+    if (terms.segments->tip_tilt() > 0)
+      for (const char* name : {"slope_x", "slope_y"}) add(name);
+    list.push_back(std::move(one));
+  }
+  return list;
+}
+
 Json coefficients_json(const ResultDocument& result) {
   const TermSet& terms = result.terms;
   const Eigen::VectorXd &c = result.fit.coefficients, &std = result.fit.coefficient_std;
@@ -129,10 +149,12 @@ Json coefficients_json(const ResultDocument& result) {
         {"std_m", spread(k)},
         {"coefficient", json_number(c[k] / std::pow(terms.radius, power))}};
   }
-  return {{"radius_m", json_number(terms.radius)},
-          {"zernike", zernike},
-          {"fourier", fourier},
-          {"spherical", spherical}};
+  Json json = {{"radius_m", json_number(terms.radius)},
+               {"zernike", zernike},
+               {"fourier", fourier},
+               {"spherical", spherical}};
+  if (terms.of_a_segment() > 0) json["segments"] = segments_json(terms, value, spread);
+  return json;
 }
 
 Json statistics_json(const ResultDocument& result, const std::vector<std::string>& names) {

@@ -19,28 +19,6 @@ double signed_area(const std::vector<Outline>& outlines) {
   return 0.5 * internal::area_of(outlines).twice_area;
 }
 
-double distance_to_segment(const Point& p, const Point& a, const Point& b) {
-  const double ex = b[0] - a[0], ey = b[1] - a[1], length2 = ex * ex + ey * ey;
-  double t = length2 > 0 ? ((p[0] - a[0]) * ex + (p[1] - a[1]) * ey) / length2 : 0.0;
-  t = std::clamp(t, 0.0, 1.0);
-  return std::hypot(p[0] - a[0] - t * ex, p[1] - a[1] - t * ey);
-}
-
-bool is_inside(const std::vector<Outline>& outlines, double x, double y, double margin) {
-  int turns = 0;
-  for (const Outline& v : outlines)
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      const Point &a = v[i], &b = v[(i + 1) % v.size()];
-      if ((a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
-        turns += b[1] > a[1] ? 1 : -1;
-    }
-  if (turns == 0 || margin <= 0) return turns != 0;
-  for (const Outline& v : outlines)
-    for (std::size_t i = 0; i < v.size(); ++i)
-      if (distance_to_segment({x, y}, v[i], v[(i + 1) % v.size()]) < margin) return false;
-  return true;
-}
-
 // The right-angled triangle axis - foot of the perpendicular on an edge - one end of that edge. Seen from the
 // axis, a circle of radius rho has the angle arctan(along/distance) - arccos(distance/rho) inside it once rho
 // > distance.
@@ -230,7 +208,10 @@ std::vector<Outline> aperture_outlines(const Aperture& aperture) {
 // The outlines of what the vane covers, taken the other way round: of holes and of what other vanes cover,
 // too, so that nothing is taken off twice.
 SegmentedAperture obstructed(const Aperture& aperture, const std::vector<Vane>& vanes) {
-  SegmentedAperture result{straightened(aperture), aperture_margin(aperture)};
+  SegmentedAperture result;
+  if (const auto* segmented = std::get_if<SegmentedAperture>(&aperture)) result = *segmented;
+  result.outlines = straightened(aperture);
+  result.margin = aperture_margin(aperture);
   for (const Vane& vane : vanes) {
     const double c = std::cos(vane.angle), s = std::sin(vane.angle), half = 0.5 * vane.width;
     std::vector<Outline> covered;
@@ -280,8 +261,10 @@ bool aperture_contains(const Aperture& aperture, double x, double y, double marg
                  [&](const RectangleAperture& a) {
                    return std::abs(x) <= 0.5 * a.width - margin && std::abs(y) <= 0.5 * a.height - margin;
                  },
-                 [&](const PolygonAperture& a) { return is_inside({a.vertices}, x, y, margin); },
-                 [&](const SegmentedAperture& a) { return is_inside(a.outlines, x, y, margin); }},
+                 [&](const PolygonAperture& a) {
+                   return internal::is_inside({&a.vertices, 1}, x, y, margin);
+                 },
+                 [&](const SegmentedAperture& a) { return internal::is_inside(a.outlines, x, y, margin); }},
       aperture);
 }
 

@@ -1,6 +1,20 @@
 #include "polygon.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace aberfit::internal {
+namespace {
+
+double distance_to_line(const std::array<double, 2>& p, const std::array<double, 2>& a,
+                        const std::array<double, 2>& b) {
+  const double ex = b[0] - a[0], ey = b[1] - a[1], length2 = ex * ex + ey * ey;
+  double t = length2 > 0 ? ((p[0] - a[0]) * ex + (p[1] - a[1]) * ey) / length2 : 0.0;
+  t = std::clamp(t, 0.0, 1.0);
+  return std::hypot(p[0] - a[0] - t * ex, p[1] - a[1] - t * ey);
+}
+
+}  // namespace
 
 PolygonArea polygon_area(const Outline& vertices) {
   PolygonArea area;
@@ -31,6 +45,26 @@ PolygonArea area_of(const std::vector<Outline>& outlines) {
   }
   if (all.twice_area != 0) all.centroid = {x / all.twice_area, y / all.twice_area};
   return all;
+}
+
+double distance_to_outline(const Outline& outline, double x, double y) {
+  double least = HUGE_VAL;
+  for (std::size_t i = 0; i < outline.size(); ++i)
+    least = std::min(least, distance_to_line({x, y}, outline[i], outline[(i + 1) % outline.size()]));
+  return least;
+}
+
+bool is_inside(std::span<const Outline> outlines, double x, double y, double margin) {
+  int turns = 0;
+  for (const Outline& v : outlines)
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      const auto &a = v[i], &b = v[(i + 1) % v.size()];
+      if ((a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
+        turns += b[1] > a[1] ? 1 : -1;
+    }
+  if (turns == 0 || margin <= 0) return turns != 0;
+  return std::none_of(outlines.begin(), outlines.end(),
+                      [&](const Outline& v) { return distance_to_outline(v, x, y) < margin; });
 }
 
 }  // namespace aberfit::internal

@@ -138,6 +138,14 @@ void describe(Visitor& v, SegmentedAperture& a) {
       [&](std::size_t count) { polygons.resize(count); },
       [&](Visitor& one, std::size_t i) { describe_vertices(one, polygons[i], nullptr); });
   describe_margin(v, a.margin, std::numeric_limits<double>::infinity());
+  v.quantity({"piston",
+              "standard deviation of the height of each segment [m]: part of the light asked for, and a term "
+              "of each segment in a fit",
+              kOptional, "\"30 nm\""},
+             a.piston, kLength, Range::non_negative());
+  v.quantity({"tip_tilt", "the same of the slope of each segment along x, and along y [rad]", kOptional,
+              "\"20 nrad\""},
+             a.tip_tilt, kAngle, Range::non_negative());
   if (!v.reading()) return;
   v.check(hexagons.has_value() == polygons.empty(), hexagons ? "polygons" : "hexagons",
           hexagons ? "polygons beside hexagons" : "neither hexagons nor polygons",

@@ -173,6 +173,21 @@ CoefficientPrior::Block spherical_prior_block(const TermSet& terms, double rms) 
   return block;
 }
 
+std::vector<CoefficientPrior::Block> segment_prior_blocks(const TermSet& terms) {
+  std::vector<CoefficientPrior::Block> blocks;
+  if (!terms.segments) return blocks;
+  Eigen::Index at = terms.segments_begin();
+  const auto add = [&](double deviation) {
+    blocks.push_back({{at++}, Eigen::MatrixXd::Constant(1, 1, deviation)});
+  };
+  for (const Segments::Segment& segment : terms.segments->all()) {
+    if (terms.segments->piston() > 0) add(terms.segments->piston());
+    for (int axis = 0; terms.segments->tip_tilt() > 0 && axis < 2; ++axis)
+      add(terms.segments->tip_tilt() * segment.radius);
+  }
+  return blocks;
+}
+
 Eigen::VectorXd draw_white(Eigen::Index size, std::uint64_t seed) {
   const RandomStream stream(seed, "coefficient-draw");
   Eigen::VectorXd white(size);

@@ -17,7 +17,7 @@ constexpr Index kChunkOrbits = 6 * kBlockOrbits;  // unit of work of a thread
 const CartesianGrid* mirrored_grid(const PupilSample& pupil) {
   const auto* grid = std::get_if<CartesianGrid>(&pupil.structure);
   if (const auto* directions = std::get_if<DirectionGrid>(&pupil.structure)) grid = &directions->cells;
-  if (!grid || grid->x.size() == 0 || grid->y.size() == 0) return nullptr;
+  if (!pupil.segment.empty() || !grid || grid->x.size() == 0 || grid->y.size() == 0) return nullptr;
   const auto mirrored = [](const Eigen::ArrayXd& a) {
     return (a + a.reverse()).abs().maxCoeff() <= 1e-13 * a.abs().maxCoeff();
   };

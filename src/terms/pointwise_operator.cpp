@@ -64,8 +64,8 @@ void PointwiseOperator::pack(const Eigen::VectorXd& coefficients, std::vector<do
   const std::size_t zernikes = zernike_.slot.size();
   for (std::size_t j = 0; j < zernikes; ++j)
     (*packed)[zernike_.slot[j]] += zernike_.scale[j] * coefficients[Index(j)];
-  std::copy(coefficients.begin() + Index(zernikes), coefficients.end(),
-            packed->begin() + std::ptrdiff_t(fourier_at()));
+  std::copy_n(coefficients.begin() + Index(zernikes), 2 * fourier_.modes() + Index(spherical_.size()),
+              packed->begin() + std::ptrdiff_t(fourier_at()));
 }
 
 void PointwiseOperator::forward_block(const double* packed, Index begin, int used, bool add,

@@ -2,6 +2,7 @@
 //   pointwise_operator.h  any points: Zernike recurrences (kFused), Fourier phase sums, spherical powers
 //   zernike_polar.h       Zernike terms on rings (kPolar): radial sums, then transforms over the angle
 //   fourier_lattice.h     Fourier terms on a lattice (kLattice): a nonuniform fast Fourier transform
+//   segment_terms.h       pistons and tilts of segments, a point in one of them
 // The pointwise part is always there: it answers where the rays asked for are few,
 // and is what the others are tested against.
 //
@@ -54,6 +55,7 @@
 #include "fourier_lattice.h"
 #include "height_products.h"
 #include "pointwise_operator.h"
+#include "segment_terms.h"
 #include "zernike_polar.h"
 
 namespace aberfit {
@@ -163,6 +165,7 @@ struct SurfaceOperator::Plan {
   std::unique_ptr<PointwiseOperator> pointwise;
   std::vector<WholePart> whole;
   const FourierLattice* lattice = nullptr;  // among the whole parts
+  const SegmentTerms* segments = nullptr;   // among them, too
   std::unique_ptr<HeightProducts> heights;  // of all terms but those of the lattice
   mutable ScratchPool<SurfaceField> scattered;
 };
@@ -204,6 +207,12 @@ SurfaceOperator::SurfaceOperator(TermSet terms, const PupilSample& pupil, const 
     plan->lattice = part.get();
     plan->whole.push_back({{false, true, false}, std::move(part), plan->lattice->enough_rays()});
     cell_by_cell.fourier.clear();
+  }
+  if (terms.of_a_segment() > 0) {
+    auto part = std::make_unique<SegmentTerms>(terms, pupil);
+    plan->segments = part.get();
+    plan->whole.push_back({{false, false, false}, std::move(part), 0});
+    cell_by_cell.segments.reset();
   }
   const Families pointwise{choice.zernike && !polar, choice.fourier && !lattice, !terms.spherical.empty()};
   plan->pointwise = std::make_unique<PointwiseOperator>(terms, points, pointwise);
@@ -269,14 +278,22 @@ void SurfaceOperator::apply_transpose(std::span<const std::uint32_t> rays, const
 }
 
 Eigen::MatrixXd SurfaceOperator::apply_transpose_heights(std::span<const Eigen::ArrayXd> weights) const {
-  if (!plan_->lattice) return (*plan_->heights)(weights, plan_->threads);
-  const Index begin = terms().fourier_begin(), end = terms().spherical_begin(), size = terms().size();
-  Eigen::MatrixXd result(size, Index(weights.size()));
-  plan_->lattice->heights(weights, plan_->threads, begin, &result);
-  if (begin + size - end == 0) return result;
-  const Eigen::MatrixXd others = (*plan_->heights)(weights, plan_->threads);
-  result.topRows(begin) = others.topRows(begin);
-  result.bottomRows(size - end) = others.bottomRows(size - end);
+  const Index begin = terms().fourier_begin(), end = terms().spherical_begin(), last = terms().segments_begin();
+  if (!plan_->lattice && !plan_->segments) return (*plan_->heights)(weights, plan_->threads);
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(terms().size(), Index(weights.size()));
+  if (!plan_->lattice) {
+    result.topRows(last) = (*plan_->heights)(weights, plan_->threads);
+  } else {
+    plan_->lattice->heights(weights, plan_->threads, begin, &result);
+    if (begin + last - end > 0) {
+      const Eigen::MatrixXd others = (*plan_->heights)(weights, plan_->threads);
+      result.topRows(begin) = others.topRows(begin);
+      result.middleRows(end, last - end) = others.bottomRows(last - end);
+    }
+  }
+  if (plan_->segments)
+    for (std::size_t k = 0; k < weights.size(); ++k)
+      plan_->segments->add_heights(weights[k], result.col(Index(k)));
   return result;
 }
 

@@ -71,7 +71,7 @@ AberratedLight::AberratedLight(const GhsPupil& pupil) : parabola_(pupil.of_parab
           "across the aperture their phase still turns by more than a quarter of a turn between neighbours; "
           "take a mirror nearer to its parabola, or `\"theory\": \"geometric\"` in `target`",
           kMostAcross));
-    cells_ = diffraction_pupil(pupil.aperture(), mirror.focal_length, across / count);
+    cells_ = diffraction_pupil(parabola_.aperture(), mirror.focal_length, across / count);
     height_ = departure_from_parabola(mirror, cells_.sample);
     if (height_.size() == 0) height_ = Eigen::ArrayXd::Zero(cells_.sample.size());
     if (const auto& more = pupil.departure())

@@ -51,7 +51,7 @@ PanelFunction transfer_of_light(const Aperture& aperture, double cutoff) {
   const PupilCells cells(aperture, std::max(kFewestCells, int(slender)));
   const FocalGrid grid(FocalGrid::samples_for(cells, cutoff), FocalGrid::taper_for(cells, 0));
   const MomentBasis basis(1);
-  const LightMoments moments(PupilLight::of_cells(cells, grid, 0, 0), basis);
+  const LightMoments moments(PupilLight::of_cells(cells, grid, nullptr, 0, 0), basis);
   const int count = std::max(1, int(std::ceil(cutoff / moments.resolved())));
   PanelFunction function;
   for (int k = 0; k < count; ++k) {

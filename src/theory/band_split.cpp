@@ -5,12 +5,23 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/core/errors.h"
+#include "aberfit/scene/segments.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 
 namespace aberfit {
 namespace {
 
 constexpr double kReachOfLow = 0.95;
+
+// What cells do not see is that of roughness: the cells of a surface have the errors of its segments.
+std::shared_ptr<const GeneralisedHarveyShack> with_segments_in_place(
+    std::shared_ptr<const GeneralisedHarveyShack> whole) {
+  const GhsPupil& pupil = whole->pupil();
+  if (!has_segment_errors(pupil.aperture())) return whole;
+  return std::make_shared<const GeneralisedHarveyShack>(
+      whole->psd(),
+      GhsPupil(pupil.mirror(), without_segment_errors(pupil.aperture()), pupil.light(), pupil.options()));
+}
 
 }  // namespace
 
@@ -19,9 +30,9 @@ BandSplit::BandSplit(const RadialPsd& psd, double cut, const Mirror& mirror, con
     : cut_(cut),
       low_(psd.band(0, cut)),
       rest_(psd.band(cut, kInfinity)),
-      focus_(whole->at_plane(0)),
       memory_(std::make_unique<Memory>()),
-      whole_(std::move(whole)) {
+      whole_(with_segments_in_place(std::move(whole))) {
+  focus_ = whole_->at_plane(0);
   for (std::size_t k = 0; k < whole_->lines().size(); ++k)
     lines_.push_back(std::make_shared<const BandSplit>(psd, cut, mirror, aperture,
                                                        light.lines()[k].wavelength, whole_->lines()[k]));

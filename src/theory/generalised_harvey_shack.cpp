@@ -14,6 +14,7 @@
 #include "aberfit/core/parallel.h"
 #include "aberfit/core/root.h"
 #include "aberfit/roughness/psd_integrals.h"
+#include "aberfit/scene/segments.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "aberfit/theory/height_on_aperture.h"
 #include "aberfit/theory/light_property.h"
@@ -50,10 +51,10 @@ GhsPupil::GhsPupil(const Mirror& mirror, const Aperture& aperture, const Light& 
 }
 
 GhsPupil GhsPupil::of_parabola() const {
-  if (is_parabola(mirror_) && !options_.departure) return *this;
+  if (is_parabola(mirror_) && !options_.departure && !has_segment_errors(aperture_)) return *this;
   GhsOptions options = options_;
   options.departure = {};
-  return {Mirror{mirror_.focal_length}, aperture_, light_, options};
+  return {Mirror{mirror_.focal_length}, without_segment_errors(aperture_), light_, options};
 }
 
 bool GhsPupil::has_uneven_light() const { return moments_->has_departure() && !moments_->is_round(); }

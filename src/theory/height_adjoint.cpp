@@ -7,6 +7,7 @@
 
 #include "aberfit/core/constants.h"
 #include "aberfit/roughness/bessel.h"
+#include "aberfit/scene/segments.h"
 
 namespace aberfit::internal {
 namespace {
@@ -76,7 +77,7 @@ int AdjointGrid::cells_for(const SpreadProblem& problem, double dz) {
 AdjointGrid::AdjointGrid(const SpreadProblem& problem, int cells)
     : focal_length_(problem.mirror.focal_length),
       wavelength_(problem.wavelength),
-      pupil_(diffraction_pupil(problem.aperture, problem.mirror.focal_length,
+      pupil_(diffraction_pupil(without_segment_errors(problem.aperture), problem.mirror.focal_length,
                                2 * aperture_radius(problem.aperture) / cells)),
       side_(2 * cells),
       transform_(side_, side_) {

@@ -8,6 +8,7 @@
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/smooth_number.h"
 #include "aberfit/roughness/bessel.h"
+#include "aberfit/scene/segments.h"
 #include "log_hankel.h"
 
 namespace aberfit::internal {
@@ -142,8 +143,67 @@ PupilCells::PupilCells(const PupilField& field, int cells)
   for (Eigen::Index k = 0; k < square_.size(); ++k) {
     const double sine2 = square_[k] * std::pow(outer_ / focal_length_, 2);
     path_[k] = sine2 / (1 + std::sqrt(1 - sine2));
-    if (field.has_departure()) departure_[k] = field.departure_phase(grid().x[column(k)], grid().y[row(k)]);
+    const auto cell = std::size_t(k);
+    if (field.has_departure())
+      departure_[k] = field.departure_phase(grid().x[grid().column[cell]], grid().y[grid().row[cell]]);
   }
+  if (has_segment_errors(field.aperture())) set_segments(std::get<SegmentedAperture>(field.aperture()));
+}
+
+// The phase of a height h is 4 pi q/lambda, q the obliquity. Over a shear P of one segment a slope turns it
+// by 4 pi/lambda times P across, P/(2q - 1) along the way from the axis: of these squares the mean over the
+// mirror is taken.
+void PupilCells::set_segments(const SegmentedAperture& aperture) {
+  const Segments segments(aperture);
+  segments_.resize(segments.all().size());
+  fade_.resize(square_.size());
+  double stretch2 = 0;
+  for (Eigen::Index k = 0; k < fade_.size(); ++k) {
+    const double x = pupil_.sample.x[k], y = pupil_.sample.y[k];
+    const double turn2 = std::pow(4 * pi / wavelength_ * pupil_.obliquity[k], 2);
+    segments_[pupil_.sample.segment[std::size_t(k)]].number.push_back(k);
+    fade_[k] = std::exp(-0.5 * turn2 * segments.variance(pupil_.sample.segment[std::size_t(k)], x, y));
+    stretch2 += 0.5 * pupil_.sample.weight[k] * (1 + 1 / std::pow(2 * pupil_.obliquity[k] - 1, 2));
+  }
+  for (const Segments::Segment& segment : segments.all()) longest_ = std::max(longest_, 2 * segment.radius);
+  std::erase_if(segments_, [](const SegmentCells& cells) { return cells.number.empty(); });
+  const auto place = [](const SegmentCells& cells, const std::vector<std::uint32_t>& all,
+                        std::vector<std::uint32_t>* places) {
+    for (const Eigen::Index k : cells.number) places->push_back(all[std::size_t(k)]);
+    const auto [low, high] = std::minmax_element(places->begin(), places->end());
+    const std::uint32_t first = *low, count = *high - first + 1;
+    for (std::uint32_t& one : *places) one -= first;
+    return Eigen::Index(count);
+  };
+  for (SegmentCells& cells : segments_) {
+    cells.columns = place(cells, grid().column, &cells.column);
+    cells.rows = place(cells, grid().row, &cells.row);
+    double faded = 0, all = 0;
+    for (const Eigen::Index k : cells.number) {
+      const double light = std::pow(pupil_.amplitude[k], 2);
+      faded += light * fade_[k] * fade_[k];
+      all += light;
+    }
+    cells.kept = faded / all;
+  }
+  decay_ = 0.5 * stretch2 * std::pow(4 * pi / wavelength_ * segments.tip_tilt(), 2);
+}
+
+LitCells PupilCells::lit(double dz) const {
+  return {columns(), rows(), grid().column, grid().row, pupil_.amplitude, phase(dz), square_};
+}
+
+LitCells LitCells::part(const SegmentCells& cells) const {
+  const auto n = Eigen::Index(cells.number.size());
+  LitCells result{cells.columns,     cells.rows,        cells.column,     cells.row,
+                  Eigen::ArrayXd(n), Eigen::ArrayXd(n), Eigen::ArrayXd(n)};
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Eigen::Index from = cells.number[std::size_t(k)];
+    result.amplitude[k] = amplitude[from];
+    result.phase[k] = phase[from];
+    result.square[k] = square[from];
+  }
+  return result;
 }
 
 PupilCells::PupilCells(const Aperture& aperture, int cells)
@@ -157,7 +217,9 @@ PupilCells::PupilCells(const Aperture& aperture, double focal_length, double out
       outer_(outer),
       square_(pupil_.amplitude.size()) {
   for (Eigen::Index k = 0; k < square_.size(); ++k)
-    square_[k] = (std::pow(grid().x[column(k)], 2) + std::pow(grid().y[row(k)], 2)) / (outer_ * outer_);
+    square_[k] = (std::pow(grid().x[grid().column[std::size_t(k)]], 2) +
+                  std::pow(grid().y[grid().row[std::size_t(k)]], 2)) /
+                 (outer_ * outer_);
 }
 
 Eigen::MatrixXd PupilCells::mean(int degree) const {
@@ -182,12 +244,15 @@ double PupilCells::steepest(double dz) const {
     double phase = 0;
   };
   std::vector<Above> above(grid().x.size());
+  Eigen::Index last_row = -2, last_column = -2;
   for (Eigen::Index k = 0; k < all.size(); ++k) {
-    if (k > 0 && row(k) == row(k - 1) && column(k) == column(k - 1) + 1)
-      most = std::max(most, std::abs(all[k] - all[k - 1]));
-    Above& one = above[std::size_t(column(k))];
-    if (one.row == row(k) - 1) most = std::max(most, std::abs(all[k] - one.phase));
-    one = {row(k), all[k]};
+    const Eigen::Index row = grid().row[std::size_t(k)], column = grid().column[std::size_t(k)];
+    if (row == last_row && column == last_column + 1) most = std::max(most, std::abs(all[k] - all[k - 1]));
+    last_row = row;
+    last_column = column;
+    Above& one = above[std::size_t(column)];
+    if (one.row == row - 1) most = std::max(most, std::abs(all[k] - one.phase));
+    one = {row, all[k]};
   }
   return most / (2 * pi * pitch());
 }
@@ -204,14 +269,31 @@ FocalGrid::FocalGrid(const Samples& samples, double taper)
     if (rings_.columns_within(std::min(row, samples_.y - row)) > 0) kept_.push_back(row);
 }
 
+namespace {
+
+// Even and smooth, so many cells and their longest shear.
+int samples_along(Eigen::Index side, Eigen::Index shear) {
+  int samples = int(side + shear) + 1;
+  do samples = int(smooth_from(samples + 1));
+  while (samples % 2 != 0);
+  return samples;
+}
+
+}  // namespace
+
 FocalGrid::Samples FocalGrid::samples_for(const PupilCells& cells, double end) {
-  const auto along = [&](Eigen::Index side) {
-    int samples = int(side) + int(std::ceil(end / cells.pitch())) + 1;
-    do samples = int(smooth_from(samples + 1));
-    while (samples % 2 != 0);
-    return samples;
-  };
-  return {along(cells.columns()), along(cells.rows())};
+  const auto shear = Eigen::Index(std::ceil(end / cells.pitch()));
+  return {samples_along(cells.columns(), shear), samples_along(cells.rows(), shear)};
+}
+
+FocalGrid::Samples FocalGrid::samples_for_segments(const PupilCells& cells, double end) {
+  Eigen::Index columns = 0, rows = 0;
+  for (const SegmentCells& segment : cells.segments()) {
+    columns = std::max(columns, segment.columns);
+    rows = std::max(rows, segment.rows);
+  }
+  const auto shear = Eigen::Index(std::ceil(std::min(end, cells.longest_in_a_segment()) / cells.pitch()));
+  return {samples_along(columns, shear), samples_along(rows, shear)};
 }
 
 struct FocalGrid::Workspace {
@@ -239,9 +321,9 @@ std::unique_ptr<FocalGrid::Workspace> FocalGrid::workspace() const {
 }
 
 // Of a field in bundles of columns the transform along columns, at the rows that are kept: row by row.
-void FocalGrid::columns_out(const PupilCells& cells, Workspace* work, std::vector<double>* kept) const {
+void FocalGrid::columns_out(Eigen::Index of_cells, Workspace* work, std::vector<double>* kept) const {
   const LineKernels<double>& kernels = line_kernels<double>(best_instruction_set());
-  const std::size_t rows = std::size_t(cells.rows()), blocks = work->bundles.size() / (rows * kBundle);
+  const std::size_t rows = std::size_t(of_cells), blocks = work->bundles.size() / (rows * kBundle);
   kept->resize(kept_.size() * blocks * kBundle);
   for (std::size_t block = 0; block < blocks; ++block) {
     kernels.columns_out(along_y_.steps(), no_shift_.data(), 1, work->bundles.data() + block * rows * kBundle,
@@ -252,34 +334,32 @@ void FocalGrid::columns_out(const PupilCells& cells, Workspace* work, std::vecto
   }
 }
 
-Eigen::ArrayXXd FocalGrid::ring_sums(const PupilCells& cells, int powers_of_square,
-                                     const Eigen::ArrayXd& phase,
+Eigen::ArrayXXd FocalGrid::ring_sums(const LitCells& cells, int powers_of_square,
                                      const std::vector<std::vector<double>>& products) const {
   const LineKernels<double>& kernels = line_kernels<double>(best_instruction_set());
   std::unique_ptr<Workspace> space = workspace();
   auto& [bundles, line, work, half_way, field, both, other, values] = *space;
-  const Eigen::Index n = phase.size();
-  const std::size_t rows = std::size_t(cells.rows()),
-                    blocks = (std::size_t(cells.columns()) + kLines - 1) / kLines;
-  bundles.assign(blocks * rows * kBundle, 0.0);
+  const Eigen::Index n = cells.phase.size();
+  const std::size_t rows = std::size_t(cells.rows),
+                    blocks = (std::size_t(cells.columns) + kLines - 1) / kLines;
   line.resize(std::size_t(samples_.y) * kBundle);
   work.resize(kBundle * (3 * std::size_t(finest()) + 24));
   half_way.resize(std::size_t(powers_of_square) + 1);
   Eigen::ArrayXd sine(n), cosine(n);
-  sin_cos(phase.data(), int(n), sine.data(), cosine.data());
-  sine *= cells.pupil().amplitude;
-  cosine *= cells.pupil().amplitude;
+  sin_cos(cells.phase.data(), int(n), sine.data(), cosine.data());
+  sine *= cells.amplitude;
+  cosine *= cells.amplitude;
   for (std::vector<double>& one : half_way) {
+    bundles.assign(blocks * rows * kBundle, 0.0);
     for (Eigen::Index k = 0; k < n; ++k) {
-      const auto column = std::size_t(cells.column(k));
-      double* const at =
-          bundles.data() + (column / kLines * rows + std::size_t(cells.row(k))) * kBundle + column % kLines;
-      at[0] = cosine[k];
-      at[kLines] = sine[k];
+      const std::size_t column = cells.column[std::size_t(k)], row = cells.row[std::size_t(k)];
+      double* const at = bundles.data() + (column / kLines * rows + row) * kBundle + column % kLines;
+      at[0] += cosine[k];
+      at[kLines] += sine[k];
     }
-    columns_out(cells, space.get(), &one);
-    sine *= cells.square();
-    cosine *= cells.square();
+    columns_out(cells.rows, space.get(), &one);
+    sine *= cells.square;
+    cosine *= cells.square;
   }
 
   const auto count = Eigen::Index(products.size());
@@ -295,7 +375,7 @@ Eigen::ArrayXXd FocalGrid::ring_sums(const PupilCells& cells, int powers_of_squa
     for (std::size_t i = 0; i < field.size(); ++i) {
       for (std::size_t l = 0; l < kLines && first + l < kept_.size(); ++l)
         lines[l] = half_way[i].data() + (first + l) * blocks * kBundle;
-      kernels.rows_out(along_x_.steps(), 1, no_shift_.data(), lines, int(cells.columns()), field[i].data(),
+      kernels.rows_out(along_x_.steps(), 1, no_shift_.data(), lines, int(cells.columns), field[i].data(),
                        work.data());
     }
     // Samples c and -c, of eight rows side by side.
@@ -370,31 +450,82 @@ std::vector<double> PupilLight::of_powers(const Product& product) {
   return powers;
 }
 
-PupilLight PupilLight::of_cells(const PupilCells& cells, const FocalGrid& grid, int degree, double dz) {
-  const DiffractionPupil& pupil = cells.pupil();
+namespace {
+
+// Sums over the light on a grid, by distance from the axis.
+struct LightOnGrid {
+  const FocalGrid* grid = nullptr;
+  Eigen::ArrayXd distance;
+  Eigen::MatrixXd light;  // of each product a column
+
+  // pitch: of the cells [m]; total: of all light; that beyond the taper is left out.
+  LightOnGrid(const FocalGrid& on, const Eigen::ArrayXXd& ring_sums, double pitch, double total, double edge,
+              double end)
+      : grid(&on) {
+    const Eigen::Index nodes = on.rings().nodes();
+    const double step = 1 / (LagTable::kNodesPerLag * on.finest() * pitch);
+    distance = step * Eigen::ArrayXd::LinSpaced(nodes, 0.0, double(nodes - 1));
+    const Eigen::ArrayXd left = distance.unaryExpr([&](double d) { return taper(d, edge, end); });
+    light.resize(nodes, ring_sums.rows());
+    for (Eigen::Index l = 0; l < ring_sums.rows(); ++l)
+      light.col(l) = left * on.rings().to_nodes(ring_sums.row(l).transpose()) / (on.count() * total);
+  }
+  Eigen::ArrayXd within() const { return light.colwise().sum().transpose().array(); }
+  // Rows: at shears x [m].
+  Eigen::ArrayXXd transfer(const Eigen::ArrayXd& x) const {
+    const std::shared_ptr<const Eigen::MatrixXd> bessel = grid->bessel(x, distance);
+    Eigen::ArrayXXd at(x.size(), light.cols());
+    for (Eigen::Index k = 0; k < x.size(); ++k) at.row(k) = bessel->col(k).transpose().lazyProduct(light);
+    return at;
+  }
+};
+
+}  // namespace
+
+PupilLight PupilLight::of_cells(const PupilCells& cells, const FocalGrid& grid, const FocalGrid* of_segments,
+                                int degree, double dz) {
   std::vector<std::vector<double>> all;
   for (const Product& product : products(degree)) all.push_back(of_powers(product));
-  const Eigen::ArrayXXd sums = grid.ring_sums(cells, 2 * degree, cells.phase(dz), all);
-
   PupilLight result;
   result.degree = degree;
   result.outer = cells.outer();
   result.mean = cells.mean(degree);
   result.edge = 0.5 * grid.taper() / cells.pitch();
   result.end = 0.5 * grid.taper_end() / cells.pitch();
-  const Eigen::Index nodes = grid.rings().nodes();
-  const double step = 1 / (LagTable::kNodesPerLag * grid.finest() * cells.pitch());
-  const Eigen::ArrayXd distance = step * Eigen::ArrayXd::LinSpaced(nodes, 0.0, double(nodes - 1));
-  const Eigen::ArrayXd left = distance.unaryExpr([&](double d) { return taper(d, result.edge, result.end); });
-  Eigen::MatrixXd light(nodes, sums.rows());
-  for (Eigen::Index l = 0; l < sums.rows(); ++l)
-    light.col(l) = left * grid.rings().to_nodes(sums.row(l).transpose()) / (grid.count() * pupil.total);
-  result.within = light.colwise().sum().transpose().array();
-  result.sums = [light, distance, &grid](const Eigen::ArrayXd& x) -> Eigen::ArrayXXd {
-    const std::shared_ptr<const Eigen::MatrixXd> bessel = grid.bessel(x, distance);
-    Eigen::ArrayXXd at(x.size(), light.cols());
-    for (Eigen::Index k = 0; k < x.size(); ++k) at.row(k) = bessel->col(k).transpose().lazyProduct(light);
-    return at;
+  const auto light_on = [&](const FocalGrid& on, const Eigen::ArrayXXd& sums) {
+    return LightOnGrid(on, sums, cells.pitch(), cells.pupil().total, result.edge, result.end);
+  };
+  LitCells lit = cells.lit(dz);
+  if (cells.segments().empty()) {
+    const LightOnGrid light = light_on(grid, grid.ring_sums(lit, 2 * degree, all));
+    result.within = light.within();
+    result.sums = [light](const Eigen::ArrayXd& x) { return light.transfer(x); };
+    return result;
+  }
+  const auto of_one = Eigen::Index(all.size());
+  Eigen::ArrayXXd whole = Eigen::ArrayXXd::Zero(of_one, of_segments->rings().lengths()), faded = whole;
+  for (const SegmentCells& segment : cells.segments()) {
+    const Eigen::ArrayXXd sums = of_segments->ring_sums(lit.part(segment), 2 * degree, all);
+    whole += sums;
+    if (cells.fade_is_even()) faded += segment.kept * sums;
+  }
+  lit.amplitude *= cells.fade();
+  if (!cells.fade_is_even())
+    for (const SegmentCells& segment : cells.segments())
+      faded += of_segments->ring_sums(lit.part(segment), 2 * degree, all);
+  const LightOnGrid between = light_on(grid, grid.ring_sums(lit, 2 * degree, all)),
+                    within = light_on(*of_segments, whole), counted = light_on(*of_segments, faded);
+  result.within = between.within() - counted.within() + within.within();
+  result.sums = [between, within, counted, decay = cells.decay(),
+                 longest = cells.longest_in_a_segment()](const Eigen::ArrayXd& x) {
+    Eigen::ArrayXXd sums = between.transfer(x);
+    // Longer shears have no part of a segment, and their sums come from the next period.
+    const Eigen::Index inside = (x <= longest).count();
+    const Eigen::ArrayXd shorter = x.head(inside);
+    Eigen::ArrayXXd kept = within.transfer(shorter);
+    kept.colwise() *= (-decay * shorter.square()).exp();
+    sums.topRows(inside) += kept - counted.transfer(shorter);
+    return sums;
   };
   return result;
 }

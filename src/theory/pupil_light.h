@@ -21,6 +21,24 @@ double slenderness(const Aperture& aperture);
 /// many.
 double cells_for_edges(const Aperture& aperture);
 
+/// Cells of a field, and what is in them.
+struct LitCells {
+  Eigen::Index columns = 0, rows = 0;
+  std::vector<std::uint32_t> column, row;
+  Eigen::ArrayXd amplitude, phase, square;  ///< phase [rad]; (|P| / outer)^2
+
+  /// Of some of these cells, whose columns and rows are given with their numbers.
+  LitCells part(const struct SegmentCells& cells) const;
+};
+
+/// The cells of a segment, in the smallest rectangle that holds them.
+struct SegmentCells {
+  std::vector<Eigen::Index> number;
+  std::vector<std::uint32_t> column, row;
+  Eigen::Index columns = 0, rows = 0;
+  double kept = 1;  ///< of the light of its pairs, where two points have the means of their fields
+};
+
 /// The field of a pupil on cells, in any plane.
 class PupilCells {
  public:
@@ -33,10 +51,6 @@ class PupilCells {
   double pitch() const { return pupil_.pitch_x; }  ///< of P [m]
   Eigen::Index columns() const { return Eigen::Index(grid().x.size()); }
   Eigen::Index rows() const { return Eigen::Index(grid().y.size()); }
-  Eigen::Index column(Eigen::Index cell) const { return grid().column[std::size_t(cell)]; }
-  Eigen::Index row(Eigen::Index cell) const { return grid().row[std::size_t(cell)]; }
-  /// (|P| / outer)^2 of each cell.
-  const Eigen::ArrayXd& square() const { return square_; }
   double outer() const { return outer_; }  ///< [m]
   /// Means of a^i b^j over the mirror, i + j <= degree.
   Eigen::MatrixXd mean(int degree) const;
@@ -44,14 +58,29 @@ class PupilCells {
   Eigen::ArrayXd phase(double dz) const;
   /// Largest slope of that phase between neighbours [cycles/m].
   double steepest(double dz) const;
+  LitCells lit(double dz) const;
+
+  /// Segments that err; none where they do not.
+  const std::vector<SegmentCells>& segments() const { return segments_; }
+  /// Of each cell the mean of its field over the errors of its segment, of the field without.
+  const Eigen::ArrayXd& fade() const { return fade_; }
+  /// Two points of one segment a shear x apart keep exp(-decay x^2) of their coherence [1/m^2].
+  double decay() const { return decay_; }
+  double longest_in_a_segment() const { return longest_; }  ///< shear within one [m]
+  /// They have pistons alone, so that what fades is the same all over each.
+  bool fade_is_even() const { return decay_ == 0; }
 
  private:
   PupilCells(const Aperture& aperture, double focal_length, double outer, int cells);
+  void set_segments(const SegmentedAperture& aperture);
   const CartesianGrid& grid() const;
 
   DiffractionPupil pupil_;
   double focal_length_ = 0, wavelength_ = 1, outer_ = 0;
   Eigen::ArrayXd square_, path_, departure_;  // 1 - c; phase of the mirror itself [rad]
+  std::vector<SegmentCells> segments_;
+  Eigen::ArrayXd fade_;
+  double decay_ = 0, longest_ = 0;
 };
 
 /// What is made once for all pupils of a size: the transform to the focal plane, and how far its samples lie
@@ -68,6 +97,8 @@ class FocalGrid {
   ~FocalGrid();
   /// Those whose light has the pupil's autocorrelation at shears up to `end` [m].
   static Samples samples_for(const PupilCells& cells, double end);
+  /// Those for the largest of its segments.
+  static Samples samples_for_segments(const PupilCells& cells, double end);
   /// What leaves the light of a phase with such a steepest slope [cycles/m].
   static double taper_for(const PupilCells& cells, double steepest);
 
@@ -80,16 +111,15 @@ class FocalGrid {
   std::shared_ptr<const Eigen::MatrixXd> bessel(const Eigen::ArrayXd& x,
                                                 const Eigen::ArrayXd& distance) const;
   /// Of each product p sum_k p[k] Re F_(last - k) F_k* over the samples of each ring: products x rings. F_i
-  /// is of the field of the cells with the phase [rad], times the i-th power of their square, up to
-  /// `powers_of_square`.
-  Eigen::ArrayXXd ring_sums(const PupilCells& cells, int powers_of_square, const Eigen::ArrayXd& phase,
+  /// is of the field of the cells times the i-th power of their square, up to `powers_of_square`.
+  Eigen::ArrayXXd ring_sums(const LitCells& cells, int powers_of_square,
                             const std::vector<std::vector<double>>& products) const;
 
  private:
   /// Of one call; kept from one to the next, as fresh memory takes as long as the transforms.
   struct Workspace;
   std::unique_ptr<Workspace> workspace() const;
-  void columns_out(const PupilCells& cells, Workspace* work, std::vector<double>* kept) const;
+  void columns_out(Eigen::Index rows, Workspace* work, std::vector<double>* kept) const;
 
   Samples samples_;
   double taper_;
@@ -127,8 +157,12 @@ struct PupilLight {
   /// J0(2 pi distance x); all light 1.
   std::function<Eigen::ArrayXXd(const Eigen::ArrayXd& x)> sums;
 
-  /// The same in all directions: of any field. `grid` must outlive it.
-  static PupilLight of_cells(const PupilCells& cells, const FocalGrid& grid, int degree, double dz);
+  /// The same in all directions: of any field. The grids must outlive it. `of_segments` is for segments that
+  /// err. Two points of two segments keep the product of the means of their fields, two of one segment what
+  /// its tilt leaves: of all pairs with the first, those of each segment are taken off and added with the
+  /// second.
+  static PupilLight of_cells(const PupilCells& cells, const FocalGrid& grid, const FocalGrid* of_segments,
+                             int degree, double dz);
   /// Of a round field, by Hankel transforms: far out of focus, where cells would be too many.
   static PupilLight of_rings(const PupilField& field, int degree, double dz);
 };

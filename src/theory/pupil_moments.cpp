@@ -195,16 +195,17 @@ LightMoments PupilMoments::by_light(double dz, double end) const {
     return {PupilLight::of_rings(field_, degree_, dz), basis_};
   }
   const PupilCells& cells = cells_for(dz, end);
-  const FocalGrid::Samples samples = FocalGrid::samples_for(cells, end);
   const double taper = FocalGrid::taper_for(cells, cells.steepest(dz));
-  const FocalGrid* grid = nullptr;
-  {
+  const auto grid = [&](const FocalGrid::Samples& samples) {
     const std::lock_guard lock(known_->grids);
     std::unique_ptr<const FocalGrid>& one = known_->focal[{samples, taper}];
     if (!one) one = std::make_unique<const FocalGrid>(samples, taper);
-    grid = one.get();
-  }
-  return {PupilLight::of_cells(cells, *grid, degree_, dz), basis_};
+    return one.get();
+  };
+  const FocalGrid* of_segments =
+      cells.segments().empty() ? nullptr : grid(FocalGrid::samples_for_segments(cells, end));
+  return {PupilLight::of_cells(cells, *grid(FocalGrid::samples_for(cells, end)), of_segments, degree_, dz),
+          basis_};
 }
 
 MomentPanels PupilMoments::make(double dz, double end) const {

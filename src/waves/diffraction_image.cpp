@@ -38,7 +38,7 @@ ComplexMatrix on_grid(const DiffractionScene& scene, const Eigen::ArrayXcd& fiel
   const CartesianGrid& grid = scene.grid();
   ComplexMatrix cells = ComplexMatrix::Zero(scene.columns(), scene.rows());
   for (Eigen::Index k = 0; k < scene.points(); ++k)
-    cells(grid.column[std::size_t(k)], grid.row[std::size_t(k)]) = field[k];
+    cells(grid.column[std::size_t(k)], grid.row[std::size_t(k)]) += field[k];
   return cells;
 }
 
@@ -49,8 +49,8 @@ Grid by_transform(const DiffractionScene& scene, const Eigen::ArrayXcd& field, i
   std::fill_n(pupil.data(), layout.size(), 0.0);
   for (Eigen::Index k = 0; k < scene.points(); ++k) {
     double* cell = pupil.data() + scene.places()[std::size_t(k)];
-    cell[0] = field[k].real();
-    cell[kLines] = field[k].imag();
+    cell[0] += field[k].real();
+    cell[kLines] += field[k].imag();
   }
   return focal_intensity(layout, pupil.data(), n, parts, before, samples);
 }

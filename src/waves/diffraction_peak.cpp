@@ -105,9 +105,9 @@ class Landscape {
     for (Eigen::Index k = 0; k < scene.points(); ++k) {
       const auto at = std::size_t(k);
       const Complex field = scene.base()[k];
-      pupil.data()[scene.places()[at]] = field.real();
-      pupil.data()[scene.places()[at] + kLines] = field.imag();
-      sums_.value(cells.column[at], cells.row[at]) = field;
+      pupil.data()[scene.places()[at]] += field.real();
+      pupil.data()[scene.places()[at] + kLines] += field.imag();
+      sums_.value(cells.column[at], cells.row[at]) += field;
     }
     sums_.row = places(scene.columns());
     sums_.column = places(scene.rows());

@@ -54,8 +54,10 @@ void fill_focal(const DiffractionScene& scene, const Eigen::ArrayXcd& of, double
       const Eigen::Index k = first + i;
       const double re = base[2 * k] * cosine[i] - base[2 * k + 1] * sine[i];
       const double im = base[2 * k] * sine[i] + base[2 * k + 1] * cosine[i];
-      field[2 * k] = pupil[place[k]] = re;
-      field[2 * k + 1] = pupil[place[k] + kLines] = im;
+      field[2 * k] = re;
+      field[2 * k + 1] = im;
+      pupil[place[k]] += re;
+      pupil[place[k] + kLines] += im;
     }
   }
   transform.to_focus(&focused->focal, buffers);

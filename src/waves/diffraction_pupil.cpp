@@ -5,6 +5,7 @@
 
 #include "aberfit/core/errors.h"
 #include "aberfit/core/units.h"
+#include "aberfit/scene/segments.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "aperture_cells.h"
 
@@ -36,7 +37,7 @@ DirectedPoint directed_point(double direction, double focal_length) {
   return {stretch, stretch * stretch / cosine};
 }
 
-// Builds a pupil cell by cell, row after row.
+// Builds a pupil cell by cell, row after row, or segment after segment.
 class PupilBuilder {
  public:
   PupilBuilder(Eigen::ArrayXd x, Eigen::ArrayXd y, double pitch_x, double pitch_y)
@@ -49,13 +50,44 @@ class PupilBuilder {
     grid_.row.push_back(std::uint32_t(row));
     clear_.push_back(clear);
   }
+  /// The cells that a shape leaves clear.
+  void add_all(const Aperture& shape) {
+    const auto span = [](const Eigen::ArrayXd& centres, double pitch, double low, double high) {
+      const auto last = double(centres.size() - 1);
+      const double first = std::floor((low - centres[0]) / pitch),
+                   end = std::ceil((high - centres[0]) / pitch);
+      return std::array<Eigen::Index, 2>{Eigen::Index(std::clamp(first, 0.0, last)),
+                                         Eigen::Index(std::clamp(end, 0.0, last))};
+    };
+    const ApertureBox box = bounding_box(shape);
+    const auto columns = span(grid_.x, pupil_.pitch_x, box.x0, box.x1),
+               rows = span(grid_.y, pupil_.pitch_y, box.y0, box.y1);
+    const Eigen::ArrayXd x = grid_.x.segment(columns[0], columns[1] - columns[0] + 1),
+                         y = grid_.y.segment(rows[0], rows[1] - rows[0] + 1);
+    const ApertureCells cells(shape, x, y, pupil_.pitch_x, pupil_.pitch_y);
+    for (Eigen::Index row = 0; row < y.size(); ++row)
+      for (Eigen::Index column = 0; column < x.size(); ++column)
+        if (const ClearPart clear = cells(column, row); clear.share > 0)
+          add(columns[0] + column, rows[0] + row, clear);
+  }
+  /// The same of one segment of many: its cells are its own.
+  void add_segment(const Aperture& shape) {
+    segments_.push_back(clear_.size());
+    add_all(shape);
+  }
   const CartesianGrid& grid() const { return grid_; }
   /// On the mirror where the grid is one of direction cosines; infinity: where they are the same.
   DiffractionPupil finish(double focal_length, std::array<double, 2> shift) {
     if (clear_.empty()) throw ComputationError("no cell of the pupil grid lets light through");
     const Eigen::Index n = Eigen::Index(clear_.size());
     pupil_.cover.resize(n);
-    pupil_.amplitude = corrected();
+    if (segments_.empty()) pupil_.amplitude = corrected(0, clear_.size());
+    for (std::size_t s = 0; s < segments_.size(); ++s) {
+      const std::size_t end = s + 1 < segments_.size() ? segments_[s + 1] : clear_.size();
+      pupil_.amplitude.conservativeResize(Eigen::Index(end));
+      pupil_.amplitude.tail(Eigen::Index(end - segments_[s])) = corrected(segments_[s], end);
+      pupil_.sample.segment.resize(end, std::uint32_t(s));
+    }
     pupil_.obliquity.resize(n);
     PupilSample& sample = pupil_.sample;
     sample.x.resize(n);
@@ -86,15 +118,22 @@ class PupilBuilder {
   // share (g_xx + g_yy)/24 + third order, g and its derivatives at the centre (inner edges of a cell's clear
   // part change the last term by third order). Derivatives are differences of three clear cells in a line,
   // central where both neighbours are clear. Their weights sum to zero: the total is that of `cover`.
-  Eigen::ArrayXd corrected() const {
-    const std::ptrdiff_t width = grid_.x.size() + 4;  // two opaque cells all around
-    std::vector<char> lit(std::size_t(width * (grid_.y.size() + 4)), 0);
+  Eigen::ArrayXd corrected(std::size_t begin, std::size_t end) const {
+    const auto range = [&](const std::vector<std::uint32_t>& of) {
+      const auto [low, high] =
+          std::minmax_element(of.begin() + std::ptrdiff_t(begin), of.begin() + std::ptrdiff_t(end));
+      return begin == end ? std::array<std::ptrdiff_t, 2>{}
+                          : std::array<std::ptrdiff_t, 2>{*low, *high - *low + 1};
+    };
+    const auto columns = range(grid_.column), rows = range(grid_.row);
+    const std::ptrdiff_t width = columns[1] + 4;  // two opaque cells all around
+    std::vector<char> lit(std::size_t(width * (rows[1] + 4)), 0);
     std::vector<double> weight(lit.size(), 0.0);
-    std::vector<std::ptrdiff_t> cell(clear_.size());
+    std::vector<std::ptrdiff_t> cell(end - begin);
     for (std::size_t k = 0; k < cell.size(); ++k) {
-      cell[k] = (std::ptrdiff_t(grid_.row[k]) + 2) * width + grid_.column[k] + 2;
+      cell[k] = (grid_.row[begin + k] - rows[0] + 2) * width + grid_.column[begin + k] - columns[0] + 2;
       lit[std::size_t(cell[k])] = 1;
-      weight[std::size_t(cell[k])] = clear_[k].share;
+      weight[std::size_t(cell[k])] = clear_[begin + k].share;
     }
     const auto spread = [&](std::ptrdiff_t at, std::ptrdiff_t step, double slope, double curvature) {
       const auto is_lit = [&](std::ptrdiff_t n) { return lit[std::size_t(at + n * step)] != 0; };
@@ -114,8 +153,9 @@ class PupilBuilder {
       }
     };
     for (std::size_t k = 0; k < cell.size(); ++k) {
-      spread(cell[k], 1, clear_[k].x, clear_[k].share / 24);
-      spread(cell[k], width, clear_[k].y, clear_[k].share / 24);
+      const ClearPart& clear = clear_[begin + k];
+      spread(cell[k], 1, clear.x, clear.share / 24);
+      spread(cell[k], width, clear.y, clear.share / 24);
     }
     Eigen::ArrayXd result(Eigen::Index(cell.size()));
     for (std::size_t k = 0; k < cell.size(); ++k) result[Eigen::Index(k)] = weight[std::size_t(cell[k])];
@@ -124,6 +164,7 @@ class PupilBuilder {
 
   CartesianGrid grid_;
   std::vector<ClearPart> clear_;
+  std::vector<std::size_t> segments_;  // where each begins
   DiffractionPupil pupil_;
 };
 
@@ -161,11 +202,13 @@ DiffractionPupil diffraction_pupil(const Aperture& aperture, double focal_length
   const ApertureBox box = bounding_box(shape);
   PupilBuilder builder(cell_centres(box.x0, box.x1, pitch, shift[0]),
                        cell_centres(box.y0, box.y1, pitch, shift[1]), pitch, pitch);
-  const CartesianGrid& grid = builder.grid();
-  const ApertureCells cells(shape, grid.x, grid.y, pitch, pitch);
-  for (Eigen::Index row = 0; row < grid.y.size(); ++row)
-    for (Eigen::Index column = 0; column < grid.x.size(); ++column)
-      if (const ClearPart clear = cells(column, row); clear.share > 0) builder.add(column, row, clear);
+  if (has_segment_errors(aperture)) {
+    const Segments segments(std::get<SegmentedAperture>(aperture));
+    for (const Segments::Segment& segment : segments.all())
+      builder.add_segment(in_directions(SegmentedAperture{segment.clear}, focal_length, kChord * pitch));
+  } else {
+    builder.add_all(shape);
+  }
   builder.pupil().total = aperture_area(aperture) / (pitch * pitch);
   return builder.finish(focal_length, shift);
 }

@@ -68,6 +68,19 @@ double IndependentSurface::Zernikes::height(double x, double y) const {
   return sum;
 }
 
+double IndependentSurface::step(double x, double y) const {
+  for (const Step& step : steps_) {
+    if (std::pow(x - step.x, 2) + std::pow(y - step.y, 2) > step.reach2) continue;
+    bool inside = false;  // by the edges to the right of the point
+    for (std::size_t i = 0, j = step.outline.size() - 1; i < step.outline.size(); j = i++) {
+      const auto &a = step.outline[i], &b = step.outline[j];
+      if ((a[1] > y) != (b[1] > y) && x < a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1])) inside = !inside;
+    }
+    if (inside) return step.piston + step.slope_x * (x - step.x) + step.slope_y * (y - step.y);
+  }
+  return 0;
+}
+
 IndependentSurface::IndependentSurface(const Mirror& mirror, const TermSet& terms,
                                        const Eigen::VectorXd& coefficients)
     : mirror_(mirror), radius_(terms.radius) {
@@ -85,6 +98,21 @@ IndependentSurface::IndependentSurface(const Mirror& mirror, const TermSet& term
     j += 2;
   }
   for (const int power : terms.spherical) powers_.push_back({power, coefficients[j++]});
+  if (terms.segments)
+    for (const Segments::Segment& segment : terms.segments->all()) {
+      // Regular ones, whose middle is that of their corners.
+      Step step{segment.clear.front(), 0, 0, 0, 0, 0, 0};
+      const auto corners = double(step.outline.size());
+      for (const auto& [x, y] : step.outline) step.x += x / corners, step.y += y / corners;
+      for (const auto& [x, y] : step.outline)
+        step.reach2 = std::max(step.reach2, std::pow(x - step.x, 2) + std::pow(y - step.y, 2));
+      if (terms.segments->piston() > 0) step.piston = coefficients[j++];
+      if (terms.segments->tip_tilt() > 0) {
+        step.slope_x = coefficients[j++] / std::sqrt(step.reach2);
+        step.slope_y = coefficients[j++] / std::sqrt(step.reach2);
+      }
+      steps_.push_back(std::move(step));
+    }
   for (const KnownZernike& term : mirror.zernike) {
     known_.add(term.mode, term.height);
     finest = std::max(finest, kAtRim * term.mode.n * term.mode.n);

@@ -15,8 +15,11 @@ class IndependentSurface {
  public:
   IndependentSurface(const Mirror& mirror, const TermSet& terms, const Eigen::VectorXd& coefficients);
 
-  /// [m], towards the light.
+  /// [m], towards the light; without what segments stand apart.
   double height(double x, double y) const;
+  /// What the segment that holds a point stands apart there [m]; 0 outside all.
+  double step(double x, double y) const;
+  bool has_steps() const { return !steps_.empty(); }
   /// Slopes of the same, by differences of the fourth order in steps that change them by 1e-8 of the finest
   /// term's at most.
   std::array<double, 2> slopes(double x, double y) const;
@@ -42,9 +45,14 @@ class IndependentSurface {
     int power;
     double value;  // at the rim
   };
+  struct Step {
+    Outline outline;
+    double x, y, reach2, piston, slope_x, slope_y;
+  };
 
   Mirror mirror_;
   double radius_;
+  std::vector<Step> steps_;
   Zernikes terms_, known_;
   std::vector<Wave> waves_;
   std::vector<Power> powers_;

@@ -33,6 +33,7 @@ IndependentWaves::IndependentWaves(double f, const Aperture& aperture, double wa
     for (int column = 0; column < cells; ++column) {
       int inside = 0;
       double x = 0, y = 0;  // the middle of what is inside
+      std::complex<double> turned = 0;
       for (int i = 0; i < kPointsAcross * kPointsAcross; ++i) {
         const double px = (column + (i % kPointsAcross + 0.5) / kPointsAcross - 0.5 * cells) * pitch_;
         const double py = (row + (double(i / kPointsAcross) + 0.5) / kPointsAcross - 0.5 * cells) * pitch_;
@@ -44,6 +45,8 @@ IndependentWaves::IndependentWaves(double f, const Aperture& aperture, double wa
         ++inside;
         x += px * longer;
         y += py * longer;
+        if (surface.has_steps())
+          turned += std::polar(1.0, 4 * kPi / wavelength * surface.step(px * longer, py * longer) / longer);
       }
       if (inside == 0) continue;
       x /= inside;
@@ -51,8 +54,10 @@ IndependentWaves::IndependentWaves(double f, const Aperture& aperture, double wa
       const double t2 = (x * x + y * y) / (4 * f * f), cover = inside / double(kPointsAcross * kPointsAcross);
       const double density = std::pow(1 + t2, 3) / (1 - t2);
       total_ += cover * density;
-      cells_.push_back({column, row, cover * std::sqrt(density),
-                        4 * kPi / wavelength * surface.height(x, y) / (1 + t2), 2 * t2 / (1 + t2)});
+      const std::complex<double> step = surface.has_steps() ? turned / double(inside) : 1;
+      cells_.push_back({column, row, cover * std::sqrt(density) * std::abs(step),
+                        4 * kPi / wavelength * surface.height(x, y) / (1 + t2) + std::arg(step),
+                        2 * t2 / (1 + t2)});
     }
   field_ = reinterpret_cast<std::complex<double>*>(
       fftw_alloc_complex(std::size_t(samples_) * std::size_t(samples_)));

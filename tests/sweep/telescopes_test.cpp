@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <string>
 
 #include "aberfit/commands/run.h"
 #include "aberfit/study/read_study.h"
@@ -40,7 +41,20 @@ void expect_true_in_light(const char* text) {
   EXPECT_LE(light.worst, 1.0) << light.statistic << light.obstacle;
 }
 
+// The same with segments that stand apart by 30 nm, and by as much at their corners.
+std::string erring_hexagons(const std::string& errors) {
+  std::string text = kHexagons;
+  const std::string place = R"("gap": "4 mm"})";
+  return text.insert(text.find(place) + place.size(), ", " + errors);
+}
+
 TEST(Telescopes, OfSegmentsIsTrueInLight) { expect_true_in_light(kHexagons); }
+TEST(Telescopes, OfSegmentsThatStandApartIsTrueInLight) {
+  expect_true_in_light(erring_hexagons(R"("piston": "30 nm")").c_str());
+}
+TEST(Telescopes, OfSegmentsThatTiltIsTrueInLight) {
+  expect_true_in_light(erring_hexagons(R"("piston": "30 nm", "tip_tilt": "40 nrad")").c_str());
+}
 TEST(Telescopes, WithASpiderInAFilterIsTrueInLight) { expect_true_in_light(kSpider); }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "../../src/theory/pupil_moments.h"
@@ -16,6 +17,7 @@
 #include "aberfit/core/quadrature.h"
 #include "aberfit/roughness/bessel.h"
 #include "aberfit/roughness/psd_integrals.h"
+#include "aberfit/scene/segments.h"
 #include "aberfit/theory/generalised_harvey_shack.h"
 #include "regular_polygon.h"
 #include "short_form.h"
@@ -43,7 +45,7 @@ LightMoments by_cells(const PupilField& field, double dz, const MomentBasis& bas
   const PupilCells cells(field, kCells);
   const FocalGrid grid(FocalGrid::samples_for(cells, 2 * field.outer()),
                        FocalGrid::taper_for(cells, cells.steepest(dz)));
-  return {PupilLight::of_cells(cells, grid, degree, dz), basis};
+  return {PupilLight::of_cells(cells, grid, nullptr, degree, dz), basis};
 }
 
 // Largest difference of any moment beyond 64 cells; below, of their sum.
@@ -186,7 +188,13 @@ class AllPairs {
     const double f = mirror.focal_length, rim = aperture_radius(aperture);
     struct Point {
       double x, y, q, amplitude, phase;
+      std::size_t segment;
+      std::array<double, 2> from_centre;  // of its segment, times q
     };
+    std::optional<Segments> segments;
+    if (has_segment_errors(aperture)) segments.emplace(std::get<SegmentedAperture>(aperture));
+    const double piston2 = segments ? std::pow(segments->piston(), 2) : 0,
+                 tilt2 = segments ? std::pow(segments->tip_tilt(), 2) : 0;
     std::vector<Point> points;
     double light = 0;
     for (const AreaPoint& place : points_on(aperture, across)) {
@@ -195,7 +203,13 @@ class AllPairs {
       const double height = departure ? departure(place.x, place.y) : 0;
       const double phase = 2 * pi / kLambda * ((1 + c) * height + dz * (1 - c) / (1 + dz / f));
       // Even light on the mirror has the amplitude 1/(q sqrt(c)) over P.
-      points.push_back({q * place.x, q * place.y, q, place.area * q * std::sqrt(c), phase});
+      Point point{q * place.x, q * place.y, q, place.area * q * std::sqrt(c), phase, 0, {}};
+      if (segments) {
+        point.segment = segments->at(place.x, place.y);
+        const auto& centre = segments->all()[point.segment].centre;
+        point.from_centre = {q * (place.x - centre[0]), q * (place.y - centre[1])};
+      }
+      points.push_back(point);
       light += place.area;
     }
     // Structure function over the distances that there are.
@@ -215,7 +229,18 @@ class AllPairs {
         const double place = on_mirror / reach * kSteps;
         const auto k = Eigen::Index(place);
         const double e = less[k] + (place - double(k)) * (less[k + 1] - less[k]);
-        const double h = std::exp(-one.q * two.q * e - 0.5 * std::pow(one.q - two.q, 2) * g2 * variance);
+        // Variance of the difference of the two paths that the errors of segments make.
+        const auto of_one = [&](const Point& p) {
+          return p.q * p.q * piston2 +
+                 tilt2 * (std::pow(p.from_centre[0], 2) + std::pow(p.from_centre[1], 2));
+        };
+        const double apart = one.segment == two.segment
+                                 ? std::pow(one.q - two.q, 2) * piston2 +
+                                       tilt2 * (std::pow(one.from_centre[0] - two.from_centre[0], 2) +
+                                                std::pow(one.from_centre[1] - two.from_centre[1], 2))
+                                 : of_one(one) + of_one(two);
+        const double h = std::exp(-one.q * two.q * e - 0.5 * std::pow(one.q - two.q, 2) * g2 * variance -
+                                  0.5 * g2 * apart);
         shear.push_back(std::max(1e-9, std::hypot(one.x - two.x, one.y - two.y)));
         weight.push_back(2 * one.amplitude * two.amplitude * std::cos(one.phase - two.phase) * h);
       }
@@ -249,13 +274,25 @@ const Aperture kVanes =
                {{0.01, pi / 4, 0}, {0.01, 3 * pi / 4, 0}, {0.01, -pi / 4, 0}, {0.01, -3 * pi / 4, 0}});
 const Aperture kSegments = hexagonal_segments(2, 0.07, 0.0035, false, 0);
 
+Aperture erring(double piston, double tip_tilt) {
+  SegmentedAperture result = std::get<SegmentedAperture>(kSegments);
+  result.piston = piston;
+  result.tip_tilt = tip_tilt;
+  return result;
+}
+
 TEST_WITH_SHORT_FORM(PupilLight, IsTheSumOverAllPairsOfPoints) {
-  const std::vector<PairCase> cases{
-      {"hexagon", kHexagon, 2, 0, 0},          {"hexagon", kHexagon, 2, 0.8, 0},
-      {"rectangle", kRectangle, 2, 0, 0},      {"rectangle", kRectangle, 7, 1, 0},
-      {"hexagon", kHexagon, 1.5, 0, 0},        {"circle", kCircle, 3, 0, 0.15},
-      {"hexagon", kHexagon, 3, 0.5, 0.15},     {"vanes", kVanes, 2, 0.5, 0, 14},
-      {"segments", kSegments, 1.75, 0.3, 0, 5}};
+  const std::vector<PairCase> cases{{"hexagon", kHexagon, 2, 0, 0},
+                                    {"hexagon", kHexagon, 2, 0.8, 0},
+                                    {"rectangle", kRectangle, 2, 0, 0},
+                                    {"rectangle", kRectangle, 7, 1, 0},
+                                    {"hexagon", kHexagon, 1.5, 0, 0},
+                                    {"circle", kCircle, 3, 0, 0.15},
+                                    {"hexagon", kHexagon, 3, 0.5, 0.15},
+                                    {"vanes", kVanes, 2, 0.5, 0, 14},
+                                    {"segments", kSegments, 1.75, 0.3, 0, 5},
+                                    {"pistons", erring(60e-9, 0), 1.75, 0, 0, 6},
+                                    {"tilts", erring(40e-9, 1e-6), 1.75, 0.3, 0, 6}};
   for (const PairCase& one : test::all_or_few(whole, cases, {1, 5})) {
     const Mirror mirror{one.f_number * kDiameter, -1, {}};
     const RadialPsd psd(GaussianPsd{60e-9, 0.12});

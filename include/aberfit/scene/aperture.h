@@ -39,6 +39,10 @@ using Outline = std::vector<std::array<double, 2>>;
 struct SegmentedAperture {
   std::vector<Outline> outlines;
   double margin = 0;
+  /// Each segment, an outline that goes round what is clear, stands off by its own piston, tip and tilt:
+  /// independent normal draws with these standard deviations.
+  double piston = 0;    ///< of the height of a segment [m]
+  double tip_tilt = 0;  ///< of its slope along x, and of that along y
   bool operator==(const SegmentedAperture&) const = default;
 };
 using Aperture =

@@ -1,7 +1,9 @@
 #pragma once
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
+#include "aberfit/scene/segments.h"
 #include "aberfit/scene/zernike.h"
 
 namespace aberfit {
@@ -15,7 +17,9 @@ struct FourierMode {
 /// Which aberration terms a surface has; what they weigh is a coefficient vector of `size()` entries, all
 /// heights [m]:
 ///   one per Zernike mode (RMS over the disc); then A, B per Fourier mode (amplitudes);
-///   then one per spherical power: c_2n radius^2n, the height of the term at the rim.
+///   then one per spherical power: c_2n radius^2n, the height of the term at the rim;
+///   then of each segment, where its errors are terms, its piston if there are pistons, and its slopes along
+///   x and y about its centre if it tilts, each times its radius.
 struct TermSet {
   double radius = 0;  ///< normalisation radius of Zernike and spherical terms [m]
   std::vector<ZernikeMode> zernike;
@@ -24,10 +28,24 @@ struct TermSet {
   /// Where all Fourier modes are points of a lattice, i pitch and j pitch, each standing for its cell: the
   /// pitch [cycles/m], which fast transforms and the prior go by; else 0.
   double fourier_pitch = 0;
+  std::shared_ptr<const Segments> segments = nullptr;
 
-  Eigen::Index size() const { return Eigen::Index(zernike.size() + 2 * fourier.size() + spherical.size()); }
+  Eigen::Index size() const {
+    return segments_begin() + (segments ? Eigen::Index(segments->all().size()) * of_a_segment() : 0);
+  }
   Eigen::Index fourier_begin() const { return Eigen::Index(zernike.size()); }
   Eigen::Index spherical_begin() const { return Eigen::Index(zernike.size() + 2 * fourier.size()); }
+  Eigen::Index segments_begin() const { return spherical_begin() + Eigen::Index(spherical.size()); }
+  /// Terms of one segment.
+  Eigen::Index of_a_segment() const {
+    return segments ? (segments->piston() > 0 ? 1 : 0) + (segments->tip_tilt() > 0 ? 2 : 0) : 0;
+  }
+  /// The others: a smooth surface, of the first segments_begin() coefficients.
+  TermSet without_segments() const {
+    TermSet others = *this;
+    others.segments.reset();
+    return others;
+  }
 };
 
 /// All modes n_min <= n <= n_max in OSA order (n ascending, then m ascending).

@@ -105,12 +105,13 @@ class GhsPupil {
   const Aperture& aperture() const { return aperture_; }
   double wavelength() const { return wavelength_; }  ///< mean [m]
   const Light& light() const { return light_; }
-  /// The same aperture and light with a parabola of that focal length; what has been computed is shared where
-  /// it is one already.
+  /// The same aperture and light with a parabola of that focal length, its segments in their places; what has
+  /// been computed is shared where it is one already.
   GhsPupil of_parabola() const;
   /// Whether the light has aberrations and is not the same in all directions, of a mirror or an aperture that
   /// is none of revolution: then its highest irradiance is not known from its mean over direction.
   bool has_uneven_light() const;
+  const GhsOptions& options() const { return options_; }
   /// What was added to the mirror; may be empty.
   const std::function<double(double, double)>& departure() const { return options_.departure; }
 
