@@ -190,7 +190,8 @@ CheckReport make_check(const Task& task, const RunContext& context, bool measure
     report.light_decides = ground.use.light_decides;
   }
   report.terms = {terms.size(), captured, task.terms.automatic() && ground.psd && !ground.all_scatters(),
-                  terms.zernike.empty() ? 0 : terms.zernike.back().n};
+                  terms.zernike.empty() ? 0 : terms.zernike.back().n,
+                  terms.of_a_segment() > 0 ? terms.segments->all().size() : 0};
   report.statistics = {targets.fitted.size(), targets.guides.size(), targets.held_out.size()};
   report.theory_error = ground.use.theory_error;
   report.cells = checked_cells(task, ground, terms, targets);

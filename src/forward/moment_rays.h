@@ -13,8 +13,8 @@ inline bool is_moment(const Statistic& statistic) { return kind_of(statistic).is
 /// slopes of the terms were Gaussian, too (a Rayleigh mean). scatter: null without any.
 double with_scatter(const MeanScatter* scatter, const Statistic& moment, double of_terms);
 
-/// Rays of the mirror through a pupil of their own. Moments are of the roughness: what segments stand apart is
-/// left out.
+/// Rays of the mirror through a pupil of their own. Moments are of the roughness: what segments stand apart
+/// is left out.
 class MomentRays {
  public:
   MomentRays(const Mirror& mirror, PupilSample pupil, const TermSet& terms, const OperatorOptions& how,

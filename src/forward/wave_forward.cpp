@@ -111,6 +111,7 @@ WaveForward::WaveForward(const LightPath& path, const std::vector<Statistic>& st
       workspace_(path.workspace ? *path.workspace : own_workspace_) {
   if (split_.geometric.empty()) return;
   const TermSet& terms = path.surface.terms();
+  if (terms.segments && terms.segments_begin() == 0) return;
   moments_ = make_moment_rays(path.mirror, *path.aperture, terms, split_.geometric, threads);
   if (!moments_)  // terms of so high an order that the cells have to do
     moments_ = std::make_unique<MomentRays>(path.mirror, path.pupil, terms,
@@ -138,7 +139,10 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
   bool exist = true;
   Eigen::VectorXd some;
   if (!split_.geometric.empty()) {
-    exist = moments_->rays().evaluate(width > 0 ? width : 1, &some);  // moments: no kernel in them
+    if (moments_)
+      exist = moments_->rays().evaluate(width > 0 ? width : 1, &some);  // moments: no kernel in them
+    else
+      some = no_moments();
     for (std::size_t j = 0; j < split_.geometric.size(); ++j)
       (*values)[Eigen::Index(split_.geometric_place[j])] =
           with_scatter(path_.scatter.get(), split_.geometric[j], some[Eigen::Index(j)]);
@@ -160,7 +164,9 @@ bool WaveForward::evaluate(double width, Eigen::VectorXd* values) {
 }
 
 bool WaveForward::gradients(const GradientSink& sink) {
-  if (!split_.geometric.empty()) {
+  for (std::size_t j = 0; !moments_ && j < split_.geometric.size(); ++j)
+    sink(split_.geometric_place[j], Eigen::VectorXd::Zero(coefficients_.size()));
+  if (moments_) {
     Eigen::VectorXd of_terms;
     if (!moments_->rays().evaluate(1, &of_terms)) return false;
     const auto chained = [&](std::size_t j, const Eigen::VectorXd& gradient) {
@@ -195,8 +201,7 @@ bool WaveForward::gradients(const GradientSink& sink) {
 Eigen::VectorXd WaveForward::exact(Warnings* warnings) {
   Eigen::VectorXd values;
   evaluate(0, &values);
-  Eigen::VectorXd geometric;
-  if (moments_) geometric = moments_->rays().exact(warnings);
+  const Eigen::VectorXd geometric = moments_ ? moments_->rays().exact(warnings) : no_moments();
   for (std::size_t j = 0; j < split_.geometric.size(); ++j)
     values[Eigen::Index(split_.geometric_place[j])] =
         with_scatter(path_.scatter.get(), split_.geometric[j], geometric[Eigen::Index(j)]);

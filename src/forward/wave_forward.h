@@ -34,23 +34,20 @@ class WaveForward : public ForwardModel {
 
  private:
   DiffractionProblem problem() const {
-    return {diffraction_pupil_,
-            path_.mirror.focal_length,
-            path_.wavelength,
-            2,
-            path_.aliased_limit,
-            path_.scatter,
-            departure_.size() > 0 ? &departure_ : nullptr,
-            path_.wide_circles,
-            path_.single_precision};
+    return {diffraction_pupil_, path_.mirror.focal_length,
+            path_.wavelength,   path_.aliased_limit,
+            path_.scatter,      departure_.size() > 0 ? &departure_ : nullptr,
+            path_.wide_circles, path_.single_precision};
   }
   void explain(const Eigen::VectorXd& values, Warnings* warnings);
+  Eigen::VectorXd no_moments() const { return Eigen::VectorXd::Zero(Eigen::Index(split_.geometric.size())); }
   const Eigen::ArrayXd& height();  // of the mirror with its terms
 
   LightPath path_;
   int threads_;
   SplitStatistics split_;
-  std::unique_ptr<MomentRays> moments_;  // of split_.geometric, on points of their own; null without any
+  std::unique_ptr<MomentRays> moments_;  // of split_.geometric, on points of their own; null without any,
+                                         // and where all of the roughness scatters
   std::unique_ptr<const HeightBlocks> blocks_;  // for derivatives; null: cell by cell
   SurfaceField field_;
   DiffractionPupil diffraction_pupil_;

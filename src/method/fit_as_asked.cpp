@@ -1,6 +1,7 @@
 #include "aberfit/method/fit_as_asked.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -99,9 +100,12 @@ class Sets {
 
 std::string set_of(const Attempt& attempt) {
   const TermSet& terms = attempt.result.terms;
-  return terms.zernike.empty()
-             ? fmt::format("{} terms: {} plane waves", terms.size(), terms.fourier.size())
-             : fmt::format("{} terms: Zernikes to n = {}", terms.size(), terms.zernike.back().n);
+  std::vector<std::string> families;
+  if (!terms.zernike.empty()) families.push_back(fmt::format("Zernikes to n = {}", terms.zernike.back().n));
+  if (!terms.fourier.empty()) families.push_back(fmt::format("{} plane waves", terms.fourier.size()));
+  if (terms.of_a_segment() > 0)
+    families.push_back(fmt::format("errors of {} segments", terms.segments->all().size()));
+  return fmt::format("{} terms: {}", terms.size(), fmt::join(families, " and "));
 }
 
 // More terms help where what was fitted or judged is off, not where a verdict is open.

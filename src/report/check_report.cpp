@@ -28,6 +28,7 @@ Json checked_terms_json(const CheckedTerms& terms) {
   Json json = {{"count", terms.count}, {"captured_fraction", terms.captured}};
   json["automatic"] = terms.automatic;
   json["n_max"] = terms.order > 0 ? Json(terms.order) : Json(nullptr);
+  if (terms.segments > 0) json["segments"] = terms.segments;
   return json;
 }
 

@@ -113,6 +113,7 @@ std::string terms_text(const CheckedTerms& terms) {
   std::string text = fmt::format("{}", terms.count);
   if (terms.automatic && terms.order > 0)
     text += fmt::format(", Zernikes to n = {} to begin with", terms.order);
+  if (terms.segments > 0) text += fmt::format(", with the errors of {} segments", terms.segments);
   return text + fmt::format(" ({:.2f} % of the height variance)", 100 * terms.captured);
 }
 

@@ -312,7 +312,7 @@ Eigen::ArrayXd diffraction_encircled_energy(const DiffractionProblem& problem, c
                                             double dz, const Eigen::ArrayXd& radius) {
   const DiffractionScene scene(problem, height, 1);
   if (!scene.has_plane(dz)) return Eigen::ArrayXd::Constant(radius.size(), std::nan(""));
-  const DiffractionGrid grid(scene, problem.padding);
+  const DiffractionGrid grid(scene, kExactPadding);
   DiffractionBench bench(grid.transform);
   DiffractionPlane plane(scene, grid, bench.buffers, bench.focused);
   plane.focus(dz, DiffractionPlane::Mean::kInPlane);

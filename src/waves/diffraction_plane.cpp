@@ -87,7 +87,6 @@ DiffractionScene::DiffractionScene(const DiffractionProblem& problem, const Eige
   if (!(problem.focal_length > 0) || !(problem.wavelength > 0) || !(pupil.pitch_x > 0) ||
       !(pupil.pitch_y > 0))
     throw std::invalid_argument("focal length, wavelength and pitch must be above zero");
-  if (!(problem.padding >= 2)) throw std::invalid_argument("padding below 2 folds the transfer function");
   const auto* directions = std::get_if<DirectionGrid>(&pupil.sample.structure);
   if (directions && !(std::abs(directions->focal_length / problem.focal_length - 1) <= kSameFocalLength))
     throw std::invalid_argument("a diffraction pupil belongs to the focal length it was made for");
@@ -166,7 +165,10 @@ PhaseSteps DiffractionScene::phase_steps(const Eigen::ArrayXd& height, double dz
   const double low = defocus(dz_low), high = defocus(dz_high);
   PhaseSteps steps;
   std::size_t pairs = 0, aliased = 0;
+  const std::vector<std::uint32_t>& segment = problem_.pupil.sample.segment;
   const auto look = [&](Eigen::Index a, Eigen::Index b) {
+    // What segments stand apart is no slope of any.
+    if (!segment.empty() && segment[std::size_t(a)] != segment[std::size_t(b)]) return;
     const double surface = turned[a] - turned[b], versine = versine_[a] - versine_[b];
     const double step = std::max(std::abs(surface + low * versine), std::abs(surface + high * versine));
     steps.largest = std::max(steps.largest, step);

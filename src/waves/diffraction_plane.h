@@ -169,6 +169,9 @@ class DiffractionBenches {
   std::vector<std::unique_ptr<DiffractionBench>> free_;
 };
 
+/// Focal samples over pupil cells: with fewer correlations fold, more change nothing but rounding.
+inline constexpr double kExactPadding = 2;
+
 /// What all planes of one pupil grid share.
 struct DiffractionGrid {
   /// padding: as PupilTransform has it; below 2 circles see the transfer function as far as half of it.

@@ -43,10 +43,14 @@ void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool 
   const DiffractionProblem& problem = scene.problem();
   const auto* directions = std::get_if<DirectionGrid>(&problem.pupil.sample.structure);
   const Precision precision = problem.single_precision ? Precision::kSingle : Precision::kDouble;
-  const Size wanted{
-      scene.rows(),        scene.columns(),       problem.padding,
-      precision,           problem.pupil.pitch_x, problem.pupil.pitch_y,
-      scene.longest_lag(), problem.scatter,       directions ? directions->shift : std::array<double, 2>{}};
+  const Size wanted{scene.rows(),
+                    scene.columns(),
+                    precision,
+                    problem.pupil.pitch_x,
+                    problem.pupil.pitch_y,
+                    scene.longest_lag(),
+                    problem.scatter,
+                    directions ? directions->shift : std::array<double, 2>{}};
   const Eigen::ArrayXcd perfect = problem.scatter ? scene.nominal_base() : Eigen::ArrayXcd();
   if (!full.grid || !(size_ == wanted) || !same(full.grid->perfect, perfect)) {
     full = {};
@@ -54,7 +58,7 @@ void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool 
     kept_ = 0;
     rings.move_on();
     surface_ = {};
-    full.grid = std::make_unique<DiffractionGrid>(scene, problem.padding, precision);
+    full.grid = std::make_unique<DiffractionGrid>(scene, kExactPadding, precision);
     size_ = wanted;
   }
   if (wide_too && !wide.grid)

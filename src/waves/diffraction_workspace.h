@@ -58,7 +58,7 @@ struct DiffractionWorkspace::Buffers {
   std::vector<DiffractionWorkspace> lines;  // of a band, one for each wavelength
   internal::RingMemory rings;
 
-  /// padding: that of the problem, or kWidePadding.
+  /// padding: kExactPadding, or kWidePadding.
   struct Tables {
     std::unique_ptr<internal::DiffractionGrid> grid;
     std::map<double, std::unique_ptr<internal::FocusedField>> planes;
@@ -86,7 +86,6 @@ struct DiffractionWorkspace::Buffers {
   double kept_ = 0;  // bytes of planes
   struct Size {
     int rows = 0, columns = 0;
-    double padding = 0;
     internal::Precision precision = internal::Precision::kDouble;
     double pitch_x = 0, pitch_y = 0, longest_lag = 0;
     std::shared_ptr<const MeanScatter> scatter = {};

@@ -8,6 +8,7 @@
 #include "aberfit/core/errors.h"
 #include "aberfit/core/random.h"
 #include "aberfit/report/result.h"
+#include "aberfit/scene/segments.h"
 #include "sample_result.h"
 
 using namespace aberfit;
@@ -88,6 +89,32 @@ TEST_F(CoefficientsCsv, ReadsBackToTheLastBit) {
   }
 }
 
+TEST_F(CoefficientsCsv, HasTheErrorsOfSegmentsByTheirNumber) {
+  SegmentedAperture aperture = hexagonal_segments(1, 0.1, 0.01, false, 0);
+  aperture.tip_tilt = 1e-7;
+  TermSet terms;
+  terms.radius = 0.2;
+  terms.zernike = zernike_modes(2, 2);
+  terms.segments = std::make_shared<const Segments>(aperture);
+  const Eigen::VectorXd c = 1e-8 * Eigen::VectorXd::Random(terms.size());
+  const std::string text = coefficients_csv(terms, c, {});
+  EXPECT_NE(text.find("\nslope_y,6,,,,,"), std::string::npos);
+  EXPECT_EQ(text.find("\npiston,"), std::string::npos);
+  put(text);
+  EXPECT_TRUE(same_bits(read_coefficients_csv(path_, &terms), c));
+  TermSet of_study;  // of which nothing is known but its segments
+  of_study.segments = terms.segments;
+  EXPECT_TRUE(same_bits(read_coefficients_csv(path_, &of_study), c));
+  TermSet without;
+  try {
+    read_coefficients_csv(path_, &without);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("slope_x of segment 1"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("`piston` and `tip_tilt`"), std::string::npos) << error.what();
+  }
+}
+
 TEST_F(CoefficientsCsv, SaysUnitsAndConventionsBeforeTheNumbers) {
   const ResultDocument result = sample_result();
   const std::string text = coefficients_csv(result.terms, result.fit.coefficients, {});
@@ -153,8 +180,8 @@ TEST_F(CoefficientsCsv, RejectsModesThatDoNotExistAndForeignIndexSchemes) {
   EXPECT_NE(error(1).find("300"), std::string::npos);
   put_rows("zernike,4,-2147483648,,,,1e-9,\n");
   EXPECT_NE(error(1).find("even"), std::string::npos);
-  put_rows("piston,0,0,1,,,1e-9,\n");
-  EXPECT_NE(error(1).find("\"piston\""), std::string::npos);
+  put_rows("slope_z,0,0,1,,,1e-9,\n");
+  EXPECT_NE(error(1).find("\"slope_z\""), std::string::npos);
   put_rows("spherical,5,,,,,1e-9,\n");
   EXPECT_NE(error(1).find("\"5\""), std::string::npos);
 }

@@ -478,6 +478,11 @@ TEST(ReadStudy, SegmentsAndSpidersAreWhatIsClear) {
     EXPECT_TRUE(again.aperture == study.aperture);
     EXPECT_EQ(resolved_study(again), resolved);
   }
+  const Study erring = with_aperture(hexagons + R"(, "piston": "30 nm", "tip_tilt": "0.1 arcsec"})");
+  const auto& errors = std::get<SegmentedAperture>(erring.aperture);
+  EXPECT_DOUBLE_EQ(errors.piston, 30e-9);
+  EXPECT_NEAR(errors.tip_tilt, 4.848e-7, 1e-10);
+  EXPECT_TRUE(parse_study(resolved_study(erring).dump(), "study.json").aperture == erring.aperture);
   const std::string triangle = R"({"vertices": [["0 m", "0 m"], ["0.1 m", "0 m"], ["0 m", "0.1 m"]]})",
                     inside = R"({"vertices": [["10 mm", "10 mm"], ["10 mm", "20 mm"], ["20 mm", "10 mm"]]})",
                     beside = R"({"vertices": [["0.1 m", "0.1 m"], ["0.1 m", "0 m"], ["0 m", "0.1 m"]]})";

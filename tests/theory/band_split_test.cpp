@@ -8,7 +8,9 @@
 #include <numbers>
 
 #include "aberfit/core/parallel.h"
+#include "aberfit/core/random.h"
 #include "aberfit/roughness/random_surface.h"
+#include "aberfit/scene/segments.h"
 #include "aberfit/theory/geometric_harvey_shack.h"
 #include "height_between.h"
 
@@ -72,6 +74,22 @@ Eigen::ArrayXd heights_at(const HeightMap& map, double pitch, const PupilSample&
   return height;
 }
 
+// Of all segments: piston, and slopes times their distance from the middle.
+Eigen::ArrayXd drawn_errors(const Scene& scene, const PupilSample& sample, std::uint64_t seed) {
+  const Segments segments(std::get<SegmentedAperture>(scene.aperture));
+  const RandomStream random(seed, "segments");
+  Eigen::ArrayXd height(sample.size());
+  for (Eigen::Index k = 0; k < height.size(); ++k) {
+    const std::uint64_t number = sample.segment[std::size_t(k)];
+    const auto [piston, unused] = random.normal_pair(2 * number);
+    const auto [along_x, along_y] = random.normal_pair(2 * number + 1);
+    const auto& centre = segments.all()[number].centre;
+    height[k] = segments.piston() * piston + segments.tip_tilt() * (along_x * (sample.x[k] - centre[0]) +
+                                                                    along_y * (sample.y[k] - centre[1]));
+  }
+  return height;
+}
+
 // Shares of the light of `draws` surfaces with `psd`, one column each.
 Eigen::MatrixXd shares_of_draws(const Scene& scene, const RadialPsd& psd,
                                 const std::shared_ptr<const MeanScatter>& scatter,
@@ -85,8 +103,8 @@ Eigen::MatrixXd shares_of_draws(const Scene& scene, const RadialPsd& psd,
   parallel_for(std::size_t(draws), available_threads(), [&](std::size_t i) {
     RandomSurfaceOptions options;
     options.seed = seed + i;
-    const Eigen::ArrayXd height =
-        heights_at(random_surface(psd, kMap, kMap, pitch, options), pitch, pupil.sample);
+    Eigen::ArrayXd height = heights_at(random_surface(psd, kMap, kMap, pitch, options), pitch, pupil.sample);
+    if (has_segment_errors(scene.aperture)) height += drawn_errors(scene, pupil.sample, options.seed);
     DiffractionProblem problem{pupil, scene.mirror.focal_length, kWave};
     problem.scatter = scatter;
     problem.aliased_limit = 0.01;
@@ -123,6 +141,26 @@ void expect_exact_split(int family, bool annulus, double g, double cut, int draw
 }
 
 }  // namespace
+
+// What cells do not see of a surface is that of its roughness: the errors of segments are in its cells.
+TEST(BandSplit, OfSegmentsThatErrHasTheirMeanLight) {
+  Scene scene = scene_of(0, false, 0.6);
+  SegmentedAperture segments = hexagonal_segments(1, 0.06, 0.001, true, 0);
+  segments.piston = 40e-9;
+  segments.tip_tilt = 1e-6;
+  scene.aperture = segments;
+  const auto whole = whole_of(scene);
+  const auto split = split_at(scene, 40);
+  const std::vector<Statistic> shares = shares_of(scene, *whole);
+  expect_mean(shares_of_draws(scene, split->low(), split, shares, 80, 1), *whole, shares, 1e-4);
+  Scene in_place = scene;
+  in_place.aperture = without_segment_errors(scene.aperture);
+  const auto other = split_at(in_place, 40);
+  for (const double radius : {3e-6, 1e-5, 5e-5}) {
+    EXPECT_EQ(split->encircled_energy(radius), other->encircled_energy(radius));
+    EXPECT_LT(whole->encircled_energy(radius, 0), 0.99 * other->encircled_energy(radius));
+  }
+}
 
 TEST(BandSplit, AtTheBottomOfTheBandIsHarveyShack) {
   for (const bool annulus : {false, true}) {

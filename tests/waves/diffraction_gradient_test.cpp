@@ -105,7 +105,7 @@ class DiffractionGradient : public testing::Test {
   // 9 cells across, heights of 40 nm: strong enough for every term to count, cheap enough for direct sums.
   DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 9);
   // Independent heights turn the phase by more than pi here and there, which sums do not mind.
-  DiffractionProblem problem{pupil, kFocal, kWave, 2, 1};
+  DiffractionProblem problem{pupil, kFocal, kWave, 1};
   Eigen::Index n = pupil.cover.size();
   Eigen::ArrayXd height = draw();
   Dual zero{0, Eigen::ArrayXd::Zero(n + 1)};  // derivatives over the heights and one more variable

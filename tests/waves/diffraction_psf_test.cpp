@@ -122,21 +122,6 @@ TEST(DiffractionPsf, EdgesIntegrateSmoothFieldsToThirdOrder) {
   }
 }
 
-TEST(DiffractionPsf, PaddingChangesNothing) {
-  const DiffractionPupil pupil = diffraction_pupil(CircleAperture{kDiameter}, kParaxial, kDiameter / 45);
-  const Eigen::ArrayXd height = 90e-9 * (25 * pupil.sample.x + 3).sin() * (31 * pupil.sample.y).cos();
-  const std::vector<Statistic> statistics = {EncircledEnergyRadius{0.5, 0}, EncircledEnergyRadius{0.9, 2e-4},
-                                             RingThrough{9e-6, -1e-4}, SpotFwhm{0}};
-  const auto at = [&](double padding) {
-    return values_of({pupil, kFocal, kWave, padding}, height, statistics);
-  };
-  const Eigen::VectorXd two = at(2), three = at(3.1), five = at(5);
-  for (int k = 0; k < 4; ++k) {
-    EXPECT_NEAR(three[k] / two[k], 1, 1e-12) << k;
-    EXPECT_NEAR(five[k] / two[k], 1, 1e-12) << k;
-  }
-}
-
 TEST(DiffractionPsf, DefocusAgreesInSignAndSizeWithRays) {
   // A surface h = c rho^2 moves the focus: rays X = x (-4 c (f+dz) - dz/f) meet at dz = -4 c f^2/(1 + 4 c f).
   // There the PSF is the Airy pattern again, (f + dz)/f larger.

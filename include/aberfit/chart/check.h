@@ -16,9 +16,10 @@ namespace aberfit {
 /// The terms that a fit begins with.
 struct CheckedTerms {
   Eigen::Index count = 0;
-  double captured = 0;     ///< share of the height variance of what they stand for; 0 without roughness
-  bool automatic = false;  ///< the study leaves them open
-  int order = 0;           ///< the highest n of the Zernikes among them; 0: there are none
+  double captured = 0;       ///< share of the height variance of what they stand for; 0 without roughness
+  bool automatic = false;    ///< the study leaves them open
+  int order = 0;             ///< the highest n of the Zernikes among them; 0: there are none
+  std::size_t segments = 0;  ///< whose errors are among them
 };
 
 /// How many statistics a fit would have.

@@ -21,8 +21,8 @@ struct Groundwork {
   /// Where the roughness is split between terms and scatter; null: all of it is the terms'.
   std::shared_ptr<const BandSplit> split;
   bool all_scatters() const { return split && !split->has_low() && !segments_err; }  ///< nothing needs a term
-  bool segments_err = false;  ///< their pistons and tilts are terms
-  std::optional<BandShares> shares;                                 ///< of the split
+  bool segments_err = false;           ///< their pistons and tilts are terms
+  std::optional<BandShares> shares;    ///< of the split
   std::optional<MirrorSpread> spread;  ///< of the targets that it was laid out with, where that was asked
   std::optional<RadialPsd> term_psd;   ///< what the terms stand for: `psd`, or its low part
   std::optional<RadialPsd> prior_psd;  ///< of the equivalent surface: heights halved in convention `paper`

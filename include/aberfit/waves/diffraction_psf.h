@@ -137,9 +137,6 @@ struct DiffractionProblem {
   const DiffractionPupil& pupil;
   double focal_length = 0;  ///< [m], > 0
   Light wavelength = {};    ///< [m], > 0; of a band: evaluate_diffraction alone, all else is of its mean
-  /// Transform length over pupil length, at least 2; raised to the next size that transforms fast. More than
-  /// 2 changes nothing but rounding.
-  double padding = 2;
   /// Share of neighbouring cells whose phases may differ by more than pi (their light lands in the wrong
   /// place) before a result is refused.
   double aliased_limit = kMostAliased;
@@ -170,8 +167,8 @@ struct DiffractionProblem {
 };
 
 // Every function of a problem throws std::invalid_argument for a pupil without cells, for heights of another
-// number than its points, for lengths that are not positive and for padding below 2; and, unless
-// said otherwise, for heights that are not finite. A plane exists where dz is finite and f + dz > 0.
+// number than its points and for lengths that are not positive; and, unless said otherwise, for heights that
+// are not finite. A plane exists where dz is finite and f + dz > 0.
 
 /// Memory and transform plans that evaluations reuse. One per caller: not to be shared between evaluations
 /// that run at the same time. May be used for different problems in turn. Keeps the planes (up to 512 MB of
