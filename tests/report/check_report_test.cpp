@@ -21,7 +21,7 @@ CheckReport hand_made() {
   report.mirror.plane_residual = 0;
   report.scene = test::scene_of_waves();
   report.scene->mean_light = {
-      "ghs", 2, {{"ee80_diameter", 30e-6, true}, {"hew", 6e-6, true}, {"strehl", 0.81, false}}};
+      "ghs", 2, {{"ee80_diameter", 30e-6, true}, {"hew", 6e-6, true}, {"strehl", 0.81, false}}, {}};
   report.focal_sigma = 8e-6;
   report.theory = "geometric";
   report.reason = report.scene->reason;

@@ -39,9 +39,9 @@ TEST(BandOfLight, MeanLightIsTheWeightedSumOfItsLines) {
     for (const LightLine& line : kBand.lines())
       lines.emplace_back(RadialPsd(kPsd), kMirror, aperture, line.wavelength);
     const auto sum = [&](const auto& of) {
-      double sum = 0;
-      for (std::size_t k = 0; k < lines.size(); ++k) sum += kBand.lines()[k].share * of(lines[k]);
-      return sum;
+      double all = 0;
+      for (std::size_t k = 0; k < lines.size(); ++k) all += kBand.lines()[k].share * of(lines[k]);
+      return all;
     };
     EXPECT_NEAR(band.core_share(), sum([](const auto& one) { return one.core_share(); }), 1e-14);
     for (const double dz : {0.0, 60e-6})
