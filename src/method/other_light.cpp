@@ -164,6 +164,7 @@ void look_behind(const std::vector<Scene>& scenes, const TermSet& terms, const E
     for (const Scene& scene : scenes) {
       DiffractionProblem problem{pupil, scene.task.mirror.focal_length, scene.task.wavelength};
       problem.scatter = scene.split;
+      problem.aliased_limit = kMostAliasedBeforeAFiner;  // the light just fits into the field of view
       problem.nominal = &departure;
       worst[k].push_back(worst_in(scene, problem, height));
     }
