@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Sets everything up on a fresh Debian machine and runs a study: dependencies, release build, fit, verdict, pictures.
-#   bash fits/run.sh [STUDY.json]      default: the paper's mirror, fits/paper-physical/study.json
+#   bash fits/run.sh [STUDY.json]      default: the study of the README, fits/paper-mirror/study.json
 set -euo pipefail
-study=$(realpath "${1:-$(dirname "$0")/paper-physical/study.json}")
+study=$(realpath "${1:-$(dirname "$0")/paper-mirror/study.json}")
 cd "$(dirname "$0")/.."
 bash fits/install_dependencies.sh
 [ -f build/release/build.ninja ] || cmake --preset release

@@ -340,7 +340,6 @@ void describe_terms(Visitor& v, TermsSpec& terms) {
 
 void describe_trace(Visitor& v, TraceSpec& trace, const Aperture& aperture) {
   v.object({"trace", "how the surface is propagated to the focus"}, nullptr, [&](Visitor& t) {
-    t.removed_word("model", "convolved", kConvolvedRemoved, "\"auto\" or \"waves\"");
     t.choice_or_auto({"model",
                       "what turns the surface into statistics: rays, or waves (diffraction of the pupil on a "
                       "grid as fine as its light needs); auto: what the theory needs"},

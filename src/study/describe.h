@@ -38,11 +38,6 @@ void check_unit(Visitor& v, const char* key, const std::string& unit, Dimension 
 /// Reports `f_max` unless it is above `f_min`.
 void require_band(Visitor& v, double f_min, double f_max);
 
-/// Why no study may ask for them any more.
-inline constexpr const char* kConvolvedRemoved =
-    "rays convolved with the diffraction pattern were removed: they miss ee35 in focus by 13 % in an "
-    "ordinary scene and save a third of the time of waves only";
-
 using enum Need;
 using enum Dimension;
 inline constexpr Dimension kFrequency = kSpatialFrequency;

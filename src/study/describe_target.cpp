@@ -159,7 +159,6 @@ void describe_psd_target(Visitor& v, PsdTarget& target) {
 
 void describe_target(Visitor& v, TargetSpec& target, std::optional<MapTarget>& map, double focal_length) {
   v.object({"target", "what the fitted surface has to match"}, nullptr, [&](Visitor& t) {
-    t.removed_word("theory", "convolved", kConvolvedRemoved, "\"auto\" or \"ghs\"");
     t.choice_or_auto(
         {"theory",
          "where targets without a value come from; auto: the model that the scene needs; "

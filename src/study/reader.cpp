@@ -334,11 +334,6 @@ class Reader : public Visitor {
     for (std::size_t i = 0; i < keys.size(); ++i)
       inside((*json)[keys[i]], at(field, keys[i])).read([&](Visitor& v) { body(v, i); });
   }
-  void removed_word(const char* key, const char* word, const char* why, const char* instead) override {
-    const auto found = json_.find(key);
-    if (found != json_.end() && *found == word)
-      fail(child_pointer(pointer_, key), fmt::format("\"{}\": {}", word, why), instead);
-  }
   void check(bool holds, const std::string& key, const std::string& found,
              const std::string& allowed) override {
     if (!holds) fail(key.empty() ? pointer_ : pointer_ + '/' + key, found, allowed);
@@ -424,7 +419,6 @@ class KnownKeys : public Reader {
     known.emplace_back(field.key);
     inside(json_, pointer_).choice(field, index, names);
   }
-  void removed_word(const char*, const char*, const char*, const char*) override {}
   void check(bool, const std::string&, const std::string&, const std::string&) override {}
   bool reading() const override { return false; }
 

@@ -139,11 +139,6 @@ class Visitor {
   virtual void keyed(const Field& field, Names& keys, const std::vector<KeyPattern>& patterns,
                      const ItemBody& body) = 0;
 
-  /// A word that `key` had in earlier versions; a study that has it is refused with the sentence `why` and
-  /// with what to write `instead`. To be called before the key.
-  virtual void removed_word(const char* /*key*/, const char* /*word*/, const char* /*why*/,
-                            const char* /*instead*/) {}
-
   /// Rule between keys of the object being visited, checked by the reader only: where `holds` is false, `key`
   /// is at fault.
   virtual void check(bool /*holds*/, const std::string& /*key*/, const std::string& /*found*/,

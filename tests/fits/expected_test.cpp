@@ -19,9 +19,9 @@ TEST_P(ReferenceStudy, GivesWhatItsExpectedFileSays) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Fits, ReferenceStudy,
-                         testing::Values("paper-physical", "paper-harvey-shack", "paper-published-values",
-                                         "spherical", "measured-zygo", "large-annulus", "infrared-6.5m",
-                                         "euv"),
+                         testing::Values("paper-mirror", "paper-physical", "paper-harvey-shack",
+                                         "paper-published-values", "spherical", "measured-zygo",
+                                         "large-annulus", "infrared-6.5m", "euv"),
                          [](const auto& study) {
                            std::string name = study.param;
                            std::erase_if(name, [](char c) { return c == '-' || c == '.'; });

@@ -79,19 +79,6 @@ TEST(ModelOfAStudy, TheResolvedStudyKeepsTheWordsOfTheStudy) {
   EXPECT_EQ(resolved_study(study_of(kSmooth))["target"]["theory"], "auto");
 }
 
-TEST(ModelOfAStudy, RaysConvolvedWithThePatternAreRefusedWithWhatToWriteInstead) {
-  const std::string theory = error_of([] { study_of(kShallow, R"({"theory": "convolved"})"); });
-  const std::string model = error_of([] { study_of(kShallow, "{}", R"({"model": "convolved"})"); });
-  EXPECT_NE(theory.find("/target/theory"), std::string::npos) << theory;
-  EXPECT_NE(theory.find("\"auto\" or \"ghs\""), std::string::npos) << theory;
-  EXPECT_NE(model.find("/trace/model"), std::string::npos) << model;
-  EXPECT_NE(model.find("\"auto\" or \"waves\""), std::string::npos) << model;
-  for (const std::string& error : {theory, model})
-    for (const char* word : {"were removed", "miss ee35 in focus by 13 %", "a third of the time of waves"})
-      EXPECT_NE(error.find(word), std::string::npos) << error;
-  EXPECT_EQ(study_schema().dump().find("convolved"), std::string::npos);
-}
-
 TEST(ModelOfAStudy, ConventionPaperIsARuleForRays) {
   const ordered_json smooth = check(study_of(kSmooth, R"({"convention": "paper"})"));
   EXPECT_EQ(smooth["scene"]["theory"], "geometric");

@@ -252,8 +252,6 @@ inline std::vector<MalformedStudy> malformed_studies() {
       // Choices.
       {"UnknownTheory", changed("/target/theory", "\"fourier\""), "/target/theory",
        "\"auto\", \"geometric\", \"rays\", \"ghs\"", true},
-      {"RemovedTheory", changed("/target/theory", "\"convolved\""), "/target/theory", "were removed", true},
-      {"RemovedTraceModel", changed("/trace/model", "\"convolved\""), "/trace/model", "were removed", true},
       {"UnknownTraceModel", changed("/trace/model", "\"wave\""), "/trace/model",
        "\"auto\", \"rays\", \"waves\"", true},
       {"TraceModelNumber", changed("/trace/model", "3"), "/trace/model", "\"waves\"", true},
