@@ -51,8 +51,8 @@ class CoefficientPrior {
 /// independent, A and B of a mode with the variance of its share of the band, so that the surface has the
 /// PSD's height variance (see `fourier_modes`), and of a mode of a lattice with that of its cell. With both
 /// kinds the PSD is split at the cut-off frequency of the Zernikes, (n_max + 1) / (2 pi R). Spherical terms
-/// have no PSD, nor have segments: blocks for them are appended by the caller with `spherical_prior_block` and
-/// `segment_prior_blocks`.
+/// have no PSD, nor have segments: blocks for them are appended by the caller with `spherical_prior_block`
+/// and `segment_prior_blocks`.
 CoefficientPrior make_prior(const TermSet& terms, const RadialPsd& psd, CovarianceKind kind);
 
 /// Spherical terms: prior standard deviation `rms` [m] for the RMS height over the disc of each of a set of
