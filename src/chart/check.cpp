@@ -40,7 +40,6 @@ class FirstIteration {
         bench_(of.task, of.ground.use.model, rays(), pitch(coarsening), plan.terms, of.context.threads,
                of.ground.split),
         spectrum_(make_spectrum_target(of.task, of.ground, plan.terms, plan.prior, of.context.threads)) {
-    bench_.wide_circles = wide_circles(of.task, of.ground, of.targets);
     bench_.single_precision = in_single_precision(of.ground.use.model, of.targets, bench_.pupil.size());
   }
 
@@ -54,7 +53,6 @@ class FirstIteration {
   /// A look at the draw on the points that the verdict takes first.
   void judge(CheckedCost* cost) const {
     const FocusModel model = of_.ground.use.model;
-    const double wide = wide_circles(of_.task, of_.ground, of_.targets);
     const double fresh_pitch =
         model == FocusModel::kWaves
             ? wave_pitch(of_.task, plan_.terms, all_targets(of_.targets), of_.ground.split.get())
@@ -66,8 +64,7 @@ class FirstIteration {
                            4 * std::int64_t(points()),
                            of_.task.trace.pupil.seed,
                            fresh_pitch,
-                           wide,
-                           judged_in_single_precision(wide, of_.targets),
+                           in_single_precision(model, of_.targets, cells_of(of_.task, fresh_pitch)),
                            false};
     of_.context.say("check: the verdict");
     const auto begin = std::chrono::steady_clock::now();

@@ -115,7 +115,6 @@ Eigen::VectorXd by_waves(const LitMirror& lit, const FreshPupil& wanted, const P
   path.aliased_limit = aliased_limit;
   path.workspace = workspace;
   path.scatter = lit.scatter;
-  path.wide_circles = wanted.wide_circles;
   path.single_precision = wanted.single_precision;
   return focus_statistics(path, coefficients, statistics, threads, warnings);
 }

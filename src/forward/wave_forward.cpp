@@ -280,7 +280,6 @@ std::string WaveForward::unreachable(const std::vector<Target>& targets) const {
   Eigen::VectorXd perfect;
   DiffractionProblem waves = problem();
   waves.scatter = nullptr;
-  waves.wide_circles = HUGE_VAL;  // the perfect mirror has a core
   evaluate_diffraction(waves, flat, in_focus, threads_, nullptr, &perfect, nullptr);
   for (std::size_t k = 0; k < light.size(); ++k)
     if (std::string why = below_diffraction(light[k], perfect[Eigen::Index(k)]); !why.empty()) return why;

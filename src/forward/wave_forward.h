@@ -34,10 +34,10 @@ class WaveForward : public ForwardModel {
 
  private:
   DiffractionProblem problem() const {
-    return {diffraction_pupil_, path_.mirror.focal_length,
-            path_.wavelength,   path_.aliased_limit,
-            path_.scatter,      departure_.size() > 0 ? &departure_ : nullptr,
-            path_.wide_circles, path_.single_precision};
+    return {diffraction_pupil_,    path_.mirror.focal_length,
+            path_.wavelength,      path_.aliased_limit,
+            path_.scatter,         departure_.size() > 0 ? &departure_ : nullptr,
+            path_.single_precision};
   }
   void explain(const Eigen::VectorXd& values, Warnings* warnings);
   Eigen::VectorXd no_moments() const { return Eigen::VectorXd::Zero(Eigen::Index(split_.geometric.size())); }

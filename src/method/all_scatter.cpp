@@ -60,7 +60,6 @@ class DrawnMirrors {
     const double pitch = wave_pitch(of_.task, drawing_.terms, all_targets(of_.targets), drawing_.split.get());
     auto made = std::make_unique<Workbench>(of_.task, FocusModel::kWaves, PupilOptions{}, pitch,
                                             drawing_.terms, of_.context.threads, drawing_.split);
-    made->wide_circles = wide_circles(of_.task, of_.ground, of_.targets);
     made->single_precision = in_single_precision(FocusModel::kWaves, of_.targets, made->pupil.size());
     return made;
   }

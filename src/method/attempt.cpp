@@ -249,7 +249,7 @@ Eigen::VectorXd Workbench::exact(const Task& task, const Eigen::VectorXd& coeffi
 LightPath Workbench::focus(const Task& task) const {
   return {task.mirror,     pupil,          surface,           model,
           task.wavelength, &task.aperture, task.trace.centre, kMostAliasedBeforeAFiner,
-          nullptr,         scatter,        wide_circles,      single_precision};
+          nullptr,         scatter,        single_precision};
 }
 
 bool has_solution(const FitResult& fit) {
@@ -266,7 +266,6 @@ Attempt attempt_fit(const FitCase& of, const FitPlan& plan) {
   const auto made = std::make_shared<Workbench>(of.task, of.ground.use.model, plan.pupil,
                                                 grid_pitch(of, result.terms, plan.coarsening), result.terms,
                                                 threads, of.ground.split);
-  made->wide_circles = wide_circles(of.task, of.ground, of.targets);
   made->single_precision = in_single_precision(of.ground.use.model, of.targets, made->pupil.size());
   attempt.bench = made;
   const Workbench& bench = *attempt.bench;

@@ -99,19 +99,6 @@ double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Targ
   return pitch;
 }
 
-double grains_of(const Task& task, double angle) {
-  const ApertureBox box = bounding_box(task.aperture);
-  return angle * std::min(box.x1 - box.x0, box.y1 - box.y0) / task.wavelength;
-}
-
-double wide_circles(const Task& task, const Groundwork& ground, const TargetSets& targets) {
-  if (ground.use.model != FocusModel::kWaves || ground.has_core()) return HUGE_VAL;
-  double margin = task.equivalence.margin;
-  for (const std::vector<Target>* some : {&targets.fitted, &targets.held_out})
-    for (const Target& target : *some) margin = std::min(margin, margin_of(target, task.equivalence));
-  return std::pow(kWideCircleNoise / (law::kWideShareOfMargin * margin), 2.0 / 3) / grains_of(task, 1);
-}
-
 namespace {
 
 bool rounding_is_small(const TargetSets& targets) {
@@ -128,8 +115,8 @@ bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Ind
   return model == FocusModel::kWaves && cells >= law::kManyCells && rounding_is_small(targets);
 }
 
-bool judged_in_single_precision(double wide, const TargetSets& targets) {
-  return std::isfinite(wide) && rounding_is_small(targets);
+Eigen::Index cells_of(const Task& task, double pitch) {
+  return pitch > 0 ? Eigen::Index(aperture_area(task.aperture) / (pitch * pitch)) : 0;
 }
 
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch) {

@@ -29,17 +29,11 @@ constexpr double kDark = 1e-10;
 // One statistic in the plane that it needs; NaN when it does not exist. The gradient is over the heights.
 class DiffractionEvaluator {
  public:
-  // wide: for wide circles, null where there are none. grid: that of `plane`.
+  // grid: that of `plane`.
   DiffractionEvaluator(const DiffractionScene& scene, const Eigen::ArrayXd& height,
-                       const DiffractionGrid& grid, DiffractionPlane* plane, DiffractionPlane* wide,
-                       RingMemory* rings, Eigen::ArrayXd* d_height)
-      : scene_(scene),
-        height_(height),
-        grid_(grid),
-        plane_(plane),
-        wide_(wide),
-        rings_(rings),
-        d_height_(d_height) {}
+                       const DiffractionGrid& grid, DiffractionPlane* plane, RingMemory* rings,
+                       Eigen::ArrayXd* d_height)
+      : scene_(scene), height_(height), grid_(grid), plane_(plane), rings_(rings), d_height_(d_height) {}
 
   double operator()(const EncircledEnergyRadius& s) const {
     if (!scene_.has_plane(s.dz) || !(s.fraction > 0)) return std::nan("");
@@ -72,9 +66,8 @@ class DiffractionEvaluator {
         d_phase_of_ring = -1 / density * plane_->energy_gradient(ring).over_phases();
       }
     }
-    DiffractionPlane* through = wide_ && scene_.is_wide(ring, 0) ? wide_ : plane_;
     const auto width =
-        diffraction_ring_width(scene_, through, rings_, ring, d_height_ ? &d_phase : nullptr, &d_ring);
+        diffraction_ring_width(scene_, plane_, rings_, ring, d_height_ ? &d_phase : nullptr, &d_ring);
     if (!width) return std::nan("");
     const PhaseSteps steps = scene_.phase_steps(height_, width->lower, width->upper);
     if (steps.aliased_share > scene_.problem().aliased_limit) return std::nan("");
@@ -173,7 +166,7 @@ class DiffractionEvaluator {
   const DiffractionScene& scene_;
   const Eigen::ArrayXd& height_;
   const DiffractionGrid& grid_;
-  DiffractionPlane *plane_, *wide_;
+  DiffractionPlane* plane_;
   RingMemory* rings_;
   Eigen::ArrayXd* d_height_;
 };
@@ -182,7 +175,6 @@ class DiffractionEvaluator {
 struct Job {
   std::optional<double> dz;
   std::vector<std::size_t> statistics;
-  bool wide = false;  // one of wide circles
 };
 
 std::vector<Job> jobs_of(const std::vector<Statistic>& statistics) {
@@ -197,18 +189,6 @@ std::vector<Job> jobs_of(const std::vector<Statistic>& statistics) {
   }
   for (auto& [dz, members] : planes) jobs.push_back({dz, std::move(members)});
   return jobs;
-}
-
-// Radii of shares are those of the circles beside them; alone they are not known beforehand.
-bool is_wide(const DiffractionScene& scene, const Job& job, const std::vector<Statistic>& statistics) {
-  bool any = false;
-  for (const std::size_t k : job.statistics) {
-    if (std::holds_alternative<EncircledEnergyRadius>(statistics[k])) continue;
-    const auto* circle = std::get_if<RingThrough>(&statistics[k]);
-    if (!circle || !scene.is_wide(circle->ring_radius, circle->dz)) return false;
-    any = true;
-  }
-  return any;
 }
 
 }  // namespace
@@ -238,9 +218,7 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
   if (scene.phase_steps(height, low, high).aliased_share > problem.aliased_limit) return false;
   DiffractionWorkspace own;
   DiffractionWorkspace::Buffers& pool = (workspace ? *workspace : own).buffers();
-  const bool wide = std::isfinite(problem.wide_circles);
-  for (Job& job : jobs) job.wide = wide && job.dz && is_wide(scene, job, statistics);
-  pool.prepare(scene, wide);
+  pool.prepare(scene);
   std::vector<FocusedField*> kept(jobs.size(), nullptr);
   if (workspace) {
     std::vector<double> planes;
@@ -248,26 +226,18 @@ bool evaluate_diffraction(const DiffractionProblem& problem, const Eigen::ArrayX
       if (job.dz) planes.push_back(*job.dz);
     pool.look_at(scene, planes);
     for (std::size_t j = 0; j < jobs.size(); ++j)
-      if (jobs[j].dz && scene.has_plane(*jobs[j].dz))
-        kept[j] = pool.plane(jobs[j].wide ? &pool.wide : &pool.full, *jobs[j].dz);
+      if (jobs[j].dz && scene.has_plane(*jobs[j].dz)) kept[j] = pool.plane(*jobs[j].dz);
   }
   const DiffractionPlane::Mean mean = jobs.size() > kMostPlanesOfTheirOwn ? DiffractionPlane::Mean::kInFocus
                                                                           : DiffractionPlane::Mean::kInPlane;
   parallel_for(jobs.size(), threads, [&](std::size_t j) {
     const Job& job = jobs[j];
-    DiffractionWorkspace::Buffers::Tables& tables = job.wide ? pool.wide : pool.full;
-    BorrowedBench bench(*tables.grid);
-    DiffractionPlane plane(scene, *tables.grid, bench->buffers, kept[j] ? *kept[j] : bench->focused);
-    std::optional<BorrowedBench> for_rings;
-    std::optional<DiffractionPlane> of_rings;
-    if (wide && !job.dz) {
-      for_rings.emplace(*pool.wide.grid);
-      of_rings.emplace(scene, *pool.wide.grid, (*for_rings)->buffers, (*for_rings)->focused);
-    }
+    BorrowedBench bench(*pool.grid);
+    DiffractionPlane plane(scene, *pool.grid, bench->buffers, kept[j] ? *kept[j] : bench->focused);
     if (job.dz && scene.has_plane(*job.dz)) plane.focus(*job.dz, mean);
     for (const std::size_t k : job.statistics) {
-      const DiffractionEvaluator evaluate(scene, height, *tables.grid, &plane,
-                                          of_rings ? &*of_rings : nullptr, workspace ? &pool.rings : nullptr,
+      const DiffractionEvaluator evaluate(scene, height, *pool.grid, &plane,
+                                          workspace ? &pool.rings : nullptr,
                                           d_height ? &(*d_height)[k] : nullptr);
       (*values)[Eigen::Index(k)] = std::visit(evaluate, statistics[k]);
       if (d_height && reduce && (*d_height)[k].size() > 0) (*d_height)[k] = reduce((*d_height)[k]);
@@ -312,7 +282,7 @@ Eigen::ArrayXd diffraction_encircled_energy(const DiffractionProblem& problem, c
                                             double dz, const Eigen::ArrayXd& radius) {
   const DiffractionScene scene(problem, height, 1);
   if (!scene.has_plane(dz)) return Eigen::ArrayXd::Constant(radius.size(), std::nan(""));
-  const DiffractionGrid grid(scene, kExactPadding);
+  const DiffractionGrid grid(scene);
   DiffractionBench bench(grid.transform);
   DiffractionPlane plane(scene, grid, bench.buffers, bench.focused);
   plane.focus(dz, DiffractionPlane::Mean::kInPlane);

@@ -256,7 +256,7 @@ double axis_ratio(const DiffractionScene& scene, const DiffractionPlane& plane) 
 
 DiffractionPeak diffraction_peak(const DiffractionProblem& problem, const Eigen::ArrayXd& height) {
   const DiffractionScene scene(problem, height, 1);
-  const DiffractionGrid grid(scene, kExactPadding);
+  const DiffractionGrid grid(scene);
   DiffractionBench bench(grid.transform);
   const auto on_axis = [&](const DiffractionScene& of) {
     bench.focused.dz = std::nan("");  // of another surface

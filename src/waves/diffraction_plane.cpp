@@ -12,6 +12,8 @@ namespace aberfit::internal {
 namespace {
 
 constexpr double kSameFocalLength = 1e-12;  // relative
+// Focal samples over pupil cells: with fewer correlations fold, more change nothing but rounding.
+constexpr double kExactPadding = 2;
 
 const CartesianGrid& grid_of(const DiffractionPupil& pupil) {
   const auto* grid = std::get_if<CartesianGrid>(&pupil.sample.structure);
@@ -143,10 +145,6 @@ double DiffractionScene::perfect_irradiance() const {
   return sum * sum / total() * cell_area(*this);
 }
 
-bool DiffractionScene::is_wide(double radius, double dz) const {
-  return radius >= problem_.wide_circles * (problem_.focal_length + dz);
-}
-
 double DiffractionScene::defocus(double dz) const {
   const double f = problem_.focal_length;
   return -2 * kPi / problem_.wavelength * dz * f / (f + dz);
@@ -184,16 +182,11 @@ PhaseSteps DiffractionScene::phase_steps(const Eigen::ArrayXd& height, double dz
   return steps;
 }
 
-DiffractionGrid::DiffractionGrid(const DiffractionScene& scene, double padding, Precision precision,
-                                 const DiffractionGrid* mean_of)
-    : transform(scene.rows(), scene.columns(), padding, precision), mean_of_(mean_of) {
+DiffractionGrid::DiffractionGrid(const DiffractionScene& scene, Precision precision)
+    : transform(scene.rows(), scene.columns(), kExactPadding, precision) {
   const double step_x = scene.problem().pupil.pitch_x / scene.finer_pitch(),
                step_y = scene.problem().pupil.pitch_y / scene.finer_pitch();
-  double longest = scene.longest_lag();
-  if (padding < 2)  // a whole circle of lags
-    longest =
-        std::min({longest, (transform.lag_columns() - 1) * step_x, (transform.lag_rows() - 1) * step_y});
-  lags = LagTable(transform.lag_rows(), transform.lag_columns(), step_x, step_y, longest);
+  lags = LagTable(transform.lag_rows(), transform.lag_columns(), step_x, step_y, scene.longest_lag());
   if (scene.problem().scatter) set_scatter(scene);
 }
 
@@ -208,7 +201,7 @@ void DiffractionGrid::set_scatter(const DiffractionScene& scene) {
   whole_ = lags.at_lengths(scatter.whole_transfer(nodes));
   along_x = scatter.transfer(shears(transform.lag_columns() + 1, problem.pupil.pitch_x));
   along_y = scatter.transfer(shears(transform.lag_rows() + 1, problem.pupil.pitch_y));
-  if (!mean_of_) perfect = scene.nominal_base();
+  perfect = scene.nominal_base();
 }
 
 const Eigen::ArrayXd& DiffractionGrid::mean_at(const DiffractionScene& scene, double dz,
@@ -217,13 +210,6 @@ const Eigen::ArrayXd& DiffractionGrid::mean_at(const DiffractionScene& scene, do
   {
     const std::lock_guard lock(mutex_);
     if (const auto at = means_.find(dz); at != means_.end()) return at->second;
-  }
-  if (mean_of_) {  // of every lag: folded ones of the mean would be a bias, where those of a surface are
-                   // noise
-    BorrowedBench own(*mean_of_);
-    Eigen::ArrayXd mean = mean_of_->mean_at(scene, dz, &own->buffers, &own->focused).head(lags.nodes());
-    const std::lock_guard lock(mutex_);
-    return means_.emplace(dz, std::move(mean)).first->second;
   }
   fill_focal(scene, perfect, dz, transform, buffers, scratch);
   Eigen::ArrayXd mean = lags.to_nodes(lag_sums(scene, *this, scratch->focal, buffers) * whole_);

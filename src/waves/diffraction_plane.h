@@ -20,10 +20,6 @@ struct PhaseSteps {
   double aliased_share = 0;  ///< share of the pairs above pi
 };
 
-/// Of transforms for circles that are many grains wide. With 1 the longest lags come back to the shortest,
-/// where scatter takes nothing off: 1.4e-3 of the light of a square in 60 grains, with this 2e-7.
-inline constexpr double kWidePadding = 1.04;
-
 /// What every plane of one surface shares. Refers to the problem, which must outlive it.
 class DiffractionScene {
  public:
@@ -65,8 +61,6 @@ class DiffractionScene {
   double largest_radius(double dz) const {
     return problem_.scatter ? problem_.focal_length + dz : field_radius(dz);
   }
-  /// Whether circles of this radius [m] are wide, as the problem has it.
-  bool is_wide(double radius, double dz) const;
   /// Half the field of view [m].
   double field_radius(double dz) const {
     const double coarser = std::max(problem_.pupil.pitch_x, problem_.pupil.pitch_y);
@@ -169,22 +163,15 @@ class DiffractionBenches {
   std::vector<std::unique_ptr<DiffractionBench>> free_;
 };
 
-/// Focal samples over pupil cells: with fewer correlations fold, more change nothing but rounding.
-inline constexpr double kExactPadding = 2;
-
 /// What all planes of one pupil grid share.
 struct DiffractionGrid {
-  /// padding: as PupilTransform has it; below 2 circles see the transfer function as far as half of it.
-  /// mean_of: the grid of the same cells that knows the mean spot at every lag, and outlives this one; null:
-  /// itself.
-  DiffractionGrid(const DiffractionScene& scene, double padding, Precision precision = Precision::kDouble,
-                  const DiffractionGrid* mean_of = nullptr);
+  explicit DiffractionGrid(const DiffractionScene& scene, Precision precision = Precision::kDouble);
   PupilTransform transform;
   LagTable lags;
   mutable KernelMemory kernels;
   mutable DiffractionBenches benches;
   // With roughness that no height stands for:
-  Eigen::ArrayXcd perfect;          ///< nominal base that mean spots are of; empty where `mean_of` has it
+  Eigen::ArrayXcd perfect;          ///< nominal base that mean spots are of
   Eigen::ArrayXd factor;            ///< H at the lengths of `lags`; empty: 1
   Eigen::ArrayXd along_x, along_y;  ///< H at the lags (m, 0) and (0, m)
   /// C_m^0 H_whole at the nodes of `lags` in the plane dz, as shares of all light; made when it is first
@@ -196,7 +183,6 @@ struct DiffractionGrid {
 
  private:
   void set_scatter(const DiffractionScene& scene);
-  const DiffractionGrid* mean_of_;
   Eigen::ArrayXd whole_;  // H_whole at the lengths of `lags`
   mutable std::mutex mutex_;
   mutable std::map<double, Eigen::ArrayXd> means_;

@@ -10,9 +10,8 @@ namespace {
 
 // What the mean spot of a plane has inside a ring beyond that of the focus, where the cells do not see it: a
 // halo widens with the square of the defocus. A search asks for planes that no one asks for again, and this
-// is as smooth as the mean spot: a straight line in dz^2 between planes that all surfaces share. A mean of
-// every lag costs several planes of wide circles, so rings share them, too: planes at multiples of a power of
-// two.
+// is as smooth as the mean spot: a straight line in dz^2 between planes that all surfaces share. Rings share
+// these, too: planes at multiples of a power of two.
 class OwnMeans {
  public:
   OwnMeans(DiffractionPlane* plane, double ring, double step)

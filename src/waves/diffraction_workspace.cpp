@@ -34,12 +34,11 @@ bool DiffractionWorkspace::Buffers::Surface::is(const DiffractionScene& scene) c
   const DiffractionProblem& problem = scene.problem();
   return focal_length == problem.focal_length && wavelength == double(problem.wavelength) &&
          pitch_x == problem.pupil.pitch_x && pitch_y == problem.pupil.pitch_y && total == scene.total() &&
-         wide_circles == problem.wide_circles && same(base, scene.base()) && same(versine, scene.versine()) &&
-         same(grid.x, scene.grid().x) && same(grid.y, scene.grid().y) && grid.row == scene.grid().row &&
-         grid.column == scene.grid().column;
+         same(base, scene.base()) && same(versine, scene.versine()) && same(grid.x, scene.grid().x) &&
+         same(grid.y, scene.grid().y) && grid.row == scene.grid().row && grid.column == scene.grid().column;
 }
 
-void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool wide_too) {
+void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene) {
   const DiffractionProblem& problem = scene.problem();
   const auto* directions = std::get_if<DirectionGrid>(&problem.pupil.sample.structure);
   const Precision precision = problem.single_precision ? Precision::kSingle : Precision::kDouble;
@@ -52,45 +51,39 @@ void DiffractionWorkspace::Buffers::prepare(const DiffractionScene& scene, bool 
                     problem.scatter,
                     directions ? directions->shift : std::array<double, 2>{}};
   const Eigen::ArrayXcd perfect = problem.scatter ? scene.nominal_base() : Eigen::ArrayXcd();
-  if (!full.grid || !(size_ == wanted) || !same(full.grid->perfect, perfect)) {
-    full = {};
-    wide = {};
+  if (!grid || !(size_ == wanted) || !same(grid->perfect, perfect)) {
+    planes.clear();
+    grid.reset();
     kept_ = 0;
     rings.move_on();
     surface_ = {};
-    full.grid = std::make_unique<DiffractionGrid>(scene, kExactPadding, precision);
+    grid = std::make_unique<DiffractionGrid>(scene, precision);
     size_ = wanted;
   }
-  if (wide_too && !wide.grid)
-    wide.grid = std::make_unique<DiffractionGrid>(scene, kWidePadding, precision, full.grid.get());
 }
 
 void DiffractionWorkspace::Buffers::look_at(const DiffractionScene& scene, const std::vector<double>& dz) {
   if (surface_.is(scene)) return;
   const DiffractionProblem& problem = scene.problem();
-  surface_ = {problem.focal_length,  problem.wavelength, problem.pupil.pitch_x,
-              problem.pupil.pitch_y, scene.total(),      problem.wide_circles,
-              scene.grid(),          scene.base(),       scene.versine()};
+  surface_ = {problem.focal_length, problem.wavelength, problem.pupil.pitch_x, problem.pupil.pitch_y,
+              scene.total(),        scene.grid(),       scene.base(),          scene.versine()};
   rings.move_on();
   kept_ = 0;
-  for (Tables* of : {&full, &wide}) {
-    std::erase_if(of->planes, [&](const auto& plane) {
-      return std::find(dz.begin(), dz.end(), plane.first) == dz.end();
-    });
-    for (auto& [at, plane] : of->planes) {
-      plane->dz = std::nan("");
-      kept_ += bytes_of(*of->grid, surface_.base.size());
-    }
+  std::erase_if(planes,
+                [&](const auto& plane) { return std::find(dz.begin(), dz.end(), plane.first) == dz.end(); });
+  for (auto& [at, plane] : planes) {
+    plane->dz = std::nan("");
+    kept_ += bytes_of(*grid, surface_.base.size());
   }
 }
 
-FocusedField* DiffractionWorkspace::Buffers::plane(Tables* of, double dz) {
-  const auto found = of->planes.find(dz);
-  if (found != of->planes.end()) return found->second.get();
-  const double bytes = bytes_of(*of->grid, surface_.base.size());
+FocusedField* DiffractionWorkspace::Buffers::plane(double dz) {
+  const auto found = planes.find(dz);
+  if (found != planes.end()) return found->second.get();
+  const double bytes = bytes_of(*grid, surface_.base.size());
   if (kept_ + bytes > kMostKept) return nullptr;
   kept_ += bytes;
-  return of->planes.emplace(dz, std::make_unique<FocusedField>(of->grid->transform)).first->second.get();
+  return planes.emplace(dz, std::make_unique<FocusedField>(grid->transform)).first->second.get();
 }
 
 }  // namespace aberfit

@@ -52,31 +52,26 @@ class RingMemory {
 
 }  // namespace internal
 
-/// Tables of one pupil grid, for all circles and for those that are many grains wide, and what is known of
-/// the surface that was looked at last: gradients are wanted where values just were.
+/// Tables of one pupil grid, and what is known of the surface that was looked at last: gradients are wanted
+/// where values just were.
 struct DiffractionWorkspace::Buffers {
   std::vector<DiffractionWorkspace> lines;  // of a band, one for each wavelength
   internal::RingMemory rings;
 
-  /// padding: kExactPadding, or kWidePadding.
-  struct Tables {
-    std::unique_ptr<internal::DiffractionGrid> grid;
-    std::map<double, std::unique_ptr<internal::FocusedField>> planes;
-  };
-  Tables full, wide;
+  std::unique_ptr<internal::DiffractionGrid> grid;
+  std::map<double, std::unique_ptr<internal::FocusedField>> planes;
 
-  /// wide: whether those of wide circles are wanted, too.
-  void prepare(const internal::DiffractionScene& scene, bool wide);
+  void prepare(const internal::DiffractionScene& scene);
   /// Forgets the planes of another surface, all but the memory of those at `dz`.
   void look_at(const internal::DiffractionScene& scene, const std::vector<double>& dz);
   /// The plane at dz of the surface that is looked at, focused or not; null when memory for it is not to be
   /// had: planes of one surface are kept up to 512 MB. Not for several threads.
-  internal::FocusedField* plane(Tables* of, double dz);
+  internal::FocusedField* plane(double dz);
 
  private:
   // All that a plane is a function of.
   struct Surface {
-    double focal_length = 0, wavelength = 0, pitch_x = 0, pitch_y = 0, total = 0, wide_circles = 0;
+    double focal_length = 0, wavelength = 0, pitch_x = 0, pitch_y = 0, total = 0;
     CartesianGrid grid;
     Eigen::ArrayXcd base;
     Eigen::ArrayXd versine;

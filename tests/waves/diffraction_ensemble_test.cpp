@@ -45,7 +45,7 @@ struct MeanPsf {
 template <typename Draw>
 MeanPsf mean_psf(const DiffractionProblem& problem, int draws, const Draw& draw) {
   const DiffractionScene flat(problem, Eigen::ArrayXd::Zero(problem.pupil.cover.size()), 1);
-  const DiffractionGrid grid(flat, 2);
+  const DiffractionGrid grid(flat);
   DiffractionBench bench(grid.transform);
   std::vector<Eigen::ArrayXd> transfer;  // by length of lag
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(grid.lags.nodes());

@@ -31,9 +31,7 @@ struct LightPath {
   /// Roughness that the terms do not stand for; null: none. By waves its mean; by rays every ray is turned by
   /// a Gaussian slope of its own (scattered_rays.h).
   std::shared_ptr<const MeanScatter> scatter = {};
-  /// kWaves: as DiffractionProblem has it.
-  double wide_circles = std::numeric_limits<double>::infinity();
-  bool single_precision = false;  ///< likewise
+  bool single_precision = false;  ///< kWaves: as DiffractionProblem has it
 };
 
 /// The way from coefficients to statistics and back, for one model. Remembers the last point: a solver asks

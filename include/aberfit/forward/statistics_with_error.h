@@ -32,12 +32,10 @@ struct LitMirror {
 /// Where a model looks at the pupil anew.
 struct FreshPupil {
   FocusModel model = FocusModel::kRays;
-  std::int64_t rays = 0;   ///< kRays: wanted number, 8 to 4 million (2^22), clamped to that
-  std::uint64_t seed = 1;  ///< kRays: of the scrambles
-  double pitch = 0;        ///< kWaves: of the grid that judges [m]
-  /// kWaves: as DiffractionProblem has it; its noise is not in the stated error.
-  double wide_circles = std::numeric_limits<double>::infinity();
-  bool single_precision = false;  ///< likewise
+  std::int64_t rays = 0;          ///< kRays: wanted number, 8 to 4 million (2^22), clamped to that
+  std::uint64_t seed = 1;         ///< kRays: of the scrambles
+  double pitch = 0;               ///< kWaves: of the grid that judges [m]
+  bool single_precision = false;  ///< kWaves: as DiffractionProblem has it
   /// kWaves: the first grid on which a statistic has no value is the last that is looked at, and nothing has
   /// a value or an error then: for who goes to a finer grid anyway.
   bool all_or_nothing = false;

@@ -17,8 +17,7 @@ struct Workbench {
   double pitch;                                ///< of a grid for waves [m]
   PupilSample pupil;
   SurfaceOperator surface;
-  double wide_circles = std::numeric_limits<double>::infinity();  ///< as DiffractionProblem has it
-  bool single_precision = false;                                  ///< likewise
+  bool single_precision = false;  ///< as DiffractionProblem has it
 
   Workbench(const Task& task, FocusModel by, const PupilOptions& rays, double grid_pitch,
             const TermSet& terms, int threads, std::shared_ptr<const BandSplit> split = {});

@@ -87,8 +87,6 @@ inline constexpr double kShareOfMargin = 1.0 / 3;
 inline constexpr double kRayShareOfMargin = 0.5;
 /// What the gap between a fit's grid and the one that judges it may take of the margin.
 inline constexpr double kGridShareOfMargin = 0.15;
-/// What the noise of wide circles may take of the margin, as one standard deviation.
-inline constexpr double kWideShareOfMargin = 0.02;
 
 // Rays and grids.
 

@@ -28,19 +28,11 @@ double plane_reach(const Target& target);
 double wave_pitch(const Task& task, const TermSet& terms, const std::vector<Target>& targets,
                   const BandSplit* split, double coarsening = 1, double least_reach = 0);
 
-/// From which radius over f + dz on [rad] circles may be taken as wide (DiffractionProblem::wide_circles) so
-/// that the noise is at most law::kWideShareOfMargin of the smallest margin of a target. Infinite by rays,
-/// and where the light has a core: the noise of one that counts is not that of grains.
-double wide_circles(const Task& task, const Groundwork& ground, const TargetSets& targets);
-/// Whether a fit or a draw by waves on so many cells works in single precision (DiffractionProblem): from
+/// Whether waves on so many cells work in single precision (DiffractionProblem): from
 /// law::kManyCells on, where no tolerance is below 1e-4 of its target, hundreds of times the rounding.
 bool in_single_precision(FocusModel model, const TargetSets& targets, Eigen::Index cells);
-/// Whether a verdict works in single precision, whose circles are wide from this angle on [rad]: a finite
-/// one, and the same tolerances.
-bool judged_in_single_precision(double wide, const TargetSets& targets);
-/// Grains, lambda (f+dz) over the smaller side of the aperture, in a circle of this radius over f + dz [rad].
-double grains_of(const Task& task, double angle);
-
+/// Cells of a grid of `pitch` [m] on the clear aperture; 0 for none.
+Eigen::Index cells_of(const Task& task, double pitch);
 /// The points that a surface is propagated from: rays, or the cells of a grid of `pitch` [m].
 PupilSample focus_pupil(const Task& task, FocusModel model, const PupilOptions& rays, double pitch);
 

@@ -114,8 +114,6 @@ class MeanScatter {
 
 /// See DiffractionProblem::aliased_limit.
 inline constexpr double kMostAliased = 1e-3;
-/// See DiffractionProblem::wide_circles.
-inline constexpr double kWideCircleNoise = 0.2;
 
 /// What the statistics are functions of: the pupil focused by a parabola.
 ///
@@ -154,13 +152,6 @@ struct DiffractionProblem {
   std::shared_ptr<const MeanScatter> scatter = {};
   /// Heights of the mirror without roughness at the pupil points [m]; null: 0. Looked at with `scatter`.
   const Eigen::ArrayXd* nominal = nullptr;
-  /// From this radius over f + dz on [rad], circles are wide: the light in planes where no smaller one and
-  /// nothing but circles is asked for is sampled once a grain, lambda (f+dz)/width with the smaller side of
-  /// the pupil, for a quarter of the time, and the transfer function taken as far as half the width. What
-  /// that leaves out is noise of the grains at the edge of a circle: at r grains a standard deviation of
-  /// kWideCircleNoise max(r dE/dr, kFlattestCurve) r^-3/2 of the light or less (tests/waves). Only for
-  /// patterns without a core, whose mean transfer function is gone at half the width.
-  double wide_circles = std::numeric_limits<double>::infinity();
   /// Focal fields and kernels in single precision: half of their memory, 0.5 to 0.7 of the time on 400 cells
   /// across and more, and errors of 2e-7 of all light.
   bool single_precision = false;
