@@ -70,14 +70,15 @@ void check_named(const Task& task, const PhysicsRequest& asked, const std::strin
   if (has_segment_errors(task.aperture)) {
     const std::string allowed = "\"auto\" or \"ghs\"; or segments without `piston` and `tip_tilt`";
     if (asked.theory && !ghs)
-      throw FieldError("target.theory", "\"" + to_string(*asked.theory) + "\" with segments that err", allowed);
+      throw FieldError("target.theory", "\"" + to_string(*asked.theory) + "\" with segments that err",
+                       allowed);
     if (asked.model == FocusModel::kRays)
       throw FieldError("trace.model", "\"rays\" with segments that err", "\"auto\" or \"waves\"");
     if (paper || !obstacle.empty())
-      throw FieldError("aperture.piston",
-                       "segments that err, but " +
-                           (paper ? "convention \"paper\" is a rule for rays alone" : obstacle),
-                       "segments without `piston` and `tip_tilt`");
+      throw FieldError(
+          "aperture.piston",
+          "segments that err, but " + (paper ? "convention \"paper\" is a rule for rays alone" : obstacle),
+          "segments without `piston` and `tip_tilt`");
   }
   if (waves && !obstacle.empty())
     throw FieldError("trace.model", "\"waves\", but " + obstacle, "\"auto\", \"rays\"");
@@ -130,8 +131,8 @@ PhysicsChoice choose_physics(const Task& task, const PhysicsRequest& asked, cons
   }
   use.light_decides = use.obstacle.empty() && !paper && (!asked.theory || *asked.theory == Theory::kGhs);
   const FocusModel own = of_light_alone(task) || has_segment_errors(task.aperture) ? FocusModel::kWaves
-                         : use.theory == Theory::kGhs && !asked.theory ? use.choice->model
-                                                                       : model_of(use.theory);
+                         : use.theory == Theory::kGhs && !asked.theory             ? use.choice->model
+                                                                                   : model_of(use.theory);
   if (use.theory == Theory::kGeometric) use.theory = geometric_theory(task);
   use.model = asked.model.value_or(own);
   return use;

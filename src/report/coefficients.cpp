@@ -32,7 +32,8 @@ constexpr std::string_view kFileHeader =
     "# cos, sin: amplitudes of cos and sin of 2 pi (fx x + fy y), frequencies in cycles per metre.\n"
     "# spherical: value_m (rho / radius_m)^n, the height at the rim. std_m: standard deviation, empty where "
     "unknown.\n"
-    "# piston, slope_x, slope_y: of segment n of the aperture, from 1; slopes times the radius of the segment, "
+    "# piston, slope_x, slope_y: of segment n of the aperture, from 1; slopes times the radius of the "
+    "segment, "
     "about the centre of its area.\n";
 
 // Fewest digits that read back to the same double.
@@ -47,12 +48,12 @@ constexpr std::array<std::string_view, 3> kSegmentErrors{"piston", "slope_x", "s
 // One row of the file, not yet looked up in a set.
 struct Row {
   enum class Kind { kZernike, kCos, kSin, kSpherical, kSegment } kind = Kind::kZernike;
-  ZernikeMode mode;  // zernike
-  FourierMode wave;  // cos, sin
-  int power = 0;     // spherical
-  int segment = 0;   // from 1
+  ZernikeMode mode;       // zernike
+  FourierMode wave;       // cos, sin
+  int power = 0;          // spherical
+  int segment = 0;        // from 1
   std::size_t error = 0;  // in kSegmentErrors
-  double value = 0;  // [m]
+  double value = 0;       // [m]
   int line = 0;
 };
 
@@ -254,9 +255,10 @@ Eigen::VectorXd read_coefficients_csv(const std::string& path, TermSet* terms) {
   std::vector<int> line_of(std::size_t(terms->size()), 0);
   for (const Row& row : rows) {
     const std::optional<Eigen::Index> place = places.of(row);
-    if (!place) fail(row, row.kind == Row::Kind::kSegment
-                             ? "segments of the study's aperture, with its `piston` and `tip_tilt`"
-                             : "terms of the study's set");
+    if (!place)
+      fail(row, row.kind == Row::Kind::kSegment
+                    ? "segments of the study's aperture, with its `piston` and `tip_tilt`"
+                    : "terms of the study's set");
     int& line = line_of[std::size_t(*place)];
     if (line != 0) fail(row, "each term once; this one stands on line " + std::to_string(line) + " already");
     line = row.line;

@@ -100,7 +100,8 @@ Json segments_json(const TermSet& terms, const Value& value, const Spread& sprea
   Json list = Json::array();
   Eigen::Index k = terms.segments_begin();
   for (const Segments::Segment& segment : terms.segments->all()) {
-    Json one = {{"x_m", json_number(segment.centre[0])}, {"y_m", json_number(segment.centre[1])},
+    Json one = {{"x_m", json_number(segment.centre[0])},
+                {"y_m", json_number(segment.centre[1])},
                 {"radius_m", json_number(segment.radius)}};
     const auto add = [&](const char* name) {
       one[fmt::format("{}_m", name)] = value(k);

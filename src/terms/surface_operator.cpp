@@ -278,7 +278,8 @@ void SurfaceOperator::apply_transpose(std::span<const std::uint32_t> rays, const
 }
 
 Eigen::MatrixXd SurfaceOperator::apply_transpose_heights(std::span<const Eigen::ArrayXd> weights) const {
-  const Index begin = terms().fourier_begin(), end = terms().spherical_begin(), last = terms().segments_begin();
+  const Index begin = terms().fourier_begin(), end = terms().spherical_begin(),
+              last = terms().segments_begin();
   if (!plan_->lattice && !plan_->segments) return (*plan_->heights)(weights, plan_->threads);
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(terms().size(), Index(weights.size()));
   if (!plan_->lattice) {
