@@ -1,5 +1,4 @@
 #pragma once
-#include <memory>
 #include <optional>
 
 #include "aberfit/commands/run_options.h"
@@ -15,8 +14,7 @@ inline std::optional<GivenSurface> given_surface(const Study& study, const RunOp
   if (options.coefficients_file.empty()) return std::nullopt;
   GivenSurface surface;
   surface.terms.radius = aperture_radius(study.aperture);
-  if (has_segment_errors(study.aperture))
-    surface.terms.segments = std::make_shared<const Segments>(std::get<SegmentedAperture>(study.aperture));
+  surface.terms.segments = erring_segments(study.aperture);
   surface.coefficients = read_coefficients_csv(options.coefficients_file, &surface.terms);
   return surface;
 }

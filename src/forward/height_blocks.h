@@ -22,7 +22,7 @@ class HeightBlocks {
   /// cells: points of a CartesianGrid or a DirectionGrid, else std::invalid_argument.
   HeightBlocks(const TermSet& terms, const PupilSample& cells, int side, const OperatorOptions& options);
 
-  /// Of weights of cells, one for each block, each cell at the rim and each term of a segment.
+  /// Adds up weights of cells: one sum for each block, each cell at the rim and each term of a segment.
   Eigen::ArrayXd sums(const Eigen::ArrayXd& weights) const;
   /// terms x weights, of `sums` of each.
   Eigen::MatrixXd products(std::span<const Eigen::ArrayXd> sums) const;

@@ -153,7 +153,8 @@ std::string Character::fault() const {
   return worst;
 }
 
-// Of the roughness alone: what segments stand apart has no PSD. Other light is that of all terms.
+// PSD and shape are compared for the roughness alone, as the errors of segments have no PSD. Other light is
+// that of all terms.
 Character character_of(const Task& task, const Groundwork& ground, const TermSet& all,
                        const Eigen::VectorXd& coefficients, const RunContext& context) {
   const TermSet terms = all.without_segments();

@@ -79,7 +79,7 @@ void judge_on_fresh_rays(const FitCase& of, Attempt* attempt, std::int64_t rays)
   std::vector<std::size_t> open(judged.targets().size());
   std::iota(open.begin(), open.end(), std::size_t(0));
   attempt->first_seen = {};
-  // What the error of a coarse grid leaves open goes to the safe one.
+  // The safe grid decides what the error of a coarse one leaves open.
   for (double coarsening = first_coarsening(of, *attempt);; coarsening = 1) {
     look_at(of, judged, open, coarsening, rays, attempt);
     result.metrics = judged.judge(attempt->fresh, of.task.equivalence);

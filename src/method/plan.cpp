@@ -70,8 +70,7 @@ TermSet make_terms(const Task& task, const Groundwork& ground, const TermsSpec& 
   TermSet terms;
   terms.radius = ground.radius;
   *captured = 0;
-  if (has_segment_errors(task.aperture))
-    terms.segments = std::make_shared<const Segments>(std::get<SegmentedAperture>(task.aperture));
+  terms.segments = erring_segments(task.aperture);
   if (ground.split && !ground.split->has_low()) return terms;
   double covered_to = 0;  // frequency up to which the Zernikes stand for the PSD
   if (const std::optional<ZernikeSpec> zernikes = asked.zernikes()) {

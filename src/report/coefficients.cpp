@@ -127,7 +127,7 @@ std::vector<Row> read_rows(const std::string& path, double* radius) {
   return rows;
 }
 
-// Of the k-th term of a segment.
+// Says which error the k-th term of a segment is.
 std::size_t error_of(const TermSet& terms, Eigen::Index k) {
   return std::size_t(k) + (terms.segments->piston() > 0 ? 0 : 1);
 }

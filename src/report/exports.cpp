@@ -172,14 +172,12 @@ namespace internal {
 
 std::vector<ZernikeCoefficient> as_zernikes(const ExportInput& input, const std::string& format) {
   check(input);
-  if (!input.terms.fourier.empty())
-    throw std::invalid_argument(format +
-                                ": Fourier terms are no finite sum of Zernikes; export zemax-grid-sag, "
-                                "codev-int, fits-opd or csv instead");
-  if (input.terms.of_a_segment() > 0)
-    throw std::invalid_argument(format +
-                                ": segments that stand apart are no sum of Zernikes; export zemax-grid-sag, "
-                                "codev-int, fits-opd or csv instead");
+  const auto refuse = [&](const char* what) {
+    throw std::invalid_argument(format + ": " + what +
+                                "; export zemax-grid-sag, codev-int, fits-opd or csv instead");
+  };
+  if (!input.terms.fourier.empty()) refuse("Fourier terms are no finite sum of Zernikes");
+  if (input.terms.of_a_segment() > 0) refuse("segments that stand apart are no sum of Zernikes");
   if (!(input.terms.radius > 0))
     throw std::invalid_argument(format + ": the terms have no normalization radius");
   std::vector<ZernikeCoefficient> result;

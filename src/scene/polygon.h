@@ -17,7 +17,7 @@ PolygonArea polygon_area(const Outline& vertices);
 /// The sum over outlines, each of which counts with its sense; nothing, about the axis, without any.
 PolygonArea area_of(const std::vector<Outline>& outlines);
 
-/// Of a point from the nearest edge [m], whichever side it is on.
+/// The distance of a point from the nearest edge [m], whichever side it is on.
 double distance_to_outline(const Outline& outline, double x, double y);
 /// Whether the outlines go round (x, y), and all edges are at least `margin` [m] away.
 bool is_inside(std::span<const Outline> outlines, double x, double y, double margin);

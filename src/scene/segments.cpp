@@ -10,27 +10,27 @@ namespace aberfit {
 Segments::Segments(const SegmentedAperture& aperture)
     : piston_(aperture.piston), tip_tilt_(aperture.tip_tilt) {
   const double sense = internal::area_of(aperture.outlines).twice_area;
-  struct Sorted {
+  struct Measured {
     const Outline* outline;
     internal::PolygonArea area;
   };
-  std::vector<Sorted> sorted;
+  std::vector<Measured> outlines;
   for (const Outline& outline : aperture.outlines)
-    sorted.push_back({&outline, internal::polygon_area(outline)});
-  std::stable_sort(sorted.begin(), sorted.end(), [&](const Sorted& one, const Sorted& two) {
-    return sense * one.area.twice_area > 0 && sense * two.area.twice_area < 0;
-  });
-  const auto holder = [&](const Sorted& one) -> Segment* {
+    outlines.push_back({&outline, internal::polygon_area(outline)});
+  const auto is_clear = [&](const Measured& one) { return sense * one.area.twice_area > 0; };
+  std::stable_partition(outlines.begin(), outlines.end(), is_clear);
+  const auto holder = [&](const Measured& one) -> Segment* {
     const auto [x, y] = one.area.centroid;
     for (Segment& segment : all_)
       if (internal::is_inside({segment.clear.data(), 1}, x, y, 0)) return &segment;
     return nullptr;
   };
-  // Where vanes cross, what both cover goes round what is clear again: it comes after its segment.
-  for (const Sorted& one : sorted) {
+  // Two vanes that cross both take off what they share, so an outline adds it again. It comes after its
+  // segment.
+  for (const Measured& one : outlines) {
     if (Segment* const segment = holder(one)) {
       segment->clear.push_back(*one.outline);
-    } else if (sense * one.area.twice_area > 0) {
+    } else if (is_clear(one)) {
       Segment& found = all_.emplace_back(Segment{{*one.outline}, one.area.centroid, 0});
       for (const auto& [x, y] : *one.outline)
         found.radius = std::max(found.radius, std::hypot(x - found.centre[0], y - found.centre[1]));
@@ -65,6 +65,11 @@ std::size_t Segments::at(double x, double y) const {
 bool has_segment_errors(const Aperture& aperture) {
   const auto* segmented = std::get_if<SegmentedAperture>(&aperture);
   return segmented && (segmented->piston > 0 || segmented->tip_tilt > 0);
+}
+
+std::shared_ptr<const Segments> erring_segments(const Aperture& aperture) {
+  if (!has_segment_errors(aperture)) return nullptr;
+  return std::make_shared<const Segments>(std::get<SegmentedAperture>(aperture));
 }
 
 Aperture without_segment_errors(Aperture aperture) {

@@ -278,19 +278,16 @@ void SurfaceOperator::apply_transpose(std::span<const std::uint32_t> rays, const
 }
 
 Eigen::MatrixXd SurfaceOperator::apply_transpose_heights(std::span<const Eigen::ArrayXd> weights) const {
-  const Index begin = terms().fourier_begin(), end = terms().spherical_begin(),
-              last = terms().segments_begin();
   if (!plan_->lattice && !plan_->segments) return (*plan_->heights)(weights, plan_->threads);
+  // The lattice and the segments have rows of their own, between and behind those of all other terms.
+  const Index begin = plan_->lattice ? terms().fourier_begin() : terms().spherical_begin(),
+              end = terms().spherical_begin(), behind = terms().segments_begin() - end;
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(terms().size(), Index(weights.size()));
-  if (!plan_->lattice) {
-    result.topRows(last) = (*plan_->heights)(weights, plan_->threads);
-  } else {
-    plan_->lattice->heights(weights, plan_->threads, begin, &result);
-    if (begin + last - end > 0) {
-      const Eigen::MatrixXd others = (*plan_->heights)(weights, plan_->threads);
-      result.topRows(begin) = others.topRows(begin);
-      result.middleRows(end, last - end) = others.bottomRows(last - end);
-    }
+  if (plan_->lattice) plan_->lattice->heights(weights, plan_->threads, begin, &result);
+  if (begin + behind > 0) {
+    const Eigen::MatrixXd others = (*plan_->heights)(weights, plan_->threads);
+    result.topRows(begin) = others.topRows(begin);
+    result.middleRows(end, behind) = others.bottomRows(behind);
   }
   if (plan_->segments)
     for (std::size_t k = 0; k < weights.size(); ++k)

@@ -13,14 +13,13 @@ namespace {
 
 constexpr double kReachOfLow = 0.95;
 
-// What cells do not see is that of roughness: the cells of a surface have the errors of its segments.
+// The light that cells do not see is that of the roughness alone, as the cells of a surface have the errors
+// of its segments.
 std::shared_ptr<const GeneralisedHarveyShack> with_segments_in_place(
     std::shared_ptr<const GeneralisedHarveyShack> whole) {
-  const GhsPupil& pupil = whole->pupil();
-  if (!has_segment_errors(pupil.aperture())) return whole;
-  return std::make_shared<const GeneralisedHarveyShack>(
-      whole->psd(),
-      GhsPupil(pupil.mirror(), without_segment_errors(pupil.aperture()), pupil.light(), pupil.options()));
+  if (!has_segment_errors(whole->pupil().aperture())) return whole;
+  return std::make_shared<const GeneralisedHarveyShack>(whole->psd(),
+                                                        whole->pupil().with_segments_in_place());
 }
 
 }  // namespace

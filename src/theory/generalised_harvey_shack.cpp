@@ -51,10 +51,15 @@ GhsPupil::GhsPupil(const Mirror& mirror, const Aperture& aperture, const Light& 
 }
 
 GhsPupil GhsPupil::of_parabola() const {
-  if (is_parabola(mirror_) && !options_.departure && !has_segment_errors(aperture_)) return *this;
+  if (is_parabola(mirror_) && !options_.departure) return with_segments_in_place();
   GhsOptions options = options_;
   options.departure = {};
   return {Mirror{mirror_.focal_length}, without_segment_errors(aperture_), light_, options};
+}
+
+GhsPupil GhsPupil::with_segments_in_place() const {
+  if (!has_segment_errors(aperture_)) return *this;
+  return {mirror_, without_segment_errors(aperture_), light_, options_};
 }
 
 bool GhsPupil::has_uneven_light() const { return moments_->has_departure() && !moments_->is_round(); }

@@ -8,7 +8,6 @@
 #include "aberfit/core/quadrature.h"
 #include "aberfit/core/smooth_number.h"
 #include "aberfit/roughness/bessel.h"
-#include "aberfit/scene/segments.h"
 #include "log_hankel.h"
 
 namespace aberfit::internal {
@@ -147,14 +146,13 @@ PupilCells::PupilCells(const PupilField& field, int cells)
     if (field.has_departure())
       departure_[k] = field.departure_phase(grid().x[grid().column[cell]], grid().y[grid().row[cell]]);
   }
-  if (has_segment_errors(field.aperture())) set_segments(std::get<SegmentedAperture>(field.aperture()));
+  if (const auto segments = erring_segments(field.aperture())) set_segments(*segments);
 }
 
 // The phase of a height h is 4 pi q/lambda, q the obliquity. Over a shear P of one segment a slope turns it
 // by 4 pi/lambda times P across, P/(2q - 1) along the way from the axis: of these squares the mean over the
 // mirror is taken.
-void PupilCells::set_segments(const SegmentedAperture& aperture) {
-  const Segments segments(aperture);
+void PupilCells::set_segments(const Segments& segments) {
   segments_.resize(segments.all().size());
   fade_.resize(square_.size());
   double stretch2 = 0;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "aberfit/roughness/line_kernel.h"
+#include "aberfit/scene/segments.h"
 #include "aberfit/waves/diffraction_psf.h"
 #include "aberfit/waves/lag_table.h"
 #include "moment_basis.h"
@@ -27,7 +28,7 @@ struct LitCells {
   std::vector<std::uint32_t> column, row;
   Eigen::ArrayXd amplitude, phase, square;  ///< phase [rad]; (|P| / outer)^2
 
-  /// Of some of these cells, whose columns and rows are given with their numbers.
+  /// Takes some of these cells, whose columns and rows are given with their numbers.
   LitCells part(const struct SegmentCells& cells) const;
 };
 
@@ -62,7 +63,7 @@ class PupilCells {
 
   /// Segments that err; none where they do not.
   const std::vector<SegmentCells>& segments() const { return segments_; }
-  /// Of each cell the mean of its field over the errors of its segment, of the field without.
+  /// The mean of each cell's field over the errors of its segment, as a fraction of the field without them.
   const Eigen::ArrayXd& fade() const { return fade_; }
   /// Two points of one segment a shear x apart keep exp(-decay x^2) of their coherence [1/m^2].
   double decay() const { return decay_; }
@@ -72,7 +73,7 @@ class PupilCells {
 
  private:
   PupilCells(const Aperture& aperture, double focal_length, double outer, int cells);
-  void set_segments(const SegmentedAperture& aperture);
+  void set_segments(const Segments& segments);
   const CartesianGrid& grid() const;
 
   DiffractionPupil pupil_;

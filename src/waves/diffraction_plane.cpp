@@ -165,7 +165,7 @@ PhaseSteps DiffractionScene::phase_steps(const Eigen::ArrayXd& height, double dz
   std::size_t pairs = 0, aliased = 0;
   const std::vector<std::uint32_t>& segment = problem_.pupil.sample.segment;
   const auto look = [&](Eigen::Index a, Eigen::Index b) {
-    // What segments stand apart is no slope of any.
+    // A step between two segments is not a slope of either.
     if (!segment.empty() && segment[std::size_t(a)] != segment[std::size_t(b)]) return;
     const double surface = turned[a] - turned[b], versine = versine_[a] - versine_[b];
     const double step = std::max(std::abs(surface + low * versine), std::abs(surface + high * versine));

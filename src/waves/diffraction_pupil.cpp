@@ -202,9 +202,8 @@ DiffractionPupil diffraction_pupil(const Aperture& aperture, double focal_length
   const ApertureBox box = bounding_box(shape);
   PupilBuilder builder(cell_centres(box.x0, box.x1, pitch, shift[0]),
                        cell_centres(box.y0, box.y1, pitch, shift[1]), pitch, pitch);
-  if (has_segment_errors(aperture)) {
-    const Segments segments(std::get<SegmentedAperture>(aperture));
-    for (const Segments::Segment& segment : segments.all())
+  if (const std::shared_ptr<const Segments> segments = erring_segments(aperture)) {
+    for (const Segments::Segment& segment : segments->all())
       builder.add_segment(in_directions(SegmentedAperture{segment.clear}, focal_length, kChord * pitch));
   } else {
     builder.add_all(shape);

@@ -1,4 +1,4 @@
-// Where waves work in single precision, and what grids are for.
+// The tests ask when waves work in single precision, and what asks for a fine grid.
 #include "aberfit/method/pupil_choice.h"
 
 #include <fmt/format.h>

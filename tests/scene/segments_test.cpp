@@ -36,7 +36,7 @@ TEST(Segments, TakeWhatLiesInAGapToTheNearestEdge) {
   EXPECT_EQ(segments.at(5, 0.3), 1u);
 }
 
-// What two crossing vanes cover goes round twice, once each way: none of it is a segment.
+// Two crossing vanes give their common part an outline of its own, which is not a segment.
 TEST(Segments, AreNotWhatVanesCover) {
   const SegmentedAperture crossed = obstructed(flower(), {{0.01, 0, 0}, {0.01, 0.3, 0}, {0.01, 2, 0.002}});
   EXPECT_EQ(crossed.piston, 2e-8);

@@ -17,7 +17,7 @@ class IndependentSurface {
 
   /// [m], towards the light; without what segments stand apart.
   double height(double x, double y) const;
-  /// What the segment that holds a point stands apart there [m]; 0 outside all.
+  /// The error of the segment that holds a point, there [m]; 0 outside all segments.
   double step(double x, double y) const;
   bool has_steps() const { return !steps_.empty(); }
   /// Slopes of the same, by differences of the fourth order in steps that change them by 1e-8 of the finest

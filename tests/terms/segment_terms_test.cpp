@@ -96,7 +96,7 @@ TEST(SegmentTerms, HaveTheirAdjoints) {
   EXPECT_NEAR(surface.apply_transpose(rays, few).dot(c), of_rays, 1e-9);
 }
 
-// Of many draws: the standard deviations asked for, slopes times the radius.
+// Many draws have the standard deviations that were asked for, slopes times the radius.
 TEST(SegmentTerms, AreDrawnWithTheirDeviations) {
   TermSet terms;
   terms.segments = std::make_shared<const Segments>(erring(3e-8, 2e-7));

@@ -74,7 +74,7 @@ Eigen::ArrayXd heights_at(const HeightMap& map, double pitch, const PupilSample&
   return height;
 }
 
-// Of all segments: piston, and slopes times their distance from the middle.
+// Draws the errors of all segments: a piston, and slopes times the distance from the middle.
 Eigen::ArrayXd drawn_errors(const Scene& scene, const PupilSample& sample, std::uint64_t seed) {
   const Segments segments(std::get<SegmentedAperture>(scene.aperture));
   const RandomStream random(seed, "segments");
@@ -142,7 +142,7 @@ void expect_exact_split(int family, bool annulus, double g, double cut, int draw
 
 }  // namespace
 
-// What cells do not see of a surface is that of its roughness: the errors of segments are in its cells.
+// The light that cells do not see is that of the roughness alone: the errors of segments are in the cells.
 TEST(BandSplit, OfSegmentsThatErrHasTheirMeanLight) {
   Scene scene = scene_of(0, false, 0.6);
   SegmentedAperture segments = hexagonal_segments(1, 0.06, 0.001, true, 0);

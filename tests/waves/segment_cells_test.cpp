@@ -45,7 +45,7 @@ TEST(SegmentCells, OfTwoHalvesInterfereByTheirStep) {
   }
 }
 
-// Of no height both are one aperture, in focus and out.
+// Without heights, cells of segments and cells of the whole are one aperture, in focus and out.
 TEST(SegmentCells, InTheirPlacesAreOneAperture) {
   const double f = 3;
   SegmentedAperture whole =

@@ -63,8 +63,8 @@ struct PupilSample {
   Eigen::ArrayXd weight;  ///< share of the light
   PupilLayout layout = PupilLayout::kPolar;
   PupilStructure structure = {};  ///< nothing for scattered points
-  /// Of cells of an aperture whose segments err: the segment that each is a part of. A cell that an edge
-  /// between two segments cuts is there twice. Empty for points, which are where they are.
+  /// The segment that each cell is a part of, if the segments of the aperture err; else empty, as points are
+  /// where they are. A cell that an edge between two segments cuts is there twice.
   std::vector<std::uint32_t> segment = {};
   Eigen::Index size() const { return x.size(); }
 };

@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <vector>
 
 #include "aberfit/scene/aperture.h"
@@ -33,6 +34,8 @@ class Segments {
 
 /// Whether the segments of an aperture err at all.
 bool has_segment_errors(const Aperture& aperture);
+/// The segments of an aperture, if they err; else null.
+std::shared_ptr<const Segments> erring_segments(const Aperture& aperture);
 /// The same aperture with segments in their places.
 Aperture without_segment_errors(Aperture aperture);
 

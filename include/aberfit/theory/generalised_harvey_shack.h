@@ -108,10 +108,11 @@ class GhsPupil {
   /// The same aperture and light with a parabola of that focal length, its segments in their places; what has
   /// been computed is shared where it is one already.
   GhsPupil of_parabola() const;
+  /// The same with its segments in their places; shared where they are.
+  GhsPupil with_segments_in_place() const;
   /// Whether the light has aberrations and is not the same in all directions, of a mirror or an aperture that
   /// is none of revolution: then its highest irradiance is not known from its mean over direction.
   bool has_uneven_light() const;
-  const GhsOptions& options() const { return options_; }
   /// What was added to the mirror; may be empty.
   const std::function<double(double, double)>& departure() const { return options_.departure; }
 
